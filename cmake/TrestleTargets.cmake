@@ -1,0 +1,41 @@
+# How every target of the project is built: one place for the language level, warnings and sanitizers.
+include(GNUInstallDirs)
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "Build type" FORCE)
+endif()
+
+# What every target of ours is compiled with. Never exported: a user of the libraries picks their own flags.
+add_library(trestle_flags INTERFACE)
+target_compile_options(trestle_flags INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wnon-virtual-dtor -Wold-style-cast -Wcast-align
+  -Woverloaded-virtual -Wimplicit-fallthrough -Werror)
+if(TRESTLE_SANITIZE)
+  target_compile_options(trestle_flags INTERFACE
+    -fsanitize=${TRESTLE_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  target_link_options(trestle_flags INTERFACE -fsanitize=${TRESTLE_SANITIZE})
+endif()
+
+# trestle_library(<name> [CORE] SOURCES ... [PUBLIC libs...] [PRIVATE libs...])
+# Makes library trestle_<name> with alias trestle::<name>. CORE: no exceptions, no RTTI.
+function(trestle_library name)
+  cmake_parse_arguments(ARG "CORE" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  add_library(trestle_${name} STATIC ${ARG_SOURCES})
+  add_library(trestle::${name} ALIAS trestle_${name})
+  set_target_properties(trestle_${name} PROPERTIES EXPORT_NAME ${name})
+  target_compile_features(trestle_${name} PUBLIC cxx_std_20)
+  target_include_directories(trestle_${name} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
+    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/trestle>)
+  target_link_libraries(trestle_${name} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:trestle_flags>)
+  if(ARG_CORE)
+    target_compile_options(trestle_${name} PRIVATE -fno-exceptions -fno-rtti)
+  endif()
+  set_property(GLOBAL APPEND PROPERTY TRESTLE_INSTALLED_TARGETS trestle_${name})
+endfunction()

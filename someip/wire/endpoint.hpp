@@ -1,0 +1,35 @@
+#pragma once
+#include <array>
+#include <compare>
+#include <cstdint>
+
+namespace trestle {
+
+/// An IPv4 or IPv6 address, without a socket library.
+struct IpAddress {
+  /// Network order; IPv4 uses the first four bytes, the rest is zero.
+  std::array<std::uint8_t, 16> bytes{};
+  bool v6 = false;
+
+  [[nodiscard]] static constexpr IpAddress v4(std::uint8_t a, std::uint8_t b, std::uint8_t c,
+                                              std::uint8_t d) noexcept {
+    return IpAddress{{a, b, c, d}, false};
+  }
+  [[nodiscard]] constexpr bool is_multicast() const noexcept {
+    return v6 ? bytes[0] == 0xff : (bytes[0] & 0xf0U) == 0xe0;
+  }
+  [[nodiscard]] constexpr bool is_unspecified() const noexcept { return bytes == std::array<std::uint8_t, 16>{}; }
+  friend constexpr auto operator<=>(const IpAddress&, const IpAddress&) = default;
+};
+
+/// Address and port of a UDP or TCP endpoint.
+struct Endpoint {
+  IpAddress address;
+  std::uint16_t port = 0;
+  friend constexpr auto operator<=>(const Endpoint&, const Endpoint&) = default;
+};
+
+/// The protocol of an endpoint, with its number in SD options.  [feat_req_someipsd_128]
+enum class Transport : std::uint8_t { tcp = 0x06, udp = 0x11 };
+
+}  // namespace trestle

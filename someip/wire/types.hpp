@@ -1,0 +1,65 @@
+#pragma once
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <tl/expected.hpp>
+
+namespace trestle {
+
+using ByteView = std::span<const std::byte>;
+using ByteSpan = std::span<std::byte>;
+
+/// A moment of the monotonic clock. The core only compares and adds; it never asks a clock.
+using TimePoint = std::chrono::time_point<std::chrono::steady_clock, std::chrono::nanoseconds>;
+using Duration = std::chrono::nanoseconds;
+
+namespace someip {
+
+/// Names a service on the wire.  [feat_req_someip_538] [feat_req_someip_539]
+enum class ServiceId : std::uint16_t {};
+/// Tells instances of one service apart.  [feat_req_someip_542] [feat_req_someip_543]
+enum class InstanceId : std::uint16_t {};
+/// A method (below 0x8000) or an event (0x8000 and above).  [feat_req_someip_625] [feat_req_someip_626]
+enum class MethodId : std::uint16_t {};
+/// A set of events that is subscribed to as one.  [feat_req_someip_545] [feat_req_someip_546]
+enum class EventgroupId : std::uint16_t {};
+enum class ClientId : std::uint16_t {};
+enum class SessionId : std::uint16_t {};
+
+/// In a Find or a subscription to offers: every instance.  [feat_req_someip_579]
+inline constexpr InstanceId any_instance{0xffff};
+
+/// The value of an id, of any of the types above.
+template <typename Id>
+  requires std::is_enum_v<Id>
+[[nodiscard]] constexpr std::uint16_t value(Id id) noexcept {
+  return static_cast<std::uint16_t>(id);
+}
+
+/// Why bytes could not be read or written. Each decoder says which of these it returns and when.
+enum class WireError : std::uint8_t {
+  truncated,            ///< the input ends before the item does
+  bad_length,           ///< a length field contradicts its contents or its limits
+  no_room,              ///< the output buffer is too small
+  bad_tp_offset,        ///< TP: payload that is no multiple of 16 bytes in a segment that is not the last
+  bad_tp_flags,         ///< TP: a message without the TP flag where one is needed
+  bad_string_encoding,  ///< a string without the BOM or terminator that its rules demand, or not valid UTF
+  bad_union_type,       ///< a type selector that names no member
+  not_sd,               ///< not a SOME/IP-SD message: wrong Message ID, type or version
+  bad_entries_length,   ///< SD: entries array length no multiple of 16 or beyond the message
+  bad_options_length,   ///< SD: options array length beyond the message
+  bad_option_length,    ///< SD: an option whose length does not fit its type or the array
+  bad_entry_type,       ///< SD: an entry type that is not known
+  bad_option_reference, ///< SD: an option run beyond the options array
+  bad_value,            ///< a field holds a value that its type does not have
+};
+
+/// The error's name as it stands above, for logs and reports.
+[[nodiscard]] const char* to_string(WireError error) noexcept;
+
+template <typename T, typename E = WireError>
+using Result = tl::expected<T, E>;
+
+}  // namespace someip
+}  // namespace trestle
