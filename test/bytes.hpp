@@ -20,8 +20,9 @@ inline std::vector<std::byte> hex(std::string_view digits) {
     }
     const int nibble = digit >= '0' && digit <= '9'   ? digit - '0'
                        : digit >= 'a' && digit <= 'f' ? digit - 'a' + 10
-                       : digit >= 'A' && digit <= 'F' ? digit - 'A' + 10
-                                                      : throw std::invalid_argument{"not a hexadecimal digit"};
+                       : digit >= 'A' && digit <= 'F'
+                           ? digit - 'A' + 10
+                           : throw std::invalid_argument{"not a hexadecimal digit"};
     if (high < 0) {
       high = nibble;
     } else {

@@ -13,7 +13,8 @@ template <std::unsigned_integral T>
   T result = 0;
   for (std::size_t i = 0; i < sizeof(T); ++i) {
     const std::size_t at = order == std::endian::big ? i : sizeof(T) - 1 - i;
-    result = static_cast<T>((static_cast<std::uint64_t>(result) << 8U) | std::to_integer<std::uint64_t>(from[at]));
+    result =
+        static_cast<T>((static_cast<std::uint64_t>(result) << 8U) | std::to_integer<std::uint64_t>(from[at]));
   }
   return result;
 }

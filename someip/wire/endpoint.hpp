@@ -18,7 +18,9 @@ struct IpAddress {
   [[nodiscard]] constexpr bool is_multicast() const noexcept {
     return v6 ? bytes[0] == 0xff : (bytes[0] & 0xf0U) == 0xe0;
   }
-  [[nodiscard]] constexpr bool is_unspecified() const noexcept { return bytes == std::array<std::uint8_t, 16>{}; }
+  [[nodiscard]] constexpr bool is_unspecified() const noexcept {
+    return bytes == std::array<std::uint8_t, 16>{};
+  }
   friend constexpr auto operator<=>(const IpAddress&, const IpAddress&) = default;
 };
 

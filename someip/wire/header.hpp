@@ -93,7 +93,8 @@ struct Message {
 /// Writes the 16 header bytes for a payload of `payload_bytes`; the payload follows them on the wire.
 /// @return the bytes written, at the front of `room`, or WireError::no_room, or WireError::bad_length when
 ///         the payload is larger than the Length field can say.
-[[nodiscard]] Result<ByteView> encode_header(const Header& header, std::size_t payload_bytes, ByteSpan room) noexcept;
+[[nodiscard]] Result<ByteView> encode_header(const Header& header, std::size_t payload_bytes,
+                                             ByteSpan room) noexcept;
 
 /// Writes header and payload.
 /// @return the bytes written, at the front of `room`, or an error as encode_header().

@@ -8,7 +8,9 @@ namespace trestle::someip {
 /// Bytes of a length or type field; `none` leaves the field out.
 enum class FieldWidth : std::uint8_t { none = 0, bits8 = 1, bits16 = 2, bits32 = 4 };
 
-[[nodiscard]] constexpr std::size_t bytes(FieldWidth width) noexcept { return static_cast<std::size_t>(width); }
+[[nodiscard]] constexpr std::size_t bytes(FieldWidth width) noexcept {
+  return static_cast<std::size_t>(width);
+}
 
 enum class StringEncoding : std::uint8_t { utf8, utf16le, utf16be };
 
@@ -21,13 +23,13 @@ struct PayloadRules {
   /// The specification wants length and type fields big endian whatever the payload is
   /// [feat_req_someip_675]; CommonAPI lets them follow the payload.
   bool length_fields_always_big = false;
-  FieldWidth array_length = FieldWidth::bits32;        ///< dynamic arrays; counts bytes, not elements
-  FieldWidth fixed_array_length = FieldWidth::none;    ///< arrays whose size the type fixes
-  FieldWidth string_length = FieldWidth::bits32;       ///< counts BOM, characters and terminator in bytes
+  FieldWidth array_length = FieldWidth::bits32;      ///< dynamic arrays; counts bytes, not elements
+  FieldWidth fixed_array_length = FieldWidth::none;  ///< arrays whose size the type fixes
+  FieldWidth string_length = FieldWidth::bits32;     ///< counts BOM, characters and terminator in bytes
   FieldWidth struct_length = FieldWidth::none;
-  FieldWidth union_length = FieldWidth::bits32;        ///< counts the data and its padding, not the type field
+  FieldWidth union_length = FieldWidth::bits32;  ///< counts the data and its padding, not the type field
   FieldWidth union_type = FieldWidth::bits32;
-  bool union_length_first = true;                      ///< length, type, data; else type, length, data
+  bool union_length_first = true;  ///< length, type, data; else type, length, data
   StringEncoding string_encoding = StringEncoding::utf8;
   bool string_bom = true;
   bool string_terminator = true;

@@ -32,27 +32,27 @@ inline constexpr InstanceId any_instance{0xffff};
 
 /// The value of an id, of any of the types above.
 template <typename Id>
-  requires std::is_enum_v<Id>
+requires std::is_enum_v<Id>
 [[nodiscard]] constexpr std::uint16_t value(Id id) noexcept {
   return static_cast<std::uint16_t>(id);
 }
 
 /// Why bytes could not be read or written. Each decoder says which of these it returns and when.
 enum class WireError : std::uint8_t {
-  truncated,            ///< the input ends before the item does
-  bad_length,           ///< a length field contradicts its contents or its limits
-  no_room,              ///< the output buffer is too small
-  bad_tp_offset,        ///< TP: payload that is no multiple of 16 bytes in a segment that is not the last
-  bad_tp_flags,         ///< TP: a message without the TP flag where one is needed
-  bad_string_encoding,  ///< a string without the BOM or terminator that its rules demand, or not valid UTF
-  bad_union_type,       ///< a type selector that names no member
-  not_sd,               ///< not a SOME/IP-SD message: wrong Message ID, type or version
-  bad_entries_length,   ///< SD: entries array length no multiple of 16 or beyond the message
-  bad_options_length,   ///< SD: options array length beyond the message
-  bad_option_length,    ///< SD: an option whose length does not fit its type or the array
-  bad_entry_type,       ///< SD: an entry type that is not known
-  bad_option_reference, ///< SD: an option run beyond the options array
-  bad_value,            ///< a field holds a value that its type does not have
+  truncated,             ///< the input ends before the item does
+  bad_length,            ///< a length field contradicts its contents or its limits
+  no_room,               ///< the output buffer is too small
+  bad_tp_offset,         ///< TP: payload that is no multiple of 16 bytes in a segment that is not the last
+  bad_tp_flags,          ///< TP: a message without the TP flag where one is needed
+  bad_string_encoding,   ///< a string without the BOM or terminator that its rules demand, or not valid UTF
+  bad_union_type,        ///< a type selector that names no member
+  not_sd,                ///< not a SOME/IP-SD message: wrong Message ID, type or version
+  bad_entries_length,    ///< SD: entries array length no multiple of 16 or beyond the message
+  bad_options_length,    ///< SD: options array length beyond the message
+  bad_option_length,     ///< SD: an option whose length does not fit its type or the array
+  bad_entry_type,        ///< SD: an entry type that is not known
+  bad_option_reference,  ///< SD: an option run beyond the options array
+  bad_value,             ///< a field holds a value that its type does not have
 };
 
 /// The error's name as it stands above, for logs and reports.

@@ -58,7 +58,8 @@ TEST(Header, EncodesNothingWithoutRoom) {
 
 TEST(MessageCursor, WalksOverSeveralMessagesOfOneDatagram) {
   covers({"feat_req_someip_702"});
-  const auto bytes = hex("1234 8001 00000009 0000 0001 01 01 02 00 aa 1234 8002 00000008 0000 0002 01 01 02 00");
+  const auto bytes =
+      hex("1234 8001 00000009 0000 0001 01 01 02 00 aa 1234 8002 00000008 0000 0002 01 01 02 00");
   MessageCursor cursor{bytes};
   EXPECT_EQ(cursor.next()->header.method, MethodId{0x8001});
   EXPECT_EQ(cursor.next()->header.method, MethodId{0x8002});
@@ -67,7 +68,8 @@ TEST(MessageCursor, WalksOverSeveralMessagesOfOneDatagram) {
 }
 
 TEST(MessageCursor, SaysWhereAndWhyItStopped) {
-  const auto bytes = hex("1234 8001 00000009 0000 0001 01 01 02 00 aa 1234 8002 00000009 0000 0002 01 01 02 00");
+  const auto bytes =
+      hex("1234 8001 00000009 0000 0001 01 01 02 00 aa 1234 8002 00000009 0000 0002 01 01 02 00");
   MessageCursor cursor{bytes};
   EXPECT_TRUE(cursor.next());
   EXPECT_FALSE(cursor.next());
