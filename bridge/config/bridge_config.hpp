@@ -1,0 +1,113 @@
+#pragma once
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "someip/wire/endpoint.hpp"
+#include "someip/wire/payload_rules.hpp"
+#include "someip/wire/types.hpp"
+
+/// What a configuration file says, as plain values. docs/configuration.md documents every key; load.hpp reads
+/// the file. A BridgeConfig that load() returned is complete and consistent: nothing in it needs checking
+/// again.
+namespace trestle::bridge {
+
+/// A place in the configuration file, both from 1. Line 0 stands for the file as a whole.
+struct Mark {
+  int line = 0;
+  int column = 0;
+  friend constexpr bool operator==(const Mark&, const Mark&) = default;
+};
+
+enum class Direction : std::uint8_t { dds_to_someip, someip_to_dds };
+
+[[nodiscard]] constexpr const char* to_string(Direction direction) noexcept {
+  return direction == Direction::dds_to_someip ? "dds_to_someip" : "someip_to_dds";
+}
+
+/// Timing and addresses of SOME/IP-SD; the names are the specification's.  [feat_req_someipsd_63]
+struct SdSettings {
+  IpAddress multicast = IpAddress::v4(224, 224, 224, 245);
+  std::uint16_t port = 30490;
+  Duration initial_delay_min = std::chrono::milliseconds{10};
+  Duration initial_delay_max = std::chrono::milliseconds{100};
+  Duration repetitions_base_delay = std::chrono::milliseconds{30};
+  std::uint8_t repetitions_max = 3;
+  Duration cyclic_offer_delay = std::chrono::seconds{1};
+  /// How long the answer to a multicast Find waits, drawn at random between the two.
+  Duration request_response_delay_min{0};
+  Duration request_response_delay_max = std::chrono::milliseconds{10};
+  /// Of offers and subscriptions: whole seconds, 1 to 0xFFFFFE; 0xFFFFFF is "until the next reboot".
+  std::chrono::seconds ttl{3};
+  friend bool operator==(const SdSettings&, const SdSettings&) = default;
+};
+
+struct SomeipSettings {
+  IpAddress address;      ///< own unicast address: a service's endpoint, and where SD listens
+  std::string interface;  ///< for multicast; empty: the one that has `address`
+  SdSettings sd;
+};
+
+struct DdsSettings {
+  std::uint32_t domain = 0;             ///< 0 to 232
+  std::vector<std::string> interfaces;  ///< addresses that DDS may use; empty: all
+  bool shared_memory = false;
+};
+
+/// Quality of service of a route's DDS reader or writer.
+struct QosSettings {
+  bool reliable = true;          ///< else best effort
+  bool transient_local = false;  ///< else volatile
+  std::uint32_t depth = 10;      ///< samples kept (keep-last)
+  friend constexpr bool operator==(const QosSettings&, const QosSettings&) = default;
+};
+
+/// How messages that don't fit one datagram travel.
+struct TpSettings {
+  std::uint32_t segment_bytes = 1392;  ///< payload of a segment; a multiple of 16
+  std::uint32_t burst = 64;            ///< segments that may leave at once, before `separation` passes
+  Duration separation{0};              ///< pause between bursts; 0: none
+  std::size_t max_message = std::size_t{16}
+                            << 20U;  ///< payload bytes; larger messages are dropped and counted
+  friend constexpr bool operator==(const TpSettings&, const TpSettings&) = default;
+};
+
+/// One topic, joined with one SOME/IP event.
+struct Route {
+  std::string topic;  ///< the ROS name, absolute: "/points"
+  std::string type;   ///< "sensor_msgs/msg/PointCloud2"
+  Direction direction = Direction::dds_to_someip;
+  someip::ServiceId service{};
+  someip::InstanceId instance{};
+  someip::EventgroupId eventgroup{};
+  someip::MethodId event{};
+  std::uint8_t major = 1;
+  std::uint32_t minor = 0;  ///< someip_to_dds: 0xFFFFFFFF accepts every minor version
+  Transport transport = Transport::udp;
+  /// dds_to_someip: the port of the offered service; routes of the same service instance share it.
+  /// someip_to_dds: the port to receive events at; 0 lets the system choose.
+  std::uint16_t port = 0;
+  TpSettings tp;
+  someip::PayloadRules rules;
+  QosSettings qos;
+  Mark mark;  ///< where the route begins, for messages about it
+};
+
+struct BridgeConfig {
+  std::string file;  ///< as named by the user, for messages
+  SomeipSettings someip;
+  DdsSettings dds;
+  std::vector<std::string>
+      type_paths;             ///< folders with .msg packages, absolute or relative to the working directory
+  std::vector<Route> routes;  ///< in the file's order; at least one
+};
+
+/// The topic's name on the DDS wire: "/points" is "rt/points".
+[[nodiscard]] std::string dds_topic_name(const std::string& topic);
+/// The type's name on the DDS wire: "sensor_msgs/msg/Image" is "sensor_msgs::msg::dds_::Image_".
+[[nodiscard]] std::string dds_type_name(const std::string& type);
+
+}  // namespace trestle::bridge

@@ -1,0 +1,44 @@
+#pragma once
+#include <functional>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "bridge/config/bridge_config.hpp"
+
+namespace trestle::bridge {
+
+/// One thing that is wrong, or looks wrong, in a configuration file.
+struct Problem {
+  enum class Severity : std::uint8_t { error, warning };
+  Severity severity = Severity::error;
+  std::string file;
+  Mark mark;
+  std::string text;  ///< one line: what is there, and what was expected
+};
+
+/// "bridge.yaml:12:5: error: ...", without a line end. A problem of the whole file has no line and column.
+[[nodiscard]] std::string to_string(const Problem& problem);
+
+/// Says what is wrong with a message type ("sensor_msgs/msg/PointCloud2"), or nothing when it is known and
+/// can be carried. `paths` are the folders under `types: paths`, already relative to the working directory.
+using TypeCheck = std::function<std::string(const std::string& type, const std::vector<std::string>& paths)>;
+
+struct Loaded {
+  BridgeConfig config;
+  std::vector<Problem> warnings;
+};
+
+/// Reads a configuration from text. Everything is checked, and all errors are returned, in the file's order:
+/// a configuration with any error is not there at all.
+/// @param file  its name for messages; relative paths inside it are meant from its folder.
+[[nodiscard]] tl::expected<Loaded, std::vector<Problem>> parse_config(std::string_view text,
+                                                                      const std::string& file,
+                                                                      const TypeCheck& check_type = {});
+
+/// As above, from a file; one that cannot be read is an error too.
+[[nodiscard]] tl::expected<Loaded, std::vector<Problem>> load_config(const std::string& file,
+                                                                     const TypeCheck& check_type = {});
+
+}  // namespace trestle::bridge
