@@ -22,6 +22,10 @@ if(TRESTLE_SANITIZE)
   target_link_options(trestle_flags INTERFACE -fsanitize=${TRESTLE_SANITIZE})
 endif()
 
+if(TRESTLE_FUZZ)
+  target_compile_options(trestle_flags INTERFACE -fsanitize=fuzzer-no-link)
+endif()
+
 # trestle_library(<name> [CORE] SOURCES ... [PUBLIC libs...] [PRIVATE libs...])
 # Makes library trestle_<name> with alias trestle::<name>. CORE: no exceptions, no RTTI.
 function(trestle_library name)

@@ -8,6 +8,7 @@ root=$(cd "$(dirname "$0")/.." && pwd)
 run_one() {
   local build=$1 seconds=$2 root=$3 target=$4 name corpus found log
   name=$(basename "$target")
+  name=${name#fuzz_}
   found=$build/corpus/$name
   log=$build/$name.log
   mkdir -p "$found" "$build/seeds/$name"
