@@ -1,0 +1,45 @@
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+
+#include "bridge/cli/exit_status.hpp"
+#include "bridge/cli/terminal.hpp"
+
+namespace {
+
+using namespace trestle::bridge;
+
+/// Each command lives in a folder of its own, which has `add_X_command(app, status)`: that makes the
+/// subcommand, whose callback runs it and leaves an exit status (exit_status.hpp) in `status`.
+int run(int argc, char** argv) {
+  CLI::App app{"Trestle joins DDS (ROS 2) topics and SOME/IP services."};
+  app.name("trestle");
+  app.set_version_flag("--version", "trestle " TRESTLE_VERSION);
+  app.require_subcommand(1);
+  app.footer(
+      "'trestle COMMAND --help' explains a command and shows examples.\n"
+      "Exit status: 0 success, 1 failure, 2 wrong command line or configuration.");
+
+  int status = exit_ok;
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    // --help and --version come this way too, with exit code 0. CLI11 has a code for each kind of mistake.
+    return app.exit(error) == 0 ? exit_ok : exit_usage;
+  }
+  return status;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const std::exception& error) {
+    const Colours colour = colours_for(STDERR_FILENO);
+    std::fprintf(stderr, "%serror:%s %s\n", colour.red, colour.off, error.what());
+    return exit_failure;
+  }
+}
