@@ -1,0 +1,41 @@
+#pragma once
+#include <netinet/in.h>
+#include <sys/socket.h>
+
+#include <cstring>
+#include <optional>
+#include <string>
+
+#include "someip/wire/endpoint.hpp"
+
+namespace trestle::someip {
+
+/// An Endpoint as the socket functions want it.
+class SocketAddress {
+ public:
+  SocketAddress() noexcept = default;
+  explicit SocketAddress(const Endpoint& endpoint, unsigned scope = 0) noexcept;
+
+  void assign(const sockaddr& address) noexcept {
+    size_ = address.sa_family == AF_INET6 ? sizeof(sockaddr_in6) : sizeof(sockaddr_in);
+    std::memcpy(&storage_, &address, size_);
+  }
+  [[nodiscard]] Endpoint endpoint() const noexcept;
+  [[nodiscard]] sockaddr* data() noexcept { return static_cast<sockaddr*>(static_cast<void*>(&storage_)); }
+  [[nodiscard]] socklen_t size() const noexcept { return size_; }
+  [[nodiscard]] socklen_t& size() noexcept { return size_; }
+
+ private:
+  sockaddr_storage storage_{};
+  socklen_t size_ = sizeof(sockaddr_storage);
+};
+
+struct Interface {
+  std::string name;
+  unsigned index = 0;
+};
+
+/// The network interface that has this address; nothing when no interface has it.
+[[nodiscard]] std::optional<Interface> interface_of(const IpAddress& address);
+
+}  // namespace trestle::someip
