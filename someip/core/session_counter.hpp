@@ -1,0 +1,37 @@
+#pragma once
+#include "someip/wire/types.hpp"
+
+namespace trestle::someip {
+
+/// The value of a Session ID where session handling is off.  [feat_req_someip_700]
+inline constexpr SessionId no_session{0};
+
+/// Hands out the Session IDs of one client, event or SD relation: 1, 2, ... 0xffff, 1, ...
+/// [feat_req_someip_88]
+class SessionCounter {
+ public:
+  /// @param first  the first id handed out; a test or a conformance case may want another than the
+  ///               specification's 1.  [feat_req_someip_649]
+  explicit constexpr SessionCounter(SessionId first = SessionId{1}) noexcept : next_{first} {}
+
+  /// The Session ID of the next message.
+  [[nodiscard]] constexpr SessionId next() noexcept {
+    const SessionId session = next_;
+    wrapped_ = wrapped_ || wraps_next_;
+    wraps_next_ = session == SessionId{0xffff};
+    // 0 is skipped: it would say that session handling is off.  [feat_req_someip_677]
+    next_ = wraps_next_ ? SessionId{1} : SessionId{static_cast<std::uint16_t>(value(session) + 1U)};
+    return session;
+  }
+
+  /// Whether the last id that next() gave, or one before it, came after 0xffff. The Reboot flag of SD is 1 as
+  /// long as this is false.  [feat_req_someipsd_41]
+  [[nodiscard]] constexpr bool wrapped() const noexcept { return wrapped_; }
+
+ private:
+  SessionId next_;
+  bool wraps_next_ = false;
+  bool wrapped_ = false;
+};
+
+}  // namespace trestle::someip
