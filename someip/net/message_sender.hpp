@@ -1,0 +1,61 @@
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "someip/net/udp_socket.hpp"
+#include "someip/wire/header.hpp"
+#include "someip/wire/tp.hpp"
+
+namespace trestle::someip {
+
+/// How the segments of a large message leave, so that they don't overrun the receiver: the kernel of a
+/// receiver that nobody tuned holds about 200 KB.
+struct TpPacing {
+  std::size_t segment_bytes = tp_default_segment_bytes;  ///< payload per segment; a multiple of 16
+  std::size_t burst = 45;                                ///< segments that leave at once; at least 1
+  Duration separation = std::chrono::microseconds{500};  ///< from one burst to the next
+  friend constexpr bool operator==(const TpPacing&, const TpPacing&) = default;
+};
+
+/// The largest payload that travels in one datagram; larger ones are segmented.  [feat_req_someip_318]
+inline constexpr std::size_t max_plain_payload_bytes = 1400;
+
+/// Sends messages through a UDP socket: a small one at once, a large one as TP segments, gathered by the
+/// kernel from where they lie. Not thread-safe: use it on the thread that runs the io_context.
+class MessageSender {
+ public:
+  struct Counters {
+    std::uint64_t messages = 0;    ///< sent, whole
+    std::uint64_t datagrams = 0;   ///< sent
+    std::uint64_t queue_full = 0;  ///< messages dropped because too much was waiting
+    std::uint64_t refused = 0;     ///< messages lost because the system would not send them
+  };
+
+  /// @param max_queued_bytes  payload that may wait for its turn; a message beyond it is dropped.
+  MessageSender(boost::asio::io_context& io, UdpSocket& socket,
+                std::size_t max_queued_bytes = std::size_t{64} << 20U);
+  ~MessageSender();
+  MessageSender(const MessageSender&) = delete;
+  MessageSender& operator=(const MessageSender&) = delete;
+
+  /// Sends a message or queues it. Messages to one receiver with one Message ID keep their order.
+  ///
+  /// @param payload     slices that together are the payload.
+  /// @param keep_alive  owns what the slices point to; released once the message has been sent or dropped.
+  ///                    Without it, the slices need only live during the call: what has to wait is copied.
+  /// @return false when the message was dropped; counters() tell why.
+  bool send(const Endpoint& to, const Header& header, std::span<const ByteView> payload,
+            std::shared_ptr<const void> keep_alive = nullptr, const TpPacing& pacing = {});
+
+  /// Whether nothing waits to be sent.
+  [[nodiscard]] bool idle() const noexcept;
+  [[nodiscard]] const Counters& counters() const noexcept;
+
+ private:
+  struct State;
+  std::shared_ptr<State> state_;
+};
+
+}  // namespace trestle::someip

@@ -1,0 +1,197 @@
+#include "someip/net/message_sender.hpp"
+
+#include <gmock/gmock.h>
+
+#include <boost/asio/io_context.hpp>
+#include <chrono>
+#include <map>
+#include <vector>
+
+#include "test/covers.hpp"
+
+namespace trestle::someip {
+namespace {
+
+using test::covers;
+using namespace std::chrono_literals;
+
+const Header event{.service = ServiceId{0x1234},
+                   .method = MethodId{0x8001},
+                   .session = SessionId{7},
+                   .interface_version = 1,
+                   .type = MessageType::notification};
+
+std::vector<std::byte> numbers(std::size_t bytes) {
+  std::vector<std::byte> result(bytes);
+  for (std::size_t i = 0; i < bytes; ++i) {
+    result[i] = static_cast<std::byte>(i * 131 >> 3U);
+  }
+  return result;
+}
+
+class MessageSenderTest : public ::testing::Test {
+ protected:
+  MessageSenderTest() {
+    receiver.receive([this](ByteView datagram, const Endpoint&) {
+      const auto message = decode(datagram);
+      ASSERT_TRUE(message);
+      ASSERT_EQ(message->size(), datagram.size());
+      arrived.emplace_back(datagram.begin(), datagram.end());
+    });
+  }
+  void await_datagrams(std::size_t count) {
+    const auto end = std::chrono::steady_clock::now() + 1s;
+    while (arrived.size() < count && std::chrono::steady_clock::now() < end) {
+      io.run_one_for(50ms);
+    }
+    ASSERT_EQ(arrived.size(), count);
+  }
+  // Puts the segments that arrived together and checks each one's headers on the way.
+  std::vector<std::byte> joined(const Header& original) {
+    std::vector<std::byte> payload;
+    for (std::size_t i = 0; i < arrived.size(); ++i) {
+      const auto message = decode(arrived[i]);
+      Header expected = original;
+      expected.type = with_tp(original.type);
+      EXPECT_EQ(message->header, expected);
+      const auto segment = decode_tp(*message);
+      EXPECT_TRUE(segment);
+      EXPECT_EQ(segment->header.offset, payload.size());
+      EXPECT_EQ(segment->header.more, i + 1 < arrived.size());
+      payload.insert(payload.end(), segment->slice.begin(), segment->slice.end());
+    }
+    return payload;
+  }
+  Message arrival(std::size_t i) { return *decode(arrived.at(i)); }
+
+  boost::asio::io_context io;
+  UdpSocket socket{io, {.local = {IpAddress::v4(127, 0, 0, 1), 0}}};
+  UdpSocket receiver{io, {.local = {IpAddress::v4(127, 0, 0, 2), 0}}};
+  MessageSender sender{io, socket, 1 << 20};
+  std::vector<std::vector<std::byte>> arrived;
+};
+
+TEST_F(MessageSenderTest, SendsASmallMessageAtOnceHoweverManyPiecesItHas) {
+  covers({"feat_req_someip_318"});
+  const auto payload = numbers(max_plain_payload_bytes);
+  std::vector<ByteView> slices;
+  for (std::size_t i = 0; i < payload.size(); i += 14) {
+    slices.push_back(ByteView{payload}.subspan(i, 14));
+  }
+  EXPECT_TRUE(sender.send(receiver.local(), event, slices));
+  EXPECT_TRUE(sender.send(receiver.local(), event, {}));
+  EXPECT_EQ(sender.counters().datagrams, 2U);
+  await_datagrams(2);
+  EXPECT_EQ(arrival(0).header, event);
+  EXPECT_TRUE(std::ranges::equal(arrival(0).payload, payload));
+  EXPECT_EQ(arrival(1).payload.size(), 0U);
+}
+
+TEST_F(MessageSenderTest, SegmentsWhatDoesNotFitADatagram) {
+  covers({"feat_req_someip_318", "feat_req_someiptp_765", "feat_req_someiptp_773"});
+  const auto payload = numbers(200'001);
+  const ByteView slice{payload};
+  EXPECT_TRUE(sender.send(receiver.local(), event, {&slice, 1}));
+  await_datagrams(144);  // 143 x 1392 and 945
+  EXPECT_EQ(joined(event), payload);
+  EXPECT_EQ(sender.counters().messages, 1U);
+  EXPECT_TRUE(sender.idle());
+}
+
+TEST_F(MessageSenderTest, GathersSegmentsFromPiecesOfAnySize) {
+  const auto payload = numbers(30'000);
+  std::vector<ByteView> slices;
+  for (std::size_t at = 0, step = 1; at < payload.size(); at += step, step = step * 7 % 401 + 1) {
+    slices.push_back(ByteView{payload}.subspan(at, std::min(step, payload.size() - at)));
+  }
+  sender.send(receiver.local(), event, slices, nullptr,
+              {.segment_bytes = 160, .burst = 7, .separation = 10us});
+  sender.send(receiver.local(), event, {}, nullptr, {});
+  await_datagrams(189);
+  EXPECT_EQ(arrival(188).payload.size(), 0U);
+  arrived.pop_back();
+  EXPECT_EQ(joined(event), payload);
+}
+
+TEST_F(MessageSenderTest, SendsOneBurstAtATime) {
+  const auto payload = numbers(16 * 100);
+  const ByteView slice{payload};
+  sender.send(receiver.local(), event, {&slice, 1}, nullptr,
+              {.segment_bytes = 16, .burst = 30, .separation = 1ms});
+  EXPECT_EQ(sender.counters().datagrams, 30U);
+  const auto begin = std::chrono::steady_clock::now();
+  await_datagrams(100);
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, 2ms);
+  EXPECT_EQ(joined(event), payload);
+}
+
+TEST_F(MessageSenderTest, HoldsWhatItSendsOnlyUntilItIsSent) {
+  auto payload = std::make_shared<std::vector<std::byte>>(numbers(100'000));
+  const std::weak_ptr<std::vector<std::byte>> alive = payload;
+  const ByteView slice{*payload};
+  sender.send(receiver.local(), event, {&slice, 1}, std::move(payload));
+  EXPECT_FALSE(alive.expired());
+  await_datagrams(72);
+  EXPECT_TRUE(alive.expired());
+}
+
+TEST_F(MessageSenderTest, CopiesWhatHasToWaitWhenNobodyKeepsItAlive) {
+  auto payload = numbers(100'000);
+  const auto original = payload;
+  const ByteView slice{payload};
+  sender.send(receiver.local(), event, {&slice, 1});
+  std::ranges::fill(payload, std::byte{0});
+  await_datagrams(72);
+  EXPECT_EQ(joined(event), original);
+}
+
+TEST_F(MessageSenderTest, KeepsTheOrderOfOneEventAndLetsOthersPass) {
+  const auto large = numbers(100'000);
+  const ByteView slice{large};
+  Header other = event;
+  other.method = MethodId{0x8002};
+  sender.send(receiver.local(), event, {&slice, 1});
+  sender.send(receiver.local(), event, {});
+  sender.send(receiver.local(), other, {});
+  EXPECT_EQ(sender.counters().datagrams, 46U);  // the first burst, and the other event
+  await_datagrams(74);
+  EXPECT_EQ(arrival(45).header, other);
+  EXPECT_EQ(arrival(73).header, event);
+}
+
+TEST_F(MessageSenderTest, DropsAndCountsWhatWouldOverfillTheQueue) {
+  const auto large = numbers(700'000);
+  const ByteView slice{large};
+  EXPECT_TRUE(sender.send(receiver.local(), event, {&slice, 1}));
+  EXPECT_FALSE(sender.send(receiver.local(), event, {&slice, 1}));
+  EXPECT_EQ(sender.counters().queue_full, 1U);
+  await_datagrams(503);
+  EXPECT_TRUE(sender.send(receiver.local(), event, {&slice, 1}));
+}
+
+TEST_F(MessageSenderTest, CountsWhatTheSystemRefuses) {
+  const Endpoint nowhere{IpAddress::v4(255, 255, 255, 255), 9};  // broadcast needs a permission it has not
+  EXPECT_FALSE(sender.send(nowhere, event, {}));
+  const auto large = numbers(100'000);
+  const ByteView slice{large};
+  sender.send(nowhere, event, {&slice, 1});
+  EXPECT_EQ(sender.counters().refused, 2U);
+  EXPECT_EQ(sender.counters().datagrams, 0U);
+  EXPECT_TRUE(sender.idle());
+}
+
+TEST_F(MessageSenderTest, CanBeDestroyedWhileMessagesWait) {
+  auto payload = std::make_shared<std::vector<std::byte>>(numbers(100'000));
+  const std::weak_ptr<std::vector<std::byte>> alive = payload;
+  const ByteView slice{*payload};
+  {
+    MessageSender brief{io, socket};
+    brief.send(receiver.local(), event, {&slice, 1}, std::move(payload));
+  }
+  io.run_for(20ms);
+  EXPECT_TRUE(alive.expired());
+  EXPECT_EQ(arrived.size(), 45U);
+}
+
+}  // namespace
+}  // namespace trestle::someip
