@@ -1,0 +1,374 @@
+#include "someip/core/tp_reassembler.hpp"
+
+#include <gmock/gmock.h>
+
+#include <map>
+#include <string>
+
+#include "test/bytes.hpp"
+#include "test/covers.hpp"
+#include "test/someip/tp_slots.hpp"
+
+namespace trestle::someip {
+namespace {
+using namespace std::chrono_literals;
+using test::covers;
+using test::hex;
+using test::to_hex;
+using test::TpSlots;
+using testing::IsEmpty;
+using testing::Pair;
+using testing::UnorderedElementsAre;
+
+constexpr TimePoint start{1000s};
+constexpr Endpoint lidar{IpAddress::v4(127, 0, 0, 1), 30501};
+constexpr TpReassemblyLimits limits{.max_message_bytes = 96, .max_per_sender = 2, .max_age = 500ms};
+
+const auto row_a = hex("a0a1a2a3a4a5a6a7a8a9aaabacadaeaf");
+const auto row_b = hex("b0b1b2b3b4b5b6b7b8b9babbbcbdbebf");
+const auto row_c = hex("c0c1c2c3c4c5c6c7c8c9cacbcccdcecf");
+const auto tail = hex("d0d1d2");
+
+/// A segment of event 0x8001 of service 0x1234, interface version 1.
+struct Segment {
+  std::uint16_t session;
+  std::uint32_t offset;
+  bool more;
+  ByteView slice;
+  std::uint16_t event = 0x8001;
+  std::uint16_t client = 0;
+  std::uint8_t version = 1;
+  ReturnCode code = ReturnCode::ok;
+};
+
+class TpReassemblerTest : public testing::Test {
+ protected:
+  /// "" while others are awaited, "!reason" when dropped, else the payload.
+  std::string offer(const Segment& segment, Endpoint from = lidar, TimePoint now = start) {
+    std::vector<std::byte> payload(4);
+    const std::uint32_t word = segment.offset | (segment.more ? 1U : 0U);
+    for (std::size_t i = 0; i < 4; ++i) {
+      payload[i] = static_cast<std::byte>(word >> (24 - 8 * i));
+    }
+    payload.insert(payload.end(), segment.slice.begin(), segment.slice.end());
+    const Header header{.service = ServiceId{0x1234},
+                        .method = MethodId{segment.event},
+                        .client = ClientId{segment.client},
+                        .session = SessionId{segment.session},
+                        .interface_version = segment.version,
+                        .type = MessageType::tp_notification,
+                        .return_code = segment.code};
+    return offer(Message{header, payload}, from, now);
+  }
+  std::string offer(const Message& message, Endpoint from, TimePoint now) {
+    const auto outcome = reassembler.on_segment(from, message, now);
+    if (!outcome) {
+      return std::string{"!"} + to_string(outcome.error());
+    }
+    if (!*outcome) {
+      return "";
+    }
+    last = **outcome;
+    return to_hex(last.payload);
+  }
+  /// The reasons that were counted, and how often.
+  [[nodiscard]] std::map<std::string, std::uint64_t> drops() const {
+    std::map<std::string, std::uint64_t> result;
+    for (std::size_t i = 0; i < tp_drop_count; ++i) {
+      const TpDrop reason{static_cast<std::uint8_t>(i)};
+      if (reassembler.counters()[reason] != 0) {
+        result[to_string(reason)] = reassembler.counters()[reason];
+      }
+    }
+    return result;
+  }
+
+  TpSlots memory{3, limits.max_message_bytes, 2};
+  TpReassembler reassembler{memory.slots(), limits};
+  Reassembled last{};
+};
+
+TEST_F(TpReassemblerTest, JoinsSegmentsInAscendingOrder) {
+  covers({"feat_req_someiptp_789", "feat_req_someiptp_785", "feat_req_someiptp_783"});
+  EXPECT_EQ(offer({7, 0, true, row_a}), "");
+  EXPECT_EQ(offer({7, 16, true, row_b}), "");
+  EXPECT_EQ(offer({7, 32, false, tail}), to_hex(row_a) + to_hex(row_b) + "d0d1d2");
+  EXPECT_EQ(last.header.type, MessageType::notification);
+  EXPECT_EQ(last.header.service, ServiceId{0x1234});
+  EXPECT_EQ(last.header.method, MethodId{0x8001});
+  EXPECT_EQ(last.header.session, SessionId{7});
+  EXPECT_EQ(last.from, lidar);
+  EXPECT_EQ(reassembler.counters().segments, 3U);
+  EXPECT_EQ(reassembler.counters().messages, 1U);
+  EXPECT_THAT(drops(), IsEmpty());
+}
+
+TEST_F(TpReassemblerTest, JoinsSegmentsInDescendingOrder) {
+  covers({"feat_req_someiptp_820"});
+  EXPECT_EQ(offer({7, 48, false, tail}), "");
+  EXPECT_EQ(offer({7, 32, true, row_c}), "");
+  EXPECT_EQ(offer({7, 16, true, row_b}), "");
+  EXPECT_EQ(offer({7, 0, true, row_a}), to_hex(row_a) + to_hex(row_b) + to_hex(row_c) + "d0d1d2");
+}
+
+TEST_F(TpReassemblerTest, JoinsSegmentsThreePlacesOutOfOrder) {
+  covers({"feat_req_someiptp_790"});
+  EXPECT_EQ(offer({7, 16, true, row_b}), "");
+  EXPECT_EQ(offer({7, 32, true, row_c}), "");
+  EXPECT_EQ(offer({7, 48, false, tail}), "");
+  EXPECT_EQ(offer({7, 0, true, row_a}), to_hex(row_a) + to_hex(row_b) + to_hex(row_c) + "d0d1d2");
+}
+
+TEST_F(TpReassemblerTest, TakesASingleSegmentAsAMessage) {
+  EXPECT_EQ(offer({7, 0, false, tail}), "d0d1d2");
+  EXPECT_EQ(offer({8, 0, false, {}}), "");
+  EXPECT_EQ(reassembler.counters().messages, 2U);
+  EXPECT_EQ(last.header.session, SessionId{8});
+}
+
+TEST_F(TpReassemblerTest, TakesAnEmptyLastSegment) {
+  EXPECT_EQ(offer({7, 16, false, {}}), "");
+  EXPECT_EQ(offer({7, 0, true, row_a}), to_hex(row_a));
+}
+
+TEST_F(TpReassemblerTest, ReportsTheReturnCodeOfTheSegmentThatCameLast) {
+  covers({"feat_req_someiptp_784"});
+  offer({.session = 7, .offset = 16, .more = false, .slice = tail, .code = ReturnCode::not_ok});
+  offer({.session = 7, .offset = 0, .more = true, .slice = row_a, .code = ReturnCode::not_ready});
+  EXPECT_EQ(last.header.return_code, ReturnCode::not_ready);
+}
+
+TEST_F(TpReassemblerTest, KeepsTheBytesReceivedFirstWhereSegmentsOverlap) {
+  covers({"feat_req_someiptp_797", "feat_req_someiptp_810"});
+  auto two_rows = row_c;
+  two_rows.insert(two_rows.end(), row_c.begin(), row_c.end());
+  EXPECT_EQ(offer({7, 0, true, row_a}), "");
+  EXPECT_EQ(offer({7, 0, true, two_rows}), "");
+  EXPECT_EQ(offer({7, 32, false, tail}), to_hex(row_a) + to_hex(row_c) + "d0d1d2");
+  EXPECT_THAT(drops(), UnorderedElementsAre(Pair("overlap", 1)));
+}
+
+TEST_F(TpReassemblerTest, FillsSeveralGapsFromOneOverlappingSegment) {
+  auto four_rows = row_c;
+  for (int i = 0; i < 3; ++i) {
+    four_rows.insert(four_rows.end(), row_c.begin(), row_c.end());
+  }
+  EXPECT_EQ(offer({7, 16, true, row_a}), "");
+  EXPECT_EQ(offer({7, 48, true, row_b}), "");
+  EXPECT_EQ(offer({7, 64, false, tail}), "");
+  EXPECT_EQ(offer({7, 0, true, four_rows}),
+            to_hex(row_c) + to_hex(row_a) + to_hex(row_c) + to_hex(row_b) + "d0d1d2");
+}
+
+TEST_F(TpReassemblerTest, DropsDuplicatesAlsoOfACompletedMessage) {
+  covers({"feat_req_someiptp_797"});
+  EXPECT_EQ(offer({7, 0, true, row_a}), "");
+  EXPECT_EQ(offer({7, 0, true, row_b}), "!overlap");
+  EXPECT_EQ(offer({7, 16, false, tail}), to_hex(row_a) + "d0d1d2");
+  EXPECT_EQ(offer({7, 16, false, tail}), "!stale");
+  EXPECT_EQ(offer({7, 0, true, row_a}), "!stale");
+  EXPECT_EQ(reassembler.size(), 0U);
+  EXPECT_EQ(reassembler.counters().messages, 1U);
+}
+
+TEST_F(TpReassemblerTest, BeginsAnewWithAnotherSession) {
+  covers({"feat_req_someiptp_793", "feat_req_someiptp_795"});
+  EXPECT_EQ(offer({7, 0, true, row_a}), "");
+  EXPECT_EQ(offer({8, 0, true, row_b}), "");
+  EXPECT_EQ(offer({8, 16, false, tail}), to_hex(row_b) + "d0d1d2");
+  EXPECT_THAT(drops(), UnorderedElementsAre(Pair("replaced", 1)));
+}
+
+TEST_F(TpReassemblerTest, IsNotThrownBackByAStragglerOfThePreviousSession) {
+  covers({"feat_req_someiptp_802", "feat_req_someiptp_783"});
+  EXPECT_EQ(offer({7, 0, true, row_a}), "");
+  EXPECT_EQ(offer({8, 0, true, row_b}), "");
+  EXPECT_EQ(offer({7, 16, false, tail}), "!stale");
+  EXPECT_EQ(offer({8, 16, false, tail}), to_hex(row_b) + "d0d1d2");
+}
+
+TEST_F(TpReassemblerTest, ForgetsSessionsSoThatARestartedSenderIsHeard) {
+  EXPECT_EQ(offer({1, 0, false, tail}), "d0d1d2");
+  EXPECT_EQ(offer({1, 0, false, tail}, lidar, start + 499ms), "!stale");
+  EXPECT_EQ(offer({1, 0, false, tail}, lidar, start + 500ms), "d0d1d2");
+}
+
+TEST_F(TpReassemblerTest, KeepsMessagesApartThatDifferInAnythingButTheSession) {
+  covers(
+      {"feat_req_someiptp_781", "feat_req_someiptp_787", "feat_req_someiptp_794", "feat_req_someiptp_803"});
+  TpSlots room{7, limits.max_message_bytes, 2};
+  reassembler = TpReassembler{room.slots(), {.max_message_bytes = 96, .max_per_sender = 9, .max_age = 1s}};
+  const Endpoint other_port{lidar.address, 30502};
+  const Endpoint other_address{IpAddress::v4(127, 0, 0, 2), 30501};
+  const Segment plain{7, 0, true, row_a};
+  const Segment other_event{.session = 7, .offset = 0, .more = true, .slice = row_a, .event = 0x8002};
+  const Segment other_client{.session = 7, .offset = 0, .more = true, .slice = row_a, .client = 1};
+  const Segment other_version{.session = 7, .offset = 0, .more = true, .slice = row_a, .version = 2};
+  EXPECT_EQ(offer(plain), "");
+  EXPECT_EQ(offer(plain, other_port), "");
+  EXPECT_EQ(offer(plain, other_address), "");
+  EXPECT_EQ(offer(other_event), "");
+  EXPECT_EQ(offer(other_client), "");
+  EXPECT_EQ(offer(other_version), "");
+  Header response{.service = ServiceId{0x1234},
+                  .method = MethodId{0x8001},
+                  .session = SessionId{7},
+                  .interface_version = 1,
+                  .type = MessageType::tp_response};
+  const auto first_row = hex("00000001 a0a1a2a3a4a5a6a7a8a9aaabacadaeaf");
+  EXPECT_EQ(offer(Message{response, first_row}, lidar, start), "");
+  EXPECT_EQ(reassembler.size(), 7U);
+  EXPECT_THAT(drops(), IsEmpty());
+  EXPECT_EQ(offer({7, 16, false, tail}, other_port), to_hex(row_a) + "d0d1d2");
+  EXPECT_EQ(last.from, other_port);
+  EXPECT_EQ(reassembler.size(), 6U);
+}
+
+TEST_F(TpReassemblerTest, SkipsTheRestOfAMessageThatIsTooLarge) {
+  covers({"feat_req_someiptp_782", "feat_req_someiptp_783"});
+  EXPECT_EQ(offer({7, 0, true, row_a}), "");
+  EXPECT_EQ(offer({7, 96, true, row_b}), "!too_large");
+  EXPECT_EQ(offer({7, 16, true, row_b}), "!stale");
+  EXPECT_EQ(offer({7, 0xfffffff0, false, row_b}), "!stale");
+  EXPECT_EQ(reassembler.size(), 0U);
+  EXPECT_EQ(offer({8, 80, false, row_c}), "") << "exactly as large as allowed";
+  EXPECT_EQ(offer({9, 96, false, hex("00")}), "!too_large");
+  EXPECT_THAT(drops(), UnorderedElementsAre(Pair("too_large", 2), Pair("stale", 2), Pair("replaced", 1)));
+}
+
+TEST_F(TpReassemblerTest, TakesNoSlotForAMessageThatIsTooLargeFromTheStart) {
+  EXPECT_EQ(offer({7, 0xfffffff0, true, row_a}), "!too_large");
+  EXPECT_EQ(reassembler.size(), 0U);
+}
+
+TEST_F(TpReassemblerTest, GivesUpAMessageWithMoreGapsThanItMayHave) {
+  covers({"feat_req_someiptp_796"});
+  EXPECT_EQ(offer({7, 16, true, row_b}), "");
+  EXPECT_EQ(offer({7, 48, true, row_b}), "");
+  EXPECT_EQ(offer({7, 80, true, row_b}), "!too_many_gaps");
+  EXPECT_EQ(offer({7, 0, true, row_a}), "!stale");
+  // A segment in the middle of a gap makes two of it.
+  EXPECT_EQ(offer({8, 64, true, row_b}), "");
+  EXPECT_EQ(offer({8, 16, true, row_b}), "");
+  EXPECT_EQ(offer({8, 48, true, row_b}), "") << "beside received bytes: no further gap";
+  EXPECT_EQ(offer({9, 80, true, row_b}), "");
+  EXPECT_EQ(offer({9, 16, true, row_b}), "");
+  EXPECT_EQ(offer({9, 48, true, row_b}), "!too_many_gaps");
+  EXPECT_THAT(drops(), UnorderedElementsAre(Pair("too_many_gaps", 2), Pair("stale", 1), Pair("replaced", 1)));
+}
+
+TEST_F(TpReassemblerTest, GivesUpAMessageThatContradictsItsEnd) {
+  covers({"feat_req_someiptp_792", "feat_req_someiptp_783"});
+  EXPECT_EQ(offer({1, 32, false, tail}), "");
+  EXPECT_EQ(offer({1, 16, false, tail}), "!inconsistent_end") << "an earlier end";
+  EXPECT_EQ(offer({2, 16, false, tail}), "");
+  EXPECT_EQ(offer({2, 32, false, tail}), "!inconsistent_end") << "a later end";
+  EXPECT_EQ(offer({3, 16, false, tail}), "");
+  EXPECT_EQ(offer({3, 16, true, row_b}), "!inconsistent_end") << "more bytes behind the end";
+  EXPECT_EQ(offer({4, 32, true, row_c}), "");
+  EXPECT_EQ(offer({4, 16, false, tail}), "!inconsistent_end") << "an end before received bytes";
+  EXPECT_EQ(reassembler.size(), 0U);
+  EXPECT_EQ(reassembler.counters().messages, 0U);
+}
+
+TEST_F(TpReassemblerTest, GivesUpAMessageWithAnUnalignedSegment) {
+  covers({"feat_req_someiptp_792", "feat_req_someiptp_772"});
+  EXPECT_EQ(offer({7, 0, true, row_a}), "");
+  EXPECT_EQ(offer({7, 16, true, tail}), "!unaligned");
+  EXPECT_EQ(offer({7, 16, false, tail}), "!stale");
+  EXPECT_EQ(offer({8, 0, true, tail}), "!unaligned");
+  EXPECT_EQ(reassembler.size(), 0U);
+}
+
+TEST_F(TpReassemblerTest, DropsWhatIsNoSegment) {
+  const Header segment{.session = SessionId{7}, .type = MessageType::tp_notification};
+  const Header plain{.session = SessionId{7}, .type = MessageType::notification};
+  const auto payload = hex("00000000 aa");
+  EXPECT_EQ(offer(Message{plain, payload}, lidar, start), "!malformed");
+  EXPECT_EQ(offer(Message{segment, {}}, lidar, start), "!malformed");
+  EXPECT_EQ(offer(Message{segment, ByteView{payload}.first(3)}, lidar, start), "!malformed");
+  EXPECT_EQ(offer({7, 0, true, {}}), "!malformed") << "not the last, yet empty";
+  EXPECT_EQ(reassembler.size(), 0U);
+  EXPECT_EQ(offer(Message{segment, ByteView{payload}.first(4)}, lidar, start), "")
+      << "a whole, empty message";
+  EXPECT_EQ(reassembler.counters().messages, 1U);
+}
+
+TEST_F(TpReassemblerTest, RefusesSessionZero) {
+  covers({"feat_req_someiptp_762"});
+  EXPECT_EQ(offer({0, 0, true, row_a}), "!no_session");
+  EXPECT_EQ(reassembler.size(), 0U);
+}
+
+TEST_F(TpReassemblerTest, LetsOneSenderTakeOnlyItsShare) {
+  const Endpoint same_host{lidar.address, 1};
+  EXPECT_EQ(offer({.session = 7, .offset = 0, .more = true, .slice = row_a, .event = 0x8001}), "");
+  EXPECT_EQ(offer({.session = 7, .offset = 0, .more = true, .slice = row_a, .event = 0x8002}), "");
+  EXPECT_EQ(offer({.session = 7, .offset = 0, .more = true, .slice = row_a, .event = 0x8003}),
+            "!too_many_from_sender");
+  EXPECT_EQ(offer({7, 0, true, row_a}, same_host), "!too_many_from_sender");
+  EXPECT_EQ(offer({8, 0, true, row_b}), "") << "takes the place of session 7";
+  EXPECT_EQ(offer({8, 16, false, tail}), to_hex(row_b) + "d0d1d2");
+  EXPECT_EQ(offer({7, 0, true, row_a}, same_host), "") << "there is room again";
+}
+
+TEST_F(TpReassemblerTest, DoesNotExceedTheShareByReusingFinishedSlots) {
+  for (const std::uint16_t event : std::initializer_list<std::uint16_t>{0x8001, 0x8002, 0x8003}) {
+    EXPECT_EQ(offer({.session = 7, .offset = 0, .more = false, .slice = tail, .event = event}), "d0d1d2");
+  }
+  EXPECT_EQ(offer({.session = 8, .offset = 0, .more = true, .slice = row_a, .event = 0x8001}), "");
+  EXPECT_EQ(offer({.session = 8, .offset = 0, .more = true, .slice = row_a, .event = 0x8002}), "");
+  EXPECT_EQ(offer({.session = 8, .offset = 0, .more = true, .slice = row_a, .event = 0x8003}),
+            "!too_many_from_sender");
+}
+
+TEST_F(TpReassemblerTest, RefusesTheNewestWhenAllSlotsAreTaken) {
+  const auto host = [](std::uint8_t last_byte) {
+    return Endpoint{IpAddress::v4(10, 0, 0, last_byte), 30501};
+  };
+  EXPECT_EQ(offer({7, 0, true, row_a}, host(1)), "");
+  EXPECT_EQ(offer({7, 0, true, row_a}, host(2)), "");
+  EXPECT_EQ(offer({7, 0, true, row_a}, host(3)), "");
+  EXPECT_EQ(offer({7, 0, true, row_a}, host(4)), "!no_slot");
+  EXPECT_EQ(offer({7, 16, false, tail}, host(1)), to_hex(row_a) + "d0d1d2");
+  EXPECT_EQ(offer({7, 0, true, row_a}, host(4)), "");
+}
+
+TEST_F(TpReassemblerTest, GivesUpAMessageThatIsTooOld) {
+  EXPECT_EQ(reassembler.deadline(), std::nullopt);
+  EXPECT_EQ(offer({7, 0, true, row_a}), "");
+  EXPECT_EQ(
+      offer({.session = 7, .offset = 0, .more = true, .slice = row_a, .event = 0x8002}, lidar, start + 100ms),
+      "");
+  EXPECT_EQ(reassembler.deadline(), start + 500ms);
+  // More segments do not make it younger: a slow sender holds a slot for max_age at the most.
+  EXPECT_EQ(offer({7, 16, true, row_b}, lidar, start + 400ms), "");
+  reassembler.on_time(start + 500ms - 1ns);
+  EXPECT_EQ(reassembler.size(), 2U);
+  reassembler.on_time(start + 500ms);
+  EXPECT_EQ(reassembler.size(), 1U);
+  EXPECT_EQ(reassembler.deadline(), start + 600ms);
+  EXPECT_EQ(offer({7, 32, false, tail}, lidar, start + 501ms), "!stale");
+  reassembler.on_time(start + 600ms);
+  EXPECT_EQ(reassembler.deadline(), std::nullopt);
+  EXPECT_THAT(drops(), UnorderedElementsAre(Pair("aged_out", 2), Pair("stale", 1)));
+}
+
+TEST_F(TpReassemblerTest, DoesNotCompleteAMessageThatIsTooOldEvenIfTheTimerIsLate) {
+  EXPECT_EQ(offer({7, 0, true, row_a}), "");
+  EXPECT_EQ(offer({7, 16, false, tail}, lidar, start + 500ms), "!stale");
+  EXPECT_THAT(drops(), UnorderedElementsAre(Pair("aged_out", 1), Pair("stale", 1)));
+}
+
+TEST_F(TpReassemblerTest, GivesAwayACompletedBuffer) {
+  EXPECT_EQ(offer({7, 0, false, tail}), "d0d1d2");
+  std::vector<std::byte> fresh(limits.max_message_bytes);
+  const ByteSpan taken = reassembler.exchange_buffer(last.slot, fresh);
+  EXPECT_EQ(taken.data(), last.payload.data());
+  EXPECT_EQ(offer({8, 0, false, row_a}), to_hex(row_a));
+  EXPECT_EQ(last.payload.data(), fresh.data());
+  EXPECT_EQ(to_hex(taken.first(3)), "d0d1d2");
+}
+
+}  // namespace
+}  // namespace trestle::someip
