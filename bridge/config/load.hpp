@@ -22,8 +22,10 @@ struct Problem {
 [[nodiscard]] std::string to_string(const Problem& problem);
 
 /// Says what is wrong with a message type ("sensor_msgs/msg/PointCloud2"), or nothing when it is known and
-/// can be carried. `paths` are the folders under `types: paths`, already relative to the working directory.
-using TypeCheck = std::function<std::string(const std::string& type, const std::vector<std::string>& paths)>;
+/// can be carried by these rules. `paths` are the folders under `types: paths`, already relative to the
+/// working directory.
+using TypeCheck = std::function<std::string(const std::string& type, const someip::PayloadRules& rules,
+                                            const std::vector<std::string>& paths)>;
 
 struct Loaded {
   BridgeConfig config;

@@ -1,0 +1,11 @@
+#pragma once
+#include <vector>
+
+#include "bridge/config/load_route.hpp"
+
+namespace trestle::bridge {
+
+/// Reports routes that are good one by one but cannot be together.
+void report_conflicts(const std::vector<RouteInFile>& routes, std::uint16_t sd_port, Report& report);
+
+}  // namespace trestle::bridge

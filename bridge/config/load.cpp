@@ -1,0 +1,229 @@
+#include "bridge/config/load.hpp"
+
+#include <fmt/format.h>
+#include <net/if.h>
+#include <yaml-cpp/yaml.h>
+
+#include <cerrno>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <system_error>
+
+#include "bridge/config/conflicts.hpp"
+#include "bridge/config/section.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+// No hand-written configuration comes near; a file that does is not one.
+constexpr std::size_t file_bytes_max = std::size_t{1} << 20U;
+
+using namespace std::chrono_literals;
+
+Format<std::chrono::seconds> time_to_live() {
+  constexpr std::chrono::seconds until_reboot{0xff'ffff};
+  return {"a whole number of seconds from 1 s to 16777214 s, or until_reboot",
+          [=](std::string_view text) -> std::optional<std::chrono::seconds> {
+            if (text == "until_reboot") {
+              return until_reboot;
+            }
+            const auto time = duration(1s, until_reboot - 1s).read(text);
+            return time && *time % 1s == 0s
+                       ? std::optional{std::chrono::duration_cast<std::chrono::seconds>(*time)}
+                       : std::nullopt;
+          }};
+}
+
+void load_sd(Section& someip, SomeipSettings& settings, bool address_is_good, Report& report) {
+  SdSettings& into = settings.sd;
+  const YAML::Node node = someip.child("sd");
+  if (node) {
+    Section sd{node, "sd", report};
+    auto multicast = ip_address();
+    multicast.expected = "a multicast address";
+    multicast.read = [read = std::move(multicast.read)](std::string_view text) {
+      const auto address = read(text);
+      return address && address->is_multicast() ? address : std::nullopt;
+    };
+    sd.read("multicast", multicast, into.multicast);
+    sd.read("port", as<std::uint16_t>(whole_number(1, 65535)), into.port);
+    const Format<Duration> delay = duration(0s, 60s);
+    sd.read("initial_delay_min", delay, into.initial_delay_min);
+    sd.read("initial_delay_max", delay, into.initial_delay_max);
+    sd.read("repetitions_base_delay", duration(1ms, 60s), into.repetitions_base_delay);
+    sd.read("repetitions_max", as<std::uint8_t>(whole_number(0, 10)), into.repetitions_max);
+    sd.read("cyclic_offer_delay", duration(10ms, 1h), into.cyclic_offer_delay);
+    sd.read("request_response_delay_min", delay, into.request_response_delay_min);
+    sd.read("request_response_delay_max", delay, into.request_response_delay_max);
+    sd.read("ttl", time_to_live(), into.ttl);
+    sd.finish();
+    if (into.initial_delay_min > into.initial_delay_max) {
+      report.error(sd.value_mark("initial_delay_min"),
+                   fmt::format("initial_delay_min: {} is above initial_delay_max, {}",
+                               to_string(into.initial_delay_min), to_string(into.initial_delay_max)));
+    }
+    if (into.request_response_delay_min > into.request_response_delay_max) {
+      report.error(sd.value_mark("request_response_delay_min"),
+                   fmt::format("request_response_delay_min: {} is above request_response_delay_max, {}",
+                               to_string(into.request_response_delay_min),
+                               to_string(into.request_response_delay_max)));
+    }
+    if (into.cyclic_offer_delay >= into.ttl) {
+      report.warning(sd.value_mark("ttl"),
+                     fmt::format("ttl: offers live {} but are renewed only every {} (cyclic_offer_delay)",
+                                 to_string(into.ttl), to_string(into.cyclic_offer_delay)));
+    }
+  }
+  if (address_is_good && settings.address.v6 != into.multicast.v6) {
+    report.error(someip.value_mark("address"),
+                 fmt::format("address: {} and the multicast address of sd, {}, are of different IP versions",
+                             to_string(settings.address), to_string(into.multicast)));
+  }
+}
+
+void load_someip(const YAML::Node& node, SomeipSettings& into, Report& report) {
+  Section someip{node, "someip", report};
+  auto unicast = ip_address();
+  unicast.expected = "this host's own IPv4 or IPv6 address, which services are offered at";
+  unicast.read = [read = std::move(unicast.read)](std::string_view text) {
+    const auto address = read(text);
+    return address && !address->is_multicast() ? address : std::nullopt;
+  };
+  const bool address_is_good = someip.require("address", unicast, into.address);
+  Format<std::string> interface =
+      any_text(fmt::format("the name of a network interface (1 to {} characters)", IF_NAMESIZE - 1));
+  interface.read = [read = std::move(interface.read)](std::string_view text) {
+    return text.size() < IF_NAMESIZE ? read(text) : std::nullopt;
+  };
+  someip.read("interface", interface, into.interface);
+  load_sd(someip, into, address_is_good, report);
+  someip.finish();
+}
+
+void load_dds(const YAML::Node& node, DdsSettings& into, Report& report) {
+  Section dds{node, "dds", report};
+  dds.read("domain", as<std::uint32_t>(whole_number(0, 232)), into.domain);
+  std::vector<IpAddress> addresses;
+  std::vector<Mark> marks;
+  dds.read_list("interfaces", ip_address(), addresses, marks);
+  for (const IpAddress& address : addresses) {
+    into.interfaces.push_back(to_string(address));
+  }
+  dds.read("shared_memory", truth(), into.shared_memory);
+  dds.finish();
+}
+
+void load_types(const YAML::Node& node, const std::string& file, std::vector<std::string>& into,
+                Report& report) {
+  Section types{node, "types", report};
+  std::vector<std::string> paths;
+  std::vector<Mark> marks;
+  types.read_list("paths", any_text("a folder that holds message packages"), paths, marks);
+  types.finish();
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    const auto path =
+        std::filesystem::path{file}.parent_path() / paths[i];  // an absolute path replaces the first
+    std::error_code ignored;
+    if (std::filesystem::is_directory(path, ignored)) {
+      into.push_back(path.lexically_normal().string());
+    } else {
+      report.error(marks[i],
+                   fmt::format("paths: there is no folder {}", quote(path.lexically_normal().string())));
+    }
+  }
+}
+
+void load_root(const YAML::Node& root, BridgeConfig& config, const TypeCheck& check_type, Report& report) {
+  Section section{root, "", report};
+  if (const YAML::Node someip = section.child("someip")) {
+    load_someip(someip, config.someip, report);
+  } else if (section.is_missing("someip")) {
+    report.error(section.mark(), "'someip' is missing: expected a mapping with at least 'address'");
+  }
+  if (const YAML::Node dds = section.child("dds")) {
+    load_dds(dds, config.dds, report);
+  }
+  if (const YAML::Node types = section.child("types")) {
+    load_types(types, config.file, config.type_paths, report);
+  }
+  std::vector<RouteInFile> routes;
+  for (const YAML::Node& node : section.required_list("routes", "a list of routes")) {
+    routes.push_back(load_route(node, report));
+  }
+  section.finish();
+
+  report_conflicts(routes, config.someip.sd.port, report);
+  for (RouteInFile& in_file : routes) {
+    if (check_type && in_file.good.contains("type")) {
+      if (const std::string fault = check_type(in_file.route.type, in_file.route.rules, config.type_paths);
+          !fault.empty()) {
+        report.error(in_file.type_mark, "type: " + fault);
+      }
+    }
+    config.routes.push_back(std::move(in_file.route));
+  }
+}
+
+/// The one document of the file, or nothing after reporting why not.
+YAML::Node parse_yaml(std::string_view text, Report& report) {
+  if (text.size() > file_bytes_max) {
+    report.error({}, fmt::format("the file is larger than {}", bytes_to_string(file_bytes_max)));
+    return YAML::Node{YAML::NodeType::Undefined};
+  }
+  try {
+    const std::vector<YAML::Node> documents = YAML::LoadAll(std::string{text});
+    if (documents.empty() || documents.front().IsNull()) {
+      report.error({}, "the file is empty: expected at least 'someip' and 'routes'");
+    } else if (documents.size() > 1) {
+      report.error(to_mark(documents[1].Mark()), "a second document begins here: expected one");
+    } else {
+      return documents.front();
+    }
+  } catch (const YAML::Exception& error) {
+    report.error(to_mark(error.mark), "not valid YAML: " + error.msg);
+  }
+  return YAML::Node{YAML::NodeType::Undefined};
+}
+
+}  // namespace
+
+tl::expected<Loaded, std::vector<Problem>> parse_config(std::string_view text, const std::string& file,
+                                                        const TypeCheck& check_type) {
+  Report report{file};
+  Loaded loaded;
+  loaded.config.file = file;
+  if (const YAML::Node root = parse_yaml(text, report)) {
+    load_root(root, loaded.config, check_type, report);
+  }
+  if (report.has_errors()) {
+    return tl::unexpected{report.take()};
+  }
+  loaded.warnings = report.take();
+  return loaded;
+}
+
+tl::expected<Loaded, std::vector<Problem>> load_config(const std::string& file, const TypeCheck& check_type) {
+  const auto fail = [&](const std::string& why) {
+    return tl::unexpected{std::vector{Problem{Problem::Severity::error, file, {}, why}}};
+  };
+  std::error_code ignored;
+  if (std::filesystem::is_directory(file, ignored)) {
+    return fail("cannot be read: it is a folder");
+  }
+  errno = 0;
+  std::ifstream in{file, std::ios::binary};
+  if (!in) {
+    return fail("cannot be read: " + std::generic_category().message(errno));
+  }
+  // One byte more than allowed is enough to know: /dev/zero has no end.
+  std::string text(file_bytes_max + 1, '\0');
+  in.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(in.gcount()));
+  if (in.bad()) {
+    return fail("cannot be read to its end");
+  }
+  return parse_config(text, file, check_type);
+}
+
+}  // namespace trestle::bridge

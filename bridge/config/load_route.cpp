@@ -1,0 +1,180 @@
+#include "bridge/config/load_route.hpp"
+
+#include "bridge/config/format.hpp"
+#include "bridge/config/names.hpp"
+#include "bridge/config/section.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+using someip::FieldWidth;
+using someip::PayloadRules;
+using someip::StringEncoding;
+
+constexpr std::uint32_t any_minor = 0xffff'ffff;
+
+Format<std::string> topic_name() {
+  return {"a topic such as /sensing/points (absolute; letters, digits, '_')",
+          [](std::string_view text) -> std::optional<std::string> {
+            return is_topic_name(text) ? std::optional<std::string>{text} : std::nullopt;
+          }};
+}
+
+Format<std::string> type_name() {
+  return {"a message type such as sensor_msgs/msg/PointCloud2",
+          [](std::string_view text) -> std::optional<std::string> {
+            return is_type_name(text) ? std::optional<std::string>{text} : std::nullopt;
+          }};
+}
+
+Format<FieldWidth> field_width() {
+  auto format = one_of<FieldWidth>({{"0", FieldWidth::none},
+                                    {"8", FieldWidth::bits8},
+                                    {"16", FieldWidth::bits16},
+                                    {"32", FieldWidth::bits32}});
+  format.expected = "a width in bits: 0 (no such field), 8, 16 or 32";
+  return format;
+}
+
+void load_wire_rules(const YAML::Node& node, PayloadRules& rules, Report& report) {
+  Section wire{node, "wire", report};
+  // The one profile there is: a named starting point for the rest.
+  wire.read("profile", one_of<PayloadRules>({{"commonapi", PayloadRules{}}}), rules);
+  wire.read("byte_order", one_of<std::endian>({{"big", std::endian::big}, {"little", std::endian::little}}),
+            rules.byte_order);
+  wire.read("length_order", one_of<bool>({{"big", true}, {"as_payload", false}}),
+            rules.length_fields_always_big);
+  wire.read("array_length", field_width(), rules.array_length);
+  wire.read("fixed_array_length", field_width(), rules.fixed_array_length);
+  wire.read("string_length", field_width(), rules.string_length);
+  wire.read("struct_length", field_width(), rules.struct_length);
+  wire.read("union_length", field_width(), rules.union_length);
+  wire.read("union_type", field_width(), rules.union_type);
+  wire.read("union_order", one_of<bool>({{"length_first", true}, {"type_first", false}}),
+            rules.union_length_first);
+  wire.read("string_encoding",
+            one_of<StringEncoding>({{"utf8", StringEncoding::utf8},
+                                    {"utf16le", StringEncoding::utf16le},
+                                    {"utf16be", StringEncoding::utf16be}}),
+            rules.string_encoding);
+  wire.read("string_bom", truth(), rules.string_bom);
+  wire.read("string_terminator", truth(), rules.string_terminator);
+  // In the file all widths are bits, as in the specification.
+  auto alignment =
+      one_of<std::uint8_t>({{"8", 1}, {"16", 2}, {"32", 4}, {"64", 8}, {"128", 16}, {"256", 32}});
+  alignment.expected = "an alignment in bits: 8 (none), 16, 32, 64, 128 or 256";
+  wire.read("alignment", alignment, rules.alignment);
+  wire.finish();
+}
+
+void load_tp(const YAML::Node& node, TpSettings& settings, Report& report) {
+  // 65507 bytes fit a UDP datagram over IPv4, of which the two headers take 20.
+  constexpr std::uint32_t segment_bytes_max = 65472;
+  Section tp{node, "tp", report};
+  const Format<std::uint32_t> multiple_of_16{
+      "a multiple of 16 from 16 to 65472 (bytes)", [](std::string_view text) -> std::optional<std::uint32_t> {
+        const auto bytes = read_whole(text);
+        // [feat_req_someiptp_772]
+        return bytes && *bytes >= 16 && *bytes <= segment_bytes_max && *bytes % 16 == 0
+                   ? std::optional{static_cast<std::uint32_t>(*bytes)}
+                   : std::nullopt;
+      }};
+  tp.read("segment_bytes", multiple_of_16, settings.segment_bytes);
+  tp.read("burst", as<std::uint32_t>(whole_number(1, 65535)), settings.burst);
+  tp.read("separation", duration(Duration{0}, std::chrono::seconds{1}), settings.separation);
+  tp.read("max_message", as<std::size_t>(byte_size(1024, std::uint64_t{256} << 20U)), settings.max_message);
+  tp.finish();
+}
+
+void load_qos(const YAML::Node& node, QosSettings& settings, Report& report) {
+  Section qos{node, "qos", report};
+  qos.read("reliability", one_of<bool>({{"reliable", true}, {"best_effort", false}}), settings.reliable);
+  qos.read("durability", one_of<bool>({{"volatile", false}, {"transient_local", true}}),
+           settings.transient_local);
+  qos.read("depth", as<std::uint32_t>(whole_number(1, 10'000)), settings.depth);
+  qos.finish();
+}
+
+void load_version(Section& section, Route& route) {
+  // 0xff is "any major version", which no route can have: conversion depends on it.
+  section.read("major", as<std::uint8_t>(whole_number(0, 254)), route.major);
+  auto minor = as<std::uint32_t>(whole_number(0, any_minor - 1));
+  if (route.direction == Direction::someip_to_dds) {
+    route.minor = any_minor;
+    minor.expected += ", or any";
+    minor.read = [number = std::move(minor.read)](std::string_view text) {
+      return text == "any" ? std::optional{any_minor} : number(text);
+    };
+  }
+  section.read("minor", minor, route.minor);
+}
+
+void load_transport(Section& section, Route& route, Report& report) {
+  Transport transport = Transport::udp;
+  if (section.read("transport", one_of<Transport>({{"udp", Transport::udp}, {"tcp", Transport::tcp}}),
+                   transport) &&
+      transport == Transport::tcp) {
+    report.error(section.value_mark("transport"),
+                 "transport: tcp is not supported yet; use udp, which carries large messages in TP segments");
+  }
+  route.transport = transport;
+}
+
+}  // namespace
+
+RouteInFile load_route(const YAML::Node& node, Report& report) {
+  RouteInFile result;
+  Route& route = result.route;
+  Section section{node, "route", report};
+  route.mark = section.mark();
+  const auto require = [&](const char* key, const auto& format, auto& into) {
+    if (section.require(key, format, into)) {
+      result.good.emplace(key, section.use_mark(key));
+    }
+  };
+
+  require("topic", topic_name(), route.topic);
+  require("type", type_name(), route.type);
+  result.type_mark = section.value_mark("type");
+  require("direction",
+          one_of<Direction>(
+              {{"dds_to_someip", Direction::dds_to_someip}, {"someip_to_dds", Direction::someip_to_dds}}),
+          route.direction);
+  // [feat_req_someip_627]: 0x0000 and 0xffff name no service; 0xfffe is kept for what is not SOME/IP.
+  require("service", as<someip::ServiceId>(id_number(0x0001, 0xfffd)), route.service);
+  // [feat_req_someip_579]
+  require("instance", as<someip::InstanceId>(id_number(0x0001, 0xfffe)), route.instance);
+  require("eventgroup", as<someip::EventgroupId>(id_number(0x0001, 0xfffe)), route.eventgroup);
+  require("event", as<someip::MethodId>(id_number(0x0001, 0xfffe)), route.event);
+  if (result.good.contains("event") && someip::value(route.event) < 0x8000) {
+    // Advice of the specification; deployments with lower ids exist.  [feat_req_someip_626]
+    report.warning(section.value_mark("event"),
+                   "event: ids below 0x8000 are meant for methods; is this the one the peer uses?");
+  }
+
+  // The port of a service is part of its offer; that of a client is nobody's business.
+  const auto port = as<std::uint16_t>(whole_number(1, 65535));
+  if (route.direction == Direction::dds_to_someip && result.good.contains("direction")) {
+    require("port", port, route.port);
+  } else if (section.read("port", port, route.port)) {
+    result.good.emplace("port", section.use_mark("port"));
+  }
+  load_version(section, route);
+  result.good.emplace("major", section.use_mark("major"));
+  result.good.emplace("minor", section.use_mark("minor"));
+  load_transport(section, route, report);
+
+  if (const YAML::Node wire = section.child("wire")) {
+    load_wire_rules(wire, route.rules, report);
+  }
+  if (const YAML::Node tp = section.child("tp")) {
+    load_tp(tp, route.tp, report);
+  }
+  if (const YAML::Node qos = section.child("qos")) {
+    load_qos(qos, route.qos, report);
+  }
+  section.finish();
+  return result;
+}
+
+}  // namespace trestle::bridge

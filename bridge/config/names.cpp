@@ -1,0 +1,63 @@
+#include "bridge/config/names.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include "bridge/config/bridge_config.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+// DDS names have room for 255 characters; ROS 2 keeps 8 of them for prefixes such as "rt".
+constexpr std::size_t topic_characters_max = 247;
+
+constexpr bool is_letter(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+}
+constexpr bool is_digit(char c) {
+  return c >= '0' && c <= '9';
+}
+constexpr bool is_word(char c) {
+  return is_letter(c) || is_digit(c) || c == '_';
+}
+
+std::vector<std::string_view> split(std::string_view text) {
+  std::vector<std::string_view> parts;
+  for (std::size_t slash = 0; (slash = text.find('/')) != std::string_view::npos;) {
+    parts.push_back(text.substr(0, slash));
+    text.remove_prefix(slash + 1);
+  }
+  parts.push_back(text);
+  return parts;
+}
+
+bool is_token(std::string_view token) {
+  return !token.empty() && !is_digit(token.front()) && std::ranges::all_of(token, is_word);
+}
+
+}  // namespace
+
+bool is_topic_name(std::string_view name) {
+  return name.starts_with('/') && name.size() <= topic_characters_max &&
+         std::ranges::all_of(split(name.substr(1)), is_token);
+}
+
+bool is_type_name(std::string_view name) {
+  const auto parts = split(name);
+  return parts.size() == 3 && parts[1] == "msg" && std::ranges::all_of(parts, is_token);
+}
+
+std::string dds_topic_name(const std::string& topic) {
+  return "rt" + topic;
+}
+
+std::string dds_type_name(const std::string& type) {
+  std::string name;
+  std::size_t begin = 0;
+  for (std::size_t slash = 0; (slash = type.find('/', begin)) != std::string::npos; begin = slash + 1) {
+    name += type.substr(begin, slash - begin) + "::";
+  }
+  return name + "dds_::" + type.substr(begin) + "_";
+}
+
+}  // namespace trestle::bridge

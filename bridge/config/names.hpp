@@ -1,0 +1,14 @@
+#pragma once
+#include <string_view>
+
+/// What ROS 2 allows as names.
+namespace trestle::bridge {
+
+/// "/points", "/sensing/lidar/top": absolute, tokens of letters, digits and '_' that don't begin with a
+/// digit.
+[[nodiscard]] bool is_topic_name(std::string_view name);
+
+/// "sensor_msgs/msg/PointCloud2": a package, "msg", and a message.
+[[nodiscard]] bool is_type_name(std::string_view name);
+
+}  // namespace trestle::bridge
