@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <exception>
 
+#include "bridge/check/check_command.hpp"
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/terminal.hpp"
 
@@ -23,6 +24,7 @@ int run(int argc, char** argv) {
       "Exit status: 0 success, 1 failure, 2 wrong command line or configuration.");
 
   int status = exit_ok;
+  add_check_command(app, status);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -1,0 +1,40 @@
+#include "bridge/check/check_command.hpp"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+
+#include "bridge/check/explain.hpp"
+#include "bridge/check/summary.hpp"
+#include "bridge/cli/exit_status.hpp"
+#include "bridge/cli/terminal.hpp"
+
+namespace trestle::bridge {
+
+void add_check_command(CLI::App& app, int& status) {
+  CLI::App* command = app.add_subcommand("check", "Check configurations and show what they would do");
+  command->footer(
+      "Every problem is printed as FILE:LINE:COLUMN, and what was expected there.\n"
+      "Exit status: 0 when all files are good, 2 otherwise.\n\n"
+      "Examples:\n"
+      "  trestle check bridge.yaml\n"
+      "  trestle check --quiet examples/*.yaml && echo good");
+  const auto files = std::make_shared<std::vector<std::string>>();
+  const auto quiet = std::make_shared<bool>(false);
+  command->add_option("FILE", *files, "Configuration files (YAML)")->required();
+  command->add_flag("-q,--quiet", *quiet, "Print problems only");
+  command->callback([files, quiet, &status] {
+    for (const std::string& file : *files) {
+      const auto config = load_or_explain(file);
+      if (!config) {
+        status = exit_usage;
+      } else if (!*quiet) {
+        std::fputs(summary(*config, colours_for(STDOUT_FILENO)).c_str(), stdout);
+      }
+    }
+  });
+}
+
+}  // namespace trestle::bridge

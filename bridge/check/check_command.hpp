@@ -1,0 +1,12 @@
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace trestle::bridge {
+
+/// Adds `trestle check FILE...`: says what is wrong with configurations, or what they would do.
+void add_check_command(CLI::App& app, int& status);
+
+}  // namespace trestle::bridge
