@@ -1,0 +1,16 @@
+#pragma once
+#include <span>
+#include <string_view>
+
+namespace trestle::bridge {
+
+/// A `.msg` file of the folder builtin/, compiled in.
+struct BuiltinDefinition {
+  std::string_view name;  ///< "pkg/msg/Type"
+  std::string_view text;
+};
+
+/// All of them, sorted by name.
+[[nodiscard]] std::span<const BuiltinDefinition> builtin_definitions() noexcept;
+
+}  // namespace trestle::bridge

@@ -1,0 +1,494 @@
+#include "bridge/types/msg_parser.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <limits>
+#include <utility>
+
+namespace trestle::bridge {
+namespace {
+
+constexpr std::array<std::pair<std::string_view, Primitive>, 15> primitive_names{{
+    {"bool", Primitive::boolean},
+    {"byte", Primitive::byte},
+    {"char", Primitive::character},
+    {"int8", Primitive::int8},
+    {"uint8", Primitive::uint8},
+    {"int16", Primitive::int16},
+    {"uint16", Primitive::uint16},
+    {"int32", Primitive::int32},
+    {"uint32", Primitive::uint32},
+    {"int64", Primitive::int64},
+    {"uint64", Primitive::uint64},
+    {"float32", Primitive::float32},
+    {"float64", Primitive::float64},
+    {"string", Primitive::string},
+    {"wstring", Primitive::wstring},
+}};
+
+std::optional<Primitive> primitive_named(std::string_view name) {
+  const auto* const found =
+      std::ranges::find(primitive_names, name, &decltype(primitive_names)::value_type::first);
+  return found == primitive_names.end() ? std::nullopt : std::optional{found->second};
+}
+
+bool is_letter(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+}
+bool is_digit(char c) {
+  return c >= '0' && c <= '9';
+}
+bool is_blank(char c) {
+  return c == ' ' || c == '\t';
+}
+
+bool is_identifier(std::string_view text) {
+  return !text.empty() && is_letter(text.front()) &&
+         std::ranges::all_of(text, [](char c) { return is_letter(c) || is_digit(c) || c == '_'; });
+}
+
+std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && is_blank(text.front())) {
+    text.remove_prefix(1);
+  }
+  while (!text.empty() && is_blank(text.back())) {
+    text.remove_suffix(1);
+  }
+  return text;
+}
+
+bool is_string(Primitive type) {
+  return type == Primitive::string || type == Primitive::wstring;
+}
+
+/// What is wrong with a literal; empty: nothing.
+using Complaint = std::string;
+
+template <typename Number>
+Complaint check_integer(std::string_view text, std::string_view type) {
+  const std::string_view literal = text;
+  const bool negative = !text.empty() && text.front() == '-';
+  if (!text.empty() && (negative || text.front() == '+')) {
+    text.remove_prefix(1);
+  }
+  int base = 10;
+  if (text.size() > 2 && text[0] == '0') {
+    const char mark = text[1];
+    base = mark == 'x' || mark == 'X'   ? 16
+           : mark == 'b' || mark == 'B' ? 2
+           : mark == 'o' || mark == 'O' ? 8
+                                        : 10;
+    text.remove_prefix(base == 10 ? 0 : 2);
+  }
+  std::uint64_t magnitude = 0;
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, magnitude, base);
+  if (text.empty() || stop != end || error == std::errc::invalid_argument) {
+    return fmt::format("expected an integer for {}, found \"{}\"", type, literal);
+  }
+  const auto most = static_cast<std::uint64_t>(std::numeric_limits<Number>::max());
+  const std::uint64_t least = std::is_signed_v<Number> ? most + 1 : 0;
+  if (error != std::errc{} || magnitude > (negative ? least : most)) {
+    return fmt::format("{} is out of the range of {}", literal, type);
+  }
+  return {};
+}
+
+Complaint check_float(std::string_view text, std::string_view type) {
+  std::string_view digits = text;
+  if (!digits.empty() && digits.front() == '+') {
+    digits.remove_prefix(1);
+  }
+  double number = 0;
+  const char* const end = digits.data() + digits.size();
+  const auto [stop, error] = std::from_chars(digits.data(), end, number);
+  if (digits.empty() || stop != end || error == std::errc::invalid_argument) {
+    return fmt::format("expected a number for {}, found \"{}\"", type, text);
+  }
+  return {};
+}
+
+Complaint check_string(std::string_view text, std::uint32_t bound) {
+  const bool quoted = !text.empty() && (text.front() == '"' || text.front() == '\'');
+  std::size_t length = text.size();
+  if (quoted) {
+    std::size_t at = 1;
+    for (length = 0; at < text.size() && text[at] != text.front(); ++length) {
+      at += text[at] == '\\' ? 2U : 1U;
+    }
+    if (at + 1 != text.size()) {
+      return at >= text.size() ? fmt::format("the string {} has no closing quote", text)
+                               : fmt::format("nothing may follow the closing quote in {}", text);
+    }
+  }
+  return bound != 0 && length > bound ? fmt::format("the string has more than {} characters", bound)
+                                      : Complaint{};
+}
+
+Complaint check_literal(Primitive type, std::uint32_t string_bound, std::string_view text) {
+  switch (type) {
+    case Primitive::boolean: {
+      constexpr std::array<std::string_view, 6> names{"true", "false", "True", "False", "1", "0"};
+      return std::ranges::find(names, text) != names.end()
+                 ? Complaint{}
+                 : fmt::format("expected true or false, found \"{}\"", text);
+    }
+    case Primitive::byte:
+    case Primitive::character:
+    case Primitive::uint8:
+      return check_integer<std::uint8_t>(text, to_string(type));
+    case Primitive::int8:
+      return check_integer<std::int8_t>(text, to_string(type));
+    case Primitive::int16:
+      return check_integer<std::int16_t>(text, to_string(type));
+    case Primitive::uint16:
+      return check_integer<std::uint16_t>(text, to_string(type));
+    case Primitive::int32:
+      return check_integer<std::int32_t>(text, to_string(type));
+    case Primitive::uint32:
+      return check_integer<std::uint32_t>(text, to_string(type));
+    case Primitive::int64:
+      return check_integer<std::int64_t>(text, to_string(type));
+    case Primitive::uint64:
+      return check_integer<std::uint64_t>(text, to_string(type));
+    case Primitive::float32:
+    case Primitive::float64:
+      return check_float(text, to_string(type));
+    case Primitive::string:
+    case Primitive::wstring:
+      return check_string(text, string_bound);
+  }
+  return {};
+}
+
+/// Where the comment begins that ends a line: the first '#' that is not inside quotes.
+std::size_t comment_begin(std::string_view text) {
+  char quote = 0;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    if (quote != 0) {
+      if (text[at] == '\\') {
+        ++at;
+      } else if (text[at] == quote) {
+        quote = 0;
+      }
+    } else if (text[at] == '#') {
+      return at;
+    } else if ((text[at] == '"' || text[at] == '\'') && at > 0 &&
+               (is_blank(text[at - 1]) || text[at - 1] == '=' || text[at - 1] == '[' ||
+                text[at - 1] == ',')) {
+      quote = text[at];  // elsewhere it is an apostrophe of a string without quotes
+    }
+  }
+  if (quote != 0) {
+    // A quote that is never closed quotes nothing; the check of the value complains about it.
+    return std::min(text.find('#'), text.size());
+  }
+  return text.size();
+}
+
+/// Checks "[a, b, c]".
+Complaint check_array_literal(const FieldType& type, std::string_view text) {
+  if (text.size() < 2 || text.front() != '[' || text.back() != ']') {
+    return fmt::format("expected a default value like [1, 2] for an array, found \"{}\"", text);
+  }
+  text = trimmed(text.substr(1, text.size() - 2));
+  std::uint32_t count = 0;
+  while (!text.empty()) {
+    std::size_t end = 0;
+    char quote = 0;
+    for (; end < text.size() && (quote != 0 || text[end] != ','); ++end) {
+      if (quote != 0 && text[end] == '\\') {
+        ++end;
+      } else if (quote != 0) {
+        quote = text[end] == quote ? '\0' : quote;
+      } else if (text[end] == '"' || text[end] == '\'') {
+        quote = text[end];
+      }
+    }
+    const bool more = end < text.size();
+    const std::string_view element = trimmed(text.substr(0, end));
+    if (Complaint complaint = check_literal(*type.primitive, type.string_bound, element);
+        !complaint.empty()) {
+      return complaint;
+    }
+    ++count;
+    text = more ? trimmed(text.substr(end + 1)) : std::string_view{};
+    if (more && text.empty()) {
+      return "expected a value after the last comma";
+    }
+  }
+  if (type.array == ArrayKind::fixed ? count != type.array_size
+                                     : type.array == ArrayKind::bounded && count > type.array_size) {
+    return fmt::format("the default value has {} elements, the array {}{}", count,
+                       type.array == ArrayKind::fixed ? "" : "at most ", type.array_size);
+  }
+  return {};
+}
+
+/// Reads one line; columns are counted in bytes, from 1.
+class LineParser {
+ public:
+  LineParser(std::string_view line, int number, MessageDefinition& into)
+      : line_{line}, number_{number}, into_{into} {}
+
+  /// Adds the line's field or constant to the message; false: error() says what is wrong.
+  bool parse() {
+    line_ = line_.substr(0, comment_begin(line_));
+    while (!line_.empty() && is_blank(line_.back())) {
+      line_.remove_suffix(1);
+    }
+    skip_blanks();
+    if (at_ == line_.size()) {
+      return true;
+    }
+    const auto type_at = at_;
+    FieldType type;
+    if (!read_type(type)) {
+      return false;
+    }
+    if (at_ == line_.size() || !is_blank(line_[at_])) {
+      return fail(at_, fmt::format("expected a blank and a name after the type, found {}", found()));
+    }
+    skip_blanks();
+    const auto name_at = at_;
+    const std::string name{read_word()};
+    if (name.empty()) {
+      return fail(name_at, fmt::format("expected a field or constant name, found {}", found()));
+    }
+    const auto same_name = [&](const auto& other) { return other.name == name; };
+    if (std::ranges::any_of(into_.fields, same_name) || std::ranges::any_of(into_.constants, same_name)) {
+      return fail(name_at, fmt::format("the name {} is used twice", name));
+    }
+    const bool blank = at_ < line_.size() && is_blank(line_[at_]);
+    skip_blanks();
+    if (at_ < line_.size() && line_[at_] == '=') {
+      ++at_;
+      return read_constant(type, type_at, name);
+    }
+    if (at_ < line_.size() && !blank) {
+      return fail(at_, fmt::format("expected the end of the name, found {}", found()));
+    }
+    return read_field(std::move(type), type_at, name);
+  }
+
+  [[nodiscard]] TypeError error() const {
+    return {into_.file, number_, static_cast<int>(error_at_) + 1, error_};
+  }
+
+ private:
+  bool read_constant(const FieldType& type, std::size_t type_at, const std::string& name) {
+    if (!type.primitive || type.array != ArrayKind::none) {
+      return fail(type_at, "a constant must be of a primitive type, and no array");
+    }
+    skip_blanks();
+    const std::string_view value = line_.substr(at_);
+    if (value.empty() && !is_string(*type.primitive)) {
+      return fail(at_, fmt::format("expected a value for the constant {}", name));
+    }
+    if (Complaint complaint = check_literal(*type.primitive, type.string_bound, value); !complaint.empty()) {
+      return fail(at_, std::move(complaint));
+    }
+    into_.constants.push_back({name, *type.primitive, std::string{value}});
+    return true;
+  }
+
+  bool read_field(FieldType type, std::size_t type_at, const std::string& name) {
+    const std::string_view value = line_.substr(at_);
+    if (!value.empty()) {
+      if (!type.primitive) {
+        return fail(at_, fmt::format("a field of type {} can have no default value, found \"{}\"",
+                                     type.message, value));
+      }
+      Complaint complaint = type.array == ArrayKind::none
+                                ? check_literal(*type.primitive, type.string_bound, value)
+                                : check_array_literal(type, value);
+      if (!complaint.empty()) {
+        return fail(at_, std::move(complaint));
+      }
+    }
+    into_.fields.push_back(
+        {name, std::move(type), std::string{value}, number_, static_cast<int>(type_at) + 1});
+    return true;
+  }
+
+  bool read_type(FieldType& type) {
+    const auto begin = at_;
+    while (at_ < line_.size() &&
+           (is_letter(line_[at_]) || is_digit(line_[at_]) || line_[at_] == '_' || line_[at_] == '/')) {
+      ++at_;
+    }
+    const std::string_view name = line_.substr(begin, at_ - begin);
+    if (name.empty()) {
+      return fail(begin, fmt::format("expected a type, found {}", found()));
+    }
+    type.primitive = primitive_named(name);
+    if (!type.primitive && !read_message_name(name, begin, type.message)) {
+      return false;
+    }
+    if (line_.substr(at_).starts_with("<=")) {
+      if (!type.primitive || !is_string(*type.primitive)) {
+        return fail(at_, fmt::format("only string and wstring can be bounded by <=; {} cannot", name));
+      }
+      at_ += 2;
+      if (!read_size(type.string_bound, "a string's bound")) {
+        return false;
+      }
+    }
+    return at_ == line_.size() || line_[at_] != '[' || read_array(type);
+  }
+
+  bool read_message_name(std::string_view name, std::size_t at, std::string& message) {
+    if (name == "time" || name == "duration") {
+      return fail(at, fmt::format("\"{}\" is a ROS 1 type; ROS 2 has builtin_interfaces/{}", name,
+                                  name == "time" ? "Time" : "Duration"));
+    }
+    if (is_identifier(name)) {
+      message = into_.name.substr(0, into_.name.find('/')) + "/msg/" + std::string{name};
+      return true;
+    }
+    const auto full = full_type_name(name);
+    if (!full) {
+      return fail(
+          at,
+          fmt::format("\"{}\" is no type: expected a primitive type, Type, pkg/Type or pkg/msg/Type", name));
+    }
+    message = *full;
+    return true;
+  }
+
+  bool read_array(FieldType& type) {
+    ++at_;  // the bracket
+    if (at_ < line_.size() && line_[at_] == ']') {
+      type.array = ArrayKind::unbounded;
+    } else {
+      const bool bounded = line_.substr(at_).starts_with("<=");
+      at_ += bounded ? 2U : 0U;
+      type.array = bounded ? ArrayKind::bounded : ArrayKind::fixed;
+      if (!read_size(type.array_size, "an array's size")) {
+        return false;
+      }
+      if (at_ == line_.size() || line_[at_] != ']') {
+        return fail(at_, fmt::format("expected ], found {}", found()));
+      }
+    }
+    ++at_;
+    if (at_ < line_.size() && line_[at_] == '[') {
+      return fail(at_, "arrays of arrays do not exist in .msg files");
+    }
+    return true;
+  }
+
+  bool read_size(std::uint32_t& size, std::string_view what) {
+    const auto begin = at_;
+    const char* const from = line_.data() + at_;
+    const char* const end = line_.data() + line_.size();
+    const auto [stop, error] = std::from_chars(from, end, size);
+    if (stop == from || error != std::errc{} || size == 0) {
+      return fail(begin, fmt::format("expected {} from 1 to 4294967295, found {}", what, found()));
+    }
+    at_ += static_cast<std::size_t>(stop - from);
+    return true;
+  }
+
+  std::string_view read_word() {
+    const auto begin = at_;
+    if (at_ < line_.size() && is_letter(line_[at_])) {
+      while (at_ < line_.size() && (is_letter(line_[at_]) || is_digit(line_[at_]) || line_[at_] == '_')) {
+        ++at_;
+      }
+    }
+    return line_.substr(begin, at_ - begin);
+  }
+
+  void skip_blanks() {
+    while (at_ < line_.size() && is_blank(line_[at_])) {
+      ++at_;
+    }
+  }
+
+  /// What stands at the place of the error, for its text.
+  [[nodiscard]] std::string found() const {
+    const std::string_view rest = line_.substr(at_);
+    const std::string_view word =
+        rest.substr(0, std::min({rest.find(' ', 1), rest.find('\t', 1), std::size_t{40}}));
+    return word.empty() ? "the end of the line" : fmt::format("\"{}\"", word);
+  }
+
+  bool fail(std::size_t at, std::string text) {
+    error_at_ = at;
+    error_ = std::move(text);
+    return false;
+  }
+
+  std::string_view line_;
+  int number_;
+  MessageDefinition& into_;
+  std::size_t at_ = 0;
+  std::size_t error_at_ = 0;
+  std::string error_;
+};
+
+}  // namespace
+
+const char* to_string(Primitive primitive) noexcept {
+  for (const auto& [name, value] : primitive_names) {
+    if (value == primitive) {
+      return name.data();
+    }
+  }
+  return "?";
+}
+
+std::string to_string(const TypeError& error) {
+  if (error.file.empty()) {
+    return error.text;
+  }
+  if (error.line == 0) {
+    return fmt::format("{}: {}", error.file, error.text);
+  }
+  return fmt::format("{}:{}:{}: {}", error.file, error.line, error.column, error.text);
+}
+
+std::optional<std::string> full_type_name(std::string_view name) {
+  const std::size_t first = name.find('/');
+  if (first == std::string_view::npos) {
+    return std::nullopt;
+  }
+  const std::string_view package = name.substr(0, first);
+  std::string_view type = name.substr(first + 1);
+  if (type.starts_with("msg/")) {
+    type.remove_prefix(4);
+  }
+  if (!is_identifier(package) || !is_identifier(type)) {
+    return std::nullopt;
+  }
+  return fmt::format("{}/msg/{}", package, type);
+}
+
+tl::expected<MessageDefinition, TypeError> parse_msg(std::string_view text, const std::string& name,
+                                                     const std::string& file) {
+  MessageDefinition message{name, file, {}, {}};
+  if (text.size() > max_msg_file_bytes) {
+    return tl::unexpected{TypeError{file, 0, 0, fmt::format("larger than {} bytes", max_msg_file_bytes)}};
+  }
+  if (text.starts_with("\xef\xbb\xbf")) {
+    text.remove_prefix(3);  // a byte order mark
+  }
+  for (int number = 1; !text.empty(); ++number) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    std::string_view line = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    if (line.ends_with('\r')) {
+      line.remove_suffix(1);
+    }
+    if (LineParser parser{line, number, message}; !parser.parse()) {
+      return tl::unexpected{parser.error()};
+    }
+  }
+  return message;
+}
+
+}  // namespace trestle::bridge
