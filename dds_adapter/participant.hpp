@@ -39,7 +39,8 @@ struct Event {
     peer_lost,          ///< a participant has left, or has been silent for its lease time
     matched,            ///< a reader or writer has found a counterpart; `detail` is "reader" or "writer"
     unmatched,          ///< and has lost it
-    incompatible_qos,   ///< a counterpart of the same topic and type will not match; `detail` names the policies
+    incompatible_qos,   ///< a counterpart of the same topic and type will not match; `detail` names the
+                        ///< policies
     incompatible_type,  ///< the same topic with another type; `detail` is the peer's type
   };
   Kind kind{};
@@ -55,7 +56,8 @@ struct Event {
 struct ParticipantConfig {
   std::uint32_t domain = 0;  ///< 0 to 232
   std::string name = "trestle";
-  /// IPv4 addresses of this host that DDS may use; empty: all interfaces. 127.0.0.1 keeps everything on the host.
+  /// IPv4 addresses of this host that DDS may use; empty: all interfaces. 127.0.0.1 keeps everything on the
+  /// host.
   std::vector<std::string> interfaces;
   /// Use shared memory beside UDP for peers on this host. It is a little faster, but a peer that was killed
   /// can leave segments behind that make its successors slow or deaf, so it is off unless asked for.
@@ -123,9 +125,9 @@ struct ReaderCounters {
   std::uint64_t own = 0;                ///< written by the own participant
   std::uint64_t bad_encapsulation = 0;  ///< too short for a header, or not plain XCDR1
   std::uint64_t oversize = 0;           ///< more than `max_sample_bytes`
-  std::uint64_t lost = 0;               ///< DDS says that they will never arrive (best effort, or overwritten)
-  std::uint64_t rejected = 0;           ///< DDS had no room for them at that moment
-  std::uint64_t incompatible_qos = 0;   ///< writers that don't match for their quality of service
+  std::uint64_t lost = 0;              ///< DDS says that they will never arrive (best effort, or overwritten)
+  std::uint64_t rejected = 0;          ///< DDS had no room for them at that moment
+  std::uint64_t incompatible_qos = 0;  ///< writers that don't match for their quality of service
 };
 
 struct WriterCounters {

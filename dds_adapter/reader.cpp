@@ -1,0 +1,260 @@
+#include <atomic>
+#include <mutex>
+#include <utility>
+
+#include "dds_adapter/participant_core.hpp"
+#include "dds_adapter/raw_type.hpp"
+
+namespace trestle::dds {
+
+namespace detail {
+
+/// What keeps a received sample: the payload is on loan until it is given back, so the reader is kept as
+/// well.
+struct Loan {
+  fast::DataReader* from = nullptr;
+  fast::LoanableSequence<RawSample> samples;
+  fast::SampleInfoSeq infos;
+  std::shared_ptr<ReaderCore> keeps;
+};
+
+void give_back(Loan& loan) noexcept {
+  loan.from->return_loan(loan.samples, loan.infos);
+}
+
+class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, private fast::DataReaderListener {
+ public:
+  ReaderCore(std::shared_ptr<ParticipantCore> participant, ParticipantCore::Endpoint endpoint,
+             OnSample on_sample, std::size_t max_sample_bytes)
+      : participant_{std::move(participant)},
+        endpoint_{std::move(endpoint)},
+        on_sample_{std::move(on_sample)},
+        max_sample_bytes_{max_sample_bytes} {}
+
+  ReaderCore(const ReaderCore&) = delete;
+  ReaderCore& operator=(const ReaderCore&) = delete;
+
+  /// Apart from the constructor because callbacks need shared_from_this().
+  void open() {
+    fast::Topic* topic = participant_->use_topic(endpoint_.topic, endpoint_.type);
+    reader_ = participant_->subscriber()->create_datareader(topic, reader_qos(endpoint_.qos), this);
+    if (reader_ == nullptr) {
+      participant_->drop_topic(endpoint_.topic);
+      throw DdsError{"Fast DDS could not make a reader of topic '" + endpoint_.topic + "'"};
+    }
+    participant_->add(&endpoint_);
+  }
+
+  /// The reader stays until the last sample has been returned, but the callback is over.
+  void close() {
+    reader_->set_listener(nullptr);
+    const std::lock_guard lock{gate_};
+    on_sample_ = nullptr;
+  }
+
+  ~ReaderCore() override {
+    if (reader_ != nullptr) {
+      reader_->set_listener(nullptr);
+      participant_->remove(&endpoint_);
+      participant_->subscriber()->delete_datareader(reader_);
+      participant_->drop_topic(endpoint_.topic);
+    }
+  }
+
+  [[nodiscard]] std::size_t matched() const {
+    fast::SubscriptionMatchedStatus status;
+    reader_->get_subscription_matched_status(status);
+    return participant_->foreign(status.current_count, endpoint_);
+  }
+
+  [[nodiscard]] ReaderCounters counters() const {
+    const std::lock_guard lock{counters_mutex_};
+    return counters_;
+  }
+
+ private:
+  static fast::DataReaderQos reader_qos(const Qos& wanted) {
+    fast::DataReaderQos qos;
+    qos.reliability().kind =
+        wanted.reliable ? fast::RELIABLE_RELIABILITY_QOS : fast::BEST_EFFORT_RELIABILITY_QOS;
+    qos.durability().kind =
+        wanted.transient_local ? fast::TRANSIENT_LOCAL_DURABILITY_QOS : fast::VOLATILE_DURABILITY_QOS;
+    qos.history().kind = fast::KEEP_LAST_HISTORY_QOS;
+    qos.history().depth = static_cast<std::int32_t>(wanted.depth);
+    // The history holds `depth` samples; those on loan come on top, and their number is the holder's choice.
+    qos.resource_limits().max_samples = 0;
+    qos.resource_limits().max_instances = 1;
+    qos.resource_limits().max_samples_per_instance = 0;
+    qos.resource_limits().allocated_samples = static_cast<std::int32_t>(wanted.depth);
+    qos.endpoint().history_memory_policy = fast::dynamic_reusable;
+    // Shared histories between processes tear loaned samples and can spin for ever on one that is too large.
+    qos.data_sharing().off();
+    fast::set_heartbeat_delay(qos, fast::Duration{0, 1'000'000});
+    return qos;
+  }
+
+  /// Takes everything there is. DDS calls this for one sample or several, with the reader's lock held, and
+  /// possibly before `reader_` is known.
+  void on_data_available(fast::DataReader* reader) override {
+    const std::lock_guard lock{gate_};
+    while (on_sample_) {
+      auto loan = std::make_unique<Loan>();
+      if (!fast::is_ok(reader->take(loan->samples, loan->infos, 1))) {
+        return;
+      }
+      loan->from = reader;
+      loan->keeps = shared_from_this();
+      if (is_wanted(*loan)) {
+        on_sample_(Sample{std::move(loan)});
+      } else {
+        give_back(*loan);
+      }
+    }
+  }
+
+  /// Judges and counts a sample.
+  bool is_wanted(Loan& loan) {
+    const fast::SampleInfo& info = loan.infos[0];
+    if (!info.valid_data) {
+      return false;  // says that a writer has gone
+    }
+    const ByteView bytes = loan.samples[0].received;
+    const std::lock_guard lock{counters_mutex_};
+    if (participant_->is_own(info.sample_identity.writer_guid())) {
+      ++counters_.own;
+    } else if (!is_plain_cdr(bytes)) {
+      ++counters_.bad_encapsulation;
+    } else if (bytes.size() > max_sample_bytes_) {
+      ++counters_.oversize;
+    } else {
+      ++counters_.received;
+      counters_.received_bytes += bytes.size();
+      return true;
+    }
+    return false;
+  }
+
+  void on_subscription_matched(fast::DataReader* /*reader*/,
+                               const fast::SubscriptionMatchedStatus& status) override {
+    const fast::Guid peer = fast::guid_of(status.last_publication_handle);
+    if (!participant_->is_own(peer)) {
+      const auto kind = status.current_count_change > 0 ? Event::Kind::matched : Event::Kind::unmatched;
+      participant_->report({kind, endpoint_.topic, endpoint_.type, to_hex(peer), "reader",
+                            participant_->foreign(status.current_count, endpoint_)});
+    }
+  }
+
+  void on_requested_incompatible_qos(fast::DataReader* /*reader*/,
+                                     const fast::RequestedIncompatibleQosStatus& status) override {
+    std::string policies;
+    {
+      const std::lock_guard lock{counters_mutex_};
+      counters_.incompatible_qos = status.total_count;
+      policies = risen_policies(status.policies, seen_policies_);
+    }
+    participant_->report({Event::Kind::incompatible_qos, endpoint_.topic, endpoint_.type, "", policies, 0});
+  }
+
+  void on_sample_lost(fast::DataReader* /*reader*/, const fast::SampleLostStatus& status) override {
+    const std::lock_guard lock{counters_mutex_};
+    counters_.lost = static_cast<std::uint64_t>(status.total_count);
+  }
+
+  void on_sample_rejected(fast::DataReader* /*reader*/, const fast::SampleRejectedStatus& status) override {
+    const std::lock_guard lock{counters_mutex_};
+    counters_.rejected = static_cast<std::uint64_t>(status.total_count);
+  }
+
+  const std::shared_ptr<ParticipantCore> participant_;
+  const ParticipantCore::Endpoint endpoint_;
+  /// Held while the callback runs, so that closing waits for it.
+  std::mutex gate_;
+  OnSample on_sample_;
+  const std::size_t max_sample_bytes_;
+  fast::DataReader* reader_ = nullptr;
+  mutable std::mutex counters_mutex_;
+  ReaderCounters counters_;
+  fast::QosPolicyCountSeq seen_policies_;
+};
+
+}  // namespace detail
+
+Sample::Sample() noexcept = default;
+
+Sample::Sample(std::unique_ptr<detail::Loan> loan) noexcept : loan_{std::move(loan)} {
+  const auto& info = loan_->infos[0];
+  cdr_ = loan_->samples[0].received;
+  source_time_ = std::chrono::nanoseconds{fast::nanoseconds_of(info.source_timestamp)};
+  sequence_ = fast::number_of(info.sample_identity.sequence_number());
+}
+
+Sample::Sample(Sample&& other) noexcept
+    : cdr_{std::exchange(other.cdr_, {})},
+      source_time_{other.source_time_},
+      sequence_{other.sequence_},
+      loan_{std::move(other.loan_)} {}
+
+Sample& Sample::operator=(Sample&& other) noexcept {
+  if (this != &other) {
+    release();
+    cdr_ = std::exchange(other.cdr_, {});
+    source_time_ = other.source_time_;
+    sequence_ = other.sequence_;
+    loan_ = std::move(other.loan_);
+  }
+  return *this;
+}
+
+Sample::~Sample() {
+  release();
+}
+
+void Sample::release() noexcept {
+  cdr_ = {};
+  if (loan_) {
+    detail::give_back(*loan_);
+    loan_.reset();
+  }
+}
+
+std::string Sample::writer() const {
+  return loan_ ? detail::to_hex(loan_->infos[0].sample_identity.writer_guid()) : std::string{};
+}
+
+Reader::Reader(std::shared_ptr<detail::ReaderCore> core) noexcept : core_{std::move(core)} {}
+Reader::Reader(Reader&&) noexcept = default;
+
+Reader& Reader::operator=(Reader&& other) noexcept {
+  if (this != &other) {
+    if (core_) {
+      core_->close();
+    }
+    core_ = std::move(other.core_);
+  }
+  return *this;
+}
+
+Reader::~Reader() {
+  if (core_) {
+    core_->close();
+  }
+}
+
+std::size_t Reader::matched() const {
+  return core_->matched();
+}
+ReaderCounters Reader::counters() const {
+  return core_->counters();
+}
+
+Reader Participant::create_reader(std::string_view topic, std::string_view type, const Qos& qos,
+                                  OnSample on_sample, std::size_t max_sample_bytes) {
+  detail::check_endpoint("reader", topic, type, qos);
+  auto core = std::make_shared<detail::ReaderCore>(
+      core_, detail::ParticipantCore::Endpoint{std::string{topic}, std::string{type}, qos, false},
+      std::move(on_sample), max_sample_bytes);
+  core->open();
+  return Reader{std::move(core)};
+}
+
+}  // namespace trestle::dds
