@@ -1,0 +1,41 @@
+#include <benchmark/benchmark.h>
+
+#include <array>
+
+#include "someip/wire/header.hpp"
+
+namespace trestle::someip {
+namespace {
+
+constexpr Header event{.service = ServiceId{0x1234},
+                       .method = MethodId{0x8001},
+                       .session = SessionId{7},
+                       .interface_version = 1,
+                       .type = MessageType::notification};
+
+void HeaderEncode(benchmark::State& state) {
+  std::array<std::byte, header_bytes> room{};
+  Header header = event;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(header);
+    const auto bytes = encode_header(header, 1392, room);
+    benchmark::DoNotOptimize(bytes);
+    benchmark::ClobberMemory();
+  }
+}
+BENCHMARK(HeaderEncode);
+
+void HeaderDecode(benchmark::State& state) {
+  std::array<std::byte, header_bytes + 1392> datagram{};
+  static_cast<void>(encode_header(event, 1392, datagram));
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(datagram.data());
+    benchmark::ClobberMemory();
+    const auto message = decode(datagram);
+    benchmark::DoNotOptimize(message);
+  }
+}
+BENCHMARK(HeaderDecode);
+
+}  // namespace
+}  // namespace trestle::someip
