@@ -34,7 +34,11 @@ std::optional<TpSegment> TpSegmenter::next() noexcept {
   }
   const std::size_t rest = payload_bytes_ - offset_;
   const bool more = rest > segment_bytes_;
-  std::optional<TpSegment> segment{TpSegment{header_, offset_, more ? segment_bytes_ : rest}};
+  // Made in its place: copying what was just stored in small parts would stall.
+  std::optional<TpSegment> segment{std::in_place};
+  segment->header = header_;
+  segment->offset = offset_;
+  segment->bytes = more ? segment_bytes_ : rest;
   const TpHeader tp{static_cast<std::uint32_t>(offset_), more};
   store(segment->header.data() + header_bytes, to_word(tp));
   if (!more) {

@@ -9,9 +9,9 @@ namespace trestle::someip {
 /// One datagram of a segmented message: `header`, then `bytes` bytes of the original's payload from `offset`
 /// on. The driver gathers the two, so the payload is never copied.
 struct TpSegment {
-  std::array<std::byte, header_bytes + tp_header_bytes> header;
-  std::size_t offset;
-  std::size_t bytes;
+  std::array<std::byte, header_bytes + tp_header_bytes> header{};
+  std::size_t offset = 0;
+  std::size_t bytes = 0;
 };
 
 /// Cuts a message into SOME/IP-TP segments, first to last, all but the last of the same size and as large as

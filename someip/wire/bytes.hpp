@@ -1,30 +1,53 @@
 #pragma once
+#include <algorithm>
+#include <array>
 #include <bit>
 #include <concepts>
 #include <cstring>
+#include <type_traits>
 
 #include "someip/wire/types.hpp"
 
 namespace trestle::someip {
 
+/// The number with its bytes in reverse order.
+template <std::unsigned_integral T>
+[[nodiscard]] constexpr T byteswap(T number) noexcept {
+  if constexpr (sizeof(T) == 1) {
+    return number;
+  } else if constexpr (sizeof(T) == 2) {
+    return __builtin_bswap16(number);
+  } else if constexpr (sizeof(T) == 4) {
+    return __builtin_bswap32(number);
+  } else {
+    static_assert(sizeof(T) == 8);
+    return __builtin_bswap64(number);
+  }
+}
+
 /// Loads an integer in the given byte order from possibly unaligned memory of at least sizeof(T) bytes.
+/// Compiles to a move, and a swap where the order is not the machine's.
 template <std::unsigned_integral T>
 [[nodiscard]] constexpr T load(const std::byte* from, std::endian order = std::endian::big) noexcept {
-  T result = 0;
-  for (std::size_t i = 0; i < sizeof(T); ++i) {
-    const std::size_t at = order == std::endian::big ? i : sizeof(T) - 1 - i;
-    result =
-        static_cast<T>((static_cast<std::uint64_t>(result) << 8U) | std::to_integer<std::uint64_t>(from[at]));
+  std::array<std::byte, sizeof(T)> bytes{};
+  if (std::is_constant_evaluated()) {
+    std::copy_n(from, sizeof(T), bytes.begin());
+  } else {
+    std::memcpy(bytes.data(), from, sizeof(T));  // a move, also with -Os
   }
-  return result;
+  const T number = std::bit_cast<T>(bytes);
+  return order == std::endian::native ? number : byteswap(number);
 }
 
 /// Stores an integer in the given byte order into possibly unaligned memory of at least sizeof(T) bytes.
 template <std::unsigned_integral T>
 constexpr void store(std::byte* to, T number, std::endian order = std::endian::big) noexcept {
-  for (std::size_t i = 0; i < sizeof(T); ++i) {
-    const std::size_t at = order == std::endian::little ? i : sizeof(T) - 1 - i;
-    to[at] = static_cast<std::byte>(static_cast<std::uint64_t>(number) >> (8U * i));
+  const auto bytes = std::bit_cast<std::array<std::byte, sizeof(T)>>(
+      order == std::endian::native ? number : byteswap(number));
+  if (std::is_constant_evaluated()) {
+    std::copy_n(bytes.begin(), sizeof(T), to);
+  } else {
+    std::memcpy(to, bytes.data(), sizeof(T));
   }
 }
 
