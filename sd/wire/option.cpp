@@ -1,0 +1,267 @@
+#include "sd/wire/option.hpp"
+
+#include <algorithm>
+
+namespace trestle::sd {
+using someip::ByteReader;
+using someip::ByteWriter;
+
+namespace {
+
+constexpr std::size_t ipv4_body_bytes = 9;
+constexpr std::size_t ipv6_body_bytes = 21;
+constexpr std::size_t load_balancing_body_bytes = 5;
+constexpr std::size_t mac_groupcast_min_body_bytes = 9;  // reserved byte, address, protocol
+
+// Characters may alias bytes, so this needs no reinterpret_cast.
+std::string_view text(ByteView bytes) noexcept {
+  return {static_cast<const char*>(static_cast<const void*>(bytes.data())), bytes.size()};
+}
+
+ByteView bytes_of(std::string_view characters) noexcept {
+  return std::as_bytes(std::span{characters.data(), characters.size()});
+}
+
+// Printable ASCII without '=', and not only blanks.  [feat_req_someipsd_162]
+bool is_key(std::string_view key) noexcept {
+  const auto allowed = [](char c) { return c >= 0x20 && c <= 0x7e && c != '='; };
+  return std::ranges::all_of(key, allowed) && std::ranges::any_of(key, [](char c) { return c != ' '; });
+}
+
+std::optional<EndpointRole> role_of(OptionType type) noexcept {
+  switch (type) {
+    case OptionType::ipv4_endpoint:
+    case OptionType::ipv6_endpoint:
+      return EndpointRole::unicast;
+    case OptionType::ipv4_multicast:
+    case OptionType::ipv6_multicast:
+      return EndpointRole::multicast;
+    case OptionType::ipv4_sd_endpoint:
+    case OptionType::ipv6_sd_endpoint:
+      return EndpointRole::sd;
+    case OptionType::configuration:
+    case OptionType::load_balancing:
+    case OptionType::mac_groupcast:
+      break;
+  }
+  return std::nullopt;
+}
+
+bool is_v6(OptionType type) noexcept {
+  return type == OptionType::ipv6_endpoint || type == OptionType::ipv6_multicast ||
+         type == OptionType::ipv6_sd_endpoint;
+}
+
+std::optional<WireError> find_fault(const EndpointOption& option) noexcept {
+  const bool tcp = option.transport == Transport::tcp;
+  const bool udp = option.transport == Transport::udp;
+  const bool unicast = option.role == EndpointRole::unicast;
+  // Only unicast endpoints may be TCP [feat_req_someipsd_790]; only multicast ones have, and all of them
+  // need, a multicast address.  [feat_req_someipsd_102]
+  const bool transport_fits = unicast ? tcp || udp : udp;
+  const bool address_fits =
+      option.endpoint.address.is_multicast() == (option.role == EndpointRole::multicast);
+  if (!transport_fits || !address_fits || option.endpoint.port == 0) {
+    return WireError::bad_value;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+const char* to_string(OptionType type) noexcept {
+  switch (type) {
+    case OptionType::configuration:
+      return "configuration";
+    case OptionType::load_balancing:
+      return "load_balancing";
+    case OptionType::ipv4_endpoint:
+      return "ipv4_endpoint";
+    case OptionType::ipv6_endpoint:
+      return "ipv6_endpoint";
+    case OptionType::ipv4_multicast:
+      return "ipv4_multicast";
+    case OptionType::mac_groupcast:
+      return "mac_groupcast";
+    case OptionType::ipv6_multicast:
+      return "ipv6_multicast";
+    case OptionType::ipv4_sd_endpoint:
+      return "ipv4_sd_endpoint";
+    case OptionType::ipv6_sd_endpoint:
+      return "ipv6_sd_endpoint";
+  }
+  return "unknown";
+}
+
+bool is_known(OptionType type) noexcept {
+  return role_of(type) || type == OptionType::configuration || type == OptionType::load_balancing ||
+         type == OptionType::mac_groupcast;
+}
+
+bool operator==(const Option& a, const Option& b) noexcept {
+  return a.type == b.type && std::ranges::equal(a.body, b.body);
+}
+
+OptionType EndpointOption::type() const noexcept {
+  const bool v6 = endpoint.address.v6;
+  switch (role) {
+    case EndpointRole::unicast:
+      return v6 ? OptionType::ipv6_endpoint : OptionType::ipv4_endpoint;
+    case EndpointRole::multicast:
+      return v6 ? OptionType::ipv6_multicast : OptionType::ipv4_multicast;
+    case EndpointRole::sd:
+      break;
+  }
+  return v6 ? OptionType::ipv6_sd_endpoint : OptionType::ipv4_sd_endpoint;
+}
+
+OwnedOption EndpointOption::encode() const noexcept {
+  OwnedOption option;
+  option.type_ = type();
+  ByteWriter out{option.body_};
+  out.u8(flags);
+  const std::size_t address_bytes = endpoint.address.v6 ? 16 : 4;
+  out.bytes(std::as_bytes(std::span{endpoint.address.bytes}.first(address_bytes)));
+  out.u8(reserved);
+  out.u8(static_cast<std::uint8_t>(transport));
+  out.u16(endpoint.port);
+  option.size_ = static_cast<std::uint8_t>(out.position());
+  return option;
+}
+
+Result<EndpointOption> EndpointOption::decode(const Option& option) noexcept {
+  const auto role = role_of(option.type);
+  if (!role) {
+    return tl::unexpected{WireError::bad_value};
+  }
+  const bool v6 = is_v6(option.type);
+  if (option.body.size() != (v6 ? ipv6_body_bytes : ipv4_body_bytes)) {
+    return tl::unexpected{WireError::bad_option_length};
+  }
+  ByteReader in{option.body};
+  EndpointOption result;
+  result.role = *role;
+  result.flags = in.u8();
+  result.endpoint.address.v6 = v6;
+  const ByteView address = in.take(v6 ? 16 : 4);
+  std::ranges::transform(address, result.endpoint.address.bytes.begin(),
+                         [](std::byte byte) { return std::to_integer<std::uint8_t>(byte); });
+  result.reserved = in.u8();
+  result.transport = Transport{in.u8()};
+  result.endpoint.port = in.u16();
+  return result;
+}
+
+OwnedOption LoadBalancingOption::encode() const noexcept {
+  OwnedOption option;
+  option.type_ = OptionType::load_balancing;
+  ByteWriter out{option.body_};
+  out.u8(flags);
+  out.u16(priority);
+  out.u16(weight);
+  option.size_ = static_cast<std::uint8_t>(out.position());
+  return option;
+}
+
+Result<LoadBalancingOption> LoadBalancingOption::decode(const Option& option) noexcept {
+  if (option.type != OptionType::load_balancing) {
+    return tl::unexpected{WireError::bad_value};
+  }
+  if (option.body.size() != load_balancing_body_bytes) {
+    return tl::unexpected{WireError::bad_option_length};
+  }
+  ByteReader in{option.body};
+  LoadBalancingOption result;
+  result.flags = in.u8();
+  result.priority = in.u16();
+  result.weight = in.u16();
+  return result;
+}
+
+ConfigurationCursor::ConfigurationCursor(const Option& option) noexcept : body_{option.body} {
+  if (body_.empty()) {
+    offset_ = 0;
+    error_ = WireError::bad_option_length;
+  }
+}
+
+std::optional<ConfigurationItem> ConfigurationCursor::fail(WireError error) noexcept {
+  error_ = error;
+  return std::nullopt;
+}
+
+std::optional<ConfigurationItem> ConfigurationCursor::next() noexcept {
+  if (error_ || ended_) {
+    return std::nullopt;
+  }
+  ByteReader in{body_.subspan(offset_)};
+  const std::size_t length = in.u8();
+  const ByteView sequence = in.take(length);
+  if (in.failed()) {
+    return fail(WireError::bad_option_length);
+  }
+  if (length == 0) {
+    if (!in.rest().empty()) {
+      return fail(WireError::bad_option_length);  // [feat_req_someipsd_158]
+    }
+    ended_ = true;
+    return std::nullopt;
+  }
+  const std::string_view characters = text(sequence);
+  const std::size_t equals = characters.find('=');
+  ConfigurationItem item{characters.substr(0, equals), std::nullopt};  // [feat_req_someipsd_160]
+  if (equals != std::string_view::npos) {
+    item.value = characters.substr(equals + 1);  // [feat_req_someipsd_157] [feat_req_someipsd_217]
+  }
+  if (!is_key(item.key)) {
+    return fail(WireError::bad_value);
+  }
+  offset_ += 1 + length;
+  return item;
+}
+
+Result<Option> encode_configuration(std::span<const ConfigurationItem> items, ByteSpan room) noexcept {
+  ByteWriter out{room.first(std::min<std::size_t>(room.size(), 0xffff))};
+  out.u8(0);
+  for (const ConfigurationItem& item : items) {
+    const std::size_t length = item.key.size() + (item.value ? 1 + item.value->size() : 0);
+    if (length > 0xff || !is_key(item.key)) {
+      return tl::unexpected{WireError::bad_value};
+    }
+    out.u8(static_cast<std::uint8_t>(length));
+    out.bytes(bytes_of(item.key));
+    if (item.value) {
+      out.u8('=');
+      out.bytes(bytes_of(*item.value));
+    }
+  }
+  out.u8(0);
+  if (out.failed()) {
+    return tl::unexpected{WireError::no_room};
+  }
+  return Option{OptionType::configuration, out.written()};
+}
+
+std::optional<WireError> find_fault(const Option& option) noexcept {
+  if (const auto endpoint = EndpointOption::decode(option)) {
+    return find_fault(*endpoint);
+  } else if (role_of(option.type)) {
+    return endpoint.error();
+  }
+  if (option.type == OptionType::load_balancing) {
+    const auto decoded = LoadBalancingOption::decode(option);
+    return decoded ? std::nullopt : std::optional{decoded.error()};
+  }
+  if (option.type == OptionType::configuration) {
+    ConfigurationCursor cursor{option};
+    while (cursor.next()) {
+    }
+    return cursor.error();
+  }
+  if (option.type == OptionType::mac_groupcast && option.body.size() < mac_groupcast_min_body_bytes) {
+    return WireError::bad_option_length;  // [feat_req_someipsd_1253]
+  }
+  return std::nullopt;
+}
+
+}  // namespace trestle::sd
