@@ -1,0 +1,134 @@
+#include "sd/core/entry_options.hpp"
+
+#include <algorithm>
+
+namespace trestle::sd {
+namespace {
+
+bool is_loopback(const IpAddress& address) noexcept {
+  if (!address.v6) {
+    return address.bytes[0] == 127;
+  }
+  IpAddress one{{}, true};
+  one.bytes[15] = 1;
+  return address == one;
+}
+
+bool same_prefix(const IpAddress& a, const IpAddress& b, std::size_t bits) noexcept {
+  for (std::size_t i = 0; i < a.bytes.size() && bits > 0; ++i) {
+    const std::size_t here = std::min<std::size_t>(bits, 8);
+    const unsigned mask = (0xffU << (8 - here)) & 0xffU;
+    if (((a.bytes[i] ^ b.bytes[i]) & mask) != 0) {
+      return false;
+    }
+    bits -= here;
+  }
+  return true;
+}
+
+// The address whose host bits are all one.
+bool is_subnet_broadcast(const IpAddress& address, std::size_t prefix_bits) noexcept {
+  if (address.v6 || prefix_bits >= 31) {
+    return false;
+  }
+  const std::uint32_t number = (std::uint32_t{address.bytes[0]} << 24U) |
+                               (std::uint32_t{address.bytes[1]} << 16U) |
+                               (std::uint32_t{address.bytes[2]} << 8U) | std::uint32_t{address.bytes[3]};
+  const std::uint32_t host_bits = 0xffff'ffffU >> prefix_bits;
+  return (number & host_bits) == host_bits;
+}
+
+// Takes `endpoint` as the one of its kind; false when there is another already.
+bool take(std::optional<Endpoint>& place, const Endpoint& endpoint) noexcept {
+  if (place && *place != endpoint) {
+    return false;
+  }
+  place = endpoint;
+  return true;
+}
+
+std::optional<OptionFault> take_unicast(EntryOptions& found, const EndpointOption& option,
+                                        const AddressRules& rules) noexcept {
+  const bool tcp = option.transport == Transport::tcp;
+  if ((!tcp && option.transport != Transport::udp) || option.endpoint.port == 0 ||
+      !rules.allow(option.endpoint.address)) {
+    return OptionFault::endpoint;
+  }
+  return take(tcp ? found.tcp : found.udp, option.endpoint) ? std::nullopt
+                                                            : std::optional{OptionFault::conflict};
+}
+
+std::optional<OptionFault> take_multicast(EntryOptions& found, const EndpointOption& option) noexcept {
+  if (option.transport != Transport::udp || option.endpoint.port == 0 ||
+      !option.endpoint.address.is_multicast()) {
+    return OptionFault::endpoint;  // [feat_req_someipsd_790]
+  }
+  return take(found.multicast, option.endpoint) ? std::nullopt : std::optional{OptionFault::conflict};
+}
+
+std::optional<OptionFault> take(EntryOptions& found, const Option& option, EntryType type,
+                                const AddressRules& rules) noexcept {
+  const auto endpoint = EndpointOption::decode(option);
+  if (!endpoint) {
+    // Not an endpoint of the right length: either broken, or nothing we need an answer from.
+    return find_fault(option) ? std::optional{OptionFault::malformed} : std::nullopt;
+  }
+  if (endpoint->endpoint.address.v6 != rules.v6()) {
+    return std::nullopt;
+  }
+  const bool ack = type == EntryType::subscribe_eventgroup_ack;
+  if (endpoint->role == EndpointRole::unicast && !ack) {
+    return take_unicast(found, *endpoint, rules);
+  }
+  if (endpoint->role == EndpointRole::multicast && ack) {
+    return take_multicast(found, *endpoint);
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+bool AddressRules::allow(const IpAddress& address) const noexcept {
+  if (address.v6 != own_.v6 || address == own_ || address.is_multicast() || address.is_unspecified()) {
+    return false;
+  }
+  if (is_loopback(address) && !is_loopback(own_)) {
+    return false;
+  }
+  if (!address.v6 && address == IpAddress::v4(255, 255, 255, 255)) {
+    return false;
+  }
+  return !prefix_bits_ ||
+         (same_prefix(address, own_, *prefix_bits_) && !is_subnet_broadcast(address, *prefix_bits_));
+}
+
+tl::expected<EntryOptions, OptionFault> read_options(const SdMessage& message, const Entry& entry,
+                                                     const AddressRules& rules) noexcept {
+  EntryOptions found;
+  for (std::size_t position = 0; position < entry.option_count(); ++position) {
+    const auto option = message.option_of(entry, position);
+    if (!option) {
+      return tl::unexpected{OptionFault::missing};
+    }
+    if (const auto fault = take(found, *option, entry.type, rules)) {
+      return tl::unexpected{*fault};
+    }
+  }
+  return found;
+}
+
+std::optional<Endpoint> sd_endpoint(const SdMessage& message, const AddressRules& rules) noexcept {
+  OptionCursor cursor = message.options();
+  while (const auto option = cursor.next()) {
+    const auto endpoint = EndpointOption::decode(*option);
+    if (!endpoint || endpoint->role != EndpointRole::sd || endpoint->endpoint.address.v6 != rules.v6()) {
+      continue;
+    }
+    const bool usable = endpoint->transport == Transport::udp && endpoint->endpoint.port != 0 &&
+                        rules.allow(endpoint->endpoint.address);
+    return usable ? std::optional{endpoint->endpoint} : std::nullopt;
+  }
+  return std::nullopt;
+}
+
+}  // namespace trestle::sd

@@ -1,0 +1,117 @@
+#pragma once
+#include <optional>
+#include <variant>
+
+#include "sd/wire/entry.hpp"
+#include "someip/wire/endpoint.hpp"
+
+namespace trestle::sd {
+
+/// Names something the application asked for. Stays safe to use after its end: it is then unknown.
+template <typename Tag>
+struct Handle {
+  std::uint16_t index = 0;
+  std::uint16_t generation = 0;  ///< 0: names nothing
+  friend constexpr bool operator==(const Handle&, const Handle&) = default;
+};
+using OfferHandle = Handle<struct OfferTag>;
+using RequirementHandle = Handle<struct RequirementTag>;
+using SubscriptionHandle = Handle<struct SubscriptionTag>;
+
+/// Why something ended.
+enum class LossReason : std::uint8_t {
+  stopped,      ///< the peer said so: StopOfferService, StopSubscribeEventgroup
+  expired,      ///< its TTL ran out
+  rebooted,     ///< the peer was started anew  [feat_req_someipsd_871]
+  refused,      ///< a Nack for what had been acknowledged before
+  link_down,    ///< our own link went down
+  unreachable,  ///< tcp_closed() or unreachable() told so  [feat_req_someipsd_435]
+};
+
+[[nodiscard]] const char* to_string(LossReason reason) noexcept;
+
+/// A subscriber of one of our eventgroups.
+struct Subscriber {
+  Endpoint peer;                ///< its SD endpoint
+  std::optional<Endpoint> udp;  ///< where it receives unicast events by UDP
+  std::optional<Endpoint> tcp;  ///< its end of the connection for TCP events
+  friend constexpr bool operator==(const Subscriber&, const Subscriber&) = default;
+};
+
+/// A service that a peer offers.
+struct RemoteService {
+  ServiceId service{};
+  InstanceId instance{};
+  std::uint8_t major = 0;
+  std::uint32_t minor = 0;
+  std::optional<Endpoint> udp;  ///< where it is reached, and its UDP events come from
+  std::optional<Endpoint> tcp;
+  Endpoint peer;  ///< its SD endpoint
+  friend constexpr bool operator==(const RemoteService&, const RemoteService&) = default;
+};
+
+/// Server: a new subscription was accepted and its Ack is ready to be sent. Send that, then, when
+/// `initial_data`, the current values of the eventgroup's fields by unicast.  [feat_req_someipsd_107]
+/// [feat_req_someipsd_833]
+struct SubscriberAdded {
+  OfferHandle offer;
+  EventgroupId eventgroup{};
+  Subscriber subscriber;
+  bool initial_data = false;
+};
+
+/// Server: a subscriber that is known already wants the fields' values again.  [feat_req_someipsd_1188]
+struct InitialDataRequested {
+  OfferHandle offer;
+  EventgroupId eventgroup{};
+  Subscriber subscriber;
+};
+
+/// Server: events must not go there any more. Not sent for what the application itself ended.
+struct SubscriberRemoved {
+  OfferHandle offer;
+  EventgroupId eventgroup{};
+  Subscriber subscriber;
+  LossReason reason{};
+};
+
+/// Client: a service that fits the requirement is offered. Comes again when its endpoints or minor version
+/// change.
+struct ServiceAvailable {
+  RequirementHandle requirement;
+  RemoteService service;
+};
+
+/// Client: a service of the requirement is gone. Its subscriptions are over, each told of by its own
+/// SubscriptionLost; they are renewed when the service comes back. After a reboot reset its TCP connections.
+/// [feat_req_someipsd_872]
+struct ServiceLost {
+  RequirementHandle requirement;
+  RemoteService service;
+  LossReason reason{};
+};
+
+/// Client: the server accepted the subscription. Comes again only when `multicast` changes.
+struct Subscribed {
+  SubscriptionHandle subscription;
+  /// Where the server sends multicast events to: join it at once.  [feat_req_someipsd_791]
+  std::optional<Endpoint> multicast;
+};
+
+/// Client: the server refused the subscription; for TCP events check the connection. It is tried again with
+/// the server's next offer, and told of again only after a success in between.  [feat_req_someipsd_869]
+struct SubscriptionRefused {
+  SubscriptionHandle subscription;
+};
+
+/// Client: an accepted subscription is over for now. It is renewed by itself with the server's next offer,
+/// except one with a TCP endpoint, which waits for reconnected().
+struct SubscriptionLost {
+  SubscriptionHandle subscription;
+  LossReason reason{};
+};
+
+using Event = std::variant<SubscriberAdded, InitialDataRequested, SubscriberRemoved, ServiceAvailable,
+                           ServiceLost, Subscribed, SubscriptionRefused, SubscriptionLost>;
+
+}  // namespace trestle::sd

@@ -1,0 +1,33 @@
+#include "sd/core/offer_schedule.hpp"
+
+namespace trestle::sd {
+
+OfferSchedule::OfferSchedule(const Timing& timing, TimePoint first) noexcept
+    : phase_{Phase::initial_wait},
+      repetitions_left_{timing.repetitions_max},
+      repetition_delay_{timing.repetitions_base_delay},
+      cyclic_delay_{timing.cyclic_offer_delay},
+      due_{first} {}
+
+bool OfferSchedule::on_time(TimePoint now) noexcept {
+  if (!due_ || now < *due_) {
+    return false;
+  }
+  // Waits start at the real send, not at the missed deadline: after a stall of the host the offers must not
+  // come out in a burst.  [feat_req_someipsd_81]
+  if (repetitions_left_ > 0) {
+    phase_ = Phase::repetition;
+    due_ = now + repetition_delay_;
+    repetition_delay_ = doubled(repetition_delay_);
+    --repetitions_left_;
+  } else {
+    // Also the way from the initial wait when REPETITIONS_MAX is 0 [feat_req_someipsd_74]. The example in _77
+    // waits for another doubled delay and sends at once on entering this phase, requirement _80 waits for one
+    // CYCLIC_OFFER_DELAY: the requirement wins.
+    phase_ = Phase::main;
+    due_ = cyclic_delay_ > Duration{} ? std::optional{now + cyclic_delay_} : std::nullopt;
+  }
+  return true;
+}
+
+}  // namespace trestle::sd

@@ -1,0 +1,44 @@
+#pragma once
+#include "sd/core/settings.hpp"
+
+namespace trestle::sd {
+
+/// The phases of offering or finding one service.  [feat_req_someipsd_68]
+enum class Phase : std::uint8_t {
+  down,  ///< nothing is sent: the link is down, or what was looked for has been stopped
+  initial_wait,
+  repetition,
+  main,
+};
+
+/// When the multicast offers of one service instance are due.
+class OfferSchedule {
+ public:
+  /// Down: nothing is due.
+  OfferSchedule() = default;
+  /// Enters the initial wait phase; the first offer is due at `first`.
+  OfferSchedule(const Timing& timing, TimePoint first) noexcept;
+
+  /// Advances to `now`; true when an OfferService entry is to be sent now.
+  /// Early and repeated calls change nothing, so a driver's timer need not be exact.
+  bool on_time(TimePoint now) noexcept;
+
+  [[nodiscard]] std::optional<TimePoint> deadline() const noexcept { return due_; }
+  [[nodiscard]] Phase phase() const noexcept { return phase_; }
+
+ private:
+  Phase phase_ = Phase::down;
+  std::uint8_t repetitions_left_ = 0;
+  Duration repetition_delay_{};
+  Duration cyclic_delay_{};
+  std::optional<TimePoint> due_;
+};
+
+/// The wait after the next repetition.  [feat_req_someipsd_76]
+[[nodiscard]] constexpr Duration doubled(Duration delay) noexcept {
+  // The bound keeps a REPETITIONS_MAX of 255 from overflowing; nobody waits that long.
+  constexpr Duration longest = std::chrono::hours{24 * 365};
+  return delay > longest / 2 ? longest : 2 * delay;
+}
+
+}  // namespace trestle::sd

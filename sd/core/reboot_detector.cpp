@@ -1,0 +1,23 @@
+#include "sd/core/reboot_detector.hpp"
+
+namespace trestle::sd {
+
+// Reordered and duplicated datagrams look like a reboot to these rules, which are the specification's; peers
+// renew what is lost by them with the next offer.
+bool RebootDetector::shows_reboot(Channel channel, SessionId session, bool reboot_flag) const noexcept {
+  const std::optional<Last>& last = channel == Channel::unicast ? unicast_ : multicast_;
+  if (!last || !reboot_flag) {
+    return false;
+  }
+  return !last->reboot_flag || last->session >= session;  // [feat_req_someipsd_764]
+}
+
+void RebootDetector::observe(Channel channel, SessionId session, bool reboot_flag) noexcept {
+  if (shows_reboot(channel, session, reboot_flag)) {
+    unicast_.reset();
+    multicast_.reset();
+  }
+  (channel == Channel::unicast ? unicast_ : multicast_) = Last{session, reboot_flag};
+}
+
+}  // namespace trestle::sd

@@ -1,0 +1,29 @@
+#pragma once
+#include <optional>
+
+#include "sd/wire/entry.hpp"
+
+namespace trestle::sd {
+
+/// Tells from the Session IDs and Reboot flags of one peer when it was started anew.  [feat_req_someipsd_863]
+class RebootDetector {
+ public:
+  /// How a message came: the peer counts the two apart.  [feat_req_someipsd_765]
+  enum class Channel : std::uint8_t { unicast, multicast };
+
+  /// Whether a message with this session and flag shows a reboot since the last one of its channel.
+  [[nodiscard]] bool shows_reboot(Channel channel, SessionId session, bool reboot_flag) const noexcept;
+  /// Takes the message as the last one. When it shows a reboot, the other channel starts anew too: its
+  /// counter restarted at the same time, which must not be taken for a second reboot.
+  void observe(Channel channel, SessionId session, bool reboot_flag) noexcept;
+
+ private:
+  struct Last {
+    SessionId session{};
+    bool reboot_flag = false;
+  };
+  std::optional<Last> unicast_;
+  std::optional<Last> multicast_;
+};
+
+}  // namespace trestle::sd

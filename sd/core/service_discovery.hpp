@@ -1,0 +1,286 @@
+#pragma once
+#include "sd/core/bounded_queue.hpp"
+#include "sd/core/entry_options.hpp"
+#include "sd/core/random.hpp"
+#include "sd/core/storage.hpp"
+
+namespace trestle::sd {
+
+/// Why a call of the application was refused; nothing has changed then.
+enum class SdError : std::uint8_t {
+  table_full,      ///< the limit for this is reached
+  duplicate,       ///< the same service instance and major version is offered already, or an eventgroup twice
+  bad_argument,    ///< an id, endpoint or TTL that cannot be; each call says what it needs
+  unknown_handle,  ///< the handle names nothing, or something that has ended
+  down,            ///< after shutdown(), until link_up()
+};
+
+[[nodiscard]] const char* to_string(SdError error) noexcept;
+
+/// A service instance of ours.
+struct OfferedService {
+  ServiceId service{};
+  InstanceId instance{};
+  std::uint8_t major = 1;
+  std::uint32_t minor = 0;
+  /// Where it is reached, and where its events come from: one or both.  [feat_req_someipsd_681]
+  std::optional<Endpoint> udp{};
+  std::optional<Endpoint> tcp{};
+  std::span<const Eventgroup> eventgroups{};  ///< read during the call
+  std::optional<std::uint32_t> ttl_s{};       ///< else that of the Timing
+};
+
+/// A service that the application needs.
+struct RequiredService {
+  ServiceId service{};
+  InstanceId instance = someip::any_instance;
+  std::uint8_t major = any_major;
+  std::uint32_t minor = any_minor;
+};
+
+/// A subscription to an eventgroup of a required service.
+struct EventgroupRequest {
+  EventgroupId eventgroup{};
+  /// May be left out when the requirement names an instance.
+  std::optional<InstanceId> instance{};
+  /// Where events are received: have the port open before.  [feat_req_someipsd_1182]
+  std::optional<Endpoint> udp{};
+  /// Our end of the connection to the server: have it open before.  [feat_req_someipsd_767]
+  std::optional<Endpoint> tcp{};
+  std::optional<std::uint32_t> ttl_s{};  ///< else that of the Timing
+};
+
+/// A datagram to be sent from the own SD endpoint.
+struct Transmit {
+  Endpoint destination;
+  ByteView bytes;  ///< at the front of the room given to poll_transmit()
+};
+
+/// What happened since construction.
+struct Counters {
+  std::uint64_t datagrams_received = 0;
+  std::uint64_t messages_received = 0;  ///< SD messages that were processed
+  std::uint64_t datagrams_sent = 0;
+  std::uint64_t entries_sent = 0;
+  std::uint64_t reboots_detected = 0;
+
+  // Datagrams and messages that were dropped as a whole.
+  std::uint64_t dropped_down = 0;       ///< came while the link was down
+  std::uint64_t dropped_own = 0;        ///< our own, come back
+  std::uint64_t dropped_source = 0;     ///< from an address that cannot be a peer's
+  std::uint64_t dropped_not_sd = 0;     ///< other SOME/IP messages
+  std::uint64_t dropped_malformed = 0;  ///< SOME/IP or SD framing broken
+  std::uint64_t dropped_no_room = 0;    ///< no room for the peer, or for what its reboot entails
+
+  // Entries that were ignored, or answered with a Nack.
+  std::uint64_t ignored_unknown_type = 0;
+  std::uint64_t ignored_wrong_transport =
+      0;  ///< came by multicast where only unicast is allowed, or unannounced
+  std::uint64_t ignored_bad_options = 0;
+  std::uint64_t ignored_conflicting_offer = 0;  ///< the service is offered by another peer already
+  std::uint64_t ignored_unexpected_ack = 0;     ///< for nothing we subscribed to
+  std::uint64_t ignored_no_room = 0;            ///< some table or queue is full
+  std::uint64_t nacks_sent = 0;
+  std::uint64_t unsendable_entries = 0;  ///< did not even fit into an empty datagram
+};
+
+/// SOME/IP service discovery of one node, server and client side, without I/O: it is told what arrives and
+/// what time it is, and asked what to send, what happened, and when to be called again.
+///
+///     discovery.on_datagram(bytes, from, via_multicast, now);   // whenever one arrives
+///     discovery.on_time(now);                                   // at deadline(), or at any other time
+///     while (auto event = discovery.poll_event()) { ... }       // after each of these and each call below
+///     while (auto datagram = discovery.poll_transmit(room, now)) { send(*datagram); }
+///     rearm_timer(discovery.deadline());
+///
+/// `now` must not go back from call to call. Nothing here blocks, throws or allocates. Single-threaded.
+class ServiceDiscovery {
+ public:
+  /// @param storage  of Storage<>::view(); its sizes are the limits.
+  ServiceDiscovery(const Settings& settings, const StorageView& storage) noexcept;
+  ServiceDiscovery(const ServiceDiscovery&) = delete;
+  ServiceDiscovery& operator=(const ServiceDiscovery&) = delete;
+
+  // --- Server ---------------------------------------------------------------------------------------------
+
+  /// Starts to offer a service.  [feat_req_someipsd_22]
+  /// @return its handle, or
+  ///         bad_argument  service or instance 0xffff, major 0xff, no endpoint, an endpoint with port 0 or a
+  ///                       multicast or unspecified address, a multicast endpoint that is none, TTL 0;
+  ///         duplicate, table_full, down.
+  [[nodiscard]] Result<OfferHandle, SdError> offer(const OfferedService& service, TimePoint now) noexcept;
+
+  /// Withdraws an offer and its subscribers. The handle ends. Without effect for an unknown handle.
+  /// [feat_req_someipsd_820] [feat_req_someipsd_830]
+  void stop_offer(OfferHandle offer, TimePoint now) noexcept;
+
+  /// Calls `visit(const Subscriber&)` for each subscriber of an eventgroup.  [feat_req_someipsd_432]
+  template <typename Visit>
+  void for_each_subscriber(OfferHandle offer, EventgroupId eventgroup, Visit visit) const {
+    if (offers_.find(offer) == nullptr) {
+      return;
+    }
+    for (const slots::Subscription& slot : subscribers_) {
+      if (slot.offer == offer.index && slot.eventgroup == eventgroup) {
+        visit(subscriber_of(slot));
+      }
+    }
+  }
+
+  /// A client opened a TCP connection to `own`, or closed it; its subscriptions need it.
+  /// [feat_req_someipsd_767]
+  /// @return false when there is no room to remember it: its subscriptions will be refused.
+  bool tcp_connected(const Endpoint& own, const Endpoint& client) noexcept;
+  void tcp_closed(const Endpoint& own, const Endpoint& client) noexcept;
+
+  /// Sending an event by UDP failed because `subscriber` cannot be reached: its subscriptions end.
+  /// [feat_req_someipsd_435]
+  void unreachable(const Endpoint& subscriber) noexcept;
+
+  // --- Client ---------------------------------------------------------------------------------------------
+
+  /// Starts to look for a service.  [feat_req_someipsd_18]
+  /// @return its handle; ServiceAvailable tells of each instance found, at once of those known already. Or
+  ///         bad_argument for service 0xffff, table_full, down.
+  [[nodiscard]] Result<RequirementHandle, SdError> require(const RequiredService& service,
+                                                           TimePoint now) noexcept;
+
+  /// The service is not needed any more: ends its subscriptions and their handles too.
+  /// [feat_req_someipsd_822]
+  void release(RequirementHandle requirement, TimePoint now) noexcept;
+
+  /// Subscribes to an eventgroup, as soon as the service is offered and again with each offer.
+  /// [feat_req_someipsd_428] [feat_req_someipsd_431]
+  /// @return its handle, or
+  ///         bad_argument  no instance, TTL 0, an endpoint with port 0, a multicast or unspecified address,
+  ///         or
+  ///                       of another IP version than ours;
+  ///         unknown_handle, table_full (also: 16 subscriptions to one eventgroup), down.
+  [[nodiscard]] Result<SubscriptionHandle, SdError> subscribe(RequirementHandle requirement,
+                                                              const EventgroupRequest& request,
+                                                              TimePoint now) noexcept;
+
+  /// Ends a subscription and its handle.  [feat_req_someipsd_433]
+  void unsubscribe(SubscriptionHandle subscription, TimePoint now) noexcept;
+
+  /// After a SubscriptionLost of a subscription with a TCP endpoint: the connection stands again, from `tcp`.
+  void reconnected(SubscriptionHandle subscription, const Endpoint& tcp, TimePoint now) noexcept;
+
+  // --- Both -----------------------------------------------------------------------------------------------
+
+  /// The link went down: subscribers and remote services are lost, nothing is sent or received until
+  /// link_up(). [feat_req_someipsd_23] [feat_req_someipsd_437]
+  void link_down() noexcept;
+  /// The link is up, as it is after construction: offers and requirements enter the initial wait phase.
+  /// [feat_req_someipsd_436] [feat_req_someipsd_440]
+  void link_up(TimePoint now) noexcept;
+
+  /// Withdraws all offers, subscriptions and requirements; drain poll_transmit() once more before closing the
+  /// socket. What arrives afterwards is ignored. All handles end.  [feat_req_someipsd_821]
+  void shutdown(TimePoint now) noexcept;
+
+  /// Takes a datagram that arrived at the own SD endpoint or at the multicast group.
+  void on_datagram(ByteView datagram, const Endpoint& from, bool via_multicast, TimePoint now) noexcept;
+
+  /// Does what is due. Early and repeated calls change nothing.
+  void on_time(TimePoint now) noexcept;
+
+  /// The next datagram to send now, or nothing. Entries that are due for one destination share a datagram as
+  /// long as they fit.  [feat_req_someipsd_836]
+  /// @param room  bounds the datagram: 1400 bytes are a good size, 140 enough for any single entry.
+  [[nodiscard]] std::optional<Transmit> poll_transmit(ByteSpan room, TimePoint now) noexcept;
+
+  /// The next event, or nothing. Events come in the order in which things happened.
+  [[nodiscard]] std::optional<Event> poll_event() noexcept;
+
+  /// When to call on_time() and poll_transmit() again; nothing: when a datagram arrives or a call is made.
+  [[nodiscard]] std::optional<TimePoint> deadline() const noexcept;
+
+  [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
+
+ private:
+  // A message being processed, and what is known about its sender.
+  struct Arrival {
+    const SdMessage& message;
+    std::uint16_t peer;
+    bool via_multicast;
+    TimePoint answer_due;
+    TimePoint now;
+  };
+
+  // service_discovery.cpp
+  void on_message(const someip::Message& message, const Endpoint& from, bool via_multicast,
+                  TimePoint now) noexcept;
+  void on_entry(const Entry& entry, const Arrival& arrival) noexcept;
+  [[nodiscard]] TimePoint first_due(TimePoint now) noexcept;
+  void send(const slots::PendingEntry& entry) noexcept;
+  template <typename Unwanted>
+  void cancel(Unwanted unwanted) noexcept {
+    pending_.remove_if(unwanted);
+  }
+
+  // peers.cpp
+  [[nodiscard]] slots::Peer* peer_at(const Endpoint& endpoint, TimePoint now) noexcept;
+  [[nodiscard]] slots::Peer* forget_a_peer() noexcept;
+  [[nodiscard]] std::size_t events_of_reboot(std::uint16_t peer) const noexcept;
+  void on_reboot(std::uint16_t peer, TimePoint now) noexcept;
+
+  // server_side.cpp
+  void on_find(const Entry& entry, const Arrival& arrival) noexcept;
+  void on_subscribe(const Entry& entry, const Arrival& arrival) noexcept;
+  void on_stop_subscribe(const Entry& entry, const Arrival& arrival) noexcept;
+  [[nodiscard]] slots::Offer* offered(const Entry& entry) const noexcept;
+  [[nodiscard]] const Eventgroup* eventgroup_of(const slots::Offer& offer, EventgroupId id) const noexcept;
+  [[nodiscard]] slots::Subscription* subscription_of(const slots::Offer& offer, const Entry& entry,
+                                                     std::uint16_t peer,
+                                                     const EntryOptions& options) const noexcept;
+  [[nodiscard]] const Eventgroup* accept(const Entry& entry, const Arrival& arrival,
+                                         const EntryOptions& options) noexcept;
+  void acknowledge(const Entry& entry, const Arrival& arrival, const Eventgroup* accepted) noexcept;
+  void lose(slots::Subscription& subscription, LossReason reason) noexcept;
+  void send_offer(const slots::Offer& offer, std::uint16_t to, TimePoint due, std::uint32_t ttl_s) noexcept;
+  [[nodiscard]] Subscriber subscriber_of(const slots::Subscription& slot) const noexcept;
+  [[nodiscard]] bool tcp_ready(const slots::Offer& offer, const Endpoint& client) const noexcept;
+  void serve(TimePoint now) noexcept;
+
+  // client_side.cpp
+  void on_offer(const Entry& entry, const Arrival& arrival) noexcept;
+  void on_stop_offer(const Entry& entry, const Arrival& arrival) noexcept;
+  void on_ack(const Entry& entry, const Arrival& arrival) noexcept;
+  [[nodiscard]] slots::Remote* remote_of(const Entry& entry) const noexcept;
+  [[nodiscard]] slots::Remote* new_remote() noexcept;
+  [[nodiscard]] std::size_t requirements_of(const slots::Remote& remote) const noexcept;
+  [[nodiscard]] std::size_t events_of_loss(const slots::Remote& remote) const noexcept;
+  void announce(const slots::Remote& remote) noexcept;
+  void renew_subscriptions(slots::Remote& remote, const Arrival& arrival) noexcept;
+  void request(slots::OwnSubscription& subscription, TimePoint due, bool by_multicast_offer) noexcept;
+  void withdraw(slots::OwnSubscription& subscription, TimePoint now) noexcept;
+  void unbind(slots::OwnSubscription& subscription, LossReason reason) noexcept;
+  void lose(slots::Remote& remote, LossReason reason, TimePoint now) noexcept;
+  void bind(slots::OwnSubscription& subscription, TimePoint now) noexcept;
+  [[nodiscard]] bool fits(const slots::Requirement& requirement, const slots::Remote& remote) const noexcept;
+  [[nodiscard]] RemoteService service_of(const slots::Remote& remote) const noexcept;
+  [[nodiscard]] slots::PendingEntry subscribe_entry(const slots::OwnSubscription& subscription, TimePoint due,
+                                                    std::uint32_t ttl_s, bool initial_data) const noexcept;
+  void seek(TimePoint now) noexcept;
+
+  Settings settings_;
+  AddressRules addresses_;
+  Random random_;
+  Counters counters_;
+  bool link_up_ = true;
+  someip::SessionCounter multicast_sessions_;
+
+  Table<slots::Offer> offers_;
+  Table<slots::OfferedEventgroup> eventgroups_;
+  Table<slots::Subscription> subscribers_;
+  Table<slots::Requirement> requirements_;
+  Table<slots::OwnSubscription> subscriptions_;
+  Table<slots::Remote> remotes_;
+  Table<slots::Peer> peers_;
+  Table<slots::TcpConnection> tcp_connections_;
+  BoundedQueue<slots::PendingEntry> pending_;
+  BoundedQueue<Event> events_;
+};
+
+}  // namespace trestle::sd

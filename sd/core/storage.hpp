@@ -1,0 +1,181 @@
+#pragma once
+#include <array>
+
+#include "sd/core/find_schedule.hpp"
+#include "sd/core/reboot_detector.hpp"
+#include "sd/core/table.hpp"
+#include "sd/wire/option.hpp"
+#include "someip/core/session_counter.hpp"
+
+namespace trestle::sd {
+
+/// How much a ServiceDiscovery can hold. What does not fit is refused, and a peer is answered with a Nack
+/// where the protocol has one.
+struct Limits {
+  std::uint16_t max_offers = 64;
+  std::uint16_t max_eventgroups = 256;    ///< of all offers together
+  std::uint16_t max_subscribers = 512;    ///< of all eventgroups together
+  std::uint16_t max_requirements = 64;    ///< required services
+  std::uint16_t max_subscriptions = 128;  ///< own ones
+  std::uint16_t max_remote_services = 256;
+  std::uint16_t max_peers = 64;
+  std::uint16_t max_tcp_connections = 64;  ///< of clients, for TCP events
+  /// Entries waiting to be sent. A shutdown needs one for each offer and subscription.
+  std::uint16_t max_pending_entries = 512;
+  /// Events waiting for poll_event(). A peer's reboot needs one for each of its subscriptions and services.
+  std::uint16_t max_pending_events = 512;
+};
+
+/// One eventgroup of an offered service.
+struct Eventgroup {
+  EventgroupId id{};
+  /// Whether it has unicast events of that transport: a subscriber then must name an endpoint of that
+  /// transport. With neither, all its events are multicast and a subscriber needs no endpoint.
+  /// [feat_req_someipsd_1179]
+  bool udp = true;
+  bool tcp = false;
+  /// Where multicast events go to, if any do; subscribers learn it from the Ack.  [feat_req_someipsd_763]
+  std::optional<Endpoint> multicast{};
+};
+
+/// The slots of ServiceDiscovery's tables; only their sizes matter to others.
+namespace slots {
+
+struct Offer : SlotBase {
+  ServiceId service{};
+  InstanceId instance{};
+  std::uint8_t major = 0;
+  std::uint32_t minor = 0;
+  std::uint32_t ttl_s = 0;
+  std::optional<Endpoint> udp;
+  std::optional<Endpoint> tcp;
+  OfferSchedule schedule;
+  TimePoint last_multicast{};
+};
+
+struct OfferedEventgroup : SlotBase {
+  std::uint16_t offer = 0;
+  Eventgroup eventgroup;
+};
+
+struct Subscription : SlotBase {  // of a peer, to an eventgroup of ours
+  std::uint16_t offer = 0;
+  std::uint16_t peer = 0;
+  EventgroupId eventgroup{};
+  std::uint8_t counter = 0;
+  std::optional<Endpoint> udp;
+  std::optional<Endpoint> tcp;
+  std::optional<TimePoint> expiry;  // nothing: at the next reboot
+};
+
+struct Requirement : SlotBase {
+  ServiceId service{};
+  InstanceId instance{};
+  std::uint8_t major = 0;
+  std::uint32_t minor = 0;
+  FindSchedule schedule;
+};
+
+struct Remote : SlotBase {  // a peer's offer
+  ServiceId service{};
+  InstanceId instance{};
+  std::uint8_t major = 0;
+  std::uint32_t minor = 0;
+  std::uint16_t peer = 0;
+  std::optional<Endpoint> udp;
+  std::optional<Endpoint> tcp;
+  std::optional<TimePoint> expiry;  // nothing: at the next reboot
+  TimePoint answer_due{};           // when to react to the last offer
+};
+
+struct OwnSubscription : SlotBase {
+  enum class State : std::uint8_t { idle, requested, subscribed, refused };
+  static constexpr std::uint16_t no_remote = 0xffff;
+
+  std::uint16_t requirement = 0;
+  InstanceId instance{};
+  EventgroupId eventgroup{};
+  std::uint8_t counter = 0;
+  std::uint32_t ttl_s = 0;
+  std::optional<Endpoint> udp;
+  std::optional<Endpoint> tcp;
+  std::uint16_t remote = no_remote;  // the offer it is for
+  State state = State::idle;
+  bool needs_connection = false;  // waits for reconnected()
+  bool ack_overdue = false;  // the last Subscribe was the answer to a multicast offer, and is not answered
+  std::optional<Endpoint> multicast;
+  std::optional<TimePoint> expiry;
+};
+
+struct Peer : SlotBase {
+  Endpoint endpoint;
+  RebootDetector reboots;
+  someip::SessionCounter sessions;  // of what we send there by unicast  [feat_req_someipsd_765]
+  bool explicit_initial_data = false;
+  bool referenced = false;  // scratch of the search for one to forget
+  TimePoint last_seen{};
+};
+
+struct TcpConnection : SlotBase {
+  Endpoint own;
+  Endpoint remote;
+};
+
+/// An entry to be sent, with what it references.
+struct PendingEntry {
+  static constexpr std::uint16_t to_multicast = 0xffff;
+
+  TimePoint due{};
+  std::uint16_t peer = to_multicast;
+  bool with_next = false;  // must stand in the same message as the next one  [feat_req_someipsd_1178]
+  std::uint8_t option_count = 0;
+  Entry entry;
+  std::array<EndpointOption, 2> options{};
+};
+
+}  // namespace slots
+
+/// Views of the memory of a ServiceDiscovery: the sizes are its limits.
+struct StorageView {
+  std::span<slots::Offer> offers;
+  std::span<slots::OfferedEventgroup> eventgroups;
+  std::span<slots::Subscription> subscribers;
+  std::span<slots::Requirement> requirements;
+  std::span<slots::OwnSubscription> subscriptions;
+  std::span<slots::Remote> remotes;
+  std::span<slots::Peer> peers;
+  std::span<slots::TcpConnection> tcp_connections;
+  std::span<slots::PendingEntry> pending_entries;
+  std::span<Event> pending_events;
+};
+
+/// The memory of one ServiceDiscovery, about 250 KB with the default limits: have it as a static, a member,
+/// or on the heap. Must outlive the ServiceDiscovery and serves no other.
+///
+///     static Storage<Limits{.max_offers = 4, .max_peers = 8}> storage;
+///     ServiceDiscovery discovery{settings, storage.view()};
+template <Limits limits = Limits{}>
+class Storage {
+  static_assert(limits.max_pending_entries >= limits.max_offers + limits.max_subscriptions,
+                "a shutdown must find room for all its Stop entries");
+
+ public:
+  [[nodiscard]] StorageView view() noexcept {
+    return {offers_,  eventgroups_, subscribers_,     requirements_,    subscriptions_,
+            remotes_, peers_,       tcp_connections_, pending_entries_, pending_events_};
+  }
+
+ private:
+  std::array<slots::Offer, limits.max_offers> offers_{};
+  std::array<slots::OfferedEventgroup, limits.max_eventgroups> eventgroups_{};
+  std::array<slots::Subscription, limits.max_subscribers> subscribers_{};
+  std::array<slots::Requirement, limits.max_requirements> requirements_{};
+  std::array<slots::OwnSubscription, limits.max_subscriptions> subscriptions_{};
+  std::array<slots::Remote, limits.max_remote_services> remotes_{};
+  std::array<slots::Peer, limits.max_peers> peers_{};
+  std::array<slots::TcpConnection, limits.max_tcp_connections> tcp_connections_{};
+  std::array<slots::PendingEntry, limits.max_pending_entries> pending_entries_{};
+  std::array<Event, limits.max_pending_events> pending_events_{};
+};
+
+}  // namespace trestle::sd
