@@ -1,0 +1,245 @@
+#include "someip/wire/payload_reader.hpp"
+
+#include <algorithm>
+
+#include "someip/wire/utf.hpp"
+
+namespace trestle::someip {
+namespace {
+
+constexpr char32_t byte_order_mark = 0xfeff;
+
+bool is_zero(std::byte byte) noexcept {
+  return byte == std::byte{0};
+}
+
+/// The characters before the first zero of `unit` bytes, or all of them.
+ByteView before_zero(ByteView text, std::size_t unit) noexcept {
+  for (std::size_t at = 0; at + unit <= text.size(); at += unit) {
+    if (std::ranges::all_of(text.subspan(at, unit), is_zero)) {
+      return text.first(at);
+    }
+  }
+  return text;
+}
+
+std::string_view as_text(ByteView utf8) noexcept {
+  // Characters may alias anything, so this one cast is sound.
+  return {reinterpret_cast<const char*>(utf8.data()), utf8.size()};  // NOLINT(*-reinterpret-cast)
+}
+
+}  // namespace
+
+ByteView PayloadReader::byte_array() noexcept {
+  const Open array = begin_array();
+  const ByteView elements = take(limit_ - position_);
+  end(array);
+  return elements;
+}
+
+std::string_view PayloadReader::string(std::span<char> room) noexcept {
+  const Open string = begin(rules_.string_length, false, true);
+  if (error_) {
+    return {};
+  }
+  if (!string.bounded) {  // without a length field only the interface knows the size: see fixed_string()
+    fail(WireError::bad_length);
+    return {};
+  }
+  const std::size_t start = position_;
+  const std::string_view result = read_text(take(string.end - position_), false, room);
+  end(string);
+  if (error_) {
+    position_ = start;
+  }
+  return result;
+}
+
+std::string_view PayloadReader::fixed_string(std::size_t size, std::span<char> room) noexcept {
+  const ByteView bytes = element(size);
+  return error_ ? std::string_view{} : read_text(bytes, true, room);
+}
+
+std::string_view PayloadReader::read_text(ByteView bytes, bool fixed, std::span<char> room) noexcept {
+  const bool utf8 = rules_.string_encoding == StringEncoding::utf8;
+  const std::endian order =
+      rules_.string_encoding == StringEncoding::utf16le ? std::endian::little : std::endian::big;
+  const std::size_t unit = utf8 ? 1 : 2;
+  bytes =
+      bytes.first(bytes.size() - bytes.size() % unit);  // an odd last byte is ignored  [feat_req_someip_641]
+  if (rules_.string_bom) {
+    const auto first = utf8 ? first_utf8(bytes) : first_utf16(bytes, order);
+    if (!first || first->code != byte_order_mark) {  // [feat_req_someip_666]
+      fail(WireError::bad_string_encoding);
+      return {};
+    }
+    bytes = bytes.subspan(first->bytes);
+  }
+  ByteView characters = bytes;
+  if (fixed || rules_.string_terminator) {
+    characters = before_zero(bytes, unit);
+    const ByteView after = bytes.subspan(characters.size());
+    // Zeros may follow the terminator: to fill a fixed size, or for alignment [feat_req_someip_239].
+    if ((rules_.string_terminator && after.empty()) || !std::ranges::all_of(after, is_zero)) {
+      fail(WireError::bad_string_encoding);
+      return {};
+    }
+  }
+  if (!utf8) {
+    return utf16_text(characters, order, room);
+  }
+  if (!is_utf8(characters)) {
+    fail(WireError::bad_string_encoding);
+    return {};
+  }
+  return as_text(characters);
+}
+
+std::string_view PayloadReader::utf16_text(ByteView characters, std::endian order,
+                                           std::span<char> room) noexcept {
+  const ByteSpan to = std::as_writable_bytes(room);
+  std::size_t written = 0;
+  while (!characters.empty()) {
+    const auto character = first_utf16(characters, order);
+    if (!character) {
+      fail(WireError::bad_string_encoding);
+      return {};
+    }
+    const std::size_t size = utf8_bytes(character->code);
+    if (size > to.size() - written) {
+      fail(WireError::no_room);
+      return {};
+    }
+    put_utf8(character->code, to.data() + written);
+    written += size;
+    characters = characters.subspan(character->bytes);
+  }
+  return {room.data(), written};
+}
+
+PayloadReader::Union PayloadReader::begin_union(std::uint32_t members, std::size_t longest) noexcept {
+  if (padding_due_) {
+    align();
+  }
+  const std::size_t start = position_;
+  Union result;
+  std::size_t size = longest;
+  if (rules_.union_length_first && rules_.union_length != FieldWidth::none) {
+    size = field(rules_.union_length);
+  }
+  const std::size_t type = field(rules_.union_type);
+  if (!rules_.union_length_first && rules_.union_length != FieldWidth::none) {
+    size = field(rules_.union_length);
+  }
+  if (!error_ && (type == 0 || type > members)) {
+    position_ = start;
+    fail(WireError::bad_union_type);
+  }
+  result.open.outer_limit = limit_;
+  result.open.extensible = true;
+  result.open.variable = rules_.union_length != FieldWidth::none;
+  if (rules_.union_length != FieldWidth::none || longest != 0) {
+    bound(result.open, size);  // Length leaves out the type field.  [feat_req_someip_272]
+  }
+  result.type = error_ ? 0 : static_cast<std::uint32_t>(type);
+  return result;
+}
+
+PayloadReader::Open PayloadReader::begin(FieldWidth width, bool extensible, bool variable) noexcept {
+  Open open;
+  if (padding_due_) {
+    align();
+  }
+  open.outer_limit = limit_;
+  open.extensible = extensible;
+  open.variable = variable;
+  open.last_position = payload_.size() + 1;
+  if (width != FieldWidth::none) {
+    bound(open, field(width));
+  }
+  return open;
+}
+
+void PayloadReader::bound(Open& open, std::size_t size) noexcept {
+  if (error_) {
+    return;
+  }
+  if (size > limit_ - position_) {
+    return fail(size > payload_.size() - position_ ? WireError::truncated : WireError::bad_length);
+  }
+  open.bounded = true;
+  open.end = position_ + size;
+  limit_ = open.end;
+}
+
+bool PayloadReader::more(Open& array) noexcept {
+  if (error_ || position_ == limit_) {
+    return false;
+  }
+  if (position_ == array.last_position) {
+    fail(WireError::bad_length);
+    return false;
+  }
+  array.last_position = position_;
+  return true;
+}
+
+void PayloadReader::end(const Open& element) noexcept {
+  if (error_) {
+    return;
+  }
+  if (element.bounded && position_ != element.end) {
+    if (!element.extensible) {
+      return fail(WireError::bad_length);
+    }
+    position_ = element.end;
+    padding_due_ = false;  // it was among the bytes skipped
+  }
+  limit_ = element.outer_limit;
+  padding_due_ = padding_due_ || (element.variable && rules_.alignment > 1);
+}
+
+ByteView PayloadReader::take(std::size_t size) noexcept {
+  if (error_) {
+    return {};
+  }
+  if (size > limit_ - position_) {
+    fail(size > payload_.size() - position_ ? WireError::truncated : WireError::bad_length);
+    return {};
+  }
+  const ByteView taken = payload_.subspan(position_, size);
+  position_ += size;
+  return taken;
+}
+
+void PayloadReader::align() noexcept {
+  const std::size_t beyond = (header_bytes + position_) % rules_.alignment;  // [feat_req_someip_711]
+  padding_due_ = false;
+  if (beyond != 0) {
+    take(rules_.alignment - beyond);
+  }
+}
+
+void PayloadReader::fail(WireError error) noexcept {
+  if (!error_) {
+    error_ = error;
+  }
+}
+
+std::size_t PayloadReader::field(FieldWidth width) noexcept {
+  const std::endian order = rules_.length_fields_always_big ? std::endian::big : rules_.byte_order;
+  const ByteView bytes = take(someip::bytes(width));
+  switch (bytes.empty() ? FieldWidth::none : width) {
+    case FieldWidth::none:
+      break;
+    case FieldWidth::bits8:
+      return load<std::uint8_t>(bytes.data(), order);
+    case FieldWidth::bits16:
+      return load<std::uint16_t>(bytes.data(), order);
+    case FieldWidth::bits32:
+      return load<std::uint32_t>(bytes.data(), order);
+  }
+  return 0;
+}
+
+}  // namespace trestle::someip

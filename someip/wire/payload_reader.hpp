@@ -1,0 +1,135 @@
+#pragma once
+#include <optional>
+#include <string_view>
+
+#include "someip/wire/bytes.hpp"
+#include "someip/wire/header.hpp"
+#include "someip/wire/payload_rules.hpp"
+
+namespace trestle::someip {
+
+/// Reads the parameters of a message, one after another as the interface lists them.
+///
+///     PayloadReader in{message.payload, rules};
+///     const std::uint8_t id = in.u8();
+///     const std::string_view frame = in.string(room_for_utf16);
+///     auto points = in.begin_array();
+///     while (in.more(points)) { const auto point = in.begin_struct(); x = in.f32(); in.end(point); }
+///     in.end(points);
+///     if (in.error()) { ... }
+///
+/// Every length is checked against the bytes there are before it is used. The first failure fails the reader
+/// for good: what is read after it is zero or empty and more() is false, so error() is the only thing to
+/// test. Bytes after the last parameter read are left alone.  [feat_req_someip_168]
+///
+/// The errors are
+///     WireError::truncated            the payload ends before the element does;
+///     WireError::bad_length           a length field contradicts its contents or what holds it;
+///     WireError::bad_string_encoding  no BOM or terminator where the rules demand them, text that is not
+///     valid
+///                                     Unicode, or bytes other than zero behind the terminator;
+///     WireError::bad_union_type       a type that names no member;
+///     WireError::no_room              the caller's room for a string is too small.
+class PayloadReader {
+ public:
+  /// An element that has begun; its length field, if it has one, bounds what is read until it ends.
+  class Open {
+   private:
+    friend class PayloadReader;
+    std::size_t end = 0;            ///< where the contents end, if a length field says so
+    std::size_t outer_limit = 0;    ///< what bounded the reader before
+    std::size_t last_position = 0;  ///< at the last more()
+    bool bounded = false;
+    bool extensible = false;  ///< surplus bytes are skipped, else they are an error
+    bool variable = false;
+  };
+
+  explicit PayloadReader(ByteView payload, const PayloadRules& rules = {}) noexcept
+      : payload_{payload}, rules_{rules}, limit_{payload.size()} {}
+
+  /// Only the lowest bit counts.  [feat_req_someip_817]
+  bool boolean() noexcept { return (u8() & 1U) != 0; }
+  std::uint8_t u8() noexcept { return number<std::uint8_t>(); }
+  std::uint16_t u16() noexcept { return number<std::uint16_t>(); }
+  std::uint32_t u32() noexcept { return number<std::uint32_t>(); }
+  std::uint64_t u64() noexcept { return number<std::uint64_t>(); }
+  std::int8_t i8() noexcept { return static_cast<std::int8_t>(u8()); }
+  std::int16_t i16() noexcept { return static_cast<std::int16_t>(u16()); }
+  std::int32_t i32() noexcept { return static_cast<std::int32_t>(u32()); }
+  std::int64_t i64() noexcept { return static_cast<std::int64_t>(u64()); }
+  float f32() noexcept { return std::bit_cast<float>(u32()); }
+  double f64() noexcept { return std::bit_cast<double>(u64()); }
+  /// The next `size` bytes, as a view into the payload.
+  ByteView bytes(std::size_t size) noexcept { return element(size); }
+  /// An array of uint8 of any size, as a view into the payload.
+  ByteView byte_array() noexcept;
+
+  /// A string with a length field, in UTF-8, without BOM and terminator. It points into the payload if that
+  /// is in UTF-8, else into `room`; 3 bytes there for 2 bytes in the payload always suffice.
+  std::string_view string(std::span<char> room) noexcept;
+  /// A string in exactly `size` bytes.
+  std::string_view fixed_string(std::size_t size, std::span<char> room) noexcept;
+
+  /// An array of any size. Its length field must be used up exactly when it ends.
+  [[nodiscard]] Open begin_array() noexcept { return begin(rules_.array_length, false, true); }
+  /// An array whose size the interface fixes.
+  [[nodiscard]] Open begin_fixed_array() noexcept { return begin(rules_.fixed_array_length, false, false); }
+  /// A struct; bytes of it that are left unread when it ends are skipped.  [feat_req_someip_601]
+  [[nodiscard]] Open begin_struct() noexcept { return begin(rules_.struct_length, true, false); }
+
+  struct Union;
+  /// A union; its padding is skipped when it ends.  [feat_req_someip_274]
+  /// @param members  how many the interface lists. Other types, and 0 for "none", are errors.
+  /// @param longest  size of the longest member; to be given when unions have no length field.
+  [[nodiscard]] Union begin_union(std::uint32_t members, std::size_t longest = 0) noexcept;
+
+  /// Whether the array has further elements. Without a length field it goes on to the end of what holds it.
+  /// Elements that take no bytes are an error, or a length field could keep the caller busy forever.
+  [[nodiscard]] bool more(Open& array) noexcept;
+  /// Bytes left in the element; only if it has a length field. Bounds the number of its elements.
+  [[nodiscard]] std::size_t rest(const Open& element) const noexcept {
+    return error_ || !element.bounded ? 0 : element.end - position_;
+  }
+  /// Ends the element that began last.
+  void end(const Open& element) noexcept;
+
+  [[nodiscard]] std::optional<WireError> error() const noexcept { return error_; }
+  /// How many bytes have been read. After a failure: where what failed began.
+  [[nodiscard]] std::size_t position() const noexcept { return position_; }
+
+ private:
+  template <std::unsigned_integral T>
+  T number() noexcept {
+    const ByteView bytes = element(sizeof(T));
+    return bytes.empty() ? T{0} : load<T>(bytes.data(), rules_.byte_order);
+  }
+  ByteView take(std::size_t size) noexcept;
+  ByteView element(std::size_t size) noexcept {
+    if (padding_due_) {
+      align();
+    }
+    return take(size);
+  }
+  void align() noexcept;
+  void fail(WireError error) noexcept;
+  Open begin(FieldWidth width, bool extensible, bool variable) noexcept;
+  void bound(Open& open, std::size_t size) noexcept;
+  std::size_t field(FieldWidth width) noexcept;
+  std::string_view read_text(ByteView bytes, bool fixed, std::span<char> room) noexcept;
+  std::string_view utf16_text(ByteView characters, std::endian order, std::span<char> room) noexcept;
+
+  ByteView payload_;
+  PayloadRules rules_;
+  std::size_t position_ = 0;
+  std::size_t limit_;  ///< where the innermost element with a length field ends
+  bool padding_due_ = false;
+  std::optional<WireError> error_;
+};
+
+/// A union that has begun: which member it holds, counted from 1; 0 after a failure.
+struct PayloadReader::Union {
+  std::uint32_t type = 0;
+  Open open;
+};
+
+}  // namespace trestle::someip

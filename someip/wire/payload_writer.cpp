@@ -1,0 +1,170 @@
+#include "someip/wire/payload_writer.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "someip/wire/utf.hpp"
+
+namespace trestle::someip {
+namespace {
+
+constexpr char32_t byte_order_mark = 0xfeff;
+
+}  // namespace
+
+void PayloadWriter::bytes(ByteView bytes) noexcept {
+  const ByteSpan place = element(bytes.size());
+  if (!place.empty()) {
+    std::memcpy(place.data(), bytes.data(), bytes.size());
+  }
+}
+
+void PayloadWriter::byte_array(ByteView elements) noexcept {
+  const Open array = begin_array();
+  bytes(elements);
+  end(array);
+}
+
+void PayloadWriter::string(std::string_view text) noexcept {
+  // BOM and terminator count [feat_req_someip_800], the length field itself does not [feat_req_someip_562].
+  const Open string = begin(rules_.string_length, true);
+  put_text(text, rules_.string_terminator);
+  end(string);
+}
+
+void PayloadWriter::fixed_string(std::string_view text, std::size_t size) noexcept {
+  if (padding_due_) {
+    align();
+  }
+  const std::size_t start = position_;
+  put_text(text, rules_.string_terminator);
+  if (error_) {
+    return;
+  }
+  const std::size_t used = position_ - start;
+  if (used > size) {
+    return fail(WireError::bad_length);
+  }
+  std::ranges::fill(reserve(size - used), std::byte{0});
+}
+
+void PayloadWriter::put_text(std::string_view text, bool terminate) noexcept {
+  const bool utf8 = rules_.string_encoding == StringEncoding::utf8;
+  const std::endian order =
+      rules_.string_encoding == StringEncoding::utf16le ? std::endian::little : std::endian::big;
+  const auto put_character = [&](char32_t code) {
+    const ByteSpan place = reserve(utf8 ? utf8_bytes(code) : utf16_bytes(code));
+    if (!place.empty()) {
+      utf8 ? put_utf8(code, place.data()) : put_utf16(code, place.data(), order);
+    }
+  };
+  if (rules_.string_bom) {
+    put_character(byte_order_mark);  // [feat_req_someip_662]
+  }
+  for (ByteView rest = std::as_bytes(std::span{text}); !rest.empty() && !error_;) {
+    const auto character = first_utf8(rest);
+    if (!character || (character->code == 0 && terminate)) {
+      return fail(WireError::bad_string_encoding);
+    }
+    put_character(character->code);
+    rest = rest.subspan(character->bytes);
+  }
+  if (terminate) {
+    put_character(0);  // one zero byte, in UTF-16 two  [feat_req_someip_687] [feat_req_someip_639]
+  }
+}
+
+PayloadWriter::Open PayloadWriter::begin_union(std::uint32_t type, std::size_t longest) noexcept {
+  Open open;
+  if (rules_.union_length_first) {
+    open = begin(rules_.union_length, true);
+  }
+  put_field(element(someip::bytes(rules_.union_type)), type, WireError::bad_union_type);
+  if (!rules_.union_length_first) {
+    open = begin(rules_.union_length, true);
+  }
+  open.contents_at = position_;  // Length leaves out the type field.  [feat_req_someip_272]
+  open.padded_bytes = longest;
+  open.variable = rules_.union_length != FieldWidth::none;
+  return open;
+}
+
+PayloadWriter::Open PayloadWriter::begin(FieldWidth width, bool variable) noexcept {
+  Open open;
+  if (padding_due_) {
+    align();
+  }
+  open.variable = variable;
+  open.length = reserve(someip::bytes(width));
+  open.contents_at = position_;
+  return open;
+}
+
+void PayloadWriter::end(const Open& element) noexcept {
+  if (error_) {
+    return;
+  }
+  if (element.padded_bytes != 0) {
+    const std::size_t used = position_ - element.contents_at;
+    if (used > element.padded_bytes) {
+      return fail(WireError::bad_length);
+    }
+    std::ranges::fill(reserve(element.padded_bytes - used), std::byte{0});
+  }
+  put_field(element.length, position_ - element.contents_at, WireError::bad_length);
+  padding_due_ = padding_due_ || (element.variable && rules_.alignment > 1);
+}
+
+Result<ByteView> PayloadWriter::finish() const noexcept {
+  if (error_) {
+    return tl::unexpected{*error_};
+  }
+  return ByteView{room_.first(position_)};
+}
+
+ByteSpan PayloadWriter::reserve(std::size_t size) noexcept {
+  if (error_) {
+    return {};
+  }
+  if (size > room_.size() - position_) {
+    fail(WireError::no_room);
+    return {};
+  }
+  const ByteSpan place = room_.subspan(position_, size);
+  position_ += size;
+  return place;
+}
+
+void PayloadWriter::align() noexcept {
+  // Counted from the start of the message, so the header takes part.  [feat_req_someip_711]
+  const std::size_t beyond = (header_bytes + position_) % rules_.alignment;
+  padding_due_ = false;
+  if (beyond != 0) {
+    std::ranges::fill(reserve(rules_.alignment - beyond), std::byte{0});
+  }
+}
+
+void PayloadWriter::fail(WireError error) noexcept {
+  if (!error_) {
+    error_ = error;
+  }
+}
+
+void PayloadWriter::put_field(ByteSpan place, std::size_t number, WireError overflow) noexcept {
+  if (error_ || place.empty()) {
+    return;
+  }
+  if (number > (std::uint64_t{1} << (8 * place.size())) - 1) {
+    return fail(overflow);
+  }
+  const std::endian order = rules_.length_fields_always_big ? std::endian::big : rules_.byte_order;
+  if (place.size() == 1) {
+    store(place.data(), static_cast<std::uint8_t>(number), order);
+  } else if (place.size() == 2) {
+    store(place.data(), static_cast<std::uint16_t>(number), order);
+  } else {
+    store(place.data(), static_cast<std::uint32_t>(number), order);
+  }
+}
+
+}  // namespace trestle::someip

@@ -1,0 +1,119 @@
+#pragma once
+#include <optional>
+#include <string_view>
+
+#include "someip/wire/bytes.hpp"
+#include "someip/wire/header.hpp"
+#include "someip/wire/payload_rules.hpp"
+
+namespace trestle::someip {
+
+/// Serialises the parameters of a message, one after another as the interface lists them, into a buffer.
+/// [feat_req_someip_169] [feat_req_someip_230]
+///
+///     PayloadWriter out{room, rules};
+///     out.u8(7);
+///     out.string("map");
+///     const auto points = out.begin_array();
+///     for (...) { const auto point = out.begin_struct(); out.f32(x); out.f32(y); out.end(point); }
+///     out.end(points);
+///     const Result<ByteView> payload = out.finish();
+///
+/// The first failure fails the writer for good: what is written after it is ignored, so that finish() is the
+/// only thing to test. Nothing is allocated.
+class PayloadWriter {
+ public:
+  /// An element that has begun, perhaps with a length field to be filled in when it ends.
+  class Open {
+   private:
+    friend class PayloadWriter;
+    ByteSpan length;  ///< where the length field goes; empty without one
+    std::size_t contents_at = 0;
+    std::size_t padded_bytes = 0;
+    bool variable = false;
+  };
+
+  explicit PayloadWriter(ByteSpan room, const PayloadRules& rules = {}) noexcept
+      : room_{room}, rules_{rules} {}
+
+  void boolean(bool state) noexcept { put(std::uint8_t{state}); }  // [feat_req_someip_817]
+  void u8(std::uint8_t number) noexcept { put(number); }
+  void u16(std::uint16_t number) noexcept { put(number); }
+  void u32(std::uint32_t number) noexcept { put(number); }
+  void u64(std::uint64_t number) noexcept { put(number); }
+  void i8(std::int8_t number) noexcept { put(static_cast<std::uint8_t>(number)); }
+  void i16(std::int16_t number) noexcept { put(static_cast<std::uint16_t>(number)); }
+  void i32(std::int32_t number) noexcept { put(static_cast<std::uint32_t>(number)); }
+  void i64(std::int64_t number) noexcept { put(static_cast<std::uint64_t>(number)); }
+  void f32(float number) noexcept { put(std::bit_cast<std::uint32_t>(number)); }
+  void f64(double number) noexcept { put(std::bit_cast<std::uint64_t>(number)); }
+  /// Bytes as they are.
+  void bytes(ByteView bytes) noexcept;
+  /// An array of uint8 of any size.
+  void byte_array(ByteView elements) noexcept;
+
+  /// A string of any length, given in UTF-8. Fails with WireError::bad_string_encoding when it is not valid
+  /// UTF-8, or holds a zero although its end is marked by one.  [feat_req_someip_237]
+  void string(std::string_view text) noexcept;
+  /// A string in exactly `size` bytes, filled up with zeros; without a length field. Fails with
+  /// WireError::bad_length when BOM, text and terminator take more.  [feat_req_someip_233]
+  void fixed_string(std::string_view text, std::size_t size) noexcept;
+
+  /// Between begin and end stand the elements.  [feat_req_someip_254] [feat_req_someip_257]
+  [[nodiscard]] Open begin_array() noexcept { return begin(rules_.array_length, true); }
+  /// An array whose size the interface fixes.  [feat_req_someip_241] [feat_req_someip_621]
+  [[nodiscard]] Open begin_fixed_array() noexcept { return begin(rules_.fixed_array_length, false); }
+  /// [feat_req_someip_600] [feat_req_someip_602]
+  [[nodiscard]] Open begin_struct() noexcept { return begin(rules_.struct_length, false); }
+  /// Between begin and end stands the one member.  [feat_req_someip_264]
+  /// @param type     which member, counted from 1 in the interface's order.  [feat_req_someip_273]
+  /// @param longest  size of the longest member, to which the data is padded with zeros; to be given when
+  ///                 unions have no length field.  [feat_req_someip_572] [feat_req_someip_583]
+  [[nodiscard]] Open begin_union(std::uint32_t type, std::size_t longest = 0) noexcept;
+  /// Ends the element that began last. Fails with WireError::bad_length when the contents are longer than the
+  /// length field, or `longest`, can say.
+  void end(const Open& element) noexcept;
+
+  /// @return what was written, at the front of the buffer, or
+  ///         WireError::no_room              the buffer is too small;
+  ///         WireError::bad_length           contents too long for their length field or their fixed size;
+  ///         WireError::bad_union_type       a type that does not fit its field;
+  ///         WireError::bad_string_encoding  see string().
+  [[nodiscard]] Result<ByteView> finish() const noexcept;
+
+  /// How many bytes have been written.
+  [[nodiscard]] std::size_t position() const noexcept { return position_; }
+
+ private:
+  template <std::unsigned_integral T>
+  void put(T number) noexcept {
+    const ByteSpan place = element(sizeof(T));
+    if (!place.empty()) {
+      store(place.data(), number, rules_.byte_order);
+    }
+  }
+  /// Room for the next `size` bytes, without alignment; empty when there is none.
+  ByteSpan reserve(std::size_t size) noexcept;
+  /// As reserve(), behind the padding that the element before calls for.
+  ByteSpan element(std::size_t size) noexcept {
+    if (padding_due_) {
+      align();
+    }
+    return reserve(size);
+  }
+  void align() noexcept;
+  void fail(WireError error) noexcept;
+  Open begin(FieldWidth width, bool variable) noexcept;
+  /// Writes a length or type field of 0, 1, 2 or 4 bytes.
+  void put_field(ByteSpan place, std::size_t number, WireError overflow) noexcept;
+  /// BOM, characters and terminator.
+  void put_text(std::string_view text, bool terminate) noexcept;
+
+  ByteSpan room_;
+  PayloadRules rules_;
+  std::size_t position_ = 0;
+  bool padding_due_ = false;
+  std::optional<WireError> error_;
+};
+
+}  // namespace trestle::someip

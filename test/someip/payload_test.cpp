@@ -1,0 +1,508 @@
+#include <array>
+#include <string>
+
+#include "someip/wire/payload_reader.hpp"
+#include "someip/wire/payload_writer.hpp"
+#include "test/bytes.hpp"
+#include "test/covers.hpp"
+
+namespace trestle::someip {
+namespace {
+using test::covers;
+using test::hex;
+using test::to_hex;
+
+/// What `write` makes under `rules`, in hexadecimal; "!error" if it fails.
+template <typename Write>
+std::string written(const PayloadRules& rules, Write write) {
+  std::array<std::byte, 512> room{};
+  room.fill(std::byte{0xee});
+  PayloadWriter out{room, rules};
+  write(out);
+  const auto payload = out.finish();
+  return payload ? to_hex(*payload) : std::string{"!"} + to_string(payload.error());
+}
+
+/// What reading a string gives; "!error" if it fails.
+std::string read_string(std::string_view bytes, const PayloadRules& rules = {}) {
+  const auto payload = hex(bytes);
+  std::array<char, 64> room{};
+  PayloadReader in{payload, rules};
+  const std::string result{in.string(room)};
+  return in.error() ? std::string{"!"} + to_string(*in.error()) : result;
+}
+
+TEST(PayloadWriter, WritesBasicTypesInBothByteOrders) {
+  covers({"feat_req_someip_682", "feat_req_someip_172", "feat_req_someip_224", "feat_req_someip_230",
+          "feat_req_someip_652", "feat_req_someip_574", "feat_req_someip_817"});
+  const auto write = [](PayloadWriter& out) {
+    out.boolean(true);
+    out.u8(0xfe);
+    out.u16(0x1234);
+    out.u32(0x12345678);
+    out.u64(0x0123456789abcdef);
+    out.i8(-2);
+    out.i16(-2);
+    out.i32(-2);
+    out.i64(-2);
+    out.f32(1.5F);
+    out.f64(-2.25);
+  };
+  EXPECT_EQ(written({}, write),
+            "01fe1234123456780123456789abcdeffefffefffffffefffffffffffffffe3fc00000c002000000000000");
+  EXPECT_EQ(written({.byte_order = std::endian::little}, write),
+            "01fe341278563412efcdab8967452301fefefffeffffff"
+            "feffffffffffffff0000c03f00000000000002c0");
+}
+
+TEST(PayloadReader, ReadsBasicTypesInBothByteOrders) {
+  covers({"feat_req_someip_682", "feat_req_someip_224"});
+  const auto check = [](std::string_view bytes, std::endian order) {
+    const auto payload = hex(bytes);
+    PayloadReader in{payload, {.byte_order = order}};
+    EXPECT_TRUE(in.boolean());
+    EXPECT_EQ(in.u8(), 0xfe);
+    EXPECT_EQ(in.u16(), 0x1234);
+    EXPECT_EQ(in.u32(), 0x12345678U);
+    EXPECT_EQ(in.u64(), 0x0123456789abcdefU);
+    EXPECT_EQ(in.i8(), -2);
+    EXPECT_EQ(in.i16(), -2);
+    EXPECT_EQ(in.i32(), -2);
+    EXPECT_EQ(in.i64(), -2);
+    EXPECT_EQ(in.f32(), 1.5F);
+    EXPECT_EQ(in.f64(), -2.25);
+    EXPECT_FALSE(in.error());
+    EXPECT_EQ(in.position(), payload.size());
+  };
+  check("01fe1234123456780123456789abcdeffefffefffffffefffffffffffffffe3fc00000c002000000000000",
+        std::endian::big);
+  check("01fe341278563412efcdab8967452301fefefffefffffffeffffffffffffff0000c03f00000000000002c0",
+        std::endian::little);
+}
+
+TEST(PayloadReader, LooksAtTheLowestBitOfABooleanOnly) {
+  covers({"feat_req_someip_817"});
+  const auto payload = hex("00 01 02 03 fe ff");
+  PayloadReader in{payload};
+  EXPECT_FALSE(in.boolean());
+  EXPECT_TRUE(in.boolean());
+  EXPECT_FALSE(in.boolean());
+  EXPECT_TRUE(in.boolean());
+  EXPECT_FALSE(in.boolean());
+  EXPECT_TRUE(in.boolean());
+}
+
+TEST(PayloadWriter, KeepsLengthFieldsBigEndianWhenTheRulesWantIt) {
+  covers({"feat_req_someip_675"});
+  const auto write = [](PayloadWriter& out) {
+    const auto array = out.begin_array();
+    out.u16(0x1234);
+    out.end(array);
+  };
+  EXPECT_EQ(written({.byte_order = std::endian::little}, write), "020000003412");
+  const PayloadRules rules{.byte_order = std::endian::little, .length_fields_always_big = true};
+  EXPECT_EQ(written(rules, write), "000000023412");
+  const auto payload = hex("00000002 3412");
+  PayloadReader in{payload, rules};
+  auto array = in.begin_array();
+  EXPECT_TRUE(in.more(array));
+  EXPECT_EQ(in.u16(), 0x1234);
+  EXPECT_FALSE(in.more(array));
+  in.end(array);
+  EXPECT_FALSE(in.error());
+}
+
+TEST(PayloadWriter, WritesStringsInEveryEncoding) {
+  covers({"feat_req_someip_234", "feat_req_someip_687", "feat_req_someip_639", "feat_req_someip_640",
+          "feat_req_someip_662", "feat_req_someip_800", "feat_req_someip_562", "feat_req_someip_582",
+          "feat_req_someip_581", "feat_req_someip_237", "feat_req_someip_238"});
+  // a, a umlaut (2 bytes in UTF-8), Euro sign (3), grinning face (4; a pair of surrogates in UTF-16)
+  const auto write = [](PayloadWriter& out) { out.string("a\u00e4\u20ac\U0001f600"); };
+  EXPECT_EQ(written({}, write),
+            "0000000e"
+            "efbbbf"
+            "61"
+            "c3a4"
+            "e282ac"
+            "f09f9880"
+            "00");
+  EXPECT_EQ(written({.string_encoding = StringEncoding::utf16be}, write),
+            "0000000e"
+            "feff"
+            "0061"
+            "00e4"
+            "20ac"
+            "d83dde00"
+            "0000");
+  EXPECT_EQ(written({.string_length = FieldWidth::bits8, .string_encoding = StringEncoding::utf16le}, write),
+            "0e"
+            "fffe"
+            "6100"
+            "e400"
+            "ac20"
+            "3dd800de"
+            "0000");
+  EXPECT_EQ(
+      written({.string_length = FieldWidth::bits16, .string_bom = false, .string_terminator = false}, write),
+      "000a"
+      "61"
+      "c3a4"
+      "e282ac"
+      "f09f9880");
+}
+
+TEST(PayloadReader, ReadsStringsInEveryEncoding) {
+  covers({"feat_req_someip_234", "feat_req_someip_666"});
+  const std::string text = "a\u00e4\u20ac\U0001f600";
+  EXPECT_EQ(read_string("0000000e efbbbf 61 c3a4 e282ac f09f9880 00"), text);
+  EXPECT_EQ(
+      read_string("0000000e feff 0061 00e4 20ac d83dde00 0000", {.string_encoding = StringEncoding::utf16be}),
+      text);
+  EXPECT_EQ(read_string("0e fffe 6100 e400 ac20 3dd800de 0000",
+                        {.string_length = FieldWidth::bits8, .string_encoding = StringEncoding::utf16le}),
+            text);
+  EXPECT_EQ(
+      read_string("000a 61 c3a4 e282ac f09f9880",
+                  {.string_length = FieldWidth::bits16, .string_bom = false, .string_terminator = false}),
+      text);
+}
+
+TEST(PayloadReader, AcceptsZerosBehindTheTerminator) {
+  covers({"feat_req_someip_239"});
+  EXPECT_EQ(read_string("00000008 efbbbf 6869 000000"), "hi");
+}
+
+TEST(PayloadReader, IgnoresAnOddLastByteOfUtf16) {
+  covers({"feat_req_someip_641", "feat_req_someip_642"});
+  const PayloadRules rules{.string_encoding = StringEncoding::utf16be};
+  EXPECT_EQ(read_string("00000007 feff 0061 0000 55", rules), "a");
+  EXPECT_EQ(read_string("00000007 feff 0061 0061 00", rules), "!bad_string_encoding");
+}
+
+TEST(PayloadReader, RefusesDamagedStrings) {
+  covers({"feat_req_someip_666", "feat_req_someip_687"});
+  EXPECT_EQ(read_string("00000003 6869 00"), "!bad_string_encoding") << "no BOM";
+  EXPECT_EQ(read_string("00000004 feff 6100"), "!bad_string_encoding") << "another encoding's BOM";
+  EXPECT_EQ(read_string("00000005 efbbbf 6869"), "!bad_string_encoding") << "no terminator";
+  EXPECT_EQ(read_string("00000000"), "!bad_string_encoding") << "neither";
+  EXPECT_EQ(read_string("00000007 efbbbf 680069 00"), "!bad_string_encoding") << "goes on behind the zero";
+  EXPECT_EQ(read_string("00000005 efbbbf c3 00"), "!bad_string_encoding") << "half a character";
+  EXPECT_EQ(read_string("00000006 efbbbf c0af 00"), "!bad_string_encoding") << "overlong";
+  EXPECT_EQ(read_string("00000007 efbbbf eda080 00"), "!bad_string_encoding") << "surrogate";
+  EXPECT_EQ(read_string("00000008 efbbbf f4908080 00"), "!bad_string_encoding") << "beyond U+10FFFF";
+  EXPECT_EQ(read_string("00000009 efbbbf 6869 00"), "!truncated") << "length beyond the data";
+  EXPECT_EQ(read_string("ffffffff efbbbf 6869 00"), "!truncated");
+  const PayloadRules utf16{.string_encoding = StringEncoding::utf16be};
+  EXPECT_EQ(read_string("00000006 feff d83d 0000", utf16), "!bad_string_encoding") << "lone high surrogate";
+  EXPECT_EQ(read_string("00000006 feff de00 0000", utf16), "!bad_string_encoding") << "lone low surrogate";
+  EXPECT_EQ(read_string("0000", {.string_length = FieldWidth::none}), "!bad_length");
+}
+
+TEST(PayloadReader, SaysWhenTheRoomForAStringIsTooSmall) {
+  const auto payload = hex("00000008 feff 0061 0062 0000");
+  std::array<char, 1> room{};
+  PayloadReader in{payload, {.string_encoding = StringEncoding::utf16be}};
+  EXPECT_EQ(in.string(room), "");
+  EXPECT_EQ(in.error(), WireError::no_room);
+}
+
+TEST(PayloadWriter, RefusesTextThatItsReaderWouldNotRead) {
+  EXPECT_EQ(written({}, [](auto& out) { out.string("\xff"); }), "!bad_string_encoding");
+  EXPECT_EQ(written({}, [](auto& out) { out.string({"a\0b", 3}); }), "!bad_string_encoding");
+  EXPECT_EQ(written({.string_terminator = false},
+                    [](auto& out) {
+                      out.string({"a\0b", 3});
+                    }),
+            "00000006efbbbf610062");
+  EXPECT_EQ(
+      written({.string_length = FieldWidth::bits8}, [](auto& out) { out.string(std::string(252, 'a')); }),
+      "!bad_length");
+}
+
+TEST(PayloadWriter, FillsFixedStringsWithZeros) {
+  covers({"feat_req_someip_233", "feat_req_someip_662"});
+  EXPECT_EQ(written({}, [](auto& out) { out.fixed_string("abc", 8); }), "efbbbf6162630000");
+  EXPECT_EQ(written({}, [](auto& out) { out.fixed_string("abc", 7); }), "efbbbf61626300");
+  EXPECT_EQ(written({}, [](auto& out) { out.fixed_string("abc", 6); }), "!bad_length");
+  const auto payload = hex("efbbbf6162630000 77");
+  PayloadReader in{payload};
+  EXPECT_EQ(in.fixed_string(8, {}), "abc");
+  EXPECT_EQ(in.u8(), 0x77);
+  EXPECT_FALSE(in.error());
+}
+
+TEST(PayloadWriter, GivesEachDimensionOfAnArrayItsLength) {
+  covers({"feat_req_someip_254", "feat_req_someip_257", "feat_req_someip_259", "feat_req_someip_621"});
+  EXPECT_EQ(written({.array_length = FieldWidth::bits16},
+                    [](auto& out) {
+                      const auto rows = out.begin_array();
+                      for (const int columns : {2, 0, 1}) {
+                        const auto row = out.begin_array();
+                        for (int i = 0; i < columns; ++i) {
+                          out.u16(0xabcd);
+                        }
+                        out.end(row);
+                      }
+                      out.end(rows);
+                    }),
+            "000c"
+            "0004abcdabcd"
+            "0000"
+            "0002abcd");
+  EXPECT_EQ(written({}, [](auto& out) { out.byte_array(hex("010203")); }), "00000003010203");
+  EXPECT_EQ(written({.fixed_array_length = FieldWidth::bits8},
+                    [](auto& out) {
+                      const auto array = out.begin_fixed_array();
+                      out.u16(1);
+                      out.u16(2);
+                      out.end(array);
+                    }),
+            "0400010002");
+}
+
+TEST(PayloadReader, RefusesArraysWhoseLengthDoesNotFit) {
+  covers({"feat_req_someip_254"});
+  const auto sum = [](std::string_view bytes) {
+    const auto payload = hex(bytes);
+    PayloadReader in{payload};
+    auto array = in.begin_array();
+    unsigned result = 0;
+    while (in.more(array)) {
+      result += in.u16();
+    }
+    in.end(array);
+    return in.error() ? std::string{"!"} + to_string(*in.error()) : std::to_string(result);
+  };
+  EXPECT_EQ(sum("00000004 0001 0002"), "3");
+  EXPECT_EQ(sum("00000000"), "0");
+  EXPECT_EQ(sum("00000003 0001 0002"), "!bad_length") << "no multiple of the element";
+  EXPECT_EQ(sum("00000005 0001 0002"), "!truncated") << "beyond the payload";
+  EXPECT_EQ(sum("ffffffff 0001 0002"), "!truncated");
+  EXPECT_EQ(sum("000000"), "!truncated");
+}
+
+TEST(PayloadReader, RefusesAnInnerLengthBeyondTheOuter) {
+  const auto payload = hex("00000006 00000004 0102 0304");
+  PayloadReader in{payload};
+  const auto outer = in.begin_array();
+  EXPECT_EQ(in.byte_array().size(), 0U);
+  EXPECT_EQ(in.error(), WireError::bad_length);
+  in.end(outer);
+  EXPECT_EQ(in.u8(), 0) << "nothing is read after a failure";
+}
+
+TEST(PayloadReader, DoesNotLoopOverElementsThatTakeNoBytes) {
+  const auto payload = hex("00000002 0102");
+  PayloadReader in{payload};
+  auto array = in.begin_array();
+  int rounds = 0;
+  while (in.more(array)) {
+    ++rounds;
+  }
+  EXPECT_EQ(rounds, 1);
+  EXPECT_EQ(in.error(), WireError::bad_length);
+}
+
+TEST(PayloadReader, SkipsWhatANewerInterfaceAppendedToAStruct) {
+  covers({"feat_req_someip_600", "feat_req_someip_601", "feat_req_someip_602"});
+  const PayloadRules rules{.struct_length = FieldWidth::bits8};
+  const auto payload = hex("06 07 01020304 99  55");
+  PayloadReader in{payload, rules};
+  const auto header = in.begin_struct();
+  EXPECT_EQ(in.u8(), 7);
+  EXPECT_EQ(in.u32(), 0x01020304U);
+  in.end(header);
+  EXPECT_EQ(in.u8(), 0x55);
+  EXPECT_FALSE(in.error());
+  const auto too_short = hex("03 07 01020304");
+  PayloadReader strict{too_short, rules};
+  const auto open = strict.begin_struct();
+  strict.u8();
+  EXPECT_EQ(strict.u32(), 0U);
+  strict.end(open);
+  EXPECT_EQ(strict.error(), WireError::bad_length);
+}
+
+TEST(PayloadWriter, WritesUnionsInBothOrders) {
+  covers({"feat_req_someip_264", "feat_req_someip_573", "feat_req_someip_566", "feat_req_someip_565",
+          "feat_req_someip_272", "feat_req_someip_273", "feat_req_someip_563", "feat_req_someip_564"});
+  const auto write = [](PayloadWriter& out) {
+    const auto choice = out.begin_union(2);
+    out.u32(6);
+    out.end(choice);
+  };
+  EXPECT_EQ(written({}, write),
+            "00000004"
+            "00000002"
+            "00000006");
+  EXPECT_EQ(written({.union_length = FieldWidth::bits8, .union_type = FieldWidth::bits16}, write),
+            "04"
+            "0002"
+            "00000006");
+  EXPECT_EQ(
+      written(
+          {.union_length = FieldWidth::bits8, .union_type = FieldWidth::bits16, .union_length_first = false},
+          write),
+      "0002"
+      "04"
+      "00000006");
+  EXPECT_EQ(written({.union_type = FieldWidth::bits8}, [](auto& out) { out.end(out.begin_union(256)); }),
+            "!bad_union_type");
+}
+
+TEST(PayloadWriter, PadsUnionsWithoutLengthToTheLongestMember) {
+  covers({"feat_req_someip_571", "feat_req_someip_572", "feat_req_someip_583"});
+  const PayloadRules rules{.union_length = FieldWidth::none, .union_type = FieldWidth::bits8};
+  const auto write = [](std::size_t longest) {
+    return [longest](PayloadWriter& out) {
+      const auto choice = out.begin_union(1, longest);
+      out.u16(0x1234);
+      out.end(choice);
+      out.u8(0x55);
+    };
+  };
+  EXPECT_EQ(written(rules, write(4)),
+            "01"
+            "12340000"
+            "55");
+  EXPECT_EQ(written(rules, write(1)), "!bad_length");
+  const auto payload = hex("01 12340000 55");
+  PayloadReader in{payload, rules};
+  const auto choice = in.begin_union(2, 4);
+  EXPECT_EQ(choice.type, 1U);
+  EXPECT_EQ(in.u16(), 0x1234);
+  in.end(choice.open);
+  EXPECT_EQ(in.u8(), 0x55);
+  EXPECT_FALSE(in.error());
+}
+
+TEST(PayloadReader, SkipsTheSpecificationsUnionPadding) {
+  covers({"feat_req_someip_274", "feat_req_someip_273"});
+  // The example of the specification: a union of uint8 and uint16, both padded to 32 bits.
+  const auto payload = hex("00000004 00000001 aa 000000  00000004 00000002 bbcc 0000  55");
+  PayloadReader in{payload};
+  const auto first = in.begin_union(2);
+  EXPECT_EQ(first.type, 1U);
+  EXPECT_EQ(in.u8(), 0xaa);
+  in.end(first.open);
+  const auto second = in.begin_union(2);
+  EXPECT_EQ(second.type, 2U);
+  EXPECT_EQ(in.u16(), 0xbbcc);
+  in.end(second.open);
+  EXPECT_EQ(in.u8(), 0x55);
+  EXPECT_FALSE(in.error());
+  for (const auto* const bad : {"00000001 00000000 05", "00000001 00000003 05"}) {
+    const auto bytes = hex(bad);
+    PayloadReader refusing{bytes};
+    EXPECT_EQ(refusing.begin_union(2).type, 0U);
+    EXPECT_EQ(refusing.error(), WireError::bad_union_type);
+    EXPECT_EQ(refusing.position(), 0U);
+  }
+}
+
+TEST(PayloadWriter, AlignsWhatFollowsAnElementOfVariableLength) {
+  covers({"feat_req_someip_711", "feat_req_someip_239"});
+  const PayloadRules rules{.alignment = 4};
+  const auto write = [](PayloadWriter& out) {
+    out.u8(1);  // of fixed size: what follows is not aligned
+    const auto names = out.begin_array();
+    out.string("ab");
+    out.string("c");
+    out.end(names);
+    out.u32(0x12345678);
+    out.byte_array(hex("99"));
+  };
+  // Byte 5 + 10 = 15: one zero before the second string, byte 16 + 9 = 25: three before the number, which the
+  // array's length does not count. None after the last element.
+  EXPECT_EQ(written(rules, write),
+            "01"
+            "00000014"
+            "00000006efbbbf616200"
+            "00"
+            "00000005efbbbf6300"
+            "000000"
+            "12345678"
+            "0000000199");
+  const auto payload =
+      hex("01 00000014 00000006efbbbf616200 00 00000005efbbbf6300 000000 12345678 00000001 99");
+  PayloadReader in{payload, rules};
+  EXPECT_EQ(in.u8(), 1);
+  auto names = in.begin_array();
+  ASSERT_TRUE(in.more(names));
+  EXPECT_EQ(in.string({}), "ab");
+  ASSERT_TRUE(in.more(names));
+  EXPECT_EQ(in.string({}), "c");
+  EXPECT_FALSE(in.more(names));
+  in.end(names);
+  EXPECT_EQ(in.u32(), 0x12345678U);
+  EXPECT_EQ(to_hex(in.byte_array()), "99");
+  EXPECT_FALSE(in.error());
+}
+
+TEST(PayloadWriter, CountsTheHeaderWhenItAligns) {
+  covers({"feat_req_someip_711"});
+  // To 32 bytes: the payload begins at byte 16 of the message, so its byte 16 is the first multiple.
+  EXPECT_EQ(written({.alignment = 32},
+                    [](auto& out) {
+                      out.byte_array(hex("aa"));
+                      out.u8(0xbb);
+                    }),
+            "00000001aa"
+            "0000000000000000000000"
+            "bb");
+}
+
+TEST(PayloadWriter, WritesNothingBeyondItsRoom) {
+  std::array<std::byte, 16> all{};
+  all.fill(std::byte{0xee});
+  for (std::size_t size = 0; size < 13; ++size) {
+    PayloadWriter out{ByteSpan{all}.first(size)};
+    out.u8(7);
+    out.string("hi");
+    out.u16(1);
+    EXPECT_EQ(out.finish().error(), WireError::no_room) << size;
+    EXPECT_EQ(all[size], std::byte{0xee}) << size;
+  }
+  PayloadWriter out{ByteSpan{all}.first(13)};
+  out.u8(7);
+  out.string("hi");
+  out.u16(1);
+  EXPECT_EQ(to_hex(*out.finish()), "0700000006efbbbf6869000001");
+}
+
+TEST(PayloadReader, FailsCleanlyAtEveryTruncation) {
+  covers({"feat_req_someip_168"});
+  // uint8, string "hi", array of two struct{uint8, union{uint8, uint16}}, and a parameter it does not know
+  const auto whole =
+      hex("07 00000006efbbbf686900 00000015 01 00000001 00000001 aa 02 00000002 00000002 bbcc");
+  const auto read = [](ByteView payload) {
+    PayloadReader in{payload};
+    in.u8();
+    static_cast<void>(in.string({}));
+    auto array = in.begin_array();
+    while (in.more(array)) {
+      const auto element = in.begin_struct();
+      in.u8();
+      const auto choice = in.begin_union(2);
+      if (choice.type == 1) {
+        in.u8();
+      } else {
+        in.u16();
+      }
+      in.end(choice.open);
+      in.end(element);
+    }
+    in.end(array);
+    return in.error();
+  };
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    EXPECT_EQ(read(ByteView{whole}.first(size)), WireError::truncated) << size;
+  }
+  EXPECT_EQ(read(whole), std::nullopt);
+  auto longer = whole;
+  longer.push_back(std::byte{0x99});
+  EXPECT_EQ(read(longer), std::nullopt) << "parameters that are not known are left alone";
+}
+
+}  // namespace
+}  // namespace trestle::someip
