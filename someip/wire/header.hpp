@@ -6,7 +6,7 @@
 namespace trestle::someip {
 
 /// What a message is. A header can carry any byte here; those without a name are invalid.
-/// [feat_req_someip_103] [feat_req_someip_282]
+/// [feat_req_someip_103]
 enum class MessageType : std::uint8_t {
   request = 0x00,
   request_no_return = 0x01,  ///< fire and forget
