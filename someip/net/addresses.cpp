@@ -4,7 +4,11 @@
 #include <ifaddrs.h>
 #include <net/if.h>
 
+#include <array>
+#include <cstdio>
 #include <cstring>
+#include <fstream>
+#include <sstream>
 
 #include "someip/net/address_text.hpp"
 
@@ -80,6 +84,32 @@ std::optional<Interface> interface_of(const IpAddress& address) {
   }
   freeifaddrs(all);
   return found;
+}
+
+bool udp_endpoint_in_use(const Endpoint& endpoint) {
+  // As the kernel lists them: words of 32 bits in the host's byte order, in hexadecimal.
+  std::string wanted;
+  for (std::size_t word = 0; word < (endpoint.address.v6 ? 4U : 1U); ++word) {
+    std::uint32_t number = 0;
+    std::memcpy(&number, endpoint.address.bytes.data() + 4 * word, sizeof number);
+    std::array<char, 9> digits{};
+    std::snprintf(digits.data(), digits.size(), "%08X", number);
+    wanted += digits.data();
+  }
+  std::array<char, 6> port{};
+  std::snprintf(port.data(), port.size(), ":%04X", endpoint.port);
+  wanted += port.data();
+
+  std::ifstream table{endpoint.address.v6 ? "/proc/net/udp6" : "/proc/net/udp"};
+  for (std::string line; std::getline(table, line);) {
+    std::istringstream fields{line};
+    std::string slot;
+    std::string local;
+    if (fields >> slot >> local && local == wanted) {
+      return true;
+    }
+  }
+  return false;
 }
 
 std::string to_string(const IpAddress& address) {

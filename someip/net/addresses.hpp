@@ -38,4 +38,7 @@ struct Interface {
 /// The network interface that has this address; nothing when no interface has it.
 [[nodiscard]] std::optional<Interface> interface_of(const IpAddress& address);
 
+/// Whether some UDP socket of this network namespace is bound to exactly this address and port.
+[[nodiscard]] bool udp_endpoint_in_use(const Endpoint& endpoint);
+
 }  // namespace trestle::someip

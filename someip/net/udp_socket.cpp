@@ -130,7 +130,11 @@ int open_socket(const UdpOptions& options) {
   if (v6) {
     set(fd, IPPROTO_IPV6, IPV6_V6ONLY, 1);
   }
-  if (options.share_port) {
+  if (options.sharing != PortSharing::exclusive) {
+    // With this the kernel would give us an address that another socket has, and that one's datagrams.
+    if (options.sharing == PortSharing::by_address && udp_endpoint_in_use(options.local)) {
+      fail(options.local, "bind", EADDRINUSE);
+    }
     set(fd, SOL_SOCKET, SO_REUSEADDR, 1);
   }
   set_buffer(fd, SO_RCVBUFFORCE, SO_RCVBUF, options.receive_buffer_bytes);

@@ -22,14 +22,22 @@ class NetError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Who else on this host may have the port.
+enum class PortSharing : std::uint8_t {
+  exclusive,  ///< nobody, on this address or on all
+  /// Nobody on this very address; but some socket may have it on all addresses, if that one agrees to share
+  /// too: so do the SD sockets of other stacks.
+  by_address,
+  shared,  ///< anybody: for multicast groups, which every member receives
+};
+
 struct UdpOptions {
   Endpoint local = {};  ///< port 0: the system chooses
   /// Group to receive from, on the interface that has `interface`; `local` is then the group itself.
   std::optional<IpAddress> join = std::nullopt;
   /// An own address: names the interface for multicast, both ways.
   std::optional<IpAddress> interface = std::nullopt;
-  /// Several sockets on one port: only for multicast groups, which every member receives.
-  bool share_port = false;
+  PortSharing sharing = PortSharing::exclusive;
   int multicast_ttl = 1;
   int receive_buffer_bytes = 8 << 20;
   int send_buffer_bytes = 4 << 20;

@@ -87,8 +87,8 @@ TEST_F(UdpSocketTest, CarriesDatagramsOverIpv6) {
 TEST_F(UdpSocketTest, ReceivesMulticastOnLoopbackWhateverTheAddress) {
   UdpSocket probe{io, {.local = {first, 0}}};  // its port is free for the group too
   const Endpoint to{group, probe.local().port};
-  UdpSocket member_a{io, {.local = to, .join = group, .interface = first, .share_port = true}};
-  UdpSocket member_b{io, {.local = to, .join = group, .interface = second, .share_port = true}};
+  UdpSocket member_a{io, {.local = to, .join = group, .interface = first, .sharing = PortSharing::shared}};
+  UdpSocket member_b{io, {.local = to, .join = group, .interface = second, .sharing = PortSharing::shared}};
   UdpSocket sender{io, {.local = {second, 0}, .interface = second}};
   Inbox a;
   Inbox b;
@@ -105,7 +105,8 @@ TEST_F(UdpSocketTest, ReceivesMulticastOnLoopbackWhateverTheAddress) {
 TEST_F(UdpSocketTest, DeliversUnicastNotToTheGroupSocket) {
   UdpSocket unicast{io, {.local = {first, 0}}};
   const std::uint16_t port = unicast.local().port;
-  UdpSocket member{io, {.local = {group, port}, .join = group, .interface = first, .share_port = true}};
+  UdpSocket member{
+      io, {.local = {group, port}, .join = group, .interface = first, .sharing = PortSharing::shared}};
   UdpSocket sender{io, {.local = {second, 0}, .interface = second}};
   Inbox from_unicast;
   Inbox from_group;
@@ -129,6 +130,27 @@ TEST_F(UdpSocketTest, NamesAddressPortAndRemedyWhenThePortIsTaken) {
     EXPECT_THAT(error.what(), AllOf(HasSubstr("127.0.0.1:" + port), HasSubstr("ss -ulpn 'sport = :" + port),
                                     HasSubstr("127.0.0.2")));
   }
+}
+
+TEST_F(UdpSocketTest, SharesAPortByAddressWithASocketThatHasItOnAllAddresses) {
+  // As another stack's SD does for multicast.
+  UdpSocket everywhere{io, {.local = {{}, 0}, .sharing = PortSharing::shared}};
+  const Endpoint own{second, everywhere.local().port};
+  UdpSocket socket{io, {.local = own, .sharing = PortSharing::by_address}};
+  UdpSocket sender{io, {.local = {first, 0}}};
+  Inbox inbox;
+  socket.receive(inbox.handler());
+  send(sender, own, "mine");
+  await(inbox, 1);
+  EXPECT_THAT(inbox.texts, ElementsAre("mine"));
+  EXPECT_THROW((UdpSocket{io, {.local = own, .sharing = PortSharing::by_address}}), NetError);
+  EXPECT_NO_THROW((UdpSocket{io, {.local = {first, own.port}, .sharing = PortSharing::by_address}}));
+}
+
+TEST_F(UdpSocketTest, SeesThatAnIpv6AddressIsTaken) {
+  const Endpoint any_port{*parse_address("::1"), 0};
+  UdpSocket owner{io, {.local = any_port, .sharing = PortSharing::by_address}};
+  EXPECT_THROW((UdpSocket{io, {.local = owner.local(), .sharing = PortSharing::by_address}}), NetError);
 }
 
 TEST_F(UdpSocketTest, NamesAnAddressThatIsNotOnThisHost) {
