@@ -5,6 +5,8 @@
 #if __has_include(<fastdds/config.hpp>)
 #define TRESTLE_FASTDDS_3 1
 #include <fastdds/config.hpp>
+#define TRESTLE_FASTDDS_VERSION \
+  (FASTDDS_VERSION_MAJOR * 10000 + FASTDDS_VERSION_MINOR * 100 + FASTDDS_VERSION_MICRO)
 #include <fastdds/dds/core/LoanableSequence.hpp>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
@@ -23,6 +25,9 @@
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.hpp>
 #else
 #define TRESTLE_FASTDDS_3 0
+#include <fastrtps/config.h>
+#define TRESTLE_FASTDDS_VERSION \
+  (FASTRTPS_VERSION_MAJOR * 10000 + FASTRTPS_VERSION_MINOR * 100 + FASTRTPS_VERSION_MICRO)
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <fastdds/dds/core/LoanableSequence.hpp>
@@ -96,6 +101,14 @@ inline void set_heartbeat_delay(DataReaderQos& qos, const Duration& delay) {
   qos.reliable_reader_qos().times.heartbeatResponseDelay = delay;
 }
 #endif
+
+/// A volatile, reliable writer whose reader leaves while samples wait to be sent can stop for ever, and
+/// discovery with it (Fast DDS pull request 5432; cured in 2.10.7, 2.14.5, 3.0.2 and 3.1.1).
+constexpr bool leaving_reader_blocks(int version) {
+  return version < 21007 || (version >= 21100 && version < 21405) || (version >= 30000 && version < 30002) ||
+         version == 30100;
+}
+inline constexpr bool leaving_reader_can_block = leaving_reader_blocks(TRESTLE_FASTDDS_VERSION);
 
 using Guid = rtps::GUID_t;
 using Payload = rtps::SerializedPayload_t;

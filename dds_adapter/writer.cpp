@@ -17,7 +17,8 @@ class WriterCore final : private fast::DataWriterListener {
   WriterCore(std::shared_ptr<ParticipantCore> participant, ParticipantCore::Endpoint endpoint,
              std::size_t max_sample_bytes)
       : participant_{std::move(participant)},
-        endpoint_{std::move(endpoint)},
+        forgets_{fast::leaving_reader_can_block && endpoint.qos.reliable && !endpoint.qos.transient_local},
+        endpoint_{as_announced(std::move(endpoint), forgets_)},
         max_sample_bytes_{std::min<std::size_t>(max_sample_bytes, std::numeric_limits<std::int32_t>::max())} {
     fast::Topic* topic = participant_->use_topic(endpoint_.topic, endpoint_.type);
     writer_ = participant_->publisher()->create_datawriter(topic, writer_qos(), this);
@@ -76,6 +77,11 @@ class WriterCore final : private fast::DataWriterListener {
   }
 
  private:
+  static ParticipantCore::Endpoint as_announced(ParticipantCore::Endpoint endpoint, bool forgets) {
+    endpoint.qos.transient_local |= forgets;
+    return endpoint;
+  }
+
   [[nodiscard]] fast::DataWriterQos writer_qos() const {
     const Qos& offered = endpoint_.qos;
     fast::DataWriterQos qos;
@@ -108,6 +114,10 @@ class WriterCore final : private fast::DataWriterListener {
     }
     if (!starts_with_plain_cdr(sample.pieces)) {
       return WriteError::bad_encapsulation;
+    }
+    const std::lock_guard lock{write_mutex_};
+    if (forgets_ && fast::is_ok(writer_->wait_for_acknowledgments(fast::Duration{0, 0}))) {
+      writer_->clear_history(nullptr);
     }
     // The variant with a handle says why it refuses.
     const auto code = writer_->write(&sample, fast::HANDLE_NIL);
@@ -152,7 +162,12 @@ class WriterCore final : private fast::DataWriterListener {
   }
 
   const std::shared_ptr<ParticipantCore> participant_;
+  /// A volatile writer drops a sample when the last reader that lacks it leaves, and in some versions of Fast
+  /// DDS waits for itself then. A transient-local one never does. So we announce that, which offers more than
+  /// was asked for, and drop samples that everybody has when the next one is written.
+  const bool forgets_;
   const ParticipantCore::Endpoint endpoint_;
+  std::mutex write_mutex_;
   const std::size_t max_sample_bytes_;
   fast::DataWriter* writer_ = nullptr;
   mutable std::mutex counters_mutex_;
