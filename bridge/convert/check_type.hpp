@@ -1,0 +1,12 @@
+#pragma once
+#include <string>
+#include <vector>
+
+namespace trestle::bridge {
+
+/// Says in one line what is wrong with a message type ("sensor_msgs/msg/PointCloud2"): it is not known, its
+/// definition has a fault, or it cannot be carried. Empty: nothing.
+/// @param folders  searched before AMENT_PREFIX_PATH, see TypeLibrary.
+[[nodiscard]] std::string check_type(const std::string& type, const std::vector<std::string>& folders);
+
+}  // namespace trestle::bridge

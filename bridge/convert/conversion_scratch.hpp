@@ -1,0 +1,134 @@
+#pragma once
+#include <algorithm>
+#include <cstring>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "someip/wire/types.hpp"
+
+namespace trestle::bridge {
+
+/// The bytes of a converted message in pieces, to be sent or copied one after another.
+///
+/// Pieces point into the conversion's input and into its ConversionScratch: they live until either the input
+/// goes or the scratch is used again.
+struct Gathered {
+  std::span<const ByteView> slices;
+  std::size_t bytes = 0;  ///< of all slices together
+};
+
+/// Copies all slices to `to`, which must have room for `gathered.bytes`.
+inline void copy_to(const Gathered& gathered, std::byte* to) noexcept {
+  for (const ByteView slice : gathered.slices) {
+    std::memcpy(to, slice.data(), slice.size());
+    to += slice.size();
+  }
+}
+
+/// Memory for the results of conversions, one after another: each begins by forgetting the one before. It
+/// grows with the largest message seen and is kept, so that in steady state nothing is allocated.
+///
+/// Made once by the caller, for one thread; the members after reserve() are for the converters.
+class ConversionScratch {
+ public:
+  ConversionScratch() = default;
+
+  /// Makes room for results of which `bytes` are copied, not referenced.
+  void reserve(std::size_t bytes) {
+    if (bytes > capacity_) {
+      reallocate(bytes);
+    }
+  }
+
+  /// Forgets the last result. Runs of `reference_from` bytes and more are referenced from now on.
+  void begin(std::size_t reference_from) noexcept {
+    reference_from_ = reference_from;
+    used_ = slice_begin_ = referenced_ = 0;
+    pieces_.clear();
+  }
+
+  /// The next `size` bytes of the result, for the caller to fill at once: the next call may move them.
+  [[nodiscard]] std::byte* room(std::size_t size) {
+    if (size > capacity_ - used_) {
+      reallocate(used_ + size);
+    }
+    std::byte* const place = memory_.get() + used_;
+    used_ += size;
+    return place;
+  }
+
+  /// Takes back the last `size` bytes that room() gave.
+  void give_back(std::size_t size) noexcept { used_ -= size; }
+
+  /// Appends bytes of the input, by reference when they are many.
+  void put(ByteView bytes) {
+    if (bytes.size() >= reference_from_) {
+      reference(bytes);
+    } else if (!bytes.empty()) {
+      std::memcpy(room(bytes.size()), bytes.data(), bytes.size());
+    }
+  }
+
+  /// Bytes of the result so far.
+  [[nodiscard]] std::size_t position() const noexcept { return used_ + referenced_; }
+  /// A place that room() gave, told by what copied() was before that call; valid as long as room()'s.
+  [[nodiscard]] std::byte* place(std::size_t copied) noexcept { return memory_.get() + copied; }
+  [[nodiscard]] std::size_t copied() const noexcept { return used_; }
+
+  [[nodiscard]] Gathered finish() {
+    close_slice();
+    slices_.clear();
+    for (const Piece& piece : pieces_) {
+      slices_.push_back(piece.referenced != nullptr ? ByteView{piece.referenced, piece.size}
+                                                    : ByteView{memory_.get() + piece.offset, piece.size});
+    }
+    return {slices_, position()};
+  }
+
+ private:
+  struct Piece {
+    const std::byte* referenced;  ///< or null: bytes of memory_ from `offset` on
+    std::size_t offset;
+    std::size_t size;
+  };
+
+  void reference(ByteView bytes) {
+    if (bytes.empty()) {
+      return;
+    }
+    close_slice();
+    pieces_.push_back({bytes.data(), 0, bytes.size()});
+    referenced_ += bytes.size();
+  }
+
+  void close_slice() {
+    if (used_ > slice_begin_) {
+      pieces_.push_back({nullptr, slice_begin_, used_ - slice_begin_});
+      slice_begin_ = used_;
+    }
+  }
+
+  void reallocate(std::size_t needed) {
+    const std::size_t bytes = std::max({needed, 2 * capacity_, std::size_t{4096}});
+    std::unique_ptr<std::byte[]> memory{
+        new std::byte[bytes]};  // not value-initialised: no page is touched early
+    if (used_ > 0) {
+      std::memcpy(memory.get(), memory_.get(), used_);
+    }
+    memory_ = std::move(memory);
+    capacity_ = bytes;
+  }
+
+  std::unique_ptr<std::byte[]> memory_;
+  std::size_t capacity_ = 0;
+  std::size_t used_ = 0;
+  std::size_t slice_begin_ = 0;  ///< where in memory_ the open piece begins
+  std::size_t referenced_ = 0;   ///< bytes in pieces that are not in memory_
+  std::size_t reference_from_ = 0;
+  std::vector<Piece> pieces_;
+  std::vector<ByteView> slices_;
+};
+
+}  // namespace trestle::bridge

@@ -1,0 +1,32 @@
+#include "bridge/convert/failure.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace trestle::bridge {
+
+ConversionError Failure::error(const Program& program) const {
+  ConversionError error{fault_, offset_, {}};
+  if (op_ >= program.labels.size()) {
+    return error;
+  }
+  const auto& labels = program.labels[op_];
+  const std::uint64_t element = element_ == no_element ? 0 : element_;
+  const auto after = std::ranges::upper_bound(labels, element, {}, &Label::first);
+  const Label& label = *std::prev(after);
+  std::size_t loop = loops_;
+  std::string_view rest = label.path;
+  for (auto at = rest.find("[]"); at != std::string_view::npos; at = rest.find("[]")) {
+    error.field += rest.substr(0, at);
+    error.field += fmt::format("[{}]", loop > 0 ? indices_[--loop] : 0);
+    rest.remove_prefix(at + 2);
+  }
+  error.field += rest;
+  if (label.stride != 0 && element_ != no_element) {
+    error.field += fmt::format("[{}]", (element - label.first) / label.stride);
+  }
+  return error;
+}
+
+}  // namespace trestle::bridge

@@ -1,0 +1,352 @@
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "bridge/convert/byte_swap.hpp"
+#include "bridge/convert/conversion_plan.hpp"
+#include "bridge/convert/failure.hpp"
+#include "bridge/convert/utf.hpp"
+#include "bridge/convert/wire_forms.hpp"
+#include "someip/wire/bytes.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+using someip::FieldWidth;
+
+class SomeipToCdr {
+ public:
+  SomeipToCdr(const Program& program, ByteView payload, ConversionScratch& out)
+      : program_{program},
+        rules_{program.rules},
+        in_{payload.data()},
+        limit_{payload.size()},
+        swap_{rules_.byte_order != std::endian::native},
+        strings_{string_frame(rules_, rules_.string_encoding)},
+        wide_strings_{string_frame(rules_, wide_encoding(rules_))},
+        out_{out} {}
+
+  bool convert() {
+    constexpr std::array encapsulation{std::byte{0},
+                                       std::byte{std::endian::native == std::endian::little ? 1U : 0U},
+                                       std::byte{0}, std::byte{0}};
+    write(encapsulation);
+    return block(0, program_.ops.size());
+  }
+
+  /// After convert() was false.
+  [[nodiscard]] ConversionError error() const { return failure_.error(program_); }
+
+ private:
+  bool block(std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end;) {
+      const Op& op = program_.ops[i];
+      bool good = false;
+      std::size_t next = i + 1;
+      switch (op.kind) {
+        case Op::Kind::numbers:
+          good = numbers(i, op);
+          break;
+        case Op::Kind::bools:
+          good = bools(i, op);
+          break;
+        case Op::Kind::string:
+          good = string(i, op);
+          break;
+        case Op::Kind::wstring:
+          good = wstring(i, op);
+          break;
+        case Op::Kind::number_sequence:
+        case Op::Kind::bool_sequence:
+          good = run_sequence(i, op);
+          break;
+        case Op::Kind::sequence:
+          good = sequence(i, op);
+          next = op.end;
+          break;
+        case Op::Kind::repeat:
+          good = repeat(i, op);
+          next = op.end;
+          break;
+        case Op::Kind::structure:
+        case Op::Kind::fixed_array:
+          good = enclosed(i, op);
+          next = op.end;
+          break;
+      }
+      if (!good) {
+        return false;
+      }
+      i = next;
+    }
+    return true;
+  }
+
+  bool numbers(std::size_t i, const Op& op) {
+    if (op.count > left() / op.width) {
+      const std::size_t there = left() / op.width;
+      return failure_.set(ConversionFault::truncated, at_ + there * op.width, i, there);
+    }
+    put_numbers(static_cast<std::size_t>(op.count), op.width);
+    return true;
+  }
+
+  bool bools(std::size_t i, const Op& op) {
+    if (op.count > left()) {
+      return failure_.set(ConversionFault::truncated, at_ + left(), i, left());
+    }
+    put_bools(static_cast<std::size_t>(op.count));
+    return true;
+  }
+
+  bool run_sequence(std::size_t i, const Op& op) {
+    const std::size_t begin = at_;
+    std::size_t length = 0;
+    if (!read_length(rules_.array_length, length)) {
+      return failure_.set(ConversionFault::truncated, begin, i);
+    }
+    const std::uint64_t element_bytes = op.count * op.width;
+    if (length % element_bytes != 0) {
+      return failure_.set(ConversionFault::bad_length, begin, i);
+    }
+    const std::uint64_t elements = length / element_bytes;
+    if (elements > op.bound) {
+      return failure_.set(ConversionFault::bound_exceeded, begin, i);
+    }
+    write_u32(static_cast<std::uint32_t>(elements));
+    if (op.kind == Op::Kind::bool_sequence) {
+      put_bools(length);
+    } else if (length > 0) {
+      put_numbers(length / op.width, op.width);
+    }
+    skip_padding();
+    return true;
+  }
+
+  bool sequence(std::size_t i, const Op& op) {
+    const std::size_t begin = at_;
+    std::size_t length = 0;
+    if (!read_length(rules_.array_length, length)) {
+      return failure_.set(ConversionFault::truncated, begin, i);
+    }
+    align(4);
+    const std::size_t count_place = out_.copied();
+    static_cast<void>(out_.room(4));
+    const std::size_t outer = std::exchange(limit_, at_ + length);
+    std::uint32_t elements = 0;
+    for (; at_ < limit_; ++elements) {
+      if (elements == op.bound) {
+        return failure_.set(ConversionFault::bound_exceeded, begin, i);
+      }
+      if (!block(i + 1, op.end)) {
+        return failure_.in_loop(elements);
+      }
+    }
+    limit_ = outer;
+    store_u32(out_.place(count_place), elements, std::endian::native);
+    skip_padding();
+    return true;
+  }
+
+  bool repeat(std::size_t i, const Op& op) {
+    if (op.count > left() / op.min_someip) {
+      return failure_.set(ConversionFault::truncated, at_, i);
+    }
+    for (std::uint64_t k = 0; k < op.count; ++k) {
+      if (!block(i + 1, op.end)) {
+        return failure_.in_loop(k);
+      }
+    }
+    return true;
+  }
+
+  bool enclosed(std::size_t i, const Op& op) {
+    const bool structure = op.kind == Op::Kind::structure;
+    const std::size_t begin = at_;
+    std::size_t length = 0;
+    if (!read_length(structure ? rules_.struct_length : rules_.fixed_array_length, length)) {
+      return failure_.set(ConversionFault::truncated, begin, i);
+    }
+    const std::size_t outer = std::exchange(limit_, at_ + length);
+    if (!block(i + 1, op.end)) {
+      return false;
+    }
+    if (!structure && at_ != limit_) {
+      return failure_.set(ConversionFault::bad_length, begin, i);
+    }
+    // What a newer version of the struct has more is skipped.  [feat_req_someip_601]
+    at_ = limit_;
+    limit_ = outer;
+    return true;
+  }
+
+  bool string(std::size_t i, const Op& op) {
+    const std::size_t begin = at_;
+    ByteView text;
+    if (!read_string(i, strings_, text)) {
+      return false;
+    }
+    align(4);
+    const std::size_t size_place = out_.copied();
+    static_cast<void>(out_.room(4));
+    std::size_t size = text.size();
+    if (rules_.string_encoding == someip::StringEncoding::utf8) {
+      if (size > op.bound) {
+        return failure_.set(ConversionFault::bound_exceeded, begin, i);
+      }
+      out_.put(text);
+    } else {
+      const std::size_t room = text.size() / 2 * 3;
+      const auto written = utf16_to_utf8(text, out_.room(room), utf16_order(rules_.string_encoding));
+      if (!written) {
+        return failure_.set(ConversionFault::bad_encoding, begin, i);
+      }
+      size = *written;
+      if (size > op.bound) {
+        return failure_.set(ConversionFault::bound_exceeded, begin, i);
+      }
+      out_.give_back(room - size);
+    }
+    *out_.room(1) = std::byte{0};
+    store_u32(out_.place(size_place), static_cast<std::uint32_t>(size + 1), std::endian::native);
+    skip_padding();
+    return true;
+  }
+
+  bool wstring(std::size_t i, const Op& op) {
+    const std::size_t begin = at_;
+    ByteView text;
+    if (!read_string(i, wide_strings_, text)) {
+      return false;
+    }
+    const std::size_t units = text.size() / 2;
+    if (units > op.bound) {
+      return failure_.set(ConversionFault::bound_exceeded, begin, i);
+    }
+    write_u32(static_cast<std::uint32_t>(units));
+    std::byte* const to = out_.room(4 * units);
+    const std::endian order = utf16_order(wide_encoding(rules_));
+    for (std::size_t unit = 0; unit < units; ++unit) {
+      store_u32(to + 4 * unit, someip::load<std::uint16_t>(text.data() + 2 * unit, order),
+                std::endian::native);
+    }
+    skip_padding();
+    return true;
+  }
+
+  // Reading SOME/IP
+
+  [[nodiscard]] std::size_t left() const noexcept { return limit_ - at_; }
+
+  /// A length field and whether what it counts is there.
+  bool read_length(FieldWidth width, std::size_t& length) noexcept {
+    if (left() < bytes(width)) {
+      return false;
+    }
+    length = load_length(in_ + at_, width, length_order(rules_));
+    at_ += bytes(width);
+    return length <= left();
+  }
+
+  /// The characters of a string, between BOM and terminator.
+  bool read_string(std::size_t i, const StringFrame& frame, ByteView& text) {
+    const std::size_t begin = at_;
+    std::size_t length = 0;
+    if (!read_length(rules_.string_length, length)) {
+      return failure_.set(ConversionFault::truncated, begin, i);
+    }
+    text = ByteView{in_ + at_, length};
+    at_ += length;
+    if (frame.utf16 && length % 2 != 0) {
+      text = text.first(length - 1);  // [feat_req_someip_641]
+      if (frame.terminator.empty()) {
+        return failure_.set(ConversionFault::bad_string, begin, i);
+      }
+    }
+    // [feat_req_someip_666]
+    if (text.size() < frame.overhead() || !std::ranges::equal(text.first(frame.bom.size()), frame.bom) ||
+        !std::ranges::equal(text.last(frame.terminator.size()), frame.terminator)) {
+      return failure_.set(ConversionFault::bad_string, begin, i);
+    }
+    text = text.subspan(frame.bom.size(), text.size() - frame.overhead());
+    return true;
+  }
+
+  /// The padding behind strings and dynamic arrays. Senders differ in whether the last one has it.
+  void skip_padding() noexcept {
+    if (rules_.alignment > 1) {
+      at_ += std::min(padding(at_, rules_.alignment), left());
+    }
+  }
+
+  // Writing CDR
+
+  void align(std::size_t width) {
+    const std::size_t size = (0 - (out_.position() - encapsulation_bytes)) & (width - 1);
+    std::byte* const to = out_.room(size);
+    for (std::size_t k = 0; k < size; ++k) {
+      to[k] = std::byte{0};
+    }
+  }
+
+  void write_u32(std::uint32_t number) {
+    align(4);
+    store_u32(out_.room(4), number, std::endian::native);
+  }
+
+  void write(ByteView bytes) {
+    std::byte* to = out_.room(bytes.size());
+    std::ranges::copy(bytes, to);
+  }
+
+  /// Moves numbers over; that they are there has been checked.
+  void put_numbers(std::size_t count, std::size_t width) {
+    const std::size_t bytes = count * width;
+    align(width);
+    if (width == 1 || !swap_) {
+      out_.put({in_ + at_, bytes});
+    } else {
+      copy_swapped(out_.room(bytes), in_ + at_, count, width);
+    }
+    at_ += bytes;
+  }
+
+  /// Of a boolean's byte only the lowest bit counts.  [feat_req_someip_817]
+  void put_bools(std::size_t count) {
+    const ByteView values{in_ + at_, count};
+    if (all_bools(values)) {
+      out_.put(values);
+    } else {
+      std::ranges::transform(values, out_.room(count), [](std::byte value) { return value & std::byte{1}; });
+    }
+    at_ += count;
+  }
+
+  const Program& program_;
+  const someip::PayloadRules& rules_;
+  const std::byte* in_;
+  std::size_t at_ = 0;
+  std::size_t limit_;  ///< end of the array or struct that is being read, else of the payload
+  bool swap_;          ///< numbers differ in byte order
+  StringFrame strings_;
+  StringFrame wide_strings_;
+  ConversionScratch& out_;
+  Failure failure_;
+};
+
+}  // namespace
+
+tl::expected<Gathered, ConversionError> ConversionPlan::someip_to_cdr(ByteView payload,
+                                                                      ConversionScratch& scratch) const {
+  if (payload.size() > max_converted_bytes) {
+    return tl::unexpected{ConversionError{ConversionFault::too_large, 0, {}}};
+  }
+  scratch.begin(reference_from_);
+  SomeipToCdr converter{program_, payload, scratch};
+  if (!converter.convert()) {
+    return tl::unexpected{converter.error()};
+  }
+  return scratch.finish();
+}
+
+}  // namespace trestle::bridge

@@ -1,0 +1,126 @@
+#pragma once
+#include <array>
+#include <bit>
+#include <cstring>
+
+#include "bridge/convert/byte_swap.hpp"
+#include "someip/wire/header.hpp"
+#include "someip/wire/payload_rules.hpp"
+
+/// Small pieces of both wire formats that the two converters share.
+namespace trestle::bridge {
+
+/// What stands before the body of a CDR sample.
+inline constexpr std::size_t encapsulation_bytes = 4;
+
+[[nodiscard]] inline std::uint32_t load_u32(const std::byte* from, std::endian order) noexcept {
+  std::uint32_t number = 0;
+  std::memcpy(&number, from, sizeof(number));
+  return order == std::endian::native ? number : swapped(number);
+}
+
+inline void store_u32(std::byte* to, std::uint32_t number, std::endian order) noexcept {
+  number = order == std::endian::native ? number : swapped(number);
+  std::memcpy(to, &number, sizeof(number));
+}
+
+/// [feat_req_someip_675]
+[[nodiscard]] constexpr std::endian length_order(const someip::PayloadRules& rules) noexcept {
+  return rules.length_fields_always_big ? std::endian::big : rules.byte_order;
+}
+
+[[nodiscard]] constexpr bool fits(someip::FieldWidth width, std::size_t length) noexcept {
+  return length <= (std::uint64_t{1} << (8U * bytes(width))) - 1;
+}
+
+inline void store_length(std::byte* to, someip::FieldWidth width, std::size_t length,
+                         std::endian order) noexcept {
+  switch (width) {
+    case someip::FieldWidth::none:
+      return;
+    case someip::FieldWidth::bits8:
+      *to = static_cast<std::byte>(length);
+      return;
+    case someip::FieldWidth::bits16: {
+      const auto number = static_cast<std::uint16_t>(length);
+      const std::uint16_t ordered = order == std::endian::native ? number : swapped(number);
+      std::memcpy(to, &ordered, sizeof(ordered));
+      return;
+    }
+    case someip::FieldWidth::bits32:
+      store_u32(to, static_cast<std::uint32_t>(length), order);
+  }
+}
+
+[[nodiscard]] inline std::size_t load_length(const std::byte* from, someip::FieldWidth width,
+                                             std::endian order) noexcept {
+  switch (width) {
+    case someip::FieldWidth::none:
+      return 0;
+    case someip::FieldWidth::bits8:
+      return std::to_integer<std::size_t>(*from);
+    case someip::FieldWidth::bits16: {
+      std::uint16_t number = 0;
+      std::memcpy(&number, from, sizeof(number));
+      return order == std::endian::native ? number : swapped(number);
+    }
+    case someip::FieldWidth::bits32:
+      return load_u32(from, order);
+  }
+  return 0;
+}
+
+/// Bytes of padding that follow an element which ends at `position` of a payload. The alignment counts from
+/// the first byte of the SOME/IP header.  [feat_req_someip_711]
+[[nodiscard]] constexpr std::size_t padding(std::size_t position, std::size_t alignment) noexcept {
+  return (0 - (position + someip::header_bytes)) & (alignment - 1);
+}
+
+/// False: some byte is neither 0 nor 1.
+[[nodiscard]] inline bool all_bools(ByteView values) noexcept {
+  std::byte seen{0};
+  for (const std::byte value : values) {
+    seen |= value;
+  }
+  return seen <= std::byte{1};
+}
+
+/// What stands before and behind the characters of a string.  [feat_req_someip_662] [feat_req_someip_687]
+struct StringFrame {
+  ByteView bom;
+  ByteView terminator;
+  bool utf16 = false;
+  [[nodiscard]] constexpr std::size_t overhead() const noexcept { return bom.size() + terminator.size(); }
+};
+
+inline constexpr std::array<std::byte, 3> utf8_bom{std::byte{0xef}, std::byte{0xbb}, std::byte{0xbf}};
+inline constexpr std::array<std::byte, 2> utf16le_bom{std::byte{0xff}, std::byte{0xfe}};
+inline constexpr std::array<std::byte, 2> utf16be_bom{std::byte{0xfe}, std::byte{0xff}};
+inline constexpr std::array<std::byte, 2> zeros{};
+
+[[nodiscard]] constexpr StringFrame string_frame(const someip::PayloadRules& rules,
+                                                 someip::StringEncoding encoding) noexcept {
+  StringFrame frame;
+  frame.utf16 = encoding != someip::StringEncoding::utf8;
+  if (rules.string_bom) {
+    frame.bom = encoding == someip::StringEncoding::utf8      ? ByteView{utf8_bom}
+                : encoding == someip::StringEncoding::utf16le ? ByteView{utf16le_bom}
+                                                              : ByteView{utf16be_bom};
+  }
+  if (rules.string_terminator) {
+    frame.terminator = ByteView{zeros}.first(frame.utf16 ? 2 : 1);
+  }
+  return frame;
+}
+
+/// wstrings are UTF-16 also where strings are UTF-8: big endian then.
+[[nodiscard]] constexpr someip::StringEncoding wide_encoding(const someip::PayloadRules& rules) noexcept {
+  return rules.string_encoding == someip::StringEncoding::utf16le ? someip::StringEncoding::utf16le
+                                                                  : someip::StringEncoding::utf16be;
+}
+
+[[nodiscard]] constexpr std::endian utf16_order(someip::StringEncoding encoding) noexcept {
+  return encoding == someip::StringEncoding::utf16le ? std::endian::little : std::endian::big;
+}
+
+}  // namespace trestle::bridge
