@@ -30,8 +30,8 @@ const char* to_string(TpDrop reason) noexcept {
       return "malformed";
     case TpDrop::unaligned:
       return "unaligned";
-    case TpDrop::no_session:
-      return "no_session";
+    case TpDrop::session_zero:
+      return "session_zero";
     case TpDrop::too_large:
       return "too_large";
     case TpDrop::too_many_from_sender:
@@ -80,7 +80,7 @@ TpReassembler::Outcome TpReassembler::on_segment(const Endpoint& from, const Mes
                                                                      : drop(reason);
   }
   if (message.header.session == SessionId{0}) {
-    return drop(TpDrop::no_session);
+    return drop(TpDrop::session_zero);
   }
   if (same_session) {
     if (slot->state_ == TpSlot::State::finished) {

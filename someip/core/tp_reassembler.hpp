@@ -11,7 +11,7 @@ namespace trestle::someip {
 enum class TpDrop : std::uint8_t {
   malformed,             ///< no TP flag, too short for a TP header, or an empty segment that is not the last
   unaligned,             ///< length no multiple of 16 in a segment that is not the last
-  no_session,            ///< Session ID 0: nothing tells this message from the next  [feat_req_someiptp_762]
+  session_zero,          ///< Session ID 0: nothing tells this message from the next  [feat_req_someiptp_762]
   too_large,             ///< reaches beyond max_message_bytes  [feat_req_someiptp_782]
   too_many_from_sender,  ///< the sender has max_per_sender messages under way: a further one is refused
   no_slot,               ///< all slots are under way: a further message is refused

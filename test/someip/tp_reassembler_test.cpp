@@ -296,7 +296,7 @@ TEST_F(TpReassemblerTest, DropsWhatIsNoSegment) {
 
 TEST_F(TpReassemblerTest, RefusesSessionZero) {
   covers({"feat_req_someiptp_762"});
-  EXPECT_EQ(offer({0, 0, true, row_a}), "!no_session");
+  EXPECT_EQ(offer({0, 0, true, row_a}), "!session_zero");
   EXPECT_EQ(reassembler.size(), 0U);
 }
 
