@@ -6,7 +6,7 @@
 namespace trestle::someip {
 
 /// What a message is. A header can carry any byte here; those without a name are invalid.
-/// [feat_req_someip_103]
+/// [feat_req_someip_95] [feat_req_someip_684]
 enum class MessageType : std::uint8_t {
   request = 0x00,
   request_no_return = 0x01,  ///< fire and forget
@@ -20,7 +20,7 @@ enum class MessageType : std::uint8_t {
   tp_error = 0xa1,
 };
 
-/// The bit that marks a segment of a larger message.  [feat_req_someiptp_765]
+/// The bit that marks a segment of a larger message.  [feat_req_someip_761]
 inline constexpr std::uint8_t tp_flag = 0x20;
 
 [[nodiscard]] constexpr bool is_tp(MessageType type) noexcept {
@@ -56,7 +56,7 @@ enum class ReturnCode : std::uint8_t {
 inline constexpr std::size_t header_bytes = 16;
 /// The part of the header that the Length field counts.  [feat_req_someip_77]
 inline constexpr std::size_t length_covered_header_bytes = 8;
-inline constexpr std::uint8_t protocol_version = 1;  ///< [feat_req_someip_300]
+inline constexpr std::uint8_t protocol_version = 1;  ///< [feat_req_someip_90]
 
 /// The SOME/IP header without its Length, which follows from the payload.  [feat_req_someip_45]
 struct Header {
@@ -65,7 +65,7 @@ struct Header {
   ClientId client{};
   SessionId session{};
   std::uint8_t protocol = protocol_version;
-  std::uint8_t interface_version = 0;  ///< major version of the service
+  std::uint8_t interface_version = 0;  ///< major version of the service  [feat_req_someip_92]
   MessageType type = MessageType::request;
   ReturnCode return_code = ReturnCode::ok;
   friend constexpr bool operator==(const Header&, const Header&) = default;

@@ -1,0 +1,132 @@
+// The core allocates nothing once it is constructed: every use of operator new in this program is counted.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdlib>
+#include <new>
+
+#include "someip/core/session_counter.hpp"
+#include "someip/core/tp_reassembler.hpp"
+#include "someip/core/tp_segmenter.hpp"
+#include "someip/wire/payload_reader.hpp"
+#include "someip/wire/payload_writer.hpp"
+
+namespace {
+std::size_t allocations = 0;
+}  // namespace
+
+// NOLINTBEGIN(*-no-malloc, *-owning-memory): that is what operator new and delete are made of.
+void* operator new(std::size_t size) {
+  ++allocations;
+  void* const memory = std::malloc(size == 0 ? 1 : size);
+  if (memory == nullptr) {
+    throw std::bad_alloc{};
+  }
+  return memory;
+}
+void* operator new[](std::size_t size) {
+  return operator new(size);
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+// NOLINTEND(*-no-malloc, *-owning-memory)
+
+namespace trestle::someip {
+namespace {
+using namespace std::chrono_literals;
+
+/// How often operator new is called during `work`.
+template <typename Work>
+std::size_t allocations_of(Work work) {
+  const std::size_t before = allocations;
+  work();
+  return allocations - before;
+}
+
+TEST(NoAllocation, IsCountedWhereThereIsOne) {
+  EXPECT_EQ(allocations_of([] { operator delete(operator new(8)); }), 1U);
+}
+
+TEST(NoAllocation, HappensInTheHeaderCodec) {
+  std::array<std::byte, 64> room{};
+  bool decoded = false;
+  EXPECT_EQ(allocations_of([&] {
+              SessionCounter sessions;
+              const Header header{.service = ServiceId{1}, .session = sessions.next()};
+              const auto bytes = encode(header, ByteView{room}.subspan(32, 8), ByteSpan{room}.first(24));
+              for (MessageCursor cursor{*bytes}; const auto message = cursor.next();) {
+                decoded = message->header == header;
+              }
+            }),
+            0U);
+  EXPECT_TRUE(decoded);
+}
+
+TEST(NoAllocation, HappensInSegmentationAndReassembly) {
+  static std::array<std::byte, 1U << 16U> payload{};
+  static std::array<std::byte, 1U << 16U> buffer{};
+  std::array<TpGap, 4> gaps{};
+  std::array<TpSlot, 1> slots{TpSlot{buffer, gaps}};
+  std::array<std::byte, 1500> datagram{};
+  std::size_t completed = 0;
+  EXPECT_EQ(allocations_of([&] {
+              TpReassembler reassembler{
+                  slots, {.max_message_bytes = buffer.size(), .max_per_sender = 1, .max_age = 1s}};
+              for (const std::uint16_t session : {std::uint16_t{1}, std::uint16_t{2}}) {
+                const Header header{.session = SessionId{session}, .type = MessageType::notification};
+                for (TpSegmenter segments{header, payload.size()}; const auto segment = segments.next();) {
+                  ByteWriter out{datagram};
+                  out.bytes(segment->header);
+                  out.bytes(ByteView{payload}.subspan(segment->offset, segment->bytes));
+                  const auto outcome = reassembler.on_segment({}, *decode(out.written()), TimePoint{});
+                  completed += outcome && *outcome ? 1 : 0;
+                }
+              }
+              reassembler.on_time(TimePoint{} + 2s);
+            }),
+            0U);
+  EXPECT_EQ(completed, 2U);
+}
+
+TEST(NoAllocation, HappensInThePayloadWriterAndReader) {
+  std::array<std::byte, 256> room{};
+  std::array<char, 64> text{};
+  bool equal = false;
+  EXPECT_EQ(allocations_of([&] {
+              const PayloadRules rules{.struct_length = FieldWidth::bits16,
+                                       .string_encoding = StringEncoding::utf16le,
+                                       .alignment = 8};
+              PayloadWriter out{room, rules};
+              const auto outer = out.begin_struct();
+              out.string("a string that is longer than any small string optimisation");
+              const auto array = out.begin_array();
+              out.f64(1.5);
+              out.end(array);
+              out.end(outer);
+              PayloadReader in{*out.finish(), rules};
+              const auto read = in.begin_struct();
+              equal = in.string(text) == "a string that is longer than any small string optimisation";
+              auto elements = in.begin_array();
+              while (in.more(elements)) {
+                equal = equal && in.f64() == 1.5;
+              }
+              in.end(elements);
+              in.end(read);
+              equal = equal && !in.error();
+            }),
+            0U);
+  EXPECT_TRUE(equal);
+}
+
+}  // namespace
+}  // namespace trestle::someip
