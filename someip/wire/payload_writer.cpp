@@ -109,7 +109,10 @@ void PayloadWriter::end(const Open& element) noexcept {
     if (used > element.padded_bytes) {
       return fail(WireError::bad_length);
     }
-    std::ranges::fill(reserve(element.padded_bytes - used), std::byte{0});
+    if (used < element.padded_bytes) {
+      std::ranges::fill(reserve(element.padded_bytes - used), std::byte{0});
+      padding_due_ = false;  // as the reader, which skips these zeros
+    }
   }
   put_field(element.length, position_ - element.contents_at, WireError::bad_length);
   padding_due_ = padding_due_ || (element.variable && rules_.alignment > 1);
