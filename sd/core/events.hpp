@@ -23,7 +23,7 @@ enum class LossReason : std::uint8_t {
   stopped,      ///< the peer said so: StopOfferService, StopSubscribeEventgroup
   expired,      ///< its TTL ran out
   rebooted,     ///< the peer was started anew  [feat_req_someipsd_871]
-  refused,      ///< a Nack for what had been acknowledged before
+  replaced,     ///< the service is offered with other endpoints or another minor version
   link_down,    ///< our own link went down
   unreachable,  ///< tcp_closed() or unreachable() told so  [feat_req_someipsd_435]
 };
@@ -75,16 +75,15 @@ struct SubscriberRemoved {
   LossReason reason{};
 };
 
-/// Client: a service that fits the requirement is offered. Comes again when its endpoints or minor version
-/// change.
+/// Client: a service that fits the requirement is offered.
 struct ServiceAvailable {
   RequirementHandle requirement;
   RemoteService service;
 };
 
 /// Client: a service of the requirement is gone. Its subscriptions are over, each told of by its own
-/// SubscriptionLost; they are renewed when the service comes back. After a reboot reset its TCP connections.
-/// [feat_req_someipsd_872]
+/// SubscriptionLost; they are renewed when the service comes back, those with a TCP endpoint after
+/// reconnected(). After a reboot reset its TCP connections.  [feat_req_someipsd_872]
 struct ServiceLost {
   RequirementHandle requirement;
   RemoteService service;
@@ -98,14 +97,14 @@ struct Subscribed {
   std::optional<Endpoint> multicast;
 };
 
-/// Client: the server refused the subscription; for TCP events check the connection. It is tried again with
-/// the server's next offer, and told of again only after a success in between.  [feat_req_someipsd_869]
+/// Client: the server refused the subscription, perhaps one that it had accepted before; for TCP events check
+/// the connection. It is tried again with the server's next offer, and told of again only after a success in
+/// between. [feat_req_someipsd_869]
 struct SubscriptionRefused {
   SubscriptionHandle subscription;
 };
 
-/// Client: an accepted subscription is over for now. It is renewed by itself with the server's next offer,
-/// except one with a TCP endpoint, which waits for reconnected().
+/// Client: an accepted subscription is over for now. It is renewed by itself with the server's next offer.
 struct SubscriptionLost {
   SubscriptionHandle subscription;
   LossReason reason{};

@@ -12,7 +12,6 @@ enum class SdError : std::uint8_t {
   duplicate,       ///< the same service instance and major version is offered already, or an eventgroup twice
   bad_argument,    ///< an id, endpoint or TTL that cannot be; each call says what it needs
   unknown_handle,  ///< the handle names nothing, or something that has ended
-  down,            ///< after shutdown(), until link_up()
 };
 
 [[nodiscard]] const char* to_string(SdError error) noexcept;
@@ -82,6 +81,7 @@ struct Counters {
   std::uint64_t ignored_no_room = 0;            ///< some table or queue is full
   std::uint64_t nacks_sent = 0;
   std::uint64_t unsendable_entries = 0;  ///< did not even fit into an empty datagram
+  std::uint64_t lost_events = 0;         ///< poll_event() was not called in time
 };
 
 /// SOME/IP service discovery of one node, server and client side, without I/O: it is told what arrives and
@@ -89,10 +89,12 @@ struct Counters {
 ///
 ///     discovery.on_datagram(bytes, from, via_multicast, now);   // whenever one arrives
 ///     discovery.on_time(now);                                   // at deadline(), or at any other time
-///     while (auto event = discovery.poll_event()) { ... }       // after each of these and each call below
+///     // then, and after each other call:
 ///     while (auto datagram = discovery.poll_transmit(room, now)) { send(*datagram); }
+///     while (auto event = discovery.poll_event()) { ... }       // may make calls: then transmit again
 ///     rearm_timer(discovery.deadline());
 ///
+/// In that order: an Ack must leave before the initial events that SubscriberAdded asks for.
 /// `now` must not go back from call to call. Nothing here blocks, throws or allocates. Single-threaded.
 class ServiceDiscovery {
  public:
@@ -107,7 +109,7 @@ class ServiceDiscovery {
   /// @return its handle, or
   ///         bad_argument  service or instance 0xffff, major 0xff, no endpoint, an endpoint with port 0 or a
   ///                       multicast or unspecified address, a multicast endpoint that is none, TTL 0;
-  ///         duplicate, table_full, down.
+  ///         duplicate, table_full.
   [[nodiscard]] Result<OfferHandle, SdError> offer(const OfferedService& service, TimePoint now) noexcept;
 
   /// Withdraws an offer and its subscribers. The handle ends. Without effect for an unknown handle.
@@ -139,9 +141,9 @@ class ServiceDiscovery {
 
   // --- Client ---------------------------------------------------------------------------------------------
 
-  /// Starts to look for a service.  [feat_req_someipsd_18]
+  /// Starts to look for a service of other nodes; own offers are not found.  [feat_req_someipsd_18]
   /// @return its handle; ServiceAvailable tells of each instance found, at once of those known already. Or
-  ///         bad_argument for service 0xffff, table_full, down.
+  ///         bad_argument for service 0xffff, table_full.
   [[nodiscard]] Result<RequirementHandle, SdError> require(const RequiredService& service,
                                                            TimePoint now) noexcept;
 
@@ -155,7 +157,7 @@ class ServiceDiscovery {
   ///         bad_argument  no instance, TTL 0, an endpoint with port 0, a multicast or unspecified address,
   ///         or
   ///                       of another IP version than ours;
-  ///         unknown_handle, table_full (also: 16 subscriptions to one eventgroup), down.
+  ///         unknown_handle, table_full (also: 16 subscriptions to one eventgroup).
   [[nodiscard]] Result<SubscriptionHandle, SdError> subscribe(RequirementHandle requirement,
                                                               const EventgroupRequest& request,
                                                               TimePoint now) noexcept;
@@ -214,10 +216,7 @@ class ServiceDiscovery {
   void on_entry(const Entry& entry, const Arrival& arrival) noexcept;
   [[nodiscard]] TimePoint first_due(TimePoint now) noexcept;
   void send(const slots::PendingEntry& entry) noexcept;
-  template <typename Unwanted>
-  void cancel(Unwanted unwanted) noexcept {
-    pending_.remove_if(unwanted);
-  }
+  void tell(const Event& event) noexcept;
 
   // peers.cpp
   [[nodiscard]] slots::Peer* peer_at(const Endpoint& endpoint, TimePoint now) noexcept;
@@ -248,16 +247,19 @@ class ServiceDiscovery {
   void on_stop_offer(const Entry& entry, const Arrival& arrival) noexcept;
   void on_ack(const Entry& entry, const Arrival& arrival) noexcept;
   [[nodiscard]] slots::Remote* remote_of(const Entry& entry) const noexcept;
-  [[nodiscard]] slots::Remote* new_remote() noexcept;
+  [[nodiscard]] slots::Remote* new_remote(bool required) noexcept;
   [[nodiscard]] std::size_t requirements_of(const slots::Remote& remote) const noexcept;
   [[nodiscard]] std::size_t events_of_loss(const slots::Remote& remote) const noexcept;
   void announce(const slots::Remote& remote) noexcept;
+  void settle(slots::Requirement& requirement) noexcept;
   void renew_subscriptions(slots::Remote& remote, const Arrival& arrival) noexcept;
   void request(slots::OwnSubscription& subscription, TimePoint due, bool by_multicast_offer) noexcept;
   void withdraw(slots::OwnSubscription& subscription, TimePoint now) noexcept;
   void unbind(slots::OwnSubscription& subscription, LossReason reason) noexcept;
   void lose(slots::Remote& remote, LossReason reason, TimePoint now) noexcept;
   void bind(slots::OwnSubscription& subscription, TimePoint now) noexcept;
+  void cancel_requests(const slots::OwnSubscription& subscription) noexcept;
+  [[nodiscard]] bool is_requested(const slots::OwnSubscription& subscription) const noexcept;
   [[nodiscard]] bool fits(const slots::Requirement& requirement, const slots::Remote& remote) const noexcept;
   [[nodiscard]] RemoteService service_of(const slots::Remote& remote) const noexcept;
   [[nodiscard]] slots::PendingEntry subscribe_entry(const slots::OwnSubscription& subscription, TimePoint due,

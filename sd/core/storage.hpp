@@ -110,7 +110,7 @@ struct OwnSubscription : SlotBase {
 struct Peer : SlotBase {
   Endpoint endpoint;
   RebootDetector reboots;
-  someip::SessionCounter sessions;  // of what we send there by unicast  [feat_req_someipsd_765]
+  someip::SessionCounter sessions{};  // of what we send there by unicast  [feat_req_someipsd_765]
   bool explicit_initial_data = false;
   bool referenced = false;  // scratch of the search for one to forget
   TimePoint last_seen{};

@@ -1,6 +1,8 @@
 #pragma once
 #include <algorithm>
 #include <cassert>
+#include <cstddef>
+#include <iterator>
 #include <span>
 
 #include "sd/core/events.hpp"
@@ -22,6 +24,12 @@ class Table {
 
   class Iterator {
    public:
+    using iterator_category = std::forward_iterator_tag;
+    using value_type = Slot;
+    using difference_type = std::ptrdiff_t;
+    using pointer = Slot*;
+    using reference = Slot&;
+
     Iterator(Slot* at, Slot* end) noexcept : at_{at}, end_{end} { skip_unused(); }
     Slot& operator*() const noexcept { return *at_; }
     Iterator& operator++() noexcept {

@@ -96,7 +96,7 @@ bool SdWriter::add(Entry entry, std::span<const Option> options) noexcept {
     best->second.index += added_first;  // both runs are appended: the second comes behind the first
   }
   const bool index_fits = best->first.index <= max_index && best->second.index <= max_index;
-  if (!index_fits || entries_end() + entry_bytes + 4 + options_bytes_ + best->added_bytes > room_.size()) {
+  if (!index_fits || !fits(1, best->added_bytes)) {
     return false;
   }
   std::byte* const array = room_.data() + entries_end() + 4;
@@ -111,7 +111,7 @@ bool SdWriter::add(Entry entry, std::span<const Option> options) noexcept {
 }
 
 bool SdWriter::add_unreferenced(const Option& option) noexcept {
-  if (!length_fits(option) || entries_end() + 4 + options_bytes_ + option.size() > room_.size()) {
+  if (!length_fits(option) || !fits(0, option.size())) {
     return false;
   }
   append(std::span{&option, 1});

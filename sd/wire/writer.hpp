@@ -28,6 +28,11 @@ class SdWriter {
   /// @return false when it does not fit.
   [[nodiscard]] bool add_unreferenced(const Option& option) noexcept;
 
+  /// Whether `entries` more entries fit that add `option_bytes` of options together.
+  [[nodiscard]] bool fits(std::size_t entries, std::size_t option_bytes) const noexcept {
+    return entries_end() + entries * entry_bytes + 4 + options_bytes_ + option_bytes <= room_.size();
+  }
+
   [[nodiscard]] std::size_t entry_count() const noexcept { return entry_count_; }
 
   /// Completes headers and lengths.

@@ -1,0 +1,86 @@
+// The peers we hear from or talk to: their sessions, and what a reboot of one entails.
+#include "sd/core/service_discovery.hpp"
+
+namespace trestle::sd {
+
+slots::Peer* ServiceDiscovery::peer_at(const Endpoint& endpoint, TimePoint now) noexcept {
+  slots::Peer* found = nullptr;
+  for (slots::Peer& peer : peers_) {
+    if (peer.endpoint == endpoint) {
+      found = &peer;
+      break;
+    }
+  }
+  if (found == nullptr) {
+    found = peers_.add();
+  }
+  if (found == nullptr) {
+    found = forget_a_peer();
+  }
+  if (found != nullptr) {
+    found->endpoint = endpoint;
+    found->last_seen = now;
+  }
+  return found;
+}
+
+// When the table is full, the peer that was silent the longest and has nothing with us makes room. Should it
+// come back, our session towards it starts again, which it takes for a reboot of ours: it then asks us anew,
+// no more.
+slots::Peer* ServiceDiscovery::forget_a_peer() noexcept {
+  for (slots::Peer& peer : peers_) {
+    peer.referenced = false;
+  }
+  for (const slots::Subscription& subscription : subscribers_) {
+    peers_[subscription.peer].referenced = true;
+  }
+  for (const slots::Remote& remote : remotes_) {
+    peers_[remote.peer].referenced = true;
+  }
+  for (std::size_t i = 0; i < pending_.size(); ++i) {
+    if (pending_[i].peer != slots::PendingEntry::to_multicast) {
+      peers_[pending_[i].peer].referenced = true;
+    }
+  }
+  slots::Peer* oldest = nullptr;
+  for (slots::Peer& peer : peers_) {
+    if (!peer.referenced && (oldest == nullptr || peer.last_seen < oldest->last_seen)) {
+      oldest = &peer;
+    }
+  }
+  if (oldest == nullptr) {
+    return nullptr;
+  }
+  peers_.remove(*oldest);
+  return peers_.add();
+}
+
+std::size_t ServiceDiscovery::events_of_reboot(std::uint16_t peer) const noexcept {
+  std::size_t events = 0;
+  for (const slots::Subscription& subscription : subscribers_) {
+    events += subscription.peer == peer ? 1 : 0;
+  }
+  for (const slots::Remote& remote : remotes_) {
+    events += remote.peer == peer ? events_of_loss(remote) : 0;
+  }
+  return events;
+}
+
+// What the peer had with us is gone with its former life; the message that showed the reboot may already
+// start anew.  [feat_req_someipsd_871]
+void ServiceDiscovery::on_reboot(std::uint16_t peer, TimePoint now) noexcept {
+  ++counters_.reboots_detected;
+  pending_.remove_if([peer](const slots::PendingEntry& pending) { return pending.peer == peer; });
+  for (slots::Subscription& subscription : subscribers_) {
+    if (subscription.peer == peer) {
+      lose(subscription, LossReason::rebooted);
+    }
+  }
+  for (slots::Remote& remote : remotes_) {
+    if (remote.peer == peer) {
+      lose(remote, LossReason::rebooted, now);
+    }
+  }
+}
+
+}  // namespace trestle::sd

@@ -1,0 +1,386 @@
+// ServiceDiscovery as a server: its offers, and the subscriptions of peers.
+#include "sd/core/service_discovery.hpp"
+
+namespace trestle::sd {
+namespace {
+
+bool usable(const Endpoint& endpoint, bool v6) noexcept {
+  return endpoint.port != 0 && endpoint.address.v6 == v6 && !endpoint.address.is_multicast() &&
+         !endpoint.address.is_unspecified();
+}
+
+bool usable(const Eventgroup& eventgroup, const OfferedService& service, bool v6) noexcept {
+  const std::optional<Endpoint>& multicast = eventgroup.multicast;
+  const bool multicast_fits = !multicast || (multicast->port != 0 && multicast->address.v6 == v6 &&
+                                             multicast->address.is_multicast());
+  // Events leave from the offered endpoints alone [feat_req_someipsd_797], so those must be there.
+  return multicast_fits && (!eventgroup.udp || service.udp) && (!eventgroup.tcp || service.tcp);
+}
+
+bool usable(const OfferedService& service, bool v6) noexcept {
+  return service.service != ServiceId{0xffff} && service.instance != someip::any_instance &&
+         service.major != any_major && (service.udp || service.tcp) &&
+         (!service.udp || usable(*service.udp, v6)) && (!service.tcp || usable(*service.tcp, v6)) &&
+         (!service.ttl_s || (*service.ttl_s > 0 && *service.ttl_s <= infinite_ttl_s)) &&
+         std::ranges::all_of(service.eventgroups,
+                             [&](const Eventgroup& group) { return usable(group, service, v6); });
+}
+
+bool has_duplicates(std::span<const Eventgroup> eventgroups) noexcept {
+  for (std::size_t i = 0; i < eventgroups.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (eventgroups[i].id == eventgroups[j].id) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+bool same_instance(const Entry& entry, const slots::Offer& offer) noexcept {
+  return entry.service == offer.service && entry.instance == offer.instance && entry.major == offer.major;
+}
+
+}  // namespace
+
+Result<OfferHandle, SdError> ServiceDiscovery::offer(const OfferedService& service, TimePoint now) noexcept {
+  if (!usable(service, addresses_.v6())) {
+    return tl::unexpected{SdError::bad_argument};
+  }
+  const auto is_same = [&](const slots::Offer& other) {
+    return other.service == service.service && other.instance == service.instance &&
+           other.major == service.major;
+  };
+  if (has_duplicates(service.eventgroups) || std::any_of(offers_.begin(), offers_.end(), is_same)) {
+    return tl::unexpected{SdError::duplicate};
+  }
+  if (eventgroups_.free_slots() < service.eventgroups.size()) {
+    return tl::unexpected{SdError::table_full};
+  }
+  // Asked before the new slot is there, so that it does not join itself.
+  const OfferSchedule schedule = link_up_ ? OfferSchedule{settings_.timing, first_due(now)} : OfferSchedule{};
+  slots::Offer* const slot = offers_.add();
+  if (slot == nullptr) {
+    return tl::unexpected{SdError::table_full};
+  }
+  slot->service = service.service;
+  slot->instance = service.instance;
+  slot->major = service.major;
+  slot->minor = service.minor;
+  slot->ttl_s = service.ttl_s.value_or(settings_.timing.ttl_s);
+  slot->udp = service.udp;
+  slot->tcp = service.tcp;
+  slot->schedule = schedule;
+  for (const Eventgroup& eventgroup : service.eventgroups) {
+    slots::OfferedEventgroup* const group = eventgroups_.add();
+    group->offer = offers_.index_of(*slot);
+    group->eventgroup = eventgroup;
+  }
+  return offers_.handle_of<OfferHandle>(*slot);
+}
+
+void ServiceDiscovery::stop_offer(OfferHandle handle, TimePoint now) noexcept {
+  slots::Offer* const offer = offers_.find(handle);
+  if (offer == nullptr) {
+    return;
+  }
+  // Neither an Offer nor an Ack of it must follow the StopOffer.
+  pending_.remove_if([offer](const slots::PendingEntry& pending) {
+    const bool ours = pending.entry.type == EntryType::offer_service ||
+                      pending.entry.type == EntryType::subscribe_eventgroup_ack;
+    return ours && same_instance(pending.entry, *offer);
+  });
+  if (link_up_) {
+    send_offer(*offer, slots::PendingEntry::to_multicast, now, 0);
+  }
+  for (slots::Subscription& subscription : subscribers_) {
+    if (subscription.offer == handle.index) {
+      subscribers_.remove(subscription);
+    }
+  }
+  for (slots::OfferedEventgroup& eventgroup : eventgroups_) {
+    if (eventgroup.offer == handle.index) {
+      eventgroups_.remove(eventgroup);
+    }
+  }
+  offers_.remove(*offer);
+}
+
+bool ServiceDiscovery::tcp_connected(const Endpoint& own, const Endpoint& client) noexcept {
+  slots::TcpConnection* const connection = tcp_connections_.add();
+  if (connection == nullptr) {
+    return false;
+  }
+  connection->own = own;
+  connection->remote = client;
+  return true;
+}
+
+void ServiceDiscovery::tcp_closed(const Endpoint& own, const Endpoint& client) noexcept {
+  for (slots::TcpConnection& connection : tcp_connections_) {
+    if (connection.own == own && connection.remote == client) {
+      tcp_connections_.remove(connection);
+    }
+  }
+  for (slots::Subscription& subscription : subscribers_) {
+    if (subscription.tcp == client && offers_[subscription.offer].tcp == own) {
+      lose(subscription, LossReason::unreachable);
+    }
+  }
+}
+
+void ServiceDiscovery::unreachable(const Endpoint& subscriber) noexcept {
+  for (slots::Subscription& subscription : subscribers_) {
+    if (subscription.udp == subscriber) {
+      lose(subscription, LossReason::unreachable);
+    }
+  }
+}
+
+bool ServiceDiscovery::tcp_ready(const slots::Offer& offer, const Endpoint& client) const noexcept {
+  return !settings_.check_tcp_connections ||
+         std::any_of(tcp_connections_.begin(), tcp_connections_.end(),
+                     [&](const slots::TcpConnection& c) { return c.own == offer.tcp && c.remote == client; });
+}
+
+Subscriber ServiceDiscovery::subscriber_of(const slots::Subscription& slot) const noexcept {
+  return {peers_[slot.peer].endpoint, slot.udp, slot.tcp};
+}
+
+void ServiceDiscovery::lose(slots::Subscription& subscription, LossReason reason) noexcept {
+  const slots::Offer& offer = offers_[subscription.offer];
+  tell(SubscriberRemoved{offers_.handle_of<OfferHandle>(offer), subscription.eventgroup,
+                         subscriber_of(subscription), reason});
+  subscribers_.remove(subscription);
+}
+
+void ServiceDiscovery::send_offer(const slots::Offer& offer, std::uint16_t to, TimePoint due,
+                                  std::uint32_t ttl_s) noexcept {
+  slots::PendingEntry pending;
+  pending.due = due;
+  pending.peer = to;
+  pending.entry = {.type = EntryType::offer_service,
+                   .service = offer.service,
+                   .instance = offer.instance,
+                   .major = offer.major,
+                   .ttl_s = ttl_s,
+                   .tail = offer.minor};
+  if (offer.udp) {
+    pending.options[pending.option_count++] = {EndpointRole::unicast, *offer.udp, Transport::udp};
+  }
+  if (offer.tcp) {
+    pending.options[pending.option_count++] = {EndpointRole::unicast, *offer.tcp, Transport::tcp};
+  }
+  send(pending);
+}
+
+// Advances offers and ends subscriptions whose time is over. What finds no room stays due.
+void ServiceDiscovery::serve(TimePoint now) noexcept {
+  for (slots::Subscription& subscription : subscribers_) {
+    if (subscription.expiry && *subscription.expiry <= now && events_.free_places() > 0) {
+      lose(subscription, LossReason::expired);  // [feat_req_someipsd_445]
+    }
+  }
+  for (slots::Offer& offer : offers_) {
+    if (pending_.free_places() > 0 && offer.schedule.on_time(now)) {
+      send_offer(offer, slots::PendingEntry::to_multicast, now, offer.ttl_s);
+      offer.last_multicast = now;
+    }
+  }
+}
+
+// Endpoint and multicast options of a Find mean nothing and are not even looked at.  [feat_req_someipsd_878]
+void ServiceDiscovery::on_find(const Entry& entry, const Arrival& arrival) noexcept {
+  if (entry.ttl_s == 0) {
+    return;  // a Find must not have it  [feat_req_someipsd_239]
+  }
+  for (slots::Offer& offer : offers_) {
+    const bool matches = entry.service == offer.service &&
+                         (entry.instance == someip::any_instance || entry.instance == offer.instance) &&
+                         (entry.major == any_major || entry.major == offer.major) &&
+                         (entry.minor() == any_minor || entry.minor() == offer.minor);
+    const Phase phase = offer.schedule.phase();
+    // In the initial wait phase the first offer is about to come by itself.
+    if (!matches || phase == Phase::down || phase == Phase::initial_wait) {
+      continue;
+    }
+    std::uint16_t to = arrival.peer;  // [feat_req_someipsd_824]
+    if (settings_.find_answer == FindAnswer::optimised) {
+      const bool old = phase == Phase::main &&
+                       arrival.now - offer.last_multicast >= settings_.timing.cyclic_offer_delay / 2;
+      if (old || !arrival.message.unicast()) {  // [feat_req_someipsd_90] [feat_req_someipsd_91]
+        to = slots::PendingEntry::to_multicast;
+      }
+    }
+    bool waiting = false;
+    for (std::size_t i = 0; i < pending_.size() && !waiting; ++i) {
+      waiting = pending_[i].peer == to && pending_[i].entry.type == EntryType::offer_service &&
+                same_instance(pending_[i].entry, offer);
+    }
+    if (waiting) {
+      continue;
+    }
+    // Delayed answers may take half of the queue: a flood of Finds must not keep back what else is to be
+    // sent.
+    if (pending_.free_places() <= pending_.size()) {
+      ++counters_.ignored_no_room;
+      continue;
+    }
+    // The figure of the server's states would restart the offer's timer here. We don't: whoever asks often
+    // enough could then keep our offers from everybody else.
+    send_offer(offer, to, arrival.answer_due, offer.ttl_s);
+  }
+}
+
+slots::Offer* ServiceDiscovery::offered(const Entry& entry) const noexcept {
+  for (slots::Offer& offer : offers_) {
+    if (same_instance(entry, offer)) {
+      return &offer;
+    }
+  }
+  return nullptr;
+}
+
+const Eventgroup* ServiceDiscovery::eventgroup_of(const slots::Offer& offer, EventgroupId id) const noexcept {
+  const std::uint16_t index = offers_.index_of(offer);
+  for (const slots::OfferedEventgroup& slot : eventgroups_) {
+    if (slot.offer == index && slot.eventgroup.id == id) {
+      return &slot.eventgroup;
+    }
+  }
+  return nullptr;
+}
+
+slots::Subscription* ServiceDiscovery::subscription_of(const slots::Offer& offer, const Entry& entry,
+                                                       std::uint16_t peer,
+                                                       const EntryOptions& options) const noexcept {
+  const std::uint16_t index = offers_.index_of(offer);
+  for (slots::Subscription& slot : subscribers_) {
+    if (slot.offer == index && slot.peer == peer && slot.eventgroup == entry.eventgroup() &&
+        slot.counter == entry.counter() && slot.udp == options.udp && slot.tcp == options.tcp) {
+      return &slot;
+    }
+  }
+  return nullptr;
+}
+
+namespace {
+
+// What of the referenced endpoints the eventgroup has a use for.  [feat_req_someipsd_1141]
+EntryOptions needed_of(const EntryOptions& options, const Eventgroup& eventgroup) noexcept {
+  return {eventgroup.udp ? options.udp : std::nullopt, eventgroup.tcp ? options.tcp : std::nullopt,
+          std::nullopt};
+}
+
+}  // namespace
+
+void ServiceDiscovery::on_subscribe(const Entry& entry, const Arrival& arrival) noexcept {
+  if (arrival.via_multicast) {
+    ++counters_.ignored_wrong_transport;  // [feat_req_someipsd_818]
+    return;
+  }
+  if (pending_.free_places() == 0 || events_.free_places() == 0) {
+    ++counters_.ignored_no_room;
+    return;
+  }
+  const auto options = read_options(arrival.message, entry, addresses_);
+  if (!options) {
+    ++counters_.ignored_bad_options;
+  }
+  acknowledge(entry, arrival, options ? accept(entry, arrival, *options) : nullptr);
+}
+
+// Enters or renews the subscription; nothing when it is to be refused.  [feat_req_someipsd_1164]
+const Eventgroup* ServiceDiscovery::accept(const Entry& entry, const Arrival& arrival,
+                                           const EntryOptions& options) noexcept {
+  const slots::Offer* const offer = offered(entry);
+  const Eventgroup* const eventgroup = offer != nullptr ? eventgroup_of(*offer, entry.eventgroup()) : nullptr;
+  if (eventgroup == nullptr) {
+    return nullptr;
+  }
+  const EntryOptions needed = needed_of(options, *eventgroup);
+  if ((eventgroup->udp && !needed.udp) || (eventgroup->tcp && !needed.tcp) ||
+      (needed.tcp && !tcp_ready(*offer, *needed.tcp))) {
+    return nullptr;  // [feat_req_someipsd_102] [feat_req_someipsd_1137]
+  }
+  slots::Subscription* slot = subscription_of(*offer, entry, arrival.peer, needed);
+  const bool is_new = slot == nullptr;
+  if (is_new) {
+    const std::uint16_t offer_index = offers_.index_of(*offer);
+    const auto others =
+        std::count_if(subscribers_.begin(), subscribers_.end(), [&](const slots::Subscription& s) {
+          return s.offer == offer_index && s.eventgroup == entry.eventgroup();
+        });
+    slot = others < settings_.max_subscribers_per_eventgroup ? subscribers_.add() : nullptr;
+    if (slot == nullptr) {
+      ++counters_.ignored_no_room;
+      return nullptr;
+    }
+    slot->offer = offer_index;
+    slot->peer = arrival.peer;
+    slot->eventgroup = entry.eventgroup();
+    slot->counter = entry.counter();
+    slot->udp = needed.udp;
+    slot->tcp = needed.tcp;
+  }
+  slot->expiry = entry.ttl_s == infinite_ttl_s
+                     ? std::nullopt
+                     : std::optional{arrival.now + std::chrono::seconds{entry.ttl_s}};
+  // Whoever can ask for initial data gets it when asking, all others with each new subscription.
+  // [feat_req_someipsd_1188] [feat_req_someipsd_833]
+  const bool asks = settings_.explicit_initial_data && arrival.message.explicit_initial_data();
+  const bool initial_data = asks ? entry.initial_data_requested() : is_new;
+  const auto handle = offers_.handle_of<OfferHandle>(*offer);
+  if (is_new) {
+    tell(SubscriberAdded{handle, slot->eventgroup, subscriber_of(*slot), initial_data});
+  } else if (initial_data) {
+    tell(InitialDataRequested{handle, slot->eventgroup, subscriber_of(*slot)});
+  }
+  return eventgroup;
+}
+
+// The answer repeats everything that the Subscribe says, its reserved bits too.  [feat_req_someipsd_614]
+// [feat_req_someipsd_619]
+void ServiceDiscovery::acknowledge(const Entry& entry, const Arrival& arrival,
+                                   const Eventgroup* accepted) noexcept {
+  slots::PendingEntry pending;
+  pending.due = arrival.answer_due;
+  pending.peer = arrival.peer;
+  pending.entry = entry;
+  pending.entry.type = EntryType::subscribe_eventgroup_ack;
+  if (accepted == nullptr) {
+    ++counters_.nacks_sent;
+    pending.entry.ttl_s = 0;
+  } else if (accepted->multicast) {
+    pending.options[pending.option_count++] = {EndpointRole::multicast, *accepted->multicast};
+  }
+  send(pending);
+}
+
+// Never answered.  [feat_req_someipsd_1297]
+void ServiceDiscovery::on_stop_subscribe(const Entry& entry, const Arrival& arrival) noexcept {
+  if (arrival.via_multicast) {
+    ++counters_.ignored_wrong_transport;
+    return;
+  }
+  const auto options = read_options(arrival.message, entry, addresses_);
+  if (!options) {
+    ++counters_.ignored_bad_options;
+    return;
+  }
+  const slots::Offer* const offer = offered(entry);
+  const Eventgroup* const eventgroup = offer != nullptr ? eventgroup_of(*offer, entry.eventgroup()) : nullptr;
+  if (eventgroup == nullptr) {
+    return;
+  }
+  if (events_.free_places() == 0) {
+    ++counters_.ignored_no_room;
+    return;
+  }
+  const EntryOptions needed = needed_of(*options, *eventgroup);
+  if (slots::Subscription* const slot = subscription_of(*offer, entry, arrival.peer, needed)) {
+    lose(*slot, LossReason::stopped);
+  }
+}
+
+}  // namespace trestle::sd

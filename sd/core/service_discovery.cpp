@@ -1,0 +1,322 @@
+#include "sd/core/service_discovery.hpp"
+
+#include "sd/wire/writer.hpp"
+
+namespace trestle::sd {
+
+const char* to_string(LossReason reason) noexcept {
+  switch (reason) {
+    case LossReason::stopped:
+      return "stopped";
+    case LossReason::expired:
+      return "expired";
+    case LossReason::rebooted:
+      return "rebooted";
+    case LossReason::replaced:
+      return "replaced";
+    case LossReason::link_down:
+      return "link down";
+    case LossReason::unreachable:
+      break;
+  }
+  return "unreachable";
+}
+
+const char* to_string(SdError error) noexcept {
+  switch (error) {
+    case SdError::table_full:
+      return "table full";
+    case SdError::duplicate:
+      return "duplicate";
+    case SdError::bad_argument:
+      return "bad argument";
+    case SdError::unknown_handle:
+      break;
+  }
+  return "unknown handle";
+}
+
+ServiceDiscovery::ServiceDiscovery(const Settings& settings, const StorageView& storage) noexcept
+    : settings_{settings},
+      addresses_{settings},
+      random_{settings.seed},
+      offers_{storage.offers},
+      eventgroups_{storage.eventgroups},
+      subscribers_{storage.subscribers},
+      requirements_{storage.requirements},
+      subscriptions_{storage.subscriptions},
+      remotes_{storage.remotes},
+      peers_{storage.peers},
+      tcp_connections_{storage.tcp_connections},
+      pending_{storage.pending_entries},
+      events_{storage.pending_events} {
+  assert(settings.timing.ttl_s >= 1 && settings.timing.ttl_s <= infinite_ttl_s);
+  assert(settings.timing.initial_delay_min <= settings.timing.initial_delay_max);
+  assert(settings.timing.request_response_delay_min <= settings.timing.request_response_delay_max);
+}
+
+// Offers and Finds that start at about the same time share the random delay, and so a message.
+// [feat_req_someipsd_65]
+TimePoint ServiceDiscovery::first_due(TimePoint now) noexcept {
+  const Duration min = settings_.timing.initial_delay_min;
+  const Duration max = settings_.timing.initial_delay_max;
+  const auto joinable = [&](const auto& schedule) {
+    return schedule.phase() == Phase::initial_wait && *schedule.deadline() >= now + min &&
+           *schedule.deadline() <= now + max;
+  };
+  for (const slots::Offer& offer : offers_) {
+    if (joinable(offer.schedule)) {
+      return *offer.schedule.deadline();
+    }
+  }
+  for (const slots::Requirement& requirement : requirements_) {
+    if (joinable(requirement.schedule)) {
+      return *requirement.schedule.deadline();
+    }
+  }
+  return now + random_.between(min, max);
+}
+
+void ServiceDiscovery::send(const slots::PendingEntry& entry) noexcept {
+  if (pending_.free_places() == 0) {
+    ++counters_.ignored_no_room;
+    return;
+  }
+  pending_.push(entry);
+}
+
+void ServiceDiscovery::tell(const Event& event) noexcept {
+  if (events_.free_places() == 0) {
+    ++counters_.lost_events;
+    return;
+  }
+  events_.push(event);
+}
+
+void ServiceDiscovery::link_down() noexcept {
+  link_up_ = false;
+  pending_.clear();
+  for (slots::Subscription& subscription : subscribers_) {
+    lose(subscription, LossReason::link_down);
+  }
+  for (slots::Remote& remote : remotes_) {
+    lose(remote, LossReason::link_down, {});
+  }
+  for (slots::Offer& offer : offers_) {
+    offer.schedule = {};
+  }
+  for (slots::Requirement& requirement : requirements_) {
+    requirement.schedule = {};
+  }
+}
+
+void ServiceDiscovery::link_up(TimePoint now) noexcept {
+  if (link_up_) {
+    return;
+  }
+  link_up_ = true;
+  for (slots::Offer& offer : offers_) {
+    offer.schedule = OfferSchedule{settings_.timing, first_due(now)};
+  }
+  for (slots::Requirement& requirement : requirements_) {
+    requirement.schedule = FindSchedule{settings_.timing, first_due(now)};
+  }
+}
+
+void ServiceDiscovery::shutdown(TimePoint now) noexcept {
+  pending_.clear();
+  for (slots::Requirement& requirement : requirements_) {
+    release(requirements_.handle_of<RequirementHandle>(requirement), now);
+  }
+  for (slots::Offer& offer : offers_) {
+    stop_offer(offers_.handle_of<OfferHandle>(offer), now);
+  }
+  for (slots::Remote& remote : remotes_) {
+    remotes_.remove(remote);
+  }
+  link_up_ = false;
+}
+
+void ServiceDiscovery::on_datagram(ByteView datagram, const Endpoint& from, bool via_multicast,
+                                   TimePoint now) noexcept {
+  ++counters_.datagrams_received;
+  if (!link_up_) {
+    ++counters_.dropped_down;
+    return;
+  }
+  if (from == settings_.unicast) {
+    ++counters_.dropped_own;
+    return;
+  }
+  if (from.port == 0 || !addresses_.allow(from.address)) {
+    ++counters_.dropped_source;
+    return;
+  }
+  someip::MessageCursor cursor{datagram};
+  while (const auto message = cursor.next()) {
+    on_message(*message, from, via_multicast, now);
+  }
+  if (cursor.error()) {
+    ++counters_.dropped_malformed;
+  }
+}
+
+void ServiceDiscovery::on_message(const someip::Message& bytes, const Endpoint& from, bool via_multicast,
+                                  TimePoint now) noexcept {
+  const auto message = decode(bytes);
+  if (!message) {
+    ++(message.error().error == WireError::not_sd ? counters_.dropped_not_sd : counters_.dropped_malformed);
+    return;
+  }
+  slots::Peer* const peer = peer_at(sd_endpoint(*message, addresses_).value_or(from), now);
+  if (peer == nullptr) {
+    ++counters_.dropped_no_room;
+    return;
+  }
+  const std::uint16_t peer_index = peers_.index_of(*peer);
+  // Session 0 says that the sender does not count its messages.
+  if (const SessionId session = bytes.header.session; session != someip::no_session) {
+    const auto channel =
+        via_multicast ? RebootDetector::Channel::multicast : RebootDetector::Channel::unicast;
+    if (peer->reboots.shows_reboot(channel, session, message->reboot())) {
+      if (events_.free_places() < events_of_reboot(peer_index)) {
+        ++counters_.dropped_no_room;
+        return;
+      }
+      on_reboot(peer_index, now);
+    }
+    peer->reboots.observe(channel, session, message->reboot());
+  }
+  peer->explicit_initial_data = message->explicit_initial_data();  // [feat_req_someipsd_1188]
+  ++counters_.messages_received;
+  // One delay for the whole message, so that the answers share a message too. Only what came to many at once
+  // needs one.  [feat_req_someipsd_83] [feat_req_someipsd_766] [feat_req_someipsd_624]
+  const Timing& timing = settings_.timing;
+  const Duration delay =
+      via_multicast ? random_.between(timing.request_response_delay_min, timing.request_response_delay_max)
+                    : Duration{};
+  const Arrival arrival{*message, peer_index, via_multicast, now + delay, now};
+  for (std::size_t i = 0; i < message->entry_count(); ++i) {  // in their order  [feat_req_someipsd_862]
+    on_entry(message->entry(i), arrival);
+  }
+}
+
+void ServiceDiscovery::on_entry(const Entry& entry, const Arrival& arrival) noexcept {
+  switch (entry.kind()) {
+    case EntryKind::find_service:
+      return on_find(entry, arrival);
+    case EntryKind::offer_service:
+      return on_offer(entry, arrival);
+    case EntryKind::stop_offer_service:
+      return on_stop_offer(entry, arrival);
+    case EntryKind::subscribe_eventgroup:
+      return on_subscribe(entry, arrival);
+    case EntryKind::stop_subscribe_eventgroup:
+      return on_stop_subscribe(entry, arrival);
+    case EntryKind::subscribe_eventgroup_ack:
+    case EntryKind::subscribe_eventgroup_nack:
+      return on_ack(entry, arrival);
+    case EntryKind::unknown:
+      break;
+  }
+  ++counters_.ignored_unknown_type;
+}
+
+void ServiceDiscovery::on_time(TimePoint now) noexcept {
+  if (link_up_) {
+    serve(now);
+    seek(now);
+  }
+}
+
+namespace {
+
+// Adds an entry with its options to the message; false when it does not fit.
+bool add(SdWriter& writer, const slots::PendingEntry& pending) noexcept {
+  std::array<OwnedOption, 2> owned;
+  std::array<Option, 2> options;
+  for (std::size_t i = 0; i < pending.option_count; ++i) {
+    owned[i] = pending.options[i].encode();
+    options[i] = owned[i].view();
+  }
+  return writer.add(pending.entry, std::span{options}.first(pending.option_count));
+}
+
+}  // namespace
+
+std::optional<Transmit> ServiceDiscovery::poll_transmit(ByteSpan room, TimePoint now) noexcept {
+  constexpr std::uint16_t nobody = 0xfffe;
+  if (room.size() < SdWriter::min_room_bytes) {
+    return std::nullopt;
+  }
+  SdWriter writer{room};
+  std::uint16_t destination = nobody;
+  bool full = false;
+  pending_.remove_if([&](const slots::PendingEntry& pending) {
+    if (full || pending.due > now || (destination != nobody && pending.peer != destination)) {
+      return false;
+    }
+    // A StopSubscribe that must stand before its Subscribe starts the next message if only it fits into this
+    // one.
+    const bool pair_fits = !pending.with_next || writer.entry_count() == 0 ||
+                           writer.fits(2, 2 * 24 * std::size_t{pending.option_count});
+    if (pair_fits && add(writer, pending)) {
+      destination = pending.peer;
+      return true;
+    }
+    if (writer.entry_count() == 0) {
+      ++counters_.unsendable_entries;  // waiting would not help it
+      return true;
+    }
+    full = true;
+    return false;
+  });
+  if (writer.entry_count() == 0) {
+    return std::nullopt;
+  }
+  const bool multicast = destination == slots::PendingEntry::to_multicast;
+  someip::SessionCounter& sessions = multicast ? multicast_sessions_ : peers_[destination].sessions;
+  const SessionId session = sessions.next();
+  const auto flags = static_cast<std::uint8_t>(
+      unicast_flag |                                                         // [feat_req_someipsd_100]
+      (sessions.wrapped() ? 0U : reboot_flag) |                              // [feat_req_someipsd_41]
+      (settings_.explicit_initial_data ? explicit_initial_data_flag : 0U));  // [feat_req_someipsd_1188]
+  ++counters_.datagrams_sent;
+  counters_.entries_sent += writer.entry_count();
+  return Transmit{multicast ? settings_.multicast : peers_[destination].endpoint,
+                  writer.finish(flags, session)};
+}
+
+std::optional<Event> ServiceDiscovery::poll_event() noexcept {
+  return events_.empty() ? std::nullopt : std::optional{events_.pop()};
+}
+
+std::optional<TimePoint> ServiceDiscovery::deadline() const noexcept {
+  std::optional<TimePoint> earliest;
+  const auto consider = [&earliest](const std::optional<TimePoint>& due) {
+    if (due && (!earliest || *due < *earliest)) {
+      earliest = due;
+    }
+  };
+  for (std::size_t i = 0; i < pending_.size(); ++i) {
+    consider(pending_[i].due);
+  }
+  for (const slots::Offer& offer : offers_) {
+    consider(offer.schedule.deadline());
+  }
+  for (const slots::Requirement& requirement : requirements_) {
+    consider(requirement.schedule.deadline());
+  }
+  for (const slots::Subscription& subscription : subscribers_) {
+    consider(subscription.expiry);
+  }
+  for (const slots::Remote& remote : remotes_) {
+    consider(remote.expiry);
+  }
+  for (const slots::OwnSubscription& subscription : subscriptions_) {
+    consider(subscription.expiry);
+  }
+  return earliest;
+}
+
+}  // namespace trestle::sd

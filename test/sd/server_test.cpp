@@ -1,0 +1,546 @@
+// ServiceDiscovery as a server, in virtual time, with peers made by hand.
+#include <gmock/gmock.h>
+
+#include "test/bytes.hpp"
+#include "test/covers.hpp"
+#include "test/sd/machine.hpp"
+
+namespace trestle::sd {
+namespace {
+using namespace test;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+constexpr Endpoint client_sd{IpAddress::v4(10, 0, 0, 2), 30490};
+constexpr Endpoint client_udp{IpAddress::v4(10, 0, 0, 2), 40000};
+constexpr Endpoint client_tcp{IpAddress::v4(10, 0, 0, 2), 41000};
+constexpr Endpoint service_udp{IpAddress::v4(10, 0, 0, 1), 30509};
+constexpr Endpoint service_tcp{IpAddress::v4(10, 0, 0, 1), 30510};
+constexpr Endpoint events_multicast{IpAddress::v4(224, 225, 226, 233), 32344};
+
+constexpr std::array groups{
+    Eventgroup{.id = EventgroupId{1}},
+    Eventgroup{.id = EventgroupId{2}, .multicast = events_multicast},
+    Eventgroup{.id = EventgroupId{3}, .udp = false, .multicast = events_multicast},
+};
+constexpr std::array tcp_groups{
+    Eventgroup{.id = EventgroupId{4}, .udp = false, .tcp = true},
+    Eventgroup{.id = EventgroupId{5}, .udp = true, .tcp = true},
+};
+
+constexpr OfferedService udp_service{.service = ServiceId{0x1234},
+                                     .instance = InstanceId{0x5678},
+                                     .major = 1,
+                                     .minor = 7,
+                                     .udp = service_udp,
+                                     .eventgroups = groups};
+constexpr OfferedService tcp_service{.service = ServiceId{0x1234},
+                                     .instance = InstanceId{0x5678},
+                                     .major = 1,
+                                     .udp = service_udp,
+                                     .tcp = service_tcp,
+                                     .eventgroups = tcp_groups};
+
+class Server : public testing::Test {
+ protected:
+  // A machine in its main phase that offers `service`.
+  void offer(const OfferedService& service) {
+    const auto handle = machine.discovery.offer(service, machine.now);
+    ASSERT_TRUE(handle);
+    offered = *handle;
+    machine.run_to(200ms);
+  }
+
+  Machine<> machine;
+  FakePeer client{client_sd};
+  OfferHandle offered;
+};
+
+TEST_F(Server, OffersInItsThreePhases) {
+  covers({"feat_req_someipsd_22", "feat_req_someipsd_72", "feat_req_someipsd_252", "feat_req_someipsd_429",
+          "feat_req_someipsd_681", "feat_req_someipsd_811", "feat_req_someipsd_41",
+          "feat_req_someipsd_1187"});
+  ASSERT_TRUE(machine.discovery.offer(udp_service, machine.now));
+  EXPECT_THAT(
+      machine.run_to(2200ms),
+      ElementsAre(
+          "10ms -> 224.244.224.245:30490 s1 reboot: offer 1234.5678 v1.7 ttl 3 udp 10.0.0.1:30509",
+          "40ms -> 224.244.224.245:30490 s2 reboot: offer 1234.5678 v1.7 ttl 3 udp 10.0.0.1:30509",
+          "100ms -> 224.244.224.245:30490 s3 reboot: offer 1234.5678 v1.7 ttl 3 udp 10.0.0.1:30509",
+          "1100ms -> 224.244.224.245:30490 s4 reboot: offer 1234.5678 v1.7 ttl 3 udp 10.0.0.1:30509",
+          "2100ms -> 224.244.224.245:30490 s5 reboot: offer 1234.5678 v1.7 ttl 3 udp 10.0.0.1:30509"));
+}
+
+TEST_F(Server, WritesItsOfferByteForByte) {
+  covers({"feat_req_someipsd_26", "feat_req_someipsd_100", "feat_req_someipsd_253", "feat_req_someipsd_756",
+          "feat_req_someipsd_849"});
+  ASSERT_TRUE(machine.discovery.offer(tcp_service, machine.now));
+  machine.now += 10ms;
+  machine.discovery.on_time(machine.now);
+  std::array<std::byte, 1400> room{};
+  const auto transmit = machine.discovery.poll_transmit(room, machine.now);
+  ASSERT_TRUE(transmit);
+  EXPECT_EQ(transmit->destination, group);
+  EXPECT_EQ(to_hex(transmit->bytes), to_hex(hex("ffff8100 0000003c 00000001 01010200 e0000000 00000010"
+                                                "01000020 12345678 01000003 00000000 00000018"
+                                                "000904000a0000010011772d 000904000a0000010006772e")));
+}
+
+TEST_F(Server, PacksOffersThatStartTogether) {
+  covers({"feat_req_someipsd_65", "feat_req_someipsd_836", "feat_req_someipsd_900"});
+  OfferedService second = udp_service;
+  second.instance = InstanceId{0x5679};
+  ASSERT_TRUE(machine.discovery.offer(udp_service, machine.now));
+  ASSERT_TRUE(machine.discovery.offer(second, machine.now));
+  ASSERT_TRUE(machine.discovery.require({.service = ServiceId{0x4711}}, machine.now));
+  EXPECT_THAT(machine.run_to(39ms),
+              ElementsAre("10ms -> 224.244.224.245:30490 s1 reboot: "
+                          "offer 1234.5678 v1.7 ttl 3 udp 10.0.0.1:30509; "
+                          "offer 1234.5679 v1.7 ttl 3 udp 10.0.0.1:30509; find 4711.ffff v*.* ttl 3"));
+}
+
+TEST(ServerWithRandomDelays, StartsItsOffersWithinTheBounds) {
+  covers({"feat_req_someipsd_63", "feat_req_someipsd_64", "feat_req_someipsd_65"});
+  for (std::uint64_t seed = 0; seed < 50; ++seed) {
+    Settings settings = fixed_settings();
+    settings.timing.initial_delay_min = 10ms;
+    settings.timing.initial_delay_max = 100ms;
+    settings.seed = seed;
+    Machine<> machine{settings};
+    ASSERT_TRUE(machine.discovery.offer(udp_service, machine.now));
+    const TimePoint first = *machine.discovery.deadline();
+    EXPECT_GE(first, start + 10ms);
+    EXPECT_LE(first, start + 100ms);
+    // Another one a millisecond later joins, unless that would make its own wait too short.
+    OfferedService second = udp_service;
+    second.instance = InstanceId{2};
+    ASSERT_TRUE(machine.discovery.offer(second, start + 1ms));
+    const auto sent = machine.run_to(*machine.discovery.deadline() - start);
+    ASSERT_THAT(sent, testing::SizeIs(1));
+    EXPECT_EQ(
+        sent.front().find("5678") != std::string::npos && sent.front().find("1234.0002") != std::string::npos,
+        first >= start + 11ms)
+        << seed;
+  }
+}
+
+TEST_F(Server, SpreadsEntriesOverDatagramsOfTheGivenSize) {
+  covers({"feat_req_someipsd_836"});
+  machine.room_bytes = 28 + 2 * 16 + 12 + 4;  // two entries that share an option
+  for (std::uint16_t instance = 1; instance <= 5; ++instance) {
+    OfferedService service = udp_service;
+    service.instance = InstanceId{instance};
+    ASSERT_TRUE(machine.discovery.offer(service, machine.now));
+  }
+  const auto sent = machine.run_to(10ms);
+  ASSERT_THAT(sent, testing::SizeIs(3));
+  EXPECT_THAT(sent[0], testing::HasSubstr(
+                           "s1 reboot: offer 1234.0001 v1.7 ttl 3 udp 10.0.0.1:30509; offer 1234.0002"));
+  EXPECT_THAT(sent[2], testing::EndsWith("s3 reboot: offer 1234.0005 v1.7 ttl 3 udp 10.0.0.1:30509"));
+}
+
+TEST_F(Server, AnswersAFindByUnicastAfterTheDelayForMulticast) {
+  covers({"feat_req_someipsd_83", "feat_req_someipsd_824", "feat_req_someipsd_811"});
+  offer(udp_service);
+  machine.multicast(client, {find(0x1234)});
+  EXPECT_THAT(machine.sent(), IsEmpty());
+  EXPECT_THAT(
+      machine.run_to(300ms),
+      ElementsAre("205ms -> 10.0.0.2:30490 s1 reboot: offer 1234.5678 v1.7 ttl 3 udp 10.0.0.1:30509"));
+}
+
+TEST_F(Server, AnswersAUnicastFindAtOnce) {
+  covers({"feat_req_someipsd_624", "feat_req_someipsd_765"});
+  offer(udp_service);
+  machine.unicast(client, {find(0x1234, 0x5678, 1, 7)});
+  EXPECT_THAT(
+      machine.sent(),
+      ElementsAre("200ms -> 10.0.0.2:30490 s1 reboot: offer 1234.5678 v1.7 ttl 3 udp 10.0.0.1:30509"));
+}
+
+TEST_F(Server, AnswersOnlyFindsThatFit) {
+  covers({"feat_req_someipsd_239", "feat_req_someipsd_106"});
+  offer(udp_service);
+  FakePeer::Said stopped = find(0x1234);
+  stopped.entry.ttl_s = 0;
+  machine.unicast(client, {find(0x1235), find(0x1234, 0x5679), find(0x1234, 0x5678, 2),
+                           find(0x1234, 0x5678, 1, 8), stopped});
+  EXPECT_THAT(machine.sent(), IsEmpty());
+}
+
+TEST_F(Server, AnswersOneFindOnceThoughItIsAskedTwice) {
+  offer(udp_service);
+  machine.multicast(client, {find(0x1234), find(0x1234, 0x5678)});
+  EXPECT_THAT(machine.run_to(300ms), testing::SizeIs(1));
+}
+
+TEST_F(Server, IgnoresEndpointOptionsOfAFind) {
+  covers({"feat_req_someipsd_878", "feat_req_someipsd_106"});
+  offer(udp_service);
+  FakePeer::Said said = find(0x1234);
+  said.options = {udp({IpAddress::v4(1, 2, 3, 4), 0})};
+  machine.unicast(client, {said});
+  EXPECT_THAT(machine.sent(), testing::SizeIs(1));
+}
+
+TEST_F(Server, DoesNotAnswerInTheInitialWaitPhase) {
+  ASSERT_TRUE(machine.discovery.offer(udp_service, machine.now));
+  machine.unicast(client, {find(0x1234)});
+  EXPECT_THAT(machine.sent(), IsEmpty());
+}
+
+TEST(OptimisedServer, AnswersByMulticastWhenTheLastOfferIsOld) {
+  covers({"feat_req_someipsd_89", "feat_req_someipsd_90", "feat_req_someipsd_91"});
+  Settings settings = fixed_settings();
+  settings.find_answer = FindAnswer::optimised;
+  Machine<> machine{settings};
+  FakePeer client{client_sd};
+  FakePeer deaf{client_sd, 0};
+  ASSERT_TRUE(machine.discovery.offer(udp_service, machine.now));
+  machine.run_to(590ms);  // the last offer came at 100 ms, half a cycle is over at 600 ms
+  machine.unicast(client, {find(0x1234)});
+  EXPECT_THAT(machine.sent(), ElementsAre(testing::StartsWith("590ms -> 10.0.0.2:30490")));
+  machine.unicast(deaf, {find(0x1234)});
+  EXPECT_THAT(machine.sent(), ElementsAre(testing::StartsWith("590ms -> 224.244.224.245:30490")));
+  machine.run_to(600ms);
+  FakePeer other{{IpAddress::v4(10, 0, 0, 3), 30490}};
+  machine.unicast(other, {find(0x1234)});
+  EXPECT_THAT(machine.sent(), ElementsAre(testing::StartsWith("600ms -> 224.244.224.245:30490")));
+}
+
+TEST_F(Server, AcknowledgesASubscription) {
+  covers({"feat_req_someipsd_432", "feat_req_someipsd_441", "feat_req_someipsd_613", "feat_req_someipsd_614",
+          "feat_req_someipsd_625", "feat_req_someipsd_787", "feat_req_someipsd_833"});
+  offer(udp_service);
+  machine.unicast(client, {subscribe(1, {udp(client_udp)}, 5, 3)});
+  EXPECT_THAT(machine.sent(),
+              ElementsAre("200ms -> 10.0.0.2:30490 s1 reboot: ack 1234.5678 v1 group 0001 ttl 5 counter 3"));
+  EXPECT_THAT(machine.events(), ElementsAre("added 0001 udp 10.0.0.2:40000 at 10.0.0.2:30490 initial"));
+  std::vector<Subscriber> subscribers;
+  machine.discovery.for_each_subscriber(offered, EventgroupId{1},
+                                        [&](const Subscriber& s) { subscribers.push_back(s); });
+  EXPECT_THAT(subscribers, ElementsAre(Subscriber{client_sd, client_udp, std::nullopt}));
+  machine.discovery.for_each_subscriber(offered, EventgroupId{2}, [&](const Subscriber&) { FAIL(); });
+}
+
+TEST_F(Server, EchoesReservedBitsInItsAck) {
+  covers({"feat_req_someipsd_614"});
+  offer(udp_service);
+  // As vsomeip sends it, but for session and reserved bits: 00 -> a5, 0x0 -> 0x7.
+  machine.receive(hex("ffff8100 00000030 00000001 01010200 c0000000 00000010"
+                      "06000010 12345678 01000003 a5750001 0000000c 000904000a00000200119c40"),
+                  client_sd, false);
+  std::array<std::byte, 1400> room{};
+  const auto transmit = machine.discovery.poll_transmit(room, machine.now);
+  ASSERT_TRUE(transmit);
+  EXPECT_EQ(to_hex(transmit->bytes), to_hex(hex("ffff8100 00000024 00000001 01010200 e0000000 00000010"
+                                                "07000000 12345678 01000003 a5750001 00000000")));
+}
+
+TEST_F(Server, AnswersAllEntriesOfAMessageInOne) {
+  covers({"feat_req_someipsd_836", "feat_req_someipsd_862"});
+  offer(udp_service);
+  machine.unicast(client, {subscribe(1, {udp(client_udp)}), subscribe(9, {udp(client_udp)}),
+                           subscribe(2, {udp(client_udp)})});
+  EXPECT_THAT(machine.sent(),
+              ElementsAre("200ms -> 10.0.0.2:30490 s1 reboot: ack 1234.5678 v1 group 0001 ttl 3 counter 0; "
+                          "nack 1234.5678 v1 group 0009 ttl 0 counter 0; "
+                          "ack 1234.5678 v1 group 0002 ttl 3 counter 0 multicast 224.225.226.233:32344"));
+}
+
+TEST_F(Server, NamesTheMulticastEndpointInItsAck) {
+  covers(
+      {"feat_req_someipsd_763", "feat_req_someipsd_789", "feat_req_someipsd_854", "feat_req_someipsd_626"});
+  offer(udp_service);
+  machine.unicast(client, {subscribe(2, {udp(client_udp)})});
+  EXPECT_THAT(machine.sent(),
+              ElementsAre("200ms -> 10.0.0.2:30490 s1 reboot: ack 1234.5678 v1 group 0002 ttl 3 counter 0 "
+                          "multicast 224.225.226.233:32344"));
+}
+
+TEST_F(Server, NeedsNoEndpointForMulticastEventsAlone) {
+  covers({"feat_req_someipsd_1179"});
+  offer(udp_service);
+  machine.unicast(client, {subscribe(3, {})});
+  EXPECT_THAT(machine.events(), ElementsAre("added 0003 at 10.0.0.2:30490 initial"));
+}
+
+struct Refused {
+  const char* why;
+  FakePeer::Said said;
+};
+
+TEST_F(Server, RefusesWhatItCannotServe) {
+  covers({"feat_req_someipsd_102", "feat_req_someipsd_618", "feat_req_someipsd_619", "feat_req_someipsd_1137",
+          "feat_req_someipsd_1144", "feat_req_someipsd_1145", "feat_req_someipsd_1164",
+          "feat_req_someipsd_1233"});
+  offer(udp_service);
+  const auto other = [](auto change) {
+    FakePeer::Said said = subscribe(1, {udp(client_udp)});
+    change(said.entry);
+    return said;
+  };
+  EndpointOption bad_protocol = udp(client_udp);
+  bad_protocol.transport = Transport{0x99};
+  for (const auto& [why, said] : {
+           Refused{"unknown service", other([](Entry& e) { e.service = ServiceId{0x1235}; })},
+           Refused{"unknown instance", other([](Entry& e) { e.instance = InstanceId{0x5679}; })},
+           Refused{"any instance", other([](Entry& e) { e.instance = someip::any_instance; })},
+           Refused{"unknown major version", other([](Entry& e) { e.major = 2; })},
+           Refused{"unknown eventgroup", subscribe(9, {udp(client_udp)})},
+           Refused{"no endpoint", subscribe(1, {})},
+           Refused{"TCP endpoint alone", subscribe(1, {tcp(client_tcp)})},
+           Refused{"protocol", subscribe(1, {bad_protocol})},
+           Refused{"port 0", subscribe(1, {udp({client_udp.address, 0})})},
+           Refused{"0.0.0.0", subscribe(1, {udp({IpAddress::v4(0, 0, 0, 0), 40000})})},
+           Refused{"own address", subscribe(1, {udp({own.address, 40000})})},
+           Refused{"multicast address", subscribe(1, {udp({IpAddress::v4(224, 0, 0, 1), 40000})})},
+           Refused{"broadcast address", subscribe(1, {udp({IpAddress::v4(255, 255, 255, 255), 40000})})},
+           Refused{"loopback address", subscribe(1, {udp({IpAddress::v4(127, 0, 0, 1), 40000})})},
+           Refused{"conflict", subscribe(1, {udp(client_udp), udp({client_udp.address, 40001})})},
+       }) {
+    SCOPED_TRACE(why);
+    machine.unicast(client, {said});
+    const auto sent = machine.sent();
+    ASSERT_THAT(sent, testing::SizeIs(1));
+    EXPECT_THAT(sent.front(), testing::HasSubstr(": nack "));
+    EXPECT_THAT(machine.events(), IsEmpty());
+  }
+  EXPECT_EQ(machine.discovery.counters().nacks_sent, 15U);
+  machine.discovery.for_each_subscriber(offered, EventgroupId{1}, [](const Subscriber&) { FAIL(); });
+}
+
+// Entries whose references or options are broken in the bytes themselves.
+TEST_F(Server, RefusesASubscriptionWithBrokenOptions) {
+  covers({"feat_req_someipsd_102", "feat_req_someipsd_1164"});
+  offer(udp_service);
+  const std::string head = "ffff8100 00000030 00000000 01010200 c0000000 00000010";
+  for (const char* rest : {
+           "06010010 12345678 01000003 00000001 0000000c 000904000a00000200119c40",  // option 1 of 1
+           "06000020 12345678 01000003 00000001 0000000c 000904000a00000200119c40",  // a run of 2 of 1
+           "06000010 12345678 01000003 00000001 0000000c 000804000a00000200119c40",  // IPv4 option too short
+           "06000010 12345678 01000003 00000001 0000000c 000a04000a00000200119c40",  // longer than the array
+           "06000010 12345678 01000003 00000001 0000000c 00090100ffffffffffffffff",  // configuration beyond
+                                                                                     // its end
+       }) {
+    machine.receive(hex(head + rest), client_sd, false);
+    const auto sent = machine.sent();
+    ASSERT_THAT(sent, testing::SizeIs(1)) << rest;
+    EXPECT_THAT(sent.front(), testing::HasSubstr(": nack 1234.5678 v1 group 0001 ttl 0")) << rest;
+  }
+  EXPECT_THAT(machine.events(), IsEmpty());
+}
+
+TEST_F(Server, IgnoresOptionsItHasNoUseFor) {
+  covers({"feat_req_someipsd_1141", "feat_req_someipsd_1142", "feat_req_someipsd_347"});
+  offer(udp_service);
+  const EndpointOption v6{EndpointRole::unicast,
+                          {IpAddress{{0x20, 1, 0xd, 0xb8, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 9}, true}, 1}};
+  const EndpointOption multicast{EndpointRole::multicast, events_multicast};
+  machine.unicast(client, {subscribe(1, {udp(client_udp), tcp(client_tcp), v6, multicast, udp(client_udp)})});
+  EXPECT_THAT(machine.events(), ElementsAre("added 0001 udp 10.0.0.2:40000 at 10.0.0.2:30490 initial"));
+  // An option of unknown type 0x77 between, and an empty second run that begins at 9.
+  machine.receive(hex("ffff8100 00000036 00000000 01010200 c0000000 00000010"
+                      "06000920 12345678 01000003 00010001 00000012 000377 00dead 000904000a00000200119c40"),
+                  client_sd, false);
+  EXPECT_THAT(machine.events(), ElementsAre("added 0001 udp 10.0.0.2:40000 at 10.0.0.2:30490 initial"));
+}
+
+TEST_F(Server, IgnoresASubscriptionByMulticast) {
+  covers({"feat_req_someipsd_818"});
+  offer(udp_service);
+  machine.multicast(client, {subscribe(1, {udp(client_udp)})});
+  EXPECT_THAT(machine.sent(), IsEmpty());
+  EXPECT_THAT(machine.events(), IsEmpty());
+  EXPECT_EQ(machine.discovery.counters().ignored_wrong_transport, 1U);
+}
+
+TEST_F(Server, SubscribesTcpEventsOnlyWithAConnection) {
+  covers({"feat_req_someipsd_1137", "feat_req_someipsd_788", "feat_req_someipsd_435"});
+  offer(tcp_service);
+  machine.unicast(client, {subscribe(4, {tcp(client_tcp)})});
+  EXPECT_THAT(machine.sent(), ElementsAre(testing::HasSubstr("nack")));
+  EXPECT_TRUE(machine.discovery.tcp_connected(service_tcp, client_tcp));
+  machine.unicast(client, {subscribe(4, {tcp(client_tcp)}), subscribe(5, {tcp(client_tcp)}),
+                           subscribe(5, {tcp(client_tcp), udp(client_udp)})});
+  EXPECT_THAT(machine.events(),
+              ElementsAre("added 0004 tcp 10.0.0.2:41000 at 10.0.0.2:30490 initial",
+                          "added 0005 udp 10.0.0.2:40000 tcp 10.0.0.2:41000 at 10.0.0.2:30490 initial"));
+  machine.discovery.tcp_closed(service_tcp, client_tcp);
+  EXPECT_THAT(
+      machine.events(),
+      ElementsAre("removed 0004 tcp 10.0.0.2:41000 at 10.0.0.2:30490 unreachable",
+                  "removed 0005 udp 10.0.0.2:40000 tcp 10.0.0.2:41000 at 10.0.0.2:30490 unreachable"));
+}
+
+TEST_F(Server, DropsASubscriberThatCannotBeReached) {
+  covers({"feat_req_someipsd_435"});
+  offer(udp_service);
+  machine.unicast(client, {subscribe(1, {udp(client_udp)})});
+  machine.events();
+  machine.discovery.unreachable({client_udp.address, 40001});
+  EXPECT_THAT(machine.events(), IsEmpty());
+  machine.discovery.unreachable(client_udp);
+  EXPECT_THAT(machine.events(), ElementsAre("removed 0001 udp 10.0.0.2:40000 at 10.0.0.2:30490 unreachable"));
+}
+
+TEST_F(Server, RenewsWithoutInitialData) {
+  covers({"feat_req_someipsd_833", "feat_req_someipsd_1192"});
+  offer(udp_service);
+  machine.unicast(client, {subscribe(1, {udp(client_udp)})});
+  machine.events();
+  machine.run_to(3100ms);
+  machine.unicast(client, {subscribe(1, {udp(client_udp)})});
+  EXPECT_THAT(machine.sent(), testing::SizeIs(1));
+  machine.run_to(6000ms);
+  EXPECT_THAT(machine.events(), IsEmpty());
+  machine.run_to(6100ms);
+  EXPECT_THAT(machine.events(), ElementsAre("removed 0001 udp 10.0.0.2:40000 at 10.0.0.2:30490 expired"));
+}
+
+TEST_F(Server, SendsInitialDataToThoseWhoAsk) {
+  covers({"feat_req_someipsd_1188", "feat_req_someipsd_1194"});
+  offer(udp_service);
+  FakePeer asking{client_sd, unicast_flag | explicit_initial_data_flag};
+  machine.unicast(asking, {subscribe(1, {udp(client_udp)}, 3, 0, false)});
+  EXPECT_THAT(machine.events(), ElementsAre("added 0001 udp 10.0.0.2:40000 at 10.0.0.2:30490"));
+  machine.unicast(asking, {subscribe(1, {udp(client_udp)}, 3, 0, true)});
+  EXPECT_THAT(machine.events(), ElementsAre("initial 0001 udp 10.0.0.2:40000 at 10.0.0.2:30490"));
+}
+
+TEST_F(Server, IgnoresTheInitialDataFlagOfThoseWhoDoNotKnowIt) {
+  covers({"feat_req_someipsd_1188"});
+  offer(udp_service);
+  machine.unicast(client, {subscribe(1, {udp(client_udp)}, 3, 0, true)});
+  machine.unicast(client, {subscribe(1, {udp(client_udp)}, 3, 0, true)});
+  EXPECT_THAT(machine.events(), ElementsAre("added 0001 udp 10.0.0.2:40000 at 10.0.0.2:30490 initial"));
+}
+
+TEST_F(Server, EndsASubscriptionThatIsStopped) {
+  covers({"feat_req_someipsd_1297", "feat_req_someipsd_433"});
+  offer(udp_service);
+  machine.unicast(client, {subscribe(1, {udp(client_udp)})});
+  machine.sent();
+  machine.events();
+  // Another client, another eventgroup, another counter, another port: not this one.
+  FakePeer stranger{{IpAddress::v4(10, 0, 0, 3), 30490}};
+  machine.unicast(stranger, {subscribe(1, {udp(client_udp)}, 0)});
+  machine.unicast(client, {subscribe(2, {udp(client_udp)}, 0), subscribe(1, {udp(client_udp)}, 0, 1),
+                           subscribe(1, {udp({client_udp.address, 40001})}, 0)});
+  EXPECT_THAT(machine.events(), IsEmpty());
+  machine.unicast(client, {subscribe(1, {udp(client_udp)}, 0)});
+  EXPECT_THAT(machine.events(), ElementsAre("removed 0001 udp 10.0.0.2:40000 at 10.0.0.2:30490 stopped"));
+  EXPECT_THAT(machine.sent(), IsEmpty());  // a stop is never answered
+}
+
+TEST_F(Server, StartsAnewOnStopAndSubscribeInOneMessage) {
+  covers({"feat_req_someipsd_833", "feat_req_someipsd_862"});
+  offer(udp_service);
+  machine.unicast(client, {subscribe(1, {udp(client_udp)})});
+  machine.events();
+  machine.unicast(client, {subscribe(1, {udp(client_udp)}, 0), subscribe(1, {udp(client_udp)})});
+  EXPECT_THAT(machine.events(), ElementsAre("removed 0001 udp 10.0.0.2:40000 at 10.0.0.2:30490 stopped",
+                                            "added 0001 udp 10.0.0.2:40000 at 10.0.0.2:30490 initial"));
+}
+
+TEST_F(Server, KeepsAnEndlessSubscription) {
+  offer(udp_service);
+  machine.unicast(client, {subscribe(1, {udp(client_udp)}, infinite_ttl_s)});
+  machine.events();
+  machine.run_to(24h);
+  EXPECT_THAT(machine.events(), IsEmpty());
+}
+
+TEST_F(Server, DropsTheSubscriptionsOfARebootedClient) {
+  covers({"feat_req_someipsd_871", "feat_req_someipsd_813"});
+  offer(udp_service);
+  machine.unicast(client, {subscribe(1, {udp(client_udp)}, infinite_ttl_s)});
+  machine.multicast(client, {find(0x9999)});
+  machine.events();
+  client.reboot();
+  machine.multicast(client, {find(0x9999)});
+  EXPECT_THAT(machine.events(), ElementsAre("removed 0001 udp 10.0.0.2:40000 at 10.0.0.2:30490 rebooted"));
+  // Its first unicast message belongs to the same reboot.
+  machine.unicast(client, {subscribe(1, {udp(client_udp)}, infinite_ttl_s)});
+  EXPECT_THAT(machine.events(), ElementsAre("added 0001 udp 10.0.0.2:40000 at 10.0.0.2:30490 initial"));
+  EXPECT_EQ(machine.discovery.counters().reboots_detected, 1U);
+}
+
+TEST_F(Server, TakesTheSdEndpointOptionForTheSender) {
+  covers({"feat_req_someipsd_1084", "feat_req_someipsd_1152", "feat_req_someipsd_809"});
+  offer(udp_service);
+  // First option: SD endpoint 10.0.0.9:30490; a second one, 10.0.0.8, does not count.
+  machine.receive(hex("ffff8100 00000048 00000001 01010200 c0000000 00000010"
+                      "06020010 12345678 01000003 00000001 00000024"
+                      "000924000a0000090011771a 000924000a0000080011771a 000904000a00000200119c40"),
+                  client_sd, false);
+  EXPECT_THAT(machine.sent(), ElementsAre(testing::StartsWith("200ms -> 10.0.0.9:30490 s1 reboot: ack")));
+  EXPECT_THAT(machine.events(), ElementsAre("added 0001 udp 10.0.0.2:40000 at 10.0.0.9:30490 initial"));
+}
+
+TEST_F(Server, StopsAnOffer) {
+  covers(
+      {"feat_req_someipsd_261", "feat_req_someipsd_262", "feat_req_someipsd_820", "feat_req_someipsd_830"});
+  offer(udp_service);
+  machine.unicast(client, {subscribe(1, {udp(client_udp)})});
+  machine.sent();
+  machine.events();
+  machine.multicast(client, {find(0x1234)});  // its answer would be due in 5 ms
+  machine.discovery.stop_offer(offered, machine.now);
+  EXPECT_THAT(machine.run_to(1h), ElementsAre("200ms -> 224.244.224.245:30490 s4 reboot: "
+                                              "stop_offer 1234.5678 v1.7 ttl 0 udp 10.0.0.1:30509"));
+  EXPECT_THAT(machine.events(), IsEmpty());
+  machine.discovery.for_each_subscriber(offered, EventgroupId{1}, [](const Subscriber&) { FAIL(); });
+  machine.unicast(client, {subscribe(1, {udp(client_udp)})});
+  EXPECT_THAT(machine.sent(), ElementsAre(testing::HasSubstr("nack")));
+  machine.discovery.stop_offer(offered, machine.now);  // an ended handle does nothing
+  EXPECT_THAT(machine.sent(), IsEmpty());
+}
+
+TEST_F(Server, TakesNoImpossibleOffer) {
+  const auto error_of = [&](auto change) {
+    OfferedService service = udp_service;
+    change(service);
+    const auto handle = machine.discovery.offer(service, machine.now);
+    return handle ? std::nullopt : std::optional{handle.error()};
+  };
+  using S = OfferedService;
+  EXPECT_EQ(error_of([](S& s) { s.service = ServiceId{0xffff}; }), SdError::bad_argument);
+  EXPECT_EQ(error_of([](S& s) { s.instance = someip::any_instance; }), SdError::bad_argument);
+  EXPECT_EQ(error_of([](S& s) { s.major = any_major; }), SdError::bad_argument);
+  EXPECT_EQ(error_of([](S& s) { s.udp.reset(); }), SdError::bad_argument);
+  EXPECT_EQ(error_of([](S& s) { s.udp->port = 0; }), SdError::bad_argument);
+  EXPECT_EQ(error_of([](S& s) { s.udp->address = group.address; }), SdError::bad_argument);
+  EXPECT_EQ(error_of([](S& s) { s.ttl_s = 0; }), SdError::bad_argument);
+  EXPECT_EQ(error_of([](S& s) { s.ttl_s = 0x1000000; }), SdError::bad_argument);
+  const std::array needs_tcp{Eventgroup{.id = EventgroupId{1}, .tcp = true}};
+  EXPECT_EQ(error_of([&](S& s) { s.eventgroups = needs_tcp; }), SdError::bad_argument);
+  const std::array no_multicast{Eventgroup{.id = EventgroupId{1}, .multicast = client_udp}};
+  EXPECT_EQ(error_of([&](S& s) { s.eventgroups = no_multicast; }), SdError::bad_argument);
+  const std::array twice{Eventgroup{.id = EventgroupId{1}}, Eventgroup{.id = EventgroupId{1}}};
+  EXPECT_EQ(error_of([&](S& s) { s.eventgroups = twice; }), SdError::duplicate);
+  EXPECT_FALSE(machine.discovery.deadline());
+  EXPECT_EQ(error_of([](S&) {}), std::nullopt);
+  EXPECT_EQ(error_of([](S&) {}), SdError::duplicate);
+  EXPECT_EQ(error_of([](S& s) { s.major = 2; }), std::nullopt);  // another major version is another offer
+}
+
+TEST_F(Server, TriggersOffersAgainWhenTheLinkComesBack) {
+  covers({"feat_req_someipsd_23", "feat_req_someipsd_436", "feat_req_someipsd_437"});
+  offer(udp_service);
+  machine.unicast(client, {subscribe(1, {udp(client_udp)})});
+  machine.sent();
+  machine.events();
+  machine.discovery.link_down();
+  EXPECT_THAT(machine.events(), ElementsAre("removed 0001 udp 10.0.0.2:40000 at 10.0.0.2:30490 link down"));
+  EXPECT_THAT(machine.run_to(10s), IsEmpty());
+  machine.unicast(client, {find(0x1234)});
+  EXPECT_THAT(machine.sent(), IsEmpty());
+  EXPECT_EQ(machine.discovery.counters().dropped_down, 1U);
+  machine.discovery.link_up(machine.now);
+  EXPECT_THAT(machine.run_to(10s + 10ms), ElementsAre("10010ms -> 224.244.224.245:30490 s4 reboot: "
+                                                      "offer 1234.5678 v1.7 ttl 3 udp 10.0.0.1:30509"));
+}
+
+}  // namespace
+}  // namespace trestle::sd
