@@ -9,6 +9,7 @@
 #include <cstring>
 #include <fstream>
 #include <sstream>
+#include <string>
 
 #include "someip/net/address_text.hpp"
 
@@ -50,13 +51,13 @@ Endpoint SocketAddress::endpoint() const noexcept {
   return result;
 }
 
-std::optional<Interface> interface_of(const IpAddress& address) {
+unsigned interface_of(const IpAddress& address) {
   ifaddrs* all = nullptr;
   if (getifaddrs(&all) != 0) {
-    return std::nullopt;
+    return 0;
   }
-  std::optional<Interface> found;
-  for (const ifaddrs* one = all; one != nullptr && !found; one = one->ifa_next) {
+  unsigned found = 0;
+  for (const ifaddrs* one = all; one != nullptr && found == 0; one = one->ifa_next) {
     if (one->ifa_addr == nullptr ||
         (one->ifa_addr->sa_family != AF_INET && one->ifa_addr->sa_family != AF_INET6)) {
       continue;
@@ -79,7 +80,7 @@ std::optional<Interface> interface_of(const IpAddress& address) {
       }
     }
     if (same) {
-      found = Interface{one->ifa_name, if_nametoindex(one->ifa_name)};
+      found = if_nametoindex(one->ifa_name);
     }
   }
   freeifaddrs(all);

@@ -3,8 +3,6 @@
 #include <sys/socket.h>
 
 #include <cstring>
-#include <optional>
-#include <string>
 
 #include "someip/wire/endpoint.hpp"
 
@@ -30,13 +28,8 @@ class SocketAddress {
   socklen_t size_ = sizeof(sockaddr_storage);
 };
 
-struct Interface {
-  std::string name;
-  unsigned index = 0;
-};
-
-/// The network interface that has this address; nothing when no interface has it.
-[[nodiscard]] std::optional<Interface> interface_of(const IpAddress& address);
+/// Index of the network interface that has this address; 0 when none has.
+[[nodiscard]] unsigned interface_of(const IpAddress& address);
 
 /// Whether some UDP socket of this network namespace is bound to exactly this address and port.
 [[nodiscard]] bool udp_endpoint_in_use(const Endpoint& endpoint);

@@ -255,6 +255,7 @@ MessageSender::MessageSender(boost::asio::io_context& io, UdpSocket& socket, std
 MessageSender::~MessageSender() {
   state_->socket = nullptr;
   state_->timer.cancel();
+  state_->queue.clear();  // the cancelled handler keeps the state alive a little longer
 }
 
 bool MessageSender::send(const Endpoint& to, const Header& header, std::span<const ByteView> payload,

@@ -1,5 +1,6 @@
 #include "someip/net/udp_socket.hpp"
 
+#include <net/if.h>
 #include <netinet/udp.h>
 #include <sys/socket.h>
 #include <sys/uio.h>
@@ -77,18 +78,38 @@ class Descriptor {
   int fd_;
 };
 
-void join_group(int fd, const UdpOptions& options, const Interface* interface) {
+// 0 when no interface is asked for.
+unsigned interface_index(const UdpOptions& options) {
+  if (!options.interface) {
+    return 0;
+  }
+  const MulticastInterface& wanted = *options.interface;
+  if (!wanted.name.empty()) {
+    const unsigned index = if_nametoindex(wanted.name.c_str());
+    if (index == 0) {
+      throw NetError{"there is no network interface '" + wanted.name + "' (see: ip link)"};
+    }
+    return index;
+  }
+  const unsigned index = interface_of(wanted.own);
+  if (index == 0) {
+    fail({wanted.own, options.local.port}, "find the network interface", EADDRNOTAVAIL);
+  }
+  return index;
+}
+
+void join_group(int fd, const UdpOptions& options, unsigned interface) {
   const IpAddress& group = *options.join;
   int result = 0;
   if (group.v6) {
     ipv6_mreq request{};
     std::memcpy(&request.ipv6mr_multiaddr, group.bytes.data(), sizeof request.ipv6mr_multiaddr);
-    request.ipv6mr_interface = interface != nullptr ? interface->index : 0;
+    request.ipv6mr_interface = interface;
     result = setsockopt(fd, IPPROTO_IPV6, IPV6_JOIN_GROUP, &request, sizeof request);
   } else {
     ip_mreqn request{};
     std::memcpy(&request.imr_multiaddr, group.bytes.data(), sizeof request.imr_multiaddr);
-    request.imr_ifindex = interface != nullptr ? static_cast<int>(interface->index) : 0;
+    request.imr_ifindex = static_cast<int>(interface);
     result = setsockopt(fd, IPPROTO_IP, IP_ADD_MEMBERSHIP, &request, sizeof request);
     // Only groups that this very socket joined, not those of other programs of the host.
     set(fd, IPPROTO_IP, IP_MULTICAST_ALL, 0);
@@ -98,16 +119,15 @@ void join_group(int fd, const UdpOptions& options, const Interface* interface) {
   }
 }
 
-void send_multicast_from(int fd, const UdpOptions& options, const Interface* interface) {
+void send_multicast_from(int fd, const UdpOptions& options, unsigned interface) {
   int result = 0;
-  if (options.interface->v6) {
-    result = set(fd, IPPROTO_IPV6, IPV6_MULTICAST_IF,
-                 interface != nullptr ? static_cast<int>(interface->index) : 0) |
+  if (options.interface->own.v6) {
+    result = set(fd, IPPROTO_IPV6, IPV6_MULTICAST_IF, static_cast<int>(interface)) |
              set(fd, IPPROTO_IPV6, IPV6_MULTICAST_HOPS, options.multicast_ttl);
   } else {
     ip_mreqn request{};
-    std::memcpy(&request.imr_address, options.interface->bytes.data(), sizeof request.imr_address);
-    request.imr_ifindex = interface != nullptr ? static_cast<int>(interface->index) : 0;
+    std::memcpy(&request.imr_address, options.interface->own.bytes.data(), sizeof request.imr_address);
+    request.imr_ifindex = static_cast<int>(interface);
     result = setsockopt(fd, IPPROTO_IP, IP_MULTICAST_IF, &request, sizeof request) |
              set(fd, IPPROTO_IP, IP_MULTICAST_TTL, options.multicast_ttl);
   }
@@ -123,10 +143,7 @@ int open_socket(const UdpOptions& options) {
   if (fd < 0) {
     fail(options.local, "open a socket", errno);
   }
-  const auto interface = options.interface ? interface_of(*options.interface) : std::nullopt;
-  if (options.interface && !interface) {
-    fail({*options.interface, options.local.port}, "find the network interface", EADDRNOTAVAIL);
-  }
+  const unsigned interface = interface_index(options);
   if (v6) {
     set(fd, IPPROTO_IPV6, IPV6_V6ONLY, 1);
   }
@@ -140,15 +157,15 @@ int open_socket(const UdpOptions& options) {
   set_buffer(fd, SO_RCVBUFFORCE, SO_RCVBUF, options.receive_buffer_bytes);
   set_buffer(fd, SO_SNDBUFFORCE, SO_SNDBUF, options.send_buffer_bytes);
   set(fd, SOL_UDP, UDP_GRO, 1);  // an older kernel delivers datagram by datagram
-  SocketAddress local{options.local, v6 && interface ? interface->index : 0};
+  SocketAddress local{options.local, v6 ? interface : 0};
   if (bind(fd, local.data(), local.size()) != 0) {
     fail(options.local, "bind", errno);
   }
   if (options.join) {
-    join_group(fd, options, interface ? &*interface : nullptr);
+    join_group(fd, options, interface);
   }
   if (options.interface) {
-    send_multicast_from(fd, options, interface ? &*interface : nullptr);
+    send_multicast_from(fd, options, interface);
   }
   return socket.release();
 }
@@ -174,10 +191,7 @@ struct UdpSocket::State : std::enable_shared_from_this<State> {
     SocketAddress own;
     getsockname(fd, own.data(), &own.size());
     local = own.endpoint();
-    if (options.interface && v6) {
-      const auto interface = interface_of(*options.interface);
-      scope = interface ? interface->index : 0;
-    }
+    scope = v6 ? interface_index(options) : 0;
   }
 
   void wait_readable() {

@@ -31,12 +31,17 @@ enum class PortSharing : std::uint8_t {
   shared,  ///< anybody: for multicast groups, which every member receives
 };
 
+/// The network interface for multicast, both ways.
+struct MulticastInterface {
+  IpAddress own;       ///< an own address: the interface that has it, unless `name` says otherwise
+  std::string name{};  ///< such as "eth0"
+};
+
 struct UdpOptions {
   Endpoint local = {};  ///< port 0: the system chooses
-  /// Group to receive from, on the interface that has `interface`; `local` is then the group itself.
+  /// Group to receive from, on `interface`; `local` is then the group itself.
   std::optional<IpAddress> join = std::nullopt;
-  /// An own address: names the interface for multicast, both ways.
-  std::optional<IpAddress> interface = std::nullopt;
+  std::optional<MulticastInterface> interface = std::nullopt;
   PortSharing sharing = PortSharing::exclusive;
   int multicast_ttl = 1;
   int receive_buffer_bytes = 8 << 20;

@@ -87,9 +87,13 @@ TEST_F(UdpSocketTest, CarriesDatagramsOverIpv6) {
 TEST_F(UdpSocketTest, ReceivesMulticastOnLoopbackWhateverTheAddress) {
   UdpSocket probe{io, {.local = {first, 0}}};  // its port is free for the group too
   const Endpoint to{group, probe.local().port};
-  UdpSocket member_a{io, {.local = to, .join = group, .interface = first, .sharing = PortSharing::shared}};
-  UdpSocket member_b{io, {.local = to, .join = group, .interface = second, .sharing = PortSharing::shared}};
-  UdpSocket sender{io, {.local = {second, 0}, .interface = second}};
+  UdpSocket member_a{
+      io,
+      {.local = to, .join = group, .interface = MulticastInterface{first}, .sharing = PortSharing::shared}};
+  UdpSocket member_b{
+      io,
+      {.local = to, .join = group, .interface = MulticastInterface{second}, .sharing = PortSharing::shared}};
+  UdpSocket sender{io, {.local = {second, 0}, .interface = MulticastInterface{second}}};
   Inbox a;
   Inbox b;
   member_a.receive(a.handler());
@@ -102,12 +106,35 @@ TEST_F(UdpSocketTest, ReceivesMulticastOnLoopbackWhateverTheAddress) {
   EXPECT_THAT(a.senders, ElementsAre(sender.local()));
 }
 
+TEST_F(UdpSocketTest, TakesTheInterfaceForMulticastByName) {
+  UdpSocket probe{io, {.local = {first, 0}}};
+  const Endpoint to{group, probe.local().port};
+  const MulticastInterface lo{.own = first, .name = "lo"};
+  UdpSocket member{io, {.local = to, .join = group, .interface = lo, .sharing = PortSharing::shared}};
+  UdpSocket sender{io, {.local = {second, 0}, .interface = lo}};
+  Inbox inbox;
+  member.receive(inbox.handler());
+  send(sender, to, "by name");
+  await(inbox, 1);
+  EXPECT_THAT(inbox.texts, ElementsAre("by name"));
+  const MulticastInterface missing{.own = first, .name = "eth77"};
+  try {
+    UdpSocket nowhere{io, {.local = {second, 0}, .interface = missing}};
+    FAIL() << "there is no such interface";
+  } catch (const NetError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("'eth77'"));
+  }
+}
+
 TEST_F(UdpSocketTest, DeliversUnicastNotToTheGroupSocket) {
   UdpSocket unicast{io, {.local = {first, 0}}};
   const std::uint16_t port = unicast.local().port;
-  UdpSocket member{
-      io, {.local = {group, port}, .join = group, .interface = first, .sharing = PortSharing::shared}};
-  UdpSocket sender{io, {.local = {second, 0}, .interface = second}};
+  UdpSocket member{io,
+                   {.local = {group, port},
+                    .join = group,
+                    .interface = MulticastInterface{first},
+                    .sharing = PortSharing::shared}};
+  UdpSocket sender{io, {.local = {second, 0}, .interface = MulticastInterface{second}}};
   Inbox from_unicast;
   Inbox from_group;
   unicast.receive(from_unicast.handler());
