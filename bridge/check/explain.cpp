@@ -49,7 +49,8 @@ std::string read_text(const std::string& file) {
 std::string explain(const std::vector<Problem>& problems, std::string_view text, const Colours& colours) {
   std::string out;
   std::size_t errors = 0;
-  for (const Problem& problem : problems) {
+  for (auto at = problems.begin(); at != problems.end(); ++at) {
+    const Problem& problem = *at;
     const bool is_error = problem.severity == Problem::Severity::error;
     errors += is_error ? 1 : 0;
     // The severity is what to_string() has between the place and the text.
@@ -60,7 +61,9 @@ std::string explain(const std::vector<Problem>& problems, std::string_view text,
         message.size() - problem.text.size() - severity.size() - std::string_view{colours.off}.size(),
         is_error ? colours.red : colours.yellow);
     out += message + "\n";
-    if (problem.mark.line > 0) {
+    // Several problems of one place share its excerpt.
+    const auto next = std::next(at);
+    if (problem.mark.line > 0 && (next == problems.end() || next->mark != problem.mark)) {
       out += excerpt(text, problem.mark, colours);
     }
   }

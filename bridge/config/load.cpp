@@ -181,7 +181,7 @@ YAML::Node parse_yaml(std::string_view text, Report& report) {
       return documents.front();
     }
   } catch (const YAML::Exception& error) {
-    report.error(to_mark(error.mark), "not valid YAML: " + error.msg);
+    report.error(to_mark(error.mark), "not valid YAML: " + printable(error.msg));
   }
   return YAML::Node{YAML::NodeType::Undefined};
 }

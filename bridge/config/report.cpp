@@ -12,10 +12,9 @@ Mark to_mark(const YAML::Mark& mark) {
   return mark.is_null() ? Mark{} : Mark{mark.line + 1, mark.column + 1};
 }
 
-std::string quote(std::string_view text) {
-  constexpr std::size_t shown_max = 60;
-  std::string result = "'";
-  for (const char c : text.substr(0, shown_max)) {
+std::string printable(std::string_view text) {
+  std::string result;
+  for (const char c : text) {
     const auto byte = static_cast<unsigned char>(c);
     if (byte < 0x20 || byte == 0x7f) {
       result += fmt::format("\\x{:02x}", byte);
@@ -23,7 +22,12 @@ std::string quote(std::string_view text) {
       result += c;
     }
   }
-  return result + (text.size() > shown_max ? "...'" : "'");
+  return result;
+}
+
+std::string quote(std::string_view text) {
+  constexpr std::size_t shown_max = 60;
+  return "'" + printable(text.substr(0, shown_max)) + (text.size() > shown_max ? "...'" : "'");
 }
 
 void Report::error(Mark mark, std::string text) {

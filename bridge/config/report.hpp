@@ -13,6 +13,8 @@ namespace trestle::bridge {
 /// A place in the file, counted from 1, from one of yaml-cpp's, which counts from 0.
 [[nodiscard]] Mark to_mark(const YAML::Mark& mark);
 
+/// With control characters spelt out, so that a message stays one line and cannot steer a terminal.
+[[nodiscard]] std::string printable(std::string_view text);
 /// A piece of the file, quoted for a message: short and printable whatever it holds.
 [[nodiscard]] std::string quote(std::string_view text);
 

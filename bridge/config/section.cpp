@@ -36,9 +36,9 @@ Section::Section(const YAML::Node& node, std::string name, Report& report)
 void Section::gather(const YAML::Node& node, const Mark* merge_mark, int depth) {
   if (!node.IsMap()) {
     report_.error(merge_mark != nullptr ? *merge_mark : to_mark(node.Mark()),
-                  merge_mark != nullptr
-                      ? fmt::format("'<<' merges mappings, found {}", found(node))
-                      : fmt::format("{}: expected a mapping (key: value), found {}", name_, found(node)));
+                  merge_mark != nullptr ? fmt::format("'<<' merges mappings, found {}", found(node))
+                                        : fmt::format("{}: expected a mapping (key: value), found {}",
+                                                      name_.empty() ? "the file" : name_, found(node)));
     is_mapping_ = false;
     return;
   }
@@ -161,7 +161,15 @@ std::vector<YAML::Node> Section::required_list(const char* key, const std::strin
                               entry->value.IsSequence() ? "an empty list" : found(entry->value)));
     return {};
   }
-  return {entry->value.begin(), entry->value.end()};
+  std::vector<YAML::Node> elements;
+  for (std::size_t i = 0; i < entry->value.size(); ++i) {
+    // An empty element has no place of its own.
+    if (elements.emplace_back(entry->value[i]).IsNull()) {
+      report_.error(place_of(*entry), fmt::format("{}: element {} is empty", key, i + 1));
+      elements.pop_back();
+    }
+  }
+  return elements;
 }
 
 void Section::finish() {

@@ -1,0 +1,34 @@
+#include <cstdlib>
+
+#include "bridge/config/load.hpp"
+
+/// Property: whatever the bytes, the answer is a configuration with routes, or errors whose places lie in the
+/// file and whose texts are single printable lines.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace trestle::bridge;
+  const std::string text(data, data + size);
+  const auto loaded = parse_config(text, "fuzz.yaml");
+  if (loaded) {
+    if (loaded->config.routes.empty()) {
+      std::abort();
+    }
+    return 0;
+  }
+  bool any_error = false;
+  for (const Problem& problem : loaded.error()) {
+    any_error = any_error || problem.severity == Problem::Severity::error;
+    if (problem.mark.line < 0 || problem.mark.line > static_cast<int>(size) + 1 ||
+        problem.text.size() > 1000) {
+      std::abort();
+    }
+    for (const char c : problem.text) {
+      if (static_cast<unsigned char>(c) < 0x20) {
+        std::abort();
+      }
+    }
+  }
+  if (!any_error) {
+    std::abort();
+  }
+  return 0;
+}

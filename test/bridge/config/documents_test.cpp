@@ -1,0 +1,97 @@
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <regex>
+
+#include "bridge/config/load.hpp"
+
+/// The configurations that users copy from must be good ones.
+namespace trestle::test {
+namespace {
+
+using namespace bridge;
+
+std::string problems(const tl::expected<Loaded, std::vector<Problem>>& loaded) {
+  std::string text;
+  for (const Problem& problem : loaded ? loaded->warnings : loaded.error()) {
+    text += to_string(problem) + "\n";
+  }
+  return text;
+}
+
+TEST(Examples, AreGood) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator{TRESTLE_SOURCE_DIR "/examples"}) {
+    if (entry.path().extension() == ".yaml") {
+      EXPECT_EQ(problems(load_config(entry.path().string())), "");
+      ++count;
+    }
+  }
+  EXPECT_GE(count, 3);
+}
+
+TEST(Documents, ShowGoodConfigurations) {
+  // A block of a document is a whole file when it says where SOME/IP is; else it is a part, and is put
+  // into a small file in the place where its first key belongs.
+  const std::string route =
+      "  - topic: /a\n    type: std_msgs/msg/String\n    direction: dds_to_someip\n    service: 1\n    "
+      "instance: 1\n"
+      "    eventgroup: 1\n    event: 0x8001\n    port: 40000\n";
+  int count = 0;
+  for (const char* name : {"docs/configuration.md", "docs/cli.md", "README.md"}) {
+    std::ifstream in{std::filesystem::path{TRESTLE_SOURCE_DIR} / name};
+    const std::string text{std::istreambuf_iterator<char>{in}, {}};
+    ASSERT_FALSE(text.empty()) << name;
+    for (std::size_t begin = 0; (begin = text.find("```yaml\n", begin)) != std::string::npos;) {
+      begin += 8;
+      const std::size_t end = text.find("```", begin);
+      std::string block = text.substr(begin, end - begin);
+      begin = end;
+      if (block.starts_with("wire:") || block.starts_with("tp:") || block.starts_with("qos:")) {
+        block = "someip: {address: 127.0.0.1}\nroutes:\n" + route +
+                std::regex_replace("    " + block, std::regex{"\n(?=.)"}, "\n    ");
+      } else if (block.starts_with("routes:")) {
+        block = "someip: {address: 127.0.0.1}\n" + block;
+      } else if (block.find("routes:") == std::string::npos) {
+        block += "routes:\n" + route;
+        if (block.find("someip:") == std::string::npos) {
+          block = "someip: {address: 127.0.0.1}\n" + block;
+        }
+      }
+      EXPECT_EQ(problems(parse_config(block, TRESTLE_SOURCE_DIR "/docs/block.yaml")), "") << name << ":\n"
+                                                                                          << block;
+      ++count;
+    }
+  }
+  EXPECT_GE(count, 6);
+}
+
+TEST(Documents, NameEveryKey) {
+  std::ifstream in{TRESTLE_SOURCE_DIR "/docs/configuration.md"};
+  const std::string text{std::istreambuf_iterator<char>{in}, {}};
+  // An unknown key makes the reader list those it knows.
+  const auto loaded = parse_config(
+      "zzzzzzzzz: 1\nsomeip: {zzzzzzzzz: 1, sd: {zzzzzzzzz: 1}}\ndds: {zzzzzzzzz: 1}\ntypes: {zzzzzzzzz: 1}\n"
+      "routes:\n  - {zzzzzzzzz: 1, wire: {zzzzzzzzz: 1}, tp: {zzzzzzzzz: 1}, qos: {zzzzzzzzz: 1}}\n",
+      "b.yaml");
+  ASSERT_FALSE(loaded.has_value());
+  int sections = 0;
+  for (const Problem& problem : loaded.error()) {
+    const std::size_t list = problem.text.find("known here: ");
+    if (list == std::string::npos) {
+      continue;
+    }
+    ++sections;
+    const std::string keys = problem.text.substr(list + 12);
+    const std::regex word{"\\w+"};
+    for (std::sregex_iterator key{keys.begin(), keys.end(), word}; key != std::sregex_iterator{}; ++key) {
+      EXPECT_NE(text.find("`" + key->str() + "`"), std::string::npos) << key->str() << " is not documented";
+    }
+  }
+  EXPECT_EQ(sections, 9);
+}
+
+}  // namespace
+}  // namespace trestle::test

@@ -1,0 +1,39 @@
+#include "bridge/check/summary.hpp"
+
+#include <gtest/gtest.h>
+
+#include "bridge/config/load.hpp"
+#include "test/bridge/config/good_config.hpp"
+
+namespace trestle::test {
+namespace {
+
+TEST(ConfigSummary, ShowsWhatGoesWhere) {
+  const auto loaded = bridge::parse_config(good_config, "bridge.yaml");
+  ASSERT_TRUE(loaded.has_value());
+  EXPECT_EQ(bridge::summary(loaded->config, {}),
+            R"(bridge.yaml: good, 2 routes
+  DDS     domain 7, on 127.0.0.1 ::1, shared memory
+  SOME/IP 192.0.2.1 (eth0), discovery at 239.1.2.3:30491, offers live 10 s
+
+  TOPIC        SERVICE.INSTANCE  EVENT   GROUP   VERSION  PORT       TYPE
+  /points  ->  0x1111.0x0022     0x8044  0x0033  5.6      udp 40001  sensor_msgs/msg/PointCloud2
+  /target  <-  0x2222.0x0001     0x8001  0x0001  1.any    udp any    geometry_msgs/msg/Point
+
+  wire  little endian (lengths big); bits of length fields: arrays 16, fixed arrays 8, strings 8, structs 32, unions 16 (type 8, type first); strings UTF-16BE; aligned to 64 bits
+          for /points
+  wire  big endian; bits of length fields: arrays 32, fixed arrays none, strings 32, structs none, unions 32 (type 32, length first); strings UTF-8, BOM, terminator; no alignment
+          for /target
+  TP    segments of 1024 bytes, 250 us after every 16, messages up to 8 MiB
+          for /points
+  TP    segments of 1392 bytes, no pause, messages up to 16 MiB
+          for /target
+  QoS   best effort, transient local, keep last 3
+          for /points
+  QoS   reliable, volatile, keep last 10
+          for /target
+)");
+}
+
+}  // namespace
+}  // namespace trestle::test
