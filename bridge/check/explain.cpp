@@ -48,11 +48,15 @@ std::string read_text(const std::string& file) {
 
 std::string explain(const std::vector<Problem>& problems, std::string_view text, const Colours& colours) {
   std::string out;
+  constexpr std::ptrdiff_t shown_max = 50;
   std::size_t errors = 0;
   for (auto at = problems.begin(); at != problems.end(); ++at) {
     const Problem& problem = *at;
     const bool is_error = problem.severity == Problem::Severity::error;
     errors += is_error ? 1 : 0;
+    if (at - problems.begin() >= shown_max) {
+      continue;
+    }
     // The severity is what to_string() has between the place and the text.
     const std::string severity = is_error ? "error: " : "warning: ";
     std::string message = to_string(problem);
@@ -68,7 +72,9 @@ std::string explain(const std::vector<Problem>& problems, std::string_view text,
     }
   }
   if (errors > 1) {
-    out += fmt::format("{} errors in {}\n", errors, problems.front().file);
+    const bool all = std::ssize(problems) <= shown_max;
+    out += fmt::format("{} errors in {}{}\n", errors, problems.front().file,
+                       all ? "" : ", not all of them shown");
   }
   return out;
 }

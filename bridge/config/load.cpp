@@ -2,12 +2,13 @@
 
 #include <fmt/format.h>
 #include <net/if.h>
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include <cerrno>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
+#include <sstream>
 #include <system_error>
 
 #include "bridge/config/conflicts.hpp"
@@ -165,21 +166,48 @@ void load_root(const YAML::Node& root, BridgeConfig& config, const TypeCheck& ch
   }
 }
 
+/// Walks over a file to see where documents begin.
+class DocumentStarts : public YAML::EventHandler {
+ public:
+  void OnDocumentStart(const YAML::Mark& mark) override { last = to_mark(mark); }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override {}
+  void OnAlias(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override {}
+  void OnScalar(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                const std::string& /*value*/) override {}
+  void OnSequenceStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                       YAML::EmitterStyle::value /*style*/) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                  YAML::EmitterStyle::value /*style*/) override {}
+  void OnMapEnd() override {}
+
+  Mark last;
+};
+
 /// The one document of the file, or nothing after reporting why not.
-YAML::Node parse_yaml(std::string_view text, Report& report) {
+YAML::Node parse_yaml(const std::string& text, Report& report) {
   if (text.size() > file_bytes_max) {
     report.error({}, fmt::format("the file is larger than {}", bytes_to_string(file_bytes_max)));
     return YAML::Node{YAML::NodeType::Undefined};
   }
   try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(std::string{text});
-    if (documents.empty() || documents.front().IsNull()) {
-      report.error({}, "the file is empty: expected at least 'someip' and 'routes'");
-    } else if (documents.size() > 1) {
-      report.error(to_mark(documents[1].Mark()), "a second document begins here: expected one");
-    } else {
-      return documents.front();
+    // Not YAML::LoadAll: on brackets too many at the end it finds documents without end.
+    std::istringstream stream{text};
+    YAML::Parser parser{stream};
+    DocumentStarts documents;
+    YAML::Node node;
+    if (parser.HandleNextDocument(documents)) {
+      if (parser.HandleNextDocument(documents)) {
+        report.error(documents.last, "the file should end here: it is one YAML document");
+        return YAML::Node{YAML::NodeType::Undefined};
+      }
+      node = YAML::Load(text);
     }
+    if (!node.IsNull()) {
+      return node;
+    }
+    report.error({}, "the file is empty: expected at least 'someip' and 'routes'");
   } catch (const YAML::Exception& error) {
     report.error(to_mark(error.mark), "not valid YAML: " + printable(error.msg));
   }
@@ -193,7 +221,7 @@ tl::expected<Loaded, std::vector<Problem>> parse_config(std::string_view text, c
   Report report{file};
   Loaded loaded;
   loaded.config.file = file;
-  if (const YAML::Node root = parse_yaml(text, report)) {
+  if (const YAML::Node root = parse_yaml(std::string{text}, report)) {
     load_root(root, loaded.config, check_type, report);
   }
   if (report.has_errors()) {

@@ -12,6 +12,8 @@ namespace {
 // Merging can name mappings that merge others in turn, also in circles: both are bounded.
 constexpr int merge_depth_max = 8;
 constexpr int merge_sources_max = 64;
+// Far above what there are keys for; keeps the search for duplicates short in what is no configuration.
+constexpr std::size_t keys_max = 256;
 
 std::string found(const YAML::Node& node) {
   switch (node.Type()) {
@@ -44,6 +46,7 @@ void Section::gather(const YAML::Node& node, const Mark* merge_mark, int depth) 
   }
   std::vector<std::pair<YAML::Node, Mark>> merges;
   std::map<std::string, Mark> own;
+  std::size_t keys = 0;
   for (const auto& pair : node) {
     const Mark key_mark = to_mark(pair.first.Mark());
     if (!pair.first.IsScalar()) {
@@ -51,6 +54,10 @@ void Section::gather(const YAML::Node& node, const Mark* merge_mark, int depth) 
       continue;
     }
     const std::string& key = pair.first.Scalar();
+    if (++keys > keys_max) {
+      report_.error(key_mark, fmt::format("more than {} keys in one mapping", keys_max));
+      break;
+    }
     const auto [first, is_new] = own.try_emplace(key, key_mark);
     if (!is_new) {
       report_.error(key_mark,

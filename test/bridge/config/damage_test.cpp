@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <regex>
 
 #include "bridge/config/load.hpp"
 #include "test/bridge/config/good_config.hpp"
@@ -139,6 +140,18 @@ TEST(DamagedConfig, WithMergesThatMultiply) {
   }
   expect_sane(bomb, "merges");
   expect_sane("routes:\n  - &a {<<: *a}\n  - &b {<<: [*a, *b, *b]}\n", "circles");
+}
+
+TEST(DamagedConfig, WithManyKeys) {
+  std::string same;
+  std::string different;
+  for (int i = 0; i < 50'000; ++i) {
+    same += "k: v\n";
+    different += "k" + std::to_string(i) + ": v\n";
+  }
+  expect_sane(same, "one key");
+  expect_sane(different, "many keys");
+  expect_sane("routes: [{" + std::regex_replace(different, std::regex{"\n"}, ", ") + "}]\n", "in a route");
 }
 
 TEST(DamagedConfig, WithManyRoutes) {

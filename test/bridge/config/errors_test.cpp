@@ -35,6 +35,10 @@ struct Mistake {
   std::vector<const char*> problems;
 };
 
+void PrintTo(const Mistake& mistake, std::ostream* out) {
+  *out << mistake.name;
+}
+
 class ConfigMistake : public testing::TestWithParam<Mistake> {};
 
 TEST_P(ConfigMistake, IsNamedWithItsPlace) {
@@ -409,7 +413,11 @@ TEST(ConfigErrors, TellFilesThatAreNoConfigurationApart) {
   EXPECT_THAT(problems_of("- 1\n"),
               ElementsAre("b.yaml:1:1: error: the file: expected a mapping (key: value), found a list"));
   EXPECT_THAT(problems_of(good_config + "---\nmore: 1\n"),
-              ElementsAre("b.yaml:65:1: error: a second document begins here: expected one"));
+              ElementsAre("b.yaml:64:1: error: the file should end here: it is one YAML document"));
+  // Of some such ends yaml-cpp's LoadAll() makes documents without end, as the fuzzer found.
+  EXPECT_THAT(problems_of(good_config + "}\n"),
+              ElementsAre("b.yaml:64:1: error: not valid YAML: illegal flow end"));
+  EXPECT_THAT(problems_of("a: 1\n]"), ElementsAre("b.yaml:2:1: error: not valid YAML: illegal flow end"));
   EXPECT_THAT(problems_of("someip: {address: 127.0.0.1}\nroutes: []\n"),
               ElementsAre("b.yaml:2:9: error: routes: expected a list of routes, found an empty list"));
   EXPECT_THAT(problems_of("someip:\nroutes: 5\n"),
@@ -590,6 +598,13 @@ TEST(ExplainProblems, ShowsTheLineAndThePlace) {
             "b.yaml:9:2: error: beyond the end\n"
             "b.yaml: error: of the file\n"
             "4 errors in b.yaml\n");
+}
+
+TEST(ExplainProblems, StopsBeforeNobodyReadsOn) {
+  const std::vector<Problem> problems(1000, {Problem::Severity::error, "b.yaml", {1, 1}, "wrong"});
+  const std::string text = explain(problems, "", {});
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 51);
+  EXPECT_THAT(text, testing::EndsWith("wrong\n1000 errors in b.yaml, not all of them shown\n"));
 }
 
 TEST(ExplainProblems, ColoursTheSeverity) {
