@@ -267,7 +267,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   Codec{by}.write(out, whole, value);
   const auto payload = out.finish();
   if (!payload) {
-    // Skipped bytes may have stood where padding now does, which can be too much for a short length field.
+    // Padding that was left out is put in, which can be too much for a short length field or a union's size.
     require(payload.error() == WireError::bad_length && by.alignment > 1);
     return 0;
   }

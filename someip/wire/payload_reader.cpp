@@ -42,12 +42,12 @@ std::string_view PayloadReader::string(std::span<char> room) noexcept {
   if (error_) {
     return {};
   }
-  if (!string.bounded) {  // without a length field only the interface knows the size: see fixed_string()
+  if (!string.bounded_) {  // without a length field only the interface knows the size: see fixed_string()
     fail(WireError::bad_length);
     return {};
   }
   const std::size_t start = position_;
-  const std::string_view result = read_text(take(string.end - position_), false, room);
+  const std::string_view result = read_text(take(string.end_ - position_), false, room);
   end(string);
   if (error_) {
     position_ = start;
@@ -56,7 +56,7 @@ std::string_view PayloadReader::string(std::span<char> room) noexcept {
 }
 
 std::string_view PayloadReader::fixed_string(std::size_t size, std::span<char> room) noexcept {
-  const ByteView bytes = element(size);
+  const ByteView bytes = take(size);
   return error_ ? std::string_view{} : read_text(bytes, true, room);
 }
 
@@ -118,9 +118,6 @@ std::string_view PayloadReader::utf16_text(ByteView characters, std::endian orde
 }
 
 PayloadReader::Union PayloadReader::begin_union(std::uint32_t members, std::size_t longest) noexcept {
-  if (padding_due_) {
-    align();
-  }
   const std::size_t start = position_;
   Union result;
   std::size_t size = longest;
@@ -135,9 +132,9 @@ PayloadReader::Union PayloadReader::begin_union(std::uint32_t members, std::size
     position_ = start;
     fail(WireError::bad_union_type);
   }
-  result.open.outer_limit = limit_;
-  result.open.extensible = true;
-  result.open.variable = rules_.union_length != FieldWidth::none;
+  result.open.outer_limit_ = limit_;
+  result.open.extensible_ = true;
+  result.open.variable_ = rules_.union_length != FieldWidth::none;
   if (rules_.union_length != FieldWidth::none || longest != 0) {
     bound(result.open, size);  // Length leaves out the type field.  [feat_req_someip_272]
   }
@@ -147,13 +144,10 @@ PayloadReader::Union PayloadReader::begin_union(std::uint32_t members, std::size
 
 PayloadReader::Open PayloadReader::begin(FieldWidth width, bool extensible, bool variable) noexcept {
   Open open;
-  if (padding_due_) {
-    align();
-  }
-  open.outer_limit = limit_;
-  open.extensible = extensible;
-  open.variable = variable;
-  open.last_position = payload_.size() + 1;
+  open.outer_limit_ = limit_;
+  open.extensible_ = extensible;
+  open.variable_ = variable;
+  open.last_position_ = payload_.size() + 1;
   if (width != FieldWidth::none) {
     bound(open, field(width));
   }
@@ -167,20 +161,20 @@ void PayloadReader::bound(Open& open, std::size_t size) noexcept {
   if (size > limit_ - position_) {
     return fail(size > payload_.size() - position_ ? WireError::truncated : WireError::bad_length);
   }
-  open.bounded = true;
-  open.end = position_ + size;
-  limit_ = open.end;
+  open.bounded_ = true;
+  open.end_ = position_ + size;
+  limit_ = open.end_;
 }
 
 bool PayloadReader::more(Open& array) noexcept {
   if (error_ || position_ == limit_) {
     return false;
   }
-  if (position_ == array.last_position) {
+  if (position_ == array.last_position_) {
     fail(WireError::bad_length);
     return false;
   }
-  array.last_position = position_;
+  array.last_position_ = position_;
   return true;
 }
 
@@ -188,15 +182,17 @@ void PayloadReader::end(const Open& element) noexcept {
   if (error_) {
     return;
   }
-  if (element.bounded && position_ != element.end) {
-    if (!element.extensible) {
+  if (element.bounded_ && position_ != element.end_) {
+    if (!element.extensible_) {
       return fail(WireError::bad_length);
     }
-    position_ = element.end;
-    padding_due_ = false;  // it was among the bytes skipped
+    position_ = element.end_;
   }
-  limit_ = element.outer_limit;
-  padding_due_ = padding_due_ || (element.variable && rules_.alignment > 1);
+  limit_ = element.outer_limit_;
+  const std::size_t beyond = (header_bytes + position_) % rules_.alignment;  // [feat_req_someip_711]
+  if (element.variable_ && beyond != 0) {
+    position_ += std::min(rules_.alignment - beyond, limit_ - position_);
+  }
 }
 
 ByteView PayloadReader::take(std::size_t size) noexcept {
@@ -210,14 +206,6 @@ ByteView PayloadReader::take(std::size_t size) noexcept {
   const ByteView taken = payload_.subspan(position_, size);
   position_ += size;
   return taken;
-}
-
-void PayloadReader::align() noexcept {
-  const std::size_t beyond = (header_bytes + position_) % rules_.alignment;  // [feat_req_someip_711]
-  padding_due_ = false;
-  if (beyond != 0) {
-    take(rules_.alignment - beyond);
-  }
 }
 
 void PayloadReader::fail(WireError error) noexcept {

@@ -36,12 +36,12 @@ class PayloadReader {
   class Open {
    private:
     friend class PayloadReader;
-    std::size_t end = 0;            ///< where the contents end, if a length field says so
-    std::size_t outer_limit = 0;    ///< what bounded the reader before
-    std::size_t last_position = 0;  ///< at the last more()
-    bool bounded = false;
-    bool extensible = false;  ///< surplus bytes are skipped, else they are an error
-    bool variable = false;
+    std::size_t end_ = 0;            ///< where the contents end, if a length field says so
+    std::size_t outer_limit_ = 0;    ///< what bounded the reader before
+    std::size_t last_position_ = 0;  ///< at the last more()
+    bool bounded_ = false;
+    bool extensible_ = false;  ///< surplus bytes are skipped, else they are an error
+    bool variable_ = false;    ///< followed by padding where the rules align
   };
 
   explicit PayloadReader(ByteView payload, const PayloadRules& rules = {}) noexcept
@@ -60,7 +60,7 @@ class PayloadReader {
   float f32() noexcept { return std::bit_cast<float>(u32()); }
   double f64() noexcept { return std::bit_cast<double>(u64()); }
   /// The next `size` bytes, as a view into the payload.
-  ByteView bytes(std::size_t size) noexcept { return element(size); }
+  ByteView bytes(std::size_t size) noexcept { return take(size); }
   /// An array of uint8 of any size, as a view into the payload.
   ByteView byte_array() noexcept;
 
@@ -88,7 +88,7 @@ class PayloadReader {
   [[nodiscard]] bool more(Open& array) noexcept;
   /// Bytes left in the element; only if it has a length field. Bounds the number of its elements.
   [[nodiscard]] std::size_t rest(const Open& element) const noexcept {
-    return error_ || !element.bounded ? 0 : element.end - position_;
+    return error_ || !element.bounded_ ? 0 : element.end_ - position_;
   }
   /// Ends the element that began last.
   void end(const Open& element) noexcept;
@@ -100,17 +100,10 @@ class PayloadReader {
  private:
   template <std::unsigned_integral T>
   T number() noexcept {
-    const ByteView bytes = element(sizeof(T));
+    const ByteView bytes = take(sizeof(T));
     return bytes.empty() ? T{0} : load<T>(bytes.data(), rules_.byte_order);
   }
   ByteView take(std::size_t size) noexcept;
-  ByteView element(std::size_t size) noexcept {
-    if (padding_due_) {
-      align();
-    }
-    return take(size);
-  }
-  void align() noexcept;
   void fail(WireError error) noexcept;
   Open begin(FieldWidth width, bool extensible, bool variable) noexcept;
   void bound(Open& open, std::size_t size) noexcept;
@@ -122,7 +115,6 @@ class PayloadReader {
   PayloadRules rules_;
   std::size_t position_ = 0;
   std::size_t limit_;  ///< where the innermost element with a length field ends
-  bool padding_due_ = false;
   std::optional<WireError> error_;
 };
 

@@ -33,10 +33,10 @@ struct PayloadRules {
   StringEncoding string_encoding = StringEncoding::utf8;
   bool string_bom = true;
   bool string_terminator = true;
-  /// What follows an element of variable length (string, array or union with a length field) begins at a
-  /// multiple of this many bytes from the start of the message, header included; 1 is no alignment. The zeros
-  /// in between count in no length field of that element, and none come after the last element.
-  /// [feat_req_someip_711]
+  /// An element of variable length (string, array or union with a length field) is followed by zeros up to a
+  /// multiple of this many bytes from the start of the message, header included; 1 is none. Its own length
+  /// field does not count them, that of what holds it does. Readers do without them at the end of what holds
+  /// the element.  [feat_req_someip_711] [feat_req_someip_239]
   std::uint8_t alignment = 1;
   friend constexpr bool operator==(const PayloadRules&, const PayloadRules&) = default;
 };

@@ -13,7 +13,7 @@ constexpr char32_t byte_order_mark = 0xfeff;
 }  // namespace
 
 void PayloadWriter::bytes(ByteView bytes) noexcept {
-  const ByteSpan place = element(bytes.size());
+  const ByteSpan place = reserve(bytes.size());
   if (!place.empty()) {
     std::memcpy(place.data(), bytes.data(), bytes.size());
   }
@@ -33,9 +33,6 @@ void PayloadWriter::string(std::string_view text) noexcept {
 }
 
 void PayloadWriter::fixed_string(std::string_view text, std::size_t size) noexcept {
-  if (padding_due_) {
-    align();
-  }
   const std::size_t start = position_;
   put_text(text, rules_.string_terminator);
   if (error_) {
@@ -45,7 +42,7 @@ void PayloadWriter::fixed_string(std::string_view text, std::size_t size) noexce
   if (used > size) {
     return fail(WireError::bad_length);
   }
-  std::ranges::fill(reserve(size - used), std::byte{0});
+  zeros(size - used);
 }
 
 void PayloadWriter::put_text(std::string_view text, bool terminate) noexcept {
@@ -79,24 +76,21 @@ PayloadWriter::Open PayloadWriter::begin_union(std::uint32_t type, std::size_t l
   if (rules_.union_length_first) {
     open = begin(rules_.union_length, true);
   }
-  put_field(element(someip::bytes(rules_.union_type)), type, WireError::bad_union_type);
+  put_field(reserve(someip::bytes(rules_.union_type)), type, WireError::bad_union_type);
   if (!rules_.union_length_first) {
     open = begin(rules_.union_length, true);
   }
-  open.contents_at = position_;  // Length leaves out the type field.  [feat_req_someip_272]
-  open.padded_bytes = longest;
-  open.variable = rules_.union_length != FieldWidth::none;
+  open.contents_at_ = position_;  // Length leaves out the type field.  [feat_req_someip_272]
+  open.padded_bytes_ = longest;
+  open.variable_ = rules_.union_length != FieldWidth::none;
   return open;
 }
 
 PayloadWriter::Open PayloadWriter::begin(FieldWidth width, bool variable) noexcept {
   Open open;
-  if (padding_due_) {
-    align();
-  }
-  open.variable = variable;
-  open.length = reserve(someip::bytes(width));
-  open.contents_at = position_;
+  open.variable_ = variable;
+  open.length_ = reserve(someip::bytes(width));
+  open.contents_at_ = position_;
   return open;
 }
 
@@ -104,18 +98,19 @@ void PayloadWriter::end(const Open& element) noexcept {
   if (error_) {
     return;
   }
-  if (element.padded_bytes != 0) {
-    const std::size_t used = position_ - element.contents_at;
-    if (used > element.padded_bytes) {
+  if (element.padded_bytes_ != 0) {
+    const std::size_t used = position_ - element.contents_at_;
+    if (used > element.padded_bytes_) {
       return fail(WireError::bad_length);
     }
-    if (used < element.padded_bytes) {
-      std::ranges::fill(reserve(element.padded_bytes - used), std::byte{0});
-      padding_due_ = false;  // as the reader, which skips these zeros
-    }
+    zeros(element.padded_bytes_ - used);
   }
-  put_field(element.length, position_ - element.contents_at, WireError::bad_length);
-  padding_due_ = padding_due_ || (element.variable && rules_.alignment > 1);
+  put_field(element.length_, position_ - element.contents_at_, WireError::bad_length);
+  // Alignment counts from the start of the message, so the header takes part.  [feat_req_someip_711]
+  const std::size_t beyond = (header_bytes + position_) % rules_.alignment;
+  if (element.variable_ && beyond != 0) {
+    zeros(rules_.alignment - beyond);
+  }
 }
 
 Result<ByteView> PayloadWriter::finish() const noexcept {
@@ -138,13 +133,8 @@ ByteSpan PayloadWriter::reserve(std::size_t size) noexcept {
   return place;
 }
 
-void PayloadWriter::align() noexcept {
-  // Counted from the start of the message, so the header takes part.  [feat_req_someip_711]
-  const std::size_t beyond = (header_bytes + position_) % rules_.alignment;
-  padding_due_ = false;
-  if (beyond != 0) {
-    std::ranges::fill(reserve(rules_.alignment - beyond), std::byte{0});
-  }
+void PayloadWriter::zeros(std::size_t size) noexcept {
+  std::ranges::fill(reserve(size), std::byte{0});
 }
 
 void PayloadWriter::fail(WireError error) noexcept {

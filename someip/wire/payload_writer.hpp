@@ -27,10 +27,10 @@ class PayloadWriter {
   class Open {
    private:
     friend class PayloadWriter;
-    ByteSpan length;  ///< where the length field goes; empty without one
-    std::size_t contents_at = 0;
-    std::size_t padded_bytes = 0;
-    bool variable = false;
+    ByteSpan length_;  ///< where the length field goes; empty without one
+    std::size_t contents_at_ = 0;
+    std::size_t padded_bytes_ = 0;
+    bool variable_ = false;
   };
 
   explicit PayloadWriter(ByteSpan room, const PayloadRules& rules = {}) noexcept
@@ -87,21 +87,14 @@ class PayloadWriter {
  private:
   template <std::unsigned_integral T>
   void put(T number) noexcept {
-    const ByteSpan place = element(sizeof(T));
+    const ByteSpan place = reserve(sizeof(T));
     if (!place.empty()) {
       store(place.data(), number, rules_.byte_order);
     }
   }
-  /// Room for the next `size` bytes, without alignment; empty when there is none.
+  /// Room for the next `size` bytes; empty when there is none.
   ByteSpan reserve(std::size_t size) noexcept;
-  /// As reserve(), behind the padding that the element before calls for.
-  ByteSpan element(std::size_t size) noexcept {
-    if (padding_due_) {
-      align();
-    }
-    return reserve(size);
-  }
-  void align() noexcept;
+  void zeros(std::size_t size) noexcept;
   void fail(WireError error) noexcept;
   Open begin(FieldWidth width, bool variable) noexcept;
   /// Writes a length or type field of 0, 1, 2 or 4 bytes.
@@ -112,7 +105,6 @@ class PayloadWriter {
   ByteSpan room_;
   PayloadRules rules_;
   std::size_t position_ = 0;
-  bool padding_due_ = false;
   std::optional<WireError> error_;
 };
 

@@ -412,31 +412,40 @@ TEST(PayloadWriter, AlignsWhatFollowsAnElementOfVariableLength) {
     out.u32(0x12345678);
     out.byte_array(hex("99"));
   };
-  // Byte 5 + 10 = 15: one zero before the second string, byte 16 + 9 = 25: three before the number, which the
-  // array's length does not count. None after the last element.
+  // Byte 5 + 10 = 15: one zero after the first string; byte 16 + 9 = 25: three after the second, which the
+  // array counts: 11 + 12 = 0x17. Byte 28 + 4 + 5 = 37: three after the last.
   EXPECT_EQ(written(rules, write),
             "01"
-            "00000014"
+            "00000017"
             "00000006efbbbf616200"
             "00"
             "00000005efbbbf6300"
             "000000"
             "12345678"
-            "0000000199");
-  const auto payload =
-      hex("01 00000014 00000006efbbbf616200 00 00000005efbbbf6300 000000 12345678 00000001 99");
-  PayloadReader in{payload, rules};
-  EXPECT_EQ(in.u8(), 1);
-  auto names = in.begin_array();
-  ASSERT_TRUE(in.more(names));
-  EXPECT_EQ(in.string({}), "ab");
-  ASSERT_TRUE(in.more(names));
-  EXPECT_EQ(in.string({}), "c");
-  EXPECT_FALSE(in.more(names));
-  in.end(names);
-  EXPECT_EQ(in.u32(), 0x12345678U);
-  EXPECT_EQ(to_hex(in.byte_array()), "99");
-  EXPECT_FALSE(in.error());
+            "0000000199"
+            "000000");
+}
+
+TEST(PayloadReader, FindsWhatFollowsAnElementOfVariableLengthWhereverItsPaddingIsCounted) {
+  covers({"feat_req_someip_711", "feat_req_someip_239"});
+  const auto check = [](std::string_view bytes) {
+    const auto payload = hex(bytes);
+    PayloadReader in{payload, {.alignment = 4}};
+    EXPECT_EQ(in.u8(), 1);
+    auto names = in.begin_array();
+    ASSERT_TRUE(in.more(names));
+    EXPECT_EQ(in.string({}), "ab");
+    ASSERT_TRUE(in.more(names));
+    EXPECT_EQ(in.string({}), "c");
+    EXPECT_FALSE(in.more(names));
+    in.end(names);
+    EXPECT_EQ(in.u32(), 0x12345678U);
+    EXPECT_EQ(to_hex(in.byte_array()), "99");
+    EXPECT_FALSE(in.error());
+  };
+  // Counted by the array, as we write it; and after it, with none at the end, as others may.
+  check("01 00000017 00000006efbbbf616200 00 00000005efbbbf6300 000000 12345678 00000001 99 000000");
+  check("01 00000014 00000006efbbbf616200 00 00000005efbbbf6300 000000 12345678 00000001 99");
 }
 
 TEST(PayloadWriter, CountsTheHeaderWhenItAligns) {
