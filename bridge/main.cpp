@@ -7,6 +7,7 @@
 #include "bridge/check/check_command.hpp"
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/terminal.hpp"
+#include "bridge/decode/decode_command.hpp"
 
 namespace {
 
@@ -25,6 +26,7 @@ int run(int argc, char** argv) {
 
   int status = exit_ok;
   add_check_command(app, status);
+  add_decode_command(app, status);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -8,7 +8,6 @@ namespace trestle::pcaps {
 namespace {
 
 using someip::ByteReader;
-using someip::load;
 
 constexpr std::uint16_t ethertype_ipv4 = 0x0800;
 constexpr std::uint16_t ethertype_ipv6 = 0x86dd;

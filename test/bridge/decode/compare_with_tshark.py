@@ -1,0 +1,153 @@
+#!/usr/bin/env python3
+"""compare_with_tshark.py TRESTLE FOLDER SHARED_FOLDER
+
+Every capture below the folders must decode to the same SOME/IP messages, frame by frame and in order, as tshark
+reports when it takes every port for SOME/IP. The second folder need not exist; the environment variable
+TRESTLE_SHARED_PCAPS names another one. Exit status 77: no tshark.
+"""
+import concurrent.futures
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+
+# Name in our objects, field of tshark, how to compare them.
+HEADER = [
+    ("service", "someip.serviceid"),
+    ("method", "someip.methodid"),
+    ("length", "someip.length"),
+    ("client", "someip.clientid"),
+    ("session", "someip.sessionid"),
+    ("protocol_version", "someip.protoversion"),
+    ("interface_version", "someip.interfaceversion"),
+    ("message_type_value", "someip.messagetype"),
+    ("return_code_value", "someip.returncode"),
+]
+SD = ["flags", "entry.type", "entry.serviceid", "entry.instanceid", "entry.majorver", "entry.ttl", "entry.minorver",
+      "entry.eventgroupid", "option.type", "option.length", "option.port"]
+TP = ["someip.tp.offset", "someip.tp.flags.more_segments"]
+# What tshark's expert says of bytes that are no message.
+COMPLAINT = re.compile(r"Truncated message|too short|not enough buffer|Malformed Packet|Incomplete headers")
+
+# What it says of SD messages that break no rule.
+HARMLESS = ("SOME/IP-SD Unknown Option!", "SOME/IP-SD Empty Entry Array!")
+
+
+def numbers(text):
+    return [int(number, 0) for number in text.split(",")] if text else []
+
+
+def tshark(path):
+    fields = ["frame.number"] + [f for _, f in HEADER] + ["someipsd." + f for f in SD] + TP + ["_ws.expert.message"]
+    command = ["tshark", "-r", str(path), "-T", "fields", "-E", "separator=|", "-E", "aggregator=,",
+               "-d", "udp.port==1-65535,someip", "-d", "tcp.port==1-65535,someip"]
+    for field in fields:
+        command += ["-e", field]
+    output = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=True, text=True).stdout
+    frames = {}
+    for line in output.splitlines():
+        values = dict(zip(fields, line.split("|", len(fields) - 1)))
+        if not values["someip.serviceid"]:
+            continue
+        frames[int(values["frame.number"])] = values
+    return frames
+
+
+def trestle(program, path):
+    done = subprocess.run([program, "decode", str(path)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    objects = [json.loads(line) for line in done.stdout.splitlines()]
+    frames = {}
+    for item in objects:
+        frames.setdefault(item["frame"], []).append(item)
+    status = 1 if any("error" in item for item in objects) else 0
+    return frames, [] if done.returncode == status else [f"exit status {done.returncode}, not {status}"]
+
+
+def sd_numbers(items):
+    """Our SD messages of a frame in tshark's terms."""
+    result = {field: [] for field in SD}
+    for item in items:
+        sd = item.get("sd")
+        if sd is None:
+            continue
+        result["flags"].append(sd["flags"]["value"])
+        for entry in sd["entries"]:
+            result["entry.type"].append(entry["type_value"])
+            result["entry.serviceid"].append(int(entry["service"], 16))
+            result["entry.instanceid"].append(int(entry["instance"], 16))
+            result["entry.majorver"].append(entry["major_version"])
+            result["entry.ttl"].append(entry["ttl"])
+            if "minor_version" in entry:
+                result["entry.minorver"].append(entry["minor_version"])
+            if "eventgroup" in entry:
+                result["entry.eventgroupid"].append(int(entry["eventgroup"], 16))
+        for option in sd["options"]:
+            result["option.type"].append(option["type_value"])
+            result["option.length"].append(option["length"])
+            if "port" in option:
+                result["option.port"].append(option["port"])
+    return result
+
+
+def compare(program, path):
+    theirs = tshark(path)
+    ours, faults = trestle(program, path)
+    messages = 0
+    for number in sorted(set(theirs) | set(ours)):
+        if number not in theirs or number not in ours:
+            faults.append(f"frame {number}: only {'we' if number in ours else 'tshark'} found SOME/IP")
+            continue
+        items, reference = ours[number], theirs[number]
+        broken = [item for item in items if "payload" not in item]
+        messages += len(items) - len(broken)
+
+        def check(what, mine, other):
+            if mine != other:
+                faults.append(f"frame {number}: {what}: we say {mine}, tshark {other}")
+
+        for name, field in HEADER:
+            mine = [int(str(item[name]), 0) for item in items if name in item]
+            other = numbers(reference[field])
+            if broken:
+                # After something broken the two may go on differently, but not before it and not about it.
+                common = len(items) - len(broken)
+                mine, other = mine[:common], other[:common]
+            check(name, mine, other)
+        complaint = reference["_ws.expert.message"]
+        if not any(item.get("service") == "0xffff" for item in items):
+            check("something broken", bool(broken), bool(COMPLAINT.search(complaint)))
+        segments = [item for item in items if "tp" in item]
+        check("TP offset", [item["tp"]["offset"] for item in segments], numbers(reference[TP[0]]))
+        check("TP more", [int(item["tp"]["more_segments"]) for item in segments], numbers(reference[TP[1]]))
+        if not any("error" in item for item in items):
+            for field, mine in sd_numbers(items).items():
+                check(field, mine, numbers(reference["someipsd." + field]))
+            check("SD complaint", [], [c for c in re.findall("SOME/IP-SD [^!]*!", complaint) if c not in HARMLESS])
+    return messages, faults
+
+
+def main():
+    if shutil.which("tshark") is None:
+        print("skipped: tshark is not installed")
+        return 77
+    program = sys.argv[1]
+    folders = [sys.argv[2], os.environ.get("TRESTLE_SHARED_PCAPS", sys.argv[3])]
+    captures = sorted(path for folder in folders if os.path.isdir(folder)
+                      for path in pathlib.Path(folder).rglob("*.pcap*"))
+    if not captures:
+        print("no captures found")
+        return 1
+    failed = False
+    with concurrent.futures.ThreadPoolExecutor(2) as pool:
+        for path, (messages, faults) in zip(captures, pool.map(lambda path: compare(program, path), captures)):
+            print(f"{path.parent.name}/{path.name}: {messages} messages, {len(faults)} differences")
+            for fault in faults[:20]:
+                print("    " + fault)
+            failed = failed or bool(faults) or messages == 0
+    return 1 if failed else 0
+
+
+sys.exit(main())

@@ -1,0 +1,36 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "bridge/decode/message_decoder.hpp"
+
+namespace trestle::test {
+
+/// Collects what a decoder prints.
+struct Printed {
+  std::vector<bridge::Json> objects;
+
+  [[nodiscard]] bridge::MessageDecoder::Hooks hooks() {
+    return {[this](const bridge::Json& object) { objects.push_back(object); }, {}};
+  }
+  /// One line for each object: "SERVICE.METHOD@OFFSET" of a message, with "!NAME@OFFSET" for its error.
+  [[nodiscard]] std::vector<std::string> summary() const {
+    std::vector<std::string> lines;
+    for (const bridge::Json& object : objects) {
+      std::string line;
+      if (object.contains("payload")) {
+        line = object["service"].get<std::string>().substr(2) + "." +
+               object["method"].get<std::string>().substr(2) + "@" +
+               std::to_string(object["offset"].get<std::uint64_t>());
+      }
+      if (object.contains("error")) {
+        line += "!" + object["error"]["name"].get<std::string>() + "@" +
+                std::to_string(object["error"]["offset"].get<std::uint64_t>());
+      }
+      lines.push_back(line);
+    }
+    return lines;
+  }
+};
+
+}  // namespace trestle::test
