@@ -271,7 +271,9 @@ void ServiceDiscovery::unbind(OwnSubscription& subscription, LossReason reason) 
   }
   subscription.remote = OwnSubscription::no_remote;
   subscription.state = State::idle;
-  subscription.ack_overdue = false;
+  // A reboot may be a false alarm, after which the server still has the subscription and would take the next
+  // Subscribe for a renewal: as after a missing Ack, a StopSubscribe before it brings the initial events.
+  subscription.ack_overdue = reason == LossReason::rebooted;
   subscription.multicast.reset();
   subscription.expiry.reset();
   subscription.needs_connection = subscription.tcp.has_value();
