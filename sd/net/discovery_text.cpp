@@ -1,0 +1,33 @@
+#include "sd/net/discovery_text.hpp"
+
+#include <array>
+#include <cstdio>
+
+#include "someip/net/address_text.hpp"
+
+namespace trestle::sd {
+
+std::string hexadecimal(std::uint16_t number) {
+  std::array<char, 8> text{};
+  std::snprintf(text.data(), text.size(), "0x%04x", number);
+  return text.data();
+}
+
+std::string to_string(ServiceId service, InstanceId instance) {
+  return hexadecimal(value(service)) + "." +
+         (instance == someip::any_instance ? "*" : hexadecimal(value(instance)));
+}
+
+std::string describe(const RemoteService& service) {
+  std::string text = to_string(service.service, service.instance) + " version " +
+                     std::to_string(service.major) + "." + std::to_string(service.minor) + " is offered";
+  if (service.udp) {
+    text += " at UDP " + someip::to_string(*service.udp);
+  }
+  if (service.tcp) {
+    text += " at TCP " + someip::to_string(*service.tcp);
+  }
+  return text;
+}
+
+}  // namespace trestle::sd

@@ -1,0 +1,15 @@
+#pragma once
+#include <string>
+
+#include "sd/core/events.hpp"
+
+namespace trestle::sd {
+
+/// "0x12ab"
+[[nodiscard]] std::string hexadecimal(std::uint16_t number);
+/// "0x1234.0x0001", "0x1234.*" for any instance.
+[[nodiscard]] std::string to_string(ServiceId service, InstanceId instance);
+/// "0x1234.0x0001 version 1.0 is offered by 127.0.0.1 at 127.0.0.1:40001"
+[[nodiscard]] std::string describe(const RemoteService& service);
+
+}  // namespace trestle::sd

@@ -1,0 +1,41 @@
+#pragma once
+#include <vector>
+
+#include "sd/core/storage.hpp"
+
+namespace trestle::sd {
+
+/// The memory of one ServiceDiscovery, sized at run time and taken from the heap.
+class HeapStorage {
+ public:
+  explicit HeapStorage(const Limits& limits)
+      : offers_(limits.max_offers),
+        eventgroups_(limits.max_eventgroups),
+        subscribers_(limits.max_subscribers),
+        requirements_(limits.max_requirements),
+        subscriptions_(limits.max_subscriptions),
+        remotes_(limits.max_remote_services),
+        peers_(limits.max_peers),
+        tcp_connections_(limits.max_tcp_connections),
+        pending_entries_(limits.max_pending_entries),
+        pending_events_(limits.max_pending_events) {}
+
+  [[nodiscard]] StorageView view() noexcept {
+    return {offers_,  eventgroups_, subscribers_,     requirements_,    subscriptions_,
+            remotes_, peers_,       tcp_connections_, pending_entries_, pending_events_};
+  }
+
+ private:
+  std::vector<slots::Offer> offers_;
+  std::vector<slots::OfferedEventgroup> eventgroups_;
+  std::vector<slots::Subscription> subscribers_;
+  std::vector<slots::Requirement> requirements_;
+  std::vector<slots::OwnSubscription> subscriptions_;
+  std::vector<slots::Remote> remotes_;
+  std::vector<slots::Peer> peers_;
+  std::vector<slots::TcpConnection> tcp_connections_;
+  std::vector<slots::PendingEntry> pending_entries_;
+  std::vector<Event> pending_events_;
+};
+
+}  // namespace trestle::sd
