@@ -8,6 +8,7 @@
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/terminal.hpp"
 #include "bridge/decode/decode_command.hpp"
+#include "bridge/runtime/bridge_command.hpp"
 
 namespace {
 
@@ -25,6 +26,7 @@ int run(int argc, char** argv) {
       "Exit status: 0 success, 1 failure, 2 wrong command line or configuration.");
 
   int status = exit_ok;
+  add_bridge_command(app, status);
   add_check_command(app, status);
   add_decode_command(app, status);
   try {

@@ -1,0 +1,12 @@
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace trestle::bridge {
+
+/// `trestle bridge FILE.yaml`: runs the bridge until SIGINT or SIGTERM.
+void add_bridge_command(CLI::App& app, int& status);
+
+}  // namespace trestle::bridge

@@ -1,0 +1,70 @@
+#include "bridge/runtime/inbound_route.hpp"
+
+#include "dds_adapter/ros_names.hpp"
+
+namespace trestle::bridge {
+
+InboundRoute::InboundRoute(sd::Node& node, dds::Participant& participant, const Route& route,
+                           ConversionPlan plan, Report& report)
+    : route_{route},
+      plan_{std::move(plan)},
+      report_{report},
+      log_{route.topic},
+      writer_{participant.create_writer(dds::ros_topic_name(route.topic), dds::ros_type_name(route.type),
+                                        {.reliable = route.qos.reliable,
+                                         .transient_local = route.qos.transient_local,
+                                         .depth = route.qos.depth})} {
+  node.subscribe({.service = route.service,
+                  .instance = route.instance,
+                  .major = route.major,
+                  .minor = route.minor,
+                  .eventgroup = route.eventgroup,
+                  .events = {route.event},
+                  .port = route.port},
+                 [this](const someip::Message& event, const Endpoint&) { carry(event); });
+}
+
+void InboundRoute::carry(const someip::Message& event) {
+  ++received_;
+  // A late joiner of a transient-local topic wants what was written before it came.
+  if (writer_.matched() == 0 && !route_.qos.transient_local) {
+    ++no_reader_;
+    return;
+  }
+  const auto before = Clock::now();
+  const auto sample = plan_.someip_to_cdr(event.payload, scratch_);
+  const auto after = Clock::now();
+  if (!sample) {
+    ++not_convertible_;
+    log_.refused(sample.error());
+    return;
+  }
+  if (!writer_.write(sample->slices)) {
+    return;  // counted by the writer
+  }
+  ++carried_;
+  carried_bytes_ += sample->bytes;
+  report_.carried({.topic = route_.topic,
+                   .direction = route_.direction,
+                   .session = event.header.session,
+                   .before = before,
+                   .after = after,
+                   .source_time = {},
+                   .bytes = sample->bytes});
+}
+
+CounterGroup InboundRoute::counters() const {
+  using enum Counter::Kind;
+  const dds::WriterCounters dds = writer_.counters();
+  return {"route " + route_.topic + " from SOME/IP",
+          {{"received", received_},
+           {"carried", carried_},
+           {"bytes", carried_bytes_},
+           {"no_reader", no_reader_, loss},
+           {"not_convertible", not_convertible_, loss},
+           {"dds_bad_encapsulation", dds.bad_encapsulation, loss},
+           {"dds_oversize", dds.oversize, loss},
+           {"dds_refused", dds.refused, loss}}};
+}
+
+}  // namespace trestle::bridge

@@ -1,0 +1,207 @@
+#include "bridge/runtime/outbound_route.hpp"
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "bridge/runtime/conversion_log.hpp"
+#include "dds_adapter/ros_names.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+// Samples that may be on their way through the sender at once: one that leaves, one that is ready behind it.
+constexpr std::size_t jobs_at_once = 2;
+
+// A sample while it is converted and sent. Reused, so that the converter's memory is.
+struct Job {
+  dds::Sample sample;
+  ConversionScratch scratch;
+};
+
+}  // namespace
+
+struct OutboundRoute::State : std::enable_shared_from_this<State> {
+  State(boost::asio::io_context& context, sd::Node& sender, sd::OfferHandle offered, const Route& what,
+        ConversionPlan how, Report& watcher)
+      : io{context},
+        node{&sender},
+        offer{offered},
+        route{what},
+        plan{std::move(how)},
+        report{watcher},
+        log{what.topic},
+        pacing{.segment_bytes = what.tp.segment_bytes,
+               .burst = what.tp.burst,
+               .separation = what.tp.separation} {
+    for (std::size_t i = 0; i < jobs_at_once; ++i) {
+      idle_jobs.push_back(std::make_unique<Job>());
+    }
+  }
+
+  // On a thread of DDS.
+  void on_sample(dds::Sample sample) {
+    std::optional<dds::Sample> oldest;  // released without the lock: DDS has locks of its own
+    bool wake = false;
+    {
+      const std::lock_guard lock{mutex};
+      ++received;
+      if (waiting.size() == std::max<std::size_t>(1, route.qos.depth)) {
+        oldest = std::move(waiting.front());
+        waiting.pop_front();
+        ++overtaken;
+      }
+      waiting.push_back(std::move(sample));
+      wake = !std::exchange(woken, true);
+    }
+    if (wake) {
+      boost::asio::post(io, [weak = weak_from_this()] {
+        if (const auto self = weak.lock()) {
+          self->drain();
+        }
+      });
+    }
+  }
+
+  std::optional<dds::Sample> next_sample() {
+    const std::lock_guard lock{mutex};
+    if (waiting.empty() || idle_jobs.empty() || node == nullptr) {
+      woken = false;
+      return std::nullopt;
+    }
+    std::optional<dds::Sample> sample{std::move(waiting.front())};
+    waiting.pop_front();
+    return sample;
+  }
+
+  // From here on: on the thread that runs the io_context.
+  void drain() {
+    if (draining) {
+      return;  // a job that was done at once: the loop below goes on
+    }
+    draining = true;
+    while (auto sample = next_sample()) {
+      carry(std::move(*sample));
+    }
+    draining = false;
+  }
+
+  void carry(dds::Sample sample) {
+    if (node->subscribers(offer, route.event) == 0) {
+      ++no_subscriber;
+      return;
+    }
+    const auto job = take_job();
+    job->sample = std::move(sample);
+    const auto before = Clock::now();
+    const auto payload = plan.cdr_to_someip(job->sample.cdr(), job->scratch);
+    const auto after = Clock::now();
+    if (!payload) {
+      ++not_convertible;
+      log.refused(payload.error());
+      return;
+    }
+    if (payload->bytes > route.tp.max_message) {
+      ++too_large;
+      return;
+    }
+    const std::size_t bytes = payload->bytes;
+    const auto source_time = job->sample.source_time();
+    const auto sent = node->notify(offer, route.event, payload->slices, job, pacing);
+    send_dropped += sent.dropped;
+    if (sent.subscribers > 0) {
+      ++carried;
+      carried_bytes += bytes;
+      report.carried({.topic = route.topic,
+                      .direction = route.direction,
+                      .session = sent.session,
+                      .before = before,
+                      .after = after,
+                      .source_time = source_time,
+                      .bytes = bytes});
+    }
+  }
+
+  // A job that comes back by itself when the last sender lets go of it.
+  std::shared_ptr<Job> take_job() {
+    std::unique_ptr<Job> job = std::move(idle_jobs.back());
+    idle_jobs.pop_back();
+    return {job.release(), [weak = weak_from_this()](Job* done) {
+              std::unique_ptr<Job> owned{done};
+              owned->sample.release();
+              if (const auto self = weak.lock()) {
+                self->idle_jobs.push_back(std::move(owned));
+                self->drain();
+              }
+            }};
+  }
+
+  boost::asio::io_context& io;
+  sd::Node* node;
+  sd::OfferHandle offer;
+  const Route route;
+  ConversionPlan plan;
+  Report& report;
+  ConversionLog log;
+  const someip::TpPacing pacing;
+  std::vector<std::unique_ptr<Job>> idle_jobs;
+  bool draining = false;
+  std::uint64_t carried = 0;
+  std::uint64_t carried_bytes = 0;
+  std::uint64_t no_subscriber = 0;
+  std::uint64_t not_convertible = 0;
+  std::uint64_t too_large = 0;
+  std::uint64_t send_dropped = 0;
+
+  mutable std::mutex mutex;  // of what follows
+  std::deque<dds::Sample> waiting;
+  bool woken = false;  ///< drain() has been asked for
+  std::uint64_t received = 0;
+  std::uint64_t overtaken = 0;
+
+  std::optional<dds::Reader> reader;  // last: its destructor waits for callbacks that use the above
+};
+
+OutboundRoute::OutboundRoute(boost::asio::io_context& io, sd::Node& node, sd::OfferHandle offer,
+                             dds::Participant& participant, const Route& route, ConversionPlan plan,
+                             Report& report)
+    : state_{std::make_shared<State>(io, node, offer, route, std::move(plan), report)} {
+  state_->reader = participant.create_reader(
+      dds::ros_topic_name(route.topic), dds::ros_type_name(route.type),
+      {.reliable = route.qos.reliable,
+       .transient_local = route.qos.transient_local,
+       .depth = route.qos.depth},
+      [state = state_.get()](dds::Sample sample) { state->on_sample(std::move(sample)); });
+}
+
+OutboundRoute::~OutboundRoute() {
+  state_->reader.reset();  // from here on no callback
+  const std::lock_guard lock{state_->mutex};
+  state_->node = nullptr;
+}
+
+CounterGroup OutboundRoute::counters() const {
+  using enum Counter::Kind;
+  const State& state = *state_;
+  const dds::ReaderCounters dds = state.reader->counters();
+  const std::lock_guard lock{state.mutex};
+  return {"route " + state.route.topic + " to SOME/IP",
+          {{"received", state.received},
+           {"carried", state.carried},
+           {"bytes", state.carried_bytes},
+           {"no_subscriber", state.no_subscriber, loss},
+           {"overtaken", state.overtaken, loss},
+           {"not_convertible", state.not_convertible, loss},
+           {"too_large", state.too_large, loss},
+           {"not_sent", state.send_dropped, loss},
+           {"dds_own", dds.own, loss},
+           {"dds_bad_encapsulation", dds.bad_encapsulation, loss},
+           {"dds_oversize", dds.oversize, loss},
+           {"dds_lost", dds.lost, loss},
+           {"dds_rejected", dds.rejected, loss}}};
+}
+
+}  // namespace trestle::bridge

@@ -1,0 +1,33 @@
+#pragma once
+#include <memory>
+
+#include "bridge/config/bridge_config.hpp"
+#include "bridge/convert/conversion_plan.hpp"
+#include "bridge/runtime/counters.hpp"
+#include "bridge/runtime/report.hpp"
+#include "dds_adapter/participant.hpp"
+#include "sd/net/node.hpp"
+
+namespace trestle::bridge {
+
+/// Carries a DDS topic to a SOME/IP event. Samples arrive on threads of DDS and wait, at most as many as the
+/// route's QoS depth, for the thread that runs the io_context; there they are converted and sent. A sample's
+/// memory stays on loan from DDS until the last byte of it has been sent: nothing is copied on the way.
+class OutboundRoute {
+ public:
+  /// @param offer  the offered service of the route, on `node`.
+  /// @throws dds::DdsError
+  OutboundRoute(boost::asio::io_context& io, sd::Node& node, sd::OfferHandle offer,
+                dds::Participant& participant, const Route& route, ConversionPlan plan, Report& report);
+  ~OutboundRoute();
+  OutboundRoute(const OutboundRoute&) = delete;
+  OutboundRoute& operator=(const OutboundRoute&) = delete;
+
+  [[nodiscard]] CounterGroup counters() const;
+
+ private:
+  struct State;
+  std::shared_ptr<State> state_;
+};
+
+}  // namespace trestle::bridge

@@ -1,0 +1,59 @@
+#pragma once
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "bridge/runtime/bridge.hpp"
+#include "test/dds_adapter/dds_test.hpp"
+
+namespace trestle::test {
+
+/// A bridge that runs in a thread of its own, as one process would.
+class RunningBridge {
+ public:
+  /// @param yaml  the configuration; must be good.
+  explicit RunningBridge(const std::string& yaml);
+  ~RunningBridge();
+  RunningBridge(const RunningBridge&) = delete;
+  RunningBridge& operator=(const RunningBridge&) = delete;
+
+  [[nodiscard]] std::vector<bridge::CounterGroup> counters();
+  /// The counter `name` of the group whose name begins with `group`.
+  [[nodiscard]] std::uint64_t counter(const std::string& group, const std::string& name);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// One topic that crosses both bridges.
+struct TestRoute {
+  std::string topic;  ///< "/points"
+  std::string type;
+  bool from_a_to_b = true;
+  std::string settings{};  ///< further lines of YAML for both ends, each indented by four blanks
+};
+
+/// Two bridges on loopback addresses and DDS domains of this process's own, joined by SOME/IP.
+class TwoBridges : public DdsTest {
+ protected:
+  /// Starts both.
+  void start(const std::vector<TestRoute>& routes, const std::string& types_folder = "");
+
+  /// A participant on either end's DDS domain.
+  [[nodiscard]] dds::Participant participant_at_a() const { return participant(domain_.id()); }
+  [[nodiscard]] dds::Participant participant_at_b() const { return participant(domain_b_.id()); }
+
+  /// Configuration of one end.
+  [[nodiscard]] std::string yaml(bool end_a, const std::vector<TestRoute>& routes,
+                                 const std::string& types_folder) const;
+
+  TestDomain domain_b_;
+  std::unique_ptr<RunningBridge> a_;
+  std::unique_ptr<RunningBridge> b_;
+
+ private:
+  [[nodiscard]] dds::Participant participant(std::uint32_t domain) const;
+};
+
+}  // namespace trestle::test
