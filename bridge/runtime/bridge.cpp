@@ -203,7 +203,7 @@ std::vector<CounterGroup> Bridge::counters() const {
                      {"nacks_sent", sd.nacks_sent},
                      {"reboots_detected", sd.reboots_detected},
                      {"down", sd.dropped_down, loss},
-                     {"own", sd.dropped_own, loss},
+                     {"own_echoes", sd.dropped_own},
                      {"source", sd.dropped_source, loss},
                      {"not_sd", sd.dropped_not_sd, loss},
                      {"malformed", sd.dropped_malformed, loss},
