@@ -8,6 +8,8 @@
 #include <fstream>
 #include <iterator>
 
+#include "bridge/convert/check_type.hpp"
+
 namespace trestle::bridge {
 namespace {
 
@@ -80,7 +82,9 @@ std::string explain(const std::vector<Problem>& problems, std::string_view text,
 }
 
 std::optional<BridgeConfig> load_or_explain(const std::string& file) {
-  auto loaded = load_config(file);
+  auto loaded =
+      load_config(file, [](const std::string& type, const someip::PayloadRules& rules,
+                           const std::vector<std::string>& paths) { return check_type(type, paths, rules); });
   const std::vector<Problem>& problems = loaded ? loaded->warnings : loaded.error();
   if (!problems.empty()) {
     // A problem with a place means that the file could be read, and is not large.

@@ -30,7 +30,7 @@ enum class Direction : std::uint8_t { dds_to_someip, someip_to_dds };
 
 /// Timing and addresses of SOME/IP-SD; the names are the specification's.  [feat_req_someipsd_63]
 struct SdSettings {
-  IpAddress multicast = IpAddress::v4(224, 224, 224, 245);
+  IpAddress multicast = IpAddress::v4(224, 244, 224, 245);
   std::uint16_t port = 30490;
   Duration initial_delay_min = std::chrono::milliseconds{10};
   Duration initial_delay_max = std::chrono::milliseconds{100};
@@ -53,14 +53,14 @@ struct SomeipSettings {
 
 struct DdsSettings {
   std::uint32_t domain = 0;             ///< 0 to 232
-  std::vector<std::string> interfaces;  ///< addresses that DDS may use; empty: all
+  std::vector<std::string> interfaces;  ///< IPv4 addresses that DDS may use; empty: all
   bool shared_memory = false;
 };
 
 /// Quality of service of a route's DDS reader or writer.
 struct QosSettings {
   bool reliable = true;          ///< else best effort
-  bool transient_local = false;  ///< else volatile
+  bool transient_local = false;  ///< else volatile; only if reliable
   std::uint32_t depth = 10;      ///< samples kept (keep-last)
   friend constexpr bool operator==(const QosSettings&, const QosSettings&) = default;
 };
@@ -104,10 +104,5 @@ struct BridgeConfig {
       type_paths;             ///< folders with .msg packages, absolute or relative to the working directory
   std::vector<Route> routes;  ///< in the file's order; at least one
 };
-
-/// The topic's name on the DDS wire: "/points" is "rt/points".
-[[nodiscard]] std::string dds_topic_name(const std::string& topic);
-/// The type's name on the DDS wire: "sensor_msgs/msg/Image" is "sensor_msgs::msg::dds_::Image_".
-[[nodiscard]] std::string dds_type_name(const std::string& type);
 
 }  // namespace trestle::bridge

@@ -19,6 +19,7 @@ namespace {
 
 // No hand-written configuration comes near; a file that does is not one.
 constexpr std::size_t file_bytes_max = std::size_t{1} << 20U;
+constexpr std::size_t routes_max = 1000;
 
 using namespace std::chrono_literals;
 
@@ -107,7 +108,13 @@ void load_dds(const YAML::Node& node, DdsSettings& into, Report& report) {
   dds.read("domain", as<std::uint32_t>(whole_number(0, 232)), into.domain);
   std::vector<IpAddress> addresses;
   std::vector<Mark> marks;
-  dds.read_list("interfaces", ip_address(), addresses, marks);
+  auto ipv4 = ip_address();
+  ipv4.expected = "an IPv4 address of this host";
+  ipv4.read = [read = std::move(ipv4.read)](std::string_view text) {
+    const auto address = read(text);
+    return address && !address->v6 && !address->is_multicast() ? address : std::nullopt;
+  };
+  dds.read_list("interfaces", ipv4, addresses, marks);
   for (const IpAddress& address : addresses) {
     into.interfaces.push_back(to_string(address));
   }
@@ -150,6 +157,10 @@ void load_root(const YAML::Node& root, BridgeConfig& config, const TypeCheck& ch
   }
   std::vector<RouteInFile> routes;
   for (const YAML::Node& node : section.required_list("routes", "a list of routes")) {
+    if (routes.size() == routes_max) {
+      report.error(to_mark(node.Mark()), fmt::format("routes: more than {}", routes_max));
+      break;
+    }
     routes.push_back(load_route(node, report));
   }
   section.finish();

@@ -92,6 +92,9 @@ void load_qos(const YAML::Node& node, QosSettings& settings, Report& report) {
   qos.read("durability", one_of<bool>({{"volatile", false}, {"transient_local", true}}),
            settings.transient_local);
   qos.read("depth", as<std::uint32_t>(whole_number(1, 10'000)), settings.depth);
+  if (settings.transient_local && !settings.reliable) {
+    report.error(qos.use_mark("durability"), "durability: transient_local needs reliability: reliable");
+  }
   qos.finish();
 }
 

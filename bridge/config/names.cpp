@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <vector>
 
-#include "bridge/config/bridge_config.hpp"
-
 namespace trestle::bridge {
 namespace {
 
@@ -45,19 +43,6 @@ bool is_topic_name(std::string_view name) {
 bool is_type_name(std::string_view name) {
   const auto parts = split(name);
   return parts.size() == 3 && parts[1] == "msg" && std::ranges::all_of(parts, is_token);
-}
-
-std::string dds_topic_name(const std::string& topic) {
-  return "rt" + topic;
-}
-
-std::string dds_type_name(const std::string& type) {
-  std::string name;
-  std::size_t begin = 0;
-  for (std::size_t slash = 0; (slash = type.find('/', begin)) != std::string::npos; begin = slash + 1) {
-    name += type.substr(begin, slash - begin) + "::";
-  }
-  return name + "dds_::" + type.substr(begin) + "_";
 }
 
 }  // namespace trestle::bridge

@@ -5,13 +5,14 @@
 
 namespace trestle::bridge {
 
-std::string check_type(const std::string& type, const std::vector<std::string>& folders) {
+std::string check_type(const std::string& type, const std::vector<std::string>& folders,
+                       const someip::PayloadRules& rules) {
   TypeLibrary library{{folders.begin(), folders.end()}, ament_prefixes()};
   const auto tree = library.resolve(type);
   if (!tree) {
     return to_string(tree.error());
   }
-  const auto plan = ConversionPlan::compile(*tree, someip::PayloadRules{});
+  const auto plan = ConversionPlan::compile(*tree, rules);
   return plan ? std::string{} : plan.error();
 }
 

@@ -2,11 +2,14 @@
 #include <string>
 #include <vector>
 
+#include "someip/wire/payload_rules.hpp"
+
 namespace trestle::bridge {
 
 /// Says in one line what is wrong with a message type ("sensor_msgs/msg/PointCloud2"): it is not known, its
-/// definition has a fault, or it cannot be carried. Empty: nothing.
+/// definition has a fault, or it cannot be carried by these rules. Empty: nothing.
 /// @param folders  searched before AMENT_PREFIX_PATH, see TypeLibrary.
-[[nodiscard]] std::string check_type(const std::string& type, const std::vector<std::string>& folders);
+[[nodiscard]] std::string check_type(const std::string& type, const std::vector<std::string>& folders,
+                                     const someip::PayloadRules& rules = {});
 
 }  // namespace trestle::bridge

@@ -47,11 +47,13 @@ TEST(DamagedConfig, WithoutEachLine) {
 }
 
 TEST(DamagedConfig, WithEachByteChanged) {
+  // Two each, in turn: all for all would take long under sanitizers.
+  constexpr std::string_view odd{"\0\n:[*\"{-\xff", 9};
   for (std::size_t at = 0; at < good_config.size(); ++at) {
-    for (const char byte : {'\0', '\n', ':', '[', '*', '"'}) {
+    for (const std::size_t pick : {at % odd.size(), (at + 4) % odd.size()}) {
       std::string text = good_config;
-      text[at] = byte;
-      expect_sane(text, "byte " + std::to_string(at) + " is " + std::to_string(byte));
+      text[at] = odd[pick];
+      expect_sane(text, "byte " + std::to_string(at) + " is " + std::to_string(odd[pick]));
     }
   }
 }
@@ -164,7 +166,7 @@ TEST(DamagedConfig, WithManyRoutes) {
   const auto loaded = parse_config(text, "b.yaml");
   ASSERT_FALSE(loaded.has_value());
   EXPECT_EQ(loaded.error().size(),
-            2000U + 2 * 1999U);  // a warning each; topic and event conflict with the first
+            1000U + 2 * 999U + 1);  // warnings, conflicts with the first, too many
 }
 
 }  // namespace

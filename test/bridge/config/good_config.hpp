@@ -20,7 +20,7 @@ inline const std::string good_config = R"(someip:
     ttl: 10 s
 dds:
   domain: 7
-  interfaces: [127.0.0.1, "::1"]
+  interfaces: [127.0.0.1, 192.0.2.7]
   shared_memory: true
 types:
   paths: [/usr, .]
@@ -57,7 +57,7 @@ routes:
       string_terminator: false
       alignment: 64
     qos:
-      reliability: best_effort
+      reliability: reliable
       durability: transient_local
       depth: 3
   - topic: /target

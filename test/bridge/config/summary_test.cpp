@@ -13,7 +13,7 @@ TEST(ConfigSummary, ShowsWhatGoesWhere) {
   ASSERT_TRUE(loaded.has_value());
   EXPECT_EQ(bridge::summary(loaded->config, {}),
             R"(bridge.yaml: good, 2 routes
-  DDS     domain 7, on 127.0.0.1 ::1, shared memory
+  DDS     domain 7, on 127.0.0.1 192.0.2.7, shared memory
   SOME/IP 192.0.2.1 (eth0), discovery at 239.1.2.3:30491, offers live 10 s
 
   TOPIC        SERVICE.INSTANCE  EVENT   GROUP   VERSION  PORT       TYPE
@@ -28,7 +28,7 @@ TEST(ConfigSummary, ShowsWhatGoesWhere) {
           for /points
   TP    segments of 1392 bytes, no pause, messages up to 16 MiB
           for /target
-  QoS   best effort, transient local, keep last 3
+  QoS   reliable, transient local, keep last 3
           for /points
   QoS   reliable, volatile, keep last 10
           for /target
