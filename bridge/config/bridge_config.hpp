@@ -68,8 +68,8 @@ struct QosSettings {
 /// How messages that don't fit one datagram travel.
 struct TpSettings {
   std::uint32_t segment_bytes = 1392;  ///< payload of a segment; a multiple of 16
-  std::uint32_t burst = 64;            ///< segments that may leave at once, before `separation` passes
-  Duration separation{0};              ///< pause between bursts; 0: none
+  std::uint32_t burst = 45;            ///< segments that may leave at once, before `separation` passes
+  Duration separation = std::chrono::microseconds{500};  ///< pause between bursts; 0: none
   std::size_t max_message = std::size_t{16}
                             << 20U;  ///< payload bytes; larger messages are dropped and counted
   friend constexpr bool operator==(const TpSettings&, const TpSettings&) = default;

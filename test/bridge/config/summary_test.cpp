@@ -26,7 +26,7 @@ TEST(ConfigSummary, ShowsWhatGoesWhere) {
           for /target
   TP    segments of 1024 bytes, 250 us after every 16, messages up to 8 MiB
           for /points
-  TP    segments of 1392 bytes, no pause, messages up to 16 MiB
+  TP    segments of 1392 bytes, 500 us after every 45, messages up to 16 MiB
           for /target
   QoS   reliable, transient local, keep last 3
           for /points
