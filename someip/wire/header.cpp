@@ -5,10 +5,13 @@
 #include "someip/wire/bytes.hpp"
 
 namespace trestle::someip {
+namespace {
 
-Result<Message> decode(ByteView bytes) noexcept {
+/// Decodes into `message`, and says what is wrong with it. Its callers return the very object that this
+/// fills: a copy of fields that were just stored one by one would stall, and this runs for every datagram.
+std::optional<WireError> read(ByteView bytes, Message& message) noexcept {
   ByteReader in{bytes};
-  Header header;
+  Header& header = message.header;
   header.service = ServiceId{in.u16()};
   header.method = MethodId{in.u16()};
   const std::uint32_t length = in.u32();
@@ -19,18 +22,29 @@ Result<Message> decode(ByteView bytes) noexcept {
   header.type = MessageType{in.u8()};
   header.return_code = ReturnCode{in.u8()};
   if (in.failed()) {
-    return tl::unexpected{WireError::truncated};
+    return WireError::truncated;
   }
   // Length counts from the Request ID on, so half of the header is inside it [feat_req_someip_77].
   // Asking first keeps the subtraction from wrapping.  [feat_req_someip_798]
   if (length < length_covered_header_bytes) {
-    return tl::unexpected{WireError::bad_length};
+    return WireError::bad_length;
   }
   const std::size_t payload_bytes = length - length_covered_header_bytes;
   if (in.rest().size() < payload_bytes) {
-    return tl::unexpected{WireError::truncated};
+    return WireError::truncated;
   }
-  return Message{header, in.rest().first(payload_bytes)};
+  message.payload = in.rest().first(payload_bytes);
+  return std::nullopt;
+}
+
+}  // namespace
+
+Result<Message> decode(ByteView bytes) noexcept {
+  Result<Message> message;
+  if (const auto error = read(bytes, *message)) {
+    message = tl::unexpected{*error};
+  }
+  return message;
 }
 
 Result<ByteView> encode_header(const Header& header, std::size_t payload_bytes, ByteSpan room) noexcept {
@@ -67,16 +81,18 @@ Result<ByteView> encode(const Header& header, ByteView payload, ByteSpan room) n
 }
 
 std::optional<Message> MessageCursor::next() noexcept {
+  std::optional<Message> message;
   if (error_ || offset_ == datagram_.size()) {
-    return std::nullopt;
+    return message;
   }
-  const Result<Message> message = decode(datagram_.subspan(offset_));
-  if (!message) {
-    error_ = message.error();
-    return std::nullopt;
+  message.emplace();
+  error_ = read(datagram_.subspan(offset_), *message);
+  if (error_) {
+    message.reset();
+  } else {
+    offset_ += message->size();
   }
-  offset_ += message->size();
-  return *message;
+  return message;
 }
 
 }  // namespace trestle::someip

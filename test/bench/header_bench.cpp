@@ -13,7 +13,7 @@ constexpr Header event{.service = ServiceId{0x1234},
                        .interface_version = 1,
                        .type = MessageType::notification};
 
-void HeaderEncode(benchmark::State& state) {
+void header_encode(benchmark::State& state) {
   std::array<std::byte, header_bytes> room{};
   Header header = event;
   for (auto _ : state) {
@@ -23,9 +23,9 @@ void HeaderEncode(benchmark::State& state) {
     benchmark::ClobberMemory();
   }
 }
-BENCHMARK(HeaderEncode);
+BENCHMARK(header_encode);
 
-void HeaderDecode(benchmark::State& state) {
+void header_decode(benchmark::State& state) {
   std::array<std::byte, header_bytes + 1392> datagram{};
   static_cast<void>(encode_header(event, 1392, datagram));
   for (auto _ : state) {
@@ -35,7 +35,7 @@ void HeaderDecode(benchmark::State& state) {
     benchmark::DoNotOptimize(message);
   }
 }
-BENCHMARK(HeaderDecode);
+BENCHMARK(header_decode);
 
 }  // namespace
 }  // namespace trestle::someip

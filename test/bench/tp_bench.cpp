@@ -34,7 +34,7 @@ void report_bytes(benchmark::State& state, std::size_t payload_bytes) {
 }
 
 /// The yardstick.
-void Memcpy(benchmark::State& state) {
+void payload_memcpy(benchmark::State& state) {
   const auto size = static_cast<std::size_t>(state.range(0));
   const std::vector<std::byte> from(size, std::byte{0x5a});
   std::vector<std::byte> to(size);
@@ -46,7 +46,7 @@ void Memcpy(benchmark::State& state) {
 }
 
 /// The headers of all segments; the payload is not touched.
-void TpSegmentation(benchmark::State& state) {
+void tp_segmentation(benchmark::State& state) {
   const auto size = static_cast<std::size_t>(state.range(0));
   for (auto _ : state) {
     for (TpSegmenter segments{event, size}; auto segment = segments.next();) {
@@ -57,7 +57,7 @@ void TpSegmentation(benchmark::State& state) {
 }
 
 /// Received datagrams, in order, to a whole message.
-void TpReassembly(benchmark::State& state) {
+void tp_reassembly(benchmark::State& state) {
   const auto size = static_cast<std::size_t>(state.range(0));
   std::vector<std::byte> datagrams = segmented(size);
   std::vector<std::byte> buffer(size);
@@ -82,9 +82,9 @@ void TpReassembly(benchmark::State& state) {
 void sizes(benchmark::internal::Benchmark* benchmark) {
   benchmark->RangeMultiplier(4)->Range(64 << 10, 4 << 20)->Unit(benchmark::kMicrosecond);
 }
-BENCHMARK(Memcpy)->Apply(sizes);
-BENCHMARK(TpSegmentation)->Apply(sizes);
-BENCHMARK(TpReassembly)->Apply(sizes);
+BENCHMARK(payload_memcpy)->Apply(sizes);
+BENCHMARK(tp_segmentation)->Apply(sizes);
+BENCHMARK(tp_reassembly)->Apply(sizes);
 
 }  // namespace
 }  // namespace trestle::someip
