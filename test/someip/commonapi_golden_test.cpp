@@ -2,10 +2,11 @@
 // by ours too. test/fixtures/commonapi_golden.jsonl holds them; where we differ on purpose, the test says
 // why.
 #include <array>
+#include <cstdlib>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <regex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,8 +31,14 @@ struct Parameter {
   int enum_bytes = 4;
 };
 
-FieldWidth width(const std::string& bytes) {
-  return FieldWidth{static_cast<std::uint8_t>(std::stoi(bytes))};
+/// The number behind some words, 0 if there is none: 16 for "fixed length " in "utf8 width 0, fixed length 16
+/// bytes".
+std::optional<std::uint8_t> number_after(const std::string& text, const std::string& words) {
+  const std::size_t found = text.find(words);
+  if (found == std::string::npos) {
+    return std::nullopt;
+  }
+  return static_cast<std::uint8_t>(std::strtoul(text.c_str() + found + words.size(), nullptr, 10));
 }
 
 Parameter parameter(const json& vector) {
@@ -39,30 +46,19 @@ Parameter parameter(const json& vector) {
   result.type = vector.at("type");
   result.rules.byte_order = vector.at("endianness") == "le" ? std::endian::little : std::endian::big;
   const std::string words = vector.at("deployment");
-  std::smatch found;
-  const auto says = [&](const char* pattern) { return std::regex_search(words, found, std::regex{pattern}); };
   PayloadRules& rules = result.rules;
-  if (says("utf16le")) {
-    rules.string_encoding = StringEncoding::utf16le;
-  } else if (says("utf16be")) {
-    rules.string_encoding = StringEncoding::utf16be;
+  if (words.starts_with("utf16")) {
+    rules.string_encoding = words.starts_with("utf16le") ? StringEncoding::utf16le : StringEncoding::utf16be;
   }
-  if (says("fixed length (\\d+) bytes")) {
-    result.fixed_string_bytes = std::stoul(found[1]);
-  }
-  if (says("length width (\\d)")) {
-    (result.type.starts_with("struct") ? rules.struct_length : rules.union_length) = width(found[1]);
-  }
-  if (says("type width (\\d)")) {
-    rules.union_type = width(found[1]);
-  }
-  if (says("max length (\\d+)")) {
-    result.union_bytes = std::stoul(found[1]);
-  }
-  rules.union_length_first = !says("order type-length");
-  if (says("^(?:utf\\w+ )?width (\\d)")) {
-    rules.string_length = rules.array_length = width(found[1]);
-    result.enum_bytes = std::stoi(found[1]);
+  result.fixed_string_bytes = number_after(words, "fixed length ").value_or(0);
+  result.union_bytes = number_after(words, "max length ").value_or(0);
+  if (const auto bytes = number_after(words, "length width ")) {
+    (result.type.starts_with("struct") ? rules.struct_length : rules.union_length) = FieldWidth{*bytes};
+    rules.union_type = FieldWidth{number_after(words, "type width ").value_or(4)};
+    rules.union_length_first = words.find("order type-length") == std::string::npos;
+  } else if (const auto plain = number_after(words, "width ")) {
+    rules.string_length = rules.array_length = FieldWidth{*plain};
+    result.enum_bytes = *plain;
   }
   return result;
 }
@@ -102,11 +98,11 @@ struct ArrayType {
   std::size_t fixed_size = 0;
 };
 std::optional<ArrayType> array_type(const std::string& type) {
-  std::smatch found;
-  if (!std::regex_match(type, found, std::regex{"(.*)\\[(\\d*)\\]"})) {
+  if (!type.ends_with(']')) {
     return std::nullopt;
   }
-  return ArrayType{found[1], found[2].length() == 0 ? 0 : std::stoul(found[2])};
+  const std::size_t bracket = type.rfind('[');
+  return ArrayType{type.substr(0, bracket), number_after(type, "[").value_or(0)};
 }
 
 std::size_t union_member(const Parameter& p, const json& value) {
