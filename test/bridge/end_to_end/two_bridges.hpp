@@ -40,15 +40,14 @@ class TwoBridges : public DdsTest {
   /// Starts both.
   void start(const std::vector<TestRoute>& routes, const std::string& types_folder = "");
 
-  /// A participant on either end's DDS domain.
-  [[nodiscard]] dds::Participant participant_at_a() const { return participant(domain_.id()); }
-  [[nodiscard]] dds::Participant participant_at_b() const { return participant(domain_b_.id()); }
-
   /// Configuration of one end.
   [[nodiscard]] std::string yaml(bool end_a, const std::vector<TestRoute>& routes,
                                  const std::string& types_folder) const;
 
   TestDomain domain_b_;
+  /// Participants on either end's DDS domain.
+  dds::Participant at_a_ = participant(domain_.id());
+  dds::Participant at_b_ = participant(domain_b_.id());
   std::unique_ptr<RunningBridge> a_;
   std::unique_ptr<RunningBridge> b_;
 
