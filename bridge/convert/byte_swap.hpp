@@ -15,7 +15,7 @@ namespace trestle::bridge {
   return __builtin_bswap64(number);
 }
 
-/// Copies `count` numbers of `width` bytes (1, 2, 4 or 8) and reverses the bytes of each. The two places need
+/// Copies `count` numbers of `width` bytes (2, 4 or 8) and reverses the bytes of each. The two places need
 /// no alignment and must not overlap.
 void copy_swapped(std::byte* to, const std::byte* from, std::size_t count, std::size_t width) noexcept;
 

@@ -1,12 +1,13 @@
 #include <algorithm>
+#include <cstring>
 #include <limits>
 
 #include "bridge/convert/byte_swap.hpp"
 #include "bridge/convert/conversion_plan.hpp"
 #include "bridge/convert/failure.hpp"
-#include "bridge/convert/utf.hpp"
 #include "bridge/convert/wire_forms.hpp"
 #include "someip/wire/bytes.hpp"
+#include "someip/wire/utf.hpp"
 
 namespace trestle::bridge {
 namespace {
@@ -205,6 +206,10 @@ class CdrToSomeip {
         return failure_.set(ConversionFault::bad_string, begin, i);
       }
       text = text.first(text.size() - 1);
+      // Receivers would end the text at the first zero.
+      if (rules_.string_terminator && std::memchr(text.data(), 0, text.size()) != nullptr) {
+        return failure_.set(ConversionFault::bad_string, begin, i);
+      }
     }
     if (text.size() > op.bound) {
       return failure_.set(ConversionFault::bound_exceeded, begin, i);
@@ -225,12 +230,20 @@ class CdrToSomeip {
   bool utf16_string(std::size_t i, ByteView text, std::size_t begin) {
     const LengthField length = open_length(rules_.string_length);
     write(strings_.bom);
-    const std::size_t room = 2 * text.size();
-    const auto written = utf8_to_utf16(text, out_.room(room), utf16_order(rules_.string_encoding));
-    if (!written) {
-      return failure_.set(ConversionFault::bad_encoding, begin, i);
+    const std::endian order = utf16_order(rules_.string_encoding);
+    const std::size_t room = 2 * text.size();  // a byte of UTF-8 is never more than a unit of UTF-16
+    std::byte* const to = out_.room(room);
+    std::size_t written = 0;
+    while (!text.empty()) {
+      const auto character = someip::first_utf8(text);
+      if (!character) {
+        return failure_.set(ConversionFault::bad_encoding, begin, i);
+      }
+      someip::put_utf16(character->code, to + written, order);
+      written += someip::utf16_bytes(character->code);
+      text = text.subspan(character->bytes);
     }
-    out_.give_back(room - *written);
+    out_.give_back(room - written);
     write(strings_.terminator);
     if (!close_length(length)) {
       return failure_.set(ConversionFault::length_overflow, begin, i);
@@ -260,6 +273,9 @@ class CdrToSomeip {
       const auto character = someip::load<std::uint32_t>(in_.data() + at_, order_);
       if (character > 0xffff) {
         return failure_.set(ConversionFault::bad_encoding, at_, i);
+      }
+      if (character == 0 && rules_.string_terminator) {
+        return failure_.set(ConversionFault::bad_string, at_, i);
       }
       someip::store(to, static_cast<std::uint16_t>(character), to_order);
     }

@@ -18,7 +18,7 @@ enum class ConversionFault : std::uint8_t {
   trailing_bytes,     ///< CDR: more than padding follows; the sender's type is another one
   bound_exceeded,     ///< more elements or characters than the type's bound
   bad_bool,           ///< CDR: a bool that is neither 0 nor 1
-  bad_string,         ///< a string without its terminator or BOM
+  bad_string,         ///< a string without its terminator or BOM, or with a zero inside
   bad_encoding,       ///< characters that are not valid UTF-8 or UTF-16, where they have to be converted
   bad_length,         ///< SOME/IP: a length field that is no multiple of its elements, or not a fixed array's
   length_overflow,    ///< to SOME/IP: more bytes than a length field can say

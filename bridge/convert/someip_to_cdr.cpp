@@ -5,9 +5,9 @@
 #include "bridge/convert/byte_swap.hpp"
 #include "bridge/convert/conversion_plan.hpp"
 #include "bridge/convert/failure.hpp"
-#include "bridge/convert/utf.hpp"
 #include "bridge/convert/wire_forms.hpp"
 #include "someip/wire/bytes.hpp"
+#include "someip/wire/utf.hpp"
 
 namespace trestle::bridge {
 namespace {
@@ -196,12 +196,20 @@ class SomeipToCdr {
       }
       out_.put(text);
     } else {
-      const std::size_t room = text.size() / 2 * 3;
-      const auto written = utf16_to_utf8(text, out_.room(room), utf16_order(rules_.string_encoding));
-      if (!written) {
-        return failure_.set(ConversionFault::bad_encoding, begin, i);
+      const std::endian order = utf16_order(rules_.string_encoding);
+      const std::size_t room =
+          text.size() / 2 * 3;  // a unit of UTF-16 is never more than three bytes of UTF-8
+      std::byte* const to = out_.room(room);
+      size = 0;
+      while (!text.empty()) {
+        const auto character = someip::first_utf16(text, order);
+        if (!character) {
+          return failure_.set(ConversionFault::bad_encoding, begin, i);
+        }
+        someip::put_utf8(character->code, to + size);
+        size += someip::utf8_bytes(character->code);
+        text = text.subspan(character->bytes);
       }
-      size = *written;
       if (size > op.bound) {
         return failure_.set(ConversionFault::bound_exceeded, begin, i);
       }
@@ -257,19 +265,36 @@ class SomeipToCdr {
     }
     text = ByteView{in_ + at_, length};
     at_ += length;
-    if (frame.utf16 && length % 2 != 0) {
-      text = text.first(length - 1);  // [feat_req_someip_641]
-      if (frame.terminator.empty()) {
-        return failure_.set(ConversionFault::bad_string, begin, i);
-      }
+    const std::size_t unit = frame.utf16 ? 2 : 1;
+    text = text.first(length - length % unit);  // an odd last byte is ignored  [feat_req_someip_641]
+    if (text.size() < frame.bom.size() || !std::ranges::equal(text.first(frame.bom.size()), frame.bom)) {
+      return failure_.set(ConversionFault::bad_string, begin, i);  // [feat_req_someip_666]
     }
-    // [feat_req_someip_666]
-    if (text.size() < frame.overhead() || !std::ranges::equal(text.first(frame.bom.size()), frame.bom) ||
-        !std::ranges::equal(text.last(frame.terminator.size()), frame.terminator)) {
+    text = text.subspan(frame.bom.size());
+    if (frame.terminator.empty()) {
+      return true;
+    }
+    // More zeros than the terminator may follow [feat_req_someip_639] [feat_req_someip_239], nothing else
+    // may.
+    const std::size_t end = first_zero(text, unit);
+    if (end == text.size() ||
+        !std::ranges::all_of(text.subspan(end), [](std::byte b) { return b == std::byte{0}; })) {
       return failure_.set(ConversionFault::bad_string, begin, i);
     }
-    text = text.subspan(frame.bom.size(), text.size() - frame.overhead());
+    text = text.first(end);
     return true;
+  }
+
+  /// Where the first zero byte or unit stands; the size of `text` if there is none.
+  static std::size_t first_zero(ByteView text, std::size_t unit) noexcept {
+    if (unit == 1) {
+      return static_cast<std::size_t>(std::ranges::find(text, std::byte{0}) - text.begin());
+    }
+    std::size_t at = 0;
+    while (at < text.size() && (text[at] != std::byte{0} || text[at + 1] != std::byte{0})) {
+      at += 2;
+    }
+    return at;
   }
 
   /// The padding behind strings and dynamic arrays. Senders differ in whether the last one has it.

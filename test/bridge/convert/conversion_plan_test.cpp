@@ -93,6 +93,18 @@ TEST(CdrToSomeip, RefusesStringsWithoutTerminator) {
             compact("01 00000004 efbbbf 00"));  // empty, without
 }
 
+TEST(CdrToSomeip, RefusesZerosWithinStringsThatAZeroEnds) {
+  EXPECT_EQ(to_someip(plan_of(tree_of("string s")), "00010000 04000000 61006200"),
+            "bad_string at byte 4 in s");
+  EXPECT_EQ(to_someip(plan_of(tree_of("wstring s")), "00010000 02000000 41000000 00000000"),
+            "bad_string at byte 12 in s");
+  PayloadRules rules;
+  rules.string_terminator = false;
+  const auto plan = plan_of(tree_of("string s"), rules);
+  EXPECT_EQ(to_someip(plan, "00010000 04000000 61006200"), compact("00000006 efbbbf 610062"));
+  EXPECT_EQ(to_cdr(plan, "00000006 efbbbf 610062"), compact("00010000 04000000 61006200"));
+}
+
 TEST(CdrToSomeip, EnforcesBounds) {
   const auto string = plan_of(tree_of("string<=2 s"));
   EXPECT_EQ(to_someip(string, "00010000 03000000 686900"), compact("00000006 efbbbf686900"));
@@ -233,6 +245,16 @@ TEST(SomeipToCdr, RefusesLengthsThatContradictTheirContents) {
   EXPECT_EQ(to_cdr(strings, "ffffffff 00000004efbbbf00"), "truncated at byte 0 in n");
   EXPECT_EQ(to_cdr(plan_of(tree_of("float64[100000000] x")), ""), "truncated at byte 0 in x[0]");
   EXPECT_EQ(to_cdr(plan_of(tree_of("string[100000000] x")), "00000004"), "truncated at byte 0 in x");
+}
+
+TEST(SomeipToCdr, AcceptsZerosBehindTheTerminator) {
+  covers({"feat_req_someip_639", "feat_req_someip_239"});
+  const auto plan = plan_of(tree_of("string s\nuint8 x"));
+  EXPECT_EQ(to_cdr(plan, "00000008 efbbbf 6869 000000 05"), compact("00010000 03000000 686900 05"));
+  EXPECT_EQ(to_cdr(plan, "00000008 efbbbf 6869 006a00 05"), "bad_string at byte 0 in s");
+  const auto wide = plan_of(tree_of("wstring s\nuint8 x"));
+  EXPECT_EQ(to_cdr(wide, "00000008 feff 0041 00000000 05"), compact("00010000 01000000 41000000 05"));
+  EXPECT_EQ(to_cdr(wide, "00000008 feff 0041 00000042 05"), "bad_string at byte 0 in s");
 }
 
 TEST(SomeipToCdr, KnowsStringsByTheirBom) {

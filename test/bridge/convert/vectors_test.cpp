@@ -141,6 +141,19 @@ TEST(Vectors, AgreeWithFastCdr) {
   }
 }
 
+TEST(Vectors, AgreeWithThePayloadWriter) {
+  TypeLibrary types = library();
+  for (const Vector& vector : vectors()) {
+    const auto tree = types.resolve(vector.type);
+    ASSERT_TRUE(tree);
+    if (!has_wstring(*tree)) {
+      EXPECT_EQ(to_hex(written_by_payload_writer(*tree, vector.little, profile(vector.profile))),
+                to_hex(vector.payload))
+          << vector.type << " " << vector.profile;
+    }
+  }
+}
+
 TEST(Vectors, AnyTruncatedSampleIsRefused) {
   for_each_vector(64, [](const Vector& vector, const ConversionPlan& plan) {
     ConversionScratch scratch;

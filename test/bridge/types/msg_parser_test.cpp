@@ -1,13 +1,11 @@
 #include "bridge/types/msg_parser.hpp"
 
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 #include <string>
 
 namespace trestle::bridge {
 namespace {
-
-using testing::ElementsAre;
 
 tl::expected<MessageDefinition, TypeError> parse(std::string_view text) {
   return parse_msg(text, "my_msgs/msg/Thing", "Thing.msg");

@@ -1,0 +1,27 @@
+// Property: a CDR sample that is accepted converts back, and what comes back converts to the same payload;
+// referencing or copying makes no difference; an error lies within the input.
+#include "fuzz/conversion_plans.hpp"
+
+using namespace trestle;
+using namespace trestle::fuzz;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  ByteView input = std::as_bytes(std::span{data, size});
+  const Plans* const plans = choose(input);
+  if (plans == nullptr) {
+    return 0;
+  }
+  static bridge::ConversionScratch scratch;
+  const auto payload = plans->referencing.cdr_to_someip(input, scratch);
+  if (!payload) {
+    require(payload.error().offset <= input.size() + 7);  // padding in front of the item may be missing too
+    require(!plans->copying.cdr_to_someip(input, scratch));
+    return 0;
+  }
+  const auto first = joined(*payload);
+  require(joined(plans->copying.cdr_to_someip(input, scratch).value()) == first);
+  const auto cdr = joined(plans->referencing.someip_to_cdr(first, scratch).value());
+  require(joined(plans->copying.someip_to_cdr(first, scratch).value()) == cdr);
+  require(joined(plans->referencing.cdr_to_someip(cdr, scratch).value()) == first);
+  return 0;
+}

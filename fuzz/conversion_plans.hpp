@@ -1,0 +1,106 @@
+#pragma once
+#include <array>
+#include <cstdlib>
+#include <string_view>
+#include <vector>
+
+#include "bridge/convert/conversion_plan.hpp"
+#include "bridge/types/msg_parser.hpp"
+#include "bridge/types/type_library.hpp"
+
+/// The plans between which the first two bytes of an input choose.
+namespace trestle::fuzz {
+
+/// Every kind of field; `Part` is a message of mixed widths, `Even` one that becomes blocks.
+inline bridge::TypeTree everything() {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 3> messages{{
+      {"fuzz_msgs/msg/Part", "uint8 a\nfloat64 b\nstring c\nbool d\n"},
+      {"fuzz_msgs/msg/Even", "uint32[2] a\nfloat32 b\n"},
+      {"fuzz_msgs/msg/All",
+       "Part part\nuint8 a\nEven[] evens\nbool[] flags\nEven[2] two\nPart[] parts\nstring[2] "
+       "names\nint64[<=3] few\n"
+       "string<=5[<=3] bounded\nwstring wide\nwstring<=3[] wides\nPart[2] pair\nint16[] shorts\nuint16 "
+       "last\n"},
+  }};
+  bridge::TypeTree tree;
+  for (const auto& [name, text] : messages) {
+    auto parsed = bridge::parse_msg(text, std::string{name}, std::string{name});
+    for (auto& field : parsed->fields) {
+      field.type.message_index = field.type.message == "fuzz_msgs/msg/Even" ? 1 : 0;
+    }
+    tree.messages.push_back(std::move(*parsed));
+  }
+  return tree;
+}
+
+inline std::vector<someip::PayloadRules> all_rules() {
+  using someip::FieldWidth;
+  std::vector<someip::PayloadRules> rules(6);
+  rules[1].struct_length = rules[1].fixed_array_length = FieldWidth::bits32;
+  rules[1].length_fields_always_big = true;
+  rules[2].byte_order = std::endian::little;
+  rules[2].struct_length = rules[2].array_length = rules[2].string_length = FieldWidth::bits16;
+  rules[3].string_bom = rules[3].string_terminator = false;
+  rules[3].string_length = rules[3].array_length = rules[3].fixed_array_length = FieldWidth::bits8;
+  rules[4].string_encoding = someip::StringEncoding::utf16le;
+  rules[4].alignment = 8;
+  rules[5].string_encoding = someip::StringEncoding::utf16be;
+  rules[5].string_terminator = false;
+  rules[5].alignment = 4;
+  rules[5].struct_length = FieldWidth::bits8;
+  return rules;
+}
+
+/// A plan that references as much as it can, and one of the same type and rules that copies everything.
+struct Plans {
+  bridge::ConversionPlan referencing;
+  bridge::ConversionPlan copying;
+};
+
+/// Takes the two bytes from `input`; nothing when there are none.
+inline const Plans* choose(ByteView& input) {
+  static const std::vector<std::vector<Plans>> all = [] {
+    std::vector<bridge::TypeTree> trees{everything()};
+    bridge::TypeLibrary library;
+    for (const char* const name : {"sensor_msgs/PointCloud2", "tf2_msgs/TFMessage", "sensor_msgs/NavSatFix",
+                                   "nav_msgs/Path", "std_msgs/Empty", "sensor_msgs/CameraInfo"}) {
+      trees.push_back(std::move(*library.resolve(name)));
+    }
+    std::vector<std::vector<Plans>> result;
+    for (const auto& tree : trees) {
+      auto& of_type = result.emplace_back();
+      for (const auto& rules : all_rules()) {
+        of_type.push_back({std::move(*bridge::ConversionPlan::compile(tree, rules, 1)),
+                           std::move(*bridge::ConversionPlan::compile(tree, rules, SIZE_MAX))});
+      }
+    }
+    return result;
+  }();
+  if (input.size() < 2) {
+    return nullptr;
+  }
+  const auto& of_type = all[std::to_integer<std::size_t>(input[0]) % all.size()];
+  const Plans& plans = of_type[std::to_integer<std::size_t>(input[1]) % of_type.size()];
+  input = input.subspan(2);
+  return &plans;
+}
+
+inline void require(bool condition) {
+  if (!condition) {
+    std::abort();
+  }
+}
+
+inline std::vector<std::byte> joined(const bridge::Gathered& gathered) {
+  std::size_t bytes = 0;
+  for (const ByteView slice : gathered.slices) {
+    require(!slice.empty());
+    bytes += slice.size();
+  }
+  require(bytes == gathered.bytes);
+  std::vector<std::byte> result(bytes);
+  copy_to(gathered, result.data());
+  return result;
+}
+
+}  // namespace trestle::fuzz
