@@ -1,0 +1,105 @@
+// Service discovery allocates nothing, not even in its constructor: every use of operator new in this program
+// is counted.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdlib>
+#include <new>
+
+#include "sd/core/service_discovery.hpp"
+
+namespace {
+std::size_t allocations = 0;
+}  // namespace
+
+// NOLINTBEGIN(*-no-malloc, *-owning-memory): that is what operator new and delete are made of.
+void* operator new(std::size_t size) {
+  ++allocations;
+  void* const memory = std::malloc(size == 0 ? 1 : size);
+  if (memory == nullptr) {
+    throw std::bad_alloc{};
+  }
+  return memory;
+}
+void* operator new[](std::size_t size) {
+  return operator new(size);
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+// NOLINTEND(*-no-malloc, *-owning-memory)
+
+namespace trestle::sd {
+namespace {
+using namespace std::chrono_literals;
+
+constexpr Endpoint a_at{IpAddress::v4(10, 0, 0, 1), 30490};
+constexpr Endpoint b_at{IpAddress::v4(10, 0, 0, 2), 30490};
+
+Settings settings_at(const Endpoint& endpoint) {
+  Settings settings;
+  settings.unicast = endpoint;
+  return settings;
+}
+
+// Carries what `from` sends to `to`, and counts the events there.
+std::size_t carry(ServiceDiscovery& from, const Endpoint& from_at, ServiceDiscovery& to, TimePoint now) {
+  std::array<std::byte, 1400> room{};
+  while (const auto datagram = from.poll_transmit(room, now)) {
+    to.on_datagram(datagram->bytes, from_at, datagram->destination.address.is_multicast(), now);
+  }
+  std::size_t events = 0;
+  while (to.poll_event()) {
+    ++events;
+  }
+  return events;
+}
+
+TEST(NoAllocation, HappensInServiceDiscovery) {
+  static Storage<Limits{.max_offers = 4, .max_subscriptions = 4, .max_pending_entries = 32}> a_storage;
+  static Storage<Limits{.max_offers = 4, .max_subscriptions = 4, .max_pending_entries = 32}> b_storage;
+  const std::array groups{Eventgroup{.id = EventgroupId{1}}};
+  std::size_t events = 0;
+  const std::size_t before = allocations;
+  {
+    TimePoint now{1000s};
+    ServiceDiscovery a{settings_at(a_at), a_storage.view()};
+    ServiceDiscovery b{settings_at(b_at), b_storage.view()};
+    const auto offer = a.offer({.service = ServiceId{1},
+                                .instance = InstanceId{1},
+                                .udp = Endpoint{a_at.address, 1},
+                                .eventgroups = groups},
+                               now);
+    const auto requirement = b.require({.service = ServiceId{1}, .instance = InstanceId{1}}, now);
+    const auto subscription =
+        b.subscribe(*requirement, {.eventgroup = EventgroupId{1}, .udp = Endpoint{b_at.address, 1}}, now);
+    for (int i = 0; i < 5000; ++i) {
+      now += 1ms;
+      a.on_time(now);
+      b.on_time(now);
+      events += carry(a, a_at, b, now);
+      events += carry(b, b_at, a, now);
+      static_cast<void>(a.deadline());
+    }
+    b.unsubscribe(*subscription, now);
+    events += carry(b, b_at, a, now);
+    a.stop_offer(*offer, now);
+    events += carry(a, a_at, b, now);
+    a.shutdown(now);
+    b.shutdown(now);
+  }
+  EXPECT_EQ(allocations - before, 0U);
+  EXPECT_EQ(events, 5U);  // available, added, subscribed, removed, lost
+}
+
+}  // namespace
+}  // namespace trestle::sd
