@@ -28,4 +28,5 @@ export -f run_one
 
 targets=("$build"/fuzz/fuzz_*)
 [[ -x ${targets[0]} ]] || { echo "no fuzz targets in $build/fuzz" >&2; exit 1; }
+"$build/fuzz/cut_seeds" "$root/pcaps" "$build/seeds"
 printf '%s\0' "${targets[@]}" | grep -zv '\.' | xargs -0 -P "$jobs" -I{} bash -c 'run_one "$@"' run_one "$build" "$seconds" "$root" {}
