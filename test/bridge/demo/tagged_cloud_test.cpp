@@ -63,10 +63,11 @@ TEST(EncodedCloud, IsThePointCloud2ThatRos2Serialises) {
 }
 
 TEST(EncodedCloud, IsReadBackInEitherByteOrder) {
-  const auto big =
-      decode(hex("00000000 00000007 00000005 00000004 6d617000 00000001 00000002 00000001"
-                 "00000002 7800 0000 00000000 07 000000 00000001 00 000000 00000004 00000008"
-                 "00000008 0000803f 00000040 01"));
+  const Bytes bytes =
+      hex("00000000 00000007 00000005 00000004 6d617000 00000001 00000002 00000001"
+          "00000002 7800 0000 00000000 07 000000 00000001 00 000000 00000004 00000008"
+          "00000008 0000803f 00000040 01");
+  const auto big = decode(bytes);
   ASSERT_TRUE(big) << big.error();
   EXPECT_EQ(big->stamp_ns, 7'000'000'005);
   EXPECT_EQ(big->frame_id, "map");
