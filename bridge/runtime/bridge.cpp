@@ -140,6 +140,7 @@ Bridge::Bridge(boost::asio::io_context& io, const BridgeConfig& config, TypeLibr
   warn_of_small_buffers(config, state_->node.receive_buffer_bytes());
   const std::vector<sd::ServiceSpec> services = offered_services(config);
   std::vector<sd::OfferHandle> offers;
+  offers.reserve(services.size());
   for (const sd::ServiceSpec& service : services) {
     offers.push_back(state_->node.offer(service));
   }

@@ -1,0 +1,252 @@
+"""trestle bridge as a program, with a SOME/IP peer that is nothing but sockets and hand-made bytes.
+
+Usage: bridge_command_test.py TRESTLE
+"""
+import json
+import os
+import select
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+TRESTLE = sys.argv.pop(1)
+PATIENCE = 20  # seconds; running into it is a failure
+
+# Addresses and a group that only this process uses.
+PID = os.getpid()
+BRIDGE = f"127.{1 + (PID >> 8) % 254}.{PID & 255}.11"
+PEER = f"127.{1 + (PID >> 8) % 254}.{PID & 255}.12"
+GROUP = f"239.254.{PID >> 8 & 255}.{PID & 255}"
+DOMAIN = 100 + PID % 20
+
+CONFIG = f"""\
+someip:
+  address: {BRIDGE}
+  sd: {{multicast: {GROUP}, initial_delay_min: 0, initial_delay_max: 5 ms, cyclic_offer_delay: 200 ms}}
+dds: {{domain: {DOMAIN}, interfaces: [127.0.0.1]}}
+routes:
+  - topic: /out
+    type: std_msgs/msg/String
+    direction: dds_to_someip
+    service: 0x1111
+    instance: 0x0001
+    eventgroup: 0x0001
+    event: 0x8001
+    port: 40001
+  - topic: /in
+    type: geometry_msgs/msg/Point
+    direction: someip_to_dds
+    service: 0x2222
+    instance: 0x0001
+    eventgroup: 0x0003
+    event: 0x8001
+    qos: {{durability: transient_local}}
+"""
+
+
+def someip(service, method, payload, session=1, message_type=2, interface=1):
+    return struct.pack(">HHIHHBBBB", service, method, 8 + len(payload), 0, session, 1, interface, message_type, 0) + payload
+
+
+class Peer:
+    """A peer's SD socket, a socket in the group, and the socket of its service."""
+
+    def __init__(self):
+        self.sd = self.bound(PEER, 30490)
+        self.group = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.group.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        self.group.bind((GROUP, 30490))
+        self.group.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP,
+                              socket.inet_aton(GROUP) + socket.inet_aton("127.0.0.1"))
+        self.service = self.bound(PEER, 40002)
+        self.session = 0
+
+    @staticmethod
+    def bound(address, port):
+        sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        sock.bind((address, port))
+        return sock
+
+    def close(self):
+        for sock in (self.sd, self.group, self.service):
+            sock.close()
+
+    def send_sd(self, entry, options=b""):
+        self.session += 1
+        payload = struct.pack(">II", 0xC0000000, len(entry)) + entry + struct.pack(">I", len(options)) + options
+        self.sd.sendto(someip(0xFFFF, 0x8100, payload, self.session), (BRIDGE, 30490))
+
+    def offer(self):
+        option = struct.pack(">HBB4sBBH", 9, 0x04, 0, socket.inet_aton(PEER), 0, 0x11, 40002)
+        self.send_sd(struct.pack(">BBBBHHII", 1, 0, 0, 0x10, 0x2222, 1, 1 << 24 | 3, 0), option)
+
+    def ack(self, entry):
+        self.send_sd(bytes([7, 0, 0, 0]) + entry[4:])
+
+
+def entries(datagram):
+    """The 16-byte entries of an SD message."""
+    length = struct.unpack_from(">I", datagram, 20)[0]
+    return [datagram[24 + i:40 + i] for i in range(0, length, 16)]
+
+
+def ttl(entry):
+    return int.from_bytes(entry[9:12], "big")
+
+
+def receive(sock, wanted):
+    """The first entry that is wanted, of all that arrive, and the datagram that holds it."""
+    end = time.monotonic() + PATIENCE
+    while time.monotonic() < end:
+        sock.settimeout(max(0.01, end - time.monotonic()))
+        datagram, _ = sock.recvfrom(65536)
+        for entry in entries(datagram):
+            if wanted(entry):
+                return entry, datagram
+    raise AssertionError("nothing such was sent")
+
+
+class Bridge:
+    """The running program."""
+
+    def __init__(self, config):
+        self.file = tempfile.NamedTemporaryFile("w", suffix=".yaml")
+        self.file.write(config)
+        self.file.flush()
+        self.report, write_end = os.pipe()
+        self.process = subprocess.Popen([TRESTLE, "bridge", "--report-fd", str(write_end), self.file.name],
+                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, pass_fds=[write_end], text=True)
+        os.close(write_end)
+        os.set_blocking(self.process.stdout.fileno(), False)
+        self.output = ""
+
+    def counters_until(self, *wanted):
+        """Asks for the counters until the output holds all wanted texts; returns what was printed last."""
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end:
+            self.process.send_signal(signal.SIGUSR1)
+            time.sleep(0.1)
+            printed = os.read(self.process.stdout.fileno(), 1 << 20).decode() if self.readable() else ""
+            if all(text in printed for text in wanted):
+                return printed
+        raise AssertionError(f"not in the counters: {wanted}\n{printed}")
+
+    def readable(self):
+        return bool(select.select([self.process.stdout], [], [], 0)[0])
+
+    def finish(self):
+        self.process.send_signal(signal.SIGINT)
+        os.set_blocking(self.process.stdout.fileno(), True)
+        out, log = self.process.communicate(timeout=PATIENCE)
+        with os.fdopen(self.report) as report:
+            lines = [json.loads(line) for line in report]
+        return self.process.returncode, out, log, lines
+
+
+def run(config):
+    with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:
+        file.write(config)
+        file.flush()
+        return subprocess.run([TRESTLE, "bridge", file.name], capture_output=True, text=True, timeout=PATIENCE)
+
+
+class BridgeCommand(unittest.TestCase):
+    def test_starts_nothing_on_a_wrong_configuration(self):
+        for wrong, message in [
+            (CONFIG.replace("0x2222", "0x22222"), ":17:14: error: service: "),
+            (CONFIG.replace("event: 0x8001", "evnt: 0x8001"), "did you mean 'event'?"),
+            (CONFIG.replace("geometry_msgs/msg/Point", "geometry_msgs/msg/Pint"), "geometry_msgs/msg/Pint"),
+            (CONFIG + "    service: 0x3333\n", "service"),
+        ]:
+            # If it started, it would run on and run into the time limit.
+            done = run(wrong)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(message, done.stderr)
+            self.assertEqual(done.stdout, "")
+
+    def test_names_a_port_that_is_taken_and_what_to_do(self):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+            other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as vsomeip does
+            other.bind((BRIDGE, 30490))
+            done = run(CONFIG)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn(f"UDP {BRIDGE}:30490", done.stderr)
+        self.assertIn("ss -ulpn", done.stderr)
+        self.assertIn("another address", done.stderr)
+
+    def test_carries_counts_drops_and_withdraws(self):
+        peer = Peer()
+        bridge = Bridge(CONFIG)
+        try:
+            # It offers its service by multicast, with the endpoint where that is.
+            _, offer = receive(peer.group, lambda e: e[0] == 1 and e[4:8] == bytes.fromhex("11110001") and ttl(e) == 3)
+            self.assertIn(struct.pack(">HBB4sBBH", 9, 4, 0, socket.inet_aton(BRIDGE), 0, 0x11, 40001), offer)
+
+            # It subscribes to what the peer offers, by unicast, with the endpoint where it wants events.
+            peer.offer()
+            wanted = bytes.fromhex("22220001")
+            subscribe, datagram = receive(peer.sd, lambda e: e[0] == 6 and e[4:8] == wanted and ttl(e) > 0)
+            self.assertEqual(subscribe[14:16], b"\0\3")
+            options = datagram[24 + 16 * len(entries(datagram)) + 4:]
+            self.assertEqual(options[:8], struct.pack(">HBB4s", 9, 4, 0, socket.inet_aton(BRIDGE)))
+            to = (BRIDGE, struct.unpack_from(">H", options, 10)[0])
+            peer.ack(subscribe)
+
+            point = struct.pack(">ddd", 1.5, -2.5, 1e300)
+            good = someip(0x2222, 0x8001, point)
+            peer.service.sendto(good, to)
+            bridge.counters_until("route /in from SOME/IP: received 1, carried 1,")
+
+            # Damage: each is dropped under its own name, and does not disturb what follows.
+            for cut in range(len(good)):
+                peer.service.sendto(good[:cut], to)  # cut anywhere
+            for size in (23, 25):
+                peer.service.sendto(someip(0x2222, 0x8001, (point + b"\0")[:size]), to)  # one byte less or more
+            peer.service.sendto(someip(0x2222, 0x8002, point), to)  # an event nobody asked for
+            peer.service.sendto(someip(0x2222, 0x8001, point, interface=2), to)
+            segment = struct.pack(">I", 0 | 1) + bytes(15)  # not the last, yet no multiple of 16
+            peer.service.sendto(someip(0x2222, 0x8001, segment, message_type=0x22), to)
+            huge = struct.pack(">I", 0xFFFFFFF0) + bytes(16)
+            peer.service.sendto(someip(0x2222, 0x8001, huge, session=2, message_type=0x22), to)
+            with Peer.bound(PEER, 0) as stranger:
+                stranger.sendto(good, to)
+            peer.service.sendto(good, to)
+            printed = bridge.counters_until("carried 3,", "unknown_sender 1", "too_large 1")
+            self.assertIn("received 4, carried 3, bytes 84; lost: not_convertible 1", printed)  # 4 + 24 bytes each
+            # An empty datagram holds no message, and is no error.
+            self.assertIn(f"malformed {len(good) - 1}, wrong_version 1, unexpected 1, unknown_sender 1", printed)
+            self.assertIn("unaligned 1, too_large 1", printed.replace("session_zero 0, ", ""))
+
+            # Damaged SD messages neither.
+            for cut in range(40):
+                peer.sd.sendto(offer[:cut], (BRIDGE, 30490))
+            bridge.counters_until("malformed 39")
+        except BaseException:
+            bridge.process.kill()
+            print(bridge.process.communicate()[1], file=sys.stderr)
+            raise
+
+        status, out, log, lines = bridge.finish()
+        self.assertEqual(status, 0, log)
+        receive(peer.group, lambda e: e[0] == 1 and e[4:8] == bytes.fromhex("11110001") and ttl(e) == 0)
+        receive(peer.sd, lambda e: e[0] == 6 and e[4:8] == wanted and ttl(e) == 0)
+        self.assertIn("route /in from SOME/IP: received 4", out)
+        self.assertIn("SD 0x2222.0x0001 version 1.0 is offered at UDP", log)
+        self.assertIn("subscribed to eventgroup 0x0003 of 0x2222.0x0001", log)
+        self.assertIn("/in: dropped a message that cannot be converted: truncated at byte 16 in z", log)
+        carried = [line for line in lines if line["event"] == "carried"]
+        self.assertEqual([line["bytes"] for line in carried], [28, 28, 28])
+        self.assertEqual({line["route"] for line in carried}, {"/in"})
+        self.assertTrue(all(0 < line["before_ns"] <= line["after_ns"] for line in carried))
+        self.assertTrue(any(line["event"] == "discovery" and "is offered" in line["text"] for line in lines))
+        self.assertTrue(any(line["event"] == "counters" and line["group"] == "SOME/IP-TP" for line in lines))
+        peer.close()
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
