@@ -44,7 +44,7 @@ struct ServiceSpec {
 /// An eventgroup to subscribe to.
 struct SubscribeSpec {
   someip::ServiceId service{};
-  someip::InstanceId instance = someip::any_instance;
+  someip::InstanceId instance{};  ///< one, not any
   std::uint8_t major = 1;
   std::uint32_t minor = any_minor;
   someip::EventgroupId eventgroup{};
