@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <array>
 
+#include "dds_adapter/link.hpp"
 #include "dds_adapter/raw_type.hpp"
-#include "dds_adapter/type_object_guard.hpp"
 
 namespace trestle::dds::detail {
 
@@ -67,7 +67,8 @@ void check_interfaces(const std::vector<std::string>& interfaces) {
     if (std::ranges::find(own, address) == own.end()) {
       std::string known;
       for (const std::string& one : own) {
-        known += (known.empty() ? "" : ", ") + one;
+        known += known.empty() ? "" : ", ";
+        known += one;
       }
       throw DdsError{"no interface of this host has the address " + address +
                      ", which DDS is to use; there are: " + known};
@@ -163,6 +164,7 @@ std::string risen_policies(const fast::QosPolicyCountSeq& now, fast::QosPolicyCo
 
 ParticipantCore::ParticipantCore(const ParticipantConfig& config) : on_event_{config.on_event} {
   link_type_object_guard();
+  link_sanitizer_hints();
   if (config.domain > max_domain) {
     throw DdsError{"DDS domain " + std::to_string(config.domain) + " is out of range: 0 to " +
                    std::to_string(max_domain)};

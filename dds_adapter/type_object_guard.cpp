@@ -1,5 +1,5 @@
-#include "dds_adapter/type_object_guard.hpp"
 #include "dds_adapter/fastdds_compat.hpp"
+#include "dds_adapter/link.hpp"
 
 #if !TRESTLE_FASTDDS_3
 #include <fastrtps/types/DynamicTypePtr.h>
@@ -19,30 +19,6 @@ DynamicType_ptr TypeObjectFactory::build_dynamic_type(const std::string& /*name*
 
 }  // namespace eprosima::fastrtps::types
 #endif
-
-#ifdef __has_feature
-#define TRESTLE_HAS_FEATURE(name) __has_feature(name)
-#else
-#define TRESTLE_HAS_FEATURE(name) 0
-#endif
-
-// What the sanitizers must know of Fast DDS, here because every program that uses it links this file.
-// NOLINTBEGIN(bugprone-reserved-identifier,readability-identifier-naming)
-#if defined(__SANITIZE_ADDRESS__) || TRESTLE_HAS_FEATURE(address_sanitizer)
-extern "C" const char* __asan_default_options();
-/// It deletes its writers through a base class of another size.
-extern "C" const char* __asan_default_options() {
-  return "new_delete_type_mismatch=0";
-}
-#endif
-#if defined(__SANITIZE_THREAD__) || TRESTLE_HAS_FEATURE(thread_sanitizer)
-extern "C" const char* __tsan_default_suppressions();
-/// It is not instrumented, so its own locks are not seen.
-extern "C" const char* __tsan_default_suppressions() {
-  return "called_from_lib:libfastrtps.so\n";
-}
-#endif
-// NOLINTEND(bugprone-reserved-identifier,readability-identifier-naming)
 
 namespace trestle::dds::detail {
 

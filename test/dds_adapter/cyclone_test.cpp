@@ -22,7 +22,6 @@ using test::eventually;
 using test::hex;
 using test::Inbox;
 using test::to_hex;
-using testing::HasSubstr;
 using Bytes = std::vector<std::byte>;
 using Cyclone = test::DdsTest;
 

@@ -359,6 +359,7 @@ TEST_F(Participants, LendSamplesToOtherThreads) {
       });
   ASSERT_TRUE(matched(writer, reader));
   std::vector<std::thread> workers;
+  workers.reserve(queues.size());
   for (Inbox<Sample>& queue : queues) {
     workers.emplace_back([&] {
       for (std::uint32_t done = 0; done < count / 2;) {

@@ -14,7 +14,7 @@
 #include <cstdlib>
 #include <memory>
 
-#include "dds_adapter/type_object_guard.hpp"
+#include "dds_adapter/link.hpp"
 
 namespace fast = eprosima::fastdds::dds;
 namespace types = eprosima::fastrtps::types;

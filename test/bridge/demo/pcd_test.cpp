@@ -14,7 +14,6 @@ using test::hex;
 using test::to_hex;
 using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::StartsWith;
 using Bytes = std::vector<std::byte>;
 
 /// A header of two points of x (float32), padding (4 bytes), ring (uint16).

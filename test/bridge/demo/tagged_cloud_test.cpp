@@ -11,7 +11,6 @@ namespace {
 
 using test::hex;
 using test::to_hex;
-using testing::HasSubstr;
 using Bytes = std::vector<std::byte>;
 
 Bytes bytes_of(std::string_view text) {

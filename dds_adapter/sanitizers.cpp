@@ -1,0 +1,53 @@
+#include <pthread.h>
+#include <time.h>  // NOLINT(modernize-deprecated-headers): POSIX
+
+#include "dds_adapter/link.hpp"
+
+#ifdef __has_feature
+#define TRESTLE_HAS_FEATURE(name) __has_feature(name)
+#else
+#define TRESTLE_HAS_FEATURE(name) 0
+#endif
+
+// What the sanitizers must know of Fast DDS.
+// NOLINTBEGIN(bugprone-reserved-identifier,readability-identifier-naming)
+#if defined(__SANITIZE_ADDRESS__) || TRESTLE_HAS_FEATURE(address_sanitizer)
+extern "C" const char* __asan_default_options();
+/// It deletes its writers through a base class of another size.
+extern "C" const char* __asan_default_options() {
+  return "new_delete_type_mismatch=0";
+}
+#endif
+#if defined(__SANITIZE_THREAD__) || TRESTLE_HAS_FEATURE(thread_sanitizer)
+extern "C" const char* __tsan_default_suppressions();
+/// It takes its own locks in more than one order.
+extern "C" const char* __tsan_default_suppressions() {
+  return "deadlock:libfastrtps.so\n";
+}
+/// The sanitizer knows pthread_mutex_timedlock, but not this, which std::timed_mutex uses: it would take
+/// Fast DDS's most important locks for never taken.
+extern "C" int pthread_mutex_clocklock(pthread_mutex_t* mutex, clockid_t clock, const timespec* until) {
+  constexpr long second_ns = 1'000'000'000;
+  timespec now{};
+  timespec wall{};
+  clock_gettime(clock, &now);
+  clock_gettime(CLOCK_REALTIME, &wall);
+  wall.tv_sec += until->tv_sec - now.tv_sec;
+  wall.tv_nsec += until->tv_nsec - now.tv_nsec;
+  if (wall.tv_nsec < 0) {
+    wall.tv_nsec += second_ns;
+    --wall.tv_sec;
+  } else if (wall.tv_nsec >= second_ns) {
+    wall.tv_nsec -= second_ns;
+    ++wall.tv_sec;
+  }
+  return pthread_mutex_timedlock(mutex, &wall);
+}
+#endif
+// NOLINTEND(bugprone-reserved-identifier,readability-identifier-naming)
+
+namespace trestle::dds::detail {
+
+void link_sanitizer_hints() noexcept {}
+
+}  // namespace trestle::dds::detail
