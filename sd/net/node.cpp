@@ -13,7 +13,7 @@
 
 #include "sd/net/discovery_text.hpp"
 #include "sd/net/heap_storage.hpp"
-#include "someip/core/error_answer.hpp"
+#include "someip/core/request_check.hpp"
 #include "someip/net/address_text.hpp"
 #include "someip/net/reassembly.hpp"
 

@@ -5,7 +5,9 @@
 #include <cstdlib>
 #include <new>
 
+#include "someip/core/call_table.hpp"
 #include "someip/core/session_counter.hpp"
+#include "someip/core/stream_parser.hpp"
 #include "someip/core/tp_reassembler.hpp"
 #include "someip/core/tp_segmenter.hpp"
 #include "someip/wire/payload_reader.hpp"
@@ -97,6 +99,32 @@ TEST(NoAllocation, HappensInSegmentationAndReassembly) {
             }),
             0U);
   EXPECT_EQ(completed, 2U);
+}
+
+TEST(NoAllocation, HappensInCallsOverAStream) {
+  std::array<CallSlot, 4> slots;
+  std::array<std::byte, 64> buffer{};
+  std::array<std::byte, 64> room{};
+  std::size_t answered = 0;
+  EXPECT_EQ(allocations_of([&] {
+              CallTable calls{slots, ClientId{1}};
+              StreamParser parser{buffer};
+              for (int i = 0; i < 10; ++i) {
+                Header header = calls.start({}, ServiceId{1}, MethodId{2}, 1, 1s, TimePoint{})->header;
+                header.type = MessageType::response;
+                const ByteView stream = *encode(header, ByteView{room}.subspan(32, 8), room);
+                for (const ByteView chunk : {stream.first(19), stream.subspan(19)}) {
+                  parser.feed(chunk);
+                  while (const auto message = parser.next()) {
+                    answered += calls.on_answer({}, message->header) ? 1 : 0;
+                  }
+                }
+              }
+              static_cast<void>(calls.start({}, ServiceId{1}, MethodId{2}, 1, 1s, TimePoint{}));
+              calls.on_time(TimePoint{} + 2s, [&](CallHandle) { ++answered; });
+            }),
+            0U);
+  EXPECT_EQ(answered, 11U);
 }
 
 TEST(NoAllocation, HappensInThePayloadWriterAndReader) {

@@ -1,0 +1,134 @@
+#include "someip/core/call_table.hpp"
+
+#include <algorithm>
+#include <cassert>
+
+namespace trestle::someip {
+
+const char* to_string(AnswerDrop reason) noexcept {
+  switch (reason) {
+    case AnswerDrop::not_an_answer:
+      return "not_an_answer";
+    case AnswerDrop::wrong_version:
+      return "wrong_version";
+    case AnswerDrop::unknown:
+      return "unknown";
+    case AnswerDrop::late:
+      return "late";
+    case AnswerDrop::after_cancel:
+      return "after_cancel";
+    case AnswerDrop::duplicate:
+      return "duplicate";
+    case AnswerDrop::foreign_sender:
+      return "foreign_sender";
+  }
+  return "unknown reason";
+}
+
+CallTable::CallTable(std::span<CallSlot> slots, ClientId client, SessionId first) noexcept
+    : slots_{slots}, client_{client}, sessions_{first} {
+  // With more slots than half the Session IDs, 0xffff to 1 could leave a slot that no session leads to.
+  assert(!slots.empty() && slots.size() <= 0x8000);
+}
+
+std::optional<StartedCall> CallTable::start(const CallTarget& target, ServiceId service, MethodId method,
+                                            std::uint8_t interface_version, Duration timeout,
+                                            TimePoint now) noexcept {
+  if (outstanding_ == slots_.size()) {
+    ++counters_.refused;
+    return std::nullopt;
+  }
+  // Some slot is free and the sessions lead to all of them, after at most one round and the wrap in it.
+  SessionId session = sessions_.next();
+  while (slot_of(session).state_ == CallSlot::State::outstanding) {
+    session = sessions_.next();
+  }
+  CallSlot& slot = slot_of(session);
+  slot.target_ = target;
+  slot.header_ = {.service = service,
+                  .method = method,
+                  .client = client_,
+                  .session = session,
+                  .interface_version = interface_version,
+                  .type = MessageType::request};
+  slot.deadline_ = timeout < TimePoint::max() - now ? now + timeout : TimePoint::max();
+  slot.generation_ = static_cast<std::uint16_t>(slot.generation_ == 0xffff ? 1 : slot.generation_ + 1);
+  slot.state_ = CallSlot::State::outstanding;
+  earliest_ = std::min(earliest_, slot.deadline_);
+  ++outstanding_;
+  slot.number_ = ++counters_.started;
+  return StartedCall{handle_of(slot), slot.header_};
+}
+
+Result<CallAnswer, AnswerDrop> CallTable::on_answer(const CallTarget& from, const Header& header) noexcept {
+  const auto drop = [this](AnswerDrop reason) {
+    ++counters_.drops[static_cast<std::size_t>(reason)];
+    return tl::unexpected{reason};
+  };
+  if (header.protocol != protocol_version) {
+    return drop(AnswerDrop::wrong_version);
+  }
+  if (header.type != MessageType::response && header.type != MessageType::error) {
+    return drop(AnswerDrop::not_an_answer);
+  }
+  // In the order of the flow chart the versions come before the session, but only the call knows which
+  // interface version it was.  [feat_req_someip_718]
+  CallSlot& slot = slot_of(header.session);
+  if (slot.state_ == CallSlot::State::unused || slot.header_.session != header.session ||
+      slot.header_.client != header.client || slot.header_.service != header.service ||
+      slot.header_.method != header.method) {
+    return drop(AnswerDrop::unknown);
+  }
+  if (slot.target_ != from) {
+    return drop(AnswerDrop::foreign_sender);
+  }
+  switch (slot.state_) {
+    case CallSlot::State::answered:
+      return drop(AnswerDrop::duplicate);
+    case CallSlot::State::timed_out:
+      return drop(AnswerDrop::late);
+    case CallSlot::State::cancelled:
+      return drop(AnswerDrop::after_cancel);
+    case CallSlot::State::unused:
+    case CallSlot::State::outstanding:
+      break;
+  }
+  if (slot.header_.interface_version != header.interface_version) {
+    return drop(AnswerDrop::wrong_version);
+  }
+  end(slot, CallSlot::State::answered);
+  ++counters_.answered;
+  // An ERROR that says E_OK contradicts itself; it surely is no success.  [feat_req_someip_683]
+  const bool contradicts = header.type == MessageType::error && header.return_code == ReturnCode::ok;
+  const ReturnCode code = contradicts ? ReturnCode::not_ok : header.return_code;
+  counters_.errors += code == ReturnCode::ok ? 0 : 1;
+  return CallAnswer{handle_of(slot), code};
+}
+
+bool CallTable::cancel(CallHandle call) noexcept {
+  if (call.index >= slots_.size()) {
+    return false;
+  }
+  CallSlot& slot = slots_[call.index];
+  if (slot.state_ != CallSlot::State::outstanding || slot.generation_ != call.generation) {
+    return false;
+  }
+  end(slot, CallSlot::State::cancelled);
+  ++counters_.cancelled;
+  return true;
+}
+
+std::optional<TimePoint> CallTable::deadline() const noexcept {
+  return outstanding_ == 0 || earliest_ == TimePoint::max() ? std::nullopt : std::optional{earliest_};
+}
+
+CallHandle CallTable::handle_of(const CallSlot& slot) const noexcept {
+  return {static_cast<std::uint16_t>(&slot - slots_.data()), slot.generation_};
+}
+
+void CallTable::end(CallSlot& slot, CallSlot::State how) noexcept {
+  slot.state_ = how;
+  --outstanding_;
+}
+
+}  // namespace trestle::someip
