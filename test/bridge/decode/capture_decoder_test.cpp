@@ -149,6 +149,25 @@ TEST(CaptureDecoder, FindsTheNextMessageAfterAGap) {
   EXPECT_EQ(capture.printed.objects[1]["bytes"], "12340421");
 }
 
+TEST(CaptureDecoder, WaitsForWhatConfirmsAHeaderAfterAGapButNotForever) {
+  // A message of 100,000 bytes right after a gap, and as much of it as is sent.
+  const auto after_gap = [](std::size_t sent_bytes, const std::string& then) {
+    std::string stream = test::to_hex(hex("1234 8001 00018698 0000 0001 01 01 02 00"));
+    stream += std::string(2 * (100'000 - 16), 'a');
+    stream.resize(2 * sent_bytes);
+    stream += test::to_hex(hex(then));
+    Capture capture{{.reassemble = false, .ports = {12345}}};
+    capture.tcp("", 12345, 99, syn);
+    for (std::size_t at = 0; 2 * at < stream.size(); at += 1000) {
+      capture.tcp(stream.substr(2 * at, 2000), 12345, static_cast<std::uint32_t>(200 + at));
+    }
+    return capture.finish();
+  };
+  EXPECT_THAT(after_gap(100'000, event), ElementsAre("1234.8001@100", "1234.8001@100100"));
+  EXPECT_THAT(after_gap(50'000, ""), ElementsAre("!out_of_step@100"));  // nothing confirms the header
+  EXPECT_THAT(after_gap(80'000, ""), ElementsAre("!truncated@104"));    // believed without
+}
+
 TEST(CaptureDecoder, FindsTheNextMessageAfterALengthThatCannotBe) {
   covers({"feat_req_someip_586", "feat_req_someip_798"});
   Capture capture;

@@ -19,13 +19,17 @@ struct Printed {
     for (const bridge::Json& object : objects) {
       std::string line;
       if (object.contains("payload")) {
-        line = object["service"].get<std::string>().substr(2) + "." +
-               object["method"].get<std::string>().substr(2) + "@" +
-               std::to_string(object["offset"].get<std::uint64_t>());
+        line += object["service"].get<std::string>().substr(2);
+        line += '.';
+        line += object["method"].get<std::string>().substr(2);
+        line += '@';
+        line += std::to_string(object["offset"].get<std::uint64_t>());
       }
       if (object.contains("error")) {
-        line += "!" + object["error"]["name"].get<std::string>() + "@" +
-                std::to_string(object["error"]["offset"].get<std::uint64_t>());
+        line += '!';
+        line += object["error"]["name"].get<std::string>();
+        line += '@';
+        line += std::to_string(object["error"]["offset"].get<std::uint64_t>());
       }
       lines.push_back(line);
     }
