@@ -463,11 +463,11 @@ void ServiceDiscovery::lose(slots::Remote& remote, LossReason reason, TimePoint 
       continue;
     }
     tell(ServiceLost{requirements_.handle_of<RequirementHandle>(requirement), service_of(lost), reason});
+    // After a StopOffer wait for the next offer without asking.  [feat_req_someipsd_834]
+    const bool ask = link_up_ && (reason == LossReason::expired || reason == LossReason::rebooted);
     const bool others = std::any_of(remotes_.begin(), remotes_.end(),
                                     [&](const slots::Remote& other) { return fits(requirement, other); });
-    if (reason == LossReason::stopped || reason == LossReason::replaced) {
-      settle(requirement);  // wait for the next offer without asking  [feat_req_someipsd_834]
-    } else if (!others && link_up_) {
+    if (ask && !others) {
       requirement.schedule = FindSchedule{settings_.timing, first_due(now)};
     }
   }

@@ -70,7 +70,6 @@ std::size_t ServiceDiscovery::events_of_reboot(std::uint16_t peer) const noexcep
 // start anew.  [feat_req_someipsd_871]
 void ServiceDiscovery::on_reboot(std::uint16_t peer, TimePoint now) noexcept {
   ++counters_.reboots_detected;
-  pending_.remove_if([peer](const slots::PendingEntry& pending) { return pending.peer == peer; });
   for (slots::Subscription& subscription : subscribers_) {
     if (subscription.peer == peer) {
       lose(subscription, LossReason::rebooted);

@@ -189,6 +189,17 @@ TEST_F(Client, LosesAServiceWithItsTtlAndLooksAgain) {
   EXPECT_THAT(machine.events(), ElementsAre("lost 1234.5678 v1 expired"));
 }
 
+TEST_F(Client, DoesNotLookAgainWhileAnotherInstanceIsThere) {
+  require(any_required);
+  machine.multicast(server, {offer({udp(server_udp)}, 1, 0x1234, 1), offer({udp(server_udp)}, 9, 0x1234, 2)});
+  EXPECT_THAT(machine.run_to(500ms), SizeIs(1));
+  EXPECT_THAT(machine.run_to(8s), IsEmpty());
+  EXPECT_THAT(machine.events(),
+              ElementsAre(HasSubstr("1234.0001"), HasSubstr("1234.0002"), "lost 1234.0001 v1 expired"));
+  EXPECT_THAT(machine.run_to(9100ms),
+              ElementsAre(HasSubstr("9010ms"), HasSubstr("9040ms"), HasSubstr("9100ms")));
+}
+
 TEST_F(Client, KeepsAnEndlessOffer) {
   covers({"feat_req_someipsd_253"});
   require(required);
@@ -265,6 +276,28 @@ TEST_F(Client, AnswersAUnicastOfferAtOnce) {
   subscribe_to({.eventgroup = EventgroupId{1}, .udp = own_udp});
   machine.unicast(server, {offer({udp(server_udp)})});
   EXPECT_THAT(machine.sent(), ElementsAre(HasSubstr("0ms -> 10.0.0.2:30490 s1 reboot: subscribe")));
+}
+
+TEST_F(Client, SubscribesOnceToOffersInQuickSuccession) {
+  require(required);
+  subscribe_to({.eventgroup = EventgroupId{1}, .udp = own_udp});
+  machine.run_to(200ms);
+  machine.multicast(server, {offer({udp(server_udp)})});
+  machine.run_to(203ms);
+  machine.multicast(server, {offer({udp(server_udp)})});
+  EXPECT_THAT(machine.run_to(300ms),
+              ElementsAre(testing::AllOf(HasSubstr("205ms -> 10.0.0.2:30490 s1 reboot: subscribe"),
+                                         testing::Not(HasSubstr(";")))));
+}
+
+TEST_F(Client, DoesNotSubscribeToWhatWasStoppedMeanwhile) {
+  covers({"feat_req_someipsd_831"});
+  require(required);
+  subscribe_to({.eventgroup = EventgroupId{1}, .udp = own_udp});
+  machine.run_to(200ms);
+  machine.multicast(server, {offer({udp(server_udp)})});
+  machine.multicast(server, {offer({udp(server_udp)}, 0)});
+  EXPECT_THAT(machine.run_to(1s), IsEmpty());
 }
 
 TEST_F(Client, AnswersAllOffersOfAMessageInOne) {

@@ -83,6 +83,34 @@ TEST_F(Limited, ForgetsThePeerThatWasSilentTheLongestAndHasNothingWithUs) {
   EXPECT_THAT(machine.events(), ElementsAre("removed 0001 udp 10.0.0.2:1 at 10.0.0.2:30490 rebooted"));
 }
 
+TEST_F(Limited, KeepsAPeerThatAnAnswerIsDueFor) {
+  ASSERT_TRUE(machine.discovery.offer(service, machine.now));
+  machine.run_to(200ms);
+  FakePeer asking{host(2)};
+  machine.multicast(asking, {find(0x1234)});
+  for (std::uint8_t number = 3; number < 9; ++number) {
+    machine.now += 100us;
+    FakePeer other{host(number)};
+    machine.multicast(other, {find(0x9999)});
+  }
+  EXPECT_THAT(machine.run_to(300ms), ElementsAre(HasSubstr("205ms -> 10.0.0.2:30490 s1 reboot: offer")));
+}
+
+TEST_F(Limited, KeepsAPeerWhoseServiceIsKnown) {
+  ASSERT_TRUE(machine.discovery.require({.service = ServiceId{0x1234}}, machine.now));
+  FakePeer server{host(2)};
+  machine.multicast(server, {offer({udp(host(2, 30509))})});
+  machine.events();
+  for (std::uint8_t number = 3; number < 9; ++number) {
+    machine.now += 1ms;
+    FakePeer other{host(number)};
+    machine.multicast(other, {find(0x9999)});
+  }
+  server.reboot();
+  machine.multicast(server, {find(0x9999)});
+  EXPECT_THAT(machine.events(), ElementsAre("lost 1234.5678 v1 rebooted"));
+}
+
 TEST_F(Limited, DropsWhatComesFromAPeerTooMany) {
   ASSERT_TRUE(machine.discovery.offer(service, machine.now));
   for (std::uint8_t number = 2; number <= 5; ++number) {

@@ -61,10 +61,12 @@ class FakePeer {
     sd::SdWriter writer{room};
     for (const Said& said : entries) {
       std::vector<sd::OwnedOption> owned;
+      owned.reserve(said.options.size());
       for (const sd::EndpointOption& option : said.options) {
         owned.push_back(option.encode());
       }
       std::vector<sd::Option> views;
+      views.reserve(owned.size());
       for (const sd::OwnedOption& option : owned) {
         views.push_back(option.view());
       }

@@ -478,6 +478,64 @@ TEST_F(Server, TakesTheSdEndpointOptionForTheSender) {
   EXPECT_THAT(machine.events(), ElementsAre("added 0001 udp 10.0.0.2:40000 at 10.0.0.9:30490 initial"));
 }
 
+TEST_F(Server, IgnoresAnSdEndpointThatCannotBe) {
+  covers({"feat_req_someipsd_1135"});
+  offer(udp_service);
+  // 224.0.0.1 as SD endpoint.
+  machine.receive(hex("ffff8100 0000003c 00000001 01010200 c0000000 00000010"
+                      "06010010 12345678 01000003 00000001 00000018"
+                      "000924 00 e0000001 00 11 771a 000904000a00000200119c40"),
+                  client_sd, false);
+  EXPECT_THAT(machine.sent(), ElementsAre(testing::StartsWith("200ms -> 10.0.0.2:30490 s1 reboot: ack")));
+}
+
+TEST(ServerOnIpv6, UsesIpv6Options) {
+  covers({"feat_req_someipsd_757", "feat_req_someipsd_810", "feat_req_someipsd_851", "feat_req_someipsd_853",
+          "feat_req_someipsd_1083", "feat_req_someipsd_1100"});
+  const auto address = [](std::uint8_t last) {
+    return IpAddress{{0xfd, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, last}, true};
+  };
+  const IpAddress multicast{{0xff, 0x14, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 9}, true};
+  Settings settings = fixed_settings();
+  settings.unicast = {address(1), 30490};
+  settings.multicast = {IpAddress{{0xff, 0x14, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 4}, true}, 30490};
+  settings.subnet_prefix_bits = 64;
+  Machine<> machine{settings};
+  const std::array v6_groups{Eventgroup{.id = EventgroupId{1}, .multicast = Endpoint{multicast, 32344}}};
+  ASSERT_TRUE(machine.discovery.offer({.service = ServiceId{0x1234},
+                                       .instance = InstanceId{0x5678},
+                                       .udp = Endpoint{address(1), 30509},
+                                       .eventgroups = v6_groups},
+                                      machine.now));
+  machine.discovery.on_time(start + 10ms);
+  std::array<std::byte, 1400> room{};
+  auto transmit = machine.discovery.poll_transmit(room, start + 10ms);
+  ASSERT_TRUE(transmit);
+  EXPECT_EQ(transmit->destination, settings.multicast);
+  EXPECT_EQ(to_hex(transmit->bytes), to_hex(hex("ffff8100 0000003c 00000001 01010200 e0000000 00000010"
+                                                "01000010 12345678 01000003 00000000 00000018"
+                                                "001506 00 fd000000000000000000000000000001 00 11 772d")));
+  // The peer is 4: so says its SD endpoint option. Its IPv4 option is of no use, its IPv6 one is.
+  machine.receive(hex("ffff8100 00000060 00000001 01010200 c0000000 00000010"
+                      "06010020 12345678 01000003 00000001 0000003c"
+                      "001526 00 fd000000000000000000000000000004 00 11 771a"
+                      "000904 00 0a000002 00 11 9c40"
+                      "001506 00 fd000000000000000000000000000002 00 11 9c40"),
+                  {address(2), 30490}, false);
+  transmit = machine.discovery.poll_transmit(room, machine.now);
+  ASSERT_TRUE(transmit);
+  EXPECT_EQ(transmit->destination, (Endpoint{address(4), 30490}));
+  EXPECT_EQ(to_hex(transmit->bytes), to_hex(hex("ffff8100 0000003c 00000001 01010200 e0000000 00000010"
+                                                "07000010 12345678 01000003 00000001 00000018"
+                                                "001516 00 ff140000000000000000000000000009 00 11 7e58")));
+  // From another subnet.
+  machine.receive(hex("ffff8100 0000003c 00000002 01010200 c0000000 00000010"
+                      "06000010 12345678 01000003 00000001 00000018"
+                      "001506 00 fd000000000000010000000000000002 00 11 9c40"),
+                  {address(2), 30490}, false);
+  EXPECT_THAT(machine.sent(), ElementsAre(testing::HasSubstr("nack")));
+}
+
 TEST_F(Server, StopsAnOffer) {
   covers(
       {"feat_req_someipsd_261", "feat_req_someipsd_262", "feat_req_someipsd_820", "feat_req_someipsd_830"});

@@ -43,7 +43,7 @@ SimNode::Application server(unsigned number) {
 }
 
 // Requires that service and subscribes to eventgroup 1 of the given instances.
-SimNode::Application client(unsigned number, std::vector<std::uint16_t> instances) {
+SimNode::Application client(unsigned number, const std::vector<std::uint16_t>& instances) {
   return [number, instances](SimNode& node, TimePoint now) {
     for (const std::uint16_t instance : instances) {
       const auto requirement =
