@@ -149,7 +149,7 @@ struct StorageView {
   std::span<Event> pending_events;
 };
 
-/// The memory of one ServiceDiscovery, about 250 KB with the default limits: have it as a static, a member,
+/// The memory of one ServiceDiscovery, about 190 KB with the default limits: have it as a static, a member,
 /// or on the heap. Must outlive the ServiceDiscovery and serves no other.
 ///
 ///     static Storage<Limits{.max_offers = 4, .max_peers = 8}> storage;

@@ -82,7 +82,7 @@ class SdMessage {
   /// breaks, before it.
   [[nodiscard]] std::optional<Option> option(std::size_t index) const noexcept;
   /// The `position`th option that `entry` references, of its entry.option_count(): the first run's options
-  /// come before the second's.  [feat_req_someipsd_341]
+  /// come before the second's.  [feat_req_someipsd_342]
   /// @return the option, or WireError::bad_option_reference as option() gives nothing.
   [[nodiscard]] Result<Option> option_of(const Entry& entry, std::size_t position) const noexcept;
   [[nodiscard]] constexpr OptionCursor options() const noexcept { return {options_, options_origin()}; }

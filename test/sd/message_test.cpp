@@ -15,7 +15,7 @@ using test::hex;
 using test::to_hex;
 
 // The example PDU of the specification: a Find for service 0x4711 and an Offer of 0x1234.0001 that references
-// the second option.  [feat_req_someipsd_213]
+// the second option.
 constexpr std::string_view example =
     "ffff8100 0000004c 00000001 01010200"
     "80000000 00000020"

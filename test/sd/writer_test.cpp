@@ -109,7 +109,7 @@ TEST(SdWriter, PutsAnUnreferencedOptionFirst) {
   entry.instance = InstanceId{1};
   entry.tail = 0x32;
   ASSERT_TRUE(writer.add(entry, std::array{udp.view()}));
-  // The example of the specification.  [feat_req_someipsd_213]
+  // The example of the specification.
   EXPECT_EQ(to_hex(writer.finish(reboot_flag, SessionId{1})),
             plain("ffff8100 0000004c 00000001 01010200 80000000 00000020"
                   "00000000 4711ffff ff000e10 ffffffff 01010010 12340001 01000003 00000032"
