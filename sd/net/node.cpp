@@ -127,17 +127,23 @@ struct Node::State : std::enable_shared_from_this<State> {
       return;  // called from a handler of the loop below
     }
     draining = true;
+    // First what is to be sent: an Ack leaves before the initial events that its SubscriberAdded asks for.
+    transmit();
     while (const auto event = discovery.poll_event()) {
       std::visit([this](const auto& what) { on_event(what); }, *event);
     }
+    transmit();
+    draining = false;
+    arm_timer();
+  }
+
+  void transmit() {
     std::array<std::byte, someip::max_plain_payload_bytes> room;
     while (const auto datagram = discovery.poll_transmit(room, now())) {
       if (unicast.send(datagram->destination, {&datagram->bytes, 1}) != someip::SendStatus::sent) {
         ++node_counters.discovery_not_sent;
       }
     }
-    draining = false;
-    arm_timer();
   }
 
   void arm_timer() {
