@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bridge/config/format.hpp"
+#include "someip/net/address_text.hpp"
 
 namespace trestle::bridge {
 namespace {
@@ -94,7 +95,7 @@ Row row(const Route& route) {
 }  // namespace
 
 std::string summary(const BridgeConfig& config, const Colours& colours) {
-  const SomeipSettings& someip = config.someip;
+  const SomeipSettings& settings = config.someip;
   std::string out =
       fmt::format("{}{}{}: {}good{}, {} route{}\n", colours.bold, config.file, colours.off, colours.green,
                   colours.off, config.routes.size(), config.routes.size() == 1 ? "" : "s");
@@ -105,9 +106,9 @@ std::string summary(const BridgeConfig& config, const Colours& colours) {
                   config.dds.shared_memory ? ", shared memory" : "");
   out += fmt::format(
       "  {}SOME/IP{} {}{}, discovery at {}:{}, offers live {}\n\n", colours.dim, colours.off,
-      to_string(someip.address), someip.interface.empty() ? "" : " (" + someip.interface + ")",
-      to_string(someip.sd.multicast), someip.sd.port,
-      someip.sd.ttl.count() == 0xff'ffff ? "until the next reboot" : to_string(Duration{someip.sd.ttl}));
+      someip::to_string(settings.address), settings.interface.empty() ? "" : " (" + settings.interface + ")",
+      someip::to_string(settings.sd.multicast), settings.sd.port,
+      settings.sd.ttl.count() == 0xff'ffff ? "until the next reboot" : to_string(Duration{settings.sd.ttl}));
 
   std::vector<Row> rows{{"TOPIC", "", "SERVICE.INSTANCE", "EVENT", "GROUP", "VERSION", "PORT", "TYPE"}};
   std::ranges::transform(config.routes, std::back_inserter(rows), row);

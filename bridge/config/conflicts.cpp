@@ -36,30 +36,31 @@ class Firsts {
 };
 
 /// A topic is written or read once, and has one type.
-void topics(const std::vector<RouteInFile>& routes, Report& report) {
+void topics(const std::vector<RouteInFile>& routes, Problems& problems) {
   Firsts<std::tuple<std::string, Direction>> one_way;
   Firsts<std::string> typed;
   for (const RouteInFile& in_file : routes) {
     const Route& route = in_file.route;
     if (has(in_file, {"topic", "direction"})) {
       if (const auto* other = one_way.other({route.topic, route.direction}, in_file)) {
-        report.error(mark(in_file, "topic"),
-                     fmt::format("topic: {} is already routed {} by the route in line {}", route.topic,
-                                 to_string(route.direction), other->route.mark.line));
+        problems.error(mark(in_file, "topic"),
+                       fmt::format("topic: {} is already routed {} by the route in line {}", route.topic,
+                                   to_string(route.direction), other->route.mark.line));
       }
     }
     if (has(in_file, {"topic", "type"})) {
       const auto* other = typed.other(route.topic, in_file);
       if (other != nullptr && other->route.type != route.type) {
-        report.error(mark(in_file, "type"), fmt::format("type: {} is {} in the route in line {}", route.topic,
-                                                        other->route.type, other->route.mark.line));
+        problems.error(mark(in_file, "type"),
+                       fmt::format("type: {} is {} in the route in line {}", route.topic, other->route.type,
+                                   other->route.mark.line));
       }
     }
   }
 }
 
 /// An event comes from one topic or goes to one. A bridge that receives its own event would do so for ever.
-void events(const std::vector<RouteInFile>& routes, Report& report) {
+void events(const std::vector<RouteInFile>& routes, Problems& problems) {
   Firsts<std::tuple<someip::ServiceId, someip::InstanceId, someip::MethodId>> firsts;
   for (const RouteInFile& in_file : routes) {
     const Route& route = in_file.route;
@@ -68,7 +69,7 @@ void events(const std::vector<RouteInFile>& routes, Report& report) {
     }
     if (const auto* other = firsts.other({route.service, route.instance, route.event}, in_file)) {
       const bool same_way = other->route.direction == route.direction;
-      report.error(
+      problems.error(
           mark(in_file, "event"),
           fmt::format("event: {} event 0x{:04x} is {} by the route in line {}", instance_name(route),
                       value(route.event),
@@ -79,7 +80,7 @@ void events(const std::vector<RouteInFile>& routes, Report& report) {
 }
 
 /// Routes of one service instance are one offer, or one subscription: what they share must agree.
-void instances(const std::vector<RouteInFile>& routes, Report& report) {
+void instances(const std::vector<RouteInFile>& routes, Problems& problems) {
   Firsts<std::tuple<someip::ServiceId, someip::InstanceId, Direction>> firsts;
   for (const RouteInFile& in_file : routes) {
     const Route& route = in_file.route;
@@ -92,8 +93,8 @@ void instances(const std::vector<RouteInFile>& routes, Report& report) {
     }
     const auto agree = [&](const char* key, std::uint64_t here, std::uint64_t there) {
       if (here != there && has(in_file, {key}) && has(*other, {key})) {
-        report.error(mark(in_file, key), fmt::format("{}: {} has {} in the route in line {}", key,
-                                                     instance_name(route), there, other->route.mark.line));
+        problems.error(mark(in_file, key), fmt::format("{}: {} has {} in the route in line {}", key,
+                                                       instance_name(route), there, other->route.mark.line));
       }
     };
     agree("port", route.port, other->route.port);
@@ -102,7 +103,7 @@ void instances(const std::vector<RouteInFile>& routes, Report& report) {
   }
 }
 
-void ports(const std::vector<RouteInFile>& routes, std::uint16_t sd_port, Report& report) {
+void ports(const std::vector<RouteInFile>& routes, std::uint16_t sd_port, Problems& problems) {
   std::map<std::uint16_t, std::vector<const RouteInFile*>> users;  // one route of each service instance
   for (const RouteInFile& in_file : routes) {
     const Route& route = in_file.route;
@@ -111,7 +112,7 @@ void ports(const std::vector<RouteInFile>& routes, std::uint16_t sd_port, Report
     }
     if (route.port == sd_port) {
       // [feat_req_someip_676]
-      report.error(mark(in_file, "port"), fmt::format("port: {} is service discovery's own port", sd_port));
+      problems.error(mark(in_file, "port"), fmt::format("port: {} is service discovery's own port", sd_port));
       continue;
     }
     bool is_new = true;
@@ -119,14 +120,14 @@ void ports(const std::vector<RouteInFile>& routes, std::uint16_t sd_port, Report
       const Route& there = other->route;
       const bool same_service = there.service == route.service;
       if (there.direction != route.direction) {
-        report.error(
+        problems.error(
             mark(in_file, "port"),
             fmt::format("port: {} is used the other way ({}) by the route in line {}; take two ports",
                         route.port, to_string(there.direction), there.mark.line));
       } else if (same_service && there.instance != route.instance) {
         // Messages name the service but not the instance: only the port tells these apart.
         // [feat_req_someip_445]
-        report.error(
+        problems.error(
             mark(in_file, "port"),
             fmt::format(
                 "port: {} already belongs to {} (line {}); instances of one service need ports of their own",
@@ -145,11 +146,11 @@ void ports(const std::vector<RouteInFile>& routes, std::uint16_t sd_port, Report
 
 }  // namespace
 
-void report_conflicts(const std::vector<RouteInFile>& routes, std::uint16_t sd_port, Report& report) {
-  topics(routes, report);
-  events(routes, report);
-  instances(routes, report);
-  ports(routes, sd_port, report);
+void report_conflicts(const std::vector<RouteInFile>& routes, std::uint16_t sd_port, Problems& problems) {
+  topics(routes, problems);
+  events(routes, problems);
+  instances(routes, problems);
+  ports(routes, sd_port, problems);
 }
 
 }  // namespace trestle::bridge

@@ -1,12 +1,12 @@
 #include "bridge/config/format.hpp"
 
-#include <arpa/inet.h>
 #include <fmt/format.h>
 
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <limits>
+
+#include "someip/net/address_text.hpp"
 
 namespace trestle::bridge {
 namespace {
@@ -124,19 +124,10 @@ Format<std::uint64_t> byte_size(std::uint64_t min, std::uint64_t max) {
 
 Format<IpAddress> ip_address() {
   return {"an IPv4 or IPv6 address", [](std::string_view text) -> std::optional<IpAddress> {
-            const std::string terminated{text};
-            IpAddress address;
-            if (inet_pton(AF_INET, terminated.c_str(), address.bytes.data()) != 1) {
-              address.v6 = inet_pton(AF_INET6, terminated.c_str(), address.bytes.data()) == 1;
-              if (!address.v6) {
-                return std::nullopt;
-              }
-            }
-            // inet_pton stops at a NUL byte, which text from a file may hold.
-            if (address.is_unspecified() || terminated.find('\0') != std::string::npos) {
-              return std::nullopt;
-            }
-            return address;
+            // C strings end at a NUL byte, which text from a file may hold.
+            const bool is_text = text.find('\0') == std::string_view::npos;
+            const auto address = is_text ? someip::parse_address(std::string{text}) : std::nullopt;
+            return address && !address->is_unspecified() ? address : std::nullopt;
           }};
 }
 
@@ -146,12 +137,6 @@ Format<std::string> any_text(std::string expected) {
                        ? std::nullopt
                        : std::optional<std::string>{text};
           }};
-}
-
-std::string to_string(const IpAddress& address) {
-  std::array<char, INET6_ADDRSTRLEN> text{};
-  inet_ntop(address.v6 ? AF_INET6 : AF_INET, address.bytes.data(), text.data(), text.size());
-  return text.data();
 }
 
 std::string to_string(Duration duration) {

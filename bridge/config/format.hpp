@@ -37,8 +37,6 @@ struct Format {
 /// Any text that is not empty.
 [[nodiscard]] Format<std::string> any_text(std::string expected);
 
-/// An address as people write it.
-[[nodiscard]] std::string to_string(const IpAddress& address);
 /// "30 ms", "1.5 s", as read by duration().
 [[nodiscard]] std::string to_string(Duration duration);
 /// "16 MiB", as read by byte_size().

@@ -13,6 +13,7 @@
 
 #include "bridge/config/conflicts.hpp"
 #include "bridge/config/section.hpp"
+#include "someip/net/address_text.hpp"
 
 namespace trestle::bridge {
 namespace {
@@ -37,11 +38,11 @@ Format<std::chrono::seconds> time_to_live() {
           }};
 }
 
-void load_sd(Section& someip, SomeipSettings& settings, bool address_is_good, Report& report) {
+void load_sd(Section& someip, SomeipSettings& settings, bool address_is_good, Problems& problems) {
   SdSettings& into = settings.sd;
   const YAML::Node node = someip.child("sd");
   if (node) {
-    Section sd{node, "sd", report};
+    Section sd{node, "sd", problems};
     auto multicast = ip_address();
     multicast.expected = "a multicast address";
     multicast.read = [read = std::move(multicast.read)](std::string_view text) {
@@ -61,31 +62,32 @@ void load_sd(Section& someip, SomeipSettings& settings, bool address_is_good, Re
     sd.read("ttl", time_to_live(), into.ttl);
     sd.finish();
     if (into.initial_delay_min > into.initial_delay_max) {
-      report.error(sd.value_mark("initial_delay_min"),
-                   fmt::format("initial_delay_min: {} is above initial_delay_max, {}",
-                               to_string(into.initial_delay_min), to_string(into.initial_delay_max)));
+      problems.error(sd.value_mark("initial_delay_min"),
+                     fmt::format("initial_delay_min: {} is above initial_delay_max, {}",
+                                 to_string(into.initial_delay_min), to_string(into.initial_delay_max)));
     }
     if (into.request_response_delay_min > into.request_response_delay_max) {
-      report.error(sd.value_mark("request_response_delay_min"),
-                   fmt::format("request_response_delay_min: {} is above request_response_delay_max, {}",
-                               to_string(into.request_response_delay_min),
-                               to_string(into.request_response_delay_max)));
+      problems.error(sd.value_mark("request_response_delay_min"),
+                     fmt::format("request_response_delay_min: {} is above request_response_delay_max, {}",
+                                 to_string(into.request_response_delay_min),
+                                 to_string(into.request_response_delay_max)));
     }
     if (into.cyclic_offer_delay >= into.ttl) {
-      report.warning(sd.value_mark("ttl"),
-                     fmt::format("ttl: offers live {} but are renewed only every {} (cyclic_offer_delay)",
-                                 to_string(into.ttl), to_string(into.cyclic_offer_delay)));
+      problems.warning(sd.value_mark("ttl"),
+                       fmt::format("ttl: offers live {} but are renewed only every {} (cyclic_offer_delay)",
+                                   to_string(into.ttl), to_string(into.cyclic_offer_delay)));
     }
   }
   if (address_is_good && settings.address.v6 != into.multicast.v6) {
-    report.error(someip.value_mark("address"),
-                 fmt::format("address: {} and the multicast address of sd, {}, are of different IP versions",
-                             to_string(settings.address), to_string(into.multicast)));
+    problems.error(
+        someip.value_mark("address"),
+        fmt::format("address: {} and the multicast address of sd, {}, are of different IP versions",
+                    someip::to_string(settings.address), someip::to_string(into.multicast)));
   }
 }
 
-void load_someip(const YAML::Node& node, SomeipSettings& into, Report& report) {
-  Section someip{node, "someip", report};
+void load_someip(const YAML::Node& node, SomeipSettings& into, Problems& problems) {
+  Section someip{node, "someip", problems};
   auto unicast = ip_address();
   unicast.expected = "this host's own IPv4 or IPv6 address, which services are offered at";
   unicast.read = [read = std::move(unicast.read)](std::string_view text) {
@@ -99,12 +101,12 @@ void load_someip(const YAML::Node& node, SomeipSettings& into, Report& report) {
     return text.size() < IF_NAMESIZE ? read(text) : std::nullopt;
   };
   someip.read("interface", interface, into.interface);
-  load_sd(someip, into, address_is_good, report);
+  load_sd(someip, into, address_is_good, problems);
   someip.finish();
 }
 
-void load_dds(const YAML::Node& node, DdsSettings& into, Report& report) {
-  Section dds{node, "dds", report};
+void load_dds(const YAML::Node& node, DdsSettings& into, Problems& problems) {
+  Section dds{node, "dds", problems};
   dds.read("domain", as<std::uint32_t>(whole_number(0, 232)), into.domain);
   std::vector<IpAddress> addresses;
   std::vector<Mark> marks;
@@ -116,15 +118,15 @@ void load_dds(const YAML::Node& node, DdsSettings& into, Report& report) {
   };
   dds.read_list("interfaces", ipv4, addresses, marks);
   for (const IpAddress& address : addresses) {
-    into.interfaces.push_back(to_string(address));
+    into.interfaces.push_back(someip::to_string(address));
   }
   dds.read("shared_memory", truth(), into.shared_memory);
   dds.finish();
 }
 
 void load_types(const YAML::Node& node, const std::string& file, std::vector<std::string>& into,
-                Report& report) {
-  Section types{node, "types", report};
+                Problems& problems) {
+  Section types{node, "types", problems};
   std::vector<std::string> paths;
   std::vector<Mark> marks;
   types.read_list("paths", any_text("a folder that holds message packages"), paths, marks);
@@ -136,41 +138,42 @@ void load_types(const YAML::Node& node, const std::string& file, std::vector<std
     if (std::filesystem::is_directory(path, ignored)) {
       into.push_back(path.lexically_normal().string());
     } else {
-      report.error(marks[i],
-                   fmt::format("paths: there is no folder {}", quote(path.lexically_normal().string())));
+      problems.error(marks[i],
+                     fmt::format("paths: there is no folder {}", quote(path.lexically_normal().string())));
     }
   }
 }
 
-void load_root(const YAML::Node& root, BridgeConfig& config, const TypeCheck& check_type, Report& report) {
-  Section section{root, "", report};
+void load_root(const YAML::Node& root, BridgeConfig& config, const TypeCheck& check_type,
+               Problems& problems) {
+  Section section{root, "", problems};
   if (const YAML::Node someip = section.child("someip")) {
-    load_someip(someip, config.someip, report);
+    load_someip(someip, config.someip, problems);
   } else if (section.is_missing("someip")) {
-    report.error(section.mark(), "'someip' is missing: expected a mapping with at least 'address'");
+    problems.error(section.mark(), "'someip' is missing: expected a mapping with at least 'address'");
   }
   if (const YAML::Node dds = section.child("dds")) {
-    load_dds(dds, config.dds, report);
+    load_dds(dds, config.dds, problems);
   }
   if (const YAML::Node types = section.child("types")) {
-    load_types(types, config.file, config.type_paths, report);
+    load_types(types, config.file, config.type_paths, problems);
   }
   std::vector<RouteInFile> routes;
   for (const YAML::Node& node : section.required_list("routes", "a list of routes")) {
     if (routes.size() == routes_max) {
-      report.error(to_mark(node.Mark()), fmt::format("routes: more than {}", routes_max));
+      problems.error(to_mark(node.Mark()), fmt::format("routes: more than {}", routes_max));
       break;
     }
-    routes.push_back(load_route(node, report));
+    routes.push_back(load_route(node, problems));
   }
   section.finish();
 
-  report_conflicts(routes, config.someip.sd.port, report);
+  report_conflicts(routes, config.someip.sd.port, problems);
   for (RouteInFile& in_file : routes) {
     if (check_type && in_file.good.contains("type")) {
       if (const std::string fault = check_type(in_file.route.type, in_file.route.rules, config.type_paths);
           !fault.empty()) {
-        report.error(in_file.type_mark, "type: " + fault);
+        problems.error(in_file.type_mark, "type: " + fault);
       }
     }
     config.routes.push_back(std::move(in_file.route));
@@ -197,9 +200,9 @@ class DocumentStarts : public YAML::EventHandler {
 };
 
 /// The one document of the file, or nothing after reporting why not.
-YAML::Node parse_yaml(const std::string& text, Report& report) {
+YAML::Node parse_yaml(const std::string& text, Problems& problems) {
   if (text.size() > file_bytes_max) {
-    report.error({}, fmt::format("the file is larger than {}", bytes_to_string(file_bytes_max)));
+    problems.error({}, fmt::format("the file is larger than {}", bytes_to_string(file_bytes_max)));
     return YAML::Node{YAML::NodeType::Undefined};
   }
   try {
@@ -210,7 +213,7 @@ YAML::Node parse_yaml(const std::string& text, Report& report) {
     YAML::Node node;
     if (parser.HandleNextDocument(documents)) {
       if (parser.HandleNextDocument(documents)) {
-        report.error(documents.last, "the file should end here: it is one YAML document");
+        problems.error(documents.last, "the file should end here: it is one YAML document");
         return YAML::Node{YAML::NodeType::Undefined};
       }
       node = YAML::Load(text);
@@ -218,9 +221,9 @@ YAML::Node parse_yaml(const std::string& text, Report& report) {
     if (!node.IsNull()) {
       return node;
     }
-    report.error({}, "the file is empty: expected at least 'someip' and 'routes'");
+    problems.error({}, "the file is empty: expected at least 'someip' and 'routes'");
   } catch (const YAML::Exception& error) {
-    report.error(to_mark(error.mark), "not valid YAML: " + printable(error.msg));
+    problems.error(to_mark(error.mark), "not valid YAML: " + printable(error.msg));
   }
   return YAML::Node{YAML::NodeType::Undefined};
 }
@@ -229,16 +232,16 @@ YAML::Node parse_yaml(const std::string& text, Report& report) {
 
 tl::expected<Loaded, std::vector<Problem>> parse_config(std::string_view text, const std::string& file,
                                                         const TypeCheck& check_type) {
-  Report report{file};
+  Problems problems{file};
   Loaded loaded;
   loaded.config.file = file;
-  if (const YAML::Node root = parse_yaml(std::string{text}, report)) {
-    load_root(root, loaded.config, check_type, report);
+  if (const YAML::Node root = parse_yaml(std::string{text}, problems)) {
+    load_root(root, loaded.config, check_type, problems);
   }
-  if (report.has_errors()) {
-    return tl::unexpected{report.take()};
+  if (problems.has_errors()) {
+    return tl::unexpected{problems.take()};
   }
-  loaded.warnings = report.take();
+  loaded.warnings = problems.take();
   return loaded;
 }
 

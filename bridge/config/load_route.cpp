@@ -36,8 +36,8 @@ Format<FieldWidth> field_width() {
   return format;
 }
 
-void load_wire_rules(const YAML::Node& node, PayloadRules& rules, Report& report) {
-  Section wire{node, "wire", report};
+void load_wire_rules(const YAML::Node& node, PayloadRules& rules, Problems& problems) {
+  Section wire{node, "wire", problems};
   // The one profile there is: a named starting point for the rest.
   wire.read("profile", one_of<PayloadRules>({{"commonapi", PayloadRules{}}}), rules);
   wire.read("byte_order", one_of<std::endian>({{"big", std::endian::big}, {"little", std::endian::little}}),
@@ -67,10 +67,10 @@ void load_wire_rules(const YAML::Node& node, PayloadRules& rules, Report& report
   wire.finish();
 }
 
-void load_tp(const YAML::Node& node, TpSettings& settings, Report& report) {
+void load_tp(const YAML::Node& node, TpSettings& settings, Problems& problems) {
   // 65507 bytes fit a UDP datagram over IPv4, of which the two headers take 20.
   constexpr std::uint32_t segment_bytes_max = 65472;
-  Section tp{node, "tp", report};
+  Section tp{node, "tp", problems};
   const Format<std::uint32_t> multiple_of_16{
       "a multiple of 16 from 16 to 65472 (bytes)", [](std::string_view text) -> std::optional<std::uint32_t> {
         const auto bytes = read_whole(text);
@@ -86,14 +86,14 @@ void load_tp(const YAML::Node& node, TpSettings& settings, Report& report) {
   tp.finish();
 }
 
-void load_qos(const YAML::Node& node, QosSettings& settings, Report& report) {
-  Section qos{node, "qos", report};
+void load_qos(const YAML::Node& node, QosSettings& settings, Problems& problems) {
+  Section qos{node, "qos", problems};
   qos.read("reliability", one_of<bool>({{"reliable", true}, {"best_effort", false}}), settings.reliable);
   qos.read("durability", one_of<bool>({{"volatile", false}, {"transient_local", true}}),
            settings.transient_local);
   qos.read("depth", as<std::uint32_t>(whole_number(1, 10'000)), settings.depth);
   if (settings.transient_local && !settings.reliable) {
-    report.error(qos.use_mark("durability"), "durability: transient_local needs reliability: reliable");
+    problems.error(qos.use_mark("durability"), "durability: transient_local needs reliability: reliable");
   }
   qos.finish();
 }
@@ -112,23 +112,24 @@ void load_version(Section& section, Route& route) {
   section.read("minor", minor, route.minor);
 }
 
-void load_transport(Section& section, Route& route, Report& report) {
+void load_transport(Section& section, Route& route, Problems& problems) {
   Transport transport = Transport::udp;
   if (section.read("transport", one_of<Transport>({{"udp", Transport::udp}, {"tcp", Transport::tcp}}),
                    transport) &&
       transport == Transport::tcp) {
-    report.error(section.value_mark("transport"),
-                 "transport: tcp is not supported yet; use udp, which carries large messages in TP segments");
+    problems.error(
+        section.value_mark("transport"),
+        "transport: tcp is not supported yet; use udp, which carries large messages in TP segments");
   }
   route.transport = transport;
 }
 
 }  // namespace
 
-RouteInFile load_route(const YAML::Node& node, Report& report) {
+RouteInFile load_route(const YAML::Node& node, Problems& problems) {
   RouteInFile result;
   Route& route = result.route;
-  Section section{node, "route", report};
+  Section section{node, "route", problems};
   route.mark = section.mark();
   const auto require = [&](const char* key, const auto& format, auto& into) {
     if (section.require(key, format, into)) {
@@ -151,8 +152,8 @@ RouteInFile load_route(const YAML::Node& node, Report& report) {
   require("event", as<someip::MethodId>(id_number(0x0001, 0xfffe)), route.event);
   if (result.good.contains("event") && someip::value(route.event) < 0x8000) {
     // Advice of the specification; deployments with lower ids exist.  [feat_req_someip_626]
-    report.warning(section.value_mark("event"),
-                   "event: ids below 0x8000 are meant for methods; is this the one the peer uses?");
+    problems.warning(section.value_mark("event"),
+                     "event: ids below 0x8000 are meant for methods; is this the one the peer uses?");
   }
 
   // The port of a service is part of its offer; that of a client is nobody's business.
@@ -165,16 +166,16 @@ RouteInFile load_route(const YAML::Node& node, Report& report) {
   load_version(section, route);
   result.good.emplace("major", section.use_mark("major"));
   result.good.emplace("minor", section.use_mark("minor"));
-  load_transport(section, route, report);
+  load_transport(section, route, problems);
 
   if (const YAML::Node wire = section.child("wire")) {
-    load_wire_rules(wire, route.rules, report);
+    load_wire_rules(wire, route.rules, problems);
   }
   if (const YAML::Node tp = section.child("tp")) {
-    load_tp(tp, route.tp, report);
+    load_tp(tp, route.tp, problems);
   }
   if (const YAML::Node qos = section.child("qos")) {
-    load_qos(qos, route.qos, report);
+    load_qos(qos, route.qos, problems);
   }
   section.finish();
   return result;

@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "bridge/config/report.hpp"
+#include "bridge/config/problems.hpp"
 
 namespace trestle::bridge {
 
@@ -17,6 +17,6 @@ struct RouteInFile {
 };
 
 /// Reads one element of `routes`.
-[[nodiscard]] RouteInFile load_route(const YAML::Node& node, Report& report);
+[[nodiscard]] RouteInFile load_route(const YAML::Node& node, Problems& problems);
 
 }  // namespace trestle::bridge

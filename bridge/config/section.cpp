@@ -30,17 +30,20 @@ std::string found(const YAML::Node& node) {
 
 }  // namespace
 
-Section::Section(const YAML::Node& node, std::string name, Report& report)
-    : name_{std::move(name)}, report_{report}, mark_{to_mark(node.Mark())}, sources_left_{merge_sources_max} {
+Section::Section(const YAML::Node& node, std::string name, Problems& problems)
+    : name_{std::move(name)},
+      problems_{problems},
+      mark_{to_mark(node.Mark())},
+      sources_left_{merge_sources_max} {
   gather(node, nullptr, 0);
 }
 
 void Section::gather(const YAML::Node& node, const Mark* merge_mark, int depth) {
   if (!node.IsMap()) {
-    report_.error(merge_mark != nullptr ? *merge_mark : to_mark(node.Mark()),
-                  merge_mark != nullptr ? fmt::format("'<<' merges mappings, found {}", found(node))
-                                        : fmt::format("{}: expected a mapping (key: value), found {}",
-                                                      name_.empty() ? "the file" : name_, found(node)));
+    problems_.error(merge_mark != nullptr ? *merge_mark : to_mark(node.Mark()),
+                    merge_mark != nullptr ? fmt::format("'<<' merges mappings, found {}", found(node))
+                                          : fmt::format("{}: expected a mapping (key: value), found {}",
+                                                        name_.empty() ? "the file" : name_, found(node)));
     is_mapping_ = false;
     return;
   }
@@ -50,18 +53,18 @@ void Section::gather(const YAML::Node& node, const Mark* merge_mark, int depth) 
   for (const auto& pair : node) {
     const Mark key_mark = to_mark(pair.first.Mark());
     if (!pair.first.IsScalar()) {
-      report_.error(key_mark, fmt::format("expected a key, found {}", found(pair.first)));
+      problems_.error(key_mark, fmt::format("expected a key, found {}", found(pair.first)));
       continue;
     }
     const std::string& key = pair.first.Scalar();
     if (++keys > keys_max) {
-      report_.error(key_mark, fmt::format("more than {} keys in one mapping", keys_max));
+      problems_.error(key_mark, fmt::format("more than {} keys in one mapping", keys_max));
       break;
     }
     const auto [first, is_new] = own.try_emplace(key, key_mark);
     if (!is_new) {
-      report_.error(key_mark,
-                    fmt::format("{} is given twice, first in line {}", quote(key), first->second.line));
+      problems_.error(key_mark,
+                      fmt::format("{} is given twice, first in line {}", quote(key), first->second.line));
     } else if (key == "<<") {
       merges.emplace_back(pair.second, key_mark);
     } else if (find(key) == nullptr) {  // what is nearer wins over what is merged in
@@ -77,8 +80,8 @@ void Section::gather(const YAML::Node& node, const Mark* merge_mark, int depth) 
 void Section::merge(const YAML::Node& sources, Mark merge_mark, int depth) {
   const auto merge_one = [&](const YAML::Node& source) {
     if (depth > merge_depth_max || sources_left_-- <= 0) {
-      report_.error(merge_mark, fmt::format("too much is merged here: at most {} mappings, {} deep",
-                                            merge_sources_max, merge_depth_max));
+      problems_.error(merge_mark, fmt::format("too much is merged here: at most {} mappings, {} deep",
+                                              merge_sources_max, merge_depth_max));
       return false;
     }
     gather(source, &merge_mark, depth);
@@ -127,13 +130,13 @@ Mark Section::use_mark(const char* key) const {
 
 void Section::missing(const char* key, const std::string& expected) {
   if (is_mapping_) {  // else that has been said already
-    report_.error(mark_, fmt::format("{}'{}' is missing: expected {}", name_.empty() ? "" : name_ + ": ", key,
-                                     expected));
+    problems_.error(mark_, fmt::format("{}'{}' is missing: expected {}", name_.empty() ? "" : name_ + ": ",
+                                       key, expected));
   }
 }
 
 void Section::unexpected(const char* key, const YAML::Node& node, Mark place, const std::string& expected) {
-  report_.error(place, fmt::format("{}: expected {}, found {}", key, expected, found(node)));
+  problems_.error(place, fmt::format("{}: expected {}, found {}", key, expected, found(node)));
 }
 
 bool Section::is_list(const char* key, const Entry& entry) {
@@ -163,16 +166,16 @@ std::vector<YAML::Node> Section::required_list(const char* key, const std::strin
     return {};
   }
   if (!entry->value.IsSequence() || entry->value.size() == 0) {
-    report_.error(place_of(*entry),
-                  fmt::format("{}: expected {}, found {}", key, expected,
-                              entry->value.IsSequence() ? "an empty list" : found(entry->value)));
+    problems_.error(place_of(*entry),
+                    fmt::format("{}: expected {}, found {}", key, expected,
+                                entry->value.IsSequence() ? "an empty list" : found(entry->value)));
     return {};
   }
   std::vector<YAML::Node> elements;
   for (std::size_t i = 0; i < entry->value.size(); ++i) {
     // An empty element has no place of its own.
     if (elements.emplace_back(entry->value[i]).IsNull()) {
-      report_.error(place_of(*entry), fmt::format("{}: element {} is empty", key, i + 1));
+      problems_.error(place_of(*entry), fmt::format("{}: element {} is empty", key, i + 1));
       elements.pop_back();
     }
   }
@@ -187,8 +190,8 @@ void Section::finish() {
     const std::string likely = nearest(entry.key, asked_);
     const std::string hint = likely.empty() ? fmt::format("known here: {}", fmt::join(asked_, ", "))
                                             : fmt::format("did you mean '{}'?", likely);
-    report_.error(entry.key_mark, fmt::format("unknown key {}{}; {}", quote(entry.key),
-                                              name_.empty() ? "" : " in " + name_, hint));
+    problems_.error(entry.key_mark, fmt::format("unknown key {}{}; {}", quote(entry.key),
+                                                name_.empty() ? "" : " in " + name_, hint));
   }
 }
 

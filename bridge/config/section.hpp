@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "bridge/config/format.hpp"
-#include "bridge/config/report.hpp"
+#include "bridge/config/problems.hpp"
 
 namespace trestle::bridge {
 
-/// One mapping of the file, read key by key. What is wrong goes to the report, with its place:
+/// One mapping of the file, read key by key. What is wrong goes to the problems, with its place:
 ///
-///     Section qos{node, "qos", report};
+///     Section qos{node, "qos", problems};
 ///     qos.read("depth", as<std::uint32_t>(whole_number(1, 10'000)), into.depth);
 ///     qos.finish();  // whatever was not asked for is an unknown key
 ///
@@ -20,7 +20,7 @@ namespace trestle::bridge {
 class Section {
  public:
   /// @param name  what messages call it: "qos"; empty for the file as a whole.
-  Section(const YAML::Node& node, std::string name, Report& report);
+  Section(const YAML::Node& node, std::string name, Problems& problems);
 
   /// Reads a value that may be missing. True when it was there and good; else `into` stays as it is.
   template <typename T>
@@ -106,7 +106,7 @@ class Section {
   void unexpected(const char* key, const YAML::Node& node, Mark place, const std::string& expected);
 
   std::string name_;
-  Report& report_;
+  Problems& problems_;
   Mark mark_;
   bool is_mapping_ = true;
   int sources_left_;  ///< mappings that may still be merged in

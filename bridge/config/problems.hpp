@@ -19,9 +19,9 @@ namespace trestle::bridge {
 [[nodiscard]] std::string quote(std::string_view text);
 
 /// Gathers what is wrong with one file.
-class Report {
+class Problems {
  public:
-  explicit Report(std::string file) : file_{std::move(file)} {}
+  explicit Problems(std::string file) : file_{std::move(file)} {}
 
   void error(Mark mark, std::string text);
   void warning(Mark mark, std::string text);

@@ -1,4 +1,4 @@
-#include "bridge/config/report.hpp"
+#include "bridge/config/problems.hpp"
 
 #include <fmt/format.h>
 #include <yaml-cpp/mark.h>
@@ -30,16 +30,16 @@ std::string quote(std::string_view text) {
   return "'" + printable(text.substr(0, shown_max)) + (text.size() > shown_max ? "...'" : "'");
 }
 
-void Report::error(Mark mark, std::string text) {
+void Problems::error(Mark mark, std::string text) {
   ++errors_;
   problems_.push_back({Problem::Severity::error, file_, mark, std::move(text)});
 }
 
-void Report::warning(Mark mark, std::string text) {
+void Problems::warning(Mark mark, std::string text) {
   problems_.push_back({Problem::Severity::warning, file_, mark, std::move(text)});
 }
 
-std::vector<Problem> Report::take() {
+std::vector<Problem> Problems::take() {
   const auto place = [](const Problem& problem) {
     return std::tuple{problem.mark.line, problem.mark.column};
   };
