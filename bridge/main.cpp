@@ -8,6 +8,7 @@
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/terminal.hpp"
 #include "bridge/decode/decode_command.hpp"
+#include "bridge/demo/demo_command.hpp"
 #include "bridge/runtime/bridge_command.hpp"
 
 namespace {
@@ -29,6 +30,7 @@ int run(int argc, char** argv) {
   add_bridge_command(app, status);
   add_check_command(app, status);
   add_decode_command(app, status);
+  add_demo_commands(app, status);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -1,5 +1,6 @@
 #include "bridge/cli/terminal.hpp"
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -10,6 +11,14 @@ namespace trestle::bridge {
 bool is_terminal(int fd) {
   const char* kind = std::getenv("TERM");
   return isatty(fd) == 1 && kind != nullptr && std::string_view{kind} != "dumb";
+}
+
+TerminalSize terminal_size(int fd) {
+  winsize size{};
+  if (ioctl(fd, TIOCGWINSZ, &size) != 0 || size.ws_col == 0 || size.ws_row == 0) {
+    return {};
+  }
+  return {size.ws_col, size.ws_row};
 }
 
 Colours colours_for(int fd) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 
 namespace trestle::bridge {
 
@@ -15,6 +16,13 @@ struct Colours {
 
 /// Whether somebody watches the terminal behind this file descriptor, one that understands escape sequences.
 [[nodiscard]] bool is_terminal(int fd);
+
+struct TerminalSize {
+  std::size_t columns = 80;
+  std::size_t rows = 24;
+};
+/// Of the terminal behind a file descriptor; the usual size when it doesn't tell.
+[[nodiscard]] TerminalSize terminal_size(int fd);
 
 /// The colours to use on a file descriptor: none unless it is a terminal, nor with NO_COLOR in the
 /// environment.
