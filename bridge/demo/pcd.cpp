@@ -191,20 +191,19 @@ class Pcd {
   }
 
   Cloud body() {
-    cloud_.data.resize(std::size_t{points_} * cloud_.point_bytes);
     if (data_ == "ascii") {
       ascii();
     } else if (data_ == "binary") {
-      const ByteView bytes = binary(cloud_.data.size());
-      if (!bytes.empty()) {
-        std::memcpy(cloud_.data.data(), bytes.data(), bytes.size());
-      }
+      const ByteView bytes = binary(data_bytes());
+      cloud_.data.assign(bytes.begin(), bytes.end());
     } else {
       compressed();
     }
     cloud_.dense = !has_nan();
     return std::move(cloud_);
   }
+
+  [[nodiscard]] std::size_t data_bytes() const { return std::size_t{points_} * cloud_.point_bytes; }
 
   /// The next `size` bytes.
   ByteView binary(std::size_t size) {
@@ -221,15 +220,17 @@ class Pcd {
     someip::ByteReader sizes{binary(8), std::endian::little};
     const std::size_t packed = sizes.u32();
     const std::size_t unpacked = sizes.u32();
-    if (unpacked != cloud_.data.size()) {
-      fail_at(rest_, fmt::format("{} bytes uncompressed where the header promises {}", unpacked,
-                                 cloud_.data.size()));
+    if (unpacked != data_bytes()) {
+      fail_at(rest_,
+              fmt::format("{} bytes uncompressed where the header promises {}", unpacked, data_bytes()));
     }
     const std::string_view place = rest_;
+    const ByteView compressed_bytes = binary(packed);
     std::vector<std::byte> stored(unpacked);
-    if (!expand_lzf(binary(packed), stored)) {
+    if (!expand_lzf(compressed_bytes, stored)) {
       fail_at(place, "damaged compressed data");
     }
+    cloud_.data.resize(unpacked);
     const std::byte* from = stored.data();
     std::size_t offset = 0;
     for (const Column& column : columns_) {
@@ -246,7 +247,6 @@ class Pcd {
     for (const Column& column : columns_) {
       values += column.count;
     }
-    std::byte* at = cloud_.data.data();
     for (std::uint32_t point = 0; point < points_; ++point) {
       const Words words = next_line();
       if (words.empty()) {
@@ -255,6 +255,8 @@ class Pcd {
       if (words.size() != values) {
         fail_line(fmt::format("{} values where a point has {}", words.size(), values));
       }
+      cloud_.data.resize(cloud_.data.size() + cloud_.point_bytes);
+      std::byte* at = cloud_.data.data() + cloud_.data.size() - cloud_.point_bytes;
       std::size_t word = 0;
       for (const Column& column : columns_) {
         for (std::uint32_t i = 0; i < column.count; ++i, at += column.size) {

@@ -75,8 +75,10 @@ tl::unexpected<std::string> wrong(const char* what) {
 
 EncodedCloud encode(const Cloud& cloud, std::int64_t stamp_ns, std::string_view frame_id) {
   CdrWriter out;
-  out.u32(static_cast<std::uint32_t>(stamp_ns / second_ns));
-  out.u32(static_cast<std::uint32_t>(stamp_ns % second_ns));
+  // Before 1970 the seconds are negative and the nanoseconds still count upwards.
+  const std::int64_t nanoseconds = (stamp_ns % second_ns + second_ns) % second_ns;
+  out.u32(static_cast<std::uint32_t>((stamp_ns - nanoseconds) / second_ns));
+  out.u32(static_cast<std::uint32_t>(nanoseconds));
   out.string(frame_id);
   out.u32(cloud.height);
   out.u32(cloud.width);
@@ -101,7 +103,11 @@ tl::expected<CloudView, std::string> decode(ByteView cdr) {
   CdrReader in{cdr.subspan(header_size), cdr[1] == std::byte{1} ? std::endian::little : std::endian::big};
   CloudView view;
   const std::int64_t seconds = std::bit_cast<std::int32_t>(in.u32());
-  view.stamp_ns = seconds * second_ns + in.u32();
+  const std::uint32_t nanoseconds = in.u32();
+  if (nanoseconds >= second_ns) {
+    return wrong("header.stamp has a second or more of nanoseconds");
+  }
+  view.stamp_ns = seconds * second_ns + nanoseconds;
   view.frame_id = in.string();
   view.height = in.u32();
   view.width = in.u32();

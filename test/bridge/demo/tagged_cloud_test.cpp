@@ -76,6 +76,19 @@ TEST(EncodedCloud, IsReadBackInEitherByteOrder) {
   EXPECT_TRUE(big->dense);
 }
 
+TEST(EncodedCloud, KeepsStampsBefore1970) {
+  const Bytes bytes = whole(encode(two_points(), -1, "map"));
+  EXPECT_EQ(to_hex(ByteView{bytes}.subspan(4, 8)),
+            "ffffffff"
+            "ffc99a3b");  // -1 s and 999999999 ns
+  EXPECT_EQ(decode(bytes)->stamp_ns, -1);
+  Bytes damaged = bytes;
+  damaged[8] = std::byte{0};  // 1 000 000 000 - 255 - 1: still less than a second
+  EXPECT_TRUE(decode(damaged));
+  damaged[11] = std::byte{0x3c};
+  EXPECT_EQ(decode(damaged).error(), "header.stamp has a second or more of nanoseconds");
+}
+
 TEST(EncodedCloud, IsRefusedWhenTruncatedAnywhere) {
   const Bytes bytes = whole(encode(two_points(), 1, "map"));
   ASSERT_TRUE(decode(bytes));
