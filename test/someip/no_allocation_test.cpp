@@ -6,6 +6,8 @@
 #include <new>
 
 #include "someip/core/call_table.hpp"
+#include "someip/core/e2e/checker.hpp"
+#include "someip/core/e2e/protector.hpp"
 #include "someip/core/session_counter.hpp"
 #include "someip/core/stream_parser.hpp"
 #include "someip/core/tp_reassembler.hpp"
@@ -73,6 +75,19 @@ TEST(NoAllocation, HappensInTheHeaderCodec) {
             }),
             0U);
   EXPECT_TRUE(decoded);
+}
+
+TEST(NoAllocation, HappensInEndToEndProtection) {
+  std::array<std::byte, 64> data{};
+  e2e::CheckStatus status = e2e::CheckStatus::error;
+  EXPECT_EQ(allocations_of([&] {
+              auto protector = e2e::Protector::create(e2e::Profile7{.data_id = 1});
+              auto checker = e2e::Checker::create(e2e::Profile7{.data_id = 1});
+              static_cast<void>(protector->protect(data));
+              status = checker->check(data).status;
+            }),
+            0U);
+  EXPECT_EQ(status, e2e::CheckStatus::ok);
 }
 
 TEST(NoAllocation, HappensInSegmentationAndReassembly) {
