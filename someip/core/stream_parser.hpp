@@ -14,6 +14,15 @@ struct StreamCounters {
   std::uint64_t too_large = 0;   ///< a message that the buffer could not take
   std::uint64_t skipped_bytes = 0;
   std::uint64_t resynchronised = 0;  ///< times that a cookie ended the skipping
+  constexpr StreamCounters& operator+=(const StreamCounters& other) noexcept {
+    messages += other.messages;
+    cookies += other.cookies;
+    bad_length += other.bad_length;
+    too_large += other.too_large;
+    skipped_bytes += other.skipped_bytes;
+    resynchronised += other.resynchronised;
+    return *this;
+  }
   friend constexpr bool operator==(const StreamCounters&, const StreamCounters&) = default;
 };
 

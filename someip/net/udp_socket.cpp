@@ -3,8 +3,6 @@
 #include <net/if.h>
 #include <netinet/udp.h>
 #include <sys/socket.h>
-#include <sys/uio.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -17,6 +15,7 @@
 
 #include "someip/net/address_text.hpp"
 #include "someip/net/addresses.hpp"
+#include "someip/net/socket_calls.hpp"
 
 namespace trestle::someip {
 namespace {
@@ -28,55 +27,8 @@ constexpr std::size_t receive_room = 65536;  // bytes of each
 constexpr int receive_rounds = 16;           // batches before other handlers get their turn
 
 [[noreturn]] void fail(const Endpoint& endpoint, const char* what, int error) {
-  std::string text = "UDP " + to_string(endpoint) + ": cannot " + what + ": " + std::strerror(error);
-  if (error == EADDRINUSE) {
-    const std::string port = std::to_string(endpoint.port);
-    text += "; another program has this port (find it with: ss -ulpn 'sport = :" + port +
-            "'): stop it, or use another address of this host";
-    text += endpoint.address.v6 ? "" : ", such as 127.0.0.2 for tests on one machine";
-  } else if (error == EADDRNOTAVAIL) {
-    text += "; no interface of this host has this address (see: ip address)";
-  } else if (error == EACCES) {
-    text += "; ports below 1024 need root or CAP_NET_BIND_SERVICE";
-  }
-  throw NetError{text};
+  someip::fail(Transport::udp, endpoint, what, error);
 }
-
-bool retry_later(int error) noexcept {
-  return error == EAGAIN || error == EWOULDBLOCK || error == ENOBUFS || error == EINTR;
-}
-
-int set(int fd, int level, int name, int number) noexcept {
-  return setsockopt(fd, level, name, &number, sizeof number);
-}
-
-void set_buffer(int fd, int forced, int name, int bytes) noexcept {
-  if (set(fd, SOL_SOCKET, forced, bytes) != 0) {  // needs CAP_NET_ADMIN
-    set(fd, SOL_SOCKET, name, bytes);
-  }
-}
-
-iovec to_iovec(ByteView slice) noexcept {
-  // sendmsg() only reads, but shares its structure with recvmsg().
-  return {const_cast<std::byte*>(slice.data()), slice.size()};
-}
-
-// Closes a file descriptor unless it is released.
-class Descriptor {
- public:
-  explicit Descriptor(int fd) noexcept : fd_{fd} {}
-  ~Descriptor() {
-    if (fd_ >= 0) {
-      close(fd_);
-    }
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int release() noexcept { return std::exchange(fd_, -1); }
-
- private:
-  int fd_;
-};
 
 // 0 when no interface is asked for.
 unsigned interface_index(const UdpOptions& options) {
@@ -112,7 +64,7 @@ void join_group(int fd, const UdpOptions& options, unsigned interface) {
     request.imr_ifindex = static_cast<int>(interface);
     result = setsockopt(fd, IPPROTO_IP, IP_ADD_MEMBERSHIP, &request, sizeof request);
     // Only groups that this very socket joined, not those of other programs of the host.
-    set(fd, IPPROTO_IP, IP_MULTICAST_ALL, 0);
+    set_option(fd, IPPROTO_IP, IP_MULTICAST_ALL, 0);
   }
   if (result != 0) {
     fail({group, options.local.port}, "join the multicast group", errno);
@@ -122,14 +74,14 @@ void join_group(int fd, const UdpOptions& options, unsigned interface) {
 void send_multicast_from(int fd, const UdpOptions& options, unsigned interface) {
   int result = 0;
   if (options.interface->own.v6) {
-    result = set(fd, IPPROTO_IPV6, IPV6_MULTICAST_IF, static_cast<int>(interface)) |
-             set(fd, IPPROTO_IPV6, IPV6_MULTICAST_HOPS, options.multicast_ttl);
+    result = set_option(fd, IPPROTO_IPV6, IPV6_MULTICAST_IF, static_cast<int>(interface)) |
+             set_option(fd, IPPROTO_IPV6, IPV6_MULTICAST_HOPS, options.multicast_ttl);
   } else {
     ip_mreqn request{};
     std::memcpy(&request.imr_address, options.interface->own.bytes.data(), sizeof request.imr_address);
     request.imr_ifindex = static_cast<int>(interface);
     result = setsockopt(fd, IPPROTO_IP, IP_MULTICAST_IF, &request, sizeof request) |
-             set(fd, IPPROTO_IP, IP_MULTICAST_TTL, options.multicast_ttl);
+             set_option(fd, IPPROTO_IP, IP_MULTICAST_TTL, options.multicast_ttl);
   }
   if (result != 0) {
     fail(options.local, "choose the interface for multicast", errno);
@@ -145,18 +97,18 @@ int open_socket(const UdpOptions& options) {
   }
   const unsigned interface = interface_index(options);
   if (v6) {
-    set(fd, IPPROTO_IPV6, IPV6_V6ONLY, 1);
+    set_option(fd, IPPROTO_IPV6, IPV6_V6ONLY, 1);
   }
   if (options.sharing != PortSharing::exclusive) {
     // With this the kernel would give us an address that another socket has, and that one's datagrams.
     if (options.sharing == PortSharing::by_address && udp_endpoint_in_use(options.local)) {
       fail(options.local, "bind", EADDRINUSE);
     }
-    set(fd, SOL_SOCKET, SO_REUSEADDR, 1);
+    set_option(fd, SOL_SOCKET, SO_REUSEADDR, 1);
   }
   set_buffer(fd, SO_RCVBUFFORCE, SO_RCVBUF, options.receive_buffer_bytes);
   set_buffer(fd, SO_SNDBUFFORCE, SO_SNDBUF, options.send_buffer_bytes);
-  set(fd, SOL_UDP, UDP_GRO, 1);  // an older kernel delivers datagram by datagram
+  set_option(fd, SOL_UDP, UDP_GRO, 1);  // an older kernel delivers datagram by datagram
   SocketAddress local{options.local, v6 ? interface : 0};
   if (bind(fd, local.data(), local.size()) != 0) {
     fail(options.local, "bind", errno);

@@ -4,9 +4,9 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <stdexcept>
 #include <string>
 
+#include "someip/net/net_error.hpp"
 #include "someip/wire/endpoint.hpp"
 #include "someip/wire/types.hpp"
 
@@ -15,12 +15,6 @@ class io_context;
 }
 
 namespace trestle::someip {
-
-/// A socket that could not be opened or set up. what() names address and port, the cause, and what to do.
-class NetError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 /// Who else on this host may have the port.
 enum class PortSharing : std::uint8_t {

@@ -1,0 +1,53 @@
+#include "someip/net/socket_calls.hpp"
+
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <string>
+
+#include "someip/net/address_text.hpp"
+#include "someip/net/net_error.hpp"
+
+namespace trestle::someip {
+
+Descriptor::~Descriptor() {
+  if (fd_ >= 0) {
+    close(fd_);
+  }
+}
+
+void fail(Transport transport, const Endpoint& endpoint, const char* what, int error) {
+  const bool udp = transport == Transport::udp;
+  std::string text =
+      (udp ? "UDP " : "TCP ") + to_string(endpoint) + ": cannot " + what + ": " + std::strerror(error);
+  if (error == EADDRINUSE) {
+    text += "; another program has this port (find it with: ss -";
+    text += udp ? "ulpn" : "tlpn";
+    text +=
+        " 'sport = :" + std::to_string(endpoint.port) + "'): stop it, or use another address of this host";
+    text += endpoint.address.v6 ? "" : ", such as 127.0.0.2 for tests on one machine";
+  } else if (error == EADDRNOTAVAIL) {
+    text += "; no interface of this host has this address (see: ip address)";
+  } else if (error == EACCES) {
+    text += "; ports below 1024 need root or CAP_NET_BIND_SERVICE";
+  }
+  throw NetError{text};
+}
+
+bool retry_later(int error) noexcept {
+  return error == EAGAIN || error == EWOULDBLOCK || error == ENOBUFS || error == EINTR;
+}
+
+int set_option(int fd, int level, int name, int number) noexcept {
+  return setsockopt(fd, level, name, &number, sizeof number);
+}
+
+void set_buffer(int fd, int forced_name, int name, int bytes) noexcept {
+  if (set_option(fd, SOL_SOCKET, forced_name, bytes) != 0) {  // needs CAP_NET_ADMIN
+    set_option(fd, SOL_SOCKET, name, bytes);
+  }
+}
+
+}  // namespace trestle::someip

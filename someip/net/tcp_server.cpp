@@ -1,0 +1,157 @@
+#include "someip/net/tcp_server.hpp"
+
+#include <sys/socket.h>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <cerrno>
+#include <map>
+
+#include "someip/net/addresses.hpp"
+#include "someip/net/socket_calls.hpp"
+
+namespace trestle::someip {
+namespace {
+
+constexpr int backlog = 64;
+constexpr auto pause_after_error = std::chrono::milliseconds{100};  // until the next attempt to accept
+
+int listen_at(const Endpoint& local) {
+  const bool v6 = local.address.v6;
+  Descriptor socket{::socket(v6 ? AF_INET6 : AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)};
+  if (socket.get() < 0) {
+    fail(Transport::tcp, local, "open a socket", errno);
+  }
+  if (v6) {
+    set_option(socket.get(), IPPROTO_IPV6, IPV6_V6ONLY, 1);
+  }
+  // Past connections may still linger in TIME_WAIT; a second listener is refused all the same.
+  set_option(socket.get(), SOL_SOCKET, SO_REUSEADDR, 1);
+  SocketAddress address{local, v6 ? interface_of(local.address) : 0};
+  if (bind(socket.get(), address.data(), address.size()) != 0) {
+    fail(Transport::tcp, local, "bind", errno);
+  }
+  if (listen(socket.get(), backlog) != 0) {
+    fail(Transport::tcp, local, "listen", errno);
+  }
+  return socket.release();
+}
+
+}  // namespace
+
+struct TcpServer::State : std::enable_shared_from_this<State> {
+  State(boost::asio::io_context& context, const TcpServerOptions& wanted)
+      : io{context}, options{wanted}, listener{io, listen_at(options.local)}, retry{io} {
+    SocketAddress own;
+    getsockname(listener.native_handle(), own.data(), &own.size());
+    local = own.endpoint();
+  }
+
+  void wait_for_client() {
+    listener.async_wait(boost::asio::posix::stream_descriptor::wait_read,
+                        [weak = weak_from_this()](const boost::system::error_code& error) {
+                          const auto self = weak.lock();
+                          if (!error && self) {
+                            self->accept_all();
+                          }
+                        });
+  }
+
+  void accept_all() {
+    for (int round = 0; round < backlog; ++round) {
+      SocketAddress from;
+      Descriptor client{
+          accept4(listener.native_handle(), from.data(), &from.size(), SOCK_NONBLOCK | SOCK_CLOEXEC)};
+      if (client.get() >= 0) {
+        accept(std::move(client), from.endpoint());
+      } else if (errno == EAGAIN || errno == EWOULDBLOCK) {
+        break;
+      } else if (errno != ECONNABORTED && errno != EINTR) {
+        // No descriptors, say. The client still waits, so that waiting for one would not be waiting.
+        retry.expires_after(pause_after_error);
+        retry.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
+          const auto self = weak.lock();
+          if (!error && self) {
+            self->accept_all();
+          }
+        });
+        return;
+      }
+    }
+    wait_for_client();
+  }
+
+  void accept(Descriptor client, const Endpoint& from) {
+    if (clients.contains(from)) {  // of whose end we have not heard
+      closed(from, "the client connected anew");
+    }
+    if (clients.size() >= options.max_connections) {
+      ++counters.refused;
+      return;
+    }
+    ++counters.accepted;
+    const auto stream = std::make_shared<TcpStream>(io, std::move(client), StreamEnd::server, options.tcp);
+    clients.emplace(from, stream);
+    stream->receive([this, from](const Message& message) { handlers.message(message, from); },
+                    [this, from](const std::string& why) { closed(from, why); });
+    if (handlers.connected) {
+      handlers.connected(from);
+    }
+  }
+
+  void closed(const Endpoint& client, const std::string& why) {
+    const auto found = clients.find(client);
+    const TcpStream::Counters last = found->second->counters();
+    counters.streams += last;
+    counters.bad_framing += last.received.bad_length + last.received.too_large != 0 ? 1 : 0;
+    clients.erase(found);
+    if (handlers.closed) {
+      handlers.closed(client, why);
+    }
+  }
+
+  boost::asio::io_context& io;
+  TcpServerOptions options;
+  boost::asio::posix::stream_descriptor listener;
+  boost::asio::steady_timer retry;
+  Endpoint local;
+  Handlers handlers;
+  std::map<Endpoint, std::shared_ptr<TcpStream>> clients;
+  Counters counters;
+};
+
+TcpServer::TcpServer(boost::asio::io_context& io, const TcpServerOptions& options)
+    : state_{std::make_shared<State>(io, options)} {}
+
+TcpServer::~TcpServer() = default;
+
+void TcpServer::start(Handlers handlers) {
+  state_->handlers = std::move(handlers);
+  state_->wait_for_client();
+}
+
+bool TcpServer::send(const Endpoint& to, const Header& header, std::span<const ByteView> payload,
+                     std::shared_ptr<const void> keep_alive) {
+  const auto client = state_->clients.find(to);
+  return client != state_->clients.end() && client->second->send(header, payload, std::move(keep_alive));
+}
+
+const Endpoint& TcpServer::local() const noexcept {
+  return state_->local;
+}
+bool TcpServer::connected(const Endpoint& client) const {
+  return state_->clients.contains(client);
+}
+std::size_t TcpServer::connections() const noexcept {
+  return state_->clients.size();
+}
+TcpServer::Counters TcpServer::counters() const {
+  Counters sum = state_->counters;
+  for (const auto& [endpoint, stream] : state_->clients) {
+    sum.streams += stream->counters();
+  }
+  return sum;
+}
+
+}  // namespace trestle::someip

@@ -1,0 +1,58 @@
+#pragma once
+#include "someip/net/net_error.hpp"
+#include "someip/net/tcp_stream.hpp"
+
+namespace trestle::someip {
+
+struct TcpServerOptions {
+  Endpoint local = {};  ///< port 0: the system chooses
+  /// Clients at a time; one more is disconnected at once. It takes max_message_bytes for each.
+  std::size_t max_connections = 64;
+  TcpOptions tcp = {};
+};
+
+/// Listens at a TCP port and keeps the connections of its clients. Not thread-safe: use it on the thread that
+/// runs the io_context.
+class TcpServer {
+ public:
+  /// What the server is told; none may destroy it.
+  struct Handlers {
+    std::function<void(const Message& message, const Endpoint& client)> message;  ///< valid during the call
+    std::function<void(const Endpoint& client)> connected = {};
+    std::function<void(const Endpoint& client, const std::string& why)> closed = {};
+  };
+  struct Counters {
+    TcpStream::Counters streams;  ///< of all connections, also past ones
+    std::uint64_t accepted = 0;
+    std::uint64_t refused = 0;  ///< connections that were one too many
+    /// Connections that were closed because something came that is no SOME/IP, or too large.
+    std::uint64_t bad_framing = 0;
+  };
+
+  /// @throws NetError when the socket cannot be opened, e.g. because the port is taken.
+  TcpServer(boost::asio::io_context& io, const TcpServerOptions& options);
+  /// Closes the port and all connections.
+  ~TcpServer();
+  TcpServer(const TcpServer&) = delete;
+  TcpServer& operator=(const TcpServer&) = delete;
+
+  /// Starts to accept connections. Call once.
+  void start(Handlers handlers);
+
+  /// Sends to the client that is connected from `to`, as TcpStream::send().
+  /// @return false also when there is no such client.
+  bool send(const Endpoint& to, const Header& header, std::span<const ByteView> payload,
+            std::shared_ptr<const void> keep_alive = nullptr);
+
+  /// Where it listens, with the port that the system chose.
+  [[nodiscard]] const Endpoint& local() const noexcept;
+  [[nodiscard]] bool connected(const Endpoint& client) const;
+  [[nodiscard]] std::size_t connections() const noexcept;
+  [[nodiscard]] Counters counters() const;
+
+ private:
+  struct State;
+  std::shared_ptr<State> state_;
+};
+
+}  // namespace trestle::someip
