@@ -280,6 +280,41 @@ TEST(E2eChecker, TellsAnswersToOthersFromItsOwn) {
   EXPECT_EQ(client->check(answered, {.response = true, .source_id = 0x123456}).status, CheckStatus::ok);
 }
 
+TEST(E2eChecker, RefusesMessageTypesAndResultsThatAreNotDefined) {
+  const auto layout = make_layout(Profile4m{profile4_at(0)});
+  const auto check = [&](unsigned type, unsigned result, const MethodExpectation& expected) {
+    auto data = hex("001400000a0b0c0d000000000012345600000000");
+    data[12] |= static_cast<std::byte>((type << 6U) | (result << 4U));
+    write_field(layout->crc, data, 0, checksum(*layout, {}, data, 0));
+    return Checker::create(Profile4m{profile4_at(0)})->check(data, expected).fault;
+  };
+  EXPECT_EQ(check(0, 0, {}), Fault::none);
+  EXPECT_EQ(check(1, 1, {.response = true, .error = true}), Fault::none);
+  EXPECT_EQ(check(2, 0, {}), Fault::message_type);
+  EXPECT_EQ(check(3, 0, {.response = true}), Fault::message_type);
+  EXPECT_EQ(check(0, 2, {}), Fault::message_result);
+  EXPECT_EQ(check(1, 3, {.response = true, .error = true}), Fault::message_result);
+}
+
+TEST(E2eProfile1, MayHaveTheNibbleOfTheDataIdAnywhere) {
+  Profile1 profile{.data_id = 0x123,
+                   .data_id_mode = DataIdMode::nibble,
+                   .data_bits = 80,
+                   .crc_offset_bits = 64,
+                   .counter_offset_bits = 72,
+                   .data_id_nibble_offset_bits = 8};
+  auto protector = Protector::create(profile);
+  ASSERT_TRUE(protector);
+  std::vector<std::byte> data(10);
+  EXPECT_EQ(protector->protect(ByteView{data}.first(2), ByteSpan{data}.subspan(2)).error(),
+            ProtectError::header_in_front);
+  ASSERT_TRUE(protector->protect(ByteView{data}.first(1), ByteSpan{data}.subspan(1)));
+  EXPECT_EQ(to_hex(ByteView{data}.first(8)), "0001000000000000");
+
+  profile.data_id_nibble_offset_bits = 84;
+  EXPECT_EQ(Protector::create(profile).error().field, "data_bits");
+}
+
 TEST(E2eChecker, ComparesTheNibbleOfTheDataId) {
   // The CRC of nibble mode has only the low byte of the Data ID in it, and the nibble as part of the Data.
   auto other = profile1(DataIdMode::nibble);

@@ -139,11 +139,11 @@ void StateMachine::enter_valid(std::size_t window) noexcept {
   state_ = State::valid;
 }
 
+/// Nothing older than the window of init can count here, even in a larger window of invalid: the errors that
+/// led here are younger and have to leave first.
 void StateMachine::enter_invalid() noexcept {
   if (config_.clear_to_invalid) {
     forget_all_but(0);
-  } else if (state_ == State::init && config_.window_size_init < config_.window_size_invalid) {
-    forget_all_but(config_.window_size_init);
   }
   state_ = State::invalid;
 }
