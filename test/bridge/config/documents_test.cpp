@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <regex>
+#include <sstream>
 
 #include "bridge/config/load.hpp"
 
@@ -17,6 +17,16 @@ std::string problems(const tl::expected<Loaded, std::vector<Problem>>& loaded) {
   std::string text;
   for (const Problem& problem : loaded ? loaded->warnings : loaded.error()) {
     text += to_string(problem) + "\n";
+  }
+  return text;
+}
+
+// As it stands inside a route.
+std::string indented(const std::string& block) {
+  std::istringstream in{block};
+  std::string text;
+  for (std::string line; std::getline(in, line);) {
+    text += "    " + line + "\n";
   }
   return text;
 }
@@ -50,8 +60,7 @@ TEST(Documents, ShowGoodConfigurations) {
       std::string block = text.substr(begin, end - begin);
       begin = end;
       if (block.starts_with("wire:") || block.starts_with("tp:") || block.starts_with("qos:")) {
-        block = "someip: {address: 127.0.0.1}\nroutes:\n" + route +
-                std::regex_replace("    " + block, std::regex{"\n(?=.)"}, "\n    ");
+        block = "someip: {address: 127.0.0.1}\nroutes:\n" + route + indented(block);
       } else if (block.starts_with("routes:")) {
         block = "someip: {address: 127.0.0.1}\n" + block;
       } else if (block.find("routes:") == std::string::npos) {
@@ -85,9 +94,9 @@ TEST(Documents, NameEveryKey) {
     }
     ++sections;
     const std::string keys = problem.text.substr(list + 12);
-    const std::regex word{"\\w+"};
-    for (std::sregex_iterator key{keys.begin(), keys.end(), word}; key != std::sregex_iterator{}; ++key) {
-      EXPECT_NE(text.find("`" + key->str() + "`"), std::string::npos) << key->str() << " is not documented";
+    std::istringstream words{keys};
+    for (std::string key; std::getline(words >> std::ws, key, ',');) {
+      EXPECT_NE(text.find("`" + key + "`"), std::string::npos) << key << " is not documented";
     }
   }
   EXPECT_EQ(sections, 9);
