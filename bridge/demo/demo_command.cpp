@@ -48,7 +48,7 @@ void add_demo(CLI::App& app, int& status) {
 template <typename Options>
 std::shared_ptr<Options> add_common(CLI::App& command) {
   command.group("");  // not in the help
-  const auto options = std::make_shared<Options>();
+  auto options = std::make_shared<Options>();
   command.add_option("--domain", options->domain)->required()->check(CLI::Range(0, 232));
   command.add_option("--report-fd", options->report_fd)->check(CLI::NonNegativeNumber);
   command.add_option("--topic", options->topic);

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -136,8 +137,7 @@ TEST(DamagedConfig, WithAnchorsThatMultiply) {
 TEST(DamagedConfig, WithMergesThatMultiply) {
   std::string bomb = "routes:\n  - &m0 {topic: /a}\n";
   for (int i = 1; i < 300; ++i) {
-    const std::string before = "*m" + std::to_string(i - 1);
-    bomb += "  - &m" + std::to_string(i) + " {<<: [" + before + ", " + before + ", " + before + "]}\n";
+    bomb += fmt::format("  - &m{0} {{<<: [*m{1}, *m{1}, *m{1}]}}\n", i, i - 1);
   }
   expect_sane(bomb, "merges");
   expect_sane("routes:\n  - &a {<<: *a}\n  - &b {<<: [*a, *b, *b]}\n", "circles");

@@ -31,6 +31,21 @@ std::string indented(const std::string& block) {
   return text;
 }
 
+/// A block of a document is a whole file when it says where SOME/IP is and what is routed; else it is a part
+/// of one, and what is missing around it is added.
+std::string completed(const std::string& block) {
+  const std::string someip = "someip: {address: 127.0.0.1}\n";
+  const std::string route =
+      "routes:\n  - topic: /a\n    type: std_msgs/msg/String\n    direction: dds_to_someip\n    service: 1\n"
+      "    instance: 1\n    eventgroup: 1\n    event: 0x8001\n    port: 40000\n";
+  if (block.starts_with("wire:") || block.starts_with("tp:") || block.starts_with("qos:")) {
+    return someip + route + indented(block);
+  }
+  const bool has_someip = block.find("someip:") != std::string::npos;
+  const bool has_routes = block.find("routes:") != std::string::npos;
+  return (has_someip ? "" : someip) + block + (has_routes ? "" : route);
+}
+
 TEST(Examples, AreGood) {
   int count = 0;
   for (const auto& entry : std::filesystem::directory_iterator{TRESTLE_SOURCE_DIR "/examples"}) {
@@ -43,12 +58,6 @@ TEST(Examples, AreGood) {
 }
 
 TEST(Documents, ShowGoodConfigurations) {
-  // A block of a document is a whole file when it says where SOME/IP is; else it is a part, and is put
-  // into a small file in the place where its first key belongs.
-  const std::string route =
-      "  - topic: /a\n    type: std_msgs/msg/String\n    direction: dds_to_someip\n    service: 1\n    "
-      "instance: 1\n"
-      "    eventgroup: 1\n    event: 0x8001\n    port: 40000\n";
   int count = 0;
   for (const char* name : {"docs/configuration.md", "docs/cli.md", "README.md"}) {
     std::ifstream in{std::filesystem::path{TRESTLE_SOURCE_DIR} / name};
@@ -57,20 +66,11 @@ TEST(Documents, ShowGoodConfigurations) {
     for (std::size_t begin = 0; (begin = text.find("```yaml\n", begin)) != std::string::npos;) {
       begin += 8;
       const std::size_t end = text.find("```", begin);
-      std::string block = text.substr(begin, end - begin);
+      const std::string block = text.substr(begin, end - begin);
       begin = end;
-      if (block.starts_with("wire:") || block.starts_with("tp:") || block.starts_with("qos:")) {
-        block = "someip: {address: 127.0.0.1}\nroutes:\n" + route + indented(block);
-      } else if (block.starts_with("routes:")) {
-        block = "someip: {address: 127.0.0.1}\n" + block;
-      } else if (block.find("routes:") == std::string::npos) {
-        block += "routes:\n" + route;
-        if (block.find("someip:") == std::string::npos) {
-          block = "someip: {address: 127.0.0.1}\n" + block;
-        }
-      }
-      EXPECT_EQ(problems(parse_config(block, TRESTLE_SOURCE_DIR "/docs/block.yaml")), "") << name << ":\n"
-                                                                                          << block;
+      EXPECT_EQ(problems(parse_config(completed(block), TRESTLE_SOURCE_DIR "/docs/block.yaml")), "")
+          << name << ":\n"
+          << block;
       ++count;
     }
   }

@@ -1,5 +1,7 @@
 #include <gmock/gmock.h>
 
+#include <algorithm>
+
 #include "bridge/check/explain.hpp"
 #include "bridge/config/load.hpp"
 #include "test/bridge/config/good_config.hpp"
@@ -11,13 +13,10 @@ namespace {
 using namespace bridge;
 using testing::ElementsAre;
 using testing::ElementsAreArray;
-using testing::IsEmpty;
 
 std::vector<std::string> lines(const std::vector<Problem>& problems) {
-  std::vector<std::string> result;
-  for (const Problem& problem : problems) {
-    result.push_back(to_string(problem));
-  }
+  std::vector<std::string> result(problems.size());
+  std::ranges::transform(problems, result.begin(), [](const Problem& problem) { return to_string(problem); });
   return result;
 }
 
