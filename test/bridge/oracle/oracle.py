@@ -4,15 +4,18 @@
 An implementation of its own of .msg files, CDR (XCDR1) and SOME/IP serialisation: short and slow, sharing
 nothing with bridge/convert, so that a misunderstanding would have to be made twice.
 
-  oracle.py FOLDER... [--seed N] [--values N] [--all-profiles]
+  oracle.py FOLDER... [--seed N] [--values N] [--all-profiles] [--json]
 
 FOLDERs hold <package>/msg/<Type>.msg. Each line of the output is one vector:
 
   TYPE PROFILE CDR-LITTLE-ENDIAN CDR-BIG-ENDIAN SOMEIP-PAYLOAD        (the bytes in hexadecimal)
 
-PROFILE names wire rules that convert_vectors_test.cpp knows too.
+With --json, the message's values in JSON follow. PROFILE names wire rules that the tests know too
+(test/bridge/convert/profiles.hpp).
 """
 import argparse
+import json
+import math
 import pathlib
 import random
 import re
@@ -170,12 +173,25 @@ def someip(types, name, value, rules):
     return bytes(out.out[16:])
 
 
+def named(types, value, base, kind):
+    """The value with the names of its fields, as JSON can say it."""
+    if kind:
+        return [named(types, one, base, None) for one in value]
+    if isinstance(value, float) and math.isinf(value):
+        return 'Infinity' if value > 0 else '-Infinity'
+    if not isinstance(value, list):
+        return value
+    return {field[0]: named(types, one, field[1], field[3]) for one, field in zip(value, types[base])
+            if field[0] != 'structure_needs_at_least_one_member'}
+
+
 def main():
     arguments = argparse.ArgumentParser()
     arguments.add_argument('folders', nargs='+')
     arguments.add_argument('--seed', type=int, default=1)
     arguments.add_argument('--values', type=int, default=1)
     arguments.add_argument('--all-profiles', action='store_true')
+    arguments.add_argument('--json', action='store_true')
     options = arguments.parse_args()
     types = load(options.folders)
     rng = random.Random(options.seed)
@@ -187,7 +203,7 @@ def main():
             for profile in chosen:
                 payload = someip(types, name, value, DEFAULT | PROFILES[profile])
                 print(name, profile, cdr(types, name, value, '<').hex(), cdr(types, name, value, '>').hex(),
-                      payload.hex())
+                      payload.hex(), *([json.dumps(named(types, value, name, None))] if options.json else []))
 
 
 if __name__ == '__main__':
