@@ -31,19 +31,21 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// An UDP socket on loopback that is bound only to see whether it can be.
+/// A UDP socket that is bound only to see whether it can be.
 class ProbeSocket {
  public:
-  explicit ProbeSocket(std::uint16_t port) : fd_{socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)} {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(port);
-    address.sin_addr.s_addr = htonl(INADDR_ANY);
-    socklen_t size = sizeof address;
+  /// @param port  0: the system chooses.
+  explicit ProbeSocket(std::uint16_t port, const char* address = "0.0.0.0")
+      : fd_{socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)} {
+    sockaddr_in endpoint{};
+    endpoint.sin_family = AF_INET;
+    endpoint.sin_port = htons(port);
+    inet_pton(AF_INET, address, &endpoint.sin_addr);
+    socklen_t size = sizeof endpoint;
     // The sockets interface of POSIX is made of this cast.
-    auto* generic = reinterpret_cast<sockaddr*>(&address);
+    auto* generic = reinterpret_cast<sockaddr*>(&endpoint);
     if (bind(fd_, generic, size) == 0 && getsockname(fd_, generic, &size) == 0) {
-      port_ = ntohs(address.sin_port);
+      port_ = ntohs(endpoint.sin_port);
     }
   }
   ~ProbeSocket() { close(fd_); }
@@ -74,12 +76,33 @@ std::uint32_t free_domain(std::uint32_t first) {
   throw std::runtime_error{"every DDS domain from 40 to 99 is in use on this host"};
 }
 
+/// The loopback addresses from 127.0.0.1 on at which no SOME/IP stack is; the first two when there seem to be
+/// none, so that the bridges say what is in their way.
+void choose_addresses(DemoNetwork& network) {
+  constexpr std::uint16_t discovery_port = 30490;
+  std::vector<std::string> free;
+  for (int last = 1; last < 32 && free.size() < 2; ++last) {
+    const std::string address = fmt::format("127.0.0.{}", last);
+    if (ProbeSocket{discovery_port, address.c_str()}.port() != 0) {
+      free.push_back(address);
+    }
+  }
+  if (free.size() == 2) {
+    network.address_a = free[0];
+    network.address_b = free[1];
+  }
+}
+
 DemoNetwork choose_network() {
   DemoNetwork network;
-  // Two demos that start at once should not try the same domains in the same order.
-  network.domain_a = free_domain(static_cast<std::uint32_t>(getpid()));
+  // Two demos that start at once should not try the same domains in the same order, nor offer the same
+  // instance.
+  const auto own = static_cast<std::uint32_t>(getpid());
+  network.domain_a = free_domain(own);
   network.domain_b = free_domain(network.domain_a + 1);
+  network.instance = static_cast<std::uint16_t>(1 + own % 0xfffe);
   network.port = ProbeSocket{0}.port();
+  choose_addresses(network);
   if (network.domain_a == network.domain_b || network.port == 0) {
     throw std::runtime_error{"no two free DDS domains, or no free UDP port, on this host"};
   }
@@ -210,10 +233,10 @@ class Demo {
   static std::string title(const DemoOptions& options, const DemoNetwork& network) {
     return fmt::format(
         "Live lidar clouds ({}), {:g} a second:\n"
-        "  publisher --DDS domain {}--> bridge A 127.0.0.1 --SOME/IP--> bridge B 127.0.0.2 --DDS domain "
+        "  publisher --DDS domain {}--> bridge A {} --SOME/IP--> bridge B {} --DDS domain "
         "{}--> subscriber\n",
         options.inputs.empty() ? "synthetic scene" : fmt::format("{} files", options.inputs.size()),
-        options.rate_hz, network.domain_a, network.domain_b);
+        options.rate_hz, network.domain_a, network.address_a, network.address_b, network.domain_b);
   }
 
   void start(Process process, const std::string& program, const std::vector<std::string>& arguments) {
@@ -316,35 +339,35 @@ class Demo {
 
 std::string bridge_a_yaml(const DemoNetwork& network) {
   return fmt::format(R"(# Bridge A of the demo: clouds from DDS to SOME/IP.
-someip: {{address: 127.0.0.1}}
+someip: {{address: {}}}
 dds: {{domain: {}, interfaces: [127.0.0.1]}}
 routes:
   - topic: /points
     type: sensor_msgs/msg/PointCloud2
     direction: dds_to_someip
     service: 0x1111
-    instance: 0x0001
+    instance: {}
     eventgroup: 0x0001
     event: 0x8001
     port: {}
 )",
-                     network.domain_a, network.port);
+                     network.address_a, network.domain_a, network.instance, network.port);
 }
 
 std::string bridge_b_yaml(const DemoNetwork& network) {
   return fmt::format(R"(# Bridge B of the demo: clouds from SOME/IP to DDS.
-someip: {{address: 127.0.0.2}}
+someip: {{address: {}}}
 dds: {{domain: {}, interfaces: [127.0.0.1]}}
 routes:
   - topic: /points
     type: sensor_msgs/msg/PointCloud2
     direction: someip_to_dds
     service: 0x1111
-    instance: 0x0001
+    instance: {}
     eventgroup: 0x0001
     event: 0x8001
 )",
-                     network.domain_b);
+                     network.address_b, network.domain_b, network.instance);
 }
 
 int run_demo(const DemoOptions& options) {

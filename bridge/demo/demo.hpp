@@ -34,6 +34,10 @@ struct DemoOptions {
 struct DemoNetwork {
   std::uint32_t domain_a = 0;  ///< of publisher and bridge A
   std::uint32_t domain_b = 0;  ///< of bridge B and subscriber
+  /// Of the bridges, on loopback.
+  std::string address_a = "127.0.0.1";
+  std::string address_b = "127.0.0.2";
+  std::uint16_t instance = 1;  ///< of the service: not that of another demo on this host
   std::uint16_t port = 0;      ///< of the offered service
 };
 [[nodiscard]] std::string bridge_a_yaml(const DemoNetwork& network);
