@@ -51,7 +51,7 @@ std::size_t ServiceDiscovery::events_of_loss(const slots::Remote& remote) const 
 
 Result<RequirementHandle, SdError> ServiceDiscovery::require(const RequiredService& service,
                                                              TimePoint now) noexcept {
-  if (service.service == ServiceId{0xffff}) {
+  if (!someip::names_a_service(service.service) || service.instance == InstanceId{0}) {
     return tl::unexpected{SdError::bad_argument};
   }
   // Asked before the new slot is there, so that it does not join itself.
@@ -498,7 +498,7 @@ void ServiceDiscovery::seek(TimePoint now) noexcept {
                      .instance = requirement.instance,
                      .major = requirement.major,
                      .ttl_s = settings_.timing.ttl_s,
-                     .tail = requirement.minor};
+                     .tail = any_minor};  // fits() compares  [feat_req_someipcompat_1197]
     send(pending);
   }
 }

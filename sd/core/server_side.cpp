@@ -14,11 +14,12 @@ bool usable(const Eventgroup& eventgroup, const OfferedService& service, bool v6
   const bool multicast_fits = !multicast || (multicast->port != 0 && multicast->address.v6 == v6 &&
                                              multicast->address.is_multicast());
   // Events leave from the offered endpoints alone [feat_req_someipsd_797], so those must be there.
-  return multicast_fits && (!eventgroup.udp || service.udp) && (!eventgroup.tcp || service.tcp);
+  return multicast_fits && someip::names_an_eventgroup(eventgroup.id) && (!eventgroup.udp || service.udp) &&
+         (!eventgroup.tcp || service.tcp);
 }
 
 bool usable(const OfferedService& service, bool v6) noexcept {
-  return service.service != ServiceId{0xffff} && service.instance != someip::any_instance &&
+  return someip::names_a_service(service.service) && someip::names_an_instance(service.instance) &&
          service.major != any_major && (service.udp || service.tcp) &&
          (!service.udp || usable(*service.udp, v6)) && (!service.tcp || usable(*service.tcp, v6)) &&
          (!service.ttl_s || (*service.ttl_s > 0 && *service.ttl_s <= infinite_ttl_s)) &&

@@ -107,7 +107,8 @@ class ServiceDiscovery {
 
   /// Starts to offer a service.  [feat_req_someipsd_22]
   /// @return its handle, or
-  ///         bad_argument  service or instance 0xffff, major 0xff, no endpoint, an endpoint with port 0 or a
+  ///         bad_argument  a service, instance or eventgroup 0x0000 or 0xffff, major 0xff, no endpoint, an
+  ///         endpoint with port 0 or a
   ///                       multicast or unspecified address, a multicast endpoint that is none, TTL 0;
   ///         duplicate, table_full.
   [[nodiscard]] Result<OfferHandle, SdError> offer(const OfferedService& service, TimePoint now) noexcept;
@@ -143,7 +144,7 @@ class ServiceDiscovery {
 
   /// Starts to look for a service of other nodes; own offers are not found.  [feat_req_someipsd_18]
   /// @return its handle; ServiceAvailable tells of each instance found, at once of those known already. Or
-  ///         bad_argument for service 0xffff, table_full.
+  ///         bad_argument for service 0x0000 or 0xffff or instance 0x0000, table_full.
   [[nodiscard]] Result<RequirementHandle, SdError> require(const RequiredService& service,
                                                            TimePoint now) noexcept;
 

@@ -30,6 +30,18 @@ enum class SessionId : std::uint16_t {};
 /// In a Find or a subscription to offers: every instance.  [feat_req_someip_579]
 inline constexpr InstanceId any_instance{0xffff};
 
+/// Whether an id can name one service, instance or eventgroup: 0x0000 is reserved, 0xffff means all or none.
+/// [feat_req_someip_627] [feat_req_someip_579] [feat_req_someipids_555]
+[[nodiscard]] constexpr bool names_a_service(ServiceId id) noexcept {
+  return id != ServiceId{0} && id != ServiceId{0xffff};
+}
+[[nodiscard]] constexpr bool names_an_instance(InstanceId id) noexcept {
+  return id != InstanceId{0} && id != any_instance;
+}
+[[nodiscard]] constexpr bool names_an_eventgroup(EventgroupId id) noexcept {
+  return id != EventgroupId{0} && id != EventgroupId{0xffff};
+}
+
 /// The value of an id, of any of the types above.
 template <typename Id>
 requires std::is_enum_v<Id>

@@ -52,7 +52,7 @@ class Client : public testing::Test {
 
 TEST_F(Client, LooksForAServiceInTwoPhases) {
   covers({"feat_req_someipsd_18", "feat_req_someipsd_72", "feat_req_someipsd_812", "feat_req_someipsd_866",
-          "feat_req_someipsd_877"});
+          "feat_req_someipsd_877", "feat_req_someipcompat_1197", "feat_req_someipcompat_802"});
   require(required);
   EXPECT_THAT(machine.run_to(1h),
               ElementsAre("10ms -> 224.244.224.245:30490 s1 reboot: find 1234.5678 v1.* ttl 3",
@@ -61,7 +61,8 @@ TEST_F(Client, LooksForAServiceInTwoPhases) {
 }
 
 TEST_F(Client, WritesItsFindByteForByte) {
-  covers({"feat_req_someipsd_26", "feat_req_someipsd_239"});
+  covers({"feat_req_someipsd_26", "feat_req_someipsd_239", "feat_req_someipcompat_802",
+          "feat_req_someipsd_946"});
   require(any_required);
   machine.now += 10ms;
   machine.discovery.on_time(machine.now);
@@ -73,7 +74,8 @@ TEST_F(Client, WritesItsFindByteForByte) {
 }
 
 TEST_F(Client, StopsLookingWhenTheServiceIsOffered) {
-  covers({"feat_req_someipsd_14", "feat_req_someipsd_238", "feat_req_someipsd_867", "feat_req_someipsd_779"});
+  covers({"feat_req_someipsd_14", "feat_req_someipsd_238", "feat_req_someipsd_867", "feat_req_someipsd_779",
+          "feat_req_someipsd_752"});
   require(required);
   EXPECT_THAT(machine.run_to(30ms), SizeIs(1));
   machine.multicast(server, {offer({udp(server_udp), tcp(server_tcp)})});
@@ -85,7 +87,7 @@ TEST_F(Client, StopsLookingWhenTheServiceIsOffered) {
 }
 
 TEST_F(Client, SendsOneFindThoughAnInstanceIsKnown) {
-  covers({"feat_req_someipsd_239"});
+  covers({"feat_req_someipsd_239", "feat_req_someip_636", "feat_req_someip_1079"});
   require(any_required);
   machine.multicast(server, {offer({udp(server_udp)}), offer({udp(server_udp)}, 3, 0x1234, 0x5679)});
   EXPECT_THAT(machine.run_to(1s),
@@ -104,6 +106,7 @@ TEST_F(Client, KnowsWhatWasOfferedBeforeItAsks) {
 }
 
 TEST_F(Client, MatchesVersions) {
+  covers({"feat_req_someipcompat_804"});
   require({.service = ServiceId{0x1234}, .major = 2});
   require({.service = ServiceId{0x1234}, .minor = 1});
   require({.service = ServiceId{0x1234}, .instance = InstanceId{1}});
@@ -111,6 +114,26 @@ TEST_F(Client, MatchesVersions) {
   EXPECT_THAT(machine.events(), IsEmpty());
   require({.service = ServiceId{0x1234}, .minor = 0});
   EXPECT_THAT(machine.events(), SizeIs(1));
+}
+
+TEST_F(Client, AsksForEveryMinorVersionAndComparesItself) {
+  covers({"feat_req_someipcompat_1197"});
+  require({.service = ServiceId{0x1234}, .major = 1, .minor = 3});
+  EXPECT_THAT(machine.run_to(10ms),
+              ElementsAre("10ms -> 224.244.224.245:30490 s1 reboot: find 1234.ffff v1.* ttl 3"));
+}
+
+TEST_F(Client, SubscribesWhateverTheMinorVersion) {
+  covers({"feat_req_someipcompat_1216"});
+  require(required);
+  subscribe_to({.eventgroup = EventgroupId{1}, .udp = own_udp});
+  FakePeer::Said newer = offer({udp(server_udp)});
+  newer.entry.tail = 0x00c0ffee;
+  machine.unicast(server, {newer});
+  EXPECT_THAT(
+      machine.sent(),
+      ElementsAre("0ms -> 10.0.0.2:30490 s1 reboot: subscribe 1234.5678 v1 group 0001 ttl 3 counter 0 "
+                  "initial udp 10.0.0.1:40000"));
 }
 
 struct BadOffer {
@@ -258,7 +281,7 @@ TEST_F(Client, SubscribesWhenTheServiceIsOffered) {
 }
 
 TEST_F(Client, WritesItsSubscribeByteForByte) {
-  covers({"feat_req_someipsd_26", "feat_req_someipsd_322", "feat_req_someipsd_682"});
+  covers({"feat_req_someipsd_26", "feat_req_someipsd_322", "feat_req_someipsd_682", "feat_req_someipsd_946"});
   require(required);
   subscribe_to({.eventgroup = EventgroupId{0x4465}, .udp = own_udp});
   machine.unicast(server, {offer({udp(server_udp)})});
@@ -584,6 +607,7 @@ TEST_F(Client, TellsParallelSubscriptionsApart) {
 }
 
 TEST_F(Client, TakesNoImpossibleSubscription) {
+  covers({"feat_req_someip_627"});
   require(any_required);
   const auto error_of = [&](EventgroupRequest request) {
     const auto handle = machine.discovery.subscribe(requirement, request, machine.now);
@@ -606,8 +630,11 @@ TEST_F(Client, TakesNoImpossibleSubscription) {
             SdError::bad_argument);  // not the required one
   machine.discovery.release(requirement, machine.now);
   EXPECT_EQ(error_of(good), SdError::unknown_handle);
-  EXPECT_EQ(machine.discovery.require({.service = ServiceId{0xffff}}, machine.now).error(),
-            SdError::bad_argument);
+  for (const RequiredService& impossible :
+       {RequiredService{.service = ServiceId{0xffff}}, RequiredService{.service = ServiceId{0}},
+        RequiredService{.service = ServiceId{1}, .instance = InstanceId{0}}}) {
+    EXPECT_EQ(machine.discovery.require(impossible, machine.now).error(), SdError::bad_argument);
+  }
 }
 
 TEST_F(Client, StartsAnewWhenTheLinkComesBack) {

@@ -58,8 +58,8 @@ class Server : public testing::Test {
 
 TEST_F(Server, OffersInItsThreePhases) {
   covers({"feat_req_someipsd_22", "feat_req_someipsd_72", "feat_req_someipsd_252", "feat_req_someipsd_429",
-          "feat_req_someipsd_681", "feat_req_someipsd_811", "feat_req_someipsd_41",
-          "feat_req_someipsd_1187"});
+          "feat_req_someipsd_681", "feat_req_someipsd_811", "feat_req_someipsd_41", "feat_req_someipsd_1187",
+          "feat_req_someipsd_87"});
   ASSERT_TRUE(machine.discovery.offer(udp_service, machine.now));
   EXPECT_THAT(
       machine.run_to(2200ms),
@@ -73,7 +73,8 @@ TEST_F(Server, OffersInItsThreePhases) {
 
 TEST_F(Server, WritesItsOfferByteForByte) {
   covers({"feat_req_someipsd_26", "feat_req_someipsd_100", "feat_req_someipsd_253", "feat_req_someipsd_756",
-          "feat_req_someipsd_849"});
+          "feat_req_someipsd_849", "feat_req_someipsd_87", "feat_req_someipsd_780", "feat_req_someipsd_1180",
+          "feat_req_someipsd_946", "feat_req_someipsd_502"});
   ASSERT_TRUE(machine.discovery.offer(tcp_service, machine.now));
   machine.now += 10ms;
   machine.discovery.on_time(machine.now);
@@ -159,13 +160,70 @@ TEST_F(Server, AnswersAUnicastFindAtOnce) {
 }
 
 TEST_F(Server, AnswersOnlyFindsThatFit) {
-  covers({"feat_req_someipsd_239", "feat_req_someipsd_106"});
+  covers({"feat_req_someipsd_239", "feat_req_someipsd_106", "feat_req_someip_538", "feat_req_someip_542"});
   offer(udp_service);
   FakePeer::Said stopped = find(0x1234);
   stopped.entry.ttl_s = 0;
   machine.unicast(client, {find(0x1235), find(0x1234, 0x5679), find(0x1234, 0x5678, 2),
                            find(0x1234, 0x5678, 1, 8), stopped});
   EXPECT_THAT(machine.sent(), IsEmpty());
+}
+
+TEST_F(Server, AnswersAFindThatHasOptionsOfItsOwn) {
+  covers({"feat_req_someipsd_879"});
+  offer(udp_service);
+  // The Find references a configuration, "a=b".
+  machine.receive(hex("ffff8100 0000002d 00000001 01010200 c0000000 00000010"
+                      "00000010 1234ffff ff000003 ffffffff 00000009 000601 00 03613d6200"),
+                  client_sd, false);
+  EXPECT_THAT(
+      machine.sent(),
+      ElementsAre("200ms -> 10.0.0.2:30490 s1 reboot: offer 1234.5678 v1.7 ttl 3 udp 10.0.0.1:30509"));
+}
+
+TEST_F(Server, OffersEachMajorVersionOfAnInstanceForItself) {
+  covers({"feat_req_someipcompat_714", "feat_req_someipcompat_800", "feat_req_someipcompat_803",
+          "feat_req_someipcompat_804"});
+  OfferedService next = udp_service;
+  next.major = 2;
+  next.udp = Endpoint{own.address, 30511};
+  ASSERT_TRUE(machine.discovery.offer(udp_service, machine.now));
+  const auto second = machine.discovery.offer(next, machine.now);
+  ASSERT_TRUE(second);
+  EXPECT_THAT(machine.run_to(39ms), ElementsAre("10ms -> 224.244.224.245:30490 s1 reboot: "
+                                                "offer 1234.5678 v1.7 ttl 3 udp 10.0.0.1:30509; "
+                                                "offer 1234.5678 v2.7 ttl 3 udp 10.0.0.1:30511"));
+  FakePeer::Said to_second = subscribe(1, {udp(client_udp)});
+  to_second.entry.major = 2;
+  machine.unicast(client, {to_second});
+  EXPECT_THAT(machine.sent(),
+              ElementsAre("39ms -> 10.0.0.2:30490 s1 reboot: ack 1234.5678 v2 group 0001 ttl 3 counter 0"));
+  int subscribers = 0;
+  machine.discovery.for_each_subscriber(*second, EventgroupId{1}, [&](const Subscriber&) { ++subscribers; });
+  EXPECT_EQ(subscribers, 1);
+  machine.discovery.stop_offer(*second, machine.now);
+  EXPECT_THAT(machine.sent(), ElementsAre("39ms -> 224.244.224.245:30490 s2 reboot: "
+                                          "stop_offer 1234.5678 v2.7 ttl 0 udp 10.0.0.1:30511"));
+}
+
+TEST_F(Server, LetsOneClientSubscribeToEverything) {
+  covers({"feat_req_someipcompat_1202"});
+  OfferedService second = udp_service;
+  second.instance = InstanceId{0x5679};
+  ASSERT_TRUE(machine.discovery.offer(udp_service, machine.now));
+  ASSERT_TRUE(machine.discovery.offer(second, machine.now));
+  machine.run_to(200ms);
+  for (const std::uint16_t instance : {std::uint16_t{0x5678}, std::uint16_t{0x5679}}) {
+    for (std::uint16_t eventgroup = 1; eventgroup <= 3; ++eventgroup) {
+      FakePeer::Said said = subscribe(eventgroup, {udp(client_udp)});
+      said.entry.instance = InstanceId{instance};
+      machine.unicast(client, {said});
+    }
+  }
+  const auto sent = machine.sent();
+  ASSERT_THAT(sent, testing::SizeIs(1));
+  EXPECT_THAT(sent.front(), testing::Not(testing::HasSubstr("nack")));
+  EXPECT_THAT(machine.events(), testing::SizeIs(6));
 }
 
 TEST_F(Server, AnswersOneFindOnceThoughItIsAskedTwice) {
@@ -210,7 +268,8 @@ TEST(OptimisedServer, AnswersByMulticastWhenTheLastOfferIsOld) {
 
 TEST_F(Server, AcknowledgesASubscription) {
   covers({"feat_req_someipsd_432", "feat_req_someipsd_441", "feat_req_someipsd_613", "feat_req_someipsd_614",
-          "feat_req_someipsd_625", "feat_req_someipsd_787", "feat_req_someipsd_833"});
+          "feat_req_someipsd_625", "feat_req_someipsd_787", "feat_req_someipsd_833", "feat_req_someipsd_204",
+          "feat_req_someip_545"});
   offer(udp_service);
   machine.unicast(client, {subscribe(1, {udp(client_udp)}, 5, 3)});
   EXPECT_THAT(machine.sent(),
@@ -249,8 +308,8 @@ TEST_F(Server, AnswersAllEntriesOfAMessageInOne) {
 }
 
 TEST_F(Server, NamesTheMulticastEndpointInItsAck) {
-  covers(
-      {"feat_req_someipsd_763", "feat_req_someipsd_789", "feat_req_someipsd_854", "feat_req_someipsd_626"});
+  covers({"feat_req_someipsd_763", "feat_req_someipsd_789", "feat_req_someipsd_854", "feat_req_someipsd_626",
+          "feat_req_someipsd_946"});
   offer(udp_service);
   machine.unicast(client, {subscribe(2, {udp(client_udp)})});
   EXPECT_THAT(machine.sent(),
@@ -273,7 +332,7 @@ struct Refused {
 TEST_F(Server, RefusesWhatItCannotServe) {
   covers({"feat_req_someipsd_102", "feat_req_someipsd_618", "feat_req_someipsd_619", "feat_req_someipsd_1137",
           "feat_req_someipsd_1144", "feat_req_someipsd_1145", "feat_req_someipsd_1164",
-          "feat_req_someipsd_1233"});
+          "feat_req_someipsd_1233", "feat_req_someip_545"});
   offer(udp_service);
   const auto other = [](auto change) {
     FakePeer::Said said = subscribe(1, {udp(client_udp)});
@@ -536,6 +595,26 @@ TEST(ServerOnIpv6, UsesIpv6Options) {
   EXPECT_THAT(machine.sent(), ElementsAre(testing::HasSubstr("nack")));
 }
 
+TEST(ServerOnIpv6, TakesTheFirstSdEndpointOptionAlone) {
+  covers({"feat_req_someipsd_1154"});
+  const auto address = [](std::uint8_t last) {
+    return IpAddress{{0xfd, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, last}, true};
+  };
+  Settings settings = fixed_settings();
+  settings.unicast = {address(1), 30490};
+  Machine<> machine{settings};
+  // A subscription to nothing we have: its Nack shows where we answer.
+  machine.receive(hex("ffff8100 0000006c 00000001 01010200 c0000000 00000010"
+                      "06020010 12345678 01000003 00000001 00000048"
+                      "001526 00 fd000000000000000000000000000004 00 11 771a"
+                      "001526 00 fd000000000000000000000000000005 00 11 771a"
+                      "001506 00 fd000000000000000000000000000002 00 11 9c40"),
+                  {address(2), 30490}, false);
+  EXPECT_THAT(
+      machine.sent(),
+      ElementsAre(testing::StartsWith("0ms -> [fd000000000000000000000000000004]:30490 s1 reboot: nack")));
+}
+
 TEST_F(Server, StopsAnOffer) {
   covers(
       {"feat_req_someipsd_261", "feat_req_someipsd_262", "feat_req_someipsd_820", "feat_req_someipsd_830"});
@@ -556,6 +635,8 @@ TEST_F(Server, StopsAnOffer) {
 }
 
 TEST_F(Server, TakesNoImpossibleOffer) {
+  covers({"feat_req_someip_579", "feat_req_someip_627", "feat_req_someipids_505", "feat_req_someipids_529",
+          "feat_req_someipids_555", "feat_req_someipcompat_800"});
   const auto error_of = [&](auto change) {
     OfferedService service = udp_service;
     change(service);
@@ -564,7 +645,13 @@ TEST_F(Server, TakesNoImpossibleOffer) {
   };
   using S = OfferedService;
   EXPECT_EQ(error_of([](S& s) { s.service = ServiceId{0xffff}; }), SdError::bad_argument);
+  EXPECT_EQ(error_of([](S& s) { s.service = ServiceId{0}; }), SdError::bad_argument);
   EXPECT_EQ(error_of([](S& s) { s.instance = someip::any_instance; }), SdError::bad_argument);
+  EXPECT_EQ(error_of([](S& s) { s.instance = InstanceId{0}; }), SdError::bad_argument);
+  for (const std::uint16_t reserved : {std::uint16_t{0}, std::uint16_t{0xffff}}) {
+    const std::array bad{Eventgroup{.id = EventgroupId{reserved}}};
+    EXPECT_EQ(error_of([&](S& s) { s.eventgroups = bad; }), SdError::bad_argument);
+  }
   EXPECT_EQ(error_of([](S& s) { s.major = any_major; }), SdError::bad_argument);
   EXPECT_EQ(error_of([](S& s) { s.udp.reset(); }), SdError::bad_argument);
   EXPECT_EQ(error_of([](S& s) { s.udp->port = 0; }), SdError::bad_argument);

@@ -12,7 +12,9 @@ using test::hex;
 using test::to_hex;
 
 TEST(Header, DecodesEveryFieldBigEndian) {
-  covers({"feat_req_someip_42", "feat_req_someip_45", "feat_req_someip_77"});
+  covers({"feat_req_someip_42", "feat_req_someip_45", "feat_req_someip_77", "feat_req_someip_539",
+          "feat_req_someip_56", "feat_req_someip_625", "feat_req_someip_67", "feat_req_someip_83",
+          "feat_req_someip_165"});
   const auto bytes = hex("1234 8001 0000000a 5678 9abc 01 03 02 00 cafe");
   const auto message = decode(bytes);
   ASSERT_TRUE(message);
@@ -41,7 +43,7 @@ TEST(Header, AsksForMoreAtEveryTruncation) {
 }
 
 TEST(Header, EncodesWhatItDecoded) {
-  covers({"feat_req_someip_44"});
+  covers({"feat_req_someip_44", "feat_req_someip_60", "feat_req_someip_142"});
   const auto bytes = hex("1234 0421 0000000a 5678 9abc 01 03 a1 5e cafe");
   const auto message = decode(bytes);
   ASSERT_TRUE(message);
@@ -56,8 +58,90 @@ TEST(Header, EncodesNothingWithoutRoom) {
   EXPECT_EQ(encode(Header{}, hex("cafe"), room).error(), WireError::no_room);
 }
 
+TEST(Header, BelongsToTheFirstProtocolVersionAndReportsSuccessUnlessToldOtherwise) {
+  covers({"feat_req_someip_90", "feat_req_someip_144", "feat_req_someip_92"});
+  std::array<std::byte, 16> room{};
+  const Header event{.service = ServiceId{0x1234},
+                     .method = MethodId{0x8001},
+                     .session = SessionId{1},
+                     .interface_version = 3,
+                     .type = MessageType::notification};
+  EXPECT_EQ(to_hex(*encode(event, {}, room)), to_hex(hex("1234 8001 00000008 0000 0001 01 03 02 00")));
+  EXPECT_EQ(to_hex(*encode(Header{}, {}, room)), to_hex(hex("0000 0000 00000008 0000 0000 01 00 00 00")));
+}
+
+TEST(Header, IsRefusedWhenTheLengthFieldCannotSayHowMuchFollows) {
+  std::array<std::byte, 16> room{};
+  EXPECT_EQ(to_hex(*encode_header({}, 0xffff'fff7, room)),
+            to_hex(hex("0000 0000 ffffffff 0000 0000 01 00 00 00")));
+  EXPECT_EQ(encode_header({}, 0xffff'fff8, room).error(), WireError::bad_length);
+}
+
+TEST(MessageType, HasTheNumbersOfTheSpecification) {
+  covers({"feat_req_someip_95", "feat_req_someip_684", "feat_req_someip_761", "feat_req_someip_142"});
+  const auto byte_of = [](MessageType type) {
+    std::array<std::byte, 16> room{};
+    return std::to_integer<int>((*encode({.type = type}, {}, room))[14]);
+  };
+  EXPECT_EQ(byte_of(MessageType::request), 0x00);
+  EXPECT_EQ(byte_of(MessageType::request_no_return), 0x01);
+  EXPECT_EQ(byte_of(MessageType::notification), 0x02);
+  EXPECT_EQ(byte_of(MessageType::response), 0x80);
+  EXPECT_EQ(byte_of(MessageType::error), 0x81);
+  EXPECT_EQ(byte_of(MessageType::tp_request), 0x20);
+  EXPECT_EQ(byte_of(MessageType::tp_request_no_return), 0x21);
+  EXPECT_EQ(byte_of(MessageType::tp_notification), 0x22);
+  EXPECT_EQ(byte_of(MessageType::tp_response), 0xa0);
+  EXPECT_EQ(byte_of(MessageType::tp_error), 0xa1);
+}
+
+TEST(MessageType, SaysWithOneBitWhetherItIsASegment) {
+  covers({"feat_req_someip_761"});
+  for (int byte = 0; byte < 256; ++byte) {
+    const auto type = static_cast<MessageType>(byte);
+    EXPECT_EQ(is_tp(type), (byte & 0x20) != 0) << byte;
+    EXPECT_EQ(static_cast<int>(with_tp(type)), byte | 0x20) << byte;
+    EXPECT_EQ(static_cast<int>(without_tp(type)), byte & 0xdf) << byte;
+  }
+}
+
+TEST(ReturnCode, HasTheNumbersOfTheSpecification) {
+  covers({"feat_req_someip_371"});
+  const auto byte_of = [](ReturnCode code) {
+    std::array<std::byte, 16> room{};
+    return std::to_integer<int>((*encode({.return_code = code}, {}, room))[15]);
+  };
+  EXPECT_EQ(byte_of(ReturnCode::ok), 0x00);
+  EXPECT_EQ(byte_of(ReturnCode::not_ok), 0x01);
+  EXPECT_EQ(byte_of(ReturnCode::unknown_service), 0x02);
+  EXPECT_EQ(byte_of(ReturnCode::unknown_method), 0x03);
+  EXPECT_EQ(byte_of(ReturnCode::not_ready), 0x04);
+  EXPECT_EQ(byte_of(ReturnCode::not_reachable), 0x05);
+  EXPECT_EQ(byte_of(ReturnCode::timeout), 0x06);
+  EXPECT_EQ(byte_of(ReturnCode::wrong_protocol_version), 0x07);
+  EXPECT_EQ(byte_of(ReturnCode::wrong_interface_version), 0x08);
+  EXPECT_EQ(byte_of(ReturnCode::malformed_message), 0x09);
+  EXPECT_EQ(byte_of(ReturnCode::wrong_message_type), 0x0a);
+  EXPECT_EQ(byte_of(ReturnCode::e2e_repeated), 0x0b);
+  EXPECT_EQ(byte_of(ReturnCode::e2e_wrong_sequence), 0x0c);
+  EXPECT_EQ(byte_of(ReturnCode::e2e), 0x0d);
+  EXPECT_EQ(byte_of(ReturnCode::e2e_not_available), 0x0e);
+  EXPECT_EQ(byte_of(ReturnCode::e2e_no_new_data), 0x0f);
+}
+
+TEST(Ids, ThatAreReservedNameNothing) {
+  covers({"feat_req_someip_627", "feat_req_someip_579", "feat_req_someipids_505", "feat_req_someipids_529",
+          "feat_req_someipids_555"});
+  for (std::uint32_t id = 0; id <= 0xffff; ++id) {
+    const bool ordinary = id != 0 && id != 0xffff;
+    ASSERT_EQ(names_a_service(static_cast<ServiceId>(id)), ordinary) << id;
+    ASSERT_EQ(names_an_instance(static_cast<InstanceId>(id)), ordinary) << id;
+    ASSERT_EQ(names_an_eventgroup(static_cast<EventgroupId>(id)), ordinary) << id;
+  }
+}
+
 TEST(MessageCursor, WalksOverSeveralMessagesOfOneDatagram) {
-  covers({"feat_req_someip_702"});
+  covers({"feat_req_someip_702", "feat_req_someip_584"});
   const auto bytes =
       hex("1234 8001 00000009 0000 0001 01 01 02 00 aa 1234 8002 00000008 0000 0002 01 01 02 00");
   MessageCursor cursor{bytes};
