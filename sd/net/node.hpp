@@ -18,7 +18,7 @@ struct NodeConfig {
   IpAddress address;
   std::string multicast_interface{};  ///< for multicast; empty: the one that has `address`
   IpAddress multicast = IpAddress::v4(224, 244, 224, 245);  ///< SD's group
-  std::uint16_t port = 30490;  ///< SD's port, of all nodes  [feat_req_someipsd_676]
+  std::uint16_t port = 30490;  ///< SD's port, of all nodes  [feat_req_someip_676]
   Timing timing{};
   Limits limits{};                                         ///< of service discovery
   std::size_t max_message_bytes = std::size_t{16} << 20U;  ///< payload of a received message

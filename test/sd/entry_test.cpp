@@ -25,7 +25,8 @@ std::string bytes_of(const Entry& entry) {
 }
 
 TEST(Entry, DecodesEveryFieldOfAServiceEntry) {
-  covers({"feat_req_someipsd_47", "feat_req_someipsd_208", "feat_req_someipsd_253", "feat_req_someipsd_336"});
+  covers({"feat_req_someipsd_47", "feat_req_someipsd_208", "feat_req_someipsd_253", "feat_req_someipsd_336",
+          "feat_req_someip_543", "feat_req_someipsd_46"});
   const Entry entry = entry_from("01 07 09 2f 1234 5678 03 00000a 89abcdef");
   EXPECT_EQ(entry.type, EntryType::offer_service);
   EXPECT_EQ(entry.first_run, (OptionRun{7, 2}));
@@ -39,7 +40,8 @@ TEST(Entry, DecodesEveryFieldOfAServiceEntry) {
 }
 
 TEST(Entry, DecodesEveryFieldOfAnEventgroupEntry) {
-  covers({"feat_req_someipsd_109", "feat_req_someipsd_209", "feat_req_someipsd_322"});
+  covers({"feat_req_someipsd_109", "feat_req_someipsd_209", "feat_req_someipsd_322", "feat_req_someip_546",
+          "feat_req_someipsd_46", "feat_req_someipsd_237"});
   const Entry entry = entry_from("06 00 00 10 1234 5678 03 ffffff 00 85 4465");
   EXPECT_EQ(entry.type, EntryType::subscribe_eventgroup);
   EXPECT_EQ(entry.first_run, (OptionRun{0, 1}));

@@ -194,7 +194,7 @@ TEST(SdMessage, NamesTheFirstFaultAndItsPlace) {
 }
 
 TEST(SdMessage, IsKnownByItsHeader) {
-  covers({"feat_req_someipsd_26", "feat_req_someipsd_1220"});
+  covers({"feat_req_someipsd_26", "feat_req_someipsd_1220", "feat_req_someipids_530"});
   const someip::Header sd = sd_header(SessionId{7});
   EXPECT_TRUE(is_sd(sd));
   const auto changed = [sd](auto change) {

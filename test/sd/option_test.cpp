@@ -29,7 +29,8 @@ TEST(EndpointOption, WritesTheBytesOfEachKind) {
           "feat_req_someipsd_164", "feat_req_someipsd_723", "feat_req_someipsd_725", "feat_req_someipsd_734",
           "feat_req_someipsd_737", "feat_req_someipsd_739", "feat_req_someipsd_1085",
           "feat_req_someipsd_1087", "feat_req_someipsd_1096", "feat_req_someipsd_1101",
-          "feat_req_someipsd_1103"});
+          "feat_req_someipsd_1103", "feat_req_someipsd_128", "feat_req_someipsd_724",
+          "feat_req_someipsd_1086"});
   EXPECT_EQ(bytes_of({EndpointRole::unicast, server, Transport::udp}), "04 000a0000010011772d");
   EXPECT_EQ(bytes_of({EndpointRole::unicast, server, Transport::tcp}), "04 000a0000010006772d");
   EXPECT_EQ(bytes_of({EndpointRole::multicast, {IpAddress::v4(224, 225, 226, 233), 32344}}),
@@ -99,7 +100,7 @@ std::vector<std::string> items_of(ConfigurationCursor& cursor) {
 TEST(Configuration, GivesItemsInTheirOrder) {
   covers({"feat_req_someipsd_149", "feat_req_someipsd_150", "feat_req_someipsd_151", "feat_req_someipsd_152",
           "feat_req_someipsd_157", "feat_req_someipsd_159", "feat_req_someipsd_160", "feat_req_someipsd_217",
-          "feat_req_someipsd_684"});
+          "feat_req_someipsd_684", "feat_req_someipsd_144", "feat_req_someipsd_755"});
   // abc=x, def=123, flag (no value), e= (empty value), abc=y (the key again), k=a=b (value with '=').
   const auto body =
       hex("00 05 6162633d78 07 6465663d313233 04 666c6167 02 653d 05 6162633d79 05 6b3d613d62 00");
@@ -117,6 +118,19 @@ TEST(Configuration, IsWrittenAsItIsRead) {
   ASSERT_TRUE(option);
   EXPECT_EQ(to_hex(option->body), "00056162633d78076465663d31323300");
   EXPECT_EQ(encode_configuration(items, std::span{room}.first(15)).error(), WireError::no_room);
+}
+
+TEST(Configuration, CarriesTheNamesOfHostServiceAndInstance) {
+  covers({"feat_req_someipsd_218", "feat_req_someipsd_755"});
+  std::array<std::byte, 64> room{};
+  const std::array<ConfigurationItem, 3> items{
+      {{"hostname", "h"}, {"servicename", "s"}, {"instancename", "i"}}};
+  const auto option = encode_configuration(items, room);
+  ASSERT_TRUE(option);
+  EXPECT_EQ(to_hex(option->body), to_hex(hex("00 0a 686f73746e616d653d68 0d 736572766963656e616d653d73"
+                                             "0e 696e7374616e63656e616d653d69 00")));
+  ConfigurationCursor cursor{*option};
+  EXPECT_THAT(items_of(cursor), ElementsAre("hostname -> h", "servicename -> s", "instancename -> i"));
 }
 
 TEST(Configuration, IsNotWrittenWithABadKey) {
@@ -160,7 +174,8 @@ TEST(Configuration, StopsAtTheFirstFault) {
 }
 
 TEST(Option, IsJudgedByTheRulesOfItsType) {
-  covers({"feat_req_someipsd_102", "feat_req_someipsd_790", "feat_req_someipsd_1253"});
+  covers({"feat_req_someipsd_102", "feat_req_someipsd_790", "feat_req_someipsd_1253",
+          "feat_req_someipsd_1251", "feat_req_someipsd_749"});
   const auto fault = [](std::uint8_t type, std::string_view bytes) {
     const auto body = hex(bytes);
     return find_fault({OptionType{type}, body});

@@ -68,7 +68,7 @@ Runs runs_of(ByteView datagram, std::size_t index) {
 }
 
 TEST(SdWriter, SharesOptionsInsteadOfRepeatingThem) {
-  covers({"feat_req_someipsd_900"});
+  covers({"feat_req_someipsd_900", "feat_req_someipsd_343"});
   std::array<std::byte, 1400> room{};
   SdWriter writer{room};
   ASSERT_TRUE(writer.add(offer(1), std::array{mark(0xa0), mark(0xa1)}));
@@ -92,7 +92,7 @@ TEST(SdWriter, SharesOptionsInsteadOfRepeatingThem) {
 }
 
 TEST(SdWriter, PutsAnUnreferencedOptionFirst) {
-  covers({"feat_req_someipsd_1082", "feat_req_someipsd_1114", "feat_req_someipsd_1151"});
+  covers({"feat_req_someipsd_1114", "feat_req_someipsd_1151"});
   std::array<std::byte, 1400> room{};
   SdWriter writer{room};
   const OwnedOption sd = EndpointOption{EndpointRole::sd, {IpAddress::v4(192, 168, 0, 1), 30490}}.encode();
@@ -114,6 +114,22 @@ TEST(SdWriter, PutsAnUnreferencedOptionFirst) {
             plain("ffff8100 0000004c 00000001 01010200 80000000 00000020"
                   "00000000 4711ffff ff000e10 ffffffff 01010010 12340001 01000003 00000032"
                   "00000018 000924 00 c0a80001 00 11 771a 000904 00 c0a80001 00 11 d903"));
+}
+
+TEST(SdWriter, PutsAnUnreferencedOptionFirstOnIpv6Too) {
+  covers({"feat_req_someipsd_1113", "feat_req_someipsd_1153"});
+  constexpr IpAddress address{{0xfd, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1}, true};
+  std::array<std::byte, 1400> room{};
+  SdWriter writer{room};
+  const OwnedOption sd = EndpointOption{EndpointRole::sd, {address, 30490}}.encode();
+  const OwnedOption udp = EndpointOption{EndpointRole::unicast, {address, 30509}}.encode();
+  ASSERT_TRUE(writer.add_unreferenced(sd.view()));
+  ASSERT_TRUE(writer.add(offer(0x1234), std::array{udp.view()}));
+  EXPECT_EQ(to_hex(writer.finish(unicast_flag, SessionId{1})),
+            plain("ffff8100 00000054 00000001 01010200 40000000 00000010"
+                  "01010010 12345678 01000003 00000000 00000030"
+                  "001526 00 fd000000000000000000000000000001 00 11 771a"
+                  "001506 00 fd000000000000000000000000000001 00 11 772d"));
 }
 
 TEST(SdWriter, RefusesWhatDoesNotFitAndStaysAsItWas) {

@@ -1,4 +1,5 @@
 #include <array>
+#include <optional>
 #include <string>
 
 #include "someip/wire/payload_reader.hpp"
@@ -34,7 +35,8 @@ std::string read_string(std::string_view bytes, const PayloadRules& rules = {}) 
 
 TEST(PayloadWriter, WritesBasicTypesInBothByteOrders) {
   covers({"feat_req_someip_682", "feat_req_someip_172", "feat_req_someip_224", "feat_req_someip_230",
-          "feat_req_someip_652", "feat_req_someip_574", "feat_req_someip_817"});
+          "feat_req_someip_652", "feat_req_someip_574", "feat_req_someip_817", "feat_req_someip_169",
+          "feat_req_someip_575", "feat_req_someip_623"});
   const auto write = [](PayloadWriter& out) {
     out.boolean(true);
     out.u8(0xfe);
@@ -56,7 +58,7 @@ TEST(PayloadWriter, WritesBasicTypesInBothByteOrders) {
 }
 
 TEST(PayloadReader, ReadsBasicTypesInBothByteOrders) {
-  covers({"feat_req_someip_682", "feat_req_someip_224"});
+  covers({"feat_req_someip_682", "feat_req_someip_224", "feat_req_someip_623"});
   const auto check = [](std::string_view bytes, std::endian order) {
     const auto payload = hex(bytes);
     PayloadReader in{payload, {.byte_order = order}};
@@ -260,6 +262,91 @@ TEST(PayloadWriter, GivesEachDimensionOfAnArrayItsLength) {
             "0400010002");
 }
 
+TEST(PayloadWriter, WritesArraysOfFixedSizeRowAfterRow) {
+  covers({"feat_req_someip_241", "feat_req_someip_243", "feat_req_someip_246"});
+  const std::array<std::array<std::uint16_t, 3>, 2> rows{
+      {{0x0a0b, 0x1a1b, 0x2a2b}, {0x3a3b, 0x4a4b, 0x5a5b}}};
+  EXPECT_EQ(written({},
+                    [&](auto& out) {
+                      const auto outer = out.begin_fixed_array();
+                      for (const auto& row : rows) {
+                        const auto inner = out.begin_fixed_array();
+                        for (const std::uint16_t number : row) {
+                          out.u16(number);
+                        }
+                        out.end(inner);
+                      }
+                      out.end(outer);
+                      out.u8(0x77);
+                    }),
+            "0a0b1a1b2a2b"
+            "3a3b4a4b5a5b"
+            "77");
+  const auto payload = hex("0a0b1a1b2a2b 3a3b4a4b5a5b 77");
+  PayloadReader in{payload};
+  const auto outer = in.begin_fixed_array();
+  for (const auto& row : rows) {
+    const auto inner = in.begin_fixed_array();
+    for (const std::uint16_t number : row) {
+      EXPECT_EQ(in.u16(), number);
+    }
+    in.end(inner);
+  }
+  in.end(outer);
+  EXPECT_EQ(in.u8(), 0x77);
+  EXPECT_FALSE(in.error());
+}
+
+TEST(PayloadWriter, WritesAnOptionalElementAsAnArrayOfOneOrNone) {
+  covers({"feat_req_someip_252"});
+  const auto write = [](std::optional<std::uint16_t> value) {
+    return [value](PayloadWriter& out) {
+      const auto optional = out.begin_array();
+      if (value) {
+        out.u16(*value);
+      }
+      out.end(optional);
+      out.u8(0x77);
+    };
+  };
+  EXPECT_EQ(written({}, write(0x1234)), "00000002123477");
+  EXPECT_EQ(written({}, write({})), "0000000077");
+  const auto payload = hex("00000002 1234  00000000  77");
+  PayloadReader in{payload};
+  auto present = in.begin_array();
+  ASSERT_TRUE(in.more(present));
+  EXPECT_EQ(in.u16(), 0x1234);
+  EXPECT_FALSE(in.more(present));
+  in.end(present);
+  auto absent = in.begin_array();
+  EXPECT_FALSE(in.more(absent));
+  in.end(absent);
+  EXPECT_EQ(in.u8(), 0x77);
+  EXPECT_FALSE(in.error());
+}
+
+TEST(PayloadWriter, CarriesEnumerationsAndBitFieldsAsTheNumbersThatTheyAre) {
+  covers({"feat_req_someip_689", "feat_req_someip_799"});
+  enum class Gear : std::uint8_t { park = 0, drive = 1 };  // 0xfe is none of them, and passes
+  EXPECT_EQ(written({},
+                    [](auto& out) {
+                      out.u8(static_cast<std::uint8_t>(Gear::drive));
+                      out.u8(0xfe);
+                      out.u8(0b1000'0001);
+                      out.u16(0b1000'0000'0000'0001);
+                      out.u32(0x8000'0001);
+                    }),
+            "01fe81800180000001");
+  const auto payload = hex("01 fe 81 8001 80000001");
+  PayloadReader in{payload};
+  EXPECT_EQ(static_cast<Gear>(in.u8()), Gear::drive);
+  EXPECT_EQ(in.u8(), 0xfe);
+  EXPECT_EQ(in.u8(), 0b1000'0001);
+  EXPECT_EQ(in.u16(), 0b1000'0000'0000'0001);
+  EXPECT_EQ(in.u32(), 0x8000'0001U);
+  EXPECT_FALSE(in.error());
+}
+
 TEST(PayloadReader, RefusesArraysWhoseLengthDoesNotFit) {
   covers({"feat_req_someip_254"});
   const auto sum = [](std::string_view bytes) {
@@ -304,7 +391,7 @@ TEST(PayloadReader, DoesNotLoopOverElementsThatTakeNoBytes) {
 }
 
 TEST(PayloadReader, SkipsWhatANewerInterfaceAppendedToAStruct) {
-  covers({"feat_req_someip_600", "feat_req_someip_601", "feat_req_someip_602"});
+  covers({"feat_req_someip_600", "feat_req_someip_601", "feat_req_someip_602", "feat_req_someipcompat_1199"});
   const PayloadRules rules{.struct_length = FieldWidth::bits8};
   const auto payload = hex("06 07 01020304 99  55");
   PayloadReader in{payload, rules};
@@ -377,7 +464,7 @@ TEST(PayloadWriter, PadsUnionsWithoutLengthToTheLongestMember) {
 }
 
 TEST(PayloadReader, SkipsTheSpecificationsUnionPadding) {
-  covers({"feat_req_someip_274", "feat_req_someip_273"});
+  covers({"feat_req_someip_274", "feat_req_someip_273", "feat_req_someip_263"});
   // The example of the specification: a union of uint8 and uint16, both padded to 32 bits.
   const auto payload = hex("00000004 00000001 aa 000000  00000004 00000002 bbcc 0000  55");
   PayloadReader in{payload};
@@ -480,7 +567,7 @@ TEST(PayloadWriter, WritesNothingBeyondItsRoom) {
 }
 
 TEST(PayloadReader, FailsCleanlyAtEveryTruncation) {
-  covers({"feat_req_someip_168"});
+  covers({"feat_req_someip_168", "feat_req_someipcompat_1198"});
   // uint8, string "hi", array of two struct{uint8, union{uint8, uint16}}, and a parameter it does not know
   const auto whole =
       hex("07 00000006efbbbf686900 00000015 01 00000001 00000001 aa 02 00000002 00000002 bbcc");

@@ -38,7 +38,8 @@ TEST(ErrorAnswer, IsGivenToASegmentAsAWholeMessage) {
 }
 
 TEST(ErrorAnswer, IsGivenToRequestsOnly) {
-  covers({"feat_req_someip_597", "feat_req_someip_654", "feat_req_someip_718"});
+  covers({"feat_req_someip_597", "feat_req_someip_654", "feat_req_someip_718", "feat_req_someip_348",
+          "feat_req_someip_142"});
   for (int type = 0; type < 256; ++type) {
     Header other = request;
     other.type = MessageType{static_cast<std::uint8_t>(type)};

@@ -238,7 +238,7 @@ TEST_F(StreamParserTest, TellsOfAStreamThatWasCutOffInAMessage) {
 }
 
 TEST(MagicCookie, IsTheHeaderThatTheSpecificationShows) {
-  covers({"feat_req_someip_609", "feat_req_someip_589"});
+  covers({"feat_req_someip_609", "feat_req_someip_589", "feat_req_someipids_530"});
   EXPECT_EQ(to_hex(magic_cookie(StreamEnd::client)), "ffff000000000008deadbeef01010100");
   EXPECT_EQ(to_hex(magic_cookie(StreamEnd::server)), "ffff800000000008deadbeef01010200");
   for (const StreamEnd end : {StreamEnd::client, StreamEnd::server}) {

@@ -516,7 +516,7 @@ TEST(ConfigConflict, OfOneServiceAtTwoPortsOrVersions) {
 }
 
 TEST(ConfigConflict, OfTwoInstancesAtOnePort) {
-  covers({"feat_req_someip_445"});
+  covers({"feat_req_someip_445", "feat_req_someip_967", "feat_req_someipsd_782"});
   EXPECT_THAT(
       problems_of(two_routes(
           "topic: /a, service: 1, instance: 1, event: 0x8001, direction: dds_to_someip, port: 40000",

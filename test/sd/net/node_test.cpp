@@ -102,6 +102,7 @@ class NodeTest : public ::testing::Test {
 };
 
 TEST_F(NodeTest, CarriesEventsFromAnOfferToASubscriber) {
+  covers({"feat_req_someip_361", "feat_req_someipsd_27", "feat_req_someip_144", "feat_req_someip_92"});
   Node server{io, config(server_address), into(server_log)};
   Node client{io, config(client_address), into(client_log)};
   const OfferHandle offer = server.offer(service);
@@ -127,8 +128,58 @@ TEST_F(NodeTest, CarriesEventsFromAnOfferToASubscriber) {
   EXPECT_THAT(server_log, Contains(HasSubstr("subscribed to eventgroup 0x0001 of 0x1234.0x0001")));
 }
 
+TEST_F(NodeTest, SendsEventsFromTheOfferedEndpoint) {
+  covers({"feat_req_someipsd_758", "feat_req_someipsd_781", "feat_req_someipsd_797", "feat_req_someipsd_850",
+          "feat_req_someipsd_858"});
+  Node server{io, config(server_address)};
+  Node client{io, config(client_address)};
+  ServiceSpec at_port = service;
+  at_port.port = 40125;
+  const OfferHandle offer = server.offer(at_port);
+  std::vector<Endpoint> senders;
+  const SubscriptionId subscription =
+      client.subscribe(wanted, [&](const Message&, const Endpoint& from) { senders.push_back(from); });
+  ASSERT_TRUE(run_until([&] { return client.subscribed(subscription); }));
+  const auto payload = numbers(5000);
+  const ByteView slice{payload};
+  server.notify(offer, small, {});
+  server.notify(offer, large, {&slice, 1});
+  ASSERT_TRUE(run_until([&] { return senders.size() == 2; }));
+  const Endpoint offered{server_address, 40125};
+  EXPECT_THAT(senders, ElementsAre(offered, offered));
+}
+
+TEST_F(NodeTest, SendsNothingToThoseWhoDidNotSubscribe) {
+  covers({"feat_req_someip_807", "feat_req_someipsd_204"});
+  Node server{io, config(server_address)};
+  Node client{io, config(client_address)};
+  const OfferHandle offer = server.offer(service);
+  SubscribeSpec other_group = wanted;
+  other_group.eventgroup = EventgroupId{2};
+  const SubscriptionId subscription = client.subscribe(other_group, collect());
+  ASSERT_TRUE(run_until([&] { return client.subscribed(subscription); }));
+  EXPECT_EQ(server.notify(offer, large, {}).subscribers, 0U);  // not in group 2
+  EXPECT_EQ(server.sender_counters().datagrams, 0U);
+  EXPECT_EQ(server.notify(offer, small, {}).subscribers, 1U);
+  EXPECT_EQ(server.sender_counters().datagrams, 1U);
+  client.unsubscribe(subscription);
+  ASSERT_TRUE(run_until([&] { return server.subscribers(offer, small) == 0; }));
+  EXPECT_EQ(server.notify(offer, small, {}).subscribers, 0U);
+  EXPECT_EQ(server.sender_counters().datagrams, 1U);
+}
+
+TEST_F(NodeTest, HasItsPortOpenBeforeItSubscribes) {
+  covers({"feat_req_someipsd_1182"});
+  Node client{io, config(client_address)};
+  SubscribeSpec here = wanted;
+  here.port = 40126;
+  client.subscribe(here, collect());
+  // Nobody has offered the service yet, and the port is taken already.
+  EXPECT_THROW((UdpSocket{io, {.local = {client_address, 40126}}}), NetError);
+}
+
 TEST_F(NodeTest, CarriesMessagesOfMegabytesInSegments) {
-  covers({"feat_req_someiptp_759"});
+  covers({"feat_req_someiptp_760", "feat_req_someiptp_762"});
   Node server{io, config(server_address)};
   Node client{io, config(client_address)};
   const OfferHandle offer = server.offer(service);
@@ -183,6 +234,7 @@ TEST_F(NodeTest, WithdrawsEverythingOnShutdown) {
 }
 
 TEST_F(NodeTest, SharesOneSubscriptionAmongListeners) {
+  covers({"feat_req_someip_354"});
   Node server{io, config(server_address)};
   Node client{io, config(client_address)};
   const OfferHandle offer = server.offer(service);
@@ -205,6 +257,7 @@ TEST_F(NodeTest, SharesOneSubscriptionAmongListeners) {
 }
 
 TEST_F(NodeTest, SendsAnEventOnceToAnEndpointThatSubscribedToTwoEventgroupsWithIt) {
+  covers({"feat_req_someipsd_1168"});
   Node server{io, config(server_address)};
   Node client{io, config(client_address)};
   const OfferHandle offer = server.offer(service);
@@ -218,6 +271,7 @@ TEST_F(NodeTest, SendsAnEventOnceToAnEndpointThatSubscribedToTwoEventgroupsWithI
 }
 
 TEST_F(NodeTest, DropsAndCountsEventsThatItDidNotAskForOrThatOthersForge) {
+  covers({"feat_req_someipcompat_1201"});
   Node server{io, config(server_address)};
   Node client{io, config(client_address)};
   const OfferHandle offer = server.offer(service);
@@ -256,15 +310,18 @@ TEST_F(NodeTest, DropsAndCountsEventsThatItDidNotAskForOrThatOthersForge) {
 }
 
 TEST_F(NodeTest, AnswersCallsWithAnErrorSinceItHasNoMethods) {
-  covers({"feat_req_someip_655", "feat_req_someip_654"});
+  covers({"feat_req_someip_655", "feat_req_someip_654", "feat_req_someip_538", "feat_req_someip_816",
+          "feat_req_someip_348", "feat_req_someip_49"});
   Node server{io, config(server_address)};
   ServiceSpec at_port = service;
   at_port.port = 40124;
   server.offer(at_port);
   UdpSocket caller{io, {.local = {client_address, 0}}};
   std::vector<Header> answers;
-  caller.receive(
-      [&](ByteView datagram, const Endpoint&) { answers.push_back(someip::decode(datagram)->header); });
+  caller.receive([&](ByteView datagram, const Endpoint& from) {
+    answers.push_back(someip::decode(datagram)->header);
+    EXPECT_EQ(from, (Endpoint{server_address, 40124}));
+  });
   const Header request{.service = ServiceId{0x1234},
                        .method = MethodId{0x0001},
                        .client = someip::ClientId{7},

@@ -72,7 +72,7 @@ class MessageSenderTest : public ::testing::Test {
 };
 
 TEST_F(MessageSenderTest, SendsASmallMessageAtOnceHoweverManyPiecesItHas) {
-  covers({"feat_req_someip_318"});
+  covers({"feat_req_someip_318", "feat_req_someip_36", "feat_req_someip_166"});
   const auto payload = numbers(max_plain_payload_bytes);
   std::vector<ByteView> slices;
   for (std::size_t i = 0; i < payload.size(); i += 14) {
@@ -88,7 +88,8 @@ TEST_F(MessageSenderTest, SendsASmallMessageAtOnceHoweverManyPiecesItHas) {
 }
 
 TEST_F(MessageSenderTest, SegmentsWhatDoesNotFitADatagram) {
-  covers({"feat_req_someip_318", "feat_req_someiptp_765", "feat_req_someiptp_773"});
+  covers({"feat_req_someip_318", "feat_req_someiptp_765", "feat_req_someiptp_773", "feat_req_someiptp_760",
+          "feat_req_someiptp_763"});
   const auto payload = numbers(200'001);
   const ByteView slice{payload};
   EXPECT_TRUE(sender.send(receiver.local(), event, {&slice, 1}));
@@ -114,6 +115,7 @@ TEST_F(MessageSenderTest, GathersSegmentsFromPiecesOfAnySize) {
 }
 
 TEST_F(MessageSenderTest, SendsOneBurstAtATime) {
+  covers({"feat_req_someiptp_801"});
   const auto payload = numbers(16 * 100);
   const ByteView slice{payload};
   sender.send(receiver.local(), event, {&slice, 1}, nullptr,
