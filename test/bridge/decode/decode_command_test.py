@@ -33,6 +33,13 @@ class Hex(unittest.TestCase):
         self.assertEqual([item["offset"] for item in objects], [0, 0, 0, 0, 0, 0, 18])
         self.assertEqual((status, errors), (1, ""))
 
+    def test_a_line_that_is_not_hexadecimal_has_no_bytes(self):
+        status, objects, errors = run("--hex", stdin="1234 04g1\n")
+        self.assertEqual((status, errors), (1, ""))
+        detail = objects[0]["error"].pop("detail")
+        self.assertIn("character 7", detail)
+        self.assertEqual(objects, [{"line": 1, "offset": 0, "error": {"name": "bad_hex", "rule": None, "offset": 7}}])
+
     def test_exits_with_0_when_all_is_well_formed(self):
         status, objects, errors = run("--hex", stdin=f"{REQUEST}\n{OFFER}")
         self.assertEqual((status, len(objects), errors), (0, 2, ""))
