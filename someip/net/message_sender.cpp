@@ -253,14 +253,24 @@ MessageSender::MessageSender(boost::asio::io_context& io, UdpSocket& socket, std
     : state_{std::make_shared<State>(io, socket, max_queued_bytes)} {}
 
 MessageSender::~MessageSender() {
+  close();
+}
+
+void MessageSender::close() {
   state_->socket = nullptr;
   state_->timer.cancel();
-  state_->queue.clear();  // the cancelled handler keeps the state alive a little longer
+  state_->counters.abandoned += state_->queue.size();
+  state_->queue.clear();  // now, for the cancelled handler keeps the state alive a little longer
+  state_->queued_bytes = 0;
 }
 
 bool MessageSender::send(const Endpoint& to, const Header& header, std::span<const ByteView> payload,
                          std::shared_ptr<const void> keep_alive, const TpPacing& pacing) {
   State& state = *state_;
+  if (state.socket == nullptr) {
+    ++state.counters.abandoned;
+    return false;
+  }
   const std::size_t bytes = size_of(payload);
   if (bytes <= max_plain_payload_bytes && !state.must_wait(to, header)) {
     const SendStatus status = state.send_plain(to, header, payload);

@@ -31,6 +31,7 @@ class MessageSender {
     std::uint64_t datagrams = 0;   ///< sent
     std::uint64_t queue_full = 0;  ///< messages dropped because too much was waiting
     std::uint64_t refused = 0;     ///< messages lost because the system would not send them
+    std::uint64_t abandoned = 0;   ///< messages dropped by close()
   };
 
   /// @param max_queued_bytes  payload that may wait for its turn; a message beyond it is dropped.
@@ -48,6 +49,9 @@ class MessageSender {
   /// @return false when the message was dropped; counters() tell why.
   bool send(const Endpoint& to, const Header& header, std::span<const ByteView> payload,
             std::shared_ptr<const void> keep_alive = nullptr, const TpPacing& pacing = {});
+
+  /// Drops what waits to be sent. Nothing is sent afterwards; destruction does it too.
+  void close();
 
   /// Whether nothing waits to be sent.
   [[nodiscard]] bool idle() const noexcept;

@@ -108,6 +108,7 @@ int open_socket(const UdpOptions& options) {
   }
   set_buffer(fd, SO_RCVBUFFORCE, SO_RCVBUF, options.receive_buffer_bytes);
   set_buffer(fd, SO_SNDBUFFORCE, SO_SNDBUF, options.send_buffer_bytes);
+  set_option(fd, SOL_SOCKET, SO_RXQ_OVFL, 1);
   set_option(fd, SOL_UDP, UDP_GRO, 1);  // an older kernel delivers datagram by datagram
   SocketAddress local{options.local, v6 ? interface : 0};
   if (bind(fd, local.data(), local.size()) != 0) {
@@ -122,17 +123,30 @@ int open_socket(const UdpOptions& options) {
   return socket.release();
 }
 
-// The size of the datagrams in a train that the kernel joined (UDP_GRO); 0 when it is a single one.
-std::size_t train_segment_bytes(msghdr& message) noexcept {
+// What the kernel tells beside a datagram.
+struct Ancillary {
+  /// The size of the datagrams in a train that it joined (UDP_GRO); 0 when it is a single one.
+  std::size_t segment_bytes = 0;
+  /// Datagrams lost so far because the receive buffer was full (SO_RXQ_OVFL); it counts with 32 bits.
+  std::optional<std::uint32_t> overflows = std::nullopt;
+};
+constexpr std::size_t ancillary_room = CMSG_SPACE(sizeof(int)) + CMSG_SPACE(sizeof(std::uint32_t));
+
+Ancillary ancillary_of(msghdr& message) noexcept {
+  Ancillary result;
   for (cmsghdr* control = CMSG_FIRSTHDR(&message); control != nullptr;
        control = CMSG_NXTHDR(&message, control)) {
     if (control->cmsg_level == SOL_UDP && control->cmsg_type == UDP_GRO) {
       int bytes = 0;
       std::memcpy(&bytes, CMSG_DATA(control), sizeof bytes);
-      return static_cast<std::size_t>(bytes);
+      result.segment_bytes = static_cast<std::size_t>(bytes);
+    } else if (control->cmsg_level == SOL_SOCKET && control->cmsg_type == SO_RXQ_OVFL) {
+      std::uint32_t lost = 0;
+      std::memcpy(&lost, CMSG_DATA(control), sizeof lost);
+      result.overflows = lost;
     }
   }
-  return 0;
+  return result;
 }
 
 }  // namespace
@@ -171,7 +185,7 @@ struct UdpSocket::State : std::enable_shared_from_this<State> {
     std::array<mmsghdr, receive_batch> messages{};
     std::array<iovec, receive_batch> places{};
     std::array<SocketAddress, receive_batch> senders;
-    std::array<std::array<std::byte, CMSG_SPACE(sizeof(int))>, receive_batch> controls;
+    std::array<std::array<std::byte, ancillary_room>, receive_batch> controls;
     for (std::size_t i = 0; i < receive_batch; ++i) {
       places[i] = {room.get() + i * receive_room, receive_room};
       msghdr& header = messages[i].msg_hdr;
@@ -185,8 +199,12 @@ struct UdpSocket::State : std::enable_shared_from_this<State> {
     const int received = recvmmsg(fd, messages.data(), receive_batch, 0, nullptr);
     for (std::size_t i = 0; received > 0 && i < static_cast<std::size_t>(received); ++i) {
       const ByteView train{room.get() + i * receive_room, messages[i].msg_len};
-      std::size_t step = train_segment_bytes(messages[i].msg_hdr);
-      step = step == 0 ? std::max<std::size_t>(train.size(), 1) : step;
+      const Ancillary ancillary = ancillary_of(messages[i].msg_hdr);
+      const std::size_t step =
+          ancillary.segment_bytes == 0 ? std::max<std::size_t>(train.size(), 1) : ancillary.segment_bytes;
+      if (ancillary.overflows) {
+        overflows += *ancillary.overflows - static_cast<std::uint32_t>(overflows);
+      }
       const Endpoint from = senders[i].endpoint();
       std::size_t at = 0;
       do {  // an empty datagram is one too
@@ -225,8 +243,10 @@ struct UdpSocket::State : std::enable_shared_from_this<State> {
     if (retry_later(errno)) {
       return {0, SendStatus::would_block};
     }
-    // The kernel or the device has no segmentation for this: one datagram at a time from now on.
-    offload = false;
+    // Either the kernel or the device has no segmentation for this, and it is one datagram at a time from now
+    // on, or something else is wrong, which sending them singly will show too.
+    offload =
+        errno != EIO && errno != EINVAL && errno != EMSGSIZE && errno != EOPNOTSUPP && errno != ENOPROTOOPT;
     return {0, SendStatus::failed};
   }
 
@@ -260,6 +280,7 @@ struct UdpSocket::State : std::enable_shared_from_this<State> {
   Endpoint local;
   bool offload = true;
   bool closed = false;
+  std::uint64_t overflows = 0;
   Handler handler;
   std::unique_ptr<std::byte[]> room;
 };
@@ -321,6 +342,10 @@ void UdpSocket::wait_writable(std::function<void()> ready) {
 
 Endpoint UdpSocket::local() const {
   return state_->local;
+}
+
+std::uint64_t UdpSocket::receive_overflows() const {
+  return state_->overflows;
 }
 
 int UdpSocket::receive_buffer_bytes() const {

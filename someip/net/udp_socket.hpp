@@ -82,6 +82,9 @@ class UdpSocket {
 
   /// Where it is bound, with the port that the system chose.
   [[nodiscard]] Endpoint local() const;
+  /// Datagrams that arrived while the receive buffer was full and are lost, as the system told with the last
+  /// one received.
+  [[nodiscard]] std::uint64_t receive_overflows() const;
   /// What the system granted, which may be less than asked for (sysctl net.core.rmem_max).
   [[nodiscard]] int receive_buffer_bytes() const;
 

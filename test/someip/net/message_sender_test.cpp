@@ -182,6 +182,20 @@ TEST_F(MessageSenderTest, CountsWhatTheSystemRefuses) {
   EXPECT_TRUE(sender.idle());
 }
 
+TEST_F(MessageSenderTest, CountsWhatItNoLongerSendsOnceItIsClosed) {
+  const auto large = numbers(100'000);
+  const ByteView slice{large};
+  sender.send(receiver.local(), event, {&slice, 1});
+  sender.send(receiver.local(), event, {});
+  sender.close();
+  EXPECT_TRUE(sender.idle());
+  EXPECT_FALSE(sender.send(receiver.local(), event, {}));
+  EXPECT_EQ(sender.counters().abandoned, 3U);
+  EXPECT_EQ(sender.counters().messages, 0U);
+  io.run_for(20ms);
+  EXPECT_EQ(arrived.size(), 45U);
+}
+
 TEST_F(MessageSenderTest, CanBeDestroyedWhileMessagesWait) {
   auto payload = std::make_shared<std::vector<std::byte>>(numbers(100'000));
   const std::weak_ptr<std::vector<std::byte>> alive = payload;

@@ -250,6 +250,23 @@ TEST_F(UdpSocketTest, CanBeDestroyedByItsOwnHandler) {
   EXPECT_EQ(calls, 1);
 }
 
+TEST_F(UdpSocketTest, CountsWhatAFullReceiveBufferLoses) {
+  UdpSocket sender{io, {.local = {first, 0}}};
+  UdpSocket receiver{io, {.local = {second, 0}, .receive_buffer_bytes = 16 << 10}};
+  const std::string text(1000, 'x');
+  for (int i = 0; i < 100; ++i) {  // nobody reads meanwhile
+    ASSERT_EQ(send(sender, receiver.local(), text), SendStatus::sent);
+  }
+  Inbox inbox;
+  receiver.receive(inbox.handler());
+  io.run_for(50ms);
+  const std::size_t kept = inbox.texts.size();
+  ASSERT_LT(kept, 100U);
+  send(sender, receiver.local(), text);  // brings the news
+  await(inbox, kept + 1);
+  EXPECT_EQ(receiver.receive_overflows(), 100 - kept);
+}
+
 TEST_F(UdpSocketTest, TellsWhatReceiveBufferTheSystemGranted) {
   UdpSocket socket{io, {.local = {first, 0}, .receive_buffer_bytes = 64 << 10}};
   EXPECT_EQ(socket.receive_buffer_bytes(), 64 << 10);
