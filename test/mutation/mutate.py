@@ -12,7 +12,8 @@ compilation or two. It is killed when a program of test/someip or test/sd fails,
 sockets are left out. A mutant that does not compile is not counted. equivalent.csv lists those that differ in nothing
 that can be observed, each with the reason.
 
-The tally goes to result.json, which docs/coverage.md shows; the exit status is 1 below --goal percent.
+The tally goes to result.json, which docs/coverage.md shows; it is there from the first mutants on, so a run may be cut
+short: it then says what a run with fewer mutants would say. The exit status is 1 below --goal percent.
 """
 import argparse
 import collections
@@ -258,7 +259,7 @@ def main():
     random.Random(given.seed).shuffle(mutants)
     last = HERE / "result.json"
     files = collections.defaultdict(lambda: {"killed": 0, "survived": 0, "equivalent": 0})
-    command = f"./run mutation --count {given.count} --seed {given.seed}"
+    command = None
     if given.again:
         before = json.loads(last.read_text(encoding="utf-8"))
         command = before["command"]
@@ -270,6 +271,14 @@ def main():
             sys.exit(f"the sources have changed since the last run ({last}): some of its survivors are gone; run it anew")
     build = Build(given.build.resolve(), given.jobs)
     survivors, untested, killed_by, begin = [], 0, collections.Counter(), time.monotonic()
+
+    def save():
+        if not given.only:
+            judged = sum(tally["killed"] + tally["survived"] for tally in files.values())
+            result = {"command": command or f"./run mutation --count {judged} --seed {given.seed}",
+                      "files": dict(sorted(files.items())), "survivors": sorted(survivors)}
+            last.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+
     for mutant, verdict in sample(mutants, read_equivalent(), given.count, build.verdict, given.jobs):
         if verdict in ("survived", "equivalent"):
             files[mutant.file][verdict] += 1
@@ -281,6 +290,8 @@ def main():
         if verdict == "survived":
             survivors.append((mutant.file, mutant.line, *lines_of(mutant)))
             print("survived: {}:{}\n  - {}\n  + {}".format(*survivors[-1]), flush=True)
+        if verdict not in ("invalid", "equivalent") and not given.again:
+            save()
     killed = sum(tally["killed"] for tally in files.values())
     total = killed + len(survivors)
     score = 100 * killed / max(total, 1)
@@ -288,9 +299,7 @@ def main():
           ", ".join(f"{program.split('/')[-1]} killed {count}" for program, count in killed_by.most_common()))
     if untested:
         print(f"{untested} mutants are in files that no test program uses")
-    if not given.only:
-        result = {"command": command, "files": dict(sorted(files.items())), "survivors": sorted(survivors)}
-        last.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    save()
     return 0 if score >= given.goal else 1
 
 
