@@ -152,6 +152,41 @@ TEST_F(Limited, KeepsAnswersToAFloodOfFindsFromDelayingItsOffers) {
   EXPECT_GT(machine.discovery.counters().ignored_no_room, 0U);
 }
 
+TEST_F(Limited, DelaysNoMoreAnswersThanHalfOfWhatItCanHold) {
+  ASSERT_TRUE(machine.discovery.offer(service, machine.now));
+  OfferedService second = service;
+  second.instance = InstanceId{1};
+  ASSERT_TRUE(machine.discovery.offer(second, machine.now));
+  machine.run_to(200ms);
+  const std::uint64_t before = machine.discovery.counters().entries_sent;
+  for (std::uint8_t number = 2; number <= 4; ++number) {  // 3 x 2 answers; the queue holds 8
+    FakePeer peer{host(number)};
+    machine.multicast(peer, {find(0x1234)});
+  }
+  machine.run_to(300ms);
+  EXPECT_EQ(machine.discovery.counters().entries_sent, before + 4);
+  EXPECT_EQ(machine.discovery.counters().ignored_no_room, 2U);
+}
+
+TEST_F(Limited, SubscribesOnlyWhenAStopWouldFitToo) {
+  for (const unsigned waiting : {6U, 7U}) {
+    Machine<small> one;
+    const auto requirement =
+        one.discovery.require({.service = ServiceId{0x1234}, .instance = InstanceId{0x5678}}, one.now);
+    ASSERT_TRUE(requirement);
+    ASSERT_TRUE(one.discovery.subscribe(
+        *requirement, {.eventgroup = EventgroupId{1}, .udp = Endpoint{own.address, 40000}}, one.now));
+    FakePeer server{host(2)};
+    for (unsigned i = 0; i < waiting; ++i) {
+      one.unicast(server, {subscribe(9, {udp(host(2, 1))})});  // a Nack each, of the 8 that may wait
+    }
+    one.unicast(server, {offer({udp(host(2, 30509))})});
+    EXPECT_THAT(one.sent(), ElementsAre(testing::Conditional(waiting == 6, HasSubstr("; subscribe"),
+                                                             testing::Not(HasSubstr("; subscribe")))));
+    EXPECT_EQ(one.discovery.counters().ignored_no_room, waiting == 6 ? 0U : 1U);
+  }
+}
+
 TEST_F(Limited, ChangesNothingWhenItCouldNotTell) {
   ASSERT_TRUE(machine.discovery.offer(service, machine.now));
   FakePeer peer{host(2)};

@@ -129,6 +129,23 @@ TEST(ReturnCode, HasTheNumbersOfTheSpecification) {
   EXPECT_EQ(byte_of(ReturnCode::e2e_no_new_data), 0x0f);
 }
 
+TEST(WireError, HasTheNameThatItsReadersSee) {
+  EXPECT_STREQ(to_string(WireError::truncated), "truncated");
+  EXPECT_STREQ(to_string(WireError::bad_length), "bad_length");
+  EXPECT_STREQ(to_string(WireError::no_room), "no_room");
+  EXPECT_STREQ(to_string(WireError::bad_tp_offset), "bad_tp_offset");
+  EXPECT_STREQ(to_string(WireError::bad_tp_flags), "bad_tp_flags");
+  EXPECT_STREQ(to_string(WireError::bad_string_encoding), "bad_string_encoding");
+  EXPECT_STREQ(to_string(WireError::bad_union_type), "bad_union_type");
+  EXPECT_STREQ(to_string(WireError::not_sd), "not_sd");
+  EXPECT_STREQ(to_string(WireError::bad_entries_length), "bad_entries_length");
+  EXPECT_STREQ(to_string(WireError::bad_options_length), "bad_options_length");
+  EXPECT_STREQ(to_string(WireError::bad_option_length), "bad_option_length");
+  EXPECT_STREQ(to_string(WireError::bad_entry_type), "bad_entry_type");
+  EXPECT_STREQ(to_string(WireError::bad_option_reference), "bad_option_reference");
+  EXPECT_STREQ(to_string(WireError::bad_value), "bad_value");
+}
+
 TEST(Ids, ThatAreReservedNameNothing) {
   covers({"feat_req_someip_627", "feat_req_someip_579", "feat_req_someipids_505", "feat_req_someipids_529",
           "feat_req_someipids_555"});
