@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # fuzz_all.sh BUILD_DIR SECONDS JOBS: runs every fuzz target for SECONDS from its committed corpus and the seeds
-# that were cut from the captures; new inputs stay in the build directory.
+# that are cut from the captures, also from those beside the repository; new inputs stay in the build directory.
 set -euo pipefail
 build=$1 seconds=$2 jobs=$3
 root=$(cd "$(dirname "$0")/.." && pwd)
@@ -26,7 +26,12 @@ run_one() {
 }
 export -f run_one
 
-targets=("$build"/fuzz/fuzz_*)
-[[ -x ${targets[0]} ]] || { echo "no fuzz targets in $build/fuzz" >&2; exit 1; }
-"$build/fuzz/cut_seeds" "$root/pcaps" "$build/seeds"
-printf '%s\0' "${targets[@]}" | grep -zv '\.' | xargs -0 -P "$jobs" -I{} bash -c 'run_one "$@"' run_one "$build" "$seconds" "$root" {}
+targets=()
+for program in "$build"/fuzz/fuzz_*; do
+  [[ -f $program && -x $program ]] && targets+=("$program")
+done
+((${#targets[@]})) || { echo "no fuzz targets in $build/fuzz" >&2; exit 1; }
+captures=("$root/pcaps")
+[[ -d $root/../shared/pcaps/public ]] && captures+=("$root/../shared/pcaps/public")
+"$build/fuzz/cut_seeds" "$build/seeds" "${captures[@]}"
+printf '%s\0' "${targets[@]}" | xargs -0 -P "$jobs" -I{} bash -c 'run_one "$@"' run_one "$build" "$seconds" "$root" {}
