@@ -108,6 +108,7 @@ constexpr bool leaving_reader_blocks(int version) {
   return version < 21007 || (version >= 21100 && version < 21405) || (version >= 30000 && version < 30002) ||
          version == 30100;
 }
+/// The same of the Fast DDS that this is compiled with.
 inline constexpr bool leaving_reader_can_block = leaving_reader_blocks(TRESTLE_FASTDDS_VERSION);
 
 using Guid = rtps::GUID_t;

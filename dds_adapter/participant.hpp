@@ -51,8 +51,10 @@ struct Event {
   std::size_t matched = 0;  ///< matched, unmatched: how many counterparts there are now
 };
 
+/// The kind's name as it stands above, for logs.
 [[nodiscard]] const char* to_string(Event::Kind kind) noexcept;
 
+/// How a participant joins its domain. The constructor of Participant refuses what cannot be.
 struct ParticipantConfig {
   std::uint32_t domain = 0;  ///< 0 to 232
   std::string name = "trestle";
@@ -130,12 +132,13 @@ struct ReaderCounters {
   std::uint64_t incompatible_qos = 0;  ///< writers that don't match for their quality of service
 };
 
+/// What a writer has done since it was made. What was refused was not sent.
 struct WriterCounters {
-  std::uint64_t sent = 0;
+  std::uint64_t sent = 0;  ///< handed to DDS, whether or not somebody reads them
   std::uint64_t sent_bytes = 0;
-  std::uint64_t bad_encapsulation = 0;  ///< refused, see WriteError
+  std::uint64_t bad_encapsulation = 0;  ///< see WriteError, as for oversize
   std::uint64_t oversize = 0;
-  std::uint64_t refused = 0;
+  std::uint64_t refused = 0;           ///< for any other WriteError
   std::uint64_t incompatible_qos = 0;  ///< readers that don't match for their quality of service
 };
 
@@ -148,6 +151,7 @@ enum class WriteError : std::uint8_t {
   failed,             ///< DDS refused it for another reason
 };
 
+/// The error's name as it stands above, for logs and counters.
 [[nodiscard]] const char* to_string(WriteError error) noexcept;
 
 /// Reads a topic until it is destroyed. Movable; a moved-from reader may only be destroyed or assigned to.

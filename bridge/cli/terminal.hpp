@@ -17,6 +17,7 @@ struct Colours {
 /// Whether somebody watches the terminal behind this file descriptor, one that understands escape sequences.
 [[nodiscard]] bool is_terminal(int fd);
 
+/// In character cells.
 struct TerminalSize {
   std::size_t columns = 80;
   std::size_t rows = 24;

@@ -22,8 +22,10 @@ struct Mark {
   friend constexpr bool operator==(const Mark&, const Mark&) = default;
 };
 
+/// Which side a route takes messages from, and which it hands them to.
 enum class Direction : std::uint8_t { dds_to_someip, someip_to_dds };
 
+/// The direction's name as it stands above and in the configuration.
 [[nodiscard]] constexpr const char* to_string(Direction direction) noexcept {
   return direction == Direction::dds_to_someip ? "dds_to_someip" : "someip_to_dds";
 }
@@ -45,12 +47,14 @@ struct SdSettings {
   friend bool operator==(const SdSettings&, const SdSettings&) = default;
 };
 
+/// The SOME/IP side: who we are there.
 struct SomeipSettings {
   IpAddress address;      ///< own unicast address: a service's endpoint, and where SD listens
   std::string interface;  ///< for multicast; empty: the one that has `address`
   SdSettings sd;
 };
 
+/// The DDS side: which domain we join, and by which ways.
 struct DdsSettings {
   std::uint32_t domain = 0;             ///< 0 to 232
   std::vector<std::string> interfaces;  ///< IPv4 addresses that DDS may use; empty: all
@@ -96,6 +100,7 @@ struct Route {
   Mark mark;  ///< where the route begins, for messages about it
 };
 
+/// A whole configuration file.
 struct BridgeConfig {
   std::string file;  ///< as named by the user, for messages
   SomeipSettings someip;

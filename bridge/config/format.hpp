@@ -14,6 +14,7 @@
 /// How values are written in the configuration: from text to value, knowing nothing of YAML.
 namespace trestle::bridge {
 
+/// How values of one kind are written, and how they are named when something else stands there.
 template <typename T>
 struct Format {
   std::string expected;  ///< completes "expected ...": "a whole number from 1 to 10000"
@@ -27,6 +28,7 @@ struct Format {
 [[nodiscard]] Format<std::uint64_t> whole_number(std::uint64_t min, std::uint64_t max);
 /// "0x1234" or 4660.
 [[nodiscard]] Format<std::uint64_t> id_number(std::uint64_t min, std::uint64_t max);
+/// "true" or "false".
 [[nodiscard]] Format<bool> truth();
 /// "30 ms", "1.5 s", "0"; the units are ns, us, ms, s.
 [[nodiscard]] Format<Duration> duration(Duration min, Duration max);

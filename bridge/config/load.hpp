@@ -27,6 +27,7 @@ struct Problem {
 using TypeCheck = std::function<std::string(const std::string& type, const someip::PayloadRules& rules,
                                             const std::vector<std::string>& paths)>;
 
+/// A good configuration, and what its author should know about it nevertheless.
 struct Loaded {
   BridgeConfig config;
   std::vector<Problem> warnings;

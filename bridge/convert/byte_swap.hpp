@@ -5,6 +5,7 @@
 
 namespace trestle::bridge {
 
+/// The number with its bytes in reverse order.
 [[nodiscard]] constexpr std::uint16_t swapped(std::uint16_t number) noexcept {
   return __builtin_bswap16(number);
 }

@@ -34,6 +34,7 @@ inline constexpr std::size_t max_converted_bytes = (std::size_t{1} << 31U) - 1;
 /// Fields that a type may have when those of nested messages are counted wherever they are used.
 inline constexpr std::size_t max_fields_per_type = 65536;
 
+/// Why an input was refused, and where. Nothing of it has been converted; drop it and count the fault.
 struct ConversionError {
   ConversionFault fault = ConversionFault::truncated;
   std::size_t offset = 0;  ///< in the input, of the item at fault

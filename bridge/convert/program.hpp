@@ -10,6 +10,7 @@
 /// other.
 namespace trestle::bridge {
 
+/// One operation: a run of fields that both wire formats treat alike.
 struct Op {
   enum class Kind : std::uint8_t {
     numbers,          ///< `count` numbers of `width` bytes, from any number of neighbouring fields
@@ -39,6 +40,7 @@ struct Label {
   std::string path;          ///< "transforms[].header.stamp.sec": [] for each enclosing loop
 };
 
+/// A compiled type. Every converter only reads it, so one program may serve many threads.
 struct Program {
   std::vector<Op> ops;
   std::vector<std::vector<Label>> labels;  ///< for each operation, at least one, sorted by `first`

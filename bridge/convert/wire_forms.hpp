@@ -13,12 +13,14 @@ namespace trestle::bridge {
 /// What stands before the body of a CDR sample.
 inline constexpr std::size_t encapsulation_bytes = 4;
 
+/// Loads a number from four bytes without any alignment.
 [[nodiscard]] inline std::uint32_t load_u32(const std::byte* from, std::endian order) noexcept {
   std::uint32_t number = 0;
   std::memcpy(&number, from, sizeof(number));
   return order == std::endian::native ? number : swapped(number);
 }
 
+/// Stores a number into four bytes without any alignment.
 inline void store_u32(std::byte* to, std::uint32_t number, std::endian order) noexcept {
   number = order == std::endian::native ? number : swapped(number);
   std::memcpy(to, &number, sizeof(number));
@@ -29,10 +31,12 @@ inline void store_u32(std::byte* to, std::uint32_t number, std::endian order) no
   return rules.length_fields_always_big ? std::endian::big : rules.byte_order;
 }
 
+/// Whether a length field of this width can say `length`; FieldWidth::none only says 0.
 [[nodiscard]] constexpr bool fits(someip::FieldWidth width, std::size_t length) noexcept {
   return length <= (std::uint64_t{1} << (8U * bytes(width))) - 1;
 }
 
+/// Stores a length that fits() into the bytes of its field; FieldWidth::none stores nothing.
 inline void store_length(std::byte* to, someip::FieldWidth width, std::size_t length,
                          std::endian order) noexcept {
   switch (width) {
@@ -52,6 +56,7 @@ inline void store_length(std::byte* to, someip::FieldWidth width, std::size_t le
   }
 }
 
+/// Loads what store_length() stored; 0 for FieldWidth::none.
 [[nodiscard]] inline std::size_t load_length(const std::byte* from, someip::FieldWidth width,
                                              std::endian order) noexcept {
   switch (width) {
@@ -98,6 +103,7 @@ inline constexpr std::array<std::byte, 2> utf16le_bom{std::byte{0xff}, std::byte
 inline constexpr std::array<std::byte, 2> utf16be_bom{std::byte{0xfe}, std::byte{0xff}};
 inline constexpr std::array<std::byte, 2> zeros{};
 
+/// The frame of strings under these rules; it points to constants.
 [[nodiscard]] constexpr StringFrame string_frame(const someip::PayloadRules& rules,
                                                  someip::StringEncoding encoding) noexcept {
   StringFrame frame;
@@ -119,6 +125,7 @@ inline constexpr std::array<std::byte, 2> zeros{};
                                                                   : someip::StringEncoding::utf16be;
 }
 
+/// The byte order of UTF-16 units; big endian for UTF-8, which has none.
 [[nodiscard]] constexpr std::endian utf16_order(someip::StringEncoding encoding) noexcept {
   return encoding == someip::StringEncoding::utf16le ? std::endian::little : std::endian::big;
 }

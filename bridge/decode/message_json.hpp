@@ -41,10 +41,12 @@ void add_header(Json& object, const someip::Header& header, std::size_t payload_
 /// Adds those fields of a header that are there when bytes end too early or contradict themselves.
 void add_partial_header(Json& object, ByteView bytes);
 
+/// Adds "tp": offset in bytes, more_segments and the reserved bits of a segment.
 void add_tp(Json& object, const someip::TpHeader& tp);
 
 /// Adds "magic_cookie" if the message is one.  [feat_req_someip_609]
 void add_magic_cookie(Json& object, const someip::Message& message);
+/// Whether the message is the cookie of a client or of a server.  [feat_req_someip_609]
 [[nodiscard]] bool is_magic_cookie(const someip::Message& message) noexcept;
 
 }  // namespace trestle::bridge

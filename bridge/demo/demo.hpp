@@ -7,6 +7,7 @@
 
 namespace trestle::bridge::demo {
 
+/// What `trestle demo` shows and how long.
 struct DemoOptions {
   /// How long to show live clouds, from the completion of discovery on; none: until SIGINT or SIGTERM.
   std::optional<std::chrono::seconds> duration;
@@ -40,6 +41,7 @@ struct DemoNetwork {
   std::uint16_t instance = 1;  ///< of the service: not that of another demo on this host
   std::uint16_t port = 0;      ///< of the offered service
 };
+/// The configuration files of bridge A (DDS to SOME/IP) and bridge B (SOME/IP to DDS).
 [[nodiscard]] std::string bridge_a_yaml(const DemoNetwork& network);
 [[nodiscard]] std::string bridge_b_yaml(const DemoNetwork& network);
 

@@ -33,6 +33,7 @@ class Samples {
 /// Who reports.
 enum class Process : std::uint8_t { publisher, bridge_a, bridge_b, subscriber };
 inline constexpr std::size_t process_count = 4;
+/// The name that output uses: "bridge A".
 [[nodiscard]] const char* to_string(Process process) noexcept;
 
 /// The parts of a cloud's way between the checkpoints of the paper: (1) and (2) just before and after the
@@ -50,6 +51,7 @@ struct CloudCounts {
   std::uint64_t corrupt = 0;     ///< received, at any time, and not what was published
 };
 
+/// What the demo's processes report, put together: who found whom, what was lost, how long each leg took.
 class Figures {
  public:
   /// Takes one line of a process. Lines may come in any order as to different processes.

@@ -22,11 +22,13 @@ enum class FieldType : std::uint8_t {
   float64 = 8,
 };
 
+/// Bytes of one value.
 [[nodiscard]] constexpr std::uint32_t size_of(FieldType type) noexcept {
   constexpr std::uint32_t sizes[] = {0, 1, 1, 2, 2, 4, 4, 4, 8};  // NOLINT(modernize-avoid-c-arrays)
   return sizes[static_cast<std::uint8_t>(type)];
 }
 
+/// One field of a point: `count` values from byte `offset` of the point on.
 struct Field {
   std::string name;
   std::uint32_t offset = 0;

@@ -7,6 +7,7 @@
 
 namespace trestle::bridge::demo {
 
+/// What to publish, where and how long.
 struct PublisherOptions {
   std::uint32_t domain = 0;
   std::vector<std::string> interfaces{"127.0.0.1"};

@@ -7,6 +7,7 @@
 
 namespace trestle::bridge::demo {
 
+/// What to receive, where and how long.
 struct SubscriberOptions {
   std::uint32_t domain = 0;
   std::vector<std::string> interfaces{"127.0.0.1"};

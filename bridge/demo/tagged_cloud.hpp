@@ -17,6 +17,7 @@ namespace trestle::bridge::demo {
 /// checksum.
 [[nodiscard]] EncodedCloud encode_tagged(const Cloud& cloud, std::uint64_t sequence, std::int64_t stamp_ns);
 
+/// What the tag of a received cloud says, and whether the cloud is what was sent.
 struct Tagged {
   std::uint64_t sequence = 0;
   std::int64_t stamp_ns = 0;

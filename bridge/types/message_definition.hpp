@@ -57,6 +57,7 @@ enum class Primitive : std::uint8_t {
   return 0;
 }
 
+/// How many elements a field has.
 enum class ArrayKind : std::uint8_t {
   none,
   fixed,      ///< T[N]: always N elements
@@ -64,6 +65,7 @@ enum class ArrayKind : std::uint8_t {
   unbounded,  ///< T[]
 };
 
+/// The type of a field: a primitive or a message, perhaps an array of them.
 struct FieldType {
   std::optional<Primitive> primitive{};  ///< nothing: a message
   std::string message{};                 ///< "pkg/msg/Type" of a message
@@ -74,6 +76,7 @@ struct FieldType {
   friend bool operator==(const FieldType&, const FieldType&) = default;
 };
 
+/// A field of a message, in the order of the wire.
 struct Field {
   std::string name;
   FieldType type;
@@ -82,6 +85,7 @@ struct Field {
   int column = 0;             ///< of the type
 };
 
+/// A constant of a message; never on the wire.
 struct Constant {
   std::string name;
   Primitive type = Primitive::int32;

@@ -9,6 +9,7 @@
 /// Bytes as text, for arrays of bytes.
 namespace trestle::bridge {
 
+/// Two lower-case digits for each byte.
 void append_hex(std::string& out, ByteView bytes);
 /// Digits of either case, nothing between them.
 [[nodiscard]] std::optional<std::vector<std::byte>> from_hex(std::string_view digits);

@@ -12,6 +12,7 @@
 /// Messages as text that people read and write. docs/values.md describes the text.
 namespace trestle::bridge {
 
+/// The language that a message is printed in.
 enum class ValueForm : std::uint8_t {
   yaml,  ///< as `ros2 topic echo` prints, ending in a line end
   json,  ///< one line, without its end
@@ -24,6 +25,7 @@ enum class BytesForm : std::uint8_t {
   hex,     ///< one string, "hex:00ff"
 };
 
+/// How a message is printed; the default loses nothing.
 struct PrintOptions {
   BytesForm bytes = BytesForm::list;
   /// Of longer arrays and strings only the beginning is printed, and "..."; counted in elements and bytes.

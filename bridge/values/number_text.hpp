@@ -30,6 +30,7 @@ struct Whole {
   bool negative = false;
   std::uint64_t magnitude = 0;
 };
+/// Nothing unless all of `text` is one such number whose magnitude has at most 64 bits.
 [[nodiscard]] std::optional<Whole> read_signed(std::string_view text);
 
 /// A whole number, or nothing when it is none or T cannot hold it.

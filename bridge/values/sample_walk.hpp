@@ -37,6 +37,7 @@ class ValueSink {
   [[nodiscard]] virtual bool enough() const { return false; }
 };
 
+/// How much of a sample a ValueSink is told.
 struct WalkOptions {
   bool bytes_as_one = false;  ///< bytes() instead of an array of numbers
   std::size_t longest = 0;    ///< elements of an array and bytes of a string to tell; 0: all

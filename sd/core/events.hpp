@@ -28,6 +28,7 @@ enum class LossReason : std::uint8_t {
   unreachable,  ///< tcp_closed() or unreachable() told so  [feat_req_someipsd_435]
 };
 
+/// The reason's name as it stands above, for logs.
 [[nodiscard]] const char* to_string(LossReason reason) noexcept;
 
 /// A subscriber of one of our eventgroups.

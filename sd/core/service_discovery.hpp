@@ -14,6 +14,7 @@ enum class SdError : std::uint8_t {
   unknown_handle,  ///< the handle names nothing, or something that has ended
 };
 
+/// The error's name as it stands above, for logs.
 [[nodiscard]] const char* to_string(SdError error) noexcept;
 
 /// A service instance of ours.

@@ -35,6 +35,7 @@ enum class FindAnswer : std::uint8_t {
   optimised,
 };
 
+/// What one ServiceDiscovery is told about its network. It stays the same for the object's whole life.
 struct Settings {
   Endpoint unicast;  ///< own SD endpoint: where SD messages leave from and unicast ones arrive
   Endpoint multicast{IpAddress::v4(224, 244, 224, 245), 30490};

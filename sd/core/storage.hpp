@@ -41,6 +41,7 @@ struct Eventgroup {
 /// The slots of ServiceDiscovery's tables; only their sizes matter to others.
 namespace slots {
 
+/// A service of ours.
 struct Offer : SlotBase {
   ServiceId service{};
   InstanceId instance{};
@@ -53,12 +54,14 @@ struct Offer : SlotBase {
   TimePoint last_multicast{};
 };
 
+/// An eventgroup of one of them.
 struct OfferedEventgroup : SlotBase {
   std::uint16_t offer = 0;
   Eventgroup eventgroup;
 };
 
-struct Subscription : SlotBase {  // of a peer, to an eventgroup of ours
+/// A peer's subscription to an eventgroup of ours.
+struct Subscription : SlotBase {
   std::uint16_t offer = 0;
   std::uint16_t peer = 0;
   EventgroupId eventgroup{};
@@ -68,6 +71,7 @@ struct Subscription : SlotBase {  // of a peer, to an eventgroup of ours
   std::optional<TimePoint> expiry;  // nothing: at the next reboot
 };
 
+/// A service that the application needs.
 struct Requirement : SlotBase {
   ServiceId service{};
   InstanceId instance{};
@@ -76,7 +80,8 @@ struct Requirement : SlotBase {
   FindSchedule schedule;
 };
 
-struct Remote : SlotBase {  // a peer's offer
+/// A peer's offer.
+struct Remote : SlotBase {
   ServiceId service{};
   InstanceId instance{};
   std::uint8_t major = 0;
@@ -88,6 +93,7 @@ struct Remote : SlotBase {  // a peer's offer
   TimePoint answer_due{};           // when to react to the last offer
 };
 
+/// Our subscription to an eventgroup of a peer.
 struct OwnSubscription : SlotBase {
   enum class State : std::uint8_t { idle, requested, subscribed, refused };
   static constexpr std::uint16_t no_remote = 0xffff;
@@ -107,6 +113,7 @@ struct OwnSubscription : SlotBase {
   std::optional<TimePoint> expiry;
 };
 
+/// Somebody who has sent SD messages, or whom we send some.
 struct Peer : SlotBase {
   Endpoint endpoint;
   RebootDetector reboots;
@@ -116,6 +123,7 @@ struct Peer : SlotBase {
   TimePoint last_seen{};
 };
 
+/// A connection of a client to one of our services, which subscriptions may need.
 struct TcpConnection : SlotBase {
   Endpoint own;
   Endpoint remote;

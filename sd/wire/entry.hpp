@@ -31,6 +31,7 @@ enum class EntryKind : std::uint8_t {
   unknown,
 };
 
+/// The kind's name as it stands above, for logs and reports.
 [[nodiscard]] const char* to_string(EntryKind kind) noexcept;
 
 inline constexpr std::size_t entry_bytes = 16;

@@ -23,7 +23,9 @@ enum class OptionType : std::uint8_t {
   ipv6_sd_endpoint = 0x26,  ///< [feat_req_someipsd_1101]
 };
 
+/// The type's name as it stands above, for logs and reports; "unknown" for others.
 [[nodiscard]] const char* to_string(OptionType type) noexcept;
+/// Whether the type is one of the above.
 [[nodiscard]] bool is_known(OptionType type) noexcept;
 
 /// An option as it stands in the options array. `body` is what its Length field counts: everything after the

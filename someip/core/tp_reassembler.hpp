@@ -79,6 +79,7 @@ struct Reassembled {
   std::size_t slot;
 };
 
+/// What a TpReassembler stores at most, and how long.
 struct TpReassemblyLimits {
   std::size_t max_message_bytes;  ///< payload of a message; at most 0xfffffff7
   std::size_t max_per_sender;     ///< messages under way from one IP address, whatever its ports

@@ -23,12 +23,15 @@ enum class MessageType : std::uint8_t {
 /// The bit that marks a segment of a larger message.  [feat_req_someip_761]
 inline constexpr std::uint8_t tp_flag = 0x20;
 
+/// Whether the type has the TP flag, be it one of the above or not.
 [[nodiscard]] constexpr bool is_tp(MessageType type) noexcept {
   return (static_cast<std::uint8_t>(type) & tp_flag) != 0;
 }
+/// The type that the segments of such a message have.
 [[nodiscard]] constexpr MessageType with_tp(MessageType type) noexcept {
   return MessageType{static_cast<std::uint8_t>(static_cast<std::uint8_t>(type) | tp_flag)};
 }
+/// The type of the message that such segments make up.
 [[nodiscard]] constexpr MessageType without_tp(MessageType type) noexcept {
   return MessageType{static_cast<std::uint8_t>(static_cast<std::uint8_t>(type) & ~tp_flag)};
 }

@@ -8,10 +8,12 @@ namespace trestle::someip {
 /// Bytes of a length or type field; `none` leaves the field out.
 enum class FieldWidth : std::uint8_t { none = 0, bits8 = 1, bits16 = 2, bits32 = 4 };
 
+/// How many bytes such a field takes.
 [[nodiscard]] constexpr std::size_t bytes(FieldWidth width) noexcept {
   return static_cast<std::size_t>(width);
 }
 
+/// How the characters of strings are written.  [feat_req_someip_234]
 enum class StringEncoding : std::uint8_t { utf8, utf16le, utf16be };
 
 /// How the payloads of one service are laid out. The default is what a CommonAPI SOME/IP application

@@ -25,6 +25,7 @@ struct TpHeader {
 [[nodiscard]] constexpr std::uint32_t to_word(TpHeader header) noexcept {
   return (header.offset & ~0xfU) | ((header.reserved & 7U) << 1U) | (header.more ? 1U : 0U);
 }
+/// A TP header from its four bytes as a number; any number is one.
 [[nodiscard]] constexpr TpHeader to_tp_header(std::uint32_t word) noexcept {
   // The offset is the upper 28 bits of a 32 bit number whose lower four are zero.  [feat_req_someiptp_767]
   return TpHeader{word & ~0xfU, (word & 1U) != 0, static_cast<std::uint8_t>((word >> 1U) & 7U)};

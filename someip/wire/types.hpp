@@ -24,7 +24,10 @@ enum class InstanceId : std::uint16_t {};
 enum class MethodId : std::uint16_t {};
 /// A set of events that is subscribed to as one.  [feat_req_someip_545] [feat_req_someip_546]
 enum class EventgroupId : std::uint16_t {};
+/// Names a caller on the wire; to the server it is only a number.  [feat_req_someip_699]
 enum class ClientId : std::uint16_t {};
+/// Tells the messages of one sender apart; 0: it does not count them.  [feat_req_someip_88]
+/// [feat_req_someip_700]
 enum class SessionId : std::uint16_t {};
 
 /// In a Find or a subscription to offers: every instance.  [feat_req_someip_579]
@@ -70,6 +73,7 @@ enum class WireError : std::uint8_t {
 /// The error's name as it stands above, for logs and reports.
 [[nodiscard]] const char* to_string(WireError error) noexcept;
 
+/// A value, or why there is none.
 template <typename T, typename E = WireError>
 using Result = tl::expected<T, E>;
 

@@ -18,6 +18,7 @@ struct Character {
 [[nodiscard]] std::optional<Character> first_utf8(ByteView text) noexcept;
 [[nodiscard]] std::optional<Character> first_utf16(ByteView text, std::endian order) noexcept;
 
+/// Whether all of `text` is well-formed characters; an empty one is.
 [[nodiscard]] bool is_utf8(ByteView text) noexcept;
 
 /// How many bytes a character takes.

@@ -19,6 +19,7 @@ enum class Fault : std::uint8_t {
   message_result,  ///< ok where an error was expected, or the reverse
   source_id,       ///< an answer to somebody else
 };
+/// The fault's name as it stands above, for logs and counters.
 [[nodiscard]] const char* to_string(Fault fault) noexcept;
 
 /// What is expected of a method's message in profiles 4m, 7m and 44m; the other profiles ignore it.
@@ -29,6 +30,7 @@ struct MethodExpectation {
   std::optional<std::uint32_t> source_id{};
 };
 
+/// What Checker found out about one message, and of the communication so far.
 struct CheckResult {
   CheckStatus status = CheckStatus::no_new_data;
   Fault fault = Fault::none;

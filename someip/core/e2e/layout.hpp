@@ -73,6 +73,7 @@ struct Layout {
 /// 4 bits are the nibble that begins at that bit, counting a byte's bits from the low end, as AUTOSAR does.
 [[nodiscard]] std::uint64_t read_field(Field field, ByteView data, std::size_t front_bytes,
                                        std::endian order = std::endian::big) noexcept;
+/// Writes as many of the lower bits of `value` as the field has.
 void write_field(Field field, ByteSpan data, std::size_t front_bytes, std::uint64_t value,
                  std::endian order = std::endian::big) noexcept;
 

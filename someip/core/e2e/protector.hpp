@@ -10,6 +10,7 @@ enum class ProtectError : std::uint8_t {
   header_in_front,  ///< the configured offset lies in `front`, which is not written to
   source_id,        ///< MethodInfo::source_id has more than 28 bits
 };
+/// The error's name as it stands above, for logs.
 [[nodiscard]] const char* to_string(ProtectError error) noexcept;
 
 /// The sending end of one E2E-protected event or method: writes the E2E header and counts the messages.

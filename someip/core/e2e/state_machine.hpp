@@ -17,6 +17,7 @@ enum class CheckStatus : std::uint8_t {
   error,           ///< not to be used: CRC, length, Data ID or another field is wrong
   no_new_data,     ///< nothing arrived since the last check
 };
+/// The status's name as it stands above, for logs and counters.
 [[nodiscard]] const char* to_string(CheckStatus status) noexcept;
 
 /// What the last checks together say of the communication.
@@ -26,6 +27,7 @@ enum class State : std::uint8_t {
   valid,    ///< the data may be used
   invalid,  ///< too many errors or too little data: do not use it
 };
+/// The state's name as it stands above, for logs.
 [[nodiscard]] const char* to_string(State state) noexcept;
 
 /// AUTOSAR's parameters of the E2E state machine. AUTOSAR has no defaults; these suit a cyclic event: valid
