@@ -175,7 +175,7 @@ std::vector<CounterGroup> Bridge::counters() const {
   for (const auto& route : state_->inbound) {
     groups.push_back(route->counters());
   }
-  const sd::NodeCounters& node = state_->node.counters();
+  const sd::NodeCounters node = state_->node.counters();
   const auto sender = state_->node.sender_counters();
   groups.push_back({"SOME/IP",
                     {{"datagrams_received", node.datagrams},
@@ -188,7 +188,9 @@ std::vector<CounterGroup> Bridge::counters() const {
                      {"unexpected", node.unexpected, loss},
                      {"unknown_sender", node.unknown_sender, loss},
                      {"queue_full", sender.queue_full, loss},
-                     {"refused_by_system", sender.refused, loss}}});
+                     {"refused_by_system", sender.refused, loss},
+                     {"abandoned", sender.abandoned, loss},
+                     {"receive_buffer_full", node.overflowed, loss}}});
   const someip::TpCounters& tp = state_->node.reassembly_counters();
   CounterGroup segments{"SOME/IP-TP",
                         {{"segments_received", tp.segments}, {"messages_received", tp.messages}}};

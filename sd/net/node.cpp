@@ -56,6 +56,25 @@ struct Port {
   MessageSender sender;
 };
 
+// A multicast group that a server sends events to.
+struct Group {
+  Group(boost::asio::io_context& io, const Endpoint& group, const someip::MulticastInterface& interface)
+      : socket{io,
+               {.local = group,
+                .join = group.address,
+                .interface = interface,
+                .sharing = someip::PortSharing::shared}} {}
+  UdpSocket socket;
+};
+
+void add(MessageSender::Counters& sum, const MessageSender::Counters& one) {
+  sum.messages += one.messages;
+  sum.datagrams += one.datagrams;
+  sum.queue_full += one.queue_full;
+  sum.refused += one.refused;
+  sum.abandoned += one.abandoned;
+}
+
 struct Offer {
   OfferHandle handle;
   ServiceSpec spec;
@@ -79,6 +98,7 @@ struct Subscription {
   std::vector<std::shared_ptr<Listener>> listeners{};
   std::vector<RemoteService> servers{};  // that offer the service now: only their events are accepted
   bool subscribed = false;
+  std::shared_ptr<Group> group{};  // where multicast events arrive, if the server sends any
 
   [[nodiscard]] bool is_for(const SubscribeSpec& other) const {
     return spec.service == other.service && spec.instance == other.instance && spec.major == other.major &&
@@ -113,7 +133,9 @@ struct Node::State : std::enable_shared_from_this<State> {
   void start() {
     const auto feed = [this](bool via_multicast) {
       return [this, via_multicast](ByteView datagram, const Endpoint& from) {
+        const Counters before = discovery.counters();
         discovery.on_datagram(datagram, from, via_multicast, now());
+        say_what_has_no_event(before, from);
         drain();
       };
     };
@@ -143,6 +165,17 @@ struct Node::State : std::enable_shared_from_this<State> {
       if (unicast.send(datagram->destination, {&datagram->bytes, 1}) != someip::SendStatus::sent) {
         ++node_counters.discovery_not_sent;
       }
+    }
+  }
+
+  void say_what_has_no_event(const Counters& before, const Endpoint& from) {
+    const Counters& after = discovery.counters();
+    if (after.reboots_detected > before.reboots_detected) {
+      say(someip::to_string(from.address) + " was started anew");
+    }
+    if (after.nacks_sent > before.nacks_sent) {
+      say("refused a subscription of " + someip::to_string(from.address) +
+          ": no such service, version or eventgroup is offered here, or there is no room for it");
     }
   }
 
@@ -207,7 +240,9 @@ struct Node::State : std::enable_shared_from_this<State> {
   void on_event(const Subscribed& event) {
     if (Subscription* const subscription = find(event.subscription)) {
       subscription->subscribed = true;
-      say("subscribed to " + name_of(*subscription));
+      say("subscribed to " + name_of(*subscription) +
+          (event.multicast ? ", whose multicast events come at " + someip::to_string(*event.multicast) : ""));
+      join(*subscription, event.multicast);
     }
   }
   void on_event(const SubscriptionRefused& event) {
@@ -219,8 +254,48 @@ struct Node::State : std::enable_shared_from_this<State> {
   void on_event(const SubscriptionLost& event) {
     if (Subscription* const subscription = find(event.subscription)) {
       subscription->subscribed = false;
+      subscription->group.reset();
       say("subscription to " + name_of(*subscription) + " lost: " + to_string(event.reason));
     }
+  }
+
+  // Receives the multicast events of a subscription.  [feat_req_someipsd_791]
+  void join(Subscription& subscription, const std::optional<Endpoint>& where) {
+    subscription.group.reset();
+    if (!where) {
+      return;
+    }
+    std::weak_ptr<Group>& known = groups[*where];
+    subscription.group = known.lock();
+    if (subscription.group) {
+      return;
+    }
+    try {
+      const someip::MulticastInterface interface { config.address, config.multicast_interface };
+      subscription.group = share(std::make_unique<Group>(io, *where, interface));
+    } catch (const someip::NetError& error) {
+      say("multicast events of " + name_of(subscription) + " will be missed: " + error.what());
+      return;
+    }
+    known = subscription.group;
+    subscription.group->socket.receive([this, weak = known](ByteView datagram, const Endpoint& from) {
+      if (const auto alive = weak.lock()) {  // also keeps it during the call
+        on_datagram(nullptr, datagram, from);
+      }
+    });
+  }
+
+  // A socket and what goes with it, whose counters outlive it.
+  template <typename Owner>
+  std::shared_ptr<Owner> share(std::unique_ptr<Owner> owner) {
+    return {owner.release(), [this](Owner* last) {
+              const std::unique_ptr<Owner> end{last};
+              node_counters.overflowed += end->socket.receive_overflows();
+              if constexpr (std::is_same_v<Owner, Port>) {
+                end->sender.close();
+                add(sent_by_gone_ports, end->sender.counters());
+              }
+            }};
   }
 
   static void forget(Subscription& subscription, const RemoteService& service) {
@@ -271,18 +346,19 @@ struct Node::State : std::enable_shared_from_this<State> {
     std::weak_ptr<Port>& known = ports[number];
     std::shared_ptr<Port> port = known.lock();
     if (!port) {
-      port = std::make_shared<Port>(io, Endpoint{config.address, number});
+      port = share(std::make_unique<Port>(io, Endpoint{config.address, number}));
       known = port;
       port->socket.receive([this, weak = known](ByteView datagram, const Endpoint& from) {
         if (const auto alive = weak.lock()) {  // also keeps it during the call
-          on_datagram(*alive, datagram, from);
+          on_datagram(alive.get(), datagram, from);
         }
       });
     }
     return port;
   }
 
-  void on_datagram(Port& port, ByteView datagram, const Endpoint& from) {
+  // `port` is nothing for what came by multicast: only events may come that way.
+  void on_datagram(Port* port, ByteView datagram, const Endpoint& from) {
     ++node_counters.datagrams;
     someip::MessageCursor cursor{datagram};
     while (const auto message = cursor.next()) {
@@ -296,7 +372,7 @@ struct Node::State : std::enable_shared_from_this<State> {
       }
       arm_timer_for_reassembly();
     }
-    if (cursor.error()) {
+    if (cursor.error() || datagram.empty()) {
       ++node_counters.malformed;
     }
   }
@@ -309,11 +385,13 @@ struct Node::State : std::enable_shared_from_this<State> {
     }
   }
 
-  void on_message(Port& port, const Message& message, const Endpoint& from) {
+  void on_message(Port* port, const Message& message, const Endpoint& from) {
     if (message.header.type == MessageType::notification) {
       on_notification(message, from);
-    } else if (const auto answer = someip::error_answer(message.header, complaint(port, message.header))) {
-      port.sender.send(from, *answer, {});
+    } else if (port == nullptr) {
+      ++node_counters.unexpected;
+    } else if (const auto answer = someip::error_answer(message.header, complaint(*port, message.header))) {
+      port->sender.send(from, *answer, {});
       ++node_counters.requests_answered;
     } else {
       ++node_counters.unexpected;
@@ -400,13 +478,15 @@ struct Node::State : std::enable_shared_from_this<State> {
   someip::Reassembly reassembly;
   boost::asio::steady_timer timer;
   std::optional<TimePoint> timer_due;
+  NodeCounters node_counters;
+  MessageSender::Counters sent_by_gone_ports;
   std::map<std::uint16_t, std::weak_ptr<Port>> ports;
+  std::map<Endpoint, std::weak_ptr<Group>> groups;
   std::list<Offer> offers;
   std::list<Subscription> subscriptions;
   std::uint32_t next_subscription_id = 1;
   std::vector<std::shared_ptr<Listener>> called;  // of one message; kept to reuse its memory
-  NodeCounters node_counters;
-  mutable std::vector<Endpoint> receivers;  // of one event; kept to reuse its memory
+  mutable std::vector<Endpoint> receivers;        // of one event; kept to reuse its memory
   bool draining = false;
   bool stopped = false;
 };
@@ -548,8 +628,19 @@ void Node::shutdown() {
   state_->subscriptions.clear();
 }
 
-const NodeCounters& Node::counters() const noexcept {
-  return state_->node_counters;
+NodeCounters Node::counters() const {
+  NodeCounters sum = state_->node_counters;
+  sum.overflowed += state_->unicast.receive_overflows() + state_->multicast.receive_overflows();
+  const auto add_overflows = [&](const auto& sockets) {
+    for (const auto& [key, weak] : sockets) {
+      if (const auto one = weak.lock()) {
+        sum.overflowed += one->socket.receive_overflows();
+      }
+    }
+  };
+  add_overflows(state_->ports);
+  add_overflows(state_->groups);
+  return sum;
 }
 const Counters& Node::discovery_counters() const noexcept {
   return state_->discovery.counters();
@@ -559,14 +650,10 @@ const someip::TpCounters& Node::reassembly_counters() const noexcept {
 }
 
 MessageSender::Counters Node::sender_counters() const {
-  MessageSender::Counters sum;
+  MessageSender::Counters sum = state_->sent_by_gone_ports;
   for (const auto& [number, weak] : state_->ports) {
     if (const auto port = weak.lock()) {
-      const MessageSender::Counters& one = port->sender.counters();
-      sum.messages += one.messages;
-      sum.datagrams += one.datagrams;
-      sum.queue_full += one.queue_full;
-      sum.refused += one.refused;
+      add(sum, port->sender.counters());
     }
   }
   return sum;

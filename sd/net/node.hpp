@@ -56,7 +56,8 @@ struct SubscribeSpec {
 struct NodeCounters {
   std::uint64_t datagrams = 0;           ///< received, SD left out
   std::uint64_t events = 0;              ///< delivered to a subscription
-  std::uint64_t malformed = 0;           ///< datagrams, from the first bad message on
+  std::uint64_t malformed = 0;           ///< datagrams that are empty, or bad from some message on
+  std::uint64_t overflowed = 0;          ///< datagrams that the system dropped as a receive buffer was full
   std::uint64_t wrong_version = 0;       ///< another interface or protocol version than was subscribed to
   std::uint64_t unexpected = 0;          ///< neither a subscribed event nor a request
   std::uint64_t unknown_sender = 0;      ///< a subscribed event from an endpoint that does not offer it
@@ -112,9 +113,10 @@ class Node {
 
   /// Withdraws all offers and subscriptions: the messages that say so have been sent when it returns. The
   /// Node does nothing afterwards.
+  /// Events that still wait to be sent are dropped and counted.
   void shutdown();
 
-  [[nodiscard]] const NodeCounters& counters() const noexcept;
+  [[nodiscard]] NodeCounters counters() const;
   [[nodiscard]] const Counters& discovery_counters() const noexcept;
   [[nodiscard]] const someip::TpCounters& reassembly_counters() const noexcept;
   [[nodiscard]] someip::MessageSender::Counters sender_counters() const;

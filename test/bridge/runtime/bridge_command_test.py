@@ -85,8 +85,16 @@ class Peer:
         option = struct.pack(">HBB4sBBH", 9, 0x04, 0, socket.inet_aton(PEER), 0, 0x11, 40002)
         self.send_sd(struct.pack(">BBBBHHII", 1, 0, 0, 0x10, 0x2222, 1, 1 << 24 | 3, 0), option)
 
-    def ack(self, entry):
-        self.send_sd(bytes([7, 0, 0, 0]) + entry[4:])
+    def ack(self, entry, multicast=None):
+        if multicast is None:
+            self.send_sd(bytes([7, 0, 0, 0]) + entry[4:])
+        else:
+            option = struct.pack(">HBB4sBBH", 9, 0x14, 0, socket.inet_aton(multicast[0]), 0, 0x11, multicast[1])
+            self.send_sd(bytes([7, 0, 0, 0x10]) + entry[4:], option)
+
+    def subscribe(self, service, eventgroup):
+        option = struct.pack(">HBB4sBBH", 9, 0x04, 0, socket.inet_aton(PEER), 0, 0x11, 40003)
+        self.send_sd(struct.pack(">BBBBHHIHH", 6, 0, 0, 0x10, service, 1, 1 << 24 | 3, 0, eventgroup), option)
 
 
 def entries(datagram):
@@ -119,8 +127,9 @@ class Bridge:
         self.file.write(config)
         self.file.flush()
         self.report, write_end = os.pipe()
+        self.log = tempfile.TemporaryFile("a+")
         self.process = subprocess.Popen([TRESTLE, "bridge", "--report-fd", str(write_end), self.file.name],
-                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, pass_fds=[write_end], text=True)
+                                        stdout=subprocess.PIPE, stderr=self.log, pass_fds=[write_end], text=True)
         os.close(write_end)
         os.set_blocking(self.process.stdout.fileno(), False)
         self.output = ""
@@ -136,16 +145,20 @@ class Bridge:
                 return printed
         raise AssertionError(f"not in the counters: {wanted}\n{printed}")
 
+    def log_so_far(self):
+        self.log.seek(0)
+        return self.log.read()
+
     def readable(self):
         return bool(select.select([self.process.stdout], [], [], 0)[0])
 
     def finish(self):
         self.process.send_signal(signal.SIGINT)
         os.set_blocking(self.process.stdout.fileno(), True)
-        out, log = self.process.communicate(timeout=PATIENCE)
+        out, _ = self.process.communicate(timeout=PATIENCE)
         with os.fdopen(self.report) as report:
             lines = [json.loads(line) for line in report]
-        return self.process.returncode, out, log, lines
+        return self.process.returncode, out, self.log_so_far(), lines
 
 
 def run(config):
@@ -218,29 +231,60 @@ class BridgeCommand(unittest.TestCase):
             peer.service.sendto(good, to)
             printed = bridge.counters_until("carried 3,", "unknown_sender 1", "too_large 1")
             self.assertIn("received 4, carried 3, bytes 84; lost: not_convertible 1", printed)  # 4 + 24 bytes each
-            # An empty datagram holds no message, and is no error.
-            self.assertIn(f"malformed {len(good) - 1}, wrong_version 1, unexpected 1, unknown_sender 1", printed)
+            self.assertIn(f"malformed {len(good)}, wrong_version 1, unexpected 1, unknown_sender 1", printed)
             self.assertIn("unaligned 1, too_large 1", printed.replace("session_zero 0, ", ""))
 
-            # Damaged SD messages neither.
+            # A call is answered: there are no methods. An answer is not.
+            for message_type in (0, 0x80):
+                peer.service.sendto(someip(0x1111, 0x0001, b"", message_type=message_type), (BRIDGE, 40001))
+            peer.service.settimeout(PATIENCE)
+            self.assertEqual(peer.service.recv(1500), struct.pack(">HHIHHBBBB", 0x1111, 1, 8, 0, 1, 1, 1, 0x80, 3))
+            bridge.counters_until("unexpected 2", "calls_answered_with_an_error 1")
+
+            # A subscription to what is not offered is refused, and said to be.
+            peer.subscribe(0x1111, 0x0077)
+            receive(peer.sd, lambda e: e[0] == 7 and e[4:8] == bytes.fromhex("11110001") and ttl(e) == 0)
+            bridge.counters_until("nacks_sent 1")
+
+            # Events that the server sends by multicast are received too.
+            group = (f"239.253.{PID >> 8 & 255}.{PID & 255}", 40777)
+            peer.service.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton("127.0.0.1"))
+            peer.offer()
+            subscribe, _ = receive(peer.sd, lambda e: e[0] == 6 and e[4:8] == wanted and ttl(e) > 0)
+            peer.ack(subscribe, group)
+            end = time.monotonic() + PATIENCE
+            while f"come at {group[0]}" not in bridge.log_so_far() and time.monotonic() < end:
+                time.sleep(0.02)
+            peer.service.sendto(good, group)
+            bridge.counters_until("carried 4,")
+
+            # Damaged SD messages don't disturb either.
             for cut in range(40):
                 peer.sd.sendto(offer[:cut], (BRIDGE, 30490))
-            bridge.counters_until("malformed 39")
+            bridge.counters_until("SOME/IP-SD: ", "malformed 40")
+            # A peer that starts anew is noticed.
+            peer.session = 0
+            peer.offer()
+            bridge.counters_until("reboots_detected 1")
         except BaseException:
             bridge.process.kill()
-            print(bridge.process.communicate()[1], file=sys.stderr)
+            bridge.process.communicate()
+            print(bridge.log_so_far(), file=sys.stderr)
             raise
 
         status, out, log, lines = bridge.finish()
         self.assertEqual(status, 0, log)
         receive(peer.group, lambda e: e[0] == 1 and e[4:8] == bytes.fromhex("11110001") and ttl(e) == 0)
         receive(peer.sd, lambda e: e[0] == 6 and e[4:8] == wanted and ttl(e) == 0)
-        self.assertIn("route /in from SOME/IP: received 4", out)
+        self.assertIn("route /in from SOME/IP: received 5, carried 4", out)
+        self.assertIn("datagrams_sent 1, messages_sent 1, calls_answered_with_an_error 1", out)
+        self.assertIn(f"refused a subscription of {PEER}", log)
+        self.assertIn(f"{PEER} was started anew", log)
         self.assertIn("SD 0x2222.0x0001 version 1.0 is offered at UDP", log)
         self.assertIn("subscribed to eventgroup 0x0003 of 0x2222.0x0001", log)
         self.assertIn("/in: dropped a message that cannot be converted: truncated at byte 16 in z", log)
         carried = [line for line in lines if line["event"] == "carried"]
-        self.assertEqual([line["bytes"] for line in carried], [28, 28, 28])
+        self.assertEqual([line["bytes"] for line in carried], [28, 28, 28, 28])
         self.assertEqual({line["route"] for line in carried}, {"/in"})
         self.assertTrue(all(0 < line["before_ns"] <= line["after_ns"] for line in carried))
         self.assertTrue(any(line["event"] == "discovery" and "is offered" in line["text"] for line in lines))
