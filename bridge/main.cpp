@@ -3,6 +3,9 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include "bridge/check/check_command.hpp"
 #include "bridge/cli/exit_status.hpp"
@@ -15,11 +18,32 @@ namespace {
 
 using namespace trestle::bridge;
 
+/// Options with the names of their values alone. CLI11 adds types, ranges and exclusions, which are for
+/// programmers: descriptions say what matters of them.
+class HelpFormatter : public CLI::Formatter {
+ public:
+  std::string make_option_opts(const CLI::Option* option) const override {
+    std::string text;
+    if (option->nonpositional() && option->get_type_size() != 0) {
+      const std::string type = option->get_type_name();  // "N:INT in [1 - 65535]"
+      text = " " + type.substr(0, type.find(':'));
+    }
+    if (!option->get_default_str().empty()) {
+      text += "=" + option->get_default_str();
+    }
+    if (option->get_expected_max() > 1 && option->get_allow_extra_args()) {
+      text += " ...";
+    }
+    return text;
+  }
+};
+
 /// Each command lives in a folder of its own, which has `add_X_command(app, status)`: that makes the
 /// subcommand, whose callback runs it and leaves an exit status (exit_status.hpp) in `status`.
 int run(int argc, char** argv) {
   CLI::App app{"Trestle joins DDS (ROS 2) topics and SOME/IP services."};
   app.name("trestle");
+  app.formatter(std::make_shared<HelpFormatter>());
   app.set_version_flag("--version", "trestle " TRESTLE_VERSION);
   app.require_subcommand(1);
   app.footer(
@@ -33,6 +57,17 @@ int run(int argc, char** argv) {
   add_demo_commands(app, status);
   try {
     app.parse(argc, argv);
+  } catch (const CLI::RequiredError& error) {
+    if (!app.get_subcommands().empty()) {
+      app.exit(error);
+      return exit_usage;
+    }
+    // CLI11 only says that a command is missing, also to one that does not exist.
+    if (const std::vector<std::string> unknown = app.remaining(); !unknown.empty()) {
+      std::fprintf(stderr, "There is no command or option '%s'\n\n", unknown.front().c_str());
+    }
+    std::fputs(app.help().c_str(), stderr);
+    return exit_usage;
   } catch (const CLI::ParseError& error) {
     // --help and --version come this way too, with exit code 0. CLI11 has a code for each kind of mistake.
     return app.exit(error) == 0 ? exit_ok : exit_usage;

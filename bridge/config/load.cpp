@@ -221,7 +221,7 @@ YAML::Node parse_yaml(const std::string& text, Problems& problems) {
     if (!node.IsNull()) {
       return node;
     }
-    problems.error({}, "the file is empty: expected at least 'someip' and 'routes'");
+    problems.error({.line = 1, .column = 1}, "the file is empty: expected at least 'someip' and 'routes'");
   } catch (const YAML::Exception& error) {
     problems.error(to_mark(error.mark), "not valid YAML: " + printable(error.msg));
   }

@@ -114,15 +114,15 @@ int decode_hex(const Arguments& arguments) {
 void add_decode_command(CLI::App& app, int& status) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App* command =
-      app.add_subcommand("decode", "Print the SOME/IP messages of a capture, one JSON object per line.");
+      app.add_subcommand("decode", "Print the SOME/IP messages of a capture, one JSON object per line");
   CLI::Option* file =
-      command->add_option("FILE", arguments->file, "pcap or pcapng file; - for standard input");
+      command->add_option("FILE", arguments->file, "Capture (pcap or pcapng); - for standard input");
   CLI::Option* hex = command->add_flag(
-      "--hex", arguments->hex, "read lines of hexadecimal from standard input, one message or datagram each");
+      "--hex", arguments->hex, "Read lines of hexadecimal from standard input, one message or datagram each");
   command->add_flag("--reassemble", arguments->reassemble,
-                    "also print the messages that SOME/IP-TP segments make up");
+                    "Also print the messages that SOME/IP-TP segments make up");
   CLI::Option* port = command->add_option(
-      "--port", arguments->ports, "take all that a UDP or TCP port carries for SOME/IP (may be repeated)");
+      "--port", arguments->ports, "Take all that this UDP or TCP port carries for SOME/IP (may be repeated)");
   port->type_name("N")->check(CLI::Range(1, 65535))->excludes(hex);
   port->allow_extra_args(false);  // else it would take FILE for a port
   file->excludes(hex);

@@ -28,13 +28,16 @@ void add_demo(CLI::App& app, int& status) {
   const auto seconds = std::make_shared<unsigned>(0);
   CLI::Option* limit =
       command->add_option("--seconds", *seconds, "End after so many seconds of clouds (default: Ctrl-C)")
+          ->type_name("N")
           ->check(CLI::Range(1U, 1'000'000U));
-  command->add_option("--json", options->json_file, "Write the figures to this file");
+  command->add_option("--json", options->json_file, "Write the figures to this file")->type_name("FILE");
   command
       ->add_option("--input", options->inputs,
                    "Publish these point clouds (PCD) in turn, not the synthetic scene")
+      ->type_name("FILE")
       ->check(CLI::ExistingFile);
-  command->add_option("--rate", options->rate_hz, "Clouds a second")
+  command->add_option("--rate", options->rate_hz, "Clouds a second, 0.1 to 1000")
+      ->type_name("HZ")
       ->check(CLI::Range(0.1, rate_max_hz))
       ->capture_default_str();
   command->callback([options, seconds, limit, &status] {

@@ -410,9 +410,9 @@ TEST(ConfigErrors, NameEveryMissingKeyOfARoute) {
 
 TEST(ConfigErrors, TellFilesThatAreNoConfigurationApart) {
   EXPECT_THAT(problems_of(""),
-              ElementsAre("b.yaml: error: the file is empty: expected at least 'someip' and 'routes'"));
+              ElementsAre("b.yaml:1:1: error: the file is empty: expected at least 'someip' and 'routes'"));
   EXPECT_THAT(problems_of("# nothing\n"),
-              ElementsAre("b.yaml: error: the file is empty: expected at least 'someip' and 'routes'"));
+              ElementsAre("b.yaml:1:1: error: the file is empty: expected at least 'someip' and 'routes'"));
   EXPECT_THAT(problems_of("- 1\n"),
               ElementsAre("b.yaml:1:1: error: the file: expected a mapping (key: value), found a list"));
   EXPECT_THAT(problems_of(good_config + "---\nmore: 1\n"),

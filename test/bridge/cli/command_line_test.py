@@ -1,0 +1,70 @@
+#!/usr/bin/env python3
+"""command_line_test.py TRESTLE: what `trestle` says of itself."""
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+program = sys.argv.pop(1)
+
+
+def run(*arguments):
+    done = subprocess.run([program, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=20)
+    return done.returncode, done.stdout, done.stderr
+
+
+class CommandLine(unittest.TestCase):
+    def test_without_a_command_shows_the_help_as_an_error(self):
+        status, output, errors = run()
+        self.assertEqual((status, output), (2, ""))
+        self.assertEqual(errors, run("--help")[1])
+        self.assertIn("Usage: trestle [OPTIONS] SUBCOMMAND", errors)
+
+    def test_an_unknown_command_is_an_error_and_names_it(self):
+        status, output, errors = run("bride")
+        self.assertEqual((status, output), (2, ""))
+        self.assertEqual(errors, "There is no command or option 'bride'\n\n" + run("--help")[1])
+        status, output, errors = run("--bridge")
+        self.assertEqual((status, output), (2, ""))
+        self.assertIn("--bridge", errors)
+
+    def test_a_missing_argument_of_a_command_is_named(self):
+        status, output, errors = run("check")
+        self.assertEqual((status, output), (2, ""))
+        self.assertIn("FILE is required", errors)
+
+    def test_describes_the_four_commands_alike(self):
+        commands = re.findall(r"^  (\w[\w-]*) +(.*)$", run("--help")[1].split("Subcommands:")[1], re.MULTILINE)
+        self.assertEqual([name for name, _ in commands], ["bridge", "check", "decode", "demo"])
+        for name, description in commands:
+            self.assertRegex(description, r"^[A-Z].*[^.]$", name)
+
+    def test_names_values_without_types_and_ranges(self):
+        for command in ["bridge", "check", "decode", "demo"]:
+            status, output, errors = run(command, "--help")
+            self.assertEqual((status, errors), (0, ""))
+            self.assertNotRegex(output, r"TEXT|UINT|FLOAT|:INT|INT:|Excludes|REQUIRED| in \[", command)
+        self.assertRegex(output, r"--seconds N +End after")
+        self.assertRegex(output, r"--rate HZ=10 +Clouds")
+        self.assertRegex(output, r"--input FILE \.\.\. +Publish")
+
+    def test_a_value_out_of_range_names_the_option_and_the_range(self):
+        status, output, errors = run("demo", "--seconds", "0")
+        self.assertEqual((status, output), (2, ""))
+        self.assertIn("--seconds", errors)
+        self.assertIn("1 to 1000000", errors)
+
+    def test_an_empty_configuration_is_an_error_with_a_place(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = os.path.join(folder, "empty.yaml")
+            with open(file, "w"):
+                pass
+            status, output, errors = run("check", file)
+        self.assertEqual((status, output), (2, ""))
+        self.assertTrue(errors.startswith(file + ":1:1: error: "), errors)
+
+
+if __name__ == "__main__":
+    unittest.main()
