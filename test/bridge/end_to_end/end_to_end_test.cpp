@@ -130,5 +130,90 @@ TEST_F(EndToEnd, CarriesRealLidarScansUnchanged) {
   expect_unchanged(route, point_cloud(0, 10), scans);
 }
 
+// Every sample that is received is carried or in one counter of losses.
+class Losses : public EndToEnd {
+ protected:
+  // A publisher on side A; whoever else takes part is up to the test.
+  dds::Writer publisher(const TestRoute& route) {
+    dds::Writer writer = at_a_.create_writer(dds::ros_topic_name(route.topic), dds::ros_type_name(route.type),
+                                             {.reliable = true, .transient_local = false, .depth = 50});
+    EXPECT_TRUE(eventually([&] { return writer.matched() == 1; }));
+    return writer;
+  }
+  [[nodiscard]] std::uint64_t out(const std::string& name) { return a_->counter("route ", name); }
+  [[nodiscard]] std::uint64_t in(const std::string& name) { return b_->counter("route ", name); }
+
+  static constexpr const char* text_type = "std_msgs/msg/String";
+};
+
+TEST_F(Losses, NamesSamplesThatNobodySubscribedTo) {
+  const TestRoute route{"/text", text_type};
+  a_ = std::make_unique<RunningBridge>(yaml(true, {route}, ""));
+  dds::Writer writer = publisher(route);
+  for (std::uint32_t number = 0; number < 3; ++number) {
+    ASSERT_TRUE(writer.write(string(number)));
+  }
+  EXPECT_TRUE(eventually([&] { return out("no_subscriber") == 3; }));
+  EXPECT_EQ(out("received"), 3U);
+  EXPECT_EQ(out("carried"), 0U);
+}
+
+TEST_F(Losses, NamesEventsThatNobodyReads) {
+  const TestRoute route{"/text", text_type};
+  start({route});
+  dds::Writer writer = publisher(route);
+  ASSERT_TRUE(eventually([&] {
+    static_cast<void>(writer.write(string(1)));
+    usleep(10'000);
+    return in("no_reader") > 0;
+  }));
+  EXPECT_EQ(in("carried"), 0U);
+  EXPECT_TRUE(eventually([&] { return in("received") == out("carried"); }));
+  EXPECT_EQ(in("no_reader"), in("received"));
+  EXPECT_EQ(a_->counter("SOME/IP", "messages_sent"), out("carried"));
+}
+
+TEST_F(Losses, NamesMessagesThatAreTooLargeOrNone) {
+  const TestRoute route{"/text", text_type, true, "    tp: {max_message: 1 KiB}\n"};
+  start({route});
+  dds::Writer writer = publisher(route);
+  ASSERT_TRUE(eventually([&] {
+    static_cast<void>(writer.write(string(1)));
+    usleep(10'000);
+    return out("carried") > 0;
+  }));
+  const std::uint64_t carried = out("carried");
+  Sample large = string(1);
+  large.resize(8);
+  large.resize(2000, std::byte{'x'});
+  large[4] = std::byte{0xc8};  // a string of 0x07c8 = 1992 bytes, its terminator included
+  large[5] = std::byte{0x07};
+  large.back() = std::byte{0};
+  Sample broken = string(1);
+  broken[6] = std::byte{0x7f};  // a length of gigabytes
+  ASSERT_TRUE(writer.write(large));
+  ASSERT_TRUE(writer.write(broken));
+  EXPECT_TRUE(eventually([&] { return out("too_large") == 1 && out("not_convertible") == 1; }));
+  EXPECT_EQ(out("carried"), carried);
+}
+
+TEST_F(Losses, NamesSamplesThatNewerOnesOvertook) {
+  // A megabyte takes longer to leave than the next one to come.
+  const TestRoute route{"/cloud", "sensor_msgs/msg/PointCloud2", true,
+                        "    tp: {burst: 8, separation: 500 us}\n    qos: {depth: 1}\n"};
+  start({route});
+  dds::Writer writer = publisher(route);
+  const Sample cloud = point_cloud(1, 40'000);
+  ASSERT_TRUE(eventually([&] {
+    static_cast<void>(writer.write(cloud));
+    usleep(10'000);
+    return out("overtaken") > 0;
+  }));
+  ASSERT_TRUE(eventually([&] {
+    const std::uint64_t gone = out("no_subscriber") + out("overtaken") + out("carried");
+    return out("received") == gone;
+  }));
+}
+
 }  // namespace
 }  // namespace trestle::test
