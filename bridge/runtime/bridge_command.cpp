@@ -92,6 +92,7 @@ void add_bridge_command(CLI::App& app, int& status) {
   command
       ->add_option("--report-fd", options->report_fd,
                    "Write a JSON line for each message carried to this file descriptor")
+      ->type_name("FD")
       ->check(CLI::NonNegativeNumber);
   command->add_flag("-q,--quiet", options->quiet, "Log only what is wrong");
   command->callback([options, &status] {
