@@ -388,9 +388,12 @@ struct Node::State : std::enable_shared_from_this<State> {
   void on_message(Port* port, const Message& message, const Endpoint& from) {
     if (message.header.type == MessageType::notification) {
       on_notification(message, from);
-    } else if (port == nullptr) {
-      ++node_counters.unexpected;
-    } else if (const auto answer = someip::error_answer(message.header, complaint(*port, message.header))) {
+      return;
+    }
+    const auto answer = port == nullptr
+                            ? std::nullopt
+                            : someip::error_answer(message.header, complaint(*port, message.header));
+    if (answer) {
       port->sender.send(from, *answer, {});
       ++node_counters.requests_answered;
     } else {
