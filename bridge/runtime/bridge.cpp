@@ -86,11 +86,11 @@ std::vector<sd::ServiceSpec> offered_services(const BridgeConfig& config) {
   return services;
 }
 
-void log_dds(const dds::Event& event) {
+void log_dds(spdlog::logger& logger, const dds::Event& event) {
   using Kind = dds::Event::Kind;
   const bool bad = event.kind == Kind::incompatible_qos || event.kind == Kind::incompatible_type;
-  spdlog::log(bad ? spdlog::level::warn : spdlog::level::info, "DDS {} {} {} {}", to_string(event.kind),
-              event.topic, event.detail, event.peer);
+  logger.log(bad ? spdlog::level::warn : spdlog::level::info, "DDS {} {} {} {}", to_string(event.kind),
+             event.topic, event.detail, event.peer);
 }
 
 // A large message comes faster than a busy receiver takes it out of the kernel's buffer.
@@ -118,13 +118,15 @@ struct Bridge::State {
                      .name = "trestle",
                      .interfaces = config.dds.interfaces,
                      .shared_memory = config.dds.shared_memory,
-                     .on_event = log_dds}},
+                     .on_event = [log = logger](const dds::Event& event) { log_dds(*log, event); }}},
         node{io, node_config(config), [this](const std::string& line) {
                spdlog::info("SD {}", line);
                report.discovery(line);
              }} {}
 
   Report& report;
+  /// For the threads of DDS, which are started after it has been fetched.
+  std::shared_ptr<spdlog::logger> logger = spdlog::default_logger();
   dds::Participant participant;
   sd::Node node;
   std::vector<std::unique_ptr<OutboundRoute>> outbound;

@@ -196,7 +196,9 @@ TEST_F(StreamParserTest, GoesOnBehindTheNextCookie) {
     for (const std::string& cookie : {client_cookie, server_cookie}) {
       // Garbage that nearly is a cookie, so that the search may not jump too far.
       const std::string garbage = damage + "ff ffff ffff 0000 00000008 dead ffff 0000 ff";
-      const auto stream = hex(garbage + cookie + response + event);
+      std::string text = garbage;
+      text.append(cookie).append(response).append(event);
+      const auto stream = hex(text);
       for (std::size_t first = 0; first <= stream.size(); ++first) {
         for (std::size_t second = first; second <= std::min(first + 40, stream.size()); ++second) {
           restart();
