@@ -54,6 +54,15 @@ std::vector<std::string> host_addresses() {
   return result;
 }
 
+std::string not_ours(const std::string& address, const std::vector<std::string>& own) {
+  std::string text =
+      "no interface of this host has the address " + address + ", which DDS is to use; there are:";
+  for (const std::string& one : own) {
+    text.append(" ").append(one);
+  }
+  return text;
+}
+
 void check_interfaces(const std::vector<std::string>& interfaces) {
   if (interfaces.empty()) {
     return;
@@ -65,13 +74,7 @@ void check_interfaces(const std::vector<std::string>& interfaces) {
       throw DdsError{"DDS interface '" + address + "' is not an IPv4 address"};
     }
     if (std::ranges::find(own, address) == own.end()) {
-      std::string known;
-      for (const std::string& one : own) {
-        known += known.empty() ? "" : ", ";
-        known += one;
-      }
-      throw DdsError{"no interface of this host has the address " + address +
-                     ", which DDS is to use; there are: " + known};
+      throw DdsError{not_ours(address, own)};
     }
   }
 }

@@ -52,6 +52,7 @@ struct SomeipSettings {
   IpAddress address;      ///< own unicast address: a service's endpoint, and where SD listens
   std::string interface;  ///< for multicast; empty: the one that has `address`
   SdSettings sd;
+  Mark mark;  ///< of the address
 };
 
 /// The DDS side: which domain we join, and by which ways.
@@ -59,6 +60,7 @@ struct DdsSettings {
   std::uint32_t domain = 0;             ///< 0 to 232
   std::vector<std::string> interfaces;  ///< IPv4 addresses that DDS may use; empty: all
   bool shared_memory = false;
+  Mark mark;  ///< of the interfaces, or where all of this begins
 };
 
 /// Quality of service of a route's DDS reader or writer.

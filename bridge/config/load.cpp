@@ -95,6 +95,7 @@ void load_someip(const YAML::Node& node, SomeipSettings& into, Problems& problem
     return address && !address->is_multicast() ? address : std::nullopt;
   };
   const bool address_is_good = someip.require("address", unicast, into.address);
+  into.mark = someip.value_mark("address");
   Format<std::string> interface =
       any_text(fmt::format("the name of a network interface (1 to {} characters)", IF_NAMESIZE - 1));
   interface.read = [read = std::move(interface.read)](std::string_view text) {
@@ -120,6 +121,7 @@ void load_dds(const YAML::Node& node, DdsSettings& into, Problems& problems) {
   for (const IpAddress& address : addresses) {
     into.interfaces.push_back(someip::to_string(address));
   }
+  into.mark = marks.empty() ? dds.mark() : marks.front();
   dds.read("shared_memory", truth(), into.shared_memory);
   dds.finish();
 }

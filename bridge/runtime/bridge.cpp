@@ -1,5 +1,6 @@
 #include "bridge/runtime/bridge.hpp"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -60,30 +61,50 @@ ConversionPlan compile(const Route& route, TypeLibrary& types) {
   return std::move(*plan);
 }
 
-// The services to offer: routes of one service instance share an offer.
-std::vector<sd::ServiceSpec> offered_services(const BridgeConfig& config) {
-  std::vector<sd::ServiceSpec> services;
+// A service to offer, and the first of its routes.
+struct OfferedService {
+  sd::ServiceSpec spec;
+  Mark mark;
+};
+
+// Routes of one service instance share an offer.
+std::vector<OfferedService> offered_services(const BridgeConfig& config) {
+  std::vector<OfferedService> services;
   for (const Route& route : config.routes) {
     if (route.direction != Direction::dds_to_someip) {
       continue;
     }
-    auto service = std::ranges::find_if(services, [&](const sd::ServiceSpec& spec) {
-      return spec.service == route.service && spec.instance == route.instance;
+    auto service = std::ranges::find_if(services, [&](const OfferedService& offered) {
+      return offered.spec.service == route.service && offered.spec.instance == route.instance;
     });
     if (service == services.end()) {
-      service = services.insert(services.end(), {.service = route.service,
-                                                 .instance = route.instance,
-                                                 .major = route.major,
-                                                 .minor = route.minor,
-                                                 .port = route.port});
+      service = services.insert(services.end(), {.spec = {.service = route.service,
+                                                          .instance = route.instance,
+                                                          .major = route.major,
+                                                          .minor = route.minor,
+                                                          .port = route.port},
+                                                 .mark = route.mark});
     }
-    auto group = std::ranges::find(service->eventgroups, route.eventgroup, &sd::EventgroupSpec::id);
-    if (group == service->eventgroups.end()) {
-      group = service->eventgroups.insert(group, {.id = route.eventgroup});
+    auto& groups = service->spec.eventgroups;
+    auto group = std::ranges::find(groups, route.eventgroup, &sd::EventgroupSpec::id);
+    if (group == groups.end()) {
+      group = groups.insert(group, {.id = route.eventgroup});
     }
     group->events.push_back(route.event);
   }
   return services;
+}
+
+// What keeps a part of the configuration from being carried out is said with its place in the file.
+template <typename Start>
+auto start_at(const BridgeConfig& config, Mark mark, const Start& start) {
+  try {
+    return start();
+  } catch (const std::exception& error) {
+    throw std::runtime_error{
+        mark.line == 0 ? fmt::format("{}: {}", config.file, error.what())
+                       : fmt::format("{}:{}:{}: {}", config.file, mark.line, mark.column, error.what())};
+  }
 }
 
 void log_dds(spdlog::logger& logger, const dds::Event& event) {
@@ -114,21 +135,28 @@ void warn_of_small_buffers(const BridgeConfig& config, int granted) {
 struct Bridge::State {
   State(boost::asio::io_context& io, const BridgeConfig& config, Report& watcher)
       : report{watcher},
-        participant{{.domain = config.dds.domain,
-                     .name = "trestle",
-                     .interfaces = config.dds.interfaces,
-                     .shared_memory = config.dds.shared_memory,
-                     .on_event = [log = logger](const dds::Event& event) { log_dds(*log, event); }}},
-        node{io, node_config(config), [this](const std::string& line) {
-               spdlog::info("SD {}", line);
-               report.discovery(line);
-             }} {}
+        participant{
+            start_at(config, config.dds.mark,
+                     [&] {
+                       return std::make_unique<dds::Participant>(dds::ParticipantConfig{
+                           .domain = config.dds.domain,
+                           .name = "trestle",
+                           .interfaces = config.dds.interfaces,
+                           .shared_memory = config.dds.shared_memory,
+                           .on_event = [log = logger](const dds::Event& event) { log_dds(*log, event); }});
+                     })},
+        node{start_at(config, config.someip.mark, [&] {
+          return std::make_unique<sd::Node>(io, node_config(config), [this](const std::string& line) {
+            spdlog::info("SD {}", line);
+            report.discovery(line);
+          });
+        })} {}
 
   Report& report;
   /// For the threads of DDS, which are started after it has been fetched.
   std::shared_ptr<spdlog::logger> logger = spdlog::default_logger();
-  dds::Participant participant;
-  sd::Node node;
+  std::unique_ptr<dds::Participant> participant;
+  std::unique_ptr<sd::Node> node;
   std::vector<std::unique_ptr<OutboundRoute>> outbound;
   std::vector<std::unique_ptr<InboundRoute>> inbound;
 };
@@ -136,36 +164,38 @@ struct Bridge::State {
 Bridge::Bridge(boost::asio::io_context& io, const BridgeConfig& config, TypeLibrary& types, Report& report) {
   std::vector<ConversionPlan> plans;
   for (const Route& route : config.routes) {
-    plans.push_back(compile(route, types));
+    plans.push_back(start_at(config, route.mark, [&] { return compile(route, types); }));
   }
   state_ = std::make_unique<State>(io, config, report);
-  warn_of_small_buffers(config, state_->node.receive_buffer_bytes());
-  const std::vector<sd::ServiceSpec> services = offered_services(config);
+  warn_of_small_buffers(config, state_->node->receive_buffer_bytes());
+  const std::vector<OfferedService> services = offered_services(config);
   std::vector<sd::OfferHandle> offers;
   offers.reserve(services.size());
-  for (const sd::ServiceSpec& service : services) {
-    offers.push_back(state_->node.offer(service));
+  for (const OfferedService& service : services) {
+    offers.push_back(start_at(config, service.mark, [&] { return state_->node->offer(service.spec); }));
   }
   for (std::size_t i = 0; i < config.routes.size(); ++i) {
     const Route& route = config.routes[i];
-    if (route.direction == Direction::someip_to_dds) {
-      state_->inbound.push_back(std::make_unique<InboundRoute>(state_->node, state_->participant, route,
-                                                               std::move(plans[i]), report));
-      continue;
-    }
-    const auto service = std::ranges::find_if(services, [&](const sd::ServiceSpec& spec) {
-      return spec.service == route.service && spec.instance == route.instance;
+    start_at(config, route.mark, [&] {
+      if (route.direction == Direction::someip_to_dds) {
+        state_->inbound.push_back(std::make_unique<InboundRoute>(*state_->node, *state_->participant, route,
+                                                                 std::move(plans[i]), report));
+        return;
+      }
+      const auto service = std::ranges::find_if(services, [&](const OfferedService& offered) {
+        return offered.spec.service == route.service && offered.spec.instance == route.instance;
+      });
+      state_->outbound.push_back(std::make_unique<OutboundRoute>(
+          io, *state_->node, offers[static_cast<std::size_t>(service - services.begin())],
+          *state_->participant, route, std::move(plans[i]), report));
     });
-    state_->outbound.push_back(std::make_unique<OutboundRoute>(
-        io, state_->node, offers[static_cast<std::size_t>(service - services.begin())], state_->participant,
-        route, std::move(plans[i]), report));
   }
 }
 
 Bridge::~Bridge() = default;
 
 void Bridge::stop() {
-  state_->node.shutdown();
+  state_->node->shutdown();
 }
 
 std::vector<CounterGroup> Bridge::counters() const {
@@ -177,8 +207,8 @@ std::vector<CounterGroup> Bridge::counters() const {
   for (const auto& route : state_->inbound) {
     groups.push_back(route->counters());
   }
-  const sd::NodeCounters node = state_->node.counters();
-  const auto sender = state_->node.sender_counters();
+  const sd::NodeCounters node = state_->node->counters();
+  const auto sender = state_->node->sender_counters();
   groups.push_back({"SOME/IP",
                     {{"datagrams_received", node.datagrams},
                      {"events_received", node.events},
@@ -193,14 +223,14 @@ std::vector<CounterGroup> Bridge::counters() const {
                      {"refused_by_system", sender.refused, loss},
                      {"abandoned", sender.abandoned, loss},
                      {"receive_buffer_full", node.overflowed, loss}}});
-  const someip::TpCounters& tp = state_->node.reassembly_counters();
+  const someip::TpCounters& tp = state_->node->reassembly_counters();
   CounterGroup segments{"SOME/IP-TP",
                         {{"segments_received", tp.segments}, {"messages_received", tp.messages}}};
   for (std::size_t i = 0; i < someip::tp_drop_count; ++i) {
     segments.counters.push_back({to_string(static_cast<someip::TpDrop>(i)), tp.drops[i], loss});
   }
   groups.push_back(std::move(segments));
-  const sd::Counters& sd = state_->node.discovery_counters();
+  const sd::Counters& sd = state_->node->discovery_counters();
   groups.push_back({"SOME/IP-SD",
                     {{"datagrams_received", sd.datagrams_received},
                      {"datagrams_sent", sd.datagrams_sent},

@@ -1,12 +1,17 @@
 #include <gtest/gtest.h>
 
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/udp.hpp>
 #include <filesystem>
 
 #include "bridge/demo/pcd.hpp"
 #include "bridge/demo/point_cloud.hpp"
 #include "dds_adapter/ros_names.hpp"
+#include "someip/net/address_text.hpp"
 #include "test/bridge/end_to_end/samples.hpp"
 #include "test/bridge/end_to_end/two_bridges.hpp"
+#include "test/bytes.hpp"
+#include "test/loopback.hpp"
 
 namespace trestle::test {
 namespace {
@@ -195,6 +200,31 @@ TEST_F(Losses, NamesMessagesThatAreTooLargeOrNone) {
   ASSERT_TRUE(writer.write(broken));
   EXPECT_TRUE(eventually([&] { return out("too_large") == 1 && out("not_convertible") == 1; }));
   EXPECT_EQ(out("carried"), carried);
+}
+
+TEST_F(Losses, NamesSamplesThatTheSystemWouldNotSend) {
+  const TestRoute route{"/text", text_type};
+  a_ = std::make_unique<RunningBridge>(yaml(true, {route}, ""));
+  dds::Writer writer = publisher(route);
+  // Somebody on loopback wants its events elsewhere, whereto nothing leads from there.
+  boost::asio::io_context io;
+  const auto sd_of = [](std::uint8_t host) {
+    return boost::asio::ip::udp::endpoint{boost::asio::ip::make_address(someip::to_string(own_address(host))),
+                                          30490};
+  };
+  boost::asio::ip::udp::socket peer{io, sd_of(3)};
+  const auto subscribe =
+      hex("ffff8100 00000030 00000001 01010200"
+          "c0000000 00000010 06000010 10000001 01000003 00000001"
+          "0000000c 00090400 c0000201 00110009");
+  peer.send_to(boost::asio::buffer(subscribe), sd_of(1));
+  ASSERT_TRUE(eventually([&] {
+    static_cast<void>(writer.write(string(1)));
+    usleep(10'000);
+    return out("not_sent") > 0;
+  }));
+  EXPECT_EQ(out("carried"), 0U);
+  EXPECT_TRUE(eventually([&] { return a_->counter("SOME/IP", "refused_by_system") == out("not_sent"); }));
 }
 
 TEST_F(Losses, NamesSamplesThatNewerOnesOvertook) {

@@ -188,9 +188,20 @@ class BridgeCommand(unittest.TestCase):
             other.bind((BRIDGE, 30490))
             done = run(CONFIG)
         self.assertEqual(done.returncode, 1)
+        self.assertIn(":2:12: ", done.stderr)
         self.assertIn(f"UDP {BRIDGE}:30490", done.stderr)
         self.assertIn("ss -ulpn", done.stderr)
         self.assertIn("another address", done.stderr)
+
+    def test_names_the_line_of_what_cannot_be_opened(self):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+            other.bind((BRIDGE, 40001))
+            done = run(CONFIG)
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stderr, rf":6:5: .*UDP {BRIDGE}:40001")
+        done = run(CONFIG.replace("127.0.0.1", "192.0.2.77"))
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stderr, r":4:\d+: .*192\.0\.2\.77")
 
     def test_carries_counts_drops_and_withdraws(self):
         peer = Peer()
