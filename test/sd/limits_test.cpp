@@ -272,6 +272,20 @@ TEST_F(Limited, KeepsHandlesApartFromTheirSuccessors) {
   EXPECT_EQ(machine.discovery.offer(service, machine.now).error(), SdError::duplicate);
 }
 
+TEST_F(Limited, ShowsNoSubscribersOfASuccessorToAnEndedHandle) {
+  const auto first = machine.discovery.offer(service, machine.now);
+  ASSERT_TRUE(first);
+  machine.discovery.stop_offer(*first, machine.now);
+  const auto second = machine.discovery.offer(service, machine.now);
+  ASSERT_TRUE(second);
+  FakePeer peer{host(2)};
+  machine.unicast(peer, {subscribe(1, {udp(host(2, 1))})});
+  int of_second = 0;
+  machine.discovery.for_each_subscriber(*second, EventgroupId{1}, [&](const Subscriber&) { ++of_second; });
+  EXPECT_EQ(of_second, 1);
+  machine.discovery.for_each_subscriber(*first, EventgroupId{1}, [](const Subscriber&) { FAIL(); });
+}
+
 TEST_F(Limited, DropsMalformedDatagramsAndCountsThem) {
   covers({"feat_req_someipsd_1163", "feat_req_someipsd_1164", "feat_req_someipsd_1220"});
   ASSERT_TRUE(machine.discovery.offer(service, machine.now));

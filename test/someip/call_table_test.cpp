@@ -53,6 +53,16 @@ class CallTableTest : public testing::Test {
   CallTable table{slots, ClientId{0x0102}};
 };
 
+TEST(AnswerDrop, HasTheNameOfTheEnumerator) {
+  EXPECT_STREQ(to_string(AnswerDrop::not_an_answer), "not_an_answer");
+  EXPECT_STREQ(to_string(AnswerDrop::wrong_version), "wrong_version");
+  EXPECT_STREQ(to_string(AnswerDrop::unknown), "unknown");
+  EXPECT_STREQ(to_string(AnswerDrop::late), "late");
+  EXPECT_STREQ(to_string(AnswerDrop::after_cancel), "after_cancel");
+  EXPECT_STREQ(to_string(AnswerDrop::duplicate), "duplicate");
+  EXPECT_STREQ(to_string(AnswerDrop::foreign_sender), "foreign_sender");
+}
+
 TEST_F(CallTableTest, MakesTheHeaderOfTheRequest) {
   covers({"feat_req_someip_329", "feat_req_someip_669", "feat_req_someip_649"});
   EXPECT_EQ(call().header, (Header{.service = service,

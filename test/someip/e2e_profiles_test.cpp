@@ -237,6 +237,24 @@ TEST(E2eProtector, LeavesTheOtherNibbleToTheUser) {
   EXPECT_EQ(to_hex(ByteView{data}.subspan(1)), "a0000000000000");
 }
 
+TEST(E2eProfile1, AlternatesBetweenTheBytesOfTheDataId) {
+  // 0x0123: as mode `low` with Data ID 0x23 where the counter is even, with 0x01 where it is odd.
+  auto alternating = Protector::create(profile1(DataIdMode::alternating));
+  ASSERT_TRUE(alternating);
+  for (std::uint32_t counter = 0; counter < 15; ++counter) {
+    Profile1 of_one_byte = profile1(DataIdMode::low);
+    of_one_byte.data_id = counter % 2 == 0 ? 0x23 : 0x01;
+    auto low = Protector::create(of_one_byte);
+    ASSERT_TRUE(low);
+    low->resume(counter);
+    std::array<std::byte, 8> expected{};
+    ASSERT_TRUE(low->protect(expected));
+    std::array<std::byte, 8> data{};
+    ASSERT_TRUE(alternating->protect(data));
+    EXPECT_EQ(to_hex(data), to_hex(expected)) << counter;
+  }
+}
+
 TEST(E2eProfile5, SendsTheCrcHighByteFirstIfConfigured) {
   auto protector = Protector::create(
       Profile5{.data_id = 0x1234, .data_bits = 64, .offset_bits = 0, .crc_order = std::endian::big});

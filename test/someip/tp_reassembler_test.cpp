@@ -88,6 +88,21 @@ class TpReassemblerTest : public testing::Test {
   Reassembled last{};
 };
 
+TEST(TpDrop, HasTheNameOfTheEnumerator) {
+  EXPECT_STREQ(to_string(TpDrop::malformed), "malformed");
+  EXPECT_STREQ(to_string(TpDrop::unaligned), "unaligned");
+  EXPECT_STREQ(to_string(TpDrop::session_zero), "session_zero");
+  EXPECT_STREQ(to_string(TpDrop::too_large), "too_large");
+  EXPECT_STREQ(to_string(TpDrop::too_many_from_sender), "too_many_from_sender");
+  EXPECT_STREQ(to_string(TpDrop::no_slot), "no_slot");
+  EXPECT_STREQ(to_string(TpDrop::too_many_gaps), "too_many_gaps");
+  EXPECT_STREQ(to_string(TpDrop::inconsistent_end), "inconsistent_end");
+  EXPECT_STREQ(to_string(TpDrop::overlap), "overlap");
+  EXPECT_STREQ(to_string(TpDrop::stale), "stale");
+  EXPECT_STREQ(to_string(TpDrop::replaced), "replaced");
+  EXPECT_STREQ(to_string(TpDrop::aged_out), "aged_out");
+}
+
 TEST_F(TpReassemblerTest, JoinsSegmentsInAscendingOrder) {
   covers({"feat_req_someiptp_789", "feat_req_someiptp_785", "feat_req_someiptp_783"});
   EXPECT_EQ(offer({7, 0, true, row_a}), "");
