@@ -82,7 +82,7 @@ std::vector<OfferedService> offered_services(const BridgeConfig& config) {
                                                           .instance = route.instance,
                                                           .major = route.major,
                                                           .minor = route.minor,
-                                                          .port = route.port},
+                                                          .udp_port = route.port},
                                                  .mark = route.mark});
     }
     auto& groups = service->spec.eventgroups;

@@ -59,7 +59,7 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
   }
 
   void accept_all() {
-    for (int round = 0; round < backlog; ++round) {
+    for (int round = 0; round < backlog && !stopped; ++round) {
       SocketAddress from;
       Descriptor client{
           accept4(listener.native_handle(), from.data(), &from.size(), SOCK_NONBLOCK | SOCK_CLOEXEC)};
@@ -79,12 +79,17 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
         return;
       }
     }
-    wait_for_client();
+    if (!stopped) {
+      wait_for_client();
+    }
   }
 
   void accept(Descriptor client, const Endpoint& from) {
     if (clients.contains(from)) {  // of whose end we have not heard
       closed(from, "the client connected anew");
+      if (stopped) {
+        return;  // its handler has destroyed the server
+      }
     }
     if (clients.size() >= options.max_connections) {
       ++counters.refused;
@@ -93,8 +98,17 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
     ++counters.accepted;
     const auto stream = std::make_shared<TcpStream>(io, std::move(client), StreamEnd::server, options.tcp);
     clients.emplace(from, stream);
-    stream->receive([this, from](const Message& message) { handlers.message(message, from); },
-                    [this, from](const std::string& why) { closed(from, why); });
+    stream->receive(
+        [weak = weak_from_this(), from](const Message& message) {
+          if (const auto self = weak.lock()) {  // also keeps it while its handler destroys the server
+            self->handlers.message(message, from);
+          }
+        },
+        [weak = weak_from_this(), from](const std::string& why) {
+          if (const auto self = weak.lock()) {
+            self->closed(from, why);
+          }
+        });
     if (handlers.connected) {
       handlers.connected(from);
     }
@@ -119,12 +133,19 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
   Handlers handlers;
   std::map<Endpoint, std::shared_ptr<TcpStream>> clients;
   Counters counters;
+  bool stopped = false;
 };
 
 TcpServer::TcpServer(boost::asio::io_context& io, const TcpServerOptions& options)
     : state_{std::make_shared<State>(io, options)} {}
 
-TcpServer::~TcpServer() = default;
+TcpServer::~TcpServer() {
+  state_->stopped = true;
+  state_->retry.cancel();
+  state_->clients.clear();
+  boost::system::error_code ignored;
+  state_->listener.close(ignored);
+}
 
 void TcpServer::start(Handlers handlers) {
   state_->handlers = std::move(handlers);
@@ -143,11 +164,9 @@ const Endpoint& TcpServer::local() const noexcept {
 bool TcpServer::connected(const Endpoint& client) const {
   return state_->clients.contains(client);
 }
-std::size_t TcpServer::connections() const noexcept {
-  return state_->clients.size();
-}
 TcpServer::Counters TcpServer::counters() const {
   Counters sum = state_->counters;
+  sum.open = state_->clients.size();
   for (const auto& [endpoint, stream] : state_->clients) {
     sum.streams += stream->counters();
   }

@@ -15,7 +15,7 @@ struct TcpServerOptions {
 /// runs the io_context.
 class TcpServer {
  public:
-  /// What the server is told; none may destroy it.
+  /// What the server is told. Any may destroy it.
   struct Handlers {
     std::function<void(const Message& message, const Endpoint& client)> message;  ///< valid during the call
     std::function<void(const Endpoint& client)> connected = {};
@@ -23,6 +23,7 @@ class TcpServer {
   };
   struct Counters {
     TcpStream::Counters streams;  ///< of all connections, also past ones
+    std::uint64_t open = 0;       ///< connections that stand now
     std::uint64_t accepted = 0;
     std::uint64_t refused = 0;  ///< connections that were one too many
     /// Connections that were closed because something came that is no SOME/IP, or too large.
@@ -47,7 +48,6 @@ class TcpServer {
   /// Where it listens, with the port that the system chose.
   [[nodiscard]] const Endpoint& local() const noexcept;
   [[nodiscard]] bool connected(const Endpoint& client) const;
-  [[nodiscard]] std::size_t connections() const noexcept;
   [[nodiscard]] Counters counters() const;
 
  private:

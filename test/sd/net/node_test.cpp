@@ -134,7 +134,7 @@ TEST_F(NodeTest, SendsEventsFromTheOfferedEndpoint) {
   Node server{io, config(server_address)};
   Node client{io, config(client_address)};
   ServiceSpec at_port = service;
-  at_port.port = 40125;
+  at_port.udp_port = 40125;
   const OfferHandle offer = server.offer(at_port);
   std::vector<Endpoint> senders;
   const SubscriptionId subscription =
@@ -314,7 +314,7 @@ TEST_F(NodeTest, AnswersCallsWithAnErrorSinceItHasNoMethods) {
           "feat_req_someip_348", "feat_req_someip_49"});
   Node server{io, config(server_address)};
   ServiceSpec at_port = service;
-  at_port.port = 40124;
+  at_port.udp_port = 40124;
   server.offer(at_port);
   UdpSocket caller{io, {.local = {client_address, 0}}};
   std::vector<Header> answers;

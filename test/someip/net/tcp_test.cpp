@@ -250,7 +250,7 @@ TEST_F(TcpTest, ClosesTheConnectionWhenFramingIsLost) {
   EXPECT_EQ(server.counters().bad_framing, 2U);
   write(good, event);
   ASSERT_TRUE(run_until([&] { return at_server.size() == 2; }));
-  EXPECT_EQ(server.connections(), 1U);
+  EXPECT_EQ(server.counters().open, 1U);
 }
 
 TEST_F(TcpTest, WaitsForACookieWhereCookiesAreUsed) {
@@ -296,13 +296,13 @@ TEST_F(TcpTest, RefusesConnectionsBeyondTheLimit) {
   tcp::socket b = bare(server);
   tcp::socket c = bare(server);
   ASSERT_TRUE(run_until([&] { return server.counters().refused == 1; }));
-  EXPECT_EQ(server.connections(), 2U);
+  EXPECT_EQ(server.counters().open, 2U);
   std::array<std::byte, 1> byte{};
   boost::system::error_code error;
   c.read_some(boost::asio::buffer(byte), error);
   EXPECT_TRUE(error) << "closed";
   a.close();
-  ASSERT_TRUE(run_until([&] { return server.connections() == 1; }));
+  ASSERT_TRUE(run_until([&] { return server.counters().open == 1; }));
   tcp::socket d = bare(server);
   write(d, event);
   EXPECT_TRUE(run_until([&] { return at_server.size() == 1; }));
@@ -387,7 +387,30 @@ TEST_F(TcpTest, MayBeDestroyedByItsHandlers) {
           TcpClient::Handlers{.message = {}, .disconnected = [&](const std::string&) { destroy(2); }});
     }
     ASSERT_TRUE(run_until([&] { return told; })) << which;
-    ASSERT_TRUE(run_until([&] { return server.connections() == 0; })) << "the client closed it";
+    ASSERT_TRUE(run_until([&] { return server.counters().open == 0; })) << "the client closed it";
+  }
+}
+
+TEST_F(TcpTest, ServerMayBeDestroyedByItsHandlers) {
+  for (int which = 0; which < 3; ++which) {
+    auto server =
+        std::make_unique<TcpServer>(io, TcpServerOptions{.local = {server_address, 0}, .tcp = tcp_options});
+    bool told = false;
+    const auto destroy = [&](int one) {
+      if (one == which) {
+        server.reset();
+        told = true;
+      }
+    };
+    server->start({.message = [&](const Message&, const Endpoint&) { destroy(0); },
+                   .connected = [&](const Endpoint&) { destroy(1); },
+                   .closed = [&](const Endpoint&, const std::string&) { destroy(2); }});
+    tcp::socket peer = bare(*server);
+    write(peer, event + event);
+    if (which == 2) {
+      peer.close();
+    }
+    ASSERT_TRUE(run_until([&] { return told; })) << which;
   }
 }
 

@@ -1,0 +1,243 @@
+#include "sd/net/consumer.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "sd/net/discovery_text.hpp"
+#include "someip/net/address_text.hpp"
+
+namespace trestle::sd {
+
+using someip::CallHandle;
+
+namespace {
+
+TimePoint now() {
+  return std::chrono::steady_clock::now();
+}
+
+bool same(const RemoteService& a, const RemoteService& b) {
+  return a.service == b.service && a.instance == b.instance && a.major == b.major;
+}
+
+}  // namespace
+
+Consumer::Consumer(boost::asio::io_context& io, ServiceDiscovery& discovery, Ports& ports,
+                   const NodeConfig& config, NodeCounters& counters, DiscoveryLog log,
+                   std::function<void()> changed)
+    : io_{io},
+      discovery_{discovery},
+      ports_{ports},
+      config_{config},
+      counters_{counters},
+      log_{std::move(log)},
+      changed_{std::move(changed)},
+      call_slots_(config.max_calls),
+      calls_{call_slots_, config.client},
+      waiting_(config.max_calls),
+      call_timer_{io, [this] {
+                    calls_.on_time(now(), [this](CallHandle call) { time_out(call); });
+                    call_timer_.arm(calls_.deadline());
+                  }} {}
+
+// --- Requirements -----------------------------------------------------------------------------------------
+
+RequirementHandle Consumer::look_for(const RequireSpec& spec, TimePoint now) {
+  const auto handle = discovery_.require(
+      {.service = spec.service, .instance = spec.instance, .major = spec.major, .minor = spec.minor}, now);
+  if (!handle) {
+    throw std::invalid_argument{"requirement of " + to_string(spec.service, spec.instance) +
+                                ": refused by service discovery: " + to_string(handle.error())};
+  }
+  log_("looking for " + to_string(spec.service, spec.instance));
+  return *handle;
+}
+
+RequirementId Consumer::require(const RequireSpec& spec, AvailabilityHandler handler, TimePoint now) {
+  if (!call_port_) {
+    call_port_ = ports_.udp(0);
+  }
+  const auto requirement = std::make_shared<Requirement>();
+  requirement->handle = look_for(spec, now);
+  requirement->spec = spec;
+  requirement->id = RequirementId{next_id_++};
+  requirement->handler = std::move(handler);
+  requirements_.push_back(requirement);
+  return requirement->id;
+}
+
+void Consumer::release(RequirementId id, TimePoint now) {
+  if (const auto requirement = find(id)) {
+    discovery_.release(requirement->handle, now);
+    std::erase(requirements_, requirement);
+  }
+}
+
+std::vector<RemoteService> Consumer::available(RequirementId id) const {
+  const auto requirement = find(id);
+  return requirement ? requirement->servers : std::vector<RemoteService>{};
+}
+
+std::shared_ptr<Consumer::Requirement> Consumer::find(RequirementId id) const {
+  const auto found = std::ranges::find(requirements_, id, &Requirement::id);
+  return found == requirements_.end() ? nullptr : *found;
+}
+
+// --- TCP connections --------------------------------------------------------------------------------------
+
+Consumer::Connection& Consumer::connection_to(const Endpoint& remote) {
+  Connection& connection = connections_[remote];
+  if (!connection.client) {
+    connection.client = ports_.connect(
+        remote, {.message = {},
+                 .connected = [this, remote](const Endpoint&) { connected(remote); },
+                 .disconnected = [this, remote](const std::string& why) { disconnected(remote, why); }});
+  }
+  return connection;
+}
+
+void Consumer::connected(const Endpoint& remote) {
+  for (const auto& subscription : subscriptions_) {
+    for (const RemoteService& server : subscription->servers) {
+      if (server.tcp == remote && subscription->wanted.tcp) {
+        bind(*subscription, server, now());
+      }
+    }
+  }
+  changed_();
+}
+
+// A subscription is worth nothing without the connection that it named: it is made anew with the next one.
+void Consumer::disconnected(const Endpoint& remote, const std::string& why) {
+  log_(why);
+  for (const auto& subscription : subscriptions_) {
+    for (Binding& binding : subscription->bindings) {
+      if (binding.connection == remote) {
+        unbind(binding, now());
+      }
+    }
+  }
+  calls_.connection_lost({remote, Transport::tcp}, [this](CallHandle call) { time_out(call); });
+  call_timer_.arm(calls_.deadline());
+  changed_();
+}
+
+// Ends the connection from our side.
+void Consumer::disconnect(const Endpoint& remote) {
+  const auto found = connections_.find(remote);
+  if (found == connections_.end()) {
+    return;
+  }
+  const someip::TcpClient::Counters last = found->second.client->counters();
+  past_connections_.streams += last.streams;
+  past_connections_.connections += last.connections;
+  past_connections_.failed_attempts += last.failed_attempts;
+  past_connections_.not_connected += last.not_connected;
+  connections_.erase(found);
+  calls_.connection_lost({remote, Transport::tcp}, [this](CallHandle call) { time_out(call); });
+  call_timer_.arm(calls_.deadline());
+}
+
+bool Consumer::is_needed(const Endpoint& remote, const Connection& connection) const {
+  const auto is_there = [&](const RemoteService& server) { return server.tcp == remote; };
+  return (connection.called &&
+          std::ranges::any_of(
+              requirements_, [&](const auto& one) { return std::ranges::any_of(one->servers, is_there); })) ||
+         std::ranges::any_of(subscriptions_, [&](const auto& one) {
+           return one->wanted.tcp && std::ranges::any_of(one->servers, is_there);
+         });
+}
+
+void Consumer::settle(TimePoint now) {
+  // What is subscribed to wherever it is offered is forgotten where it is not offered any more: instances
+  // that come and go must not fill our tables.
+  for (const auto& subscription : subscriptions_) {
+    if (subscription->spec.instance == someip::any_instance) {
+      std::erase_if(subscription->bindings, [&](Binding& binding) {
+        const bool gone = std::ranges::find(subscription->servers, binding.instance,
+                                            &RemoteService::instance) == subscription->servers.end();
+        if (gone) {
+          unbind(binding, now);
+        }
+        return gone;
+      });
+    }
+  }
+  // [feat_req_someip_678] [feat_req_someip_679]
+  std::vector<Endpoint> unneeded;
+  for (const auto& [remote, connection] : connections_) {
+    if (!is_needed(remote, connection)) {
+      unneeded.push_back(remote);
+    }
+  }
+  for (const Endpoint& remote : unneeded) {
+    disconnect(remote);
+  }
+}
+
+void Consumer::clear() {
+  requirements_.clear();
+  subscriptions_.clear();
+  connections_.clear();
+}
+
+// --- What discovery tells ---------------------------------------------------------------------------------
+
+void Consumer::on_event(const ServiceAvailable& event, TimePoint now) {
+  const auto note = [&](Need& need) {
+    std::erase_if(need.servers, [&](const RemoteService& known) { return same(known, event.service); });
+    need.servers.push_back(event.service);
+    log_(describe(event.service));
+  };
+  const auto subscription = std::ranges::find(subscriptions_, event.requirement, &Subscription::handle);
+  if (subscription != subscriptions_.end()) {
+    note(**subscription);
+    bind(**subscription, event.service, now);
+  }
+  const auto found = std::ranges::find(requirements_, event.requirement, &Requirement::handle);
+  if (found != requirements_.end()) {
+    const auto requirement = *found;  // its handler may release it
+    note(*requirement);
+    if (requirement->handler) {
+      requirement->handler(event.service, true);
+    }
+  }
+}
+
+void Consumer::on_event(const ServiceLost& event) {
+  log_("service " + to_string(event.service.service, event.service.instance) + " of " +
+       someip::to_string(event.service.peer.address) + " is gone: " + to_string(event.reason));
+  const auto forget = [&](Need& need) {
+    std::erase_if(need.servers, [&](const RemoteService& known) { return same(known, event.service); });
+  };
+  const auto subscription = std::ranges::find(subscriptions_, event.requirement, &Subscription::handle);
+  if (subscription != subscriptions_.end()) {
+    forget(**subscription);
+  }
+  // Whoever restarted knows nothing of the connection.  [feat_req_someipsd_872]
+  if (event.reason == LossReason::rebooted && event.service.tcp) {
+    disconnect(*event.service.tcp);
+  }
+  const auto found = std::ranges::find(requirements_, event.requirement, &Requirement::handle);
+  if (found != requirements_.end()) {
+    const auto requirement = *found;
+    forget(*requirement);
+    if (requirement->handler) {
+      requirement->handler(event.service, false);
+    }
+  }
+}
+
+someip::TcpClient::Counters Consumer::tcp_counters() const {
+  someip::TcpClient::Counters sum = past_connections_;
+  for (const auto& [remote, connection] : connections_) {
+    const someip::TcpClient::Counters one = connection.client->counters();
+    sum.streams += one.streams;
+    sum.connections += one.connections;
+    sum.failed_attempts += one.failed_attempts;
+    sum.not_connected += one.not_connected;
+  }
+  return sum;
+}
+
+}  // namespace trestle::sd

@@ -1,0 +1,134 @@
+#pragma once
+#include <map>
+
+#include "sd/core/service_discovery.hpp"
+#include "sd/net/ports.hpp"
+#include "sd/net/service_spec.hpp"
+#include "someip/core/call_table.hpp"
+#include "someip/core/session_counter.hpp"
+
+namespace trestle::sd {
+
+/// The services of others that a Node uses: calls and subscriptions.
+class Consumer {
+ public:
+  /// @param changed  called after something here, not in a call from outside, has asked discovery for more.
+  Consumer(boost::asio::io_context& io, ServiceDiscovery& discovery, Ports& ports, const NodeConfig& config,
+           NodeCounters& counters, DiscoveryLog log, std::function<void()> changed);
+
+  RequirementId require(const RequireSpec& spec, AvailabilityHandler handler, TimePoint now);
+  void release(RequirementId id, TimePoint now);
+  [[nodiscard]] std::vector<RemoteService> available(RequirementId id) const;
+
+  CallId call(RequirementId id, const CallSpec& spec, std::span<const ByteView> payload,
+              std::shared_ptr<const void> keep_alive, ResponseHandler handler);
+  bool cancel(CallId call);
+  bool send(RequirementId id, const CallSpec& spec, std::span<const ByteView> payload,
+            std::shared_ptr<const void> keep_alive);
+
+  SubscriptionId subscribe(const SubscribeSpec& spec, EventHandler handler, TimePoint now);
+  void unsubscribe(SubscriptionId id, TimePoint now);
+  [[nodiscard]] bool subscribed(SubscriptionId id) const;
+  void clear();
+
+  void on_notification(const someip::Message& message, const Source& source);
+  /// A RESPONSE or ERROR.
+  void on_answer(const someip::Message& message, const Source& source);
+  void on_event(const ServiceAvailable& event, TimePoint now);
+  void on_event(const ServiceLost& event);
+  void on_event(const Subscribed& event);
+  void on_event(const SubscriptionRefused& event);
+  void on_event(const SubscriptionLost& event);
+  /// After the events that came together: lets go what they have left unneeded, and no sooner, for what a
+  /// message stops it may also start anew.  [feat_req_someipsd_1170]
+  void settle(TimePoint now);
+
+  [[nodiscard]] const someip::CallCounters& call_counters() const noexcept { return calls_.counters(); }
+  [[nodiscard]] someip::TcpClient::Counters tcp_counters() const;
+
+ private:
+  /// A service that is looked for, and the servers that offer it now.
+  struct Need {
+    RequirementHandle handle;
+    RequireSpec spec;
+    std::vector<RemoteService> servers{};
+  };
+  struct Requirement : Need {
+    RequirementId id{};
+    AvailabilityHandler handler{};
+  };
+  /// One who wants events of a subscription.
+  struct Listener {
+    SubscriptionId id{};
+    std::vector<someip::MethodId> events;
+    EventHandler handler;
+    bool active = true;  ///< false once it has unsubscribed, though it may still be in line to be called
+  };
+  /// A subscription at one server.
+  struct Binding {
+    someip::InstanceId instance{};
+    std::optional<SubscriptionHandle> handle{};
+    std::optional<Endpoint> connection{};  ///< the server's end of the TCP connection that it was made with
+    bool subscribed = false;
+    std::shared_ptr<GroupPort> group{};
+  };
+  struct Subscription : Need {
+    SubscribeSpec wanted{};  ///< whose events count for nothing: each listener has its own
+    std::shared_ptr<UdpPort> port{};
+    std::vector<std::shared_ptr<Listener>> listeners{};
+    std::vector<Binding> bindings{};
+  };
+  struct Connection {
+    std::unique_ptr<someip::TcpClient> client;
+    bool called = false;  ///< methods were called over it
+  };
+  /// Where a call goes.
+  struct Route {
+    const RemoteService* server = nullptr;
+    someip::CallTarget target;
+  };
+
+  [[nodiscard]] std::shared_ptr<Requirement> find(RequirementId id) const;
+  [[nodiscard]] std::shared_ptr<Subscription> find(SubscriptionId id) const;
+  [[nodiscard]] Binding* find(SubscriptionHandle handle, const Subscription** owner = nullptr) const;
+  [[nodiscard]] RequirementHandle look_for(const RequireSpec& spec, TimePoint now);
+
+  [[nodiscard]] static std::optional<Route> route(const Need& need, const CallSpec& spec, std::size_t bytes);
+  [[nodiscard]] std::optional<CallFault> transmit(const Route& route, const someip::Header& header,
+                                                  std::span<const ByteView> payload,
+                                                  std::shared_ptr<const void> keep_alive);
+  void fail_later(ResponseHandler handler, CallFault fault);
+  void finish(someip::CallHandle call, const CallResult& result);
+  void time_out(someip::CallHandle call);
+
+  Connection& connection_to(const Endpoint& remote);
+  void connected(const Endpoint& remote);
+  void disconnected(const Endpoint& remote, const std::string& why);
+  void disconnect(const Endpoint& remote);
+  [[nodiscard]] bool is_needed(const Endpoint& remote, const Connection& connection) const;
+  void bind(Subscription& subscription, const RemoteService& server, TimePoint now);
+  void unbind(Binding& binding, TimePoint now);
+
+  boost::asio::io_context& io_;
+  ServiceDiscovery& discovery_;
+  Ports& ports_;
+  const NodeConfig& config_;
+  NodeCounters& counters_;
+  DiscoveryLog log_;
+  std::function<void()> changed_;
+  std::vector<std::shared_ptr<Requirement>> requirements_;
+  std::vector<std::shared_ptr<Subscription>> subscriptions_;
+  std::map<Endpoint, Connection> connections_;  ///< by the server's end  [feat_req_someip_645]
+  someip::TcpClient::Counters past_connections_;
+  std::shared_ptr<UdpPort> call_port_;
+  std::vector<someip::CallSlot> call_slots_;
+  someip::CallTable calls_;
+  std::vector<ResponseHandler> waiting_;  ///< of each outstanding call, by its index
+  DeadlineTimer call_timer_;
+  someip::SessionCounter tell_sessions_;  ///< of fire and forget
+  std::uint32_t next_id_ = 1;
+  std::vector<std::shared_ptr<Listener>> called_;  ///< of one message; kept to reuse its memory
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+};
+
+}  // namespace trestle::sd

@@ -1,0 +1,168 @@
+// Consumer: calls of methods.
+#include "sd/net/consumer.hpp"
+
+#include <algorithm>
+#include <boost/asio/post.hpp>
+#include <numeric>
+
+namespace trestle::sd {
+
+using someip::CallHandle;
+using someip::Header;
+using someip::Message;
+using someip::MessageType;
+using someip::ReturnCode;
+
+namespace {
+
+TimePoint now() {
+  return std::chrono::steady_clock::now();
+}
+
+std::size_t size_of(std::span<const ByteView> slices) {
+  return std::accumulate(slices.begin(), slices.end(), std::size_t{0},
+                         [](std::size_t sum, ByteView slice) { return sum + slice.size(); });
+}
+
+}  // namespace
+
+const char* to_string(CallFault fault) noexcept {
+  switch (fault) {
+    case CallFault::unavailable:
+      return "unavailable";
+    case CallFault::not_connected:
+      return "not_connected";
+    case CallFault::not_sent:
+      return "not_sent";
+    case CallFault::too_many_calls:
+      return "too_many_calls";
+    case CallFault::timed_out:
+      return "timed_out";
+    case CallFault::error:
+      return "error";
+  }
+  return "unknown";
+}
+
+// Which server a call goes to, and by which protocol; nothing if no server has what is asked for.
+std::optional<Consumer::Route> Consumer::route(const Need& need, const CallSpec& spec, std::size_t bytes) {
+  for (const RemoteService& server : need.servers) {
+    if (spec.instance && *spec.instance != server.instance) {
+      continue;
+    }
+    const bool large = bytes > someip::max_plain_payload_bytes;
+    const bool tcp =
+        spec.transport ? *spec.transport == Transport::tcp : !server.udp || (large && server.tcp.has_value());
+    const auto& endpoint = tcp ? server.tcp : server.udp;
+    if (endpoint) {
+      return Route{&server, {*endpoint, tcp ? Transport::tcp : Transport::udp}};
+    }
+  }
+  return std::nullopt;
+}
+
+// Sends a request, or says why it cannot.
+std::optional<CallFault> Consumer::transmit(const Route& route, const Header& header,
+                                            std::span<const ByteView> payload,
+                                            std::shared_ptr<const void> keep_alive) {
+  const Endpoint& to = route.target.server;
+  if (route.target.transport == Transport::udp) {
+    const bool sent = call_port_->sender.send(to, header, payload, std::move(keep_alive), config_.pacing);
+    return sent ? std::nullopt : std::optional{CallFault::not_sent};
+  }
+  Connection& connection = connection_to(to);  // opened by the first call  [feat_req_someip_646]
+  connection.called = true;
+  const std::uint64_t refused = connection.client->counters().not_connected;
+  if (connection.client->send(header, payload, std::move(keep_alive))) {
+    return std::nullopt;
+  }
+  return connection.client->counters().not_connected == refused ? CallFault::not_sent
+                                                                : CallFault::not_connected;
+}
+
+CallId Consumer::call(RequirementId id, const CallSpec& spec, std::span<const ByteView> payload,
+                      std::shared_ptr<const void> keep_alive, ResponseHandler handler) {
+  const auto requirement = find(id);
+  const auto way = requirement ? route(*requirement, spec, size_of(payload)) : std::nullopt;
+  if (!way) {
+    fail_later(std::move(handler), CallFault::unavailable);
+    return {};
+  }
+  const auto started = calls_.start(way->target, requirement->spec.service, spec.method, way->server->major,
+                                    spec.timeout, now());
+  if (!started) {
+    fail_later(std::move(handler), CallFault::too_many_calls);
+    return {};
+  }
+  if (const auto fault = transmit(*way, started->header, payload, std::move(keep_alive))) {
+    calls_.cancel(started->call);
+    fail_later(std::move(handler), *fault);
+    return {};
+  }
+  waiting_[started->call.index] = std::move(handler);
+  call_timer_.arm(calls_.deadline());
+  return CallId{started->call.generation * 0x10000U + started->call.index};
+}
+
+bool Consumer::send(RequirementId id, const CallSpec& spec, std::span<const ByteView> payload,
+                    std::shared_ptr<const void> keep_alive) {
+  const auto requirement = find(id);
+  const auto way = requirement ? route(*requirement, spec, size_of(payload)) : std::nullopt;
+  if (!way) {
+    return false;
+  }
+  const Header header{.service = requirement->spec.service,
+                      .method = spec.method,
+                      .client = config_.client,
+                      .session = tell_sessions_.next(),
+                      .interface_version = way->server->major,
+                      .type = MessageType::request_no_return};
+  return !transmit(*way, header, payload, std::move(keep_alive));
+}
+
+bool Consumer::cancel(CallId call) {
+  const auto number = static_cast<std::uint32_t>(call);
+  const CallHandle handle{static_cast<std::uint16_t>(number), static_cast<std::uint16_t>(number >> 16U)};
+  if (!calls_.cancel(handle)) {
+    return false;
+  }
+  waiting_[handle.index] = nullptr;
+  call_timer_.arm(calls_.deadline());
+  return true;
+}
+
+// Never from within call(): who calls does not expect to be called back before it returns.
+void Consumer::fail_later(ResponseHandler handler, CallFault fault) {
+  boost::asio::post(io_, [weak = std::weak_ptr{alive_}, handler = std::move(handler), fault] {
+    if (!weak.expired()) {
+      handler(tl::unexpected{CallError{.fault = fault}});
+    }
+  });
+}
+
+void Consumer::finish(CallHandle call, const CallResult& result) {
+  // Taken out first: the handler may call again, and get the same place.
+  const ResponseHandler handler = std::exchange(waiting_[call.index], nullptr);
+  handler(result);
+}
+
+void Consumer::time_out(CallHandle call) {
+  finish(call, tl::unexpected{CallError{.fault = CallFault::timed_out, .code = ReturnCode::timeout}});
+}
+
+void Consumer::on_answer(const Message& message, const Source& source) {
+  const auto answer = calls_.on_answer({source.from, source.transport}, message.header);
+  if (!answer) {
+    ++counters_.unexpected;
+    return;
+  }
+  call_timer_.arm(calls_.deadline());
+  if (answer->code == ReturnCode::ok) {
+    finish(answer->call, message);
+  } else {
+    finish(answer->call, tl::unexpected{CallError{
+                             .fault = CallFault::error, .code = answer->code, .payload = message.payload}});
+  }
+}
+
+}  // namespace trestle::sd

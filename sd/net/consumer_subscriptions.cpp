@@ -1,0 +1,220 @@
+// Consumer: subscriptions to eventgroups.
+#include "sd/net/consumer.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "sd/net/discovery_text.hpp"
+#include "someip/net/address_text.hpp"
+
+namespace trestle::sd {
+
+using someip::Header;
+using someip::Message;
+
+namespace {
+
+bool is_same_subscription(const SubscribeSpec& a, const SubscribeSpec& b) {
+  return a.service == b.service && a.instance == b.instance && a.major == b.major && a.minor == b.minor &&
+         a.eventgroup == b.eventgroup && a.udp == b.udp && a.tcp == b.tcp && a.port == b.port;
+}
+
+std::string name_of(const SubscribeSpec& spec, someip::InstanceId instance) {
+  return "eventgroup " + hexadecimal(value(spec.eventgroup)) + " of " + to_string(spec.service, instance);
+}
+
+}  // namespace
+
+SubscriptionId Consumer::subscribe(const SubscribeSpec& spec, EventHandler handler, TimePoint now) {
+  if (!spec.udp && !spec.tcp) {
+    throw std::invalid_argument{"subscription to " + name_of(spec, spec.instance) +
+                                ": neither UDP nor TCP is asked for"};
+  }
+  const auto found = std::ranges::find_if(
+      subscriptions_, [&](const auto& one) { return is_same_subscription(one->wanted, spec); });
+  std::shared_ptr<Subscription> subscription = found == subscriptions_.end() ? nullptr : *found;
+  if (!subscription) {
+    subscription = std::make_shared<Subscription>();
+    subscription->wanted = spec;
+    subscription->spec = {spec.service, spec.instance, spec.major, spec.minor};
+    if (spec.udp) {
+      subscription->port = ports_.udp(spec.port);  // open before we subscribe  [feat_req_someipsd_1182]
+    }
+    subscription->handle = look_for(subscription->spec, now);
+    subscriptions_.push_back(subscription);
+  }
+  const SubscriptionId id{next_id_++};
+  subscription->listeners.push_back(
+      std::make_shared<Listener>(Listener{id, spec.events, std::move(handler)}));
+  return id;
+}
+
+void Consumer::unsubscribe(SubscriptionId id, TimePoint now) {
+  const auto subscription = find(id);
+  if (!subscription) {
+    return;
+  }
+  std::erase_if(subscription->listeners, [&](const auto& one) {
+    one->active = one->active && one->id != id;
+    return one->id == id;
+  });
+  if (subscription->listeners.empty()) {
+    discovery_.release(subscription->handle, now);
+    std::erase(subscriptions_, subscription);
+  }
+}
+
+bool Consumer::subscribed(SubscriptionId id) const {
+  const auto subscription = find(id);
+  return subscription && std::ranges::any_of(subscription->bindings, &Binding::subscribed);
+}
+
+std::shared_ptr<Consumer::Subscription> Consumer::find(SubscriptionId id) const {
+  const auto found = std::ranges::find_if(subscriptions_, [&](const auto& subscription) {
+    return std::ranges::any_of(subscription->listeners, [&](const auto& one) { return one->id == id; });
+  });
+  return found == subscriptions_.end() ? nullptr : *found;
+}
+
+Consumer::Binding* Consumer::find(SubscriptionHandle handle, const Subscription** owner) const {
+  for (const auto& subscription : subscriptions_) {
+    for (Binding& binding : subscription->bindings) {
+      if (binding.handle == handle) {
+        if (owner != nullptr) {
+          *owner = subscription.get();
+        }
+        return &binding;
+      }
+    }
+  }
+  return nullptr;
+}
+
+// Subscribes at this server, as soon as the connection is there if that is needed.
+void Consumer::bind(Subscription& subscription, const RemoteService& server, TimePoint now) {
+  auto binding = std::ranges::find(subscription.bindings, server.instance, &Binding::instance);
+  if (binding == subscription.bindings.end()) {
+    binding = subscription.bindings.insert(binding, {.instance = server.instance});
+  }
+  std::optional<Endpoint> tcp;
+  if (subscription.wanted.tcp) {
+    if (!server.tcp) {
+      log_("cannot subscribe to " + name_of(subscription.wanted, server.instance) +
+           ": it is not offered over TCP");
+      return;
+    }
+    tcp = connection_to(*server.tcp).client->local();
+    if (!tcp) {
+      return;  // connected() comes back  [feat_req_someipsd_767]
+    }
+    binding->connection = server.tcp;
+  }
+  if (binding->handle) {
+    if (tcp) {
+      discovery_.reconnected(*binding->handle, *tcp, now);
+    }
+    return;  // without TCP discovery subscribes again by itself
+  }
+  const auto handle = discovery_.subscribe(
+      subscription.handle,
+      {.eventgroup = subscription.wanted.eventgroup,
+       .instance = server.instance,
+       .udp = subscription.port ? std::optional{subscription.port->socket.local()} : std::nullopt,
+       .tcp = tcp},
+      now);
+  if (handle) {
+    binding->handle = *handle;
+  } else {
+    log_("cannot subscribe to " + name_of(subscription.wanted, server.instance) + ": " +
+         to_string(handle.error()));
+  }
+}
+
+void Consumer::unbind(Binding& binding, TimePoint now) {
+  if (binding.handle) {
+    discovery_.unsubscribe(*binding.handle, now);
+  }
+  binding = {.instance = binding.instance};
+}
+
+void Consumer::on_notification(const Message& message, const Source& source) {
+  const Header& header = message.header;
+  bool wanted = false;
+  bool right_sender = false;
+  called_.clear();
+  for (const auto& subscription : subscriptions_) {
+    if (subscription->spec.service != header.service) {
+      continue;
+    }
+    const auto server = std::ranges::find_if(subscription->servers, [&](const RemoteService& one) {
+      return (source.transport == Transport::udp ? one.udp : one.tcp) == source.from;
+    });
+    const bool offers_it = server != subscription->servers.end();
+    for (const auto& listener : subscription->listeners) {
+      if (std::ranges::find(listener->events, header.method) == listener->events.end()) {
+        continue;
+      }
+      wanted = true;
+      right_sender = right_sender || offers_it;
+      if (offers_it && header.protocol == someip::protocol_version &&
+          header.interface_version == server->major) {
+        called_.push_back(listener);
+      }
+    }
+  }
+  if (called_.empty()) {
+    ++(!wanted ? counters_.unexpected : !right_sender ? counters_.unknown_sender : counters_.wrong_version);
+    return;
+  }
+  ++counters_.events;
+  for (const auto& listener : called_) {  // a handler may unsubscribe itself and others
+    if (listener->active) {
+      listener->handler(message, source.from);
+    }
+  }
+}
+
+// --- What discovery tells of subscriptions ----------------------------------------------------------------
+
+void Consumer::on_event(const Subscribed& event) {
+  const Subscription* owner = nullptr;
+  Binding* const binding = find(event.subscription, &owner);
+  if (binding == nullptr) {
+    return;
+  }
+  binding->subscribed = true;
+  log_("subscribed to " + name_of(owner->wanted, binding->instance) +
+       (event.multicast ? ", whose multicast events come at " + someip::to_string(*event.multicast) : ""));
+  binding->group.reset();
+  if (event.multicast) {
+    try {
+      binding->group = ports_.group(*event.multicast);
+    } catch (const someip::NetError& error) {
+      log_("multicast events of " + name_of(owner->wanted, binding->instance) +
+           " will be missed: " + error.what());
+    }
+  }
+}
+
+// Whether the TCP connection of a refused subscription still stands [feat_req_someipsd_869], the probes of
+// the connection find out: it is then closed, and a new one made.
+void Consumer::on_event(const SubscriptionRefused& event) {
+  const Subscription* owner = nullptr;
+  if (Binding* const binding = find(event.subscription, &owner)) {
+    binding->subscribed = false;
+    log_("subscription to " + name_of(owner->wanted, binding->instance) +
+         " refused by the server; trying again with its next offer");
+  }
+}
+
+void Consumer::on_event(const SubscriptionLost& event) {
+  const Subscription* owner = nullptr;
+  if (Binding* const binding = find(event.subscription, &owner)) {
+    binding->subscribed = false;
+    binding->group.reset();
+    log_("subscription to " + name_of(owner->wanted, binding->instance) +
+         " lost: " + to_string(event.reason));
+  }
+}
+
+}  // namespace trestle::sd

@@ -1,0 +1,52 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "sd/core/settings.hpp"
+#include "sd/core/storage.hpp"
+#include "someip/core/request_check.hpp"
+#include "someip/net/message_sender.hpp"
+#include "someip/net/tcp_stream.hpp"
+
+namespace trestle::sd {
+
+struct NodeConfig {
+  /// Own unicast address: SD listens on it, and it is the endpoint of every offered service.
+  IpAddress address;
+  std::string multicast_interface{};  ///< for multicast; empty: the one that has `address`
+  IpAddress multicast = IpAddress::v4(224, 244, 224, 245);  ///< SD's group
+  std::uint16_t port = 30490;  ///< SD's port, of all nodes  [feat_req_someip_676]
+  Timing timing{};
+  Limits limits{};                                         ///< of service discovery
+  std::size_t max_message_bytes = std::size_t{16} << 20U;  ///< payload of a received message
+  std::size_t max_reassemblies = 16;                       ///< large messages that may be under way at once
+  /// Names this client among those of the same address.  [feat_req_someip_699] [feat_req_someip_701]
+  someip::ClientId client{1};
+  std::uint16_t max_calls = 1024;    ///< that may be outstanding at once
+  std::size_t max_tcp_clients = 64;  ///< connections at a time to one TCP port of ours
+  someip::AnswerRules answers{};     ///< to requests that are in error
+  someip::TpPacing pacing{};         ///< of large requests and responses over UDP
+  bool magic_cookies = false;        ///< on TCP connections, for test setups
+  /// See TcpOptions::dead_after.
+  Duration tcp_dead_after = std::chrono::seconds{10};
+};
+
+/// Received messages and datagrams that a Node dropped, by reason, and what it did with the others.
+struct NodeCounters {
+  std::uint64_t datagrams = 0;       ///< received, SD left out
+  std::uint64_t events = 0;          ///< delivered to a subscription
+  std::uint64_t requests = 0;        ///< delivered to a method or field
+  std::uint64_t malformed = 0;       ///< datagrams that are empty, or bad from some message on
+  std::uint64_t overflowed = 0;      ///< datagrams that the system dropped as a receive buffer was full
+  std::uint64_t wrong_version = 0;   ///< another interface or protocol version than was subscribed to
+  std::uint64_t unexpected = 0;      ///< neither a subscribed event, nor a request, nor an answer to a call
+  std::uint64_t unknown_sender = 0;  ///< a subscribed event from an endpoint that does not offer it
+  std::uint64_t requests_answered = 0;   ///< with an error, without asking a method
+  std::uint64_t discovery_not_sent = 0;  ///< SD datagrams that the system would not take
+};
+
+/// Told what discovery did, in words: one line without a line end.
+using DiscoveryLog = std::function<void(const std::string& line)>;
+
+}  // namespace trestle::sd

@@ -1,0 +1,233 @@
+#include "sd/net/ports.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+namespace trestle::sd {
+namespace {
+
+// A message that is not whole by then never will be.
+constexpr Duration max_reassembly_age = std::chrono::seconds{5};
+// Longer than it takes a client to learn that the service is gone and to close its connection.
+constexpr Duration leaving_time = std::chrono::seconds{3};
+
+TimePoint now() {
+  return std::chrono::steady_clock::now();
+}
+
+/// The live one that fits; forgets those that are gone.
+template <typename Port, typename Fits>
+std::shared_ptr<Port> find_port(std::vector<std::weak_ptr<Port>>& ports, Fits fits) {
+  std::erase_if(ports, [](const auto& weak) { return weak.expired(); });
+  for (const auto& weak : ports) {
+    if (auto port = weak.lock(); port && fits(*port)) {
+      return port;
+    }
+  }
+  return nullptr;
+}
+
+/// Calls `visit` for each that is open.
+template <typename Port, typename Visit>
+void for_each(const std::vector<std::weak_ptr<Port>>& ports, Visit visit) {
+  for (const auto& weak : ports) {
+    if (const auto port = weak.lock()) {
+      visit(*port);
+    }
+  }
+}
+
+void add(someip::MessageSender::Counters& sum, const someip::MessageSender::Counters& one) {
+  sum.messages += one.messages;
+  sum.datagrams += one.datagrams;
+  sum.queue_full += one.queue_full;
+  sum.refused += one.refused;
+  sum.abandoned += one.abandoned;
+}
+
+void add(someip::TcpServer::Counters& sum, const someip::TcpServer::Counters& one) {
+  sum.streams += one.streams;
+  sum.open += one.open;
+  sum.accepted += one.accepted;
+  sum.refused += one.refused;
+  sum.bad_framing += one.bad_framing;
+}
+
+}  // namespace
+
+Ports::Ports(boost::asio::io_context& io, const NodeConfig& config, NodeCounters& counters, Handlers handlers)
+    : io_{io},
+      config_{config},
+      counters_{counters},
+      handlers_{std::move(handlers)},
+      reassembly_{config.max_reassemblies,
+                  {.max_message_bytes = config.max_message_bytes,
+                   .max_per_sender = config.max_reassemblies,
+                   .max_age = max_reassembly_age}},
+      reassembly_timer_{io, [this] {
+                          reassembly_.machine().on_time(now());
+                          reassembly_timer_.arm(reassembly_.machine().deadline());
+                        }} {}
+
+std::shared_ptr<UdpPort> Ports::udp(std::uint16_t number, const std::function<bool(const UdpPort&)>& usable) {
+  auto port = find_port(udp_, [&](const UdpPort& one) { return one.number == number && usable(one); });
+  if (!port) {
+    port = share(std::make_unique<UdpPort>(
+        io_, number,
+        someip::UdpOptions{.local = {config_.address, number},
+                           .interface = {{config_.address, config_.multicast_interface}}}));
+    udp_.push_back(port);
+    port->socket.receive([this, weak = udp_.back()](ByteView datagram, const Endpoint& from) {
+      if (auto alive = weak.lock()) {  // also keeps it during the call
+        on_datagram(datagram, {.from = from, .udp = std::move(alive), .tcp = nullptr});
+      }
+    });
+  }
+  return port;
+}
+
+std::shared_ptr<TcpPort> Ports::tcp(std::uint16_t number, const std::function<bool(const TcpPort&)>& usable) {
+  auto port = find_port(tcp_, [&](const TcpPort& one) { return one.number == number && usable(one); });
+  if (!port) {
+    port =
+        share(std::make_unique<TcpPort>(io_, number,
+                                        someip::TcpServerOptions{.local = {config_.address, number},
+                                                                 .max_connections = config_.max_tcp_clients,
+                                                                 .tcp = tcp_options()}));
+    tcp_.push_back(port);
+    const Endpoint own = port->server.local();
+    port->server.start(
+        {.message =
+             [this, weak = tcp_.back()](const someip::Message& message, const Endpoint& from) {
+               if (auto alive = weak.lock()) {
+                 handlers_.message(message, {from, Transport::tcp, nullptr, std::move(alive)});
+               }
+             },
+         .connected = [this, own](const Endpoint& client) { handlers_.tcp_client(own, client, true); },
+         .closed = [this, own](const Endpoint& client,
+                               const std::string&) { handlers_.tcp_client(own, client, false); }});
+  }
+  return port;
+}
+
+std::shared_ptr<GroupPort> Ports::group(const Endpoint& endpoint) {
+  auto port = find_port(groups_, [&](const GroupPort& one) { return one.group == endpoint; });
+  if (!port) {
+    port = share(std::make_unique<GroupPort>(
+        io_, endpoint,
+        someip::UdpOptions{.local = endpoint,
+                           .join = endpoint.address,
+                           .interface = {{config_.address, config_.multicast_interface}},
+                           .sharing = someip::PortSharing::shared}));
+    groups_.push_back(port);
+    port->socket.receive([this, weak = groups_.back()](ByteView datagram, const Endpoint& from) {
+      if (const auto alive = weak.lock()) {
+        on_datagram(datagram, {.from = from, .udp = nullptr, .tcp = nullptr});
+      }
+    });
+  }
+  return port;
+}
+
+std::unique_ptr<someip::TcpClient> Ports::connect(const Endpoint& remote,
+                                                  someip::TcpClient::Handlers handlers) {
+  handlers.message = [this, remote](const someip::Message& message) {
+    handlers_.message(message, {remote, Transport::tcp, nullptr, nullptr});
+  };
+  return std::make_unique<someip::TcpClient>(
+      io_, someip::TcpClientOptions{.local = config_.address, .remote = remote, .tcp = tcp_options()},
+      std::move(handlers));
+}
+
+void Ports::leave(std::shared_ptr<TcpPort> port) {
+  if (!port || port->server.counters().open == 0) {
+    return;
+  }
+  const auto place = leaving_.emplace(leaving_.end(), std::piecewise_construct,
+                                      std::forward_as_tuple(io_,
+                                                            [this, which = port.get()] {
+                                                              leaving_.remove_if([which](const auto& one) {
+                                                                return one.second.get() == which;
+                                                              });
+                                                            }),
+                                      std::forward_as_tuple(port));
+  place->first.arm(now() + leaving_time);
+}
+
+void Ports::on_datagram(ByteView datagram, const Source& source) {
+  ++counters_.datagrams;
+  someip::MessageCursor cursor{datagram};
+  while (const auto message = cursor.next()) {
+    if (!someip::is_tp(message->header.type)) {
+      handlers_.message(*message, source);
+      continue;
+    }
+    const auto whole = reassembly_.machine().on_segment(source.from, *message, now());
+    if (whole && *whole) {
+      handlers_.message({(*whole)->header, (*whole)->payload}, source);
+    }
+    // Only when the machine's deadline is the nearer one: it moves at most once per message, not per segment.
+    const auto due = reassembly_.machine().deadline();
+    if (due && (!reassembly_timer_.armed() || *due < *reassembly_timer_.armed())) {
+      reassembly_timer_.arm(due);
+    }
+  }
+  if (cursor.error() || datagram.empty()) {
+    ++counters_.malformed;
+  }
+}
+
+someip::TcpOptions Ports::tcp_options() const {
+  return {.max_message_bytes = config_.max_message_bytes,
+          .dead_after = config_.tcp_dead_after,
+          .magic_cookies = config_.magic_cookies};
+}
+
+template <typename Port>
+std::shared_ptr<Port> Ports::share(std::unique_ptr<Port> port) {
+  return {port.release(), [this](Port* last) {
+            const std::unique_ptr<Port> end{last};
+            keep_counters(*end);
+          }};
+}
+
+void Ports::keep_counters(UdpPort& last) {
+  last.sender.close();
+  add(past_sent_, last.sender.counters());
+  past_overflows_ += last.socket.receive_overflows();
+}
+
+void Ports::keep_counters(GroupPort& last) {
+  past_overflows_ += last.socket.receive_overflows();
+}
+
+void Ports::keep_counters(TcpPort& last) {
+  add(past_tcp_, last.server.counters());
+  past_tcp_.open = 0;
+}
+
+someip::MessageSender::Counters Ports::sender_counters() const {
+  someip::MessageSender::Counters sum = past_sent_;
+  for_each(udp_, [&](const UdpPort& port) { add(sum, port.sender.counters()); });
+  return sum;
+}
+
+someip::TcpServer::Counters Ports::tcp_counters() const {
+  someip::TcpServer::Counters sum = past_tcp_;
+  for_each(tcp_, [&](const TcpPort& port) { add(sum, port.server.counters()); });
+  return sum;
+}
+
+std::uint64_t Ports::overflows() const {
+  std::uint64_t sum = past_overflows_;
+  for_each(udp_, [&](const UdpPort& port) { sum += port.socket.receive_overflows(); });
+  for_each(groups_, [&](const GroupPort& port) { sum += port.socket.receive_overflows(); });
+  return sum;
+}
+
+int Ports::receive_buffer_bytes(int most) const {
+  for_each(udp_, [&](const UdpPort& port) { most = std::min(most, port.socket.receive_buffer_bytes()); });
+  return most;
+}
+
+}  // namespace trestle::sd

@@ -1,0 +1,113 @@
+#pragma once
+#include <list>
+#include <vector>
+
+#include "sd/net/deadline_timer.hpp"
+#include "sd/net/node_config.hpp"
+#include "someip/net/reassembly.hpp"
+#include "someip/net/tcp_client.hpp"
+#include "someip/net/tcp_server.hpp"
+
+namespace trestle::sd {
+
+/// A UDP port that services are offered at, calls are made from, or events arrive at.
+struct UdpPort {
+  UdpPort(boost::asio::io_context& io, std::uint16_t wanted, const someip::UdpOptions& options)
+      : number{wanted}, socket{io, options}, sender{io, socket} {}
+  std::uint16_t number;  ///< that was asked for; 0: any
+  someip::UdpSocket socket;
+  someip::MessageSender sender;
+};
+
+/// A TCP port that services are offered at.
+struct TcpPort {
+  TcpPort(boost::asio::io_context& io, std::uint16_t wanted, const someip::TcpServerOptions& options)
+      : number{wanted}, server{io, options} {}
+  std::uint16_t number;  ///< that was asked for; 0: any
+  someip::TcpServer server;
+};
+
+/// A socket that receives the events of a multicast eventgroup.
+struct GroupPort {
+  GroupPort(boost::asio::io_context& io, const Endpoint& at, const someip::UdpOptions& options)
+      : group{at}, socket{io, options} {}
+  Endpoint group;
+  someip::UdpSocket socket;
+};
+
+/// Where a message came from, and by which of our ports: one of `udp` and `tcp`, or neither for what came by
+/// multicast or over a connection of our own.
+struct Source {
+  Endpoint from;
+  Transport transport = Transport::udp;
+  std::shared_ptr<UdpPort> udp;
+  std::shared_ptr<TcpPort> tcp;
+};
+
+/// The sockets of a node but for SD's: each open for as long as somebody holds it, which must end before
+/// these Ports do. Hands out whole messages: datagrams are taken apart and segments put together.
+class Ports {
+ public:
+  struct Handlers {
+    std::function<void(const someip::Message&, const Source&)> message;
+    /// A client connected to our TCP endpoint `own`, or is gone.
+    std::function<void(const Endpoint& own, const Endpoint& client, bool connected)> tcp_client;
+  };
+
+  Ports(boost::asio::io_context& io, const NodeConfig& config, NodeCounters& counters, Handlers handlers);
+  Ports(const Ports&) = delete;
+  Ports& operator=(const Ports&) = delete;
+
+  /// The port with this number, opened if it is not yet; 0: any.
+  /// @param usable  whether it may be shared, if it is open already.
+  /// @throws someip::NetError
+  std::shared_ptr<UdpPort> udp(
+      std::uint16_t number, const std::function<bool(const UdpPort&)>& usable = [](auto&) { return true; });
+  std::shared_ptr<TcpPort> tcp(std::uint16_t number, const std::function<bool(const TcpPort&)>& usable);
+  /// @throws someip::NetError
+  std::shared_ptr<GroupPort> group(const Endpoint& endpoint);
+  /// A connection to a server, not shared.
+  std::unique_ptr<someip::TcpClient> connect(const Endpoint& remote, someip::TcpClient::Handlers handlers);
+
+  /// Nothing is offered at this port any more: keeps it a while, so that it is the clients that close their
+  /// connections.  [feat_req_someip_680]
+  void leave(std::shared_ptr<TcpPort> port);
+
+  [[nodiscard]] const someip::TpCounters& reassembly_counters() const {
+    return reassembly_.machine().counters();
+  }
+  // What was counted, also by ports that are closed.
+  [[nodiscard]] someip::MessageSender::Counters sender_counters() const;
+  [[nodiscard]] someip::TcpServer::Counters tcp_counters() const;
+  /// Datagrams that the system dropped as a receive buffer was full.
+  [[nodiscard]] std::uint64_t overflows() const;
+  /// The smallest that the system granted; `most` if there is no port.
+  [[nodiscard]] int receive_buffer_bytes(int most) const;
+
+ private:
+  void on_datagram(ByteView datagram, const Source& source);
+  [[nodiscard]] someip::TcpOptions tcp_options() const;
+  /// Its owner's counters outlive it.
+  template <typename Port>
+  std::shared_ptr<Port> share(std::unique_ptr<Port> port);
+  void keep_counters(UdpPort& last);
+  void keep_counters(GroupPort& last);
+  void keep_counters(TcpPort& last);
+
+  boost::asio::io_context& io_;
+  const NodeConfig& config_;
+  NodeCounters& counters_;
+  Handlers handlers_;
+  // Of closed ports.
+  someip::MessageSender::Counters past_sent_;
+  someip::TcpServer::Counters past_tcp_;
+  std::uint64_t past_overflows_ = 0;
+  std::vector<std::weak_ptr<UdpPort>> udp_;
+  std::vector<std::weak_ptr<TcpPort>> tcp_;
+  std::vector<std::weak_ptr<GroupPort>> groups_;
+  std::list<std::pair<DeadlineTimer, std::shared_ptr<TcpPort>>> leaving_;
+  someip::Reassembly reassembly_;
+  DeadlineTimer reassembly_timer_;
+};
+
+}  // namespace trestle::sd

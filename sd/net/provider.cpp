@@ -1,0 +1,431 @@
+#include "sd/net/provider.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "sd/net/discovery_text.hpp"
+#include "someip/net/address_text.hpp"
+
+namespace trestle::sd {
+
+using someip::Header;
+using someip::Message;
+using someip::MessageType;
+using someip::MethodId;
+using someip::MethodKind;
+using someip::ReturnCode;
+
+namespace {
+
+bool contains(const std::vector<MethodId>& ids, MethodId id) {
+  return std::ranges::find(ids, id) != ids.end();
+}
+
+/// What is wrong with the description of a service, seen by itself; empty: nothing.
+std::string mistake_in(const ServiceSpec& spec) {
+  if (!spec.tcp_port && !spec.tcp_events.empty()) {
+    return "it has TCP events but no TCP port";
+  }
+  std::vector<MethodId> ids;
+  for (const MethodSpec& method : spec.methods) {
+    if (!method.handler || method.kind == MethodKind::unknown) {
+      return "method " + hexadecimal(value(method.id)) + " has no handler or no kind";
+    }
+    ids.push_back(method.id);
+  }
+  for (const FieldSpec& field : spec.fields) {
+    if (!field.getter && !field.setter && !field.notifier) {
+      return "a field has neither getter nor setter nor notifier";
+    }
+    for (const auto& id : {field.getter, field.setter, field.notifier}) {
+      if (id) {
+        ids.push_back(*id);
+      }
+    }
+  }
+  std::ranges::sort(ids);
+  const auto twice = std::ranges::adjacent_find(ids);
+  return twice == ids.end() ? "" : "id " + hexadecimal(value(*twice)) + " is used twice";
+}
+
+Responder::Send reply_path(const Source& source, const someip::TpPacing& pacing) {
+  if (source.tcp) {
+    return [port = std::weak_ptr{source.tcp}, to = source.from](
+               const Header& header, std::span<const ByteView> payload, std::shared_ptr<const void> keep) {
+      const auto alive = port.lock();
+      return alive && alive->server.send(to, header, payload, std::move(keep));
+    };
+  }
+  return [port = std::weak_ptr{source.udp}, to = source.from, pacing](
+             const Header& header, std::span<const ByteView> payload, std::shared_ptr<const void> keep) {
+    const auto alive = port.lock();
+    return alive && alive->sender.send(to, header, payload, std::move(keep), pacing);
+  };
+}
+
+}  // namespace
+
+Provider::Provider(ServiceDiscovery& discovery, Ports& ports, const NodeConfig& config,
+                   NodeCounters& counters, DiscoveryLog log)
+    : discovery_{discovery}, ports_{ports}, config_{config}, counters_{counters}, log_{std::move(log)} {}
+
+// --- Offers -----------------------------------------------------------------------------------------------
+
+OfferHandle Provider::offer(ServiceSpec spec, TimePoint now) {
+  const std::string name = "offer of " + to_string(spec.service, spec.instance);
+  if (const std::string mistake = mistake_in(spec); !mistake.empty()) {
+    throw std::invalid_argument{name + ": " + mistake};
+  }
+  // Only the endpoint tells which instance a message is for.  [feat_req_someip_445] [feat_req_someip_967]
+  const auto usable = [&](const auto& port) {
+    return std::ranges::none_of(offers_, [&](const auto& other) {
+      const void* const at = &port;
+      return (other->udp.get() == at || other->tcp.get() == at) && other->spec.service == spec.service &&
+             other->spec.instance != spec.instance;
+    });
+  };
+  const auto offer = std::make_shared<Offer>();
+  if (spec.udp_port) {
+    offer->udp = ports_.udp(*spec.udp_port, usable);
+  }
+  if (spec.tcp_port) {
+    offer->tcp = ports_.tcp(*spec.tcp_port, usable);
+  }
+  std::vector<Eventgroup> groups;
+  for (const EventgroupSpec& group : spec.eventgroups) {
+    groups.push_back(eventgroup_of(spec, group));
+  }
+  OfferedService offered{.service = spec.service,
+                         .instance = spec.instance,
+                         .major = spec.major,
+                         .minor = spec.minor,
+                         .eventgroups = groups};
+  std::string at;
+  if (offer->udp) {
+    offered.udp = offer->udp->socket.local();
+    at += " at UDP " + someip::to_string(*offered.udp);
+  }
+  if (offer->tcp) {
+    offered.tcp = offer->tcp->server.local();
+    at += " at TCP " + someip::to_string(*offered.tcp);
+  }
+  const auto handle = discovery_.offer(offered, now);
+  if (!handle) {
+    throw std::invalid_argument{name + ": refused by service discovery: " + to_string(handle.error())};
+  }
+  offer->handle = *handle;
+  for (FieldSpec& field : spec.fields) {
+    offer->values.push_back(
+        field.value ? std::make_shared<const std::vector<std::byte>>(std::move(*field.value)) : nullptr);
+  }
+  log_("offering " + to_string(spec.service, spec.instance) + at);
+  offer->spec = std::move(spec);
+  offers_.push_back(offer);
+  return *handle;
+}
+
+Eventgroup Provider::eventgroup_of(const ServiceSpec& spec, const EventgroupSpec& group) {
+  const auto over = [&](Transport transport) {
+    return [&spec, transport](MethodId event) { return transport_of(spec, event) == transport; };
+  };
+  const auto is_udp_notifier = [&](MethodId event) {
+    return transport_of(spec, event) == Transport::udp &&
+           std::ranges::any_of(spec.fields, [&](const FieldSpec& field) { return field.notifier == event; });
+  };
+  Eventgroup result{
+      .id = group.id,
+      .udp = group.events.empty() ? spec.udp_port.has_value()
+                                  : std::ranges::any_of(group.events, over(Transport::udp)),
+      .tcp = group.events.empty() ? !spec.udp_port : std::ranges::any_of(group.events, over(Transport::tcp))};
+  if (result.udp && group.multicast && group.multicast_threshold != 0) {
+    result.multicast = group.multicast;
+    // Initial events are unicast also where all others are multicast.  [feat_req_someip_812]
+    result.udp = group.multicast_threshold > 1 || std::ranges::any_of(group.events, is_udp_notifier);
+  }
+  return result;
+}
+
+void Provider::withdraw(OfferHandle handle, TimePoint now) {
+  discovery_.stop_offer(handle, now);
+  const auto found = std::ranges::find(offers_, handle, &Offer::handle);
+  if (found != offers_.end()) {
+    ports_.leave((*found)->tcp);
+    offers_.erase(found);
+  }
+}
+
+void Provider::clear() {
+  offers_.clear();
+}
+
+std::shared_ptr<Provider::Offer> Provider::find(OfferHandle handle) const {
+  const auto found = std::ranges::find(offers_, handle, &Offer::handle);
+  return found == offers_.end() ? nullptr : *found;
+}
+
+// --- Events -----------------------------------------------------------------------------------------------
+
+Transport Provider::transport_of(const ServiceSpec& spec, MethodId event) {
+  return !spec.udp_port || contains(spec.tcp_events, event) ? Transport::tcp : Transport::udp;
+}
+
+// Also who subscribed to several eventgroups with the event gets it once.  [feat_req_someipsd_1168]
+void Provider::find_receivers(const Offer& offer, MethodId event) const {
+  receivers_.clear();
+  by_multicast_.clear();
+  const Transport transport = transport_of(offer.spec, event);
+  const auto add = [this](const Receiver& receiver) {
+    if (std::ranges::find(receivers_, receiver) == receivers_.end()) {
+      receivers_.push_back(receiver);
+    }
+  };
+  const auto uses_multicast = [&](const EventgroupSpec& group) {
+    if (transport == Transport::tcp || !group.multicast || group.multicast_threshold == 0) {
+      return false;
+    }
+    std::size_t count = 0;
+    discovery_.for_each_subscriber(offer.handle, group.id, [&](const Subscriber&) { ++count; });
+    return count >= group.multicast_threshold;  // [feat_req_someip_813]
+  };
+  for (const EventgroupSpec& group : offer.spec.eventgroups) {
+    if (contains(group.events, event) && uses_multicast(group)) {
+      add({*group.multicast, Transport::udp});
+      discovery_.for_each_subscriber(offer.handle, group.id, [this](const Subscriber& subscriber) {
+        by_multicast_.push_back(subscriber.udp.value_or(subscriber.peer));
+      });
+    }
+  }
+  for (const EventgroupSpec& group : offer.spec.eventgroups) {
+    if (!contains(group.events, event) || uses_multicast(group)) {
+      continue;
+    }
+    discovery_.for_each_subscriber(offer.handle, group.id, [&](const Subscriber& subscriber) {
+      const auto& to = transport == Transport::udp ? subscriber.udp : subscriber.tcp;
+      const bool has_it = std::ranges::any_of(
+          by_multicast_, [&](const Endpoint& other) { return other == to || other == subscriber.peer; });
+      if (to && !has_it) {
+        add({*to, transport});
+      }
+    });
+  }
+}
+
+std::size_t Provider::subscribers(OfferHandle handle, MethodId event) const {
+  const auto offer = find(handle);
+  if (!offer) {
+    return 0;
+  }
+  find_receivers(*offer, event);
+  return receivers_.size();
+}
+
+namespace {
+
+Header event_header(const ServiceSpec& spec, MethodId event, someip::SessionId session) {
+  return {.service = spec.service,
+          .method = event,
+          .session = session,
+          .interface_version = spec.major,
+          .type = MessageType::notification};
+}
+
+}  // namespace
+
+Notified Provider::notify(OfferHandle handle, MethodId event, std::span<const ByteView> payload,
+                          const std::shared_ptr<const void>& keep_alive, const someip::TpPacing& pacing) {
+  const auto offer = find(handle);
+  if (!offer) {
+    return {};
+  }
+  find_receivers(*offer, event);
+  const Header header = event_header(offer->spec, event, offer->sessions[event].next());
+  Notified result{.session = header.session};
+  for (const Receiver& receiver : receivers_) {
+    const bool taken = receiver.transport == Transport::udp
+                           ? offer->udp->sender.send(receiver.to, header, payload, keep_alive, pacing)
+                           : offer->tcp->server.send(receiver.to, header, payload, keep_alive);
+    ++(taken ? result.subscribers : result.dropped);
+  }
+  return result;
+}
+
+// --- Requests ---------------------------------------------------------------------------------------------
+
+MethodKind Provider::kind_of(const Offer& offer, MethodId id) const {
+  const auto method = std::ranges::find(offer.spec.methods, id, &MethodSpec::id);
+  if (method != offer.spec.methods.end()) {
+    return method->kind;
+  }
+  const bool accessor = std::ranges::any_of(
+      offer.spec.fields, [id](const FieldSpec& field) { return field.getter == id || field.setter == id; });
+  return accessor ? MethodKind::request_response : MethodKind::unknown;
+}
+
+void Provider::on_request(const Message& message, const Source& source) {
+  if (!source.udp && !source.tcp) {
+    ++counters_.unexpected;  // by multicast, or over a connection that is ours to call through
+    return;
+  }
+  someip::RequestTarget target;
+  std::shared_ptr<Offer> offer;
+  for (const auto& one : offers_) {
+    const bool here = source.udp ? one->udp == source.udp : one->tcp == source.tcp;
+    if (!here || one->spec.service != message.header.service) {
+      continue;
+    }
+    target.service = true;
+    if (one->spec.major == message.header.interface_version) {
+      target.interface_version = true;
+      target.method = kind_of(*one, message.header.method);
+      offer = one;
+    }
+  }
+  const someip::RequestCheck check = someip::check_request(message.header, target, config_.answers);
+  if (!check.fault) {
+    ++counters_.requests;
+    const bool answered = message.header.type == MessageType::request;
+    handle(offer, message,
+           {message.header, source.from, config_.answers,
+            answered ? reply_path(source, config_.pacing) : Responder::Send{}});
+  } else if (check.answer) {
+    ++counters_.requests_answered;
+    reply_path(source, config_.pacing)(*check.answer, {}, nullptr);
+  } else {
+    ++counters_.unexpected;
+  }
+}
+
+// Holds the offer: a handler may withdraw it.
+void Provider::handle(const std::shared_ptr<Offer>& offer, const Message& message, Responder responder) {
+  const auto method = std::ranges::find(offer->spec.methods, message.header.method, &MethodSpec::id);
+  if (method != offer->spec.methods.end()) {
+    method->handler(message, std::move(responder));
+    return;
+  }
+  const std::size_t field = *field_of(*offer, message.header.method);
+  if (offer->spec.fields[field].setter == message.header.method) {
+    call_setter(*offer, field, message.payload, responder);
+  } else if (!message.payload.empty()) {
+    responder.error(ReturnCode::malformed_message);  // a getter is called with nothing  [feat_req_someip_633]
+  } else if (const auto value = offer->values[field]) {
+    const ByteView bytes{*value};
+    responder.respond({&bytes, 1}, value);
+  } else {
+    responder.error(ReturnCode::not_ok);
+  }
+}
+
+// --- Fields -----------------------------------------------------------------------------------------------
+
+std::optional<std::size_t> Provider::field_of(const Offer& offer, MethodId any) {
+  const auto found = std::ranges::find_if(offer.spec.fields, [any](const FieldSpec& field) {
+    return field.getter == any || field.setter == any || field.notifier == any;
+  });
+  return found == offer.spec.fields.end()
+             ? std::nullopt
+             : std::optional{static_cast<std::size_t>(found - offer.spec.fields.begin())};
+}
+
+void Provider::call_setter(const Offer& offer, std::size_t field, ByteView wanted, Responder& responder) {
+  std::vector<std::byte> value;
+  if (const SetHandler& judge = offer.spec.fields[field].on_set) {
+    auto judged = judge(wanted);
+    if (!judged) {
+      responder.error(judged.error() == ReturnCode::ok ? ReturnCode::not_ok : judged.error());
+      return;
+    }
+    value = std::move(*judged);
+  } else {
+    value.assign(wanted.begin(), wanted.end());
+  }
+  // The response first, so that who sets the value knows why it is notified.  [feat_req_someip_634]
+  responder.respond(ByteView{value});
+  if (const auto still = find(offer.handle)) {
+    store(*still, field, std::move(value));
+  }
+}
+
+// On change only.  [feat_req_someip_635]
+Notified Provider::store(Offer& offer, std::size_t field, std::vector<std::byte> value) {
+  auto& current = offer.values[field];
+  if (current && *current == value) {
+    return {};
+  }
+  current = std::make_shared<const std::vector<std::byte>>(std::move(value));
+  const auto& notifier = offer.spec.fields[field].notifier;
+  const ByteView bytes{*current};
+  return notifier ? notify(offer.handle, *notifier, {&bytes, 1}, current, config_.pacing) : Notified{};
+}
+
+Notified Provider::set_field(OfferHandle handle, MethodId id, ByteView value) {
+  const auto offer = find(handle);
+  const auto field = offer ? field_of(*offer, id) : std::nullopt;
+  return field ? store(*offer, *field, {value.begin(), value.end()}) : Notified{};
+}
+
+std::shared_ptr<const std::vector<std::byte>> Provider::field(OfferHandle handle, MethodId id) const {
+  const auto offer = find(handle);
+  const auto field = offer ? field_of(*offer, id) : std::nullopt;
+  return field ? offer->values[*field] : nullptr;
+}
+
+// By unicast, and also when the subscriber has them by another eventgroup.  [feat_req_someipsd_793]
+// [feat_req_someipsd_1167] Events that are no field's have no initial value.  [feat_req_someipsd_833]
+void Provider::send_initial_values(OfferHandle handle, EventgroupId eventgroup,
+                                   const Subscriber& subscriber) {
+  const auto offer = find(handle);
+  if (!offer) {
+    return;
+  }
+  const auto group = std::ranges::find(offer->spec.eventgroups, eventgroup, &EventgroupSpec::id);
+  if (group == offer->spec.eventgroups.end()) {
+    return;
+  }
+  for (const MethodId event : group->events) {
+    const auto field = field_of(*offer, event);
+    const auto value = field ? offer->values[*field] : nullptr;
+    if (!value) {
+      continue;
+    }
+    const Header header = event_header(offer->spec, event, offer->sessions[event].next());
+    const ByteView bytes{*value};
+    if (transport_of(offer->spec, event) == Transport::tcp) {
+      if (subscriber.tcp) {
+        offer->tcp->server.send(*subscriber.tcp, header, {&bytes, 1}, value);
+      }
+    } else if (subscriber.udp) {
+      offer->udp->sender.send(*subscriber.udp, header, {&bytes, 1}, value, config_.pacing);
+    }
+  }
+}
+
+// --- What discovery tells ---------------------------------------------------------------------------------
+
+void Provider::on_event(const SubscriberAdded& event) {
+  log_subscriber(event, "subscribed to");
+  if (event.initial_data) {
+    send_initial_values(event.offer, event.eventgroup, event.subscriber);
+  }
+}
+
+void Provider::on_event(const InitialDataRequested& event) {
+  send_initial_values(event.offer, event.eventgroup, event.subscriber);
+}
+
+void Provider::on_event(const SubscriberRemoved& event) {
+  log_subscriber(event, std::string{to_string(event.reason)} + ", no longer subscribed to");
+}
+
+template <typename SubscriberEvent>
+void Provider::log_subscriber(const SubscriberEvent& event, const std::string& what) const {
+  if (const auto offer = find(event.offer)) {
+    const Subscriber& subscriber = event.subscriber;
+    const Endpoint& at = subscriber.udp   ? *subscriber.udp
+                         : subscriber.tcp ? *subscriber.tcp
+                                          : subscriber.peer;
+    log_(someip::to_string(at) + " " + what + " eventgroup " + hexadecimal(value(event.eventgroup)) + " of " +
+         to_string(offer->spec.service, offer->spec.instance));
+  }
+}
+
+}  // namespace trestle::sd

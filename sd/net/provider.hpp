@@ -1,0 +1,78 @@
+#pragma once
+#include <map>
+
+#include "sd/core/service_discovery.hpp"
+#include "sd/net/ports.hpp"
+#include "sd/net/service_spec.hpp"
+#include "someip/core/session_counter.hpp"
+
+namespace trestle::sd {
+
+/// The services that a Node offers: their requests, events and fields.
+class Provider {
+ public:
+  Provider(ServiceDiscovery& discovery, Ports& ports, const NodeConfig& config, NodeCounters& counters,
+           DiscoveryLog log);
+
+  /// Where an event goes.
+  struct Receiver {
+    Endpoint to;
+    Transport transport = Transport::udp;
+    friend bool operator==(const Receiver&, const Receiver&) = default;
+  };
+
+  OfferHandle offer(ServiceSpec spec, TimePoint now);
+  void withdraw(OfferHandle offer, TimePoint now);
+  void clear();
+
+  [[nodiscard]] std::size_t subscribers(OfferHandle offer, someip::MethodId event) const;
+  Notified notify(OfferHandle offer, someip::MethodId event, std::span<const ByteView> payload,
+                  const std::shared_ptr<const void>& keep_alive, const someip::TpPacing& pacing);
+  Notified set_field(OfferHandle offer, someip::MethodId field, ByteView value);
+  [[nodiscard]] std::shared_ptr<const std::vector<std::byte>> field(OfferHandle offer,
+                                                                    someip::MethodId field) const;
+
+  /// A message that is neither a notification nor an answer.
+  void on_request(const someip::Message& message, const Source& source);
+  void on_event(const SubscriberAdded& event);
+  void on_event(const InitialDataRequested& event);
+  void on_event(const SubscriberRemoved& event);
+
+ private:
+  struct Offer {
+    OfferHandle handle;
+    ServiceSpec spec;
+    std::shared_ptr<UdpPort> udp;
+    std::shared_ptr<TcpPort> tcp;
+    std::map<someip::MethodId, someip::SessionCounter> sessions;        ///< of each event
+    std::vector<std::shared_ptr<const std::vector<std::byte>>> values;  ///< of each field; nothing: none yet
+  };
+
+  [[nodiscard]] std::shared_ptr<Offer> find(OfferHandle handle) const;
+  /// The field with this getter, setter or notifier, as an index.
+  [[nodiscard]] static std::optional<std::size_t> field_of(const Offer& offer, someip::MethodId any);
+  [[nodiscard]] static Transport transport_of(const ServiceSpec& spec, someip::MethodId event);
+  [[nodiscard]] static Eventgroup eventgroup_of(const ServiceSpec& spec, const EventgroupSpec& group);
+  /// Fills receivers_ with all that get this event, each once.
+  void find_receivers(const Offer& offer, someip::MethodId event) const;
+  [[nodiscard]] someip::MethodKind kind_of(const Offer& offer, someip::MethodId method) const;
+  void handle(const std::shared_ptr<Offer>& offer, const someip::Message& message, Responder responder);
+  void call_setter(const Offer& offer, std::size_t field, ByteView wanted, Responder& responder);
+  Notified store(Offer& offer, std::size_t field, std::vector<std::byte> value);
+  void send_initial_values(OfferHandle handle, EventgroupId eventgroup, const Subscriber& subscriber);
+  template <typename SubscriberEvent>
+  void log_subscriber(const SubscriberEvent& event, const std::string& what) const;
+
+  ServiceDiscovery& discovery_;
+  Ports& ports_;
+  const NodeConfig& config_;
+  NodeCounters& counters_;
+  DiscoveryLog log_;
+  std::vector<std::shared_ptr<Offer>> offers_;
+  // Of one event; kept to reuse their memory.
+  mutable std::vector<Receiver> receivers_;
+  /// Who gets it by multicast: the UDP endpoint, or SD's of a subscriber that needs none.
+  mutable std::vector<Endpoint> by_multicast_;
+};
+
+}  // namespace trestle::sd

@@ -1,0 +1,134 @@
+#pragma once
+#include <vector>
+
+#include "sd/core/events.hpp"
+#include "sd/net/responder.hpp"
+
+namespace trestle::sd {
+
+/// Called with each request, which is valid during the call; `responder` may be kept and used later.
+using RequestHandler = std::function<void(const someip::Message& request, Responder responder)>;
+
+/// A method of an offered service. Requests that do not fit, say of another type, are answered without asking
+/// the handler; one whose payload cannot be understood the handler answers with malformed_message.
+struct MethodSpec {
+  someip::MethodId id{};
+  RequestHandler handler;
+  someip::MethodKind kind = someip::MethodKind::request_response;
+};
+
+/// Judges the value that a setter brings: gives the value to be set, which may be another, or the error.
+/// [feat_req_someip_634]
+using SetHandler = std::function<someip::Result<std::vector<std::byte>, someip::ReturnCode>(ByteView wanted)>;
+
+/// A field of an offered service: any of getter, setter and notifier, but one of them.  [feat_req_someip_631]
+/// [feat_req_someip_632] The Node keeps its value: it answers the getter, and notifies of changes and new
+/// subscribers of the value. Until there is one the getter answers not_ok.
+struct FieldSpec {
+  std::optional<someip::MethodId> getter{};
+  std::optional<someip::MethodId> setter{};
+  std::optional<someip::MethodId> notifier{};
+  std::optional<std::vector<std::byte>> value{};
+  SetHandler on_set{};  ///< nothing: every value is taken as it comes
+};
+
+/// An eventgroup of an offered service, with the events and notifiers that its subscribers get.
+struct EventgroupSpec {
+  someip::EventgroupId id{};
+  std::vector<someip::MethodId> events{};
+  /// Where its UDP events go to when multicast is used.
+  std::optional<Endpoint> multicast{};
+  /// From how many subscribers on multicast is used, if there is an endpoint for it: 0 is never, 1 always.
+  /// [feat_req_someip_813]
+  std::size_t multicast_threshold = 1;
+};
+
+/// A service to offer.
+struct ServiceSpec {
+  someip::ServiceId service{};
+  someip::InstanceId instance{};
+  std::uint8_t major = 1;
+  std::uint32_t minor = 0;
+  /// Ports; 0: the system chooses. Several services may share one, but not several instances of one service
+  /// [feat_req_someip_967]. Nothing: not offered by that protocol; one of them must be.
+  std::optional<std::uint16_t> udp_port = std::uint16_t{0};
+  std::optional<std::uint16_t> tcp_port{};
+  std::vector<MethodSpec> methods{};
+  std::vector<FieldSpec> fields{};
+  std::vector<EventgroupSpec> eventgroups{};
+  /// Events and notifiers that go over TCP. Those of a service without UDP do anyway, all others go over UDP.
+  std::vector<someip::MethodId> tcp_events{};
+};
+
+/// What became of an event.
+struct Notified {
+  someip::SessionId session{};  ///< of the message that was sent
+  std::size_t subscribers = 0;  ///< endpoints that it was sent to, or queued for
+  std::size_t dropped = 0;      ///< those that did not get it, as the sender's counters tell
+};
+
+/// A service to call methods of.
+struct RequireSpec {
+  someip::ServiceId service{};
+  someip::InstanceId instance = someip::any_instance;
+  std::uint8_t major = 1;
+  std::uint32_t minor = any_minor;
+};
+
+/// An eventgroup to subscribe to.
+struct SubscribeSpec {
+  someip::ServiceId service{};
+  someip::InstanceId instance = someip::any_instance;  ///< any: all that are offered
+  std::uint8_t major = 1;
+  std::uint32_t minor = any_minor;
+  someip::EventgroupId eventgroup{};
+  std::vector<someip::MethodId> events{};
+  /// The protocols of its events: a server may refuse who leaves out one that it needs.
+  bool udp = true;
+  bool tcp = false;
+  std::uint16_t port = 0;  ///< UDP, to receive at; 0: one that all subscriptions of the node share
+};
+
+/// Why a call was not answered as it should be.
+enum class CallFault : std::uint8_t {
+  unavailable,     ///< nobody offers the service now
+  not_connected,   ///< there is no TCP connection to the server now
+  not_sent,        ///< too much is waiting to be sent, or the system does not take it
+  too_many_calls,  ///< NodeConfig::max_calls are outstanding
+  timed_out,       ///< no answer came in time, or the connection was lost meanwhile  [feat_req_someip_326]
+  error,           ///< the server answered with an error
+};
+
+/// The fault's name as it stands above.
+[[nodiscard]] const char* to_string(CallFault fault) noexcept;
+
+struct CallError {
+  CallFault fault{};
+  someip::ReturnCode code = someip::ReturnCode::not_ok;  ///< of CallFault::error
+  ByteView payload{};                                    ///< of CallFault::error; valid during the call
+};
+
+/// The response to a call, valid during the call of the handler, or why there is none.
+using CallResult = someip::Result<someip::Message, CallError>;
+using ResponseHandler = std::function<void(const CallResult& result)>;
+
+/// A call of a method, or of a field's getter or setter.
+struct CallSpec {
+  someip::MethodId method{};
+  Duration timeout = std::chrono::seconds{5};
+  /// Nothing: what is offered, and if that is both, TCP for a payload that does not fit a datagram.
+  std::optional<Transport> transport{};
+  /// Nothing: any that is offered.
+  std::optional<someip::InstanceId> instance{};
+};
+
+/// Names one call of Node::subscribe(), of Node::require(), of Node::call().
+enum class SubscriptionId : std::uint32_t {};
+enum class RequirementId : std::uint32_t {};
+enum class CallId : std::uint32_t {};
+
+using EventHandler = std::function<void(const someip::Message& message, const Endpoint& from)>;
+/// Told of a service that is offered from now on, or not any more.
+using AvailabilityHandler = std::function<void(const RemoteService& service, bool available)>;
+
+}  // namespace trestle::sd

@@ -1,0 +1,95 @@
+#pragma once
+#include <gmock/gmock.h>
+
+#include <boost/asio/io_context.hpp>
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "sd/net/node.hpp"
+#include "test/loopback.hpp"
+
+namespace trestle::test {
+
+inline const IpAddress server_address = own_address(1);
+inline const IpAddress client_address = own_address(2);
+inline const IpAddress other_address = own_address(3);
+
+/// Timing so quick that a test is.
+inline sd::NodeConfig quick(const IpAddress& address) {
+  using namespace std::chrono_literals;
+  return {.address = address,
+          .multicast = own_group(),
+          .timing = {.initial_delay_min = 0ms,
+                     .initial_delay_max = 5ms,
+                     .repetitions_base_delay = 5ms,
+                     .cyclic_offer_delay = 50ms,
+                     .request_response_delay_max = 1ms,
+                     .ttl_s = 1}};
+}
+
+inline std::vector<std::byte> numbers(std::size_t bytes, std::size_t seed = 0) {
+  std::vector<std::byte> result(bytes);
+  for (std::size_t i = 0; i < bytes; ++i) {
+    result[i] = static_cast<std::byte>((i + seed) * 131 >> 3U);
+  }
+  return result;
+}
+
+/// A message that was received, with its payload.
+struct Received {
+  someip::Header header;
+  std::vector<std::byte> payload;
+  Endpoint from;
+};
+
+/// The outcome of a call.
+struct Outcome {
+  std::optional<sd::CallFault> fault;
+  someip::ReturnCode code{};
+  std::vector<std::byte> payload;
+};
+
+/// Nodes on loopback, and what they received.
+class TwoNodes : public testing::Test {
+ protected:
+  template <typename Condition>
+  [[nodiscard]] bool run_until(Condition condition,
+                               std::chrono::milliseconds limit = std::chrono::seconds{5}) {
+    const auto end = std::chrono::steady_clock::now() + limit;
+    while (!condition() && std::chrono::steady_clock::now() < end) {
+      io.run_one_for(std::chrono::milliseconds{20});
+    }
+    return condition();
+  }
+  void run_for(std::chrono::milliseconds time) {
+    static_cast<void>(run_until([] { return false; }, time));
+  }
+  sd::EventHandler collect() {
+    return [this](const someip::Message& message, const Endpoint& from) {
+      events.push_back({message.header, {message.payload.begin(), message.payload.end()}, from});
+    };
+  }
+  sd::ResponseHandler note() {
+    return [this](const sd::CallResult& result) {
+      if (result) {
+        outcomes.push_back(
+            {{}, result->header.return_code, {result->payload.begin(), result->payload.end()}});
+      } else {
+        const ByteView payload = result.error().payload;
+        outcomes.push_back({result.error().fault, result.error().code, {payload.begin(), payload.end()}});
+      }
+    };
+  }
+  static sd::DiscoveryLog into(std::vector<std::string>& log) {
+    return [&log](const std::string& line) { log.push_back(line); };
+  }
+
+  boost::asio::io_context io;
+  std::vector<Received> events;
+  std::vector<Outcome> outcomes;
+  std::vector<std::string> server_log;
+  std::vector<std::string> client_log;
+};
+
+}  // namespace trestle::test
