@@ -13,6 +13,7 @@
 #include "bridge/decode/decode_command.hpp"
 #include "bridge/demo/demo_command.hpp"
 #include "bridge/runtime/bridge_command.hpp"
+#include "bridge/tools/tool_commands.hpp"
 
 namespace {
 
@@ -54,6 +55,11 @@ int run(int argc, char** argv) {
   add_bridge_command(app, status);
   add_check_command(app, status);
   add_decode_command(app, status);
+  add_find_command(app, status);
+  add_watch_command(app, status);
+  add_subscribe_command(app, status);
+  add_offer_command(app, status);
+  add_notify_command(app, status);
   add_demo_commands(app, status);
   try {
     app.parse(argc, argv);

@@ -1,0 +1,76 @@
+#include "bridge/tools/listener.hpp"
+
+#include <array>
+#include <chrono>
+
+#include "sd/wire/writer.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+constexpr std::size_t max_services = 10'000;
+
+TimePoint now() {
+  return std::chrono::steady_clock::now();
+}
+
+}  // namespace
+
+Listener::Listener(boost::asio::io_context& io, const sd::NodeConfig& network, Handler handler)
+    : io_{io},
+      network_{network},
+      handler_{std::move(handler)},
+      view_{max_services},
+      multicast_{io,
+                 {.local = {network.multicast, network.port},
+                  .join = network.multicast,
+                  .interface = {{network.address, network.multicast_interface}},
+                  .sharing = someip::PortSharing::shared}} {
+  multicast_.receive([this](ByteView datagram, const Endpoint& from) { on_datagram(datagram, from, true); });
+}
+
+bool Listener::open_for_finding() {
+  try {
+    unicast_.emplace(io_, someip::UdpOptions{.local = {network_.address, network_.port},
+                                             .interface = {{network_.address, network_.multicast_interface}},
+                                             .sharing = someip::PortSharing::by_address});
+  } catch (const someip::NetError&) {
+    return false;
+  }
+  unicast_->receive([this](ByteView datagram, const Endpoint& from) { on_datagram(datagram, from, false); });
+  return true;
+}
+
+void Listener::find(someip::ServiceId service, someip::InstanceId instance) {
+  std::array<std::byte, 256> room{};
+  sd::SdWriter writer{room};
+  const bool fits = writer.add({.type = sd::EntryType::find_service,
+                                .service = service,
+                                .instance = instance,
+                                .major = sd::any_major,
+                                .ttl_s = 3,
+                                .tail = sd::any_minor},
+                               {});
+  if (fits && unicast_) {
+    // Each run of the program begins at session 1 with the reboot flag.  [feat_req_someipsd_41]
+    const ByteView message = writer.finish(sd::reboot_flag | sd::unicast_flag, someip::SessionId{++session_});
+    unicast_->send({network_.multicast, network_.port}, {&message, 1});
+  }
+}
+
+void Listener::on_datagram(ByteView datagram, const Endpoint& from, bool multicast) {
+  if (unicast_ && from == unicast_->local()) {
+    return;  // our own FindService
+  }
+  std::vector<Sighting> sightings;
+  view_.on_datagram(datagram, from, multicast, now(), sightings);
+  handler_(sightings);
+}
+
+void Listener::on_time() {
+  std::vector<Sighting> sightings;
+  view_.on_time(now(), sightings);
+  handler_(sightings);
+}
+
+}  // namespace trestle::bridge

@@ -1,0 +1,41 @@
+#pragma once
+#include <functional>
+#include <optional>
+
+#include "bridge/tools/network_view.hpp"
+#include "sd/net/node.hpp"
+#include "someip/net/udp_socket.hpp"
+
+namespace trestle::bridge {
+
+/// Hears service discovery without taking part in it: other SOME/IP stacks of this host are not disturbed.
+class Listener {
+ public:
+  using Handler = std::function<void(const std::vector<Sighting>& sightings)>;
+
+  /// @throws someip::NetError when the group cannot be joined.
+  Listener(boost::asio::io_context& io, const sd::NodeConfig& network, Handler handler);
+
+  /// Also sends FindService and hears the answers, which come by unicast. Once.
+  /// @return false: another stack of this host has the address, so that only what is sent to all is heard.
+  [[nodiscard]] bool open_for_finding();
+  /// After open_for_finding().
+  void find(someip::ServiceId service, someip::InstanceId instance);
+
+  /// To be called about once a second: notices what has expired.
+  void on_time();
+  [[nodiscard]] NetworkView& view() noexcept { return view_; }
+
+ private:
+  void on_datagram(ByteView datagram, const Endpoint& from, bool multicast);
+
+  boost::asio::io_context& io_;
+  sd::NodeConfig network_;
+  Handler handler_;
+  NetworkView view_;
+  someip::UdpSocket multicast_;
+  std::optional<someip::UdpSocket> unicast_;
+  std::uint16_t session_ = 0;
+};
+
+}  // namespace trestle::bridge

@@ -1,0 +1,66 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bridge/values/message_values.hpp"
+#include "sd/net/node.hpp"
+
+/// What the commands that talk to services have in common on their command lines. Whatever is wrong with a
+/// value is thrown as CLI::ValidationError, which ends the program with exit status 2.
+namespace trestle::bridge {
+
+/// --address, --multicast, --sd-port
+class NetworkOptions {
+ public:
+  void add_to(CLI::App& command);
+
+  /// @throws std::runtime_error when no address is given and none can be found.
+  [[nodiscard]] sd::NodeConfig config() const;
+
+ private:
+  std::string address_;
+  std::string multicast_ = "224.244.224.245";
+  std::uint16_t sd_port_ = 30490;
+};
+
+/// --type, --msg-path, --hex, --yaml, --json: how payloads are written.
+class PayloadOptions {
+ public:
+  void add_to(CLI::App& command);
+
+  /// Finds the type. Call once, before the others.
+  void resolve();
+  /// The payload that an argument means: the text itself, or what stands in the file behind '@'; "@-" is
+  /// standard input.
+  [[nodiscard]] std::vector<std::byte> parse(const std::string& argument) const;
+
+  enum class Form : std::uint8_t { hex, yaml, json };
+  [[nodiscard]] Form form() const noexcept { return form_; }
+  /// Nothing when no type is given.
+  [[nodiscard]] const MessageValues* values() const noexcept { return values_ ? &*values_ : nullptr; }
+
+ private:
+  std::string type_;
+  std::vector<std::string> msg_path_;
+  bool hex_ = false;
+  bool yaml_ = false;
+  bool json_ = false;
+  Form form_ = Form::hex;
+  std::optional<MessageValues> values_;
+};
+
+/// SERVICE.INSTANCE, such as "0x1234.0x0001" or "4660.1".
+struct ServiceArgument {
+  someip::ServiceId service{};
+  someip::InstanceId instance = someip::any_instance;
+};
+
+/// @param any_instance  whether "0x1234" and "0x1234.*" are good, too.
+[[nodiscard]] ServiceArgument parse_service(const std::string& text, bool any_instance);
+/// An id from 1 to 0xfffe, decimal or hexadecimal after 0x.
+/// @param name  of the argument, for the error.
+[[nodiscard]] std::uint16_t parse_id(const std::string& name, const std::string& text);
+
+}  // namespace trestle::bridge

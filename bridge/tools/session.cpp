@@ -1,0 +1,53 @@
+#include "bridge/tools/session.hpp"
+
+#include <csignal>
+#include <cstdio>
+
+namespace trestle::bridge {
+
+Session::Session(double timeout_s) {
+  // A closed pipe is noticed by print(), which lets offers and subscriptions be withdrawn.
+  std::signal(SIGPIPE, SIG_IGN);
+  stop_.async_wait([this](const boost::system::error_code& error, int) {
+    if (!error) {
+      finish();
+    }
+  });
+  if (timeout_s > 0) {
+    timeout_.expires_after(std::chrono::duration_cast<Duration>(std::chrono::duration<double>{timeout_s}));
+    timeout_.async_wait([this](const boost::system::error_code& error) {
+      if (!error) {
+        timed_out_ = true;
+        finish();
+      }
+    });
+  }
+}
+
+void Session::print(const std::string& text) {
+  std::fwrite(text.data(), 1, text.size(), stdout);
+  if (std::fflush(stdout) != 0) {
+    finish();
+  }
+}
+
+void Session::note(const std::string& line) {
+  std::fprintf(stderr, "%s\n", line.c_str());
+}
+
+void Session::every(Duration period, std::function<void()> tick) {
+  tick_ = std::move(tick);
+  arm(period);
+}
+
+void Session::arm(Duration period) {
+  ticker_.expires_after(period);
+  ticker_.async_wait([this, period](const boost::system::error_code& error) {
+    if (!error) {
+      arm(period);
+      tick_();
+    }
+  });
+}
+
+}  // namespace trestle::bridge
