@@ -31,6 +31,7 @@ struct Options {
 /// The events that are wanted; all there can be when none is named, as Node wants a list.
 std::vector<someip::MethodId> events_of(const std::vector<std::string>& names) {
   std::vector<someip::MethodId> events;
+  events.reserve(names.empty() ? 0xfffe : names.size());
   for (const std::string& name : names) {
     events.push_back(someip::MethodId{parse_id("EVENT", name)});
   }

@@ -1,0 +1,345 @@
+"""trestle find, watch, subscribe, offer and notify as programs: against each other, and beside a peer that is
+nothing but sockets and hand-made bytes.
+
+Usage: tool_commands_test.py TRESTLE
+"""
+import json
+import os
+import pty
+import select
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+TRESTLE = sys.argv.pop(1)
+PATIENCE = 20  # seconds; running into it is a failure
+
+# Addresses and a group that only this process uses.
+PID = os.getpid()
+HOST = f"127.{1 + (PID >> 8) % 254}.{PID & 255}."
+PEER = HOST + "20"
+GROUP = f"239.253.{PID >> 8 & 255}.{PID & 255}"
+
+
+def command(name, host, *arguments):
+    return [TRESTLE, name, *arguments, "--address", HOST + str(host), "--multicast", GROUP]
+
+
+def run(name, host, *arguments, stdin=None):
+    return subprocess.run(command(name, host, *arguments), input=stdin, capture_output=True, text=True,
+                          timeout=PATIENCE)
+
+
+class Running:
+    """A command that runs until it is stopped."""
+
+    def __init__(self, name, host, *arguments):
+        self.process = subprocess.Popen(command(name, host, *arguments), stdout=subprocess.PIPE,
+                                        stderr=subprocess.PIPE)
+        self.read = {self.process.stdout: b"", self.process.stderr: b""}
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.process.poll() is None:
+            self.process.kill()
+        self.process.wait()
+        for stream in self.read:
+            stream.close()
+
+    def has_printed(self, seconds):
+        return bool(select.select([self.process.stdout], [], [], seconds)[0])
+
+    def line_with(self, text, of_log=False):
+        """The next line that holds the text, of the output or the log."""
+        stream = self.process.stderr if of_log else self.process.stdout
+        end = time.monotonic() + PATIENCE
+        while True:
+            line, newline, rest = self.read[stream].partition(b"\n")
+            if newline:
+                self.read[stream] = rest
+                if text in line.decode():
+                    return line.decode()
+                continue
+            if time.monotonic() > end or not select.select([stream], [], [], PATIENCE)[0]:
+                raise AssertionError(f"not printed: {text}")
+            more = os.read(stream.fileno(), 65536)
+            if not more:
+                raise AssertionError(f"ended without printing: {text}")
+            self.read[stream] += more
+
+    def finish(self):
+        """Waits for the end. Status, output and log, as far as they have not been read yet."""
+        out, log = self.process.communicate(timeout=PATIENCE)
+        before_out, before_log = self.read.values()
+        return self.process.returncode, (before_out + out).decode(), (before_log + log).decode()
+
+    def stop(self):
+        self.process.send_signal(signal.SIGINT)
+        return self.finish()
+
+
+def someip(service, method, payload, session=1, message_type=2):
+    return struct.pack(">HHIHHBBBB", service, method, 8 + len(payload), 0, session, 1, 1, message_type, 0) + payload
+
+
+class Peer:
+    """A peer's SD socket, a socket in the group, and the socket of its service 0x2222.0x0001."""
+
+    def __init__(self):
+        self.sd = self.bound(PEER, 30490)
+        self.group = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.group.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        self.group.bind((GROUP, 30490))
+        self.group.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP,
+                              socket.inet_aton(GROUP) + socket.inet_aton("127.0.0.1"))
+        self.sd.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(PEER))
+        self.service = self.bound(PEER, 40002)
+        self.session = 0
+
+    @staticmethod
+    def bound(address, port):
+        sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        sock.bind((address, port))
+        return sock
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        for sock in (self.sd, self.group, self.service):
+            sock.close()
+
+    def send_sd(self, to, entry, options=b""):
+        self.session += 1
+        payload = struct.pack(">II", 0xC0000000, len(entry)) + entry + struct.pack(">I", len(options)) + options
+        self.sd.sendto(someip(0xFFFF, 0x8100, payload, self.session), (to, 30490))
+
+    def offer(self, to, ttl=3):
+        option = struct.pack(">HBB4sBBH", 9, 0x04, 0, socket.inet_aton(PEER), 0, 0x11, 40002)
+        self.send_sd(to, struct.pack(">BBBBHHII", 1, 0, 0, 0x10, 0x2222, 1, 1 << 24 | ttl, 5), option)
+
+
+def entries(datagram):
+    length = struct.unpack_from(">I", datagram, 20)[0]
+    return [datagram[24 + i:40 + i] for i in range(0, length, 16)]
+
+
+def receive(sock, wanted):
+    """The first entry that is wanted, of all that arrive, the datagram that holds it and who sent it."""
+    end = time.monotonic() + PATIENCE
+    while time.monotonic() < end:
+        sock.settimeout(max(0.01, end - time.monotonic()))
+        datagram, sender = sock.recvfrom(65536)
+        for entry in entries(datagram):
+            if wanted(entry):
+                return entry, datagram, sender
+    raise AssertionError("nothing such was sent")
+
+
+class TwoPrograms(unittest.TestCase):
+    def test_an_event_goes_from_notify_to_subscribe_as_values(self):
+        with Running("notify", 1, "0x1234.0x0001", "1", "0x8001", "{x: 1.5, y: -2}", "--type",
+                     "geometry_msgs/msg/Point", "--rate", "50") as notify:
+            done = run("subscribe", 2, "0x1234.1", "0x0001", "--type", "geometry_msgs/Point", "--count", "2")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(done.stdout, "# 0x8001 session 1\nx: 1.5\ny: -2.0\nz: 0.0\n---\n"
+                                          "# 0x8001 session 2\nx: 1.5\ny: -2.0\nz: 0.0\n---\n")
+            self.assertIn("subscribed to eventgroup 0x0001 of 0x1234.0x0001", done.stderr)
+
+            done = run("subscribe", 2, "0x1234.1", "1", "0x8001", "--type", "geometry_msgs/Point", "--json", "--quiet",
+                       "--count", "1")
+            self.assertEqual(done.stderr, "")
+            event = json.loads(done.stdout)
+            self.assertEqual(event["event"], "0x8001")
+            self.assertEqual(event["values"], {"x": 1.5, "y": -2.0, "z": 0.0})
+            self.assertTrue(event["src"].startswith(HOST + "1:"))
+
+            done = run("subscribe", 2, "0x1234.1", "1", "--json", "--count", "1")
+            self.assertEqual(json.loads(done.stdout)["payload"], "3ff8000000000000c0000000000000000000000000000000")
+
+            done = run("subscribe", 2, "0x1234.1", "1", "--count", "1")
+            self.assertEqual(done.stdout, "0x8001 3ff8000000000000c0000000000000000000000000000000\n")
+
+            # An event that nobody asked for is not printed.
+            done = run("subscribe", 2, "0x1234.1", "1", "0x8002", "--timeout", "0.5")
+            self.assertEqual((done.returncode, done.stdout), (1, ""))
+
+            # A payload that is no message of the type.
+            done = run("subscribe", 2, "0x1234.1", "1", "--type", "std_msgs/String", "--count", "1")
+            self.assertEqual((done.returncode, done.stdout), (1, ""))
+            self.assertIn("warning: not a std_msgs/msg/String: truncated at byte 0 in data", done.stderr)
+
+            status, out, log = notify.stop()
+            self.assertEqual((status, out), (0, ""))
+            self.assertRegex(log, r"\n[1-9]\d* events sent\n$")
+
+    def test_notify_sends_as_many_as_asked_for(self):
+        with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:
+            file.write("data: " + "x" * 5000 + "\n")  # SOME/IP-TP
+            file.flush()
+            with Running("subscribe", 2, "0x1235.1", "1", "--type", "std_msgs/String", "--count", "3") as subscribe:
+                done = run("notify", 1, "0x1235.1", "1", "0x8001", "@" + file.name, "--type", "std_msgs/msg/String",
+                           "--rate", "20", "--count", "3")
+                self.assertEqual(done.returncode, 0, done.stderr)
+                self.assertIn("3 events sent", done.stderr)
+                _, out, _ = subscribe.finish()
+                self.assertEqual(out.count("data: \"" + "x" * 5000 + "\"\n---\n"), 3)
+
+    def test_notify_without_subscribers_sends_nothing(self):
+        done = run("notify", 1, "0x1236.1", "1", "0x8001", "@-", "--timeout", "0.5", "--rate", "50", stdin="00 01\n02")
+        self.assertEqual((done.returncode, done.stderr.splitlines()[-1]), (1, "0 events sent"))
+
+    def test_find_and_watch_see_an_offer_come_and_go(self):
+        with Running("watch", 3) as watch, Running("watch", 3, "--json") as as_json:
+            # They listen beside each other. Nothing tells when they do, so the offers go on until both have one.
+            with Running("offer", 1, "0x1237.0x0002", "--eventgroup", "1", "--major", "7") as offer:
+                found = run("find", 2, "0x1237.2")
+                self.assertEqual(found.returncode, 0, found.stderr)
+                self.assertRegex(found.stdout, rf"^0x1237\.0x0002  7\.0  udp {HOST}1:\d+  by {HOST}1  ttl 3 s\n$")
+                found = run("find", 2, "0x1237", "--json", "--timeout", "1.5")
+                self.assertEqual(json.loads(found.stdout)["instance"], "0x0002")
+                self.assertIn("0x1237.0x0002", run("find", 2, "--count", "1").stdout)
+                line = watch.line_with("offered")
+                self.assertRegex(line, rf"^\d{{4}}-.*Z  offered       0x1237\.0x0002  7\.0  udp {HOST}1:\d+  by {HOST}1")
+                self.assertEqual(json.loads(as_json.line_with("offered"))["service"], "0x1237")
+                status, out, log = offer.stop()
+                self.assertEqual((status, out), (0, ""))
+            self.assertIn("0x1237.0x0002", watch.line_with("stopped"))
+            self.assertEqual(json.loads(as_json.line_with("stopped"))["major_version"], 7)
+            self.assertEqual(watch.stop()[0], 0)
+            self.assertEqual(as_json.stop()[0], 0)
+        missing = run("find", 2, "0x1237.2", "--timeout", "0.5")
+        self.assertEqual((missing.returncode, missing.stdout), (1, ""))
+
+    def test_find_beside_another_stack_of_the_same_address(self):
+        with Running("offer", 1, "0x1238.1") as offer:
+            offer.line_with("offering", of_log=True)
+            found = run("find", 1, "0x1238.1")
+            self.assertEqual(found.returncode, 0, found.stderr)
+            self.assertIn(f"{HOST}1:30490 is taken by another SOME/IP stack", found.stderr)
+
+    def test_watch_on_a_terminal_is_a_table(self):
+        with Running("offer", 1, "0x1239.1"):
+            main, terminal = pty.openpty()
+            environment = dict(os.environ, TERM="xterm", NO_COLOR="1")
+            watch = subprocess.Popen(command("watch", 2), stdout=terminal, stderr=subprocess.PIPE, env=environment)
+            os.close(terminal)
+            shown = ""
+            end = time.monotonic() + PATIENCE
+            while time.monotonic() < end and "0x1239.0x0001" not in shown:
+                shown += os.read(main, 65536).decode()
+            self.assertIn("\x1b[HSOME/IP at " + GROUP, shown)
+            self.assertIn("SERVICE.INSTANCE", shown)
+            self.assertIn("0x1239.0x0001     1.0", shown)
+            watch.send_signal(signal.SIGINT)
+            while "\x1b[?25h" not in shown:  # the cursor is back
+                shown += os.read(main, 65536).decode()
+            watch.stderr.close()
+            self.assertEqual(watch.wait(timeout=PATIENCE), 0)
+            os.close(main)
+
+    def test_a_closed_pipe_ends_a_command_which_still_withdraws(self):
+        with Running("notify", 1, "0x123a.1", "1", "0x8001", "00", "--rate", "50") as notify:
+            with Running("subscribe", 2, "0x123a.1", "1") as subscribe:
+                subscribe.line_with("0x8001 00")
+                subscribe.process.stdout.close()
+                self.assertEqual(subscribe.process.wait(timeout=PATIENCE), 0)
+            notify.line_with("stopped, no longer subscribed", of_log=True)
+
+
+class BesideAPeerOfBareSockets(unittest.TestCase):
+    def test_find_asks_and_takes_the_answer_by_unicast(self):
+        with Peer() as peer, Running("find", 4, "0x2222", "--count", "1") as find:
+            # service, any instance, any version; TTL 3; no options; asked by multicast from the SD port
+            entry, datagram, sender = receive(peer.group, lambda e: e[0] == 0)
+            self.assertEqual(entry, bytes.fromhex("00000000 2222ffff ff000003 ffffffff"))
+            self.assertEqual(datagram[:24], bytes.fromhex(
+                "ffff8100 00000024 00000001 01010200 c0000000 00000010"))
+            self.assertEqual(sender, (HOST + "4", 30490))
+            peer.offer(HOST + "4")
+            status, out, log = find.finish()
+            self.assertEqual((status, log), (0, ""))
+            self.assertEqual(out, f"0x2222.0x0001  1.5  udp {PEER}:40002  by {PEER}  ttl 3 s\n")
+
+    def test_watch_survives_what_is_malformed(self):
+        with Peer() as peer, Running("watch", 4) as watch:
+            end = time.monotonic() + PATIENCE
+            while time.monotonic() < end and not watch.has_printed(0.1):
+                for length in range(0, 60, 7):
+                    peer.sd.sendto(bytes.fromhex("ffff810000000030")[:length] + b"\xff" * length, (GROUP, 30490))
+                peer.offer(GROUP, ttl=1)
+            self.assertIn("0x2222.0x0001  1.5", watch.line_with("offered"))
+            self.assertIn("0x2222.0x0001", watch.line_with("expired"))
+            self.assertEqual(watch.stop()[0], 0)
+
+    def test_subscribe_prints_what_the_peer_sends(self):
+        with Peer() as peer, Running("subscribe", 4, "0x2222.1", "3", "--type", "std_msgs/msg/String", "--yaml",
+                                     "--count", "2") as subscribe:
+            receive(peer.group, lambda e: e[0] == 0 and e[4:6] == b"\x22\x22")
+            peer.offer(HOST + "4")
+            entry, datagram, _ = receive(peer.sd, lambda e: e[0] == 6)
+            options = datagram[24 + 16 * len(entries(datagram)) + 4:]
+            to = (HOST + "4", struct.unpack_from(">H", options, 10)[0])
+            peer.send_sd(HOST + "4", bytes([7, 0, 0, 0]) + entry[4:])
+            for text in (b"map", b"\x1b[31m"):
+                payload = struct.pack(">I", 4 + len(text)) + b"\xef\xbb\xbf" + text + b"\0"
+                peer.service.sendto(someip(0x2222, 0x8003, payload, session=9), to)
+            status, out, log = subscribe.finish()
+            self.assertEqual(status, 0, log)
+            self.assertEqual(out, "# 0x8003 session 9\ndata: map\n---\n"
+                                  "# 0x8003 session 9\ndata: \"\\u001b[31m\"\n---\n")
+            receive(peer.sd, lambda e: e[0] == 6 and e[9:12] == b"\0\0\0")  # and unsubscribes
+
+
+class WrongCommandLines(unittest.TestCase):
+    def test_end_with_2_and_say_what_is_wrong(self):
+        for arguments, message in [
+            (["find", "0x12345"], "SERVICE: expected"),
+            (["find", "0x1234.0"], "INSTANCE: expected"),
+            (["find", "--timeout", "0"], "--timeout"),
+            (["subscribe", "0x1234", "1"], "'0x1234' names no instance"),
+            (["subscribe", "0x1234.1"], "EVENTGROUP is required"),
+            (["subscribe", "0x1234.1", "1", "0x8001", "--type", "std_msgs/msg/Strin"], "unknown type"),
+            (["subscribe", "0x1234.1", "1", "--yaml"], "needs --type"),
+            (["subscribe", "0x1234.1", "1", "--yaml", "--json"], "--json"),
+            (["notify", "0x1234.1", "1", "0x8001", "0g"], "good up to character 1"),
+            (["notify", "0x1234.1", "1", "0x8001", "@/does/not/exist"], "cannot read '/does/not/exist'"),
+            (["notify", "0x1234.1", "1", "0x8001", "x: 1", "--type", "std_msgs/msg/String"],
+             "payload:1:1: 'x' is no field of std_msgs/msg/String; expected data"),
+            (["notify", "0x1234.1", "1", "0x8001", "{\"data\": 5}", "--json", "--type", "std_msgs/msg/String"],
+             "payload:1:10: data: expected a string, found '5'"),
+            (["notify", "0x1234.1", "1", "0x8001", "00", "--rate", "0"], "--rate"),
+            (["offer", "0x1234.1", "--eventgroup", "0"], "--eventgroup: expected"),
+            (["watch", "--multicast", "10.0.0.1"], "is no multicast address"),
+            (["watch", "--address", "here"], "expected an IPv4 or IPv6 address, found 'here'"),
+            (["watch", "--address", "::1"], "both be IPv4 or both IPv6"),
+        ]:
+            with self.subTest(arguments):
+                done = subprocess.run([TRESTLE, *arguments], capture_output=True, text=True, timeout=PATIENCE)
+                self.assertEqual((done.returncode, done.stdout), (2, ""), done.stderr)
+                self.assertIn(message, done.stderr)
+
+    def test_help_has_examples(self):
+        for name in ("find", "watch", "subscribe", "offer", "notify"):
+            done = subprocess.run([TRESTLE, name, "--help"], capture_output=True, text=True, timeout=PATIENCE)
+            self.assertEqual(done.returncode, 0)
+            self.assertIn(f"Examples:\n  trestle {name}", done.stdout)
+            self.assertIn("Exit status: 0", done.stdout)
+
+    def test_a_taken_address_is_named(self):
+        with Running("offer", 1, "0x123b.1") as offer:
+            offer.line_with("offering", of_log=True)
+            done = run("offer", 1, "0x123c.1")
+            self.assertEqual(done.returncode, 1)
+            self.assertIn(f"UDP {HOST}1:30490", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
