@@ -31,8 +31,9 @@ enum class Kind : std::uint8_t {
   fixed_array,
   structure,
   choice,
+  tagged,  ///< a struct whose members have tags
 };
-constexpr std::size_t kinds = 14;
+constexpr std::size_t kinds = 15;
 
 struct Type {
   Kind kind = Kind::u8;
@@ -84,6 +85,10 @@ PayloadRules rules(Input& in) {
           .union_length = widths[(b >> 4U) % 4],
           .union_type = widths[1 + (c & 3U) % 3],
           .union_length_first = (c & 4U) != 0,
+          .union_null = (d / 6 & 1U) != 0,
+          .tagged_length = widths[(d / 12) % 4],
+          .smallest_tagged_length = (d / 48 & 1U) != 0,
+          .cut_longer_arrays = (d / 96 & 1U) == 0,
           .string_encoding = StringEncoding{static_cast<std::uint8_t>((c >> 3U) % 3)},
           .string_bom = (c & 0x20U) != 0,
           .string_terminator = (c & 0x40U) != 0,
@@ -177,12 +182,34 @@ class Codec {
         value.number = open.type;
         if (open.type != 0) {
           value.members.push_back(read(in, type.members[open.type - 1]));
-          in.end(open.open);
         }
+        in.end(open.open);
+        break;
+      }
+      case Kind::tagged: {
+        const auto open = in.begin_struct();
+        if (has_tags()) {
+          read_tagged(in, type, value);
+        } else {
+          read_members(in, type.members, value);
+        }
+        in.end(open);
         break;
       }
     }
     return value;
+  }
+
+  /// Known members are those whose data id counts the type's; `number` has a bit for each that was there.
+  void read_tagged(PayloadReader& in, const Type& type, Value& value) {
+    value.members.resize(type.members.size());
+    while (const auto id = in.next_member()) {
+      const auto index = static_cast<std::size_t>(*id);
+      if (index < type.members.size() && (value.number >> index & 1U) == 0 && values_ < max_values) {
+        value.number |= std::uint64_t{1} << index;
+        value.members[index] = read(in, type.members[index]);
+      }
+    }
   }
 
   void read_members(PayloadReader& in, const std::vector<Type>& members, Value& value) {
@@ -221,7 +248,21 @@ class Codec {
         return write_members(out, out.begin_struct(), type, value);
       case Kind::choice: {
         const auto open = out.begin_union(static_cast<std::uint32_t>(value.number), longest());
-        write(out, type.members[value.number - 1], value.members[0]);
+        if (value.number != 0) {
+          write(out, type.members[value.number - 1], value.members[0]);
+        }
+        return out.end(open);
+      }
+      case Kind::tagged: {
+        const auto open = out.begin_struct();
+        if (!has_tags()) {
+          return write_members(out, open, type, value);
+        }
+        for (std::size_t i = 0; i < type.members.size(); ++i) {
+          if ((value.number >> i & 1U) != 0) {
+            write(out.tagged(DataId{static_cast<std::uint16_t>(i)}), type.members[i], value.members[i]);
+          }
+        }
         return out.end(open);
       }
     }
@@ -238,6 +279,9 @@ class Codec {
   [[nodiscard]] std::size_t longest() const {
     return rules_.union_length == FieldWidth::none ? longest_member_bytes : 0;
   }
+
+  /// Zeros that fill up a union would read as tags.
+  [[nodiscard]] bool has_tags() const { return rules_.union_length != FieldWidth::none; }
 
   PayloadRules rules_;
   std::array<char, 1U << 14U> room_{};
@@ -268,7 +312,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto payload = out.finish();
   if (!payload) {
     // Padding that was left out is put in, which can be too much for a short length field or a union's size.
-    require(payload.error() == WireError::bad_length && by.alignment > 1);
+    // A tag may announce a length field that the writer may not choose.
+    require((payload.error() == WireError::bad_length && (by.alignment > 1 || !by.smallest_tagged_length)) ||
+            (payload.error() == WireError::bad_tag && by.tagged_length == FieldWidth::none));
     return 0;
   }
   PayloadReader again{*payload, by};

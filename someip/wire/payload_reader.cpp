@@ -30,6 +30,47 @@ std::string_view as_text(ByteView utf8) noexcept {
 
 }  // namespace
 
+std::optional<DataId> PayloadReader::next_member() noexcept {
+  const std::size_t start = position_;
+  if (member_) {  // nobody read the one before
+    const std::optional<std::size_t> number = number_bytes(*member_);
+    if (number) {
+      member_.reset();
+      take(*number);
+    } else {
+      end(begin(FieldWidth::none, true, false));
+    }
+  }
+  if (rules_.alignment != 1) {
+    fail(WireError::bad_tag);
+  }
+  if (error_ || position_ == limit_) {
+    position_ = error_ ? start : position_;
+    return std::nullopt;
+  }
+  const ByteView bytes = take(tag_bytes);
+  if (error_) {
+    return std::nullopt;
+  }
+  const Tag tag = to_tag(load<std::uint16_t>(bytes.data()));
+  member_ = tag.type;
+  return tag.id;
+}
+
+void PayloadReader::expect_number(std::size_t bytes) noexcept {
+  if (*member_ != number_type(bytes)) {
+    fail(WireError::bad_tag);
+  }
+  member_.reset();
+}
+
+ByteView PayloadReader::bytes(std::size_t size) noexcept {
+  if (member_) {  // a tagged member is a number, or has a length field
+    fail(WireError::bad_tag);
+  }
+  return take(size);
+}
+
 ByteView PayloadReader::byte_array() noexcept {
   const Open array = begin_array();
   const ByteView elements = take(limit_ - position_);
@@ -56,8 +97,14 @@ std::string_view PayloadReader::string(std::span<char> room) noexcept {
 }
 
 std::string_view PayloadReader::fixed_string(std::size_t size, std::span<char> room) noexcept {
+  const bool tagged = member_.has_value();
+  const Open member = tagged ? begin(FieldWidth::none, false, false) : Open{};
   const ByteView bytes = take(size);
-  return error_ ? std::string_view{} : read_text(bytes, true, room);
+  const std::string_view text = error_ ? std::string_view{} : read_text(bytes, true, room);
+  if (tagged) {
+    end(member);
+  }
+  return text;
 }
 
 std::string_view PayloadReader::read_text(ByteView bytes, bool fixed, std::span<char> room) noexcept {
@@ -121,21 +168,26 @@ PayloadReader::Union PayloadReader::begin_union(std::uint32_t members, std::size
   const std::size_t start = position_;
   Union result;
   std::size_t size = longest;
-  if (rules_.union_length_first && rules_.union_length != FieldWidth::none) {
+  const bool tagged = member_.has_value();
+  if (tagged) {  // its length field is the tag's, so it counts the type field too
+    result.open = begin(FieldWidth::none, true, false);
+  } else if (rules_.union_length_first && rules_.union_length != FieldWidth::none) {
     size = field(rules_.union_length);
   }
   const std::size_t type = field(rules_.union_type);
-  if (!rules_.union_length_first && rules_.union_length != FieldWidth::none) {
+  if (!tagged && !rules_.union_length_first && rules_.union_length != FieldWidth::none) {
     size = field(rules_.union_length);
   }
-  if (!error_ && (type == 0 || type > members)) {
+  if (!error_ && (type > members || (type == 0 && !rules_.union_null))) {
     position_ = start;
     fail(WireError::bad_union_type);
   }
-  result.open.outer_limit_ = limit_;
-  result.open.extensible_ = true;
-  result.open.variable_ = rules_.union_length != FieldWidth::none;
-  if (rules_.union_length != FieldWidth::none || longest != 0) {
+  if (!tagged) {
+    result.open.outer_limit_ = limit_;
+    result.open.extensible_ = true;
+    result.open.variable_ = rules_.union_length != FieldWidth::none;
+  }
+  if (!tagged && (rules_.union_length != FieldWidth::none || longest != 0)) {
     bound(result.open, size);  // Length leaves out the type field.  [feat_req_someip_272]
   }
   result.type = error_ ? 0 : static_cast<std::uint32_t>(type);
@@ -148,6 +200,14 @@ PayloadReader::Open PayloadReader::begin(FieldWidth width, bool extensible, bool
   open.extensible_ = extensible;
   open.variable_ = variable;
   open.last_position_ = payload_.size() + 1;
+  if (member_) {
+    width = length_width(*member_, rules_);
+    if (number_bytes(*member_) || width == FieldWidth::none) {
+      fail(WireError::bad_tag);
+    }
+    member_.reset();
+    open.variable_ = false;
+  }
   if (width != FieldWidth::none) {
     bound(open, field(width));
   }

@@ -5,6 +5,7 @@
 #include "someip/wire/bytes.hpp"
 #include "someip/wire/header.hpp"
 #include "someip/wire/payload_rules.hpp"
+#include "someip/wire/tag.hpp"
 
 namespace trestle::someip {
 
@@ -22,6 +23,15 @@ namespace trestle::someip {
 /// for good: what is read after it is zero or empty and more() is false, so error() is the only thing to
 /// test. Bytes after the last parameter read are left alone.  [feat_req_someip_168]
 ///
+/// Parameters that an older sender does not have yet are missing at the end of the message, or of a struct
+/// with a length field: `const auto unit = in.at_end() ? metres : in.u8();`.  [feat_req_someipcompat_1200]
+/// Tagged members may come in any order, or not at all:
+///
+///     while (const auto id = in.next_member()) {
+///       if (*id == DataId{1}) { speed = in.f32(); }
+///       if (*id == DataId{2}) { const auto place = in.begin_struct(); ...; in.end(place); }
+///     }                                                       // what is not read is skipped
+///
 /// The errors are
 ///     WireError::truncated            the payload ends before the element does;
 ///     WireError::bad_length           a length field contradicts its contents or what holds it;
@@ -29,6 +39,7 @@ namespace trestle::someip {
 ///     valid
 ///                                     Unicode, or bytes other than zero behind the terminator;
 ///     WireError::bad_union_type       a type that names no member;
+///     WireError::bad_tag              a member whose wire type is not that of what is read;
 ///     WireError::no_room              the caller's room for a string is too small.
 class PayloadReader {
  public:
@@ -60,7 +71,7 @@ class PayloadReader {
   float f32() noexcept { return std::bit_cast<float>(u32()); }
   double f64() noexcept { return std::bit_cast<double>(u64()); }
   /// The next `size` bytes, as a view into the payload.
-  ByteView bytes(std::size_t size) noexcept { return take(size); }
+  ByteView bytes(std::size_t size) noexcept;
   /// An array of uint8 of any size, as a view into the payload.
   ByteView byte_array() noexcept;
 
@@ -70,16 +81,22 @@ class PayloadReader {
   /// A string in exactly `size` bytes.
   std::string_view fixed_string(std::size_t size, std::span<char> room) noexcept;
 
-  /// An array of any size. Its length field must be used up exactly when it ends.
-  [[nodiscard]] Open begin_array() noexcept { return begin(rules_.array_length, false, true); }
-  /// An array whose size the interface fixes.
-  [[nodiscard]] Open begin_fixed_array() noexcept { return begin(rules_.fixed_array_length, false, false); }
+  /// An array of any size. Elements that are left unread when it ends are skipped, or an error where the
+  /// rules say so.  [feat_req_someipcompat_1199]
+  [[nodiscard]] Open begin_array() noexcept {
+    return begin(rules_.array_length, rules_.cut_longer_arrays, true);
+  }
+  /// An array whose size the interface fixes; the same goes for it where it has a length field.
+  [[nodiscard]] Open begin_fixed_array() noexcept {
+    return begin(rules_.fixed_array_length, rules_.cut_longer_arrays, false);
+  }
   /// A struct; bytes of it that are left unread when it ends are skipped.  [feat_req_someip_601]
   [[nodiscard]] Open begin_struct() noexcept { return begin(rules_.struct_length, true, false); }
 
   struct Union;
   /// A union; its padding is skipped when it ends.  [feat_req_someip_274]
-  /// @param members  how many the interface lists. Other types, and 0 for "none", are errors.
+  /// @param members  how many the interface lists. Other types are errors, and so is 0 for "none" unless the
+  ///                 rules allow it.  [feat_req_someip_273]
   /// @param longest  size of the longest member; to be given when unions have no length field.
   [[nodiscard]] Union begin_union(std::uint32_t members, std::size_t longest = 0) noexcept;
 
@@ -90,6 +107,13 @@ class PayloadReader {
   [[nodiscard]] std::size_t rest(const Open& element) const noexcept {
     return error_ || !element.bounded_ ? 0 : element.end_ - position_;
   }
+  /// Whether nothing is left of what is being read: the innermost element with a length field, else the
+  /// payload. False after a failure.
+  [[nodiscard]] bool at_end() const noexcept { return !error_ && position_ == limit_; }
+  /// Moves on to the next tagged member of what is being read, past the one before if that was not read.
+  /// @return which it is; nothing at the end, and after a failure.
+  [[nodiscard]] std::optional<DataId> next_member() noexcept;
+
   /// Ends the element that began last.
   void end(const Open& element) noexcept;
 
@@ -100,9 +124,13 @@ class PayloadReader {
  private:
   template <std::unsigned_integral T>
   T number() noexcept {
+    if (member_) {
+      expect_number(sizeof(T));
+    }
     const ByteView bytes = take(sizeof(T));
     return bytes.empty() ? T{0} : load<T>(bytes.data(), rules_.byte_order);
   }
+  void expect_number(std::size_t bytes) noexcept;
   ByteView take(std::size_t size) noexcept;
   void fail(WireError error) noexcept;
   Open begin(FieldWidth width, bool extensible, bool variable) noexcept;
@@ -116,9 +144,10 @@ class PayloadReader {
   std::size_t position_ = 0;
   std::size_t limit_;  ///< where the innermost element with a length field ends
   std::optional<WireError> error_;
+  std::optional<WireType> member_;  ///< of the tagged member that is to be read next
 };
 
-/// A union that has begun: which member it holds, counted from 1; 0 after a failure.
+/// A union that has begun: which member it holds, counted from 1; 0 when it is empty, and after a failure.
 struct PayloadReader::Union {
   std::uint32_t type = 0;
   Open open;

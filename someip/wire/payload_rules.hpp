@@ -32,13 +32,23 @@ struct PayloadRules {
   FieldWidth union_length = FieldWidth::bits32;  ///< counts the data and its padding, not the type field
   FieldWidth union_type = FieldWidth::bits32;
   bool union_length_first = true;  ///< length, type, data; else type, length, data
+  bool union_null = false;         ///< type 0 is an empty union, else an error  [feat_req_someip_273]
+  /// Before tagged members that are no numbers (see tag.hpp), in place of the widths above; it also counts
+  /// the type field of a union.
+  FieldWidth tagged_length = FieldWidth::bits32;
+  /// Writers choose the smallest length field that does, and the tag announces it; else `tagged_length`.
+  /// Readers understand both.
+  bool smallest_tagged_length = false;
+  /// Elements that an array has beyond those that the interface knows are skipped by the array's length
+  /// field [feat_req_someipcompat_1199]; else they are an error.
+  bool cut_longer_arrays = true;
   StringEncoding string_encoding = StringEncoding::utf8;
   bool string_bom = true;
   bool string_terminator = true;
   /// An element of variable length (string, array or union with a length field) is followed by zeros up to a
   /// multiple of this many bytes from the start of the message, header included; 1 is none. Its own length
   /// field does not count them, that of what holds it does. Readers do without them at the end of what holds
-  /// the element.  [feat_req_someip_711] [feat_req_someip_239]
+  /// the element. Tags and alignment exclude each other.  [feat_req_someip_711] [feat_req_someip_239]
   std::uint8_t alignment = 1;
   friend constexpr bool operator==(const PayloadRules&, const PayloadRules&) = default;
 };

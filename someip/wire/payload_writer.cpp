@@ -12,7 +12,27 @@ constexpr char32_t byte_order_mark = 0xfeff;
 
 }  // namespace
 
+PayloadWriter& PayloadWriter::tagged(DataId id) noexcept {
+  // Padding behind one member would be taken for the tag of the next.
+  if (tag_ || static_cast<std::uint16_t>(id) > max_data_id || rules_.alignment != 1) {
+    fail(WireError::bad_tag);
+  }
+  tag_ = id;
+  return *this;
+}
+
+void PayloadWriter::put_tag(WireType type) noexcept {
+  const ByteSpan place = reserve(tag_bytes);
+  if (!place.empty()) {
+    store(place.data(), to_number({type, *tag_}));
+  }
+  tag_.reset();
+}
+
 void PayloadWriter::bytes(ByteView bytes) noexcept {
+  if (tag_) {
+    return fail(WireError::bad_tag);
+  }
   const ByteSpan place = reserve(bytes.size());
   if (!place.empty()) {
     std::memcpy(place.data(), bytes.data(), bytes.size());
@@ -33,6 +53,11 @@ void PayloadWriter::string(std::string_view text) noexcept {
 }
 
 void PayloadWriter::fixed_string(std::string_view text, std::size_t size) noexcept {
+  if (tag_) {  // only a length field tells those who don't know the member where it ends
+    const Open member = begin_tagged();
+    fixed_string(text, size);
+    return end(member);
+  }
   const std::size_t start = position_;
   put_text(text, rules_.string_terminator);
   if (error_) {
@@ -73,6 +98,14 @@ void PayloadWriter::put_text(std::string_view text, bool terminate) noexcept {
 
 PayloadWriter::Open PayloadWriter::begin_union(std::uint32_t type, std::size_t longest) noexcept {
   Open open;
+  if (type == 0 && !rules_.union_null) {
+    fail(WireError::bad_union_type);
+  }
+  if (tag_) {
+    open = begin_tagged();
+    put_field(reserve(someip::bytes(rules_.union_type)), type, WireError::bad_union_type);
+    return open;
+  }
   if (rules_.union_length_first) {
     open = begin(rules_.union_length, true);
   }
@@ -87,6 +120,9 @@ PayloadWriter::Open PayloadWriter::begin_union(std::uint32_t type, std::size_t l
 }
 
 PayloadWriter::Open PayloadWriter::begin(FieldWidth width, bool variable) noexcept {
+  if (tag_) {
+    return begin_tagged();
+  }
   Open open;
   open.variable_ = variable;
   open.length_ = reserve(someip::bytes(width));
@@ -94,7 +130,35 @@ PayloadWriter::Open PayloadWriter::begin(FieldWidth width, bool variable) noexce
   return open;
 }
 
+PayloadWriter::Open PayloadWriter::begin_tagged() noexcept {
+  Open open;
+  open.shrinks_ = rules_.smallest_tagged_length;
+  open.id_ = *tag_;
+  const FieldWidth width = open.shrinks_ ? FieldWidth::bits32 : rules_.tagged_length;
+  if (width == FieldWidth::none) {
+    fail(WireError::bad_tag);
+  }
+  put_tag(WireType::configured_length);
+  open.length_ = reserve(someip::bytes(width));
+  open.contents_at_ = position_;
+  return open;
+}
+
+ByteSpan PayloadWriter::shrink(const Open& element) noexcept {
+  const std::size_t size = position_ - element.contents_at_;
+  const FieldWidth width = smallest_width(size);
+  const std::size_t length_at = element.contents_at_ - element.length_.size();
+  const std::size_t contents_at = length_at + someip::bytes(width);
+  std::memmove(&room_[contents_at], room_.data() + element.contents_at_, size);
+  position_ = contents_at + size;
+  store(&room_[length_at - tag_bytes], to_number({length_type(width), element.id_}));
+  return room_.subspan(length_at, someip::bytes(width));
+}
+
 void PayloadWriter::end(const Open& element) noexcept {
+  if (tag_) {
+    fail(WireError::bad_tag);
+  }
   if (error_) {
     return;
   }
@@ -105,7 +169,8 @@ void PayloadWriter::end(const Open& element) noexcept {
     }
     zeros(element.padded_bytes_ - used);
   }
-  put_field(element.length_, position_ - element.contents_at_, WireError::bad_length);
+  const std::size_t size = position_ - element.contents_at_;
+  put_field(element.shrinks_ ? shrink(element) : element.length_, size, WireError::bad_length);
   // Alignment counts from the start of the message, so the header takes part.  [feat_req_someip_711]
   const std::size_t beyond = (header_bytes + position_) % rules_.alignment;
   if (element.variable_ && beyond != 0) {
@@ -114,8 +179,8 @@ void PayloadWriter::end(const Open& element) noexcept {
 }
 
 Result<ByteView> PayloadWriter::finish() const noexcept {
-  if (error_) {
-    return tl::unexpected{*error_};
+  if (error_ || tag_) {
+    return tl::unexpected{error_.value_or(WireError::bad_tag)};
   }
   return ByteView{room_.first(position_)};
 }

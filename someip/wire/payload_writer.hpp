@@ -5,6 +5,7 @@
 #include "someip/wire/bytes.hpp"
 #include "someip/wire/header.hpp"
 #include "someip/wire/payload_rules.hpp"
+#include "someip/wire/tag.hpp"
 
 namespace trestle::someip {
 
@@ -31,10 +32,17 @@ class PayloadWriter {
     std::size_t contents_at_ = 0;
     std::size_t padded_bytes_ = 0;
     bool variable_ = false;
+    bool shrinks_ = false;  ///< the length field becomes the smallest that does, and the tag says which
+    DataId id_{};           ///< if so
   };
 
   explicit PayloadWriter(ByteSpan room, const PayloadRules& rules = {}) noexcept
       : room_{room}, rules_{rules} {}
+
+  /// Puts a tag before the element that is written next: `out.tagged(DataId{3}).u16(speed)`. Optional members
+  /// that are not there are just not written. Fails with WireError::bad_tag when the id is too large, no
+  /// element follows that can have a tag, or the rules align.
+  PayloadWriter& tagged(DataId id) noexcept;
 
   void boolean(bool state) noexcept { put(std::uint8_t{state}); }  // [feat_req_someip_817]
   void u8(std::uint8_t number) noexcept { put(number); }
@@ -66,7 +74,8 @@ class PayloadWriter {
   /// [feat_req_someip_600] [feat_req_someip_602]
   [[nodiscard]] Open begin_struct() noexcept { return begin(rules_.struct_length, false); }
   /// Between begin and end stands the one member.  [feat_req_someip_264]
-  /// @param type     which member, counted from 1 in the interface's order.  [feat_req_someip_273]
+  /// @param type     which member, counted from 1 in the interface's order; 0 for none where the rules allow
+  ///                 that.  [feat_req_someip_273]
   /// @param longest  size of the longest member, to which the data is padded with zeros; to be given when
   ///                 unions have no length field.  [feat_req_someip_572] [feat_req_someip_583]
   [[nodiscard]] Open begin_union(std::uint32_t type, std::size_t longest = 0) noexcept;
@@ -77,7 +86,8 @@ class PayloadWriter {
   /// @return what was written, at the front of the buffer, or
   ///         WireError::no_room              the buffer is too small;
   ///         WireError::bad_length           contents too long for their length field or their fixed size;
-  ///         WireError::bad_union_type       a type that does not fit its field;
+  ///         WireError::bad_union_type       a type that does not fit its field, or a 0 that is not allowed;
+  ///         WireError::bad_tag              see tagged();
   ///         WireError::bad_string_encoding  see string().
   [[nodiscard]] Result<ByteView> finish() const noexcept;
 
@@ -87,16 +97,24 @@ class PayloadWriter {
  private:
   template <std::unsigned_integral T>
   void put(T number) noexcept {
+    if (tag_) {
+      put_tag(number_type(sizeof(T)));
+    }
     const ByteSpan place = reserve(sizeof(T));
     if (!place.empty()) {
       store(place.data(), number, rules_.byte_order);
     }
   }
+  /// The tag that tagged() asked for.
+  void put_tag(WireType type) noexcept;
+  /// Moves the contents of a tagged element to behind the smallest length field that does.
+  ByteSpan shrink(const Open& element) noexcept;
   /// Room for the next `size` bytes; empty when there is none.
   ByteSpan reserve(std::size_t size) noexcept;
   void zeros(std::size_t size) noexcept;
   void fail(WireError error) noexcept;
   Open begin(FieldWidth width, bool variable) noexcept;
+  Open begin_tagged() noexcept;
   /// Writes a length or type field of 0, 1, 2 or 4 bytes.
   void put_field(ByteSpan place, std::size_t number, WireError overflow) noexcept;
   /// BOM, characters and terminator.
@@ -106,6 +124,7 @@ class PayloadWriter {
   PayloadRules rules_;
   std::size_t position_ = 0;
   std::optional<WireError> error_;
+  std::optional<DataId> tag_;  ///< of the element that comes next
 };
 
 }  // namespace trestle::someip

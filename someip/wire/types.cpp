@@ -18,6 +18,8 @@ const char* to_string(WireError error) noexcept {
       return "bad_string_encoding";
     case WireError::bad_union_type:
       return "bad_union_type";
+    case WireError::bad_tag:
+      return "bad_tag";
     case WireError::not_sd:
       return "not_sd";
     case WireError::bad_entries_length:

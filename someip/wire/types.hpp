@@ -61,6 +61,7 @@ enum class WireError : std::uint8_t {
   bad_tp_flags,          ///< TP: a message without the TP flag where one is needed
   bad_string_encoding,   ///< a string without the BOM or terminator that its rules demand, or not valid UTF
   bad_union_type,        ///< a type selector that names no member
+  bad_tag,               ///< a wire type that is not the member's, or a tag where there can be none
   not_sd,                ///< not a SOME/IP-SD message: wrong Message ID, type or version
   bad_entries_length,    ///< SD: entries array length no multiple of 16 or beyond the message
   bad_options_length,    ///< SD: options array length beyond the message

@@ -137,6 +137,7 @@ TEST(WireError, HasTheNameThatItsReadersSee) {
   EXPECT_STREQ(to_string(WireError::bad_tp_flags), "bad_tp_flags");
   EXPECT_STREQ(to_string(WireError::bad_string_encoding), "bad_string_encoding");
   EXPECT_STREQ(to_string(WireError::bad_union_type), "bad_union_type");
+  EXPECT_STREQ(to_string(WireError::bad_tag), "bad_tag");
   EXPECT_STREQ(to_string(WireError::not_sd), "not_sd");
   EXPECT_STREQ(to_string(WireError::bad_entries_length), "bad_entries_length");
   EXPECT_STREQ(to_string(WireError::bad_options_length), "bad_options_length");
