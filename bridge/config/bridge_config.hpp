@@ -93,8 +93,8 @@ struct Route {
   std::uint8_t major = 1;
   std::uint32_t minor = 0;  ///< someip_to_dds: 0xFFFFFFFF accepts every minor version
   Transport transport = Transport::udp;
-  /// dds_to_someip: the port of the offered service; routes of the same service instance share it.
-  /// someip_to_dds: the port to receive events at; 0 lets the system choose.
+  /// dds_to_someip: the port of the offered service, UDP and TCP alike; routes of the same service instance
+  /// share it. someip_to_dds: the UDP port to receive events at; 0 lets the system choose.
   std::uint16_t port = 0;
   TpSettings tp;
   someip::PayloadRules rules;

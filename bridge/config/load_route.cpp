@@ -112,18 +112,6 @@ void load_version(Section& section, Route& route) {
   section.read("minor", minor, route.minor);
 }
 
-void load_transport(Section& section, Route& route, Problems& problems) {
-  Transport transport = Transport::udp;
-  if (section.read("transport", one_of<Transport>({{"udp", Transport::udp}, {"tcp", Transport::tcp}}),
-                   transport) &&
-      transport == Transport::tcp) {
-    problems.error(
-        section.value_mark("transport"),
-        "transport: tcp is not supported yet; use udp, which carries large messages in TP segments");
-  }
-  route.transport = transport;
-}
-
 }  // namespace
 
 RouteInFile load_route(const YAML::Node& node, Problems& problems) {
@@ -166,7 +154,12 @@ RouteInFile load_route(const YAML::Node& node, Problems& problems) {
   load_version(section, route);
   result.good.emplace("major", section.use_mark("major"));
   result.good.emplace("minor", section.use_mark("minor"));
-  load_transport(section, route, problems);
+  section.read("transport", one_of<Transport>({{"udp", Transport::udp}, {"tcp", Transport::tcp}}),
+               route.transport);
+  if (route.transport == Transport::tcp && route.direction == Direction::someip_to_dds && route.port != 0) {
+    problems.error(section.use_mark("port"),
+                   "port: of a TCP connection to a server, the system chooses ours");
+  }
 
   if (const YAML::Node wire = section.child("wire")) {
     load_wire_rules(wire, route.rules, problems);

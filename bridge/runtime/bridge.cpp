@@ -82,8 +82,14 @@ std::vector<OfferedService> offered_services(const BridgeConfig& config) {
                                                           .instance = route.instance,
                                                           .major = route.major,
                                                           .minor = route.minor,
-                                                          .udp_port = route.port},
+                                                          .udp_port = {}},
                                                  .mark = route.mark});
+    }
+    if (route.transport == Transport::tcp) {
+      service->spec.tcp_port = route.port;
+      service->spec.tcp_events.push_back(route.event);
+    } else {
+      service->spec.udp_port = route.port;
     }
     auto& groups = service->spec.eventgroups;
     auto group = std::ranges::find(groups, route.eventgroup, &sd::EventgroupSpec::id);
@@ -93,6 +99,26 @@ std::vector<OfferedService> offered_services(const BridgeConfig& config) {
     group->events.push_back(route.event);
   }
   return services;
+}
+
+// All routes of an eventgroup share a subscription, which names every protocol that they need.
+sd::SubscribeSpec subscription_of(const BridgeConfig& config, const Route& route) {
+  const auto uses = [&](Transport transport) {
+    return std::ranges::any_of(config.routes, [&](const Route& other) {
+      return other.direction == route.direction && other.service == route.service &&
+             other.instance == route.instance && other.eventgroup == route.eventgroup &&
+             other.transport == transport;
+    });
+  };
+  return {.service = route.service,
+          .instance = route.instance,
+          .major = route.major,
+          .minor = route.minor,
+          .eventgroup = route.eventgroup,
+          .events = {route.event},
+          .udp = uses(Transport::udp),
+          .tcp = uses(Transport::tcp),
+          .port = route.port};
 }
 
 // What keeps a part of the configuration from being carried out is said with its place in the file.
@@ -179,6 +205,7 @@ Bridge::Bridge(boost::asio::io_context& io, const BridgeConfig& config, TypeLibr
     start_at(config, route.mark, [&] {
       if (route.direction == Direction::someip_to_dds) {
         state_->inbound.push_back(std::make_unique<InboundRoute>(*state_->node, *state_->participant, route,
+                                                                 subscription_of(config, route),
                                                                  std::move(plans[i]), report));
         return;
       }
@@ -223,6 +250,20 @@ std::vector<CounterGroup> Bridge::counters() const {
                      {"refused_by_system", sender.refused, loss},
                      {"abandoned", sender.abandoned, loss},
                      {"receive_buffer_full", node.overflowed, loss}}});
+  const auto server = state_->node->tcp_server_counters();
+  const auto client = state_->node->tcp_client_counters();
+  auto streams = server.streams;
+  streams += client.streams;
+  groups.push_back({"SOME/IP over TCP",
+                    {{"messages_received", streams.received.messages},
+                     {"messages_sent", streams.messages_sent},
+                     {"accepted", server.accepted},
+                     {"connected", client.connections},
+                     {"failed_attempts", client.failed_attempts},
+                     {"refused", server.refused, loss},
+                     {"bad_framing", server.bad_framing, loss},
+                     {"queue_full", streams.queue_full, loss},
+                     {"not_connected", client.not_connected, loss}}});
   const someip::TpCounters& tp = state_->node->reassembly_counters();
   CounterGroup segments{"SOME/IP-TP",
                         {{"segments_received", tp.segments}, {"messages_received", tp.messages}}};

@@ -5,7 +5,7 @@
 namespace trestle::bridge {
 
 InboundRoute::InboundRoute(sd::Node& node, dds::Participant& participant, const Route& route,
-                           ConversionPlan plan, Report& report)
+                           const sd::SubscribeSpec& subscription, ConversionPlan plan, Report& report)
     : route_{route},
       plan_{std::move(plan)},
       report_{report},
@@ -14,14 +14,7 @@ InboundRoute::InboundRoute(sd::Node& node, dds::Participant& participant, const 
                                         {.reliable = route.qos.reliable,
                                          .transient_local = route.qos.transient_local,
                                          .depth = route.qos.depth})} {
-  node.subscribe({.service = route.service,
-                  .instance = route.instance,
-                  .major = route.major,
-                  .minor = route.minor,
-                  .eventgroup = route.eventgroup,
-                  .events = {route.event},
-                  .port = route.port},
-                 [this](const someip::Message& event, const Endpoint&) { carry(event); });
+  node.subscribe(subscription, [this](const someip::Message& event, const Endpoint&) { carry(event); });
 }
 
 void InboundRoute::carry(const someip::Message& event) {

@@ -16,8 +16,8 @@ namespace trestle::bridge {
 class InboundRoute {
  public:
   /// Subscribes on `node`.  @throws dds::DdsError, someip::NetError
-  InboundRoute(sd::Node& node, dds::Participant& participant, const Route& route, ConversionPlan plan,
-               Report& report);
+  InboundRoute(sd::Node& node, dds::Participant& participant, const Route& route,
+               const sd::SubscribeSpec& subscription, ConversionPlan plan, Report& report);
   InboundRoute(const InboundRoute&) = delete;
   InboundRoute& operator=(const InboundRoute&) = delete;
 

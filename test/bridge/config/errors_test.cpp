@@ -209,12 +209,10 @@ INSTANTIATE_TEST_SUITE_P(
                 "minor: 6",
                 "minor: any",
                 {"b.yaml:30:12: error: minor: expected a whole number from 0 to 4294967294, found 'any'"}},
-        Mistake{"Tcp",
-                "transport: udp",
-                "transport: tcp",
-                {"b.yaml:31:16: error: transport: tcp is not supported yet; use udp, which carries large "
-                 "messages in "
-                 "TP segments"}},
+        Mistake{"PortOfATcpClient",
+                "event: 32769",
+                "event: 32769\n    transport: tcp\n    port: 40002",
+                {"b.yaml:65:11: error: port: of a TCP connection to a server, the system chooses ours"}},
         Mistake{"Transport",
                 "transport: udp",
                 "transport: can",

@@ -114,6 +114,33 @@ TEST_F(EndToEnd, CarriesAllKindsOfTypesBothWaysUnchanged) {
   }
 }
 
+TEST_F(EndToEnd, CarriesRoutesOverTcpBesideThoseOverUdp) {
+  std::vector<TestRoute> routes;
+  for (const Case& one : cases()) {
+    const bool tcp = routes.size() % 2 == 0;
+    routes.push_back({one.topic, one.type, routes.size() % 3 != 0, tcp ? "    transport: tcp\n" : ""});
+  }
+  start(routes, folder_);
+  for (std::size_t i = 0; i < routes.size(); ++i) {
+    const Make& make = cases()[i].make;
+    expect_unchanged(routes[i], make(0), {make(1), make(2), make(3)});
+  }
+  EXPECT_GE(a_->counter("SOME/IP over TCP", "messages_sent"), 3U);
+  EXPECT_GE(b_->counter("SOME/IP over TCP", "messages_received"), 3U);
+  EXPECT_GE(b_->counter("SOME/IP over TCP", "messages_sent"), 3U);
+}
+
+TEST_F(EndToEnd, SharesAnOfferAndAnEventgroupBetweenUdpAndTcp) {
+  const std::vector<TestRoute> routes{{"/text", "std_msgs/msg/String"},
+                                      {"/point", "geometry_msgs/msg/Point", true, "    transport: tcp\n"}};
+  one_service_ = true;
+  start(routes);
+  expect_unchanged(routes[0], string(0), {string(1), string(2)});
+  expect_unchanged(routes[1], point(0), {point(1), point(2)});
+  EXPECT_GE(a_->counter("SOME/IP over TCP", "messages_sent"), 2U);
+  EXPECT_GE(a_->counter("SOME/IP", "messages_sent"), 2U);
+}
+
 TEST_F(EndToEnd, CarriesRealLidarScansUnchanged) {
   const std::filesystem::path folder = TRESTLE_SOURCE_DIR "/../shared/data/lidar/ouster-sdk";
   if (!std::filesystem::exists(folder)) {

@@ -80,8 +80,9 @@ std::string TwoBridges::yaml(bool end_a, const std::vector<TestRoute>& routes,
         "  - topic: {}\n    type: {}\n    direction: {}\n    service: {}\n    instance: 1\n    eventgroup: "
         "1\n"
         "    event: {}\n{}{}",
-        route.topic, route.type, outbound ? "dds_to_someip" : "someip_to_dds", 0x1000 + i, 0x8001 + i,
-        outbound ? fmt::format("    port: {}\n", 40001 + i) : "", route.settings);
+        route.topic, route.type, outbound ? "dds_to_someip" : "someip_to_dds",
+        0x1000 + (one_service_ ? 0 : i), 0x8001 + i,
+        outbound ? fmt::format("    port: {}\n", 40001 + (one_service_ ? 0 : i)) : "", route.settings);
   }
   return text;
 }

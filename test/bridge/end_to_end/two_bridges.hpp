@@ -44,6 +44,8 @@ class TwoBridges : public DdsTest {
   [[nodiscard]] std::string yaml(bool end_a, const std::vector<TestRoute>& routes,
                                  const std::string& types_folder) const;
 
+  /// Routes are events of one service instance; else each is a service.
+  bool one_service_ = false;
   TestDomain domain_b_;
   /// Participants on either end's DDS domain.
   dds::Participant at_a_ = participant(domain_.id());
