@@ -110,8 +110,8 @@ Result<SubscriptionHandle, SdError> ServiceDiscovery::subscribe(RequirementHandl
   const bool instance_fits =
       instance != someip::any_instance &&
       (requirement->instance == someip::any_instance || requirement->instance == instance);
-  if (!instance_fits || ttl_s == 0 || ttl_s > infinite_ttl_s || !usable(request.udp, addresses_.v6()) ||
-      !usable(request.tcp, addresses_.v6())) {
+  if (!instance_fits || ttl_s == 0 || ttl_s > infinite_ttl_s || !usable(request.udp, rules_.v6()) ||
+      !usable(request.tcp, rules_.v6()) || request.silence_timeout.value_or(Duration{1}) <= Duration{}) {
     return tl::unexpected{SdError::bad_argument};
   }
   // Parallel subscriptions to one eventgroup differ in their counter.  [feat_req_someipsd_322]
@@ -136,6 +136,7 @@ Result<SubscriptionHandle, SdError> ServiceDiscovery::subscribe(RequirementHandl
   slot->ttl_s = ttl_s;
   slot->udp = request.udp;
   slot->tcp = request.tcp;
+  slot->silence_timeout = request.silence_timeout;
   bind(*slot, now);
   return subscriptions_.handle_of<SubscriptionHandle>(*slot);
 }
@@ -156,6 +157,13 @@ void ServiceDiscovery::reconnected(SubscriptionHandle handle, const Endpoint& tc
   bind(*subscription, now);
 }
 
+void ServiceDiscovery::event_received(SubscriptionHandle handle, TimePoint now) noexcept {
+  OwnSubscription* const subscription = subscriptions_.find(handle);
+  if (subscription != nullptr && subscription->silence_timeout && subscription->state == State::subscribed) {
+    subscription->silent_at = now + *subscription->silence_timeout;
+  }
+}
+
 // --- Own subscriptions ------------------------------------------------------------------------------------
 
 // Ties the subscription to the offer it is for, if that is known.
@@ -165,7 +173,7 @@ void ServiceDiscovery::bind(OwnSubscription& subscription, TimePoint now) noexce
       subscription.remote = remotes_.index_of(remote);
       // An application that subscribes on ServiceAvailable answers the offer: it waits as long as we would
       // have. [feat_req_someipsd_766]
-      request(subscription, std::max(now, remote.answer_due), false);
+      request(subscription, std::max(now, remote.answer_due), Cause::application_or_unicast_offer);
       return;
     }
   }
@@ -222,8 +230,7 @@ void ServiceDiscovery::cancel_requests(const OwnSubscription& subscription) noex
 }
 
 // Queues a Subscribe to the offer the subscription is tied to.
-void ServiceDiscovery::request(OwnSubscription& subscription, TimePoint due,
-                               bool by_multicast_offer) noexcept {
+void ServiceDiscovery::request(OwnSubscription& subscription, TimePoint due, Cause cause) noexcept {
   if (is_requested(subscription)) {
     return;
   }
@@ -234,7 +241,7 @@ void ServiceDiscovery::request(OwnSubscription& subscription, TimePoint due,
   // A Subscribe that went unanswered may be lost, or its answer, or the initial events after it. Only
   // Subscribes that answer multicast offers are watched for that.  [feat_req_someipsd_844]
   // [feat_req_someipsd_1169] [feat_req_someipsd_1176]
-  const bool unanswered = by_multicast_offer && subscription.ack_overdue;
+  const bool unanswered = cause == Cause::multicast_offer && subscription.ack_overdue;
   const bool server_is_asked =
       settings_.explicit_initial_data && peers_[remotes_[subscription.remote].peer].explicit_initial_data;
   if (unanswered && !server_is_asked) {
@@ -242,11 +249,14 @@ void ServiceDiscovery::request(OwnSubscription& subscription, TimePoint due,
     stop.with_next = true;  // [feat_req_someipsd_1178]
     send(stop);
   }
-  // [feat_req_someipsd_1191] [feat_req_someipsd_1192] [feat_req_someipsd_1193]
-  const bool initial_data =
-      settings_.explicit_initial_data && (subscription.state != State::subscribed || unanswered);
+  // After a silence too, which may come from lost initial events: the reasons that _1193 names are not all.
+  // [feat_req_someipsd_1191] [feat_req_someipsd_1192] [feat_req_someipsd_1193] [feat_req_someipsd_691]
+  const bool initial_data = settings_.explicit_initial_data && (subscription.state != State::subscribed ||
+                                                                unanswered || cause == Cause::silence);
   send(subscribe_entry(subscription, due, subscription.ttl_s, initial_data));
-  subscription.ack_overdue = by_multicast_offer;
+  if (cause != Cause::silence) {
+    subscription.ack_overdue = cause == Cause::multicast_offer;
+  }
   if (subscription.state == State::idle) {
     subscription.state = State::requested;
   }
@@ -276,6 +286,7 @@ void ServiceDiscovery::unbind(OwnSubscription& subscription, LossReason reason) 
   subscription.ack_overdue = reason == LossReason::rebooted;
   subscription.multicast.reset();
   subscription.expiry.reset();
+  subscription.silent_at.reset();
   subscription.needs_connection = subscription.tcp.has_value();
 }
 
@@ -288,8 +299,11 @@ void ServiceDiscovery::renew_subscriptions(slots::Remote& remote, const Arrival&
         fits(requirements_[subscription.requirement], remote)) {
       subscription.remote = index;
     }
-    if (subscription.remote == index) {
-      request(subscription, arrival.answer_due, arrival.via_multicast);
+    const bool lasts = subscription.state == State::subscribed && subscription.ttl_s == infinite_ttl_s &&
+                       !settings_.renew_infinite_subscriptions;
+    if (subscription.remote == index && !lasts) {
+      request(subscription, arrival.answer_due,
+              arrival.via_multicast ? Cause::multicast_offer : Cause::application_or_unicast_offer);
     }
   }
 }
@@ -322,13 +336,14 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
   if (entry.ttl_s == 0) {
     subscription.ack_overdue = false;
     subscription.expiry.reset();
+    subscription.silent_at.reset();
     subscription.multicast.reset();
     if (std::exchange(subscription.state, State::refused) != State::refused) {
       tell(SubscriptionRefused{handle});
     }
     return;
   }
-  const auto options = read_options(arrival.message, entry, addresses_);
+  const auto options = read_options(arrival.message, entry, rules_);
   if (!options) {
     ++counters_.ignored_bad_options;
     return;
@@ -338,6 +353,9 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
                             ? std::nullopt
                             : std::optional{arrival.now + std::chrono::seconds{subscription.ttl_s}};
   const bool was_subscribed = std::exchange(subscription.state, State::subscribed) == State::subscribed;
+  if (!was_subscribed) {
+    event_received(handle, arrival.now);
+  }
   if (!was_subscribed || subscription.multicast != options->multicast) {
     subscription.multicast = options->multicast;
     tell(Subscribed{handle, subscription.multicast});
@@ -356,7 +374,7 @@ slots::Remote* ServiceDiscovery::remote_of(const Entry& entry) const noexcept {
 }
 
 void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noexcept {
-  const auto options = read_options(arrival.message, entry, addresses_);
+  const auto options = read_options(arrival.message, entry, rules_);
   // An offer without endpoint tells nobody how to reach the service.  [feat_req_someipsd_681]
   if (!options || (!options->udp && !options->tcp) || entry.instance == someip::any_instance) {
     ++counters_.ignored_bad_options;
@@ -483,8 +501,16 @@ void ServiceDiscovery::seek(TimePoint now) noexcept {
   for (OwnSubscription& subscription : subscriptions_) {
     if (subscription.expiry && *subscription.expiry <= now && events_.free_places() > 0) {
       subscription.expiry.reset();
+      subscription.silent_at.reset();
       subscription.state = State::idle;
       tell(SubscriptionLost{subscriptions_.handle_of<SubscriptionHandle>(subscription), LossReason::expired});
+    }
+  }
+  for (OwnSubscription& subscription : subscriptions_) {
+    if (subscription.silent_at && *subscription.silent_at <= now) {
+      ++counters_.silences;
+      subscription.silent_at = now + *subscription.silence_timeout;
+      request(subscription, now, Cause::silence);  // [feat_req_someipsd_439]
     }
   }
   for (slots::Requirement& requirement : requirements_) {

@@ -48,7 +48,7 @@ bool take(std::optional<Endpoint>& place, const Endpoint& endpoint) noexcept {
 }
 
 std::optional<OptionFault> take_unicast(EntryOptions& found, const EndpointOption& option,
-                                        const AddressRules& rules) noexcept {
+                                        const OptionRules& rules) noexcept {
   const bool tcp = option.transport == Transport::tcp;
   if ((!tcp && option.transport != Transport::udp) || option.endpoint.port == 0 ||
       !rules.allow(option.endpoint.address)) {
@@ -67,7 +67,10 @@ std::optional<OptionFault> take_multicast(EntryOptions& found, const EndpointOpt
 }
 
 std::optional<OptionFault> take(EntryOptions& found, const Option& option, EntryType type,
-                                const AddressRules& rules) noexcept {
+                                const OptionRules& rules) noexcept {
+  if (rules.refuses(option)) {
+    return OptionFault::unknown;
+  }
   const auto endpoint = EndpointOption::decode(option);
   if (!endpoint) {
     // Not an endpoint of the right length: either broken, or nothing we need an answer from.
@@ -88,7 +91,7 @@ std::optional<OptionFault> take(EntryOptions& found, const Option& option, Entry
 
 }  // namespace
 
-bool AddressRules::allow(const IpAddress& address) const noexcept {
+bool OptionRules::allow(const IpAddress& address) const noexcept {
   if (address.v6 != own_.v6 || address == own_ || address.is_multicast() || address.is_unspecified()) {
     return false;
   }
@@ -103,7 +106,7 @@ bool AddressRules::allow(const IpAddress& address) const noexcept {
 }
 
 tl::expected<EntryOptions, OptionFault> read_options(const SdMessage& message, const Entry& entry,
-                                                     const AddressRules& rules) noexcept {
+                                                     const OptionRules& rules) noexcept {
   EntryOptions found;
   for (std::size_t position = 0; position < entry.option_count(); ++position) {
     const auto option = message.option_of(entry, position);
@@ -117,7 +120,7 @@ tl::expected<EntryOptions, OptionFault> read_options(const SdMessage& message, c
   return found;
 }
 
-std::optional<Endpoint> sd_endpoint(const SdMessage& message, const AddressRules& rules) noexcept {
+std::optional<Endpoint> sd_endpoint(const SdMessage& message, const OptionRules& rules) noexcept {
   OptionCursor cursor = message.options();
   while (const auto option = cursor.next()) {
     const auto endpoint = EndpointOption::decode(*option);

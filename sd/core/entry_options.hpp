@@ -4,21 +4,28 @@
 
 namespace trestle::sd {
 
-/// Which addresses a peer may have or name.
-class AddressRules {
+/// Which addresses a peer may have or name, and which options.
+class OptionRules {
  public:
-  explicit AddressRules(const Settings& settings) noexcept
-      : own_{settings.unicast.address}, prefix_bits_{settings.subnet_prefix_bits} {}
+  explicit OptionRules(const Settings& settings) noexcept
+      : own_{settings.unicast.address},
+        prefix_bits_{settings.subnet_prefix_bits},
+        refuse_unknown_{settings.refuse_unknown_options} {}
 
   /// Whether `address` can be a peer's: of our IP version, unicast, not unspecified, not broadcast, not our
   /// own, in our subnet where that is checked. Loopback addresses are those of other nodes on the same host
   /// when our own address is one, and wrong otherwise.  [feat_req_someipsd_1233] [feat_req_someipsd_1135]
   [[nodiscard]] bool allow(const IpAddress& address) const noexcept;
   [[nodiscard]] bool v6() const noexcept { return own_.v6; }
+  /// Whether an entry cannot be used that references `option`, for its type alone.
+  [[nodiscard]] bool refuses(const Option& option) const noexcept {
+    return refuse_unknown_ && !is_known(option.type) && !option.discardable();
+  }
 
  private:
   IpAddress own_;
   std::optional<std::uint8_t> prefix_bits_;
+  bool refuse_unknown_;
 };
 
 /// The endpoints that an entry references, all of our IP version.
@@ -33,6 +40,7 @@ enum class OptionFault : std::uint8_t {
   missing,    ///< a run points beyond the options array, or behind a broken option
   malformed,  ///< a length or a configuration that does not fit the option's type
   endpoint,   ///< an endpoint that cannot be one: address, port or protocol  [feat_req_someipsd_1164]
+  unknown,    ///< of an unknown type, where the settings refuse such  [feat_req_someipsd_102]
   conflict,   ///< two different endpoints of the same kind  [feat_req_someipsd_1144]
 };
 
@@ -40,16 +48,15 @@ enum class OptionFault : std::uint8_t {
 /// it is a SubscribeEventgroupAck [feat_req_someipsd_854].
 ///
 /// Options that are unknown [feat_req_someipsd_1142], or of no use for this type of entry
-/// [feat_req_someipsd_1141], are ignored. Requirement _102 would rather refuse an unknown option without the
-/// discardable flag; _1142 says plainly what to do and keeps newer peers working, so it wins.
+/// [feat_req_someipsd_1141], are ignored; see Settings::refuse_unknown_options.
 [[nodiscard]] tl::expected<EntryOptions, OptionFault> read_options(const SdMessage& message,
                                                                    const Entry& entry,
-                                                                   const AddressRules& rules) noexcept;
+                                                                   const OptionRules& rules) noexcept;
 
 /// The endpoint of the message's first SD endpoint option of our IP version, which then stands for the sender
 /// in place of the datagram's source; nothing without one, or with one that cannot be.
 /// [feat_req_someipsd_1084] [feat_req_someipsd_1100] [feat_req_someipsd_1152] [feat_req_someipsd_1154]
 [[nodiscard]] std::optional<Endpoint> sd_endpoint(const SdMessage& message,
-                                                  const AddressRules& rules) noexcept;
+                                                  const OptionRules& rules) noexcept;
 
 }  // namespace trestle::sd

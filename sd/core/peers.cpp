@@ -32,7 +32,9 @@ slots::Peer* ServiceDiscovery::forget_a_peer() noexcept {
     peer.referenced = false;
   }
   for (const slots::Subscription& subscription : subscribers_) {
-    peers_[subscription.peer].referenced = true;
+    if (subscription.peer != slots::Subscription::nobody) {
+      peers_[subscription.peer].referenced = true;
+    }
   }
   for (const slots::Remote& remote : remotes_) {
     peers_[remote.peer].referenced = true;

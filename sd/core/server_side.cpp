@@ -45,7 +45,7 @@ bool same_instance(const Entry& entry, const slots::Offer& offer) noexcept {
 }  // namespace
 
 Result<OfferHandle, SdError> ServiceDiscovery::offer(const OfferedService& service, TimePoint now) noexcept {
-  if (!usable(service, addresses_.v6())) {
+  if (!usable(service, rules_.v6())) {
     return tl::unexpected{SdError::bad_argument};
   }
   const auto is_same = [&](const slots::Offer& other) {
@@ -107,6 +107,34 @@ void ServiceDiscovery::stop_offer(OfferHandle handle, TimePoint now) noexcept {
   offers_.remove(*offer);
 }
 
+Result<void, SdError> ServiceDiscovery::add_subscriber(OfferHandle handle, EventgroupId id,
+                                                       const Endpoint& client) noexcept {
+  const slots::Offer* const offer = offers_.find(handle);
+  if (offer == nullptr) {
+    return tl::unexpected{SdError::unknown_handle};
+  }
+  const Eventgroup* const eventgroup = eventgroup_of(*offer, id);
+  if (eventgroup == nullptr || eventgroup->tcp || !usable(client, rules_.v6())) {
+    return tl::unexpected{SdError::bad_argument};
+  }
+  const auto is_same = [&](const slots::Subscription& other) {
+    return other.peer == slots::Subscription::nobody && other.offer == handle.index &&
+           other.eventgroup == id && other.configured_at == client;
+  };
+  if (std::any_of(subscribers_.begin(), subscribers_.end(), is_same)) {
+    return tl::unexpected{SdError::duplicate};
+  }
+  slots::Subscription* const slot = new_subscription(handle.index, id);
+  if (slot == nullptr) {
+    return tl::unexpected{SdError::table_full};
+  }
+  slot->configured_at = client;
+  if (eventgroup->udp) {
+    slot->udp = client;
+  }
+  return {};
+}
+
 bool ServiceDiscovery::tcp_connected(const Endpoint& own, const Endpoint& client) noexcept {
   slots::TcpConnection* const connection = tcp_connections_.add();
   if (connection == nullptr) {
@@ -132,7 +160,7 @@ void ServiceDiscovery::tcp_closed(const Endpoint& own, const Endpoint& client) n
 
 void ServiceDiscovery::unreachable(const Endpoint& subscriber) noexcept {
   for (slots::Subscription& subscription : subscribers_) {
-    if (subscription.udp == subscriber) {
+    if (subscription.udp == subscriber && subscription.peer != slots::Subscription::nobody) {
       lose(subscription, LossReason::unreachable);
     }
   }
@@ -145,7 +173,8 @@ bool ServiceDiscovery::tcp_ready(const slots::Offer& offer, const Endpoint& clie
 }
 
 Subscriber ServiceDiscovery::subscriber_of(const slots::Subscription& slot) const noexcept {
-  return {peers_[slot.peer].endpoint, slot.udp, slot.tcp};
+  const bool configured = slot.peer == slots::Subscription::nobody;
+  return {configured ? slot.configured_at : peers_[slot.peer].endpoint, slot.udp, slot.tcp};
 }
 
 void ServiceDiscovery::lose(slots::Subscription& subscription, LossReason reason) noexcept {
@@ -172,7 +201,27 @@ void ServiceDiscovery::send_offer(const slots::Offer& offer, std::uint16_t to, T
   if (offer.tcp) {
     pending.options[pending.option_count++] = {EndpointRole::unicast, *offer.tcp, Transport::tcp};
   }
+  if (const auto multicast = settings_.multicast_option_in_offers ? multicast_of(offer) : std::nullopt) {
+    pending.options[pending.option_count++] = {EndpointRole::multicast, *multicast};
+  }
   send(pending);
+}
+
+// The multicast endpoint that the service's eventgroups share; nothing when there are several, since two in
+// one entry would be in conflict.
+std::optional<Endpoint> ServiceDiscovery::multicast_of(const slots::Offer& offer) const noexcept {
+  std::optional<Endpoint> shared;
+  for (const slots::OfferedEventgroup& slot : eventgroups_) {
+    const std::optional<Endpoint>& multicast = slot.eventgroup.multicast;
+    if (slot.offer != offers_.index_of(offer) || !multicast) {
+      continue;
+    }
+    if (shared && *shared != *multicast) {
+      return std::nullopt;
+    }
+    shared = multicast;
+  }
+  return shared;
 }
 
 // Advances offers and ends subscriptions whose time is over. What finds no room stays due.
@@ -202,7 +251,8 @@ void ServiceDiscovery::on_find(const Entry& entry, const Arrival& arrival) noexc
                          (entry.minor() == any_minor || entry.minor() == offer.minor);
     const Phase phase = offer.schedule.phase();
     // In the initial wait phase the first offer is about to come by itself.
-    if (!matches || phase == Phase::down || phase == Phase::initial_wait) {
+    if (!matches || phase == Phase::down || phase == Phase::initial_wait ||
+        (phase == Phase::repetition && !settings_.answer_finds_in_repetition_phase)) {
       continue;
     }
     std::uint16_t to = arrival.peer;  // [feat_req_someipsd_824]
@@ -284,42 +334,82 @@ void ServiceDiscovery::on_subscribe(const Entry& entry, const Arrival& arrival) 
     ++counters_.ignored_no_room;
     return;
   }
-  const auto options = read_options(arrival.message, entry, addresses_);
+  const auto options = read_options(arrival.message, entry, rules_);
   if (!options) {
     ++counters_.ignored_bad_options;
   }
-  acknowledge(entry, arrival, options ? accept(entry, arrival, *options) : nullptr);
+  acknowledge(entry, arrival,
+              options ? accept(entry, arrival, *options) : tl::unexpected{NackReason::bad_options});
 }
 
-// Enters or renews the subscription; nothing when it is to be refused.  [feat_req_someipsd_1164]
-const Eventgroup* ServiceDiscovery::accept(const Entry& entry, const Arrival& arrival,
-                                           const EntryOptions& options) noexcept {
+// Which of the ids of an entry, for which there is no eventgroup, is the first unknown one.
+NackReason ServiceDiscovery::why_unknown(const Entry& entry) const noexcept {
+  auto reason = NackReason::unknown_service;
+  for (const slots::Offer& offer : offers_) {
+    if (offer.service != entry.service) {
+      continue;
+    }
+    const auto known = offer.instance != entry.instance ? NackReason::unknown_instance
+                       : offer.major != entry.major     ? NackReason::unknown_major
+                                                        : NackReason::unknown_eventgroup;
+    reason = std::max(reason, known);
+  }
+  return reason;
+}
+
+// The eventgroup that is subscribed to, unless the subscription lacks something.
+ServiceDiscovery::Accepted ServiceDiscovery::check(const Entry& entry,
+                                                   const EntryOptions& options) const noexcept {
   const slots::Offer* const offer = offered(entry);
   const Eventgroup* const eventgroup = offer != nullptr ? eventgroup_of(*offer, entry.eventgroup()) : nullptr;
   if (eventgroup == nullptr) {
-    return nullptr;
+    return tl::unexpected{why_unknown(entry)};
   }
   const EntryOptions needed = needed_of(options, *eventgroup);
-  if ((eventgroup->udp && !needed.udp) || (eventgroup->tcp && !needed.tcp) ||
-      (needed.tcp && !tcp_ready(*offer, *needed.tcp))) {
-    return nullptr;  // [feat_req_someipsd_102] [feat_req_someipsd_1137]
+  const bool lacks_udp = eventgroup->udp && !needed.udp;
+  const bool lacks_tcp = eventgroup->tcp && !needed.tcp;
+  const bool has_one = needed.udp || needed.tcp;
+  if ((lacks_udp || lacks_tcp) && !(settings_.accept_partial_endpoints && has_one)) {
+    return tl::unexpected{NackReason::missing_endpoint};  // [feat_req_someipsd_102]
   }
+  if (needed.tcp && !tcp_ready(*offer, *needed.tcp)) {
+    return tl::unexpected{NackReason::no_tcp_connection};
+  }
+  return eventgroup;
+}
+
+slots::Subscription* ServiceDiscovery::new_subscription(std::uint16_t offer,
+                                                        EventgroupId eventgroup) noexcept {
+  const auto others = std::count_if(
+      subscribers_.begin(), subscribers_.end(),
+      [&](const slots::Subscription& s) { return s.offer == offer && s.eventgroup == eventgroup; });
+  slots::Subscription* const slot =
+      others < settings_.max_subscribers_per_eventgroup ? subscribers_.add() : nullptr;
+  if (slot != nullptr) {
+    slot->offer = offer;
+    slot->eventgroup = eventgroup;
+  }
+  return slot;
+}
+
+// Enters or renews the subscription, unless it is to be refused.  [feat_req_someipsd_1164]
+ServiceDiscovery::Accepted ServiceDiscovery::accept(const Entry& entry, const Arrival& arrival,
+                                                    const EntryOptions& options) noexcept {
+  const Accepted checked = check(entry, options);
+  if (!checked) {
+    return checked;
+  }
+  const slots::Offer* const offer = offered(entry);
+  const EntryOptions needed = needed_of(options, **checked);
   slots::Subscription* slot = subscription_of(*offer, entry, arrival.peer, needed);
   const bool is_new = slot == nullptr;
   if (is_new) {
-    const std::uint16_t offer_index = offers_.index_of(*offer);
-    const auto others =
-        std::count_if(subscribers_.begin(), subscribers_.end(), [&](const slots::Subscription& s) {
-          return s.offer == offer_index && s.eventgroup == entry.eventgroup();
-        });
-    slot = others < settings_.max_subscribers_per_eventgroup ? subscribers_.add() : nullptr;
+    slot = new_subscription(offers_.index_of(*offer), entry.eventgroup());
     if (slot == nullptr) {
       ++counters_.ignored_no_room;
-      return nullptr;
+      return tl::unexpected{NackReason::no_room};
     }
-    slot->offer = offer_index;
     slot->peer = arrival.peer;
-    slot->eventgroup = entry.eventgroup();
     slot->counter = entry.counter();
     slot->udp = needed.udp;
     slot->tcp = needed.tcp;
@@ -337,23 +427,24 @@ const Eventgroup* ServiceDiscovery::accept(const Entry& entry, const Arrival& ar
   } else if (initial_data) {
     tell(InitialDataRequested{handle, slot->eventgroup, subscriber_of(*slot)});
   }
-  return eventgroup;
+  return checked;
 }
 
 // The answer repeats everything that the Subscribe says, its reserved bits too.  [feat_req_someipsd_614]
 // [feat_req_someipsd_619]
 void ServiceDiscovery::acknowledge(const Entry& entry, const Arrival& arrival,
-                                   const Eventgroup* accepted) noexcept {
+                                   const Accepted& accepted) noexcept {
   slots::PendingEntry pending;
   pending.due = arrival.answer_due;
   pending.peer = arrival.peer;
   pending.entry = entry;
   pending.entry.type = EntryType::subscribe_eventgroup_ack;
-  if (accepted == nullptr) {
+  if (!accepted) {
     ++counters_.nacks_sent;
+    ++counters_.nacks_by_reason[static_cast<std::size_t>(accepted.error())];
     pending.entry.ttl_s = 0;
-  } else if (accepted->multicast) {
-    pending.options[pending.option_count++] = {EndpointRole::multicast, *accepted->multicast};
+  } else if (const std::optional<Endpoint>& multicast = (*accepted)->multicast) {
+    pending.options[pending.option_count++] = {EndpointRole::multicast, *multicast};
   }
   send(pending);
 }
@@ -364,7 +455,7 @@ void ServiceDiscovery::on_stop_subscribe(const Entry& entry, const Arrival& arri
     ++counters_.ignored_wrong_transport;
     return;
   }
-  const auto options = read_options(arrival.message, entry, addresses_);
+  const auto options = read_options(arrival.message, entry, rules_);
   if (!options) {
     ++counters_.ignored_bad_options;
     return;

@@ -36,9 +36,31 @@ const char* to_string(SdError error) noexcept {
   return "unknown handle";
 }
 
+const char* to_string(NackReason reason) noexcept {
+  switch (reason) {
+    case NackReason::unknown_service:
+      return "unknown service";
+    case NackReason::unknown_instance:
+      return "unknown instance";
+    case NackReason::unknown_major:
+      return "unknown major version";
+    case NackReason::unknown_eventgroup:
+      return "unknown eventgroup";
+    case NackReason::bad_options:
+      return "bad options";
+    case NackReason::missing_endpoint:
+      return "missing endpoint";
+    case NackReason::no_tcp_connection:
+      return "no TCP connection";
+    case NackReason::no_room:
+      break;
+  }
+  return "no room";
+}
+
 ServiceDiscovery::ServiceDiscovery(const Settings& settings, const StorageView& storage) noexcept
     : settings_{settings},
-      addresses_{settings},
+      rules_{settings},
       random_{settings.seed},
       offers_{storage.offers},
       eventgroups_{storage.eventgroups},
@@ -53,6 +75,7 @@ ServiceDiscovery::ServiceDiscovery(const Settings& settings, const StorageView& 
   assert(settings.timing.ttl_s >= 1 && settings.timing.ttl_s <= infinite_ttl_s);
   assert(settings.timing.initial_delay_min <= settings.timing.initial_delay_max);
   assert(settings.timing.request_response_delay_min <= settings.timing.request_response_delay_max);
+  assert(!settings.sd_endpoint || settings.sd_endpoint->address.v6 == settings.unicast.address.v6);
 }
 
 // Offers and Finds that start at about the same time share the random delay, and so a message.
@@ -97,7 +120,9 @@ void ServiceDiscovery::link_down() noexcept {
   link_up_ = false;
   pending_.clear();
   for (slots::Subscription& subscription : subscribers_) {
-    lose(subscription, LossReason::link_down);
+    if (subscription.peer != slots::Subscription::nobody) {
+      lose(subscription, LossReason::link_down);
+    }
   }
   for (slots::Remote& remote : remotes_) {
     lose(remote, LossReason::link_down, {});
@@ -148,7 +173,8 @@ void ServiceDiscovery::on_datagram(ByteView datagram, const Endpoint& from, bool
     ++counters_.dropped_own;
     return;
   }
-  if (from.port == 0 || !addresses_.allow(from.address)) {
+  const bool port_fits = settings_.only_from_sd_port ? from.port == settings_.unicast.port : from.port != 0;
+  if (!port_fits || !rules_.allow(from.address)) {
     ++counters_.dropped_source;
     return;
   }
@@ -168,7 +194,7 @@ void ServiceDiscovery::on_message(const someip::Message& bytes, const Endpoint& 
     ++(message.error().error == WireError::not_sd ? counters_.dropped_not_sd : counters_.dropped_malformed);
     return;
   }
-  slots::Peer* const peer = peer_at(sd_endpoint(*message, addresses_).value_or(from), now);
+  slots::Peer* const peer = peer_at(sd_endpoint(*message, rules_).value_or(from), now);
   if (peer == nullptr) {
     ++counters_.dropped_no_room;
     return;
@@ -231,10 +257,12 @@ void ServiceDiscovery::on_time(TimePoint now) noexcept {
 
 namespace {
 
+constexpr std::size_t max_entry_options = std::tuple_size_v<decltype(slots::PendingEntry::options)>;
+
 // Adds an entry with its options to the message; false when it does not fit.
 bool add(SdWriter& writer, const slots::PendingEntry& pending) noexcept {
-  std::array<OwnedOption, 2> owned;
-  std::array<Option, 2> options;
+  std::array<OwnedOption, max_entry_options> owned;
+  std::array<Option, max_entry_options> options;
   for (std::size_t i = 0; i < pending.option_count; ++i) {
     owned[i] = pending.options[i].encode();
     options[i] = owned[i].view();
@@ -250,6 +278,12 @@ std::optional<Transmit> ServiceDiscovery::poll_transmit(ByteSpan room, TimePoint
     return std::nullopt;
   }
   SdWriter writer{room};
+  if (settings_.sd_endpoint) {  // in front of all others  [feat_req_someipsd_1151] [feat_req_someipsd_1153]
+    const OwnedOption option = EndpointOption{EndpointRole::sd, *settings_.sd_endpoint}.encode();
+    if (!writer.add_unreferenced(option.view())) {
+      return std::nullopt;
+    }
+  }
   std::uint16_t destination = nobody;
   bool full = false;
   pending_.remove_if([&](const slots::PendingEntry& pending) {
@@ -281,10 +315,11 @@ std::optional<Transmit> ServiceDiscovery::poll_transmit(ByteSpan room, TimePoint
       unicast_flag |                                                         // [feat_req_someipsd_100]
       (sessions.wrapped() ? 0U : reboot_flag) |                              // [feat_req_someipsd_41]
       (settings_.explicit_initial_data ? explicit_initial_data_flag : 0U));  // [feat_req_someipsd_1188]
+  const auto client = static_cast<std::uint16_t>(settings_.client_id_prefix << 8U);
   ++counters_.datagrams_sent;
   counters_.entries_sent += writer.entry_count();
   return Transmit{multicast ? settings_.multicast : peers_[destination].endpoint,
-                  writer.finish(flags, session)};
+                  writer.finish(flags, session, someip::ClientId{client})};
 }
 
 std::optional<Event> ServiceDiscovery::poll_event() noexcept {
@@ -315,6 +350,7 @@ std::optional<TimePoint> ServiceDiscovery::deadline() const noexcept {
   }
   for (const slots::OwnSubscription& subscription : subscriptions_) {
     consider(subscription.expiry);
+    consider(subscription.silent_at);
   }
   return earliest;
 }

@@ -17,6 +17,23 @@ enum class SdError : std::uint8_t {
 /// The error's name as it stands above, for logs.
 [[nodiscard]] const char* to_string(SdError error) noexcept;
 
+/// Why a peer's subscription was refused, in the order in which it is checked.  [feat_req_someipsd_1164]
+/// [feat_req_someipsd_1137]
+enum class NackReason : std::uint8_t {
+  unknown_service,
+  unknown_instance,
+  unknown_major,
+  unknown_eventgroup,
+  bad_options,        ///< an option that is missing, malformed, impossible or in conflict with another
+  missing_endpoint,   ///< none where the eventgroup's events could be sent to
+  no_tcp_connection,  ///< it names one that is not open
+  no_room,
+};
+inline constexpr std::size_t nack_reasons = 8;
+
+/// The reason in words, for logs.
+[[nodiscard]] const char* to_string(NackReason reason) noexcept;
+
 /// A service instance of ours.
 struct OfferedService {
   ServiceId service{};
@@ -48,6 +65,9 @@ struct EventgroupRequest {
   /// Our end of the connection to the server: have it open before.  [feat_req_someipsd_767]
   std::optional<Endpoint> tcp{};
   std::optional<std::uint32_t> ttl_s{};  ///< else that of the Timing
+  /// Subscribe anew when no event_received() came for this long, counted from the Ack and from each event:
+  /// more than the longest pause between two events of the eventgroup.  [feat_req_someipsd_439]
+  std::optional<Duration> silence_timeout{};
 };
 
 /// A datagram to be sent from the own SD endpoint.
@@ -81,8 +101,10 @@ struct Counters {
   std::uint64_t ignored_unexpected_ack = 0;     ///< for nothing we subscribed to
   std::uint64_t ignored_no_room = 0;            ///< some table or queue is full
   std::uint64_t nacks_sent = 0;
-  std::uint64_t unsendable_entries = 0;  ///< did not even fit into an empty datagram
-  std::uint64_t lost_events = 0;         ///< poll_event() was not called in time
+  std::array<std::uint64_t, nack_reasons> nacks_by_reason{};  ///< indexed by NackReason
+  std::uint64_t silences = 0;                                 ///< subscriptions made anew since no event came
+  std::uint64_t unsendable_entries = 0;                       ///< did not even fit into an empty datagram
+  std::uint64_t lost_events = 0;                              ///< poll_event() was not called in time
 };
 
 /// SOME/IP service discovery of one node, server and client side, without I/O: it is told what arrives and
@@ -131,6 +153,14 @@ class ServiceDiscovery {
     }
   }
 
+  /// Adds a subscriber that both sides are configured with, so that it never says so: it stays as long as the
+  /// offer, whatever happens to the link. SubscriberAdded does not tell of it. In an eventgroup without UDP
+  /// and TCP events, `client` merely makes it one more subscriber.  [feat_req_someipsd_444]
+  /// @return bad_argument  no such eventgroup, one with TCP events, or an endpoint as in subscribe();
+  ///         unknown_handle, duplicate, table_full (also: max_subscribers_per_eventgroup).
+  [[nodiscard]] Result<void, SdError> add_subscriber(OfferHandle offer, EventgroupId eventgroup,
+                                                     const Endpoint& client) noexcept;
+
   /// A client opened a TCP connection to `own`, or closed it; its subscriptions need it.
   /// [feat_req_someipsd_767]
   /// @return false when there is no room to remember it: its subscriptions will be refused.
@@ -169,6 +199,9 @@ class ServiceDiscovery {
 
   /// After a SubscriptionLost of a subscription with a TCP endpoint: the connection stands again, from `tcp`.
   void reconnected(SubscriptionHandle subscription, const Endpoint& tcp, TimePoint now) noexcept;
+
+  /// An event of the subscription's eventgroup arrived. Needed only with a silence_timeout.
+  void event_received(SubscriptionHandle subscription, TimePoint now) noexcept;
 
   // --- Both -----------------------------------------------------------------------------------------------
 
@@ -235,9 +268,14 @@ class ServiceDiscovery {
   [[nodiscard]] slots::Subscription* subscription_of(const slots::Offer& offer, const Entry& entry,
                                                      std::uint16_t peer,
                                                      const EntryOptions& options) const noexcept;
-  [[nodiscard]] const Eventgroup* accept(const Entry& entry, const Arrival& arrival,
-                                         const EntryOptions& options) noexcept;
-  void acknowledge(const Entry& entry, const Arrival& arrival, const Eventgroup* accepted) noexcept;
+  using Accepted = Result<const Eventgroup*, NackReason>;
+  [[nodiscard]] NackReason why_unknown(const Entry& entry) const noexcept;
+  [[nodiscard]] Accepted check(const Entry& entry, const EntryOptions& options) const noexcept;
+  [[nodiscard]] Accepted accept(const Entry& entry, const Arrival& arrival,
+                                const EntryOptions& options) noexcept;
+  [[nodiscard]] slots::Subscription* new_subscription(std::uint16_t offer, EventgroupId eventgroup) noexcept;
+  [[nodiscard]] std::optional<Endpoint> multicast_of(const slots::Offer& offer) const noexcept;
+  void acknowledge(const Entry& entry, const Arrival& arrival, const Accepted& accepted) noexcept;
   void lose(slots::Subscription& subscription, LossReason reason) noexcept;
   void send_offer(const slots::Offer& offer, std::uint16_t to, TimePoint due, std::uint32_t ttl_s) noexcept;
   [[nodiscard]] Subscriber subscriber_of(const slots::Subscription& slot) const noexcept;
@@ -255,7 +293,8 @@ class ServiceDiscovery {
   void announce(const slots::Remote& remote) noexcept;
   void settle(slots::Requirement& requirement) noexcept;
   void renew_subscriptions(slots::Remote& remote, const Arrival& arrival) noexcept;
-  void request(slots::OwnSubscription& subscription, TimePoint due, bool by_multicast_offer) noexcept;
+  enum class Cause : std::uint8_t { application_or_unicast_offer, multicast_offer, silence };
+  void request(slots::OwnSubscription& subscription, TimePoint due, Cause cause) noexcept;
   void withdraw(slots::OwnSubscription& subscription, TimePoint now) noexcept;
   void unbind(slots::OwnSubscription& subscription, LossReason reason) noexcept;
   void lose(slots::Remote& remote, LossReason reason, TimePoint now) noexcept;
@@ -269,7 +308,7 @@ class ServiceDiscovery {
   void seek(TimePoint now) noexcept;
 
   Settings settings_;
-  AddressRules addresses_;
+  OptionRules rules_;
   Random random_;
   Counters counters_;
   bool link_up_ = true;

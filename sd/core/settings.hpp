@@ -36,6 +36,7 @@ enum class FindAnswer : std::uint8_t {
 };
 
 /// What one ServiceDiscovery is told about its network. It stays the same for the object's whole life.
+/// Where the specification leaves a choice, the default is what it asks for, or asks for first.
 struct Settings {
   Endpoint unicast;  ///< own SD endpoint: where SD messages leave from and unicast ones arrive
   Endpoint multicast{IpAddress::v4(224, 244, 224, 245), 30490};
@@ -44,12 +45,38 @@ struct Settings {
   /// nothing: any subnet.  [feat_req_someipsd_1135] [feat_req_someipsd_1149]
   std::optional<std::uint8_t> subnet_prefix_bits;
   FindAnswer find_answer = FindAnswer::unicast;
+  /// Whether a Find is answered in the repetition phase too, in which the next offers are near anyway.
+  /// [feat_req_someipsd_811]
+  bool answer_finds_in_repetition_phase = true;
   /// Whether we ask for initial events, and say that we understand when others do; off for test suites from
   /// before that feature.  [feat_req_someipsd_1187]
   bool explicit_initial_data = true;
   /// Whether a subscription to TCP events needs a connection that tcp_connected() has told of.
   /// [feat_req_someipsd_1137]
   bool check_tcp_connections = true;
+  /// Whether a subscription to an eventgroup with events by UDP and by TCP may name an endpoint of one of
+  /// them alone, and then gets the events of that one.  [feat_req_someipsd_102]
+  bool accept_partial_endpoints = false;
+  /// Whether an entry is refused when it references an option of unknown type that is not marked discardable.
+  /// Requirement _102 asks for it; _1142 plainly says to ignore such options, which keeps newer peers
+  /// working.
+  bool refuse_unknown_options = false;
+  /// Whether offers reference the multicast endpoint that all multicast eventgroups of the service share.
+  /// Requirement _855 asks for it, the table of _946 allows an offer no multicast option.
+  bool multicast_option_in_offers = false;
+  /// Where peers are told to send their answers, when that is not `unicast`, the source of our datagrams, as
+  /// behind a NAT. Of the same IP version; goes into each message as SD endpoint option.
+  /// [feat_req_someipsd_1081] [feat_req_someipsd_1156] [feat_req_someipsd_1155]
+  std::optional<Endpoint> sd_endpoint;
+  /// Whether messages from another port than SD's are dropped, as several stacks do. Nothing in the
+  /// specification asks for it.
+  bool only_from_sd_port = false;
+  /// The upper byte of the Client ID of our messages.  [feat_req_someipsd_26]
+  std::uint8_t client_id_prefix = 0;
+  /// Whether an acknowledged subscription of infinite TTL is renewed with each offer as others are. Without,
+  /// it is made anew only after a reboot of the server, which goes unnoticed when the first messages of the
+  /// server's new life get lost.  [feat_req_someipsd_431]
+  bool renew_infinite_subscriptions = true;
   std::uint16_t max_subscribers_per_eventgroup = 64;
   /// Randomness for the delays. Two stacks of one network should not have the same.
   std::uint64_t seed = 0;

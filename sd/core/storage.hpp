@@ -62,13 +62,16 @@ struct OfferedEventgroup : SlotBase {
 
 /// A peer's subscription to an eventgroup of ours.
 struct Subscription : SlotBase {
+  static constexpr std::uint16_t nobody = 0xffff;  // a configured one, which no peer asked for
+
   std::uint16_t offer = 0;
-  std::uint16_t peer = 0;
+  std::uint16_t peer = nobody;
   EventgroupId eventgroup{};
   std::uint8_t counter = 0;
   std::optional<Endpoint> udp;
   std::optional<Endpoint> tcp;
   std::optional<TimePoint> expiry;  // nothing: at the next reboot
+  Endpoint configured_at;           // of a configured one, instead of a peer
 };
 
 /// A service that the application needs.
@@ -111,6 +114,8 @@ struct OwnSubscription : SlotBase {
   bool ack_overdue = false;  // the last Subscribe was the answer to a multicast offer, and is not answered
   std::optional<Endpoint> multicast;
   std::optional<TimePoint> expiry;
+  std::optional<Duration> silence_timeout;
+  std::optional<TimePoint> silent_at;  // when to ask anew, unless an event comes
 };
 
 /// Somebody who has sent SD messages, or whom we send some.
@@ -138,7 +143,7 @@ struct PendingEntry {
   bool with_next = false;  // must stand in the same message as the next one  [feat_req_someipsd_1178]
   std::uint8_t option_count = 0;
   Entry entry;
-  std::array<EndpointOption, 2> options{};
+  std::array<EndpointOption, 3> options{};
 };
 
 }  // namespace slots

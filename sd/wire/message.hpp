@@ -18,11 +18,12 @@ inline constexpr std::uint8_t reboot_flag = 0x80;                 ///< [feat_req
 inline constexpr std::uint8_t unicast_flag = 0x40;                ///< [feat_req_someipsd_87]
 inline constexpr std::uint8_t explicit_initial_data_flag = 0x20;  ///< [feat_req_someipsd_1187]
 
-/// The SOME/IP header of every SD message; only the session differs.  [feat_req_someipsd_26]
-[[nodiscard]] constexpr someip::Header sd_header(SessionId session) noexcept {
+/// The SOME/IP header of every SD message; only the session differs, and the client where the network gives
+/// prefixes to the Client IDs of its nodes.  [feat_req_someipsd_26]
+[[nodiscard]] constexpr someip::Header sd_header(SessionId session, someip::ClientId client = {}) noexcept {
   return {.service = ServiceId{0xffff},
           .method = someip::MethodId{0x8100},
-          .client = {},
+          .client = client,
           .session = session,
           .protocol = someip::protocol_version,
           .interface_version = 1,

@@ -130,9 +130,9 @@ void SdWriter::append(std::span<const Option> run) noexcept {
   options_bytes_ += out.position();
 }
 
-ByteView SdWriter::finish(std::uint8_t flags, SessionId session) noexcept {
+ByteView SdWriter::finish(std::uint8_t flags, SessionId session, someip::ClientId client) noexcept {
   const std::size_t size = entries_end() + 4 + options_bytes_;
-  const auto header = encode_header(sd_header(session), size - someip::header_bytes, room_);
+  const auto header = encode_header(sd_header(session, client), size - someip::header_bytes, room_);
   assert(header);
   static_cast<void>(header);
   ByteWriter out{room_.subspan(someip::header_bytes)};

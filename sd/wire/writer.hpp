@@ -37,7 +37,7 @@ class SdWriter {
 
   /// Completes headers and lengths.
   /// @return the whole SOME/IP message, at the front of the buffer.
-  [[nodiscard]] ByteView finish(std::uint8_t flags, SessionId session) noexcept;
+  [[nodiscard]] ByteView finish(std::uint8_t flags, SessionId session, someip::ClientId client = {}) noexcept;
 
  private:
   struct Place {

@@ -447,6 +447,51 @@ TEST_F(Client, AsksForInitialDataWhenTheAckIsMissingAndTheServerUnderstands) {
                           "subscribe 1234.5678 v1 group 0001 ttl 3 counter 0 initial udp 10.0.0.1:40000"));
 }
 
+TEST_F(Client, SubscribesAnewAfterASilenceOfItsEvents) {
+  covers({"feat_req_someipsd_439", "feat_req_someipsd_691"});
+  require(required);
+  const SubscriptionHandle watched = subscribe_to(
+      {.eventgroup = EventgroupId{1}, .udp = own_udp, .ttl_s = infinite_ttl_s, .silence_timeout = 2s});
+  const SubscriptionHandle other =
+      subscribe_to({.eventgroup = EventgroupId{2}, .udp = own_udp, .ttl_s = infinite_ttl_s});
+  machine.run_to(195ms);
+  machine.unicast(server, {offer({udp(server_udp)}, infinite_ttl_s)});
+  machine.run_to(5s);  // before the Ack nothing counts as silence
+  machine.unicast(server, {ack(1, {}, infinite_ttl_s), ack(2, {}, infinite_ttl_s)});
+  machine.events();
+  // Silent from the Ack on, and again from there on.
+  const std::string again =
+      "subscribe 1234.5678 v1 group 0001 ttl 16777215 counter 0 initial udp 10.0.0.1:40000";
+  EXPECT_THAT(machine.run_to(9500ms), ElementsAre("7000ms -> 10.0.0.2:30490 s2 reboot: " + again,
+                                                  "9000ms -> 10.0.0.2:30490 s3 reboot: " + again));
+  EXPECT_EQ(machine.discovery.counters().silences, 2U);
+  // An Ack is no event: it neither ends the silence nor starts it anew.
+  machine.unicast(server, {ack(1, {}, infinite_ttl_s)});
+  EXPECT_THAT(machine.events(), IsEmpty());
+  // Events put it off.
+  machine.run_to(10900ms);
+  machine.discovery.event_received(watched, machine.now);
+  machine.discovery.event_received(other, machine.now);
+  EXPECT_THAT(machine.run_to(12899ms), IsEmpty());
+  EXPECT_THAT(machine.run_to(12900ms), ElementsAre(HasSubstr("12900ms")));
+  // After its end nothing is asked for.
+  machine.unicast(server, {offer({udp(server_udp)}, 0)});
+  machine.events();
+  machine.discovery.event_received(watched, machine.now);
+  EXPECT_THAT(machine.run_to(1h), IsEmpty());
+}
+
+TEST_F(Client, AsksOnceWhenAnOfferComesInASilence) {
+  covers({"feat_req_someipsd_439"});
+  require(required);
+  subscribe_to({.eventgroup = EventgroupId{1}, .udp = own_udp, .silence_timeout = 3ms});
+  machine.unicast(server, {offer({udp(server_udp)})});
+  EXPECT_THAT(machine.sent(), SizeIs(1));
+  machine.unicast(server, {ack(1)});
+  machine.multicast(server, {offer({udp(server_udp)})});  // its answer is due in 5 ms
+  EXPECT_THAT(machine.run_to(5ms), ElementsAre(HasSubstr("5ms -> 10.0.0.2:30490 s2 reboot: subscribe")));
+}
+
 TEST_F(Client, DoesNotWatchForAcksAfterUnicastOffers) {
   covers({"feat_req_someipsd_1169", "feat_req_someipsd_1176"});
   subscribed();
@@ -623,6 +668,7 @@ TEST_F(Client, TakesNoImpossibleSubscription) {
   EXPECT_EQ(changed([](R& r) { r.instance.reset(); }), SdError::bad_argument);
   EXPECT_EQ(changed([](R& r) { r.ttl_s = 0; }), SdError::bad_argument);
   EXPECT_EQ(changed([](R& r) { r.udp->port = 0; }), SdError::bad_argument);
+  EXPECT_EQ(changed([](R& r) { r.silence_timeout = 0ms; }), SdError::bad_argument);
   EXPECT_EQ(changed([](R& r) { r.udp->address = group.address; }), SdError::bad_argument);
   EXPECT_EQ(error_of(good), std::nullopt);
   require(required);

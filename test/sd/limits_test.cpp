@@ -64,6 +64,24 @@ TEST(LimitedPerEventgroup, RefusesTheSubscriberTooMany) {
               ElementsAre(testing::ContainsRegex(": ack .*0001.*; nack .*0001.*; ack .*0002.*; ack .*0001")));
 }
 
+TEST_F(Limited, CountsConfiguredSubscribersToo) {
+  const auto offered = machine.discovery.offer(service, machine.now);
+  ASSERT_TRUE(offered);
+  for (std::uint8_t number = 2; number < 5; ++number) {
+    EXPECT_TRUE(machine.discovery.add_subscriber(*offered, EventgroupId{1}, host(number)));
+  }
+  const auto result = machine.discovery.add_subscriber(*offered, EventgroupId{1}, host(5));
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error(), SdError::table_full);
+  // They belong to no peer: peers come and go as ever.
+  for (std::uint8_t number = 2; number < 20; ++number) {
+    FakePeer other{host(number)};
+    machine.multicast(other, {find(0x9999)});
+    machine.now += 1ms;
+  }
+  EXPECT_EQ(machine.discovery.counters().dropped_no_room, 0U);
+}
+
 TEST_F(Limited, ForgetsThePeerThatWasSilentTheLongestAndHasNothingWithUs) {
   ASSERT_TRUE(machine.discovery.offer(service, machine.now));
   FakePeer subscriber{host(2)};

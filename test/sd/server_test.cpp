@@ -327,6 +327,7 @@ TEST_F(Server, NeedsNoEndpointForMulticastEventsAlone) {
 struct Refused {
   const char* why;
   FakePeer::Said said;
+  NackReason reason;
 };
 
 TEST_F(Server, RefusesWhatItCannotServe) {
@@ -341,31 +342,43 @@ TEST_F(Server, RefusesWhatItCannotServe) {
   };
   EndpointOption bad_protocol = udp(client_udp);
   bad_protocol.transport = Transport{0x99};
-  for (const auto& [why, said] : {
-           Refused{"unknown service", other([](Entry& e) { e.service = ServiceId{0x1235}; })},
-           Refused{"unknown instance", other([](Entry& e) { e.instance = InstanceId{0x5679}; })},
-           Refused{"any instance", other([](Entry& e) { e.instance = someip::any_instance; })},
-           Refused{"unknown major version", other([](Entry& e) { e.major = 2; })},
-           Refused{"unknown eventgroup", subscribe(9, {udp(client_udp)})},
-           Refused{"no endpoint", subscribe(1, {})},
-           Refused{"TCP endpoint alone", subscribe(1, {tcp(client_tcp)})},
-           Refused{"protocol", subscribe(1, {bad_protocol})},
-           Refused{"port 0", subscribe(1, {udp({client_udp.address, 0})})},
-           Refused{"0.0.0.0", subscribe(1, {udp({IpAddress::v4(0, 0, 0, 0), 40000})})},
-           Refused{"own address", subscribe(1, {udp({own.address, 40000})})},
-           Refused{"multicast address", subscribe(1, {udp({IpAddress::v4(224, 0, 0, 1), 40000})})},
-           Refused{"broadcast address", subscribe(1, {udp({IpAddress::v4(255, 255, 255, 255), 40000})})},
-           Refused{"loopback address", subscribe(1, {udp({IpAddress::v4(127, 0, 0, 1), 40000})})},
-           Refused{"conflict", subscribe(1, {udp(client_udp), udp({client_udp.address, 40001})})},
+  std::uint64_t nacks = 0;
+  for (const auto& [why, said, reason] : {
+           Refused{"unknown service", other([](Entry& e) { e.service = ServiceId{0x1235}; }),
+                   NackReason::unknown_service},
+           Refused{"unknown instance", other([](Entry& e) { e.instance = InstanceId{0x5679}; }),
+                   NackReason::unknown_instance},
+           Refused{"any instance", other([](Entry& e) { e.instance = someip::any_instance; }),
+                   NackReason::unknown_instance},
+           Refused{"unknown major version", other([](Entry& e) { e.major = 2; }), NackReason::unknown_major},
+           Refused{"unknown eventgroup", subscribe(9, {udp(client_udp)}), NackReason::unknown_eventgroup},
+           Refused{"no endpoint", subscribe(1, {}), NackReason::missing_endpoint},
+           Refused{"TCP endpoint alone", subscribe(1, {tcp(client_tcp)}), NackReason::missing_endpoint},
+           Refused{"protocol", subscribe(1, {bad_protocol}), NackReason::bad_options},
+           Refused{"port 0", subscribe(1, {udp({client_udp.address, 0})}), NackReason::bad_options},
+           Refused{"0.0.0.0", subscribe(1, {udp({IpAddress::v4(0, 0, 0, 0), 40000})}),
+                   NackReason::bad_options},
+           Refused{"own address", subscribe(1, {udp({own.address, 40000})}), NackReason::bad_options},
+           Refused{"multicast address", subscribe(1, {udp({IpAddress::v4(224, 0, 0, 1), 40000})}),
+                   NackReason::bad_options},
+           Refused{"broadcast address", subscribe(1, {udp({IpAddress::v4(255, 255, 255, 255), 40000})}),
+                   NackReason::bad_options},
+           Refused{"loopback address", subscribe(1, {udp({IpAddress::v4(127, 0, 0, 1), 40000})}),
+                   NackReason::bad_options},
+           Refused{"conflict", subscribe(1, {udp(client_udp), udp({client_udp.address, 40001})}),
+                   NackReason::bad_options},
        }) {
     SCOPED_TRACE(why);
+    const std::uint64_t before =
+        machine.discovery.counters().nacks_by_reason[static_cast<std::size_t>(reason)];
     machine.unicast(client, {said});
+    EXPECT_EQ(machine.discovery.counters().nacks_by_reason[static_cast<std::size_t>(reason)], before + 1);
+    EXPECT_EQ(machine.discovery.counters().nacks_sent, ++nacks);
     const auto sent = machine.sent();
     ASSERT_THAT(sent, testing::SizeIs(1));
     EXPECT_THAT(sent.front(), testing::HasSubstr(": nack "));
     EXPECT_THAT(machine.events(), IsEmpty());
   }
-  EXPECT_EQ(machine.discovery.counters().nacks_sent, 15U);
   machine.discovery.for_each_subscriber(offered, EventgroupId{1}, [](const Subscriber&) { FAIL(); });
 }
 
@@ -419,6 +432,9 @@ TEST_F(Server, SubscribesTcpEventsOnlyWithAConnection) {
   offer(tcp_service);
   machine.unicast(client, {subscribe(4, {tcp(client_tcp)})});
   EXPECT_THAT(machine.sent(), ElementsAre(testing::HasSubstr("nack")));
+  EXPECT_EQ(
+      machine.discovery.counters().nacks_by_reason[static_cast<std::size_t>(NackReason::no_tcp_connection)],
+      1U);
   EXPECT_TRUE(machine.discovery.tcp_connected(service_tcp, client_tcp));
   machine.unicast(client, {subscribe(4, {tcp(client_tcp)}), subscribe(5, {tcp(client_tcp)}),
                            subscribe(5, {tcp(client_tcp), udp(client_udp)})});
@@ -613,6 +629,63 @@ TEST(ServerOnIpv6, TakesTheFirstSdEndpointOptionAlone) {
   EXPECT_THAT(
       machine.sent(),
       ElementsAre(testing::StartsWith("0ms -> [fd000000000000000000000000000004]:30490 s1 reboot: nack")));
+}
+
+TEST_F(Server, ServesSubscribersThatBothSidesAreConfiguredWith) {
+  covers({"feat_req_someipsd_444"});
+  offer(udp_service);
+  const auto clients_of = [&](std::uint16_t eventgroup) {
+    std::vector<Subscriber> found;
+    machine.discovery.for_each_subscriber(offered, EventgroupId{eventgroup},
+                                          [&](const Subscriber& s) { found.push_back(s); });
+    return found;
+  };
+  ASSERT_TRUE(machine.discovery.add_subscriber(offered, EventgroupId{1}, client_udp));
+  ASSERT_TRUE(machine.discovery.add_subscriber(offered, EventgroupId{3}, client_udp));
+  const Subscriber configured{client_udp, client_udp, std::nullopt};
+  EXPECT_THAT(clients_of(1), ElementsAre(configured));
+  EXPECT_THAT(clients_of(2), IsEmpty());
+  EXPECT_THAT(clients_of(3), ElementsAre(Subscriber{client_udp, std::nullopt, std::nullopt}));
+  // Nothing is said about it, and nothing ends it: neither time nor link, neither a reboot of its host nor
+  // an unreachable port, neither a StopSubscribe of the same endpoint.
+  EXPECT_THAT(machine.sent(), IsEmpty());
+  machine.unicast(client, {subscribe(1, {udp(client_udp)})});
+  EXPECT_THAT(machine.events(), ElementsAre(testing::StartsWith("added 0001")));
+  EXPECT_THAT(clients_of(1), testing::SizeIs(2));
+  machine.unicast(client, {subscribe(1, {udp(client_udp)}, 0)});
+  client.reboot();
+  machine.unicast(client, {find(0x9999)});
+  machine.discovery.unreachable(client_udp);
+  machine.discovery.link_down();
+  machine.discovery.link_up(machine.now);
+  machine.run_to(1h);
+  EXPECT_THAT(clients_of(1), ElementsAre(configured));
+  EXPECT_THAT(machine.events(), ElementsAre("removed 0001 udp 10.0.0.2:40000 at 10.0.0.2:30490 stopped"));
+  machine.discovery.stop_offer(offered, machine.now);
+  EXPECT_THAT(clients_of(1), IsEmpty());
+  EXPECT_THAT(machine.events(), IsEmpty());
+}
+
+TEST_F(Server, TakesNoImpossibleConfiguredSubscriber) {
+  covers({"feat_req_someipsd_444"});
+  offer(tcp_service);
+  const std::array plain{Eventgroup{.id = EventgroupId{1}}};
+  const auto other = machine.discovery.offer(
+      {.service = ServiceId{1}, .instance = InstanceId{1}, .udp = service_udp, .eventgroups = plain},
+      machine.now);
+  ASSERT_TRUE(other);
+  const auto error_of = [&](OfferHandle handle, std::uint16_t eventgroup, const Endpoint& endpoint) {
+    const auto result = machine.discovery.add_subscriber(handle, EventgroupId{eventgroup}, endpoint);
+    return result ? "none" : to_string(result.error());
+  };
+  EXPECT_STREQ(error_of({}, 1, client_udp), "unknown handle");
+  EXPECT_STREQ(error_of(*other, 2, client_udp), "bad argument");
+  EXPECT_STREQ(error_of(offered, 4, client_udp), "bad argument");  // with TCP events
+  EXPECT_STREQ(error_of(*other, 1, {client_udp.address, 0}), "bad argument");
+  EXPECT_STREQ(error_of(*other, 1, events_multicast), "bad argument");
+  EXPECT_STREQ(error_of(*other, 1, client_udp), "none");
+  EXPECT_STREQ(error_of(*other, 1, client_udp), "duplicate");
+  EXPECT_STREQ(error_of(*other, 1, client_sd), "none");
 }
 
 TEST_F(Server, StopsAnOffer) {

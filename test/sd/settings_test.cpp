@@ -1,7 +1,7 @@
 // What users get who set nothing, and the words that they read in logs.
 #include "sd/core/settings.hpp"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include "sd/core/service_discovery.hpp"
 #include "test/covers.hpp"
@@ -27,6 +27,14 @@ TEST(Settings, AreTheUsualOnesOfTheIndustry) {
   EXPECT_FALSE(settings.subnet_prefix_bits);
   EXPECT_TRUE(settings.explicit_initial_data);
   EXPECT_TRUE(settings.check_tcp_connections);
+  EXPECT_TRUE(settings.answer_finds_in_repetition_phase);
+  EXPECT_FALSE(settings.accept_partial_endpoints);
+  EXPECT_FALSE(settings.refuse_unknown_options);
+  EXPECT_FALSE(settings.multicast_option_in_offers);
+  EXPECT_FALSE(settings.sd_endpoint);
+  EXPECT_FALSE(settings.only_from_sd_port);
+  EXPECT_EQ(settings.client_id_prefix, 0);
+  EXPECT_TRUE(settings.renew_infinite_subscriptions);
   EXPECT_EQ(settings.max_subscribers_per_eventgroup, 64);
 }
 
@@ -64,10 +72,12 @@ TEST(Counters, BeginAtZero) {
                                     counters.ignored_unexpected_ack,
                                     counters.ignored_no_room,
                                     counters.nacks_sent,
+                                    counters.silences,
                                     counters.unsendable_entries,
                                     counters.lost_events}) {
     EXPECT_EQ(count, 0U);
   }
+  EXPECT_THAT(counters.nacks_by_reason, testing::Each(0U));
 }
 
 TEST(Names, TellEachReasonAndErrorApart) {
@@ -77,6 +87,14 @@ TEST(Names, TellEachReasonAndErrorApart) {
   EXPECT_STREQ(to_string(LossReason::replaced), "replaced");
   EXPECT_STREQ(to_string(LossReason::link_down), "link down");
   EXPECT_STREQ(to_string(LossReason::unreachable), "unreachable");
+  EXPECT_STREQ(to_string(NackReason::unknown_service), "unknown service");
+  EXPECT_STREQ(to_string(NackReason::unknown_instance), "unknown instance");
+  EXPECT_STREQ(to_string(NackReason::unknown_major), "unknown major version");
+  EXPECT_STREQ(to_string(NackReason::unknown_eventgroup), "unknown eventgroup");
+  EXPECT_STREQ(to_string(NackReason::bad_options), "bad options");
+  EXPECT_STREQ(to_string(NackReason::missing_endpoint), "missing endpoint");
+  EXPECT_STREQ(to_string(NackReason::no_tcp_connection), "no TCP connection");
+  EXPECT_STREQ(to_string(NackReason::no_room), "no room");
   EXPECT_STREQ(to_string(SdError::table_full), "table full");
   EXPECT_STREQ(to_string(SdError::duplicate), "duplicate");
   EXPECT_STREQ(to_string(SdError::bad_argument), "bad argument");
