@@ -244,15 +244,19 @@ void ServiceDiscovery::request(OwnSubscription& subscription, TimePoint due, Cau
   const bool unanswered = cause == Cause::multicast_offer && subscription.ack_overdue;
   const bool server_is_asked =
       settings_.explicit_initial_data && peers_[remotes_[subscription.remote].peer].explicit_initial_data;
-  if (unanswered && !server_is_asked) {
+  const bool stops_first = unanswered && !server_is_asked;
+  if (stops_first) {
     slots::PendingEntry stop = subscribe_entry(subscription, due, 0, false);
     stop.with_next = true;  // [feat_req_someipsd_1178]
     send(stop);
   }
   // After a silence too, which may come from lost initial events: the reasons that _1193 names are not all.
   // [feat_req_someipsd_1191] [feat_req_someipsd_1192] [feat_req_someipsd_1193] [feat_req_someipsd_691]
-  const bool initial_data = settings_.explicit_initial_data && (subscription.state != State::subscribed ||
-                                                                unanswered || cause == Cause::silence);
+  // But not behind a StopSubscribe, which is the other way to ask for them [feat_req_someipsd_844]: a server
+  // that has never heard of the flag may have refused the whole message for a reserved bit.
+  const bool initial_data =
+      settings_.explicit_initial_data && !stops_first &&
+      (subscription.state != State::subscribed || unanswered || cause == Cause::silence);
   send(subscribe_entry(subscription, due, subscription.ttl_s, initial_data));
   if (cause != Cause::silence) {
     subscription.ack_overdue = cause == Cause::multicast_offer;

@@ -1,0 +1,279 @@
+#!/usr/bin/env python3
+"""scapy_test.py NODE_PEER: our Node beside a peer that scapy builds message by message: SOME/IP-TP both ways, and
+frames that no stack would send."""
+import os
+import socket
+import struct
+import sys
+import tempfile
+import time
+import unittest
+
+import peer
+
+try:
+    import logging
+    logging.getLogger("scapy.runtime").setLevel(logging.ERROR)
+    from scapy.contrib.automotive.someip import (SD, SOMEIP, SDEntry_EventGroup, SDEntry_Service, SDOption_Config,
+                                                 SDOption_IP4_EndPoint)
+    from scapy.packet import Raw
+except ImportError:
+    peer.missing("scapy")
+
+program = sys.argv.pop(1)
+OURS, THEIRS = "127.61.2.1", "127.61.2.2"
+SEGMENT = 1392
+
+
+def message(method, payload=b"", kind=SOMEIP.TYPE_REQUEST, session=1, version=1, client=0x0c0c, **more):
+    rest = {"event_id" if method & 0x8000 else "method_id": method & 0x7fff}
+    return bytes(SOMEIP(srv_id=peer.SERVICE, sub_id=method >> 15, client_id=client, session_id=session, iface_ver=version,
+                        msg_type=kind, **rest, **more) / Raw(payload))
+
+
+def segments(method, payload, kind, **header):
+    """The TP segments of a message, in order."""
+    result = []
+    for offset in range(0, len(payload), SEGMENT):
+        last = offset + SEGMENT >= len(payload)
+        result.append(message(method, payload[offset:offset + SEGMENT], kind, offset=offset // 16, res=0,
+                              more_seg=int(not last), **header))
+    return result
+
+
+class Peer:
+    """SD on its port and one UDP port for all else."""
+
+    def __init__(self):
+        self.discovery = self.open(peer.SD_PORT)
+        self.unicast = self.open(0)
+        self.group = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.group.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        self.group.bind((peer.GROUP, peer.SD_PORT))
+        self.group.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP,
+                              socket.inet_aton(peer.GROUP) + socket.inet_aton(THEIRS))
+        self.group.settimeout(3)
+        self.sessions = {}
+
+    @staticmethod
+    def open(port):
+        sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 8 << 20)
+        sock.bind((THEIRS, port))
+        sock.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(THEIRS))
+        sock.settimeout(3)
+        return sock
+
+    def close(self):
+        for sock in (self.discovery, self.unicast, self.group):
+            sock.close()
+
+    @property
+    def port(self):
+        return self.unicast.getsockname()[1]
+
+    def endpoint(self):
+        return SDOption_IP4_EndPoint(addr=THEIRS, l4_proto=0x11, port=self.port)
+
+    def say(self, entries, options=(), to=OURS, flags=0xc0):
+        sd = SD(flags=flags)
+        sd.set_entryArray(list(entries))
+        sd.set_optionArray(list(options))
+        self.sessions[to] = self.sessions.get(to, 0) + 1
+        header = SOMEIP(srv_id=0xffff, sub_id=1, event_id=0x100, client_id=0, session_id=self.sessions[to], iface_ver=1,
+                        msg_type=SOMEIP.TYPE_NOTIFICATION)
+        self.discovery.sendto(bytes(header / Raw(bytes(sd))), (to, peer.SD_PORT))
+
+    def heard(self, sock, wanted, seconds=3):
+        """The first SD entry that arrives there and that `wanted` likes, with its message."""
+        deadline = time.monotonic() + seconds
+        while time.monotonic() < deadline:
+            data, address = sock.recvfrom(65536)
+            if address[0] != OURS:
+                continue
+            sd = SD(data[16:])
+            for entry in sd.entry_array:
+                if wanted(entry):
+                    return entry, sd
+        raise AssertionError("not heard")
+
+    def find_us(self):
+        """Our service's UDP port."""
+        self.say([SDEntry_Service(type=0, srv_id=peer.SERVICE, inst_id=0xffff, major_ver=0xff, ttl=3, minor_ver=0xffffffff)],
+                 to=peer.GROUP)
+        _, sd = self.heard(self.discovery, lambda entry: entry.type == 1)
+        return sd.option_array[0].port
+
+    def subscribe(self, eventgroup, ttl=3, **more):
+        self.say([SDEntry_EventGroup(type=6, n_opt_1=1, srv_id=peer.SERVICE, inst_id=peer.INSTANCE, major_ver=1, ttl=ttl,
+                                     eventgroup_id=eventgroup, **more)], [self.endpoint()])
+
+    def receive_whole(self):
+        """A message of our Node, put together if it comes in segments: type, payload, and each segment's size."""
+        parts, sizes = {}, []
+        while True:
+            data = self.unicast.recv(65536)
+            received = SOMEIP(data)
+            if not received.msg_type & 0x20:
+                return received.msg_type, data[16:], sizes
+            body = bytes(received.payload)
+            parts[received.offset * 16] = body
+            sizes.append(len(body))
+            if not received.more_seg:
+                whole = b"".join(parts[offset] for offset in sorted(parts))
+                if len(whole) == received.offset * 16 + len(body):
+                    return received.msg_type & ~0x20, whole, sizes
+
+
+class Scapy(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.recorder = peer.Recorder(os.path.join(cls.folder.name, "recorded.pcapng"))
+
+    @classmethod
+    def tearDownClass(cls):
+        complaints = cls.recorder.complaints(OURS)
+        cls.folder.cleanup()
+        assert complaints == [], complaints
+
+    def setUp(self):
+        self.node = peer.Node(program, OURS)
+        self.addCleanup(self.node.stop)
+        self.peer = Peer()
+        self.addCleanup(self.peer.close)
+
+    def serve(self):
+        self.node.do("offer", peer.SERVICE, peer.INSTANCE, "udp")
+        self.peer.heard(self.peer.group, lambda entry: entry.type == 1)
+        self.server = (OURS, self.peer.find_us())
+
+    def ask(self, datagram):
+        self.peer.unicast.sendto(datagram, self.server)
+        return self.peer.receive_whole()
+
+    def silent(self, datagram, seconds=0.2):
+        self.peer.unicast.sendto(datagram, self.server)
+        self.peer.unicast.settimeout(seconds)
+        with self.assertRaises(TimeoutError):
+            print(self.peer.unicast.recv(65536).hex())
+        self.peer.unicast.settimeout(3)
+
+    def test_requests_and_responses_in_segments(self):
+        self.serve()
+        payload = os.urandom(20_000)
+        request = segments(0x0001, payload, SOMEIP.TYPE_TP_REQUEST)
+        for order in (request, request[::-1], request[1:] + request[:1], [part for part in request for _ in (0, 1)]):
+            # Another Session ID each time: the same one again would be a straggler.
+            self.session = getattr(self, "session", 0) + 1
+            order = [part[:10] + struct.pack(">H", self.session) + part[12:] for part in order]
+            for part in order:
+                self.peer.unicast.sendto(part, self.server)
+            kind, answer, sizes = self.peer.receive_whole()
+            self.assertEqual((kind, answer), (SOMEIP.TYPE_RESPONSE, payload))
+            self.assertTrue(all(size == SEGMENT for size in sizes[:-1]), sizes)
+        kind, answer, sizes = self.ask(message(0x0004, struct.pack(">I", 1 << 20), session=99))
+        self.assertEqual((kind, answer), (SOMEIP.TYPE_RESPONSE, b"\x5a" * (1 << 20)))
+
+    def test_events_in_segments(self):
+        self.serve()
+        self.peer.subscribe(1)
+        self.peer.heard(self.peer.discovery, lambda entry: entry.type == 7 and entry.ttl == 3)
+        payload = os.urandom(100_000)
+        self.node.do("notify", 0x8001, payload.hex())
+        self.assertEqual(self.peer.receive_whole()[:2], (SOMEIP.TYPE_NOTIFICATION, payload))
+
+    def test_its_events_in_segments(self):
+        self.node.do("subscribe", peer.SERVICE, peer.INSTANCE, 1, 1, 0x8001, "udp")
+        self.offer()
+        entry, sd = self.peer.heard(self.peer.discovery, lambda entry: entry.type == 6)
+        self.peer.say([SDEntry_EventGroup(type=7, srv_id=entry.srv_id, inst_id=entry.inst_id, major_ver=1, ttl=entry.ttl,
+                                          eventgroup_id=entry.eventgroup_id)])
+        to = (OURS, sd.option_array[entry.index_1].port)
+        payload = os.urandom(30_000)
+        for part in segments(0x8001, payload, SOMEIP.TYPE_TP_NOTIFICATION, client=0):
+            self.peer.unicast.sendto(part, to)
+        self.node.expect(f"event 8001 session 1 {payload.hex()} ")
+        # One lost: nothing arrives, and the next is whole again.
+        lost = segments(0x8001, payload, SOMEIP.TYPE_TP_NOTIFICATION, client=0, session=2)
+        for part in lost[:3] + lost[4:]:
+            self.peer.unicast.sendto(part, to)
+        for part in segments(0x8001, b"\x01" * 3000, SOMEIP.TYPE_TP_NOTIFICATION, client=0, session=3):
+            self.peer.unicast.sendto(part, to)
+        self.node.expect(f"event 8001 session (.) {'01' * 3000} ")
+
+    def offer(self, **more):
+        self.peer.say([SDEntry_Service(type=1, n_opt_1=1, srv_id=peer.SERVICE, inst_id=peer.INSTANCE, major_ver=1, ttl=3,
+                                       minor_ver=0)], [self.peer.endpoint()], to=peer.GROUP, **more)
+
+    def test_odd_requests(self):
+        self.serve()
+        for what, datagram, code in (
+                ("an unknown method", message(0x0777), 0x03),
+                ("another interface version", message(0x0001, version=9), 0x08),
+                ("another protocol version", message(0x0001, proto_ver=2), 0x07)):
+            self.peer.unicast.sendto(datagram, self.server)
+            answer = SOMEIP(self.peer.unicast.recv(65536))
+            self.assertEqual((answer.msg_type, answer.retcode, bytes(answer.payload)), (SOMEIP.TYPE_RESPONSE, code, b""), what)
+        good = message(0x0001, b"\x01\x02")
+        for what, datagram in (
+                ("fire and forget of an unknown method", message(0x0777, kind=SOMEIP.TYPE_REQUEST_NO_RET)),
+                ("a notification", message(0x8001, kind=SOMEIP.TYPE_NOTIFICATION)),
+                ("a response to nothing", message(0x0001, kind=SOMEIP.TYPE_RESPONSE)),
+                ("an error", message(0x0001, kind=SOMEIP.TYPE_ERROR, retcode=1)),
+                ("a type that does not exist, to an unknown method", message(0x0777, kind=0x55)),
+                ("a Length beyond the datagram", good[:7] + b"\xff" + good[8:]),
+                ("a Length below 8", good[:7] + b"\x07" + good[8:]),
+                ("half a header", good[:9]),
+                ("nothing", b""),
+                ("the end of a message whose beginning is missing",
+                 message(0x0001, b"\x01" * 16, SOMEIP.TYPE_TP_REQUEST, session=77, offset=10, res=0, more_seg=0))):
+            with self.subTest(what):
+                self.silent(datagram, 0.05)
+        # Several messages in one datagram, and it has not gone mad.
+        self.peer.unicast.sendto(good + message(0x0001, b"\x03", session=2), self.server)
+        self.assertEqual({self.peer.unicast.recv(65536)[16:] for _ in range(2)}, {b"\x01\x02", b"\x03"})
+
+    def test_odd_subscriptions(self):
+        self.serve()
+
+        def answer():
+            return self.peer.heard(self.peer.discovery, lambda entry: entry.type == 7)[0]
+        for what, entry, options, ttl in (
+                ("an unknown eventgroup", {"eventgroup_id": 0x99}, [self.peer.endpoint()], 0),
+                ("another major version", {"major_ver": 9}, [self.peer.endpoint()], 0),
+                ("no endpoint", {"n_opt_1": 0}, [], 0),
+                ("an option that is not there", {"index_1": 7}, [self.peer.endpoint()], 0),
+                ("port 0", {}, [SDOption_IP4_EndPoint(addr=THEIRS, l4_proto=0x11, port=0)], 0),
+                ("TCP without a connection", {}, [SDOption_IP4_EndPoint(addr=THEIRS, l4_proto=0x06, port=4711)], 0),
+                ("two endpoints that differ", {"n_opt_1": 2},
+                 [self.peer.endpoint(), SDOption_IP4_EndPoint(addr=THEIRS, l4_proto=0x11, port=9)], 0),
+                ("a configuration option too", {"n_opt_1": 2},
+                 [SDOption_Config(cfg_str=b"\x03a=b\x00"), self.peer.endpoint()], 3),
+                ("the same endpoint in both runs", {"n_opt_2": 1}, [self.peer.endpoint()], 3),
+                ("a counter", {"cnt": 9}, [self.peer.endpoint()], 3)):
+            with self.subTest(what):
+                fields = {"type": 6, "n_opt_1": 1, "srv_id": peer.SERVICE, "inst_id": peer.INSTANCE, "major_ver": 1,
+                          "ttl": 3, "eventgroup_id": 1, **entry}
+                self.peer.say([SDEntry_EventGroup(**fields)], options)
+                got = answer()
+                self.assertEqual((got.ttl, got.eventgroup_id, got.major_ver, got.cnt),
+                                 (ttl, fields["eventgroup_id"], fields["major_ver"], fields.get("cnt", 0)))
+
+    def test_broken_discovery_is_counted_and_dropped(self):
+        self.serve()
+        entries = bytes(SDEntry_Service(type=0, srv_id=peer.SERVICE, inst_id=0xffff, major_ver=0xff, ttl=3,
+                                        minor_ver=0xffffffff))
+        for body in (b"\xc0\0\0\0" + struct.pack(">I", 15) + entries + b"\0\0\0\0",
+                     b"\xc0\0\0\0" + struct.pack(">I", 0x7fffffff) + entries + b"\0\0\0\0",
+                     b"\xc0\0\0\0" + struct.pack(">I", 16) + entries + struct.pack(">I", 999)):
+            header = SOMEIP(srv_id=0xffff, sub_id=1, event_id=0x100, client_id=0, session_id=5, iface_ver=1,
+                            msg_type=SOMEIP.TYPE_NOTIFICATION)
+            self.peer.discovery.sendto(bytes(header / Raw(body)), (OURS, peer.SD_PORT))
+        self.node.ask("counters", answer="counters malformed 0 sd-malformed 3 ")
+        self.peer.find_us()
+
+
+if __name__ == "__main__":
+    unittest.main()
