@@ -259,5 +259,21 @@ class Pysomeip(unittest.IsolatedAsyncioTestCase):
         self.fail("its StopSubscribe has no effect")
 
 
+    async def test_it_notices_our_crash_and_our_return(self):
+        self.node.do("offer", peer.SERVICE, peer.INSTANCE, "udp")
+        transport, events = await Events.create_unicast_endpoint(local_addr=(THEIRS, 0))
+        self.addCleanup(transport.close)
+        self.discovery.discovery.find_subscribe_eventgroup(
+            config.Eventgroup(peer.SERVICE, peer.INSTANCE, 1, 3, sockname=transport.get_extra_info("sockname"),
+                              protocol=header.L4Protocols.UDP))
+        await until(lambda: events.messages, "no initial event")
+        self.node.kill()
+        events.messages.clear()
+        self.node = peer.Node(program, OURS)
+        self.node.do("offer", peer.SERVICE, peer.INSTANCE, "udp")
+        await until(lambda: events.messages, "no initial event after our return")
+        self.assertEqual((await self.ask("notify", 0x8001, "00", answer=r"notified (\d)"))[1], "0")
+
+
 if __name__ == "__main__":
     unittest.main()

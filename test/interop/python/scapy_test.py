@@ -173,6 +173,12 @@ class Scapy(unittest.TestCase):
             kind, answer, sizes = self.peer.receive_whole()
             self.assertEqual((kind, answer), (SOMEIP.TYPE_RESPONSE, payload))
             self.assertTrue(all(size == SEGMENT for size in sizes[:-1]), sizes)
+        payload = os.urandom(1 << 20)
+        for number, part in enumerate(segments(0x0001, payload, SOMEIP.TYPE_TP_REQUEST, session=50)):
+            self.peer.unicast.sendto(part, self.server)
+            if number % 32 == 0:
+                time.sleep(0.002)  # as the separation time of a sender would
+        self.assertEqual(self.peer.receive_whole()[:2], (SOMEIP.TYPE_RESPONSE, payload))
         kind, answer, sizes = self.ask(message(0x0004, struct.pack(">I", 1 << 20), session=99))
         self.assertEqual((kind, answer), (SOMEIP.TYPE_RESPONSE, b"\x5a" * (1 << 20)))
 
