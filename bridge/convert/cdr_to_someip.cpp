@@ -44,6 +44,12 @@ class CdrToSomeip {
  private:
   static constexpr std::size_t no_op = std::numeric_limits<std::size_t>::max();
 
+  struct LengthField {
+    std::size_t place;  ///< in the scratch
+    std::size_t begin;  ///< position of what it counts
+    FieldWidth width;
+  };
+
   bool block(std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end;) {
       const Op& op = program_.ops[i];
@@ -55,6 +61,9 @@ class CdrToSomeip {
           break;
         case Op::Kind::bools:
           good = bools(i, op.count);
+          break;
+        case Op::Kind::bits:
+          good = bits(i, op);
           break;
         case Op::Kind::string:
           good = string(i, op);
@@ -75,12 +84,24 @@ class CdrToSomeip {
           next = op.end;
           break;
         case Op::Kind::structure:
-          good = enclosed(i, op, rules_.struct_length);
+        case Op::Kind::fixed_array:
+        case Op::Kind::tagged:
+          good = enclosed(i, op);
           next = op.end;
           break;
-        case Op::Kind::fixed_array:
-          good = enclosed(i, op, rules_.fixed_array_length);
+        case Op::Kind::field:
+          good = block(i + 1, op.end);
           next = op.end;
+          break;
+        case Op::Kind::member:
+          good = member(i, op);
+          next = op.end;
+          break;
+        case Op::Kind::choice:
+          good = choice(i, op);
+          next = op.end;
+          break;
+        case Op::Kind::alternative:  // only within a choice
           break;
       }
       if (!good) {
@@ -118,6 +139,25 @@ class CdrToSomeip {
     return true;
   }
 
+  /// The first boolean is the lowest bit; bits that stand for nothing are 0.  [feat_req_someip_689]
+  bool bits(std::size_t i, const Op& op) {
+    const auto count = static_cast<std::size_t>(op.count);
+    if (count > left()) {
+      return failure_.set(ConversionFault::truncated, at_ + left(), i, left());
+    }
+    std::uint64_t number = 0;
+    for (std::size_t bit = 0; bit < count; ++bit) {
+      const auto value = std::to_integer<std::uint64_t>(in_[at_ + bit]);
+      if (value > 1) {
+        return failure_.set(ConversionFault::bad_bool, at_ + bit, i, bit);
+      }
+      number |= value << bit;
+    }
+    at_ += count;
+    store_number(out_.room(op.width), op.width, number, rules_.byte_order);
+    return true;
+  }
+
   bool run_sequence(std::size_t i, const Op& op) {
     const std::size_t begin = at_;
     std::uint32_t elements = 0;
@@ -132,7 +172,7 @@ class CdrToSomeip {
       return failure_.set(ConversionFault::truncated, begin, i);
     }
     const auto numbers = static_cast<std::size_t>(elements * op.count);
-    if (!write_length(rules_.array_length, numbers * op.width)) {
+    if (!write_length(op.length, numbers * op.width)) {
       return failure_.set(ConversionFault::length_overflow, begin, i);
     }
     if (op.kind == Op::Kind::bool_sequence) {
@@ -155,7 +195,7 @@ class CdrToSomeip {
     if (elements > left() / op.min_cdr) {
       return failure_.set(ConversionFault::truncated, begin, i);
     }
-    const LengthField length = open_length(rules_.array_length);
+    const LengthField length = open_length(op.length);
     if (!loop(i, op, elements)) {
       return false;
     }
@@ -182,13 +222,101 @@ class CdrToSomeip {
     return true;
   }
 
-  bool enclosed(std::size_t i, const Op& op, FieldWidth width) {
+  bool enclosed(std::size_t i, const Op& op) {
     const std::size_t begin = at_;
-    const LengthField length = open_length(width);
+    const LengthField length = open_length(op.length);
     if (!block(i + 1, op.end)) {
       return false;
     }
     return close_length(length) || failure_.set(ConversionFault::length_overflow, begin, i);
+  }
+
+  bool member(std::size_t i, const Op& op) {
+    if (op.optional) {
+      std::uint32_t count = 0;
+      if (!read_count(i, op, count)) {
+        return false;
+      }
+      if (count == 0) {
+        return true;
+      }
+    }
+    const std::size_t tag_place = out_.copied();
+    const std::size_t begin = out_.position() + someip::tag_bytes;
+    const Op& body = program_.ops[i + 1];
+    const auto type = is_number(body) ? someip::number_type(body.width) : someip::WireType::configured_length;
+    someip::store(out_.room(someip::tag_bytes), to_number(someip::Tag{type, op.id}));
+    if (!block(i + 1, op.end)) {
+      return op.optional && failure_.in_loop(0);
+    }
+    if (rules_.smallest_tagged_length && !is_number(body)) {
+      shrink_length(tag_place, out_.position() - begin - 4, op.id);
+    }
+    return true;
+  }
+
+  /// Makes the length field of 32 bits behind a tag the smallest that can say `length`.
+  void shrink_length(std::size_t tag_place, std::size_t length, someip::DataId id) {
+    const FieldWidth width = someip::smallest_width(length);
+    someip::store(out_.place(tag_place), to_number(someip::Tag{someip::length_type(width), id}));
+    const std::size_t place = tag_place + someip::tag_bytes;
+    store_length(out_.place(place), width, length, length_order(rules_));
+    if (bytes(width) < 4) {
+      out_.cut(place + bytes(width), 4 - bytes(width));
+    }
+  }
+
+  bool choice(std::size_t i, const Op& op) {
+    const std::size_t begin = at_;
+    const bool type_first = !op.is_tagged && !rules_.union_length_first;
+    std::size_t type_place = out_.copied();
+    if (type_first) {
+      static_cast<void>(out_.room(bytes(rules_.union_type)));
+    }
+    LengthField length = open_length(op.length);
+    if (!type_first) {
+      type_place = out_.copied();
+      static_cast<void>(out_.room(bytes(rules_.union_type)));
+    }
+    const std::size_t data = out_.position();
+    if (!op.is_tagged) {
+      length.begin = data;  // it leaves out the type field  [feat_req_someip_272]
+    }
+    std::size_t type = 0;
+    std::size_t chosen = 0;
+    for (std::size_t j = i + 1; j < op.end; j = program_.ops[j].end) {
+      ++type;
+      std::uint32_t count = 0;
+      const std::size_t count_at = at_;
+      if (!read_count(j, program_.ops[j], count)) {
+        return false;
+      }
+      if (count == 0) {
+        continue;
+      }
+      if (chosen != 0) {  // [feat_req_someip_263]
+        return failure_.set(ConversionFault::bad_union, count_at, j);
+      }
+      chosen = type;
+      if (!block(j + 1, program_.ops[j].end)) {
+        return failure_.in_loop(0);
+      }
+    }
+    if (chosen == 0 && !rules_.union_null) {
+      return failure_.set(ConversionFault::bad_union, begin, i);
+    }
+    if (op.length == FieldWidth::none) {  // [feat_req_someip_583]
+      const std::size_t size = static_cast<std::size_t>(op.count) - (out_.position() - data);
+      std::fill_n(out_.room(size), size, std::byte{0});
+    }
+    store_length(out_.place(type_place), rules_.union_type, chosen, length_order(rules_));
+    if (op.length != FieldWidth::none) {
+      if (!close_length(length)) {
+        return failure_.set(ConversionFault::length_overflow, begin, i);
+      }
+      pad();
+    }
+    return true;
   }
 
   bool string(std::size_t i, const Op& op) {
@@ -207,29 +335,26 @@ class CdrToSomeip {
       }
       text = text.first(text.size() - 1);
       // Receivers would end the text at the first zero.
-      if (rules_.string_terminator && std::memchr(text.data(), 0, text.size()) != nullptr) {
+      if (ends_with_zero(op) && std::memchr(text.data(), 0, text.size()) != nullptr) {
         return failure_.set(ConversionFault::bad_string, begin, i);
       }
     }
     if (text.size() > op.bound) {
       return failure_.set(ConversionFault::bound_exceeded, begin, i);
     }
-    if (rules_.string_encoding != someip::StringEncoding::utf8) {
-      return utf16_string(i, text, begin);
-    }
-    if (!write_length(rules_.string_length, strings_.overhead() + text.size())) {
-      return failure_.set(ConversionFault::length_overflow, begin, i);
-    }
+    const LengthField length = open_length(op.length);
     write(strings_.bom);
-    out_.put(text);
+    if (rules_.string_encoding == someip::StringEncoding::utf8) {
+      out_.put(text);
+    } else if (!put_utf16(text)) {
+      return failure_.set(ConversionFault::bad_encoding, begin, i);
+    }
     write(strings_.terminator);
-    pad();
-    return true;
+    return end_string(i, op, length, begin);
   }
 
-  bool utf16_string(std::size_t i, ByteView text, std::size_t begin) {
-    const LengthField length = open_length(rules_.string_length);
-    write(strings_.bom);
+  /// False: not well-formed UTF-8.
+  bool put_utf16(ByteView text) {
     const std::endian order = utf16_order(rules_.string_encoding);
     const std::size_t room = 2 * text.size();  // a byte of UTF-8 is never more than a unit of UTF-16
     std::byte* const to = out_.room(room);
@@ -237,18 +362,13 @@ class CdrToSomeip {
     while (!text.empty()) {
       const auto character = someip::first_utf8(text);
       if (!character) {
-        return failure_.set(ConversionFault::bad_encoding, begin, i);
+        return false;
       }
       someip::put_utf16(character->code, to + written, order);
       written += someip::utf16_bytes(character->code);
       text = text.subspan(character->bytes);
     }
     out_.give_back(room - written);
-    write(strings_.terminator);
-    if (!close_length(length)) {
-      return failure_.set(ConversionFault::length_overflow, begin, i);
-    }
-    pad();
     return true;
   }
 
@@ -263,9 +383,7 @@ class CdrToSomeip {
       return failure_.set(ConversionFault::truncated, begin, i);
     }
     const std::size_t bytes = 2 * std::size_t{units};
-    if (!write_length(rules_.string_length, wide_strings_.overhead() + bytes)) {
-      return failure_.set(ConversionFault::length_overflow, begin, i);
-    }
+    const LengthField length = open_length(op.length);
     write(wide_strings_.bom);
     std::byte* to = out_.room(bytes);
     const std::endian to_order = utf16_order(wide_encoding(rules_));
@@ -274,13 +392,34 @@ class CdrToSomeip {
       if (character > 0xffff) {
         return failure_.set(ConversionFault::bad_encoding, at_, i);
       }
-      if (character == 0 && rules_.string_terminator) {
+      if (character == 0 && ends_with_zero(op)) {
         return failure_.set(ConversionFault::bad_string, at_, i);
       }
       someip::store(to, static_cast<std::uint16_t>(character), to_order);
     }
     write(wide_strings_.terminator);
-    pad();
+    return end_string(i, op, length, begin);
+  }
+
+  [[nodiscard]] bool ends_with_zero(const Op& op) const noexcept {
+    return rules_.string_terminator || op.fixed_bytes != 0;
+  }
+
+  /// Behind the terminator.
+  bool end_string(std::size_t i, const Op& op, const LengthField& length, std::size_t begin) {
+    if (op.fixed_bytes != 0) {  // [feat_req_someip_233]
+      const std::size_t used = out_.position() - length.begin;
+      if (used > op.fixed_bytes) {
+        return failure_.set(ConversionFault::length_overflow, begin, i);
+      }
+      std::fill_n(out_.room(op.fixed_bytes - used), op.fixed_bytes - used, std::byte{0});
+    }
+    if (!close_length(length)) {
+      return failure_.set(ConversionFault::length_overflow, begin, i);
+    }
+    if (op.fixed_bytes == 0) {
+      pad();
+    }
     return true;
   }
 
@@ -331,12 +470,6 @@ class CdrToSomeip {
     return fits(width, length);
   }
 
-  struct LengthField {
-    std::size_t place;  ///< in the scratch
-    std::size_t begin;  ///< position of what it counts
-    FieldWidth width;
-  };
-
   LengthField open_length(FieldWidth width) {
     const std::size_t place = out_.copied();
     static_cast<void>(out_.room(bytes(width)));
@@ -344,6 +477,9 @@ class CdrToSomeip {
   }
 
   bool close_length(const LengthField& field) {
+    if (field.width == FieldWidth::none) {
+      return true;
+    }
     const std::size_t length = out_.position() - field.begin;
     store_length(out_.place(field.place), field.width, length, length_order(rules_));
     return fits(field.width, length);

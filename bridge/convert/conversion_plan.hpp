@@ -4,9 +4,9 @@
 #include <tl/expected.hpp>
 
 #include "bridge/convert/conversion_scratch.hpp"
+#include "bridge/convert/message_rules.hpp"
 #include "bridge/convert/program.hpp"
 #include "bridge/types/message_definition.hpp"
-#include "someip/wire/payload_rules.hpp"
 
 namespace trestle::bridge {
 
@@ -22,15 +22,20 @@ enum class ConversionFault : std::uint8_t {
   bad_encoding,       ///< characters that are not valid UTF-8 or UTF-16, where they have to be converted
   bad_length,         ///< SOME/IP: a length field that is no multiple of its elements, or not a fixed array's
   length_overflow,    ///< to SOME/IP: more bytes than a length field can say
-  too_large,          ///< the input has more than max_converted_bytes
+  too_large,       ///< the input has more than max_converted_bytes, or defaults more than max_default_bytes
+  bad_tag,         ///< SOME/IP: a wire type that is not the member's, or a member twice
+  missing_member,  ///< SOME/IP: a tagged member that is not optional is not there
+  bad_union,       ///< no alternative or several at once; SOME/IP: a type that names none
 };
 
 /// The fault's name as it stands above, for logs and counters.
 [[nodiscard]] const char* to_string(ConversionFault fault) noexcept;
-inline constexpr std::size_t conversion_faults = 10;
+inline constexpr std::size_t conversion_faults = 13;
 
 /// Larger inputs are refused.
 inline constexpr std::size_t max_converted_bytes = (std::size_t{1} << 31U) - 1;
+/// Bytes of CDR that defaults may take in one message: they take none in SOME/IP.
+inline constexpr std::size_t max_default_bytes = std::size_t{1} << 20U;
 /// Fields that a type may have when those of nested messages are counted wherever they are used.
 inline constexpr std::size_t max_fields_per_type = 65536;
 
@@ -57,8 +62,7 @@ class ConversionPlan {
   /// @param reference_from  as above; SIZE_MAX copies everything.
   /// @return the plan, or one line that says why the type cannot be carried under these rules.
   [[nodiscard]] static tl::expected<ConversionPlan, std::string> compile(
-      const TypeTree& tree, const someip::PayloadRules& rules,
-      std::size_t reference_from = default_reference_from);
+      const TypeTree& tree, const MessageRules& rules, std::size_t reference_from = default_reference_from);
 
   /// @param sample  CDR in either byte order, with its 4 byte encapsulation header; up to 3 bytes of padding
   ///                may follow.

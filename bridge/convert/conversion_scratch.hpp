@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "someip/wire/tag.hpp"
 #include "someip/wire/types.hpp"
 
 namespace trestle::bridge {
@@ -27,6 +28,14 @@ inline void copy_to(const Gathered& gathered, std::byte* to) noexcept {
   }
 }
 
+/// Where a tagged member of the input stands, while the struct that holds it is converted.
+struct MemberPlace {
+  std::size_t at = 0;  ///< behind the tag
+  std::size_t end = 0;
+  someip::WireType type{};
+  bool is_there = false;
+};
+
 /// Memory for the results of conversions, one after another: each begins by forgetting the one before. It
 /// grows with the largest message seen and is kept, so that in steady state nothing is allocated.
 ///
@@ -47,6 +56,7 @@ class ConversionScratch {
     reference_from_ = reference_from;
     used_ = slice_begin_ = referenced_ = 0;
     pieces_.clear();
+    members_.clear();
   }
 
   /// The next `size` bytes of the result, for the caller to fill at once: the next call may move them.
@@ -62,6 +72,26 @@ class ConversionScratch {
   /// Takes back the last `size` bytes that room() gave.
   void give_back(std::size_t size) noexcept { used_ -= size; }
 
+  /// Takes out `size` bytes that room() gave, at `place` (see below): what stands behind them moves up. Only
+  /// what was copied before `place` keeps its place.
+  void cut(std::size_t place, std::size_t size) noexcept {
+    std::memmove(memory_.get() + place, memory_.get() + place + size, used_ - place - size);
+    used_ -= size;
+    for (auto piece = pieces_.rbegin(); piece != pieces_.rend(); ++piece) {
+      if (piece->referenced != nullptr) {
+        continue;
+      }
+      if (piece->offset <= place) {
+        if (piece->offset + piece->size > place) {
+          piece->size -= size;
+        }
+        break;
+      }
+      piece->offset -= size;
+    }
+    slice_begin_ -= slice_begin_ > place ? size : 0;
+  }
+
   /// Appends bytes of the input, by reference when they are many.
   void put(ByteView bytes) {
     if (bytes.size() >= reference_from_) {
@@ -76,6 +106,9 @@ class ConversionScratch {
   /// A place that room() gave, told by what copied() was before that call; valid as long as room()'s.
   [[nodiscard]] std::byte* place(std::size_t copied) noexcept { return memory_.get() + copied; }
   [[nodiscard]] std::size_t copied() const noexcept { return used_; }
+
+  /// Places of the members of all structs that are being converted, the innermost struct's last.
+  [[nodiscard]] std::vector<MemberPlace>& members() noexcept { return members_; }
 
   [[nodiscard]] Gathered finish() {
     close_slice();
@@ -127,6 +160,7 @@ class ConversionScratch {
   std::size_t slice_begin_ = 0;  ///< where in memory_ the open piece begins
   std::size_t referenced_ = 0;   ///< bytes in pieces that are not in memory_
   std::size_t reference_from_ = 0;
+  std::vector<MemberPlace> members_;
   std::vector<Piece> pieces_;
   std::vector<ByteView> slices_;
 };

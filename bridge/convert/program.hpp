@@ -3,7 +3,9 @@
 #include <string>
 #include <vector>
 
+#include "bridge/types/message_definition.hpp"
 #include "someip/wire/payload_rules.hpp"
+#include "someip/wire/tag.hpp"
 
 /// The form into which ConversionPlan compiles a type, and which the two converters execute. One program
 /// serves both directions: it lists what is on the wire, each converter reads it on one side and writes the
@@ -15,6 +17,7 @@ struct Op {
   enum class Kind : std::uint8_t {
     numbers,          ///< `count` numbers of `width` bytes, from any number of neighbouring fields
     bools,            ///< `count` booleans
+    bits,             ///< `count` booleans, which are one number of `width` bytes in SOME/IP
     string,           ///< of at most `bound` bytes
     wstring,          ///< of at most `bound` UTF-16 units
     number_sequence,  ///< up to `bound` elements, each `count` numbers of `width` bytes
@@ -22,11 +25,24 @@ struct Op {
     sequence,         ///< up to `bound` elements, each what the body says
     repeat,           ///< `count` times what the body says
     structure,        ///< the body, behind a length field on the SOME/IP side
-    fixed_array,      ///< the same, but the body must fill the length exactly
+    fixed_array,      ///< the same, but what the body leaves of the length are elements too many
+    field,            ///< the body; nothing of it in SOME/IP means its default, if `may_miss`
+    tagged,           ///< `count` members, behind a length field if `length` says so
+    member,           ///< of a tagged struct: the body behind a tag
+    choice,           ///< a union whose alternatives are the body; without length field of `count` bytes
+    alternative,      ///< of a union: in CDR none or one of what the body says
   };
   Kind kind = Kind::numbers;
   std::uint8_t width = 1;
-  std::uint32_t end = 0;  ///< the body is the operations from the next one up to here
+  someip::FieldWidth length = someip::FieldWidth::none;  ///< before what has a length in SOME/IP
+  bool optional = false;                                 ///< member: in CDR none or one of it
+  bool may_miss = false;          ///< field, member: SOME/IP may do without it, and CDR gets the default
+  bool is_tagged = false;         ///< choice: the length field counts the type field too
+  someip::DataId id{};            ///< member
+  std::uint32_t end = 0;          ///< the body is the operations from the next one up to here
+  std::uint32_t default_at = 0;   ///< field, member: in `defaults`; beyond them: zero
+  std::uint32_t members_at = 0;   ///< tagged: in `members`
+  std::uint32_t fixed_bytes = 0;  ///< string, wstring: always that many in SOME/IP; 0: as many as needed
   std::uint64_t count = 1;
   std::uint64_t bound = 0;
   std::uint64_t min_cdr = 0;     ///< sequence, repeat: fewest bytes that one element has in CDR; at least 1
@@ -40,10 +56,26 @@ struct Label {
   std::string path;          ///< "transforms[].header.stamp.sec": [] for each enclosing loop
 };
 
+/// The default value of a field of a `.msg` file.
+struct DefaultValue {
+  Primitive type = Primitive::uint8;
+  bool is_sequence = false;            ///< in CDR its count comes first
+  std::vector<std::uint64_t> numbers;  ///< the bits of each, in the lowest `width(type)` bytes
+  std::vector<std::string> strings;    ///< of strings instead: UTF-8
+};
+
+/// Which member of a tagged struct has an id.
+struct MemberId {
+  someip::DataId id{};
+  std::uint32_t index = 0;  ///< counted from 0, in the order of the operations
+};
+
 /// A compiled type. Every converter only reads it, so one program may serve many threads.
 struct Program {
   std::vector<Op> ops;
   std::vector<std::vector<Label>> labels;  ///< for each operation, at least one, sorted by `first`
+  std::vector<DefaultValue> defaults;
+  std::vector<std::vector<MemberId>> members;  ///< of each tagged struct, sorted by id
   someip::PayloadRules rules;
 };
 

@@ -1,9 +1,12 @@
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <utility>
 
 #include "bridge/convert/byte_swap.hpp"
+#include "bridge/convert/cdr_output.hpp"
 #include "bridge/convert/conversion_plan.hpp"
+#include "bridge/convert/default_writer.hpp"
 #include "bridge/convert/failure.hpp"
 #include "bridge/convert/wire_forms.hpp"
 #include "someip/wire/bytes.hpp"
@@ -24,7 +27,8 @@ class SomeipToCdr {
         swap_{rules_.byte_order != std::endian::native},
         strings_{string_frame(rules_, rules_.string_encoding)},
         wide_strings_{string_frame(rules_, wide_encoding(rules_))},
-        out_{out} {}
+        out_{out},
+        defaults_{program, out} {}
 
   bool convert() {
     constexpr std::array encapsulation{std::byte{0},
@@ -50,6 +54,9 @@ class SomeipToCdr {
         case Op::Kind::bools:
           good = bools(i, op);
           break;
+        case Op::Kind::bits:
+          good = bits(i, op);
+          break;
         case Op::Kind::string:
           good = string(i, op);
           break;
@@ -72,6 +79,21 @@ class SomeipToCdr {
         case Op::Kind::fixed_array:
           good = enclosed(i, op);
           next = op.end;
+          break;
+        case Op::Kind::field:
+          good = op.may_miss && at_ == limit_ ? use_default(i) : block(i + 1, op.end);
+          next = op.end;
+          break;
+        case Op::Kind::tagged:
+          good = tagged(i, op);
+          next = op.end;
+          break;
+        case Op::Kind::choice:
+          good = choice(i, op);
+          next = op.end;
+          break;
+        case Op::Kind::member:       // only within a tagged struct
+        case Op::Kind::alternative:  // only within a choice
           break;
       }
       if (!good) {
@@ -99,26 +121,45 @@ class SomeipToCdr {
     return true;
   }
 
+  /// The first boolean is the lowest bit; bits that stand for nothing are ignored.  [feat_req_someip_689]
+  bool bits(std::size_t i, const Op& op) {
+    if (op.width > left()) {
+      return failure_.set(ConversionFault::truncated, at_, i);
+    }
+    const std::uint64_t number = load_number(in_ + at_, op.width, rules_.byte_order);
+    at_ += op.width;
+    const auto count = static_cast<std::size_t>(op.count);
+    std::byte* const to = out_.room(count);
+    for (std::size_t bit = 0; bit < count; ++bit) {
+      to[bit] = static_cast<std::byte>(number >> bit & 1U);
+    }
+    return true;
+  }
+
   bool run_sequence(std::size_t i, const Op& op) {
     const std::size_t begin = at_;
     std::size_t length = 0;
-    if (!read_length(rules_.array_length, length)) {
+    if (!read_length(op.length, length)) {
       return failure_.set(ConversionFault::truncated, begin, i);
     }
+    const std::size_t end = at_ + length;
     const std::uint64_t element_bytes = op.count * op.width;
-    if (length % element_bytes != 0) {
+    std::uint64_t elements = length / element_bytes;
+    if (elements >= op.bound && rules_.cut_longer_arrays) {  // [feat_req_someipcompat_1199]
+      elements = op.bound;
+    } else if (length % element_bytes != 0) {
       return failure_.set(ConversionFault::bad_length, begin, i);
     }
-    const std::uint64_t elements = length / element_bytes;
     if (elements > op.bound) {
       return failure_.set(ConversionFault::bound_exceeded, begin, i);
     }
     write_u32(static_cast<std::uint32_t>(elements));
     if (op.kind == Op::Kind::bool_sequence) {
-      put_bools(length);
-    } else if (length > 0) {
-      put_numbers(length / op.width, op.width);
+      put_bools(static_cast<std::size_t>(elements * op.count));
+    } else if (elements > 0) {
+      put_numbers(static_cast<std::size_t>(elements * op.count), op.width);
     }
+    at_ = end;
     skip_padding();
     return true;
   }
@@ -126,7 +167,7 @@ class SomeipToCdr {
   bool sequence(std::size_t i, const Op& op) {
     const std::size_t begin = at_;
     std::size_t length = 0;
-    if (!read_length(rules_.array_length, length)) {
+    if (!read_length(op.length, length)) {
       return failure_.set(ConversionFault::truncated, begin, i);
     }
     align(4);
@@ -135,6 +176,10 @@ class SomeipToCdr {
     const std::size_t outer = std::exchange(limit_, at_ + length);
     std::uint32_t elements = 0;
     for (; at_ < limit_; ++elements) {
+      if (elements == op.bound && rules_.cut_longer_arrays) {  // [feat_req_someipcompat_1199]
+        at_ = limit_;
+        break;
+      }
       if (elements == op.bound) {
         return failure_.set(ConversionFault::bound_exceeded, begin, i);
       }
@@ -161,29 +206,172 @@ class SomeipToCdr {
   }
 
   bool enclosed(std::size_t i, const Op& op) {
-    const bool structure = op.kind == Op::Kind::structure;
     const std::size_t begin = at_;
     std::size_t length = 0;
-    if (!read_length(structure ? rules_.struct_length : rules_.fixed_array_length, length)) {
+    if (!read_length(op.length, length)) {
       return failure_.set(ConversionFault::truncated, begin, i);
     }
     const std::size_t outer = std::exchange(limit_, at_ + length);
     if (!block(i + 1, op.end)) {
       return false;
     }
-    if (!structure && at_ != limit_) {
+    if (op.kind == Op::Kind::fixed_array && at_ != limit_ && !rules_.cut_longer_arrays) {
       return failure_.set(ConversionFault::bad_length, begin, i);
     }
-    // What a newer version of the struct has more is skipped.  [feat_req_someip_601]
+    // What a newer version has more is skipped.  [feat_req_someip_601] [feat_req_someipcompat_1199]
     at_ = limit_;
     limit_ = outer;
     return true;
   }
 
+  bool use_default(std::size_t i) {
+    return defaults_.write(i) || failure_.set(ConversionFault::too_large, at_, i);
+  }
+
+  /// Members may come in any order, so they are looked up before they are converted in that of the type.
+  bool tagged(std::size_t i, const Op& op) {
+    const std::size_t begin = at_;
+    const std::size_t outer = limit_;
+    if (op.length != FieldWidth::none) {
+      std::size_t length = 0;
+      if (!read_length(op.length, length)) {
+        return failure_.set(ConversionFault::truncated, begin, i);
+      }
+      limit_ = at_ + length;
+    }
+    const std::size_t end = limit_;
+    const std::size_t first = out_.members().size();
+    out_.members().resize(first + static_cast<std::size_t>(op.count));
+    if (!find_members(i, op, first)) {
+      return false;
+    }
+    std::size_t index = first;
+    for (std::size_t j = i + 1; j < op.end; j = program_.ops[j].end) {
+      const MemberPlace place = out_.members()[index++];
+      if (!member(j, program_.ops[j], place, begin)) {
+        return false;
+      }
+    }
+    out_.members().resize(first);
+    at_ = end;
+    limit_ = outer;
+    return true;
+  }
+
+  /// Notes where the members stand, and skips those that the type does not have.
+  bool find_members(std::size_t i, const Op& op, std::size_t first) {
+    const std::vector<MemberId>& known = program_.members[op.members_at];
+    while (at_ < limit_) {
+      const std::size_t tag_at = at_;
+      if (left() < someip::tag_bytes) {
+        return failure_.set(ConversionFault::truncated, tag_at, i);
+      }
+      const someip::Tag tag = someip::to_tag(someip::load<std::uint16_t>(in_ + at_));
+      at_ += someip::tag_bytes;
+      const std::size_t value_at = at_;
+      const auto number = someip::number_bytes(tag.type);
+      std::size_t length = number.value_or(0);
+      if (number ? length > left() : !read_length(someip::length_width(tag.type, rules_), length)) {
+        return failure_.set(ConversionFault::truncated, tag_at, i);
+      }
+      at_ += length;
+      const auto found = std::ranges::lower_bound(known, tag.id, {}, &MemberId::id);
+      if (found == known.end() || found->id != tag.id) {
+        continue;
+      }
+      MemberPlace& place = out_.members()[first + found->index];
+      if (place.is_there) {
+        return failure_.set(ConversionFault::bad_tag, tag_at, i);
+      }
+      place = {value_at, at_, tag.type, true};
+    }
+    return true;
+  }
+
+  bool member(std::size_t j, const Op& op, const MemberPlace& place, std::size_t struct_at) {
+    if (!place.is_there) {
+      if (op.optional) {
+        write_u32(0);
+        return true;
+      }
+      return op.may_miss ? use_default(j) : failure_.set(ConversionFault::missing_member, struct_at, j);
+    }
+    const Op& body = program_.ops[j + 1];
+    const auto number = someip::number_bytes(place.type);
+    if (is_number(body) ? number != std::size_t{body.width} : number.has_value()) {
+      return failure_.set(ConversionFault::bad_tag, place.at - someip::tag_bytes, j);
+    }
+    at_ = place.at;
+    limit_ = place.end;
+    if (!number) {
+      announced_ = someip::length_width(place.type, rules_);
+    }
+    if (op.optional) {
+      write_u32(1);
+    }
+    return block(j + 1, op.end) || (op.optional && failure_.in_loop(0));
+  }
+
+  bool choice(std::size_t i, const Op& op) {
+    const std::size_t begin = at_;
+    const std::size_t outer = limit_;
+    std::size_t length = 0;
+    std::size_t type = 0;
+    if (!read_union_head(op, type, length)) {
+      return failure_.set(ConversionFault::truncated, begin, i);
+    }
+    const std::size_t end = at_ + length;
+    limit_ = end;
+    std::size_t alternative = 0;
+    for (std::size_t j = i + 1; j < op.end; j = program_.ops[j].end) {
+      const bool is_it = ++alternative == type;
+      write_u32(is_it ? 1 : 0);
+      if (is_it && !block(j + 1, program_.ops[j].end)) {
+        return failure_.in_loop(0);
+      }
+    }
+    if (type > alternative || (type == 0 && !rules_.union_null)) {  // [feat_req_someip_273]
+      return failure_.set(ConversionFault::bad_union, begin, i);
+    }
+    at_ = end;  // behind the padding  [feat_req_someip_274]
+    limit_ = outer;
+    if (op.length != FieldWidth::none) {
+      skip_padding();
+    }
+    return true;
+  }
+
+  /// Reads the type and the length of what follows both. False: they are not there, or that is not.
+  bool read_union_head(const Op& op, std::size_t& type, std::size_t& length) noexcept {
+    if (op.is_tagged) {  // the tag's length counts the type field too
+      if (!read_length(op.length, length)) {
+        return false;
+      }
+      const std::size_t end = at_ + length;
+      if (length < bytes(rules_.union_type) || !read_number(rules_.union_type, type)) {
+        return false;
+      }
+      length = end - at_;
+      return true;
+    }
+    length = static_cast<std::size_t>(op.count);
+    const bool has_length = op.length != FieldWidth::none;
+    if (has_length && rules_.union_length_first && !read_number(op.length, length)) {
+      return false;
+    }
+    if (!read_number(rules_.union_type, type)) {
+      return false;
+    }
+    if (has_length && !rules_.union_length_first && !read_number(op.length, length)) {
+      return false;
+    }
+    return length <= left();
+  }
+
   bool string(std::size_t i, const Op& op) {
     const std::size_t begin = at_;
     ByteView text;
-    if (!read_string(i, strings_, text)) {
+    if (!read_string(i, op, strings_, text)) {
       return false;
     }
     align(4);
@@ -217,14 +405,14 @@ class SomeipToCdr {
     }
     *out_.room(1) = std::byte{0};
     store_u32(out_.place(size_place), static_cast<std::uint32_t>(size + 1), std::endian::native);
-    skip_padding();
+    skip_padding_of(op);
     return true;
   }
 
   bool wstring(std::size_t i, const Op& op) {
     const std::size_t begin = at_;
     ByteView text;
-    if (!read_string(i, wide_strings_, text)) {
+    if (!read_string(i, op, wide_strings_, text)) {
       return false;
     }
     const std::size_t units = text.size() / 2;
@@ -238,7 +426,7 @@ class SomeipToCdr {
       store_u32(to + 4 * unit, someip::load<std::uint16_t>(text.data() + 2 * unit, order),
                 std::endian::native);
     }
-    skip_padding();
+    skip_padding_of(op);
     return true;
   }
 
@@ -248,20 +436,28 @@ class SomeipToCdr {
 
   /// A length field and whether what it counts is there.
   bool read_length(FieldWidth width, std::size_t& length) noexcept {
+    return read_number(std::exchange(announced_, std::nullopt).value_or(width), length) && length <= left();
+  }
+
+  /// A length or type field.
+  bool read_number(FieldWidth width, std::size_t& number) noexcept {
     if (left() < bytes(width)) {
       return false;
     }
-    length = load_length(in_ + at_, width, length_order(rules_));
+    number = load_length(in_ + at_, width, length_order(rules_));
     at_ += bytes(width);
-    return length <= left();
+    return true;
   }
 
   /// The characters of a string, between BOM and terminator.
-  bool read_string(std::size_t i, const StringFrame& frame, ByteView& text) {
+  bool read_string(std::size_t i, const Op& op, const StringFrame& frame, ByteView& text) {
     const std::size_t begin = at_;
-    std::size_t length = 0;
-    if (!read_length(rules_.string_length, length)) {
+    std::size_t length = op.fixed_bytes;
+    if (op.length != FieldWidth::none ? !read_length(op.length, length) : length > left()) {
       return failure_.set(ConversionFault::truncated, begin, i);
+    }
+    if (op.fixed_bytes != 0 && length != op.fixed_bytes) {
+      return failure_.set(ConversionFault::bad_length, begin, i);
     }
     text = ByteView{in_ + at_, length};
     at_ += length;
@@ -271,13 +467,13 @@ class SomeipToCdr {
       return failure_.set(ConversionFault::bad_string, begin, i);  // [feat_req_someip_666]
     }
     text = text.subspan(frame.bom.size());
-    if (frame.terminator.empty()) {
+    if (frame.terminator.empty() && op.fixed_bytes == 0) {
       return true;
     }
     // More zeros than the terminator may follow [feat_req_someip_639] [feat_req_someip_239], nothing else
     // may.
     const std::size_t end = first_zero(text, unit);
-    if (end == text.size() ||
+    if ((end == text.size() && !frame.terminator.empty()) ||
         !std::ranges::all_of(text.subspan(end), [](std::byte b) { return b == std::byte{0}; })) {
       return failure_.set(ConversionFault::bad_string, begin, i);
     }
@@ -304,20 +500,17 @@ class SomeipToCdr {
     }
   }
 
-  // Writing CDR
-
-  void align(std::size_t width) {
-    const std::size_t size = (0 - (out_.position() - encapsulation_bytes)) & (width - 1);
-    std::byte* const to = out_.room(size);
-    for (std::size_t k = 0; k < size; ++k) {
-      to[k] = std::byte{0};
+  /// A string of a fixed size is not followed by any.
+  void skip_padding_of(const Op& op) noexcept {
+    if (op.fixed_bytes == 0) {
+      skip_padding();
     }
   }
 
-  void write_u32(std::uint32_t number) {
-    align(4);
-    store_u32(out_.room(4), number, std::endian::native);
-  }
+  // Writing CDR
+
+  void align(std::size_t width) { align_cdr(out_, width); }
+  void write_u32(std::uint32_t number) { write_cdr_u32(out_, number); }
 
   void write(ByteView bytes) {
     std::byte* to = out_.room(bytes.size());
@@ -352,10 +545,12 @@ class SomeipToCdr {
   const std::byte* in_;
   std::size_t at_ = 0;
   std::size_t limit_;  ///< end of the array or struct that is being read, else of the payload
-  bool swap_;          ///< numbers differ in byte order
+  std::optional<FieldWidth> announced_;  ///< by a tag: of the length field that comes next
+  bool swap_;                            ///< numbers differ in byte order
   StringFrame strings_;
   StringFrame wide_strings_;
   ConversionScratch& out_;
+  DefaultWriter defaults_;
   Failure failure_;
 };
 

@@ -4,6 +4,8 @@
 #include <cstring>
 
 #include "bridge/convert/byte_swap.hpp"
+#include "bridge/convert/program.hpp"
+#include "someip/wire/bytes.hpp"
 #include "someip/wire/header.hpp"
 #include "someip/wire/payload_rules.hpp"
 
@@ -75,10 +77,36 @@ inline void store_length(std::byte* to, someip::FieldWidth width, std::size_t le
   return 0;
 }
 
+/// Loads or stores a number of 1, 2 or 4 bytes, or of 8.
+[[nodiscard]] inline std::uint64_t load_number(const std::byte* from, std::size_t width,
+                                               std::endian order) noexcept {
+  return width == 1   ? someip::load<std::uint8_t>(from, order)
+         : width == 2 ? someip::load<std::uint16_t>(from, order)
+         : width == 4 ? someip::load<std::uint32_t>(from, order)
+                      : someip::load<std::uint64_t>(from, order);
+}
+inline void store_number(std::byte* to, std::size_t width, std::uint64_t number, std::endian order) noexcept {
+  switch (width) {
+    case 1:
+      return someip::store(to, static_cast<std::uint8_t>(number), order);
+    case 2:
+      return someip::store(to, static_cast<std::uint16_t>(number), order);
+    case 4:
+      return someip::store(to, static_cast<std::uint32_t>(number), order);
+    default:
+      return someip::store(to, number, order);
+  }
+}
+
 /// Bytes of padding that follow an element which ends at `position` of a payload. The alignment counts from
 /// the first byte of the SOME/IP header.  [feat_req_someip_711]
 [[nodiscard]] constexpr std::size_t padding(std::size_t position, std::size_t alignment) noexcept {
   return (0 - (position + someip::header_bytes)) & (alignment - 1);
+}
+
+/// Whether a tagged member that begins with this operation is a number; else it has a length field.
+[[nodiscard]] constexpr bool is_number(const Op& op) noexcept {
+  return op.kind == Op::Kind::numbers || op.kind == Op::Kind::bools || op.kind == Op::Kind::bits;
 }
 
 /// False: some byte is neither 0 nor 1.

@@ -1,67 +1,19 @@
 #include "bridge/values/default_value.hpp"
 
-#include <algorithm>
-#include <string_view>
+#include "bridge/types/default_elements.hpp"
 
 namespace trestle::bridge {
-namespace {
-
-using Kind = TextValue::Kind;
-
-std::string_view trimmed(std::string_view text) {
-  const auto begin = std::min(text.find_first_not_of(" \t"), text.size());
-  return text.substr(begin, text.find_last_not_of(" \t") + 1 - begin);
-}
-
-/// Up to the comma that is not inside quotes.
-std::size_t element_size(std::string_view text) {
-  char quote = 0;
-  std::size_t end = 0;
-  for (; end < text.size() && (quote != 0 || text[end] != ','); ++end) {
-    if (quote != 0 && text[end] == '\\') {
-      ++end;
-    } else if (quote != 0) {
-      quote = text[end] == quote ? '\0' : quote;
-    } else if (text[end] == '"' || text[end] == '\'') {
-      quote = text[end];
-    }
-  }
-  return std::min(end, text.size());
-}
-
-TextValue element(Primitive type, std::string_view text) {
-  TextValue value;
-  value.kind = Kind::plain;
-  if (type == Primitive::boolean) {
-    value.text = text == "1" || text == "true" || text == "True" ? "true" : "false";
-  } else if (width(type) == 0 && !text.empty() && (text.front() == '"' || text.front() == '\'')) {
-    value.kind = Kind::quoted;
-    for (std::size_t at = 1; at + 1 < text.size(); ++at) {
-      at += text[at] == '\\' && at + 2 < text.size() ? 1U : 0U;
-      value.text += text[at];
-    }
-  } else {
-    value.text = text;
-  }
-  return value;
-}
-
-}  // namespace
 
 TextValue default_value(const Field& field) {
-  std::string_view text = field.default_value;
-  if (field.type.array == ArrayKind::none) {
-    return element(*field.type.primitive, text);
-  }
   TextValue list;
-  list.kind = Kind::list;
-  text = text.substr(1, text.size() - 2);
-  while (!trimmed(text).empty()) {
-    const std::size_t size = element_size(text);
-    list.elements.push_back(element(*field.type.primitive, trimmed(text.substr(0, size))));
-    text.remove_prefix(std::min(size + 1, text.size()));
+  list.kind = TextValue::Kind::list;
+  for (DefaultElement& element : default_elements(field)) {
+    TextValue value;
+    value.kind = element.quoted ? TextValue::Kind::quoted : TextValue::Kind::plain;
+    value.text = std::move(element.text);
+    list.elements.push_back(std::move(value));
   }
-  return list;
+  return field.type.array == ArrayKind::none ? std::move(list.elements.front()) : std::move(list);
 }
 
 }  // namespace trestle::bridge

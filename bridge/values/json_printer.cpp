@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "bridge/values/number_text.hpp"
+#include "bridge/types/number_text.hpp"
 #include "bridge/values/printers.hpp"
 #include "bridge/values/quoted.hpp"
 

@@ -6,10 +6,10 @@
 #include <bit>
 #include <limits>
 
+#include "bridge/types/number_text.hpp"
 #include "bridge/values/byte_text.hpp"
 #include "bridge/values/cdr.hpp"
 #include "bridge/values/default_value.hpp"
-#include "bridge/values/number_text.hpp"
 #include "bridge/values/quoted.hpp"
 #include "someip/wire/utf.hpp"
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <utility>
 
-#include "bridge/values/number_text.hpp"
+#include "bridge/types/number_text.hpp"
 #include "bridge/values/quoted.hpp"
 #include "someip/wire/utf.hpp"
 

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
+#include "bridge/types/number_text.hpp"
 #include "bridge/values/byte_text.hpp"
-#include "bridge/values/number_text.hpp"
 #include "bridge/values/printers.hpp"
 #include "bridge/values/quoted.hpp"
 

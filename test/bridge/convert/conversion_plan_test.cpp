@@ -159,7 +159,11 @@ TEST(CdrToSomeip, RefusesWhatALengthFieldCannotSay) {
             "ffefbbbf" + text + "00");
   EXPECT_EQ(to_someip(plan_of(tree_of("string x"), rules), "00010000 fd000000" + text + "6100"),
             "length_overflow at byte 4 in x");
-  EXPECT_EQ(to_someip(plan_of(tree_of("wstring x"), rules), "00010000 80000000" + bytes256 + bytes256),
+  std::string wide_text;  // 128 units of 2 bytes
+  for (int i = 0; i < 128; ++i) {
+    wide_text += "61000000";
+  }
+  EXPECT_EQ(to_someip(plan_of(tree_of("wstring x"), rules), "00010000 80000000" + wide_text),
             "length_overflow at byte 4 in x");
   rules.string_encoding = StringEncoding::utf16be;
   EXPECT_EQ(to_someip(plan_of(tree_of("string x"), rules), "00010000 fd000000" + text + "6100"),
@@ -221,18 +225,39 @@ TEST(SomeipToCdr, EnforcesBounds) {
   EXPECT_EQ(to_cdr(string, "00000007 efbbbf68696a00"), "bound_exceeded at byte 0 in s");
   EXPECT_EQ(to_cdr(plan_of(tree_of("wstring<=1 s")), "00000008 feff 0041 0041 0000"),
             "bound_exceeded at byte 0 in s");
-  EXPECT_EQ(to_cdr(plan_of(tree_of("uint16[<=2] n")), "00000006 000100020003"),
-            "bound_exceeded at byte 0 in n");
-  EXPECT_EQ(to_cdr(plan_of(tree_of("string[<=1] n")), "00000010 00000004efbbbf00 00000004efbbbf00"),
-            "bound_exceeded at byte 0 in n");
   PayloadRules rules;
+  rules.cut_longer_arrays = false;
+  EXPECT_EQ(to_cdr(plan_of(tree_of("uint16[<=2] n"), rules), "00000006 000100020003"),
+            "bound_exceeded at byte 0 in n");
+  EXPECT_EQ(to_cdr(plan_of(tree_of("string[<=1] n"), rules), "00000010 00000004efbbbf00 00000004efbbbf00"),
+            "bound_exceeded at byte 0 in n");
+  rules = {};
   rules.string_encoding = StringEncoding::utf16be;  // the bound counts what a string has in DDS: bytes
   EXPECT_EQ(to_cdr(plan_of(tree_of("string<=2 s"), rules), "00000006 feff 20ac 0000"),
             "bound_exceeded at byte 0 in s");
 }
 
+TEST(SomeipToCdr, CutsLongerArrays) {
+  covers({"feat_req_someipcompat_1199"});
+  const auto numbers = plan_of(tree_of("uint16[<=2] n\nuint8 after"));
+  EXPECT_EQ(to_cdr(numbers, "00000006 000100020003 09"), compact("00010000 02000000 01000200 09"));
+  EXPECT_EQ(to_cdr(numbers, "00000005 0001000200 09"), compact("00010000 02000000 01000200 09"));
+  EXPECT_EQ(to_cdr(numbers, "00000003 000100 09"), "bad_length at byte 0 in n") << "not too long";
+  EXPECT_EQ(to_cdr(plan_of(tree_of("bool[<=1] n\nuint8 after")), "00000003 010000 09"),
+            compact("00010000 01000000 01 09"));
+  // What is cut off is not looked at: the second string has no BOM.
+  EXPECT_EQ(
+      to_cdr(plan_of(tree_of("string[<=1] n\nuint8 after")), "0000000f 00000004efbbbf00 00000003616263 09"),
+      compact("00010000 01000000 01000000 00 09"));
+  PayloadRules rules;
+  rules.fixed_array_length = FieldWidth::bits8;
+  EXPECT_EQ(to_cdr(plan_of(tree_of("uint16[2] n\nuint8 after"), rules), "06 000100020003 09"),
+            compact("00010000 01000200 09"));
+}
+
 TEST(SomeipToCdr, RefusesLengthsThatContradictTheirContents) {
   PayloadRules rules;
+  rules.cut_longer_arrays = false;
   rules.fixed_array_length = FieldWidth::bits8;
   const auto fixed = plan_of(tree_of("uint16[2] n"), rules);
   EXPECT_EQ(to_cdr(fixed, "04 0001 0002"), compact("00010000 01000200"));
@@ -309,8 +334,7 @@ TEST(Compile, SaysWhyATypeCannotBeCarried) {
   rules.string_length = FieldWidth::none;
   EXPECT_EQ(compile_error(builtin("std_msgs/Header"), rules),
             "std_msgs/msg/Header cannot be carried: frame_id is a string: without a string length field it "
-            "would need "
-            "a fixed size, which .msg files cannot give");
+            "needs a fixed size (fixed_strings)");
   EXPECT_EQ(compile_error(builtin("geometry_msgs/Point"), rules), "no error");
   rules = {};
   rules.array_length = FieldWidth::none;

@@ -1,4 +1,4 @@
-#include "bridge/values/number_text.hpp"
+#include "bridge/types/number_text.hpp"
 
 #include <algorithm>
 

@@ -1,0 +1,19 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "bridge/types/message_definition.hpp"
+
+namespace trestle::bridge {
+
+/// One value of a default: a number as it is written, "true" or "false", or the characters of a string.
+struct DefaultElement {
+  std::string text;
+  bool quoted = false;  ///< a string that stood in quotes, which are gone
+};
+
+/// The default value of a field, which the parser of .msg files has checked: one element, or those of an
+/// array. Empty when the field has none.
+[[nodiscard]] std::vector<DefaultElement> default_elements(const Field& field);
+
+}  // namespace trestle::bridge
