@@ -48,6 +48,29 @@ std::string describe(const someip::PayloadRules& rules) {
       rules.alignment == 1 ? "no alignment" : fmt::format("aligned to {} bits", 8 * rules.alignment));
 }
 
+std::string describe(const MessageRules& rules) {
+  constexpr std::array forms{"", "a union", "8 bits", "16 bits", "32 bits"};
+  std::string text = describe(rules.payload);
+  text += rules.payload.union_null ? "; unions may be empty" : "";
+  text += rules.payload.cut_longer_arrays ? "" : "; longer arrays refused";
+  text += rules.default_missing ? "; missing fields get their defaults" : "";
+  for (const auto& [name, type] : rules.types) {
+    if (type.form != TypeRules::Form::structure) {
+      text += fmt::format("; {} is {}", name, forms[static_cast<std::size_t>(type.form)]);
+    }
+    if (!type.tags.empty()) {
+      text += fmt::format("; {} has tags ({})", name,
+                          rules.payload.smallest_tagged_length
+                              ? "the smallest length"
+                              : fmt::format("lengths of {} bits", width(rules.payload.tagged_length)));
+    }
+    if (!type.fixed_strings.empty()) {
+      text += fmt::format("; {} has strings of fixed size", name);
+    }
+  }
+  return text;
+}
+
 std::string describe(const TpSettings& tp) {
   const std::string pace = tp.separation == Duration{0}
                                ? "no pause"

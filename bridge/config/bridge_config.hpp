@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "bridge/convert/message_rules.hpp"
 #include "someip/wire/endpoint.hpp"
-#include "someip/wire/payload_rules.hpp"
 #include "someip/wire/types.hpp"
 
 /// What a configuration file says, as plain values. docs/configuration.md documents every key; load.hpp reads
@@ -97,7 +97,7 @@ struct Route {
   /// share it. someip_to_dds: the UDP port to receive events at; 0 lets the system choose.
   std::uint16_t port = 0;
   TpSettings tp;
-  someip::PayloadRules rules;
+  MessageRules rules;
   QosSettings qos;
   Mark mark;  ///< where the route begins, for messages about it
 };

@@ -24,7 +24,7 @@ struct Problem {
 /// Says what is wrong with a message type ("sensor_msgs/msg/PointCloud2"), or nothing when it is known and
 /// can be carried by these rules. `paths` are the folders under `types: paths`, already relative to the
 /// working directory.
-using TypeCheck = std::function<std::string(const std::string& type, const someip::PayloadRules& rules,
+using TypeCheck = std::function<std::string(const std::string& type, const MessageRules& rules,
                                             const std::vector<std::string>& paths)>;
 
 /// A good configuration, and what its author should know about it nevertheless.

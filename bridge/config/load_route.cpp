@@ -1,15 +1,12 @@
 #include "bridge/config/load_route.hpp"
 
 #include "bridge/config/format.hpp"
+#include "bridge/config/load_wire.hpp"
 #include "bridge/config/names.hpp"
 #include "bridge/config/section.hpp"
 
 namespace trestle::bridge {
 namespace {
-
-using someip::FieldWidth;
-using someip::PayloadRules;
-using someip::StringEncoding;
 
 constexpr std::uint32_t any_minor = 0xffff'ffff;
 
@@ -25,46 +22,6 @@ Format<std::string> type_name() {
           [](std::string_view text) -> std::optional<std::string> {
             return is_type_name(text) ? std::optional<std::string>{text} : std::nullopt;
           }};
-}
-
-Format<FieldWidth> field_width() {
-  auto format = one_of<FieldWidth>({{"0", FieldWidth::none},
-                                    {"8", FieldWidth::bits8},
-                                    {"16", FieldWidth::bits16},
-                                    {"32", FieldWidth::bits32}});
-  format.expected = "a width in bits: 0 (no such field), 8, 16 or 32";
-  return format;
-}
-
-void load_wire_rules(const YAML::Node& node, PayloadRules& rules, Problems& problems) {
-  Section wire{node, "wire", problems};
-  // The one profile there is: a named starting point for the rest.
-  wire.read("profile", one_of<PayloadRules>({{"commonapi", PayloadRules{}}}), rules);
-  wire.read("byte_order", one_of<std::endian>({{"big", std::endian::big}, {"little", std::endian::little}}),
-            rules.byte_order);
-  wire.read("length_order", one_of<bool>({{"big", true}, {"as_payload", false}}),
-            rules.length_fields_always_big);
-  wire.read("array_length", field_width(), rules.array_length);
-  wire.read("fixed_array_length", field_width(), rules.fixed_array_length);
-  wire.read("string_length", field_width(), rules.string_length);
-  wire.read("struct_length", field_width(), rules.struct_length);
-  wire.read("union_length", field_width(), rules.union_length);
-  wire.read("union_type", field_width(), rules.union_type);
-  wire.read("union_order", one_of<bool>({{"length_first", true}, {"type_first", false}}),
-            rules.union_length_first);
-  wire.read("string_encoding",
-            one_of<StringEncoding>({{"utf8", StringEncoding::utf8},
-                                    {"utf16le", StringEncoding::utf16le},
-                                    {"utf16be", StringEncoding::utf16be}}),
-            rules.string_encoding);
-  wire.read("string_bom", truth(), rules.string_bom);
-  wire.read("string_terminator", truth(), rules.string_terminator);
-  // In the file all widths are bits, as in the specification.
-  auto alignment =
-      one_of<std::uint8_t>({{"8", 1}, {"16", 2}, {"32", 4}, {"64", 8}, {"128", 16}, {"256", 32}});
-  alignment.expected = "an alignment in bits: 8 (none), 16, 32, 64, 128 or 256";
-  wire.read("alignment", alignment, rules.alignment);
-  wire.finish();
 }
 
 void load_tp(const YAML::Node& node, TpSettings& settings, Problems& problems) {
@@ -162,7 +119,7 @@ RouteInFile load_route(const YAML::Node& node, Problems& problems) {
   }
 
   if (const YAML::Node wire = section.child("wire")) {
-    load_wire_rules(wire, route.rules, problems);
+    load_wire(wire, route.rules, problems);
   }
   if (const YAML::Node tp = section.child("tp")) {
     load_tp(tp, route.tp, problems);

@@ -182,6 +182,14 @@ std::vector<YAML::Node> Section::required_list(const char* key, const std::strin
   return elements;
 }
 
+std::vector<std::string> Section::keys() const {
+  std::vector<std::string> keys;
+  for (const Entry& entry : entries_) {
+    keys.push_back(entry.key);
+  }
+  return keys;
+}
+
 void Section::finish() {
   for (const Entry& entry : entries_) {
     if (entry.used) {

@@ -58,6 +58,8 @@ class Section {
 
   /// True when there is no such key, in what is a mapping.
   [[nodiscard]] bool is_missing(const char* key) const { return is_mapping_ && find(key) == nullptr; }
+  /// The keys there are, where they are names that the user chose.
+  [[nodiscard]] std::vector<std::string> keys() const;
   /// The node under a key, for a section or list within this one; an undefined one when the key is missing.
   [[nodiscard]] YAML::Node child(const char* key);
   /// The elements of a list that must be there and not be empty.

@@ -6,7 +6,7 @@
 namespace trestle::bridge {
 
 std::string check_type(const std::string& type, const std::vector<std::string>& folders,
-                       const someip::PayloadRules& rules) {
+                       const MessageRules& rules) {
   TypeLibrary library{{folders.begin(), folders.end()}, ament_prefixes()};
   const auto tree = library.resolve(type);
   if (!tree) {

@@ -2,7 +2,7 @@
 #include <string>
 #include <vector>
 
-#include "someip/wire/payload_rules.hpp"
+#include "bridge/convert/message_rules.hpp"
 
 namespace trestle::bridge {
 
@@ -10,6 +10,6 @@ namespace trestle::bridge {
 /// definition has a fault, or it cannot be carried by these rules. Empty: nothing.
 /// @param folders  searched before AMENT_PREFIX_PATH, see TypeLibrary.
 [[nodiscard]] std::string check_type(const std::string& type, const std::vector<std::string>& folders,
-                                     const someip::PayloadRules& rules = {});
+                                     const MessageRules& rules = {});
 
 }  // namespace trestle::bridge

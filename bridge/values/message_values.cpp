@@ -35,8 +35,7 @@ tl::expected<TextValue, ValueError> parse_text(std::string_view text, ValueForm 
 
 }  // namespace
 
-tl::expected<MessageValues, std::string> MessageValues::make(TypeTree tree,
-                                                             const someip::PayloadRules& rules) {
+tl::expected<MessageValues, std::string> MessageValues::make(TypeTree tree, const MessageRules& rules) {
   auto plan = ConversionPlan::compile(tree, rules);
   if (!plan) {
     return tl::unexpected{std::move(plan.error())};
@@ -86,6 +85,7 @@ tl::expected<std::vector<std::byte>, ValueError> MessageValues::parse(std::strin
     const ConversionError& error = payload.error();
     const char* const why =
         error.fault == ConversionFault::length_overflow ? "more bytes than the length field can say"
+        : error.fault == ConversionFault::bad_union  ? "a union that does not have exactly one of its fields"
         : error.fault == ConversionFault::bad_string ? "a string with a zero inside, where zeros end strings"
                                                      : to_string(error.fault);
     return tl::unexpected{ValueError{place_of(*value, error.field), error.field, why}};

@@ -43,7 +43,7 @@ class MessageValues {
  public:
   /// @return the values, or one line that says why the type cannot be carried under these rules.
   [[nodiscard]] static tl::expected<MessageValues, std::string> make(TypeTree tree,
-                                                                     const someip::PayloadRules& rules = {});
+                                                                     const MessageRules& rules = {});
 
   /// What a SOME/IP payload says, or one line that says what is wrong with it and where.
   [[nodiscard]] tl::expected<std::string, std::string> print(ByteView payload, ValueForm form,

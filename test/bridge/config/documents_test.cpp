@@ -83,7 +83,8 @@ TEST(Documents, NameEveryKey) {
   // An unknown key makes the reader list those it knows.
   const auto loaded = parse_config(
       "zzzzzzzzz: 1\nsomeip: {zzzzzzzzz: 1, sd: {zzzzzzzzz: 1}}\ndds: {zzzzzzzzz: 1}\ntypes: {zzzzzzzzz: 1}\n"
-      "routes:\n  - {zzzzzzzzz: 1, wire: {zzzzzzzzz: 1}, tp: {zzzzzzzzz: 1}, qos: {zzzzzzzzz: 1}}\n",
+      "routes:\n  - {zzzzzzzzz: 1, wire: {zzzzzzzzz: 1, types: {a/msg/B: {zzzzzzzzz: 1}}}, tp: {zzzzzzzzz: "
+      "1}, qos: {zzzzzzzzz: 1}}\n",
       "b.yaml");
   ASSERT_FALSE(loaded.has_value());
   int sections = 0;
@@ -99,7 +100,7 @@ TEST(Documents, NameEveryKey) {
       EXPECT_NE(text.find("`" + key + "`"), std::string::npos) << key << " is not documented";
     }
   }
-  EXPECT_EQ(sections, 9);
+  EXPECT_EQ(sections, 10);
 }
 
 }  // namespace

@@ -285,23 +285,72 @@ INSTANTIATE_TEST_SUITE_P(
                 {"b.yaml:52:18: error: alignment: expected an alignment in bits: 8 (none), 16, 32, 64, 128 "
                  "or 256, "
                  "found '4'"}},
+        Mistake{"UnionNull",
+                "union_null: true",
+                "union_null: maybe",
+                {"b.yaml:53:19: error: union_null: expected true or false, found 'maybe'"}},
+        Mistake{
+            "TaggedLength",
+            "tagged_length: 16",
+            "tagged_length: 24",
+            {"b.yaml:54:22: error: tagged_length: expected a width in bits: 0 (no such field), 8, 16 or 32, "
+             "found '24'"}},
+        Mistake{"TaggedLengths",
+                "smallest",
+                "small",
+                {"b.yaml:55:23: error: tagged_lengths: expected one of configured, smallest, found 'small'"}},
+        Mistake{"LongerArrays",
+                "longer_arrays: refuse",
+                "longer_arrays: drop",
+                {"b.yaml:56:22: error: longer_arrays: expected one of cut, refuse, found 'drop'"}},
+        Mistake{"MissingFields",
+                "missing_fields: default",
+                "missing_fields: zero",
+                {"b.yaml:57:23: error: missing_fields: expected one of refuse, default, found 'zero'"}},
+        Mistake{
+            "TypeOfRules",
+            "std_msgs/msg/Header:",
+            "Header:",
+            {"b.yaml:60:17: error: types: expected a message type such as sensor_msgs/msg/PointCloud2, found "
+             "'Header'"}},
+        Mistake{"RulesOfType",
+                "{form: union}",
+                "union",
+                {"b.yaml:60:30: error: std_msgs/msg/Header: expected a mapping (key: value), found 'union'"}},
+        Mistake{"Form",
+                "form: union",
+                "form: variant",
+                {"b.yaml:60:37: error: form: expected one of struct, union, bits8, bits16, bits32, found "
+                 "'variant'"}},
+        Mistake{"KeyOfType",
+                "form: union",
+                "frm: union",
+                {"b.yaml:60:31: error: unknown key 'frm' in std_msgs/msg/Header; did you mean 'form'?"}},
+        Mistake{"DataId",
+                "offset: 0xfff",
+                "offset: 0x1000",
+                {"b.yaml:59:62: error: offset: expected an id from 0x0000 to 0x0fff, found '0x1000'"}},
+        Mistake{"FixedString",
+                "name: 32",
+                "name: 0",
+                {"b.yaml:59:92: error: name: expected a whole number from 1 to 65535, found '0'"}},
         Mistake{"Reliability",
                 "reliability: reliable",
                 "reliability: best",
-                {"b.yaml:54:20: error: reliability: expected one of reliable, best_effort, found 'best'"}},
+                {"b.yaml:62:20: error: reliability: expected one of reliable, best_effort, found 'best'"}},
         Mistake{"Durability",
                 "transient_local",
                 "persistent",
-                {"b.yaml:55:19: error: durability: expected one of volatile, transient_local, found "
+                {"b.yaml:63:19: error: durability: expected one of volatile, transient_local, found "
                  "'persistent'"}},
         Mistake{"LatchedButNotReliable",
                 "reliability: reliable",
                 "reliability: best_effort",
-                {"b.yaml:55:19: error: durability: transient_local needs reliability: reliable"}},
+                {"b.yaml:63:19: error: durability: transient_local needs reliability: reliable"}},
         Mistake{"Depth",
                 "depth: 3",
                 "depth: 10001",
-                {"b.yaml:56:14: error: depth: expected a whole number from 1 to 10000, found '10001'"}}),
+                {"b.yaml:64:14: error: depth: expected a whole number from 1 to 10000, found '10001'"}}),
     name_of);
 
 INSTANTIATE_TEST_SUITE_P(
@@ -414,10 +463,10 @@ TEST(ConfigErrors, TellFilesThatAreNoConfigurationApart) {
   EXPECT_THAT(problems_of("- 1\n"),
               ElementsAre("b.yaml:1:1: error: the file: expected a mapping (key: value), found a list"));
   EXPECT_THAT(problems_of(good_config + "---\nmore: 1\n"),
-              ElementsAre("b.yaml:64:1: error: the file should end here: it is one YAML document"));
+              ElementsAre("b.yaml:72:1: error: the file should end here: it is one YAML document"));
   // Of some such ends yaml-cpp's LoadAll() makes documents without end, as the fuzzer found.
   EXPECT_THAT(problems_of(good_config + "}\n"),
-              ElementsAre("b.yaml:64:1: error: not valid YAML: illegal flow end"));
+              ElementsAre("b.yaml:72:1: error: not valid YAML: illegal flow end"));
   EXPECT_THAT(problems_of("a: 1\n]"), ElementsAre("b.yaml:2:1: error: not valid YAML: illegal flow end"));
   EXPECT_THAT(problems_of("someip: {address: 127.0.0.1}\nroutes: []\n"),
               ElementsAre("b.yaml:2:9: error: routes: expected a list of routes, found an empty list"));
@@ -442,12 +491,11 @@ TEST(ConfigErrors, SayWhyAFileCannotBeRead) {
 }
 
 TEST(ConfigErrors, PassOnWhatIsWrongWithAType) {
-  const TypeCheck check = [](const std::string& type, const someip::PayloadRules&,
-                             const std::vector<std::string>&) {
+  const TypeCheck check = [](const std::string& type, const MessageRules&, const std::vector<std::string>&) {
     return type == "geometry_msgs/msg/Point" ? type + " is not known" : "";
   };
   EXPECT_THAT(problems_of(good_config, check),
-              ElementsAre("b.yaml:58:11: error: type: geometry_msgs/msg/Point is not known"));
+              ElementsAre("b.yaml:66:11: error: type: geometry_msgs/msg/Point is not known"));
 }
 
 TEST(ConfigErrors, SayOnceWhatIsWrongInAnAnchoredPiece) {

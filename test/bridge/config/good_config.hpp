@@ -56,6 +56,14 @@ routes:
       string_bom: false
       string_terminator: false
       alignment: 64
+      union_null: true
+      tagged_length: 16
+      tagged_lengths: smallest
+      longer_arrays: refuse
+      missing_fields: default
+      types:
+        sensor_msgs/msg/PointField: {tags: {name: 0, offset: 0xfff}, fixed_strings: {name: 32}}
+        std_msgs/msg/Header: {form: union}
     qos:
       reliability: reliable
       durability: transient_local

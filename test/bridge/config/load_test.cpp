@@ -77,25 +77,35 @@ TEST(LoadConfig, ReadsEveryKey) {
       points.tp,
       (TpSettings{
           .segment_bytes = 1024, .burst = 16, .separation = 250us, .max_message = std::size_t{8} << 20U}));
-  EXPECT_EQ(points.rules, (PayloadRules{.byte_order = std::endian::little,
-                                        .length_fields_always_big = true,
-                                        .array_length = FieldWidth::bits16,
-                                        .fixed_array_length = FieldWidth::bits8,
-                                        .string_length = FieldWidth::bits8,
-                                        .struct_length = FieldWidth::bits32,
-                                        .union_length = FieldWidth::bits16,
-                                        .union_type = FieldWidth::bits8,
-                                        .union_length_first = false,
-                                        .string_encoding = someip::StringEncoding::utf16be,
-                                        .string_bom = false,
-                                        .string_terminator = false,
-                                        .alignment = 8}));
+  EXPECT_EQ(points.rules.payload, (PayloadRules{.byte_order = std::endian::little,
+                                                .length_fields_always_big = true,
+                                                .array_length = FieldWidth::bits16,
+                                                .fixed_array_length = FieldWidth::bits8,
+                                                .string_length = FieldWidth::bits8,
+                                                .struct_length = FieldWidth::bits32,
+                                                .union_length = FieldWidth::bits16,
+                                                .union_type = FieldWidth::bits8,
+                                                .union_length_first = false,
+                                                .union_null = true,
+                                                .tagged_length = FieldWidth::bits16,
+                                                .smallest_tagged_length = true,
+                                                .cut_longer_arrays = false,
+                                                .string_encoding = someip::StringEncoding::utf16be,
+                                                .string_bom = false,
+                                                .string_terminator = false,
+                                                .alignment = 8}));
+  EXPECT_TRUE(points.rules.default_missing);
+  ASSERT_EQ(points.rules.types.size(), 2U);
+  const TypeRules& field = points.rules.types.at("sensor_msgs/msg/PointField");
+  EXPECT_EQ(field, (TypeRules{.tags = {{"name", someip::DataId{0}}, {"offset", someip::DataId{0xfff}}},
+                              .fixed_strings = {{"name", 32}}}));
+  EXPECT_EQ(points.rules.types.at("std_msgs/msg/Header"), (TypeRules{.form = TypeRules::Form::choice}));
   EXPECT_EQ(points.qos, (QosSettings{.reliable = true, .transient_local = true, .depth = 3}));
   EXPECT_EQ(points.mark, (Mark{22, 5}));
   // Ids may be decimal.
   EXPECT_EQ(config.routes[1].service, ServiceId{0x2222});
   EXPECT_EQ(config.routes[1].event, MethodId{0x8001});
-  EXPECT_EQ(config.routes[1].mark, (Mark{57, 5}));
+  EXPECT_EQ(config.routes[1].mark, (Mark{65, 5}));
 }
 
 TEST(LoadConfig, LeavesDefaultsWhereNothingIsSaid) {
@@ -107,7 +117,7 @@ TEST(LoadConfig, LeavesDefaultsWhereNothingIsSaid) {
   EXPECT_FALSE(config.dds.shared_memory);
   EXPECT_THAT(config.type_paths, IsEmpty());
   ASSERT_EQ(config.routes.size(), 1U);
-  EXPECT_EQ(config.routes[0].rules, PayloadRules{});
+  EXPECT_EQ(config.routes[0].rules, MessageRules{});
   EXPECT_EQ(config.routes[0].tp, TpSettings{});
   EXPECT_EQ(config.routes[0].qos, QosSettings{});
   EXPECT_EQ(config.routes[0].major, 1);
@@ -152,10 +162,10 @@ routes:
   EXPECT_EQ(merged.port, 40000);
   EXPECT_TRUE(merged.qos.transient_local);
   // Own keys win over merged ones, earlier sources over later ones.
-  EXPECT_EQ(merged.rules, (PayloadRules{.byte_order = std::endian::little,
-                                        .array_length = FieldWidth::bits16,
-                                        .string_length = FieldWidth::bits8,
-                                        .struct_length = FieldWidth::bits32}));
+  EXPECT_EQ(merged.rules.payload, (PayloadRules{.byte_order = std::endian::little,
+                                                .array_length = FieldWidth::bits16,
+                                                .string_length = FieldWidth::bits8,
+                                                .struct_length = FieldWidth::bits32}));
 }
 
 TEST(LoadConfig, TakesIpv6WithAMulticastAddressOfItsOwn) {
@@ -196,9 +206,10 @@ routes:
 
 TEST(LoadConfig, AsksTheTypeCheckWithRulesAndPaths) {
   std::vector<std::string> asked;
-  load_good(good_config, [&](const std::string& type, const PayloadRules& rules,
+  load_good(good_config, [&](const std::string& type, const MessageRules& rules,
                              const std::vector<std::string>& paths) {
-    asked.push_back(type + (rules.byte_order == std::endian::little ? " little " : " big ") + paths.at(0));
+    asked.push_back(type + (rules.payload.byte_order == std::endian::little ? " little " : " big ") +
+                    paths.at(0));
     return std::string{};
   });
   EXPECT_THAT(asked,
