@@ -212,7 +212,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"PortOfATcpClient",
                 "event: 32769",
                 "event: 32769\n    transport: tcp\n    port: 40002",
-                {"b.yaml:65:11: error: port: of a TCP connection to a server, the system chooses ours"}},
+                {"b.yaml:73:11: error: port: of a TCP connection to a server, the system chooses ours"}},
         Mistake{"Transport",
                 "transport: udp",
                 "transport: can",
