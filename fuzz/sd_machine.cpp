@@ -27,6 +27,8 @@ constexpr Limits limits{.max_offers = 3,
                         .max_peers = 4,
                         .max_tcp_connections = 2,
                         .max_pending_entries = 24,
+                        .max_configurations = 2,
+                        .max_configuration_bytes = 40,
                         .max_pending_events = 24};
 
 void require(bool condition) {
@@ -63,17 +65,26 @@ class Conversation {
         Eventgroup{.id = EventgroupId{1}},
         Eventgroup{
             .id = EventgroupId{2}, .tcp = true, .multicast = Endpoint{IpAddress::v4(224, 0, 0, 9), 9}}};
+    static constexpr std::array<ConfigurationItem, 1> said{{{"otherserv", "x"}}};
     for (std::uint16_t instance = 1; instance <= 2; ++instance) {
       offer_ = discovery_
                    .offer({.service = ServiceId{0x1234},
                            .instance = InstanceId{instance},
                            .udp = Endpoint{IpAddress::v4(10, 0, 0, 1), 30509},
                            .tcp = Endpoint{IpAddress::v4(10, 0, 0, 1), 30510},
-                           .eventgroups = groups},
+                           .eventgroups = groups,
+                           .load_balancing = LoadBalancingOption{.priority = instance}},
                           now_)
                    .value_or(OfferHandle{});
     }
+    static_cast<void>(discovery_.offer({.service = other_protocols,
+                                        .instance = InstanceId{1},
+                                        .udp = Endpoint{IpAddress::v4(10, 0, 0, 1), 30509},
+                                        .eventgroups = groups,
+                                        .configuration = said},
+                                       now_));
     requirement_ = discovery_.require({.service = ServiceId{0x1234}}, now_).value_or(RequirementHandle{});
+    static_cast<void>(discovery_.require({.service = other_protocols, .otherserv = "x"}, now_));
     subscribe(InstanceId{1}, true);
     subscribe(InstanceId{2}, false);
   }
@@ -152,6 +163,12 @@ class Conversation {
     while (discovery_.poll_transmit(room, now_)) {
     }
     while (discovery_.poll_event()) {
+    }
+    if (const auto service = discovery_.choose(requirement_)) {
+      ConfigurationCursor items = discovery_.configuration(service->handle);
+      while (items.next()) {
+      }
+      require(!items.error());
     }
     const auto deadline = discovery_.deadline();
     require(!deadline || *deadline > now_);

@@ -1,4 +1,4 @@
-// ServiceDiscovery as a client: required services, the offers of peers, and subscriptions to them.
+// ServiceDiscovery as a client: its subscriptions to the services of peers.
 #include "sd/core/service_discovery.hpp"
 
 namespace trestle::sd {
@@ -15,75 +15,7 @@ bool usable(const std::optional<Endpoint>& endpoint, bool v6) noexcept {
 
 }  // namespace
 
-bool ServiceDiscovery::fits(const slots::Requirement& requirement,
-                            const slots::Remote& remote) const noexcept {
-  return requirement.service == remote.service &&
-         (requirement.instance == someip::any_instance || requirement.instance == remote.instance) &&
-         (requirement.major == any_major || requirement.major == remote.major) &&
-         (requirement.minor == any_minor || requirement.minor == remote.minor);
-}
-
-RemoteService ServiceDiscovery::service_of(const slots::Remote& remote) const noexcept {
-  return {remote.service,
-          remote.instance,
-          remote.major,
-          remote.minor,
-          remote.udp,
-          remote.tcp,
-          peers_[remote.peer].endpoint};
-}
-
-std::size_t ServiceDiscovery::requirements_of(const slots::Remote& remote) const noexcept {
-  return static_cast<std::size_t>(
-      std::count_if(requirements_.begin(), requirements_.end(),
-                    [&](const slots::Requirement& requirement) { return fits(requirement, remote); }));
-}
-
-std::size_t ServiceDiscovery::events_of_loss(const slots::Remote& remote) const noexcept {
-  const std::uint16_t index = remotes_.index_of(remote);
-  const auto subscribed = std::count_if(
-      subscriptions_.begin(), subscriptions_.end(),
-      [&](const OwnSubscription& s) { return s.remote == index && s.state == State::subscribed; });
-  return requirements_of(remote) + static_cast<std::size_t>(subscribed);
-}
-
 // --- Calls of the application -----------------------------------------------------------------------------
-
-Result<RequirementHandle, SdError> ServiceDiscovery::require(const RequiredService& service,
-                                                             TimePoint now) noexcept {
-  if (!someip::names_a_service(service.service) || service.instance == InstanceId{0}) {
-    return tl::unexpected{SdError::bad_argument};
-  }
-  // Asked before the new slot is there, so that it does not join itself.
-  const FindSchedule schedule = link_up_ ? FindSchedule{settings_.timing, first_due(now)} : FindSchedule{};
-  slots::Requirement* const slot = requirements_.add();
-  if (slot == nullptr) {
-    return tl::unexpected{SdError::table_full};
-  }
-  slot->service = service.service;
-  slot->instance = service.instance;
-  slot->major = service.major;
-  slot->minor = service.minor;
-  slot->schedule = schedule;
-  const auto handle = requirements_.handle_of<RequirementHandle>(*slot);
-  for (const slots::Remote& remote : remotes_) {
-    if (fits(*slot, remote)) {
-      tell(ServiceAvailable{handle, service_of(remote)});
-      settle(*slot);
-    }
-  }
-  return handle;
-}
-
-// A Find for one instance is over with its offer [feat_req_someipsd_238]; one for all instances cannot know
-// whether it has seen them all [feat_req_someipsd_239].
-void ServiceDiscovery::settle(slots::Requirement& requirement) noexcept {
-  if (requirement.instance == someip::any_instance) {
-    requirement.schedule.found_some();
-  } else {
-    requirement.schedule.found();
-  }
-}
 
 void ServiceDiscovery::release(RequirementHandle handle, TimePoint now) noexcept {
   slots::Requirement* const requirement = requirements_.find(handle);
@@ -193,30 +125,29 @@ slots::PendingEntry ServiceDiscovery::subscribe_entry(const OwnSubscription& sub
       .ttl_s = ttl_s,
       .tail = Entry::eventgroup_tail(subscription.eventgroup, subscription.counter, initial_data)};
   if (subscription.udp) {
-    pending.options[pending.option_count++] = {EndpointRole::unicast, *subscription.udp, Transport::udp};
+    pending.add(EndpointOption{EndpointRole::unicast, *subscription.udp, Transport::udp}.encode());
   }
   if (subscription.tcp) {
-    pending.options[pending.option_count++] = {EndpointRole::unicast, *subscription.tcp, Transport::tcp};
+    pending.add(EndpointOption{EndpointRole::unicast, *subscription.tcp, Transport::tcp}.encode());
   }
+  pending.configuration = requirements_[subscription.requirement].configuration;
   return pending;
 }
 
-namespace {
-
-bool is_for(const slots::PendingEntry& pending, const OwnSubscription& subscription,
-            const slots::Remote& remote) noexcept {
+bool ServiceDiscovery::is_for(const slots::PendingEntry& pending,
+                              const OwnSubscription& subscription) const noexcept {
   const Entry& entry = pending.entry;
+  const slots::Remote& remote = remotes_[subscription.remote];
   return pending.peer == remote.peer && entry.type == EntryType::subscribe_eventgroup &&
          entry.service == remote.service && entry.instance == remote.instance &&
          entry.major == remote.major && entry.eventgroup() == subscription.eventgroup &&
-         entry.counter() == subscription.counter;
+         entry.counter() == subscription.counter &&
+         pending.configuration == requirements_[subscription.requirement].configuration;
 }
-
-}  // namespace
 
 bool ServiceDiscovery::is_requested(const OwnSubscription& subscription) const noexcept {
   for (std::size_t i = 0; i < pending_.size(); ++i) {
-    if (pending_[i].entry.ttl_s != 0 && is_for(pending_[i], subscription, remotes_[subscription.remote])) {
+    if (pending_[i].entry.ttl_s != 0 && is_for(pending_[i], subscription)) {
       return true;
     }
   }
@@ -224,9 +155,7 @@ bool ServiceDiscovery::is_requested(const OwnSubscription& subscription) const n
 }
 
 void ServiceDiscovery::cancel_requests(const OwnSubscription& subscription) noexcept {
-  pending_.remove_if([&](const slots::PendingEntry& pending) {
-    return is_for(pending, subscription, remotes_[subscription.remote]);
-  });
+  pending_.remove_if([&](const slots::PendingEntry& pending) { return is_for(pending, subscription); });
 }
 
 // Queues a Subscribe to the offer the subscription is tied to.
@@ -317,6 +246,7 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
     ++counters_.ignored_wrong_transport;  // [feat_req_someipsd_818]
     return;
   }
+  const std::string_view name = name_in(entry, arrival);
   const auto is_meant = [&](const OwnSubscription& subscription) {
     if (subscription.remote == OwnSubscription::no_remote) {
       return false;
@@ -324,7 +254,8 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
     const slots::Remote& remote = remotes_[subscription.remote];
     return remote.peer == arrival.peer && remote.service == entry.service &&
            remote.instance == entry.instance && remote.major == entry.major &&
-           subscription.eventgroup == entry.eventgroup() && subscription.counter == entry.counter();
+           subscription.eventgroup == entry.eventgroup() && subscription.counter == entry.counter() &&
+           (name.empty() || has_name(remote, name));
   };
   const auto meant = std::find_if(subscriptions_.begin(), subscriptions_.end(), is_meant);
   if (meant == subscriptions_.end()) {
@@ -366,142 +297,8 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
   }
 }
 
-// --- Offers of peers --------------------------------------------------------------------------------------
-
-slots::Remote* ServiceDiscovery::remote_of(const Entry& entry) const noexcept {
-  for (slots::Remote& remote : remotes_) {
-    if (remote.service == entry.service && remote.instance == entry.instance && remote.major == entry.major) {
-      return &remote;
-    }
-  }
-  return nullptr;
-}
-
-void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noexcept {
-  const auto options = read_options(arrival.message, entry, rules_);
-  // An offer without endpoint tells nobody how to reach the service.  [feat_req_someipsd_681]
-  if (!options || (!options->udp && !options->tcp) || entry.instance == someip::any_instance) {
-    ++counters_.ignored_bad_options;
-    return;
-  }
-  slots::Remote offered;
-  offered.service = entry.service;
-  offered.instance = entry.instance;
-  offered.major = entry.major;
-  offered.minor = entry.minor();
-  offered.peer = arrival.peer;
-  offered.udp = options->udp;
-  offered.tcp = options->tcp;
-  slots::Remote* remote = remote_of(entry);
-  if (remote != nullptr && remote->peer != arrival.peer) {
-    // Two servers claim the same service. Whom we know stays until its TTL is over: changing over with every
-    // offer would help nobody.
-    ++counters_.ignored_conflicting_offer;
-    return;
-  }
-  const bool changed = remote != nullptr && (remote->minor != offered.minor || remote->udp != offered.udp ||
-                                             remote->tcp != offered.tcp);
-  const std::size_t wanting = requirements_of(offered);
-  if ((remote == nullptr || changed) &&
-      events_.free_places() < wanting + (changed ? events_of_loss(*remote) : 0)) {
-    ++counters_.ignored_no_room;
-    return;
-  }
-  if (changed) {
-    lose(*remote, LossReason::replaced, arrival.now);
-    remote = nullptr;
-  }
-  const bool is_new = remote == nullptr;
-  if (is_new) {
-    remote = new_remote(wanting > 0);
-    if (remote == nullptr) {
-      ++counters_.ignored_no_room;
-      return;
-    }
-    offered.in_use = true;
-    offered.generation = remote->generation;
-    *remote = offered;
-  }
-  remote->expiry = entry.ttl_s == infinite_ttl_s
-                       ? std::nullopt
-                       : std::optional{arrival.now + std::chrono::seconds{entry.ttl_s}};
-  remote->answer_due = arrival.answer_due;
-  if (is_new) {
-    announce(*remote);
-  }
-  renew_subscriptions(*remote, arrival);
-}
-
-// Services that nobody requires are remembered too, as long as there is room: a later requirement then need
-// not look for them.  [feat_req_someipsd_17]
-slots::Remote* ServiceDiscovery::new_remote(bool required) noexcept {
-  if (slots::Remote* const slot = remotes_.add()) {
-    return slot;
-  }
-  if (!required) {
-    return nullptr;
-  }
-  for (slots::Remote& remote : remotes_) {
-    if (requirements_of(remote) == 0) {
-      remotes_.remove(remote);
-      return remotes_.add();
-    }
-  }
-  return nullptr;
-}
-
-void ServiceDiscovery::announce(const slots::Remote& remote) noexcept {
-  for (slots::Requirement& requirement : requirements_) {
-    if (fits(requirement, remote)) {
-      settle(requirement);
-      tell(ServiceAvailable{requirements_.handle_of<RequirementHandle>(requirement), service_of(remote)});
-    }
-  }
-}
-
-void ServiceDiscovery::on_stop_offer(const Entry& entry, const Arrival& arrival) noexcept {
-  slots::Remote* const remote = remote_of(entry);
-  if (remote == nullptr || remote->peer != arrival.peer) {
-    return;
-  }
-  if (events_.free_places() < events_of_loss(*remote)) {
-    ++counters_.ignored_no_room;
-    return;
-  }
-  lose(*remote, LossReason::stopped, arrival.now);  // [feat_req_someipsd_831]
-}
-
-void ServiceDiscovery::lose(slots::Remote& remote, LossReason reason, TimePoint now) noexcept {
-  const std::uint16_t index = remotes_.index_of(remote);
-  for (OwnSubscription& subscription : subscriptions_) {
-    if (subscription.remote == index) {
-      unbind(subscription, reason);
-    }
-  }
-  const slots::Remote lost = remote;
-  remotes_.remove(remote);
-  for (slots::Requirement& requirement : requirements_) {
-    if (!fits(requirement, lost)) {
-      continue;
-    }
-    tell(ServiceLost{requirements_.handle_of<RequirementHandle>(requirement), service_of(lost), reason});
-    // After a StopOffer wait for the next offer without asking.  [feat_req_someipsd_834]
-    const bool ask = link_up_ && (reason == LossReason::expired || reason == LossReason::rebooted);
-    const bool others = std::any_of(remotes_.begin(), remotes_.end(),
-                                    [&](const slots::Remote& other) { return fits(requirement, other); });
-    if (ask && !others) {
-      requirement.schedule = FindSchedule{settings_.timing, first_due(now)};
-    }
-  }
-}
-
-// Advances finds and ends offers and subscriptions whose time is over. What finds no room stays due.
-void ServiceDiscovery::seek(TimePoint now) noexcept {
-  for (slots::Remote& remote : remotes_) {
-    if (remote.expiry && *remote.expiry <= now && events_.free_places() >= events_of_loss(remote)) {
-      lose(remote, LossReason::expired, now);
-    }
-  }
+// Ends own subscriptions whose time is over, and renews those whose events are missing.
+void ServiceDiscovery::watch(TimePoint now) noexcept {
   for (OwnSubscription& subscription : subscriptions_) {
     if (subscription.expiry && *subscription.expiry <= now && events_.free_places() > 0) {
       subscription.expiry.reset();
@@ -516,20 +313,6 @@ void ServiceDiscovery::seek(TimePoint now) noexcept {
       subscription.silent_at = now + *subscription.silence_timeout;
       request(subscription, now, Cause::silence);  // [feat_req_someipsd_439]
     }
-  }
-  for (slots::Requirement& requirement : requirements_) {
-    if (pending_.free_places() == 0 || !requirement.schedule.on_time(now)) {
-      continue;
-    }
-    slots::PendingEntry pending;  // no endpoints in a Find  [feat_req_someipsd_877]
-    pending.due = now;
-    pending.entry = {.type = EntryType::find_service,
-                     .service = requirement.service,
-                     .instance = requirement.instance,
-                     .major = requirement.major,
-                     .ttl_s = settings_.timing.ttl_s,
-                     .tail = any_minor};  // fits() compares  [feat_req_someipcompat_1197]
-    send(pending);
   }
 }
 

@@ -38,12 +38,13 @@ bool is_subnet_broadcast(const IpAddress& address, std::size_t prefix_bits) noex
   return (number & host_bits) == host_bits;
 }
 
-// Takes `endpoint` as the one of its kind; false when there is another already.
-bool take(std::optional<Endpoint>& place, const Endpoint& endpoint) noexcept {
-  if (place && *place != endpoint) {
+// Takes `value` as the one of its kind; false when there is another already.
+template <typename T>
+bool take(std::optional<T>& place, const T& value) noexcept {
+  if (place && *place != value) {
     return false;
   }
-  place = endpoint;
+  place = value;
   return true;
 }
 
@@ -66,6 +67,20 @@ std::optional<OptionFault> take_multicast(EntryOptions& found, const EndpointOpt
   return take(found.multicast, option.endpoint) ? std::nullopt : std::optional{OptionFault::conflict};
 }
 
+// Not an endpoint, or one of a wrong length.
+std::optional<OptionFault> take_other(EntryOptions& found, const Option& option) noexcept {
+  if (find_fault(option)) {
+    return OptionFault::malformed;
+  }
+  const auto load_balancing = LoadBalancingOption::decode(option);
+  const auto mac_groupcast = MacGroupcastOption::decode(option);
+  if ((load_balancing && !take(found.load_balancing, *load_balancing)) ||
+      (mac_groupcast && !take(found.mac_groupcast, *mac_groupcast))) {
+    return OptionFault::conflict;
+  }
+  return std::nullopt;
+}
+
 std::optional<OptionFault> take(EntryOptions& found, const Option& option, EntryType type,
                                 const OptionRules& rules) noexcept {
   if (rules.refuses(option)) {
@@ -73,8 +88,7 @@ std::optional<OptionFault> take(EntryOptions& found, const Option& option, Entry
   }
   const auto endpoint = EndpointOption::decode(option);
   if (!endpoint) {
-    // Not an endpoint of the right length: either broken, or nothing we need an answer from.
-    return find_fault(option) ? std::optional{OptionFault::malformed} : std::nullopt;
+    return take_other(found, option);
   }
   if (endpoint->endpoint.address.v6 != rules.v6()) {
     return std::nullopt;

@@ -28,11 +28,13 @@ class OptionRules {
   bool refuse_unknown_;
 };
 
-/// The endpoints that an entry references, all of our IP version.
+/// What an entry references, but for its configuration. All endpoints are of our IP version.
 struct EntryOptions {
   std::optional<Endpoint> udp;
   std::optional<Endpoint> tcp;
   std::optional<Endpoint> multicast;  ///< of a SubscribeEventgroupAck
+  std::optional<LoadBalancingOption> load_balancing;
+  std::optional<MacGroupcastOption> mac_groupcast;
 };
 
 /// Why an entry cannot be used because of its options.
@@ -41,7 +43,7 @@ enum class OptionFault : std::uint8_t {
   malformed,  ///< a length or a configuration that does not fit the option's type
   endpoint,   ///< an endpoint that cannot be one: address, port or protocol  [feat_req_someipsd_1164]
   unknown,    ///< of an unknown type, where the settings refuse such  [feat_req_someipsd_102]
-  conflict,   ///< two different endpoints of the same kind  [feat_req_someipsd_1144]
+  conflict,   ///< two different options of the same kind  [feat_req_someipsd_1144]
 };
 
 /// Reads and checks what `entry` of `message` references: unicast endpoints, or the multicast endpoint when

@@ -2,7 +2,7 @@
 #include <optional>
 #include <variant>
 
-#include "sd/wire/entry.hpp"
+#include "sd/wire/option.hpp"
 #include "someip/wire/endpoint.hpp"
 
 namespace trestle::sd {
@@ -17,6 +17,8 @@ struct Handle {
 using OfferHandle = Handle<struct OfferTag>;
 using RequirementHandle = Handle<struct RequirementTag>;
 using SubscriptionHandle = Handle<struct SubscriptionTag>;
+/// An offer of a peer, from ServiceAvailable to ServiceLost.
+using RemoteHandle = Handle<struct RemoteTag>;
 
 /// Why something ended.
 enum class LossReason : std::uint8_t {
@@ -47,7 +49,10 @@ struct RemoteService {
   std::uint32_t minor = 0;
   std::optional<Endpoint> udp;  ///< where it is reached, and its UDP events come from
   std::optional<Endpoint> tcp;
-  Endpoint peer;  ///< its SD endpoint
+  Endpoint peer;                                        ///< its SD endpoint
+  std::optional<LoadBalancingOption> load_balancing{};  ///< ServiceDiscovery::choose() goes by it
+  std::optional<MacGroupcastOption> mac_groupcast{};    ///< of a service that is not SOME/IP
+  RemoteHandle handle{};                                ///< for ServiceDiscovery::configuration()
   friend constexpr bool operator==(const RemoteService&, const RemoteService&) = default;
 };
 
@@ -76,7 +81,8 @@ struct SubscriberRemoved {
   LossReason reason{};
 };
 
-/// Client: a service that fits the requirement is offered.
+/// Client: a service that fits the requirement is offered. Comes again, without a ServiceLost in between,
+/// when its configuration or load balancing changes.
 struct ServiceAvailable {
   RequirementHandle requirement;
   RemoteService service;

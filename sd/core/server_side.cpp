@@ -18,10 +18,19 @@ bool usable(const Eventgroup& eventgroup, const OfferedService& service, bool v6
          (!eventgroup.tcp || service.tcp);
 }
 
+// Whether it can be reached at all, and by nothing that it must not have.
+bool has_access(const OfferedService& service) noexcept {
+  if (const auto& mac = service.mac_groupcast) {
+    return service.service == other_protocols &&
+           mac->identifier_bytes <= MacGroupcastOption::max_identifier_bytes;
+  }
+  return service.udp || service.tcp;
+}
+
 bool usable(const OfferedService& service, bool v6) noexcept {
   return someip::names_a_service(service.service) && someip::names_an_instance(service.instance) &&
-         service.major != any_major && (service.udp || service.tcp) &&
-         (!service.udp || usable(*service.udp, v6)) && (!service.tcp || usable(*service.tcp, v6)) &&
+         service.major != any_major && has_access(service) && (!service.udp || usable(*service.udp, v6)) &&
+         (!service.tcp || usable(*service.tcp, v6)) &&
          (!service.ttl_s || (*service.ttl_s > 0 && *service.ttl_s <= infinite_ttl_s)) &&
          std::ranges::all_of(service.eventgroups,
                              [&](const Eventgroup& group) { return usable(group, service, v6); });
@@ -38,6 +47,15 @@ bool has_duplicates(std::span<const Eventgroup> eventgroups) noexcept {
   return false;
 }
 
+// Other protocols need a name, SOME/IP services must not have one.
+bool names_fit(const OfferedService& service, std::string_view name) noexcept {
+  if (service.service == other_protocols) {
+    return !name.empty();
+  }
+  return std::ranges::none_of(service.configuration,
+                              [](const ConfigurationItem& item) { return item.key == otherserv; });
+}
+
 bool same_instance(const Entry& entry, const slots::Offer& offer) noexcept {
   return entry.service == offer.service && entry.instance == offer.instance && entry.major == offer.major;
 }
@@ -48,15 +66,35 @@ Result<OfferHandle, SdError> ServiceDiscovery::offer(const OfferedService& servi
   if (!usable(service, rules_.v6())) {
     return tl::unexpected{SdError::bad_argument};
   }
+  ByteView configuration;
+  if (!service.configuration.empty()) {
+    const auto option = encode_configuration(service.configuration, configurations_.room());
+    if (!option) {
+      return tl::unexpected{SdError::bad_argument};
+    }
+    configuration = option->body;
+  }
+  std::uint16_t kept = configurations_.take(configuration);
+  const std::string_view name = otherserv_of(configuration);
+  if (!names_fit(service, name)) {
+    return tl::unexpected{SdError::bad_argument};
+  }
   const auto is_same = [&](const slots::Offer& other) {
     return other.service == service.service && other.instance == service.instance &&
-           other.major == service.major;
+           other.major == service.major && has_name(other, name);
   };
   if (has_duplicates(service.eventgroups) || std::any_of(offers_.begin(), offers_.end(), is_same)) {
     return tl::unexpected{SdError::duplicate};
   }
   if (eventgroups_.free_slots() < service.eventgroups.size()) {
     return tl::unexpected{SdError::table_full};
+  }
+  if (kept == ConfigurationPool::unkept) {
+    const auto index = keep_configuration(true);
+    if (!index) {
+      return tl::unexpected{SdError::table_full};
+    }
+    kept = *index;
   }
   // Asked before the new slot is there, so that it does not join itself.
   const OfferSchedule schedule = link_up_ ? OfferSchedule{settings_.timing, first_due(now)} : OfferSchedule{};
@@ -71,6 +109,9 @@ Result<OfferHandle, SdError> ServiceDiscovery::offer(const OfferedService& servi
   slot->ttl_s = service.ttl_s.value_or(settings_.timing.ttl_s);
   slot->udp = service.udp;
   slot->tcp = service.tcp;
+  slot->load_balancing = service.load_balancing;
+  slot->mac_groupcast = service.mac_groupcast;
+  slot->configuration = kept;
   slot->schedule = schedule;
   for (const Eventgroup& eventgroup : service.eventgroups) {
     slots::OfferedEventgroup* const group = eventgroups_.add();
@@ -89,7 +130,9 @@ void ServiceDiscovery::stop_offer(OfferHandle handle, TimePoint now) noexcept {
   pending_.remove_if([offer](const slots::PendingEntry& pending) {
     const bool ours = pending.entry.type == EntryType::offer_service ||
                       pending.entry.type == EntryType::subscribe_eventgroup_ack;
-    return ours && same_instance(pending.entry, *offer);
+    // The same ids may be those of several offers of other protocols: their configurations differ.
+    return ours && same_instance(pending.entry, *offer) &&
+           (offer->service != other_protocols || pending.configuration == offer->configuration);
   });
   if (link_up_) {
     send_offer(*offer, slots::PendingEntry::to_multicast, now, 0);
@@ -196,14 +239,21 @@ void ServiceDiscovery::send_offer(const slots::Offer& offer, std::uint16_t to, T
                    .ttl_s = ttl_s,
                    .tail = offer.minor};
   if (offer.udp) {
-    pending.options[pending.option_count++] = {EndpointRole::unicast, *offer.udp, Transport::udp};
+    pending.add(EndpointOption{EndpointRole::unicast, *offer.udp, Transport::udp}.encode());
   }
   if (offer.tcp) {
-    pending.options[pending.option_count++] = {EndpointRole::unicast, *offer.tcp, Transport::tcp};
+    pending.add(EndpointOption{EndpointRole::unicast, *offer.tcp, Transport::tcp}.encode());
   }
   if (const auto multicast = settings_.multicast_option_in_offers ? multicast_of(offer) : std::nullopt) {
-    pending.options[pending.option_count++] = {EndpointRole::multicast, *multicast};
+    pending.add(EndpointOption{EndpointRole::multicast, *multicast}.encode());
   }
+  if (offer.mac_groupcast) {
+    pending.add(offer.mac_groupcast->encode());
+  }
+  if (offer.load_balancing) {
+    pending.add(offer.load_balancing->encode());
+  }
+  pending.configuration = offer.configuration;
   send(pending);
 }
 
@@ -244,11 +294,13 @@ void ServiceDiscovery::on_find(const Entry& entry, const Arrival& arrival) noexc
   if (entry.ttl_s == 0) {
     return;  // a Find must not have it  [feat_req_someipsd_239]
   }
+  const std::string_view name = name_in(entry, arrival);
   for (slots::Offer& offer : offers_) {
     const bool matches = entry.service == offer.service &&
                          (entry.instance == someip::any_instance || entry.instance == offer.instance) &&
                          (entry.major == any_major || entry.major == offer.major) &&
-                         (entry.minor() == any_minor || entry.minor() == offer.minor);
+                         (entry.minor() == any_minor || entry.minor() == offer.minor) &&
+                         has_name(offer, name);
     const Phase phase = offer.schedule.phase();
     // In the initial wait phase the first offer is about to come by itself.
     if (!matches || phase == Phase::down || phase == Phase::initial_wait ||
@@ -266,7 +318,7 @@ void ServiceDiscovery::on_find(const Entry& entry, const Arrival& arrival) noexc
     bool waiting = false;
     for (std::size_t i = 0; i < pending_.size() && !waiting; ++i) {
       waiting = pending_[i].peer == to && pending_[i].entry.type == EntryType::offer_service &&
-                same_instance(pending_[i].entry, offer);
+                same_instance(pending_[i].entry, offer) && pending_[i].configuration == offer.configuration;
     }
     if (waiting) {
       continue;
@@ -283,9 +335,11 @@ void ServiceDiscovery::on_find(const Entry& entry, const Arrival& arrival) noexc
   }
 }
 
-slots::Offer* ServiceDiscovery::offered(const Entry& entry) const noexcept {
-  for (slots::Offer& offer : offers_) {
-    if (same_instance(entry, offer)) {
+// The offer that an eventgroup entry is about. Those of other protocols need not repeat the name.
+const slots::Offer* ServiceDiscovery::offered(const Entry& entry, const Arrival& arrival) noexcept {
+  const std::string_view name = name_in(entry, arrival);
+  for (const slots::Offer& offer : offers_) {
+    if (same_instance(entry, offer) && (name.empty() || has_name(offer, name))) {
       return &offer;
     }
   }
@@ -319,8 +373,10 @@ namespace {
 
 // What of the referenced endpoints the eventgroup has a use for.  [feat_req_someipsd_1141]
 EntryOptions needed_of(const EntryOptions& options, const Eventgroup& eventgroup) noexcept {
-  return {eventgroup.udp ? options.udp : std::nullopt, eventgroup.tcp ? options.tcp : std::nullopt,
-          std::nullopt};
+  EntryOptions needed;
+  needed.udp = eventgroup.udp ? options.udp : std::nullopt;
+  needed.tcp = eventgroup.tcp ? options.tcp : std::nullopt;
+  return needed;
 }
 
 }  // namespace
@@ -338,8 +394,9 @@ void ServiceDiscovery::on_subscribe(const Entry& entry, const Arrival& arrival) 
   if (!options) {
     ++counters_.ignored_bad_options;
   }
-  acknowledge(entry, arrival,
-              options ? accept(entry, arrival, *options) : tl::unexpected{NackReason::bad_options});
+  const slots::Offer* const offer = offered(entry, arrival);
+  acknowledge(offer, entry, arrival,
+              options ? accept(offer, entry, arrival, *options) : tl::unexpected{NackReason::bad_options});
 }
 
 // Which of the ids of an entry, for which there is no eventgroup, is the first unknown one.
@@ -358,9 +415,8 @@ NackReason ServiceDiscovery::why_unknown(const Entry& entry) const noexcept {
 }
 
 // The eventgroup that is subscribed to, unless the subscription lacks something.
-ServiceDiscovery::Accepted ServiceDiscovery::check(const Entry& entry,
+ServiceDiscovery::Accepted ServiceDiscovery::check(const slots::Offer* offer, const Entry& entry,
                                                    const EntryOptions& options) const noexcept {
-  const slots::Offer* const offer = offered(entry);
   const Eventgroup* const eventgroup = offer != nullptr ? eventgroup_of(*offer, entry.eventgroup()) : nullptr;
   if (eventgroup == nullptr) {
     return tl::unexpected{why_unknown(entry)};
@@ -393,13 +449,13 @@ slots::Subscription* ServiceDiscovery::new_subscription(std::uint16_t offer,
 }
 
 // Enters or renews the subscription, unless it is to be refused.  [feat_req_someipsd_1164]
-ServiceDiscovery::Accepted ServiceDiscovery::accept(const Entry& entry, const Arrival& arrival,
+ServiceDiscovery::Accepted ServiceDiscovery::accept(const slots::Offer* offer, const Entry& entry,
+                                                    const Arrival& arrival,
                                                     const EntryOptions& options) noexcept {
-  const Accepted checked = check(entry, options);
+  const Accepted checked = check(offer, entry, options);
   if (!checked) {
     return checked;
   }
-  const slots::Offer* const offer = offered(entry);
   const EntryOptions needed = needed_of(options, **checked);
   slots::Subscription* slot = subscription_of(*offer, entry, arrival.peer, needed);
   const bool is_new = slot == nullptr;
@@ -432,7 +488,7 @@ ServiceDiscovery::Accepted ServiceDiscovery::accept(const Entry& entry, const Ar
 
 // The answer repeats everything that the Subscribe says, its reserved bits too.  [feat_req_someipsd_614]
 // [feat_req_someipsd_619]
-void ServiceDiscovery::acknowledge(const Entry& entry, const Arrival& arrival,
+void ServiceDiscovery::acknowledge(const slots::Offer* offer, const Entry& entry, const Arrival& arrival,
                                    const Accepted& accepted) noexcept {
   slots::PendingEntry pending;
   pending.due = arrival.answer_due;
@@ -444,7 +500,10 @@ void ServiceDiscovery::acknowledge(const Entry& entry, const Arrival& arrival,
     ++counters_.nacks_by_reason[static_cast<std::size_t>(accepted.error())];
     pending.entry.ttl_s = 0;
   } else if (const std::optional<Endpoint>& multicast = (*accepted)->multicast) {
-    pending.options[pending.option_count++] = {EndpointRole::multicast, *multicast};
+    pending.add(EndpointOption{EndpointRole::multicast, *multicast}.encode());
+  }
+  if (offer != nullptr && offer->service == other_protocols) {
+    pending.configuration = offer->configuration;
   }
   send(pending);
 }
@@ -460,7 +519,7 @@ void ServiceDiscovery::on_stop_subscribe(const Entry& entry, const Arrival& arri
     ++counters_.ignored_bad_options;
     return;
   }
-  const slots::Offer* const offer = offered(entry);
+  const slots::Offer* const offer = offered(entry, arrival);
   const Eventgroup* const eventgroup = offer != nullptr ? eventgroup_of(*offer, entry.eventgroup()) : nullptr;
   if (eventgroup == nullptr) {
     return;

@@ -71,7 +71,8 @@ ServiceDiscovery::ServiceDiscovery(const Settings& settings, const StorageView& 
       peers_{storage.peers},
       tcp_connections_{storage.tcp_connections},
       pending_{storage.pending_entries},
-      events_{storage.pending_events} {
+      events_{storage.pending_events},
+      configurations_{storage.configuration_bytes, storage.configurations} {
   assert(settings.timing.ttl_s >= 1 && settings.timing.ttl_s <= infinite_ttl_s);
   assert(settings.timing.initial_delay_min <= settings.timing.initial_delay_max);
   assert(settings.timing.request_response_delay_min <= settings.timing.request_response_delay_max);
@@ -227,6 +228,42 @@ void ServiceDiscovery::on_message(const someip::Message& bytes, const Endpoint& 
   }
 }
 
+std::string_view ServiceDiscovery::name_in(const Entry& entry, const Arrival& arrival) noexcept {
+  if (entry.service != other_protocols) {
+    return {};
+  }
+  const MergedConfiguration merged = merge_configurations(arrival.message, entry, configurations_.room());
+  return otherserv_of(configurations_[configurations_.take(merged.body)]);
+}
+
+// Keeps what was read last. For what is important, remote services that nobody requires make room.
+std::optional<std::uint16_t> ServiceDiscovery::keep_configuration(bool important) noexcept {
+  const auto mark = [this](auto in_use) {
+    const auto mark_all = [&](const auto& table) {
+      for (const auto& slot : table) {
+        in_use(slot.configuration);
+      }
+    };
+    mark_all(offers_);
+    mark_all(requirements_);
+    mark_all(remotes_);
+    for (std::size_t i = 0; i < pending_.size(); ++i) {
+      in_use(pending_[i].configuration);
+    }
+  };
+  auto kept = configurations_.keep(mark);
+  for (slots::Remote& remote : remotes_) {
+    if (kept || !important) {
+      break;
+    }
+    if (remote.configuration != ConfigurationPool::none && requirements_of(remote) == 0) {
+      remotes_.remove(remote);
+      kept = configurations_.keep(mark);
+    }
+  }
+  return kept;
+}
+
 void ServiceDiscovery::on_entry(const Entry& entry, const Arrival& arrival) noexcept {
   switch (entry.kind()) {
     case EntryKind::find_service:
@@ -252,23 +289,32 @@ void ServiceDiscovery::on_time(TimePoint now) noexcept {
   if (link_up_) {
     serve(now);
     seek(now);
+    watch(now);
   }
 }
 
 namespace {
 
-constexpr std::size_t max_entry_options = std::tuple_size_v<decltype(slots::PendingEntry::options)>;
-
-// Adds an entry with its options to the message; false when it does not fit.
-bool add(SdWriter& writer, const slots::PendingEntry& pending) noexcept {
-  std::array<OwnedOption, max_entry_options> owned;
-  std::array<Option, max_entry_options> options;
-  for (std::size_t i = 0; i < pending.option_count; ++i) {
-    owned[i] = pending.options[i].encode();
-    options[i] = owned[i].view();
+// What a pending entry references, as the writer wants it.
+struct OptionList {
+  OptionList(const slots::PendingEntry& pending, ByteView configuration) noexcept {
+    for (std::size_t i = 0; i < pending.option_count; ++i) {
+      add(pending.options[i].view());
+    }
+    if (!configuration.empty()) {
+      add({OptionType::configuration, configuration});
+    }
   }
-  return writer.add(pending.entry, std::span{options}.first(pending.option_count));
-}
+  void add(const Option& option) noexcept {
+    options[count++] = option;
+    bytes += option.size();
+  }
+  [[nodiscard]] std::span<const Option> view() const noexcept { return std::span{options}.first(count); }
+
+  std::array<Option, std::tuple_size_v<decltype(slots::PendingEntry::options)> + 1> options;
+  std::size_t count = 0;
+  std::size_t bytes = 0;
+};
 
 }  // namespace
 
@@ -292,9 +338,10 @@ std::optional<Transmit> ServiceDiscovery::poll_transmit(ByteSpan room, TimePoint
     }
     // A StopSubscribe that must stand before its Subscribe starts the next message if only it fits into this
     // one.
-    const bool pair_fits = !pending.with_next || writer.entry_count() == 0 ||
-                           writer.fits(2, 2 * 24 * std::size_t{pending.option_count});
-    if (pair_fits && add(writer, pending)) {
+    const OptionList options{pending, configurations_[pending.configuration]};
+    const bool pair_fits =
+        !pending.with_next || writer.entry_count() == 0 || writer.fits(2, 2 * options.bytes);
+    if (pair_fits && writer.add(pending.entry, options.view())) {
       destination = pending.peer;
       return true;
     }

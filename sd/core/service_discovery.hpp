@@ -45,6 +45,14 @@ struct OfferedService {
   std::optional<Endpoint> tcp{};
   std::span<const Eventgroup> eventgroups{};  ///< read during the call
   std::optional<std::uint32_t> ttl_s{};       ///< else that of the Timing
+  /// What else there is to be said about it, in this order, equal keys included; read during the call.
+  /// A service of other_protocols is named by its one `otherserv` item, no other may have one.
+  /// [feat_req_someipsd_857] [feat_req_someipsd_500] [feat_req_someipsd_502] [feat_req_someipsd_1228]
+  std::span<const ConfigurationItem> configuration{};
+  /// How clients rank it among the instances of its service.  [feat_req_someipsd_174]
+  std::optional<LoadBalancingOption> load_balancing{};
+  /// Only of other_protocols, which then needs no endpoint.  [feat_req_someipsd_1250]
+  std::optional<MacGroupcastOption> mac_groupcast{};
 };
 
 /// A service that the application needs.
@@ -53,6 +61,9 @@ struct RequiredService {
   InstanceId instance = someip::any_instance;
   std::uint8_t major = any_major;
   std::uint32_t minor = any_minor;
+  /// The name of a service of other_protocols, which needs one; read during the call.
+  /// [feat_req_someipsd_503]
+  std::string_view otherserv{};
 };
 
 /// A subscription to an eventgroup of a required service.
@@ -100,6 +111,7 @@ struct Counters {
   std::uint64_t ignored_conflicting_offer = 0;  ///< the service is offered by another peer already
   std::uint64_t ignored_unexpected_ack = 0;     ///< for nothing we subscribed to
   std::uint64_t ignored_no_room = 0;            ///< some table or queue is full
+  std::uint64_t configurations_cut = 0;  ///< offers whose configuration found no room, or not all of it
   std::uint64_t nacks_sent = 0;
   std::array<std::uint64_t, nack_reasons> nacks_by_reason{};  ///< indexed by NackReason
   std::uint64_t silences = 0;                                 ///< subscriptions made anew since no event came
@@ -131,8 +143,9 @@ class ServiceDiscovery {
   /// Starts to offer a service.  [feat_req_someipsd_22]
   /// @return its handle, or
   ///         bad_argument  a service, instance or eventgroup 0x0000 or 0xffff, major 0xff, no endpoint, an
-  ///         endpoint with port 0 or a
-  ///                       multicast or unspecified address, a multicast endpoint that is none, TTL 0;
+  ///                       endpoint with port 0 or a multicast or unspecified address, a multicast endpoint
+  ///                       that is none, TTL 0, a configuration that cannot be written or is too long, a name
+  ///                       or MAC groupcast where none may be, or no name where one must be;
   ///         duplicate, table_full.
   [[nodiscard]] Result<OfferHandle, SdError> offer(const OfferedService& service, TimePoint now) noexcept;
 
@@ -175,13 +188,23 @@ class ServiceDiscovery {
 
   /// Starts to look for a service of other nodes; own offers are not found.  [feat_req_someipsd_18]
   /// @return its handle; ServiceAvailable tells of each instance found, at once of those known already. Or
-  ///         bad_argument for service 0x0000 or 0xffff or instance 0x0000, table_full.
+  ///         bad_argument for service 0x0000 or 0xffff, instance 0x0000, or a name where none may be or none
+  ///         where one must be; table_full.
   [[nodiscard]] Result<RequirementHandle, SdError> require(const RequiredService& service,
                                                            TimePoint now) noexcept;
 
   /// The service is not needed any more: ends its subscriptions and their handles too.
   /// [feat_req_someipsd_822]
   void release(RequirementHandle requirement, TimePoint now) noexcept;
+
+  /// Of the services that are offered and fit the requirement, the one to use: one of the lowest priority
+  /// value, at random by their weights. Another call may choose another.  [feat_req_someipsd_770]
+  [[nodiscard]] std::optional<RemoteService> choose(RequirementHandle requirement) noexcept;
+
+  /// Walks over the configuration of a peer's service: the items of all its configuration options, in their
+  /// order, equal keys included. No items when the service is gone. The cursor and its items are valid until
+  /// the next call that is told the time.  [feat_req_someipsd_1146] [feat_req_someipsd_1147]
+  [[nodiscard]] ConfigurationCursor configuration(RemoteHandle service) const noexcept;
 
   /// Subscribes to an eventgroup, as soon as the service is offered and again with each offer.
   /// [feat_req_someipsd_428] [feat_req_someipsd_431]
@@ -224,7 +247,8 @@ class ServiceDiscovery {
 
   /// The next datagram to send now, or nothing. Entries that are due for one destination share a datagram as
   /// long as they fit.  [feat_req_someipsd_836]
-  /// @param room  bounds the datagram: 1400 bytes are a good size, 140 enough for any single entry.
+  /// @param room  bounds the datagram: 1400 bytes are a good size, 200 and max_configuration_bytes enough for
+  ///              any single entry.
   [[nodiscard]] std::optional<Transmit> poll_transmit(ByteSpan room, TimePoint now) noexcept;
 
   /// The next event, or nothing. Events come in the order in which things happened.
@@ -245,6 +269,16 @@ class ServiceDiscovery {
     TimePoint now;
   };
 
+  // The name that an entry of other_protocols references; empty for others. Valid until the next
+  // configuration is read.
+  [[nodiscard]] std::string_view name_in(const Entry& entry, const Arrival& arrival) noexcept;
+  // A requirement, an offer or a remote service.
+  template <typename Slot>
+  [[nodiscard]] bool has_name(const Slot& slot, std::string_view name) const noexcept {
+    return slot.service != other_protocols || otherserv_of(configurations_[slot.configuration]) == name;
+  }
+  [[nodiscard]] std::optional<std::uint16_t> keep_configuration(bool important) noexcept;
+
   // service_discovery.cpp
   void on_message(const someip::Message& message, const Endpoint& from, bool via_multicast,
                   TimePoint now) noexcept;
@@ -263,49 +297,58 @@ class ServiceDiscovery {
   void on_find(const Entry& entry, const Arrival& arrival) noexcept;
   void on_subscribe(const Entry& entry, const Arrival& arrival) noexcept;
   void on_stop_subscribe(const Entry& entry, const Arrival& arrival) noexcept;
-  [[nodiscard]] slots::Offer* offered(const Entry& entry) const noexcept;
+  [[nodiscard]] const slots::Offer* offered(const Entry& entry, const Arrival& arrival) noexcept;
   [[nodiscard]] const Eventgroup* eventgroup_of(const slots::Offer& offer, EventgroupId id) const noexcept;
   [[nodiscard]] slots::Subscription* subscription_of(const slots::Offer& offer, const Entry& entry,
                                                      std::uint16_t peer,
                                                      const EntryOptions& options) const noexcept;
   using Accepted = Result<const Eventgroup*, NackReason>;
   [[nodiscard]] NackReason why_unknown(const Entry& entry) const noexcept;
-  [[nodiscard]] Accepted check(const Entry& entry, const EntryOptions& options) const noexcept;
-  [[nodiscard]] Accepted accept(const Entry& entry, const Arrival& arrival,
+  [[nodiscard]] Accepted check(const slots::Offer* offer, const Entry& entry,
+                               const EntryOptions& options) const noexcept;
+  [[nodiscard]] Accepted accept(const slots::Offer* offer, const Entry& entry, const Arrival& arrival,
                                 const EntryOptions& options) noexcept;
   [[nodiscard]] slots::Subscription* new_subscription(std::uint16_t offer, EventgroupId eventgroup) noexcept;
   [[nodiscard]] std::optional<Endpoint> multicast_of(const slots::Offer& offer) const noexcept;
-  void acknowledge(const Entry& entry, const Arrival& arrival, const Accepted& accepted) noexcept;
+  void acknowledge(const slots::Offer* offer, const Entry& entry, const Arrival& arrival,
+                   const Accepted& accepted) noexcept;
   void lose(slots::Subscription& subscription, LossReason reason) noexcept;
   void send_offer(const slots::Offer& offer, std::uint16_t to, TimePoint due, std::uint32_t ttl_s) noexcept;
   [[nodiscard]] Subscriber subscriber_of(const slots::Subscription& slot) const noexcept;
   [[nodiscard]] bool tcp_ready(const slots::Offer& offer, const Endpoint& client) const noexcept;
   void serve(TimePoint now) noexcept;
 
-  // client_side.cpp
+  // remote_services.cpp
   void on_offer(const Entry& entry, const Arrival& arrival) noexcept;
   void on_stop_offer(const Entry& entry, const Arrival& arrival) noexcept;
-  void on_ack(const Entry& entry, const Arrival& arrival) noexcept;
-  [[nodiscard]] slots::Remote* remote_of(const Entry& entry) const noexcept;
+  [[nodiscard]] std::optional<slots::Remote> read_offer(const Entry& entry, const Arrival& arrival) noexcept;
+  [[nodiscard]] bool keep_configuration_of(slots::Remote& offered, bool required) noexcept;
+  [[nodiscard]] slots::Remote* remote_of(const Entry& entry, std::string_view name) const noexcept;
   [[nodiscard]] slots::Remote* new_remote(bool required) noexcept;
   [[nodiscard]] std::size_t requirements_of(const slots::Remote& remote) const noexcept;
   [[nodiscard]] std::size_t events_of_loss(const slots::Remote& remote) const noexcept;
   void announce(const slots::Remote& remote) noexcept;
   void settle(slots::Requirement& requirement) noexcept;
+  void lose(slots::Remote& remote, LossReason reason, TimePoint now) noexcept;
+  [[nodiscard]] bool fits(const slots::Requirement& requirement, const slots::Remote& remote) const noexcept;
+  [[nodiscard]] RemoteService service_of(const slots::Remote& remote) const noexcept;
+  void seek(TimePoint now) noexcept;
+
+  // client_side.cpp
+  void on_ack(const Entry& entry, const Arrival& arrival) noexcept;
   void renew_subscriptions(slots::Remote& remote, const Arrival& arrival) noexcept;
   enum class Cause : std::uint8_t { application_or_unicast_offer, multicast_offer, silence };
   void request(slots::OwnSubscription& subscription, TimePoint due, Cause cause) noexcept;
   void withdraw(slots::OwnSubscription& subscription, TimePoint now) noexcept;
   void unbind(slots::OwnSubscription& subscription, LossReason reason) noexcept;
-  void lose(slots::Remote& remote, LossReason reason, TimePoint now) noexcept;
   void bind(slots::OwnSubscription& subscription, TimePoint now) noexcept;
   void cancel_requests(const slots::OwnSubscription& subscription) noexcept;
   [[nodiscard]] bool is_requested(const slots::OwnSubscription& subscription) const noexcept;
-  [[nodiscard]] bool fits(const slots::Requirement& requirement, const slots::Remote& remote) const noexcept;
-  [[nodiscard]] RemoteService service_of(const slots::Remote& remote) const noexcept;
+  [[nodiscard]] bool is_for(const slots::PendingEntry& pending,
+                            const slots::OwnSubscription& subscription) const noexcept;
+  void watch(TimePoint now) noexcept;
   [[nodiscard]] slots::PendingEntry subscribe_entry(const slots::OwnSubscription& subscription, TimePoint due,
                                                     std::uint32_t ttl_s, bool initial_data) const noexcept;
-  void seek(TimePoint now) noexcept;
 
   Settings settings_;
   OptionRules rules_;
@@ -324,6 +367,7 @@ class ServiceDiscovery {
   Table<slots::TcpConnection> tcp_connections_;
   BoundedQueue<slots::PendingEntry> pending_;
   BoundedQueue<Event> events_;
+  ConfigurationPool configurations_;
 };
 
 }  // namespace trestle::sd

@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 
+#include "sd/wire/option.hpp"
 #include "someip/wire/endpoint.hpp"
 #include "someip/wire/types.hpp"
 
@@ -78,6 +79,9 @@ struct Settings {
   /// server's new life get lost.  [feat_req_someipsd_431]
   bool renew_infinite_subscriptions = true;
   std::uint16_t max_subscribers_per_eventgroup = 64;
+  /// How a service counts that is offered without load balancing option: by default after all others.
+  /// [feat_req_someipsd_174]
+  LoadBalancingOption unranked{.priority = 0xffff, .weight = 0};
   /// Randomness for the delays. Two stacks of one network should not have the same.
   std::uint64_t seed = 0;
 };

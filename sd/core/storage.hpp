@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 
+#include "sd/core/configuration.hpp"
 #include "sd/core/find_schedule.hpp"
 #include "sd/core/reboot_detector.hpp"
 #include "sd/core/table.hpp"
@@ -22,6 +23,12 @@ struct Limits {
   std::uint16_t max_tcp_connections = 64;  ///< of clients, for TCP events
   /// Entries waiting to be sent. A shutdown needs one for each offer and subscription.
   std::uint16_t max_pending_entries = 512;
+  /// Different configurations of offers, requirements and remote services. A peer's service whose
+  /// configuration finds no room is known without it.
+  std::uint16_t max_configurations = 64;
+  /// Of one of them, the whole body of its option: two bytes and one more for each item. Items of a peer that
+  /// do not fit are left out.
+  std::uint16_t max_configuration_bytes = 256;
   /// Events waiting for poll_event(). A peer's reboot needs one for each of its subscriptions and services.
   std::uint16_t max_pending_events = 512;
 };
@@ -50,6 +57,9 @@ struct Offer : SlotBase {
   std::uint32_t ttl_s = 0;
   std::optional<Endpoint> udp;
   std::optional<Endpoint> tcp;
+  std::optional<LoadBalancingOption> load_balancing;
+  std::optional<MacGroupcastOption> mac_groupcast;
+  std::uint16_t configuration = ConfigurationPool::none;
   OfferSchedule schedule;
   TimePoint last_multicast{};
 };
@@ -80,6 +90,7 @@ struct Requirement : SlotBase {
   InstanceId instance{};
   std::uint8_t major = 0;
   std::uint32_t minor = 0;
+  std::uint16_t configuration = ConfigurationPool::none;  // the name of what is not SOME/IP
   FindSchedule schedule;
 };
 
@@ -92,6 +103,9 @@ struct Remote : SlotBase {
   std::uint16_t peer = 0;
   std::optional<Endpoint> udp;
   std::optional<Endpoint> tcp;
+  std::optional<LoadBalancingOption> load_balancing;
+  std::optional<MacGroupcastOption> mac_groupcast;
+  std::uint16_t configuration = ConfigurationPool::none;
   std::optional<TimePoint> expiry;  // nothing: at the next reboot
   TimePoint answer_due{};           // when to react to the last offer
 };
@@ -142,8 +156,11 @@ struct PendingEntry {
   std::uint16_t peer = to_multicast;
   bool with_next = false;  // must stand in the same message as the next one  [feat_req_someipsd_1178]
   std::uint8_t option_count = 0;
+  std::uint16_t configuration = ConfigurationPool::none;
   Entry entry;
-  std::array<EndpointOption, 3> options{};
+  std::array<OwnedOption, 5> options{};
+
+  void add(const OwnedOption& option) noexcept { options[option_count++] = option; }
 };
 
 }  // namespace slots
@@ -160,9 +177,11 @@ struct StorageView {
   std::span<slots::TcpConnection> tcp_connections;
   std::span<slots::PendingEntry> pending_entries;
   std::span<Event> pending_events;
+  std::span<std::byte> configuration_bytes;
+  std::span<slots::ConfigurationBlock> configurations;
 };
 
-/// The memory of one ServiceDiscovery, about 190 KB with the default limits: have it as a static, a member,
+/// The memory of one ServiceDiscovery, about 280 KB with the default limits: have it as a static, a member,
 /// or on the heap. Must outlive the ServiceDiscovery and serves no other.
 ///
 ///     static Storage<Limits{.max_offers = 4, .max_peers = 8}> storage;
@@ -174,8 +193,9 @@ class Storage {
 
  public:
   [[nodiscard]] StorageView view() noexcept {
-    return {offers_,  eventgroups_, subscribers_,     requirements_,    subscriptions_,
-            remotes_, peers_,       tcp_connections_, pending_entries_, pending_events_};
+    return {
+        offers_, eventgroups_,     subscribers_,     requirements_,   subscriptions_,       remotes_,
+        peers_,  tcp_connections_, pending_entries_, pending_events_, configuration_bytes_, configurations_};
   }
 
  private:
@@ -189,6 +209,9 @@ class Storage {
   std::array<slots::TcpConnection, limits.max_tcp_connections> tcp_connections_{};
   std::array<slots::PendingEntry, limits.max_pending_entries> pending_entries_{};
   std::array<Event, limits.max_pending_events> pending_events_{};
+  std::array<std::byte, (limits.max_configurations + std::size_t{1}) * limits.max_configuration_bytes>
+      configuration_bytes_{};
+  std::array<slots::ConfigurationBlock, limits.max_configurations> configurations_{};
 };
 
 }  // namespace trestle::sd

@@ -18,11 +18,14 @@ class HeapStorage {
         peers_(limits.max_peers),
         tcp_connections_(limits.max_tcp_connections),
         pending_entries_(limits.max_pending_entries),
-        pending_events_(limits.max_pending_events) {}
+        pending_events_(limits.max_pending_events),
+        configuration_bytes_((limits.max_configurations + std::size_t{1}) * limits.max_configuration_bytes),
+        configurations_(limits.max_configurations) {}
 
   [[nodiscard]] StorageView view() noexcept {
-    return {offers_,  eventgroups_, subscribers_,     requirements_,    subscriptions_,
-            remotes_, peers_,       tcp_connections_, pending_entries_, pending_events_};
+    return {
+        offers_, eventgroups_,     subscribers_,     requirements_,   subscriptions_,       remotes_,
+        peers_,  tcp_connections_, pending_entries_, pending_events_, configuration_bytes_, configurations_};
   }
 
  private:
@@ -36,6 +39,8 @@ class HeapStorage {
   std::vector<slots::TcpConnection> tcp_connections_;
   std::vector<slots::PendingEntry> pending_entries_;
   std::vector<Event> pending_events_;
+  std::vector<std::byte> configuration_bytes_;
+  std::vector<slots::ConfigurationBlock> configurations_;
 };
 
 }  // namespace trestle::sd

@@ -1,6 +1,7 @@
 #include "sd/wire/option.hpp"
 
 #include <algorithm>
+#include <cassert>
 
 namespace trestle::sd {
 using someip::ByteReader;
@@ -175,6 +176,43 @@ Result<LoadBalancingOption> LoadBalancingOption::decode(const Option& option) no
   result.flags = in.u8();
   result.priority = in.u16();
   result.weight = in.u16();
+  return result;
+}
+
+OwnedOption MacGroupcastOption::encode() const noexcept {
+  assert(identifier_bytes <= max_identifier_bytes);
+  OwnedOption option;
+  option.type_ = OptionType::mac_groupcast;
+  ByteWriter out{option.body_};
+  out.u8(flags);
+  out.bytes(std::as_bytes(std::span{address}));
+  out.u16(protocol);
+  out.bytes(std::as_bytes(std::span{identifier}.first(identifier_bytes)));
+  option.size_ = static_cast<std::uint8_t>(out.position());
+  return option;
+}
+
+Result<MacGroupcastOption> MacGroupcastOption::decode(const Option& option) noexcept {
+  if (option.type != OptionType::mac_groupcast) {
+    return tl::unexpected{WireError::bad_value};
+  }
+  if (option.body.size() < mac_groupcast_min_body_bytes) {
+    return tl::unexpected{WireError::bad_option_length};
+  }
+  const auto copy = [](ByteView from, auto& to) {
+    std::ranges::transform(from, to.begin(),
+                           [](std::byte byte) { return std::to_integer<std::uint8_t>(byte); });
+  };
+  ByteReader in{option.body};
+  MacGroupcastOption result;
+  result.flags = in.u8();
+  copy(in.take(result.address.size()), result.address);
+  result.protocol = in.u16();
+  if (in.rest().size() > max_identifier_bytes) {
+    return tl::unexpected{WireError::no_room};
+  }
+  result.identifier_bytes = static_cast<std::uint8_t>(in.rest().size());
+  copy(in.rest(), result.identifier);
   return result;
 }
 

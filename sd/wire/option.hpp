@@ -54,6 +54,7 @@ class OwnedOption {
  private:
   friend struct EndpointOption;
   friend struct LoadBalancingOption;
+  friend struct MacGroupcastOption;
   OptionType type_{};
   std::uint8_t size_ = 0;
   std::array<std::byte, 21> body_{};
@@ -97,6 +98,29 @@ struct LoadBalancingOption {
   [[nodiscard]] static Result<LoadBalancingOption> decode(const Option& option) noexcept;
 
   friend constexpr bool operator==(const LoadBalancingOption&, const LoadBalancingOption&) = default;
+};
+
+/// Where the layer 2 traffic of a service goes to that is not SOME/IP.  [feat_req_someipsd_1252]
+/// [feat_req_someipsd_1253]
+struct MacGroupcastOption {
+  static constexpr std::size_t max_identifier_bytes = 12;
+
+  std::array<std::uint8_t, 6> address{};
+  std::uint16_t protocol = 0;  ///< an Ethertype, such as 0x22f0 for IEEE 1722
+  /// What the protocol needs, such as the 8 bytes of an IEEE 1722 stream id: the first `identifier_bytes`.
+  std::array<std::uint8_t, max_identifier_bytes> identifier{};
+  std::uint8_t identifier_bytes = 0;
+  std::uint8_t flags = 0;  ///< reserved byte; its top bit is the discardable flag
+
+  /// `identifier_bytes` must be at most 12.
+  [[nodiscard]] OwnedOption encode() const noexcept;
+  /// @return the option, or
+  ///         WireError::bad_value          another type;
+  ///         WireError::bad_option_length  shorter than 9;
+  ///         WireError::no_room            its identifier is longer than 12 bytes.
+  [[nodiscard]] static Result<MacGroupcastOption> decode(const Option& option) noexcept;
+
+  friend constexpr bool operator==(const MacGroupcastOption&, const MacGroupcastOption&) = default;
 };
 
 /// One `key`, `key=` or `key=value` of a configuration option. Points into the message.

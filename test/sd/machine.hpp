@@ -42,9 +42,15 @@ class FakePeer {
   explicit FakePeer(Endpoint endpoint, std::uint8_t flags = sd::unicast_flag)
       : endpoint_{endpoint}, flags_{flags} {}
 
+  /// Any option, by its bytes.
+  struct Raw {
+    sd::OptionType type;
+    std::vector<std::byte> body;
+  };
   struct Said {
     sd::Entry entry;
     std::vector<sd::EndpointOption> options;
+    std::vector<Raw> more{};
   };
 
   std::vector<std::byte> multicast(const std::vector<Said>& entries) {
@@ -69,6 +75,9 @@ class FakePeer {
       views.reserve(owned.size());
       for (const sd::OwnedOption& option : owned) {
         views.push_back(option.view());
+      }
+      for (const Raw& raw : said.more) {
+        views.push_back({raw.type, raw.body});
       }
       EXPECT_TRUE(writer.add(said.entry, views));
     }

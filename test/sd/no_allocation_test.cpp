@@ -68,8 +68,11 @@ std::size_t carry(ServiceDiscovery& from, const Endpoint& from_at, ServiceDiscov
 TEST(NoAllocation, HappensInServiceDiscovery) {
   static Storage<Limits{.max_offers = 4, .max_subscriptions = 4, .max_pending_entries = 32}> a_storage;
   static Storage<Limits{.max_offers = 4, .max_subscriptions = 4, .max_pending_entries = 32}> b_storage;
+  const std::array<ConfigurationItem, 2> said{{{"a", "1"}, {"b", std::nullopt}}};
+  const std::array<ConfigurationItem, 1> named{{{"otherserv", "diag"}}};
   const std::array groups{Eventgroup{.id = EventgroupId{1}}};
   std::size_t events = 0;
+  std::size_t configured = 0;
   const std::size_t before = allocations;
   {
     TimePoint now{1000s};
@@ -78,8 +81,16 @@ TEST(NoAllocation, HappensInServiceDiscovery) {
     const auto offer = a.offer({.service = ServiceId{1},
                                 .instance = InstanceId{1},
                                 .udp = Endpoint{a_at.address, 1},
-                                .eventgroups = groups},
+                                .eventgroups = groups,
+                                .configuration = said,
+                                .load_balancing = LoadBalancingOption{.priority = 1}},
                                now);
+    const auto other = a.offer({.service = other_protocols,
+                                .instance = InstanceId{1},
+                                .configuration = named,
+                                .mac_groupcast = MacGroupcastOption{.protocol = 0x22f0}},
+                               now);
+    const auto stream = b.require({.service = other_protocols, .otherserv = "diag"}, now);
     const auto requirement = b.require({.service = ServiceId{1}, .instance = InstanceId{1}}, now);
     const auto subscription =
         b.subscribe(*requirement, {.eventgroup = EventgroupId{1}, .udp = Endpoint{b_at.address, 1}}, now);
@@ -91,15 +102,23 @@ TEST(NoAllocation, HappensInServiceDiscovery) {
       events += carry(b, b_at, a, now);
       static_cast<void>(a.deadline());
     }
+    for (const auto required : {*requirement, *stream}) {
+      ConfigurationCursor items = b.configuration(b.choose(required).value_or(RemoteService{}).handle);
+      while (items.next()) {
+        ++configured;
+      }
+    }
     b.unsubscribe(*subscription, now);
     events += carry(b, b_at, a, now);
     a.stop_offer(*offer, now);
+    a.stop_offer(*other, now);
     events += carry(a, a_at, b, now);
     a.shutdown(now);
     b.shutdown(now);
   }
   EXPECT_EQ(allocations - before, 0U);
-  EXPECT_EQ(events, 5U);  // available, added, subscribed, removed, lost
+  EXPECT_EQ(events, 7U);  // available and lost of both, added, subscribed, removed
+  EXPECT_EQ(configured, 3U);
 }
 
 }  // namespace

@@ -89,6 +89,39 @@ TEST(LoadBalancingOption, GoesBothWays) {
             WireError::bad_option_length);
 }
 
+TEST(MacGroupcastOption, GoesBothWays) {
+  covers({"feat_req_someipsd_1251", "feat_req_someipsd_1252", "feat_req_someipsd_1253",
+          "feat_req_someipsd_1262"});
+  // The example of IEEE 1722: a stream id of 6 + 2 bytes makes it 0x11 long.
+  const auto body = hex("00 91e0f0000efe 22f0 0a1b2c3d4e5f0007");
+  ASSERT_EQ(body.size(), 0x11U);
+  const auto option = MacGroupcastOption::decode({OptionType::mac_groupcast, body});
+  ASSERT_TRUE(option);
+  EXPECT_THAT(option->address, ElementsAre(0x91, 0xe0, 0xf0, 0x00, 0x0e, 0xfe));
+  EXPECT_EQ(option->protocol, 0x22f0);
+  EXPECT_EQ(option->identifier_bytes, 8);
+  EXPECT_THAT(option->identifier, ElementsAre(0x0a, 0x1b, 0x2c, 0x3d, 0x4e, 0x5f, 0x00, 0x07, 0, 0, 0, 0));
+  EXPECT_EQ(option->encode().view().type, OptionType::mac_groupcast);
+  EXPECT_EQ(to_hex(option->encode().view().body), to_hex(body));
+}
+
+TEST(MacGroupcastOption, HasAnIdentifierOfAnyLengthUpToItsLimit) {
+  const auto none = hex("80 91e0f0000efe 22f0");
+  const auto shortest = MacGroupcastOption::decode({OptionType::mac_groupcast, none});
+  ASSERT_TRUE(shortest);
+  EXPECT_EQ(shortest->identifier_bytes, 0);
+  EXPECT_EQ(to_hex(shortest->encode().view().body), to_hex(none));
+  EXPECT_EQ(MacGroupcastOption::decode({OptionType::mac_groupcast, ByteView{none}.first(8)}).error(),
+            WireError::bad_option_length);
+  const auto twelve = hex("00 91e0f0000efe 22f0 000102030405060708090a0b");
+  const auto longest = MacGroupcastOption::decode({OptionType::mac_groupcast, twelve});
+  ASSERT_TRUE(longest);
+  EXPECT_EQ(to_hex(longest->encode().view().body), to_hex(twelve));
+  const auto thirteen = hex("00 91e0f0000efe 22f0 000102030405060708090a0b0c");
+  EXPECT_EQ(MacGroupcastOption::decode({OptionType::mac_groupcast, thirteen}).error(), WireError::no_room);
+  EXPECT_EQ(MacGroupcastOption::decode({OptionType::load_balancing, twelve}).error(), WireError::bad_value);
+}
+
 std::vector<std::string> items_of(ConfigurationCursor& cursor) {
   std::vector<std::string> items;
   while (const auto item = cursor.next()) {

@@ -36,6 +36,7 @@ TEST(Settings, AreTheUsualOnesOfTheIndustry) {
   EXPECT_EQ(settings.client_id_prefix, 0);
   EXPECT_TRUE(settings.renew_infinite_subscriptions);
   EXPECT_EQ(settings.max_subscribers_per_eventgroup, 64);
+  EXPECT_EQ(settings.unranked, (LoadBalancingOption{.priority = 0xffff, .weight = 0}));
 }
 
 TEST(Limits, SufficeForACar) {
@@ -50,6 +51,8 @@ TEST(Limits, SufficeForACar) {
   EXPECT_EQ(limits.max_tcp_connections, 64);
   EXPECT_EQ(limits.max_pending_entries, 512);
   EXPECT_EQ(limits.max_pending_events, 512);
+  EXPECT_EQ(limits.max_configurations, 64);
+  EXPECT_EQ(limits.max_configuration_bytes, 256);
 }
 
 TEST(Counters, BeginAtZero) {
@@ -71,6 +74,7 @@ TEST(Counters, BeginAtZero) {
                                     counters.ignored_conflicting_offer,
                                     counters.ignored_unexpected_ack,
                                     counters.ignored_no_room,
+                                    counters.configurations_cut,
                                     counters.nacks_sent,
                                     counters.silences,
                                     counters.unsendable_entries,

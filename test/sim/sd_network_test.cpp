@@ -33,11 +33,17 @@ constexpr std::array groups{Eventgroup{.id = EventgroupId{1}}};
 // Offers instance `number` of service 0x1234, with eventgroup 1.
 SimNode::Application server(unsigned number) {
   return [number](SimNode& node, TimePoint now) {
-    const auto offer = node.discovery().offer({.service = ServiceId{0x1234},
-                                               .instance = InstanceId{static_cast<std::uint16_t>(number)},
-                                               .udp = Endpoint{host(number), 30509},
-                                               .eventgroups = groups},
-                                              now);
+    const std::string name = std::to_string(number);
+    const std::array<ConfigurationItem, 3> said{
+        {{"number", name}, {"flag", std::nullopt}, {"number", "again"}}};
+    const auto offer =
+        node.discovery().offer({.service = ServiceId{0x1234},
+                                .instance = InstanceId{static_cast<std::uint16_t>(number)},
+                                .udp = Endpoint{host(number), 30509},
+                                .eventgroups = groups,
+                                .configuration = said,
+                                .load_balancing = LoadBalancingOption{.priority = 1, .weight = 1}},
+                               now);
     ASSERT_TRUE(offer);
   };
 }
@@ -60,6 +66,22 @@ std::size_t subscribers_at(SimNode& node) {
   node.discovery().for_each_subscriber(OfferHandle{0, 1}, EventgroupId{1},
                                        [&](const Subscriber&) { ++count; });
   return count;
+}
+
+// What a client knows about an instance of the service.
+std::vector<std::string> configuration_of(SimNode& node, std::uint16_t instance, TimePoint now) {
+  const auto requirement =
+      node.discovery().require({.service = ServiceId{0x1234}, .instance = InstanceId{instance}}, now);
+  const auto service = requirement ? node.discovery().choose(*requirement) : std::nullopt;
+  std::vector<std::string> items;
+  if (service) {
+    ConfigurationCursor cursor = node.discovery().configuration(service->handle);
+    while (const auto item = cursor.next()) {
+      items.push_back(std::string{item->key} + (item->value ? "=" + std::string{*item->value} : ""));
+    }
+    node.discovery().release(*requirement, now);
+  }
+  return items;
 }
 
 class SdNetwork : public testing::Test {
@@ -178,6 +200,55 @@ TEST_F(SdNetwork, CleansUpAfterAClientThatCrashed) {
   EXPECT_THAT(a.log.back(), EndsWith("expired"));
 }
 
+TEST_F(SdNetwork, SharesTheLoadByPriorityAndWeight) {
+  covers({"feat_req_someipsd_146", "feat_req_someipsd_175"});
+  const auto ranked_server = [](unsigned number, std::uint16_t priority, std::uint16_t weight) {
+    return [=](SimNode& node, TimePoint now) {
+      ASSERT_TRUE(node.discovery().offer(
+          {.service = ServiceId{0x1234},
+           .instance = InstanceId{static_cast<std::uint16_t>(number)},
+           .udp = Endpoint{host(number), 30509},
+           .load_balancing = LoadBalancingOption{.priority = priority, .weight = weight}},
+          now));
+    };
+  };
+  network.conditions = {.delay_min = 100us, .delay_max = 50ms, .loss_percent = 20, .duplication_percent = 5};
+  SimNode& one = network.add(settings_of(1), ranked_server(1, 1, 1));
+  SimNode& two = network.add(settings_of(2), ranked_server(2, 1, 4));
+  network.add(settings_of(3), ranked_server(3, 2, 100));
+  std::vector<SimNode*> clients;
+  std::vector<RequirementHandle> requirements(50);
+  for (unsigned i = 0; i < requirements.size(); ++i) {
+    clients.push_back(&network.add(settings_of(10 + i), [&requirements, i](SimNode& node, TimePoint now) {
+      const auto requirement = node.discovery().require({.service = ServiceId{0x1234}}, now);
+      ASSERT_TRUE(requirement);
+      requirements[i] = *requirement;
+    }));
+  }
+  // How many clients choose each server.
+  const auto shares = [&] {
+    std::map<unsigned, unsigned> counts;
+    for (std::size_t i = 0; i < clients.size(); ++i) {
+      const auto chosen = clients[i]->discovery().choose(requirements[i]);
+      ++counts[chosen ? value(chosen->instance) : 0U];
+    }
+    return counts;
+  };
+  network.run_for(5s);
+  std::map<unsigned, unsigned> counts = shares();
+  EXPECT_EQ(counts[1] + counts[2], 50U);
+  EXPECT_GT(counts[2], counts[1]);
+  EXPECT_GT(counts[1], 0U);
+  network.conditions = {};
+  network.run_for(5s);
+  two.crash();
+  network.run_for(10s);
+  EXPECT_EQ(shares(), (std::map<unsigned, unsigned>{{1, 50}}));
+  one.discovery().shutdown(network.now);
+  network.run_for(10s);
+  EXPECT_EQ(shares(), (std::map<unsigned, unsigned>{{3, 50}}));
+}
+
 TEST_F(SdNetwork, PartsInPeace) {
   covers({"feat_req_someipsd_821", "feat_req_someipsd_831", "feat_req_someipsd_834"});
   SimNode& a = network.add(settings_of(1), server(1));
@@ -224,6 +295,13 @@ void run_chaos(std::uint64_t seed) {
       case 3:
         network.cut(victim, false);
         break;
+      case 4:
+        if (victim.running()) {
+          victim.discovery().link_down();
+          network.run_for(200ms);
+          victim.discovery().link_up(network.now);
+        }
+        break;
       default:
         break;
     }
@@ -245,6 +323,10 @@ void run_chaos(std::uint64_t seed) {
   for (SimNode* node : clients) {
     EXPECT_THAT(node->available, SizeIs(3));
     EXPECT_THAT(node->subscribed, SizeIs(3));
+    for (std::uint16_t instance = 1; instance <= 3; ++instance) {
+      EXPECT_THAT(configuration_of(*node, instance, network.now),
+                  ElementsAre("number=" + std::to_string(instance), "flag", "number=again"));
+    }
   }
 }
 

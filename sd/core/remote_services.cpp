@@ -1,0 +1,348 @@
+// The services of peers: what is required, what is offered, the choice among them, and the Finds.
+#include "sd/core/service_discovery.hpp"
+
+namespace trestle::sd {
+
+using slots::OwnSubscription;
+using State = OwnSubscription::State;
+
+bool ServiceDiscovery::fits(const slots::Requirement& requirement,
+                            const slots::Remote& remote) const noexcept {
+  return requirement.service == remote.service &&
+         (requirement.instance == someip::any_instance || requirement.instance == remote.instance) &&
+         (requirement.major == any_major || requirement.major == remote.major) &&
+         (requirement.minor == any_minor || requirement.minor == remote.minor) &&
+         has_name(requirement, otherserv_of(configurations_[remote.configuration]));
+}
+
+RemoteService ServiceDiscovery::service_of(const slots::Remote& remote) const noexcept {
+  return {remote.service,
+          remote.instance,
+          remote.major,
+          remote.minor,
+          remote.udp,
+          remote.tcp,
+          peers_[remote.peer].endpoint,
+          remote.load_balancing,
+          remote.mac_groupcast,
+          remotes_.handle_of<RemoteHandle>(remote)};
+}
+
+std::size_t ServiceDiscovery::requirements_of(const slots::Remote& remote) const noexcept {
+  return static_cast<std::size_t>(
+      std::count_if(requirements_.begin(), requirements_.end(),
+                    [&](const slots::Requirement& requirement) { return fits(requirement, remote); }));
+}
+
+std::size_t ServiceDiscovery::events_of_loss(const slots::Remote& remote) const noexcept {
+  const std::uint16_t index = remotes_.index_of(remote);
+  const auto subscribed = std::count_if(
+      subscriptions_.begin(), subscriptions_.end(),
+      [&](const OwnSubscription& s) { return s.remote == index && s.state == State::subscribed; });
+  return requirements_of(remote) + static_cast<std::size_t>(subscribed);
+}
+
+// --- Calls of the application -----------------------------------------------------------------------------
+
+Result<RequirementHandle, SdError> ServiceDiscovery::require(const RequiredService& service,
+                                                             TimePoint now) noexcept {
+  const bool needs_name = service.service == other_protocols;
+  if (!someip::names_a_service(service.service) || service.instance == InstanceId{0} ||
+      needs_name == service.otherserv.empty()) {
+    return tl::unexpected{SdError::bad_argument};
+  }
+  std::uint16_t configuration = ConfigurationPool::none;
+  if (needs_name) {
+    const ConfigurationItem name{otherserv, service.otherserv};
+    const auto option = encode_configuration(std::span{&name, 1}, configurations_.room());
+    if (!option) {
+      return tl::unexpected{SdError::bad_argument};
+    }
+    configurations_.take(option->body);
+    const auto kept = keep_configuration(true);
+    if (!kept) {
+      return tl::unexpected{SdError::table_full};
+    }
+    configuration = *kept;
+  }
+  // Asked before the new slot is there, so that it does not join itself.
+  const FindSchedule schedule = link_up_ ? FindSchedule{settings_.timing, first_due(now)} : FindSchedule{};
+  slots::Requirement* const slot = requirements_.add();
+  if (slot == nullptr) {
+    return tl::unexpected{SdError::table_full};
+  }
+  slot->service = service.service;
+  slot->instance = service.instance;
+  slot->major = service.major;
+  slot->minor = service.minor;
+  slot->configuration = configuration;
+  slot->schedule = schedule;
+  const auto handle = requirements_.handle_of<RequirementHandle>(*slot);
+  for (const slots::Remote& remote : remotes_) {
+    if (fits(*slot, remote)) {
+      tell(ServiceAvailable{handle, service_of(remote)});
+      settle(*slot);
+    }
+  }
+  return handle;
+}
+
+// A Find for one instance is over with its offer [feat_req_someipsd_238]; one for all instances cannot know
+// whether it has seen them all [feat_req_someipsd_239].
+void ServiceDiscovery::settle(slots::Requirement& requirement) noexcept {
+  if (requirement.instance == someip::any_instance) {
+    requirement.schedule.found_some();
+  } else {
+    requirement.schedule.found();
+  }
+}
+
+std::optional<RemoteService> ServiceDiscovery::choose(RequirementHandle handle) noexcept {
+  const slots::Requirement* const requirement = requirements_.find(handle);
+  if (requirement == nullptr) {
+    return std::nullopt;
+  }
+  const auto rank = [&](const slots::Remote& remote) {
+    return remote.load_balancing.value_or(settings_.unranked);
+  };
+  std::optional<std::uint16_t> best;
+  for (const slots::Remote& remote : remotes_) {
+    if (fits(*requirement, remote)) {
+      best = std::min(best.value_or(0xffff), rank(remote).priority);
+    }
+  }
+  const auto is_candidate = [&](const slots::Remote& remote) {
+    return fits(*requirement, remote) && rank(remote).priority == best;
+  };
+  std::uint64_t weights = 0;
+  std::uint64_t candidates = 0;
+  for (const slots::Remote& remote : remotes_) {
+    if (is_candidate(remote)) {
+      weights += rank(remote).weight;
+      ++candidates;
+    }
+  }
+  if (candidates == 0) {
+    return std::nullopt;
+  }
+  // Without any weight all are equal; next to others, a weight of 0 is never drawn.
+  std::uint64_t draw = random_.next() % (weights > 0 ? weights : candidates);
+  for (const slots::Remote& remote : remotes_) {
+    if (!is_candidate(remote)) {
+      continue;
+    }
+    const std::uint64_t share = weights > 0 ? rank(remote).weight : 1;
+    if (draw < share) {
+      return service_of(remote);
+    }
+    draw -= share;
+  }
+  return std::nullopt;  // not reached: the shares add up
+}
+
+ConfigurationCursor ServiceDiscovery::configuration(RemoteHandle handle) const noexcept {
+  static constexpr std::array<std::byte, 2> no_items{};
+  const slots::Remote* const remote = remotes_.find(handle);
+  const bool has_items = remote != nullptr && remote->configuration != ConfigurationPool::none;
+  return ConfigurationCursor{
+      {OptionType::configuration, has_items ? configurations_[remote->configuration] : ByteView{no_items}}};
+}
+
+// --- Offers of peers --------------------------------------------------------------------------------------
+
+// Offers repeat the name of a service of another protocol; other entries may leave it out.
+slots::Remote* ServiceDiscovery::remote_of(const Entry& entry, std::string_view name) const noexcept {
+  for (slots::Remote& remote : remotes_) {
+    if (remote.service == entry.service && remote.instance == entry.instance && remote.major == entry.major &&
+        (name.empty() || has_name(remote, name))) {
+      return &remote;
+    }
+  }
+  return nullptr;
+}
+
+std::optional<slots::Remote> ServiceDiscovery::read_offer(const Entry& entry,
+                                                          const Arrival& arrival) noexcept {
+  const auto options = read_options(arrival.message, entry, rules_);
+  if (!options || entry.instance == someip::any_instance) {
+    return std::nullopt;
+  }
+  const MergedConfiguration merged = merge_configurations(arrival.message, entry, configurations_.room());
+  counters_.configurations_cut += merged.whole ? 0 : 1;
+  slots::Remote offered;
+  offered.service = entry.service;
+  offered.instance = entry.instance;
+  offered.major = entry.major;
+  offered.minor = entry.minor();
+  offered.peer = arrival.peer;
+  offered.udp = options->udp;
+  offered.tcp = options->tcp;
+  offered.load_balancing = options->load_balancing;
+  offered.configuration = configurations_.take(merged.body);
+  if (entry.service == other_protocols) {
+    offered.mac_groupcast = options->mac_groupcast;
+    if (otherserv_of(merged.body).empty()) {
+      return std::nullopt;  // [feat_req_someipsd_500] [feat_req_someipsd_503]
+    }
+  }
+  // An offer without endpoint tells nobody how to reach the service.  [feat_req_someipsd_681]
+  const bool reachable = offered.udp || offered.tcp || offered.mac_groupcast;
+  return reachable ? std::optional{offered} : std::nullopt;
+}
+
+// False when the service cannot be known without its configuration, and that finds no room.
+bool ServiceDiscovery::keep_configuration_of(slots::Remote& offered, bool required) noexcept {
+  if (offered.configuration == ConfigurationPool::none) {
+    return true;
+  }
+  const auto kept = keep_configuration(required);
+  counters_.configurations_cut += kept ? 0 : 1;
+  offered.configuration = kept.value_or(ConfigurationPool::none);
+  return kept || offered.service != other_protocols;
+}
+
+void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noexcept {
+  auto offered = read_offer(entry, arrival);
+  if (!offered) {
+    ++counters_.ignored_bad_options;
+    return;
+  }
+  const std::size_t wanting = requirements_of(*offered);
+  // May forget services that nobody requires: before looking for this one.
+  if (!keep_configuration_of(*offered, wanting > 0)) {
+    ++counters_.ignored_no_room;
+    return;
+  }
+  slots::Remote* remote = remote_of(entry, otherserv_of(configurations_[offered->configuration]));
+  if (remote != nullptr && remote->peer != arrival.peer) {
+    // Two servers claim the same service. Whom we know stays until its TTL is over: changing over with every
+    // offer would help nobody.
+    ++counters_.ignored_conflicting_offer;
+    return;
+  }
+  const bool replaced =
+      remote != nullptr && (remote->minor != offered->minor || remote->udp != offered->udp ||
+                            remote->tcp != offered->tcp || remote->mac_groupcast != offered->mac_groupcast);
+  const bool updated = remote != nullptr && (remote->configuration != offered->configuration ||
+                                             remote->load_balancing != offered->load_balancing);
+  if ((remote == nullptr || replaced || updated) &&
+      events_.free_places() < wanting + (replaced ? events_of_loss(*remote) : 0)) {
+    ++counters_.ignored_no_room;
+    return;
+  }
+  if (replaced) {
+    lose(*remote, LossReason::replaced, arrival.now);
+    remote = nullptr;
+  }
+  const bool is_new = remote == nullptr;
+  if (is_new) {
+    remote = new_remote(wanting > 0);
+    if (remote == nullptr) {
+      ++counters_.ignored_no_room;
+      return;
+    }
+    offered->in_use = true;
+    offered->generation = remote->generation;
+    *remote = *offered;
+  }
+  remote->load_balancing = offered->load_balancing;
+  remote->configuration = offered->configuration;
+  remote->expiry = entry.ttl_s == infinite_ttl_s
+                       ? std::nullopt
+                       : std::optional{arrival.now + std::chrono::seconds{entry.ttl_s}};
+  remote->answer_due = arrival.answer_due;
+  if (is_new || updated) {
+    announce(*remote);
+  }
+  renew_subscriptions(*remote, arrival);
+}
+
+// Services that nobody requires are remembered too, as long as there is room: a later requirement then need
+// not look for them.  [feat_req_someipsd_17]
+slots::Remote* ServiceDiscovery::new_remote(bool required) noexcept {
+  if (slots::Remote* const slot = remotes_.add()) {
+    return slot;
+  }
+  if (!required) {
+    return nullptr;
+  }
+  for (slots::Remote& remote : remotes_) {
+    if (requirements_of(remote) == 0) {
+      remotes_.remove(remote);
+      return remotes_.add();
+    }
+  }
+  return nullptr;
+}
+
+void ServiceDiscovery::announce(const slots::Remote& remote) noexcept {
+  for (slots::Requirement& requirement : requirements_) {
+    if (fits(requirement, remote)) {
+      settle(requirement);
+      tell(ServiceAvailable{requirements_.handle_of<RequirementHandle>(requirement), service_of(remote)});
+    }
+  }
+}
+
+void ServiceDiscovery::on_stop_offer(const Entry& entry, const Arrival& arrival) noexcept {
+  slots::Remote* const remote = remote_of(entry, name_in(entry, arrival));
+  if (remote == nullptr || remote->peer != arrival.peer) {
+    return;
+  }
+  if (events_.free_places() < events_of_loss(*remote)) {
+    ++counters_.ignored_no_room;
+    return;
+  }
+  lose(*remote, LossReason::stopped, arrival.now);  // [feat_req_someipsd_831]
+}
+
+void ServiceDiscovery::lose(slots::Remote& remote, LossReason reason, TimePoint now) noexcept {
+  const std::uint16_t index = remotes_.index_of(remote);
+  for (OwnSubscription& subscription : subscriptions_) {
+    if (subscription.remote == index) {
+      unbind(subscription, reason);
+    }
+  }
+  const slots::Remote lost = remote;
+  const RemoteService service = service_of(remote);
+  remotes_.remove(remote);
+  for (slots::Requirement& requirement : requirements_) {
+    if (!fits(requirement, lost)) {
+      continue;
+    }
+    tell(ServiceLost{requirements_.handle_of<RequirementHandle>(requirement), service, reason});
+    // After a StopOffer wait for the next offer without asking.  [feat_req_someipsd_834]
+    const bool ask = link_up_ && (reason == LossReason::expired || reason == LossReason::rebooted);
+    const bool others = std::any_of(remotes_.begin(), remotes_.end(),
+                                    [&](const slots::Remote& other) { return fits(requirement, other); });
+    if (ask && !others) {
+      requirement.schedule = FindSchedule{settings_.timing, first_due(now)};
+    }
+  }
+}
+
+// Advances finds and ends offers whose time is over. What finds no room stays due.
+void ServiceDiscovery::seek(TimePoint now) noexcept {
+  for (slots::Remote& remote : remotes_) {
+    if (remote.expiry && *remote.expiry <= now && events_.free_places() >= events_of_loss(remote)) {
+      lose(remote, LossReason::expired, now);
+    }
+  }
+  for (slots::Requirement& requirement : requirements_) {
+    if (pending_.free_places() == 0 || !requirement.schedule.on_time(now)) {
+      continue;
+    }
+    slots::PendingEntry pending;  // no endpoints in a Find  [feat_req_someipsd_877]
+    pending.due = now;
+    pending.entry = {.type = EntryType::find_service,
+                     .service = requirement.service,
+                     .instance = requirement.instance,
+                     .major = requirement.major,
+                     .ttl_s = settings_.timing.ttl_s,
+                     .tail = any_minor};                // fits() compares  [feat_req_someipcompat_1197]
+    pending.configuration = requirement.configuration;  // [feat_req_someipsd_879] [feat_req_someipsd_503]
+    send(pending);
+  }
+}
+
+}  // namespace trestle::sd
