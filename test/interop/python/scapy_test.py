@@ -99,7 +99,7 @@ class Peer:
         raise AssertionError("not heard")
 
     def find_us(self):
-        """Our service's UDP port."""
+        """The port of our service."""
         self.say([SDEntry_Service(type=0, srv_id=peer.SERVICE, inst_id=0xffff, major_ver=0xff, ttl=3, minor_ver=0xffffffff)],
                  to=peer.GROUP)
         _, sd = self.heard(self.discovery, lambda entry: entry.type == 1)
@@ -266,6 +266,110 @@ class Scapy(unittest.TestCase):
                 got = answer()
                 self.assertEqual((got.ttl, got.eventgroup_id, got.major_ver, got.cnt),
                                  (ttl, fields["eventgroup_id"], fields["major_ver"], fields.get("cnt", 0)))
+
+    # TCP.
+
+    def connect(self):
+        self.node.do("offer", peer.SERVICE, peer.INSTANCE, "tcp")
+        self.peer.heard(self.peer.group, lambda entry: entry.type == 1)
+        return self.open_stream(self.peer.find_us())
+
+    def open_stream(self, port):
+        stream = socket.create_connection((OURS, port), 3, (THEIRS, 0))
+        self.addCleanup(stream.close)
+        stream.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        return stream
+
+    def read(self, stream):
+        """The next message of a stream: its type, return code, session and payload."""
+        def take(size):
+            data = b""
+            while len(data) < size:
+                part = stream.recv(size - len(data))
+                if not part:
+                    raise ConnectionError("closed")
+                data += part
+            return data
+        head = take(16)
+        header = SOMEIP(head)
+        return header.msg_type, header.retcode, header.session_id, take(header.len - 8)
+
+    def test_messages_in_odd_pieces_of_a_stream(self):
+        stream = self.connect()
+        payloads = [bytes([number]) * (number * 37) for number in range(1, 20)]
+        requests = b"".join(message(0x0001, payload, session=number) for number, payload in enumerate(payloads, 1))
+        for size in (1, 7, 16, 1000, len(requests)):
+            for begin in range(0, len(requests), size):
+                stream.sendall(requests[begin:begin + size])
+            for number, payload in enumerate(payloads, 1):
+                self.assertEqual(self.read(stream), (SOMEIP.TYPE_RESPONSE, 0, number, payload))
+        payload = os.urandom(1 << 20)
+        stream.sendall(message(0x0001, payload, session=7))
+        self.assertEqual(self.read(stream), (SOMEIP.TYPE_RESPONSE, 0, 7, payload))
+
+    def test_magic_cookies_bring_a_stream_into_step_again(self):
+        stream = self.connect()
+        cookie = bytes.fromhex("ffff000000000008deadbeef01010100")
+        stream.sendall(cookie + message(0x0001, b"\x01"))
+        self.assertEqual(self.read(stream)[3], b"\x01")
+        # A Length that cannot be: all up to the next cookie is passed over.
+        broken = message(0x0001, b"\x02")
+        stream.sendall(broken[:4] + struct.pack(">I", 3) + broken[8:] + b"rubbish" + cookie + message(0x0001, b"\x03"))
+        self.assertEqual(self.read(stream)[3], b"\x03")
+
+    def test_a_broken_stream_is_closed_and_others_go_on(self):
+        stream = self.connect()
+        other = self.open_stream(stream.getpeername()[1])
+        broken = message(0x0001, b"\x02")
+        stream.sendall(broken[:4] + struct.pack(">I", 3) + broken[8:])
+        with self.assertRaises(ConnectionError):
+            self.read(stream)
+        other.sendall(message(0x0001, b"\x04") + message(0x0777))
+        self.assertEqual(self.read(other), (SOMEIP.TYPE_RESPONSE, 0, 1, b"\x04"))
+        self.assertEqual(self.read(other)[:2], (SOMEIP.TYPE_RESPONSE, 3))
+
+    def test_events_of_a_stream_and_their_end(self):
+        stream = self.connect()
+        endpoint = SDOption_IP4_EndPoint(addr=THEIRS, l4_proto=0x06, port=stream.getsockname()[1])
+        self.peer.say([SDEntry_EventGroup(type=6, n_opt_1=1, srv_id=peer.SERVICE, inst_id=peer.INSTANCE, major_ver=1, ttl=3,
+                                          eventgroup_id=2)], [endpoint])
+        self.assertEqual(self.peer.heard(self.peer.discovery, lambda entry: entry.type == 7)[0].ttl, 3)
+        self.node.ask("notify", 0x8002, "0a" * 5000, answer="notified 1")
+        self.assertEqual(self.read(stream), (SOMEIP.TYPE_NOTIFICATION, 0, 1, b"\x0a" * 5000))
+        stream.close()
+        for _ in range(100):
+            if self.node.ask("notify", 0x8002, "0b", answer=r"notified (\d)")[1] == "0":
+                return
+            time.sleep(0.02)
+        self.fail("a subscription outlives its connection")
+
+    def test_we_connect_again_when_the_server_closes(self):
+        with socket.create_server((THEIRS, 0)) as server:
+            offer = SDEntry_Service(type=1, n_opt_1=1, srv_id=peer.SERVICE, inst_id=peer.INSTANCE, major_ver=1, ttl=10,
+                                    minor_ver=0)
+            endpoint = SDOption_IP4_EndPoint(addr=THEIRS, l4_proto=0x06, port=server.getsockname()[1])
+            self.node.do("require", peer.SERVICE, peer.INSTANCE, 1)
+            time.sleep(0.1)
+            self.peer.say([offer], [endpoint], to=peer.GROUP)
+            self.node.expect("available")
+            for number in (1, 2):
+                stream = self.called(server)
+                self.assertEqual(self.read(stream)[3], b"\x55", f"connection {number}")
+                stream.close()
+
+    def called(self, server):
+        """The connection that a call of our Node makes: some may come before there is one."""
+        server.settimeout(0.05)
+        for _ in range(100):
+            self.node.do("call", 0x0001, "tcp", "55")
+            try:
+                stream, _ = server.accept()
+            except TimeoutError:
+                continue
+            stream.settimeout(3)
+            self.node.do("call", 0x0001, "tcp", "55")
+            return stream
+        raise AssertionError("it does not connect")
 
     def test_broken_discovery_is_counted_and_dropped(self):
         self.serve()
