@@ -1,6 +1,6 @@
 # Everything outside the core. All of it comes from the distribution; `./run setup` installs it.
 find_package(Threads REQUIRED)
-find_package(Boost 1.74 REQUIRED)
+find_package(Boost 1.80 REQUIRED)
 find_package(fmt REQUIRED)
 find_package(spdlog REQUIRED)
 find_package(yaml-cpp REQUIRED)

@@ -183,6 +183,10 @@ Node::Node(boost::asio::io_context& io, const NodeConfig& config, DiscoveryLog l
 
 Node::~Node() = default;
 
+boost::asio::io_context& Node::io() const noexcept {
+  return state_->io;
+}
+
 OfferHandle Node::offer(ServiceSpec spec) {
   const OfferHandle handle = state_->provider.offer(std::move(spec), now());
   state_->drain();

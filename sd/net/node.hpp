@@ -26,6 +26,9 @@ class Node {
   Node(const Node&) = delete;
   Node& operator=(const Node&) = delete;
 
+  /// What it runs on.
+  [[nodiscard]] boost::asio::io_context& io() const noexcept;
+
   // --- Services of ours -----------------------------------------------------------------------------------
 
   /// Opens the service's ports and offers it.

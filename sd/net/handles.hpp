@@ -1,0 +1,95 @@
+#pragma once
+#include <utility>
+
+#include "sd/net/node.hpp"
+#include "someip/net/parameters.hpp"
+
+/// What an application holds of a Node: it ends when the object does. The Node must outlive it.
+namespace trestle::sd {
+
+/// A service that is offered for as long as this object lives.
+class Offer {
+ public:
+  /// @throws as Node::offer().
+  Offer(Node& node, ServiceSpec spec) : node_{&node}, handle_{node.offer(std::move(spec))} {}
+  ~Offer() { withdraw(); }
+  Offer(Offer&& other) noexcept : node_{std::exchange(other.node_, nullptr)}, handle_{other.handle_} {}
+  Offer& operator=(Offer&& other) noexcept {
+    Offer old{std::move(*this)};
+    node_ = std::exchange(other.node_, nullptr);
+    handle_ = other.handle_;
+    return *this;
+  }
+  Offer(const Offer&) = delete;
+  Offer& operator=(const Offer&) = delete;
+
+  /// Sends an event to all its subscribers. The payload is copied; Node::notify() can do without.
+  Notified notify(someip::MethodId event, ByteView payload) const {
+    return node_->notify(handle_, event, {&payload, 1});
+  }
+  /// Gives a field a value, and tells its subscribers if that is a new one.
+  Notified set(someip::MethodId field, ByteView value) const {
+    return node_->set_field(handle_, field, value);
+  }
+  /// For the other functions of Node.
+  [[nodiscard]] OfferHandle handle() const noexcept { return handle_; }
+
+ private:
+  void withdraw() {
+    if (node_ != nullptr) {
+      node_->withdraw(handle_);
+    }
+  }
+
+  Node* node_;  ///< none: moved from
+  OfferHandle handle_;
+};
+
+/// Subscribed, whenever the service is there, for as long as this object lives.
+class Subscription {
+ public:
+  /// @throws as Node::subscribe().
+  Subscription(Node& node, const SubscribeSpec& spec, EventHandler handler)
+      : node_{&node}, id_{node.subscribe(spec, std::move(handler))} {}
+  ~Subscription() {
+    if (node_ != nullptr) {
+      node_->unsubscribe(id_);
+    }
+  }
+  Subscription(Subscription&& other) noexcept : node_{std::exchange(other.node_, nullptr)}, id_{other.id_} {}
+  Subscription& operator=(Subscription&& other) noexcept {
+    Subscription old{std::move(*this)};
+    node_ = std::exchange(other.node_, nullptr);
+    id_ = other.id_;
+    return *this;
+  }
+  Subscription(const Subscription&) = delete;
+  Subscription& operator=(const Subscription&) = delete;
+
+  /// Whether a server has acknowledged it now.
+  [[nodiscard]] bool active() const { return node_->subscribed(id_); }
+
+ private:
+  Node* node_;  ///< none: moved from
+  SubscriptionId id_;
+};
+
+/// A function of C++ values as the handler of a method; someip::typed() says which functions will do.
+///
+///     .methods = {{greet, answering([](const std::string& name) { return "Hello, " + name; })}}
+template <typename Function>
+[[nodiscard]] RequestHandler answering(Function function, const someip::PayloadRules& rules = {}) {
+  return [function = someip::typed(std::move(function), rules)](const someip::Message& request,
+                                                                Responder responder) {
+    auto result = function(request.payload);
+    if (result) {
+      const auto payload = std::make_shared<const std::vector<std::byte>>(std::move(*result));
+      const ByteView bytes{*payload};
+      responder.respond({&bytes, 1}, payload);
+    } else {
+      responder.error(result.error());
+    }
+  };
+}
+
+}  // namespace trestle::sd

@@ -1,0 +1,102 @@
+#pragma once
+#include <boost/asio/associated_cancellation_slot.hpp>
+#include <boost/asio/async_result.hpp>
+#include <boost/asio/dispatch.hpp>
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <vector>
+
+#include "sd/net/call_errors.hpp"
+#include "sd/net/node.hpp"
+#include "someip/net/parameters.hpp"
+
+namespace trestle::sd {
+
+/// What a call brought: of an error the payload too, if it has one. Empty when no answer came.
+struct Response {
+  someip::Header header{};
+  std::vector<std::byte> payload{};
+};
+
+/// A service of others, looked for as long as this object lives, whose methods can be called. The Node must
+/// outlive it.
+class Proxy {
+ public:
+  /// @param handler  is told of each server that comes and goes. It may destroy the Proxy.
+  /// @throws as Node::require().
+  Proxy(Node& node, const RequireSpec& service, AvailabilityHandler handler = {});
+  /// Outstanding calls end with boost::asio::error::operation_aborted.
+  ~Proxy();
+  Proxy(Proxy&& other) noexcept = default;
+  Proxy& operator=(Proxy&& other) noexcept;
+  Proxy(const Proxy&) = delete;
+  Proxy& operator=(const Proxy&) = delete;
+
+  using Signature = void(boost::system::error_code error, Response response);
+  /// Calls waiting for the service at once; further ones end with CallFault::too_many_calls.
+  static constexpr std::size_t max_waiting_calls = 1024;
+
+  /// Calls a method, or a field's getter or setter. If the service, or the TCP connection to it, is not there
+  /// yet, the call waits for it. `spec.timeout` is the time for both, waiting and the answer.
+  ///
+  /// May be called on any thread while the io_context runs, unlike all else here. call_errors.hpp tells the
+  /// errors; that of a service that did not come in time is CallFault::unavailable.
+  ///
+  /// @param token  what is to be done with the response, as everywhere in Asio: a function of an error_code
+  /// and
+  ///               a Response, which is called later on the thread that runs the io_context, or on the
+  ///               executor that is associated with it; boost::asio::use_future to get a
+  ///               std::future<Response>; use_awaitable, deferred and so on. It may be cancelled by its slot.
+  template <typename Token>
+  auto call(const CallSpec& spec, std::vector<std::byte> payload, Token&& token) {
+    return boost::asio::async_initiate<Token, Signature>(
+        [](auto handler, const std::shared_ptr<State>& state, const CallSpec& what,
+           std::vector<std::byte> bytes) { start(std::move(handler), state, what, std::move(bytes)); },
+        token, state_, spec, std::move(payload));
+  }
+
+  /// Calls a method that gives no response. `keep_alive` as in Node::send().
+  /// @return false when the service is not there now, or the request could not be sent.
+  bool send(const CallSpec& spec, ByteView payload, std::shared_ptr<const void> keep_alive = nullptr) const;
+
+  /// The servers that offer it now.
+  [[nodiscard]] std::vector<RemoteService> available() const;
+
+ private:
+  struct State;
+  struct Call;
+  using Done = std::function<Signature>;
+
+  template <typename Handler>
+  static void start(Handler handler, const std::shared_ptr<State>& state, const CallSpec& spec,
+                    std::vector<std::byte>&& payload) {
+    namespace asio = boost::asio;
+    auto slot = asio::get_associated_cancellation_slot(handler);
+    // Done is copied, which a handler need not be able to.
+    const auto shared = std::make_shared<Handler>(std::move(handler));
+    auto work = asio::make_work_guard(*shared, context_of(*state));
+    const auto call = make_call(
+        state, spec, std::move(payload), [shared, work](boost::system::error_code error, Response response) {
+          asio::dispatch(work.get_executor(),
+                         [own = std::move(*shared), error, answer = std::move(response)]() mutable {
+                           std::move(own)(error, std::move(answer));
+                         });
+        });
+    if (slot.is_connected()) {
+      slot.assign([weak = std::weak_ptr{state}, one = std::weak_ptr{call}](asio::cancellation_type) {
+        cancel(weak, one);
+      });
+    }
+    begin(state, call);
+  }
+  [[nodiscard]] static boost::asio::io_context& context_of(const State& state) noexcept;
+  [[nodiscard]] static std::shared_ptr<Call> make_call(const std::shared_ptr<State>& state,
+                                                       const CallSpec& spec, std::vector<std::byte> payload,
+                                                       Done done);
+  static void begin(const std::shared_ptr<State>& state, const std::shared_ptr<Call>& call);
+  static void cancel(const std::weak_ptr<State>& state, const std::weak_ptr<Call>& call);
+
+  std::shared_ptr<State> state_;  ///< none: moved from
+};
+
+}  // namespace trestle::sd

@@ -1,0 +1,165 @@
+#include "someip/net/parameters.hpp"
+
+#include <gmock/gmock.h>
+
+#include "test/bytes.hpp"
+#include "test/covers.hpp"
+
+namespace trestle::someip {
+namespace {
+
+using test::covers;
+using test::hex;
+using test::to_hex;
+using ::testing::ElementsAre;
+using ::testing::Pair;
+
+enum class Colour : std::uint8_t { red = 7 };
+
+struct Point {
+  float x = 0;
+  std::int16_t y = 0;
+};
+struct Path {
+  std::string name;
+  std::vector<Point> points;
+  std::array<std::uint16_t, 2> ends{};
+  Colour colour{};
+};
+
+TEST(Parameters, AreLaidOutOneAfterAnother) {
+  covers({"feat_req_someip_169", "feat_req_someip_230"});
+  EXPECT_EQ(to_hex(pack()), "");
+  EXPECT_EQ(to_hex(pack(true, std::uint8_t{1}, std::int8_t{-2}, std::uint16_t{3}, std::int16_t{-4})),
+            "01"
+            "01"
+            "fe"
+            "0003"
+            "fffc");
+  EXPECT_EQ(to_hex(pack(std::uint32_t{5}, -6, std::uint64_t{7}, std::int64_t{-8})),
+            "00000005"
+            "fffffffa"
+            "0000000000000007"
+            "fffffffffffffff8");
+  EXPECT_EQ(to_hex(pack(1.0F, -2.0, Colour::red)),
+            "3f800000"
+            "c000000000000000"
+            "07");
+}
+
+TEST(Parameters, HaveTextAndArraysWithLengths) {
+  // BOM and terminator count.
+  EXPECT_EQ(to_hex(pack("hi")), "00000006efbbbf686900");
+  EXPECT_EQ(to_hex(pack(std::vector<std::uint16_t>{1, 2})), "0000000400010002");
+  EXPECT_EQ(to_hex(pack(std::vector<bool>{true, false})), "000000020100");
+  EXPECT_EQ(to_hex(pack(hex("0a0b0c"))), "000000030a0b0c");
+  EXPECT_EQ(to_hex(pack(std::array<std::uint8_t, 3>{1, 2, 3})), "010203");
+  EXPECT_EQ(to_hex(pack(std::map<std::uint8_t, std::uint16_t>{{1, 2}, {3, 4}})), "00000006010002030004");
+}
+
+TEST(Parameters, AreStructsOfPlainMembers) {
+  const Path path{.name = "a", .points = {{1.0F, -1}}, .ends = {1, 2}, .colour = Colour::red};
+  const std::string bytes =
+      "00000005efbbbf6100"    // name
+      "000000063f800000ffff"  // points
+      "00010002"
+      "07";
+  EXPECT_EQ(to_hex(pack(path)), bytes);
+  const auto back = unpack<Path>(hex(bytes));
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->name, "a");
+  ASSERT_EQ(back->points.size(), 1U);
+  EXPECT_EQ(back->points[0].x, 1.0F);
+  EXPECT_EQ(back->points[0].y, -1);
+  EXPECT_THAT(back->ends, ElementsAre(1, 2));
+  EXPECT_EQ(back->colour, Colour::red);
+}
+
+TEST(Parameters, FollowTheRulesOfTheService) {
+  const PayloadRules rules{.byte_order = std::endian::little,
+                           .array_length = FieldWidth::bits8,
+                           .struct_length = FieldWidth::bits16,
+                           .string_encoding = StringEncoding::utf16le};
+  const auto payload = pack(rules, std::string{"\xc3\xa4"}, std::vector<std::uint16_t>{1},
+                            std::pair<bool, std::uint8_t>{true, 2});
+  EXPECT_EQ(to_hex(payload),
+            "06000000fffee4000000"
+            "020100"
+            "02000102");
+  const auto back =
+      unpack<std::string, std::vector<std::uint16_t>, std::pair<bool, std::uint8_t>>(payload, rules);
+  ASSERT_TRUE(back);
+  const auto& [text, numbers, both] = *back;
+  EXPECT_EQ(text, "\xc3\xa4");
+  EXPECT_THAT(numbers, ElementsAre(1));
+  EXPECT_THAT(both, Pair(true, 2));
+}
+
+TEST(Parameters, ComeBack) {
+  covers({"feat_req_someip_168"});
+  const auto one = unpack<std::uint16_t>(hex("1234 ffff"));  // what is behind belongs to a newer interface
+  ASSERT_TRUE(one);
+  EXPECT_EQ(*one, 0x1234);
+  const auto map = unpack<std::map<std::uint8_t, std::uint16_t>>(hex("00000006 010002 030004"));
+  ASSERT_TRUE(map);
+  EXPECT_THAT(*map, ElementsAre(Pair(1, 2), Pair(3, 4)));
+  const auto bytes = unpack<std::vector<std::uint8_t>>(hex("00000002 0a0b"));
+  ASSERT_TRUE(bytes);
+  EXPECT_THAT(*bytes, ElementsAre(0x0a, 0x0b));
+  const auto flags = unpack<std::vector<bool>>(hex("00000002 0100"));
+  ASSERT_TRUE(flags);
+  EXPECT_THAT(*flags, ElementsAre(true, false));
+  EXPECT_TRUE(unpack<>({}));
+  // More than the first guess of what room they need.
+  const std::vector<std::string> many(1000, std::string(100, 'x'));
+  const auto long_again = unpack<std::vector<std::string>>(pack(many));
+  ASSERT_TRUE(long_again);
+  EXPECT_EQ(*long_again, many);
+}
+
+TEST(Parameters, ThatAreNotThereAreAnError) {
+  EXPECT_EQ(unpack<std::uint16_t>(hex("12")).error(), WireError::truncated);
+  EXPECT_EQ(unpack<std::string>(hex("00000005 61")).error(), WireError::truncated);
+  EXPECT_EQ((unpack<std::uint8_t, std::uint8_t>(hex("01")).error()), WireError::truncated);
+  EXPECT_EQ(unpack<std::vector<std::uint16_t>>(hex("00000003 000102")).error(), WireError::truncated);
+  EXPECT_EQ(unpack<std::vector<std::tuple<>>>(hex("00000003 000102")).error(), WireError::bad_length);
+}
+
+TEST(Parameters, ThatCannotBeSentAreRefused) {
+  EXPECT_THROW(static_cast<void>(pack("\xff")), std::invalid_argument);
+  const PayloadRules rules{.array_length = FieldWidth::bits8};
+  EXPECT_THROW(static_cast<void>(pack(rules, std::vector<std::uint8_t>(256))), std::invalid_argument);
+}
+
+TEST(TypedFunction, TakesAndReturnsValues) {
+  const auto multiply = typed([](std::int32_t a, std::int32_t b) { return a * b; });
+  EXPECT_EQ(to_hex(*multiply(hex("00000003 fffffffe"))), "fffffffa");
+  const auto divide =
+      typed([](std::uint8_t a, std::uint8_t b) -> Result<std::tuple<std::uint8_t, bool>, ReturnCode> {
+        if (b == 0) {
+          return tl::unexpected{ReturnCode{0x21}};
+        }
+        return std::tuple{static_cast<std::uint8_t>(a / b), a % b == 0};
+      });
+  EXPECT_EQ(to_hex(*divide(hex("0702"))), "0300");
+  EXPECT_EQ(divide(hex("0700")).error(), ReturnCode{0x21});
+  std::string heard;
+  const auto hear = typed([&](const std::string& text) { heard = text; });
+  EXPECT_EQ(to_hex(*hear(hex("00000006 efbbbf 6869 00"))), "");
+  EXPECT_EQ(heard, "hi");
+  const auto forbid =
+      typed([]() -> Result<void, ReturnCode> { return tl::unexpected{ReturnCode::not_ready}; });
+  EXPECT_EQ(forbid({}).error(), ReturnCode::not_ready);
+  const auto allow = typed([]() -> Result<void, ReturnCode> { return {}; });
+  EXPECT_EQ(to_hex(*allow({})), "");
+}
+
+TEST(TypedFunction, IsNotCalledWithoutItsArguments) {
+  int calls = 0;
+  const auto count = typed([&](std::uint32_t) { ++calls; });
+  EXPECT_EQ(count(hex("000001")).error(), ReturnCode::malformed_message);
+  EXPECT_EQ(calls, 0);
+}
+
+}  // namespace
+}  // namespace trestle::someip
