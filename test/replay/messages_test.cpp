@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
+#include <filesystem>
 #include <map>
 #include <tuple>
 
@@ -27,6 +29,10 @@ constexpr IpAddress server_address = IpAddress::v4(10, 0, 0, 1);
 constexpr IpAddress client_address = IpAddress::v4(10, 0, 0, 2);
 constexpr std::uint16_t sd_port = 30490;
 
+std::string path_of(const std::string& file) {
+  return TRESTLE_SOURCE_DIR "/pcaps/vsomeip/" + file + ".pcap";
+}
+
 /// A message of the recording, segments put together, and its bytes as they were sent.
 struct Heard {
   Duration time{};
@@ -45,8 +51,7 @@ std::vector<std::byte> bytes_of(ByteView view) {
 /// All messages but those of service discovery. Our reassembler makes one of segments.
 class Conversation {
  public:
-  explicit Conversation(const std::string& file)
-      : recording_{read_recording(TRESTLE_SOURCE_DIR "/pcaps/vsomeip/" + file + ".pcap")} {
+  explicit Conversation(const std::string& path) : recording_{read_recording(path)} {
     for (const RecordedBytes& datagram : recording_.datagrams) {
       if (datagram.from.port != sd_port && datagram.to.port != sd_port) {
         MessageCursor cursor{datagram.bytes};
@@ -151,7 +156,7 @@ class RecordedMessages : public testing::TestWithParam<Contents> {};
 TEST_P(RecordedMessages, AreTheClientsOnesOfOurCalls) {
   covers({"feat_req_someip_79", "feat_req_someip_88", "feat_req_someip_329", "feat_req_someip_338",
           "feat_req_someiptp_765", "feat_req_someiptp_774", "feat_req_someiptp_777"});
-  const Conversation conversation{GetParam().file};
+  const Conversation conversation{path_of(GetParam().file)};
   std::array<CallSlot, 64> slots{};
   // vsomeip counts the sessions of calls and of fire and forget together, so does a client of ours.
   std::optional<CallTable> calls;
@@ -199,7 +204,7 @@ TEST_P(RecordedMessages, AreTheClientsOnesOfOurCalls) {
 TEST_P(RecordedMessages, AreTheServersOnesOfOurAnswersAndEvents) {
   covers({"feat_req_someip_338", "feat_req_someip_655", "feat_req_someip_721", "feat_req_someip_88",
           "feat_req_someiptp_765", "feat_req_someiptp_774", "feat_req_someiptp_777"});
-  const Conversation conversation{GetParam().file};
+  const Conversation conversation{path_of(GetParam().file)};
   std::vector<const Heard*> open;
   SessionCounter counter;
   SessionId session{};
@@ -277,12 +282,44 @@ INSTANTIATE_TEST_SUITE_P(Vsomeip, RecordedMessages,
                                          Contents{"tp_separation_time_and_short_segments", 2, 2, 10, 0, 12}),
                          [](const auto& contents) { return std::string{contents.param.file}; });
 
+// Recordings by others that are not kept here.
+TEST(PublicRecordedMessages, AreAnsweredInTheSameWay) {
+  const char* const shared = std::getenv("TRESTLE_SHARED_PCAPS");
+  const std::string folder =
+      shared != nullptr ? shared : std::string{TRESTLE_SOURCE_DIR "/../shared/pcaps/public"};
+  for (const auto& [file, calls] : {std::pair{"someip-llm-fuzzer/playground_seed.pcapng", 100},
+                                    std::pair{"someip-llm-fuzzer/all_defined_methods_once.pcapng", 14},
+                                    std::pair{"nDPI/someip-udp-method-call.pcapng", 1}}) {
+    const std::string path = folder + "/" + file;
+    if (!std::filesystem::exists(path)) {
+      GTEST_SKIP() << path << " is not there";
+    }
+    const Conversation conversation{path};
+    int answered = 0;
+    for (const Heard& answer : conversation.heard) {
+      const auto request =
+          std::find_if(conversation.heard.begin(), conversation.heard.end(), [&](const Heard& heard) {
+            return heard.from == answer.to && heard.header.type == MessageType::request &&
+                   heard.header.client == answer.header.client &&
+                   heard.header.session == answer.header.session &&
+                   heard.header.method == answer.header.method;
+          });
+      if (is_answer(answer.header) && request != conversation.heard.end()) {
+        EXPECT_TRUE(encoded(answer_header(request->header, ReturnCode::ok), answer) == answer.sent)
+            << in_hex(answer.sent);
+        ++answered;
+      }
+    }
+    EXPECT_EQ(answered, calls) << file;
+  }
+}
+
 // A raw client asks what it should not: every answer, and every silence, is what our rules say, where errors
 // are configured to come as message type ERROR, as vsomeip's do.
 TEST(RecordedErrors, AreAnsweredInTheSameWay) {
   covers({"feat_req_someip_597", "feat_req_someip_654", "feat_req_someip_655", "feat_req_someip_718",
           "feat_req_someip_721", "feat_req_someip_726", "feat_req_someip_816"});
-  const Conversation conversation{"errors_raw_client_vs_vsomeip_service"};
+  const Conversation conversation{path_of("errors_raw_client_vs_vsomeip_service")};
   constexpr AnswerRules rules{.error_type = MessageType::error};
   std::size_t answered = 0;
   std::size_t silent = 0;
