@@ -20,7 +20,7 @@ import tempfile
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from random_messages import Maker, write_pcap
 
-WELL_FORMED, DAMAGED = 1500, 2500
+WELL_FORMED, DAMAGED = 800, 1200
 
 # What tshark says of messages that break no rule, each with the requirement that lets us accept them.
 TSHARK_HARMLESS = {
