@@ -25,7 +25,12 @@ std::string version(const Route& route) {
 }
 
 std::string port(const Route& route) {
-  return route.port == 0 ? "udp any" : fmt::format("udp {}", route.port);
+  const char* const transport = route.transport == Transport::tcp ? "tcp" : "udp";
+  const std::string own =
+      route.port == 0 ? fmt::format("{} any", transport) : fmt::format("{} {}", transport, route.port);
+  return route.multicast ? fmt::format("{}, {} from {}", own, someip::to_string(route.multicast->group),
+                                       route.multicast->threshold)
+                         : own;
 }
 
 std::string width(someip::FieldWidth field) {

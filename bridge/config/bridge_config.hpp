@@ -81,6 +81,13 @@ struct TpSettings {
   friend constexpr bool operator==(const TpSettings&, const TpSettings&) = default;
 };
 
+/// Where an eventgroup's events go when many want them.
+struct MulticastSettings {
+  Endpoint group;
+  std::size_t threshold = 2;  ///< from how many subscribers on; 1: always  [feat_req_someip_813]
+  friend constexpr bool operator==(const MulticastSettings&, const MulticastSettings&) = default;
+};
+
 /// One topic, joined with one SOME/IP event.
 struct Route {
   std::string topic;  ///< the ROS name, absolute: "/points"
@@ -96,6 +103,7 @@ struct Route {
   /// dds_to_someip: the port of the offered service, UDP and TCP alike; routes of the same service instance
   /// share it. someip_to_dds: the UDP port to receive events at; 0 lets the system choose.
   std::uint16_t port = 0;
+  std::optional<MulticastSettings> multicast;  ///< dds_to_someip over UDP; of the whole eventgroup
   TpSettings tp;
   MessageRules rules;
   QosSettings qos;

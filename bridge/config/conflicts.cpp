@@ -103,6 +103,27 @@ void instances(const std::vector<RouteInFile>& routes, Problems& problems) {
   }
 }
 
+/// Routes of one eventgroup are sent alike. Where a route says nothing, what another says counts.
+void eventgroups(const std::vector<RouteInFile>& routes, bool ipv6, Problems& problems) {
+  Firsts<std::tuple<someip::ServiceId, someip::InstanceId, someip::EventgroupId>> firsts;
+  for (const RouteInFile& in_file : routes) {
+    const Route& route = in_file.route;
+    if (!route.multicast || !has(in_file, {"service", "instance", "eventgroup"})) {
+      continue;
+    }
+    if (route.multicast->group.address.v6 != ipv6) {
+      problems.error(mark(in_file, "multicast"),
+                     "multicast: its address and that of someip are of different IP versions");
+    }
+    const auto* other = firsts.other({route.service, route.instance, route.eventgroup}, in_file);
+    if (other != nullptr && other->route.multicast != route.multicast) {
+      problems.error(mark(in_file, "multicast"),
+                     fmt::format("multicast: {} eventgroup 0x{:04x} has another in the route in line {}",
+                                 instance_name(route), value(route.eventgroup), other->route.mark.line));
+    }
+  }
+}
+
 void ports(const std::vector<RouteInFile>& routes, std::uint16_t sd_port, Problems& problems) {
   std::map<std::uint16_t, std::vector<const RouteInFile*>> users;  // one route of each service instance
   for (const RouteInFile& in_file : routes) {
@@ -146,11 +167,13 @@ void ports(const std::vector<RouteInFile>& routes, std::uint16_t sd_port, Proble
 
 }  // namespace
 
-void report_conflicts(const std::vector<RouteInFile>& routes, std::uint16_t sd_port, Problems& problems) {
+void report_conflicts(const std::vector<RouteInFile>& routes, const SomeipSettings& someip,
+                      Problems& problems) {
   topics(routes, problems);
   events(routes, problems);
   instances(routes, problems);
-  ports(routes, sd_port, problems);
+  eventgroups(routes, someip.address.v6, problems);
+  ports(routes, someip.sd.port, problems);
 }
 
 }  // namespace trestle::bridge

@@ -6,6 +6,7 @@
 namespace trestle::bridge {
 
 /// Reports routes that are good one by one but cannot be together.
-void report_conflicts(const std::vector<RouteInFile>& routes, std::uint16_t sd_port, Problems& problems);
+void report_conflicts(const std::vector<RouteInFile>& routes, const SomeipSettings& someip,
+                      Problems& problems);
 
 }  // namespace trestle::bridge

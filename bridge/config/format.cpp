@@ -131,6 +131,16 @@ Format<IpAddress> ip_address() {
           }};
 }
 
+Format<IpAddress> multicast_address() {
+  auto result = ip_address();
+  result.expected = "a multicast address";
+  result.read = [read = std::move(result.read)](std::string_view text) {
+    const auto address = read(text);
+    return address && address->is_multicast() ? address : std::nullopt;
+  };
+  return result;
+}
+
 Format<std::string> any_text(std::string expected) {
   return {std::move(expected), [](std::string_view text) -> std::optional<std::string> {
             return text.empty() || text.find('\0') != std::string_view::npos

@@ -36,6 +36,8 @@ struct Format {
 [[nodiscard]] Format<std::uint64_t> byte_size(std::uint64_t min, std::uint64_t max);
 /// IPv4 or IPv6, not the unspecified one.
 [[nodiscard]] Format<IpAddress> ip_address();
+/// One of a group.
+[[nodiscard]] Format<IpAddress> multicast_address();
 /// Any text that is not empty.
 [[nodiscard]] Format<std::string> any_text(std::string expected);
 

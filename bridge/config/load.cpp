@@ -43,13 +43,7 @@ void load_sd(Section& someip, SomeipSettings& settings, bool address_is_good, Pr
   const YAML::Node node = someip.child("sd");
   if (node) {
     Section sd{node, "sd", problems};
-    auto multicast = ip_address();
-    multicast.expected = "a multicast address";
-    multicast.read = [read = std::move(multicast.read)](std::string_view text) {
-      const auto address = read(text);
-      return address && address->is_multicast() ? address : std::nullopt;
-    };
-    sd.read("multicast", multicast, into.multicast);
+    sd.read("multicast", multicast_address(), into.multicast);
     sd.read("port", as<std::uint16_t>(whole_number(1, 65535)), into.port);
     const Format<Duration> delay = duration(0s, 60s);
     sd.read("initial_delay_min", delay, into.initial_delay_min);
@@ -170,7 +164,7 @@ void load_root(const YAML::Node& root, BridgeConfig& config, const TypeCheck& ch
   }
   section.finish();
 
-  report_conflicts(routes, config.someip.sd.port, problems);
+  report_conflicts(routes, config.someip, problems);
   for (RouteInFile& in_file : routes) {
     if (check_type && in_file.good.contains("type")) {
       if (const std::string fault = check_type(in_file.route.type, in_file.route.rules, config.type_paths);

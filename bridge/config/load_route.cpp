@@ -69,6 +69,24 @@ void load_version(Section& section, Route& route) {
   section.read("minor", minor, route.minor);
 }
 
+void load_multicast(const YAML::Node& node, const Route& route, Mark key,
+                    std::optional<MulticastSettings>& into, Problems& problems) {
+  MulticastSettings settings;
+  Section multicast{node, "multicast", problems};
+  const bool has_address = multicast.require("address", multicast_address(), settings.group.address);
+  const bool has_port =
+      multicast.require("port", as<std::uint16_t>(whole_number(1, 65535)), settings.group.port);
+  multicast.read("threshold", as<std::size_t>(whole_number(1, 65535)), settings.threshold);
+  multicast.finish();
+  if (route.direction != Direction::dds_to_someip) {
+    problems.error(key, "multicast: the server names the group; of a route from SOME/IP it cannot be set");
+  } else if (route.transport != Transport::udp) {
+    problems.error(key, "multicast: needs transport: udp");
+  } else if (has_address && has_port) {
+    into = settings;
+  }
+}
+
 }  // namespace
 
 RouteInFile load_route(const YAML::Node& node, Problems& problems) {
@@ -120,6 +138,10 @@ RouteInFile load_route(const YAML::Node& node, Problems& problems) {
 
   if (const YAML::Node wire = section.child("wire")) {
     load_wire(wire, route.rules, problems);
+  }
+  if (const YAML::Node multicast = section.child("multicast")) {
+    load_multicast(multicast, route, section.use_mark("multicast"), route.multicast, problems);
+    result.good.emplace("multicast", section.use_mark("multicast"));
   }
   if (const YAML::Node tp = section.child("tp")) {
     load_tp(tp, route.tp, problems);

@@ -39,6 +39,9 @@ sd::NodeConfig node_config(const BridgeConfig& config) {
   limits.max_subscriptions = std::max(limits.max_subscriptions, routes);
   limits.max_pending_entries =
       std::max<std::uint16_t>(limits.max_pending_entries, static_cast<std::uint16_t>(4 * routes));
+  // Large messages of all routes may be under way at once, even if one server has them all.
+  node.max_reassemblies_per_sender = std::max(node.max_reassemblies_per_sender, config.routes.size());
+  node.max_reassemblies = std::max(node.max_reassemblies, config.routes.size() + 16);
   node.max_message_bytes = 0;
   for (const Route& route : config.routes) {
     node.max_message_bytes = std::max(node.max_message_bytes, route.tp.max_message);
@@ -95,6 +98,10 @@ std::vector<OfferedService> offered_services(const BridgeConfig& config) {
     auto group = std::ranges::find(groups, route.eventgroup, &sd::EventgroupSpec::id);
     if (group == groups.end()) {
       group = groups.insert(group, {.id = route.eventgroup});
+    }
+    if (route.multicast) {
+      group->multicast = route.multicast->group;
+      group->multicast_threshold = route.multicast->threshold;
     }
     group->events.push_back(route.event);
   }

@@ -31,6 +31,8 @@ class Consumer {
   [[nodiscard]] bool subscribed(SubscriptionId id) const;
   void clear();
 
+  /// Whether it waits for this event or answer, of which a segment has come. If not, counts why.
+  [[nodiscard]] bool wants(const someip::Header& header, const Source& source);
   void on_notification(const someip::Message& message, const Source& source);
   /// A RESPONSE or ERROR.
   void on_answer(const someip::Message& message, const Source& source);
@@ -88,6 +90,8 @@ class Consumer {
     someip::CallTarget target;
   };
 
+  /// Puts into called_ who wants this event. If nobody does, counts why.
+  [[nodiscard]] bool find_listeners(const someip::Header& header, const Source& source);
   [[nodiscard]] std::shared_ptr<Requirement> find(RequirementId id) const;
   [[nodiscard]] std::shared_ptr<Subscription> find(SubscriptionId id) const;
   [[nodiscard]] Binding* find(SubscriptionHandle handle, const Subscription** owner = nullptr) const;

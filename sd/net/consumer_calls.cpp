@@ -150,6 +150,15 @@ void Consumer::time_out(CallHandle call) {
   finish(call, tl::unexpected{CallError{.fault = CallFault::timed_out, .code = ReturnCode::timeout}});
 }
 
+bool Consumer::wants(const Header& header, const Source& source) {
+  if (someip::without_tp(header.type) == MessageType::notification) {
+    return find_listeners(header, source);
+  }
+  const bool awaited = calls_.awaits({source.from, source.transport}, header);
+  counters_.unexpected += awaited ? 0 : 1;
+  return awaited;
+}
+
 void Consumer::on_answer(const Message& message, const Source& source) {
   const auto answer = calls_.on_answer({source.from, source.transport}, message.header);
   if (!answer) {

@@ -137,8 +137,7 @@ void Consumer::unbind(Binding& binding, TimePoint now) {
   binding = {.instance = binding.instance};
 }
 
-void Consumer::on_notification(const Message& message, const Source& source) {
-  const Header& header = message.header;
+bool Consumer::find_listeners(const Header& header, const Source& source) {
   bool wanted = false;
   bool right_sender = false;
   called_.clear();
@@ -164,6 +163,12 @@ void Consumer::on_notification(const Message& message, const Source& source) {
   }
   if (called_.empty()) {
     ++(!wanted ? counters_.unexpected : !right_sender ? counters_.unknown_sender : counters_.wrong_version);
+  }
+  return !called_.empty();
+}
+
+void Consumer::on_notification(const Message& message, const Source& source) {
+  if (!find_listeners(message.header, source)) {
     return;
   }
   ++counters_.events;

@@ -15,6 +15,7 @@
 namespace trestle::sd {
 namespace {
 
+using someip::Header;
 using someip::Message;
 using someip::MessageType;
 
@@ -58,7 +59,8 @@ struct Node::State : std::enable_shared_from_this<State> {
             io,
             config,
             counters,
-            {.message = [this](const Message& message, const Source& source) { on_message(message, source); },
+            {.wanted = [this](const Header& header, const Source& source) { return wants(header, source); },
+             .message = [this](const Message& message, const Source& source) { on_message(message, source); },
              .tcp_client = [this](const Endpoint& own, const Endpoint& client,
                                   bool connected) { on_tcp_client(own, client, connected); }}},
         provider{discovery, ports, config, counters, log},
@@ -139,6 +141,17 @@ struct Node::State : std::enable_shared_from_this<State> {
   void on_event(const Subscribed& event) { consumer.on_event(event); }
   void on_event(const SubscriptionRefused& event) { consumer.on_event(event); }
   void on_event(const SubscriptionLost& event) { consumer.on_event(event); }
+
+  bool wants(const Header& header, const Source& source) {
+    switch (someip::without_tp(header.type)) {
+      case MessageType::notification:
+      case MessageType::response:
+      case MessageType::error:
+        return consumer.wants(header, source);
+      default:
+        return provider.wants(header, source);
+    }
+  }
 
   void on_message(const Message& message, const Source& source) {
     switch (message.header.type) {

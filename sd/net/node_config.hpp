@@ -20,7 +20,9 @@ struct NodeConfig {
   Timing timing{};
   Limits limits{};                                         ///< of service discovery
   std::size_t max_message_bytes = std::size_t{16} << 20U;  ///< payload of a received message
-  std::size_t max_reassemblies = 16;                       ///< large messages that may be under way at once
+  /// Large messages that may be under way at once over UDP; their memory is only taken as they fill it.
+  std::size_t max_reassemblies = 32;
+  std::size_t max_reassemblies_per_sender = 16;
   /// Names this client among those of the same address.  [feat_req_someip_699] [feat_req_someip_701]
   someip::ClientId client{1};
   std::uint16_t max_calls = 1024;    ///< that may be outstanding at once
@@ -34,12 +36,13 @@ struct NodeConfig {
 
 /// Received messages and datagrams that a Node dropped, by reason, and what it did with the others.
 struct NodeCounters {
-  std::uint64_t datagrams = 0;       ///< received, SD left out
-  std::uint64_t events = 0;          ///< delivered to a subscription
-  std::uint64_t requests = 0;        ///< delivered to a method or field
-  std::uint64_t malformed = 0;       ///< datagrams that are empty, or bad from some message on
-  std::uint64_t overflowed = 0;      ///< datagrams that the system dropped as a receive buffer was full
-  std::uint64_t wrong_version = 0;   ///< another interface or protocol version than was subscribed to
+  std::uint64_t datagrams = 0;      ///< received, SD left out
+  std::uint64_t events = 0;         ///< delivered to a subscription
+  std::uint64_t requests = 0;       ///< delivered to a method or field
+  std::uint64_t malformed = 0;      ///< datagrams that are empty, or bad from some message on
+  std::uint64_t overflowed = 0;     ///< datagrams that the system dropped as a receive buffer was full
+  std::uint64_t wrong_version = 0;  ///< another interface or protocol version than was subscribed to
+  // Of a message in segments, each segment counts.
   std::uint64_t unexpected = 0;      ///< neither a subscribed event, nor a request, nor an answer to a call
   std::uint64_t unknown_sender = 0;  ///< a subscribed event from an endpoint that does not offer it
   std::uint64_t requests_answered = 0;   ///< with an error, without asking a method

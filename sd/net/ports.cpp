@@ -62,7 +62,7 @@ Ports::Ports(boost::asio::io_context& io, const NodeConfig& config, NodeCounters
       handlers_{std::move(handlers)},
       reassembly_{config.max_reassemblies,
                   {.max_message_bytes = config.max_message_bytes,
-                   .max_per_sender = config.max_reassemblies,
+                   .max_per_sender = config.max_reassemblies_per_sender,
                    .max_age = max_reassembly_age}},
       reassembly_timer_{io, [this] {
                           reassembly_.machine().on_time(now());
@@ -160,6 +160,9 @@ void Ports::on_datagram(ByteView datagram, const Source& source) {
   while (const auto message = cursor.next()) {
     if (!someip::is_tp(message->header.type)) {
       handlers_.message(*message, source);
+      continue;
+    }
+    if (!handlers_.wanted(message->header, source)) {
       continue;
     }
     const auto whole = reassembly_.machine().on_segment(source.from, *message, now());

@@ -49,6 +49,9 @@ struct Source {
 class Ports {
  public:
   struct Handlers {
+    /// Whether to put a message together of which a segment came: so nobody can fill the places with what
+    /// nobody waits for.
+    std::function<bool(const someip::Header&, const Source&)> wanted;
     std::function<void(const someip::Message&, const Source&)> message;
     /// A client connected to our TCP endpoint `own`, or is gone.
     std::function<void(const Endpoint& own, const Endpoint& client, bool connected)> tcp_client;

@@ -261,6 +261,14 @@ MethodKind Provider::kind_of(const Offer& offer, MethodId id) const {
   return accessor ? MethodKind::request_response : MethodKind::unknown;
 }
 
+bool Provider::wants(const Header& header, const Source& source) {
+  const bool offered = std::ranges::any_of(offers_, [&](const auto& offer) {
+    return source.udp && offer->udp == source.udp && offer->spec.service == header.service;
+  });
+  counters_.unexpected += offered ? 0 : 1;
+  return offered;
+}
+
 void Provider::on_request(const Message& message, const Source& source) {
   if (!source.udp && !source.tcp) {
     ++counters_.unexpected;  // by multicast, or over a connection that is ours to call through

@@ -33,6 +33,9 @@ class Provider {
                                                                     someip::MethodId field) const;
 
   /// A message that is neither a notification nor an answer.
+  /// Whether this request, of which a segment has come, is to a service that is offered where it came. If
+  /// not, counts it.
+  [[nodiscard]] bool wants(const someip::Header& header, const Source& source);
   void on_request(const someip::Message& message, const Source& source);
   void on_event(const SubscriberAdded& event);
   void on_event(const InitialDataRequested& event);

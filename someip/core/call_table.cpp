@@ -60,6 +60,20 @@ std::optional<StartedCall> CallTable::start(const CallTarget& target, ServiceId 
   return StartedCall{handle_of(slot), slot.header_};
 }
 
+bool CallTable::awaits(const CallTarget& from, const Header& header) const noexcept {
+  const MessageType type = without_tp(header.type);
+  const CallSlot& slot = slot_of(header.session);
+  return header.protocol == protocol_version &&
+         (type == MessageType::response || type == MessageType::error) &&
+         slot.state_ == CallSlot::State::outstanding && is_of(slot, header) && slot.target_ == from &&
+         slot.header_.interface_version == header.interface_version;
+}
+
+bool CallTable::is_of(const CallSlot& slot, const Header& header) noexcept {
+  return slot.header_.session == header.session && slot.header_.client == header.client &&
+         slot.header_.service == header.service && slot.header_.method == header.method;
+}
+
 Result<CallAnswer, AnswerDrop> CallTable::on_answer(const CallTarget& from, const Header& header) noexcept {
   const auto drop = [this](AnswerDrop reason) {
     ++counters_.drops[static_cast<std::size_t>(reason)];
@@ -74,9 +88,7 @@ Result<CallAnswer, AnswerDrop> CallTable::on_answer(const CallTarget& from, cons
   // In the order of the flow chart the versions come before the session, but only the call knows which
   // interface version it was.  [feat_req_someip_718]
   CallSlot& slot = slot_of(header.session);
-  if (slot.state_ == CallSlot::State::unused || slot.header_.session != header.session ||
-      slot.header_.client != header.client || slot.header_.service != header.service ||
-      slot.header_.method != header.method) {
+  if (slot.state_ == CallSlot::State::unused || !is_of(slot, header)) {
     return drop(AnswerDrop::unknown);
   }
   if (slot.target_ != from) {

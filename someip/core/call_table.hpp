@@ -100,6 +100,9 @@ class CallTable {
                                                  std::uint8_t interface_version, Duration timeout,
                                                  TimePoint now) noexcept;
 
+  /// Whether this is a RESPONSE or ERROR, or a segment of one, that would end a call.
+  [[nodiscard]] bool awaits(const CallTarget& from, const Header& header) const noexcept;
+
   /// Takes the header of a received RESPONSE or ERROR, segments put together; both may carry an error.
   /// [feat_req_someip_107]
   /// @return the call that it ends, or why it is dropped.
@@ -139,6 +142,8 @@ class CallTable {
   [[nodiscard]] const CallCounters& counters() const noexcept { return counters_; }
 
  private:
+  /// Whether an answer with this header is to the slot's call, whoever sent it.
+  [[nodiscard]] static bool is_of(const CallSlot& slot, const Header& header) noexcept;
   [[nodiscard]] CallSlot& slot_of(SessionId session) const noexcept {
     return slots_[value(session) % slots_.size()];
   }

@@ -134,6 +134,37 @@ TEST_F(CallTableTest, TakesAnswersOnlyFromWhereTheCallWent) {
   EXPECT_TRUE(table.on_answer(server, answer(one.header)));
 }
 
+TEST_F(CallTableTest, AwaitsSegmentsOfJustTheAnswersThatWouldEndACall) {
+  const Header good = answer(call().header);
+  Header segment = good;
+  segment.type = static_cast<MessageType>(0xa0);
+  EXPECT_TRUE(table.awaits(server, good));
+  EXPECT_TRUE(table.awaits(server, segment));
+  segment.type = static_cast<MessageType>(0xa1);  // an error
+  EXPECT_TRUE(table.awaits(server, segment));
+  EXPECT_FALSE(table.awaits(other, good));
+  EXPECT_FALSE(table.awaits(server_tcp, good));
+  const auto changed = [&](const auto& change) {
+    Header header = good;
+    change(header);
+    return header;
+  };
+  for (const Header& header : {
+           changed([](Header& h) { h.type = MessageType::notification; }),
+           changed([](Header& h) { h.service = ServiceId{1}; }),
+           changed([](Header& h) { h.method = MethodId{1}; }),
+           changed([](Header& h) { h.client = ClientId{1}; }),
+           changed([](Header& h) { h.session = SessionId{2}; }),
+           changed([](Header& h) { h.interface_version = 2; }),
+           changed([](Header& h) { h.protocol = 2; }),
+       }) {
+    EXPECT_FALSE(table.awaits(server, header));
+  }
+  ASSERT_TRUE(table.on_answer(server, good));
+  EXPECT_FALSE(table.awaits(server, good));
+  EXPECT_EQ(table.counters(), (CallCounters{.started = 1, .answered = 1}));
+}
+
 TEST_F(CallTableTest, TellsAnswersThatComeTwiceOrTooLate) {
   const StartedCall answered = call();
   const StartedCall late = call();

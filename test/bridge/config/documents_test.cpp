@@ -38,7 +38,8 @@ std::string completed(const std::string& block) {
   const std::string route =
       "routes:\n  - topic: /a\n    type: std_msgs/msg/String\n    direction: dds_to_someip\n    service: 1\n"
       "    instance: 1\n    eventgroup: 1\n    event: 0x8001\n    port: 40000\n";
-  if (block.starts_with("wire:") || block.starts_with("tp:") || block.starts_with("qos:")) {
+  if (block.starts_with("wire:") || block.starts_with("tp:") || block.starts_with("qos:") ||
+      block.starts_with("multicast:")) {
     return someip + route + indented(block);
   }
   const bool has_someip = block.find("someip:") != std::string::npos;
@@ -84,7 +85,7 @@ TEST(Documents, NameEveryKey) {
   const auto loaded = parse_config(
       "zzzzzzzzz: 1\nsomeip: {zzzzzzzzz: 1, sd: {zzzzzzzzz: 1}}\ndds: {zzzzzzzzz: 1}\ntypes: {zzzzzzzzz: 1}\n"
       "routes:\n  - {zzzzzzzzz: 1, wire: {zzzzzzzzz: 1, types: {a/msg/B: {zzzzzzzzz: 1}}}, tp: {zzzzzzzzz: "
-      "1}, qos: {zzzzzzzzz: 1}}\n",
+      "1}, qos: {zzzzzzzzz: 1}, multicast: {zzzzzzzzz: 1}}\n",
       "b.yaml");
   ASSERT_FALSE(loaded.has_value());
   int sections = 0;
@@ -100,7 +101,7 @@ TEST(Documents, NameEveryKey) {
       EXPECT_NE(text.find("`" + key + "`"), std::string::npos) << key << " is not documented";
     }
   }
-  EXPECT_EQ(sections, 10);
+  EXPECT_EQ(sections, 11);
 }
 
 }  // namespace

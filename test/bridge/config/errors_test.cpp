@@ -70,12 +70,14 @@ INSTANTIATE_TEST_SUITE_P(
                 {"b.yaml:2:3: error: someip: 'address' is missing: expected this host's own IPv4 or IPv6 "
                  "address, "
                  "which services are offered at"}},
-        Mistake{"AddressOfAnotherIpVersion",
-                "192.0.2.1",
-                "fd00::1",
-                {"b.yaml:2:12: error: address: fd00::1 and the multicast address of sd, 239.1.2.3, are of "
-                 "different "
-                 "IP versions"}},
+        Mistake{
+            "AddressOfAnotherIpVersion",
+            "192.0.2.1",
+            "fd00::1",
+            {"b.yaml:2:12: error: address: fd00::1 and the multicast address of sd, 239.1.2.3, are of "
+             "different "
+             "IP versions",
+             "b.yaml:66:7: error: multicast: its address and that of someip are of different IP versions"}},
         Mistake{"Interface",
                 "eth0",
                 "a-name-that-is-too-long",
@@ -212,7 +214,33 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"PortOfATcpClient",
                 "event: 32769",
                 "event: 32769\n    transport: tcp\n    port: 40002",
-                {"b.yaml:73:11: error: port: of a TCP connection to a server, the system chooses ours"}},
+                {"b.yaml:77:11: error: port: of a TCP connection to a server, the system chooses ours"}},
+        Mistake{"MulticastGroup",
+                "239.1.2.4",
+                "192.0.2.4",
+                {"b.yaml:66:16: error: address: expected a multicast address, found '192.0.2.4'"}},
+        Mistake{
+            "MulticastOfAnotherVersion",
+            "239.1.2.4",
+            "ff02::17",
+            {"b.yaml:66:7: error: multicast: its address and that of someip are of different IP versions"}},
+        Mistake{"MulticastPort",
+                "port: 40100",
+                "port: 65536",
+                {"b.yaml:67:13: error: port: expected a whole number from 1 to 65535, found '65536'"}},
+        Mistake{"MulticastThreshold",
+                "threshold: 3",
+                "threshold: 0",
+                {"b.yaml:68:18: error: threshold: expected a whole number from 1 to 65535, found '0'"}},
+        Mistake{"MulticastOverTcp",
+                "transport: udp",
+                "transport: tcp",
+                {"b.yaml:66:7: error: multicast: needs transport: udp"}},
+        Mistake{"MulticastOfAClient",
+                "event: 32769",
+                "event: 32769\n    multicast: {address: 239.1.2.4, port: 5}",
+                {"b.yaml:76:16: error: multicast: the server names the group; of a route from SOME/IP it "
+                 "cannot be set"}},
         Mistake{"Transport",
                 "transport: udp",
                 "transport: can",
@@ -463,10 +491,10 @@ TEST(ConfigErrors, TellFilesThatAreNoConfigurationApart) {
   EXPECT_THAT(problems_of("- 1\n"),
               ElementsAre("b.yaml:1:1: error: the file: expected a mapping (key: value), found a list"));
   EXPECT_THAT(problems_of(good_config + "---\nmore: 1\n"),
-              ElementsAre("b.yaml:72:1: error: the file should end here: it is one YAML document"));
+              ElementsAre("b.yaml:76:1: error: the file should end here: it is one YAML document"));
   // Of some such ends yaml-cpp's LoadAll() makes documents without end, as the fuzzer found.
   EXPECT_THAT(problems_of(good_config + "}\n"),
-              ElementsAre("b.yaml:72:1: error: not valid YAML: illegal flow end"));
+              ElementsAre("b.yaml:76:1: error: not valid YAML: illegal flow end"));
   EXPECT_THAT(problems_of("a: 1\n]"), ElementsAre("b.yaml:2:1: error: not valid YAML: illegal flow end"));
   EXPECT_THAT(problems_of("someip: {address: 127.0.0.1}\nroutes: []\n"),
               ElementsAre("b.yaml:2:9: error: routes: expected a list of routes, found an empty list"));
@@ -495,7 +523,7 @@ TEST(ConfigErrors, PassOnWhatIsWrongWithAType) {
     return type == "geometry_msgs/msg/Point" ? type + " is not known" : "";
   };
   EXPECT_THAT(problems_of(good_config, check),
-              ElementsAre("b.yaml:66:11: error: type: geometry_msgs/msg/Point is not known"));
+              ElementsAre("b.yaml:70:11: error: type: geometry_msgs/msg/Point is not known"));
 }
 
 TEST(ConfigErrors, SayOnceWhatIsWrongInAnAnchoredPiece) {
@@ -559,6 +587,17 @@ TEST(ConfigConflict, OfOneServiceAtTwoPortsOrVersions) {
                              "port: 40001, minor: 2")),
       ElementsAre("b.yaml:4:89: error: port: service 0x0001 instance 0x0001 has 40000 in the route in line 3",
                   "b.yaml:4:103: error: minor: service 0x0001 instance 0x0001 has 1 in the route in line 3"));
+}
+
+TEST(ConfigConflict, OfOneEventgroupSentTwoWays) {
+  EXPECT_THAT(
+      problems_of(two_routes("topic: /a, service: 1, instance: 1, event: 0x8001, direction: dds_to_someip, "
+                             "port: 40000, multicast: {address: 239.0.0.1, port: 1}",
+                             "topic: /b, service: 1, instance: 1, event: 0x8002, direction: dds_to_someip, "
+                             "port: 40000, multicast: {address: 239.0.0.1, port: 2}")),
+      ElementsAre(
+          "b.yaml:4:107: error: multicast: service 0x0001 instance 0x0001 eventgroup 0x0001 has another "
+          "in the route in line 3"));
 }
 
 TEST(ConfigConflict, OfTwoInstancesAtOnePort) {

@@ -68,6 +68,10 @@ routes:
       reliability: reliable
       durability: transient_local
       depth: 3
+    multicast:
+      address: 239.1.2.4
+      port: 40100
+      threshold: 3
   - topic: /target
     type: geometry_msgs/msg/Point
     direction: someip_to_dds

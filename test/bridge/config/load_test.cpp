@@ -101,11 +101,13 @@ TEST(LoadConfig, ReadsEveryKey) {
                               .fixed_strings = {{"name", 32}}}));
   EXPECT_EQ(points.rules.types.at("std_msgs/msg/Header"), (TypeRules{.form = TypeRules::Form::choice}));
   EXPECT_EQ(points.qos, (QosSettings{.reliable = true, .transient_local = true, .depth = 3}));
+  EXPECT_EQ(points.multicast,
+            (MulticastSettings{.group = {IpAddress::v4(239, 1, 2, 4), 40100}, .threshold = 3}));
   EXPECT_EQ(points.mark, (Mark{22, 5}));
   // Ids may be decimal.
   EXPECT_EQ(config.routes[1].service, ServiceId{0x2222});
   EXPECT_EQ(config.routes[1].event, MethodId{0x8001});
-  EXPECT_EQ(config.routes[1].mark, (Mark{65, 5}));
+  EXPECT_EQ(config.routes[1].mark, (Mark{69, 5}));
 }
 
 TEST(LoadConfig, LeavesDefaultsWhereNothingIsSaid) {

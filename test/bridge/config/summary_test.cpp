@@ -16,9 +16,9 @@ TEST(ConfigSummary, ShowsWhatGoesWhere) {
   DDS     domain 7, on 127.0.0.1 192.0.2.7, shared memory
   SOME/IP 192.0.2.1 (eth0), discovery at 239.1.2.3:30491, offers live 10 s
 
-  TOPIC        SERVICE.INSTANCE  EVENT   GROUP   VERSION  PORT       TYPE
-  /points  ->  0x1111.0x0022     0x8044  0x0033  5.6      udp 40001  sensor_msgs/msg/PointCloud2
-  /target  <-  0x2222.0x0001     0x8001  0x0001  1.any    udp any    geometry_msgs/msg/Point
+  TOPIC        SERVICE.INSTANCE  EVENT   GROUP   VERSION  PORT                               TYPE
+  /points  ->  0x1111.0x0022     0x8044  0x0033  5.6      udp 40001, 239.1.2.4:40100 from 3  sensor_msgs/msg/PointCloud2
+  /target  <-  0x2222.0x0001     0x8001  0x0001  1.any    udp any                            geometry_msgs/msg/Point
 
   wire  little endian (lengths big); bits of length fields: arrays 16, fixed arrays 8, strings 8, structs 32, unions 16 (type 8, type first); strings UTF-16BE; aligned to 64 bits; unions may be empty; longer arrays refused; missing fields get their defaults; sensor_msgs/msg/PointField has tags (the smallest length); sensor_msgs/msg/PointField has strings of fixed size; std_msgs/msg/Header is a union
           for /points

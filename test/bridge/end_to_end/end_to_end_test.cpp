@@ -1,6 +1,8 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/multicast.hpp>
 #include <boost/asio/ip/udp.hpp>
 #include <filesystem>
 
@@ -11,6 +13,7 @@
 #include "test/bridge/end_to_end/samples.hpp"
 #include "test/bridge/end_to_end/two_bridges.hpp"
 #include "test/bytes.hpp"
+#include "test/covers.hpp"
 #include "test/loopback.hpp"
 
 namespace trestle::test {
@@ -139,6 +142,51 @@ TEST_F(EndToEnd, SharesAnOfferAndAnEventgroupBetweenUdpAndTcp) {
   expect_unchanged(routes[1], point(0), {point(1), point(2)});
   EXPECT_GE(a_->counter("SOME/IP over TCP", "messages_sent"), 2U);
   EXPECT_GE(a_->counter("SOME/IP", "messages_sent"), 2U);
+}
+
+TEST_F(EndToEnd, CarriesManyLargeMessagesOfOneServerAtOnce) {
+  one_service_ = true;
+  std::vector<TestRoute> routes;
+  routes.reserve(20);
+  for (int i = 0; i < 20; ++i) {
+    routes.push_back({"/cloud_" + std::to_string(i), "sensor_msgs/msg/PointCloud2", true,
+                      "    tp: {burst: 1, separation: 1 ms}\n"});
+  }
+  start(routes);
+  std::vector<std::unique_ptr<Ends>> ends;
+  for (const TestRoute& route : routes) {
+    ends.push_back(std::make_unique<Ends>(at_a_, at_b_, route.topic, route.type));
+    ASSERT_TRUE(ends.back()->matched());
+    ASSERT_TRUE(subscribed(*a_, route.topic, *ends.back(), point_cloud(0, 10)));
+  }
+  // Each takes some 30 ms, so that all are under way together.
+  const Sample cloud = point_cloud(1, 2'000);
+  for (const auto& one : ends) {
+    ASSERT_TRUE(one->writer.write(cloud));
+  }
+  for (const auto& one : ends) {
+    EXPECT_TRUE(one->inbox.wait([&](const auto& all) { return !all.empty() && same(all.back(), cloud); }));
+  }
+}
+
+TEST_F(EndToEnd, CarriesAnEventgroupByMulticast) {
+  covers({"feat_req_someip_813"});
+  const auto group = boost::asio::ip::make_address("239.254.1.1");
+  const auto port = static_cast<std::uint16_t>(42'000 + getpid() % 10'000);
+  // Somebody else who listens to the group.
+  boost::asio::io_context io;
+  boost::asio::ip::udp::socket other{io, boost::asio::ip::udp::v4()};
+  other.set_option(boost::asio::socket_base::reuse_address{true});
+  other.bind({group, port});
+  other.set_option(
+      boost::asio::ip::multicast::join_group{group.to_v4(), boost::asio::ip::make_address_v4("127.0.0.1")});
+
+  const TestRoute route{
+      "/cloud", "sensor_msgs/msg/PointCloud2", true, "",
+      fmt::format("    multicast: {{address: {}, port: {}, threshold: 1}}\n", group.to_string(), port)};
+  start({route});
+  expect_unchanged(route, point_cloud(0, 10), {point_cloud(1, 100), point_cloud(2, 20'000)});
+  EXPECT_GT(other.available(), 0U);
 }
 
 TEST_F(EndToEnd, CarriesRealLidarScansUnchanged) {

@@ -82,7 +82,8 @@ std::string TwoBridges::yaml(bool end_a, const std::vector<TestRoute>& routes,
         "    event: {}\n{}{}",
         route.topic, route.type, outbound ? "dds_to_someip" : "someip_to_dds",
         0x1000 + (one_service_ ? 0 : i), 0x8001 + i,
-        outbound ? fmt::format("    port: {}\n", 40001 + (one_service_ ? 0 : i)) : "", route.settings);
+        outbound ? fmt::format("    port: {}\n", 40001 + (one_service_ ? 0 : i)) : "",
+        outbound ? route.settings + route.server_settings : route.settings);
   }
   return text;
 }

@@ -31,7 +31,8 @@ struct TestRoute {
   std::string topic;  ///< "/points"
   std::string type;
   bool from_a_to_b = true;
-  std::string settings{};  ///< further lines of YAML for both ends, each indented by four blanks
+  std::string settings{};         ///< further lines of YAML for both ends, each indented by four blanks
+  std::string server_settings{};  ///< and for the end that offers it
 };
 
 /// Two bridges on loopback addresses and DDS domains of this process's own, joined by SOME/IP.

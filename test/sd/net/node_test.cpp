@@ -309,6 +309,58 @@ TEST_F(NodeTest, DropsAndCountsEventsThatItDidNotAskForOrThatOthersForge) {
   EXPECT_EQ(client.counters().events, 1U);
 }
 
+TEST_F(NodeTest, PutsTogetherOnlyWhatItWaitsFor) {
+  covers({"feat_req_someiptp_794"});
+  Node server{io, config(server_address)};
+  Node client{io, config(client_address)};
+  const OfferHandle offer = server.offer(service);
+  SubscribeSpec here = wanted;
+  here.port = 40127;
+  const SubscriptionId subscription = client.subscribe(here, collect());
+  ServiceSpec own = service;
+  own.service = ServiceId{0x4321};
+  own.udp_port = 40128;
+  client.offer(own);
+  ASSERT_TRUE(run_until([&] { return client.subscribed(subscription); }));
+
+  // First segments that nothing follows, each of another message: more than there are places.
+  UdpSocket stranger{io, {.local = {server_address, 0}}};
+  std::uint64_t sent = 0;
+  const auto flood = [&](std::uint16_t port, Header header) {
+    std::array<std::byte, 64> room{};
+    std::array<std::byte, 20> segment{};
+    segment[3] = std::byte{1};  // offset 0, more segments
+    for (std::uint16_t i = 0; i < 40; ++i) {
+      header.client = someip::ClientId{i};
+      const ByteView bytes = *encode(header, segment, room);
+      stranger.send({client_address, port}, {&bytes, 1});
+      ++sent;
+    }
+    const auto refused = [&] { return client.counters().unexpected + client.counters().unknown_sender; };
+    ASSERT_TRUE(run_until([&] { return refused() == sent; })) << refused();
+  };
+  Header header{.service = ServiceId{0x1234},
+                .method = large,
+                .session = SessionId{1},
+                .interface_version = 2,
+                .type = static_cast<MessageType>(0x22)};
+  flood(40127, header);  // the right event from the wrong endpoint
+  header.service = ServiceId{0x7777};
+  flood(40127, header);  // an event that nobody asked for
+  header.type = static_cast<MessageType>(0xa0);
+  flood(40127, header);  // a response to nothing
+  header.type = static_cast<MessageType>(0x20);
+  flood(40128, header);  // a request to a service that is not offered
+  EXPECT_EQ(client.reassembly_counters().segments, 0U);
+
+  const auto payload = numbers(5000);
+  const ByteView slice{payload};
+  server.notify(offer, large, {&slice, 1});
+  ASSERT_TRUE(run_until([&] { return received.size() == 1; }));
+  EXPECT_EQ(received[0].payload, payload);
+  EXPECT_EQ(client.reassembly_counters().segments, 4U);
+}
+
 TEST_F(NodeTest, AnswersCallsWithAnErrorSinceItHasNoMethods) {
   covers({"feat_req_someip_655", "feat_req_someip_654", "feat_req_someip_538", "feat_req_someip_816",
           "feat_req_someip_348", "feat_req_someip_49"});
