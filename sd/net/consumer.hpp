@@ -98,9 +98,11 @@ class Consumer {
   [[nodiscard]] RequirementHandle look_for(const RequireSpec& spec, TimePoint now);
 
   [[nodiscard]] static std::optional<Route> route(const Need& need, const CallSpec& spec, std::size_t bytes);
-  [[nodiscard]] std::optional<CallFault> transmit(const Route& route, const someip::Header& header,
+  [[nodiscard]] std::optional<CallFault> transmit(const Route& route, const RequireSpec& spec,
+                                                  const someip::Header& header,
                                                   std::span<const ByteView> payload,
                                                   std::shared_ptr<const void> keep_alive);
+  void note_event(const Subscription& subscription, const someip::InstanceId& instance, TimePoint now);
   void fail_later(ResponseHandler handler, CallFault fault);
   void finish(someip::CallHandle call, const CallResult& result);
   void time_out(someip::CallHandle call);

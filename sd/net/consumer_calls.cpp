@@ -62,11 +62,17 @@ std::optional<Consumer::Route> Consumer::route(const Need& need, const CallSpec&
 }
 
 // Sends a request, or says why it cannot.
-std::optional<CallFault> Consumer::transmit(const Route& route, const Header& header,
+std::optional<CallFault> Consumer::transmit(const Route& route, const RequireSpec& spec, const Header& header,
                                             std::span<const ByteView> payload,
                                             std::shared_ptr<const void> keep_alive) {
   const Endpoint& to = route.target.server;
   if (route.target.transport == Transport::udp) {
+    // [feat_req_someiptp_788]
+    if (spec.segmented && size_of(payload) > someip::max_plain_payload_bytes &&
+        std::ranges::find(*spec.segmented, header.method) == spec.segmented->end()) {
+      ++counters_.not_to_be_segmented;
+      return CallFault::not_sent;
+    }
     const bool sent = call_port_->sender.send(to, header, payload, std::move(keep_alive), config_.pacing);
     return sent ? std::nullopt : std::optional{CallFault::not_sent};
   }
@@ -94,7 +100,7 @@ CallId Consumer::call(RequirementId id, const CallSpec& spec, std::span<const By
     fail_later(std::move(handler), CallFault::too_many_calls);
     return {};
   }
-  if (const auto fault = transmit(*way, started->header, payload, std::move(keep_alive))) {
+  if (const auto fault = transmit(*way, requirement->spec, started->header, payload, std::move(keep_alive))) {
     calls_.cancel(started->call);
     fail_later(std::move(handler), *fault);
     return {};
@@ -111,13 +117,15 @@ bool Consumer::send(RequirementId id, const CallSpec& spec, std::span<const Byte
   if (!way) {
     return false;
   }
+  // Segments need one to be put together.  [feat_req_someiptp_762]
+  const bool with_session = spec.session || size_of(payload) > someip::max_plain_payload_bytes;
   const Header header{.service = requirement->spec.service,
                       .method = spec.method,
                       .client = config_.client,
-                      .session = tell_sessions_.next(),
+                      .session = with_session ? tell_sessions_.next() : someip::SessionId{0},
                       .interface_version = way->server->major,
                       .type = MessageType::request_no_return};
-  return !transmit(*way, header, payload, std::move(keep_alive));
+  return !transmit(*way, requirement->spec, header, payload, std::move(keep_alive));
 }
 
 bool Consumer::cancel(CallId call) {

@@ -2,6 +2,7 @@
 #include "sd/net/consumer.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <stdexcept>
 
 #include "sd/net/discovery_text.hpp"
@@ -16,7 +17,12 @@ namespace {
 
 bool is_same_subscription(const SubscribeSpec& a, const SubscribeSpec& b) {
   return a.service == b.service && a.instance == b.instance && a.major == b.major && a.minor == b.minor &&
-         a.eventgroup == b.eventgroup && a.udp == b.udp && a.tcp == b.tcp && a.port == b.port;
+         a.eventgroup == b.eventgroup && a.udp == b.udp && a.tcp == b.tcp && a.port == b.port &&
+         a.silence_timeout == b.silence_timeout;
+}
+
+TimePoint now() {
+  return std::chrono::steady_clock::now();
 }
 
 std::string name_of(const SubscribeSpec& spec, someip::InstanceId instance) {
@@ -26,6 +32,11 @@ std::string name_of(const SubscribeSpec& spec, someip::InstanceId instance) {
 }  // namespace
 
 SubscriptionId Consumer::subscribe(const SubscribeSpec& spec, EventHandler handler, TimePoint now) {
+  const auto reserved = std::ranges::find_if(spec.events, is_reserved);
+  if (reserved != spec.events.end()) {
+    throw std::invalid_argument{"subscription to " + name_of(spec, spec.instance) + ": event id " +
+                                hexadecimal(value(*reserved)) + " is reserved"};
+  }
   if (!spec.udp && !spec.tcp) {
     throw std::invalid_argument{"subscription to " + name_of(spec, spec.instance) +
                                 ": neither UDP nor TCP is asked for"};
@@ -120,7 +131,8 @@ void Consumer::bind(Subscription& subscription, const RemoteService& server, Tim
       {.eventgroup = subscription.wanted.eventgroup,
        .instance = server.instance,
        .udp = subscription.port ? std::optional{subscription.port->socket.local()} : std::nullopt,
-       .tcp = tcp},
+       .tcp = tcp,
+       .silence_timeout = subscription.wanted.silence_timeout},
       now);
   if (handle) {
     binding->handle = *handle;
@@ -149,6 +161,7 @@ bool Consumer::find_listeners(const Header& header, const Source& source) {
       return (source.transport == Transport::udp ? one.udp : one.tcp) == source.from;
     });
     const bool offers_it = server != subscription->servers.end();
+    bool heard = false;
     for (const auto& listener : subscription->listeners) {
       if (std::ranges::find(listener->events, header.method) == listener->events.end()) {
         continue;
@@ -158,7 +171,11 @@ bool Consumer::find_listeners(const Header& header, const Source& source) {
       if (offers_it && header.protocol == someip::protocol_version &&
           header.interface_version == server->major) {
         called_.push_back(listener);
+        heard = true;
       }
+    }
+    if (heard) {
+      note_event(*subscription, server->instance, now());
     }
   }
   if (called_.empty()) {
@@ -176,6 +193,15 @@ void Consumer::on_notification(const Message& message, const Source& source) {
     if (listener->active) {
       listener->handler(message, source.from);
     }
+  }
+}
+
+// [feat_req_someipsd_439]
+void Consumer::note_event(const Subscription& subscription, const someip::InstanceId& instance,
+                          TimePoint now) {
+  const auto binding = std::ranges::find(subscription.bindings, instance, &Binding::instance);
+  if (subscription.wanted.silence_timeout && binding != subscription.bindings.end() && binding->handle) {
+    discovery_.event_received(*binding->handle, now);
   }
 }
 

@@ -5,6 +5,7 @@
 #include <boost/asio/post.hpp>
 #include <chrono>
 #include <random>
+#include <stdexcept>
 #include <utility>
 
 #include "sd/net/consumer.hpp"
@@ -63,7 +64,7 @@ struct Node::State : std::enable_shared_from_this<State> {
              .message = [this](const Message& message, const Source& source) { on_message(message, source); },
              .tcp_client = [this](const Endpoint& own, const Endpoint& client,
                                   bool connected) { on_tcp_client(own, client, connected); }}},
-        provider{discovery, ports, config, counters, log},
+        provider{io, discovery, ports, config, counters, log},
         consumer{io, discovery, ports, config, counters, log, [this] { drain(); }},
         timer{io, [this] {
                 discovery.on_time(now());
@@ -217,7 +218,16 @@ std::size_t Node::subscribers(OfferHandle offer, someip::MethodId event) const {
 
 Notified Node::notify(OfferHandle offer, someip::MethodId event, std::span<const ByteView> payload,
                       const std::shared_ptr<const void>& keep_alive, const someip::TpPacing& pacing) {
-  return state_->provider.notify(offer, event, payload, keep_alive, pacing);
+  return state_->provider.notify(offer, event, {}, payload, keep_alive, pacing);
+}
+
+Notified Node::notify_some(OfferHandle offer, someip::MethodId event, const SubscriberFilter& wanted,
+                           std::span<const ByteView> payload, const std::shared_ptr<const void>& keep_alive,
+                           const someip::TpPacing& pacing) {
+  if (state_->provider.is_notifier(offer, event)) {
+    throw std::invalid_argument{"the notifier of a field is for all its subscribers"};
+  }
+  return state_->provider.notify(offer, event, wanted, payload, keep_alive, pacing);
 }
 
 Notified Node::set_field(OfferHandle offer, someip::MethodId field, ByteView value) {

@@ -44,7 +44,15 @@ class Node {
                   const std::shared_ptr<const void>& keep_alive = nullptr,
                   const someip::TpPacing& pacing = {});
 
-  /// Gives a field a value, and its subscribers too if that is another than before.
+  /// Sends an event to those subscribers alone for which `wanted` is true, always by unicast. Not for the
+  /// notifier of a field.  [feat_req_someip_804]
+  /// @throws std::invalid_argument for the notifier of a field.
+  Notified notify_some(OfferHandle offer, someip::MethodId event, const SubscriberFilter& wanted,
+                       std::span<const ByteView> payload,
+                       const std::shared_ptr<const void>& keep_alive = nullptr,
+                       const someip::TpPacing& pacing = {});
+
+  /// Gives a field a value, and its subscribers too if its rule says so, FieldSpec::update.
   /// @param field  its getter, setter or notifier.
   Notified set_field(OfferHandle offer, someip::MethodId field, ByteView value);
   /// The field's value; nothing if it has none yet.

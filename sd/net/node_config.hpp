@@ -45,8 +45,9 @@ struct NodeCounters {
   // Of a message in segments, each segment counts.
   std::uint64_t unexpected = 0;      ///< neither a subscribed event, nor a request, nor an answer to a call
   std::uint64_t unknown_sender = 0;  ///< a subscribed event from an endpoint that does not offer it
-  std::uint64_t requests_answered = 0;   ///< with an error, without asking a method
-  std::uint64_t discovery_not_sent = 0;  ///< SD datagrams that the system would not take
+  std::uint64_t requests_answered = 0;    ///< with an error, without asking a method
+  std::uint64_t not_to_be_segmented = 0;  ///< not sent over UDP: too large for one datagram
+  std::uint64_t discovery_not_sent = 0;   ///< SD datagrams that the system would not take
 };
 
 /// Told what discovery did, in words: one line without a line end.

@@ -1,6 +1,8 @@
 #include "sd/net/provider.hpp"
 
 #include <algorithm>
+#include <chrono>
+#include <numeric>
 #include <stdexcept>
 
 #include "sd/net/discovery_text.hpp"
@@ -17,8 +19,23 @@ using someip::ReturnCode;
 
 namespace {
 
+TimePoint now() {
+  return std::chrono::steady_clock::now();
+}
+
 bool contains(const std::vector<MethodId>& ids, MethodId id) {
   return std::ranges::find(ids, id) != ids.end();
+}
+
+std::size_t size_of(std::span<const ByteView> slices) {
+  return std::accumulate(slices.begin(), slices.end(), std::size_t{0},
+                         [](std::size_t sum, ByteView slice) { return sum + slice.size(); });
+}
+
+/// Whether a payload of this size may go over UDP: large ones only if they may be segmented.
+/// [feat_req_someiptp_788]
+bool may_be_sent(const ServiceSpec& spec, MethodId id, std::size_t bytes) {
+  return bytes <= someip::max_plain_payload_bytes || !spec.segmented || contains(*spec.segmented, id);
 }
 
 /// What is wrong with the description of a service, seen by itself; empty: nothing.
@@ -43,31 +60,29 @@ std::string mistake_in(const ServiceSpec& spec) {
       }
     }
   }
+  std::vector<MethodId> all = ids;
+  for (const EventgroupSpec& group : spec.eventgroups) {
+    all.insert(all.end(), group.events.begin(), group.events.end());
+  }
+  const auto reserved = std::ranges::find_if(all, is_reserved);
+  if (reserved != all.end()) {
+    return "id " + hexadecimal(value(*reserved)) + " is reserved";
+  }
   std::ranges::sort(ids);
   const auto twice = std::ranges::adjacent_find(ids);
   return twice == ids.end() ? "" : "id " + hexadecimal(value(*twice)) + " is used twice";
 }
 
-Responder::Send reply_path(const Source& source, const someip::TpPacing& pacing) {
-  if (source.tcp) {
-    return [port = std::weak_ptr{source.tcp}, to = source.from](
-               const Header& header, std::span<const ByteView> payload, std::shared_ptr<const void> keep) {
-      const auto alive = port.lock();
-      return alive && alive->server.send(to, header, payload, std::move(keep));
-    };
-  }
-  return [port = std::weak_ptr{source.udp}, to = source.from, pacing](
-             const Header& header, std::span<const ByteView> payload, std::shared_ptr<const void> keep) {
-    const auto alive = port.lock();
-    return alive && alive->sender.send(to, header, payload, std::move(keep), pacing);
-  };
-}
-
 }  // namespace
 
-Provider::Provider(ServiceDiscovery& discovery, Ports& ports, const NodeConfig& config,
-                   NodeCounters& counters, DiscoveryLog log)
-    : discovery_{discovery}, ports_{ports}, config_{config}, counters_{counters}, log_{std::move(log)} {}
+Provider::Provider(boost::asio::io_context& io, ServiceDiscovery& discovery, Ports& ports,
+                   const NodeConfig& config, NodeCounters& counters, DiscoveryLog log)
+    : discovery_{discovery},
+      ports_{ports},
+      config_{config},
+      counters_{counters},
+      log_{std::move(log)},
+      cycle_{io, [this] { send_cyclic_values(); }} {}
 
 // --- Offers -----------------------------------------------------------------------------------------------
 
@@ -115,12 +130,19 @@ OfferHandle Provider::offer(ServiceSpec spec, TimePoint now) {
   }
   offer->handle = *handle;
   for (FieldSpec& field : spec.fields) {
-    offer->values.push_back(
-        field.value ? std::make_shared<const std::vector<std::byte>>(std::move(*field.value)) : nullptr);
+    offer->fields.push_back(
+        {.value = nullptr, .sent = nullptr, .schedule = someip::UpdateSchedule{field.update}});
+    if (field.value) {  // which is no change for anybody
+      Field& now_set = offer->fields.back();
+      now_set.value = std::make_shared<const std::vector<std::byte>>(std::move(*field.value));
+      now_set.sent = now_set.value;
+      static_cast<void>(now_set.schedule.on_value(true, now));
+    }
   }
   log_("offering " + to_string(spec.service, spec.instance) + at);
   offer->spec = std::move(spec);
   offers_.push_back(offer);
+  arm_cycle();
   return *handle;
 }
 
@@ -151,11 +173,13 @@ void Provider::withdraw(OfferHandle handle, TimePoint now) {
   if (found != offers_.end()) {
     ports_.leave((*found)->tcp);
     offers_.erase(found);
+    arm_cycle();
   }
 }
 
 void Provider::clear() {
   offers_.clear();
+  arm_cycle();
 }
 
 std::shared_ptr<Provider::Offer> Provider::find(OfferHandle handle) const {
@@ -170,7 +194,7 @@ Transport Provider::transport_of(const ServiceSpec& spec, MethodId event) {
 }
 
 // Also who subscribed to several eventgroups with the event gets it once.  [feat_req_someipsd_1168]
-void Provider::find_receivers(const Offer& offer, MethodId event) const {
+void Provider::find_receivers(const Offer& offer, MethodId event, const SubscriberFilter& wanted) const {
   receivers_.clear();
   by_multicast_.clear();
   const Transport transport = transport_of(offer.spec, event);
@@ -180,7 +204,7 @@ void Provider::find_receivers(const Offer& offer, MethodId event) const {
     }
   };
   const auto uses_multicast = [&](const EventgroupSpec& group) {
-    if (transport == Transport::tcp || !group.multicast || group.multicast_threshold == 0) {
+    if (transport == Transport::tcp || !group.multicast || group.multicast_threshold == 0 || wanted) {
       return false;
     }
     std::size_t count = 0;
@@ -203,7 +227,7 @@ void Provider::find_receivers(const Offer& offer, MethodId event) const {
       const auto& to = transport == Transport::udp ? subscriber.udp : subscriber.tcp;
       const bool has_it = std::ranges::any_of(
           by_multicast_, [&](const Endpoint& other) { return other == to || other == subscriber.peer; });
-      if (to && !has_it) {
+      if (to && !has_it && (!wanted || wanted(subscriber))) {
         add({*to, transport});
       }
     });
@@ -215,7 +239,7 @@ std::size_t Provider::subscribers(OfferHandle handle, MethodId event) const {
   if (!offer) {
     return 0;
   }
-  find_receivers(*offer, event);
+  find_receivers(*offer, event, {});
   return receivers_.size();
 }
 
@@ -231,19 +255,33 @@ Header event_header(const ServiceSpec& spec, MethodId event, someip::SessionId s
 
 }  // namespace
 
-Notified Provider::notify(OfferHandle handle, MethodId event, std::span<const ByteView> payload,
-                          const std::shared_ptr<const void>& keep_alive, const someip::TpPacing& pacing) {
+// [feat_req_someip_667] [feat_req_someip_700] Segments need one to be put together.  [feat_req_someiptp_762]
+someip::SessionId Provider::session_of(Offer& offer, MethodId event, std::size_t bytes) {
+  const bool none =
+      contains(offer.spec.events_without_session, event) && bytes <= someip::max_plain_payload_bytes;
+  return none ? someip::SessionId{0} : offer.sessions[event].next();
+}
+
+Notified Provider::notify(OfferHandle handle, MethodId event, const SubscriberFilter& wanted,
+                          std::span<const ByteView> payload, const std::shared_ptr<const void>& keep_alive,
+                          const someip::TpPacing& pacing) {
   const auto offer = find(handle);
   if (!offer) {
     return {};
   }
-  find_receivers(*offer, event);
-  const Header header = event_header(offer->spec, event, offer->sessions[event].next());
+  find_receivers(*offer, event, wanted);
+  const std::size_t bytes = size_of(payload);
+  const Header header = event_header(offer->spec, event, session_of(*offer, event, bytes));
   Notified result{.session = header.session};
   for (const Receiver& receiver : receivers_) {
-    const bool taken = receiver.transport == Transport::udp
-                           ? offer->udp->sender.send(receiver.to, header, payload, keep_alive, pacing)
-                           : offer->tcp->server.send(receiver.to, header, payload, keep_alive);
+    bool taken = false;
+    if (receiver.transport == Transport::tcp) {
+      taken = offer->tcp->server.send(receiver.to, header, payload, keep_alive);
+    } else if (may_be_sent(offer->spec, event, bytes)) {
+      taken = offer->udp->sender.send(receiver.to, header, payload, keep_alive, pacing);
+    } else {
+      ++counters_.not_to_be_segmented;
+    }
     ++(taken ? result.subscribers : result.dropped);
   }
   return result;
@@ -294,13 +332,39 @@ void Provider::on_request(const Message& message, const Source& source) {
     const bool answered = message.header.type == MessageType::request;
     handle(offer, message,
            {message.header, source.from, config_.answers,
-            answered ? reply_path(source, config_.pacing) : Responder::Send{}});
+            answered ? reply_path(offer.get(), message.header, source) : Responder::Send{}});
   } else if (check.answer) {
     ++counters_.requests_answered;
-    reply_path(source, config_.pacing)(*check.answer, {}, nullptr);
+    reply_path(nullptr, message.header, source)(*check.answer, {}, nullptr);
   } else {
     ++counters_.unexpected;
   }
+}
+
+// The way back to who sent the request. What must not be sent in segments becomes an error, so that the
+// caller need not wait in vain.
+Responder::Send Provider::reply_path(const Offer* offer, const Header& request, const Source& source) {
+  if (source.tcp) {
+    return [port = std::weak_ptr{source.tcp}, to = source.from](
+               const Header& header, std::span<const ByteView> payload, std::shared_ptr<const void> keep) {
+      const auto alive = port.lock();
+      return alive && alive->server.send(to, header, payload, std::move(keep));
+    };
+  }
+  const bool in_segments =
+      offer == nullptr || may_be_sent(offer->spec, request.method, someip::max_plain_payload_bytes + 1);
+  return [this, port = std::weak_ptr{source.udp}, to = source.from, in_segments](
+             const Header& header, std::span<const ByteView> payload, std::shared_ptr<const void> keep) {
+    const auto alive = port.lock();  // and so is our node
+    if (alive && !in_segments && size_of(payload) > someip::max_plain_payload_bytes) {
+      ++counters_.not_to_be_segmented;
+      Header failed = header;
+      failed.return_code = ReturnCode::not_ok;
+      alive->sender.send(to, failed, {});
+      return false;
+    }
+    return alive && alive->sender.send(to, header, payload, std::move(keep), config_.pacing);
+  };
 }
 
 // Holds the offer: a handler may withdraw it.
@@ -315,7 +379,7 @@ void Provider::handle(const std::shared_ptr<Offer>& offer, const Message& messag
     call_setter(*offer, field, message.payload, responder);
   } else if (!message.payload.empty()) {
     responder.error(ReturnCode::malformed_message);  // a getter is called with nothing  [feat_req_someip_633]
-  } else if (const auto value = offer->values[field]) {
+  } else if (const auto value = offer->fields[field].value) {
     const ByteView bytes{*value};
     responder.respond({&bytes, 1}, value);
   } else {
@@ -353,16 +417,54 @@ void Provider::call_setter(const Offer& offer, std::size_t field, ByteView wante
   }
 }
 
-// On change only.  [feat_req_someip_635]
-Notified Provider::store(Offer& offer, std::size_t field, std::vector<std::byte> value) {
-  auto& current = offer.values[field];
-  if (current && *current == value) {
-    return {};
+bool Provider::is_notifier(OfferHandle handle, MethodId event) const {
+  const auto offer = find(handle);
+  return offer && std::ranges::any_of(offer->spec.fields,
+                                      [event](const FieldSpec& field) { return field.notifier == event; });
+}
+
+Notified Provider::store(Offer& offer, std::size_t index, std::vector<std::byte> value) {
+  Field& field = offer.fields[index];
+  if (!field.value || *field.value != value) {
+    field.value = std::make_shared<const std::vector<std::byte>>(std::move(value));
   }
-  current = std::make_shared<const std::vector<std::byte>>(std::move(value));
-  const auto& notifier = offer.spec.fields[field].notifier;
-  const ByteView bytes{*current};
-  return notifier ? notify(offer.handle, *notifier, {&bytes, 1}, current, config_.pacing) : Notified{};
+  const DifferenceCheck& differs = offer.spec.fields[index].differs;
+  const bool differ =
+      !field.sent || (differs ? differs(*field.sent, *field.value) : *field.sent != *field.value);
+  const bool due = field.schedule.on_value(differ, now());
+  arm_cycle();
+  return due ? send_value(offer, index) : Notified{};
+}
+
+Notified Provider::send_value(Offer& offer, std::size_t index) {
+  Field& field = offer.fields[index];
+  field.sent = field.value;
+  const auto& notifier = offer.spec.fields[index].notifier;
+  const ByteView bytes{*field.value};
+  return notifier ? notify(offer.handle, *notifier, {}, {&bytes, 1}, field.value, config_.pacing)
+                  : Notified{};
+}
+
+void Provider::send_cyclic_values() {
+  for (const auto& offer : offers_) {
+    for (std::size_t i = 0; i < offer->fields.size(); ++i) {
+      if (offer->fields[i].schedule.on_time(now())) {
+        send_value(*offer, i);
+      }
+    }
+  }
+  arm_cycle();
+}
+
+void Provider::arm_cycle() {
+  std::optional<TimePoint> next;
+  for (const auto& offer : offers_) {
+    for (const Field& field : offer->fields) {
+      const auto due = field.schedule.deadline();
+      next = due && (!next || *due < *next) ? due : next;
+    }
+  }
+  cycle_.arm(next);
 }
 
 Notified Provider::set_field(OfferHandle handle, MethodId id, ByteView value) {
@@ -374,7 +476,7 @@ Notified Provider::set_field(OfferHandle handle, MethodId id, ByteView value) {
 std::shared_ptr<const std::vector<std::byte>> Provider::field(OfferHandle handle, MethodId id) const {
   const auto offer = find(handle);
   const auto field = offer ? field_of(*offer, id) : std::nullopt;
-  return field ? offer->values[*field] : nullptr;
+  return field ? offer->fields[*field].value : nullptr;
 }
 
 // By unicast, and also when the subscriber has them by another eventgroup.  [feat_req_someipsd_793]
@@ -391,16 +493,18 @@ void Provider::send_initial_values(OfferHandle handle, EventgroupId eventgroup,
   }
   for (const MethodId event : group->events) {
     const auto field = field_of(*offer, event);
-    const auto value = field ? offer->values[*field] : nullptr;
+    const auto value = field ? offer->fields[*field].value : nullptr;
     if (!value) {
       continue;
     }
-    const Header header = event_header(offer->spec, event, offer->sessions[event].next());
+    const Header header = event_header(offer->spec, event, session_of(*offer, event, value->size()));
     const ByteView bytes{*value};
     if (transport_of(offer->spec, event) == Transport::tcp) {
       if (subscriber.tcp) {
         offer->tcp->server.send(*subscriber.tcp, header, {&bytes, 1}, value);
       }
+    } else if (subscriber.udp && !may_be_sent(offer->spec, event, bytes.size())) {
+      ++counters_.not_to_be_segmented;
     } else if (subscriber.udp) {
       offer->udp->sender.send(*subscriber.udp, header, {&bytes, 1}, value, config_.pacing);
     }

@@ -11,8 +11,8 @@ namespace trestle::sd {
 /// The services that a Node offers: their requests, events and fields.
 class Provider {
  public:
-  Provider(ServiceDiscovery& discovery, Ports& ports, const NodeConfig& config, NodeCounters& counters,
-           DiscoveryLog log);
+  Provider(boost::asio::io_context& io, ServiceDiscovery& discovery, Ports& ports, const NodeConfig& config,
+           NodeCounters& counters, DiscoveryLog log);
 
   /// Where an event goes.
   struct Receiver {
@@ -26,8 +26,11 @@ class Provider {
   void clear();
 
   [[nodiscard]] std::size_t subscribers(OfferHandle offer, someip::MethodId event) const;
-  Notified notify(OfferHandle offer, someip::MethodId event, std::span<const ByteView> payload,
-                  const std::shared_ptr<const void>& keep_alive, const someip::TpPacing& pacing);
+  /// @param wanted  empty: all subscribers.
+  Notified notify(OfferHandle offer, someip::MethodId event, const SubscriberFilter& wanted,
+                  std::span<const ByteView> payload, const std::shared_ptr<const void>& keep_alive,
+                  const someip::TpPacing& pacing);
+  [[nodiscard]] bool is_notifier(OfferHandle offer, someip::MethodId event) const;
   Notified set_field(OfferHandle offer, someip::MethodId field, ByteView value);
   [[nodiscard]] std::shared_ptr<const std::vector<std::byte>> field(OfferHandle offer,
                                                                     someip::MethodId field) const;
@@ -42,13 +45,19 @@ class Provider {
   void on_event(const SubscriberRemoved& event);
 
  private:
+  using Value = std::shared_ptr<const std::vector<std::byte>>;
+  struct Field {
+    Value value;  ///< nothing: none yet
+    Value sent;   ///< with the last notification
+    someip::UpdateSchedule schedule;
+  };
   struct Offer {
     OfferHandle handle;
     ServiceSpec spec;
     std::shared_ptr<UdpPort> udp;
     std::shared_ptr<TcpPort> tcp;
-    std::map<someip::MethodId, someip::SessionCounter> sessions;        ///< of each event
-    std::vector<std::shared_ptr<const std::vector<std::byte>>> values;  ///< of each field; nothing: none yet
+    std::map<someip::MethodId, someip::SessionCounter> sessions;  ///< of each event
+    std::vector<Field> fields;                                    ///< as in `spec`
   };
 
   [[nodiscard]] std::shared_ptr<Offer> find(OfferHandle handle) const;
@@ -57,11 +66,17 @@ class Provider {
   [[nodiscard]] static Transport transport_of(const ServiceSpec& spec, someip::MethodId event);
   [[nodiscard]] static Eventgroup eventgroup_of(const ServiceSpec& spec, const EventgroupSpec& group);
   /// Fills receivers_ with all that get this event, each once.
-  void find_receivers(const Offer& offer, someip::MethodId event) const;
+  void find_receivers(const Offer& offer, someip::MethodId event, const SubscriberFilter& wanted) const;
+  [[nodiscard]] static someip::SessionId session_of(Offer& offer, someip::MethodId event, std::size_t bytes);
+  [[nodiscard]] Responder::Send reply_path(const Offer* offer, const someip::Header& request,
+                                           const Source& source);
   [[nodiscard]] someip::MethodKind kind_of(const Offer& offer, someip::MethodId method) const;
   void handle(const std::shared_ptr<Offer>& offer, const someip::Message& message, Responder responder);
   void call_setter(const Offer& offer, std::size_t field, ByteView wanted, Responder& responder);
   Notified store(Offer& offer, std::size_t field, std::vector<std::byte> value);
+  Notified send_value(Offer& offer, std::size_t field);
+  void send_cyclic_values();
+  void arm_cycle();
   void send_initial_values(OfferHandle handle, EventgroupId eventgroup, const Subscriber& subscriber);
   template <typename SubscriberEvent>
   void log_subscriber(const SubscriberEvent& event, const std::string& what) const;
@@ -72,6 +87,7 @@ class Provider {
   NodeCounters& counters_;
   DiscoveryLog log_;
   std::vector<std::shared_ptr<Offer>> offers_;
+  DeadlineTimer cycle_;  ///< of all fields that are sent cyclically
   // Of one event; kept to reuse their memory.
   mutable std::vector<Receiver> receivers_;
   /// Who gets it by multicast: the UDP endpoint, or SD's of a subscriber that needs none.

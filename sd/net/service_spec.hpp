@@ -3,8 +3,15 @@
 
 #include "sd/core/events.hpp"
 #include "sd/net/responder.hpp"
+#include "someip/core/update_schedule.hpp"
 
 namespace trestle::sd {
+
+/// Whether no method and no event may have this id.  [feat_req_someipids_636]
+[[nodiscard]] constexpr bool is_reserved(someip::MethodId id) noexcept {
+  return id == someip::MethodId{0} || id == someip::MethodId{0x7fff} || id == someip::MethodId{0x8000} ||
+         id == someip::MethodId{0xffff};
+}
 
 /// Called with each request, which is valid during the call; `responder` may be kept and used later.
 using RequestHandler = std::function<void(const someip::Message& request, Responder responder)>;
@@ -21,6 +28,10 @@ struct MethodSpec {
 /// [feat_req_someip_634]
 using SetHandler = std::function<someip::Result<std::vector<std::byte>, someip::ReturnCode>(ByteView wanted)>;
 
+/// Whether a field's value differs from the one that was sent last by so much that it is worth a
+/// notification: for a number, by more than an epsilon.
+using DifferenceCheck = std::function<bool(ByteView sent, ByteView value)>;
+
 /// A field of an offered service: any of getter, setter and notifier, but one of them.  [feat_req_someip_631]
 /// [feat_req_someip_632] The Node keeps its value: it answers the getter, and notifies of changes and new
 /// subscribers of the value. Until there is one the getter answers not_ok.
@@ -29,7 +40,9 @@ struct FieldSpec {
   std::optional<someip::MethodId> setter{};
   std::optional<someip::MethodId> notifier{};
   std::optional<std::vector<std::byte>> value{};
-  SetHandler on_set{};  ///< nothing: every value is taken as it comes
+  SetHandler on_set{};          ///< nothing: every value is taken as it comes
+  someip::UpdateRule update{};  ///< when the notifier is sent
+  DifferenceCheck differs{};    ///< nothing: by any byte
 };
 
 /// An eventgroup of an offered service, with the events and notifiers that its subscribers get.
@@ -58,13 +71,22 @@ struct ServiceSpec {
   std::vector<EventgroupSpec> eventgroups{};
   /// Events and notifiers that go over TCP. Those of a service without UDP do anyway, all others go over UDP.
   std::vector<someip::MethodId> tcp_events{};
+  /// Events whose messages have Session ID 0, unless they are sent in segments, which need one.
+  /// [feat_req_someip_667] [feat_req_someip_700]
+  std::vector<someip::MethodId> events_without_session{};
+  /// Events, and methods with their responses, that may be sent over UDP in segments when they are large.
+  /// Nothing: all. [feat_req_someiptp_788]
+  std::optional<std::vector<someip::MethodId>> segmented{};
 };
+
+/// Chooses among the subscribers of an event.
+using SubscriberFilter = std::function<bool(const Subscriber& subscriber)>;
 
 /// What became of an event.
 struct Notified {
   someip::SessionId session{};  ///< of the message that was sent
   std::size_t subscribers = 0;  ///< endpoints that it was sent to, or queued for
-  std::size_t dropped = 0;      ///< those that did not get it, as the sender's counters tell
+  std::size_t dropped = 0;      ///< those that did not get it, as the counters tell
 };
 
 /// A service to call methods of.
@@ -73,6 +95,9 @@ struct RequireSpec {
   someip::InstanceId instance = someip::any_instance;
   std::uint8_t major = 1;
   std::uint32_t minor = any_minor;
+  /// Methods whose requests may be sent over UDP in segments when they are large. Nothing: all.
+  /// [feat_req_someiptp_788]
+  std::optional<std::vector<someip::MethodId>> segmented{};
 };
 
 /// An eventgroup to subscribe to.
@@ -87,13 +112,16 @@ struct SubscribeSpec {
   bool udp = true;
   bool tcp = false;
   std::uint16_t port = 0;  ///< UDP, to receive at; 0: one that all subscriptions of the node share
+  /// Subscribe anew when no event of `events` came for this long, counted from the Ack and from each event;
+  /// nothing: never.  [feat_req_someipsd_439] [feat_req_someipsd_691]
+  std::optional<Duration> silence_timeout{};
 };
 
 /// Why a call was not answered as it should be.
 enum class CallFault : std::uint8_t {
   unavailable,     ///< nobody offers the service now
   not_connected,   ///< there is no TCP connection to the server now
-  not_sent,        ///< too much is waiting to be sent, or the system does not take it
+  not_sent,        ///< too much waits to be sent, or it is too large, or the system does not take it
   too_many_calls,  ///< NodeConfig::max_calls are outstanding
   timed_out,       ///< no answer came in time, or the connection was lost meanwhile  [feat_req_someip_326]
   error,           ///< the server answered with an error
@@ -120,6 +148,9 @@ struct CallSpec {
   std::optional<Transport> transport{};
   /// Nothing: any that is offered.
   std::optional<someip::InstanceId> instance{};
+  /// Of fire and forget: false sends it with Session ID 0. A call needs a session to know its answer by.
+  /// [feat_req_someip_667] [feat_req_someip_700]
+  bool session = true;
 };
 
 /// Names one call of Node::subscribe(), of Node::require(), of Node::call().

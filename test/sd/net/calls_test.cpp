@@ -150,7 +150,7 @@ TEST_F(CallsTest, TakeTheTransportThatFitsOrIsAskedFor) {
 }
 
 TEST_F(CallsTest, CarryMegabytesInSegmentsBothWays) {
-  covers({"feat_req_someiptp_760"});
+  covers({"feat_req_someiptp_760", "feat_req_someiptp_786"});
   Node server{io, quick(test::server_address)};
   Node client{io, quick(test::client_address)};
   server.offer(spec(0, {}));
@@ -159,6 +159,9 @@ TEST_F(CallsTest, CarryMegabytesInSegmentsBothWays) {
   const auto payload = numbers(1 << 20);
   EXPECT_EQ(call(client, service, {.method = echo}, payload).payload, payload);
   EXPECT_EQ(client.reassembly_counters().messages, 1U);
+  EXPECT_EQ(call(client, service, {.method = echo}, payload).payload, payload);
+  EXPECT_EQ(requests[0].client, someip::ClientId{1}) << "the one that is configured";
+  EXPECT_EQ(requests[1].client, someip::ClientId{1});
 }
 
 TEST_F(CallsTest, MayBeAnsweredLaterAndInAnyOrder) {

@@ -218,7 +218,7 @@ TEST_F(MulticastTest, ReachesAllSubscribersWithOneMessage) {
 }
 
 TEST_F(MulticastTest, IsUsedFromTheThresholdOn) {
-  covers({"feat_req_someip_813"});
+  covers({"feat_req_someip_813", "feat_req_someipsd_823"});
   Node server{io, quick(test::server_address)};
   Node client{io, quick(test::client_address)};
   Node other{io, quick(test::other_address)};
