@@ -30,8 +30,8 @@ class Node:
 
     def __init__(self, program, address, group=GROUP):
         self.address = address
-        self.process = subprocess.Popen([program, address, group], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                                        stderr=subprocess.DEVNULL, text=True, bufsize=1)
+        self.process = subprocess.Popen([program, address, group], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+                                        bufsize=1)
         self.lines = []
         self.changed = threading.Condition()
         self.reader = threading.Thread(target=self._read, daemon=True)
@@ -70,18 +70,23 @@ class Node:
             self.lines.clear()
 
     def stop(self):
-        """Shuts down, so that it says what it withdraws."""
+        """Shuts down, so that it says what it withdraws; fails if it ended in another way."""
         if self.process.poll() is None:
             self.do("quit")
-            self.process.wait(5)
-        self.process.stdin.close()
-        self.reader.join(5)
-        self.process.stdout.close()
+        self._close()
+        if self.process.returncode != 0:
+            raise AssertionError(f"node_peer ended with status {self.process.returncode}")
 
     def kill(self):
         """As a crash would."""
         self.process.kill()
-        self.process.wait(5)
+        self._close()
+
+    def _close(self):
+        self.process.wait(10)
+        self.reader.join(5)
+        self.process.stdin.close()
+        self.process.stdout.close()
 
 
 class Recorder:
