@@ -44,6 +44,17 @@
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TopicDataType.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
+#if TRESTLE_FASTDDS_VERSION < 21000
+#include <fastdds/rtps/writer/RTPSWriter.h>
+
+// The library has this function but no header for it; see UnacknowledgedProbe.
+namespace eprosima::fastrtps::rtps {
+class RTPSDomainImpl {
+ public:
+  static RTPSWriter* find_local_writer(const GUID_t& writer);
+};
+}  // namespace eprosima::fastrtps::rtps
+#endif
 #endif
 
 #include <cstdint>
@@ -124,6 +135,53 @@ inline std::uint64_t number_of(const rtps::SequenceNumber_t& sequence) {
 inline std::int64_t nanoseconds_of(const rtps::Time_t& time) {
   return time == rtps::c_RTPSTimeInvalid ? 0 : time.to_ns();
 }
+
+/// Sees whether the next write() of a reliable, keep-last writer overwrites a sample that a reader has not
+/// acknowledged. Since 2.10 the listener is told of that; before, write() succeeds and nobody says a word, so
+/// the layer below is asked.
+class UnacknowledgedProbe {
+ public:
+#if TRESTLE_FASTDDS_VERSION < 21000
+  UnacknowledgedProbe(const DataWriter& writer, std::uint32_t depth)
+      : writer_{rtps::RTPSDomainImpl::find_local_writer(writer.guid())}, depth_{depth} {}
+
+  [[nodiscard]] bool next_overwrites() const {
+    const rtps::SequenceNumber_t oldest = writer_->get_seq_num_min();
+    if (oldest == rtps::SequenceNumber_t::unknown() ||
+        number_of(writer_->get_seq_num_max()) - number_of(oldest) + 1 < depth_) {
+      return false;
+    }
+    rtps::CacheChange_t change;  // stands for the sample: only its writer and number are looked at
+    change.writerGUID = writer_->getGuid();
+    change.sequenceNumber = oldest;
+    return !writer_->is_acked_by_all(&change);
+  }
+
+ private:
+  rtps::RTPSWriter* writer_;
+  std::uint64_t depth_;
+#else
+  UnacknowledgedProbe(const DataWriter& /*writer*/, std::uint32_t /*depth*/) {}
+  [[nodiscard]] bool next_overwrites() const {
+    return false;
+  }
+#endif
+};
+
+/// A writer's callbacks, whichever Fast DDS this is.
+class WriterListener : public DataWriterListener {
+ protected:
+  /// A sample was overwritten that some reader had not acknowledged.
+  virtual void on_overwritten() = 0;
+
+#if TRESTLE_FASTDDS_VERSION >= 21000
+ private:
+  void on_unacknowledged_sample_removed(DataWriter* /*writer*/,
+                                        const rtps::InstanceHandle_t& /*instance*/) final {
+    on_overwritten();
+  }
+#endif
+};
 
 /// A keyless, unbounded type without a type description, whichever Fast DDS this is.
 class AnyType : public TopicDataType {

@@ -138,7 +138,10 @@ struct WriterCounters {
   std::uint64_t sent_bytes = 0;
   std::uint64_t bad_encapsulation = 0;  ///< see WriteError, as for oversize
   std::uint64_t oversize = 0;
-  std::uint64_t refused = 0;           ///< for any other WriteError
+  std::uint64_t refused = 0;  ///< for any other WriteError
+  /// Sent, but overwritten by a newer one before every matched reliable reader had acknowledged it: a reader
+  /// that is stuck or too slow lacks it. (One that got it and was only late to say so counts too.)
+  std::uint64_t overwritten = 0;
   std::uint64_t incompatible_qos = 0;  ///< readers that don't match for their quality of service
 };
 

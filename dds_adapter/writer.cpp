@@ -12,7 +12,7 @@ namespace trestle::dds {
 
 namespace detail {
 
-class WriterCore final : private fast::DataWriterListener {
+class WriterCore final : private fast::WriterListener {
  public:
   WriterCore(std::shared_ptr<ParticipantCore> participant, ParticipantCore::Endpoint endpoint,
              std::size_t max_sample_bytes)
@@ -25,6 +25,9 @@ class WriterCore final : private fast::DataWriterListener {
     if (writer_ == nullptr) {
       participant_->drop_topic(endpoint_.topic);
       throw DdsError{"Fast DDS could not make a writer of topic '" + endpoint_.topic + "'"};
+    }
+    if (endpoint_.qos.reliable) {
+      unacknowledged_.emplace(*writer_, endpoint_.qos.depth);
     }
     participant_->add(&endpoint_);
   }
@@ -119,9 +122,13 @@ class WriterCore final : private fast::DataWriterListener {
     if (forgets_ && fast::is_ok(writer_->wait_for_acknowledgments(fast::Duration{0, 0}))) {
       writer_->clear_history(nullptr);
     }
+    const bool overwrites = unacknowledged_ && unacknowledged_->next_overwrites();
     // The variant with a handle says why it refuses.
     const auto code = writer_->write(&sample, fast::HANDLE_NIL);
     if (fast::is_ok(code)) {
+      if (overwrites) {
+        on_overwritten();
+      }
       return std::nullopt;
     }
     return fast::is_timeout(code)            ? WriteError::timeout
@@ -161,6 +168,11 @@ class WriterCore final : private fast::DataWriterListener {
     participant_->report({Event::Kind::incompatible_qos, endpoint_.topic, endpoint_.type, "", policies, 0});
   }
 
+  void on_overwritten() override {
+    const std::lock_guard lock{counters_mutex_};
+    ++counters_.overwritten;
+  }
+
   const std::shared_ptr<ParticipantCore> participant_;
   /// A volatile writer drops a sample when the last reader that lacks it leaves, and in some versions of Fast
   /// DDS waits for itself then. A transient-local one never does. So we announce that, which offers more than
@@ -170,6 +182,7 @@ class WriterCore final : private fast::DataWriterListener {
   std::mutex write_mutex_;
   const std::size_t max_sample_bytes_;
   fast::DataWriter* writer_ = nullptr;
+  std::optional<fast::UnacknowledgedProbe> unacknowledged_;  ///< reliable writers only
   mutable std::mutex counters_mutex_;
   WriterCounters counters_;
   fast::QosPolicyCountSeq seen_policies_;

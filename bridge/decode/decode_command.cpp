@@ -28,6 +28,10 @@ void tell(const char* colour, const char* kind, const std::string& text) {
   fmt::print(stderr, "{}{}:{} {}\n", colour, kind, colours_for(STDERR_FILENO).off, text);
 }
 
+int status_of(std::uint64_t malformed) {
+  return malformed > 0 ? exit_failure : exit_ok;
+}
+
 /// Tells what the objects on standard output cannot.
 void note(std::uint64_t count, const char* what) {
   if (count > 0) {
@@ -62,6 +66,9 @@ int decode_capture(const Arguments& arguments) {
   traffic.finish();
   decoder.finish();
   output.flush();
+  if (output.closed()) {
+    return status_of(decoder.messages().malformed());  // it was not read to its end: nothing is lacking
+  }
   note(decoder.foreign_datagrams(),
        "UDP datagrams were not taken for SOME/IP (--port N takes all on a port for it)");
   note(decoder.foreign_streams(), "directions of TCP connections were not taken for SOME/IP (see --port)");
@@ -71,7 +78,7 @@ int decode_capture(const Arguments& arguments) {
     tell(colours_for(STDERR_FILENO).red, "error", "the capture cannot be read to its end: " + file->error());
     return exit_failure;
   }
-  return decoder.messages().malformed() > 0 ? exit_failure : exit_ok;
+  return status_of(decoder.messages().malformed());
 }
 
 void decode_line(MessageDecoder& decoder, const Place& place, std::string_view line) {
@@ -105,8 +112,10 @@ int decode_hex(const Arguments& arguments) {
     }
   }
   output.flush();
-  note(decoder.incomplete(), "segmented messages lack segments");
-  return decoder.malformed() > 0 ? exit_failure : exit_ok;
+  if (!output.closed()) {
+    note(decoder.incomplete(), "segmented messages lack segments");
+  }
+  return status_of(decoder.malformed());
 }
 
 }  // namespace

@@ -57,7 +57,8 @@ CounterGroup InboundRoute::counters() const {
            {"not_convertible", not_convertible_, loss},
            {"dds_bad_encapsulation", dds.bad_encapsulation, loss},
            {"dds_oversize", dds.oversize, loss},
-           {"dds_refused", dds.refused, loss}}};
+           {"dds_refused", dds.refused, loss},
+           {"dds_overwritten", dds.overwritten, loss}}};
 }
 
 }  // namespace trestle::bridge

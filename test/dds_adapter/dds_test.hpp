@@ -85,6 +85,37 @@ class Inbox {
   std::vector<T> values_;
 };
 
+/// Stops a reader in its first callback. One that does not return keeps its participant from acknowledging
+/// anything.
+class Stuck {
+ public:
+  /// In the callback: only the first call waits.
+  void wait_once() {
+    std::unique_lock lock{mutex_};
+    if (std::exchange(came_, true)) {
+      return;
+    }
+    is_stuck_ = true;
+    changed_.notify_all();
+    changed_.wait_for(lock, 2 * patience, [&] { return !is_stuck_; });  // so that a failed test can end
+  }
+  [[nodiscard]] bool wait_until_stuck(std::chrono::nanoseconds limit = patience) {
+    std::unique_lock lock{mutex_};
+    return changed_.wait_for(lock, limit, [&] { return is_stuck_; });
+  }
+  void free() {
+    const std::lock_guard lock{mutex_};
+    is_stuck_ = false;
+    changed_.notify_all();
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool came_ = false;
+  bool is_stuck_ = false;
+};
+
 /// Polls what has no callback.
 template <typename Condition>
 bool eventually(Condition condition) {

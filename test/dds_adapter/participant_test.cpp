@@ -19,6 +19,8 @@ using test::eventually;
 using test::hex;
 using test::Inbox;
 using test::make_sample;
+using test::patience;
+using test::Stuck;
 using test::TestDomain;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -429,6 +431,68 @@ TEST_F(Participants, StopCallingWhenAReaderIsDestroyed) {
     inbox.reset();  // a late callback would now be a use after free
     busy.join();
     ASSERT_TRUE(eventually([&] { return writer.matched() == 0; }));
+  }
+}
+
+TEST_F(Participants, CountTheSamplesThatAReaderMayLackBecauseTheyWereOverwritten) {
+  for (const bool transient_local : {false, true}) {
+    for (const std::size_t size : {100U, 200'000U}) {
+      SCOPED_TRACE(size);
+      const Qos three{.reliable = true, .transient_local = transient_local, .depth = 3};
+      Participant from{config()};
+      Participant to{config()};
+      Participant good{config()};
+      Stuck stuck;
+      Inbox<Bytes> inbox;
+      Writer writer = from.create_writer(topic, type, three);
+      const Reader other = good.create_reader(topic, type, three, into(inbox));
+      const Reader reader = to.create_reader(topic, type, three, [&](const Sample&) { stuck.wait_once(); });
+      ASSERT_TRUE(eventually([&] { return writer.matched() == 2; }));
+      ASSERT_TRUE(writer.write(make_sample(size, 1)));
+      ASSERT_TRUE(stuck.wait_until_stuck());
+      // The history holds three: 1, 2, 3.
+      ASSERT_TRUE(writer.write(make_sample(size, 2)));
+      ASSERT_TRUE(writer.write(make_sample(size, 3)));
+      EXPECT_EQ(writer.counters().overwritten, 0U);
+      for (std::uint32_t i = 4; i <= 9; ++i) {
+        ASSERT_TRUE(inbox.wait_for_count(i - 1));  // all have left: what is stuck is the reader alone
+        ASSERT_TRUE(writer.write(make_sample(size, i)));
+        EXPECT_EQ(writer.counters().overwritten, i - 3);
+      }
+      stuck.free();
+      EXPECT_TRUE(writer.wait_until_received(patience));
+      // Now that all have been acknowledged, nothing is overwritten that is missing anywhere.
+      for (std::uint32_t i = 10; i <= 20; ++i) {
+        ASSERT_TRUE(writer.write(make_sample(size, i)));
+        ASSERT_TRUE(writer.wait_until_received(patience));
+      }
+      EXPECT_EQ(writer.counters().overwritten, 6U);
+      EXPECT_EQ(writer.counters().sent, 20U);
+    }
+  }
+}
+
+TEST_F(Participants, CountNothingAsOverwrittenThatNobodyWaitsFor) {
+  for (const bool reliable : {true, false}) {
+    Participant from{config()};
+    Participant to{config()};
+    Writer writer =
+        from.create_writer(topic, type, {.reliable = reliable, .transient_local = false, .depth = 1});
+    for (std::uint32_t i = 0; i < 5; ++i) {
+      ASSERT_TRUE(writer.write(make_sample(100, i)));  // no reader is there
+    }
+    Stuck stuck;
+    const Reader reader =
+        to.create_reader(topic, type, {.reliable = false, .transient_local = false, .depth = 1},
+                         [&](const Sample&) { stuck.wait_once(); });
+    ASSERT_TRUE(matched(writer, reader));
+    ASSERT_TRUE(writer.write(make_sample(100, 5)));
+    ASSERT_TRUE(stuck.wait_until_stuck());
+    for (std::uint32_t i = 0; i < 5; ++i) {
+      ASSERT_TRUE(writer.write(make_sample(100, i)));  // its reader takes what comes, and says nothing
+    }
+    EXPECT_EQ(writer.counters().overwritten, 0U);
+    stuck.free();
   }
 }
 

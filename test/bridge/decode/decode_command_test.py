@@ -119,10 +119,22 @@ class Captures(unittest.TestCase):
         self.assertIn("truncated", errors)
 
     def test_ends_quietly_when_nobody_reads(self):
-        with subprocess.Popen([program, "decode", capture("tp_event_1mib_plus")], stdout=subprocess.PIPE,
-                              stderr=subprocess.PIPE) as process:
-            process.stdout.readline()
+        # With --reassemble it must not tell of segments that it would have read, had somebody wanted them.
+        for options in ([], ["--reassemble"]):
+            with subprocess.Popen([program, "decode", *options, capture("tp_event_1mib_plus")],
+                                  stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+                process.stdout.readline()
+                process.stdout.close()
+                self.assertEqual(process.stderr.read(), b"")
+                self.assertEqual(process.wait(), 0)
+
+    def test_ends_quietly_when_nobody_reads_the_answers_to_lines(self):
+        segment = "123480010000019c000000070101220000000001" + "00" * 400  # 400 = 25 * 16; more are to come
+        with subprocess.Popen([program, "decode", "--hex", "--reassemble"], stdin=subprocess.PIPE,
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
             process.stdout.close()
+            process.stdin.write(f"{segment}\n".encode() * 3)
+            process.stdin.close()
             self.assertEqual(process.stderr.read(), b"")
             self.assertEqual(process.wait(), 0)
 

@@ -117,6 +117,33 @@ TEST_F(EndToEnd, CarriesAllKindsOfTypesBothWaysUnchanged) {
   }
 }
 
+// A subscriber that stands still: DDS goes on taking samples and forgets what it has not got.
+TEST_F(EndToEnd, CountsWhatAStuckSubscriberMayLack) {
+  start({{"/text", "std_msgs/msg/String", true, "    qos: {depth: 3}\n"}});
+  Ends ends{at_a_, at_b_, "/text", "std_msgs/msg/String"};
+  ASSERT_TRUE(ends.matched());
+  ASSERT_TRUE(subscribed(*a_, "/text", ends, string(0)));
+  EXPECT_EQ(b_->counter("route /text", "dds_overwritten"), 0U);
+  {
+    Stuck stuck;
+    dds::Participant another = participant(domain_b_.id());
+    const dds::Reader reader =
+        another.create_reader(dds::ros_topic_name("/text"), dds::ros_type_name("std_msgs/msg/String"),
+                              Ends::qos, [&](const dds::Sample&) { stuck.wait_once(); });
+    ASSERT_TRUE(eventually([&] {
+      static_cast<void>(ends.writer.write(string(1)));
+      return stuck.wait_until_stuck(20ms);
+    }));
+    // Each of these comes on top of those it has not acknowledged, of which 3 are kept.
+    EXPECT_TRUE(eventually([&] {
+      static_cast<void>(ends.writer.write(string(2)));
+      usleep(5'000);
+      return b_->counter("route /text", "dds_overwritten") >= 5;
+    }));
+    stuck.free();
+  }
+}
+
 TEST_F(EndToEnd, CarriesRoutesOverTcpBesideThoseOverUdp) {
   std::vector<TestRoute> routes;
   for (const Case& one : cases()) {

@@ -45,6 +45,8 @@ class TwoBridges : public DdsTest {
   [[nodiscard]] std::string yaml(bool end_a, const std::vector<TestRoute>& routes,
                                  const std::string& types_folder) const;
 
+  [[nodiscard]] dds::Participant participant(std::uint32_t domain) const;
+
   /// Routes are events of one service instance; else each is a service.
   bool one_service_ = false;
   TestDomain domain_b_;
@@ -53,9 +55,6 @@ class TwoBridges : public DdsTest {
   dds::Participant at_b_ = participant(domain_b_.id());
   std::unique_ptr<RunningBridge> a_;
   std::unique_ptr<RunningBridge> b_;
-
- private:
-  [[nodiscard]] dds::Participant participant(std::uint32_t domain) const;
 };
 
 }  // namespace trestle::test
