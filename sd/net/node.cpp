@@ -3,9 +3,11 @@
 #include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
+#include <cerrno>
 #include <chrono>
 #include <random>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 
 #include "sd/net/consumer.hpp"
@@ -128,8 +130,15 @@ struct Node::State : std::enable_shared_from_this<State> {
   void transmit() {
     std::array<std::byte, someip::max_plain_payload_bytes> room;
     while (const auto datagram = discovery.poll_transmit(room, now())) {
-      if (unicast.send(datagram->destination, {&datagram->bytes, 1}) != someip::SendStatus::sent) {
-        ++counters.discovery_not_sent;
+      const bool sent =
+          unicast.send(datagram->destination, {&datagram->bytes, 1}) == someip::SendStatus::sent;
+      const int why = errno;
+      counters.discovery_not_sent += sent ? 0 : 1;
+      if (datagram->destination.address == config.multicast && sent != multicast_works) {
+        multicast_works = sent;
+        log(sent ? "discovery reaches its group again"
+                 : "discovery cannot send to its group " + someip::to_string(datagram->destination) + ": " +
+                       std::generic_category().message(why) + "; nobody can find us");
       }
     }
   }
@@ -181,6 +190,7 @@ struct Node::State : std::enable_shared_from_this<State> {
   NodeConfig config;
   DiscoveryLog log;
   NodeCounters counters;
+  bool multicast_works = true;  ///< as far as the system says when we send
   someip::UdpSocket unicast;
   someip::UdpSocket multicast;
   HeapStorage storage;

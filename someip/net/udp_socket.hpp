@@ -45,7 +45,7 @@ struct UdpOptions {
 enum class SendStatus : std::uint8_t {
   sent,
   would_block,  ///< the send buffer is full: nothing was sent, ask wait_writable()
-  failed,       ///< the system refused the datagram (no route, too large, ...): it is lost
+  failed,       ///< the system refused the datagram (no route, too large, ...), errno says why: it is lost
 };
 
 /// A UDP socket driven by an io_context. Not thread-safe: use it on the thread that runs the io_context.

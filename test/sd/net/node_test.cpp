@@ -309,6 +309,28 @@ TEST_F(NodeTest, DropsAndCountsEventsThatItDidNotAskForOrThatOthersForge) {
   EXPECT_EQ(client.counters().events, 1U);
 }
 
+TEST_F(NodeTest, SaysOnceThatItCannotReachItsGroup) {
+  // The kernel takes such a sender's multicast for unreachable.
+  NodeConfig nowhere = config(*someip::parse_address("::1"));
+  nowhere.multicast = *someip::parse_address("ff05::1234");
+  std::unique_ptr<Node> node;
+  try {
+    node = std::make_unique<Node>(io, nowhere, into(server_log));
+  } catch (const NetError& error) {
+    GTEST_SKIP() << error.what();
+  }
+  ServiceSpec there = service;
+  there.udp_port = 0;
+  node->offer(there);
+  run_for(200ms);
+  if (node->counters().discovery_not_sent == 0) {
+    GTEST_SKIP() << "this host can send multicast over IPv6 loopback";
+  }
+  EXPECT_GT(node->counters().discovery_not_sent, 1U);
+  EXPECT_THAT(server_log,
+              Contains(HasSubstr("discovery cannot send to its group [ff05::1234]:30490: ")).Times(1));
+}
+
 TEST_F(NodeTest, PutsTogetherOnlyWhatItWaitsFor) {
   covers({"feat_req_someiptp_794"});
   Node server{io, config(server_address)};
