@@ -51,10 +51,73 @@ inline std::vector<someip::PayloadRules> all_rules() {
   return rules;
 }
 
+/// Types for the rules of types: tags, unions, bit fields, defaults.
+inline bridge::TypeTree everything_with_rules() {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 5> messages{{
+      {"fuzz_msgs/msg/Flags", "bool a\nbool[3] b\n"},
+      {"fuzz_msgs/msg/Part", "uint8 kind 3\nstring name \"n\"\nuint8 added 7\n"},
+      {"fuzz_msgs/msg/Shape", "uint8[<=1] dot\nPart[<=1] part\nuint32[<=1] wide\nFlags[<=1] flags\n"},
+      {"fuzz_msgs/msg/Block", "uint16 a 1\nfloat64[<=2] b\nShape shape\nstring label\n"},
+      {"fuzz_msgs/msg/All",
+       "Block block\nBlock[] blocks\nShape[2] shapes\nwstring wide\nPart[<=1] maybe\nbool flag true\n"
+       "string[<=2] texts\nPart part\nuint8[] data\nint16[3] more [1, 2, 3]\n"},
+  }};
+  bridge::TypeTree tree;
+  for (const auto& [name, text] : messages) {
+    auto parsed = bridge::parse_msg(text, std::string{name}, std::string{name});
+    for (auto& field : parsed->fields) {
+      for (std::size_t i = 0; i < tree.messages.size(); ++i) {
+        if (field.type.message == tree.messages[i].name) {
+          field.type.message_index = i;
+        }
+      }
+    }
+    tree.messages.push_back(std::move(*parsed));
+  }
+  return tree;
+}
+
+inline std::vector<bridge::MessageRules> all_type_rules() {
+  using someip::DataId;
+  using someip::FieldWidth;
+  std::vector<bridge::MessageRules> rules(5);
+  for (std::size_t i = 0; i < rules.size(); ++i) {
+    rules[i].payload.struct_length = FieldWidth::bits16;
+    rules[i].default_missing = i % 2 == 1;
+    rules[i].types["fuzz_msgs/msg/Flags"].form = bridge::TypeRules::Form::bits16;
+    rules[i].types["fuzz_msgs/msg/Shape"].form = bridge::TypeRules::Form::choice;
+    rules[i].types["fuzz_msgs/msg/Block"].fixed_strings["label"] = 8;
+    if (i < 3) {
+      rules[i].types["fuzz_msgs/msg/Part"].tags = {
+          {"kind", DataId{1}}, {"name", DataId{2}}, {"added", DataId{3}}};
+    }
+    if (i < 2) {
+      std::uint16_t id = 0;
+      for (const char* const name :
+           {"block", "blocks", "shapes", "wide", "maybe", "flag", "texts", "part", "data", "more"}) {
+        rules[i].types["fuzz_msgs/msg/All"].tags[name] = DataId{id++};
+      }
+    }
+  }
+  rules[1].payload.smallest_tagged_length = true;
+  rules[1].payload.struct_length = FieldWidth::none;
+  rules[1].types["fuzz_msgs/msg/Part"].tags.clear();
+  rules[2].payload.union_length_first = false;
+  rules[2].payload.union_null = true;
+  rules[2].payload.tagged_length = rules[2].payload.union_type = FieldWidth::bits8;
+  rules[3].payload.string_encoding = someip::StringEncoding::utf16le;
+  rules[3].payload.byte_order = std::endian::little;
+  rules[3].payload.cut_longer_arrays = false;
+  rules[4].payload.string_terminator = rules[4].payload.string_bom = false;
+  rules[4].payload.alignment = 4;
+  return rules;
+}
+
 /// A plan that references as much as it can, and one of the same type and rules that copies everything.
 struct Plans {
   bridge::ConversionPlan referencing;
   bridge::ConversionPlan copying;
+  bool has_type_rules = false;
 };
 
 /// Takes the two bytes from `input`; nothing when there are none.
@@ -73,6 +136,12 @@ inline const Plans* choose(ByteView& input) {
         of_type.push_back({std::move(*bridge::ConversionPlan::compile(tree, rules, 1)),
                            std::move(*bridge::ConversionPlan::compile(tree, rules, SIZE_MAX))});
       }
+    }
+    auto& with_rules = result.emplace_back();
+    for (const auto& rules : all_type_rules()) {
+      const auto tree = everything_with_rules();
+      with_rules.push_back({std::move(*bridge::ConversionPlan::compile(tree, rules, 1)),
+                            std::move(*bridge::ConversionPlan::compile(tree, rules, SIZE_MAX)), true});
     }
     return result;
   }();
