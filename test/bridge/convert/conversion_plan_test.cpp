@@ -459,6 +459,30 @@ TEST(Conversion, AllocatesNothingInSteadyState) {
   EXPECT_EQ(allocations, before);
 }
 
+TEST(Conversion, AllocatesNothingForTagsInSteadyState) {
+  MessageRules rules;
+  rules.payload.smallest_tagged_length = true;
+  rules.default_missing = true;
+  rules.types["test_msgs/msg/Test"].tags = {
+      {"a", someip::DataId{1}}, {"b", someip::DataId{2}}, {"c", someip::DataId{3}}};
+  const auto tree = tree_of("uint8[] a\nstring b \"default\"\nuint16[<=1] c");
+  const auto plan = ConversionPlan::compile(tree, rules);
+  ASSERT_TRUE(plan);
+  const auto payload = hex("5001 03 010203 1003 0102");  // b is missing
+  ConversionScratch out;
+  ConversionScratch back;
+  const auto sample = joined(*plan->someip_to_cdr(payload, out));
+  const auto round = [&] {
+    return plan->someip_to_cdr(payload, out).has_value() && plan->cdr_to_someip(sample, back).has_value();
+  };
+  ASSERT_TRUE(round());
+  const std::size_t before = allocations;
+  for (int i = 0; i < 10; ++i) {
+    ASSERT_TRUE(round());
+  }
+  EXPECT_EQ(allocations, before);
+}
+
 TEST(Conversion, AllocatesNothingWhenReservedBefore) {
   const auto plan = plan_of(builtin("std_msgs/String"));
   const auto sample = hex("00010000 03000000 686900");
