@@ -36,15 +36,12 @@ enum class FindAnswer : std::uint8_t {
   optimised,
 };
 
-/// What one ServiceDiscovery is told about its network. It stays the same for the object's whole life.
-/// Where the specification leaves a choice, the default is what it asks for, or asks for first.
-struct Settings {
-  Endpoint unicast;  ///< own SD endpoint: where SD messages leave from and unicast ones arrive
-  Endpoint multicast{IpAddress::v4(224, 244, 224, 245), 30490};
-  Timing timing;
+/// Where the specification leaves a choice. The defaults are what it asks for, or asks for first;
+/// docs/sd_options.md tells the reasons.
+struct DiscoveryRules {
   /// Peers and the endpoints they name must be in the subnet that `unicast` is in, of this prefix length;
   /// nothing: any subnet.  [feat_req_someipsd_1135] [feat_req_someipsd_1149]
-  std::optional<std::uint8_t> subnet_prefix_bits;
+  std::optional<std::uint8_t> subnet_prefix_bits{};
   FindAnswer find_answer = FindAnswer::unicast;
   /// Whether a Find is answered in the repetition phase too, in which the next offers are near anyway.
   /// [feat_req_someipsd_811]
@@ -68,7 +65,7 @@ struct Settings {
   /// Where peers are told to send their answers, when that is not `unicast`, the source of our datagrams, as
   /// behind a NAT. Of the same IP version; goes into each message as SD endpoint option.
   /// [feat_req_someipsd_1081] [feat_req_someipsd_1156] [feat_req_someipsd_1155]
-  std::optional<Endpoint> sd_endpoint;
+  std::optional<Endpoint> sd_endpoint{};
   /// Whether messages from another port than SD's are dropped, as several stacks do. Nothing in the
   /// specification asks for it.
   bool only_from_sd_port = false;
@@ -82,6 +79,13 @@ struct Settings {
   /// How a service counts that is offered without load balancing option: by default after all others.
   /// [feat_req_someipsd_174]
   LoadBalancingOption unranked{.priority = 0xffff, .weight = 0};
+};
+
+/// What one ServiceDiscovery is told about its network. It stays the same for the object's whole life.
+struct Settings : DiscoveryRules {
+  Endpoint unicast;  ///< own SD endpoint: where SD messages leave from and unicast ones arrive
+  Endpoint multicast{IpAddress::v4(224, 244, 224, 245), 30490};
+  Timing timing;
   /// Randomness for the delays. Two stacks of one network should not have the same.
   std::uint64_t seed = 0;
 };

@@ -43,8 +43,12 @@ Consumer::Consumer(boost::asio::io_context& io, ServiceDiscovery& discovery, Por
 // --- Requirements -----------------------------------------------------------------------------------------
 
 RequirementHandle Consumer::look_for(const RequireSpec& spec, TimePoint now) {
-  const auto handle = discovery_.require(
-      {.service = spec.service, .instance = spec.instance, .major = spec.major, .minor = spec.minor}, now);
+  const auto handle = discovery_.require({.service = spec.service,
+                                          .instance = spec.instance,
+                                          .major = spec.major,
+                                          .minor = spec.minor,
+                                          .otherserv = spec.otherserv},
+                                         now);
   if (!handle) {
     throw std::invalid_argument{"requirement of " + to_string(spec.service, spec.instance) +
                                 ": refused by service discovery: " + to_string(handle.error())};

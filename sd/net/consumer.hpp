@@ -54,6 +54,7 @@ class Consumer {
     RequirementHandle handle;
     RequireSpec spec;
     std::vector<RemoteService> servers{};
+    std::optional<someip::InstanceId> chosen{};  ///< where calls go that name none
   };
   struct Requirement : Need {
     RequirementId id{};
@@ -97,7 +98,8 @@ class Consumer {
   [[nodiscard]] Binding* find(SubscriptionHandle handle, const Subscription** owner = nullptr) const;
   [[nodiscard]] RequirementHandle look_for(const RequireSpec& spec, TimePoint now);
 
-  [[nodiscard]] static std::optional<Route> route(const Need& need, const CallSpec& spec, std::size_t bytes);
+  [[nodiscard]] std::optional<Route> route(Need& need, const CallSpec& spec, std::size_t bytes);
+  void choose(Need& need);
   [[nodiscard]] std::optional<CallFault> transmit(const Route& route, const RequireSpec& spec,
                                                   const someip::Header& header,
                                                   std::span<const ByteView> payload,

@@ -44,8 +44,19 @@ const char* to_string(CallFault fault) noexcept {
   return "unknown";
 }
 
+// Draws once, and again when what was drawn is gone: calls that belong together go to one server.
+void Consumer::choose(Need& need) {
+  if (!need.chosen ||
+      std::ranges::find(need.servers, *need.chosen, &RemoteService::instance) == need.servers.end()) {
+    const auto service = discovery_.choose(need.handle);
+    need.chosen = service ? std::optional{service->instance} : std::nullopt;
+  }
+}
+
 // Which server a call goes to, and by which protocol; nothing if no server has what is asked for.
-std::optional<Consumer::Route> Consumer::route(const Need& need, const CallSpec& spec, std::size_t bytes) {
+std::optional<Consumer::Route> Consumer::route(Need& need, const CallSpec& spec, std::size_t bytes) {
+  choose(need);
+  std::optional<Route> way;
   for (const RemoteService& server : need.servers) {
     if (spec.instance && *spec.instance != server.instance) {
       continue;
@@ -54,11 +65,11 @@ std::optional<Consumer::Route> Consumer::route(const Need& need, const CallSpec&
     const bool tcp =
         spec.transport ? *spec.transport == Transport::tcp : !server.udp || (large && server.tcp.has_value());
     const auto& endpoint = tcp ? server.tcp : server.udp;
-    if (endpoint) {
-      return Route{&server, {*endpoint, tcp ? Transport::tcp : Transport::udp}};
+    if (endpoint && (!way || server.instance == need.chosen)) {
+      way = Route{&server, {*endpoint, tcp ? Transport::tcp : Transport::udp}};
     }
   }
-  return std::nullopt;
+  return way;
 }
 
 // Sends a request, or says why it cannot.

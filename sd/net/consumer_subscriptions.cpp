@@ -18,7 +18,7 @@ namespace {
 bool is_same_subscription(const SubscribeSpec& a, const SubscribeSpec& b) {
   return a.service == b.service && a.instance == b.instance && a.major == b.major && a.minor == b.minor &&
          a.eventgroup == b.eventgroup && a.udp == b.udp && a.tcp == b.tcp && a.port == b.port &&
-         a.silence_timeout == b.silence_timeout;
+         a.configured == b.configured && a.silence_timeout == b.silence_timeout;
 }
 
 TimePoint now() {
@@ -40,6 +40,10 @@ SubscriptionId Consumer::subscribe(const SubscribeSpec& spec, EventHandler handl
   if (!spec.udp && !spec.tcp) {
     throw std::invalid_argument{"subscription to " + name_of(spec, spec.instance) +
                                 ": neither UDP nor TCP is asked for"};
+  }
+  if (spec.configured && (spec.tcp || spec.port == 0)) {
+    throw std::invalid_argument{"subscription to " + name_of(spec, spec.instance) +
+                                ": a configured one needs a UDP port of its own, and no TCP"};
   }
   const auto found = std::ranges::find_if(
       subscriptions_, [&](const auto& one) { return is_same_subscription(one->wanted, spec); });
@@ -77,7 +81,9 @@ void Consumer::unsubscribe(SubscriptionId id, TimePoint now) {
 
 bool Consumer::subscribed(SubscriptionId id) const {
   const auto subscription = find(id);
-  return subscription && std::ranges::any_of(subscription->bindings, &Binding::subscribed);
+  return subscription && (subscription->wanted.configured
+                              ? !subscription->servers.empty()
+                              : std::ranges::any_of(subscription->bindings, &Binding::subscribed));
 }
 
 std::shared_ptr<Consumer::Subscription> Consumer::find(SubscriptionId id) const {
@@ -106,6 +112,9 @@ void Consumer::bind(Subscription& subscription, const RemoteService& server, Tim
   auto binding = std::ranges::find(subscription.bindings, server.instance, &Binding::instance);
   if (binding == subscription.bindings.end()) {
     binding = subscription.bindings.insert(binding, {.instance = server.instance});
+  }
+  if (subscription.wanted.configured) {
+    return;
   }
   std::optional<Endpoint> tcp;
   if (subscription.wanted.tcp) {

@@ -27,6 +27,9 @@ std::string describe(const RemoteService& service) {
   if (service.tcp) {
     text += " at TCP " + someip::to_string(*service.tcp);
   }
+  if (const auto& rank = service.load_balancing) {
+    text += ", priority " + std::to_string(rank->priority) + " weight " + std::to_string(rank->weight);
+  }
   return text;
 }
 

@@ -33,6 +33,7 @@ std::uint64_t random_seed() {
 
 Settings discovery_settings(const NodeConfig& config) {
   Settings settings;
+  static_cast<DiscoveryRules&>(settings) = config.discovery;
   settings.unicast = {config.address, config.port};
   settings.multicast = {config.multicast, config.port};
   settings.timing = config.timing;
@@ -90,9 +91,11 @@ struct Node::State : std::enable_shared_from_this<State> {
     if (after.reboots_detected > before.reboots_detected) {
       log(someip::to_string(from.address) + " was started anew");
     }
-    if (after.nacks_sent > before.nacks_sent) {
-      log("refused a subscription of " + someip::to_string(from.address) +
-          ": no such service, version or eventgroup is offered here, or there is no room for it");
+    for (std::size_t i = 0; i < nack_reasons; ++i) {
+      if (after.nacks_by_reason[i] > before.nacks_by_reason[i]) {
+        log("refused a subscription of " + someip::to_string(from.address) + ": " +
+            to_string(static_cast<NackReason>(i)));
+      }
     }
   }
 
@@ -290,6 +293,25 @@ void Node::unsubscribe(SubscriptionId subscription) {
 
 bool Node::subscribed(SubscriptionId subscription) const {
   return state_->consumer.subscribed(subscription);
+}
+
+void Node::link(bool up) {
+  if (up) {
+    state_->discovery.link_up(now());
+  } else {
+    state_->discovery.link_down();
+  }
+  state_->drain();
+}
+
+std::vector<ConfigurationText> Node::configuration(const RemoteService& service) const {
+  std::vector<ConfigurationText> items;
+  ConfigurationCursor cursor = state_->discovery.configuration(service.handle);
+  while (const auto item = cursor.next()) {
+    items.push_back(
+        {std::string{item->key}, item->value ? std::optional{std::string{*item->value}} : std::nullopt});
+  }
+  return items;
 }
 
 void Node::shutdown() {

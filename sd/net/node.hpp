@@ -69,6 +69,10 @@ class Node {
   /// The servers that offer it now.
   [[nodiscard]] std::vector<RemoteService> available(RequirementId requirement) const;
 
+  /// What a server says about its service: the items of its configuration, in their order, equal keys
+  /// included. Nothing once the service is gone.  [feat_req_someipsd_1146] [feat_req_someipsd_1147]
+  [[nodiscard]] std::vector<ConfigurationText> configuration(const RemoteService& service) const;
+
   /// Calls a method of a server that offers the service now. `payload` and `keep_alive` as in notify().
   /// @param handler  is called exactly once: with the response, or why there is none. Not after cancel() or
   ///                 after the end of the Node.
@@ -89,6 +93,11 @@ class Node {
   void unsubscribe(SubscriptionId subscription);
   /// Whether the eventgroup is subscribed to now: a server has acknowledged it.
   [[nodiscard]] bool subscribed(SubscriptionId subscription) const;
+
+  /// Tells that the network's link has come up or gone down; it is up at the start. While it is down all
+  /// services and subscribers are lost and nothing is sent by discovery; afterwards everything starts anew.
+  /// [feat_req_someipsd_23] [feat_req_someipsd_436] [feat_req_someipsd_437] [feat_req_someipsd_440]
+  void link(bool up);
 
   /// Withdraws all offers and subscriptions: the messages that say so have been sent when it returns. The
   /// Node does nothing afterwards. Events and requests that still wait to be sent are dropped and counted.

@@ -18,6 +18,7 @@ struct NodeConfig {
   IpAddress multicast = IpAddress::v4(224, 244, 224, 245);  ///< SD's group
   std::uint16_t port = 30490;  ///< SD's port, of all nodes  [feat_req_someip_676]
   Timing timing{};
+  DiscoveryRules discovery{};                              ///< see docs/sd_options.md
   Limits limits{};                                         ///< of service discovery
   std::size_t max_message_bytes = std::size_t{16} << 20U;  ///< payload of a received message
   /// Large messages that may be under way at once over UDP; their memory is only taken as they fill it.

@@ -115,6 +115,13 @@ OfferHandle Provider::offer(ServiceSpec spec, TimePoint now) {
                          .major = spec.major,
                          .minor = spec.minor,
                          .eventgroups = groups};
+  std::vector<ConfigurationItem> configuration;
+  for (const ConfigurationText& item : spec.configuration) {
+    configuration.push_back({item.key, item.value});
+  }
+  offered.configuration = configuration;
+  offered.load_balancing = spec.load_balancing;
+  offered.mac_groupcast = spec.mac_groupcast;
   std::string at;
   if (offer->udp) {
     offered.udp = offer->udp->socket.local();
@@ -129,6 +136,15 @@ OfferHandle Provider::offer(ServiceSpec spec, TimePoint now) {
     throw std::invalid_argument{name + ": refused by service discovery: " + to_string(handle.error())};
   }
   offer->handle = *handle;
+  for (const EventgroupSpec& group : spec.eventgroups) {
+    for (const Endpoint& client : group.configured_subscribers) {
+      if (const auto added = discovery_.add_subscriber(*handle, group.id, client); !added) {
+        discovery_.stop_offer(*handle, now);
+        throw std::invalid_argument{name + ": configured subscriber " + someip::to_string(client) + ": " +
+                                    to_string(added.error())};
+      }
+    }
+  }
   for (FieldSpec& field : spec.fields) {
     offer->fields.push_back(
         {.value = nullptr, .sent = nullptr, .schedule = someip::UpdateSchedule{field.update}});
@@ -526,6 +542,10 @@ void Provider::on_event(const InitialDataRequested& event) {
 
 void Provider::on_event(const SubscriberRemoved& event) {
   log_subscriber(event, std::string{to_string(event.reason)} + ", no longer subscribed to");
+  const auto offer = find(event.offer);
+  if (event.reason == LossReason::link_down && event.subscriber.tcp && offer && offer->tcp) {
+    offer->tcp->server.disconnect(*event.subscriber.tcp, "the link is down");  // [feat_req_someipsd_437]
+  }
 }
 
 template <typename SubscriberEvent>

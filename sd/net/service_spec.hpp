@@ -45,6 +45,13 @@ struct FieldSpec {
   DifferenceCheck differs{};    ///< nothing: by any byte
 };
 
+/// An item of a service's configuration: `key`, `key=` or `key=value`.
+struct ConfigurationText {
+  std::string key;
+  std::optional<std::string> value{};  ///< nothing: without '='
+  friend bool operator==(const ConfigurationText&, const ConfigurationText&) = default;
+};
+
 /// An eventgroup of an offered service, with the events and notifiers that its subscribers get.
 struct EventgroupSpec {
   someip::EventgroupId id{};
@@ -54,6 +61,9 @@ struct EventgroupSpec {
   /// From how many subscribers on multicast is used, if there is an endpoint for it: 0 is never, 1 always.
   /// [feat_req_someip_813]
   std::size_t multicast_threshold = 1;
+  /// UDP endpoints of clients that both sides are configured with: they get the events without ever
+  /// subscribing, but no initial ones. Not for eventgroups with TCP events.  [feat_req_someipsd_444]
+  std::vector<Endpoint> configured_subscribers{};
 };
 
 /// A service to offer.
@@ -77,6 +87,11 @@ struct ServiceSpec {
   /// Events, and methods with their responses, that may be sent over UDP in segments when they are large.
   /// Nothing: all. [feat_req_someiptp_788]
   std::optional<std::vector<someip::MethodId>> segmented{};
+  /// What else discovery tells of it, in this order.  [feat_req_someipsd_857] A service of other_protocols is
+  /// named by its item `otherserv`.  [feat_req_someipsd_500]
+  std::vector<ConfigurationText> configuration{};
+  std::optional<LoadBalancingOption> load_balancing{};  ///< its rank among the instances of the service
+  std::optional<MacGroupcastOption> mac_groupcast{};    ///< of other_protocols, which then needs no port
 };
 
 /// Chooses among the subscribers of an event.
@@ -98,6 +113,7 @@ struct RequireSpec {
   /// Methods whose requests may be sent over UDP in segments when they are large. Nothing: all.
   /// [feat_req_someiptp_788]
   std::optional<std::vector<someip::MethodId>> segmented{};
+  std::string otherserv{};  ///< the name, for other_protocols  [feat_req_someipsd_503]
 };
 
 /// An eventgroup to subscribe to.
@@ -112,6 +128,9 @@ struct SubscribeSpec {
   bool udp = true;
   bool tcp = false;
   std::uint16_t port = 0;  ///< UDP, to receive at; 0: one that all subscriptions of the node share
+  /// The server is configured with us as a subscriber: only receive, say nothing. UDP only.
+  /// [feat_req_someipsd_444]
+  bool configured = false;
   /// Subscribe anew when no event of `events` came for this long, counted from the Ack and from each event;
   /// nothing: never.  [feat_req_someipsd_439] [feat_req_someipsd_691]
   std::optional<Duration> silence_timeout{};
@@ -146,7 +165,8 @@ struct CallSpec {
   Duration timeout = std::chrono::seconds{5};
   /// Nothing: what is offered, and if that is both, TCP for a payload that does not fit a datagram.
   std::optional<Transport> transport{};
-  /// Nothing: any that is offered.
+  /// Nothing: one that is offered, chosen by priority and weight for as long as it stays.
+  /// [feat_req_someipsd_770]
   std::optional<someip::InstanceId> instance{};
   /// Of fire and forget: false sends it with Session ID 0. A call needs a session to know its answer by.
   /// [feat_req_someip_667] [feat_req_someip_700]

@@ -158,6 +158,13 @@ bool TcpServer::send(const Endpoint& to, const Header& header, std::span<const B
   return client != state_->clients.end() && client->second->send(header, payload, std::move(keep_alive));
 }
 
+void TcpServer::disconnect(const Endpoint& client, const std::string& why) {
+  const std::shared_ptr<State> state = state_;  // the handler may destroy this
+  if (state->clients.contains(client)) {
+    state->closed(client, why);
+  }
+}
+
 const Endpoint& TcpServer::local() const noexcept {
   return state_->local;
 }

@@ -45,6 +45,9 @@ class TcpServer {
   bool send(const Endpoint& to, const Header& header, std::span<const ByteView> payload,
             std::shared_ptr<const void> keep_alive = nullptr);
 
+  /// Closes the connection of a client, if there is one; Handlers::closed is told `why`.
+  void disconnect(const Endpoint& client, const std::string& why);
+
   /// Where it listens, with the port that the system chose.
   [[nodiscard]] const Endpoint& local() const noexcept;
   [[nodiscard]] bool connected(const Endpoint& client) const;
