@@ -82,9 +82,10 @@ std::string explain(const std::vector<Problem>& problems, std::string_view text,
 }
 
 std::optional<BridgeConfig> load_or_explain(const std::string& file) {
-  auto loaded =
-      load_config(file, [](const std::string& type, const MessageRules& rules,
-                           const std::vector<std::string>& paths) { return check_type(type, paths, rules); });
+  auto loaded = load_config(
+      file, [](const std::string& type, const MessageRules& rules, const std::vector<std::string>& paths) {
+        return TypeVerdict{check_type(type, paths, rules), check_lengths(type, paths, rules)};
+      });
   const std::vector<Problem>& problems = loaded ? loaded->warnings : loaded.error();
   if (!problems.empty()) {
     // A problem with a place means that the file could be read, and is not large.

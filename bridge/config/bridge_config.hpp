@@ -52,7 +52,8 @@ struct SomeipSettings {
   IpAddress address;      ///< own unicast address: a service's endpoint, and where SD listens
   std::string interface;  ///< for multicast; empty: the one that has `address`
   SdSettings sd;
-  Mark mark;  ///< of the address
+  Mark mark;            ///< of the address
+  Mark interface_mark;  ///< of the interface, if there is one
 };
 
 /// The DDS side: which domain we join, and by which ways.

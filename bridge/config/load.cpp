@@ -80,6 +80,11 @@ void load_sd(Section& someip, SomeipSettings& settings, bool address_is_good, Pr
   }
 }
 
+// fe80::/10, which names a host only together with an interface.
+bool is_link_local(const IpAddress& address) {
+  return address.v6 && address.bytes[0] == 0xfe && (address.bytes[1] & 0xc0U) == 0x80;
+}
+
 void load_someip(const YAML::Node& node, SomeipSettings& into, Problems& problems) {
   Section someip{node, "someip", problems};
   auto unicast = ip_address();
@@ -90,12 +95,20 @@ void load_someip(const YAML::Node& node, SomeipSettings& into, Problems& problem
   };
   const bool address_is_good = someip.require("address", unicast, into.address);
   into.mark = someip.value_mark("address");
+  if (address_is_good && is_link_local(into.address)) {
+    problems.error(into.mark,
+                   fmt::format("address: {} is link-local: it means another host on each interface, and an "
+                               "offer cannot say which; take a global or unique local address (fd00::/8)",
+                               someip::to_string(into.address)));
+  }
   Format<std::string> interface =
       any_text(fmt::format("the name of a network interface (1 to {} characters)", IF_NAMESIZE - 1));
   interface.read = [read = std::move(interface.read)](std::string_view text) {
     return text.size() < IF_NAMESIZE ? read(text) : std::nullopt;
   };
-  someip.read("interface", interface, into.interface);
+  if (someip.read("interface", interface, into.interface)) {
+    into.interface_mark = someip.value_mark("interface");
+  }
   load_sd(someip, into, address_is_good, problems);
   someip.finish();
 }
@@ -167,9 +180,11 @@ void load_root(const YAML::Node& root, BridgeConfig& config, const TypeCheck& ch
   report_conflicts(routes, config.someip, problems);
   for (RouteInFile& in_file : routes) {
     if (check_type && in_file.good.contains("type")) {
-      if (const std::string fault = check_type(in_file.route.type, in_file.route.rules, config.type_paths);
-          !fault.empty()) {
+      const auto [fault, warning] = check_type(in_file.route.type, in_file.route.rules, config.type_paths);
+      if (!fault.empty()) {
         problems.error(in_file.type_mark, "type: " + fault);
+      } else if (!warning.empty()) {
+        problems.warning(in_file.type_mark, "type: " + warning);
       }
     }
     config.routes.push_back(std::move(in_file.route));

@@ -21,10 +21,15 @@ struct Problem {
 /// "bridge.yaml:12:5: error: ...", without a line end. A problem of the whole file has no line and column.
 [[nodiscard]] std::string to_string(const Problem& problem);
 
-/// Says what is wrong with a message type ("sensor_msgs/msg/PointCloud2"), or nothing when it is known and
-/// can be carried by these rules. `paths` are the folders under `types: paths`, already relative to the
-/// working directory.
-using TypeCheck = std::function<std::string(const std::string& type, const MessageRules& rules,
+/// What is to be said about a message type and the rules that it is carried by. Empty: nothing.
+struct TypeVerdict {
+  std::string fault{};    ///< it is not known, or cannot be carried
+  std::string warning{};  ///< it can be carried, but not every message of it
+};
+
+/// Judges a message type ("sensor_msgs/msg/PointCloud2"). `paths` are the folders under `types: paths`,
+/// already relative to the working directory.
+using TypeCheck = std::function<TypeVerdict(const std::string& type, const MessageRules& rules,
                                             const std::vector<std::string>& paths)>;
 
 /// A good configuration, and what its author should know about it nevertheless.

@@ -1,9 +1,86 @@
 #include "bridge/convert/check_type.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+
 #include "bridge/convert/conversion_plan.hpp"
 #include "bridge/types/type_library.hpp"
 
 namespace trestle::bridge {
+namespace {
+
+/// The most bytes of SOME/IP that a field can have; nothing: there is no limit that matters here.
+class Most {
+ public:
+  Most(const TypeTree& tree, const someip::PayloadRules& rules) : tree_{tree}, rules_{rules} {}
+
+  using Bytes = std::optional<std::uint64_t>;
+
+  [[nodiscard]] Bytes message(const MessageDefinition& definition) const {
+    // What generates IDL from .msg files gives an empty message a field of one byte.
+    Bytes sum = bytes(rules_.struct_length) + (definition.fields.empty() ? 1 : 0);
+    for (const Field& field : definition.fields) {
+      sum = plus(sum, one(field.type));
+    }
+    return sum;
+  }
+
+  /// Of all elements of an array, without its length field.
+  [[nodiscard]] Bytes elements(const FieldType& type) const {
+    const Bytes element = single(type);
+    return type.array == ArrayKind::unbounded || !element ? std::nullopt
+                                                          : limited(*element * type.array_size);
+  }
+
+ private:
+  // No length field counts more, so larger sums need no telling apart; products of two such do not overflow.
+  static Bytes limited(std::uint64_t number) {
+    return number > std::numeric_limits<std::uint32_t>::max() ? std::nullopt : Bytes{number};
+  }
+
+  static Bytes plus(Bytes left, Bytes right) {
+    return left && right ? limited(*left + *right) : std::nullopt;
+  }
+
+  [[nodiscard]] Bytes one(const FieldType& type) const {
+    // Alignment puts up to this much behind what has a variable length.
+    const std::uint64_t padding = rules_.alignment - 1U;
+    switch (type.array) {
+      case ArrayKind::none:
+        return plus(single(type), padding);
+      case ArrayKind::fixed:
+        return plus(elements(type), bytes(rules_.fixed_array_length) + padding);
+      case ArrayKind::bounded:
+      case ArrayKind::unbounded:
+        return plus(elements(type), bytes(rules_.array_length) + padding);
+    }
+    return std::nullopt;
+  }
+
+  [[nodiscard]] Bytes single(const FieldType& type) const {
+    if (!type.primitive) {
+      return message(tree_.messages[type.message_index]);
+    }
+    if (width(*type.primitive) != 0) {
+      return width(*type.primitive);
+    }
+    // A character has up to 4 bytes in any encoding, as have a byte order mark and a terminator.
+    constexpr std::uint64_t character = 4;
+    return type.string_bound == 0
+               ? std::nullopt
+               : limited(bytes(rules_.string_length) + character * (std::uint64_t{type.string_bound} + 2) +
+                         rules_.alignment - 1U);
+  }
+
+  const TypeTree& tree_;
+  const someip::PayloadRules& rules_;
+};
+
+}  // namespace
 
 std::string check_type(const std::string& type, const std::vector<std::string>& folders,
                        const MessageRules& rules) {
@@ -14,6 +91,41 @@ std::string check_type(const std::string& type, const std::vector<std::string>& 
   }
   const auto plan = ConversionPlan::compile(*tree, rules);
   return plan ? std::string{} : plan.error();
+}
+
+std::string check_lengths(const std::string& type, const std::vector<std::string>& folders,
+                          const MessageRules& rules) {
+  if (rules.payload.array_length == someip::FieldWidth::none ||
+      rules.payload.array_length == someip::FieldWidth::bits32) {
+    return {};
+  }
+  TypeLibrary library{{folders.begin(), folders.end()}, ament_prefixes()};
+  const auto tree = library.resolve(type);
+  if (!tree) {
+    return {};
+  }
+  const std::size_t bits = 8 * bytes(rules.payload.array_length);
+  const std::uint64_t countable = (std::uint64_t{1} << bits) - 1;
+  std::vector<std::string> names;
+  const Most most{*tree, rules.payload};
+  for (const MessageDefinition& message : tree->messages) {
+    for (const Field& field : message.fields) {
+      const bool is_optional = field.type.array_size == 1 && rules.types.contains(message.name);
+      if (is_optional ||
+          (field.type.array != ArrayKind::bounded && field.type.array != ArrayKind::unbounded)) {
+        continue;
+      }
+      if (const auto elements = most.elements(field.type); !elements || *elements > countable) {
+        names.push_back(&message == &tree->root() ? field.name : message.name + "." + field.name);
+      }
+    }
+  }
+  if (names.empty()) {
+    return {};
+  }
+  return fmt::format(
+      "with array_length: {}, messages are dropped in which one of these has more than {} bytes: {}", bits,
+      countable, fmt::join(names, ", "));
 }
 
 }  // namespace trestle::bridge

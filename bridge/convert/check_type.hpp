@@ -12,4 +12,9 @@ namespace trestle::bridge {
 [[nodiscard]] std::string check_type(const std::string& type, const std::vector<std::string>& folders,
                                      const MessageRules& rules = {});
 
+/// Says in one line which arrays of a known type may have more bytes than their length field can say: such
+/// messages are dropped. Empty: none, or all length fields of arrays have 32 bits.
+[[nodiscard]] std::string check_lengths(const std::string& type, const std::vector<std::string>& folders,
+                                        const MessageRules& rules);
+
 }  // namespace trestle::bridge

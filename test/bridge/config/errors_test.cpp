@@ -520,7 +520,7 @@ TEST(ConfigErrors, SayWhyAFileCannotBeRead) {
 
 TEST(ConfigErrors, PassOnWhatIsWrongWithAType) {
   const TypeCheck check = [](const std::string& type, const MessageRules&, const std::vector<std::string>&) {
-    return type == "geometry_msgs/msg/Point" ? type + " is not known" : "";
+    return TypeVerdict{.fault = type == "geometry_msgs/msg/Point" ? type + " is not known" : ""};
   };
   EXPECT_THAT(problems_of(good_config, check),
               ElementsAre("b.yaml:70:11: error: type: geometry_msgs/msg/Point is not known"));
@@ -699,6 +699,24 @@ TEST(ExplainProblems, ColoursTheSeverity) {
   const std::vector<Problem> problems{{Problem::Severity::error, "b.yaml", {2, 1}, "wrong"}};
   EXPECT_EQ(explain(problems, "a\nb\n", {.red = "<red>", .green = "<green>", .off = "<off>"}),
             "b.yaml:2:1: <red>error: <off>wrong\n    2 | b\n      | <green>^<off>\n");
+}
+
+TEST(LinkLocalAddresses, AreRefusedAsAnOfferCannotNameTheirInterface) {
+  const auto of = [](const std::string& address) {
+    return problems_of("someip: {address: '" + address +
+                       "', interface: eth0, sd: {multicast: 'ff02::4:c0de'}}\nroutes:\n"
+                       "  - {topic: /p, type: a/msg/B, direction: someip_to_dds, service: 1, instance: 1, "
+                       "eventgroup: 1, event: 0x8001}\n");
+  };
+  for (const std::string address : {"fe80::1", "febf:ffff::2"}) {
+    EXPECT_THAT(of(address),
+                ElementsAre("b.yaml:1:19: error: address: " + address +
+                            " is link-local: it means another host on each interface, and an offer "
+                            "cannot say which; take a global or unique local address (fd00::/8)"));
+  }
+  for (const std::string address : {"fd00::1", "fec0::1", "2001:db8::1", "::1"}) {
+    EXPECT_THAT(of(address), ElementsAre("no errors"));
+  }
 }
 
 }  // namespace

@@ -206,13 +206,25 @@ routes:
   EXPECT_EQ(config.routes.size(), 2U);
 }
 
+TEST(LoadConfig, WarnsOfWhatTheTypeCheckWarnsOf) {
+  const auto loaded =
+      parse_config(good_config, "/etc/bridge.yaml",
+                   [](const std::string& type, const MessageRules&, const std::vector<std::string>&) {
+                     return TypeVerdict{.fault = "", .warning = type + " is odd"};
+                   });
+  ASSERT_TRUE(loaded);
+  ASSERT_FALSE(loaded->warnings.empty());
+  EXPECT_EQ(to_string(loaded->warnings.front()),
+            "/etc/bridge.yaml:23:11: warning: type: sensor_msgs/msg/PointCloud2 is odd");
+}
+
 TEST(LoadConfig, AsksTheTypeCheckWithRulesAndPaths) {
   std::vector<std::string> asked;
   load_good(good_config, [&](const std::string& type, const MessageRules& rules,
                              const std::vector<std::string>& paths) {
     asked.push_back(type + (rules.payload.byte_order == std::endian::little ? " little " : " big ") +
                     paths.at(0));
-    return std::string{};
+    return TypeVerdict{};
   });
   EXPECT_THAT(asked,
               ElementsAre("sensor_msgs/msg/PointCloud2 little /usr", "geometry_msgs/msg/Point big /usr"));

@@ -4,6 +4,11 @@
 #include <cstdlib>
 #include <new>
 
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
 #include "bridge/convert/check_type.hpp"
 #include "test/bridge/convert/support.hpp"
 #include "test/covers.hpp"
@@ -380,6 +385,52 @@ TEST(CheckType, AnswersForAConfiguration) {
   EXPECT_EQ(check_type("sensor_msgs/msg/PointCloud3", {}),
             "unknown type sensor_msgs/msg/PointCloud3: not among the built-in ones");
   EXPECT_EQ(check_type("oracle_msgs/Nested", {TRESTLE_SOURCE_DIR "/test/bridge/oracle/msgs"}), "");
+}
+
+TEST(CheckLengths, NamesTheArraysThatTheirLengthFieldMayNotCount) {
+  using enum someip::FieldWidth;
+  const auto lengths = [](const char* type, someip::FieldWidth width) {
+    return check_lengths(type, {}, someip::PayloadRules{.array_length = width});
+  };
+  EXPECT_EQ(lengths("sensor_msgs/msg/PointCloud2", bits8),
+            "with array_length: 8, messages are dropped in which one of these has more than 255 bytes: "
+            "fields, data");
+  EXPECT_EQ(
+      lengths("sensor_msgs/msg/PointCloud2", bits16),
+      "with array_length: 16, messages are dropped in which one of these has more than 65535 bytes: fields, "
+      "data");
+  EXPECT_EQ(lengths("std_msgs/msg/UInt8MultiArray", bits8),
+            "with array_length: 8, messages are dropped in which one of these has more than 255 bytes: "
+            "std_msgs/msg/MultiArrayLayout.dim, data");
+  EXPECT_EQ(lengths("sensor_msgs/msg/PointCloud2", bits32), "");
+  EXPECT_EQ(lengths("geometry_msgs/msg/Point", bits8), "");
+  EXPECT_EQ(lengths("sensor_msgs/msg/Imu", bits8), "");  // arrays of fixed size are another matter
+  EXPECT_EQ(lengths("sensor_msgs/msg/PointCloud3", bits8), "");
+}
+
+TEST(CheckLengths, KnowsWhichBoundsFit) {
+  const std::string folder = testing::TempDir() + "trestle-lengths-" + std::to_string(getpid());
+  std::filesystem::create_directories(folder + "/bound_msgs/msg");
+  const auto says = [&](const char* text, const someip::PayloadRules& rules) {
+    std::ofstream{folder + "/bound_msgs/msg/Test.msg"} << text << "\n";
+    return check_lengths("bound_msgs/msg/Test", {folder}, rules).empty();
+  };
+  const someip::PayloadRules narrow{.array_length = someip::FieldWidth::bits8};
+  EXPECT_TRUE(says("uint8[<=255] a", narrow));
+  EXPECT_FALSE(says("uint8[<=256] a", narrow));
+  EXPECT_TRUE(says("float64[<=31] a", narrow));  // 248 bytes
+  EXPECT_FALSE(says("float64[<=32] a", narrow));
+  // 3 points of 24 bytes, and strings of 4 + 4 * (5 + 2) bytes at most: 8 of them have 256.
+  EXPECT_TRUE(says("geometry_msgs/Point[<=10] a", narrow));
+  EXPECT_FALSE(says("geometry_msgs/Point[<=11] a", narrow));
+  EXPECT_TRUE(says("string<=5[<=7] a", narrow));
+  EXPECT_FALSE(says("string<=5[<=8] a", narrow));
+  EXPECT_FALSE(says("string[<=1] a", narrow));
+  const someip::PayloadRules wider{.array_length = someip::FieldWidth::bits16};
+  EXPECT_TRUE(says("uint8[<=65535] a", wider));
+  EXPECT_FALSE(says("uint8[<=65536] a", wider));
+  EXPECT_FALSE(says("float64[<=4294967295] a", wider));
+  std::filesystem::remove_all(folder);
 }
 
 // Memory
