@@ -41,6 +41,15 @@ Settings discovery_settings(const NodeConfig& config) {
   return settings;
 }
 
+someip::UdpOptions sd_socket(const NodeConfig& config, const IpAddress& at, someip::PortSharing sharing) {
+  someip::UdpOptions options = udp_options(config, {at, config.port});
+  if (at == config.multicast) {
+    options.join = at;
+  }
+  options.sharing = sharing;
+  return options;
+}
+
 }  // namespace
 
 struct Node::State : std::enable_shared_from_this<State> {
@@ -48,15 +57,8 @@ struct Node::State : std::enable_shared_from_this<State> {
       : io{context},
         config{settings},
         log{logger ? std::move(logger) : [](const std::string&) {}},
-        unicast{io,
-                {.local = {config.address, config.port},
-                 .interface = {{config.address, config.multicast_interface}},
-                 .sharing = someip::PortSharing::by_address}},
-        multicast{io,
-                  {.local = {config.multicast, config.port},
-                   .join = config.multicast,
-                   .interface = {{config.address, config.multicast_interface}},
-                   .sharing = someip::PortSharing::shared}},
+        unicast{io, sd_socket(config, config.address, someip::PortSharing::by_address)},
+        multicast{io, sd_socket(config, config.multicast, someip::PortSharing::shared)},
         storage{config.limits},
         discovery{discovery_settings(config), storage.view()},
         ports{

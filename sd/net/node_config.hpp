@@ -14,7 +14,11 @@ namespace trestle::sd {
 struct NodeConfig {
   /// Own unicast address: SD listens on it, and it is the endpoint of every offered service.
   IpAddress address;
-  std::string multicast_interface{};  ///< for multicast; empty: the one that has `address`
+  std::string multicast_interface{};   ///< for multicast; empty: the one that has `address`
+  std::uint8_t multicast_ttl = 1;      ///< hops that multicast may take
+  std::uint8_t dscp = 0;               ///< class of service of all that is sent, 0 to 63
+  int receive_buffer_bytes = 8 << 20;  ///< of each UDP socket, as far as the system grants it
+  int send_buffer_bytes = 4 << 20;     ///< likewise
   IpAddress multicast = IpAddress::v4(224, 244, 224, 245);  ///< SD's group
   std::uint16_t port = 30490;  ///< SD's port, of all nodes  [feat_req_someip_676]
   Timing timing{};
@@ -30,7 +34,10 @@ struct NodeConfig {
   std::size_t max_tcp_clients = 64;  ///< connections at a time to one TCP port of ours
   someip::AnswerRules answers{};     ///< to requests that are in error
   someip::TpPacing pacing{};         ///< of large requests and responses over UDP
-  bool magic_cookies = false;        ///< on TCP connections, for test setups
+  /// How long a small message over UDP may wait for others from the same port to the same receiver, to share
+  /// a datagram with them (nPDU); 0: each has one of its own.  [feat_req_someip_741] [feat_req_someip_732]
+  Duration collect_for{0};
+  bool magic_cookies = false;  ///< on TCP connections, for test setups
   /// See TcpOptions::dead_after.
   Duration tcp_dead_after = std::chrono::seconds{10};
 };

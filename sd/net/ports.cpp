@@ -55,6 +55,15 @@ void add(someip::TcpServer::Counters& sum, const someip::TcpServer::Counters& on
 
 }  // namespace
 
+someip::UdpOptions udp_options(const NodeConfig& config, const Endpoint& local) {
+  return {.local = local,
+          .interface = {{config.address, config.multicast_interface}},
+          .multicast_ttl = config.multicast_ttl,
+          .dscp = config.dscp,
+          .receive_buffer_bytes = config.receive_buffer_bytes,
+          .send_buffer_bytes = config.send_buffer_bytes};
+}
+
 Ports::Ports(boost::asio::io_context& io, const NodeConfig& config, NodeCounters& counters, Handlers handlers)
     : io_{io},
       config_{config},
@@ -72,10 +81,8 @@ Ports::Ports(boost::asio::io_context& io, const NodeConfig& config, NodeCounters
 std::shared_ptr<UdpPort> Ports::udp(std::uint16_t number, const std::function<bool(const UdpPort&)>& usable) {
   auto port = find_port(udp_, [&](const UdpPort& one) { return one.number == number && usable(one); });
   if (!port) {
-    port = share(std::make_unique<UdpPort>(
-        io_, number,
-        someip::UdpOptions{.local = {config_.address, number},
-                           .interface = {{config_.address, config_.multicast_interface}}}));
+    port = share(std::make_unique<UdpPort>(io_, number, udp_options(config_, {config_.address, number}),
+                                           config_.collect_for));
     udp_.push_back(port);
     port->socket.receive([this, weak = udp_.back()](ByteView datagram, const Endpoint& from) {
       if (auto alive = weak.lock()) {  // also keeps it during the call
@@ -113,12 +120,10 @@ std::shared_ptr<TcpPort> Ports::tcp(std::uint16_t number, const std::function<bo
 std::shared_ptr<GroupPort> Ports::group(const Endpoint& endpoint) {
   auto port = find_port(groups_, [&](const GroupPort& one) { return one.group == endpoint; });
   if (!port) {
-    port = share(std::make_unique<GroupPort>(
-        io_, endpoint,
-        someip::UdpOptions{.local = endpoint,
-                           .join = endpoint.address,
-                           .interface = {{config_.address, config_.multicast_interface}},
-                           .sharing = someip::PortSharing::shared}));
+    someip::UdpOptions options = udp_options(config_, endpoint);
+    options.join = endpoint.address;
+    options.sharing = someip::PortSharing::shared;
+    port = share(std::make_unique<GroupPort>(io_, endpoint, options));
     groups_.push_back(port);
     port->socket.receive([this, weak = groups_.back()](ByteView datagram, const Endpoint& from) {
       if (const auto alive = weak.lock()) {
@@ -183,7 +188,8 @@ void Ports::on_datagram(ByteView datagram, const Source& source) {
 someip::TcpOptions Ports::tcp_options() const {
   return {.max_message_bytes = config_.max_message_bytes,
           .dead_after = config_.tcp_dead_after,
-          .magic_cookies = config_.magic_cookies};
+          .magic_cookies = config_.magic_cookies,
+          .dscp = config_.dscp};
 }
 
 template <typename Port>

@@ -12,8 +12,10 @@ namespace trestle::sd {
 
 /// A UDP port that services are offered at, calls are made from, or events arrive at.
 struct UdpPort {
-  UdpPort(boost::asio::io_context& io, std::uint16_t wanted, const someip::UdpOptions& options)
-      : number{wanted}, socket{io, options}, sender{io, socket} {}
+  UdpPort(boost::asio::io_context& io, std::uint16_t wanted, const someip::UdpOptions& options,
+          Duration collect_for)
+      : number{wanted}, socket{io, options}, sender{io, socket, max_queued_bytes, collect_for} {}
+  static constexpr std::size_t max_queued_bytes = std::size_t{64} << 20U;
   std::uint16_t number;  ///< that was asked for; 0: any
   someip::UdpSocket socket;
   someip::MessageSender sender;
@@ -43,6 +45,9 @@ struct Source {
   std::shared_ptr<UdpPort> udp;
   std::shared_ptr<TcpPort> tcp;
 };
+
+/// What all UDP sockets of a node have in common.
+[[nodiscard]] someip::UdpOptions udp_options(const NodeConfig& config, const Endpoint& local);
 
 /// The sockets of a node but for SD's: each open for as long as somebody holds it, which must end before
 /// these Ports do. Hands out whole messages: datagrams are taken apart and segments put together.

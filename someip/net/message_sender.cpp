@@ -7,6 +7,7 @@
 #include <cstring>
 #include <deque>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "someip/core/tp_segmenter.hpp"
@@ -16,6 +17,9 @@ namespace {
 
 constexpr std::size_t batch_segments = 64;  // what UdpSocket::send_segments() takes
 constexpr std::size_t batch_bytes = 65000;
+constexpr std::size_t max_datagram_bytes =
+    header_bytes + max_plain_payload_bytes;    // no fragments on Ethernet
+constexpr std::size_t max_collections = 64;    // receivers that messages are collected for at once
 constexpr std::size_t slices_per_segment = 2;  // a segment that lies in more pieces is copied together
 
 // Where in a list of slices the next byte is.
@@ -34,8 +38,16 @@ struct Pending {
   TpSegmenter segments;
   SliceCursor cursor;
   std::size_t burst_left = 0;
+  std::size_t messages = 1;  ///< more: the slices are a datagram with so many, headers and all
 
   [[nodiscard]] bool plain() const noexcept { return bytes <= max_plain_payload_bytes; }
+};
+
+// Small messages to one receiver that leave in one datagram.
+struct Collection {
+  Endpoint to;
+  std::vector<std::byte> datagram{};
+  std::size_t messages = 0;
 };
 
 // Takes the next `bytes` bytes as views. There are that many.
@@ -63,8 +75,93 @@ std::size_t size_of(std::span<const ByteView> slices) {
 }  // namespace
 
 struct MessageSender::State : std::enable_shared_from_this<State> {
-  State(boost::asio::io_context& io, UdpSocket& via, std::size_t max_bytes)
-      : socket{&via}, max_queued_bytes{max_bytes}, timer{io} {}
+  State(boost::asio::io_context& io, UdpSocket& via, std::size_t max_bytes, Duration collecting)
+      : socket{&via}, max_queued_bytes{max_bytes}, collect_for{collecting}, timer{io}, collect_timer{io} {}
+
+  // --- collecting ---
+
+  void collect(const Endpoint& to, const Header& header, std::span<const ByteView> payload,
+               std::size_t bytes) {
+    auto one = std::find_if(collections.begin(), collections.end(),
+                            [&](const Collection& other) { return other.to == to; });
+    if (one != collections.end() && one->datagram.size() + header_bytes + bytes > max_datagram_bytes) {
+      send_collected(*one);
+      *one = Collection{.to = to};
+    } else if (one == collections.end()) {
+      if (collections.size() == max_collections) {
+        send_all_collected();
+      }
+      if (collections.empty()) {
+        start_collecting();
+      }
+      one = collections.insert(collections.end(), Collection{.to = to});
+    }
+    std::vector<std::byte>& datagram = one->datagram;
+    const std::size_t begin = datagram.size();
+    datagram.resize(begin + header_bytes);
+    static_cast<void>(encode_header(header, bytes, ByteSpan{datagram}.subspan(begin)));
+    for (const ByteView slice : payload) {
+      datagram.insert(datagram.end(), slice.begin(), slice.end());
+    }
+    ++one->messages;
+  }
+
+  void start_collecting() {
+    collect_timer.expires_after(collect_for);
+    collect_timer.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
+      const auto self = weak.lock();
+      if (!error && self && self->socket != nullptr) {
+        self->send_all_collected();
+      }
+    });
+  }
+
+  void send_collected(const Collection& one) {
+    const ByteView datagram{one.datagram};
+    const SendStatus status = send_datagram(one.to, datagram, one.messages);
+    if (status == SendStatus::would_block) {
+      enqueue({.to = one.to,
+               .header = {},
+               .slices = {datagram},
+               .bytes = datagram.size(),
+               .keep_alive = nullptr,
+               .pacing = {},
+               .segments = TpSegmenter{{}, 0, tp_default_segment_bytes},
+               .cursor = {},
+               .burst_left = 0,
+               .messages = one.messages});
+    } else if (status == SendStatus::failed) {
+      counters.refused += one.messages;
+    }
+  }
+
+  void send_all_collected() {
+    for (const Collection& one : std::exchange(collections, {})) {
+      send_collected(one);
+    }
+  }
+
+  // What is collected for this receiver goes before what follows.
+  void send_collected_for(const Endpoint& to) {
+    const auto one = std::find_if(collections.begin(), collections.end(),
+                                  [&](const Collection& other) { return other.to == to; });
+    if (one != collections.end()) {
+      const Collection last = std::move(*one);
+      collections.erase(one);
+      send_collected(last);
+    }
+  }
+
+  SendStatus send_datagram(const Endpoint& to, ByteView datagram, std::size_t messages) {
+    const SendStatus status = socket->send(to, {&datagram, 1});
+    if (status == SendStatus::sent) {
+      counters.messages += messages;
+      ++counters.datagrams;
+    }
+    return status;
+  }
+
+  // --- sending ---
 
   SendStatus send_plain(const Endpoint& to, const Header& header, std::span<const ByteView> payload) {
     // A small message in many pieces is copied together: cheaper than a long list for the kernel.
@@ -148,14 +245,16 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   void pump() {
     while (!queue.empty()) {
       Pending& message = queue.front();
-      const SendStatus status =
-          message.plain() ? send_plain(message.to, message.header, message.slices) : send_batch(message);
+      const SendStatus status = message.messages > 1
+                                    ? send_datagram(message.to, message.slices.front(), message.messages)
+                                : message.plain() ? send_plain(message.to, message.header, message.slices)
+                                                  : send_batch(message);
       if (status == SendStatus::would_block) {
         socket->wait_writable(resume());
         return;
       }
       if (status == SendStatus::failed) {
-        ++counters.refused;
+        counters.refused += message.messages;
       } else if (!message.plain() && !message.segments.done()) {
         if (message.burst_left > 0) {
           continue;
@@ -204,14 +303,14 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
 
   [[nodiscard]] bool must_wait(const Endpoint& to, const Header& header) const {
     return std::any_of(queue.begin(), queue.end(), [&](const Pending& pending) {
-      return pending.to == to && pending.header.service == header.service &&
-             pending.header.method == header.method;
+      return pending.to == to && (pending.messages > 1 || (pending.header.service == header.service &&
+                                                           pending.header.method == header.method));
     });
   }
 
   bool enqueue(Pending message) {
     if (message.bytes > max_queued_bytes - queued_bytes) {
-      ++counters.queue_full;
+      counters.queue_full += message.messages;
       return false;
     }
     if (!message.keep_alive) {
@@ -236,7 +335,10 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   UdpSocket* socket;
   std::size_t max_queued_bytes;
   std::size_t queued_bytes = 0;
+  Duration collect_for;
   boost::asio::steady_timer timer;
+  boost::asio::steady_timer collect_timer;
+  std::vector<Collection> collections;
   std::chrono::steady_clock::time_point next_burst;
   bool busy = false;  ///< a timer or the socket will call pump()
   std::deque<Pending> queue;
@@ -249,17 +351,24 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   std::size_t flat_used = 0;
 };
 
-MessageSender::MessageSender(boost::asio::io_context& io, UdpSocket& socket, std::size_t max_queued_bytes)
-    : state_{std::make_shared<State>(io, socket, max_queued_bytes)} {}
+MessageSender::MessageSender(boost::asio::io_context& io, UdpSocket& socket, std::size_t max_queued_bytes,
+                             Duration collect_for)
+    : state_{std::make_shared<State>(io, socket, max_queued_bytes, collect_for)} {}
 
 MessageSender::~MessageSender() {
   close();
 }
 
 void MessageSender::close() {
+  if (state_->socket != nullptr) {
+    state_->send_all_collected();
+  }
   state_->socket = nullptr;
   state_->timer.cancel();
-  state_->counters.abandoned += state_->queue.size();
+  state_->collect_timer.cancel();
+  for (const Pending& message : state_->queue) {
+    state_->counters.abandoned += message.messages;
+  }
   state_->queue.clear();  // now, for the cancelled handler keeps the state alive a little longer
   state_->queued_bytes = 0;
 }
@@ -272,12 +381,20 @@ bool MessageSender::send(const Endpoint& to, const Header& header, std::span<con
     return false;
   }
   const std::size_t bytes = size_of(payload);
+  const bool collects = state.collect_for > Duration::zero();
   if (bytes <= max_plain_payload_bytes && !state.must_wait(to, header)) {
+    if (collects) {
+      state.collect(to, header, payload, bytes);
+      return true;
+    }
     const SendStatus status = state.send_plain(to, header, payload);
     if (status != SendStatus::would_block) {
       state.counters.refused += status == SendStatus::failed ? 1 : 0;
       return status == SendStatus::sent;
     }
+  }
+  if (collects) {
+    state.send_collected_for(to);
   }
   return state.enqueue({.to = to,
                         .header = header,
@@ -291,7 +408,7 @@ bool MessageSender::send(const Endpoint& to, const Header& header, std::span<con
 }
 
 bool MessageSender::idle() const noexcept {
-  return state_->queue.empty();
+  return state_->queue.empty() && state_->collections.empty();
 }
 const MessageSender::Counters& MessageSender::counters() const noexcept {
   return state_->counters;

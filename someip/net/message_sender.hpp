@@ -22,8 +22,8 @@ struct TpPacing {
 /// The largest payload that travels in one datagram; larger ones are segmented.  [feat_req_someip_318]
 inline constexpr std::size_t max_plain_payload_bytes = 1400;
 
-/// Sends messages through a UDP socket: a small one at once, a large one as TP segments, gathered by the
-/// kernel from where they lie. Not thread-safe: use it on the thread that runs the io_context.
+/// Sends messages through a UDP socket: small ones at once, or together, a large one as TP segments, gathered
+/// by the kernel from where they lie. Not thread-safe: use it on the thread that runs the io_context.
 class MessageSender {
  public:
   struct Counters {
@@ -35,8 +35,10 @@ class MessageSender {
   };
 
   /// @param max_queued_bytes  payload that may wait for its turn; a message beyond it is dropped.
+  /// @param collect_for  how long a small message may wait for others to the same receiver, to share one
+  ///                     datagram with them; 0: each has one of its own.  [feat_req_someip_741]
   MessageSender(boost::asio::io_context& io, UdpSocket& socket,
-                std::size_t max_queued_bytes = std::size_t{64} << 20U);
+                std::size_t max_queued_bytes = std::size_t{64} << 20U, Duration collect_for = Duration{0});
   ~MessageSender();
   MessageSender(const MessageSender&) = delete;
   MessageSender& operator=(const MessageSender&) = delete;
@@ -50,7 +52,8 @@ class MessageSender {
   bool send(const Endpoint& to, const Header& header, std::span<const ByteView> payload,
             std::shared_ptr<const void> keep_alive = nullptr, const TpPacing& pacing = {});
 
-  /// Drops what waits to be sent. Nothing is sent afterwards; destruction does it too.
+  /// Sends what was collected and drops what else waits to be sent. Nothing is sent afterwards; destruction
+  /// does it too.
   void close();
 
   /// Whether nothing waits to be sent.

@@ -1,13 +1,16 @@
 #include "someip/net/socket_calls.hpp"
 
+#include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
+#include <random>
 #include <string>
 
 #include "someip/net/address_text.hpp"
+#include "someip/net/addresses.hpp"
 #include "someip/net/net_error.hpp"
 
 namespace trestle::someip {
@@ -42,6 +45,36 @@ bool retry_later(int error) noexcept {
 
 int set_option(int fd, int level, int name, int number) noexcept {
   return setsockopt(fd, level, name, &number, sizeof number);
+}
+
+int bind_to(int fd, Endpoint local, unsigned scope) {
+  const auto try_bind = [&] {
+    SocketAddress address{local, scope};
+    return bind(fd, address.data(), address.size()) == 0 ? 0 : errno;
+  };
+  if (local.port != 0) {
+    return try_bind();
+  }
+  constexpr unsigned count = 65536 - first_dynamic_port;
+  const unsigned start = std::random_device{}();
+  for (unsigned i = 0; i < count; ++i) {
+    local.port = static_cast<std::uint16_t>(first_dynamic_port + (start + i) % count);
+    const int error = try_bind();
+    if (error != EADDRINUSE) {
+      return error;
+    }
+  }
+  return EADDRINUSE;
+}
+
+void set_dscp(int fd, std::uint8_t dscp) {
+  if (dscp > 63) {
+    throw NetError{"DSCP " + std::to_string(dscp) + ": it is 0 to 63"};
+  }
+  if (dscp != 0) {  // one of the two fits the socket
+    set_option(fd, IPPROTO_IP, IP_TOS, dscp << 2);
+    set_option(fd, IPPROTO_IPV6, IPV6_TCLASS, dscp << 2);
+  }
 }
 
 void set_buffer(int fd, int forced_name, int name, int bytes) noexcept {

@@ -1,6 +1,7 @@
 #pragma once
 #include <sys/uio.h>
 
+#include <cstdint>
 #include <utility>
 
 #include "someip/wire/endpoint.hpp"
@@ -33,6 +34,18 @@ class Descriptor {
 
 /// setsockopt() with a number; 0 for success.
 int set_option(int fd, int level, int name, int number) noexcept;
+
+/// Ports that are nobody's by agreement: from here to 65535.  [feat_req_someip_32] [feat_req_someip_661]
+inline constexpr std::uint16_t first_dynamic_port = 49152;
+
+/// bind(); with port 0, to a dynamic port that is free.
+/// @param scope  of a link-local IPv6 address, else 0.
+/// @return 0, or the error.
+int bind_to(int fd, Endpoint local, unsigned scope);
+
+/// Marks all packets that are sent with a class of service (DSCP).
+/// @throws NetError when it is above 63.
+void set_dscp(int fd, std::uint8_t dscp);
 
 /// Sets a buffer's size, beyond the system's limit if we are allowed to.
 void set_buffer(int fd, int forced_name, int name, int bytes) noexcept;

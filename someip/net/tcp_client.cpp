@@ -15,10 +15,6 @@
 #include "someip/net/addresses.hpp"
 #include "someip/net/socket_calls.hpp"
 
-#ifndef IP_BIND_ADDRESS_NO_PORT
-#define IP_BIND_ADDRESS_NO_PORT 24
-#endif
-
 namespace trestle::someip {
 namespace {
 
@@ -30,19 +26,20 @@ struct Waiting {
 };
 
 /// A socket that is connected, or about to be; its error otherwise.
-tl::expected<Descriptor, int> begin_to_connect(const IpAddress& local, const Endpoint& remote) {
+tl::expected<Descriptor, int> begin_to_connect(const IpAddress& local, const Endpoint& remote,
+                                               const TcpOptions& options) {
   const bool v6 = remote.address.v6;
   Descriptor socket{::socket(v6 ? AF_INET6 : AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)};
   if (socket.get() < 0) {
     return tl::unexpected{errno};
   }
-  // The port is chosen when the remote end is known, so that it need not be unique among all connections.
-  set_option(socket.get(), IPPROTO_IP, IP_BIND_ADDRESS_NO_PORT, 1);
+  set_dscp(socket.get(), options.dscp);
   const unsigned scope = v6 ? interface_of(local) : 0;
-  SocketAddress own{{local, 0}, scope};
+  if (const int error = bind_to(socket.get(), {local, 0}, scope); error != 0) {
+    return tl::unexpected{error};
+  }
   SocketAddress peer{remote, scope};
-  if (bind(socket.get(), own.data(), own.size()) != 0 ||
-      (connect(socket.get(), peer.data(), peer.size()) != 0 && errno != EINPROGRESS)) {
+  if (connect(socket.get(), peer.data(), peer.size()) != 0 && errno != EINPROGRESS) {
     return tl::unexpected{errno};
   }
   return socket;
@@ -55,7 +52,7 @@ struct TcpClient::State : std::enable_shared_from_this<State> {
       : io{context}, options{wanted}, handlers{std::move(told)}, connecting{io}, timer{io} {}
 
   void connect() {
-    auto socket = begin_to_connect(options.local, options.remote);
+    auto socket = begin_to_connect(options.local, options.remote, options.tcp);
     if (!socket) {
       attempt_failed(socket.error());
       return;

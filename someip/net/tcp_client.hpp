@@ -4,7 +4,7 @@
 namespace trestle::someip {
 
 struct TcpClientOptions {
-  IpAddress local = {};  ///< own address; the system chooses the port
+  IpAddress local = {};  ///< own address; the port is any dynamic one that is free
   Endpoint remote = {};
   TcpOptions tcp = {};
   Duration connect_timeout = std::chrono::seconds{3};

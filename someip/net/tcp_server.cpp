@@ -17,7 +17,7 @@ namespace {
 constexpr int backlog = 64;
 constexpr auto pause_after_error = std::chrono::milliseconds{100};  // until the next attempt to accept
 
-int listen_at(const Endpoint& local) {
+int listen_at(const Endpoint& local, const TcpOptions& options) {
   const bool v6 = local.address.v6;
   Descriptor socket{::socket(v6 ? AF_INET6 : AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)};
   if (socket.get() < 0) {
@@ -28,9 +28,9 @@ int listen_at(const Endpoint& local) {
   }
   // Past connections may still linger in TIME_WAIT; a second listener is refused all the same.
   set_option(socket.get(), SOL_SOCKET, SO_REUSEADDR, 1);
-  SocketAddress address{local, v6 ? interface_of(local.address) : 0};
-  if (bind(socket.get(), address.data(), address.size()) != 0) {
-    fail(Transport::tcp, local, "bind", errno);
+  set_dscp(socket.get(), options.dscp);  // which its connections inherit
+  if (const int error = bind_to(socket.get(), local, v6 ? interface_of(local.address) : 0); error != 0) {
+    fail(Transport::tcp, local, "bind", error);
   }
   if (listen(socket.get(), backlog) != 0) {
     fail(Transport::tcp, local, "listen", errno);
@@ -42,7 +42,7 @@ int listen_at(const Endpoint& local) {
 
 struct TcpServer::State : std::enable_shared_from_this<State> {
   State(boost::asio::io_context& context, const TcpServerOptions& wanted)
-      : io{context}, options{wanted}, listener{io, listen_at(options.local)}, retry{io} {
+      : io{context}, options{wanted}, listener{io, listen_at(options.local, options.tcp)}, retry{io} {
     SocketAddress own;
     getsockname(listener.native_handle(), own.data(), &own.size());
     local = own.endpoint();

@@ -5,7 +5,7 @@
 namespace trestle::someip {
 
 struct TcpServerOptions {
-  Endpoint local = {};  ///< port 0: the system chooses
+  Endpoint local = {};  ///< port 0: any dynamic port that is free
   /// Clients at a time; one more is disconnected at once. It takes max_message_bytes for each.
   std::size_t max_connections = 64;
   TcpOptions tcp = {};

@@ -27,6 +27,7 @@ struct TcpOptions {
   bool magic_cookies = false;
   int receive_buffer_bytes = 0;  ///< of the kernel; 0: it adapts them itself
   int send_buffer_bytes = 0;     ///< likewise
+  std::uint8_t dscp = 0;         ///< class of service of what is sent, 0 to 63
 };
 
 /// An open TCP connection that carries messages, driven by an io_context. Not thread-safe: use it on the

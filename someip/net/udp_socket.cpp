@@ -110,9 +110,9 @@ int open_socket(const UdpOptions& options) {
   set_buffer(fd, SO_SNDBUFFORCE, SO_SNDBUF, options.send_buffer_bytes);
   set_option(fd, SOL_SOCKET, SO_RXQ_OVFL, 1);
   set_option(fd, SOL_UDP, UDP_GRO, 1);  // an older kernel delivers datagram by datagram
-  SocketAddress local{options.local, v6 ? interface : 0};
-  if (bind(fd, local.data(), local.size()) != 0) {
-    fail(options.local, "bind", errno);
+  set_dscp(fd, options.dscp);
+  if (const int error = bind_to(fd, options.local, v6 ? interface : 0); error != 0) {
+    fail(options.local, "bind", error);
   }
   if (options.join) {
     join_group(fd, options, interface);

@@ -32,12 +32,13 @@ struct MulticastInterface {
 };
 
 struct UdpOptions {
-  Endpoint local = {};  ///< port 0: the system chooses
+  Endpoint local = {};  ///< port 0: any dynamic port that is free
   /// Group to receive from, on `interface`; `local` is then the group itself.
   std::optional<IpAddress> join = std::nullopt;
   std::optional<MulticastInterface> interface = std::nullopt;
   PortSharing sharing = PortSharing::exclusive;
-  int multicast_ttl = 1;
+  int multicast_ttl = 1;  ///< hops that multicast may take
+  std::uint8_t dscp = 0;  ///< class of service of what is sent, 0 to 63
   int receive_buffer_bytes = 8 << 20;
   int send_buffer_bytes = 4 << 20;
 };

@@ -229,6 +229,35 @@ TEST_F(RulesTest, SegmentOnlyWhatMayBeSegmented) {
   EXPECT_EQ(client.counters().not_to_be_segmented, 2U);
 }
 
+// --- Datagrams --------------------------------------------------------------------------------------------
+
+TEST_F(RulesTest, PutMessagesOfAllServicesOfAPortIntoOneDatagram) {
+  covers({"feat_req_someip_732", "feat_req_someip_741"});
+  NodeConfig collecting = quick(test::server_address);
+  collecting.collect_for = 30ms;
+  Node server{io, collecting};
+  Node client{io, quick(test::client_address)};
+  std::vector<OfferHandle> offers;
+  for (const ServiceId id : {ServiceId{0x1234}, ServiceId{0x1235}}) {
+    ServiceSpec one = spec();
+    one.service = id;
+    one.fields = {};
+    one.eventgroups[0].events = {event};
+    offers.push_back(server.offer(one));
+    const SubscriptionId subscription = client.subscribe(
+        {.service = id, .instance = InstanceId{1}, .eventgroup = group, .events = {event}}, collect());
+    ASSERT_TRUE(run_until([&] { return client.subscribed(subscription); }));
+  }
+  EXPECT_EQ(server.notify(offers[0], event, {}).subscribers, 1U);
+  EXPECT_EQ(server.notify(offers[1], event, {}).subscribers, 1U);
+  EXPECT_EQ(server.notify(offers[0], event, {}).subscribers, 1U);
+  ASSERT_TRUE(run_until([&] { return events.size() == 3; }));
+  EXPECT_EQ(client.counters().datagrams, 1U);
+  EXPECT_EQ(events[0].header.service, ServiceId{0x1234});
+  EXPECT_EQ(events[1].header.service, ServiceId{0x1235});
+  EXPECT_EQ(events[2].header.service, ServiceId{0x1234});
+}
+
 // --- Ids --------------------------------------------------------------------------------------------------
 
 TEST_F(RulesTest, RefuseReservedIds) {

@@ -7,6 +7,7 @@
 #include <map>
 #include <vector>
 
+#include "test/bytes.hpp"
 #include "test/covers.hpp"
 
 namespace trestle::someip {
@@ -207,6 +208,112 @@ TEST_F(MessageSenderTest, CanBeDestroyedWhileMessagesWait) {
   io.run_for(20ms);
   EXPECT_TRUE(alive.expired());
   EXPECT_EQ(arrived.size(), 45U);
+}
+
+// --- Several messages in one datagram ---------------------------------------------------------------------
+
+class CollectingSenderTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    receiver.receive(
+        [this](ByteView datagram, const Endpoint&) { arrived.push_back(test::to_hex(datagram)); });
+    other.receive([this](ByteView datagram, const Endpoint&) { at_other.push_back(test::to_hex(datagram)); });
+  }
+  void run_for(std::chrono::milliseconds time) {
+    const auto end = std::chrono::steady_clock::now() + time;
+    while (std::chrono::steady_clock::now() < end) {
+      io.run_one_for(5ms);
+    }
+  }
+  bool send(const UdpSocket& to, const std::vector<std::byte>& payload) {
+    const ByteView slice{payload};
+    return sender.send(to.local(), event, {&slice, 1});
+  }
+
+  boost::asio::io_context io;
+  UdpSocket socket{io, {.local = {IpAddress::v4(127, 0, 0, 1), 0}}};
+  UdpSocket receiver{io, {.local = {IpAddress::v4(127, 0, 0, 2), 0}}};
+  UdpSocket other{io, {.local = {IpAddress::v4(127, 0, 0, 2), 0}}};
+  MessageSender sender{io, socket, 1 << 20, 40ms};
+  std::vector<std::string> arrived;
+  std::vector<std::string> at_other;
+};
+
+TEST_F(CollectingSenderTest, PutsWhatComesInShortTimeIntoOneDatagramForEachReceiver) {
+  covers({"feat_req_someip_741", "feat_req_someip_166"});
+  EXPECT_TRUE(send(receiver, test::hex("aa")));
+  EXPECT_TRUE(send(other, test::hex("bb")));
+  EXPECT_TRUE(send(receiver, {}));
+  EXPECT_FALSE(sender.idle());
+  run_for(15ms);
+  EXPECT_TRUE(send(receiver, test::hex("cccc")));
+  EXPECT_TRUE(arrived.empty()) << "they wait for each other";
+  run_for(60ms);
+  EXPECT_THAT(arrived, ::testing::ElementsAre("12348001"
+                                              "00000009"
+                                              "00000007"
+                                              "01010200"
+                                              "aa"
+                                              "12348001"
+                                              "00000008"
+                                              "00000007"
+                                              "01010200"
+                                              "12348001"
+                                              "0000000a"
+                                              "00000007"
+                                              "01010200"
+                                              "cccc"));
+  EXPECT_THAT(at_other, ::testing::ElementsAre("12348001"
+                                               "00000009"
+                                               "00000007"
+                                               "01010200"
+                                               "bb"));
+  EXPECT_EQ(sender.counters().messages, 4U);
+  EXPECT_EQ(sender.counters().datagrams, 2U);
+  EXPECT_TRUE(sender.idle());
+  // And again.
+  EXPECT_TRUE(send(receiver, test::hex("dd")));
+  run_for(60ms);
+  EXPECT_EQ(arrived.size(), 2U);
+}
+
+TEST_F(CollectingSenderTest, SendsADatagramThatIsFull) {
+  EXPECT_TRUE(send(receiver, numbers(700)));
+  EXPECT_TRUE(send(receiver, numbers(668))) << "2 headers and 1368 bytes: just 1400";
+  EXPECT_TRUE(send(receiver, numbers(1)));
+  run_for(10ms);
+  ASSERT_EQ(arrived.size(), 1U) << "without waiting";
+  EXPECT_EQ(arrived[0].size(), 2U * (16 + 700 + 16 + 668));
+  run_for(60ms);
+  ASSERT_EQ(arrived.size(), 2U);
+  EXPECT_TRUE(send(receiver, numbers(1400)));
+  EXPECT_TRUE(send(receiver, numbers(1400)));
+  run_for(60ms);
+  EXPECT_EQ(arrived.size(), 4U);
+}
+
+TEST_F(CollectingSenderTest, KeepsTheOrderBeforeALargeMessage) {
+  EXPECT_TRUE(send(receiver, test::hex("01")));
+  EXPECT_TRUE(send(receiver, numbers(1401)));
+  run_for(10ms);
+  ASSERT_EQ(arrived.size(), 3U) << "at once: the small one, then two segments";
+  EXPECT_EQ(arrived[0],
+            "12348001"
+            "00000009"
+            "00000007"
+            "01010200"
+            "01");
+}
+
+TEST_F(CollectingSenderTest, SendsWhatItHasCollectedWhenItIsClosed) {
+  EXPECT_TRUE(send(receiver, test::hex("01")));
+  EXPECT_TRUE(send(receiver, test::hex("02")));
+  sender.close();
+  EXPECT_EQ(sender.counters().messages, 2U);
+  EXPECT_EQ(sender.counters().abandoned, 0U);
+  run_for(60ms);
+  EXPECT_EQ(arrived.size(), 1U);
+  EXPECT_FALSE(send(receiver, test::hex("03")));
 }
 
 }  // namespace
