@@ -57,6 +57,7 @@ int run(int argc, char** argv) {
   add_decode_command(app, status);
   add_find_command(app, status);
   add_watch_command(app, status);
+  add_call_command(app, status);
   add_subscribe_command(app, status);
   add_offer_command(app, status);
   add_notify_command(app, status);

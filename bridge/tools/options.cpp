@@ -124,14 +124,28 @@ void PayloadOptions::resolve() {
     }
     return;
   }
+  find_type("--type");
+}
+
+PayloadOptions PayloadOptions::of_type(const std::string& option, const std::string& type) const {
+  PayloadOptions other = *this;
+  if (!type.empty()) {
+    other.type_ = type;
+    other.form_ = form_ == Form::hex && !hex_ ? Form::yaml : form_;
+    other.find_type(option.c_str());
+  }
+  return other;
+}
+
+void PayloadOptions::find_type(const char* option) {
   TypeLibrary library{{msg_path_.begin(), msg_path_.end()}, ament_prefixes()};
   auto tree = library.resolve(type_);
   if (!tree) {
-    throw CLI::ValidationError("--type", to_string(tree.error()));
+    throw CLI::ValidationError(option, to_string(tree.error()));
   }
   auto values = MessageValues::make(std::move(*tree));
   if (!values) {
-    throw CLI::ValidationError("--type", values.error());
+    throw CLI::ValidationError(option, values.error());
   }
   values_ = std::move(*values);
 }
@@ -155,6 +169,11 @@ std::vector<std::byte> PayloadOptions::parse(const std::string& argument) const 
     throw CLI::ValidationError("PAYLOAD", fmt::format("{}:{}", name, to_string(payload.error())));
   }
   return std::move(*payload);
+}
+
+void TransportOptions::add_to(CLI::App& command, const std::string& what) {
+  command.add_flag("--udp", udp_, what + " over UDP; the default");
+  command.add_flag("--tcp", tcp_, what + " over TCP; with --udp, over both");
 }
 
 ServiceArgument parse_service(const std::string& text, bool any_instance) {

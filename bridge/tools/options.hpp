@@ -32,6 +32,8 @@ class PayloadOptions {
 
   /// Finds the type. Call once, before the others.
   void resolve();
+  /// The same with the type that another option names; none: with the same type.
+  [[nodiscard]] PayloadOptions of_type(const std::string& option, const std::string& type) const;
   /// The payload that an argument means: the text itself, or what stands in the file behind '@'; "@-" is
   /// standard input.
   [[nodiscard]] std::vector<std::byte> parse(const std::string& argument) const;
@@ -42,6 +44,8 @@ class PayloadOptions {
   [[nodiscard]] const MessageValues* values() const noexcept { return values_ ? &*values_ : nullptr; }
 
  private:
+  void find_type(const char* option);
+
   std::string type_;
   std::vector<std::string> msg_path_;
   bool hex_ = false;
@@ -49,6 +53,20 @@ class PayloadOptions {
   bool json_ = false;
   Form form_ = Form::hex;
   std::optional<MessageValues> values_;
+};
+
+/// --udp, --tcp: what is offered or subscribed to goes by; UDP without either, and by both with both.
+class TransportOptions {
+ public:
+  /// @param what  goes by them, for the help: "Events come".
+  void add_to(CLI::App& command, const std::string& what);
+
+  [[nodiscard]] bool udp() const noexcept { return udp_ || !tcp_; }
+  [[nodiscard]] bool tcp() const noexcept { return tcp_; }
+
+ private:
+  bool udp_ = false;
+  bool tcp_ = false;
 };
 
 /// SERVICE.INSTANCE, such as "0x1234.0x0001" or "4660.1".

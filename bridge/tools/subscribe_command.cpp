@@ -1,11 +1,9 @@
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <memory>
 
 #include "bridge/cli/exit_status.hpp"
-#include "bridge/cli/terminal.hpp"
-#include "bridge/tools/event_text.hpp"
+#include "bridge/tools/message_text.hpp"
 #include "bridge/tools/options.hpp"
 #include "bridge/tools/session.hpp"
 #include "bridge/tools/tool_commands.hpp"
@@ -13,12 +11,10 @@
 namespace trestle::bridge {
 namespace {
 
-/// Elements of an array that a terminal shows; as many as `ros2 topic echo`.
-constexpr std::size_t shown_on_terminal = 128;
-
 struct Options {
   NetworkOptions network;
   PayloadOptions payload;
+  TransportOptions transport;
   std::string service;
   std::string eventgroup;
   std::vector<std::string> events;
@@ -47,8 +43,6 @@ int run(Options& options) {
   std::vector<someip::MethodId> events = events_of(options.events);
   options.payload.resolve();
   const sd::NodeConfig network = options.network.config();
-  const std::size_t longest = is_terminal(STDOUT_FILENO) ? shown_on_terminal : 0;
-
   Session session{options.timeout_s};
   sd::Node node{session.io, network, [&](const std::string& line) {
                   if (!options.quiet) {
@@ -61,12 +55,14 @@ int run(Options& options) {
                   .instance = service.instance,
                   .major = static_cast<std::uint8_t>(options.major),
                   .eventgroup = eventgroup,
-                  .events = std::move(events)},
+                  .events = std::move(events),
+                  .udp = options.transport.udp(),
+                  .tcp = options.transport.tcp()},
                  [&](const someip::Message& message, const Endpoint& from) {
                    if (options.count != 0 && received == options.count) {
                      return;
                    }
-                   const auto text = message_text(message, from, options.payload, longest);
+                   const auto text = message_text(message, &from, options.payload);
                    if (text) {
                      session.print(*text);
                    } else {
@@ -97,6 +93,7 @@ void add_subscribe_command(CLI::App& app, int& status) {
       "Examples:\n"
       "  trestle subscribe 0x1234.0x0001 0x0001\n"
       "  trestle subscribe 0x1234.0x0001 0x0001 0x8001 --type geometry_msgs/msg/Point --count 1\n"
+      "  trestle subscribe 0x1234.1 1 --tcp\n"
       "  trestle subscribe 0x1234.1 1 --type sensor_msgs/msg/Imu --json | jq .values.linear_acceleration.x");
   const auto options = std::make_shared<Options>();
   command->add_option("SERVICE.INSTANCE", options->service, "Such as 0x1234.0x0001")->required();
@@ -113,6 +110,7 @@ void add_subscribe_command(CLI::App& app, int& status) {
       ->type_name("SECONDS")
       ->check(CLI::PositiveNumber);
   command->add_flag("-q,--quiet", options->quiet, "Do not tell what discovery does");
+  options->transport.add_to(*command, "Events come");
   options->payload.add_to(*command);
   options->network.add_to(*command);
   command->callback([options, &status] { status = run(*options); });

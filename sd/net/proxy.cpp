@@ -69,7 +69,9 @@ struct Proxy::State : std::enable_shared_from_this<State> {
         wait(call, error.fault);
         break;
       case CallFault::error:
-        finish(call, make_error_code(error.code), {{}, {error.payload.begin(), error.payload.end()}});
+        finish(call, make_error_code(error.code),
+               {{.method = call->spec.method, .type = someip::MessageType::error, .return_code = error.code},
+                {error.payload.begin(), error.payload.end()}});
         break;
       case CallFault::not_sent:
       case CallFault::too_many_calls:

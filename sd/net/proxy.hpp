@@ -12,7 +12,8 @@
 
 namespace trestle::sd {
 
-/// What a call brought: of an error the payload too, if it has one. Empty when no answer came.
+/// What a call brought. Of an error: method, return code and, if it has one, the payload. Else, without an
+/// answer, nothing.
 struct Response {
   someip::Header header{};
   std::vector<std::byte> payload{};

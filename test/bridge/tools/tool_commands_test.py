@@ -1,4 +1,4 @@
-"""trestle find, watch, subscribe, offer and notify as programs: against each other, and beside a peer that is
+"""trestle find, watch, call, subscribe, offer and notify as programs: against each other, and beside a peer that is
 nothing but sockets and hand-made bytes.
 
 Usage: tool_commands_test.py TRESTLE
@@ -254,6 +254,93 @@ class TwoPrograms(unittest.TestCase):
             notify.line_with("stopped, no longer subscribed", of_log=True)
 
 
+class Calls(unittest.TestCase):
+    def test_are_answered_by_offer(self):
+        with Running("offer", 1, "0x1240.1", "--method", "1=0a 0b", "--method", "2", "--error", "3=0x21", "--udp",
+                     "--tcp") as offer:
+            for way in ([], ["--udp"], ["--tcp"]):
+                done = run("call", 2, "0x1240", "1", "00 01 02", *way)
+                self.assertEqual((done.returncode, done.stdout), (0, "0a0b\n"), done.stderr)
+                self.assertEqual(offer.line_with("0x0001"), "0x0001 000102")
+            done = run("call", 2, "0x1240.1", "0x0002", "--quiet")
+            self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "\n", ""))
+            self.assertEqual(offer.line_with("0x0002"), "0x0002 ")
+
+            done = run("call", 2, "0x1240.1", "1", "--json", "-q")
+            answer = json.loads(done.stdout)
+            self.assertEqual(answer, {"method": "0x0001", "return_code": "E_OK", "return_code_value": 0,
+                                      "payload": "0a0b"})
+
+            # Errors, of the service and of the stack.
+            done = run("call", 2, "0x1240.1", "3", "-q")
+            self.assertEqual((done.returncode, done.stdout, done.stderr), (3, "", "error: the answer is error 33\n"))
+            done = run("call", 2, "0x1240.1", "3", "-q", "--json")
+            self.assertEqual((done.returncode, json.loads(done.stdout)["return_code_value"]), (3, 33))
+            self.assertEqual(json.loads(done.stdout)["method"], "0x0003")
+            done = run("call", 2, "0x1240.1", "9", "-q")
+            self.assertEqual((done.returncode, done.stderr), (3, "error: the answer is E_UNKNOWN_METHOD\n"))
+
+            for way in (["--udp"], ["--tcp"]):
+                done = run("call", 2, "0x1240.1", "2", "ff", "--fire-and-forget", *way)
+                self.assertEqual((done.returncode, done.stdout), (0, ""), done.stderr)
+                self.assertEqual(offer.line_with("0x0002 f"), "0x0002 ff")
+
+            # A large one, in segments and in one piece.
+            large = "5a" * 20000
+            for way in (["--udp"], ["--tcp"]):
+                done = run("call", 2, "0x1240.1", "1", "@-", *way, stdin=large)
+                self.assertEqual((done.returncode, done.stdout), (0, "0a0b\n"), done.stderr)
+                self.assertEqual(offer.line_with("0x0001"), "0x0001 " + large)
+            self.assertEqual(offer.stop()[0], 0)
+
+    def test_take_and_print_values(self):
+        with Running("offer", 1, "0x1241.1", "--method", '1={"data": true}', "--type", "std_msgs/msg/String",
+                     "--answer-type", "std_msgs/msg/Bool", "--json") as offer:
+            done = run("call", 2, "0x1241", "1", "{data: hi}", "--type", "std_msgs/String", "--answer-type",
+                       "std_msgs/Bool", "-q")
+            self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "data: true\n", ""))
+            request = json.loads(offer.line_with("method"))
+            self.assertEqual((request["method"], request["values"]), ("0x0001", {"data": "hi"}))
+            self.assertTrue(request["src"].startswith(HOST + "2:"))
+            # Neither side takes what is no message of the type.
+            done = run("call", 2, "0x1241", "1", "00", "-q")
+            self.assertEqual((done.returncode, done.stderr), (3, "error: the answer is E_MALFORMED_MESSAGE\n"))
+            self.assertIn("not a std_msgs/msg/String", offer.line_with("warning", of_log=True))
+            done = run("call", 2, "0x1241", "1", "{data: hi}", "--type", "std_msgs/String", "-q")
+            self.assertEqual((done.returncode, done.stdout), (1, ""))
+            self.assertIn("error: not a std_msgs/msg/String", done.stderr)
+
+    def test_get_and_set_fields(self):
+        with Running("offer", 1, "0x1242.1", "--field", "1/2/0x8001={data: 20}", "--type",
+                     "std_msgs/msg/Float64") as offer:
+            typed = ["--type", "std_msgs/msg/Float64", "-q"]
+            with Running("subscribe", 3, "0x1242.1", "1", *typed) as subscribe:
+                self.assertEqual(subscribe.line_with("data"), "data: 20.0")
+                self.assertEqual(run("call", 2, "0x1242", "1", *typed).stdout, "data: 20.0\n")
+                self.assertEqual(run("call", 2, "0x1242", "2", "{data: 21.5}", *typed).stdout, "data: 21.5\n")
+                self.assertEqual(subscribe.line_with("data: 21"), "data: 21.5")
+                self.assertEqual(offer.line_with("data"), "data: 21.5")
+                self.assertEqual(run("call", 2, "0x1242", "1", *typed).stdout, "data: 21.5\n")
+                self.assertEqual(run("call", 2, "0x1242", "2", "00", "-q").returncode, 3)
+                self.assertEqual(run("call", 2, "0x1242", "1", *typed).stdout, "data: 21.5\n")
+
+    def test_end_when_nobody_answers(self):
+        done = run("call", 2, "0x1243", "1", "--timeout", "0.3", "-q")
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (1, "", "error: nobody offers the service\n"))
+        done = run("call", 2, "0x1243", "1", "--timeout", "0.3", "-q", "--fire-and-forget")
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (1, "", "error: nobody offers the service\n"))
+        with Running("offer", 1, "0x1243.1", "--method", "1"):
+            done = run("call", 2, "0x1243", "1", "--tcp", "--timeout", "0.5", "-q")
+            self.assertEqual((done.returncode, done.stderr), (1, "error: nobody offers the service\n"))
+
+    def test_events_come_over_tcp(self):
+        with Running("notify", 1, "0x1244.1", "1", "0x8001", "0a0b", "--tcp", "--rate", "50"):
+            done = run("subscribe", 2, "0x1244.1", "1", "--tcp", "--count", "2")
+            self.assertEqual((done.returncode, done.stdout), (0, "0x8001 0a0b\n0x8001 0a0b\n"), done.stderr)
+            done = run("subscribe", 2, "0x1244.1", "1", "--timeout", "0.5")
+            self.assertEqual((done.returncode, done.stdout), (1, ""))
+
+
 class BesideAPeerOfBareSockets(unittest.TestCase):
     def test_find_asks_and_takes_the_answer_by_unicast(self):
         with Peer() as peer, Running("find", 4, "0x2222", "--count", "1") as find:
@@ -298,6 +385,56 @@ class BesideAPeerOfBareSockets(unittest.TestCase):
             receive(peer.sd, lambda e: e[0] == 6 and e[9:12] == b"\0\0\0")  # and unsubscribes
 
 
+    def test_call_is_answered_by_the_peer(self):
+        with Peer() as peer, Running("call", 4, "0x2222", "0x0005", "0102", "-q") as call:
+            receive(peer.group, lambda e: e[0] == 0 and e[4:6] == b"\x22\x22")
+            peer.offer(HOST + "4")
+            peer.service.settimeout(PATIENCE)
+            request, client = peer.service.recvfrom(65536)
+            # service, method; length; client, session; protocol 1, interface 1, REQUEST, E_OK; payload
+            self.assertEqual(request, bytes.fromhex("22220005 0000000a 00010001 01010000 0102"))
+            self.assertEqual(client[0], HOST + "4")
+            # An answer to somebody else's call, then ours.
+            peer.service.sendto(bytes.fromhex("22220005 0000000a 00010002 01018000 dead"), client)
+            peer.service.sendto(bytes.fromhex("22220005 0000000b 00010001 01018000 beef01"), client)
+            self.assertEqual(call.finish(), (0, "beef01\n", ""))
+
+    def test_call_tells_the_error_of_the_peer_with_its_payload(self):
+        with Peer() as peer, Running("call", 4, "0x2222", "5", "-q") as call:
+            receive(peer.group, lambda e: e[0] == 0 and e[4:6] == b"\x22\x22")
+            peer.offer(HOST + "4")
+            peer.service.settimeout(PATIENCE)
+            _, client = peer.service.recvfrom(65536)
+            peer.service.sendto(bytes.fromhex("22220005 00000009 00010001 01018104 77"), client)
+            self.assertEqual(call.finish(), (3, "", "error: the answer is E_NOT_READY: 77\n"))
+
+    def test_fire_and_forget_reaches_the_peer(self):
+        with Peer() as peer, Running("call", 4, "0x2222", "5", "ab", "--fire-and-forget", "-q") as call:
+            receive(peer.group, lambda e: e[0] == 0 and e[4:6] == b"\x22\x22")
+            peer.offer(HOST + "4")
+            peer.service.settimeout(PATIENCE)
+            request, _ = peer.service.recvfrom(65536)
+            self.assertEqual(request, bytes.fromhex("22220005 00000009 00010001 01010100 ab"))
+            self.assertEqual(call.finish(), (0, "", ""))
+
+    def test_offer_answers_the_peer(self):
+        with Peer() as peer, Running("offer", 4, "0x2223.1", "--method", "5=beef", "--error", "6=0x20", "--json",
+                                     "-q") as offer:
+            _, datagram, _ = receive(peer.group, lambda e: e[0] == 1 and e[4:6] == b"\x22\x23")
+            options = datagram[24 + 16 * len(entries(datagram)) + 4:]
+            at = (HOST + "4", struct.unpack_from(">H", options, 10)[0])
+            peer.service.settimeout(PATIENCE)
+            for request, answer in [
+                ("22230005 00000009 12345678 01010000 99", "22230005 0000000a 12345678 01018000 beef"),
+                ("22230006 00000008 12345679 01010000", "22230006 00000008 12345679 01018020"),
+                ("22230007 00000008 1234567a 01010000", "22230007 00000008 1234567a 01018003"),
+            ]:
+                peer.service.sendto(bytes.fromhex(request), at)
+                self.assertEqual(peer.service.recvfrom(65536)[0], bytes.fromhex(answer))
+            self.assertEqual(json.loads(offer.line_with("method")),
+                             {"method": "0x0005", "session": 0x5678, "src": PEER + ":40002", "payload": "99"})
+
+
 class WrongCommandLines(unittest.TestCase):
     def test_end_with_2_and_say_what_is_wrong(self):
         for arguments, message in [
@@ -317,6 +454,17 @@ class WrongCommandLines(unittest.TestCase):
              "payload:1:10: data: expected a string, found '5'"),
             (["notify", "0x1234.1", "1", "0x8001", "00", "--rate", "0"], "--rate"),
             (["offer", "0x1234.1", "--eventgroup", "0"], "--eventgroup: expected"),
+            (["offer", "0x1234.1", "--method", "0=00"], "--method: expected"),
+            (["offer", "0x1234.1", "--method", "1=0"], "good up to character 1"),
+            (["offer", "0x1234.1", "--error", "1"], "--error: expected METHOD=CODE"),
+            (["offer", "0x1234.1", "--error", "1=0"], "--error: expected METHOD=CODE"),
+            (["offer", "0x1234.1", "--field", "1/2=00"], "expected GETTER/SETTER/NOTIFIER=VALUE, found '1/2=00'"),
+            (["offer", "0x1234.1", "--field", "-/-/-"], "has none of getter, setter and notifier"),
+            (["offer", "0x1234.1", "--method", "1", "--answer-type", "std_msgs/msg/Strin"], "--answer-type: "),
+            (["call", "0x1234"], "METHOD is required"),
+            (["call", "0x1234", "0x10000"], "METHOD: expected"),
+            (["call", "0x1234", "1", "--udp", "--tcp"], "--tcp"),
+            (["call", "0x1234", "1", "--timeout", "0"], "--timeout"),
             (["watch", "--multicast", "10.0.0.1"], "is no multicast address"),
             (["watch", "--address", "here"], "expected an IPv4 or IPv6 address, found 'here'"),
             (["watch", "--address", "::1"], "both be IPv4 or both IPv6"),
@@ -327,7 +475,7 @@ class WrongCommandLines(unittest.TestCase):
                 self.assertIn(message, done.stderr)
 
     def test_help_has_examples(self):
-        for name in ("find", "watch", "subscribe", "offer", "notify"):
+        for name in ("find", "watch", "call", "subscribe", "offer", "notify"):
             done = subprocess.run([TRESTLE, name, "--help"], capture_output=True, text=True, timeout=PATIENCE)
             self.assertEqual(done.returncode, 0)
             self.assertIn(f"Examples:\n  trestle {name}", done.stdout)
