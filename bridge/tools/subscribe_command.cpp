@@ -32,7 +32,9 @@ std::vector<someip::MethodId> events_of(const std::vector<std::string>& names) {
     events.push_back(someip::MethodId{parse_id("EVENT", name)});
   }
   for (std::uint16_t id = 1; names.empty() && id < 0xffff; ++id) {
-    events.push_back(someip::MethodId{id});
+    if (const someip::MethodId event{id}; !sd::is_reserved(event)) {
+      events.push_back(event);
+    }
   }
   return events;
 }
