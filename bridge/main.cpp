@@ -1,10 +1,12 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <cerrno>
 #include <cstdio>
 #include <exception>
 #include <memory>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "bridge/check/check_command.hpp"
@@ -86,7 +88,13 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   try {
-    return run(argc, argv);
+    const int status = run(argc, argv);
+    // A full disk shows only now, when what is buffered has to go.
+    errno = 0;
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+      throw std::system_error{errno == 0 ? EIO : errno, std::generic_category(), "cannot write the output"};
+    }
+    return status;
   } catch (const std::exception& error) {
     const Colours colour = colours_for(STDERR_FILENO);
     std::fprintf(stderr, "%serror:%s %s\n", colour.red, colour.off, error.what());

@@ -1,12 +1,14 @@
 #include "bridge/runtime/bridge.hpp"
 
 #include <fmt/format.h>
+#include <net/if.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <stdexcept>
 
+#include "bridge/runtime/dds_words.hpp"
 #include "bridge/runtime/inbound_route.hpp"
 #include "bridge/runtime/outbound_route.hpp"
 #include "bridge/types/type_library.hpp"
@@ -46,6 +48,9 @@ sd::NodeConfig node_config(const BridgeConfig& config) {
   for (const Route& route : config.routes) {
     node.max_message_bytes = std::max(node.max_message_bytes, route.tp.max_message);
   }
+  // A route has up to two messages on their way at once.
+  node.max_queued_bytes =
+      std::max(node.max_queued_bytes, 2 * (node.max_message_bytes + someip::header_bytes));
   return node;
 }
 
@@ -140,11 +145,17 @@ auto start_at(const BridgeConfig& config, Mark mark, const Start& start) {
   }
 }
 
+// A name that is wrong is better said here than by the socket that needs it first.
+void check_interface(const std::string& name) {
+  if (!name.empty() && if_nametoindex(name.c_str()) == 0) {
+    throw std::runtime_error{"interface: there is no network interface '" + name + "' (see: ip link)"};
+  }
+}
+
 void log_dds(spdlog::logger& logger, const dds::Event& event) {
   using Kind = dds::Event::Kind;
   const bool bad = event.kind == Kind::incompatible_qos || event.kind == Kind::incompatible_type;
-  logger.log(bad ? spdlog::level::warn : spdlog::level::info, "DDS {} {} {} {}", to_string(event.kind),
-             event.topic, event.detail, event.peer);
+  logger.log(bad ? spdlog::level::warn : spdlog::level::info, "DDS {}", in_words(event));
 }
 
 // A large message comes faster than a busy receiver takes it out of the kernel's buffer.
@@ -167,23 +178,23 @@ void warn_of_small_buffers(const BridgeConfig& config, int granted) {
 
 struct Bridge::State {
   State(boost::asio::io_context& io, const BridgeConfig& config, Report& watcher)
-      : report{watcher},
-        participant{
-            start_at(config, config.dds.mark,
-                     [&] {
-                       return std::make_unique<dds::Participant>(dds::ParticipantConfig{
-                           .domain = config.dds.domain,
-                           .name = "trestle",
-                           .interfaces = config.dds.interfaces,
-                           .shared_memory = config.dds.shared_memory,
-                           .on_event = [log = logger](const dds::Event& event) { log_dds(*log, event); }});
-                     })},
-        node{start_at(config, config.someip.mark, [&] {
+      : report{watcher}, node{start_at(config, config.someip.mark, [&] {
           return std::make_unique<sd::Node>(io, node_config(config), [this](const std::string& line) {
             spdlog::info("SD {}", line);
             report.discovery(line);
           });
         })} {}
+
+  void join_dds(const BridgeConfig& config) {
+    participant = start_at(config, config.dds.mark, [&] {
+      return std::make_unique<dds::Participant>(dds::ParticipantConfig{
+          .domain = config.dds.domain,
+          .name = "trestle",
+          .interfaces = config.dds.interfaces,
+          .shared_memory = config.dds.shared_memory,
+          .on_event = [log = logger](const dds::Event& event) { log_dds(*log, event); }});
+    });
+  }
 
   Report& report;
   /// For the threads of DDS, which are started after it has been fetched.
@@ -199,6 +210,8 @@ Bridge::Bridge(boost::asio::io_context& io, const BridgeConfig& config, TypeLibr
   for (const Route& route : config.routes) {
     plans.push_back(start_at(config, route.mark, [&] { return compile(route, types); }));
   }
+  start_at(config, config.someip.interface_mark, [&] { check_interface(config.someip.interface); });
+  // First all sockets, which may be taken: who joins DDS is seen by others at once.
   state_ = std::make_unique<State>(io, config, report);
   warn_of_small_buffers(config, state_->node->receive_buffer_bytes());
   const std::vector<OfferedService> services = offered_services(config);
@@ -209,11 +222,20 @@ Bridge::Bridge(boost::asio::io_context& io, const BridgeConfig& config, TypeLibr
   }
   for (std::size_t i = 0; i < config.routes.size(); ++i) {
     const Route& route = config.routes[i];
+    if (route.direction == Direction::someip_to_dds) {
+      state_->inbound.push_back(start_at(config, route.mark, [&] {
+        return std::make_unique<InboundRoute>(*state_->node, route, subscription_of(config, route),
+                                              std::move(plans[i]), report);
+      }));
+    }
+  }
+  state_->join_dds(config);
+  auto inbound = state_->inbound.begin();
+  for (std::size_t i = 0; i < config.routes.size(); ++i) {
+    const Route& route = config.routes[i];
     start_at(config, route.mark, [&] {
       if (route.direction == Direction::someip_to_dds) {
-        state_->inbound.push_back(std::make_unique<InboundRoute>(*state_->node, *state_->participant, route,
-                                                                 subscription_of(config, route),
-                                                                 std::move(plans[i]), report));
+        (*inbound++)->open(*state_->participant);
         return;
       }
       const auto service = std::ranges::find_if(services, [&](const OfferedService& offered) {
@@ -229,6 +251,9 @@ Bridge::Bridge(boost::asio::io_context& io, const BridgeConfig& config, TypeLibr
 Bridge::~Bridge() = default;
 
 void Bridge::stop() {
+  for (const auto& route : state_->outbound) {
+    route->stop();
+  }
   state_->node->shutdown();
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <memory>
+#include <optional>
 
 #include "bridge/config/bridge_config.hpp"
 #include "bridge/convert/conversion_plan.hpp"
@@ -15,11 +16,14 @@ namespace trestle::bridge {
 /// converted where it lies and written to DDS, which copies it once.
 class InboundRoute {
  public:
-  /// Subscribes on `node`.  @throws dds::DdsError, someip::NetError
-  InboundRoute(sd::Node& node, dds::Participant& participant, const Route& route,
-               const sd::SubscribeSpec& subscription, ConversionPlan plan, Report& report);
+  /// Subscribes on `node`, which opens sockets.  @throws someip::NetError
+  InboundRoute(sd::Node& node, const Route& route, const sd::SubscribeSpec& subscription, ConversionPlan plan,
+               Report& report);
   InboundRoute(const InboundRoute&) = delete;
   InboundRoute& operator=(const InboundRoute&) = delete;
+
+  /// To be called before the first event comes, that is, before the io_context runs.  @throws dds::DdsError
+  void open(dds::Participant& participant);
 
   [[nodiscard]] CounterGroup counters() const;
 
@@ -31,12 +35,13 @@ class InboundRoute {
   ConversionScratch scratch_;
   Report& report_;
   ConversionLog log_;
-  dds::Writer writer_;
+  std::optional<dds::Writer> writer_;
   std::uint64_t received_ = 0;
   std::uint64_t carried_ = 0;
   std::uint64_t carried_bytes_ = 0;
   std::uint64_t no_reader_ = 0;
   std::uint64_t not_convertible_ = 0;
+  std::uint64_t too_large_ = 0;
 };
 
 }  // namespace trestle::bridge

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bridge/runtime/conversion_log.hpp"
+#include "bridge/runtime/sample_limit.hpp"
 #include "dds_adapter/ros_names.hpp"
 
 namespace trestle::bridge {
@@ -49,6 +50,10 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
     {
       const std::lock_guard lock{mutex};
       ++received;
+      if (is_stopped) {
+        ++stopped;
+        return;
+      }
       if (waiting.size() == std::max<std::size_t>(1, route.qos.depth)) {
         oldest = std::move(waiting.front());
         waiting.pop_front();
@@ -64,6 +69,14 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
         }
       });
     }
+  }
+
+  void stop() {
+    std::deque<dds::Sample> dropped;  // released without the lock, as above
+    const std::lock_guard lock{mutex};
+    is_stopped = true;
+    stopped += waiting.size();
+    dropped.swap(waiting);
   }
 
   std::optional<dds::Sample> next_sample() {
@@ -161,6 +174,8 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
   bool woken = false;  ///< drain() has been asked for
   std::uint64_t received = 0;
   std::uint64_t overtaken = 0;
+  bool is_stopped = false;
+  std::uint64_t stopped = 0;
 
   std::optional<dds::Reader> reader;  // last: its destructor waits for callbacks that use the above
 };
@@ -174,13 +189,18 @@ OutboundRoute::OutboundRoute(boost::asio::io_context& io, sd::Node& node, sd::Of
       {.reliable = route.qos.reliable,
        .transient_local = route.qos.transient_local,
        .depth = route.qos.depth},
-      [state = state_.get()](dds::Sample sample) { state->on_sample(std::move(sample)); });
+      [state = state_.get()](dds::Sample sample) { state->on_sample(std::move(sample)); },
+      max_sample_bytes(route));
 }
 
 OutboundRoute::~OutboundRoute() {
   state_->reader.reset();  // from here on no callback
   const std::lock_guard lock{state_->mutex};
   state_->node = nullptr;
+}
+
+void OutboundRoute::stop() {
+  state_->stop();
 }
 
 CounterGroup OutboundRoute::counters() const {
@@ -197,6 +217,7 @@ CounterGroup OutboundRoute::counters() const {
            {"not_convertible", state.not_convertible, loss},
            {"too_large", state.too_large, loss},
            {"not_sent", state.send_dropped, loss},
+           {"stopped", state.stopped, loss},
            {"dds_own", dds.own, loss},
            {"dds_bad_encapsulation", dds.bad_encapsulation, loss},
            {"dds_oversize", dds.oversize, loss},

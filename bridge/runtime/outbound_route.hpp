@@ -23,6 +23,9 @@ class OutboundRoute {
   OutboundRoute(const OutboundRoute&) = delete;
   OutboundRoute& operator=(const OutboundRoute&) = delete;
 
+  /// From now on nothing is carried: what waits or comes is counted as `stopped`.
+  void stop();
+
   [[nodiscard]] CounterGroup counters() const;
 
  private:

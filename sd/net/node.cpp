@@ -94,9 +94,14 @@ struct Node::State : std::enable_shared_from_this<State> {
       log(someip::to_string(from.address) + " was started anew");
     }
     for (std::size_t i = 0; i < nack_reasons; ++i) {
-      if (after.nacks_by_reason[i] > before.nacks_by_reason[i]) {
+      Refusals& of_reason = refusals[i];
+      of_reason.unsaid += after.nacks_by_reason[i] - before.nacks_by_reason[i];
+      if (after.nacks_by_reason[i] > before.nacks_by_reason[i] && now() >= of_reason.next_line) {
+        of_reason.next_line = now() + std::chrono::seconds{1};
+        const std::uint64_t others = std::exchange(of_reason.unsaid, 0) - 1;
         log("refused a subscription of " + someip::to_string(from.address) + ": " +
-            to_string(static_cast<NackReason>(i)));
+            to_string(static_cast<NackReason>(i)) +
+            (others == 0 ? "" : " (and " + std::to_string(others) + " others before)"));
       }
     }
   }
@@ -205,6 +210,12 @@ struct Node::State : std::enable_shared_from_this<State> {
   Consumer consumer;
   DeadlineTimer timer;
   bool draining = false;
+  /// Of one reason: a peer must not fill the log by being refused.
+  struct Refusals {
+    TimePoint next_line{};
+    std::uint64_t unsaid = 0;
+  };
+  std::array<Refusals, nack_reasons> refusals{};
 };
 
 Node::Node(boost::asio::io_context& io, const NodeConfig& config, DiscoveryLog log)

@@ -25,6 +25,8 @@ struct NodeConfig {
   DiscoveryRules discovery{};                              ///< see docs/sd_options.md
   Limits limits{};                                         ///< of service discovery
   std::size_t max_message_bytes = std::size_t{16} << 20U;  ///< payload of a received message
+  /// That may wait to be sent at one UDP port or TCP connection; a message beyond them is dropped.
+  std::size_t max_queued_bytes = std::size_t{64} << 20U;
   /// Large messages that may be under way at once over UDP; their memory is only taken as they fill it.
   std::size_t max_reassemblies = 32;
   std::size_t max_reassemblies_per_sender = 16;

@@ -82,7 +82,7 @@ std::shared_ptr<UdpPort> Ports::udp(std::uint16_t number, const std::function<bo
   auto port = find_port(udp_, [&](const UdpPort& one) { return one.number == number && usable(one); });
   if (!port) {
     port = share(std::make_unique<UdpPort>(io_, number, udp_options(config_, {config_.address, number}),
-                                           config_.collect_for));
+                                           config_.max_queued_bytes, config_.collect_for));
     udp_.push_back(port);
     port->socket.receive([this, weak = udp_.back()](ByteView datagram, const Endpoint& from) {
       if (auto alive = weak.lock()) {  // also keeps it during the call
@@ -187,6 +187,7 @@ void Ports::on_datagram(ByteView datagram, const Source& source) {
 
 someip::TcpOptions Ports::tcp_options() const {
   return {.max_message_bytes = config_.max_message_bytes,
+          .max_queued_bytes = config_.max_queued_bytes,
           .dead_after = config_.tcp_dead_after,
           .magic_cookies = config_.magic_cookies,
           .dscp = config_.dscp};

@@ -13,9 +13,8 @@ namespace trestle::sd {
 /// A UDP port that services are offered at, calls are made from, or events arrive at.
 struct UdpPort {
   UdpPort(boost::asio::io_context& io, std::uint16_t wanted, const someip::UdpOptions& options,
-          Duration collect_for)
+          std::size_t max_queued_bytes, Duration collect_for)
       : number{wanted}, socket{io, options}, sender{io, socket, max_queued_bytes, collect_for} {}
-  static constexpr std::size_t max_queued_bytes = std::size_t{64} << 20U;
   std::uint16_t number;  ///< that was asked for; 0: any
   someip::UdpSocket socket;
   someip::MessageSender sender;

@@ -57,6 +57,25 @@ class CommandLine(unittest.TestCase):
         self.assertIn("--seconds", errors)
         self.assertIn("1 to 1000000", errors)
 
+    def test_output_that_cannot_be_written_is_a_failure(self):
+        example = os.path.join(os.path.dirname(__file__), "../../../examples/bridge_a.yaml")
+        for arguments in (["check", example], ["--help"], ["--version"]):
+            with open("/dev/full", "w") as full:
+                done = subprocess.run([program, *arguments], stdout=full, stderr=subprocess.PIPE, text=True, timeout=20)
+            self.assertEqual(done.returncode, 1, arguments)
+            self.assertIn("cannot write the output: No space left on device", done.stderr)
+
+    def test_warns_of_length_fields_that_are_too_narrow(self):
+        with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:
+            file.write("someip: {address: 127.0.0.1}\nroutes:\n"
+                       "  - {topic: /p, type: sensor_msgs/msg/PointCloud2, direction: someip_to_dds, service: 1,\n"
+                       "     instance: 1, eventgroup: 1, event: 0x8001, wire: {array_length: 8}}\n")
+            file.flush()
+            status, output, errors = run("check", file.name)
+        self.assertEqual(status, 0)
+        self.assertIn("good, 1 route", output)
+        self.assertIn(f"{file.name}:3:24: warning: type: with array_length: 8, messages are dropped", errors)
+
     def test_an_empty_configuration_is_an_error_with_a_place(self):
         with tempfile.TemporaryDirectory() as folder:
             file = os.path.join(folder, "empty.yaml")

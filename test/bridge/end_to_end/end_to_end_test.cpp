@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/multicast.hpp>
 #include <boost/asio/ip/udp.hpp>
@@ -142,6 +143,65 @@ TEST_F(EndToEnd, CountsWhatAStuckSubscriberMayLack) {
     }));
     stuck.free();
   }
+}
+
+// More than DDS takes unless told otherwise, and than one port's queue holds otherwise.
+TEST_F(EndToEnd, CarriesMessagesUpToMaxMessage) {
+  start({{"/text", "std_msgs/msg/String", true,
+          "    transport: tcp\n    tp: {max_message: 72 MiB}\n    qos: {depth: 1}\n"}});
+  dds::Writer writer =
+      at_a_.create_writer("rt/text", "std_msgs::msg::dds_::String_",
+                          {.reliable = true, .transient_local = false, .depth = 1}, 100U << 20U);
+  Inbox<Sample> inbox;
+  const dds::Reader reader = at_b_.create_reader(
+      "rt/text", "std_msgs::msg::dds_::String_", {.reliable = true, .transient_local = false, .depth = 1},
+      [&](const dds::Sample& sample) { inbox.put(copy(sample.cdr())); }, 100U << 20U);
+  ASSERT_TRUE(eventually([&] { return writer.matched() == 1 && reader.matched() == 1; }));
+  ASSERT_TRUE(eventually([&] {
+    static_cast<void>(writer.write(string(0)));
+    usleep(20'000);
+    return inbox.size() > 0;
+  }));
+  constexpr std::uint32_t characters = 70U << 20U;
+  Sample large(4 + 4 + characters + 1, std::byte{'x'});
+  constexpr std::uint32_t length = characters + 1;  // with the terminator
+  const std::array<std::byte, 4> encapsulation{std::byte{0}, std::byte{1}, std::byte{0}, std::byte{0}};
+  std::ranges::copy(encapsulation, large.begin());
+  for (std::size_t i = 0; i < 4; ++i) {
+    large[4 + i] = static_cast<std::byte>(length >> (8 * i));
+  }
+  large.back() = std::byte{0};
+  ASSERT_TRUE(writer.write(large));
+  EXPECT_TRUE(inbox.wait([&](const auto& all) { return same(all.back(), large); }));
+}
+
+// DDS announces who joins at once: others must not see a bridge that cannot start.
+TEST_F(EndToEnd, JoinsDdsOnlyWhenItHasItsSockets) {
+  Inbox<std::string> seen;
+  dds::ParticipantConfig watching = config();
+  watching.on_event = [&](const dds::Event& event) { seen.put(event.detail); };
+  const dds::Participant observer{watching};
+  boost::asio::io_context io;
+  const auto bytes = own_address(1).bytes;
+  const boost::asio::ip::address_v4 address{{bytes[0], bytes[1], bytes[2], bytes[3]}};
+  for (const std::uint16_t port : {30490, 40001, 40099}) {
+    const boost::asio::ip::udp::socket other{io, {address, port}};
+    // The first route is offered at 40001, the second receives at 40099.
+    EXPECT_THROW(RunningBridge(yaml(true,
+                                    {{"/text", "std_msgs/msg/String"},
+                                     {"/point", "geometry_msgs/msg/Point", false, "    port: 40099\n"}},
+                                    "")),
+                 std::runtime_error)
+        << port;
+  }
+  // Had they joined, they would have been seen before this one.
+  dds::ParticipantConfig late = config();
+  late.name = "late";
+  const dds::Participant last{late};
+  ASSERT_TRUE(seen.wait([](const auto& all) { return std::ranges::count(all, "late") > 0; }));
+  std::vector<std::string> names = seen.take();
+  std::erase(names, "late");
+  EXPECT_LE(names.size(), 1U);  // the fixture's own
 }
 
 TEST_F(EndToEnd, CarriesRoutesOverTcpBesideThoseOverUdp) {

@@ -193,6 +193,23 @@ class BridgeCommand(unittest.TestCase):
         self.assertIn("ss -ulpn", done.stderr)
         self.assertIn("another address", done.stderr)
 
+    def test_says_when_the_counters_cannot_be_written(self):
+        with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file, open("/dev/full", "w") as full:
+            file.write(CONFIG)
+            file.flush()
+            process = subprocess.Popen([TRESTLE, "bridge", file.name], stdout=full, stderr=subprocess.PIPE, text=True)
+            while "Ctrl-C stops" not in process.stderr.readline():
+                self.assertIsNone(process.poll())
+            process.send_signal(signal.SIGINT)
+            _, log = process.communicate(timeout=PATIENCE)
+        self.assertEqual(process.returncode, 1)
+        self.assertIn("cannot write the output: No space left on device", log)
+
+    def test_names_an_interface_that_is_not_there(self):
+        done = run(CONFIG.replace("  sd:", "  interface: nope0\n  sd:"))
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stderr, r":3:14: interface: there is no network interface 'nope0'")
+
     def test_names_the_line_of_what_cannot_be_opened(self):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
             other.bind((BRIDGE, 40001))
@@ -202,6 +219,45 @@ class BridgeCommand(unittest.TestCase):
         done = run(CONFIG.replace("127.0.0.1", "192.0.2.77"))
         self.assertEqual(done.returncode, 1)
         self.assertRegex(done.stderr, r":4:\d+: .*192\.0\.2\.77")
+
+    def test_holds_each_route_to_its_own_limit(self):
+        config = CONFIG + "    tp: {max_message: 1 KiB}\n"  # the other route has 16 MiB
+        peer = Peer()
+        bridge = Bridge(config)
+        try:
+            peer.offer()
+            wanted = bytes.fromhex("22220001")
+            subscribe, datagram = receive(peer.sd, lambda e: e[0] == 6 and e[4:8] == wanted and ttl(e) > 0)
+            to = (BRIDGE, struct.unpack_from(">H", datagram, 24 + 16 * len(entries(datagram)) + 4 + 10)[0])
+            peer.ack(subscribe)
+            # What follows a message's last field is ignored: each would be carried were it not for the limit.
+            peer.service.sendto(someip(0x2222, 0x8001, bytes(1024)), to)
+            peer.service.sendto(someip(0x2222, 0x8001, bytes(1025)), to)
+            segments = [struct.pack(">I", 1) + bytes(1392), struct.pack(">I", 1392) + bytes(100)]
+            for segment in segments:
+                peer.service.sendto(someip(0x2222, 0x8001, segment, session=2, message_type=0x22), to)
+            printed = bridge.counters_until("received 3, carried 1,")
+            self.assertRegex(printed, "route /in from SOME/IP: received 3, carried 1, bytes 28; lost: too_large 2\n")
+            # Being refused does not fill the log.
+            for _ in range(50):
+                peer.subscribe(0x1111, 0x0077)
+            bridge.counters_until("nacks_sent 50")
+            time.sleep(1.1)
+            peer.subscribe(0x1111, 0x0077)
+            bridge.counters_until("nacks_sent 51")
+        except BaseException:
+            bridge.process.kill()
+            bridge.process.communicate()
+            print(bridge.log_so_far(), file=sys.stderr)
+            raise
+        finally:
+            peer.close()
+        status, _, log, _ = bridge.finish()
+        self.assertEqual(status, 0)
+        refusals = [line for line in log.splitlines() if "refused a subscription" in line]
+        self.assertLess(len(refusals), 10)
+        self.assertNotIn("others before", refusals[0])
+        self.assertRegex(refusals[-1], r"\(and \d+ others before\)$")
 
     def test_carries_counts_drops_and_withdraws(self):
         peer = Peer()

@@ -1,0 +1,11 @@
+#pragma once
+#include <string>
+
+#include "dds_adapter/participant.hpp"
+
+namespace trestle::bridge {
+
+/// What has happened in the DDS network, for the log: one line without a line end.
+[[nodiscard]] std::string in_words(const dds::Event& event);
+
+}  // namespace trestle::bridge
