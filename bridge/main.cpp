@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <exception>
 #include <memory>
+#include <stdexcept>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include "bridge/check/check_command.hpp"
@@ -89,10 +89,10 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
   try {
     const int status = run(argc, argv);
-    // A full disk shows only now, when what is buffered has to go.
+    // A full disk may show only now, when what is buffered has to go. A reader who went away has enough.
     errno = 0;
-    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
-      throw std::system_error{errno == 0 ? EIO : errno, std::generic_category(), "cannot write the output"};
+    if ((std::fflush(stdout) != 0 || std::ferror(stdout) != 0) && errno != EPIPE) {
+      throw std::runtime_error{"cannot write all of the output; is the disk full?"};
     }
     return status;
   } catch (const std::exception& error) {

@@ -1,5 +1,6 @@
 #include "bridge/tools/session.hpp"
 
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
 
@@ -27,6 +28,9 @@ Session::Session(double timeout_s) {
 void Session::print(const std::string& text) {
   std::fwrite(text.data(), 1, text.size(), stdout);
   if (std::fflush(stdout) != 0) {
+    if (errno == EPIPE) {
+      std::clearerr(stdout);  // no failure: the reader has enough
+    }
     finish();
   }
 }

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/multicast.hpp>
@@ -184,7 +185,7 @@ TEST_F(EndToEnd, JoinsDdsOnlyWhenItHasItsSockets) {
   boost::asio::io_context io;
   const auto bytes = own_address(1).bytes;
   const boost::asio::ip::address_v4 address{{bytes[0], bytes[1], bytes[2], bytes[3]}};
-  for (const std::uint16_t port : {30490, 40001, 40099}) {
+  for (const std::uint16_t port : std::initializer_list<std::uint16_t>{30490, 40001, 40099}) {
     const boost::asio::ip::udp::socket other{io, {address, port}};
     // The first route is offered at 40001, the second receives at 40099.
     EXPECT_THROW(RunningBridge(yaml(true,
