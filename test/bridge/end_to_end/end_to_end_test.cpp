@@ -125,7 +125,8 @@ TEST_F(EndToEnd, CountsWhatAStuckSubscriberMayLack) {
   Ends ends{at_a_, at_b_, "/text", "std_msgs/msg/String"};
   ASSERT_TRUE(ends.matched());
   ASSERT_TRUE(subscribed(*a_, "/text", ends, string(0)));
-  EXPECT_EQ(b_->counter("route /text", "dds_overwritten"), 0U);
+  // On a busy machine an acknowledgement may already have been late.
+  const std::uint64_t before = b_->counter("route /text", "dds_overwritten");
   {
     Stuck stuck;
     dds::Participant another = participant(domain_b_.id());
@@ -140,7 +141,7 @@ TEST_F(EndToEnd, CountsWhatAStuckSubscriberMayLack) {
     EXPECT_TRUE(eventually([&] {
       static_cast<void>(ends.writer.write(string(2)));
       usleep(5'000);
-      return b_->counter("route /text", "dds_overwritten") >= 5;
+      return b_->counter("route /text", "dds_overwritten") >= before + 5;
     }));
     stuck.free();
   }
