@@ -18,7 +18,6 @@ namespace trestle::someip {
 namespace {
 
 using test::covers;
-using ::testing::AllOf;
 using ::testing::Each;
 using ::testing::Ge;
 using namespace std::chrono_literals;
