@@ -1,18 +1,14 @@
 #include "bridge/tools/listener.hpp"
 
 #include <array>
-#include <chrono>
 
+#include "sd/net/clock.hpp"
 #include "sd/wire/writer.hpp"
 
 namespace trestle::bridge {
 namespace {
 
 constexpr std::size_t max_services = 10'000;
-
-TimePoint now() {
-  return std::chrono::steady_clock::now();
-}
 
 }  // namespace
 
@@ -63,13 +59,13 @@ void Listener::on_datagram(ByteView datagram, const Endpoint& from, bool multica
     return;  // our own FindService
   }
   std::vector<Sighting> sightings;
-  view_.on_datagram(datagram, from, multicast, now(), sightings);
+  view_.on_datagram(datagram, from, multicast, sd::now(), sightings);
   handler_(sightings);
 }
 
 void Listener::on_time() {
   std::vector<Sighting> sightings;
-  view_.on_time(now(), sightings);
+  view_.on_time(sd::now(), sightings);
   handler_(sightings);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "sd/net/clock.hpp"
 #include "sd/net/discovery_text.hpp"
 #include "someip/net/address_text.hpp"
 
@@ -11,10 +12,6 @@ namespace trestle::sd {
 using someip::CallHandle;
 
 namespace {
-
-TimePoint now() {
-  return std::chrono::steady_clock::now();
-}
 
 bool same(const RemoteService& a, const RemoteService& b) {
   return a.service == b.service && a.instance == b.instance && a.major == b.major;

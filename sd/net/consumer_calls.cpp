@@ -5,6 +5,8 @@
 #include <boost/asio/post.hpp>
 #include <numeric>
 
+#include "sd/net/clock.hpp"
+
 namespace trestle::sd {
 
 using someip::CallHandle;
@@ -14,10 +16,6 @@ using someip::MessageType;
 using someip::ReturnCode;
 
 namespace {
-
-TimePoint now() {
-  return std::chrono::steady_clock::now();
-}
 
 std::size_t size_of(std::span<const ByteView> slices) {
   return std::accumulate(slices.begin(), slices.end(), std::size_t{0},

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <stdexcept>
 
+#include "sd/net/clock.hpp"
 #include "sd/net/discovery_text.hpp"
 #include "someip/net/address_text.hpp"
 
@@ -19,10 +20,6 @@ bool is_same_subscription(const SubscribeSpec& a, const SubscribeSpec& b) {
   return a.service == b.service && a.instance == b.instance && a.major == b.major && a.minor == b.minor &&
          a.eventgroup == b.eventgroup && a.udp == b.udp && a.tcp == b.tcp && a.port == b.port &&
          a.configured == b.configured && a.silence_timeout == b.silence_timeout;
-}
-
-TimePoint now() {
-  return std::chrono::steady_clock::now();
 }
 
 std::string name_of(const SubscribeSpec& spec, someip::InstanceId instance) {

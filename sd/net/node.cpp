@@ -10,6 +10,7 @@
 #include <system_error>
 #include <utility>
 
+#include "sd/net/clock.hpp"
 #include "sd/net/consumer.hpp"
 #include "sd/net/heap_storage.hpp"
 #include "sd/net/provider.hpp"
@@ -21,10 +22,6 @@ namespace {
 using someip::Header;
 using someip::Message;
 using someip::MessageType;
-
-TimePoint now() {
-  return std::chrono::steady_clock::now();
-}
 
 std::uint64_t random_seed() {
   std::random_device device;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 
+#include "sd/net/clock.hpp"
+
 namespace trestle::sd {
 namespace {
 
@@ -10,10 +12,6 @@ namespace {
 constexpr Duration max_reassembly_age = std::chrono::seconds{5};
 // Longer than it takes a client to learn that the service is gone and to close its connection.
 constexpr Duration leaving_time = std::chrono::seconds{3};
-
-TimePoint now() {
-  return std::chrono::steady_clock::now();
-}
 
 /// The live one that fits; forgets those that are gone.
 template <typename Port, typename Fits>

@@ -1,10 +1,10 @@
 #include "sd/net/provider.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <numeric>
 #include <stdexcept>
 
+#include "sd/net/clock.hpp"
 #include "sd/net/discovery_text.hpp"
 #include "someip/net/address_text.hpp"
 
@@ -18,10 +18,6 @@ using someip::MethodKind;
 using someip::ReturnCode;
 
 namespace {
-
-TimePoint now() {
-  return std::chrono::steady_clock::now();
-}
 
 bool contains(const std::vector<MethodId>& ids, MethodId id) {
   return std::ranges::find(ids, id) != ids.end();

@@ -6,6 +6,8 @@
 #include <boost/asio/steady_timer.hpp>
 #include <utility>
 
+#include "sd/net/clock.hpp"
+
 namespace trestle::sd {
 namespace {
 
@@ -13,10 +15,6 @@ namespace {
 constexpr Duration retry_period = std::chrono::milliseconds{100};
 /// "Forever", without an overflow of what is added to it.
 constexpr Duration longest_timeout = std::chrono::hours{24 * 365};
-
-TimePoint now() {
-  return std::chrono::steady_clock::now();
-}
 
 }  // namespace
 
