@@ -16,6 +16,7 @@ using namespace std::chrono_literals;
 
 inline constexpr TimePoint start{1000s};
 inline constexpr Endpoint own{IpAddress::v4(10, 0, 0, 1), 30490};
+inline constexpr Endpoint own_udp{IpAddress::v4(10, 0, 0, 1), 40000};
 inline constexpr Endpoint group{IpAddress::v4(224, 244, 224, 245), 30490};
 
 /// No randomness, so that tests can state times: first messages after 10 ms, answers to multicast after 5 ms.
