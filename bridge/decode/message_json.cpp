@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <string_view>
 
 #include "someip/wire/bytes.hpp"
+#include "someip/wire/return_code_name.hpp"
 
 namespace trestle::bridge {
 namespace {
@@ -81,25 +81,8 @@ Json message_type_name(MessageType type) {
 }
 
 Json return_code_name(ReturnCode code) {
-  // Up to E_WRONG_MESSAGE_TYPE the Open SOME/IP Specification's, then AUTOSAR's for the same protocol.
-  constexpr std::array<const char*, 16> names{"E_OK",
-                                              "E_NOT_OK",
-                                              "E_UNKNOWN_SERVICE",
-                                              "E_UNKNOWN_METHOD",
-                                              "E_NOT_READY",
-                                              "E_NOT_REACHABLE",
-                                              "E_TIMEOUT",
-                                              "E_WRONG_PROTOCOL_VERSION",
-                                              "E_WRONG_INTERFACE_VERSION",
-                                              "E_MALFORMED_MESSAGE",
-                                              "E_WRONG_MESSAGE_TYPE",
-                                              "E_E2E_REPEATED",
-                                              "E_E2E_WRONG_SEQUENCE",
-                                              "E_E2E",
-                                              "E_E2E_NOT_AVAILABLE",
-                                              "E_E2E_NO_NEW_DATA"};
-  const auto byte = static_cast<std::uint8_t>(code);
-  return byte < names.size() ? Json(names[byte]) : Json(nullptr);
+  const std::string_view name = name_of(code);
+  return name.empty() ? Json(nullptr) : Json(name);
 }
 
 void add_header(Json& object, const Header& header, std::size_t payload_bytes) {

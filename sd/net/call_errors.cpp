@@ -1,8 +1,10 @@
 #include "sd/net/call_errors.hpp"
 
-#include <array>
 #include <string>
+#include <string_view>
 #include <system_error>
+
+#include "someip/wire/return_code_name.hpp"
 
 namespace trestle {
 namespace {
@@ -35,25 +37,8 @@ class ReturnCodeCategory : public std::error_category {
  public:
   const char* name() const noexcept override { return "someip"; }
   std::string message(int value) const override {
-    // Up to E_WRONG_MESSAGE_TYPE the Open SOME/IP Specification's, then AUTOSAR's for the same protocol.
-    constexpr std::array<const char*, 16> names{"E_OK",
-                                                "E_NOT_OK",
-                                                "E_UNKNOWN_SERVICE",
-                                                "E_UNKNOWN_METHOD",
-                                                "E_NOT_READY",
-                                                "E_NOT_REACHABLE",
-                                                "E_TIMEOUT",
-                                                "E_WRONG_PROTOCOL_VERSION",
-                                                "E_WRONG_INTERFACE_VERSION",
-                                                "E_MALFORMED_MESSAGE",
-                                                "E_WRONG_MESSAGE_TYPE",
-                                                "E_E2E_REPEATED",
-                                                "E_E2E_WRONG_SEQUENCE",
-                                                "E_E2E",
-                                                "E_E2E_NOT_AVAILABLE",
-                                                "E_E2E_NO_NEW_DATA"};
-    const auto code = static_cast<std::size_t>(value);
-    return "the answer is " + (code < names.size() ? names[code] : "error " + std::to_string(value));
+    const std::string_view name = someip::name_of(someip::ReturnCode{static_cast<std::uint8_t>(value)});
+    return "the answer is " + (name.empty() ? "error " + std::to_string(value) : std::string{name});
   }
 };
 

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "someip/wire/return_code_name.hpp"
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
 
@@ -127,6 +128,15 @@ TEST(ReturnCode, HasTheNumbersOfTheSpecification) {
   EXPECT_EQ(byte_of(ReturnCode::e2e), 0x0d);
   EXPECT_EQ(byte_of(ReturnCode::e2e_not_available), 0x0e);
   EXPECT_EQ(byte_of(ReturnCode::e2e_no_new_data), 0x0f);
+}
+
+TEST(ReturnCode, HasTheNameOfTheSpecification) {
+  covers({"feat_req_someip_371"});
+  EXPECT_EQ(name_of(ReturnCode::ok), "E_OK");
+  EXPECT_EQ(name_of(ReturnCode::wrong_message_type), "E_WRONG_MESSAGE_TYPE");
+  EXPECT_EQ(name_of(ReturnCode::e2e_no_new_data), "E_E2E_NO_NEW_DATA");
+  EXPECT_EQ(name_of(ReturnCode{0x10}), "");
+  EXPECT_EQ(name_of(ReturnCode{0xff}), "");
 }
 
 TEST(WireError, HasTheNameThatItsReadersSee) {
