@@ -257,6 +257,21 @@ TEST_F(Client, SubscribesAnewAfterASilenceOfItsEvents) {
   EXPECT_THAT(machine.run_to(1h), IsEmpty());
 }
 
+TEST_F(Client, WaitsForNoEventsOfWhatIsRefused) {
+  covers({"feat_req_someipsd_439"});
+  require(required);
+  subscribe_to(
+      {.eventgroup = EventgroupId{1}, .udp = own_udp, .ttl_s = infinite_ttl_s, .silence_timeout = 2s});
+  machine.run_to(195ms);
+  machine.unicast(server, {offer({udp(server_udp)}, infinite_ttl_s)});
+  machine.run_to(300ms);
+  machine.unicast(server, {ack(1, {}, infinite_ttl_s)});
+  machine.run_to(400ms);
+  machine.unicast(server, {ack(1, {}, 0)});
+  EXPECT_THAT(machine.run_to(1min), IsEmpty());
+  EXPECT_EQ(machine.discovery.counters().silences, 0U);
+}
+
 TEST_F(Client, AsksOnceWhenAnOfferComesInASilence) {
   covers({"feat_req_someipsd_439"});
   require(required);

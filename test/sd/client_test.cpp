@@ -133,6 +133,27 @@ TEST(ClientInASubnet, ChecksItOnlyWhenTold) {
   }
 }
 
+TEST(ClientInASubnet, KnowsPrefixesOfAnyLength) {
+  covers({"feat_req_someipsd_1135", "feat_req_someipsd_1149"});
+  const auto hears = [](std::uint8_t prefix_bits, const IpAddress& from) {
+    Settings settings = fixed_settings();  // of 10.0.0.1
+    settings.subnet_prefix_bits = prefix_bits;
+    Machine<> machine{settings};
+    EXPECT_TRUE(machine.discovery.require(any_required, machine.now));
+    FakePeer server{{from, 30490}};
+    machine.multicast(server, {offer({udp({from, 30509})})});
+    return machine.events().size() == 1;
+  };
+  EXPECT_TRUE(hears(25, IpAddress::v4(10, 0, 0, 126)));
+  EXPECT_FALSE(hears(25, IpAddress::v4(10, 0, 0, 127)));  // broadcast
+  EXPECT_FALSE(hears(25, IpAddress::v4(10, 0, 0, 130)));
+  EXPECT_TRUE(hears(9, IpAddress::v4(10, 126, 255, 255)));
+  EXPECT_FALSE(hears(9, IpAddress::v4(10, 127, 255, 255)));  // broadcast
+  EXPECT_FALSE(hears(9, IpAddress::v4(10, 130, 0, 2)));
+  EXPECT_TRUE(hears(31, IpAddress::v4(10, 0, 0, 0)));  // has no broadcast address
+  EXPECT_FALSE(hears(31, IpAddress::v4(10, 0, 0, 2)));
+}
+
 TEST(ClientOnLoopback, HearsOtherLoopbackAddresses) {
   Settings settings = fixed_settings();
   settings.unicast = {IpAddress::v4(127, 0, 0, 1), 30490};

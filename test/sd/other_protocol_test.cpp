@@ -210,6 +210,15 @@ TEST_F(OtherProtocol, IsSubscribedToByItsName) {
               ElementsAre(testing::ContainsRegex(": stop_subscribe fffe.* option .*3d6100$")));
 }
 
+TEST_F(OtherProtocol, HasAStreamWhoseIdentifierIsAsLongAsCanBe) {
+  const std::array<ConfigurationItem, 1> said{{{"otherserv", "a"}}};
+  OfferedService stream{.service = other_protocols, .instance = InstanceId{1}, .configuration = said};
+  stream.mac_groupcast = MacGroupcastOption{.protocol = 0x22f0, .identifier_bytes = 13};
+  EXPECT_EQ(machine.discovery.offer(stream, machine.now).error(), SdError::bad_argument);
+  stream.mac_groupcast->identifier_bytes = 12;
+  EXPECT_TRUE(machine.discovery.offer(stream, machine.now));
+}
+
 TEST_F(OtherProtocol, AnnouncesLayer2TrafficWithItsName) {
   covers({"feat_req_someipsd_1250", "feat_req_someipsd_1252", "feat_req_someipsd_1262"});
   const std::array<ConfigurationItem, 1> said{{{"otherserv", "a"}}};

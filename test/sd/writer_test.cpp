@@ -50,6 +50,16 @@ TEST(SdWriter, WritesAnEmptyMessage) {
             plain("ffff8100 00000014 0000ffff 01010200 40000000 00000000 00000000"));
 }
 
+TEST(SdWriter, TakesOptionsUpToWhatTheirLengthCanSay) {
+  std::vector<std::byte> room(70'000);
+  const std::vector<std::byte> body(0x10000);
+  SdWriter writer{room};
+  EXPECT_FALSE(writer.add(offer(1), std::array{Option{OptionType::configuration, body}}));
+  EXPECT_TRUE(
+      writer.add(offer(1), std::array{Option{OptionType::configuration, ByteView{body}.first(0xffff)}}));
+  EXPECT_EQ(writer.finish(unicast_flag, SessionId{1}).size(), 16U + 8 + 16 + 4 + 3 + 0xffff);
+}
+
 // Options without a body, so that only their order is seen.
 Option mark(std::uint8_t type) {
   return {OptionType{type}, {}};

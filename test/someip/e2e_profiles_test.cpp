@@ -106,6 +106,9 @@ std::vector<Example> examples() {
       {"P11BothBytes", profile11(DataIdMode::both, 0, 64), {"cc00000000000000", "9101000000000000"}},
       {"P11Nibble", profile11(DataIdMode::nibble, 0, 64), {"2a10000000000000", "7711000000000000"}},
       {"P11NibbleAtOffset64", profile11(DataIdMode::nibble, 64, 128), {"00000000000000007d10000000000000"}},
+      {"P11NibbleBehindTheHeaderOfSomeip",  // where it is unless told otherwise
+       Profile11{.data_id = 0x123, .data_id_mode = DataIdMode::nibble, .data_bits = 128},
+       {"00000000000000007d10000000000000"}},
       {"P22",
        Profile22{.data_id_list = ids_1_to_16, .data_bits = 64, .offset_bits = 0},
        {"1b01000000000000", "9802000000000000", "3103000000000000", "0d04000000000000", "1805000000000000",
@@ -403,6 +406,7 @@ TEST(E2eConfig, NamesTheFieldThatCannotBeInTheShortProfiles) {
   EXPECT_EQ(broken(Profile2{.data_bits = 80, .sequence = {.max_no_new_or_repeated_data = 15}}), "");
   EXPECT_EQ(broken(Profile2{.data_bits = 80, .sequence = {.sync_counter_init = 16}}), "sync_counter_init");
   EXPECT_EQ(broken(Profile2{.data_bits = 72}), "data_bits");
+  EXPECT_EQ(broken(Profile5{.data_bits = 4096 * 8}), "");
   EXPECT_EQ(broken(Profile5{.data_bits = 4097 * 8}), "data_bits");
   EXPECT_EQ(broken(Profile5{.data_bits = 80}), "data_bits");
   EXPECT_EQ(broken(Profile11{.data_id_mode = DataIdMode::low, .data_bits = 80}), "data_id_mode");

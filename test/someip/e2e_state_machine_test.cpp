@@ -44,6 +44,11 @@ constexpr StateMachineConfig small{.window_size_init = 3,
                                    .max_error_valid = 2,
                                    .max_error_invalid = 0};
 
+// The defaults: valid from the third good message on, invalid after three checks without a good one.
+TEST(E2eStateMachine, SuitsACyclicEventUnlessToldOtherwise) {
+  EXPECT_EQ(states(StateMachineConfig{}, "oooeeeo"), "IIVVVXX");
+}
+
 TEST(E2eStateMachine, WaitsForSomethingUsable) {
   EXPECT_EQ(states(small, "neneneee"), "DDDDDDDD");
   EXPECT_EQ(states(small, "no"), "DI");

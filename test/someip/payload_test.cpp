@@ -174,6 +174,15 @@ TEST(PayloadReader, AcceptsZerosBehindTheTerminator) {
   EXPECT_EQ(read_string("00000008 efbbbf 6869 000000"), "hi");
 }
 
+TEST(PayloadReader, TakesZerosForCharactersWhereNoneTerminates) {
+  const auto text = hex("0003 610062");
+  PayloadReader in{text,
+                   {.string_length = FieldWidth::bits16, .string_bom = false, .string_terminator = false}};
+  std::array<char, 8> room{};
+  EXPECT_EQ(in.string(room), (std::string_view{"a\0b", 3}));
+  EXPECT_FALSE(in.error());
+}
+
 TEST(PayloadReader, IgnoresAnOddLastByteOfUtf16) {
   covers({"feat_req_someip_641", "feat_req_someip_642"});
   const PayloadRules rules{.string_encoding = StringEncoding::utf16be};

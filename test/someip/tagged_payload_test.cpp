@@ -99,6 +99,17 @@ TEST(TaggedPayload, AgreesWithSerdeSomeip) {
   EXPECT_EQ(in.position(), payload.size());
 }
 
+TEST(TaggedPayload, EndsWithItsStructAlsoWhenNobodyReadsTheLastMember) {
+  const auto payload = hex("0004 1001 ffff 002a");
+  PayloadReader in{payload, {.struct_length = FieldWidth::bits16}};
+  const auto open = in.begin_struct();
+  EXPECT_EQ(in.next_member(), DataId{1});
+  EXPECT_EQ(in.next_member(), std::nullopt);
+  in.end(open);
+  EXPECT_EQ(in.u16(), 42);  // has no tag
+  EXPECT_FALSE(in.error());
+}
+
 TEST(TaggedPayload, ChoosesTheSmallestLengthField) {
   constexpr PayloadRules rules{.struct_length = FieldWidth::bits32, .smallest_tagged_length = true};
   EXPECT_EQ(written(rules,
