@@ -172,10 +172,9 @@ void Ports::on_datagram(ByteView datagram, const Source& source) {
     if (whole && *whole) {
       handlers_.message({(*whole)->header, (*whole)->payload}, source);
     }
-    // Only when the machine's deadline is the nearer one: it moves at most once per message, not per segment.
-    const auto due = reassembly_.machine().deadline();
-    if (due && (!reassembly_timer_.armed() || *due < *reassembly_timer_.armed())) {
-      reassembly_timer_.arm(due);
+    // Armed, it wakes us before any message that begins now is too old.
+    if (!reassembly_timer_.armed()) {
+      reassembly_timer_.arm(reassembly_.machine().deadline());
     }
   }
   if (cursor.error() || datagram.empty()) {
