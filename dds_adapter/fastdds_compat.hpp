@@ -45,7 +45,8 @@
 #include <fastdds/dds/topic/TopicDataType.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
 #if TRESTLE_FASTDDS_VERSION < 21000
-#include <fastdds/rtps/writer/RTPSWriter.h>
+#include <fastdds/rtps/writer/ReaderProxy.h>
+#include <fastdds/rtps/writer/StatefulWriter.h>
 
 // The library has this function but no header for it; see UnacknowledgedProbe.
 namespace eprosima::fastrtps::rtps {
@@ -59,6 +60,7 @@ class RTPSDomainImpl {
 
 #include <cstdint>
 #include <functional>
+#include <mutex>
 #include <string>
 
 namespace trestle::dds::fast {
@@ -136,14 +138,16 @@ inline std::int64_t nanoseconds_of(const rtps::Time_t& time) {
   return time == rtps::c_RTPSTimeInvalid ? 0 : time.to_ns();
 }
 
-/// Sees whether the next write() of a reliable, keep-last writer overwrites a sample that a reader has not
-/// acknowledged. Since 2.10 the listener is told of that; before, write() succeeds and nobody says a word, so
-/// the layer below is asked.
+/// Sees whether the next write() of a reliable, keep-last writer overwrites a sample that a reliable reader
+/// has not acknowledged. Since 2.10 the listener is told of that; before, write() succeeds and nobody says a
+/// word, so the layer below is asked.
 class UnacknowledgedProbe {
  public:
 #if TRESTLE_FASTDDS_VERSION < 21000
   UnacknowledgedProbe(const DataWriter& writer, std::uint32_t depth)
-      : writer_{rtps::RTPSDomainImpl::find_local_writer(writer.guid())}, depth_{depth} {}
+      : writer_{static_cast<rtps::StatefulWriter*>(
+            rtps::RTPSDomainImpl::find_local_writer(writer.guid()))},  // as all reliable ones are
+        depth_{depth} {}
 
   [[nodiscard]] bool next_overwrites() const {
     const rtps::SequenceNumber_t oldest = writer_->get_seq_num_min();
@@ -151,14 +155,17 @@ class UnacknowledgedProbe {
         number_of(writer_->get_seq_num_max()) - number_of(oldest) + 1 < depth_) {
       return false;
     }
-    rtps::CacheChange_t change;  // stands for the sample: only its writer and number are looked at
-    change.writerGUID = writer_->getGuid();
-    change.sequenceNumber = oldest;
-    return !writer_->is_acked_by_all(&change);
+    // Not is_acked_by_all(): that asks those of best effort too, who never say what they have got.
+    bool lacking = false;
+    const std::lock_guard lock{writer_->getMutex()};
+    writer_->for_each_reader_proxy([&](const rtps::ReaderProxy* reader) {
+      lacking = lacking || (reader->is_reliable() && !reader->change_is_acked(oldest));
+    });
+    return lacking;
   }
 
  private:
-  rtps::RTPSWriter* writer_;
+  rtps::StatefulWriter* writer_;
   std::uint64_t depth_;
 #else
   UnacknowledgedProbe(const DataWriter& /*writer*/, std::uint32_t /*depth*/) {}
