@@ -173,25 +173,65 @@ void ServiceDiscovery::request(OwnSubscription& subscription, TimePoint due, Cau
   const bool unanswered = cause == Cause::multicast_offer && subscription.ack_overdue;
   const bool server_is_asked =
       settings_.explicit_initial_data && peers_[remotes_[subscription.remote].peer].explicit_initial_data;
-  const bool stops_first = unanswered && !server_is_asked;
-  if (stops_first) {
+  if (unanswered && !server_is_asked) {
     slots::PendingEntry stop = subscribe_entry(subscription, due, 0, false);
     stop.with_next = true;  // [feat_req_someipsd_1178]
     send(stop);
   }
-  // After a silence too, which may come from lost initial events: the reasons that _1193 names are not all.
-  // [feat_req_someipsd_1191] [feat_req_someipsd_1192] [feat_req_someipsd_1193] [feat_req_someipsd_691]
-  // But not behind a StopSubscribe, which is the other way to ask for them [feat_req_someipsd_844]: a server
-  // that has never heard of the flag may have refused the whole message for a reserved bit.
-  const bool initial_data =
-      settings_.explicit_initial_data && !stops_first &&
-      (subscription.state != State::subscribed || unanswered || cause == Cause::silence);
-  send(subscribe_entry(subscription, due, subscription.ttl_s, initial_data));
+  // The first asks for initial events [feat_req_someipsd_1191], an additional one, while the TTL of the one
+  // before it runs on, does not, answered or not [feat_req_someipsd_1192]; nor does one behind a
+  // StopSubscribe, which asks for them in the way that servers understand which do not know the flag.
+  // [feat_req_someipsd_844]
+  const bool first = !subscription.asked;
+  // The reasons that _1193 names are not all: after a silence they may be lost, and when the additional one
+  // was acknowledged, but not the first, the server did not hear of the request.  [feat_req_someipsd_691]
+  const bool again = server_is_asked &&
+                     (unanswered || (subscription.state == State::subscribed && subscription.initial_open));
+  const bool initial_data = settings_.explicit_initial_data && (first || again || cause == Cause::silence);
+  slots::PendingEntry subscribe = subscribe_entry(subscription, due, subscription.ttl_s, initial_data);
+  subscribe.first = first;
+  send(subscribe);
   if (cause != Cause::silence) {
     subscription.ack_overdue = cause == Cause::multicast_offer;
   }
+  subscription.asked = true;
+  if (subscription.state != State::subscribed) {
+    subscription.initial_open = !initial_data;
+    subscription.expiry = end_of(subscription, due);
+  } else if (initial_data) {
+    subscription.initial_open = false;
+  }
   if (subscription.state == State::idle) {
     subscription.state = State::requested;
+  }
+}
+
+// When a Subscribe of this time is over, unless it is renewed: never, if it lasts until the next reboot.
+std::optional<TimePoint> ServiceDiscovery::end_of(const OwnSubscription& subscription,
+                                                  TimePoint since) const noexcept {
+  return subscription.ttl_s == infinite_ttl_s
+             ? std::nullopt
+             : std::optional{since + std::chrono::seconds{subscription.ttl_s}};
+}
+
+// The server has answered, or the time of the last Subscribe is over, before the next one is sent, which is
+// already queued: that is now an additional one, or the first.
+void ServiceDiscovery::amend_request(OwnSubscription& subscription) noexcept {
+  const bool first = subscription.state != State::subscribed;
+  if (!first) {
+    pending_.remove_if([&](const slots::PendingEntry& pending) {
+      return pending.entry.ttl_s == 0 && is_for(pending, subscription);
+    });
+  }
+  subscription.asked = !first;
+  for (std::size_t i = 0; i < pending_.size(); ++i) {
+    slots::PendingEntry& pending = pending_[i];
+    if (pending.entry.ttl_s != 0 && is_for(pending, subscription)) {
+      subscription.asked = true;
+      pending.first = first || pending.first;  // an answer to what has not been sent means nothing
+      pending.entry.tail = Entry::eventgroup_tail(subscription.eventgroup, subscription.counter,
+                                                  pending.first && settings_.explicit_initial_data);
+    }
   }
 }
 
@@ -217,6 +257,8 @@ void ServiceDiscovery::unbind(OwnSubscription& subscription, LossReason reason) 
   // A reboot may be a false alarm, after which the server still has the subscription and would take the next
   // Subscribe for a renewal: as after a missing Ack, a StopSubscribe before it brings the initial events.
   subscription.ack_overdue = reason == LossReason::rebooted;
+  subscription.asked = false;
+  subscription.initial_open = false;
   subscription.multicast.reset();
   subscription.expiry.reset();
   subscription.silent_at.reset();
@@ -273,7 +315,9 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
     subscription.expiry.reset();
     subscription.silent_at.reset();
     subscription.multicast.reset();
-    if (std::exchange(subscription.state, State::refused) != State::refused) {
+    const bool was_refused = std::exchange(subscription.state, State::refused) == State::refused;
+    amend_request(subscription);
+    if (!was_refused) {
       tell(SubscriptionRefused{handle});
     }
     return;
@@ -284,10 +328,12 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
     return;
   }
   subscription.ack_overdue = false;
-  subscription.expiry = subscription.ttl_s == infinite_ttl_s
-                            ? std::nullopt
-                            : std::optional{arrival.now + std::chrono::seconds{subscription.ttl_s}};
+  subscription.expiry = end_of(subscription, arrival.now);
   const bool was_subscribed = std::exchange(subscription.state, State::subscribed) == State::subscribed;
+  if (entry.initial_data_requested()) {  // which an Ack repeats  [feat_req_someipsd_614]
+    subscription.initial_open = false;
+  }
+  amend_request(subscription);
   if (!was_subscribed) {
     event_received(handle, arrival.now);
   }
@@ -303,8 +349,14 @@ void ServiceDiscovery::watch(TimePoint now) noexcept {
     if (subscription.expiry && *subscription.expiry <= now && events_.free_places() > 0) {
       subscription.expiry.reset();
       subscription.silent_at.reset();
-      subscription.state = State::idle;
-      tell(SubscriptionLost{subscriptions_.handle_of<SubscriptionHandle>(subscription), LossReason::expired});
+      if (subscription.state == State::subscribed) {
+        tell(SubscriptionLost{subscriptions_.handle_of<SubscriptionHandle>(subscription),
+                              LossReason::expired});
+      }
+      if (subscription.state != State::refused) {
+        subscription.state = State::idle;
+      }
+      amend_request(subscription);
     }
   }
   for (OwnSubscription& subscription : subscriptions_) {

@@ -343,6 +343,9 @@ class ServiceDiscovery {
   void unbind(slots::OwnSubscription& subscription, LossReason reason) noexcept;
   void bind(slots::OwnSubscription& subscription, TimePoint now) noexcept;
   void cancel_requests(const slots::OwnSubscription& subscription) noexcept;
+  void amend_request(slots::OwnSubscription& subscription) noexcept;
+  [[nodiscard]] std::optional<TimePoint> end_of(const slots::OwnSubscription& subscription,
+                                                TimePoint since) const noexcept;
   [[nodiscard]] bool is_requested(const slots::OwnSubscription& subscription) const noexcept;
   [[nodiscard]] bool is_for(const slots::PendingEntry& pending,
                             const slots::OwnSubscription& subscription) const noexcept;

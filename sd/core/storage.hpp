@@ -126,6 +126,9 @@ struct OwnSubscription : SlotBase {
   State state = State::idle;
   bool needs_connection = false;  // waits for reconnected()
   bool ack_overdue = false;  // the last Subscribe was the answer to a multicast offer, and is not answered
+  bool asked = false;        // a Subscribe was sent that is neither refused nor, with its TTL, over
+  bool initial_open =
+      false;  // initial events were asked for, not by the last Subscribe, and it is not answered
   std::optional<Endpoint> multicast;
   std::optional<TimePoint> expiry;
   std::optional<Duration> silence_timeout;
@@ -155,6 +158,7 @@ struct PendingEntry {
   TimePoint due{};
   std::uint16_t peer = to_multicast;
   bool with_next = false;  // must stand in the same message as the next one  [feat_req_someipsd_1178]
+  bool first = false;      // of a Subscribe: not the renewal of another one
   std::uint8_t option_count = 0;
   std::uint16_t configuration = ConfigurationPool::none;
   Entry entry;
