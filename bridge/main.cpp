@@ -14,6 +14,7 @@
 #include "bridge/cli/terminal.hpp"
 #include "bridge/decode/decode_command.hpp"
 #include "bridge/demo/demo_command.hpp"
+#include "bridge/perf/perf_command.hpp"
 #include "bridge/runtime/bridge_command.hpp"
 #include "bridge/tools/tool_commands.hpp"
 
@@ -63,6 +64,7 @@ int run(int argc, char** argv) {
   add_subscribe_command(app, status);
   add_offer_command(app, status);
   add_notify_command(app, status);
+  add_perf_command(app, status);
   add_demo_commands(app, status);
   try {
     app.parse(argc, argv);

@@ -7,6 +7,8 @@
 #include <array>
 #include <cstdio>
 
+#include "bridge/cli/duration_text.hpp"
+
 namespace trestle::bridge::demo {
 namespace {
 
@@ -25,23 +27,6 @@ constexpr std::array<LegText, leg_count> leg_texts{{{"①→②", "DDS to SOME/I
                                                     {"   ", "publish to receive"}}};
 
 }  // namespace
-
-std::string duration_text(std::int64_t duration_ns) {
-  struct Unit {
-    double size;
-    const char* name;
-  };
-  constexpr std::array<Unit, 3> units{{{1e9, "s"}, {1e6, "ms"}, {1e3, "us"}}};
-  const auto value = static_cast<double>(duration_ns);
-  for (const Unit& unit : units) {
-    // What would be rounded up to 1000 of the smaller unit is 1.00 of this one.
-    if (value >= unit.size * 0.9995) {
-      const double shown = value / unit.size;
-      return fmt::format("{:.{}f} {}", shown, shown < 9.995 ? 2 : shown < 99.95 ? 1 : 0, unit.name);
-    }
-  }
-  return fmt::format("{} ns", duration_ns);
-}
 
 std::string table(const Figures& figures, Figures::Rate rate, std::uint64_t lost, const Colours& colours) {
   const CloudCounts& counts = figures.counts();

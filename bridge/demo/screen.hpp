@@ -9,9 +9,6 @@
 
 namespace trestle::bridge::demo {
 
-/// "812 ns", "3.45 us", "12.3 ms", "1.20 s": three digits that matter.
-[[nodiscard]] std::string duration_text(std::int64_t duration_ns);
-
 /// The table of figures, many lines.
 /// @param rate  shown in it: the one of now while running, that of the whole run at the end.
 /// @param lost  likewise.

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "bridge/cli/duration_text.hpp"
 #include "bridge/demo/screen.hpp"
 
 namespace trestle::test {

@@ -1,0 +1,10 @@
+#pragma once
+#include <cstdint>
+#include <string>
+
+namespace trestle::bridge {
+
+/// "812 ns", "3.45 us", "12.3 ms", "1.20 s": three digits that matter.
+[[nodiscard]] std::string duration_text(std::int64_t duration_ns);
+
+}  // namespace trestle::bridge

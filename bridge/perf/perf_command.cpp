@@ -1,0 +1,232 @@
+#include "bridge/perf/perf_command.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "bridge/cli/duration_text.hpp"
+#include "bridge/cli/exit_status.hpp"
+#include "bridge/perf/client.hpp"
+#include "bridge/perf/server.hpp"
+#include "bridge/tools/options.hpp"
+#include "bridge/tools/session.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// What every measuring command can do with its result.
+struct OutputOptions {
+  bool json = false;
+  bool quiet = false;
+  std::string plot;
+
+  void add_to(CLI::App& command) {
+    command.add_flag("--json", json, "Print the result as JSON, and no progress");
+    command.add_option("--plot", plot, "Draw latency over percentile into this file (SVG)")
+        ->type_name("FILE");
+    command.add_flag("-q,--quiet", quiet, "Print the result alone");
+  }
+
+  /// What is seen once a second.
+  [[nodiscard]] perf::Client::Progress progress() const {
+    if (json || quiet) {
+      return {};
+    }
+    return [](const perf::Result& so_far) {
+      Session::note(fmt::format("{:5.1f} s  {:10.0f} /s  {:9.2f} MB/s  p50 {:>8}  p99 {:>8}  lost {}",
+                                so_far.seconds, so_far.per_second(), so_far.megabytes_per_second(),
+                                duration_text(so_far.latency.percentile(50)),
+                                duration_text(so_far.latency.percentile(99)), so_far.lost));
+    };
+  }
+
+  void show(const perf::Result& result, Session& session) const {
+    session.print(json ? perf::to_json(result).dump() + "\n" : perf::to_text(result));
+    if (!plot.empty()) {
+      std::ofstream out{plot};
+      out << perf::to_svg(result);
+      if (!out.flush()) {
+        throw std::runtime_error{"cannot write " + plot};
+      }
+    }
+  }
+};
+
+struct ServerOptions {
+  NetworkOptions network;
+  std::string service = perf::default_service;
+  double timeout_s = 0;
+  bool quiet = false;
+};
+
+int serve(const ServerOptions& options) {
+  const ServiceArgument service = parse_service(options.service, false);
+  const sd::NodeConfig network = options.network.config();
+  Session session{options.timeout_s};
+  sd::Node node{session.io, network, [&](const std::string& line) {
+                  if (!options.quiet) {
+                    Session::note(line);
+                  }
+                }};
+  {
+    const perf::Server server{node, service.service, service.instance};
+    session.run();
+  }
+  node.shutdown();
+  return exit_ok;
+}
+
+void add_server(CLI::App& perf, int& status) {
+  CLI::App* command = perf.add_subcommand("server", "Offer the service that 'trestle perf client' measures");
+  command->footer(
+      "Offers an ordinary SOME/IP service by UDP and TCP until Ctrl-C or --timeout; docs/tools.md has its\n"
+      "methods and events, for other stacks to be measured against it. One client at a time gets events.\n"
+      "Exit status: 0; 1 when a port is taken; 2 for a wrong command line.\n\n"
+      "Examples:\n"
+      "  trestle perf server\n"
+      "  trestle perf server 0x7e57.2 --address 192.168.1.5");
+  const auto options = std::make_shared<ServerOptions>();
+  command->add_option("SERVICE.INSTANCE", options->service, "Its ids")->capture_default_str();
+  command->add_option("--timeout", options->timeout_s, "End after so long")
+      ->type_name("SECONDS")
+      ->check(CLI::PositiveNumber);
+  command->add_flag("-q,--quiet", options->quiet, "Do not tell what discovery does");
+  options->network.add_to(*command);
+  command->callback([options, &status] { status = serve(*options); });
+}
+
+struct ClientCommand {
+  NetworkOptions network;
+  OutputOptions output;
+  std::string service = perf::default_service;
+  perf::ClientOptions client;
+  bool tcp = false;
+  double rate_hz = 0;
+  std::uint32_t window = 1;
+  double separation_us = 500;
+  double seconds = 5;
+  double warm_up_s = 0.2;
+  double timeout_s = 5;
+};
+
+Duration seconds(double count) {
+  return std::chrono::duration_cast<Duration>(std::chrono::duration<double>{count});
+}
+
+int measure(const ClientCommand& command) {
+  perf::ClientOptions options = command.client;
+  const ServiceArgument service = parse_service(command.service, true);
+  options.service = service.service;
+  options.instance = service.instance;
+  options.plan.tcp = command.tcp;
+  options.plan.rate_hz = command.rate_hz;
+  options.plan.window = command.window;
+  options.plan.separation_ns = static_cast<std::uint32_t>(command.separation_us * 1000);
+  options.measured = seconds(command.seconds);
+  options.warm_up = seconds(command.warm_up_s);
+  options.patience = seconds(command.timeout_s);
+  if (options.events && options.plan.bytes < perf::min_event_bytes) {
+    throw CLI::ValidationError("--size", fmt::format("events have at least {} bytes", perf::min_event_bytes));
+  }
+  sd::NodeConfig network = command.network.config();
+  network.timing.initial_delay_min = 0ms;
+  network.timing.initial_delay_max = 0ms;
+  Session session{0};
+  sd::Node node{session.io, network};
+  std::optional<std::string> fault;
+  {
+    perf::Client client{node, options, command.output.progress(), [&](const std::string& why) {
+                          fault = why;
+                          session.finish();
+                        }};
+    session.run();
+    if (fault && fault->empty()) {
+      command.output.show(client.result(), session);
+    }
+  }
+  node.shutdown();
+  if (!fault.value_or("").empty()) {
+    Session::note("error: " + *fault);
+  }
+  return fault && fault->empty() ? exit_ok : exit_failure;
+}
+
+void add_client(CLI::App& perf, int& status) {
+  CLI::App* command = perf.add_subcommand("client", "Measure a 'trestle perf server'");
+  command->footer(
+      "Finds the service, warms up, and measures: calls of its echo method, from call() to the response, or "
+      "with\n"
+      "--events its events, from notify() to the handler. Where both ends do not share a clock, clocks are\n"
+      "compared first, and the result says how exact that is.\n"
+      "--window 1 sends an event when the one before has come: latency. --window 0 does not wait for\n"
+      "acknowledgements: with --rate 0 as many as the sender can, and what is too much is lost.\n"
+      "Exit status: 0; 1 when there was no service or nothing came; 2 for a wrong command line.\n\n"
+      "Examples:\n"
+      "  trestle perf client                                        # UDP calls of 64 bytes, one after "
+      "another\n"
+      "  trestle perf client --tcp --in-flight 32\n"
+      "  trestle perf client --events --size 1MB --separation 0     # large events, in TP segments\n"
+      "  trestle perf client --events --size 4MB --window 4 --seconds 10 --json\n"
+      "  trestle perf client --events --rate 1000 --window 0 --plot latency.svg");
+  const auto options = std::make_shared<ClientCommand>();
+  command->add_option("SERVICE.INSTANCE", options->service, "Of the server")->capture_default_str();
+  command->add_flag("--events", options->client.events, "Measure events, not calls");
+  command->add_option("--size", options->client.plan.bytes, "Bytes of payload; 64KB, 4MB: of 1024")
+      ->type_name("BYTES")
+      ->transform(CLI::AsSizeValue(false))
+      ->check(CLI::Range(std::uint32_t{0}, perf::max_event_bytes))
+      ->capture_default_str();
+  command->add_flag("--tcp", options->tcp, "By TCP, not UDP");
+  command->add_option("--in-flight", options->client.in_flight, "Calls at a time")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command->add_option("--window", options->window, "Events under way at a time; 0: no limit")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1'000'000))
+      ->capture_default_str();
+  command->add_option("--rate", options->rate_hz, "Events a second; 0: as the window lets them")
+      ->type_name("HZ")
+      ->check(CLI::Range(0.0, 1e7))
+      ->capture_default_str();
+  command->add_option("--separation", options->separation_us, "Time between two bursts of segments")
+      ->type_name("MICROSECONDS")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
+  command->add_option("--burst", options->client.plan.burst, "Segments in a burst")
+      ->type_name("N")
+      ->check(CLI::Range(1, 10'000))
+      ->capture_default_str();
+  command->add_option("--seconds", options->seconds, "How long to measure")
+      ->type_name("N")
+      ->check(CLI::Range(0.01, 1e6))
+      ->capture_default_str();
+  command->add_option("--warm-up", options->warm_up_s, "And how long to warm up before")
+      ->type_name("SECONDS")
+      ->check(CLI::Range(0.0, 1e3))
+      ->capture_default_str();
+  command->add_option("--timeout", options->timeout_s, "For finding the service, and for each answer")
+      ->type_name("SECONDS")
+      ->check(CLI::Range(0.001, 1e6))
+      ->capture_default_str();
+  options->output.add_to(*command);
+  options->network.add_to(*command);
+  command->callback([options, &status] { status = measure(*options); });
+}
+
+}  // namespace
+
+void add_perf_command(CLI::App& app, int& status) {
+  CLI::App* perf =
+      app.add_subcommand("perf", "Measure calls, events and bridges between two programs or hosts");
+  perf->require_subcommand(1);
+  add_server(*perf, status);
+  add_client(*perf, status);
+}
+
+}  // namespace trestle::bridge

@@ -1,0 +1,42 @@
+#include "bridge/perf/perf_service.hpp"
+
+#include <sys/resource.h>
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <string>
+
+#include "bridge/demo/report.hpp"
+
+namespace trestle::bridge::perf {
+namespace {
+
+constexpr std::int64_t second_us = 1'000'000;
+
+std::uint64_t ns_of(const timeval& time) {
+  return static_cast<std::uint64_t>((time.tv_sec * second_us + time.tv_usec) * 1000);
+}
+
+/// The boot of the host, and the time namespace that shifts its clock.
+std::uint64_t name_of_clock() {
+  std::string boot;
+  std::ifstream{"/proc/sys/kernel/random/boot_id"} >> boot;
+  std::error_code none;
+  const auto space = std::filesystem::read_symlink("/proc/self/ns/time", none);
+  return std::hash<std::string>{}(boot + space.string());
+}
+
+}  // namespace
+
+Status own_status() {
+  static const std::uint64_t clock = name_of_clock();
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return {.now_ns = static_cast<std::uint64_t>(demo::monotonic_ns()),
+          .clock = clock,
+          .user_ns = ns_of(usage.ru_utime),
+          .system_ns = ns_of(usage.ru_stime)};
+}
+
+}  // namespace trestle::bridge::perf
