@@ -20,14 +20,6 @@ constexpr unsigned clock_samples = 20;
 /// Until something is tried again that was not possible yet.
 constexpr Duration pause = 5ms;
 
-CpuTime cpu(const Status& before, const Status& after) {
-  const auto elapsed = static_cast<double>(after.now_ns - before.now_ns);
-  const auto percent = [elapsed](std::uint64_t from, std::uint64_t to) {
-    return elapsed > 0 ? 100 * static_cast<double>(to - from) / elapsed : 0;
-  };
-  return {percent(before.user_ns, after.user_ns), percent(before.system_ns, after.system_ns)};
-}
-
 std::string words(const ClientOptions& options) {
   if (!options.events) {
     return fmt::format("{} in flight", options.in_flight);
@@ -280,8 +272,8 @@ void Client::stop_measuring() {
 
 void Client::finish(const Status& status) {
   update_counts();
-  result_.cpu["client"] = cpu(client_before_, client_after_);
-  result_.cpu["server"] = cpu(server_before_, status);
+  result_.cpu["client"] = cpu_between(client_before_, client_after_);
+  result_.cpu["server"] = cpu_between(server_before_, status);
   const sd::NodeCounters counters = node_.counters();
   result_.counters = {{"overflowed", counters.overflowed},
                       {"malformed", counters.malformed},

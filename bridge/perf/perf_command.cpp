@@ -9,10 +9,12 @@
 
 #include "bridge/cli/duration_text.hpp"
 #include "bridge/cli/exit_status.hpp"
+#include "bridge/perf/bridge_path.hpp"
 #include "bridge/perf/client.hpp"
 #include "bridge/perf/server.hpp"
 #include "bridge/tools/options.hpp"
 #include "bridge/tools/session.hpp"
+#include "someip/net/message_sender.hpp"
 
 namespace trestle::bridge {
 namespace {
@@ -45,8 +47,8 @@ struct OutputOptions {
     };
   }
 
-  void show(const perf::Result& result, Session& session) const {
-    session.print(json ? perf::to_json(result).dump() + "\n" : perf::to_text(result));
+  void show(const perf::Result& result) const {
+    std::fputs(json ? (perf::to_json(result).dump() + "\n").c_str() : perf::to_text(result).c_str(), stdout);
     if (!plot.empty()) {
       std::ofstream out{plot};
       out << perf::to_svg(result);
@@ -100,18 +102,38 @@ void add_server(CLI::App& perf, int& status) {
   command->callback([options, &status] { status = serve(*options); });
 }
 
+/// How long, of whatever is measured.
+struct TimeOptions {
+  double seconds = 5;
+  double warm_up_s = 0.2;
+  double timeout_s = 5;
+
+  void add_to(CLI::App& command, const char* timeout) {
+    command.add_option("--seconds", seconds, "How long to measure")
+        ->type_name("N")
+        ->check(CLI::Range(0.01, 1e6))
+        ->capture_default_str();
+    command.add_option("--warm-up", warm_up_s, "And how long to warm up before")
+        ->type_name("SECONDS")
+        ->check(CLI::Range(0.0, 1e3))
+        ->capture_default_str();
+    command.add_option("--timeout", timeout_s, timeout)
+        ->type_name("SECONDS")
+        ->check(CLI::Range(0.001, 1e6))
+        ->capture_default_str();
+  }
+};
+
 struct ClientCommand {
   NetworkOptions network;
   OutputOptions output;
+  TimeOptions time;
   std::string service = perf::default_service;
   perf::ClientOptions client;
   bool tcp = false;
   double rate_hz = 0;
   std::uint32_t window = 1;
-  double separation_us = 500;
-  double seconds = 5;
-  double warm_up_s = 0.2;
-  double timeout_s = 5;
+  double separation_us = std::chrono::duration<double, std::micro>{someip::TpPacing{}.separation}.count();
 };
 
 Duration seconds(double count) {
@@ -127,9 +149,9 @@ int measure(const ClientCommand& command) {
   options.plan.rate_hz = command.rate_hz;
   options.plan.window = command.window;
   options.plan.separation_ns = static_cast<std::uint32_t>(command.separation_us * 1000);
-  options.measured = seconds(command.seconds);
-  options.warm_up = seconds(command.warm_up_s);
-  options.patience = seconds(command.timeout_s);
+  options.measured = seconds(command.time.seconds);
+  options.warm_up = seconds(command.time.warm_up_s);
+  options.patience = seconds(command.time.timeout_s);
   if (options.events && options.plan.bytes < perf::min_event_bytes) {
     throw CLI::ValidationError("--size", fmt::format("events have at least {} bytes", perf::min_event_bytes));
   }
@@ -146,7 +168,7 @@ int measure(const ClientCommand& command) {
                         }};
     session.run();
     if (fault && fault->empty()) {
-      command.output.show(client.result(), session);
+      command.output.show(client.result());
     }
   }
   node.shutdown();
@@ -202,21 +224,68 @@ void add_client(CLI::App& perf, int& status) {
       ->type_name("N")
       ->check(CLI::Range(1, 10'000))
       ->capture_default_str();
-  command->add_option("--seconds", options->seconds, "How long to measure")
-      ->type_name("N")
-      ->check(CLI::Range(0.01, 1e6))
-      ->capture_default_str();
-  command->add_option("--warm-up", options->warm_up_s, "And how long to warm up before")
-      ->type_name("SECONDS")
-      ->check(CLI::Range(0.0, 1e3))
-      ->capture_default_str();
-  command->add_option("--timeout", options->timeout_s, "For finding the service, and for each answer")
-      ->type_name("SECONDS")
-      ->check(CLI::Range(0.001, 1e6))
-      ->capture_default_str();
+  options->time.add_to(*command, "For finding the service, and for each answer");
   options->output.add_to(*command);
   options->network.add_to(*command);
   command->callback([options, &status] { status = measure(*options); });
+}
+
+struct BridgeCommand {
+  OutputOptions output;
+  TimeOptions time;
+  perf::PathOptions path;
+  bool reflect = false;
+};
+
+int measure_bridge(const BridgeCommand& command) {
+  if (command.reflect) {
+    perf::reflect(command.path);
+    return exit_ok;
+  }
+  perf::PathOptions options = command.path;
+  options.measured = seconds(command.time.seconds);
+  options.warm_up = seconds(command.time.warm_up_s);
+  options.patience = seconds(command.time.timeout_s);
+  const auto result = perf::measure_path(options, command.output.progress());
+  if (!result || result->received == 0) {
+    Session::note("error: nothing came back: is 'trestle perf bridge --reflect' at the other end?");
+    return exit_failure;
+  }
+  command.output.show(*result);
+  return exit_ok;
+}
+
+void add_bridge(CLI::App& perf, int& status) {
+  CLI::App* command = perf.add_subcommand("bridge", "Measure a way through DDS and bridges");
+  command->footer(
+      "Writes PointCloud2 messages to TOPIC/there and waits for each on TOPIC/back, where 'trestle perf "
+      "bridge\n"
+      "--reflect' at the other end writes them. The latency is half of the time there and back. What is\n"
+      "between both ends, say two bridges that carry both topics, is up to you; nothing: a hop of DDS "
+      "alone.\n"
+      "Exit status: 0; 1 when nothing came back; 2 for a wrong command line.\n\n"
+      "Examples:\n"
+      "  trestle perf bridge --domain 1 --reflect\n"
+      "  trestle perf bridge --domain 0 --size 1MB --seconds 10 --json");
+  const auto options = std::make_shared<BridgeCommand>();
+  command->add_flag("--reflect", options->reflect, "Be the other end, until Ctrl-C");
+  command->add_option("--domain", options->path.domain, "DDS domain")
+      ->type_name("N")
+      ->check(CLI::Range(0, 232))
+      ->capture_default_str();
+  command
+      ->add_option("--interface", options->path.interfaces, "Own addresses that DDS may use (default: all)")
+      ->type_name("IP")
+      ->allow_extra_args(false);
+  command->add_option("--topic", options->path.topic, "Before /there and /back")->capture_default_str();
+  command->add_option("--size", options->path.bytes, "Bytes of points, 16 each; 64KB, 4MB: of 1024")
+      ->type_name("BYTES")
+      ->transform(CLI::AsSizeValue(false))
+      ->check(CLI::Range(std::uint32_t{16}, perf::max_event_bytes))
+      ->capture_default_str();
+  options->time.add_to(*command, "For the first message to come back");
+  options->output.add_to(*command);
+  command->callback([options, &status] { status = measure_bridge(*options); });
 }
 
 }  // namespace
@@ -227,6 +296,7 @@ void add_perf_command(CLI::App& app, int& status) {
   perf->require_subcommand(1);
   add_server(*perf, status);
   add_client(*perf, status);
+  add_bridge(*perf, status);
 }
 
 }  // namespace trestle::bridge

@@ -39,4 +39,12 @@ Status own_status() {
           .system_ns = ns_of(usage.ru_stime)};
 }
 
+CpuTime cpu_between(const Status& before, const Status& after) {
+  const auto elapsed = static_cast<double>(after.now_ns - before.now_ns);
+  const auto percent = [elapsed](std::uint64_t from, std::uint64_t to) {
+    return elapsed > 0 ? 100 * static_cast<double>(to - from) / elapsed : 0;
+  };
+  return {percent(before.user_ns, after.user_ns), percent(before.system_ns, after.system_ns)};
+}
+
 }  // namespace trestle::bridge::perf

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 
+#include "bridge/perf/result.hpp"
 #include "someip/wire/header.hpp"
 
 /// The SOME/IP service that `trestle perf server` offers: docs/tools.md describes it for other stacks.
@@ -50,5 +51,7 @@ struct EventPlan {
 
 /// This process's view of it, without `events` and `dropped`.
 [[nodiscard]] Status own_status();
+/// Of two views of one process.
+[[nodiscard]] CpuTime cpu_between(const Status& before, const Status& after);
 
 }  // namespace trestle::bridge::perf

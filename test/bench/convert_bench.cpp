@@ -14,7 +14,7 @@ namespace {
 
 ConversionPlan plan_of(std::string_view type,
                        std::size_t reference_from = ConversionPlan::default_reference_from) {
-  const auto tree = TypeLibrary{}.resolve(type);
+  const auto tree = TypeLibrary{{TRESTLE_BENCH_TYPES}}.resolve(type);
   if (!tree) {
     throw std::runtime_error{to_string(tree.error())};
   }
@@ -83,6 +83,44 @@ std::vector<std::byte> transforms(std::size_t count) {
     for (int k = 0; k < 7; ++k) {
       sample.number(0.25 * k);
     }
+  }
+  return sample.bytes();
+}
+
+std::vector<std::byte> path(std::size_t count) {
+  Sample sample;
+  sample.header().number(static_cast<std::uint32_t>(count));
+  for (std::size_t i = 0; i < count; ++i) {
+    sample.number(1700000000).number(static_cast<std::uint32_t>(i)).text("map");
+    for (int k = 0; k < 7; ++k) {
+      sample.number(0.25 * k);
+    }
+  }
+  return sample.bytes();
+}
+
+/// Lines of 100 points with a colour each.
+std::vector<std::byte> markers(std::size_t count) {
+  constexpr std::uint32_t points = 100;
+  Sample sample;
+  sample.number(static_cast<std::uint32_t>(count));
+  for (std::size_t i = 0; i < count; ++i) {
+    sample.header().text("objects").number(static_cast<std::uint32_t>(i)).number(4).number(0);
+    for (int k = 0; k < 10; ++k) {  // pose and scale
+      sample.number(0.25 * k);
+    }
+    for (int k = 0; k < 4; ++k) {
+      sample.number(0.5F);
+    }
+    sample.number(0).number(0U).number(std::uint8_t{0}).number(points);
+    for (std::uint32_t k = 0; k < 3 * points; ++k) {
+      sample.number(0.5 * k);
+    }
+    sample.number(points);
+    for (std::uint32_t k = 0; k < 4 * points; ++k) {
+      sample.number(0.25F);
+    }
+    sample.text("").text("").number(std::uint8_t{0});
   }
   return sample.bytes();
 }
@@ -208,6 +246,32 @@ void transforms_to_cdr(benchmark::State& state) {
 BENCHMARK(transforms_memcpy);
 BENCHMARK(transforms_to_someip);
 BENCHMARK(transforms_to_cdr);
+
+void path_memcpy(benchmark::State& state) {
+  copy(state, path(1000));
+}
+void path_to_someip(benchmark::State& state) {
+  to_someip(state, plan_of("nav_msgs/Path"), path(1000));
+}
+void path_to_cdr(benchmark::State& state) {
+  to_cdr(state, plan_of("nav_msgs/Path"), path(1000));
+}
+BENCHMARK(path_memcpy);
+BENCHMARK(path_to_someip);
+BENCHMARK(path_to_cdr);
+
+void markers_memcpy(benchmark::State& state) {
+  copy(state, markers(100));
+}
+void markers_to_someip(benchmark::State& state) {
+  to_someip(state, plan_of("visualization_msgs/MarkerArray"), markers(100));
+}
+void markers_to_cdr(benchmark::State& state) {
+  to_cdr(state, plan_of("visualization_msgs/MarkerArray"), markers(100));
+}
+BENCHMARK(markers_memcpy);
+BENCHMARK(markers_to_someip);
+BENCHMARK(markers_to_cdr);
 
 }  // namespace
 }  // namespace trestle::bridge

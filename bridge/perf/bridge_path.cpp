@@ -1,0 +1,180 @@
+#include "bridge/perf/bridge_path.hpp"
+
+#include <algorithm>
+#include <array>
+#include <deque>
+#include <limits>
+#include <mutex>
+
+#include "bridge/demo/point_cloud.hpp"
+#include "bridge/demo/report.hpp"
+#include "bridge/perf/perf_service.hpp"
+#include "dds_adapter/participant.hpp"
+#include "dds_adapter/ros_names.hpp"
+
+namespace trestle::bridge::perf {
+namespace {
+
+using demo::monotonic_ns;
+
+constexpr std::int64_t second_ns = 1'000'000'000;
+constexpr std::uint32_t point_bytes = 16;
+
+struct Received {
+  dds::Sample sample;
+  std::int64_t at_ns = 0;
+};
+
+/// Samples on their way from the thread of DDS to ours.
+class Inbox {
+ public:
+  explicit Inbox(const demo::StopSignals& waiting) : waiting_{waiting} {}
+
+  void put(dds::Sample sample) {
+    constexpr std::size_t most = 64;
+    const std::int64_t now = monotonic_ns();
+    {
+      const std::lock_guard lock{mutex_};
+      if (samples_.size() < most) {  // else it counts as lost
+        samples_.push_back({std::move(sample), now});
+      }
+    }
+    waiting_.wake();
+  }
+  std::deque<Received> take() {
+    const std::lock_guard lock{mutex_};
+    return std::exchange(samples_, {});
+  }
+
+ private:
+  const demo::StopSignals& waiting_;
+  std::mutex mutex_;
+  std::deque<Received> samples_;
+};
+
+/// One side of the way.
+struct Side {
+  Side(const PathOptions& options, const char* writes, const char* reads)
+      : participant{{.domain = options.domain,
+                     .name = "trestle perf",
+                     .interfaces = options.interfaces,
+                     .on_event = {}}},
+        writer{participant.create_writer(name(options, writes), type(), {})},
+        reader{participant.create_reader(name(options, reads), type(), {},
+                                         [this](dds::Sample sample) { inbox.put(std::move(sample)); })} {}
+
+  static std::string name(const PathOptions& options, const char* what) {
+    return dds::ros_topic_name(options.topic + "/" + what);
+  }
+  static std::string type() { return dds::ros_type_name("sensor_msgs/msg/PointCloud2"); }
+
+  demo::StopSignals signals;
+  Inbox inbox{signals};
+  dds::Participant participant;
+  dds::Writer writer;
+  dds::Reader reader;
+};
+
+/// Clouds whose stamps are their numbers.
+class Pinger {
+ public:
+  explicit Pinger(const PathOptions& options) : side_{options, "there", "back"} {
+    cloud_.width = std::max(options.bytes / point_bytes, 1U);
+    cloud_.point_bytes = point_bytes;
+    cloud_.data.resize(std::size_t{cloud_.width} * point_bytes, std::byte{0x5a});
+    std::uint32_t offset = 0;
+    for (const char* field : {"x", "y", "z", "intensity"}) {
+      cloud_.fields.push_back({.name = field, .offset = offset, .type = demo::FieldType::float32});
+      offset += size_of(demo::FieldType::float32);
+    }
+  }
+
+  [[nodiscard]] std::size_t bytes() const noexcept { return cloud_.data.size(); }
+
+  /// How long a cloud was on its way, both ways; nothing when it has not come back in time.
+  std::optional<std::int64_t> ping(std::int64_t limit_ns) {
+    ++number_;
+    const auto encoded = demo::encode(cloud_, number_, "perf");
+    const std::array<ByteView, 3> pieces{encoded.front, encoded.data, ByteView{&encoded.tail, 1}};
+    const std::int64_t sent = monotonic_ns();
+    if (!side_.writer.write(pieces)) {
+      return std::nullopt;
+    }
+    while (!stopped_ && monotonic_ns() < sent + limit_ns) {
+      stopped_ = side_.signals.wait_until(sent + limit_ns);
+      for (const Received& one : side_.inbox.take()) {
+        const auto cloud = demo::decode(one.sample.cdr());
+        if (cloud && cloud->stamp_ns == number_ && cloud->data.size() == cloud_.data.size()) {
+          return one.at_ns - sent;
+        }
+      }
+    }
+    return std::nullopt;
+  }
+  [[nodiscard]] bool stopped() const noexcept { return stopped_; }
+
+ private:
+  Side side_;
+  demo::Cloud cloud_;
+  std::int64_t number_ = 0;
+  bool stopped_ = false;
+};
+
+}  // namespace
+
+std::optional<Result> measure_path(const PathOptions& options,
+                                   const std::function<void(const Result& result)>& progress) {
+  Pinger pinger{options};
+  Result result;
+  result.what = "bridge";
+  result.transport = "dds";
+  result.how = "one at a time, half of the way there and back";
+  result.payload_bytes = pinger.bytes();
+
+  // Discovery takes its time on every part of the way: what is sent earlier goes nowhere.
+  constexpr std::int64_t try_ns = second_ns / 10;
+  const std::int64_t patience_end = monotonic_ns() + options.patience.count();
+  while (!pinger.ping(try_ns)) {
+    if (pinger.stopped() || monotonic_ns() > patience_end) {
+      return std::nullopt;
+    }
+  }
+  const std::int64_t limit_ns = std::min<std::int64_t>(options.patience.count(), second_ns);
+  for (const std::int64_t warm = monotonic_ns() + options.warm_up.count(); monotonic_ns() < warm;) {
+    (void)pinger.ping(limit_ns);
+  }
+
+  const Status before = own_status();
+  const std::int64_t start = monotonic_ns();
+  const std::int64_t end = start + options.measured.count();
+  std::int64_t next_progress = start + second_ns;
+  for (std::int64_t now = start; now < end && !pinger.stopped();) {
+    const auto trip = pinger.ping(limit_ns);
+    now = monotonic_ns();
+    result.seconds = static_cast<double>(now - start) / 1e9;
+    if (trip) {
+      ++result.received;
+      result.latency.add(*trip / 2);
+    } else if (!pinger.stopped()) {
+      ++result.lost;
+    }
+    result.sent = result.received + result.lost;
+    if (progress && now >= next_progress) {
+      progress(result);
+      next_progress = now + second_ns;
+    }
+  }
+  result.cpu["client"] = cpu_between(before, own_status());
+  return result;
+}
+
+void reflect(const PathOptions& options) {
+  Side side{options, "back", "there"};
+  while (!side.signals.wait_until(std::numeric_limits<std::int64_t>::max())) {
+    for (const Received& one : side.inbox.take()) {
+      (void)side.writer.write(one.sample.cdr());  // what is refused is lost, and so counted
+    }
+  }
+}
+
+}  // namespace trestle::bridge::perf

@@ -1,0 +1,80 @@
+"""Measures everything beside its floor, and writes docs/performance.md.
+
+Usage: ./run bench [--quick] [--check] [--rounds N]
+"""
+import argparse
+import datetime
+import json
+import pathlib
+import sys
+import time
+
+import goals
+import measures
+import report
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+
+def arguments():
+    parser = argparse.ArgumentParser(prog="./run bench", description="Measure everything beside its floor, and write "
+                                     "docs/performance.md and the drawings in it. Root measures in network namespaces, "
+                                     "everybody else on loopback.")
+    parser.add_argument("--quick", action="store_true", help="fewer and shorter rounds, for a first look")
+    parser.add_argument("--rounds", type=int, metavar="N", help="how often each thing is measured (5; quick: 2)")
+    parser.add_argument("--check", action="store_true",
+                        help="write nothing; print the goals that are missed, and fail if there are any")
+    parser.add_argument("--build", default=ROOT / "build/bench", metavar="DIR", help=argparse.SUPPRESS)
+    chosen = parser.parse_args()
+    chosen.rounds = chosen.rounds or (2 if chosen.quick else 5)
+    return chosen
+
+
+def measure(chosen):
+    build = pathlib.Path(chosen.build)
+    about = {"date": datetime.date.today().isoformat(), "rounds": chosen.rounds, **report.machine(),
+             "command": "./run bench" + (" --quick" if chosen.quick else "")}
+    taken = measures.Measures({"trestle": build / "bridge/trestle", "floor": build / "test/bench/trestle_floor",
+                               "micro": build / "test/bench/trestle_bench",
+                               "no_segmentation": build / "test/bench/libtrestle_no_segmentation.so"}, chosen.quick)
+    about["place"] = taken.lab.place
+    start = time.monotonic()
+
+    def say(what):
+        print(f"{time.monotonic() - start:6.1f} s  {what}", file=sys.stderr, flush=True)
+
+    taken.start_servers()
+    for number in range(1, chosen.rounds + 1):
+        say(f"round {number} of {chosen.rounds}: small messages")
+        taken.small()
+        say(f"round {number} of {chosen.rounds}: large messages")
+        taken.large()
+    say("conversion")
+    taken.conversion()
+    taken.lab.close()
+    about["seconds"] = round(time.monotonic() - start)
+    say("done")
+    return taken, about
+
+
+def main():
+    chosen = arguments()
+    taken, about = measure(chosen)
+    (pathlib.Path(chosen.build) / "bench.json").write_text(
+        json.dumps({"about": about, "values": taken.values}), encoding="utf-8")
+    rows = goals.communication(taken.values) + goals.conversion(taken.values)
+    shown = rows if not chosen.check else [row for row in rows if not row.met]
+    for row in shown:
+        print("{:<52} {:>12} {:>12} {:>7}  {:<10} {}".format(*row.cells()).replace("*", ""))
+    for fault in taken.faults:
+        print("not measured: " + fault, file=sys.stderr)
+    missed = sum(row.met is False for row in rows)
+    print(f"{sum(row.met is True for row in rows)} goals met, {missed} missed, "
+          f"{sum(row.met is None for row in rows)} not measured")
+    if chosen.check:
+        return 1 if missed or taken.faults else 0
+    report.write(taken.values, about, ROOT / "docs")
+    return 1 if taken.faults else 0
+
+
+sys.exit(main())

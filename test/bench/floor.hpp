@@ -1,0 +1,73 @@
+#pragma once
+#include <netinet/in.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "bridge/perf/histogram.hpp"
+
+/// What the system itself can do, measured by loops as bare as they can be: the floor under our figures.
+/// Failures of system calls end the program.
+namespace trestle::floor {
+
+struct Options {
+  sockaddr_in at{};        ///< a server's address
+  std::size_t bytes = 80;  ///< of each datagram, or message; a SOME/IP header is 16
+  std::size_t window = 0;  ///< messages under way at a time; 0: no limit
+  double seconds = 1;
+  bool segmentation = true;  ///< UDP_SEGMENT and UDP_GRO, else sendmmsg and recvmmsg
+  std::uint32_t domain = 0;  ///< of DDS
+  bool shared_memory = false;
+};
+
+/// A descriptor that is closed at the end.
+class Socket {
+ public:
+  explicit Socket(int type);
+  ~Socket();
+  Socket(const Socket&) = delete;
+  Socket& operator=(const Socket&) = delete;
+  [[nodiscard]] int fd() const noexcept { return fd_; }
+  void option(int level, int name, int value) const;
+  void bind(const sockaddr_in& address) const;
+  void connect(const sockaddr_in& address) const;
+  /// As large as ours are.
+  void large_buffers() const;
+  void receive_timeout(int milliseconds) const;
+
+ private:
+  int fd_;
+};
+
+/// Ends the program, saying what failed and why, if `result` is negative.
+std::int64_t check(std::int64_t result, const char* what);
+[[nodiscard]] std::int64_t now_ns();
+
+/// What a client prints, as JSON: the names are those of `trestle perf --json`.
+struct Figures {
+  bridge::perf::Histogram latency;
+  std::uint64_t bytes = 0;
+  std::uint64_t received = 0;
+  std::uint64_t lost = 0;
+  double seconds = 0;
+  void print() const;
+};
+
+/// The last numbers of the warm-up are not counted.
+inline constexpr std::int64_t warm_up_ns = 100'000'000;
+
+// Servers run until they are killed.
+void serve_udp(const Options& options);
+void ping_udp(const Options& options);
+void serve_tcp(const Options& options);
+void ping_tcp(const Options& options);
+void serve_flood(const Options& options);
+void receive_flood(const Options& options);
+void serve_tp(const Options& options);
+void receive_tp(const Options& options);
+void reflect_dds(const Options& options);
+void ping_dds(const Options& options);
+
+}  // namespace trestle::floor

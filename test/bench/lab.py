@@ -1,0 +1,91 @@
+"""Where `./run bench` measures: two network namespaces joined by a veth pair, or two addresses of loopback."""
+import atexit
+import json
+import os
+import shutil
+import subprocess
+import time
+
+PATIENCE = 30  # seconds for what should be over long before
+
+
+class Failed(Exception):
+    pass
+
+
+class Lab:
+    """Two sides, "a" where servers run and "b" where clients run, with two addresses each."""
+
+    def __init__(self):
+        self.spaces = {}
+        self.processes = []
+        atexit.register(self.close)
+        if os.geteuid() == 0 and shutil.which("ip") and self._make_spaces():
+            self.address = {"a": "10.83.7.1", "b": "10.83.7.2", "a2": "10.83.7.3", "b2": "10.83.7.4"}
+            self.place = "two network namespaces joined by a veth pair"
+        else:
+            own = f"127.{1 + (os.getpid() >> 8) % 254}.{os.getpid() & 255}."
+            self.address = {"a": own + "1", "b": own + "2", "a2": own + "3", "b2": own + "4"}
+            self.place = "two addresses of loopback"
+
+    def _make_spaces(self):
+        names = {side: f"trestle-bench-{os.getpid()}-{side}" for side in "ab"}
+        links = {side: f"tb{os.getpid() % 100000}{side}" for side in "ab"}
+        commands = [f"ip netns add {names[side]}" for side in "ab"]
+        commands += [f"ip link add {links['a']} netns {names['a']} type veth peer name {links['b']} netns {names['b']}"]
+        for side, host in ("a", 1), ("b", 2):
+            commands += [f"ip -n {names[side]} {what}" for what in (
+                f"address add 10.83.7.{host}/24 dev {links[side]}",
+                f"address add 10.83.7.{host + 2}/24 dev {links[side]}", f"link set {links[side]} up", "link set lo up",
+                f"route add 224.0.0.0/4 dev {links[side]}")]
+        for command in commands:
+            if subprocess.run(command.split(), capture_output=True, check=False).returncode:
+                for name in names.values():
+                    subprocess.run(["ip", "netns", "delete", name], capture_output=True, check=False)
+                return False
+        self.spaces = names
+        return True
+
+    def _command(self, side, command):
+        inside = ["ip", "netns", "exec", self.spaces[side]] if self.spaces else []
+        return inside + [str(part) for part in command]
+
+    def start(self, side, *command, environment=None, **options):
+        """A program that runs until the lab is closed, or it is stopped."""
+        process = subprocess.Popen(self._command(side, command), stdin=subprocess.DEVNULL, **{
+            "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL,
+            "env": {**os.environ, **(environment or {})}, **options})
+        self.processes.append(process)
+        return process
+
+    def stop(self, process):
+        process.terminate()
+        try:
+            process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+        self.processes.remove(process)
+
+    def run(self, side, *command, environment=None):
+        """What a program prints, as JSON."""
+        try:
+            done = subprocess.run(self._command(side, command), capture_output=True, text=True, timeout=PATIENCE,
+                                  env={**os.environ, **(environment or {})}, check=False)
+        except subprocess.TimeoutExpired as late:
+            raise Failed(f"{' '.join(map(str, command))}: not done after {PATIENCE} s") from late
+        if done.returncode:
+            raise Failed(f"{' '.join(map(str, command))}: {done.stderr.strip() or done.returncode}")
+        return json.loads(done.stdout)
+
+    def close(self):
+        for process in list(self.processes):
+            self.stop(process)
+        for name in self.spaces.values():
+            subprocess.run(["ip", "netns", "delete", name], capture_output=True, check=False)
+        self.spaces = {}
+
+
+def settle():
+    """Time for servers to open their ports."""
+    time.sleep(0.3)

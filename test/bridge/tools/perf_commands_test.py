@@ -1,0 +1,221 @@
+"""trestle perf: servers and clients as programs, whose figures must add up and be possible.
+
+Usage: perf_commands_test.py TRESTLE
+"""
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import unittest
+import xml.dom.minidom
+
+TRESTLE = sys.argv.pop(1)
+PATIENCE = 60  # seconds; running into it is a failure
+
+# Addresses and a group that only this process uses.
+PID = os.getpid()
+HOST = f"127.{1 + (PID >> 8) % 254}.{PID & 255}."
+GROUP = f"239.252.{PID >> 8 & 255}.{PID & 255}"
+
+
+def network(host):
+    return ["--address", HOST + str(host), "--multicast", GROUP]
+
+
+def client(*arguments, seconds="0.3"):
+    return subprocess.run([TRESTLE, "perf", "client", *network(2), "--seconds", seconds, "--warm-up", "0.05", *arguments],
+                          capture_output=True, text=True, timeout=PATIENCE, check=False)
+
+
+class Server:
+    def __init__(self, *arguments):
+        self.process = subprocess.Popen([TRESTLE, "perf", "server", *network(1), *arguments],
+                                        stderr=subprocess.PIPE, text=True)
+        while "offering" not in self.process.stderr.readline():
+            pass
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.send_signal(signal.SIGINT)
+        self.process.communicate(timeout=PATIENCE)
+
+
+class Measuring(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.server = Server()
+
+    @classmethod
+    def tearDownClass(cls):
+        with cls.server:
+            pass
+        assert cls.server.process.returncode == 0
+
+    def measured(self, *arguments):
+        done = client("--json", *arguments)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        figures = json.loads(done.stdout)
+        self.assertEqual(figures["sent"], figures["received"] + figures["lost"] + figures["failed"])
+        self.assertEqual(figures["failed"], 0)
+        self.assertGreater(figures["received"], 0)
+        self.assertGreaterEqual(figures["seconds"], 0.3)
+        self.assertAlmostEqual(figures["per_second"], figures["received"] / figures["seconds"], delta=0.01)
+        self.assertAlmostEqual(figures["megabytes_per_second"], figures["per_second"] * figures["payload_bytes"] / 1e6,
+                               delta=0.01)
+        latency = figures["latency_ns"]
+        self.assertEqual(latency["count"], figures["received"])
+        self.assertEqual(sum(count for _, count in figures["histogram"]), latency["count"])
+        order = [latency[key] for key in ("min", "p50", "p90", "p99", "p999", "max")]
+        self.assertEqual(order, sorted(order))
+        self.assertGreater(latency["min"], 0)
+        self.assertLess(latency["max"], PATIENCE * 1e9)
+        self.assertNotIn("clock_error_ns", figures)  # one host has one clock
+        for process in "client", "server":
+            self.assertGreaterEqual(figures["cpu_percent"][process]["user"], 0)
+        return figures
+
+    def test_calls_are_measured(self):
+        for transport in "udp", "tcp":
+            with self.subTest(transport):
+                figures = self.measured("--size", "100", *(["--tcp"] if transport == "tcp" else []))
+                self.assertEqual((figures["what"], figures["transport"], figures["payload_bytes"], figures["lost"]),
+                                 ("calls", transport, 100, 0))
+                # One at a time: the latencies of all fill the time, but for what lies between answer and call.
+                self.assertLessEqual(figures["latency_ns"]["mean"] * figures["received"], figures["seconds"] * 1e9)
+
+    def test_calls_in_flight_overlap(self):
+        figures = self.measured("--in-flight", "8")
+        self.assertGreater(figures["latency_ns"]["mean"] * figures["received"], 2 * figures["seconds"] * 1e9)
+
+    def test_large_calls_go_in_segments(self):
+        self.assertEqual(self.measured("--size", "64KB", "--separation", "0")["payload_bytes"], 65536)
+
+    def test_events_are_measured_one_at_a_time(self):
+        for size, transport in ("16", []), ("64KB", []), ("1MB", ["--separation", "0"]), ("64KB", ["--tcp"]):
+            with self.subTest(size=size, transport=transport):
+                figures = self.measured("--events", "--size", size, *transport)
+                self.assertEqual(figures["what"], "events")
+                self.assertIn("dropped_by_server", figures["counters"])
+
+    def test_events_come_at_the_rate_that_is_wanted(self):
+        figures = self.measured("--events", "--rate", "200", "--window", "0")
+        self.assertLessEqual(figures["per_second"], 220)
+        self.assertGreaterEqual(figures["sent"] / figures["seconds"], 100)
+
+    def test_two_clients_one_after_another_get_what_they_ask_for(self):
+        self.assertEqual(self.measured("--events", "--size", "1000")["payload_bytes"], 1000)
+        self.assertEqual(self.measured("--events", "--size", "2000")["payload_bytes"], 2000)
+
+    def test_the_text_for_people_has_the_same_figures(self):
+        done = client()
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(done.stdout, r"^calls by udp, 64 bytes, 1 in flight\n")
+        sent, received, lost, failed = map(int, re.search(
+            r"sent (\d+)   received (\d+)   lost (\d+)   failed (\d+)", done.stdout).groups())
+        self.assertEqual(sent, received + lost + failed)
+        self.assertRegex(done.stdout, r"latency    min [\d.]+ [num]?s   p50 ")
+
+    def test_progress_is_told_on_standard_error(self):
+        done = client(seconds="1.2")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(done.stderr, r"^ +1\.\d s +\d+ /s ")
+        self.assertEqual(client("--quiet", seconds="1.2").stderr, "")
+
+    def test_the_drawing_is_an_image(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = os.path.join(folder, "latency.svg")
+            self.assertEqual(client("--plot", file).returncode, 0)
+            drawing = xml.dom.minidom.parse(file)
+            self.assertEqual(drawing.documentElement.tagName, "svg")
+            points = drawing.getElementsByTagName("polyline")[0].getAttribute("points").split()
+            self.assertGreater(len(points), 10)
+            xs, ys = zip(*(map(float, point.split(",")) for point in points))
+            self.assertEqual(list(xs), sorted(xs))
+            self.assertEqual(list(ys), sorted(ys, reverse=True))  # later percentiles are no faster
+            self.assertEqual(client("--plot", "/proc/no/such.svg").returncode, 1)
+
+
+class Bridge(unittest.TestCase):
+    # Those of two tests at a time differ, and so do their domains, most often.
+    WHERE = ["--domain", str(100 + PID % 100), "--interface", "127.0.0.1", "--topic", f"/perf{PID}"]
+
+    def test_samples_that_come_back_are_measured(self):
+        with subprocess.Popen([TRESTLE, "perf", "bridge", "--reflect", *self.WHERE]) as far:
+            done = subprocess.run([TRESTLE, "perf", "bridge", *self.WHERE, "--json", "--size", "1000", "--seconds", "0.3",
+                                   "--timeout", "30"], capture_output=True, text=True, timeout=PATIENCE, check=False)
+            far.send_signal(signal.SIGINT)
+        self.assertEqual((done.returncode, done.stderr, far.returncode), (0, "", 0))
+        figures = json.loads(done.stdout)
+        self.assertEqual((figures["what"], figures["payload_bytes"]), ("bridge", 992))  # 62 points
+        self.assertEqual(figures["sent"], figures["received"] + figures["lost"])
+        latency = figures["latency_ns"]
+        self.assertEqual(latency["count"], figures["received"])
+        self.assertGreater(latency["min"], 0)
+        # One at a time, and each takes its latency twice.
+        self.assertLessEqual(2 * latency["mean"] * figures["received"], 1.01 * figures["seconds"] * 1e9)
+
+    def test_nobody_at_the_other_end_is_told(self):
+        done = subprocess.run([TRESTLE, "perf", "bridge", *self.WHERE, "--timeout", "0.2"], capture_output=True,
+                              text=True, timeout=PATIENCE, check=False)
+        self.assertEqual((done.returncode, done.stdout), (1, ""))
+        self.assertIn("error: nothing came back", done.stderr)
+
+
+class Failing(unittest.TestCase):
+    def test_a_missing_service_is_told(self):
+        done = client("0x7e58.1", "--timeout", "0.3")
+        self.assertEqual((done.returncode, done.stdout), (1, ""))
+        self.assertEqual(done.stderr, "error: nobody offers the service\n")
+
+    def test_another_service_is_told(self):
+        other = subprocess.Popen([TRESTLE, "offer", "0x7e59.1", "--udp", "--tcp", "--method", "1", *network(3)],
+                                 stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+        try:
+            done = client("0x7e59.1", "--timeout", "5")
+        finally:
+            other.send_signal(signal.SIGINT)
+            other.wait(PATIENCE)
+        self.assertEqual((done.returncode, done.stdout), (1, ""))
+        self.assertEqual(done.stderr, "error: the service is not one of 'trestle perf server'\n")
+
+    def test_a_server_that_ends_is_told(self):
+        with Server("0x7e5a.1", "--timeout", "1"):
+            done = client("0x7e5a.1", "--timeout", "1", seconds="30")
+        self.assertEqual((done.returncode, done.stdout), (1, ""))
+        self.assertIn("error: the service is gone\n", done.stderr)
+
+    def test_wrong_command_lines_are_explained(self):
+        for arguments, message in [
+            (["perf"], "subcommand"),
+            (["perf", "client", "--size", "17MB"], "--size"),
+            (["perf", "client", "--size", "some"], "--size"),
+            (["perf", "client", "--events", "--size", "8"], "events have at least 16 bytes"),
+            (["perf", "client", "--in-flight", "0"], "--in-flight"),
+            (["perf", "client", "--seconds", "0"], "--seconds"),
+            (["perf", "client", "0x10000"], "SERVICE: expected"),
+            (["perf", "server", "0x1234"], "names no instance"),
+            (["perf", "bridge", "--domain", "233"], "--domain"),
+            (["perf", "bridge", "--size", "15"], "--size"),
+        ]:
+            with self.subTest(arguments):
+                done = subprocess.run([TRESTLE, *arguments], capture_output=True, text=True, timeout=PATIENCE,
+                                      check=False)
+                self.assertEqual((done.returncode, done.stdout), (2, ""), done.stderr)
+                self.assertIn(message, done.stderr)
+
+    def test_help_has_examples(self):
+        for name in "server", "client", "bridge":
+            done = subprocess.run([TRESTLE, "perf", name, "--help"], capture_output=True, text=True, timeout=PATIENCE,
+                                  check=False)
+            self.assertEqual(done.returncode, 0)
+            self.assertIn(f"Examples:\n  trestle perf {name}", done.stdout)
+            self.assertIn("Exit status: 0", done.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
