@@ -49,8 +49,10 @@ double Histogram::mean() const noexcept {
 }
 
 std::int64_t Histogram::percentile(double percent) const noexcept {
-  const auto rank = static_cast<std::uint64_t>(
-      std::max(1.0, std::ceil(std::clamp(percent, 0.0, 100.0) / 100 * static_cast<double>(count_))));
+  // 99.9 is not exactly that, and 99.9 % of 1000 is still 999.
+  constexpr double rounding = 1e-6;
+  const double share = std::clamp(percent, 0.0, 100.0) * static_cast<double>(count_) / 100;
+  const auto rank = static_cast<std::uint64_t>(std::max(1.0, std::ceil(share - rounding)));
   std::uint64_t below = 0;
   for (std::size_t i = 0; i < counts_.size(); ++i) {
     below += counts_[i];
