@@ -1,0 +1,24 @@
+#pragma once
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "bridge/config/load.hpp"
+#include "test/bridge/config/good_config.hpp"
+
+namespace trestle::test {
+
+inline std::vector<std::string> lines(const std::vector<bridge::Problem>& problems) {
+  std::vector<std::string> result(problems.size());
+  std::ranges::transform(problems, result.begin(),
+                         [](const bridge::Problem& problem) { return to_string(problem); });
+  return result;
+}
+
+/// What is said about a text that is not a good configuration.
+inline std::vector<std::string> problems_of(const std::string& text, const bridge::TypeCheck& check = {}) {
+  const auto loaded = bridge::parse_config(text, "b.yaml", check);
+  return loaded ? std::vector<std::string>{"no errors"} : lines(loaded.error());
+}
+
+}  // namespace trestle::test
