@@ -7,26 +7,17 @@
 #include "someip/wire/payload_writer.hpp"
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
+#include "test/someip/written.hpp"
 
 namespace trestle::someip {
 namespace {
 using test::covers;
 using test::hex;
 using test::to_hex;
+using test::written;
 
 std::string compact(std::string_view digits) {
   return to_hex(hex(digits));
-}
-
-/// What `write` makes under `rules`, in hexadecimal; "!error" if it fails.
-template <typename Write>
-std::string written(const PayloadRules& rules, Write write) {
-  std::array<std::byte, 512> room{};
-  room.fill(std::byte{0xee});
-  PayloadWriter out{room, rules};
-  write(out);
-  const auto payload = out.finish();
-  return payload ? to_hex(*payload) : std::string{"!"} + to_string(payload.error());
 }
 
 /// Reads with `read` and tells the error and where it stands; "at N" without one.
