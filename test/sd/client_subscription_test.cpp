@@ -151,6 +151,24 @@ TEST_F(Client, IgnoresAcksItDidNotAskFor) {
   EXPECT_THAT(machine.events(), IsEmpty());
 }
 
+TEST_F(Client, IgnoresAcksWhoseMulticastEndpointCannotBe) {
+  covers({"feat_req_someipsd_790", "feat_req_someipsd_1144"});
+  require(required);
+  subscribe_to({.eventgroup = EventgroupId{1}, .udp = own_udp});
+  machine.unicast(server, {offer({udp(server_udp)})});
+  machine.events();
+  const Endpoint at{IpAddress::v4(224, 225, 226, 233), 32344};
+  const EndpointOption multicast{EndpointRole::multicast, at, Transport::udp};
+  const EndpointOption another{EndpointRole::multicast, {at.address, 32345}, Transport::udp};
+  machine.unicast(server, {ack(1, {{EndpointRole::multicast, at, Transport::tcp}})});
+  EXPECT_EQ(machine.discovery.counters().ignored_bad_options, 1U);
+  machine.unicast(server, {ack(1, {multicast, another})});
+  EXPECT_EQ(machine.discovery.counters().ignored_bad_options, 2U);
+  EXPECT_THAT(machine.events(), IsEmpty());
+  machine.unicast(server, {ack(1, {multicast, multicast})});  // equal ones are no conflict
+  EXPECT_THAT(machine.events(), ElementsAre("subscribed multicast 224.225.226.233:32344"));
+}
+
 TEST_F(Client, RenewsWithEachOfferAndAsksForNoInitialDataThen) {
   covers({"feat_req_someipsd_431", "feat_req_someipsd_631", "feat_req_someipsd_1192"});
   subscribed();

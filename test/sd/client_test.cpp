@@ -37,8 +37,7 @@ TEST_F(Client, WritesItsFindByteForByte) {
 }
 
 TEST_F(Client, StopsLookingWhenTheServiceIsOffered) {
-  covers({"feat_req_someipsd_14", "feat_req_someipsd_238", "feat_req_someipsd_867", "feat_req_someipsd_779",
-          "feat_req_someipsd_752"});
+  covers({"feat_req_someipsd_14", "feat_req_someipsd_238", "feat_req_someipsd_867", "feat_req_someipsd_779"});
   require(required);
   EXPECT_THAT(machine.run_to(30ms), SizeIs(1));
   machine.multicast(server, {offer({udp(server_udp), tcp(server_tcp)})});
@@ -52,11 +51,16 @@ TEST_F(Client, StopsLookingWhenTheServiceIsOffered) {
 TEST_F(Client, SendsOneFindThoughAnInstanceIsKnown) {
   covers({"feat_req_someipsd_239", "feat_req_someip_636", "feat_req_someip_1079"});
   require(any_required);
-  machine.multicast(server, {offer({udp(server_udp)}), offer({udp(server_udp)}, 3, 0x1234, 0x5679)});
+  // Another ECU has the second instance, and the third one at a port of its own.
+  FakePeer other{{IpAddress::v4(10, 0, 0, 3), 30490}};
+  machine.multicast(server, {offer({udp(server_udp)})});
+  machine.multicast(other, {offer({udp({IpAddress::v4(10, 0, 0, 3), 30509})}, 3, 0x1234, 0x5679),
+                            offer({udp({IpAddress::v4(10, 0, 0, 3), 30510})}, 3, 0x1234, 0x567a)});
   EXPECT_THAT(machine.run_to(1s),
               ElementsAre("10ms -> 224.244.224.245:30490 s1 reboot: find 1234.ffff v*.* ttl 3"));
-  EXPECT_THAT(machine.events(),
-              ElementsAre(HasSubstr("available 1234.5678"), HasSubstr("available 1234.5679")));
+  EXPECT_THAT(machine.events(), ElementsAre(HasSubstr("available 1234.5678 v1.0 udp 10.0.0.2:30509"),
+                                            HasSubstr("available 1234.5679 v1.0 udp 10.0.0.3:30509"),
+                                            HasSubstr("available 1234.567a v1.0 udp 10.0.0.3:30510")));
 }
 
 TEST_F(Client, KnowsWhatWasOfferedBeforeItAsks) {

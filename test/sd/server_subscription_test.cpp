@@ -307,7 +307,8 @@ TEST_F(Server, DropsTheSubscriptionsOfARebootedClient) {
 }
 
 TEST_F(Server, TakesTheSdEndpointOptionForTheSender) {
-  covers({"feat_req_someipsd_1084", "feat_req_someipsd_1152", "feat_req_someipsd_809"});
+  covers(
+      {"feat_req_someipsd_1084", "feat_req_someipsd_1152", "feat_req_someipsd_809", "feat_req_someipsd_814"});
   offer(udp_service);
   // First option: SD endpoint 10.0.0.9:30490; a second one, 10.0.0.8, does not count.
   machine.receive(hex("ffff8100 00000048 00000001 01010200 c0000000 00000010"

@@ -57,6 +57,7 @@ TEST_F(Server, PacksOffersThatStartTogether) {
 
 TEST(ServerWithRandomDelays, StartsItsOffersWithinTheBounds) {
   covers({"feat_req_someipsd_63", "feat_req_someipsd_64", "feat_req_someipsd_65"});
+  std::array<int, 9> drawn{};  // of ten milliseconds each
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
     Settings settings = fixed_settings();
     settings.timing.initial_delay_min = 10ms;
@@ -67,6 +68,7 @@ TEST(ServerWithRandomDelays, StartsItsOffersWithinTheBounds) {
     const TimePoint first = *machine.discovery.deadline();
     EXPECT_GE(first, start + 10ms);
     EXPECT_LE(first, start + 100ms);
+    ++drawn.at(static_cast<std::size_t>((first - start - 10ms) / 10ms) % drawn.size());
     // Another one a millisecond later joins, unless that would make its own wait too short.
     OfferedService second = udp_service;
     second.instance = InstanceId{2};
@@ -78,6 +80,7 @@ TEST(ServerWithRandomDelays, StartsItsOffersWithinTheBounds) {
         first >= start + 11ms)
         << seed;
   }
+  EXPECT_THAT(drawn, testing::Each(testing::Ge(1)));  // any of them
 }
 
 TEST_F(Server, SpreadsEntriesOverDatagramsOfTheGivenSize) {

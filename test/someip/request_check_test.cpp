@@ -93,7 +93,7 @@ constexpr RequestTarget no_service{};
 
 TEST(CheckRequest, FollowsTheFlowChart) {
   covers({"feat_req_someip_718", "feat_req_someip_721", "feat_req_someip_597", "feat_req_someip_654",
-          "feat_req_someip_348"});
+          "feat_req_someip_348", "feat_req_someip_95"});
   const std::array cases{
       Case{"request of a method", 1, 0x00, method, {}, false},
       Case{"fire and forget", 1, 0x01, signal, {}, false},

@@ -373,7 +373,8 @@ TEST_F(CallsTest, TellOfServersThatComeAndGo) {
 }
 
 TEST_F(CallsTest, KeepInstancesOfOneServiceOnPortsOfTheirOwn) {
-  covers({"feat_req_someip_967", "feat_req_someip_445", "feat_req_someip_648"});
+  covers({"feat_req_someip_967", "feat_req_someip_445", "feat_req_someip_648", "feat_req_someip_636",
+          "feat_req_someip_1079"});
   Node server{io, quick(test::server_address)};
   Node client{io, quick(test::client_address)};
   ServiceSpec second = spec(0, {});

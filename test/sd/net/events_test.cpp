@@ -59,7 +59,8 @@ class EventsTest : public test::TwoNodes {
 // --- TCP --------------------------------------------------------------------------------------------------
 
 TEST_F(EventsTest, ArriveOverTheConnectionThatTheClientOpenedBefore) {
-  covers({"feat_req_someipsd_767", "feat_req_someipsd_788", "feat_req_someipsd_762", "feat_req_someip_644"});
+  covers({"feat_req_someipsd_767", "feat_req_someipsd_788", "feat_req_someipsd_762", "feat_req_someip_644",
+          "feat_req_someipsd_752"});
   Node server{io, quick(test::server_address)};
   Node client{io, quick(test::client_address), into(client_log)};
   const OfferHandle offer = server.offer(mixed());

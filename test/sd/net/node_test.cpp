@@ -130,7 +130,7 @@ TEST_F(NodeTest, CarriesEventsFromAnOfferToASubscriber) {
 
 TEST_F(NodeTest, SendsEventsFromTheOfferedEndpoint) {
   covers({"feat_req_someipsd_758", "feat_req_someipsd_781", "feat_req_someipsd_797", "feat_req_someipsd_850",
-          "feat_req_someipsd_858"});
+          "feat_req_someipsd_858", "feat_req_someipsd_752"});
   Node server{io, config(server_address)};
   Node client{io, config(client_address)};
   ServiceSpec at_port = service;
