@@ -121,22 +121,24 @@ def mutation_section():
     path = HERE.parent / "mutation" / "result.json"
     if not path.exists():
         return ""
-    result = json.loads(path.read_text(encoding="utf-8"))
-    lines = [(f"`{file}`", n["killed"], n["survived"], n["equivalent"]) for file, n in sorted(result["files"].items())]
-    total = [sum(line[i] for line in lines) for i in (1, 2, 3)]
-    score = 100 * total[0] / (total[0] + total[1])
-    return f"""
+    text = """
 ## Would the tests notice?
 
-`{result["command"]}` breaks one line of `someip/` or `sd/` at a time, at random places, and runs the unit tests
-against each broken copy ([how](../test/mutation/mutate.py)). A mutant that a test notices is killed. Mutants that do
-not compile are not counted; those that behave like the original are listed, each with the reason, in
+A tool breaks one line of `someip/` or `sd/` at a time, at random places, and runs the unit tests against each broken copy
+([how](../test/mutation/mutate.py)). A mutant that a test notices is killed. Mutants that do not compile are not counted;
+those that behave like the original are listed, each with the reason, in
 [equivalent.csv](../test/mutation/equivalent.csv).
-
-**{total[0]} of {total[0] + total[1]} mutants killed: {score:.1f} %.**
+"""
+    for result in json.loads(path.read_text(encoding="utf-8")).values():
+        lines = [(f"`{file}`", n["killed"], n["survived"], n["equivalent"]) for file, n in sorted(result["files"].items())]
+        total = [sum(line[i] for line in lines) for i in (1, 2, 3)]
+        score = 100 * total[0] / (total[0] + total[1])
+        text += f"""
+`{result["command"]}`: **{total[0]} of {total[0] + total[1]} mutants killed, {score:.1f} %.**
 
 {table(("file", "killed", "survived", "equivalent"), lines)}
 """
+    return text
 
 
 def write(log):

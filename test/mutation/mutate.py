@@ -1,15 +1,16 @@
-"""Would the tests notice a mistake? Breaks the core one line at a time and runs the unit tests against each mutant.
+"""Would the tests notice a mistake? Breaks the code one line at a time and runs the unit tests against each mutant.
 
-    mutate.py [--count N] [--seed S]     N mutants, drawn at random from all that there are
+    mutate.py [--part core|net] [--count N] [--seed S]     N mutants, drawn at random from all that there are
     mutate.py --again                    only those that survived the last time, after tests were added: the tally of
                                          that run is brought up to date
     mutate.py --list                     every mutant that there is
 
-Mutants are made of someip/ and sd/, wire and core: a relation or a calculation becomes its neighbour, a constant one
-more or less, a condition its opposite, a returned value the empty one, a statement nothing. A mutated file is compiled
+Mutants are made of someip/ and sd/, either wire/ and core/ or net/: a relation or a calculation becomes its neighbour, a
+constant one more or less, a condition its opposite, a returned value the empty one, a statement nothing. A mutated file is compiled
 beside the sources, which are never touched, and linked before the libraries that hold the original; so a mutant costs a
-compilation or two. It is killed when a program of test/someip or test/sd fails, crashes or hangs; programs that open
-sockets are left out. A mutant that does not compile is not counted. equivalent.csv lists those that differ in nothing
+compilation or two. It is killed when a program of test/someip or test/sd fails, crashes or hangs: for net/ the programs
+that open sockets, each in a network namespace of its own (that needs root; else one after the other), and twice, for they
+wait for real time; for the others those that open none. A mutant that does not compile is not counted. equivalent.csv lists those that differ in nothing
 that can be observed, each with the reason.
 
 The tally goes to result.json, which docs/coverage.md shows; it is there from the first mutants on, so a run may be cut
@@ -18,6 +19,7 @@ short: it then says what a run with fewer mutants would say. The exit status is 
 import argparse
 import collections
 import concurrent.futures
+import contextlib
 import csv
 import json
 import os
@@ -29,12 +31,14 @@ import shlex
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 HERE = pathlib.Path(__file__).resolve().parent
 SOURCE = HERE.parent.parent
-FOLDERS = ("someip/wire", "someip/core", "sd/wire", "sd/core")
-MEMORY_BYTES = 2 << 30
+FOLDERS = {"core": ("someip/wire", "someip/core", "sd/wire", "sd/core"), "net": ("someip/net", "sd/net")}
+MEMORY_BYTES = {"core": 2 << 30, "net": 16 << 30}  # a Node reserves half a gigabyte, and takes what it fills
+ALONE = ["unshare", "--net", "sh", "-c", 'ip link set lo up && exec "$0" "$@"']
 
 Mutant = collections.namedtuple("Mutant", "file line begin end text")
 
@@ -106,8 +110,8 @@ def mutants_of(path):
         yield Mutant(path, text.count("\n", 0, begin) + 1, begin, end, new)
 
 
-def all_mutants(only):
-    files = sorted(str(path.relative_to(SOURCE)) for folder in FOLDERS for path in (SOURCE / folder).rglob("*.[ch]pp"))
+def all_mutants(part, only):
+    files = sorted(str(path.relative_to(SOURCE)) for folder in FOLDERS[part] for path in (SOURCE / folder).rglob("*.[ch]pp"))
     return [mutant for file in files if re.search(only, file) for mutant in mutants_of(file)]
 
 
@@ -132,23 +136,26 @@ def must(command, **more):
     return result.stdout
 
 
-def limits():
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
+def limits(part):
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES[part], MEMORY_BYTES[part]))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
 class Build:
     """An unoptimised build of the unit tests, and what is needed to build parts of it again with other sources."""
 
-    def __init__(self, folder, jobs):
-        self.folder = folder
+    def __init__(self, folder, part, jobs):
+        self.folder, self.part = folder, part
+        separate = part == "net" and os.geteuid() == 0
+        self.start = ALONE if separate else []
+        self.turn = threading.Lock() if part == "net" and not separate else contextlib.nullcontext()
         must(["cmake", "-S", SOURCE, "-B", folder, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Debug", "-DCMAKE_CXX_FLAGS_DEBUG=-O0 -w"])
         links = {}  # program: how it is linked
         for line in must(["ninja", "-C", folder, "-t", "targets", "all"]).splitlines():
             name, _, rule = line.partition(": ")
             if re.match(r"test/(someip|sd)/", name) and rule.startswith("CXX_EXECUTABLE_LINKER"):
                 links[name] = must(["ninja", "-C", folder, "-t", "commands", name]).splitlines()[-1]
-        self.links = {name: link for name, link in links.items() if "_net.a" not in link}
+        self.links = {name: link for name, link in links.items() if ("_net.a" in link) == (part == "net")}
         print(f"building {len(self.links)} test programs in {folder}", flush=True)
         must(["ninja", "-C", folder, f"-j{jobs}", *self.links])
         self.commands = {}  # object file: how it is compiled
@@ -165,7 +172,7 @@ class Build:
         self.seconds = {}
         for name in self.links:
             begin = time.monotonic()
-            must([folder / name], cwd=folder)
+            must([*self.start, folder / name], cwd=folder)
             self.seconds[name] = time.monotonic() - begin
 
     def parts(self, program):
@@ -209,12 +216,18 @@ class Build:
         mutated = os.path.join(room, os.path.basename(program))
         must([*words[:at], *extra, "-o", mutated, *words[at + 2:]], cwd=self.folder)
         try:
-            command = [mutated, "--gtest_brief=1", "--gtest_fail_fast"]
-            return run(command, cwd=self.folder, preexec_fn=limits, timeout=20 * self.seconds[program] + 10).returncode != 0
-        except subprocess.TimeoutExpired:
-            return True
+            return all(self.fails_once(mutated, program) for _ in range(2 if self.part == "net" else 1))
         finally:
             os.unlink(mutated)
+
+    def fails_once(self, mutated, program):
+        command = [*self.start, mutated, "--gtest_brief=1", "--gtest_fail_fast"]
+        patience = (4 if self.part == "net" else 20) * self.seconds[program] + 10
+        try:
+            with self.turn:
+                return run(command, cwd=self.folder, preexec_fn=lambda: limits(self.part), timeout=patience).returncode != 0
+        except subprocess.TimeoutExpired:
+            return True
 
 
 # ---- the tally
@@ -241,6 +254,7 @@ def sample(mutants, equivalent, count, judge, jobs):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--part", choices=sorted(FOLDERS), default="core", help="what to break (core)")
     parser.add_argument("--count", type=int, default=300, help="mutants to judge (300)")
     parser.add_argument("--seed", type=int, default=1, help="which ones (1)")
     parser.add_argument("--only", default="", help="mutate only files whose name matches this expression; no result is kept")
@@ -251,7 +265,7 @@ def main():
     parser.add_argument("--jobs", type=int, default=1)
     given = parser.parse_args()
     os.nice(19)
-    mutants = all_mutants(given.only)
+    mutants = all_mutants(given.part, given.only)
     if given.list:
         for mutant in mutants:
             print(f"{mutant.file}:{mutant.line}\n  - {lines_of(mutant)[0]}\n  + {lines_of(mutant)[1]}")
@@ -261,7 +275,7 @@ def main():
     files = collections.defaultdict(lambda: {"killed": 0, "survived": 0, "equivalent": 0})
     command = None
     if given.again:
-        before = json.loads(last.read_text(encoding="utf-8"))
+        before = json.loads(last.read_text(encoding="utf-8"))[given.part]
         command = before["command"]
         left = {tuple(survivor) for survivor in before["survivors"]}
         for file, tally in before["files"].items():
@@ -269,15 +283,16 @@ def main():
         mutants = [mutant for mutant in mutants if (mutant.file, mutant.line, *lines_of(mutant)) in left]
         if len(mutants) != len(left):
             sys.exit(f"the sources have changed since the last run ({last}): some of its survivors are gone; run it anew")
-    build = Build(given.build.resolve(), given.jobs)
+    build = Build(given.build.resolve(), given.part, given.jobs)
     survivors, untested, killed_by, begin = [], 0, collections.Counter(), time.monotonic()
 
     def save():
         if not given.only:
             judged = sum(tally["killed"] + tally["survived"] for tally in files.values())
-            result = {"command": command or f"./run mutation --count {judged} --seed {given.seed}",
-                      "files": dict(sorted(files.items())), "survivors": sorted(survivors)}
-            last.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+            results = json.loads(last.read_text(encoding="utf-8"))
+            results[given.part] = {"command": command or f"./run mutation --part {given.part} --count {judged} --seed {given.seed}",
+                                   "files": dict(sorted(files.items())), "survivors": sorted(survivors)}
+            last.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
 
     for mutant, verdict in sample(mutants, read_equivalent(), given.count, build.verdict, given.jobs):
         if verdict in ("survived", "equivalent"):
