@@ -14,8 +14,10 @@ import tempfile
 import time
 import unittest
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from bare_peer import PATIENCE, Peer, entries, receive, someip, ttl
+
 TRESTLE = sys.argv.pop(1)
-PATIENCE = 20  # seconds; running into it is a failure
 
 # Addresses and a group that only this process uses.
 PID = os.getpid()
@@ -47,76 +49,6 @@ routes:
     event: 0x8001
     qos: {{durability: transient_local}}
 """
-
-
-def someip(service, method, payload, session=1, message_type=2, interface=1):
-    return struct.pack(">HHIHHBBBB", service, method, 8 + len(payload), 0, session, 1, interface, message_type, 0) + payload
-
-
-class Peer:
-    """A peer's SD socket, a socket in the group, and the socket of its service."""
-
-    def __init__(self):
-        self.sd = self.bound(PEER, 30490)
-        self.group = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self.group.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        self.group.bind((GROUP, 30490))
-        self.group.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP,
-                              socket.inet_aton(GROUP) + socket.inet_aton("127.0.0.1"))
-        self.service = self.bound(PEER, 40002)
-        self.session = 0
-
-    @staticmethod
-    def bound(address, port):
-        sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        sock.bind((address, port))
-        return sock
-
-    def close(self):
-        for sock in (self.sd, self.group, self.service):
-            sock.close()
-
-    def send_sd(self, entry, options=b""):
-        self.session += 1
-        payload = struct.pack(">II", 0xC0000000, len(entry)) + entry + struct.pack(">I", len(options)) + options
-        self.sd.sendto(someip(0xFFFF, 0x8100, payload, self.session), (BRIDGE, 30490))
-
-    def offer(self):
-        option = struct.pack(">HBB4sBBH", 9, 0x04, 0, socket.inet_aton(PEER), 0, 0x11, 40002)
-        self.send_sd(struct.pack(">BBBBHHII", 1, 0, 0, 0x10, 0x2222, 1, 1 << 24 | 3, 0), option)
-
-    def ack(self, entry, multicast=None):
-        if multicast is None:
-            self.send_sd(bytes([7, 0, 0, 0]) + entry[4:])
-        else:
-            option = struct.pack(">HBB4sBBH", 9, 0x14, 0, socket.inet_aton(multicast[0]), 0, 0x11, multicast[1])
-            self.send_sd(bytes([7, 0, 0, 0x10]) + entry[4:], option)
-
-    def subscribe(self, service, eventgroup):
-        option = struct.pack(">HBB4sBBH", 9, 0x04, 0, socket.inet_aton(PEER), 0, 0x11, 40003)
-        self.send_sd(struct.pack(">BBBBHHIHH", 6, 0, 0, 0x10, service, 1, 1 << 24 | 3, 0, eventgroup), option)
-
-
-def entries(datagram):
-    """The 16-byte entries of an SD message."""
-    length = struct.unpack_from(">I", datagram, 20)[0]
-    return [datagram[24 + i:40 + i] for i in range(0, length, 16)]
-
-
-def ttl(entry):
-    return int.from_bytes(entry[9:12], "big")
-
-
-def receive(sock, wanted):
-    """The first entry that is wanted, of all that arrive, and the datagram that holds it."""
-    end = time.monotonic() + PATIENCE
-    while time.monotonic() < end:
-        sock.settimeout(max(0.01, end - time.monotonic()))
-        datagram, _ = sock.recvfrom(65536)
-        for entry in entries(datagram):
-            if wanted(entry):
-                return entry, datagram
-    raise AssertionError("nothing such was sent")
 
 
 class Bridge:
@@ -222,15 +154,15 @@ class BridgeCommand(unittest.TestCase):
 
     def test_holds_each_route_to_its_own_limit(self):
         config = CONFIG + "    tp: {max_message: 1 KiB}\n"  # the other route has 16 MiB
-        peer = Peer()
+        peer = Peer(PEER, GROUP)
         bridge = Bridge(config)
         try:
             receive(peer.group, lambda e: e[0] == 1 and e[4:8] == bytes.fromhex("11110001"))  # it is there
-            peer.offer()
+            peer.offer(BRIDGE)
             wanted = bytes.fromhex("22220001")
-            subscribe, datagram = receive(peer.sd, lambda e: e[0] == 6 and e[4:8] == wanted and ttl(e) > 0)
+            subscribe, datagram, _ = receive(peer.sd, lambda e: e[0] == 6 and e[4:8] == wanted and ttl(e) > 0)
             to = (BRIDGE, struct.unpack_from(">H", datagram, 24 + 16 * len(entries(datagram)) + 4 + 10)[0])
-            peer.ack(subscribe)
+            peer.ack(BRIDGE, subscribe)
             # What follows a message's last field is ignored: each would be carried were it not for the limit.
             peer.service.sendto(someip(0x2222, 0x8001, bytes(1024)), to)
             peer.service.sendto(someip(0x2222, 0x8001, bytes(1025)), to)
@@ -241,10 +173,10 @@ class BridgeCommand(unittest.TestCase):
             self.assertRegex(printed, "route /in from SOME/IP: received 3, carried 1, bytes 28; lost: too_large 2\n")
             # Being refused does not fill the log.
             for _ in range(50):
-                peer.subscribe(0x1111, 0x0077)
+                peer.subscribe(BRIDGE, 0x1111, 0x0077)
             bridge.counters_until("nacks_sent 50")
             time.sleep(1.1)
-            peer.subscribe(0x1111, 0x0077)
+            peer.subscribe(BRIDGE, 0x1111, 0x0077)
             bridge.counters_until("nacks_sent 51")
         except BaseException:
             bridge.process.kill()
@@ -261,22 +193,22 @@ class BridgeCommand(unittest.TestCase):
         self.assertRegex(refusals[-1], r"\(and \d+ others before\)$")
 
     def test_carries_counts_drops_and_withdraws(self):
-        peer = Peer()
+        peer = Peer(PEER, GROUP)
         bridge = Bridge(CONFIG)
         try:
             # It offers its service by multicast, with the endpoint where that is.
-            _, offer = receive(peer.group, lambda e: e[0] == 1 and e[4:8] == bytes.fromhex("11110001") and ttl(e) == 3)
+            _, offer, _ = receive(peer.group, lambda e: e[0] == 1 and e[4:8] == bytes.fromhex("11110001") and ttl(e) == 3)
             self.assertIn(struct.pack(">HBB4sBBH", 9, 4, 0, socket.inet_aton(BRIDGE), 0, 0x11, 40001), offer)
 
             # It subscribes to what the peer offers, by unicast, with the endpoint where it wants events.
-            peer.offer()
+            peer.offer(BRIDGE)
             wanted = bytes.fromhex("22220001")
-            subscribe, datagram = receive(peer.sd, lambda e: e[0] == 6 and e[4:8] == wanted and ttl(e) > 0)
+            subscribe, datagram, _ = receive(peer.sd, lambda e: e[0] == 6 and e[4:8] == wanted and ttl(e) > 0)
             self.assertEqual(subscribe[14:16], b"\0\3")
             options = datagram[24 + 16 * len(entries(datagram)) + 4:]
             self.assertEqual(options[:8], struct.pack(">HBB4s", 9, 4, 0, socket.inet_aton(BRIDGE)))
             to = (BRIDGE, struct.unpack_from(">H", options, 10)[0])
-            peer.ack(subscribe)
+            peer.ack(BRIDGE, subscribe)
 
             point = struct.pack(">ddd", 1.5, -2.5, 1e300)
             good = someip(0x2222, 0x8001, point)
@@ -310,16 +242,16 @@ class BridgeCommand(unittest.TestCase):
             bridge.counters_until("unexpected 2", "calls_answered_with_an_error 1")
 
             # A subscription to what is not offered is refused, and said to be.
-            peer.subscribe(0x1111, 0x0077)
+            peer.subscribe(BRIDGE, 0x1111, 0x0077)
             receive(peer.sd, lambda e: e[0] == 7 and e[4:8] == bytes.fromhex("11110001") and ttl(e) == 0)
             bridge.counters_until("nacks_sent 1")
 
             # Events that the server sends by multicast are received too.
             group = (f"239.253.{PID >> 8 & 255}.{PID & 255}", 40777)
             peer.service.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton("127.0.0.1"))
-            peer.offer()
-            subscribe, _ = receive(peer.sd, lambda e: e[0] == 6 and e[4:8] == wanted and ttl(e) > 0)
-            peer.ack(subscribe, group)
+            peer.offer(BRIDGE)
+            subscribe, _, _ = receive(peer.sd, lambda e: e[0] == 6 and e[4:8] == wanted and ttl(e) > 0)
+            peer.ack(BRIDGE, subscribe, group)
             end = time.monotonic() + PATIENCE
             while f"come at {group[0]}" not in bridge.log_so_far() and time.monotonic() < end:
                 time.sleep(0.02)
@@ -332,7 +264,7 @@ class BridgeCommand(unittest.TestCase):
             bridge.counters_until("SOME/IP-SD: ", "malformed 40")
             # A peer that starts anew is noticed.
             peer.session = 0
-            peer.offer()
+            peer.offer(BRIDGE)
             bridge.counters_until("reboots_detected 1")
         except BaseException:
             bridge.process.kill()

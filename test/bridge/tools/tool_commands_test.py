@@ -8,7 +8,6 @@ import os
 import pty
 import select
 import signal
-import socket
 import struct
 import subprocess
 import sys
@@ -16,8 +15,10 @@ import tempfile
 import time
 import unittest
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from bare_peer import PATIENCE, Peer, entries, receive, someip
+
 TRESTLE = sys.argv.pop(1)
-PATIENCE = 20  # seconds; running into it is a failure
 
 # Addresses and a group that only this process uses.
 PID = os.getpid()
@@ -83,64 +84,6 @@ class Running:
     def stop(self):
         self.process.send_signal(signal.SIGINT)
         return self.finish()
-
-
-def someip(service, method, payload, session=1, message_type=2):
-    return struct.pack(">HHIHHBBBB", service, method, 8 + len(payload), 0, session, 1, 1, message_type, 0) + payload
-
-
-class Peer:
-    """A peer's SD socket, a socket in the group, and the socket of its service 0x2222.0x0001."""
-
-    def __init__(self):
-        self.sd = self.bound(PEER, 30490)
-        self.group = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self.group.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        self.group.bind((GROUP, 30490))
-        self.group.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP,
-                              socket.inet_aton(GROUP) + socket.inet_aton("127.0.0.1"))
-        self.sd.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(PEER))
-        self.service = self.bound(PEER, 40002)
-        self.session = 0
-
-    @staticmethod
-    def bound(address, port):
-        sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        sock.bind((address, port))
-        return sock
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        for sock in (self.sd, self.group, self.service):
-            sock.close()
-
-    def send_sd(self, to, entry, options=b""):
-        self.session += 1
-        payload = struct.pack(">II", 0xC0000000, len(entry)) + entry + struct.pack(">I", len(options)) + options
-        self.sd.sendto(someip(0xFFFF, 0x8100, payload, self.session), (to, 30490))
-
-    def offer(self, to, ttl=3):
-        option = struct.pack(">HBB4sBBH", 9, 0x04, 0, socket.inet_aton(PEER), 0, 0x11, 40002)
-        self.send_sd(to, struct.pack(">BBBBHHII", 1, 0, 0, 0x10, 0x2222, 1, 1 << 24 | ttl, 5), option)
-
-
-def entries(datagram):
-    length = struct.unpack_from(">I", datagram, 20)[0]
-    return [datagram[24 + i:40 + i] for i in range(0, length, 16)]
-
-
-def receive(sock, wanted):
-    """The first entry that is wanted, of all that arrive, the datagram that holds it and who sent it."""
-    end = time.monotonic() + PATIENCE
-    while time.monotonic() < end:
-        sock.settimeout(max(0.01, end - time.monotonic()))
-        datagram, sender = sock.recvfrom(65536)
-        for entry in entries(datagram):
-            if wanted(entry):
-                return entry, datagram, sender
-    raise AssertionError("nothing such was sent")
 
 
 class TwoPrograms(unittest.TestCase):
@@ -343,38 +286,38 @@ class Calls(unittest.TestCase):
 
 class BesideAPeerOfBareSockets(unittest.TestCase):
     def test_find_asks_and_takes_the_answer_by_unicast(self):
-        with Peer() as peer, Running("find", 4, "0x2222", "--count", "1") as find:
+        with Peer(PEER, GROUP) as peer, Running("find", 4, "0x2222", "--count", "1") as find:
             # service, any instance, any version; TTL 3; no options; asked by multicast from the SD port
             entry, datagram, sender = receive(peer.group, lambda e: e[0] == 0)
             self.assertEqual(entry, bytes.fromhex("00000000 2222ffff ff000003 ffffffff"))
             self.assertEqual(datagram[:24], bytes.fromhex(
                 "ffff8100 00000024 00000001 01010200 c0000000 00000010"))
             self.assertEqual(sender, (HOST + "4", 30490))
-            peer.offer(HOST + "4")
+            peer.offer(HOST + "4", minor=5)
             status, out, log = find.finish()
             self.assertEqual((status, log), (0, ""))
             self.assertEqual(out, f"0x2222.0x0001  1.5  udp {PEER}:40002  by {PEER}  ttl 3 s\n")
 
     def test_watch_survives_what_is_malformed(self):
-        with Peer() as peer, Running("watch", 4) as watch:
+        with Peer(PEER, GROUP) as peer, Running("watch", 4) as watch:
             end = time.monotonic() + PATIENCE
             while time.monotonic() < end and not watch.has_printed(0.1):
                 for length in range(0, 60, 7):
                     peer.sd.sendto(bytes.fromhex("ffff810000000030")[:length] + b"\xff" * length, (GROUP, 30490))
-                peer.offer(GROUP, ttl=1)
+                peer.offer(GROUP, ttl=1, minor=5)
             self.assertIn("0x2222.0x0001  1.5", watch.line_with("offered"))
             self.assertIn("0x2222.0x0001", watch.line_with("expired"))
             self.assertEqual(watch.stop()[0], 0)
 
     def test_subscribe_prints_what_the_peer_sends(self):
-        with Peer() as peer, Running("subscribe", 4, "0x2222.1", "3", "--type", "std_msgs/msg/String", "--yaml",
+        with Peer(PEER, GROUP) as peer, Running("subscribe", 4, "0x2222.1", "3", "--type", "std_msgs/msg/String", "--yaml",
                                      "--count", "2") as subscribe:
             receive(peer.group, lambda e: e[0] == 0 and e[4:6] == b"\x22\x22")
             peer.offer(HOST + "4")
             entry, datagram, _ = receive(peer.sd, lambda e: e[0] == 6)
             options = datagram[24 + 16 * len(entries(datagram)) + 4:]
             to = (HOST + "4", struct.unpack_from(">H", options, 10)[0])
-            peer.send_sd(HOST + "4", bytes([7, 0, 0, 0]) + entry[4:])
+            peer.ack(HOST + "4", entry)
             for text in (b"map", b"\x1b[31m"):
                 payload = struct.pack(">I", 4 + len(text)) + b"\xef\xbb\xbf" + text + b"\0"
                 peer.service.sendto(someip(0x2222, 0x8003, payload, session=9), to)
@@ -386,7 +329,7 @@ class BesideAPeerOfBareSockets(unittest.TestCase):
 
 
     def test_call_is_answered_by_the_peer(self):
-        with Peer() as peer, Running("call", 4, "0x2222", "0x0005", "0102", "-q") as call:
+        with Peer(PEER, GROUP) as peer, Running("call", 4, "0x2222", "0x0005", "0102", "-q") as call:
             receive(peer.group, lambda e: e[0] == 0 and e[4:6] == b"\x22\x22")
             peer.offer(HOST + "4")
             peer.service.settimeout(PATIENCE)
@@ -400,7 +343,7 @@ class BesideAPeerOfBareSockets(unittest.TestCase):
             self.assertEqual(call.finish(), (0, "beef01\n", ""))
 
     def test_call_tells_the_error_of_the_peer_with_its_payload(self):
-        with Peer() as peer, Running("call", 4, "0x2222", "5", "-q") as call:
+        with Peer(PEER, GROUP) as peer, Running("call", 4, "0x2222", "5", "-q") as call:
             receive(peer.group, lambda e: e[0] == 0 and e[4:6] == b"\x22\x22")
             peer.offer(HOST + "4")
             peer.service.settimeout(PATIENCE)
@@ -409,7 +352,7 @@ class BesideAPeerOfBareSockets(unittest.TestCase):
             self.assertEqual(call.finish(), (3, "", "error: the answer is E_NOT_READY: 77\n"))
 
     def test_fire_and_forget_reaches_the_peer(self):
-        with Peer() as peer, Running("call", 4, "0x2222", "5", "ab", "--fire-and-forget", "-q") as call:
+        with Peer(PEER, GROUP) as peer, Running("call", 4, "0x2222", "5", "ab", "--fire-and-forget", "-q") as call:
             receive(peer.group, lambda e: e[0] == 0 and e[4:6] == b"\x22\x22")
             peer.offer(HOST + "4")
             peer.service.settimeout(PATIENCE)
@@ -418,7 +361,7 @@ class BesideAPeerOfBareSockets(unittest.TestCase):
             self.assertEqual(call.finish(), (0, "", ""))
 
     def test_offer_answers_the_peer(self):
-        with Peer() as peer, Running("offer", 4, "0x2223.1", "--method", "5=beef", "--error", "6=0x20", "--json",
+        with Peer(PEER, GROUP) as peer, Running("offer", 4, "0x2223.1", "--method", "5=beef", "--error", "6=0x20", "--json",
                                      "-q") as offer:
             _, datagram, _ = receive(peer.group, lambda e: e[0] == 1 and e[4:6] == b"\x22\x23")
             options = datagram[24 + 16 * len(entries(datagram)) + 4:]
