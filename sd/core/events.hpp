@@ -81,6 +81,14 @@ struct SubscriberRemoved {
   LossReason reason{};
 };
 
+/// Server: the client of this TCP connection was started anew and knows nothing of it: close it. Told of each
+/// that tcp_connected() has told of before the client's last message; a later one may be of its new life.
+/// [feat_req_someipsd_872]
+struct ConnectionOutdated {
+  Endpoint own;
+  Endpoint client;
+};
+
 /// Client: a service that fits the requirement is offered. Comes again, without a ServiceLost in between,
 /// when its configuration or load balancing changes.
 struct ServiceAvailable {
@@ -117,7 +125,7 @@ struct SubscriptionLost {
   LossReason reason{};
 };
 
-using Event = std::variant<SubscriberAdded, InitialDataRequested, SubscriberRemoved, ServiceAvailable,
-                           ServiceLost, Subscribed, SubscriptionRefused, SubscriptionLost>;
+using Event = std::variant<SubscriberAdded, InitialDataRequested, SubscriberRemoved, ConnectionOutdated,
+                           ServiceAvailable, ServiceLost, Subscribed, SubscriptionRefused, SubscriptionLost>;
 
 }  // namespace trestle::sd

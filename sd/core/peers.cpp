@@ -57,6 +57,18 @@ slots::Peer* ServiceDiscovery::forget_a_peer() noexcept {
   return peers_.add();
 }
 
+// Whether a connection is of the former life of a peer that was started anew: a subscription of that life
+// uses it, or it stood when the peer spoke last. What was opened since may be of the new life, whose clients
+// connect before they say anything; if not, the probes of the connection find out.
+bool ServiceDiscovery::is_outdated(const slots::TcpConnection& connection,
+                                   std::uint16_t peer) const noexcept {
+  return (connection.peer_spoke && connection.remote.address == peers_[peer].endpoint.address) ||
+         std::any_of(subscribers_.begin(), subscribers_.end(), [&](const slots::Subscription& one) {
+           return one.peer == peer && one.tcp == connection.remote &&
+                  offers_[one.offer].tcp == connection.own;
+         });
+}
+
 std::size_t ServiceDiscovery::events_of_reboot(std::uint16_t peer) const noexcept {
   std::size_t events = 0;
   for (const slots::Subscription& subscription : subscribers_) {
@@ -65,6 +77,9 @@ std::size_t ServiceDiscovery::events_of_reboot(std::uint16_t peer) const noexcep
   for (const slots::Remote& remote : remotes_) {
     events += remote.peer == peer ? events_of_loss(remote) : 0;
   }
+  for (const slots::TcpConnection& connection : tcp_connections_) {
+    events += is_outdated(connection, peer) ? 1 : 0;
+  }
   return events;
 }
 
@@ -72,6 +87,12 @@ std::size_t ServiceDiscovery::events_of_reboot(std::uint16_t peer) const noexcep
 // start anew.  [feat_req_someipsd_871]
 void ServiceDiscovery::on_reboot(std::uint16_t peer, TimePoint now) noexcept {
   ++counters_.reboots_detected;
+  for (slots::TcpConnection& connection : tcp_connections_) {
+    if (is_outdated(connection, peer)) {
+      tell(ConnectionOutdated{connection.own, connection.remote});  // [feat_req_someipsd_872]
+      tcp_connections_.remove(connection);
+    }
+  }
   for (slots::Subscription& subscription : subscribers_) {
     if (subscription.peer == peer) {
       lose(subscription, LossReason::rebooted);

@@ -290,6 +290,7 @@ class ServiceDiscovery {
   // peers.cpp
   [[nodiscard]] slots::Peer* peer_at(const Endpoint& endpoint, TimePoint now) noexcept;
   [[nodiscard]] slots::Peer* forget_a_peer() noexcept;
+  [[nodiscard]] bool is_outdated(const slots::TcpConnection& connection, std::uint16_t peer) const noexcept;
   [[nodiscard]] std::size_t events_of_reboot(std::uint16_t peer) const noexcept;
   void on_reboot(std::uint16_t peer, TimePoint now) noexcept;
 

@@ -29,7 +29,8 @@ struct Limits {
   /// Of one of them, the whole body of its option: two bytes and one more for each item. Items of a peer that
   /// do not fit are left out.
   std::uint16_t max_configuration_bytes = 256;
-  /// Events waiting for poll_event(). A peer's reboot needs one for each of its subscriptions and services.
+  /// Events waiting for poll_event(). A peer's reboot needs one for each of its subscriptions, services and
+  /// connections.
   std::uint16_t max_pending_events = 512;
 };
 
@@ -149,6 +150,7 @@ struct Peer : SlotBase {
 struct TcpConnection : SlotBase {
   Endpoint own;
   Endpoint remote;
+  bool peer_spoke = false;  // a message of the client's node came while it stood
 };
 
 /// An entry to be sent, with what it references.

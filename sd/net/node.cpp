@@ -153,6 +153,9 @@ struct Node::State : std::enable_shared_from_this<State> {
   void on_event(const SubscriberAdded& event) { provider.on_event(event); }
   void on_event(const SubscriberRemoved& event) { provider.on_event(event); }
   void on_event(const InitialDataRequested& event) { provider.on_event(event); }
+  void on_event(const ConnectionOutdated& event) {
+    ports.disconnect(event.own, event.client, "the client was started anew");
+  }
   void on_event(const ServiceAvailable& event) { consumer.on_event(event, now()); }
   void on_event(const ServiceLost& event) { consumer.on_event(event); }
   void on_event(const Subscribed& event) { consumer.on_event(event); }

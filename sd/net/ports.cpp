@@ -157,6 +157,12 @@ void Ports::leave(std::shared_ptr<TcpPort> port) {
   place->first.arm(now() + leaving_time);
 }
 
+void Ports::disconnect(const Endpoint& own, const Endpoint& client, const std::string& why) {
+  if (const auto port = find_port(tcp_, [&](const TcpPort& one) { return one.server.local() == own; })) {
+    port->server.disconnect(client, why);
+  }
+}
+
 void Ports::on_datagram(ByteView datagram, const Source& source) {
   ++counters_.datagrams;
   someip::MessageCursor cursor{datagram};

@@ -80,6 +80,9 @@ class Ports {
   /// connections.  [feat_req_someip_680]
   void leave(std::shared_ptr<TcpPort> port);
 
+  /// Closes the connection of a client to our TCP endpoint `own`, if it stands.
+  void disconnect(const Endpoint& own, const Endpoint& client, const std::string& why);
+
   [[nodiscard]] const someip::TpCounters& reassembly_counters() const {
     return reassembly_.machine().counters();
   }

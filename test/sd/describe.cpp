@@ -84,6 +84,9 @@ struct EventText {
     return fmt::format("removed {:04x}{} {}", value(e.eventgroup), text_of(e.subscriber),
                        to_string(e.reason));
   }
+  std::string operator()(const sd::ConnectionOutdated& e) const {
+    return fmt::format("outdated {} from {}", describe(e.own), describe(e.client));
+  }
   std::string operator()(const sd::ServiceAvailable& e) const { return "available " + text_of(e.service); }
   std::string operator()(const sd::ServiceLost& e) const {
     return fmt::format("lost {:04x}.{:04x} v{} {}", value(e.service.service), value(e.service.instance),
