@@ -4,14 +4,12 @@
 #include <string_view>
 
 namespace trestle::bridge {
-namespace {
 
 std::string_view trimmed(std::string_view text) {
   const auto begin = std::min(text.find_first_not_of(" \t"), text.size());
   return text.substr(begin, text.find_last_not_of(" \t") + 1 - begin);
 }
 
-/// Up to the comma that is not inside quotes.
 std::size_t element_size(std::string_view text) {
   char quote = 0;
   std::size_t end = 0;
@@ -26,6 +24,8 @@ std::size_t element_size(std::string_view text) {
   }
   return std::min(end, text.size());
 }
+
+namespace {
 
 DefaultElement element(Primitive type, std::string_view text) {
   DefaultElement value;

@@ -1,5 +1,6 @@
 #pragma once
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "bridge/types/message_definition.hpp"
@@ -15,5 +16,10 @@ struct DefaultElement {
 /// The default value of a field, which the parser of .msg files has checked: one element, or those of an
 /// array. Empty when the field has none.
 [[nodiscard]] std::vector<DefaultElement> default_elements(const Field& field);
+
+/// Without the spaces and tabs at both ends.
+[[nodiscard]] std::string_view trimmed(std::string_view text);
+/// How many characters the first of several elements has: up to the comma that is not inside quotes.
+[[nodiscard]] std::size_t element_size(std::string_view text);
 
 }  // namespace trestle::bridge

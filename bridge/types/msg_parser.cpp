@@ -8,6 +8,8 @@
 #include <limits>
 #include <utility>
 
+#include "bridge/types/default_elements.hpp"
+
 namespace trestle::bridge {
 namespace {
 
@@ -48,16 +50,6 @@ bool is_blank(char c) {
 bool is_identifier(std::string_view text) {
   return !text.empty() && is_letter(text.front()) &&
          std::ranges::all_of(text, [](char c) { return is_letter(c) || is_digit(c) || c == '_'; });
-}
-
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && is_blank(text.front())) {
-    text.remove_prefix(1);
-  }
-  while (!text.empty() && is_blank(text.back())) {
-    text.remove_suffix(1);
-  }
-  return text;
 }
 
 bool is_string(Primitive type) {
@@ -197,17 +189,7 @@ Complaint check_array_literal(const FieldType& type, std::string_view text) {
   text = trimmed(text.substr(1, text.size() - 2));
   std::uint32_t count = 0;
   while (!text.empty()) {
-    std::size_t end = 0;
-    char quote = 0;
-    for (; end < text.size() && (quote != 0 || text[end] != ','); ++end) {
-      if (quote != 0 && text[end] == '\\') {
-        ++end;
-      } else if (quote != 0) {
-        quote = text[end] == quote ? '\0' : quote;
-      } else if (text[end] == '"' || text[end] == '\'') {
-        quote = text[end];
-      }
-    }
+    const std::size_t end = element_size(text);
     const bool more = end < text.size();
     const std::string_view element = trimmed(text.substr(0, end));
     if (Complaint complaint = check_literal(*type.primitive, type.string_bound, element);
