@@ -3,41 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <cstdlib>
-#include <new>
 
 #include "sd/core/service_discovery.hpp"
-
-namespace {
-std::size_t allocations = 0;
-}  // namespace
-
-// Not inlined, or GCC would see free() called on what operator new gave, and warn.
-// NOLINTBEGIN(*-no-malloc, *-owning-memory): that is what operator new and delete are made of.
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  ++allocations;
-  void* const memory = std::malloc(size == 0 ? 1 : size);
-  if (memory == nullptr) {
-    throw std::bad_alloc{};
-  }
-  return memory;
-}
-[[gnu::noinline]] void* operator new[](std::size_t size) {
-  return operator new(size);
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete[](void* memory) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete[](void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-// NOLINTEND(*-no-malloc, *-owning-memory)
+#include "test/allocations.hpp"
 
 namespace trestle::sd {
 namespace {
@@ -73,7 +41,7 @@ TEST(NoAllocation, HappensInServiceDiscovery) {
   const std::array groups{Eventgroup{.id = EventgroupId{1}}};
   std::size_t events = 0;
   std::size_t configured = 0;
-  const std::size_t before = allocations;
+  const std::size_t before = test::allocations();
   {
     TimePoint now{1000s};
     ServiceDiscovery a{settings_at(a_at), a_storage.view()};
@@ -116,7 +84,7 @@ TEST(NoAllocation, HappensInServiceDiscovery) {
     a.shutdown(now);
     b.shutdown(now);
   }
-  EXPECT_EQ(allocations - before, 0U);
+  EXPECT_EQ(test::allocations() - before, 0U);
   EXPECT_EQ(events, 7U);  // available and lost of both, added, subscribed, removed
   EXPECT_EQ(configured, 3U);
 }

@@ -2,8 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <cstdlib>
-#include <new>
 
 #include "someip/core/call_table.hpp"
 #include "someip/core/e2e/checker.hpp"
@@ -14,49 +12,12 @@
 #include "someip/core/tp_segmenter.hpp"
 #include "someip/wire/payload_reader.hpp"
 #include "someip/wire/payload_writer.hpp"
-
-namespace {
-std::size_t allocations = 0;
-}  // namespace
-
-// Not inlined, or GCC would see free() called on what operator new gave, and warn.
-// NOLINTBEGIN(*-no-malloc, *-owning-memory): that is what operator new and delete are made of.
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  ++allocations;
-  void* const memory = std::malloc(size == 0 ? 1 : size);
-  if (memory == nullptr) {
-    throw std::bad_alloc{};
-  }
-  return memory;
-}
-[[gnu::noinline]] void* operator new[](std::size_t size) {
-  return operator new(size);
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete[](void* memory) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete[](void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-// NOLINTEND(*-no-malloc, *-owning-memory)
+#include "test/allocations.hpp"
 
 namespace trestle::someip {
 namespace {
 using namespace std::chrono_literals;
-
-/// How often operator new is called during `work`.
-template <typename Work>
-std::size_t allocations_of(Work work) {
-  const std::size_t before = allocations;
-  work();
-  return allocations - before;
-}
+using test::allocations_of;
 
 TEST(NoAllocation, IsCountedWhereThereIsOne) {
   EXPECT_EQ(allocations_of([] { operator delete(operator new(8)); }), 1U);

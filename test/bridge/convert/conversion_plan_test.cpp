@@ -1,50 +1,15 @@
 // What is refused and how it is named, what is referenced, and that nothing is allocated.
 #include <gmock/gmock.h>
 
-#include <cstdlib>
-#include <new>
-
 #include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
 
 #include "bridge/convert/check_type.hpp"
+#include "test/allocations.hpp"
 #include "test/bridge/convert/support.hpp"
 #include "test/covers.hpp"
-
-namespace {
-
-std::size_t allocations = 0;
-
-void* counted(std::size_t size) {
-  ++allocations;
-  if (void* const memory = std::malloc(size == 0 ? 1 : size)) {  // NOLINT(cppcoreguidelines-no-malloc)
-    return memory;
-  }
-  throw std::bad_alloc{};
-}
-
-}  // namespace
-
-void* operator new(std::size_t size) {
-  return counted(size);
-}
-void* operator new[](std::size_t size) {
-  return counted(size);
-}
-void operator delete(void* memory) noexcept {
-  std::free(memory);
-}  // NOLINT
-void operator delete[](void* memory) noexcept {
-  std::free(memory);
-}  // NOLINT
-void operator delete(void* memory, std::size_t /*size*/) noexcept {
-  std::free(memory);
-}  // NOLINT
-void operator delete[](void* memory, std::size_t /*size*/) noexcept {
-  std::free(memory);
-}  // NOLINT
 
 namespace trestle::bridge {
 namespace {
@@ -503,11 +468,11 @@ TEST(Conversion, AllocatesNothingInSteadyState) {
            copied_clouds.cdr_to_someip(sample, out) && copied_clouds.someip_to_cdr(payload, back);
   };
   ASSERT_TRUE(round());
-  const std::size_t before = allocations;
+  const std::size_t before = allocations();
   for (int i = 0; i < 10; ++i) {
     ASSERT_TRUE(round());
   }
-  EXPECT_EQ(allocations, before);
+  EXPECT_EQ(allocations(), before);
 }
 
 TEST(Conversion, AllocatesNothingForTagsInSteadyState) {
@@ -527,11 +492,11 @@ TEST(Conversion, AllocatesNothingForTagsInSteadyState) {
     return plan->someip_to_cdr(payload, out).has_value() && plan->cdr_to_someip(sample, back).has_value();
   };
   ASSERT_TRUE(round());
-  const std::size_t before = allocations;
+  const std::size_t before = allocations();
   for (int i = 0; i < 10; ++i) {
     ASSERT_TRUE(round());
   }
-  EXPECT_EQ(allocations, before);
+  EXPECT_EQ(allocations(), before);
 }
 
 TEST(Conversion, AllocatesNothingWhenReservedBefore) {
@@ -540,9 +505,9 @@ TEST(Conversion, AllocatesNothingWhenReservedBefore) {
   ConversionScratch scratch;
   scratch.reserve(64);
   ASSERT_TRUE(plan.cdr_to_someip(sample, scratch));  // its list of slices
-  const std::size_t before = allocations;
+  const std::size_t before = allocations();
   EXPECT_TRUE(plan.cdr_to_someip(sample, scratch));
-  EXPECT_EQ(allocations, before);
+  EXPECT_EQ(allocations(), before);
 }
 
 TEST(Conversion, ALaterResultDoesNotDependOnAnEarlierOne) {
