@@ -1,16 +1,13 @@
 #include "test/bench/floor.hpp"
 
-#include <arpa/inet.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
-#include <string_view>
 
 namespace trestle::floor {
 
@@ -73,81 +70,3 @@ void Figures::print() const {
 }
 
 }  // namespace trestle::floor
-
-namespace {
-
-using trestle::floor::Options;
-
-struct Role {
-  std::string_view name;
-  void (*run)(const Options&);
-};
-constexpr std::array<Role, 10> roles{{{"serve-udp", trestle::floor::serve_udp},
-                                      {"ping-udp", trestle::floor::ping_udp},
-                                      {"serve-tcp", trestle::floor::serve_tcp},
-                                      {"ping-tcp", trestle::floor::ping_tcp},
-                                      {"serve-flood", trestle::floor::serve_flood},
-                                      {"receive-flood", trestle::floor::receive_flood},
-                                      {"serve-tp", trestle::floor::serve_tp},
-                                      {"receive-tp", trestle::floor::receive_tp},
-                                      {"reflect-dds", trestle::floor::reflect_dds},
-                                      {"ping-dds", trestle::floor::ping_dds}}};
-
-int usage() {
-  std::fputs(
-      "Usage: trestle_floor ROLE [at=ADDRESS:PORT] [bytes=N] [window=N] [seconds=S] [segmentation=0]\n"
-      "                     [domain=N] [shared_memory=1]\nRoles:",
-      stderr);
-  for (const Role& role : roles) {
-    std::fprintf(stderr, " %s", role.name.data());
-  }
-  std::fputs("\n", stderr);
-  return 2;
-}
-
-bool set(Options& options, std::string_view name, const std::string& value) {
-  if (name == "at") {
-    const auto colon = value.find(':');
-    options.at.sin_family = AF_INET;
-    options.at.sin_port = htons(static_cast<std::uint16_t>(std::atoi(value.c_str() + colon + 1)));
-    return colon != std::string::npos &&
-           inet_pton(AF_INET, value.substr(0, colon).c_str(), &options.at.sin_addr) == 1;
-  }
-  if (name == "bytes") {
-    options.bytes = std::strtoul(value.c_str(), nullptr, 10);
-  } else if (name == "window") {
-    options.window = std::strtoul(value.c_str(), nullptr, 10);
-  } else if (name == "seconds") {
-    options.seconds = std::strtod(value.c_str(), nullptr);
-  } else if (name == "segmentation") {
-    options.segmentation = value != "0";
-  } else if (name == "domain") {
-    options.domain = static_cast<std::uint32_t>(std::strtoul(value.c_str(), nullptr, 10));
-  } else if (name == "shared_memory") {
-    options.shared_memory = value != "0";
-  } else {
-    return false;
-  }
-  return true;
-}
-
-}  // namespace
-
-int main(int argc, char** argv) {
-  Options options;
-  for (int i = 2; i < argc; ++i) {
-    const std::string_view argument{argv[i]};
-    const auto equals = argument.find('=');
-    if (equals == std::string_view::npos ||
-        !set(options, argument.substr(0, equals), std::string{argument.substr(equals + 1)})) {
-      return usage();
-    }
-  }
-  for (const Role& role : roles) {
-    if (argc > 1 && role.name == argv[1]) {
-      role.run(options);
-      return 0;
-    }
-  }
-  return usage();
-}

@@ -86,6 +86,26 @@ def communication(values):
     return rows
 
 
+def paths(values):
+    """Two bridges, and a node alone."""
+    def p50(name):
+        return median(values, name, "latency_ns", "p50")
+
+    rows = []
+    for kind, words in ("path", "not paced"), ("path paced", "default pacing"):
+        for size in SIZES:
+            hop, transfer = p50(f"dds floor {size}"), p50(f"tp floor latency {size}")
+            floor = 2 * hop + transfer if hop and transfer else None
+            rows.append(Goal(f"DDS, SOME/IP, DDS {size}, p50, {words}", ns, floor, p50(f"{kind} {size}"), at_most=1.3))
+    resident = median(values, "idle", "resident_kb")
+    rows.append(Goal("idle node, memory (RSS)", lambda kb: f"{kb / 1024:.1f} MB", None, resident, limit=6 * 1024))
+    wakeups = [max(0, idle["wakeups"] - 1 - idle["discovery_datagrams"]) / idle["seconds"]
+               for idle in values.get("idle", [])]
+    rows.append(Goal("idle node, wake-ups beside SD", "{:.1f} /s".format, None, wakeups[0] if wakeups else None, limit=0))
+    rows.append(Goal("start to first event", ns, None, median(values, "first event", "first_event_ns"), limit=30e6))
+    return rows
+
+
 NESTED = {"transforms": "TFMessage of 1000", "path": "Path of 1000 poses", "markers": "MarkerArray of 100"}
 POINTS = (1_000, 5_000, 10_000, 50_000, 100_000, 200_000, 500_000)
 

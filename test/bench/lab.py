@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 import subprocess
+import tempfile
 import time
 
 PATIENCE = 30  # seconds for what should be over long before
@@ -14,19 +15,22 @@ class Failed(Exception):
 
 
 class Lab:
-    """Two sides, "a" where servers run and "b" where clients run, with two addresses each."""
+    """Two sides, "a" where servers run and "b" where clients run, with four addresses each."""
 
     def __init__(self):
         self.spaces = {}
         self.processes = []
+        self.log = tempfile.TemporaryFile()
         atexit.register(self.close)
         if os.geteuid() == 0 and shutil.which("ip") and self._make_spaces():
-            self.address = {"a": "10.83.7.1", "b": "10.83.7.2", "a2": "10.83.7.3", "b2": "10.83.7.4"}
+            own = "10.83.7."
             self.place = "two network namespaces joined by a veth pair"
         else:
             own = f"127.{1 + (os.getpid() >> 8) % 254}.{os.getpid() & 255}."
-            self.address = {"a": own + "1", "b": own + "2", "a2": own + "3", "b2": own + "4"}
             self.place = "two addresses of loopback"
+        # A stack has an address of its own: "a" of side a, "a2" for the second one there.
+        self.address = {side + number: f"{own}{host + 2 * i}" for side, host in (("a", 1), ("b", 2))
+                        for i, number in enumerate(("", "2", "3", "4"))}
 
     def _make_spaces(self):
         names = {side: f"trestle-bench-{os.getpid()}-{side}" for side in "ab"}
@@ -35,8 +39,7 @@ class Lab:
         commands += [f"ip link add {links['a']} netns {names['a']} type veth peer name {links['b']} netns {names['b']}"]
         for side, host in ("a", 1), ("b", 2):
             commands += [f"ip -n {names[side]} {what}" for what in (
-                f"address add 10.83.7.{host}/24 dev {links[side]}",
-                f"address add 10.83.7.{host + 2}/24 dev {links[side]}", f"link set {links[side]} up", "link set lo up",
+                *(f"address add 10.83.7.{host + 2 * i}/24 dev {links[side]}" for i in range(4)), f"link set {links[side]} up", "link set lo up",
                 f"route add 224.0.0.0/4 dev {links[side]}")]
         for command in commands:
             if subprocess.run(command.split(), capture_output=True, check=False).returncode:
@@ -53,10 +56,17 @@ class Lab:
     def start(self, side, *command, environment=None, **options):
         """A program that runs until the lab is closed, or it is stopped."""
         process = subprocess.Popen(self._command(side, command), stdin=subprocess.DEVNULL, **{
-            "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL,
+            "stdout": subprocess.DEVNULL, "stderr": self.log,
             "env": {**os.environ, **(environment or {})}, **options})
         self.processes.append(process)
         return process
+
+    def check(self):
+        """Fails when a program has ended that should not have."""
+        for process in self.processes:
+            if process.poll() is not None:
+                self.log.seek(0)
+                raise Failed(f"{' '.join(process.args)} has ended: {self.log.read().decode(errors='replace')}")
 
     def stop(self, process):
         process.terminate()
@@ -78,9 +88,12 @@ class Lab:
             raise Failed(f"{' '.join(map(str, command))}: {done.stderr.strip() or done.returncode}")
         return json.loads(done.stdout)
 
-    def close(self):
+    def stop_all(self):
         for process in list(self.processes):
             self.stop(process)
+
+    def close(self):
+        self.stop_all()
         for name in self.spaces.values():
             subprocess.run(["ip", "netns", "delete", name], capture_output=True, check=False)
         self.spaces = {}

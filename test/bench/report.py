@@ -1,10 +1,13 @@
 """docs/performance.md and its drawings, from what was measured."""
+import os
 import pathlib
 import platform
 import subprocess
 
+import drawings
 import goals
 from measures import SIZES, median
+from paths import CLOUDS
 
 HEADING = """# Performance
 
@@ -14,6 +17,31 @@ calls, memcpy, plain Fast DDS ([test/bench](../test/bench)). Ours is measured by
 from call to answer and from `notify()` to the handler. `./run bench --check` fails when a goal is missed.
 
 """
+
+PATHS = """`trestle perf bridge` in one namespace, its other end in the other one, and a bridge beside each: DDS, bridge,
+SOME/IP, bridge, DDS, PointCloud2 of that many bytes of points. The floor is two hops of plain Fast DDS and one bare TP
+transfer. Of DDS, latencies are half of the way there and back; all of it goes by UDP on loopback, but for the hop that
+says otherwise. The idle node offers a service, without DDS; the start is counted from `main()` to the first event of a
+service that has long been there, without initial delay.
+
+"""
+CLOUDS_TEXT = """Time between the checkpoints of the published bridge: just before and after the conversion of DDS to
+SOME/IP (①, ②) and back (③, ④), for its seven sizes of clouds. What lies between ② and ③ is the transport.
+
+"""
+VSOMEIP = """vsomeip in the same rounds, between two processes each of which is its own routing manager, with no debounce
+time and no separation of segments ([vsomeip_perf.cpp](../test/bench/vsomeip_perf.cpp)):
+
+"""
+CONVERSION = """CPU time, medians of three in random order, default wire rules: big-endian payloads, little-endian CDR. By
+reference the payload's array is not touched; copied is the same with the one copy that memcpy is.
+
+"""
+
+TRANSFERS = (("tp floor latency {}", "bare TP loop"), ("tp latency {}", "TP events, not paced"),
+             ("tp paced latency {}", "TP events, default pacing"))
+HOPS = (("dds floor {}", "a hop of Fast DDS"), ("dds shared {}", "the same by its shared memory"),
+        ("path {}", "two bridges, not paced"), ("path paced {}", "two bridges, default pacing"))
 
 
 def table(header, rows):
@@ -32,7 +60,7 @@ def machine():
     model = next((line.split(":")[1].strip() for line in open("/proc/cpuinfo", encoding="utf-8")
                   if line.startswith("model name")), platform.machine())
     load = open("/proc/loadavg", encoding="utf-8").read().split()[0]
-    return {"cpu": f"{len(__import__('os').sched_getaffinity(0))} cores of {model}", "kernel": platform.release(),
+    return {"cpu": f"{len(os.sched_getaffinity(0))} cores of {model}", "kernel": platform.release(),
             "compiler": first_line("c++", "--version"), "load": load}
 
 
@@ -40,14 +68,13 @@ def goal_table(rows):
     return table(["", "floor", "ours", "ratio", "goal", ""], [row.cells() for row in rows])
 
 
-def latencies(values):
+def latency_table(values, kinds):
     def cell(name):
         p50, p99 = (median(values, name, "latency_ns", part) for part in ("p50", "p99"))
         return "" if p50 is None else f"{goals.ns(p50)}, {goals.ns(p99)}"
 
-    return table(["TP events: p50, p99", *SIZES],
-                 [[words, *[cell(f"{kind} latency {size}") for size in SIZES]] for kind, words in
-                  (("tp floor", "floor"), ("tp", "ours, not paced"), ("tp paced", "ours, default pacing"))])
+    return table(["p50, p99", *SIZES],
+                 [[words, *[cell(kind.format(size)) for size in SIZES]] for kind, words in kinds])
 
 
 def rates(values):
@@ -64,6 +91,34 @@ def rates(values):
                  [[words, *[cell(name.format(size)) for size in SIZES]] for name, words in kinds])
 
 
+def vsomeip(values):
+    """Nothing when it was not there."""
+    def row(what, show, name, ours, *path):
+        theirs, mine = median(values, name, *path), median(values, ours, *path)
+        return [what, show(theirs), show(mine)] if theirs and mine else None
+
+    rows = [row("UDP call 64 B, p50", goals.ns, "vsomeip udp call", "udp call", "latency_ns", "p50"),
+            row("TCP call 64 B, p50", goals.ns, "vsomeip tcp call", "tcp call", "latency_ns", "p50"),
+            row("calls, 32 in flight", goals.rate, "vsomeip calls 32", "calls 32", "per_second"),
+            row("events 64 B, received", goals.rate, "vsomeip events 64 B", "events 64 B", "per_second")]
+    rows += [row(f"TP event {size}, p50, not paced", goals.ns, f"vsomeip latency {size}", f"tp latency {size}",
+                 "latency_ns", "p50") for size in SIZES]
+    rows = [found for found in rows if found]
+    return "\n" + VSOMEIP + table(["", "vsomeip", "ours"], rows) if rows else ""
+
+
+def clouds(values):
+    rows = []
+    for points, size in CLOUDS.items():
+        found = values.get(f"checkpoints {size}", [])
+        conversion, communication = (median(values, f"checkpoints {size}", key)
+                                     for key in ("conversion_ns", "communication_ns"))
+        if found:
+            rows.append([points, str(len(found)), goals.ns(conversion), goals.ns(communication),
+                         f"{100 * conversion / communication:.2f} %"])
+    return table(["points", "clouds", "both conversions, median", "① to ④, median", "share"], rows)
+
+
 def write(values, about, folder):
     folder = pathlib.Path(folder)
     text = HEADING
@@ -74,6 +129,12 @@ def write(values, about, folder):
         text += ("**The machine was busy with other work**, which makes all times longer and the ratios uncertain: they "
                  "are to be taken again on a quiet one.\n\n")
     text += "## Calls and events\n" + goal_table(goals.communication(values))
-    text += "\n" + latencies(values) + "\n" + rates(values)
-    text += "\n## Conversion\n" + goal_table(goals.conversion(values))
+    text += "\n" + latency_table(values, TRANSFERS) + "\n" + rates(values)
+    text += "\n![latency by size](performance/latency.svg)\n" + vsomeip(values)
+    text += "\n## Through two bridges, and nodes alone\n" + PATHS + goal_table(goals.paths(values))
+    text += "\n" + latency_table(values, HOPS) + "\n![latency by size](performance/bridges.svg)\n"
+    text += "\n" + CLOUDS_TEXT + clouds(values)
+    text += "\n![conversion time](performance/conversion.svg)\n\n![share of conversion](performance/share.svg)\n"
+    text += "\n## Conversion\n" + CONVERSION + goal_table(goals.conversion(values))
     (folder / "performance.md").write_text(text, encoding="utf-8")
+    drawings.draw(values, folder / "performance")

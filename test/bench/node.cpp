@@ -1,0 +1,114 @@
+// A Node alone, without DDS: what it takes when nothing happens, and how soon after its start the first event
+// of a service comes that has long been there.
+#include <sys/resource.h>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <fstream>
+#include <string>
+
+#include "sd/net/handles.hpp"
+#include "someip/net/address_text.hpp"
+
+namespace {
+
+using namespace trestle;
+using namespace std::chrono_literals;
+
+constexpr someip::ServiceId service{0x7e60};
+constexpr someip::EventgroupId eventgroup{1};
+constexpr someip::MethodId notifier{0x8001};
+
+/// Offers a field, whose value every new subscriber gets.
+void serve(const sd::NodeConfig& config) {
+  boost::asio::io_context io{1};
+  sd::Node node{io, config};
+  sd::ServiceSpec spec{.service = service, .instance = someip::InstanceId{1}};
+  spec.fields = {{.notifier = notifier, .value = std::vector<std::byte>(64)}};
+  spec.eventgroups = {{.id = eventgroup, .events = {notifier}}};
+  const sd::Offer offer{node, std::move(spec)};
+  io.run();
+}
+
+void first_event(sd::NodeConfig config) {
+  const auto start = std::chrono::steady_clock::now();
+  config.timing.initial_delay_min = 0ms;
+  config.timing.initial_delay_max = 0ms;
+  boost::asio::io_context io{1};
+  sd::Node node{io, config};
+  const sd::Subscription subscription{node,
+                                      {.service = service, .eventgroup = eventgroup, .events = {notifier}},
+                                      [&](const someip::Message& /*event*/, const Endpoint& /*from*/) {
+                                        const std::chrono::nanoseconds took =
+                                            std::chrono::steady_clock::now() - start;
+                                        std::printf(R"({"first_event_ns":%lld})"
+                                                    "\n",
+                                                    static_cast<long long>(took.count()));
+                                        io.stop();
+                                      }};
+  io.run();
+  node.shutdown();
+}
+
+long resident_kb() {
+  std::ifstream status{"/proc/self/status"};
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with("VmRSS:")) {
+      return std::atol(line.c_str() + 6);
+    }
+  }
+  return 0;
+}
+
+/// With a service on offer, in its main phase. Wake-ups are the times that the process slept.
+void idle(const sd::NodeConfig& config, double seconds) {
+  boost::asio::io_context io{1};
+  sd::Node node{io, config};
+  const sd::Offer offer{node, {.service = service, .instance = someip::InstanceId{1}}};
+  boost::asio::steady_timer timer{io};
+  timer.expires_after(1s);  // the repetition phase is over by then
+  timer.async_wait([&](const boost::system::error_code& /*none*/) { io.stop(); });
+  io.run();
+  io.restart();
+
+  rusage before{};
+  getrusage(RUSAGE_SELF, &before);
+  const sd::Counters& counters = node.discovery_counters();
+  const std::uint64_t discovery_before = counters.datagrams_received + counters.datagrams_sent;
+  timer.expires_after(std::chrono::duration_cast<Duration>(std::chrono::duration<double>{seconds}));
+  timer.async_wait([&](const boost::system::error_code& /*none*/) { io.stop(); });
+  io.run();
+  rusage after{};
+  getrusage(RUSAGE_SELF, &after);
+  std::printf(R"({"resident_kb":%ld,"seconds":%.3f,"wakeups":%ld,"discovery_datagrams":%llu})"
+              "\n",
+              resident_kb(), seconds, after.ru_nvcsw - before.ru_nvcsw,
+              static_cast<unsigned long long>(counters.datagrams_received + counters.datagrams_sent -
+                                              discovery_before));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  const std::string role = argc > 2 ? argv[1] : "";
+  const auto address = argc > 2 ? trestle::someip::parse_address(argv[2]) : std::nullopt;
+  if (!address || (role != "serve" && role != "first-event" && role != "idle")) {
+    std::fputs("Usage: trestle_node serve|first-event|idle ADDRESS [SECONDS]\n", stderr);
+    return 2;
+  }
+  const sd::NodeConfig config{.address = *address};
+  if (role == "serve") {
+    serve(config);
+  } else if (role == "first-event") {
+    first_event(config);
+  } else {
+    idle(config, argc > 3 ? std::atof(argv[3]) : 5);
+  }
+  return 0;
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "trestle_node: %s\n", error.what());
+  return 1;
+}

@@ -1,0 +1,112 @@
+"""The way DDS -> SOME/IP -> DDS through two bridges, beside a hop of plain Fast DDS."""
+import json
+import os
+import tempfile
+import time
+
+from measures import SIZES
+
+DOMAINS = {"a": 91, "b": 92}
+LOOPBACK = "127.0.0.1"
+# Point counts of the published bridge's figures, of 24 bytes each.
+CLOUDS = {f"{points // 1000}k": points * 24 for points in (1000, 5000, 10_000, 50_000, 100_000, 200_000, 500_000)}
+# Topics before /there and /back, and what their messages on SOME/IP wait for.
+PACINGS = {"/perf": "0 us", "/paced": None}
+
+
+def bridge_yaml(side, address):
+    """Bridge a carries TOPIC/there to SOME/IP and TOPIC/back to DDS; bridge b the other way."""
+    lines = ["someip:", f"  address: {address}",
+             "dds:", f"  domain: {DOMAINS[side]}", f"  interfaces: [{LOOPBACK}]", "routes:"]
+    for number, (topic, separation) in enumerate(PACINGS.items()):
+        for way in "there", "back":
+            out = (way == "there") == (side == "a")
+            lines += [f"  - topic: {topic}/{way}", "    type: sensor_msgs/msg/PointCloud2",
+                      f"    direction: {'dds_to_someip' if out else 'someip_to_dds'}",
+                      f"    service: {0x7e61 + 2 * number + (way == 'back'):#06x}", "    instance: 0x0001",
+                      "    eventgroup: 0x0001", "    event: 0x8001"]
+            if out:
+                lines.append(f"    port: {40001 + 2 * number + (way == 'back')}")
+            if separation:
+                lines.append(f"    tp: {{separation: {separation}}}")
+    return "\n".join(lines) + "\n"
+
+
+class Paths:
+    def __init__(self, measures):
+        self.measures = measures
+        self.lab = measures.lab
+        self.folder = tempfile.TemporaryDirectory(prefix="trestle-bench-")
+
+    def start(self):
+        """Two bridges with what they report, and at side b somebody who reflects."""
+        for side in "ab":
+            config = os.path.join(self.folder.name, side + ".yaml")
+            with open(config, "w", encoding="utf-8") as file:
+                file.write(bridge_yaml(side, self.lab.address[side + "3"]))
+            with open(self.report(side), "wb") as report:
+                self.lab.start(side, self.measures.programs["trestle"], "bridge", "--quiet", "--report-fd",
+                               report.fileno(), config, pass_fds=[report.fileno()])
+        for topic in PACINGS:
+            self.lab.start("b", *self.perf("b", topic), "--reflect")
+        for shared_memory, domain in (0, 93), (1, 94):
+            self.lab.start("a", self.measures.programs["floor"], "reflect-dds", f"domain={domain}",
+                           f"shared_memory={shared_memory}")
+        time.sleep(1)
+
+    def report(self, side):
+        return os.path.join(self.folder.name, side + ".jsonl")
+
+    def perf(self, side, topic):
+        return [self.measures.programs["trestle"], "perf", "bridge", "--domain", DOMAINS[side], "--interface", LOOPBACK,
+                "--topic", topic]
+
+    def ping(self, topic, size, seconds):
+        return self.lab.run("a", *self.perf("a", topic), "--json", "--size", size, "--seconds", seconds, "--warm-up",
+                            "0.1", "--timeout", "5")
+
+    def hop(self, size, domain, shared_memory):
+        return self.lab.run("a", self.measures.programs["floor"], "ping-dds", f"domain={domain}", f"bytes={size}",
+                            f"seconds={self.measures.seconds}", f"shared_memory={shared_memory}")
+
+    def round(self):
+        for name, size in SIZES.items():
+            self.measures.take(f"dds floor {name}", lambda: self.hop(size, 93, 0))
+            self.measures.take(f"dds shared {name}", lambda: self.hop(size, 94, 1))
+            self.measures.take(f"path {name}", lambda: self.ping("/perf", size, self.measures.seconds))
+            self.measures.take(f"path paced {name}", lambda: self.ping("/paced", size, self.measures.seconds))
+
+    def clouds(self):
+        """For the box plots: conversion and transport of each message, by cloud size."""
+        for size in CLOUDS.values():
+            self.measures.take(f"cloud {size}", lambda: self.ping("/perf", size, 2 * self.measures.seconds))
+        sent = [line for line in self.carried("a") if line["route"] == "/perf/there"]
+        came = [line for line in self.carried("b") if line["route"] == "/perf/there"]
+        waiting = {}
+        for line in sorted(sent + came, key=lambda line: line["before_ns"]):
+            if line["direction"] == "dds_to_someip":
+                waiting[line["session"]] = line
+            elif line["session"] in waiting:
+                self.add(waiting.pop(line["session"]), line)
+
+    def carried(self, side):
+        with open(self.report(side), encoding="utf-8") as file:
+            lines = [json.loads(line) for line in file]
+        return [line for line in lines if line["event"] == "carried"]
+
+    def add(self, sent, came):
+        """The size of a payload is that of its points and a few hundred bytes of description."""
+        size = next((size for size in CLOUDS.values() if size <= sent["bytes"] < size + 400), None)
+        if size is not None:
+            conversion = sent["after_ns"] - sent["before_ns"] + came["after_ns"] - came["before_ns"]
+            self.measures.values.setdefault(f"checkpoints {size}", []).append(
+                {"conversion_ns": conversion, "communication_ns": came["after_ns"] - sent["before_ns"]})
+
+    def nodes(self):
+        """A node without DDS."""
+        program, address = self.measures.programs["node"], self.lab.address
+        self.lab.start("a", program, "serve", address["a2"])
+        time.sleep(1)
+        self.measures.take("idle", lambda: self.lab.run("b", program, "idle", address["b"], 5))
+        for _ in range(5):
+            self.measures.take("first event", lambda: self.lab.run("b", program, "first-event", address["b"]))
