@@ -25,11 +25,10 @@ Format<std::string> type_name() {
 }
 
 void load_tp(const YAML::Node& node, TpSettings& settings, Problems& problems) {
-  // 65507 bytes fit a UDP datagram over IPv4, of which the two headers take 20.
-  constexpr std::uint32_t segment_bytes_max = 65472;
+  constexpr std::uint32_t segment_bytes_max = 1392;  // [feat_req_someiptp_773]
   Section tp{node, "tp", problems};
   const Format<std::uint32_t> multiple_of_16{
-      "a multiple of 16 from 16 to 65472 (bytes)", [](std::string_view text) -> std::optional<std::uint32_t> {
+      "a multiple of 16 from 16 to 1392 (bytes)", [](std::string_view text) -> std::optional<std::uint32_t> {
         const auto bytes = read_whole(text);
         // [feat_req_someiptp_772]
         return bytes && *bytes >= 16 && *bytes <= segment_bytes_max && *bytes % 16 == 0

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <stdexcept>
 
+#include "sd/net/checks.hpp"
 #include "sd/net/clock.hpp"
 #include "sd/net/discovery_text.hpp"
 #include "someip/net/address_text.hpp"
@@ -29,18 +30,9 @@ std::string name_of(const SubscribeSpec& spec, someip::InstanceId instance) {
 }  // namespace
 
 SubscriptionId Consumer::subscribe(const SubscribeSpec& spec, EventHandler handler, TimePoint now) {
-  const auto reserved = std::ranges::find_if(spec.events, is_reserved);
-  if (reserved != spec.events.end()) {
-    throw std::invalid_argument{"subscription to " + name_of(spec, spec.instance) + ": event id " +
-                                hexadecimal(value(*reserved)) + " is reserved"};
-  }
-  if (!spec.udp && !spec.tcp) {
-    throw std::invalid_argument{"subscription to " + name_of(spec, spec.instance) +
-                                ": neither UDP nor TCP is asked for"};
-  }
-  if (spec.configured && (spec.tcp || spec.port == 0)) {
-    throw std::invalid_argument{"subscription to " + name_of(spec, spec.instance) +
-                                ": a configured one needs a UDP port of its own, and no TCP"};
+  const std::string name = "subscription to " + name_of(spec, spec.instance);
+  if (const std::string mistake = mistake_in(spec, config_); !mistake.empty()) {
+    throw std::invalid_argument{name + ": " + mistake};
   }
   const auto found = std::ranges::find_if(
       subscriptions_, [&](const auto& one) { return is_same_subscription(one->wanted, spec); });
@@ -54,6 +46,9 @@ SubscriptionId Consumer::subscribe(const SubscribeSpec& spec, EventHandler handl
     }
     subscription->handle = look_for(subscription->spec, now);
     subscriptions_.push_back(subscription);
+    for (const std::string& doubt : doubts_about(spec)) {
+      log_(std::string{name}.append(": ").append(doubt));
+    }
   }
   const SubscriptionId id{next_id_++};
   subscription->listeners.push_back(

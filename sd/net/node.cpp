@@ -10,6 +10,7 @@
 #include <system_error>
 #include <utility>
 
+#include "sd/net/checks.hpp"
 #include "sd/net/clock.hpp"
 #include "sd/net/consumer.hpp"
 #include "sd/net/heap_storage.hpp"
@@ -218,8 +219,10 @@ struct Node::State : std::enable_shared_from_this<State> {
   std::array<Refusals, nack_reasons> refusals{};
 };
 
-Node::Node(boost::asio::io_context& io, const NodeConfig& config, DiscoveryLog log)
-    : state_{std::make_shared<State>(io, config, std::move(log))} {}
+Node::Node(boost::asio::io_context& io, const NodeConfig& config, DiscoveryLog log) {
+  check(config);
+  state_ = std::make_shared<State>(io, config, std::move(log));
+}
 
 Node::~Node() = default;
 

@@ -20,6 +20,7 @@ class Node {
 
   /// Opens SD's sockets and starts.
   /// @throws someip::NetError when they cannot be opened; above all when another SOME/IP stack has the port.
+  ///         std::invalid_argument for a configuration that makes no sense: what() names the field.
   Node(boost::asio::io_context& io, const NodeConfig& config, DiscoveryLog log = {});
   /// No handler is called any more; whoever uses the Node's services notices when their time to live is over.
   ~Node();
@@ -40,13 +41,14 @@ class Node {
   [[nodiscard]] std::size_t subscribers(OfferHandle offer, someip::MethodId event) const;
 
   /// Sends an event to all its subscribers. `payload` and `keep_alive` as in MessageSender::send().
+  /// @throws std::invalid_argument for a pacing that cannot be: what() names the field.
   Notified notify(OfferHandle offer, someip::MethodId event, std::span<const ByteView> payload,
                   const std::shared_ptr<const void>& keep_alive = nullptr,
                   const someip::TpPacing& pacing = {});
 
   /// Sends an event to those subscribers alone for which `wanted` is true, always by unicast. Not for the
   /// notifier of a field.  [feat_req_someip_804]
-  /// @throws std::invalid_argument for the notifier of a field.
+  /// @throws std::invalid_argument for the notifier of a field, and as notify().
   Notified notify_some(OfferHandle offer, someip::MethodId event, const SubscriberFilter& wanted,
                        std::span<const ByteView> payload,
                        const std::shared_ptr<const void>& keep_alive = nullptr,

@@ -4,6 +4,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "sd/net/checks.hpp"
 #include "sd/net/clock.hpp"
 #include "sd/net/discovery_text.hpp"
 #include "someip/net/address_text.hpp"
@@ -34,41 +35,6 @@ bool may_be_sent(const ServiceSpec& spec, MethodId id, std::size_t bytes) {
   return bytes <= someip::max_plain_payload_bytes || !spec.segmented || contains(*spec.segmented, id);
 }
 
-/// What is wrong with the description of a service, seen by itself; empty: nothing.
-std::string mistake_in(const ServiceSpec& spec) {
-  if (!spec.tcp_port && !spec.tcp_events.empty()) {
-    return "it has TCP events but no TCP port";
-  }
-  std::vector<MethodId> ids;
-  for (const MethodSpec& method : spec.methods) {
-    if (!method.handler || method.kind == MethodKind::unknown) {
-      return "method " + hexadecimal(value(method.id)) + " has no handler or no kind";
-    }
-    ids.push_back(method.id);
-  }
-  for (const FieldSpec& field : spec.fields) {
-    if (!field.getter && !field.setter && !field.notifier) {
-      return "a field has neither getter nor setter nor notifier";
-    }
-    for (const auto& id : {field.getter, field.setter, field.notifier}) {
-      if (id) {
-        ids.push_back(*id);
-      }
-    }
-  }
-  std::vector<MethodId> all = ids;
-  for (const EventgroupSpec& group : spec.eventgroups) {
-    all.insert(all.end(), group.events.begin(), group.events.end());
-  }
-  const auto reserved = std::ranges::find_if(all, is_reserved);
-  if (reserved != all.end()) {
-    return "id " + hexadecimal(value(*reserved)) + " is reserved";
-  }
-  std::ranges::sort(ids);
-  const auto twice = std::ranges::adjacent_find(ids);
-  return twice == ids.end() ? "" : "id " + hexadecimal(value(*twice)) + " is used twice";
-}
-
 }  // namespace
 
 Provider::Provider(boost::asio::io_context& io, ServiceDiscovery& discovery, Ports& ports,
@@ -84,7 +50,7 @@ Provider::Provider(boost::asio::io_context& io, ServiceDiscovery& discovery, Por
 
 OfferHandle Provider::offer(ServiceSpec spec, TimePoint now) {
   const std::string name = "offer of " + to_string(spec.service, spec.instance);
-  if (const std::string mistake = mistake_in(spec); !mistake.empty()) {
+  if (const std::string mistake = mistake_in(spec, config_); !mistake.empty()) {
     throw std::invalid_argument{name + ": " + mistake};
   }
   // Only the endpoint tells which instance a message is for.  [feat_req_someip_445] [feat_req_someip_967]
@@ -152,6 +118,9 @@ OfferHandle Provider::offer(ServiceSpec spec, TimePoint now) {
     }
   }
   log_("offering " + to_string(spec.service, spec.instance) + at);
+  for (const std::string& doubt : doubts_about(spec)) {
+    log_(std::string{name}.append(": ").append(doubt));
+  }
   offer->spec = std::move(spec);
   offers_.push_back(offer);
   arm_cycle();
@@ -277,6 +246,7 @@ someip::SessionId Provider::session_of(Offer& offer, MethodId event, std::size_t
 Notified Provider::notify(OfferHandle handle, MethodId event, const SubscriberFilter& wanted,
                           std::span<const ByteView> payload, const std::shared_ptr<const void>& keep_alive,
                           const someip::TpPacing& pacing) {
+  check(pacing, "pacing");
   const auto offer = find(handle);
   if (!offer) {
     return {};

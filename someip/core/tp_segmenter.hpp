@@ -39,6 +39,8 @@ class TpSegmenter {
   [[nodiscard]] constexpr std::size_t size() const noexcept {
     return payload_bytes_ == 0 ? 1 : (payload_bytes_ + segment_bytes_ - 1) / segment_bytes_;
   }
+  /// Payload of each segment but the last.
+  [[nodiscard]] constexpr std::size_t segment_bytes() const noexcept { return segment_bytes_; }
   /// Whether next() has given the last segment.
   [[nodiscard]] constexpr bool done() const noexcept { return done_; }
   /// How much of the payload next() has handed out, in bytes.

@@ -188,7 +188,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
 
   // Sends the next segments of `message` with one system call. At least one segment is left.
   SendStatus send_batch(Pending& message) {
-    const std::size_t datagram_bytes = header_bytes + tp_header_bytes + message.pacing.segment_bytes;
+    const std::size_t datagram_bytes = header_bytes + tp_header_bytes + message.segments.segment_bytes();
     const std::size_t most = std::max<std::size_t>(
         1, std::min({batch_segments, batch_bytes / datagram_bytes, message.burst_left}));
     const TpSegmenter segments_before = message.segments;

@@ -244,7 +244,7 @@ INSTANTIATE_TEST_SUITE_P(
             "Segment",
             "segment_bytes: 1024",
             "segment_bytes: 1400",
-            {"b.yaml:34:22: error: segment_bytes: expected a multiple of 16 from 16 to 65472 (bytes), found "
+            {"b.yaml:34:22: error: segment_bytes: expected a multiple of 16 from 16 to 1392 (bytes), found "
              "'1400'"}},
         Mistake{"Burst",
                 "burst: 16",

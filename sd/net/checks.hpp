@@ -1,0 +1,22 @@
+#pragma once
+#include "sd/net/node_config.hpp"
+#include "sd/net/service_spec.hpp"
+
+namespace trestle::sd {
+
+// What a caller may not ask for. Each throws std::invalid_argument, whose what() names the field, and else
+// does nothing.
+
+void check(const NodeConfig& config);
+/// @param field  the name of `pacing` where it stands.
+void check(const someip::TpPacing& pacing, const char* field);
+
+/// What is wrong with the description of a service, seen by itself; empty: nothing.
+[[nodiscard]] std::string mistake_in(const ServiceSpec& spec, const NodeConfig& config);
+[[nodiscard]] std::string mistake_in(const SubscribeSpec& spec, const NodeConfig& config);
+
+/// What is unusual in it, and perhaps a mistake, one line for each; it works all the same.
+[[nodiscard]] std::vector<std::string> doubts_about(const ServiceSpec& spec);
+[[nodiscard]] std::vector<std::string> doubts_about(const SubscribeSpec& spec);
+
+}  // namespace trestle::sd
