@@ -2,13 +2,27 @@
 
 #include <fcntl.h>
 #include <sched.h>
+#include <sys/mount.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdlib>
+#include <fstream>
 #include <stdexcept>
+#include <system_error>
 
 namespace trestle::interop {
 namespace {
+
+void demand(bool done, const std::string& what) {
+  if (!done) {
+    throw std::runtime_error{"cannot " + what + ": " + std::generic_category().message(errno)};
+  }
+}
+
+void write(const char* file, const std::string& text) {
+  demand(static_cast<bool>(std::ofstream{file} << text << std::flush), std::string{"write to "} + file);
+}
 
 void run(const std::string& command) {
   if (std::system(command.c_str()) != 0) {  // NOLINT(*-env33-c): of our own text only
@@ -16,55 +30,46 @@ void run(const std::string& command) {
   }
 }
 
-void join(const std::string& path) {
-  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  const bool joined = fd >= 0 && setns(fd, CLONE_NEWNET) == 0;
-  close(fd);
-  if (!joined) {
-    throw std::runtime_error{"cannot join the network namespace " + path};
-  }
+/// Gives this namespace's devices their addresses, by a program that begins so. Segmentation is not left to
+/// the device, so that a recording has the frames that a wire would have.
+void set_up(const std::string& program, const std::string& address, const std::string& address_v6) {
+  run(program + " -batch - <<'END'\nlink set lo up\nlink set eth0 up gso_max_segs 1\naddr add " + address +
+      "/24 dev eth0\naddr add " + address_v6 + "/64 dev eth0 nodad\nroute add 224.0.0.0/4 dev eth0\nEND\n");
 }
 
 }  // namespace
 
-Namespaces::Namespaces()
-    : own_name_{"trestle-own-" + std::to_string(getpid())},
-      peer_name_{"trestle-peer-" + std::to_string(getpid())} {
-  if (geteuid() != 0) {
-    throw std::runtime_error{"network namespaces need root"};
+Namespaces::Namespaces() {
+  if (geteuid() != 0) {  // becomes root where that is no more than ourselves
+    const std::string user = std::to_string(geteuid());
+    const std::string group = std::to_string(getegid());
+    demand(unshare(CLONE_NEWUSER) == 0, "make a user namespace, not being root");
+    write("/proc/self/setgroups", "deny");
+    write("/proc/self/uid_map", "0 " + user + " 1");
+    write("/proc/self/gid_map", "0 " + group + " 1");
   }
-  original_ = open("/proc/self/ns/net", O_RDONLY | O_CLOEXEC);
-  try {
-    const std::string own_end = "to" + std::to_string(getpid());
-    run("ip netns add " + own_name_);
-    run("ip netns add " + peer_name_);
-    run("ip link add " + own_end + " netns " + own_name_ + " type veth peer name eth0 netns " + peer_name_);
-    run("ip -n " + own_name_ + " link set " + own_end + " name eth0");
-    for (const auto& [name, address] : {std::pair{own_name_, "10.77.0.2/24"}, {peer_name_, "10.77.0.1/24"}}) {
-      run("ip -n " + name + " addr add " + address + " dev eth0");
-      run("ip -n " + name + " link set lo up");
-      run("ip -n " + name + " link set eth0 up");
-      run("ip -n " + name + " route add 224.0.0.0/4 dev eth0");
-    }
-    join("/run/netns/" + own_name_);
-  } catch (...) {
-    remove();
-    throw;
-  }
+  demand(unshare(CLONE_NEWNET) == 0, "make a network namespace");
+  const int peers =
+      open("/proc/self/ns/net", O_RDONLY);  // NOLINT(*-cloexec): programs that we become have it too
+  demand(peers >= 0, "open our network namespace");
+  peer_file_ = "/proc/" + std::to_string(getpid()) + "/fd/" + std::to_string(peers);
+  demand(unshare(CLONE_NEWNET | CLONE_NEWNS) == 0, "make a network and a mount namespace");
+  demand(mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0, "make our mounts private");
+  demand(mount("none", folder, "tmpfs", 0, nullptr) == 0, std::string{"mount "} + folder);
+  run("ip link add eth0 type veth peer name eth0 netns " + peer_file_);
+  set_up("ip", "10.77.0.2", own_v6);
+  set_up("nsenter --net=" + peer_file_ + " ip", "10.77.0.1", peer_v6);
 }
 
-Namespaces::~Namespaces() {
-  if (setns(original_, CLONE_NEWNET) == 0) {
-    remove();
-  }
+bool Namespaces::required() {
+  const char* const wish = std::getenv("TRESTLE_REQUIRE_PEERS");
+  return wish != nullptr && *wish != '\0' && std::string{wish} != "0";
 }
 
-void Namespaces::remove() noexcept {
-  for (const std::string& name : {own_name_, peer_name_}) {
-    // NOLINTNEXTLINE(*-env33-c): of our own text only
-    static_cast<void>(std::system(("ip netns del " + name + " 2>/dev/null").c_str()));
-  }
-  close(original_);
+std::vector<std::string> Namespaces::at_peer(const std::vector<std::string>& command) const {
+  std::vector<std::string> whole{"setpriv", "--pdeathsig", "KILL", "nsenter", "--net=" + peer_file_};
+  whole.insert(whole.end(), command.begin(), command.end());
+  return whole;
 }
 
 }  // namespace trestle::interop

@@ -28,7 +28,14 @@ PeerProcess::PeerProcess(const std::vector<std::string>& command, const std::vec
   posix_spawn_file_actions_addopen(&actions, 2, errors.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0644);
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);  // so that kill() meets its children too
+  // A group of its own, so that kill() meets its children too.
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF);
+  // To write to a peer that has ended is an error, not our end.
+  std::signal(SIGPIPE, SIG_IGN);
+  sigset_t of_peer;
+  sigemptyset(&of_peer);
+  sigaddset(&of_peer, SIGPIPE);
+  posix_spawnattr_setsigdefault(&attributes, &of_peer);
 
   std::vector<std::string> settings = environment;
   for (char** one = environ; *one != nullptr; ++one) {
@@ -94,6 +101,14 @@ void PeerProcess::read() {
 std::size_t PeerProcess::count(const std::string& beginning) const {
   return static_cast<std::size_t>(std::ranges::count_if(
       lines_, [&](const std::string& line) { return line.compare(0, beginning.size(), beginning) == 0; }));
+}
+
+bool PeerProcess::ended() {
+  if (pid_ > 0 && waitpid(pid_, nullptr, WNOHANG) == pid_) {
+    pid_ = -1;
+    ended_ = true;
+  }
+  return ended_;
 }
 
 void PeerProcess::kill() {

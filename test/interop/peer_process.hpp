@@ -25,11 +25,14 @@ class PeerProcess {
   [[nodiscard]] const std::deque<std::string>& lines() const noexcept { return lines_; }
   /// How many of its lines begin with this.
   [[nodiscard]] std::size_t count(const std::string& beginning) const;
+  /// Whether it has ended by itself.
+  [[nodiscard]] bool ended();
   /// Kills it at once and without warning, with all that it has started.
   void kill();
 
  private:
   pid_t pid_ = -1;
+  bool ended_ = false;
   int in_ = -1;
   int out_ = -1;
   std::string part_;

@@ -1,11 +1,14 @@
-"""What the tests with Python stacks share: our Node as a program, a recorder, and when to skip."""
+"""What the tests with Python stacks share: our Node as a program at the other end of a cable, a recorder, and when to
+skip. They are run by in_namespaces."""
 import os
 import re
 import shutil
 import subprocess
 import sys
+import tempfile
 import threading
 import time
+from xml.etree import ElementTree
 
 # Where `./run setup --peers` installs the stacks; this program goes on there.
 PEERS = os.environ.get("TRESTLE_PEERS") or os.path.join(os.path.dirname(__file__), "../../../build/peers")
@@ -14,8 +17,10 @@ if os.path.exists(PYTHON) and os.path.realpath(sys.prefix) != os.path.realpath(P
     os.execv(PYTHON, [PYTHON, "-B", *sys.argv])
 
 SERVICE, INSTANCE = 0x1234, 0x5678
-GROUP = "224.244.224.61"  # of service discovery; no other test uses it
+OURS, THEIRS = "10.77.0.1", "10.77.0.2"  # where our Node is, and this program with the other stack
+GROUP = "224.244.224.245"  # of service discovery
 SD_PORT = 30490
+DIES_WITH_US = ["setpriv", "--pdeathsig", "KILL"]
 
 
 def missing(what):
@@ -26,12 +31,12 @@ def missing(what):
 
 
 class Node:
-    """A Node of ours in a process of its own: see node_peer.cpp for what it understands."""
+    """A Node of ours in the other namespace: see node_peer.cpp for what it understands."""
 
-    def __init__(self, program, address, group=GROUP):
-        self.address = address
-        self.process = subprocess.Popen([program, address, group], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-                                        bufsize=1)
+    def __init__(self, program):
+        there = ["nsenter", "--net=" + os.environ["TRESTLE_PEER_NAMESPACE"]]
+        self.process = subprocess.Popen([*DIES_WITH_US, *there, program, OURS, GROUP], stdin=subprocess.PIPE,
+                                        stdout=subprocess.PIPE, text=True, bufsize=1)
         self.lines = []
         self.changed = threading.Condition()
         self.reader = threading.Thread(target=self._read, daemon=True)
@@ -90,36 +95,58 @@ class Node:
 
 
 class Recorder:
-    """Records the loopback device, so that tshark can judge what our Node sends. Needs the right to record."""
+    """Records all that passes over the cable, so that tshark can judge it."""
 
     def __init__(self, path):
         self.path = path
-        self.process = None
-        dumpcap = shutil.which("dumpcap")
-        if dumpcap is None:
-            return
-        process = subprocess.Popen([dumpcap, "-q", "-i", "lo", "-f", "net 127.61.0.0/16 or dst host " + GROUP,
-                                    "-w", path], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
-        for line in process.stderr:
+        for program in ("dumpcap", "tshark"):
+            if shutil.which(program) is None:
+                missing(program)
+        self.process = subprocess.Popen([*DIES_WITH_US, "dumpcap", "-q", "-i", "eth0", "-B", "32", "-w", path],
+                                        stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+        for line in self.process.stderr:
             if line.startswith("File:"):
-                self.process = process
                 return
-        process.wait(5)
+        raise RuntimeError("dumpcap does not record")
 
-    def complaints(self, address):
-        """tshark's expert about frames from `address`; nothing when there is no recording."""
-        if self.process is None:
-            return []
+    def stop(self):
+        if self.process.poll() is not None:
+            return
         time.sleep(0.5)  # until the kernel has handed over what was last seen
         self.process.terminate()
         self.process.communicate(timeout=5)
-        command = ["tshark", "-r", self.path, "-Y", f"ip.src == {address} && (someip || _ws.malformed)"]
+
+    def tshark(self, wanted, *output):
+        command = ["tshark", "-r", self.path, "-Y", wanted, *output]
         for transport in ("udp", "tcp"):
             command += ["-d", f"{transport}.port==1-65535,someip"]
-        command += ["-T", "fields", "-e", "frame.number", "-e", "someip.messageid", "-e", "_ws.expert.message"]
-        output = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, check=True).stdout
-        rows = [line.split("\t") for line in output.splitlines()]
-        if not rows:
-            return ["nothing was recorded"]
-        # What is said of the TCP layer (a reset, say) is the kernel's.
-        return [row for row in rows if re.search("SOME/IP|Malformed|malformed", row[2])]
+        return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=True).stdout
+
+    def expert(self, address):
+        """What tshark's expert says about frames from `address`. TCP is left out: it is the kernel's."""
+        packets = ElementTree.fromstring(self.tshark(f"ip.src == {address} && _ws.expert", "-T", "pdml"))
+        return [(field.get("showname"), packet.find(".//field[@name='num']").get("show"))
+                for packet in packets for layer in packet if layer.get("name") != "tcp"
+                for field in layer.iter("field") if field.get("name") == "_ws.expert"]
+
+    def frames(self, address):
+        """How many frames from there have SOME/IP messages."""
+        return len(self.tshark(f"ip.src == {address} && someip").splitlines())
+
+
+class Recorded:
+    """A test case of which everything is recorded; in the end tshark has nothing to say about what our Node sent."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.recorder = Recorder(os.path.join(cls.folder.name, "recorded.pcapng"))
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.recorder.stop()
+        said, frames = cls.recorder.expert(OURS), cls.recorder.frames(OURS)
+        print(f"tshark has judged {frames} frames of ours", file=sys.stderr)
+        cls.folder.cleanup()
+        assert said == [], said
+        assert frames > 20, "hardly anything was recorded"

@@ -1,11 +1,9 @@
 #!/usr/bin/env python3
-"""pysomeip_test.py NODE_PEER: our Node and pysomeip (package someip), each in both roles, on loopback addresses."""
+"""pysomeip_test.py NODE_PEER: our Node and pysomeip (package someip), each in both roles."""
 import asyncio
 import logging
-import os
 import socket
 import sys
-import tempfile
 import unittest
 
 import peer
@@ -16,31 +14,14 @@ except ImportError:
     peer.missing("pysomeip")
 
 program = sys.argv.pop(1)
-OURS, THEIRS = "127.61.1.1", "127.61.1.2"
 logging.disable(logging.CRITICAL)
 
 
-def timings():
-    return sd.Timings(INITIAL_DELAY_MAX=0.02, REQUEST_RESPONSE_DELAY_MAX=0.02)
-
-
 async def discovery():
-    """pysomeip's service discovery. Its sockets are made here, since it asks for SO_REUSEPORT and all others in the
-    group for SO_REUSEADDR; otherwise as its own create_endpoints()."""
-    protocol = sd.ServiceDiscoveryProtocol((peer.GROUP, peer.SD_PORT), timings=timings())
-    loop = asyncio.get_running_loop()
-    for address, multicast in ((peer.GROUP, True), (THEIRS, False)):
-        sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        sock.bind((address, peer.SD_PORT))
-        if multicast:
-            sock.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP,
-                            socket.inet_aton(peer.GROUP) + socket.inet_aton(THEIRS))
-        sock.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(THEIRS))
-        transport, _ = await loop.create_datagram_endpoint(
-            lambda multicast=multicast: sd.DatagramProtocolAdapter(protocol, is_multicast=multicast), sock=sock)
-        protocol.transports = getattr(protocol, "transports", []) + [transport]
-    protocol.transport = protocol.transports[-1]
+    unicast, multicast, protocol = await sd.ServiceDiscoveryProtocol.create_endpoints(
+        socket.AF_INET, peer.THEIRS, peer.GROUP, multicast_interface=peer.THEIRS)
+    protocol.timings.INITIAL_DELAY_MAX = protocol.timings.REQUEST_RESPONSE_DELAY_MAX = 0.02
+    protocol.transports = [unicast, multicast]
     protocol.start()
     return protocol
 
@@ -93,22 +74,9 @@ class Events(sd.SOMEIPDatagramProtocol):
         self.messages.append(message)
 
 
-class Pysomeip(unittest.IsolatedAsyncioTestCase):
-    recorder = None
-
-    @classmethod
-    def setUpClass(cls):
-        cls.folder = tempfile.TemporaryDirectory()
-        cls.recorder = peer.Recorder(os.path.join(cls.folder.name, "recorded.pcapng"))
-
-    @classmethod
-    def tearDownClass(cls):
-        complaints = cls.recorder.complaints(OURS)
-        cls.folder.cleanup()
-        assert complaints == [], complaints
-
+class Pysomeip(peer.Recorded, unittest.IsolatedAsyncioTestCase):
     async def asyncSetUp(self):
-        self.node = peer.Node(program, OURS)
+        self.node = peer.Node(program)
         self.discovery = await discovery()
 
     async def asyncTearDown(self):
@@ -126,7 +94,7 @@ class Pysomeip(unittest.IsolatedAsyncioTestCase):
         return await asyncio.to_thread(self.node.expect, pattern, seconds)
 
     async def serve(self):
-        return await Service.start_datagram_endpoint(peer.INSTANCE, self.discovery.announcer, local_addr=(THEIRS, 0))
+        return await Service.start_datagram_endpoint(peer.INSTANCE, self.discovery.announcer, local_addr=(peer.THEIRS, 0))
 
     # pysomeip serves.
 
@@ -134,7 +102,7 @@ class Pysomeip(unittest.IsolatedAsyncioTestCase):
         served = await self.serve()
         self.addCleanup(served.stop)
         found = await self.ask("require", peer.SERVICE, peer.INSTANCE, 1, answer="available 1234.5678 v1.7 udp (.*)")
-        self.assertTrue(found[1].startswith(THEIRS + ":"))
+        self.assertTrue(found[1].startswith(peer.THEIRS + ":"))
         await self.ask("call", 0x0001, "udp", "cafe00", answer="response 0001 cafe00$")
         await self.ask("call", 0x0001, "udp", "00" * 1300, answer=f"response 0001 {'00' * 1300}$")
         await self.ask("send", 0x0002, "udp", "0102", answer="sent")
@@ -198,13 +166,13 @@ class Pysomeip(unittest.IsolatedAsyncioTestCase):
         await until(lambda: listener.offered, "it does not find our service")
         return listener, listener.offered[peer.SERVICE, peer.INSTANCE]
 
-    async def call(self, offered, method, payload, kind=header.SOMEIPMessageType.REQUEST, version=1):
+    async def call(self, offered, method, payload, kind=header.SOMEIPMessageType.REQUEST, version=1, seconds=2):
         transport, protocol = await Events.create_unicast_endpoint(
-            local_addr=(THEIRS, 0), remote_addr=await offered.options_1[0].addrinfo())
+            local_addr=(peer.THEIRS, 0), remote_addr=await offered.options_1[0].addrinfo())
         self.addCleanup(transport.close)
         protocol.send(header.SOMEIPHeader(service_id=peer.SERVICE, method_id=method, client_id=0x0b0b, session_id=9,
                                           interface_version=version, message_type=kind, payload=payload).build())
-        await until(lambda: protocol.messages, "no answer", 2)
+        await until(lambda: protocol.messages, "no answer", seconds)
         answer = protocol.messages[0]
         self.assertEqual((answer.service_id, answer.method_id, answer.client_id, answer.session_id),
                          (peer.SERVICE, method, 0x0b0b, 9))
@@ -223,7 +191,8 @@ class Pysomeip(unittest.IsolatedAsyncioTestCase):
             answer = await self.call(offered, method, b"", version=version)
             self.assertEqual((answer.return_code, answer.payload), (code, b""))
         with self.assertRaises(AssertionError):
-            await self.call(offered, 0x0002, b"\x07", kind=header.SOMEIPMessageType.REQUEST_NO_RETURN)
+            await self.call(offered, 0x0002, b"\x07", kind=header.SOMEIPMessageType.REQUEST_NO_RETURN,
+                            seconds=0.2)
         await self.expect("request 0002 07")
         self.assertEqual((await self.call(offered, 0x0010, b"")).payload, bytes.fromhex("01020304"))
         self.assertEqual((await self.call(offered, 0x0011, b"\x05\x06")).payload, b"\x05\x06")
@@ -233,7 +202,7 @@ class Pysomeip(unittest.IsolatedAsyncioTestCase):
 
     async def test_it_subscribes_to_our_events_and_field(self):
         self.node.do("offer", peer.SERVICE, peer.INSTANCE, "udp")
-        transport, events = await Events.create_unicast_endpoint(local_addr=(THEIRS, 0))
+        transport, events = await Events.create_unicast_endpoint(local_addr=(peer.THEIRS, 0))
         self.addCleanup(transport.close)
         groups = [config.Eventgroup(peer.SERVICE, peer.INSTANCE, 1, id, sockname=transport.get_extra_info("sockname"),
                                     protocol=header.L4Protocols.UDP) for id in (1, 3)]
@@ -258,10 +227,21 @@ class Pysomeip(unittest.IsolatedAsyncioTestCase):
             await asyncio.sleep(0.02)
         self.fail("its StopSubscribe has no effect")
 
+    async def test_we_refuse_its_subscription_to_an_unknown_eventgroup(self):
+        self.node.do("offer", peer.SERVICE, peer.INSTANCE, "udp")
+        await self.find()
+        self.discovery.discovery.find_subscribe_eventgroup(
+            config.Eventgroup(peer.SERVICE, peer.INSTANCE, 1, 0x99, sockname=(peer.THEIRS, 4711),
+                              protocol=header.L4Protocols.UDP))
+        for _ in range(100):
+            if (await self.ask("counters", answer=r"counters .* nacks (\d+)"))[1] != "0":
+                return
+            await asyncio.sleep(0.02)
+        self.fail("no SubscribeEventgroupNack")
 
     async def test_it_notices_our_crash_and_our_return(self):
         self.node.do("offer", peer.SERVICE, peer.INSTANCE, "udp")
-        transport, events = await Events.create_unicast_endpoint(local_addr=(THEIRS, 0))
+        transport, events = await Events.create_unicast_endpoint(local_addr=(peer.THEIRS, 0))
         self.addCleanup(transport.close)
         self.discovery.discovery.find_subscribe_eventgroup(
             config.Eventgroup(peer.SERVICE, peer.INSTANCE, 1, 3, sockname=transport.get_extra_info("sockname"),
@@ -269,7 +249,7 @@ class Pysomeip(unittest.IsolatedAsyncioTestCase):
         await until(lambda: events.messages, "no initial event")
         self.node.kill()
         events.messages.clear()
-        self.node = peer.Node(program, OURS)
+        self.node = peer.Node(program)
         self.node.do("offer", peer.SERVICE, peer.INSTANCE, "udp")
         await until(lambda: events.messages, "no initial event after our return")
         self.assertEqual((await self.ask("notify", 0x8001, "00", answer=r"notified (\d)"))[1], "0")

@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
-"""someipy_test.py NODE_PEER: our Node and someipy, each in both roles, over UDP and TCP, on loopback addresses."""
+"""someipy_test.py NODE_PEER: our Node and someipy, each in both roles, over UDP and TCP."""
 import asyncio
 import json
 import logging
 import os
 import subprocess
 import sys
-import tempfile
 import unittest
 
 import peer
@@ -19,7 +18,6 @@ except ImportError:
     peer.missing("someipy")
 
 program = sys.argv.pop(1)
-OURS, THEIRS = "127.61.3.1", "127.61.3.2"
 UDP, TCP = TransportLayerProtocol.UDP, TransportLayerProtocol.TCP
 logging.disable(logging.CRITICAL)
 
@@ -43,23 +41,12 @@ def echo(payload, address):
     return result
 
 
-class Someipy(unittest.IsolatedAsyncioTestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.folder = tempfile.TemporaryDirectory()
-        cls.recorder = peer.Recorder(os.path.join(cls.folder.name, "recorded.pcapng"))
-
-    @classmethod
-    def tearDownClass(cls):
-        complaints = cls.recorder.complaints(OURS)
-        cls.folder.cleanup()
-        assert complaints == [], complaints
-
+class Someipy(peer.Recorded, unittest.IsolatedAsyncioTestCase):
     async def asyncSetUp(self):
         socket_path = os.path.join(self.folder.name, "someipyd.sock")
         config = os.path.join(self.folder.name, "config.json")
         with open(config, "w") as file:
-            json.dump({"sd_address": peer.GROUP, "sd_port": peer.SD_PORT, "interface": THEIRS,
+            json.dump({"sd_address": peer.GROUP, "sd_port": peer.SD_PORT, "interface": peer.THEIRS,
                        "socket_path": socket_path, "log_level": "DEBUG"}, file)
         self.process = subprocess.Popen([sys.executable, "-m", "someipy.someipyd", "--config", config],
                                         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
@@ -68,7 +55,7 @@ class Someipy(unittest.IsolatedAsyncioTestCase):
                 break
             await asyncio.sleep(0.02)
         self.daemon = await connect_to_someipy_daemon({"socket_path": socket_path})
-        self.node = peer.Node(program, OURS)
+        self.node = peer.Node(program)
 
     async def asyncTearDown(self):
         await asyncio.to_thread(self.node.stop)
@@ -87,13 +74,13 @@ class Someipy(unittest.IsolatedAsyncioTestCase):
         return await asyncio.to_thread(self.node.expect, pattern, seconds)
 
     async def serve(self, description):
-        server = someipy.ServerServiceInstance(self.daemon, description, peer.INSTANCE, THEIRS, 30511, ttl=3,
+        server = someipy.ServerServiceInstance(self.daemon, description, peer.INSTANCE, peer.THEIRS, 30511, ttl=3,
                                                cyclic_offer_delay_ms=500)
         await server.start_offer()
         return server
 
     async def client(self, description):
-        client = someipy.ClientServiceInstance(self.daemon, description, peer.INSTANCE, THEIRS, 30512, client_id=0x0505)
+        client = someipy.ClientServiceInstance(self.daemon, description, peer.INSTANCE, peer.THEIRS, 30512, client_id=0x0505)
         for _ in range(300):
             if await client.is_available():
                 return client
@@ -124,7 +111,7 @@ class Someipy(unittest.IsolatedAsyncioTestCase):
             await asyncio.sleep(0.05)
             if any(line.startswith("event") for line in self.node.lines):
                 break
-        await self.expect(f"event {event:04x} session . 0102 from {THEIRS}")
+        await self.expect(f"event {event:04x} session . 0102 from {peer.THEIRS}")
         await self.ask("counters", answer="counters malformed 0 sd-malformed 0 .*subscribed true")
         self.node.do("unsubscribe")
         await server.stop_offer()

@@ -15,7 +15,8 @@ inline constexpr std::uint16_t tcp_port = 30510;
 
 // Methods
 inline constexpr std::uint16_t echo = 0x0001;  ///< gives back what it gets
-inline constexpr std::uint16_t fail = 0x0002;  ///< answers with error 0x21
+inline constexpr std::uint16_t fail =
+    0x0002;  ///< answers with the error that is as large as what it gets is long
 inline constexpr std::uint16_t tell = 0x0003;  ///< fire and forget: makes event_udp of what it gets
 /// Gets an event id (16 bits) and a size (32 bits): sends that event with that many bytes of pattern().
 inline constexpr std::uint16_t emit = 0x0004;
@@ -34,6 +35,7 @@ inline constexpr std::uint16_t group_multicast = 3;
 inline constexpr std::uint16_t group_field = 4;
 
 inline constexpr const char* multicast_address = "224.225.226.233";
+inline constexpr const char* multicast_address_v6 = "ff15::233";
 inline constexpr std::uint16_t multicast_port = 32344;
 
 /// Bytes of which no two stretches of a segment's length are equal, so that none can be swapped unnoticed.

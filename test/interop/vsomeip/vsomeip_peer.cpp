@@ -1,10 +1,14 @@
 // The vsomeip side of the interoperability tests.
-//   vsomeip_peer service   offers the service of service.hpp; reads the commands "withdraw" and "offer"
+//   vsomeip_peer service   offers the service of service.hpp; reads the commands "withdraw" and "offer", and
+//   reports
+//                                      -> subscribed GROUP, unsubscribed GROUP
 //   vsomeip_peer client    uses it; reads commands and reports what it sees, a line each:
-//     call METHOD udp|tcp SIZE         -> answer METHOD CODE SIZE CHECKSUM
+//     call METHOD udp|tcp SIZE [INTERFACE_VERSION]
+//                                      -> answer METHOD CODE SIZE CHECKSUM
 //     tell udp|tcp SIZE
 //     emit udp|tcp EVENT SIZE          -> answer ...
 //     subscribe GROUP EVENT udp|tcp event|field|selective
+//                                      -> acknowledged GROUP STATUS, which is 0 or why not
 //     unsubscribe GROUP
 //                                      -> event EVENT SIZE CHECKSUM
 //                                      -> available, gone
@@ -63,7 +67,7 @@ void on_request(const std::shared_ptr<vsomeip::message>& request) {
       break;
     case fail: {
       const auto response = vsomeip::runtime::get()->create_response(request);
-      response->set_return_code(static_cast<vsomeip::return_code_e>(0x21));
+      response->set_return_code(static_cast<vsomeip::return_code_e>(bytes.size()));
       app->send(response);
       break;
     }
@@ -106,6 +110,14 @@ void serve() {
   for (const std::uint16_t method : {echo, fail, tell, emit, getter, setter}) {
     app->register_message_handler(service, instance, method, on_request);
   }
+  for (const std::uint16_t group : {group_udp, group_tcp, group_multicast, group_field}) {
+    app->register_subscription_handler(
+        service, instance, group,
+        [group](vsomeip::client_t, const vsomeip_sec_client_t*, const std::string&, bool subscribed) {
+          say(subscribed ? "subscribed" : "unsubscribed", group);
+          return true;
+        });
+  }
   notify(notifier, {0x2a});
   app->offer_service(service, instance, major_version);
 }
@@ -130,22 +142,27 @@ void on_message(const std::shared_ptr<vsomeip::message>& message) {
   }
 }
 
+void on_availability(vsomeip::service_t /*service*/, vsomeip::instance_t /*instance*/, bool available) {
+  static bool before = false;  // it begins by saying that the service is not there
+  if (available != before) {
+    say(available ? "available" : "gone");
+  }
+  before = available;
+}
+
 void use() {
-  app->register_availability_handler(
-      service, instance,
-      [](vsomeip::service_t, vsomeip::instance_t, bool available) { say(available ? "available" : "gone"); },
-      major_version);
+  app->register_availability_handler(service, instance, on_availability, major_version);
   app->register_message_handler(service, instance, vsomeip::ANY_METHOD, on_message);
   app->request_service(service, instance, major_version);
 }
 
 void send(std::uint16_t method, const std::string& transport, const std::vector<std::uint8_t>& bytes,
-          bool answered) {
+          bool answered, int version = major_version) {
   const auto request = vsomeip::runtime::get()->create_request(transport == "tcp");
   request->set_service(service);
   request->set_instance(instance);
   request->set_method(method);
-  request->set_interface_version(major_version);
+  request->set_interface_version(static_cast<std::uint8_t>(version));
   if (!answered) {
     request->set_message_type(vsomeip::message_type_e::MT_REQUEST_NO_RETURN);
   }
@@ -161,7 +178,11 @@ void obey_client(const std::string& line) {
   std::uint32_t size = 0;
   words >> command;
   if (command == "call" && words >> id >> transport >> size) {
-    send(id, transport, pattern(size), true);
+    int version = major_version;
+    if (!(words >> version)) {
+      version = major_version;
+    }
+    send(id, transport, pattern(size), true, version);
   } else if (command == "tell" && words >> transport >> size) {
     send(tell, transport, pattern(size), false);
   } else if (command == "emit" && words >> transport >> id >> size) {
@@ -176,6 +197,11 @@ void obey_client(const std::string& line) {
   } else if (std::uint16_t event = 0; command == "subscribe" && words >> id >> event >> transport) {
     std::string kind;
     words >> kind;
+    app->register_subscription_status_handler(
+        service, instance, id, event,
+        [](vsomeip::service_t, vsomeip::instance_t, vsomeip::eventgroup_t group, vsomeip::event_t,
+           std::uint16_t status) { say("acknowledged", group, status); },
+        kind == "selective");
     app->request_event(service, instance, event, {id},
                        kind == "field"       ? vsomeip::event_type_e::ET_FIELD
                        : kind == "selective" ? vsomeip::event_type_e::ET_SELECTIVE_EVENT
