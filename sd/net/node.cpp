@@ -138,6 +138,7 @@ struct Node::State : std::enable_shared_from_this<State> {
   void transmit() {
     std::array<std::byte, someip::max_plain_payload_bytes> room;
     while (const auto datagram = discovery.poll_transmit(room, now())) {
+      ports.flush();  // events first: whoever hears that the service ends takes no more of them
       const bool sent =
           unicast.send(datagram->destination, {&datagram->bytes, 1}) == someip::SendStatus::sent;
       const int why = errno;

@@ -41,6 +41,8 @@ void add(someip::MessageSender::Counters& sum, const someip::MessageSender::Coun
   sum.queue_full += one.queue_full;
   sum.refused += one.refused;
   sum.abandoned += one.abandoned;
+  sum.system_calls += one.system_calls;
+  sum.offload_refused += one.offload_refused;
 }
 
 void add(someip::TcpServer::Counters& sum, const someip::TcpServer::Counters& one) {
@@ -194,6 +196,10 @@ someip::TcpOptions Ports::tcp_options() const {
           .dead_after = config_.tcp_dead_after,
           .magic_cookies = config_.magic_cookies,
           .dscp = config_.dscp};
+}
+
+void Ports::flush() {
+  for_each(udp_, [](UdpPort& port) { port.sender.flush(); });
 }
 
 template <typename Port>

@@ -82,6 +82,8 @@ class Ports {
 
   /// Closes the connection of a client to our TCP endpoint `own`, if it stands.
   void disconnect(const Endpoint& own, const Endpoint& client, const std::string& why);
+  /// Sends now what waits to leave together with others.
+  void flush();
 
   [[nodiscard]] const someip::TpCounters& reassembly_counters() const {
     return reassembly_.machine().counters();

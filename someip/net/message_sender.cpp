@@ -2,15 +2,17 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/asio/defer.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <cstring>
-#include <deque>
+#include <list>
 #include <numeric>
 #include <utility>
 #include <vector>
 
 #include "someip/core/tp_segmenter.hpp"
+#include "someip/net/datagram_batch.hpp"
 
 namespace trestle::someip {
 namespace {
@@ -20,6 +22,8 @@ constexpr std::size_t batch_bytes = 65000;
 constexpr std::size_t max_datagram_bytes =
     header_bytes + max_plain_payload_bytes;    // no fragments on Ethernet
 constexpr std::size_t max_collections = 64;    // receivers that messages are collected for at once
+constexpr std::size_t max_unused = 64;         // places of the queue that are kept for reuse
+constexpr std::size_t max_kept_copy = 65536;   // bytes of such a one
 constexpr std::size_t slices_per_segment = 2;  // a segment that lies in more pieces is copied together
 
 // Where in a list of slices the next byte is.
@@ -31,16 +35,18 @@ struct SliceCursor {
 struct Pending {
   Endpoint to;
   Header header;
-  std::vector<ByteView> slices;
+  std::vector<ByteView> slices{};
+  std::vector<std::byte> copy{};  ///< of what they point to, when nobody else keeps it
   std::size_t bytes = 0;
-  std::shared_ptr<const void> keep_alive;
-  TpPacing pacing;
-  TpSegmenter segments;
-  SliceCursor cursor;
+  std::shared_ptr<const void> keep_alive{};
+  TpPacing pacing{};
+  TpSegmenter segments{{}, 0, tp_default_segment_bytes};
+  SliceCursor cursor{};
   std::size_t burst_left = 0;
-  std::size_t messages = 1;  ///< more: the slices are a datagram with so many, headers and all
+  std::size_t messages = 1;
+  bool datagram = false;  ///< the slices are a datagram with so many messages, headers and all
 
-  [[nodiscard]] bool plain() const noexcept { return bytes <= max_plain_payload_bytes; }
+  [[nodiscard]] bool plain() const noexcept { return datagram || bytes <= max_plain_payload_bytes; }
 };
 
 // Small messages to one receiver that leave in one datagram.
@@ -75,8 +81,13 @@ std::size_t size_of(std::span<const ByteView> slices) {
 }  // namespace
 
 struct MessageSender::State : std::enable_shared_from_this<State> {
-  State(boost::asio::io_context& io, UdpSocket& via, std::size_t max_bytes, Duration collecting)
-      : socket{&via}, max_queued_bytes{max_bytes}, collect_for{collecting}, timer{io}, collect_timer{io} {}
+  State(boost::asio::io_context& context, UdpSocket& via, std::size_t max_bytes, Duration collecting)
+      : io{context},
+        socket{&via},
+        max_queued_bytes{max_bytes},
+        collect_for{collecting},
+        timer{context},
+        collect_timer{context} {}
 
   // --- collecting ---
 
@@ -118,18 +129,14 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
 
   void send_collected(const Collection& one) {
     const ByteView datagram{one.datagram};
+    if (turn_open) {
+      const ByteSpan place = place_in_batch(one.to, datagram.size(), one.messages);
+      std::copy(datagram.begin(), datagram.end(), place.begin());
+      return;
+    }
     const SendStatus status = send_datagram(one.to, datagram, one.messages);
     if (status == SendStatus::would_block) {
-      enqueue({.to = one.to,
-               .header = {},
-               .slices = {datagram},
-               .bytes = datagram.size(),
-               .keep_alive = nullptr,
-               .pacing = {},
-               .segments = TpSegmenter{{}, 0, tp_default_segment_bytes},
-               .cursor = {},
-               .burst_left = 0,
-               .messages = one.messages});
+      enqueue_datagram(one.to, datagram, one.messages);
     } else if (status == SendStatus::failed) {
       counters.refused += one.messages;
     }
@@ -138,7 +145,9 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   void send_all_collected() {
     for (const Collection& one : std::exchange(collections, {})) {
       send_collected(one);
+      turn_open = true;
     }
+    end_turn();
   }
 
   // What is collected for this receiver goes before what follows.
@@ -152,38 +161,103 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     }
   }
 
-  SendStatus send_datagram(const Endpoint& to, ByteView datagram, std::size_t messages) {
-    const SendStatus status = socket->send(to, {&datagram, 1});
+  template <typename Call>
+  auto counted(Call call) {
+    const UdpSendCounters before = socket->send_counters();
+    const auto result = call();
+    counters.system_calls += socket->send_counters().calls - before.calls;
+    counters.offload_refused += socket->send_counters().offload_refused - before.offload_refused;
+    return result;
+  }
+
+  // --- small ones together ---
+
+  // From now on until the end of the handler that is running, or of all that deal with what the socket has
+  // received at once, small messages wait for each other.
+  void open_turn() {
+    turn_open = true;
+    if (socket->receiving() || std::exchange(deferred, true)) {
+      return;  // end_turn() will be called
+    }
+    boost::asio::defer(io, [weak = weak_from_this()] {
+      if (const auto self = weak.lock()) {
+        self->deferred = false;
+        self->end_turn();
+      }
+    });
+  }
+
+  void end_turn() {
+    flush();
+    turn_open = false;
+  }
+
+  ByteSpan place_in_batch(const Endpoint& to, std::size_t bytes, std::size_t messages) {
+    if (!batch.has_room(bytes)) {
+      flush();
+    }
+    return batch.add(to, bytes, messages);
+  }
+
+  void add_to_batch(const Endpoint& to, const Header& header, std::span<const ByteView> payload,
+                    std::size_t bytes) {
+    const ByteSpan place = place_in_batch(to, header_bytes + bytes, 1);
+    static_cast<void>(encode_header(header, bytes, place));
+    auto end = place.begin() + header_bytes;
+    for (const ByteView slice : payload) {
+      end = std::copy(slice.begin(), slice.end(), end);
+    }
+  }
+
+  void flush() {
+    const auto entries = batch.entries();
+    for (std::size_t next = 0; next < entries.size();) {
+      const UdpSocket::Batch sent = counted([&] { return socket->send_trains(batch.trains(next)); });
+      for (const std::size_t end = next + sent.sent; next < end; ++next) {
+        counters.messages += entries[next].messages;
+        ++counters.datagrams;
+      }
+      if (sent.status == SendStatus::failed) {
+        counters.refused += entries[next++].messages;
+      } else if (sent.status == SendStatus::would_block) {
+        for (; next < entries.size(); ++next) {
+          enqueue_datagram(entries[next].to, batch.bytes_of(entries[next]), entries[next].messages);
+        }
+      }
+    }
+    batch.clear();
+  }
+
+  // --- sending ---
+
+  SendStatus send_datagram(const Endpoint& to, std::span<const ByteView> parts, std::size_t messages) {
+    const SendStatus status = counted([&] { return socket->send(to, parts); });
     if (status == SendStatus::sent) {
       counters.messages += messages;
       ++counters.datagrams;
     }
     return status;
   }
+  SendStatus send_datagram(const Endpoint& to, ByteView datagram, std::size_t messages) {
+    return send_datagram(to, {&datagram, 1}, messages);
+  }
 
-  // --- sending ---
-
-  SendStatus send_plain(const Endpoint& to, const Header& header, std::span<const ByteView> payload) {
+  SendStatus send_plain(const Endpoint& to, const Header& header, std::span<const ByteView> payload,
+                        std::size_t bytes) {
     // A small message in many pieces is copied together: cheaper than a long list for the kernel.
     std::array<std::byte, header_bytes + max_plain_payload_bytes> datagram;
-    static_cast<void>(encode_header(header, size_of(payload), datagram));
+    static_cast<void>(encode_header(header, bytes, datagram));
     std::array<ByteView, 2> parts{ByteView{datagram}.first(header_bytes), {}};
     if (payload.size() == 1) {
       parts[1] = payload.front();
     } else {
-      std::size_t end = header_bytes;
+      auto end = datagram.begin() + header_bytes;
       for (const ByteView slice : payload) {
-        std::copy(slice.begin(), slice.end(), datagram.begin() + static_cast<std::ptrdiff_t>(end));
-        end += slice.size();
+        end = std::copy(slice.begin(), slice.end(), end);
       }
-      parts[0] = ByteView{datagram}.first(end);
+      parts[0] = ByteView{datagram}.first(header_bytes + bytes);
     }
-    const SendStatus status = socket->send(to, parts);
-    if (status == SendStatus::sent) {
-      ++counters.messages;
-      ++counters.datagrams;
-    }
-    return status;
+    return send_datagram(to, parts, 1);
   }
 
   // Sends the next segments of `message` with one system call. At least one segment is left.
@@ -211,18 +285,19 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
       }
       slice_counts.push_back(static_cast<std::uint8_t>(1 + slices.size() - first));
     }
-    const UdpSocket::Batch batch = socket->send_segments(message.to, slices, slice_counts, datagram_bytes);
-    counters.datagrams += batch.sent;
-    message.burst_left -= std::min(message.burst_left, batch.sent);
-    if (batch.sent < slice_counts.size()) {  // go back to the first segment that was not sent
+    const UdpSocket::Batch result =
+        counted([&] { return socket->send_segments(message.to, slices, slice_counts, datagram_bytes); });
+    counters.datagrams += result.sent;
+    message.burst_left -= std::min(message.burst_left, result.sent);
+    if (result.sent < slice_counts.size()) {  // go back to the first segment that was not sent
       message.segments = segments_before;
       message.cursor = cursor_before;
-      for (std::size_t i = 0; i < batch.sent; ++i) {
+      for (std::size_t i = 0; i < result.sent; ++i) {
         slices.clear();
         take(message.slices, message.cursor, message.segments.next()->bytes, slices);
       }
     }
-    return batch.status;
+    return result.status;
   }
 
   // Replaces the slices from `first` on by one copy of them.
@@ -245,12 +320,12 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   void pump() {
     while (!queue.empty()) {
       Pending& message = queue.front();
-      const SendStatus status = message.messages > 1
-                                    ? send_datagram(message.to, message.slices.front(), message.messages)
-                                : message.plain() ? send_plain(message.to, message.header, message.slices)
-                                                  : send_batch(message);
+      const SendStatus status =
+          message.datagram  ? send_datagram(message.to, message.slices.front(), message.messages)
+          : message.plain() ? send_plain(message.to, message.header, message.slices, message.bytes)
+                            : send_batch(message);
       if (status == SendStatus::would_block) {
-        socket->wait_writable(resume());
+        socket->wait_writable([this] { pump(); });  // close() withdraws it
         return;
       }
       if (status == SendStatus::failed) {
@@ -271,7 +346,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
       const bool paced = !message.plain();
       const Duration separation = message.pacing.separation;
       queued_bytes -= message.bytes;
-      queue.pop_front();
+      dispose(queue.begin());
       // The receiver needs its pause before another large message too.
       if (paced && separation > Duration::zero() && !queue.empty()) {
         pause(separation);
@@ -286,52 +361,96 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     const auto now = std::chrono::steady_clock::now();
     next_burst = std::max(next_burst + separation, now);
     timer.expires_at(next_burst);
-    timer.async_wait([self = shared_from_this(), step = resume()](const boost::system::error_code& error) {
-      if (!error) {
-        step();
-      }
-    });
-  }
-
-  std::function<void()> resume() {
-    return [weak = weak_from_this()] {
-      if (const auto self = weak.lock(); self && self->socket != nullptr) {
+    timer.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
+      const auto self = weak.lock();
+      if (!error && self && self->socket != nullptr) {
         self->pump();
       }
-    };
+    });
   }
 
   [[nodiscard]] bool must_wait(const Endpoint& to, const Header& header) const {
     return std::any_of(queue.begin(), queue.end(), [&](const Pending& pending) {
-      return pending.to == to && (pending.messages > 1 || (pending.header.service == header.service &&
-                                                           pending.header.method == header.method));
+      return pending.to == to && (pending.datagram || (pending.header.service == header.service &&
+                                                       pending.header.method == header.method));
     });
   }
 
-  bool enqueue(Pending message) {
-    if (message.bytes > max_queued_bytes - queued_bytes) {
-      counters.queue_full += message.messages;
+  // A place at the end of the queue, with whatever memory an earlier one had: the one last used, which is
+  // warm. Nothing if so much may not wait.
+  Pending* place_in_queue(std::span<const ByteView> parts, std::size_t bytes, std::size_t messages,
+                          bool keep) {
+    if (bytes > max_queued_bytes - queued_bytes) {
+      counters.queue_full += messages;
+      return nullptr;
+    }
+    if (unused.empty()) {
+      unused.emplace_front();
+    }
+    queue.splice(queue.end(), unused, unused.begin());
+    Pending& place = queue.back();
+    place.bytes = bytes;
+    place.messages = messages;
+    if (keep) {
+      place.slices.assign(parts.begin(), parts.end());
+    } else {
+      for (const ByteView part : parts) {
+        place.copy.insert(place.copy.end(), part.begin(), part.end());
+      }
+      place.slices.assign(1, ByteView{place.copy});
+    }
+    queued_bytes += bytes;
+    return &place;
+  }
+
+  void dispose(std::list<Pending>::iterator done) {
+    done->keep_alive.reset();
+    done->copy.clear();
+    if (unused.size() == max_unused) {
+      queue.erase(done);
+      return;
+    }
+    if (done->copy.capacity() > max_kept_copy) {
+      done->copy = {};
+    }
+    unused.splice(unused.begin(), queue, done);
+  }
+
+  bool enqueue(const Endpoint& to, const Header& header, std::span<const ByteView> payload, std::size_t bytes,
+               std::shared_ptr<const void> keep_alive, const TpPacing& pacing) {
+    Pending* const place = place_in_queue(payload, bytes, 1, keep_alive != nullptr);
+    if (place == nullptr) {
       return false;
     }
-    if (!message.keep_alive) {
-      auto copy = std::make_shared<std::vector<std::byte>>();
-      copy->reserve(message.bytes);
-      for (const ByteView slice : message.slices) {
-        copy->insert(copy->end(), slice.begin(), slice.end());
-      }
-      message.slices.assign(1, ByteView{*copy});
-      message.keep_alive = std::move(copy);
+    place->to = to;
+    place->header = header;
+    place->keep_alive = std::move(keep_alive);
+    place->pacing = pacing;
+    place->segments = TpSegmenter{header, bytes, pacing.segment_bytes};
+    place->cursor = {};
+    place->burst_left = pacing.burst;
+    place->datagram = false;
+    start();
+    return true;
+  }
+
+  void enqueue_datagram(const Endpoint& to, ByteView datagram, std::size_t messages) {
+    if (Pending* const place = place_in_queue({&datagram, 1}, datagram.size(), messages, false)) {
+      place->to = to;
+      place->datagram = true;
+      start();
     }
-    queued_bytes += message.bytes;
-    queue.push_back(std::move(message));
+  }
+
+  void start() {
     if (!busy) {
       busy = true;
       next_burst = std::chrono::steady_clock::now();
       pump();
     }
-    return true;
   }
 
+  boost::asio::io_context& io;
   UdpSocket* socket;
   std::size_t max_queued_bytes;
   std::size_t queued_bytes = 0;
@@ -341,7 +460,11 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   std::vector<Collection> collections;
   std::chrono::steady_clock::time_point next_burst;
   bool busy = false;  ///< a timer or the socket will call pump()
-  std::deque<Pending> queue;
+  std::list<Pending> queue;
+  std::list<Pending> unused;
+  DatagramBatch batch;
+  bool turn_open = false;  ///< a small message has left, further ones wait for each other in the batch
+  bool deferred = false;   ///< end_turn() is on its way
   Counters counters;
   // Of one batch; kept to reuse their memory.
   std::array<std::array<std::byte, header_bytes + tp_header_bytes>, batch_segments> headers{};
@@ -353,24 +476,40 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
 
 MessageSender::MessageSender(boost::asio::io_context& io, UdpSocket& socket, std::size_t max_queued_bytes,
                              Duration collect_for)
-    : state_{std::make_shared<State>(io, socket, max_queued_bytes, collect_for)} {}
+    : state_{std::make_shared<State>(io, socket, max_queued_bytes, collect_for)} {
+  socket.after_receiving([weak = std::weak_ptr{state_}] {
+    if (const auto self = weak.lock(); self && self->socket != nullptr) {
+      self->end_turn();
+    }
+  });
+}
 
 MessageSender::~MessageSender() {
   close();
 }
 
-void MessageSender::close() {
+void MessageSender::flush() {
   if (state_->socket != nullptr) {
-    state_->send_all_collected();
+    state_->flush();
   }
-  state_->socket = nullptr;
-  state_->timer.cancel();
-  state_->collect_timer.cancel();
-  for (const Pending& message : state_->queue) {
-    state_->counters.abandoned += message.messages;
+}
+
+void MessageSender::close() {
+  State& state = *state_;
+  if (state.socket == nullptr) {
+    return;
   }
-  state_->queue.clear();  // now, for the cancelled handler keeps the state alive a little longer
-  state_->queued_bytes = 0;
+  state.flush();
+  state.send_all_collected();
+  state.socket->wait_writable(nullptr);
+  state.socket = nullptr;
+  state.timer.cancel();
+  state.collect_timer.cancel();
+  for (const Pending& message : state.queue) {
+    state.counters.abandoned += message.messages;
+  }
+  state.queue.clear();  // now, for the cancelled handler keeps the state alive a little longer
+  state.queued_bytes = 0;
 }
 
 bool MessageSender::send(const Endpoint& to, const Header& header, std::span<const ByteView> payload,
@@ -387,28 +526,28 @@ bool MessageSender::send(const Endpoint& to, const Header& header, std::span<con
       state.collect(to, header, payload, bytes);
       return true;
     }
-    const SendStatus status = state.send_plain(to, header, payload);
+    if (state.turn_open) {
+      state.add_to_batch(to, header, payload, bytes);
+      return true;
+    }
+    const SendStatus status = state.send_plain(to, header, payload, bytes);
+    if (status == SendStatus::sent) {
+      state.open_turn();
+    }
     if (status != SendStatus::would_block) {
       state.counters.refused += status == SendStatus::failed ? 1 : 0;
       return status == SendStatus::sent;
     }
   }
+  state.flush();
   if (collects) {
     state.send_collected_for(to);
   }
-  return state.enqueue({.to = to,
-                        .header = header,
-                        .slices = {payload.begin(), payload.end()},
-                        .bytes = bytes,
-                        .keep_alive = std::move(keep_alive),
-                        .pacing = pacing,
-                        .segments = TpSegmenter{header, bytes, pacing.segment_bytes},
-                        .cursor = {},
-                        .burst_left = pacing.burst});
+  return state.enqueue(to, header, payload, bytes, std::move(keep_alive), pacing);
 }
 
 bool MessageSender::idle() const noexcept {
-  return state_->queue.empty() && state_->collections.empty();
+  return state_->queue.empty() && state_->collections.empty() && state_->batch.empty();
 }
 const MessageSender::Counters& MessageSender::counters() const noexcept {
   return state_->counters;

@@ -24,16 +24,23 @@ inline constexpr std::size_t max_plain_payload_bytes = 1400;
 
 /// Sends messages through a UDP socket: small ones at once, or together, a large one as TP segments, gathered
 /// by the kernel from where they lie. Not thread-safe: use it on the thread that runs the io_context.
+///
+/// A small message on its own leaves before send() returns. The ones that the same handler sends after it
+/// leave together, each in a datagram of its own, with one system call: when the handler is done, or there
+/// are 64; in a handler of what `socket` has received, when all has been handled that came with it.
 class MessageSender {
  public:
   struct Counters {
-    std::uint64_t messages = 0;    ///< sent, whole
-    std::uint64_t datagrams = 0;   ///< sent
-    std::uint64_t queue_full = 0;  ///< messages dropped because too much was waiting
-    std::uint64_t refused = 0;     ///< messages lost because the system would not send them
-    std::uint64_t abandoned = 0;   ///< messages dropped by close()
+    std::uint64_t messages = 0;         ///< sent, whole
+    std::uint64_t datagrams = 0;        ///< sent
+    std::uint64_t queue_full = 0;       ///< messages dropped because too much was waiting
+    std::uint64_t refused = 0;          ///< messages lost because the system would not send them
+    std::uint64_t abandoned = 0;        ///< messages dropped by close()
+    std::uint64_t system_calls = 0;     ///< that sending needed
+    std::uint64_t offload_refused = 0;  ///< see UdpSendCounters
   };
 
+  /// @param socket  outlives the sender, and has no other one.
   /// @param max_queued_bytes  payload that may wait for its turn; a message beyond it is dropped.
   /// @param collect_for  how long a small message may wait for others to the same receiver, to share one
   ///                     datagram with them; 0: each has one of its own.  [feat_req_someip_741]
@@ -48,9 +55,14 @@ class MessageSender {
   /// @param payload     slices that together are the payload.
   /// @param keep_alive  owns what the slices point to; released once the message has been sent or dropped.
   ///                    Without it, the slices need only live during the call: what has to wait is copied.
-  /// @return false when the message was dropped; counters() tell why.
+  /// @return false when the message was dropped; counters() tell why. What waits for others is counted when
+  /// the
+  ///         system refuses it.
   bool send(const Endpoint& to, const Header& header, std::span<const ByteView> payload,
             std::shared_ptr<const void> keep_alive = nullptr, const TpPacing& pacing = {});
+
+  /// Sends now what waits to leave together with others.
+  void flush();
 
   /// Sends what was collected and drops what else waits to be sent. Nothing is sent afterwards; destruction
   /// does it too.

@@ -83,4 +83,11 @@ void set_buffer(int fd, int forced_name, int name, int bytes) noexcept {
   }
 }
 
+int buffer_bytes(int fd, int name) noexcept {
+  int bytes = 0;
+  socklen_t size = sizeof bytes;
+  getsockopt(fd, SOL_SOCKET, name, &bytes, &size);
+  return bytes / 2;  // the kernel reports twice what was asked for: half is for its bookkeeping
+}
+
 }  // namespace trestle::someip

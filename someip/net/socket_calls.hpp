@@ -49,6 +49,8 @@ void set_dscp(int fd, std::uint8_t dscp);
 
 /// Sets a buffer's size, beyond the system's limit if we are allowed to.
 void set_buffer(int fd, int forced_name, int name, int bytes) noexcept;
+/// The size that was granted for one, SO_RCVBUF or SO_SNDBUF.
+[[nodiscard]] int buffer_bytes(int fd, int name) noexcept;
 
 /// A slice as sendmsg() wants it, which only reads but shares its structure with recvmsg().
 [[nodiscard]] inline iovec to_iovec(ByteView slice) noexcept {

@@ -49,11 +49,36 @@ enum class SendStatus : std::uint8_t {
   failed,       ///< the system refused the datagram (no route, too large, ...), errno says why: it is lost
 };
 
+/// Datagrams from, or to, one peer that lie behind each other: all but the last are `datagram_bytes` long,
+/// and that one is not longer.
+struct Train {
+  Endpoint peer{};
+  ByteView bytes{};  ///< of all datagrams; none: one datagram that is empty
+  std::size_t datagram_bytes = 0;
+
+  /// How many datagrams it has.
+  [[nodiscard]] std::size_t size() const noexcept {
+    return bytes.size() <= datagram_bytes ? 1 : (bytes.size() + datagram_bytes - 1) / datagram_bytes;
+  }
+  [[nodiscard]] ByteView operator[](std::size_t index) const noexcept {
+    const ByteView rest = bytes.subspan(index * datagram_bytes);
+    return rest.first(rest.size() < datagram_bytes ? rest.size() : datagram_bytes);
+  }
+};
+
+/// What a UDP socket needed to send.
+struct UdpSendCounters {
+  std::uint64_t calls = 0;            ///< system calls
+  std::uint64_t offload_refused = 0;  ///< trains that had to be sent singly, as the way there has no offload
+};
+
 /// A UDP socket driven by an io_context. Not thread-safe: use it on the thread that runs the io_context.
 class UdpSocket {
  public:
   /// Gets each datagram, valid during the call, and who sent it.
   using Handler = std::function<void(ByteView datagram, const Endpoint& from)>;
+  /// Gets the datagrams that came together from one sender, valid during the call.
+  using TrainHandler = std::function<void(const Train& train)>;
   /// What send_segments() did: how many datagrams were sent, and why it stopped if that is not all.
   struct Batch {
     std::size_t sent = 0;
@@ -68,6 +93,13 @@ class UdpSocket {
 
   /// Starts to receive. Call once. The handler may destroy the socket.
   void receive(Handler handler);
+  /// The same; the datagrams that the system has joined come together.
+  void receive_trains(TrainHandler handler);
+
+  /// Whether a handler of receive() is being called. After it, and those for what else was received with the
+  /// same system call, `done` of after_receiving() will be called.
+  [[nodiscard]] bool receiving() const noexcept;
+  void after_receiving(std::function<void()> done);
 
   /// Sends one datagram, gathered from `slices` (at most 64).
   SendStatus send(const Endpoint& to, std::span<const ByteView> slices);
@@ -78,7 +110,11 @@ class UdpSocket {
   Batch send_segments(const Endpoint& to, std::span<const ByteView> slices,
                       std::span<const std::uint8_t> slice_counts, std::size_t datagram_bytes);
 
-  /// Calls `ready` once, later, when there is room to send again.
+  /// Sends datagrams to one receiver or several, likewise: at most 64 in all, 64 KB of each train.
+  Batch send_trains(std::span<const Train> trains);
+
+  /// Calls `ready` once, later, when there is room to send again. Replaces the one given before; nothing:
+  /// calls nobody any more.
   void wait_writable(std::function<void()> ready);
 
   /// Where it is bound, with the port that the system chose.
@@ -88,6 +124,8 @@ class UdpSocket {
   [[nodiscard]] std::uint64_t receive_overflows() const;
   /// What the system granted, which may be less than asked for (sysctl net.core.rmem_max).
   [[nodiscard]] int receive_buffer_bytes() const;
+  [[nodiscard]] int send_buffer_bytes() const;  ///< likewise (net.core.wmem_max)
+  [[nodiscard]] const UdpSendCounters& send_counters() const noexcept;
 
  private:
   struct State;

@@ -80,6 +80,8 @@ TEST_F(MessageSenderTest, SendsASmallMessageAtOnceHoweverManyPiecesItHas) {
     slices.push_back(ByteView{payload}.subspan(i, 14));
   }
   EXPECT_TRUE(sender.send(receiver.local(), event, slices));
+  EXPECT_EQ(sender.counters().datagrams, 1U);
+  await_datagrams(1);
   EXPECT_TRUE(sender.send(receiver.local(), event, {}));
   EXPECT_EQ(sender.counters().datagrams, 2U);
   await_datagrams(2);

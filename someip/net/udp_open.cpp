@@ -1,0 +1,114 @@
+#include "someip/net/udp_open.hpp"
+
+#include <net/if.h>
+#include <netinet/udp.h>
+#include <sys/socket.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "someip/net/addresses.hpp"
+#include "someip/net/socket_calls.hpp"
+
+namespace trestle::someip {
+namespace {
+
+[[noreturn]] void fail(const Endpoint& endpoint, const char* what, int error) {
+  someip::fail(Transport::udp, endpoint, what, error);
+}
+
+void join_group(int fd, const UdpOptions& options, unsigned interface) {
+  const IpAddress& group = *options.join;
+  int result = 0;
+  if (group.v6) {
+    ipv6_mreq request{};
+    std::memcpy(&request.ipv6mr_multiaddr, group.bytes.data(), sizeof request.ipv6mr_multiaddr);
+    request.ipv6mr_interface = interface;
+    result = setsockopt(fd, IPPROTO_IPV6, IPV6_JOIN_GROUP, &request, sizeof request);
+  } else {
+    ip_mreqn request{};
+    std::memcpy(&request.imr_multiaddr, group.bytes.data(), sizeof request.imr_multiaddr);
+    request.imr_ifindex = static_cast<int>(interface);
+    result = setsockopt(fd, IPPROTO_IP, IP_ADD_MEMBERSHIP, &request, sizeof request);
+    // Only groups that this very socket joined, not those of other programs of the host.
+    set_option(fd, IPPROTO_IP, IP_MULTICAST_ALL, 0);
+  }
+  if (result != 0) {
+    fail({group, options.local.port}, "join the multicast group", errno);
+  }
+}
+
+void send_multicast_from(int fd, const UdpOptions& options, unsigned interface) {
+  int result = 0;
+  if (options.interface->own.v6) {
+    result = set_option(fd, IPPROTO_IPV6, IPV6_MULTICAST_IF, static_cast<int>(interface)) |
+             set_option(fd, IPPROTO_IPV6, IPV6_MULTICAST_HOPS, options.multicast_ttl);
+  } else {
+    ip_mreqn request{};
+    std::memcpy(&request.imr_address, options.interface->own.bytes.data(), sizeof request.imr_address);
+    request.imr_ifindex = static_cast<int>(interface);
+    result = setsockopt(fd, IPPROTO_IP, IP_MULTICAST_IF, &request, sizeof request) |
+             set_option(fd, IPPROTO_IP, IP_MULTICAST_TTL, options.multicast_ttl);
+  }
+  if (result != 0) {
+    fail(options.local, "choose the interface for multicast", errno);
+  }
+}
+
+}  // namespace
+
+unsigned udp_interface(const UdpOptions& options) {
+  if (!options.interface) {
+    return 0;
+  }
+  const MulticastInterface& wanted = *options.interface;
+  if (!wanted.name.empty()) {
+    const unsigned index = if_nametoindex(wanted.name.c_str());
+    if (index == 0) {
+      throw NetError{"there is no network interface '" + wanted.name + "' (see: ip link)"};
+    }
+    return index;
+  }
+  const unsigned index = interface_of(wanted.own);
+  if (index == 0) {
+    fail({wanted.own, options.local.port}, "find the network interface", EADDRNOTAVAIL);
+  }
+  return index;
+}
+
+int open_udp(const UdpOptions& options) {
+  const bool v6 = options.local.address.v6;
+  const int fd = ::socket(v6 ? AF_INET6 : AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  Descriptor socket{fd};
+  if (fd < 0) {
+    fail(options.local, "open a socket", errno);
+  }
+  const unsigned interface = udp_interface(options);
+  if (v6) {
+    set_option(fd, IPPROTO_IPV6, IPV6_V6ONLY, 1);
+  }
+  if (options.sharing != PortSharing::exclusive) {
+    // With this the kernel would give us an address that another socket has, and that one's datagrams.
+    if (options.sharing == PortSharing::by_address && udp_endpoint_in_use(options.local)) {
+      fail(options.local, "bind", EADDRINUSE);
+    }
+    set_option(fd, SOL_SOCKET, SO_REUSEADDR, 1);
+  }
+  set_buffer(fd, SO_RCVBUFFORCE, SO_RCVBUF, options.receive_buffer_bytes);
+  set_buffer(fd, SO_SNDBUFFORCE, SO_SNDBUF, options.send_buffer_bytes);
+  set_option(fd, SOL_SOCKET, SO_RXQ_OVFL, 1);
+  set_option(fd, SOL_UDP, UDP_GRO, 1);  // an older kernel delivers datagram by datagram
+  set_dscp(fd, options.dscp);
+  if (const int error = bind_to(fd, options.local, v6 ? interface : 0); error != 0) {
+    fail(options.local, "bind", error);
+  }
+  if (options.join) {
+    join_group(fd, options, interface);
+  }
+  if (options.interface) {
+    send_multicast_from(fd, options, interface);
+  }
+  return socket.release();
+}
+
+}  // namespace trestle::someip

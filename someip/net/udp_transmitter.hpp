@@ -1,0 +1,60 @@
+#pragma once
+#include <sys/socket.h>
+
+#include <vector>
+
+#include "someip/net/addresses.hpp"
+#include "someip/net/udp_socket.hpp"
+
+namespace trestle::someip {
+
+/// Sends datagrams through a socket with as few system calls as the system allows, which is found out by
+/// trying: UDP segmentation offload, sendmmsg, sendmsg.
+///
+/// Whether there is offload depends on the way to the receiver: not all devices and tunnels can do it. So a
+/// receiver that it fails for is noted, and gets datagram by datagram. It is tried again after
+/// `offload_pause` trains, as ways may change.
+class UdpTransmitter {
+ public:
+  using Batch = UdpSocket::Batch;
+  static constexpr std::size_t max_datagrams = 64;  ///< at a time; the kernel's UDP_MAX_SEGMENTS
+  static constexpr std::size_t max_slices = 3 * max_datagrams;
+  static constexpr std::size_t max_refusals = 16;  ///< receivers without offload that are kept in mind
+  static constexpr unsigned offload_pause = 1000;
+
+  /// @param scope  of link-local IPv6 receivers, else 0.
+  UdpTransmitter(int fd, unsigned scope);
+
+  // As those of UdpSocket.
+  SendStatus send(const Endpoint& to, std::span<const ByteView> slices);
+  Batch send_segments(const Endpoint& to, std::span<const ByteView> slices,
+                      std::span<const std::uint8_t> slice_counts, std::size_t datagram_bytes);
+  Batch send_trains(std::span<const Train> trains);
+
+  [[nodiscard]] const UdpSendCounters& counters() const noexcept { return counters_; }
+
+ private:
+  struct Refusal {
+    IpAddress receiver;
+    unsigned trains_left = 0;
+  };
+
+  [[nodiscard]] bool offload_for(const IpAddress& receiver);
+  void note_refusal(const IpAddress& receiver);
+  [[nodiscard]] int transmit(mmsghdr* messages, std::size_t count);
+  [[nodiscard]] Batch transmit_all(std::size_t count);
+  mmsghdr& message(std::size_t index, SocketAddress& to, iovec* parts, std::size_t part_count);
+
+  int fd_;
+  unsigned scope_;
+  bool has_sendmmsg_ = true;
+  std::vector<Refusal> refusals_;
+  std::size_t next_refusal_ = 0;  ///< to be forgotten, when there are max_refusals
+  UdpSendCounters counters_;
+  // Of one batch; kept to reuse their memory.
+  std::vector<mmsghdr> messages_;
+  std::vector<iovec> parts_;
+  std::vector<SocketAddress> addresses_;
+};
+
+}  // namespace trestle::someip
