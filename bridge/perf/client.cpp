@@ -93,19 +93,21 @@ void Client::on_service(const sd::RemoteService& service, bool available) {
 
 void Client::ask(someip::MethodId method, std::vector<std::byte> payload, StatusHandler handler) {
   const ByteView bytes{payload};
-  node_.call(service_, {.method = method, .timeout = options_.patience, .transport = Transport::udp},
-             {&bytes, 1}, [this, handler](const sd::CallResult& answer) {
-               if (phase_ == Phase::over) {
-                 return;
-               }
-               const auto status = answer ? someip::unpack<Status>(answer->payload)
-                                          : tl::unexpected{someip::WireError::truncated};
-               if (!status) {
-                 end("the service is not one of 'trestle perf server'");
-                 return;
-               }
-               (this->*handler)(*status);
-             });
+  node_.call(
+      service_, {.method = method, .timeout = options_.patience, .transport = Transport::udp}, {&bytes, 1},
+      [this, handler](const sd::CallResult& answer) {
+        if (phase_ == Phase::over) {
+          return;
+        }
+        const auto status =
+            answer ? someip::unpack<Status>(answer->payload) : tl::unexpected{someip::WireError::truncated};
+        if (!status) {
+          const bool answered = answer || answer.error().fault == sd::CallFault::error;
+          end(answered ? "the service is not one of 'trestle perf server'" : "the service does not answer");
+          return;
+        }
+        (this->*handler)(*status);
+      });
 }
 
 void Client::compare_clocks() {

@@ -101,7 +101,8 @@ def paths(values):
     rows.append(Goal("idle node, memory (RSS)", lambda kb: f"{kb / 1024:.1f} MB", None, resident, limit=6 * 1024))
     wakeups = [max(0, idle["wakeups"] - 1 - idle["discovery_datagrams"]) / idle["seconds"]
                for idle in values.get("idle", [])]
-    rows.append(Goal("idle node, wake-ups beside SD", "{:.1f} /s".format, None, wakeups[0] if wakeups else None, limit=0))
+    rows.append(Goal("idle node, wake-ups beside SD", "{:.1f} /s".format, None, wakeups[0] if wakeups else None,
+                     limit=0))
     rows.append(Goal("start to first event", ns, None, median(values, "first event", "first_event_ns"), limit=30e6))
     return rows
 
@@ -110,15 +111,18 @@ NESTED = {"transforms": "TFMessage of 1000", "path": "Path of 1000 poses", "mark
 POINTS = (1_000, 5_000, 10_000, 50_000, 100_000, 200_000, 500_000)
 
 
+def words(way):
+    return {"to_someip": "to SOME/IP", "to_cdr": "to CDR"}[way]
+
+
 def conversion(values):
     def at(name):
         return median(values, "conversion " + name, "ns")
 
     rows = []
     for way in "to_someip", "to_cdr":
-        named = way.replace("_", " ").replace("someip", "SOME/IP").replace("cdr", "CDR")
         slowest = [at(f"point_cloud_{way}/points:{points}") for points in POINTS]
-        rows.append(Goal(f"PointCloud2 {named} by reference, the slowest size", ns, None,
+        rows.append(Goal(f"PointCloud2 {words(way)} by reference, the slowest size", ns, None,
                          max((time for time in slowest if time), default=None), limit=3000))
     for way, name in ("to SOME/IP, copied", "to_someip_copying"), ("to CDR, copied", "to_cdr_and_copied_once"):
         for points in POINTS:
@@ -126,12 +130,12 @@ def conversion(values):
                              at(f"point_cloud_{name}/points:{points}"), at_most=1.15))
     for way in "to_someip", "to_cdr":
         for floats in 4000, 100_000, 2_000_000:
-            rows.append(Goal(f"{floats:,} floats swapped {way.replace('_', ' ')}", ns,
+            rows.append(Goal(f"{floats:,} floats swapped {words(way)}", ns,
                              at(f"float_array_memcpy/floats:{floats}"),
                              at(f"float_array_swapped_{way}/floats:{floats}"), at_most=1.5))
     for kind in "transforms", "path", "markers":
         for way in "to_someip", "to_cdr":
-            rows.append(Goal(f"{NESTED[kind]} {way.replace('_', ' ')}", megabytes,
+            rows.append(Goal(f"{NESTED[kind]} {words(way)}", megabytes,
                              median(values, f"conversion {kind}_memcpy", "megabytes_per_second"),
                              median(values, f"conversion {kind}_{way}", "megabytes_per_second"), least=1000))
     return rows

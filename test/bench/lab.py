@@ -38,9 +38,9 @@ class Lab:
         commands = [f"ip netns add {names[side]}" for side in "ab"]
         commands += [f"ip link add {links['a']} netns {names['a']} type veth peer name {links['b']} netns {names['b']}"]
         for side, host in ("a", 1), ("b", 2):
-            commands += [f"ip -n {names[side]} {what}" for what in (
-                *(f"address add 10.83.7.{host + 2 * i}/24 dev {links[side]}" for i in range(4)), f"link set {links[side]} up", "link set lo up",
-                f"route add 224.0.0.0/4 dev {links[side]}")]
+            settings = [f"address add 10.83.7.{host + 2 * i}/24 dev {links[side]}" for i in range(4)]
+            settings += [f"link set {links[side]} up", "link set lo up", f"route add 224.0.0.0/4 dev {links[side]}"]
+            commands += [f"ip -n {names[side]} {setting}" for setting in settings]
         for command in commands:
             if subprocess.run(command.split(), capture_output=True, check=False).returncode:
                 for name in names.values():

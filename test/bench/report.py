@@ -122,12 +122,12 @@ def clouds(values):
 def write(values, about, folder):
     folder = pathlib.Path(folder)
     text = HEADING
-    text += (f"Measured {about['date']} with `{about['command']}`, {about['rounds']} rounds, medians over the rounds, in "
-             f"{about['place']}.\n{about['cpu']}; Linux {about['kernel']}; {about['compiler']}; "
+    text += (f"Measured {about['date']} with `{about['command']}`, {about['rounds']} rounds, medians over the rounds,\n"
+             f"in {about['place']}.\n{about['cpu']}; Linux {about['kernel']}; {about['compiler']}; "
              f"load average {about['load']} before the start.\n\n")
     if float(about["load"]) > 0.5:
-        text += ("**The machine was busy with other work**, which makes all times longer and the ratios uncertain: they "
-                 "are to be taken again on a quiet one.\n\n")
+        text += ("**The machine was busy with other work**, which makes all times longer and the ratios uncertain:\n"
+                 "they are to be taken again on a quiet one.\n\n")
     text += "## Calls and events\n" + goal_table(goals.communication(values))
     text += "\n" + latency_table(values, TRANSFERS) + "\n" + rates(values)
     text += "\n![latency by size](performance/latency.svg)\n" + vsomeip(values)
@@ -136,5 +136,6 @@ def write(values, about, folder):
     text += "\n" + CLOUDS_TEXT + clouds(values)
     text += "\n![conversion time](performance/conversion.svg)\n\n![share of conversion](performance/share.svg)\n"
     text += "\n## Conversion\n" + CONVERSION + goal_table(goals.conversion(values))
+    text += "\n" + (pathlib.Path(__file__).parent / "notes.md").read_text(encoding="utf-8")
     (folder / "performance.md").write_text(text, encoding="utf-8")
     drawings.draw(values, folder / "performance")

@@ -107,6 +107,10 @@ class Measuring(unittest.TestCase):
         self.assertLessEqual(figures["per_second"], 220)
         self.assertGreaterEqual(figures["sent"] / figures["seconds"], 100)
 
+    def test_events_without_a_window_are_received_or_lost(self):
+        figures = self.measured("--events", "--size", "256KB", "--window", "0", "--separation", "0")
+        self.assertGreaterEqual(figures["sent"], figures["received"])
+
     def test_two_clients_one_after_another_get_what_they_ask_for(self):
         self.assertEqual(self.measured("--events", "--size", "1000")["payload_bytes"], 1000)
         self.assertEqual(self.measured("--events", "--size", "2000")["payload_bytes"], 2000)
