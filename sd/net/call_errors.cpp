@@ -1,5 +1,7 @@
 #include "sd/net/call_errors.hpp"
 
+#include <array>
+#include <cstdio>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -38,7 +40,12 @@ class ReturnCodeCategory : public std::error_category {
   const char* name() const noexcept override { return "someip"; }
   std::string message(int value) const override {
     const std::string_view name = someip::name_of(someip::ReturnCode{static_cast<std::uint8_t>(value)});
-    return "the answer is " + (name.empty() ? "error " + std::to_string(value) : std::string{name});
+    if (!name.empty()) {
+      return "the answer is " + std::string{name};
+    }
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "the answer is error 0x%02x", static_cast<unsigned>(value));
+    return text.data();
   }
 };
 

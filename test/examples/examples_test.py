@@ -47,7 +47,7 @@ class Examples(unittest.TestCase):
         with Serving("hello_service", 1):
             status, out, errors = output("hello_client", 2)
         self.assertEqual((status, errors), (0, ""))
-        self.assertRegex(out, r"\AHello, world!\n42 / 6 = 7\n42 / 0: the answer is error 33.*\n\Z")
+        self.assertRegex(out, r"\AHello, world!\n42 / 6 = 7\n42 / 0: the answer is error 0x21.*\n\Z")
 
     def test_hello_to_nobody(self):
         status, out, errors = output("hello_client", 3)

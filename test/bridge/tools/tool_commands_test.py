@@ -216,7 +216,7 @@ class Calls(unittest.TestCase):
 
             # Errors, of the service and of the stack.
             done = run("call", 2, "0x1240.1", "3", "-q")
-            self.assertEqual((done.returncode, done.stdout, done.stderr), (3, "", "error: the answer is error 33\n"))
+            self.assertEqual((done.returncode, done.stdout, done.stderr), (3, "", "error: the answer is error 0x21\n"))
             done = run("call", 2, "0x1240.1", "3", "-q", "--json")
             self.assertEqual((done.returncode, json.loads(done.stdout)["return_code_value"]), (3, 33))
             self.assertEqual(json.loads(done.stdout)["method"], "0x0003")

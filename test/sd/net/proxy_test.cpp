@@ -138,7 +138,7 @@ TEST_F(ProxyTest, SaysWhyThereIsNoResponse) {
   proxy.call({.method = refuse}, {}, into_answers());
   ASSERT_TRUE(answered(3));
   EXPECT_EQ(answers[2].error, ReturnCode{0x21});
-  EXPECT_EQ(answers[2].error.message(), "the answer is error 33");
+  EXPECT_EQ(answers[2].error.message(), "the answer is error 0x21");
   EXPECT_EQ(to_hex(answers[2].response.payload), "05");
   EXPECT_EQ(answers[2].response.header.return_code, ReturnCode{0x21});
 
