@@ -126,8 +126,7 @@ void add_call_command(CLI::App& app, int& status) {
       "Examples:\n"
       "  trestle call 0x1234 0x0001 '00 01 02'\n"
       "  trestle call 0x1234.1 2 --type std_msgs/msg/Float64 --tcp\n"
-      "  trestle call 0x1234.1 3 '{data: 21.5}' --type std_msgs/msg/Float64 --answer-type std_msgs/msg/Bool "
-      "--json\n"
+      "  trestle call 0x1234.1 3 '{data: 21.5}' --type std_msgs/msg/Float64 --answer-type std_msgs/msg/Bool\n"
       "  trestle call 0x1234 4 @image.bin.hex --fire-and-forget");
   const auto options = std::make_shared<Options>();
   command->add_option("SERVICE", options->service, "SERVICE or SERVICE.INSTANCE, such as 0x1234.0x0001")

@@ -160,7 +160,7 @@ void add_offer_command(CLI::App& app, int& status) {
       "subscribe';\n"
       "subscribers are told of on standard error. PAYLOAD and VALUE are text, @FILE or @-: hexadecimal, or "
       "values with\n"
-      "--type. With it, requests that are no message of the type are answered with malformed_message. To "
+      "--type. With it, requests that are no message of the type are answered with E_MALFORMED_MESSAGE. To "
       "send "
       "events that\n"
       "are no field, use 'trestle notify'.\n"
