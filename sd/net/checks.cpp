@@ -100,6 +100,7 @@ void check(const NodeConfig& config) {
   at_most(int{most_dscp}, int{config.dscp}, "dscp");
   at_least(0, config.receive_buffer_bytes, "receive_buffer_bytes");
   at_least(0, config.send_buffer_bytes, "send_buffer_bytes");
+  in_order("busy_poll", "1 s", config.busy_poll, std::chrono::seconds{1});
   check(config.timing);
   check(config.discovery, config.address.v6);
   at_least(1, int{config.limits.max_peers}, "limits.max_peers");

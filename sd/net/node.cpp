@@ -75,6 +75,25 @@ struct Node::State : std::enable_shared_from_this<State> {
               }} {
     unicast.receive(feed(false));
     multicast.receive(feed(true));
+    say_what_is_not_granted();
+  }
+
+  // The node's other sockets ask for the same, and get the same.
+  void say_what_is_not_granted() {
+    const auto say = [this](const char* which, int granted, int wanted, const char* limit, const char* so) {
+      if (granted < wanted) {
+        log("the system grants " + std::string{which} + " buffers of " + std::to_string(granted >> 10) +
+            " KB only, not " + std::to_string(wanted >> 10) + ": " + so + "; as root: sysctl -w net.core." +
+            limit + "=" + std::to_string(wanted));
+      }
+    };
+    say("receive", unicast.receive_buffer_bytes(), config.receive_buffer_bytes, "rmem_max",
+        "large messages may lose segments");
+    say("send", unicast.send_buffer_bytes(), config.send_buffer_bytes, "wmem_max",
+        "large messages take longer");
+    if (unicast.busy_poll() < config.busy_poll) {
+      log("the system grants no busy polling: it needs CAP_NET_ADMIN");
+    }
   }
 
   someip::UdpSocket::Handler feed(bool via_multicast) {

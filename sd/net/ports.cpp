@@ -61,7 +61,8 @@ someip::UdpOptions udp_options(const NodeConfig& config, const Endpoint& local) 
           .multicast_ttl = config.multicast_ttl,
           .dscp = config.dscp,
           .receive_buffer_bytes = config.receive_buffer_bytes,
-          .send_buffer_bytes = config.send_buffer_bytes};
+          .send_buffer_bytes = config.send_buffer_bytes,
+          .busy_poll = config.busy_poll};
 }
 
 Ports::Ports(boost::asio::io_context& io, const NodeConfig& config, NodeCounters& counters, Handlers handlers)
@@ -84,9 +85,9 @@ std::shared_ptr<UdpPort> Ports::udp(std::uint16_t number, const std::function<bo
     port = share(std::make_unique<UdpPort>(io_, number, udp_options(config_, {config_.address, number}),
                                            config_.max_queued_bytes, config_.collect_for));
     udp_.push_back(port);
-    port->socket.receive([this, weak = udp_.back()](ByteView datagram, const Endpoint& from) {
+    port->socket.receive_trains([this, weak = udp_.back()](const someip::Train& train) {
       if (auto alive = weak.lock()) {  // also keeps it during the call
-        on_datagram(datagram, {.from = from, .udp = std::move(alive), .tcp = nullptr});
+        on_train(train, {.from = train.peer, .udp = std::move(alive), .tcp = nullptr}, weak);
       }
     });
   }
@@ -125,9 +126,9 @@ std::shared_ptr<GroupPort> Ports::group(const Endpoint& endpoint) {
     options.sharing = someip::PortSharing::shared;
     port = share(std::make_unique<GroupPort>(io_, endpoint, options));
     groups_.push_back(port);
-    port->socket.receive([this, weak = groups_.back()](ByteView datagram, const Endpoint& from) {
+    port->socket.receive_trains([this, weak = groups_.back()](const someip::Train& train) {
       if (const auto alive = weak.lock()) {
-        on_datagram(datagram, {.from = from, .udp = nullptr, .tcp = nullptr});
+        on_train(train, {.from = train.peer, .udp = nullptr, .tcp = nullptr}, weak);
       }
     });
   }
@@ -165,28 +166,44 @@ void Ports::disconnect(const Endpoint& own, const Endpoint& client, const std::s
   }
 }
 
-void Ports::on_datagram(ByteView datagram, const Source& source) {
-  ++counters_.datagrams;
-  someip::MessageCursor cursor{datagram};
-  while (const auto message = cursor.next()) {
-    if (!someip::is_tp(message->header.type)) {
-      handlers_.message(*message, source);
-      continue;
+void Ports::on_train(const someip::Train& train, const Source& source,
+                     const std::weak_ptr<const void>& port) {
+  const TimePoint time = now();
+  std::optional<someip::Header>
+      wanted;  // of the last segment; the next one is most likely of the same message
+  for (std::size_t i = 0; i < train.size(); ++i) {
+    if (i > 0 && port.use_count() == 1) {
+      return;  // a handler has let go of it, only we still hold it
     }
-    if (!handlers_.wanted(message->header, source)) {
-      continue;
+    const ByteView datagram = train[i];
+    ++counters_.datagrams;
+    someip::MessageCursor cursor{datagram};
+    while (const auto message = cursor.next()) {
+      if (!someip::is_tp(message->header.type)) {
+        handlers_.message(*message, source);
+        wanted.reset();
+        continue;
+      }
+      if (message->header != wanted) {
+        wanted.reset();
+        if (!handlers_.wanted(message->header, source)) {
+          continue;
+        }
+        wanted = message->header;
+      }
+      const auto whole = reassembly_.machine().on_segment(source.from, *message, time);
+      if (whole && *whole) {
+        handlers_.message({(*whole)->header, (*whole)->payload}, source);
+        wanted.reset();
+      }
+      // Armed, it wakes us before any message that begins now is too old.
+      if (!reassembly_timer_.armed()) {
+        reassembly_timer_.arm(reassembly_.machine().deadline());
+      }
     }
-    const auto whole = reassembly_.machine().on_segment(source.from, *message, now());
-    if (whole && *whole) {
-      handlers_.message({(*whole)->header, (*whole)->payload}, source);
+    if (cursor.error() || datagram.empty()) {
+      ++counters_.malformed;
     }
-    // Armed, it wakes us before any message that begins now is too old.
-    if (!reassembly_timer_.armed()) {
-      reassembly_timer_.arm(reassembly_.machine().deadline());
-    }
-  }
-  if (cursor.error() || datagram.empty()) {
-    ++counters_.malformed;
   }
 }
 

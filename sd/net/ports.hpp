@@ -97,7 +97,8 @@ class Ports {
   [[nodiscard]] int receive_buffer_bytes(int most) const;
 
  private:
-  void on_datagram(ByteView datagram, const Source& source);
+  /// @param port  that it came to: no more is handed out once that is closed.
+  void on_train(const someip::Train& train, const Source& source, const std::weak_ptr<const void>& port);
   [[nodiscard]] someip::TcpOptions tcp_options() const;
   /// Its owner's counters outlive it.
   template <typename Port>

@@ -312,41 +312,24 @@ void Provider::on_request(const Message& message, const Source& source) {
   if (!check.fault) {
     ++counters_.requests;
     const bool answered = message.header.type == MessageType::request;
-    handle(offer, message,
-           {message.header, source.from, config_.answers,
-            answered ? reply_path(offer.get(), message.header, source) : Responder::Send{}});
+    const bool in_segments =
+        may_be_sent(offer->spec, message.header.method, someip::max_plain_payload_bytes + 1);
+    handle(offer, message, {message.header, config_.answers, reply_path(source, in_segments), answered});
   } else if (check.answer) {
     ++counters_.requests_answered;
-    reply_path(nullptr, message.header, source)(*check.answer, {}, nullptr);
+    reply_path(source, true).send(*check.answer, {}, nullptr);
   } else {
     ++counters_.unexpected;
   }
 }
 
-// The way back to who sent the request. What must not be sent in segments becomes an error, so that the
-// caller need not wait in vain.
-Responder::Send Provider::reply_path(const Offer* offer, const Header& request, const Source& source) {
-  if (source.tcp) {
-    return [port = std::weak_ptr{source.tcp}, to = source.from](
-               const Header& header, std::span<const ByteView> payload, std::shared_ptr<const void> keep) {
-      const auto alive = port.lock();
-      return alive && alive->server.send(to, header, payload, std::move(keep));
-    };
-  }
-  const bool in_segments =
-      offer == nullptr || may_be_sent(offer->spec, request.method, someip::max_plain_payload_bytes + 1);
-  return [this, port = std::weak_ptr{source.udp}, to = source.from, in_segments](
-             const Header& header, std::span<const ByteView> payload, std::shared_ptr<const void> keep) {
-    const auto alive = port.lock();  // and so is our node
-    if (alive && !in_segments && size_of(payload) > someip::max_plain_payload_bytes) {
-      ++counters_.not_to_be_segmented;
-      Header failed = header;
-      failed.return_code = ReturnCode::not_ok;
-      alive->sender.send(to, failed, {});
-      return false;
-    }
-    return alive && alive->sender.send(to, header, payload, std::move(keep), config_.pacing);
-  };
+ReplyPath Provider::reply_path(const Source& source, bool in_segments) {
+  return {.to = source.from,
+          .udp = source.udp,
+          .tcp = source.tcp,
+          .in_segments = in_segments,
+          .config = &config_,
+          .counters = &counters_};
 }
 
 // Holds the offer: a handler may withdraw it.

@@ -68,8 +68,7 @@ class Provider {
   /// Fills receivers_ with all that get this event, each once.
   void find_receivers(const Offer& offer, someip::MethodId event, const SubscriberFilter& wanted) const;
   [[nodiscard]] static someip::SessionId session_of(Offer& offer, someip::MethodId event, std::size_t bytes);
-  [[nodiscard]] Responder::Send reply_path(const Offer* offer, const someip::Header& request,
-                                           const Source& source);
+  [[nodiscard]] ReplyPath reply_path(const Source& source, bool in_segments);
   [[nodiscard]] someip::MethodKind kind_of(const Offer& offer, someip::MethodId method) const;
   void handle(const std::shared_ptr<Offer>& offer, const someip::Message& message, Responder responder);
   void call_setter(const Offer& offer, std::size_t field, ByteView wanted, Responder& responder);

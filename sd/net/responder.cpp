@@ -1,22 +1,47 @@
 #include "sd/net/responder.hpp"
 
+#include <numeric>
 #include <utility>
+
+#include "sd/net/ports.hpp"
 
 namespace trestle::sd {
 
+bool ReplyPath::send(const someip::Header& header, std::span<const ByteView> payload,
+                     std::shared_ptr<const void> keep_alive) const {
+  if (const auto port = tcp.lock()) {
+    return port->server.send(to, header, payload, std::move(keep_alive));
+  }
+  const auto port = udp.lock();
+  if (!port) {
+    return false;
+  }
+  const std::size_t bytes =
+      std::accumulate(payload.begin(), payload.end(), std::size_t{0},
+                      [](std::size_t sum, ByteView slice) { return sum + slice.size(); });
+  if (!in_segments && bytes > someip::max_plain_payload_bytes) {
+    ++counters->not_to_be_segmented;
+    someip::Header failed = header;
+    failed.return_code = someip::ReturnCode::not_ok;
+    port->sender.send(to, failed, {});
+    return false;
+  }
+  return port->sender.send(to, header, payload, std::move(keep_alive), config->pacing);
+}
+
 Responder::Responder(Responder&& other) noexcept
     : request_{other.request_},
-      caller_{other.caller_},
       rules_{other.rules_},
-      send_{std::exchange(other.send_, nullptr)} {}
+      path_{std::move(other.path_)},
+      pending_{std::exchange(other.pending_, false)} {}
 
 Responder& Responder::operator=(Responder&& other) noexcept {
   if (this != &other) {
     error(someip::ReturnCode::not_ok);
     request_ = other.request_;
-    caller_ = other.caller_;
     rules_ = other.rules_;
-    send_ = std::exchange(other.send_, nullptr);
+    path_ = std::move(other.path_);
+    pending_ = std::exchange(other.pending_, false);
   }
   return *this;
 }
@@ -28,15 +53,15 @@ bool Responder::respond(std::span<const ByteView> payload, std::shared_ptr<const
 bool Responder::error(someip::ReturnCode code, ByteView payload) {
   // An error never answers an error.  [feat_req_someip_704]
   if (request_.return_code != someip::ReturnCode::ok) {
-    send_ = nullptr;
+    pending_ = false;
   }
   return answer(code, {&payload, 1}, nullptr);
 }
 
 bool Responder::answer(someip::ReturnCode code, std::span<const ByteView> payload,
                        std::shared_ptr<const void> keep_alive) {
-  const Send send = std::exchange(send_, nullptr);
-  return send && send(someip::answer_header(request_, code, rules_), payload, std::move(keep_alive));
+  return std::exchange(pending_, false) &&
+         path_.send(someip::answer_header(request_, code, rules_), payload, std::move(keep_alive));
 }
 
 }  // namespace trestle::sd

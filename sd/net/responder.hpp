@@ -1,13 +1,35 @@
 #pragma once
-#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include "someip/core/request_check.hpp"
 #include "someip/wire/endpoint.hpp"
 
 namespace trestle::sd {
+
+struct NodeConfig;
+struct NodeCounters;
+struct TcpPort;
+struct UdpPort;
+
+/// The way back to who sent a request.
+struct ReplyPath {
+  Endpoint to{};
+  // The port that the request came to; none: there is no answer.
+  std::weak_ptr<UdpPort> udp{};
+  std::weak_ptr<TcpPort> tcp{};
+  bool in_segments = true;  ///< whether a large answer may go over UDP  [feat_req_someiptp_788]
+  // Of the node, which no port outlives.
+  const NodeConfig* config = nullptr;
+  NodeCounters* counters = nullptr;
+
+  /// Sends header and payload; false when that is not possible. What must not be sent in segments becomes an
+  /// error, so that the caller need not wait in vain.
+  bool send(const someip::Header& header, std::span<const ByteView> payload,
+            std::shared_ptr<const void> keep_alive) const;
+};
 
 /// The answer that a request waits for: to be given once, now or later, on the thread that runs the
 /// io_context. A Responder that is destroyed unused answers ReturnCode::not_ok, so that no caller waits in
@@ -16,14 +38,10 @@ namespace trestle::sd {
 /// For fire and forget there is no answer [feat_req_someip_345]: whatever is given is dropped.
 class Responder {
  public:
-  /// Sends header and payload to the caller; false when that is not possible.
-  using Send = std::function<bool(const someip::Header& header, std::span<const ByteView> payload,
-                                  std::shared_ptr<const void> keep_alive)>;
-
   Responder() = default;
-  Responder(const someip::Header& request, const Endpoint& caller, const someip::AnswerRules& rules,
-            Send send)
-      : request_{request}, caller_{caller}, rules_{rules}, send_{std::move(send)} {}
+  /// @param answered  false for fire and forget.
+  Responder(const someip::Header& request, const someip::AnswerRules& rules, ReplyPath path, bool answered)
+      : request_{request}, rules_{rules}, path_{std::move(path)}, pending_{answered} {}
   ~Responder() { error(someip::ReturnCode::not_ok); }
   Responder(Responder&& other) noexcept;
   Responder& operator=(Responder&& other) noexcept;
@@ -31,9 +49,9 @@ class Responder {
   Responder& operator=(const Responder&) = delete;
 
   [[nodiscard]] const someip::Header& request() const noexcept { return request_; }
-  [[nodiscard]] const Endpoint& caller() const noexcept { return caller_; }
+  [[nodiscard]] const Endpoint& caller() const noexcept { return path_.to; }
   /// Whether an answer is awaited and has not been given.
-  [[nodiscard]] bool pending() const noexcept { return static_cast<bool>(send_); }
+  [[nodiscard]] bool pending() const noexcept { return pending_; }
 
   /// Answers with success. `payload` and `keep_alive` as in MessageSender::send(): without `keep_alive` the
   /// payload need only live during the call.
@@ -49,9 +67,9 @@ class Responder {
               std::shared_ptr<const void> keep_alive);
 
   someip::Header request_;
-  Endpoint caller_;
   someip::AnswerRules rules_;
-  Send send_;  ///< empty: nothing to be answered any more
+  ReplyPath path_;
+  bool pending_ = false;
 };
 
 }  // namespace trestle::sd

@@ -10,7 +10,7 @@
 #include <boost/asio/post.hpp>
 #include <cerrno>
 #include <cstring>
-#include <deque>
+#include <list>
 #include <utility>
 #include <vector>
 
@@ -21,15 +21,19 @@ namespace trestle::someip {
 namespace {
 
 constexpr std::size_t receive_room = 65536;
-constexpr int receive_rounds = 16;      // before other handlers get their turn
-constexpr std::size_t max_slices = 64;  // of one system call
+constexpr int receive_rounds = 16;            // before other handlers get their turn
+constexpr std::size_t max_slices = 64;        // of one system call
+constexpr std::size_t small_bytes = 4096;     // of a message that is worth a copy to save a system call
+constexpr std::size_t max_unused = 64;        // places of the queue that are kept for reuse
+constexpr std::size_t max_kept_copy = 65536;  // bytes of such a one
 
 /// A message on its way out: a Magic Cookie perhaps, the header, the payload.
 struct Outgoing {
   std::array<std::byte, 2 * header_bytes> head{};
   std::size_t head_bytes = 0;
-  std::vector<ByteView> payload;
-  std::shared_ptr<const void> keep_alive;
+  std::vector<ByteView> payload{};
+  std::vector<std::byte> copy{};  ///< of what is left of it, when nobody else keeps it
+  std::shared_ptr<const void> keep_alive{};
   std::size_t part = 0;    ///< where the next byte is: 0 is the head, 1 the first slice, ...
   std::size_t offset = 0;  ///< in that part
 
@@ -65,18 +69,16 @@ struct Outgoing {
   }
   /// Makes what is left our own.
   void copy_rest() {
-    std::size_t first = part == 0 ? 1 : part;
-    auto copy = std::make_shared<std::vector<std::byte>>();
+    const std::size_t first = part == 0 ? 1 : part;
     for (std::size_t i = first, skip = part == 0 ? 0 : offset; i <= payload.size(); ++i) {
       const ByteView rest = at(i).subspan(std::exchange(skip, 0));
-      copy->insert(copy->end(), rest.begin(), rest.end());
+      copy.insert(copy.end(), rest.begin(), rest.end());
     }
     if (part != 0) {
       offset = 0;
       part = 1;
     }
-    payload.assign(1, ByteView{*copy});
-    keep_alive = std::move(copy);
+    payload.assign(1, ByteView{copy});
   }
 };
 
@@ -166,6 +168,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     if (!deliver()) {
       return false;
     }
+    pump_if_ready();
     if (parser.lost() && !options.magic_cookies && parser.counters().cookies == 0) {
       close(parser.counters().too_large != 0
                 ? "a message larger than is allowed, or something that is no SOME/IP, came"
@@ -176,6 +179,12 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   }
 
   bool deliver() {
+    struct Delivering {  // also when a handler throws
+      State& state;
+      explicit Delivering(State& of) : state{of} { state.delivering = true; }
+      ~Delivering() { state.delivering = state.answered = false; }
+    };
+    const Delivering now{*this};
     while (const auto message = parser.next()) {
       on_message(*message);
       if (closed) {
@@ -186,6 +195,69 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   }
 
   // --- sending ---
+
+  // Sends a message, or queues what of it the system does not take at once. Nothing waits before it.
+  void send_now(const Outgoing& head, std::span<const ByteView> payload,
+                std::shared_ptr<const void>&& keep_alive, std::size_t bytes) {
+    std::array<iovec, max_slices> parts;
+    parts[0] = to_iovec(head.at(0));
+    const std::size_t slices = std::min(payload.size(), parts.size() - 1);
+    std::transform(payload.begin(), payload.begin() + static_cast<std::ptrdiff_t>(slices), parts.begin() + 1,
+                   to_iovec);
+    msghdr message{};
+    message.msg_iov = parts.data();
+    message.msg_iovlen = slices + 1;
+    const ssize_t sent = sendmsg(fd, &message, MSG_NOSIGNAL);
+    if (sent < 0 && !retry_later(errno)) {
+      close_later(std::strerror(errno));
+    } else if (sent >= 0 && static_cast<std::size_t>(sent) == bytes) {
+      ++messages_sent;
+    } else {
+      enqueue(head, payload, std::move(keep_alive), bytes, sent < 0 ? 0 : static_cast<std::size_t>(sent));
+      pump();
+    }
+  }
+
+  // `sent` bytes of it have left already.
+  void enqueue(const Outgoing& head, std::span<const ByteView> payload,
+               std::shared_ptr<const void>&& keep_alive, std::size_t bytes, std::size_t sent) {
+    if (unused.empty()) {
+      unused.emplace_front();
+    }
+    queue.splice(queue.end(), unused, unused.begin());
+    Outgoing& last = queue.back();
+    last.head = head.head;
+    last.head_bytes = head.head_bytes;
+    last.part = 0;
+    last.offset = 0;
+    last.payload.assign(payload.begin(), payload.end());
+    last.keep_alive = std::move(keep_alive);
+    static_cast<void>(last.sent(sent));
+    if (!last.keep_alive) {
+      last.copy_rest();  // its slices may not live any longer
+    }
+    queued_bytes += bytes - sent;
+  }
+
+  void dispose_first() {
+    Outgoing& first = queue.front();
+    first.keep_alive.reset();
+    first.copy.clear();
+    if (first.copy.capacity() > max_kept_copy) {
+      first.copy = {};
+    }
+    if (unused.size() == max_unused) {
+      queue.pop_front();
+    } else {
+      unused.splice(unused.begin(), queue, queue.begin());
+    }
+  }
+
+  void pump_if_ready() {
+    if (!waiting && !broken && !closed) {
+      pump();
+    }
+  }
 
   // Sends what waits, several messages at a time, until the system takes no more.  [feat_req_someip_702]
   void pump() {
@@ -215,7 +287,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
           break;
         }
         ++messages_sent;
-        queue.pop_front();
+        dispose_first();
       }
     }
   }
@@ -258,6 +330,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   }
 
   void release() {
+    pump_if_ready();  // what has only waited for others still leaves
     closed = true;
     boost::system::error_code ignored;
     descriptor.close(ignored);
@@ -275,7 +348,8 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   Endpoint remote;
   MessageHandler on_message;
   CloseHandler on_closed;
-  std::deque<Outgoing> queue;
+  std::list<Outgoing> queue;
+  std::list<Outgoing> unused;
   std::size_t queued_bytes = 0;
   CookieSchedule cookies;
   std::uint64_t messages_sent = 0;
@@ -283,6 +357,8 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   bool waiting = false;  ///< for room to send
   bool broken = false;   ///< sending failed: about to be closed
   bool closed = false;
+  bool delivering = false;  ///< handlers are being called with what was received at once
+  bool answered = false;    ///< one of them has sent something
 };
 
 TcpStream::Counters& TcpStream::Counters::operator+=(const Counters& other) noexcept {
@@ -318,8 +394,8 @@ bool TcpStream::send(const Header& header, std::span<const ByteView> payload,
   }
   Outgoing message;
   ByteSpan head{message.head};
-  const std::size_t bytes = head.size() + payload_bytes;
-  if (bytes > state.options.max_queued_bytes - std::min(state.queued_bytes, state.options.max_queued_bytes)) {
+  const std::size_t most = head.size() + payload_bytes;
+  if (most > state.options.max_queued_bytes - std::min(state.queued_bytes, state.options.max_queued_bytes)) {
     ++state.queue_full;
     return false;
   }
@@ -332,16 +408,16 @@ bool TcpStream::send(const Header& header, std::span<const ByteView> payload,
     return false;  // larger than the Length field can say
   }
   message.head_bytes += header_bytes;
-  message.payload.assign(payload.begin(), payload.end());
-  message.keep_alive = std::move(keep_alive);
-  state.queued_bytes += message.head_bytes + payload_bytes;
-  state.queue.push_back(std::move(message));
-  if (!state.waiting) {
-    state.pump();
-  }
-  // The last one in the queue, if there is any, is this one. Its slices may not live any longer.
-  if (!state.queue.empty() && !state.queue.back().keep_alive) {
-    state.queue.back().copy_rest();
+  const std::size_t bytes = message.head_bytes + payload_bytes;
+  // What answers several messages that came together leaves together, but for the first.
+  const bool wait = state.delivering && std::exchange(state.answered, true) && bytes <= small_bytes;
+  if (state.queue.empty() && !wait) {
+    state.send_now(message, payload, std::move(keep_alive), bytes);
+  } else {
+    state.enqueue(message, payload, std::move(keep_alive), bytes, 0);
+    if (!wait && !state.waiting) {
+      state.pump();
+    }
   }
   return !state.broken;
 }

@@ -96,6 +96,9 @@ int open_udp(const UdpOptions& options) {
   }
   set_buffer(fd, SO_RCVBUFFORCE, SO_RCVBUF, options.receive_buffer_bytes);
   set_buffer(fd, SO_SNDBUFFORCE, SO_SNDBUF, options.send_buffer_bytes);
+  if (options.busy_poll.count() > 0) {
+    set_option(fd, SOL_SOCKET, SO_BUSY_POLL, static_cast<int>(options.busy_poll.count()));
+  }
   set_option(fd, SOL_SOCKET, SO_RXQ_OVFL, 1);
   set_option(fd, SOL_UDP, UDP_GRO, 1);  // an older kernel delivers datagram by datagram
   set_dscp(fd, options.dscp);

@@ -228,6 +228,12 @@ int UdpSocket::receive_buffer_bytes() const {
 int UdpSocket::send_buffer_bytes() const {
   return buffer_bytes(state_->fd, SO_SNDBUF);
 }
+std::chrono::microseconds UdpSocket::busy_poll() const {
+  int microseconds = 0;
+  socklen_t size = sizeof microseconds;
+  getsockopt(state_->fd, SOL_SOCKET, SO_BUSY_POLL, &microseconds, &size);
+  return std::chrono::microseconds{microseconds};
+}
 const UdpSendCounters& UdpSocket::send_counters() const noexcept {
   return state_->transmitter.counters();
 }

@@ -1,4 +1,5 @@
 #pragma once
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -41,6 +42,7 @@ struct UdpOptions {
   std::uint8_t dscp = 0;  ///< class of service of what is sent, 0 to 63
   int receive_buffer_bytes = 8 << 20;
   int send_buffer_bytes = 4 << 20;
+  std::chrono::microseconds busy_poll{0};  ///< SO_BUSY_POLL, as far as it is granted
 };
 
 enum class SendStatus : std::uint8_t {
@@ -124,7 +126,8 @@ class UdpSocket {
   [[nodiscard]] std::uint64_t receive_overflows() const;
   /// What the system granted, which may be less than asked for (sysctl net.core.rmem_max).
   [[nodiscard]] int receive_buffer_bytes() const;
-  [[nodiscard]] int send_buffer_bytes() const;  ///< likewise (net.core.wmem_max)
+  [[nodiscard]] int send_buffer_bytes() const;                ///< likewise (net.core.wmem_max)
+  [[nodiscard]] std::chrono::microseconds busy_poll() const;  ///< that the system granted
   [[nodiscard]] const UdpSendCounters& send_counters() const noexcept;
 
  private:

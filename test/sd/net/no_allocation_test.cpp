@@ -1,0 +1,148 @@
+// Calls and events need no memory from the heap once they are under way: every use of operator new in this
+// program is counted, on both sides.
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include "test/allocations.hpp"
+#include "test/sd/net/two_nodes.hpp"
+
+namespace trestle::sd {
+namespace {
+
+using namespace std::chrono_literals;
+using someip::EventgroupId;
+using someip::InstanceId;
+using someip::MethodId;
+using someip::ServiceId;
+
+constexpr ServiceId service{0x1234};
+constexpr MethodId echo{1};
+constexpr MethodId udp_event{0x8001};
+constexpr MethodId tcp_event{0x8002};
+constexpr std::size_t warm_up = 500;
+
+NodeConfig calm(const IpAddress& address) {
+  NodeConfig config = test::quick(address);
+  config.timing.cyclic_offer_delay = 1h;  // discovery has its say before, and after
+  config.timing.ttl_s = 10'000;
+  return config;
+}
+
+class NoAllocationTest : public test::TwoNodes {
+ public:
+  void SetUp() override {
+    offer =
+        server.offer({.service = service,
+                      .instance = InstanceId{1},
+                      .tcp_port = std::uint16_t{0},
+                      .methods = {{echo, [](const someip::Message& request,
+                                            Responder responder) { responder.respond(request.payload); }}},
+                      .eventgroups = {{.id = EventgroupId{1}, .events = {udp_event, tcp_event}}},
+                      .tcp_events = {tcp_event}});
+    requirement = client.require({.service = service});
+    const SubscriptionId subscription = client.subscribe(
+        {.service = service, .eventgroup = EventgroupId{1}, .events = {udp_event, tcp_event}, .tcp = true},
+        [this](const someip::Message& message, const Endpoint&) {
+          EXPECT_EQ(message.payload.size(), bytes);
+          done(&NoAllocationTest::notify);
+        });
+    ASSERT_TRUE(run_until([&] {
+      return client.subscribed(subscription) && !client.available(requirement).empty() &&
+             server.subscribers(offer, tcp_event) == 1;
+    }));
+  }
+
+  void call() {
+    const ByteView payload{large->data(), bytes};
+    client.call(requirement, {.method = echo, .transport = transport}, {&payload, 1},
+                [this](const CallResult& result) {
+                  ASSERT_TRUE(result);
+                  EXPECT_EQ(result->payload.size(), bytes);
+                  done(&NoAllocationTest::call);
+                });
+  }
+  void notify() {
+    const ByteView payload{large->data(), bytes};
+    const Notified notified =
+        server.notify(offer, event, {&payload, 1}, keep ? large : nullptr, {.separation = 0us});
+    EXPECT_EQ(notified.subscribers, 1U);
+  }
+  void done(void (NoAllocationTest::*again)()) {
+    if (++count == warm_up) {
+      before = test::allocations();
+    } else if (count == warm_up + wanted) {
+      after = test::allocations();
+      io.stop();
+    }
+    (this->*again)();
+  }
+  // How many allocations there are while `wanted` of them are done, `at_once` under way at a time.
+  std::size_t allocations_of(void (NoAllocationTest::*one)(), std::size_t at_once, std::size_t number) {
+    wanted = number;
+    boost::asio::steady_timer limit{io, 60s};
+    limit.async_wait([this](const boost::system::error_code& error) {
+      if (!error) {
+        io.stop();
+      }
+    });
+    boost::asio::post(io, [this, one, at_once] {
+      for (std::size_t i = 0; i < at_once; ++i) {
+        (this->*one)();
+      }
+    });
+    io.restart();
+    io.run();  // not run_one(): Asio keeps the memory of handlers for as long as this runs
+    EXPECT_GE(count, warm_up + wanted);
+    return after - before;
+  }
+
+  Node server{io, calm(test::server_address)};
+  Node client{io, calm(test::client_address)};
+  OfferHandle offer;
+  RequirementId requirement{};
+  std::shared_ptr<const std::vector<std::byte>> large =
+      std::make_shared<const std::vector<std::byte>>(60'000, std::byte{7});
+  std::size_t bytes = 64;
+  Transport transport = Transport::udp;
+  MethodId event = udp_event;
+  bool keep = false;
+  std::size_t wanted = 0;
+  std::size_t count = 0;
+  std::size_t before = 0;
+  std::size_t after = 1;
+};
+
+TEST_F(NoAllocationTest, HappensInCallsOverUdp) {
+  EXPECT_EQ(allocations_of(&NoAllocationTest::call, 1, 10'000), 0U);
+}
+
+TEST_F(NoAllocationTest, HappensInManyCallsAtATimeOverUdp) {
+  EXPECT_EQ(allocations_of(&NoAllocationTest::call, 32, 10'000), 0U);
+}
+
+TEST_F(NoAllocationTest, HappensInCallsOverTcp) {
+  transport = Transport::tcp;
+  EXPECT_EQ(allocations_of(&NoAllocationTest::call, 1, 10'000), 0U);
+}
+
+TEST_F(NoAllocationTest, HappensInManyCallsAtATimeOverTcp) {
+  transport = Transport::tcp;
+  EXPECT_EQ(allocations_of(&NoAllocationTest::call, 32, 10'000), 0U);
+}
+
+TEST_F(NoAllocationTest, HappensInEventsOverUdp) {
+  EXPECT_EQ(allocations_of(&NoAllocationTest::notify, 1, 10'000), 0U);
+}
+
+TEST_F(NoAllocationTest, HappensInEventsOverTcp) {
+  event = tcp_event;
+  EXPECT_EQ(allocations_of(&NoAllocationTest::notify, 1, 10'000), 0U);
+}
+
+TEST_F(NoAllocationTest, HappensInEventsInSegments) {
+  bytes = large->size();
+  keep = true;
+  EXPECT_EQ(allocations_of(&NoAllocationTest::notify, 1, 2'000), 0U);
+}
+
+}  // namespace
+}  // namespace trestle::sd

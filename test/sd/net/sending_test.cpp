@@ -1,0 +1,75 @@
+// What a node does with what it is to send: together, in order, with buffers as large as they can be.
+#include <boost/asio/post.hpp>
+#include <limits>
+
+#include "test/sd/net/two_nodes.hpp"
+
+namespace trestle::sd {
+namespace {
+
+using someip::EventgroupId;
+using someip::InstanceId;
+using someip::MethodId;
+using someip::ServiceId;
+using test::quick;
+using testing::AllOf;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr ServiceId service{0x1234};
+constexpr MethodId event{0x8001};
+
+class SendingTest : public test::TwoNodes {};
+
+TEST_F(SendingTest, LosesNoEventThatComesBeforeTheEndOfItsService) {
+  Node server{io, quick(test::server_address)};
+  Node client{io, quick(test::client_address)};
+  const OfferHandle offer = server.offer({.service = service,
+                                          .instance = InstanceId{1},
+                                          .eventgroups = {{.id = EventgroupId{1}, .events = {event}}}});
+  static_cast<void>(
+      client.subscribe({.service = service, .eventgroup = EventgroupId{1}, .events = {event}}, collect()));
+  ASSERT_TRUE(run_until([&] { return server.subscribers(offer, event) == 1; }));
+  boost::asio::post(io, [&] {
+    for (int i = 0; i < 5; ++i) {
+      EXPECT_EQ(server.notify(offer, event, {}).subscribers, 1U);
+    }
+    EXPECT_EQ(server.sender_counters().messages, 1U);
+    server.shutdown();
+    EXPECT_EQ(server.sender_counters().messages, 5U);
+    EXPECT_EQ(server.sender_counters().system_calls, 2U);
+  });
+  EXPECT_TRUE(run_until([&] { return events.size() == 5; }));
+  EXPECT_EQ(client.counters().unknown_sender, 0U) << "they came before the offer's end";
+}
+
+TEST_F(SendingTest, SaysWhichBuffersTheSystemDoesNotGrant) {
+  NodeConfig greedy = quick(test::server_address);
+  greedy.receive_buffer_bytes = std::numeric_limits<int>::max();
+  greedy.send_buffer_bytes = 64 << 10;
+  const Node node{io, greedy, into(server_log)};
+  EXPECT_THAT(server_log, Contains(AllOf(HasSubstr("receive buffers"), HasSubstr("KB only, not 2097151:"),
+                                         HasSubstr("sysctl -w net.core.rmem_max=2147483647"))));
+  EXPECT_THAT(server_log, Not(Contains(HasSubstr("wmem_max"))));
+  NodeConfig modest = quick(test::client_address);
+  modest.receive_buffer_bytes = 64 << 10;
+  modest.send_buffer_bytes = 64 << 10;
+  const Node other{io, modest, into(client_log)};
+  EXPECT_THAT(client_log, Not(Contains(HasSubstr("grants"))));
+}
+
+TEST_F(SendingTest, PollsTheDeviceWhenThatIsGrantedAndElseSaysSo) {
+  NodeConfig config = quick(test::server_address);
+  config.busy_poll = std::chrono::microseconds{50};
+  const Node node{io, config, into(server_log)};
+  const someip::UdpSocket socket{
+      io, {.local = {test::server_address, 0}, .busy_poll = std::chrono::microseconds{50}}};
+  const bool granted = socket.busy_poll() == std::chrono::microseconds{50};
+  EXPECT_THAT(server_log, granted ? Not(Contains(HasSubstr("busy polling")))
+                                  : testing::Matcher<std::vector<std::string>>(
+                                        Contains(HasSubstr("busy polling: it needs CAP_NET_ADMIN"))));
+}
+
+}  // namespace
+}  // namespace trestle::sd
