@@ -79,12 +79,12 @@ TEST_F(VsomeipServes, EventsByMulticast) {
 TEST_F(VsomeipServes, Fields) {
   covers({"feat_req_someip_633", "feat_req_someip_634", "feat_req_someip_635"});
   subscribe(group_field, notifier);
-  ASSERT_TRUE(run_until([&] { return events.size() == 1; })) << "the initial event";
-  EXPECT_EQ(events[0], to_bytes({0x2a}));
+  // It comes twice when the subscription meets the first value inside vsomeip.  [docs/interop.md]
+  ASSERT_TRUE(run_until([&] { return !events.empty(); })) << "the initial event";
+  EXPECT_THAT(events, ::testing::Each(to_bytes({0x2a})));
   EXPECT_EQ(call(getter, Transport::udp, {}).payload, to_bytes({0x2a}));
   EXPECT_EQ(call(setter, Transport::tcp, {0x2b}).payload, to_bytes({0x2b}));
-  ASSERT_TRUE(run_until([&] { return events.size() >= 2; }));
-  EXPECT_EQ(events.back(), to_bytes({0x2b}));
+  EXPECT_TRUE(run_until([&] { return events.back() == to_bytes({0x2b}); }));
 }
 
 }  // namespace
