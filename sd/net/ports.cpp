@@ -169,8 +169,9 @@ void Ports::disconnect(const Endpoint& own, const Endpoint& client, const std::s
 void Ports::on_train(const someip::Train& train, const Source& source,
                      const std::weak_ptr<const void>& port) {
   const TimePoint time = now();
-  std::optional<someip::Header>
-      wanted;  // of the last segment; the next one is most likely of the same message
+  // Of the last segment; the next one is most likely of the same message.
+  someip::Header wanted;
+  bool known = false;
   for (std::size_t i = 0; i < train.size(); ++i) {
     if (i > 0 && port.use_count() == 1) {
       return;  // a handler has let go of it, only we still hold it
@@ -181,12 +182,12 @@ void Ports::on_train(const someip::Train& train, const Source& source,
     while (const auto message = cursor.next()) {
       if (!someip::is_tp(message->header.type)) {
         handlers_.message(*message, source);
-        wanted.reset();
+        known = false;
         continue;
       }
-      if (message->header != wanted) {
-        wanted.reset();
-        if (!handlers_.wanted(message->header, source)) {
+      if (!known || message->header != wanted) {
+        known = handlers_.wanted(message->header, source);
+        if (!known) {
           continue;
         }
         wanted = message->header;
@@ -194,7 +195,7 @@ void Ports::on_train(const someip::Train& train, const Source& source,
       const auto whole = reassembly_.machine().on_segment(source.from, *message, time);
       if (whole && *whole) {
         handlers_.message({(*whole)->header, (*whole)->payload}, source);
-        wanted.reset();
+        known = false;
       }
       // Armed, it wakes us before any message that begins now is too old.
       if (!reassembly_timer_.armed()) {
