@@ -76,7 +76,12 @@ Result<RequirementHandle, SdError> ServiceDiscovery::require(const RequiredServi
   slot->major = service.major;
   slot->minor = service.minor;
   slot->configuration = configuration;
-  slot->schedule = schedule;
+  // Who looks for what is looked for already joins in: there is one Find for all.
+  const auto joined = std::find_if(requirements_.begin(), requirements_.end(), [&](const auto& other) {
+    return other.schedule.deadline() && find_entry(other) == find_entry(*slot) &&
+           other.configuration == configuration;
+  });
+  slot->schedule = joined != requirements_.end() ? (*joined).schedule : schedule;
   const auto handle = requirements_.handle_of<RequirementHandle>(*slot);
   for (const slots::Remote& remote : remotes_) {
     if (fits(*slot, remote)) {
@@ -334,15 +339,25 @@ void ServiceDiscovery::seek(TimePoint now) noexcept {
     }
     slots::PendingEntry pending;  // no endpoints in a Find  [feat_req_someipsd_877]
     pending.due = now;
-    pending.entry = {.type = EntryType::find_service,
-                     .service = requirement.service,
-                     .instance = requirement.instance,
-                     .major = requirement.major,
-                     .ttl_s = settings_.timing.ttl_s,
-                     .tail = any_minor};                // fits() compares  [feat_req_someipcompat_1197]
+    pending.entry = find_entry(requirement);
     pending.configuration = requirement.configuration;  // [feat_req_someipsd_879] [feat_req_someipsd_503]
-    send(pending);
+    bool is_there = false;                              // as another requirement looks for the same
+    for (std::size_t i = 0; i < pending_.size() && !is_there; ++i) {
+      is_there = pending_[i].entry == pending.entry && pending_[i].configuration == pending.configuration;
+    }
+    if (!is_there) {
+      send(pending);
+    }
   }
+}
+
+Entry ServiceDiscovery::find_entry(const slots::Requirement& requirement) const noexcept {
+  return {.type = EntryType::find_service,
+          .service = requirement.service,
+          .instance = requirement.instance,
+          .major = requirement.major,
+          .ttl_s = settings_.timing.ttl_s,
+          .tail = any_minor};  // fits() compares  [feat_req_someipcompat_1197]
 }
 
 }  // namespace trestle::sd

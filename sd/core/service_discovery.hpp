@@ -333,6 +333,7 @@ class ServiceDiscovery {
   void lose(slots::Remote& remote, LossReason reason, TimePoint now) noexcept;
   [[nodiscard]] bool fits(const slots::Requirement& requirement, const slots::Remote& remote) const noexcept;
   [[nodiscard]] RemoteService service_of(const slots::Remote& remote) const noexcept;
+  [[nodiscard]] Entry find_entry(const slots::Requirement& requirement) const noexcept;
   void seek(TimePoint now) noexcept;
 
   // client_side.cpp

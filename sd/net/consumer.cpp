@@ -50,7 +50,11 @@ RequirementHandle Consumer::look_for(const RequireSpec& spec, TimePoint now) {
     throw std::invalid_argument{"requirement of " + to_string(spec.service, spec.instance) +
                                 ": refused by service discovery: " + to_string(handle.error())};
   }
-  log_("looking for " + to_string(spec.service, spec.instance));
+  if (!any_need([&](const Need& need) {
+        return need.spec.service == spec.service && need.spec.instance == spec.instance;
+      })) {
+    log_("looking for " + to_string(spec.service, spec.instance));
+  }
   return *handle;
 }
 
@@ -185,10 +189,14 @@ void Consumer::clear() {
 // --- What discovery tells ---------------------------------------------------------------------------------
 
 void Consumer::on_event(const ServiceAvailable& event, TimePoint now) {
+  if (!any_need([&](const Need& need) {
+        return std::ranges::find(need.servers, event.service) != need.servers.end();
+      })) {
+    log_(describe(event.service));
+  }
   const auto note = [&](Need& need) {
     std::erase_if(need.servers, [&](const RemoteService& known) { return same(known, event.service); });
     need.servers.push_back(event.service);
-    log_(describe(event.service));
   };
   const auto subscription = std::ranges::find(subscriptions_, event.requirement, &Subscription::handle);
   if (subscription != subscriptions_.end()) {
@@ -206,26 +214,26 @@ void Consumer::on_event(const ServiceAvailable& event, TimePoint now) {
 }
 
 void Consumer::on_event(const ServiceLost& event) {
-  log_("service " + to_string(event.service.service, event.service.instance) + " of " +
-       someip::to_string(event.service.peer.address) + " is gone: " + to_string(event.reason));
-  const auto forget = [&](Need& need) {
-    std::erase_if(need.servers, [&](const RemoteService& known) { return same(known, event.service); });
-  };
+  const auto is_it = [&](const RemoteService& known) { return same(known, event.service); };
   const auto subscription = std::ranges::find(subscriptions_, event.requirement, &Subscription::handle);
   if (subscription != subscriptions_.end()) {
-    forget(**subscription);
+    std::erase_if((*subscription)->servers, is_it);
+  }
+  const auto found = std::ranges::find(requirements_, event.requirement, &Requirement::handle);
+  const auto requirement = found == requirements_.end() ? nullptr : *found;  // its handler may release it
+  if (requirement) {
+    std::erase_if(requirement->servers, is_it);
+  }
+  if (!any_need([&](const Need& need) { return std::ranges::any_of(need.servers, is_it); })) {
+    log_("service " + to_string(event.service.service, event.service.instance) + " of " +
+         someip::to_string(event.service.peer.address) + " is gone: " + to_string(event.reason));
   }
   // Whoever restarted knows nothing of the connection.  [feat_req_someipsd_872]
   if (event.reason == LossReason::rebooted && event.service.tcp) {
     disconnect(*event.service.tcp);
   }
-  const auto found = std::ranges::find(requirements_, event.requirement, &Requirement::handle);
-  if (found != requirements_.end()) {
-    const auto requirement = *found;
-    forget(*requirement);
-    if (requirement->handler) {
-      requirement->handler(event.service, false);
-    }
+  if (requirement && requirement->handler) {
+    requirement->handler(event.service, false);
   }
 }
 

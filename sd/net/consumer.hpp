@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <map>
 
 #include "sd/core/service_discovery.hpp"
@@ -97,6 +98,12 @@ class Consumer {
   [[nodiscard]] std::shared_ptr<Subscription> find(SubscriptionId id) const;
   [[nodiscard]] Binding* find(SubscriptionHandle handle, const Subscription** owner = nullptr) const;
   [[nodiscard]] RequirementHandle look_for(const RequireSpec& spec, TimePoint now);
+  /// Whether `is_true` for any service that is looked for. What concerns several is logged once.
+  template <typename Test>
+  [[nodiscard]] bool any_need(Test is_true) const {
+    const auto of = [&](const auto& one) { return is_true(static_cast<const Need&>(*one)); };
+    return std::ranges::any_of(requirements_, of) || std::ranges::any_of(subscriptions_, of);
+  }
 
   [[nodiscard]] std::optional<Route> route(Need& need, const CallSpec& spec, std::size_t bytes);
   void choose(Need& need);
