@@ -20,7 +20,7 @@ namespace {
 bool is_same_subscription(const SubscribeSpec& a, const SubscribeSpec& b) {
   return a.service == b.service && a.instance == b.instance && a.major == b.major && a.minor == b.minor &&
          a.eventgroup == b.eventgroup && a.udp == b.udp && a.tcp == b.tcp && a.port == b.port &&
-         a.configured == b.configured && a.silence_timeout == b.silence_timeout;
+         a.configured == b.configured && a.silence_timeout == b.silence_timeout && a.otherserv == b.otherserv;
 }
 
 std::string name_of(const SubscribeSpec& spec, someip::InstanceId instance) {
@@ -40,7 +40,11 @@ SubscriptionId Consumer::subscribe(const SubscribeSpec& spec, EventHandler handl
   if (!subscription) {
     subscription = std::make_shared<Subscription>();
     subscription->wanted = spec;
-    subscription->spec = {spec.service, spec.instance, spec.major, spec.minor};
+    subscription->spec = {.service = spec.service,
+                          .instance = spec.instance,
+                          .major = spec.major,
+                          .minor = spec.minor,
+                          .otherserv = spec.otherserv};
     if (spec.udp) {
       subscription->port = ports_.udp(spec.port);  // open before we subscribe  [feat_req_someipsd_1182]
     }

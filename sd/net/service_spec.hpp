@@ -134,6 +134,7 @@ struct SubscribeSpec {
   /// Subscribe anew when no event of `events` came for this long, counted from the Ack and from each event;
   /// nothing: never.  [feat_req_someipsd_439] [feat_req_someipsd_691]
   std::optional<Duration> silence_timeout{};
+  std::string otherserv{};  ///< the name, for other_protocols  [feat_req_someipsd_503]
 };
 
 /// Why a call was not answered as it should be.
