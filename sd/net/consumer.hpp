@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <map>
+#include <unordered_map>
 
 #include "sd/core/service_discovery.hpp"
 #include "sd/net/ports.hpp"
@@ -82,6 +83,11 @@ class Consumer {
     std::vector<std::shared_ptr<Listener>> listeners{};
     std::vector<Binding> bindings{};
   };
+  /// That a listener wants an event.
+  struct Wish {
+    std::shared_ptr<Subscription> subscription;
+    std::shared_ptr<Listener> listener;
+  };
   struct Connection {
     std::unique_ptr<someip::TcpClient> client;
     bool called = false;  ///< methods were called over it
@@ -92,6 +98,11 @@ class Consumer {
     someip::CallTarget target;
   };
 
+  /// Where the wishes for an event are found.
+  [[nodiscard]] static constexpr std::uint32_t key_of(someip::ServiceId service,
+                                                      someip::MethodId event) noexcept {
+    return std::uint32_t{value(service)} << 16U | value(event);
+  }
   /// Puts into called_ who wants this event. If nobody does, counts why.
   [[nodiscard]] bool find_listeners(const someip::Header& header, const Source& source);
   [[nodiscard]] std::shared_ptr<Requirement> find(RequirementId id) const;
@@ -133,6 +144,7 @@ class Consumer {
   std::function<void()> changed_;
   std::vector<std::shared_ptr<Requirement>> requirements_;
   std::vector<std::shared_ptr<Subscription>> subscriptions_;
+  std::unordered_map<std::uint32_t, std::vector<Wish>> wishes_;  ///< by event: asked for each segment
   std::map<Endpoint, Connection> connections_;  ///< by the server's end  [feat_req_someip_645]
   someip::TcpClient::Counters past_connections_;
   std::shared_ptr<UdpPort> call_port_;

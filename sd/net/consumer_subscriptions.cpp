@@ -55,8 +55,14 @@ SubscriptionId Consumer::subscribe(const SubscribeSpec& spec, EventHandler handl
     }
   }
   const SubscriptionId id{next_id_++};
-  subscription->listeners.push_back(
-      std::make_shared<Listener>(Listener{id, spec.events, std::move(handler)}));
+  const auto listener = std::make_shared<Listener>(Listener{id, spec.events, std::move(handler)});
+  subscription->listeners.push_back(listener);
+  for (const someip::MethodId event : spec.events) {
+    std::vector<Wish>& wishes = wishes_[key_of(spec.service, event)];
+    if (std::ranges::find(wishes, listener, &Wish::listener) == wishes.end()) {  // else it is named twice
+      wishes.push_back({subscription, listener});
+    }
+  }
   return id;
 }
 
@@ -65,10 +71,19 @@ void Consumer::unsubscribe(SubscriptionId id, TimePoint now) {
   if (!subscription) {
     return;
   }
-  std::erase_if(subscription->listeners, [&](const auto& one) {
-    one->active = one->active && one->id != id;
-    return one->id == id;
-  });
+  const auto found = std::ranges::find(subscription->listeners, id, &Listener::id);
+  const std::shared_ptr<Listener> listener = *found;
+  subscription->listeners.erase(found);
+  listener->active = false;
+  for (const someip::MethodId event : listener->events) {
+    const auto wishes = wishes_.find(key_of(subscription->spec.service, event));
+    if (wishes != wishes_.end()) {
+      std::erase_if(wishes->second, [&](const Wish& one) { return one.listener == listener; });
+      if (wishes->second.empty()) {
+        wishes_.erase(wishes);
+      }
+    }
+  }
   if (subscription->listeners.empty()) {
     discovery_.release(subscription->handle, now);
     std::erase(subscriptions_, subscription);
@@ -155,36 +170,29 @@ void Consumer::unbind(Binding& binding, TimePoint now) {
 }
 
 bool Consumer::find_listeners(const Header& header, const Source& source) {
-  bool wanted = false;
-  bool right_sender = false;
   called_.clear();
-  for (const auto& subscription : subscriptions_) {
-    if (subscription->spec.service != header.service) {
-      continue;
-    }
-    const auto server = std::ranges::find_if(subscription->servers, [&](const RemoteService& one) {
+  const auto wishes = wishes_.find(key_of(header.service, header.method));
+  if (wishes == wishes_.end()) {
+    ++counters_.unexpected;
+    return false;
+  }
+  bool right_sender = false;
+  for (const Wish& wish : wishes->second) {
+    const Subscription& subscription = *wish.subscription;
+    const auto server = std::ranges::find_if(subscription.servers, [&](const RemoteService& one) {
       return (source.transport == Transport::udp ? one.udp : one.tcp) == source.from;
     });
-    const bool offers_it = server != subscription->servers.end();
-    bool heard = false;
-    for (const auto& listener : subscription->listeners) {
-      if (std::ranges::find(listener->events, header.method) == listener->events.end()) {
-        continue;
-      }
-      wanted = true;
-      right_sender = right_sender || offers_it;
-      if (offers_it && header.protocol == someip::protocol_version &&
-          header.interface_version == server->major) {
-        called_.push_back(listener);
-        heard = true;
-      }
+    if (server == subscription.servers.end()) {
+      continue;
     }
-    if (heard) {
-      note_event(*subscription, server->instance, now());
+    right_sender = true;
+    if (header.protocol == someip::protocol_version && header.interface_version == server->major) {
+      called_.push_back(wish.listener);
+      note_event(subscription, server->instance, now());
     }
   }
   if (called_.empty()) {
-    ++(!wanted ? counters_.unexpected : !right_sender ? counters_.unknown_sender : counters_.wrong_version);
+    ++(right_sender ? counters_.wrong_version : counters_.unknown_sender);
   }
   return !called_.empty();
 }
@@ -194,11 +202,15 @@ void Consumer::on_notification(const Message& message, const Source& source) {
     return;
   }
   ++counters_.events;
-  for (const auto& listener : called_) {  // a handler may unsubscribe itself and others
+  // Taken out: a handler may run the io_context, and the next event then comes here in between.
+  std::vector<std::shared_ptr<Listener>> called = std::move(called_);
+  for (const auto& listener : called) {  // a handler may unsubscribe itself and others
     if (listener->active) {
       listener->handler(message, source.from);
     }
   }
+  called.clear();
+  called_ = std::move(called);
 }
 
 // [feat_req_someipsd_439]
