@@ -182,7 +182,13 @@ void Consumer::settle(TimePoint now) {
 
 void Consumer::clear() {
   requirements_.clear();
+  for (const auto& subscription : subscriptions_) {
+    for (const auto& listener : subscription->listeners) {
+      listener->active = false;  // it may be in line, if a handler does this
+    }
+  }
   subscriptions_.clear();
+  wishes_.clear();
   connections_.clear();
 }
 

@@ -352,6 +352,7 @@ std::vector<ConfigurationText> Node::configuration(const RemoteService& service)
 
 void Node::shutdown() {
   state_->discovery.shutdown(now());
+  state_->transmit();  // at once, also when a handler that drain() has called does this
   state_->drain();
   state_->provider.clear();
   state_->consumer.clear();
