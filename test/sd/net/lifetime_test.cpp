@@ -1,6 +1,5 @@
 // Handlers that end what they were given to, or what is next in line; and answers that come too late.
 #include "sd/net/handles.hpp"
-#include "sd/net/proxy.hpp"
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
 #include "test/sd/net/two_nodes.hpp"
@@ -13,7 +12,6 @@ using someip::MethodId;
 using test::quick;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
-using ::testing::SizeIs;
 using namespace std::chrono_literals;
 
 constexpr MethodId later{0x0001};

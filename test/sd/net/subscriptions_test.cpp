@@ -10,7 +10,6 @@ namespace {
 using someip::MethodId;
 using test::covers;
 using test::quick;
-using ::testing::HasSubstr;
 using namespace std::chrono_literals;
 
 constexpr MethodId event{0x8001};
