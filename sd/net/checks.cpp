@@ -234,14 +234,4 @@ std::vector<std::string> doubts_about(const ServiceSpec& spec) {
   return doubts;
 }
 
-std::vector<std::string> doubts_about(const SubscribeSpec& spec) {
-  std::vector<std::string> doubts;
-  for (const MethodId event : spec.events) {
-    if (value(event) < first_event_id) {
-      doubts.push_back("event " + hexadecimal(value(event)) + ": ids below 0x8000 are meant for methods");
-    }
-  }
-  return doubts;
-}
-
 }  // namespace trestle::sd

@@ -17,6 +17,5 @@ void check(const someip::TpPacing& pacing, const char* field);
 
 /// What is unusual in it, and perhaps a mistake, one line for each; it works all the same.
 [[nodiscard]] std::vector<std::string> doubts_about(const ServiceSpec& spec);
-[[nodiscard]] std::vector<std::string> doubts_about(const SubscribeSpec& spec);
 
 }  // namespace trestle::sd

@@ -50,9 +50,6 @@ SubscriptionId Consumer::subscribe(const SubscribeSpec& spec, EventHandler handl
     }
     subscription->handle = look_for(subscription->spec, now);
     subscriptions_.push_back(subscription);
-    for (const std::string& doubt : doubts_about(spec)) {
-      log_(std::string{name}.append(": ").append(doubt));
-    }
   }
   const SubscriptionId id{next_id_++};
   const auto listener = std::make_shared<Listener>(Listener{id, spec.events, std::move(handler)});
