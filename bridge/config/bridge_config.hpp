@@ -44,6 +44,7 @@ struct SdSettings {
   Duration request_response_delay_max = std::chrono::milliseconds{10};
   /// Of offers and subscriptions: whole seconds, 1 to 0xFFFFFE; 0xFFFFFF is "until the next reboot".
   std::chrono::seconds ttl{3};
+  bool check_subnet = true;  ///< peers outside of the subnet of our address are not heard
   friend bool operator==(const SdSettings&, const SdSettings&) = default;
 };
 

@@ -54,6 +54,7 @@ void load_sd(Section& someip, SomeipSettings& settings, bool address_is_good, Pr
     sd.read("request_response_delay_min", delay, into.request_response_delay_min);
     sd.read("request_response_delay_max", delay, into.request_response_delay_max);
     sd.read("ttl", time_to_live(), into.ttl);
+    sd.read("check_subnet", truth(), into.check_subnet);  // [feat_req_someipsd_1149]
     sd.finish();
     if (into.initial_delay_min > into.initial_delay_max) {
       problems.error(sd.value_mark("initial_delay_min"),

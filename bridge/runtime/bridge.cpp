@@ -30,6 +30,7 @@ sd::NodeConfig node_config(const BridgeConfig& config) {
                  .request_response_delay_min = sd.request_response_delay_min,
                  .request_response_delay_max = sd.request_response_delay_max,
                  .ttl_s = static_cast<std::uint32_t>(sd.ttl.count())};
+  node.check_subnet = sd.check_subnet;
   // One offer or subscription a route at most; of peers, room for many.
   const auto routes = static_cast<std::uint16_t>(std::min<std::size_t>(config.routes.size(), 4000));
   sd::Limits& limits = node.limits;
@@ -281,6 +282,7 @@ std::vector<CounterGroup> Bridge::counters() const {
                      {"queue_full", sender.queue_full, loss},
                      {"refused_by_system", sender.refused, loss},
                      {"abandoned", sender.abandoned, loss},
+                     {"bad_return_code", node.bad_return_code, loss},
                      {"receive_buffer_full", node.overflowed, loss}}});
   const auto server = state_->node->tcp_server_counters();
   const auto client = state_->node->tcp_client_counters();
@@ -294,6 +296,7 @@ std::vector<CounterGroup> Bridge::counters() const {
                      {"failed_attempts", client.failed_attempts},
                      {"refused", server.refused, loss},
                      {"bad_framing", server.bad_framing, loss},
+                     {"timed_out", streams.timed_out, loss},
                      {"queue_full", streams.queue_full, loss},
                      {"not_connected", client.not_connected, loss}}});
   const someip::TpCounters& tp = state_->node->reassembly_counters();

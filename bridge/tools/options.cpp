@@ -92,6 +92,7 @@ sd::NodeConfig NetworkOptions::config() const {
     throw CLI::ValidationError("--multicast", fmt::format("'{}' is no multicast address", multicast_));
   }
   config.port = sd_port_;
+  config.check_subnet = false;  // a tool shows whoever is there
   config.address =
       address_.empty() ? own_address_towards(config.multicast, sd_port_) : address_of("--address", address_);
   if (config.address.v6 != config.multicast.v6) {

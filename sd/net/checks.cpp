@@ -67,6 +67,10 @@ void check(const DiscoveryRules& rules, bool v6) {
   }
 }
 
+bool is_good(const someip::AnswerRules& rules) {
+  return rules.error_type == someip::MessageType::response || rules.error_type == someip::MessageType::error;
+}
+
 bool is_for_discovery(std::uint16_t port, const NodeConfig& config) {
   return port == discovery_port || port == config.port;
 }
@@ -114,12 +118,21 @@ void check(const NodeConfig& config) {
   at_least(1, int{config.max_calls}, "max_calls");
   at_most(int{most_calls}, int{config.max_calls}, "max_calls");
   at_least<std::size_t>(1, config.max_tcp_clients, "max_tcp_clients");
-  if (config.answers.error_type != someip::MessageType::response &&
-      config.answers.error_type != someip::MessageType::error) {
+  at_least<std::size_t>(1, config.max_tcp_clients_per_address, "max_tcp_clients_per_address");
+  if (!is_good(config.answers)) {
     refuse("answers.error_type", "must be RESPONSE or ERROR");
   }
   check(config.pacing, "pacing");
   in_order("collect_for", "", config.collect_for, Duration::max());
+  in_order("tcp_message_timeout", "", config.tcp_message_timeout, Duration::max());
+  in_order("reassembly_timeout", "", config.reassembly_timeout, Duration::max());
+  at_least(0, config.tcp_receive_buffer_bytes, "tcp_receive_buffer_bytes");
+  at_least(0, config.tcp_send_buffer_bytes, "tcp_send_buffer_bytes");
+  in_order("tcp_retry_min", "tcp_retry_max", config.tcp_retry_min, config.tcp_retry_max);
+  if (config.tcp_retry_min == Duration::zero() || config.tcp_connect_timeout <= Duration::zero()) {
+    refuse(config.tcp_retry_min == Duration::zero() ? "tcp_retry_min" : "tcp_connect_timeout",
+           "must be longer than nothing");
+  }
   // The system counts them as int, in milliseconds.
   if (config.tcp_dead_after < std::chrono::seconds{1} ||
       config.tcp_dead_after > std::chrono::milliseconds{std::numeric_limits<int>::max()}) {
@@ -130,6 +143,9 @@ void check(const NodeConfig& config) {
 std::string mistake_in(const ServiceSpec& spec, const NodeConfig& config) {
   if (!spec.tcp_port && !spec.tcp_events.empty()) {
     return "it has TCP events but no TCP port";
+  }
+  if (spec.answers && !is_good(*spec.answers)) {
+    return "answers.error_type must be RESPONSE or ERROR";
   }
   for (const auto& port : {spec.udp_port, spec.tcp_port}) {
     if (port && is_for_discovery(*port, config)) {  // [feat_req_someip_676]

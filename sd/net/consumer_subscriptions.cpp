@@ -168,6 +168,10 @@ void Consumer::unbind(Binding& binding, TimePoint now) {
 
 bool Consumer::find_listeners(const Header& header, const Source& source) {
   called_.clear();
+  if (header.return_code != someip::ReturnCode::ok) {  // [feat_req_someip_683] [feat_req_someip_367]
+    ++counters_.bad_return_code;
+    return false;
+  }
   const auto wishes = wishes_.find(key_of(header.service, header.method));
   if (wishes == wishes_.end()) {
     ++counters_.unexpected;
@@ -241,14 +245,19 @@ void Consumer::on_event(const Subscribed& event) {
   }
 }
 
-// Whether the TCP connection of a refused subscription still stands [feat_req_someipsd_869], the probes of
-// the connection find out: it is then closed, and a new one made.
+// The server may have lost the TCP connection that we still believe in: a probe finds out, and the connection
+// is then made anew and the eventgroup subscribed to through it.  [feat_req_someipsd_869]
 void Consumer::on_event(const SubscriptionRefused& event) {
   const Subscription* owner = nullptr;
   if (Binding* const binding = find(event.subscription, &owner)) {
     binding->subscribed = false;
     log_("subscription to " + name_of(owner->wanted, binding->instance) +
          " refused by the server; trying again with its next offer");
+    const auto connection =
+        binding->connection ? connections_.find(*binding->connection) : connections_.end();
+    if (connection != connections_.end()) {
+      connection->second.client->probe();
+    }
   }
 }
 

@@ -16,6 +16,7 @@
 #include "sd/net/heap_storage.hpp"
 #include "sd/net/provider.hpp"
 #include "someip/net/address_text.hpp"
+#include "someip/net/addresses.hpp"
 
 namespace trestle::sd {
 namespace {
@@ -32,6 +33,9 @@ std::uint64_t random_seed() {
 Settings discovery_settings(const NodeConfig& config) {
   Settings settings;
   static_cast<DiscoveryRules&>(settings) = config.discovery;
+  if (config.check_subnet && !settings.subnet_prefix_bits) {
+    settings.subnet_prefix_bits = someip::subnet_prefix_bits(config.address);
+  }
   settings.unicast = {config.address, config.port};
   settings.multicast = {config.multicast, config.port};
   settings.timing = config.timing;

@@ -16,6 +16,7 @@ struct NodeConfig {
   IpAddress address;
   std::string multicast_interface{};   ///< for multicast; empty: the one that has `address`
   std::uint8_t multicast_ttl = 1;      ///< hops that multicast may take
+  std::uint8_t unicast_ttl = 0;        ///< hops that unicast may take; 0: as the system has it
   std::uint8_t dscp = 0;               ///< class of service of all that is sent, 0 to 63
   int receive_buffer_bytes = 8 << 20;  ///< of each UDP socket, as far as the system grants it
   int send_buffer_bytes = 4 << 20;     ///< likewise
@@ -25,7 +26,10 @@ struct NodeConfig {
   IpAddress multicast = IpAddress::v4(224, 244, 224, 245);  ///< SD's group
   std::uint16_t port = 30490;  ///< SD's port, of all nodes  [feat_req_someip_676]
   Timing timing{};
-  DiscoveryRules discovery{};                              ///< see docs/sd_options.md
+  DiscoveryRules discovery{};  ///< see docs/sd_options.md
+  /// Where `discovery` names no prefix: take that of the interface which has `address`, so that peers outside
+  /// of its subnet are not heard. False: all are.  [feat_req_someipsd_1135] [feat_req_someipsd_1149]
+  bool check_subnet = true;
   Limits limits{};                                         ///< of service discovery
   std::size_t max_message_bytes = std::size_t{16} << 20U;  ///< payload of a received message
   /// That may wait to be sent at one UDP port or TCP connection; a message beyond them is dropped.
@@ -33,18 +37,29 @@ struct NodeConfig {
   /// Large messages that may be under way at once over UDP; their memory is only taken as they fill it.
   std::size_t max_reassemblies = 32;
   std::size_t max_reassemblies_per_sender = 16;
+  Duration reassembly_timeout = std::chrono::seconds{5};  ///< a message not whole by then never will be
   /// Names this client among those of the same address.  [feat_req_someip_699] [feat_req_someip_701]
   someip::ClientId client{1};
   std::uint16_t max_calls = 1024;    ///< that may be outstanding at once
   std::size_t max_tcp_clients = 64;  ///< connections at a time to one TCP port of ours
-  someip::AnswerRules answers{};     ///< to requests that are in error
-  someip::TpPacing pacing{};         ///< of large requests and responses over UDP
+  /// Of them, from one address: nobody can keep all others out.
+  std::size_t max_tcp_clients_per_address = 16;
+  someip::AnswerRules answers{};  ///< to requests that are in error, where a service has none of its own
+  someip::TpPacing pacing{};      ///< of large requests and responses over UDP
   /// How long a small message over UDP may wait for others from the same port to the same receiver, to share
   /// a datagram with them (nPDU); 0: each has one of its own.  [feat_req_someip_741] [feat_req_someip_732]
   Duration collect_for{0};
   bool magic_cookies = false;  ///< on TCP connections, for test setups
   /// See TcpOptions::dead_after.
   Duration tcp_dead_after = std::chrono::seconds{10};
+  /// See TcpOptions::message_timeout.
+  Duration tcp_message_timeout = std::chrono::seconds{30};
+  int tcp_receive_buffer_bytes = 0;  ///< of the kernel, for each connection; 0: it adapts them itself
+  int tcp_send_buffer_bytes = 0;     ///< likewise
+  /// See TcpClientOptions: how long an attempt to connect may take, and the wait between two.
+  Duration tcp_connect_timeout = std::chrono::seconds{3};
+  Duration tcp_retry_min = std::chrono::milliseconds{100};
+  Duration tcp_retry_max = std::chrono::seconds{5};
 };
 
 /// Received messages and datagrams that a Node dropped, by reason, and what it did with the others.
@@ -55,6 +70,8 @@ struct NodeCounters {
   std::uint64_t malformed = 0;      ///< datagrams that are empty, or bad from some message on
   std::uint64_t overflowed = 0;     ///< datagrams that the system dropped as a receive buffer was full
   std::uint64_t wrong_version = 0;  ///< another interface or protocol version than was subscribed to
+  /// Notifications with a return code other than E_OK.  [feat_req_someip_683] [feat_req_someip_367]
+  std::uint64_t bad_return_code = 0;
   // Of a message in segments, each segment counts.
   std::uint64_t unexpected = 0;      ///< neither a subscribed event, nor a request, nor an answer to a call
   std::uint64_t unknown_sender = 0;  ///< a subscribed event from an endpoint that does not offer it

@@ -8,8 +8,6 @@
 namespace trestle::sd {
 namespace {
 
-// A message that is not whole by then never will be.
-constexpr Duration max_reassembly_age = std::chrono::seconds{5};
 // Longer than it takes a client to learn that the service is gone and to close its connection.
 constexpr Duration leaving_time = std::chrono::seconds{3};
 
@@ -59,6 +57,7 @@ someip::UdpOptions udp_options(const NodeConfig& config, const Endpoint& local) 
   return {.local = local,
           .interface = {{config.address, config.multicast_interface}},
           .multicast_ttl = config.multicast_ttl,
+          .unicast_ttl = config.unicast_ttl,
           .dscp = config.dscp,
           .receive_buffer_bytes = config.receive_buffer_bytes,
           .send_buffer_bytes = config.send_buffer_bytes,
@@ -73,7 +72,7 @@ Ports::Ports(boost::asio::io_context& io, const NodeConfig& config, NodeCounters
       reassembly_{config.max_reassemblies,
                   {.max_message_bytes = config.max_message_bytes,
                    .max_per_sender = config.max_reassemblies_per_sender,
-                   .max_age = max_reassembly_age}},
+                   .max_age = config.reassembly_timeout}},
       reassembly_timer_{io, [this] {
                           reassembly_.machine().on_time(now());
                           reassembly_timer_.arm(reassembly_.machine().deadline());
@@ -97,11 +96,12 @@ std::shared_ptr<UdpPort> Ports::udp(std::uint16_t number, const std::function<bo
 std::shared_ptr<TcpPort> Ports::tcp(std::uint16_t number, const std::function<bool(const TcpPort&)>& usable) {
   auto port = find_port(tcp_, [&](const TcpPort& one) { return one.number == number && usable(one); });
   if (!port) {
-    port =
-        share(std::make_unique<TcpPort>(io_, number,
-                                        someip::TcpServerOptions{.local = {config_.address, number},
-                                                                 .max_connections = config_.max_tcp_clients,
-                                                                 .tcp = tcp_options()}));
+    port = share(std::make_unique<TcpPort>(
+        io_, number,
+        someip::TcpServerOptions{.local = {config_.address, number},
+                                 .max_connections = config_.max_tcp_clients,
+                                 .max_connections_per_address = config_.max_tcp_clients_per_address,
+                                 .tcp = tcp_options()}));
     tcp_.push_back(port);
     const Endpoint own = port->server.local();
     port->server.start(
@@ -141,7 +141,13 @@ std::unique_ptr<someip::TcpClient> Ports::connect(const Endpoint& remote,
     handlers_.message(message, {remote, Transport::tcp, nullptr, nullptr});
   };
   return std::make_unique<someip::TcpClient>(
-      io_, someip::TcpClientOptions{.local = config_.address, .remote = remote, .tcp = tcp_options()},
+      io_,
+      someip::TcpClientOptions{.local = config_.address,
+                               .remote = remote,
+                               .tcp = tcp_options(),
+                               .connect_timeout = config_.tcp_connect_timeout,
+                               .retry_min = config_.tcp_retry_min,
+                               .retry_max = config_.tcp_retry_max},
       std::move(handlers));
 }
 
@@ -212,8 +218,12 @@ someip::TcpOptions Ports::tcp_options() const {
   return {.max_message_bytes = config_.max_message_bytes,
           .max_queued_bytes = config_.max_queued_bytes,
           .dead_after = config_.tcp_dead_after,
+          .message_timeout = config_.tcp_message_timeout,
           .magic_cookies = config_.magic_cookies,
-          .dscp = config_.dscp};
+          .receive_buffer_bytes = config_.tcp_receive_buffer_bytes,
+          .send_buffer_bytes = config_.tcp_send_buffer_bytes,
+          .dscp = config_.dscp,
+          .unicast_ttl = config_.unicast_ttl};
 }
 
 void Ports::flush() {

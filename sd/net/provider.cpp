@@ -296,25 +296,32 @@ void Provider::on_request(const Message& message, const Source& source) {
   }
   someip::RequestTarget target;
   std::shared_ptr<Offer> offer;
+  // Those of the interface that the request is for, if it has any.  [feat_req_someip_726]
+  // [feat_req_someip_106]
+  const someip::AnswerRules* rules = &config_.answers;
   for (const auto& one : offers_) {
     const bool here = source.udp ? one->udp == source.udp : one->tcp == source.tcp;
     if (!here || one->spec.service != message.header.service) {
       continue;
     }
     target.service = true;
+    if (!offer && one->spec.answers) {
+      rules = &*one->spec.answers;
+    }
     if (one->spec.major == message.header.interface_version) {
       target.interface_version = true;
       target.method = kind_of(*one, message.header.method);
       offer = one;
+      rules = one->spec.answers ? &*one->spec.answers : &config_.answers;
     }
   }
-  const someip::RequestCheck check = someip::check_request(message.header, target, config_.answers);
+  const someip::RequestCheck check = someip::check_request(message.header, target, *rules);
   if (!check.fault) {
     ++counters_.requests;
     const bool answered = message.header.type == MessageType::request;
     const bool in_segments =
         may_be_sent(offer->spec, message.header.method, someip::max_plain_payload_bytes + 1);
-    handle(offer, message, {message.header, config_.answers, reply_path(source, in_segments), answered});
+    handle(offer, message, {message.header, *rules, reply_path(source, in_segments), answered});
   } else if (check.answer) {
     ++counters_.requests_answered;
     reply_path(source, true).send(*check.answer, {}, nullptr);
@@ -342,8 +349,8 @@ void Provider::handle(const std::shared_ptr<Offer>& offer, const Message& messag
   const std::size_t field = *field_of(*offer, message.header.method);
   if (offer->spec.fields[field].setter == message.header.method) {
     call_setter(*offer, field, message.payload, responder);
-  } else if (!message.payload.empty()) {
-    responder.error(ReturnCode::malformed_message);  // a getter is called with nothing  [feat_req_someip_633]
+    // A getter is called with nothing [feat_req_someip_633]; what follows that, a newer client means.
+    // [feat_req_someip_168]
   } else if (const auto value = offer->fields[field].value) {
     const ByteView bytes{*value};
     responder.respond({&bytes, 1}, value);

@@ -91,7 +91,9 @@ struct ServiceSpec {
   /// named by its item `otherserv`.  [feat_req_someipsd_500]
   std::vector<ConfigurationText> configuration{};
   std::optional<LoadBalancingOption> load_balancing{};  ///< its rank among the instances of the service
-  std::optional<MacGroupcastOption> mac_groupcast{};    ///< of other_protocols, which then needs no port
+  /// How its requests that are in error are answered; nothing: as NodeConfig says.  [feat_req_someip_726]
+  std::optional<someip::AnswerRules> answers{};
+  std::optional<MacGroupcastOption> mac_groupcast{};  ///< of other_protocols, which then needs no port
 };
 
 /// Chooses among the subscribers of an event.

@@ -5,6 +5,7 @@
 #include <net/if.h>
 
 #include <array>
+#include <bit>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
@@ -51,13 +52,21 @@ Endpoint SocketAddress::endpoint() const noexcept {
   return result;
 }
 
-unsigned interface_of(const IpAddress& address) {
+namespace {
+
+/// An interface that has an address, and the mask of the subnet there.
+struct OwnAddress {
+  unsigned interface = 0;
+  IpAddress mask;
+};
+
+std::optional<OwnAddress> own_address(const IpAddress& address) {
   ifaddrs* all = nullptr;
   if (getifaddrs(&all) != 0) {
-    return 0;
+    return std::nullopt;
   }
-  unsigned found = 0;
-  for (const ifaddrs* one = all; one != nullptr && found == 0; one = one->ifa_next) {
+  std::optional<OwnAddress> found;
+  for (const ifaddrs* one = all; one != nullptr && !found; one = one->ifa_next) {
     if (one->ifa_addr == nullptr ||
         (one->ifa_addr->sa_family != AF_INET && one->ifa_addr->sa_family != AF_INET6)) {
       continue;
@@ -80,11 +89,31 @@ unsigned interface_of(const IpAddress& address) {
       }
     }
     if (same) {
-      found = if_nametoindex(one->ifa_name);
+      found = OwnAddress{if_nametoindex(one->ifa_name), mask.endpoint().address};
     }
   }
   freeifaddrs(all);
   return found;
+}
+
+}  // namespace
+
+unsigned interface_of(const IpAddress& address) {
+  const auto own = own_address(address);
+  return own ? own->interface : 0;
+}
+
+std::optional<std::uint8_t> subnet_prefix_bits(const IpAddress& address) {
+  const auto own = own_address(address);
+  if (!own) {
+    return std::nullopt;
+  }
+  int bits = 0;
+  for (const std::uint8_t byte : own->mask.bytes) {
+    bits += std::popcount(byte);
+  }
+  const bool whole = bits == (address.v6 ? 128 : 32);
+  return bits == 0 || whole ? std::nullopt : std::optional{static_cast<std::uint8_t>(bits)};
 }
 
 bool udp_endpoint_in_use(const Endpoint& endpoint) {

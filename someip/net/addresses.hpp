@@ -3,6 +3,7 @@
 #include <sys/socket.h>
 
 #include <cstring>
+#include <optional>
 
 #include "someip/wire/endpoint.hpp"
 
@@ -30,6 +31,10 @@ class SocketAddress {
 
 /// Index of the network interface that has this address; 0 when none has.
 [[nodiscard]] unsigned interface_of(const IpAddress& address);
+
+/// Length of the prefix of the subnet that this host's `address` is in; nothing when the host has no such
+/// address, or when it has no subnet: a prefix of the whole address, as of tunnels.
+[[nodiscard]] std::optional<std::uint8_t> subnet_prefix_bits(const IpAddress& address);
 
 /// Whether some UDP socket of this network namespace is bound to exactly this address and port.
 [[nodiscard]] bool udp_endpoint_in_use(const Endpoint& endpoint);

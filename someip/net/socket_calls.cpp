@@ -77,6 +77,13 @@ void set_dscp(int fd, std::uint8_t dscp) {
   }
 }
 
+void set_unicast_ttl(int fd, std::uint8_t hops) noexcept {
+  if (hops != 0) {  // one of the two fits the socket
+    set_option(fd, IPPROTO_IP, IP_TTL, hops);
+    set_option(fd, IPPROTO_IPV6, IPV6_UNICAST_HOPS, hops);
+  }
+}
+
 void set_buffer(int fd, int forced_name, int name, int bytes) noexcept {
   if (set_option(fd, SOL_SOCKET, forced_name, bytes) != 0) {  // needs CAP_NET_ADMIN
     set_option(fd, SOL_SOCKET, name, bytes);

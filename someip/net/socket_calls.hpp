@@ -47,6 +47,9 @@ int bind_to(int fd, Endpoint local, unsigned scope);
 /// @throws NetError when it is above 63.
 void set_dscp(int fd, std::uint8_t dscp);
 
+/// Sets how many hops unicast packets may take; 0: as the system has it.
+void set_unicast_ttl(int fd, std::uint8_t hops) noexcept;
+
 /// Sets a buffer's size, beyond the system's limit if we are allowed to.
 void set_buffer(int fd, int forced_name, int name, int bytes) noexcept;
 /// The size that was granted for one, SO_RCVBUF or SO_SNDBUF.

@@ -34,6 +34,7 @@ tl::expected<Descriptor, int> begin_to_connect(const IpAddress& local, const End
     return tl::unexpected{errno};
   }
   set_dscp(socket.get(), options.dscp);
+  set_unicast_ttl(socket.get(), options.unicast_ttl);
   const unsigned scope = v6 ? interface_of(local) : 0;
   if (const int error = bind_to(socket.get(), {local, 0}, scope); error != 0) {
     return tl::unexpected{error};
@@ -222,6 +223,12 @@ bool TcpClient::send(const Header& header, std::span<const ByteView> payload,
   }
   ++state_->counters.not_connected;
   return false;
+}
+
+void TcpClient::probe() {
+  if (const auto stream = state_->stream) {
+    stream->probe();
+  }
 }
 
 std::optional<Endpoint> TcpClient::local() const {

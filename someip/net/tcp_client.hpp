@@ -47,6 +47,9 @@ class TcpClient {
   bool send(const Header& header, std::span<const ByteView> payload,
             std::shared_ptr<const void> keep_alive = nullptr);
 
+  /// As TcpStream::probe(), while the connection stands.
+  void probe();
+
   /// The own end of the connection, while it stands.
   [[nodiscard]] std::optional<Endpoint> local() const;
   [[nodiscard]] const Endpoint& remote() const noexcept;

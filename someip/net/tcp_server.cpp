@@ -2,6 +2,7 @@
 
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -28,7 +29,9 @@ int listen_at(const Endpoint& local, const TcpOptions& options) {
   }
   // Past connections may still linger in TIME_WAIT; a second listener is refused all the same.
   set_option(socket.get(), SOL_SOCKET, SO_REUSEADDR, 1);
-  set_dscp(socket.get(), options.dscp);  // which its connections inherit
+  // Which its connections inherit.
+  set_dscp(socket.get(), options.dscp);
+  set_unicast_ttl(socket.get(), options.unicast_ttl);
   if (const int error = bind_to(socket.get(), local, v6 ? interface_of(local.address) : 0); error != 0) {
     fail(Transport::tcp, local, "bind", error);
   }
@@ -91,7 +94,10 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
         return;  // its handler has destroyed the server
       }
     }
-    if (clients.size() >= options.max_connections) {
+    const auto of_address =
+        std::ranges::count_if(clients, [&](const auto& one) { return one.first.address == from.address; });
+    if (clients.size() >= options.max_connections ||
+        static_cast<std::size_t>(of_address) >= options.max_connections_per_address) {
       ++counters.refused;
       return;
     }

@@ -8,6 +8,8 @@ struct TcpServerOptions {
   Endpoint local = {};  ///< port 0: any dynamic port that is free
   /// Clients at a time; one more is disconnected at once. It takes max_message_bytes for each.
   std::size_t max_connections = 64;
+  /// Of them, from one address: nobody can keep all others out.
+  std::size_t max_connections_per_address = 64;
   TcpOptions tcp = {};
 };
 
@@ -25,7 +27,7 @@ class TcpServer {
     TcpStream::Counters streams;  ///< of all connections, also past ones
     std::uint64_t open = 0;       ///< connections that stand now
     std::uint64_t accepted = 0;
-    std::uint64_t refused = 0;  ///< connections that were one too many
+    std::uint64_t refused = 0;  ///< connections that were one too many, of all or of one address
     /// Connections that were closed because something came that is no SOME/IP, or too large.
     std::uint64_t bad_framing = 0;
   };

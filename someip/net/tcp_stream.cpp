@@ -8,6 +8,7 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <cerrno>
 #include <cstring>
 #include <list>
@@ -105,6 +106,7 @@ void set_up(int fd, const TcpOptions& options) {
 struct TcpStream::State : std::enable_shared_from_this<State> {
   State(boost::asio::io_context& io, Descriptor connected, StreamEnd which, const TcpOptions& tcp)
       : descriptor{io, connected.get()},
+        message_timer{io},
         fd{connected.release()},
         own{which},
         options{tcp},
@@ -140,8 +142,52 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
       }
     }
     if (!closed) {
+      watch_message();
       wait_readable();
     }
+  }
+
+  // --- a message that takes too long ---
+
+  [[nodiscard]] bool message_under_way() const noexcept { return parser.in_message() || parser.lost(); }
+  /// Changes with each message that is complete.
+  [[nodiscard]] std::uint64_t messages_before() const noexcept {
+    return parser.counters().messages + parser.counters().cookies;
+  }
+
+  // The timer is not touched for each message: it looks how long the one under way is when it fires.
+  void watch_message() {
+    if (!message_under_way() || options.message_timeout == Duration::zero()) {
+      return;
+    }
+    if (!message_since || messages_before() != message_number) {
+      message_since = std::chrono::steady_clock::now();
+      message_number = messages_before();
+    }
+    if (!watching) {
+      watching = true;
+      wait_for_message();
+    }
+  }
+
+  void wait_for_message() {
+    message_timer.expires_at(*message_since + options.message_timeout);
+    message_timer.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
+      const auto self = weak.lock();
+      if (error || !self || self->closed) {
+        return;
+      }
+      self->watching = false;
+      if (!self->message_under_way() || self->messages_before() != self->message_number) {
+        self->message_since.reset();
+        self->watch_message();
+      } else if (std::chrono::steady_clock::now() < *self->message_since + self->options.message_timeout) {
+        self->watch_message();
+      } else {
+        ++self->timed_out;
+        self->close("a message was begun and not completed in time");
+      }
+    });
   }
 
   // False when nothing more waits, or the connection is over.
@@ -332,12 +378,18 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   void release() {
     pump_if_ready();  // what has only waited for others still leaves
     closed = true;
+    message_timer.cancel();
     boost::system::error_code ignored;
     descriptor.close(ignored);
     queue.clear();
   }
 
   boost::asio::posix::stream_descriptor descriptor;
+  boost::asio::steady_timer message_timer;
+  /// When the message under way was first seen, and how many were complete then.
+  std::optional<std::chrono::steady_clock::time_point> message_since;
+  std::uint64_t message_number = 0;
+  bool watching = false;  ///< message_timer is armed
   int fd;
   StreamEnd own;
   TcpOptions options;
@@ -354,6 +406,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   CookieSchedule cookies;
   std::uint64_t messages_sent = 0;
   std::uint64_t queue_full = 0;
+  std::uint64_t timed_out = 0;
   bool waiting = false;  ///< for room to send
   bool broken = false;   ///< sending failed: about to be closed
   bool closed = false;
@@ -365,6 +418,7 @@ TcpStream::Counters& TcpStream::Counters::operator+=(const Counters& other) noex
   received += other.received;
   messages_sent += other.messages_sent;
   queue_full += other.queue_full;
+  timed_out += other.timed_out;
   return *this;
 }
 
@@ -422,6 +476,18 @@ bool TcpStream::send(const Header& header, std::span<const ByteView> payload,
   return !state.broken;
 }
 
+void TcpStream::probe() {
+  State& state = *state_;
+  if (state.closed || state.broken || !state.queue.empty()) {
+    return;  // what is on its way finds it out too
+  }
+  Outgoing cookie;
+  const auto bytes = magic_cookie(state.own);
+  std::copy(bytes.begin(), bytes.end(), cookie.head.begin());
+  cookie.head_bytes = bytes.size();
+  state.send_now(cookie, {}, nullptr, cookie.head_bytes);
+}
+
 const Endpoint& TcpStream::local() const noexcept {
   return state_->local;
 }
@@ -432,7 +498,7 @@ bool TcpStream::idle() const noexcept {
   return state_->queue.empty();
 }
 TcpStream::Counters TcpStream::counters() const noexcept {
-  return {state_->parser.counters(), state_->messages_sent, state_->queue_full};
+  return {state_->parser.counters(), state_->messages_sent, state_->queue_full, state_->timed_out};
 }
 
 }  // namespace trestle::someip

@@ -22,12 +22,16 @@ struct TcpOptions {
   std::size_t max_queued_bytes = std::size_t{64} << 20U;
   /// A peer that acknowledges nothing for so long, data or the probes of an idle connection, is given up.
   Duration dead_after = std::chrono::seconds{10};
+  /// A connection on which a message is under way for longer is closed: half a message must not hold its
+  /// place for ever. 0: never.
+  Duration message_timeout = std::chrono::seconds{30};
   /// For test setups: sends Magic Cookies, and waits for one when framing is lost. A peer that sends them is
   /// waited for in any case, any other is disconnected.  [feat_req_someip_586]
   bool magic_cookies = false;
   int receive_buffer_bytes = 0;  ///< of the kernel; 0: it adapts them itself
   int send_buffer_bytes = 0;     ///< likewise
   std::uint8_t dscp = 0;         ///< class of service of what is sent, 0 to 63
+  std::uint8_t unicast_ttl = 0;  ///< hops that packets may take; 0: as the system has it
 };
 
 /// An open TCP connection that carries messages, driven by an io_context. Not thread-safe: use it on the
@@ -44,6 +48,7 @@ class TcpStream {
     StreamCounters received;
     std::uint64_t messages_sent = 0;  ///< handed to the system, whole
     std::uint64_t queue_full = 0;     ///< messages dropped because too much was waiting
+    std::uint64_t timed_out = 0;      ///< messages that were not whole after TcpOptions::message_timeout
     Counters& operator+=(const Counters& other) noexcept;
   };
 
@@ -66,6 +71,10 @@ class TcpStream {
   /// @return false when the message was dropped: the queue is full, or the connection is over.
   bool send(const Header& header, std::span<const ByteView> payload,
             std::shared_ptr<const void> keep_alive = nullptr);
+
+  /// Finds out whether the peer still knows the connection, by a Magic Cookie: if it does not, the connection
+  /// is over soon. Counts as a message that was sent.
+  void probe();
 
   [[nodiscard]] const Endpoint& local() const noexcept;
   [[nodiscard]] const Endpoint& remote() const noexcept;

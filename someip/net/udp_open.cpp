@@ -102,6 +102,7 @@ int open_udp(const UdpOptions& options) {
   set_option(fd, SOL_SOCKET, SO_RXQ_OVFL, 1);
   set_option(fd, SOL_UDP, UDP_GRO, 1);  // an older kernel delivers datagram by datagram
   set_dscp(fd, options.dscp);
+  set_unicast_ttl(fd, options.unicast_ttl);
   if (const int error = bind_to(fd, options.local, v6 ? interface : 0); error != 0) {
     fail(options.local, "bind", error);
   }

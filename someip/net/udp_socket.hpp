@@ -38,8 +38,9 @@ struct UdpOptions {
   std::optional<IpAddress> join = std::nullopt;
   std::optional<MulticastInterface> interface = std::nullopt;
   PortSharing sharing = PortSharing::exclusive;
-  int multicast_ttl = 1;  ///< hops that multicast may take
-  std::uint8_t dscp = 0;  ///< class of service of what is sent, 0 to 63
+  int multicast_ttl = 1;         ///< hops that multicast may take
+  std::uint8_t unicast_ttl = 0;  ///< hops that unicast may take; 0: as the system has it
+  std::uint8_t dscp = 0;         ///< class of service of what is sent, 0 to 63
   int receive_buffer_bytes = 8 << 20;
   int send_buffer_bytes = 4 << 20;
   std::chrono::microseconds busy_poll{0};  ///< SO_BUSY_POLL, as far as it is granted

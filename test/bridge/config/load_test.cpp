@@ -184,6 +184,14 @@ TEST(LoadConfig, KeepsAnOfferUntilTheNextReboot) {
   EXPECT_EQ(config.someip.sd.ttl, std::chrono::seconds{0xff'ffff});
 }
 
+TEST(LoadConfig, TurnsTheCheckOfTheSubnetOff) {
+  covers({"feat_req_someipsd_1149"});
+  EXPECT_TRUE(load_good(good_config).someip.sd.check_subnet);
+  const BridgeConfig config =
+      load_good(replaced(good_config, "ttl: 10 s", "ttl: 10 s\n    check_subnet: false"));
+  EXPECT_FALSE(config.someip.sd.check_subnet);
+}
+
 TEST(LoadConfig, LetsServicesShareAPort) {
   covers({"feat_req_someip_445"});
   const BridgeConfig config = load_good(R"(

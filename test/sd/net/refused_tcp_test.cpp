@@ -1,0 +1,47 @@
+// A subscription over TCP that the server refuses: is the connection still there?
+#include "test/covers.hpp"
+#include "test/sd/net/bare_peer.hpp"
+
+namespace trestle::sd {
+namespace {
+
+using test::covers;
+using test::quick;
+using namespace std::chrono_literals;
+
+class RefusedTcpTest : public test::BarePeer {};
+
+TEST_F(RefusedTcpTest, ProbesTheConnectionAndMakesItAnew) {
+  covers({"feat_req_someipsd_869", "feat_req_someip_647"});
+  NodeConfig config = quick(test::client_address);
+  config.tcp_retry_min = 10ms;
+  Node client{io, config};
+  client.subscribe(wanted, collect());
+  send(offer);
+  const auto subscribes = [this] { return count("060000101234000101000001"); };
+  ASSERT_TRUE(run_until([&] { return subscribes() == 1; }));
+  ASSERT_EQ(accepted, 1U);
+  std::array<std::byte, 64> room{};
+  std::size_t bytes = 0;
+  connections.front().async_read_some(
+      boost::asio::buffer(room),
+      [&](const boost::system::error_code&, std::size_t received_bytes) { bytes = received_bytes; });
+  run_for(30ms);
+  EXPECT_EQ(bytes, 0U) << "an acknowledged or unanswered subscription asks for no probe";
+  // SubscribeEventgroupNack, by unicast.
+  const auto nack = test::hex(
+      "ffff 8100 00000024 0000 0001 01 01 02 00 c0 000000"
+      "00000010 07 00 00 00 1234 0001 01 000000 0000 0001 00000000");
+  const ByteView view{nack};
+  ASSERT_EQ(socket.send({test::client_address, sd_port}, {&view, 1}), someip::SendStatus::sent);
+  ASSERT_TRUE(run_until([&] { return bytes != 0; }));
+  EXPECT_EQ(test::to_hex(ByteView{room}.first(bytes)), "ffff000000000008deadbeef01010100");
+  // Who knows nothing of the connection answers the probe with a reset.
+  connections.front().set_option(boost::asio::socket_base::linger{true, 0});
+  connections.front().close();
+  ASSERT_TRUE(run_until([&] { return accepted == 2; })) << "connected anew";
+  EXPECT_TRUE(run_until([&] { return subscribes() >= 2; })) << "and subscribed through it";
+}
+
+}  // namespace
+}  // namespace trestle::sd

@@ -1,0 +1,473 @@
+// What a NodeConfig says arrives where it works: at the sockets, as the system tells, and in what a Node
+// does.
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/write.hpp>
+#include <functional>
+#include <list>
+
+#include "someip/net/address_text.hpp"
+#include "someip/net/addresses.hpp"
+#include "test/bytes.hpp"
+#include "test/covers.hpp"
+#include "test/sd/net/two_nodes.hpp"
+
+namespace trestle::sd {
+namespace {
+
+using boost::asio::ip::tcp;
+using someip::Message;
+using someip::MessageType;
+using someip::MethodId;
+using someip::ReturnCode;
+using test::covers;
+using test::numbers;
+using test::quick;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+using namespace std::chrono_literals;
+
+constexpr MethodId echo{0x0001};
+constexpr MethodId getter{0x0002};
+constexpr MethodId event{0x8001};
+constexpr EventgroupId group{1};
+
+class SettingsTest : public test::TwoNodes {
+ protected:
+  static constexpr std::uint16_t udp_port = 40240;
+  static constexpr std::uint16_t tcp_port = 40241;
+  static constexpr Endpoint udp_at(const IpAddress& address) { return {address, udp_port}; }
+
+  static ServiceSpec spec() {
+    return {.service = ServiceId{0x1234},
+            .instance = InstanceId{1},
+            .udp_port = udp_port,
+            .tcp_port = tcp_port,
+            .methods = {{echo, [](const Message& request,
+                                  Responder responder) { responder.respond(request.payload); }}},
+            .fields = {{.getter = getter, .value = test::hex("07")}},
+            .eventgroups = {{.id = group, .events = {event}}}};
+  }
+  /// A connection to the service, as a client would make it.
+  tcp::socket& connect(const IpAddress& from = test::other_address) {
+    tcp::socket& socket = sockets.emplace_back(io);
+    socket.open(tcp::v4());
+    socket.bind({boost::asio::ip::make_address(someip::to_string(from)), 0});
+    socket.connect({boost::asio::ip::make_address(someip::to_string(test::server_address)), tcp_port});
+    return socket;
+  }
+  /// Whether the other end closes this connection.
+  bool is_closed(tcp::socket& socket, std::chrono::milliseconds limit = 1s) {
+    bool closed = false;
+    std::array<char, 64> room{};
+    socket.async_read_some(boost::asio::buffer(room),
+                           [&](const boost::system::error_code& error, std::size_t) {
+                             closed = closed || (error && error != boost::asio::error::operation_aborted);
+                           });
+    const bool result = run_until([&] { return closed; }, limit);
+    socket.cancel();
+    run_for(1ms);
+    return result;
+  }
+  /// A request of a bare UDP socket, and all datagrams that come back.
+  std::vector<std::string> ask(const std::string& request, std::size_t answers = 1,
+                               std::chrono::milliseconds limit = 1s) {
+    someip::UdpSocket socket{io, {.local = {test::other_address, 0}}};
+    std::vector<std::string> received;
+    socket.receive([&](ByteView datagram, const Endpoint&) { received.push_back(test::to_hex(datagram)); });
+    const auto bytes = test::hex(request);
+    const ByteView view{bytes};
+    EXPECT_EQ(socket.send(udp_at(test::server_address), {&view, 1}), someip::SendStatus::sent);
+    static_cast<void>(run_until([&] { return received.size() >= answers; }, limit));
+    return received;
+  }
+
+  std::list<tcp::socket> sockets;
+};
+
+// --- Sockets ----------------------------------------------------------------------------------------------
+
+/// The sockets of this process that are bound there, by what they are: listening, connected or neither.
+std::vector<int> descriptors_of(const Endpoint& local, int type) {
+  std::vector<int> found;
+  for (int fd = 3; fd < 256; ++fd) {
+    someip::SocketAddress own;
+    int kind = 0;
+    socklen_t size = sizeof kind;
+    if (getsockopt(fd, SOL_SOCKET, SO_TYPE, &kind, &size) == 0 && kind == type &&
+        getsockname(fd, own.data(), &own.size()) == 0 && own.endpoint() == local) {
+      found.push_back(fd);
+    }
+  }
+  return found;
+}
+
+int option(int fd, int level, int name) {
+  int value = -1;
+  socklen_t size = sizeof value;
+  EXPECT_EQ(getsockopt(fd, level, name, &value, &size), 0);
+  return value;
+}
+
+TEST_F(SettingsTest, ReachTheUdpSockets) {
+  NodeConfig config = quick(test::server_address);
+  config.dscp = 46;
+  config.multicast_ttl = 7;
+  config.unicast_ttl = 33;
+  config.receive_buffer_bytes = 40'000;
+  config.send_buffer_bytes = 30'000;
+  Node node{io, config};
+  node.offer(spec());
+  for (const Endpoint& at : {udp_at(config.address), Endpoint{config.address, config.port}}) {
+    const auto found = descriptors_of(at, SOCK_DGRAM);
+    ASSERT_THAT(found, SizeIs(1)) << someip::to_string(at);
+    EXPECT_EQ(option(found[0], IPPROTO_IP, IP_TOS), 46 << 2);
+    EXPECT_EQ(option(found[0], IPPROTO_IP, IP_MULTICAST_TTL), 7);
+    EXPECT_EQ(option(found[0], IPPROTO_IP, IP_TTL), 33);
+    EXPECT_EQ(option(found[0], SOL_SOCKET, SO_RCVBUF), 80'000) << "the system doubles it";
+    EXPECT_EQ(option(found[0], SOL_SOCKET, SO_SNDBUF), 60'000);
+  }
+}
+
+TEST_F(SettingsTest, ReachBothEndsOfTcpConnections) {
+  const auto configured = [](const IpAddress& address) {
+    NodeConfig config = quick(address);
+    config.dscp = 46;
+    config.unicast_ttl = 33;
+    config.tcp_dead_after = 24s;
+    config.tcp_receive_buffer_bytes = 50'000;
+    config.tcp_send_buffer_bytes = 60'000;
+    return config;
+  };
+  Node server{io, configured(test::server_address)};
+  Node client{io, configured(test::client_address)};
+  server.offer(spec());
+  const RequirementId service = client.require({.service = ServiceId{0x1234}});
+  ASSERT_TRUE(run_until([&] { return !client.available(service).empty(); }));
+  client.call(service, {.method = echo, .transport = Transport::tcp}, {}, note());
+  ASSERT_TRUE(run_until([&] { return outcomes.size() == 1; }));
+  std::vector<int> ends;
+  for (int fd = 3; fd < 256; ++fd) {
+    someip::SocketAddress own;
+    someip::SocketAddress peer;
+    if (getsockname(fd, own.data(), &own.size()) == 0 && getpeername(fd, peer.data(), &peer.size()) == 0 &&
+        (own.endpoint().port == tcp_port || peer.endpoint().port == tcp_port)) {
+      ends.push_back(fd);
+    }
+  }
+  ASSERT_THAT(ends, SizeIs(2));
+  for (const int fd : ends) {
+    EXPECT_EQ(option(fd, IPPROTO_IP, IP_TOS), 46 << 2);
+    EXPECT_EQ(option(fd, IPPROTO_IP, IP_TTL), 33);
+    EXPECT_EQ(option(fd, IPPROTO_TCP, TCP_USER_TIMEOUT), 24'000);
+    EXPECT_EQ(option(fd, SOL_SOCKET, SO_RCVBUF), 100'000);
+    EXPECT_EQ(option(fd, SOL_SOCKET, SO_SNDBUF), 120'000);
+  }
+}
+
+// --- TCP clients ------------------------------------------------------------------------------------------
+
+TEST_F(SettingsTest, LimitTheTcpClients) {
+  NodeConfig config = quick(test::server_address);
+  config.max_tcp_clients = 2;
+  Node node{io, config};
+  node.offer(spec());
+  tcp::socket& first = connect();
+  tcp::socket& second = connect(test::client_address);
+  ASSERT_TRUE(run_until([&] { return node.tcp_server_counters().open == 2; }));
+  EXPECT_TRUE(is_closed(connect(test::own_address(4))));
+  EXPECT_EQ(node.tcp_server_counters().refused, 1U);
+  EXPECT_FALSE(is_closed(first, 10ms));
+  EXPECT_FALSE(is_closed(second, 10ms));
+}
+
+TEST_F(SettingsTest, LimitTheTcpClientsOfOneAddress) {
+  NodeConfig config = quick(test::server_address);
+  config.max_tcp_clients_per_address = 2;
+  Node node{io, config};
+  node.offer(spec());
+  tcp::socket& first = connect();
+  connect();
+  ASSERT_TRUE(run_until([&] { return node.tcp_server_counters().open == 2; }));
+  EXPECT_TRUE(is_closed(connect())) << "the third of this address";
+  EXPECT_EQ(node.tcp_server_counters().refused, 1U);
+  connect(test::client_address);
+  ASSERT_TRUE(run_until([&] { return node.tcp_server_counters().open == 3; })) << "others have their places";
+  first.close();
+  ASSERT_TRUE(run_until([&] { return node.tcp_server_counters().open == 2; }));
+  connect();
+  EXPECT_TRUE(run_until([&] { return node.tcp_server_counters().open == 3; })) << "there is room again";
+}
+
+TEST_F(SettingsTest, EndConnectionsWithHalfMessages) {
+  NodeConfig config = quick(test::server_address);
+  config.tcp_message_timeout = 150ms;
+  Node node{io, config};
+  node.offer(spec());
+  tcp::socket& idle = connect();
+  tcp::socket& half = connect();
+  tcp::socket& slow = connect();
+  const auto header = test::hex("1234 0001 00ffffff 0001 0001 01 01 00 00 00");
+  boost::asio::write(half, boost::asio::buffer(header));
+  // One whole message after the other, each in two parts, and never at rest between them.
+  const auto front = test::hex("1234 0001 00000008");
+  const auto back = test::hex("0001 0001 01 01 01 00");
+  boost::asio::write(slow, boost::asio::buffer(front));
+  for (int i = 0; i < 10; ++i) {
+    run_for(30ms);
+    boost::asio::write(slow, boost::asio::buffer(back));
+    boost::asio::write(slow, boost::asio::buffer(front));
+  }
+  EXPECT_TRUE(is_closed(half));
+  EXPECT_EQ(node.tcp_server_counters().streams.timed_out, 1U);
+  EXPECT_EQ(node.tcp_server_counters().open, 2U);
+  EXPECT_FALSE(is_closed(idle, 200ms)) << "that nothing comes is no fault";
+}
+
+TEST_F(SettingsTest, SendMagicCookies) {
+  covers({"feat_req_someip_586"});
+  NodeConfig config = quick(test::server_address);
+  config.magic_cookies = true;
+  Node node{io, config};
+  node.offer(spec());
+  tcp::socket& client = connect();
+  boost::asio::write(client, boost::asio::buffer(test::hex("1234 0001 00000008 0001 0001 01 01 00 00")));
+  std::vector<std::byte> received(32);
+  std::size_t count = 0;
+  client.async_read_some(boost::asio::buffer(received),
+                         [&](const boost::system::error_code&, std::size_t bytes) { count = bytes; });
+  ASSERT_TRUE(run_until([&] { return count != 0; }));
+  EXPECT_EQ(test::to_hex(ByteView{received}.first(16)), "ffff800000000008deadbeef01010200");
+}
+
+TEST_F(SettingsTest, SetThePaceOfConnecting) {
+  NodeConfig config = quick(test::client_address);
+  config.tcp_retry_min = 20ms;
+  config.tcp_retry_max = 20ms;
+  Node client{io, config};
+  Node server{io, quick(test::server_address)};
+  // Refuses every client: it has its only one already.
+  NodeConfig full = quick(test::other_address);
+  full.max_tcp_clients = 1;
+  Node busy{io, full};
+  ServiceSpec one = spec();
+  busy.offer(one);
+  tcp::socket place{io};
+  place.connect({boost::asio::ip::make_address(someip::to_string(test::other_address)), tcp_port});
+  ASSERT_TRUE(run_until([&] { return busy.tcp_server_counters().open == 1; }));
+  client.subscribe(
+      {.service = ServiceId{0x1234}, .eventgroup = group, .events = {event}, .udp = false, .tcp = true},
+      collect());
+  EXPECT_TRUE(run_until([&] { return busy.tcp_server_counters().refused >= 10; }, 1s))
+      << "the default would have tried 4 times, after 100, 200 and 400 ms";
+}
+
+// --- Answers ----------------------------------------------------------------------------------------------
+
+struct Answer {
+  std::string name;
+  someip::AnswerRules rules;
+  std::string request;
+  std::string by_default;
+  std::string as_configured;  ///< empty: none
+};
+
+void PrintTo(const Answer& answer, std::ostream* out) {
+  *out << answer.name;
+}
+
+class AnswerSettings : public SettingsTest, public testing::WithParamInterface<Answer> {};
+
+TEST_P(AnswerSettings, AreFollowed) {
+  covers({"feat_req_someip_598", "feat_req_someip_726", "feat_req_someip_106", "feat_req_someip_816"});
+  const auto expected = [](const std::string& answer) {
+    return answer.empty() ? std::vector<std::string>{}
+                          : std::vector<std::string>{test::to_hex(test::hex(answer))};
+  };
+  {
+    Node node{io, quick(test::server_address)};
+    node.offer(spec());
+    EXPECT_EQ(ask(GetParam().request), expected(GetParam().by_default));
+  }
+  NodeConfig config = quick(test::server_address);
+  config.answers = GetParam().rules;
+  Node node{io, config};
+  node.offer(spec());
+  EXPECT_EQ(ask(GetParam().request, 1, GetParam().as_configured.empty() ? 50ms : 1000ms),
+            expected(GetParam().as_configured));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, AnswerSettings,
+                         testing::Values(Answer{"ErrorType",
+                                                {.error_type = MessageType::error},
+                                                "1234 0001 00000008 0005 0009 01 02 00 00",
+                                                "1234 0001 00000008 0005 0009 01 02 80 08",
+                                                "1234 0001 00000008 0005 0009 01 02 81 08"},
+                                         Answer{"UnknownService",
+                                                {.answer_unknown_service = false},
+                                                "4321 0001 00000008 0005 0009 01 01 00 00",
+                                                "4321 0001 00000008 0005 0009 01 01 80 02",
+                                                ""},
+                                         Answer{"UnknownMethod",
+                                                {.answer_unknown_method = false},
+                                                "1234 0009 00000008 0005 0009 01 01 00 00",
+                                                "1234 0009 00000008 0005 0009 01 01 80 03",
+                                                ""},
+                                         Answer{"InterfaceVersion",
+                                                {.answer_wrong_interface_version = false},
+                                                "1234 0001 00000008 0005 0009 01 02 00 00",
+                                                "1234 0001 00000008 0005 0009 01 02 80 08",
+                                                ""},
+                                         Answer{"ReturnCode",
+                                                {.process_request_with_return_code = false},
+                                                "1234 0001 00000008 0005 0009 01 01 00 01",
+                                                "1234 0001 00000008 0005 0009 01 01 80 00",
+                                                ""}),
+                         [](const auto& one) { return one.param.name; });
+
+TEST_F(SettingsTest, OfAServiceWinOverThoseOfTheNode) {
+  covers({"feat_req_someip_726", "feat_req_someip_106", "feat_req_someip_101"});
+  NodeConfig config = quick(test::server_address);
+  config.answers.answer_unknown_method = false;
+  Node node{io, config};
+  ServiceSpec with_errors = spec();
+  with_errors.answers = someip::AnswerRules{.error_type = MessageType::error};
+  with_errors.methods = {
+      {echo, [](const Message&, Responder responder) { responder.error(ReturnCode::not_ready); }}};
+  node.offer(with_errors);
+  ServiceSpec other = spec();
+  other.service = ServiceId{0x1235};
+  node.offer(other);
+  EXPECT_THAT(ask("1234 0009 00000008 0005 0009 01 01 00 00"),
+              testing::ElementsAre("12340009000000080005000901018103"));
+  EXPECT_THAT(ask("1234 0001 00000008 0005 0009 01 01 00 00"),
+              testing::ElementsAre("12340001000000080005000901018104"));
+  EXPECT_THAT(ask("1235 0009 00000008 0005 0009 01 01 00 00", 1, 50ms), IsEmpty());
+}
+
+TEST_F(SettingsTest, LetAGetterIgnoreWhatANewerClientAdds) {
+  covers({"feat_req_someip_168"});
+  Node node{io, quick(test::server_address)};
+  node.offer(spec());
+  EXPECT_THAT(ask("1234 0002 0000000b 0005 0009 01 01 00 00 aabbcc"),
+              testing::ElementsAre("123400020000000900050009010180"
+                                   "0007"));
+}
+
+// --- Segments ---------------------------------------------------------------------------------------------
+
+TEST_F(SettingsTest, PaceRequestsAndResponses) {
+  NodeConfig server_config = quick(test::server_address);
+  server_config.pacing = {.segment_bytes = 160};
+  Node server{io, server_config};
+  NodeConfig client_config = quick(test::client_address);
+  client_config.pacing = {.segment_bytes = 320};
+  Node client{io, client_config};
+  server.offer(spec());
+  const RequirementId service = client.require({.service = ServiceId{0x1234}});
+  ASSERT_TRUE(run_until([&] { return !client.available(service).empty(); }));
+  const auto payload = numbers(3200);
+  const ByteView slice{payload};
+  client.call(service, {.method = echo, .transport = Transport::udp}, {&slice, 1}, note());
+  ASSERT_TRUE(run_until([&] { return outcomes.size() == 1; }));
+  EXPECT_EQ(outcomes[0].payload, payload);
+  EXPECT_EQ(client.sender_counters().datagrams, 10U) << "320 bytes each";
+  EXPECT_EQ(server.sender_counters().datagrams, 20U) << "160 bytes each";
+}
+
+TEST_F(SettingsTest, LimitTheReassembliesOfASenderAndTheirTime) {
+  NodeConfig config = quick(test::server_address);
+  config.max_reassemblies_per_sender = 1;
+  config.reassembly_timeout = 60ms;
+  Node node{io, config};
+  node.offer(spec());
+  someip::UdpSocket socket{io, {.local = {test::other_address, 0}}};
+  const auto begin = [&](const std::string& method) {
+    const auto first = test::hex("1234" + method + "0000001c 0005 0009 01 01 20 00 00000001" +
+                                 "00112233445566778899aabbccddeeff");
+    const ByteView view{first};
+    EXPECT_EQ(socket.send(udp_at(test::server_address), {&view, 1}), someip::SendStatus::sent);
+  };
+  const auto& counted = node.reassembly_counters();
+  begin("0001");
+  begin("0002");
+  ASSERT_TRUE(run_until([&] { return node.counters().datagrams == 2; }));
+  EXPECT_EQ(counted[someip::TpDrop::too_many_from_sender], 1U) << "the second, while the first is under way";
+  EXPECT_EQ(counted[someip::TpDrop::aged_out], 0U);
+  EXPECT_TRUE(run_until([&] { return counted[someip::TpDrop::aged_out] == 1; }, 1s));
+}
+
+// --- The server that is called ----------------------------------------------------------------------------
+
+TEST_F(SettingsTest, ChooseTheServerInWhateverOrderTheyAreFound) {
+  covers({"feat_req_someipsd_770"});
+  for (const int better : {1, 2}) {
+    Node first{io, quick(test::server_address)};
+    Node second{io, quick(test::other_address)};
+    Node client{io, quick(test::client_address)};
+    const auto ranked = [&](int instance) {
+      ServiceSpec result = spec();
+      result.instance = InstanceId{static_cast<std::uint16_t>(instance)};
+      const auto priority = static_cast<std::uint16_t>(instance == better ? 1 : 2);
+      result.load_balancing = LoadBalancingOption{.priority = priority, .weight = 1};
+      result.methods = {{echo, [instance](const Message&, Responder responder) {
+                           const std::array answer{static_cast<std::byte>(instance)};
+                           responder.respond(ByteView{answer});
+                         }}};
+      return result;
+    };
+    const RequirementId service = client.require({.service = ServiceId{0x1234}});
+    first.offer(ranked(1));
+    ASSERT_TRUE(run_until([&] { return client.available(service).size() == 1; }));
+    second.offer(ranked(2));
+    ASSERT_TRUE(run_until([&] { return client.available(service).size() == 2; }));
+    outcomes.clear();
+    client.call(service, {.method = echo}, {}, note());
+    ASSERT_TRUE(run_until([&] { return outcomes.size() == 1; }));
+    EXPECT_EQ(test::to_hex(outcomes[0].payload), better == 1 ? "01" : "02");
+  }
+}
+
+// --- The subnet -------------------------------------------------------------------------------------------
+
+TEST_F(SettingsTest, KnowTheSubnet) {
+  covers({"feat_req_someipsd_1135", "feat_req_someipsd_1149"});
+  EXPECT_EQ(someip::subnet_prefix_bits(test::server_address), 8) << "127.0.0.0/8";
+  EXPECT_EQ(someip::subnet_prefix_bits(IpAddress::v4(192, 0, 2, 1)), std::nullopt) << "nobody's";
+  IpAddress loopback{.v6 = true};
+  loopback.bytes[15] = 1;
+  EXPECT_EQ(someip::subnet_prefix_bits(loopback), std::nullopt) << "::1/128 has no subnet";
+}
+
+// --- Events -----------------------------------------------------------------------------------------------
+
+TEST_F(SettingsTest, DropEventsThatBringAnError) {
+  covers({"feat_req_someip_683", "feat_req_someip_367"});
+  Node server{io, quick(test::server_address)};
+  Node client{io, quick(test::client_address)};
+  ServiceSpec from_udp = spec();
+  const OfferHandle offer = server.offer(from_udp);
+  const SubscriptionId subscription = client.subscribe(
+      {.service = ServiceId{0x1234}, .eventgroup = group, .events = {event}, .port = 40242}, collect());
+  ASSERT_TRUE(run_until([&] { return client.subscribed(subscription); }));
+  // From the very endpoint of the service, in place of the server.
+  const int fd = descriptors_of(udp_at(test::server_address), SOCK_DGRAM).at(0);
+  someip::SocketAddress to{Endpoint{test::client_address, 40242}};
+  for (const std::string code : {"05", "00"}) {
+    const auto message = test::hex("1234 8001 00000009 0000 0001 01 01 02" + code + "2a");
+    ASSERT_EQ(sendto(fd, message.data(), message.size(), 0, to.data(), to.size()), 17);
+  }
+  ASSERT_TRUE(run_until([&] { return !events.empty(); }));
+  run_for(20ms);
+  ASSERT_THAT(events, SizeIs(1));
+  EXPECT_EQ(events[0].header.return_code, ReturnCode::ok);
+  EXPECT_EQ(client.counters().bad_return_code, 1U);
+  EXPECT_EQ(client.counters().events, 1U);
+  EXPECT_EQ(server.notify(offer, event, {}).subscribers, 1U);
+}
+
+}  // namespace
+}  // namespace trestle::sd
