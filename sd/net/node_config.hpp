@@ -49,7 +49,8 @@ struct NodeConfig {
   /// How long a small message over UDP may wait for others from the same port to the same receiver, to share
   /// a datagram with them (nPDU); 0: each has one of its own.  [feat_req_someip_741] [feat_req_someip_732]
   Duration collect_for{0};
-  bool magic_cookies = false;  ///< on TCP connections, for test setups
+  bool magic_cookies = false;          ///< on TCP connections, for test setups
+  bool cookie_in_each_segment = true;  ///< see TcpOptions
   /// See TcpOptions::dead_after.
   Duration tcp_dead_after = std::chrono::seconds{10};
   /// See TcpOptions::message_timeout.

@@ -220,6 +220,7 @@ someip::TcpOptions Ports::tcp_options() const {
           .dead_after = config_.tcp_dead_after,
           .message_timeout = config_.tcp_message_timeout,
           .magic_cookies = config_.magic_cookies,
+          .cookie_in_each_segment = config_.cookie_in_each_segment,
           .receive_buffer_bytes = config_.tcp_receive_buffer_bytes,
           .send_buffer_bytes = config_.tcp_send_buffer_bytes,
           .dscp = config_.dscp,

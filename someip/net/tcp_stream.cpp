@@ -31,7 +31,8 @@ constexpr std::size_t max_kept_copy = 65536;  // bytes of such a one
 /// A message on its way out: a Magic Cookie perhaps, the header, the payload.
 struct Outgoing {
   std::array<std::byte, 2 * header_bytes> head{};
-  std::size_t head_bytes = 0;
+  std::size_t head_start = header_bytes;  ///< 0 with a cookie
+  std::size_t payload_bytes = 0;
   std::vector<ByteView> payload{};
   std::vector<std::byte> copy{};  ///< of what is left of it, when nobody else keeps it
   std::shared_ptr<const void> keep_alive{};
@@ -40,7 +41,14 @@ struct Outgoing {
 
   [[nodiscard]] bool done() const noexcept { return part > payload.size(); }
   [[nodiscard]] ByteView at(std::size_t index) const noexcept {
-    return index == 0 ? ByteView{head}.first(head_bytes) : payload[index - 1];
+    return index == 0 ? ByteView{head}.subspan(head_start) : payload[index - 1];
+  }
+  [[nodiscard]] std::size_t bytes() const noexcept { return head.size() - head_start + payload_bytes; }
+  /// Puts a Magic Cookie before the message, of which nothing has been sent.
+  void prepend_cookie(StreamEnd sender) noexcept {
+    const auto cookie = magic_cookie(sender);
+    std::copy(cookie.begin(), cookie.end(), head.begin());
+    head_start = 0;
   }
   /// Puts what is left into `parts`; returns how many it took.
   std::size_t gather(std::span<iovec> parts) const noexcept {
@@ -273,7 +281,8 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     queue.splice(queue.end(), unused, unused.begin());
     Outgoing& last = queue.back();
     last.head = head.head;
-    last.head_bytes = head.head_bytes;
+    last.head_start = head.head_start;
+    last.payload_bytes = head.payload_bytes;
     last.part = 0;
     last.offset = 0;
     last.payload.assign(payload.begin(), payload.end());
@@ -309,14 +318,10 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   void pump() {
     while (!queue.empty()) {
       std::array<iovec, max_slices> parts;
-      std::size_t used = 0;
-      for (auto one = queue.begin(); one != queue.end() && used < parts.size(); ++one) {
-        used += one->gather(std::span{parts}.subspan(used));
-      }
       msghdr message{};
       message.msg_iov = parts.data();
-      message.msg_iovlen = used;
-      const ssize_t sent = sendmsg(fd, &message, MSG_NOSIGNAL);
+      const int flags = gather(parts, message.msg_iovlen);
+      const ssize_t sent = sendmsg(fd, &message, MSG_NOSIGNAL | flags);
       if (sent < 0) {
         if (retry_later(errno)) {
           wait_writable();
@@ -327,6 +332,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
       }
       auto bytes = static_cast<std::size_t>(sent);
       queued_bytes -= bytes;
+      segment_left -= std::min(segment_left, bytes);
       while (!queue.empty()) {
         bytes = queue.front().sent(bytes);
         if (!queue.front().done()) {
@@ -335,6 +341,50 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
         ++messages_sent;
         dispose_first();
       }
+    }
+  }
+
+  [[nodiscard]] bool by_segment() const noexcept {
+    return options.magic_cookies && options.cookie_in_each_segment;
+  }
+
+  // Puts what one call is to send into `parts`, of which it uses `used`; returns the flags of the call.
+  int gather(std::span<iovec> parts, std::size_t& used) {
+    const bool segments = by_segment();
+    if (segments && segment_left == 0) {
+      begin_segment();
+    }
+    std::size_t bytes = 0;
+    used = 0;
+    for (auto one = queue.begin(); one != queue.end() && used < parts.size(); ++one) {
+      if (segments && bytes == segment_left) {
+        break;  // what follows is for the next segment
+      }
+      const std::size_t first = used;
+      used += one->gather(parts.subspan(used));
+      for (const iovec& part : parts.subspan(first, used - first)) {
+        bytes += part.iov_len;
+      }
+    }
+    // With "end of record" the system never puts what follows into the same segment; with "more" it awaits
+    // what belongs to it.
+    return !segments ? 0 : bytes == segment_left ? MSG_EOR : MSG_MORE;
+  }
+
+  // A cookie, and behind it as many whole messages as fit; at least one.  [feat_req_someip_591]
+  // [feat_req_someip_592]
+  void begin_segment() {
+    int most = 0;
+    socklen_t size = sizeof most;
+    getsockopt(fd, IPPROTO_TCP, TCP_MAXSEG, &most, &size);
+    queue.front().prepend_cookie(own);
+    queued_bytes += header_bytes;
+    segment_left = queue.front().bytes();
+    for (auto one = std::next(queue.begin()); one != queue.end(); ++one) {
+      if (segment_left + one->bytes() > static_cast<std::size_t>(std::max(0, most))) {
+        break;
+      }
+      segment_left += one->bytes();
     }
   }
 
@@ -403,6 +453,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   std::list<Outgoing> queue;
   std::list<Outgoing> unused;
   std::size_t queued_bytes = 0;
+  std::size_t segment_left = 0;  ///< of the segment that is being sent, if each has a cookie
   CookieSchedule cookies;
   std::uint64_t messages_sent = 0;
   std::uint64_t queue_full = 0;
@@ -447,25 +498,24 @@ bool TcpStream::send(const Header& header, std::span<const ByteView> payload,
     payload_bytes += slice.size();
   }
   Outgoing message;
-  ByteSpan head{message.head};
-  const std::size_t most = head.size() + payload_bytes;
+  message.payload_bytes = payload_bytes;
+  const std::size_t most = message.head.size() + payload_bytes;
   if (most > state.options.max_queued_bytes - std::min(state.queued_bytes, state.options.max_queued_bytes)) {
     ++state.queue_full;
     return false;
   }
-  if (state.options.magic_cookies && state.cookies.before_message(std::chrono::steady_clock::now())) {
-    const auto cookie = magic_cookie(state.own);
-    std::copy(cookie.begin(), cookie.end(), head.begin());
-    message.head_bytes = cookie.size();
-  }
-  if (!encode_header(header, payload_bytes, head.subspan(message.head_bytes))) {
+  if (!encode_header(header, payload_bytes, ByteSpan{message.head}.subspan(message.head_start))) {
     return false;  // larger than the Length field can say
   }
-  message.head_bytes += header_bytes;
-  const std::size_t bytes = message.head_bytes + payload_bytes;
+  const bool by_segment = state.by_segment();
+  if (state.options.magic_cookies && !by_segment &&
+      state.cookies.before_message(std::chrono::steady_clock::now())) {
+    message.prepend_cookie(state.own);
+  }
+  const std::size_t bytes = message.bytes();
   // What answers several messages that came together leaves together, but for the first.
   const bool wait = state.delivering && std::exchange(state.answered, true) && bytes <= small_bytes;
-  if (state.queue.empty() && !wait) {
+  if (state.queue.empty() && !wait && !by_segment) {
     state.send_now(message, payload, std::move(keep_alive), bytes);
   } else {
     state.enqueue(message, payload, std::move(keep_alive), bytes, 0);
@@ -481,11 +531,10 @@ void TcpStream::probe() {
   if (state.closed || state.broken || !state.queue.empty()) {
     return;  // what is on its way finds it out too
   }
-  Outgoing cookie;
-  const auto bytes = magic_cookie(state.own);
-  std::copy(bytes.begin(), bytes.end(), cookie.head.begin());
-  cookie.head_bytes = bytes.size();
-  state.send_now(cookie, {}, nullptr, cookie.head_bytes);
+  Outgoing message;  // that is nothing but a cookie
+  const auto cookie = magic_cookie(state.own);
+  std::copy(cookie.begin(), cookie.end(), message.head.begin() + header_bytes);
+  state.send_now(message, {}, nullptr, message.bytes());
 }
 
 const Endpoint& TcpStream::local() const noexcept {

@@ -28,6 +28,10 @@ struct TcpOptions {
   /// For test setups: sends Magic Cookies, and waits for one when framing is lost. A peer that sends them is
   /// waited for in any case, any other is disconnected.  [feat_req_someip_586]
   bool magic_cookies = false;
+  /// Where the Magic Cookies stand that are sent: one at the start of each TCP segment, and nowhere else;
+  /// only the further segments of a message that is larger than one segment cannot have any. Or, with false,
+  /// before a message every ten seconds.  [feat_req_someip_591] [feat_req_someip_592] [feat_req_someip_593]
+  bool cookie_in_each_segment = true;
   int receive_buffer_bytes = 0;  ///< of the kernel; 0: it adapts them itself
   int send_buffer_bytes = 0;     ///< likewise
   std::uint8_t dscp = 0;         ///< class of service of what is sent, 0 to 63

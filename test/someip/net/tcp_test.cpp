@@ -269,6 +269,7 @@ TEST_F(TcpTest, WaitsForACookieWhereCookiesAreUsed) {
 TEST_F(TcpTest, SendsCookiesOfItsOwnDirectionWhenAsked) {
   covers({"feat_req_someip_586", "feat_req_someip_593", "feat_req_someip_609"});
   tcp_options.magic_cookies = true;
+  tcp_options.cookie_in_each_segment = false;
   TcpServer server{io, {.local = {server_address, 0}, .tcp = tcp_options}};
   start(server);
   tcp::socket peer = bare(server);
