@@ -49,6 +49,48 @@ TEST_F(SubscriptionsTest, OfOneServiceLookForItOnce) {
   EXPECT_EQ(count(client_log, "subscribed to eventgroup"), 3) << "of each";
 }
 
+TEST_F(SubscriptionsTest, GetEachEventOnceUntilTheyEnd) {
+  covers({"feat_req_someip_354"});
+  constexpr MethodId other_event{0x8002};
+  Node server{io, quick(test::server_address)};
+  Node client{io, quick(test::client_address)};
+  const OfferHandle offer =
+      server.offer({.service = ServiceId{0x1234},
+                    .instance = InstanceId{1},
+                    .eventgroups = {{.id = EventgroupId{1}, .events = {event, other_event}},
+                                    {.id = EventgroupId{2}, .events = {event, other_event}}}});
+  std::vector<std::string> calls;
+  const auto subscribe = [&](EventgroupId group, std::vector<MethodId> wanted, const std::string& name) {
+    const SubscriptionId id = client.subscribe(
+        {.service = ServiceId{0x1234}, .instance = InstanceId{1}, .eventgroup = group, .events = wanted},
+        [&calls, name](const someip::Message&, const Endpoint&) { calls.push_back(name); });
+    EXPECT_TRUE(run_until([&] { return client.subscribed(id); }));
+    return id;
+  };
+  const SubscriptionId twice = subscribe(EventgroupId{1}, {event, event}, "twice");
+  const SubscriptionId both = subscribe(EventgroupId{2}, {other_event, event}, "both");
+  const auto notify_each = [&] {
+    calls.clear();
+    const std::uint64_t before = client.counters().datagrams;
+    server.notify(offer, event, {});
+    server.notify(offer, other_event, {});
+    EXPECT_TRUE(run_until([&] { return client.counters().datagrams == before + 2; }));
+  };
+  notify_each();
+  EXPECT_THAT(calls, ::testing::ElementsAre("twice", "both", "both"));
+  client.unsubscribe(twice);
+  run_for(20ms);
+  notify_each();
+  EXPECT_THAT(calls, ::testing::ElementsAre("both", "both"));
+  EXPECT_EQ(client.counters().unexpected, 0U);
+  subscribe(EventgroupId{1}, {event}, "again");
+  client.unsubscribe(both);
+  run_for(20ms);
+  notify_each();
+  EXPECT_THAT(calls, ::testing::ElementsAre("again"));
+  EXPECT_EQ(client.counters().unexpected, 1U) << "the other event, which nobody here wants any more";
+}
+
 TEST_F(SubscriptionsTest, MayBeToWhatIsNotSomeip) {
   covers({"feat_req_someipsd_500", "feat_req_someipsd_503", "feat_req_someipsd_1228"});
   Node server{io, quick(test::server_address)};
