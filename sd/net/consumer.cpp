@@ -59,10 +59,11 @@ RequirementHandle Consumer::look_for(const RequireSpec& spec, TimePoint now) {
 }
 
 RequirementId Consumer::require(const RequireSpec& spec, AvailabilityHandler handler, TimePoint now) {
+  const auto requirement = std::make_shared<Requirement>();
+  requirement->e2e = channels_of(spec);
   if (!call_port_) {
     call_port_ = ports_.udp(0);
   }
-  const auto requirement = std::make_shared<Requirement>();
   requirement->handle = look_for(spec, now);
   requirement->spec = spec;
   requirement->id = RequirementId{next_id_++};
@@ -224,11 +225,15 @@ void Consumer::on_event(const ServiceLost& event) {
   const auto subscription = std::ranges::find(subscriptions_, event.requirement, &Subscription::handle);
   if (subscription != subscriptions_.end()) {
     std::erase_if((*subscription)->servers, is_it);
+    for (const auto& listener : (*subscription)->listeners) {
+      listener->e2e.forget(event.service.udp, event.service.tcp);
+    }
   }
   const auto found = std::ranges::find(requirements_, event.requirement, &Requirement::handle);
   const auto requirement = found == requirements_.end() ? nullptr : *found;  // its handler may release it
   if (requirement) {
     std::erase_if(requirement->servers, is_it);
+    requirement->e2e.forget(event.service.udp, event.service.tcp);
   }
   if (!any_need([&](const Need& need) { return std::ranges::any_of(need.servers, is_it); })) {
     log_("service " + to_string(event.service.service, event.service.instance) + " of " +

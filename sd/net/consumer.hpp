@@ -4,6 +4,7 @@
 #include <unordered_map>
 
 #include "sd/core/service_discovery.hpp"
+#include "sd/net/e2e_channel.hpp"
 #include "sd/net/ports.hpp"
 #include "sd/net/service_spec.hpp"
 #include "someip/core/call_table.hpp"
@@ -61,12 +62,14 @@ class Consumer {
   struct Requirement : Need {
     RequirementId id{};
     AvailabilityHandler handler{};
+    E2eChannels e2e{};
   };
   /// One who wants events of a subscription.
   struct Listener {
     SubscriptionId id{};
     std::vector<someip::MethodId> events;
     EventHandler handler;
+    E2eChannels e2e{};
     bool active = true;  ///< false once it has unsubscribed, though it may still be in line to be called
   };
   /// A subscription at one server.
@@ -118,10 +121,25 @@ class Consumer {
 
   [[nodiscard]] std::optional<Route> route(Need& need, const CallSpec& spec, std::size_t bytes);
   void choose(Need& need);
-  [[nodiscard]] std::optional<CallFault> transmit(const Route& route, const RequireSpec& spec,
+  [[nodiscard]] std::optional<CallFault> transmit(const Route& route, const Requirement& requirement,
                                                   const someip::Header& header,
                                                   std::span<const ByteView> payload,
                                                   std::shared_ptr<const void> keep_alive);
+  [[nodiscard]] std::optional<CallFault> transmit_bytes(const Route& route, const RequireSpec& spec,
+                                                        const someip::Header& header,
+                                                        std::span<const ByteView> payload,
+                                                        std::shared_ptr<const void> keep_alive);
+  // End-to-end protection: consumer_e2e.cpp.
+  [[nodiscard]] E2eChannels channels_of(const RequireSpec& spec) const;
+  [[nodiscard]] static E2eChannels channels_of(const SubscribeSpec& spec);
+  [[nodiscard]] std::optional<CallFault> transmit_protected(E2eChannel& channel, const Route& route,
+                                                            const RequireSpec& spec,
+                                                            const someip::Header& header,
+                                                            std::span<const ByteView> payload);
+  [[nodiscard]] ResponseHandler checked(E2eChannel& channel, const someip::CallTarget& target,
+                                        ResponseHandler handler);
+  void deliver_checked(const Listener& listener, E2eChannel& channel, someip::Message message,
+                       const Source& source);
   void note_event(const Subscription& subscription, const someip::InstanceId& instance, TimePoint now);
   void fail_later(ResponseHandler handler, CallFault fault);
   void finish(someip::CallHandle call, const CallResult& result);

@@ -71,9 +71,18 @@ std::optional<Consumer::Route> Consumer::route(Need& need, const CallSpec& spec,
 }
 
 // Sends a request, or says why it cannot.
-std::optional<CallFault> Consumer::transmit(const Route& route, const RequireSpec& spec, const Header& header,
-                                            std::span<const ByteView> payload,
+std::optional<CallFault> Consumer::transmit(const Route& route, const Requirement& requirement,
+                                            const Header& header, std::span<const ByteView> payload,
                                             std::shared_ptr<const void> keep_alive) {
+  E2eChannel* const channel = requirement.e2e.find(header.method);
+  return channel != nullptr && channel->protects()
+             ? transmit_protected(*channel, route, requirement.spec, header, payload)
+             : transmit_bytes(route, requirement.spec, header, payload, std::move(keep_alive));
+}
+
+std::optional<CallFault> Consumer::transmit_bytes(const Route& route, const RequireSpec& spec,
+                                                  const Header& header, std::span<const ByteView> payload,
+                                                  std::shared_ptr<const void> keep_alive) {
   const Endpoint& to = route.target.server;
   if (route.target.transport == Transport::udp) {
     // [feat_req_someiptp_788]
@@ -98,7 +107,8 @@ std::optional<CallFault> Consumer::transmit(const Route& route, const RequireSpe
 CallId Consumer::call(RequirementId id, const CallSpec& spec, std::span<const ByteView> payload,
                       std::shared_ptr<const void> keep_alive, ResponseHandler handler) {
   const auto requirement = find(id);
-  const auto way = requirement ? route(*requirement, spec, size_of(payload)) : std::nullopt;
+  const std::size_t bytes = size_of(payload) + (requirement ? requirement->e2e.added_bytes(spec.method) : 0);
+  const auto way = requirement ? route(*requirement, spec, bytes) : std::nullopt;
   if (!way) {
     fail_later(std::move(handler), CallFault::unavailable);
     return {};
@@ -109,12 +119,15 @@ CallId Consumer::call(RequirementId id, const CallSpec& spec, std::span<const By
     fail_later(std::move(handler), CallFault::too_many_calls);
     return {};
   }
-  if (const auto fault = transmit(*way, requirement->spec, started->header, payload, std::move(keep_alive))) {
+  if (const auto fault = transmit(*way, *requirement, started->header, payload, std::move(keep_alive))) {
     calls_.cancel(started->call);
     fail_later(std::move(handler), *fault);
     return {};
   }
-  waiting_[started->call.index] = std::move(handler);
+  E2eChannel* const channel = requirement->e2e.find(spec.method);
+  waiting_[started->call.index] = channel != nullptr && channel->checks()
+                                      ? checked(*channel, way->target, std::move(handler))
+                                      : std::move(handler);
   call_timer_.arm(calls_.deadline());
   return CallId{started->call.generation * 0x10000U + started->call.index};
 }
@@ -122,19 +135,20 @@ CallId Consumer::call(RequirementId id, const CallSpec& spec, std::span<const By
 bool Consumer::send(RequirementId id, const CallSpec& spec, std::span<const ByteView> payload,
                     std::shared_ptr<const void> keep_alive) {
   const auto requirement = find(id);
-  const auto way = requirement ? route(*requirement, spec, size_of(payload)) : std::nullopt;
+  const std::size_t bytes = size_of(payload) + (requirement ? requirement->e2e.added_bytes(spec.method) : 0);
+  const auto way = requirement ? route(*requirement, spec, bytes) : std::nullopt;
   if (!way) {
     return false;
   }
   // Segments need one to be put together.  [feat_req_someiptp_762]
-  const bool with_session = spec.session || size_of(payload) > someip::max_plain_payload_bytes;
+  const bool with_session = spec.session || bytes > someip::max_plain_payload_bytes;
   const Header header{.service = requirement->spec.service,
                       .method = spec.method,
                       .client = config_.client,
                       .session = with_session ? tell_sessions_.next() : someip::SessionId{0},
                       .interface_version = way->server->major,
                       .type = MessageType::request_no_return};
-  return !transmit(*way, requirement->spec, header, payload, std::move(keep_alive));
+  return !transmit(*way, *requirement, header, payload, std::move(keep_alive));
 }
 
 bool Consumer::cancel(CallId call) {
@@ -186,8 +200,10 @@ void Consumer::on_answer(const Message& message, const Source& source) {
   if (answer->code == ReturnCode::ok) {
     finish(answer->call, message);
   } else {
-    finish(answer->call, tl::unexpected{CallError{
-                             .fault = CallFault::error, .code = answer->code, .payload = message.payload}});
+    finish(answer->call, tl::unexpected{CallError{.fault = CallFault::error,
+                                                  .code = answer->code,
+                                                  .payload = message.payload,
+                                                  .header = &message.header}});
   }
 }
 

@@ -34,6 +34,7 @@ SubscriptionId Consumer::subscribe(const SubscribeSpec& spec, EventHandler handl
   if (const std::string mistake = mistake_in(spec, config_); !mistake.empty()) {
     throw std::invalid_argument{name + ": " + mistake};
   }
+  E2eChannels e2e = channels_of(spec);
   const auto found = std::ranges::find_if(
       subscriptions_, [&](const auto& one) { return is_same_subscription(one->wanted, spec); });
   std::shared_ptr<Subscription> subscription = found == subscriptions_.end() ? nullptr : *found;
@@ -52,7 +53,8 @@ SubscriptionId Consumer::subscribe(const SubscribeSpec& spec, EventHandler handl
     subscriptions_.push_back(subscription);
   }
   const SubscriptionId id{next_id_++};
-  const auto listener = std::make_shared<Listener>(Listener{id, spec.events, std::move(handler)});
+  const auto listener =
+      std::make_shared<Listener>(Listener{id, spec.events, std::move(handler), std::move(e2e)});
   subscription->listeners.push_back(listener);
   for (const someip::MethodId event : spec.events) {
     std::vector<Wish>& wishes = wishes_[key_of(spec.service, event)];
@@ -206,7 +208,12 @@ void Consumer::on_notification(const Message& message, const Source& source) {
   // Taken out: a handler may run the io_context, and the next event then comes here in between.
   std::vector<std::shared_ptr<Listener>> called = std::move(called_);
   for (const auto& listener : called) {  // a handler may unsubscribe itself and others
-    if (listener->active) {
+    if (!listener->active) {
+      continue;
+    }
+    if (E2eChannel* const channel = listener->e2e.find(message.header.method)) {
+      deliver_checked(*listener, *channel, message, source);
+    } else {
       listener->handler(message, source.from);
     }
   }

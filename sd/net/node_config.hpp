@@ -78,7 +78,10 @@ struct NodeCounters {
   std::uint64_t unknown_sender = 0;  ///< a subscribed event from an endpoint that does not offer it
   std::uint64_t requests_answered = 0;    ///< with an error, without asking a method
   std::uint64_t not_to_be_segmented = 0;  ///< not sent over UDP: too large for one datagram
-  std::uint64_t discovery_not_sent = 0;   ///< SD datagrams that the system would not take
+  std::uint64_t e2e_failed = 0;           ///< events, requests and answers that failed their end-to-end check
+  /// Events, requests and answers of another size than their E2E profile has: not sent.
+  std::uint64_t e2e_not_protected = 0;
+  std::uint64_t discovery_not_sent = 0;  ///< SD datagrams that the system would not take
 };
 
 /// Told what discovery did, in words: one line without a line end.

@@ -53,6 +53,12 @@ OfferHandle Provider::offer(ServiceSpec spec, TimePoint now) {
   if (const std::string mistake = mistake_in(spec, config_); !mistake.empty()) {
     throw std::invalid_argument{name + ": " + mistake};
   }
+  E2eChannels e2e;
+  try {
+    e2e = channels_of(spec);
+  } catch (const std::invalid_argument& mistake) {
+    throw std::invalid_argument{name + ": " + mistake.what()};
+  }
   // Only the endpoint tells which instance a message is for.  [feat_req_someip_445] [feat_req_someip_967]
   const auto usable = [&](const auto& port) {
     return std::ranges::none_of(offers_, [&](const auto& other) {
@@ -98,6 +104,7 @@ OfferHandle Provider::offer(ServiceSpec spec, TimePoint now) {
     throw std::invalid_argument{name + ": refused by service discovery: " + to_string(handle.error())};
   }
   offer->handle = *handle;
+  offer->e2e = std::move(e2e);
   for (const EventgroupSpec& group : spec.eventgroups) {
     for (const Endpoint& client : group.configured_subscribers) {
       if (const auto added = discovery_.add_subscriber(*handle, group.id, client); !added) {
@@ -251,16 +258,27 @@ Notified Provider::notify(OfferHandle handle, MethodId event, const SubscriberFi
   if (!offer) {
     return {};
   }
+  E2eChannel* const channel = offer->e2e.find(event);
+  if (channel != nullptr && wanted) {
+    throw std::invalid_argument{"an event with end-to-end protection is for all its subscribers"};
+  }
   find_receivers(*offer, event, wanted);
-  const std::size_t bytes = size_of(payload);
+  const std::size_t bytes = size_of(payload) + (channel != nullptr ? channel->added_bytes() : 0);
   const Header header = event_header(offer->spec, event, session_of(*offer, event, bytes));
+  return channel != nullptr ? notify_protected(*offer, *channel, header, payload, pacing)
+                            : send_to_receivers(*offer, header, payload, keep_alive, pacing);
+}
+
+Notified Provider::send_to_receivers(Offer& offer, const Header& header, std::span<const ByteView> payload,
+                                     const std::shared_ptr<const void>& keep_alive,
+                                     const someip::TpPacing& pacing) {
   Notified result{.session = header.session};
   for (const Receiver& receiver : receivers_) {
     bool taken = false;
     if (receiver.transport == Transport::tcp) {
-      taken = offer->tcp->server.send(receiver.to, header, payload, keep_alive);
-    } else if (may_be_sent(offer->spec, event, bytes)) {
-      taken = offer->udp->sender.send(receiver.to, header, payload, keep_alive, pacing);
+      taken = offer.tcp->server.send(receiver.to, header, payload, keep_alive);
+    } else if (may_be_sent(offer.spec, header.method, size_of(payload))) {
+      taken = offer.udp->sender.send(receiver.to, header, payload, keep_alive, pacing);
     } else {
       ++counters_.not_to_be_segmented;
     }
@@ -317,11 +335,15 @@ void Provider::on_request(const Message& message, const Source& source) {
   }
   const someip::RequestCheck check = someip::check_request(message.header, target, *rules);
   if (!check.fault) {
-    ++counters_.requests;
     const bool answered = message.header.type == MessageType::request;
-    const bool in_segments =
-        may_be_sent(offer->spec, message.header.method, someip::max_plain_payload_bytes + 1);
-    handle(offer, message, {message.header, *rules, reply_path(source, in_segments), answered});
+    ReplyPath path = reply_path(
+        source, may_be_sent(offer->spec, message.header.method, someip::max_plain_payload_bytes + 1));
+    if (E2eChannel* const channel = offer->e2e.find(message.header.method)) {
+      handle_checked(offer, *channel, message, source, std::move(path));
+      return;
+    }
+    ++counters_.requests;
+    handle(offer, message, {message.header, *rules, std::move(path), answered});
   } else if (check.answer) {
     ++counters_.requests_answered;
     reply_path(source, true).send(*check.answer, {}, nullptr);
@@ -465,11 +487,19 @@ void Provider::send_initial_values(OfferHandle handle, EventgroupId eventgroup,
   }
   for (const MethodId event : group->events) {
     const auto field = field_of(*offer, event);
-    const auto value = field ? offer->fields[*field].value : nullptr;
+    auto value = field ? offer->fields[*field].value : nullptr;
     if (!value) {
       continue;
     }
-    const Header header = event_header(offer->spec, event, session_of(*offer, event, value->size()));
+    const std::size_t size = value->size() + offer->e2e.added_bytes(event);
+    const Header header = event_header(offer->spec, event, session_of(*offer, event, size));
+    if (E2eChannel* const channel = offer->e2e.find(event)) {
+      value = channel->protect_again(header, *value);
+      if (!value) {
+        ++counters_.e2e_not_protected;
+        continue;
+      }
+    }
     const ByteView bytes{*value};
     if (transport_of(offer->spec, event) == Transport::tcp) {
       if (subscriber.tcp) {

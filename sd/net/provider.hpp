@@ -2,6 +2,7 @@
 #include <map>
 
 #include "sd/core/service_discovery.hpp"
+#include "sd/net/e2e_channel.hpp"
 #include "sd/net/ports.hpp"
 #include "sd/net/service_spec.hpp"
 #include "someip/core/session_counter.hpp"
@@ -58,6 +59,7 @@ class Provider {
     std::shared_ptr<TcpPort> tcp;
     std::map<someip::MethodId, someip::SessionCounter> sessions;  ///< of each event
     std::vector<Field> fields;                                    ///< as in `spec`
+    E2eChannels e2e;
   };
 
   [[nodiscard]] std::shared_ptr<Offer> find(OfferHandle handle) const;
@@ -68,9 +70,17 @@ class Provider {
   /// Fills receivers_ with all that get this event, each once.
   void find_receivers(const Offer& offer, someip::MethodId event, const SubscriberFilter& wanted) const;
   [[nodiscard]] static someip::SessionId session_of(Offer& offer, someip::MethodId event, std::size_t bytes);
+  Notified send_to_receivers(Offer& offer, const someip::Header& header, std::span<const ByteView> payload,
+                             const std::shared_ptr<const void>& keep_alive, const someip::TpPacing& pacing);
   [[nodiscard]] ReplyPath reply_path(const Source& source, bool in_segments);
   [[nodiscard]] someip::MethodKind kind_of(const Offer& offer, someip::MethodId method) const;
   void handle(const std::shared_ptr<Offer>& offer, const someip::Message& message, Responder responder);
+  // With end-to-end protection: provider_e2e.cpp.
+  [[nodiscard]] static E2eChannels channels_of(const ServiceSpec& spec);
+  Notified notify_protected(Offer& offer, E2eChannel& channel, const someip::Header& header,
+                            std::span<const ByteView> payload, const someip::TpPacing& pacing);
+  void handle_checked(const std::shared_ptr<Offer>& offer, E2eChannel& channel, someip::Message message,
+                      const Source& source, ReplyPath path);
   void call_setter(const Offer& offer, std::size_t field, ByteView wanted, Responder& responder);
   Notified store(Offer& offer, std::size_t field, std::vector<std::byte> value);
   Notified send_value(Offer& offer, std::size_t field);

@@ -11,6 +11,10 @@
 namespace trestle::sd {
 namespace {
 
+std::optional<someip::e2e::CheckResult> copy_of(const someip::e2e::CheckResult* check) {
+  return check != nullptr ? std::optional{*check} : std::nullopt;
+}
+
 /// How long until a call that could not be sent is tried again. When a server comes it is tried at once.
 constexpr Duration retry_period = std::chrono::milliseconds{100};
 /// "Forever", without an overflow of what is added to it.
@@ -56,7 +60,8 @@ struct Proxy::State : std::enable_shared_from_this<State> {
   void on_result(const std::shared_ptr<Call>& call, const CallResult& result) {
     call->id = {};
     if (result) {
-      finish(call, {}, {result->header, {result->payload.begin(), result->payload.end()}});
+      finish(call, {},
+             {result->header, {result->payload.begin(), result->payload.end()}, copy_of(result->check)});
       return;
     }
     const CallError& error = result.error();
@@ -69,7 +74,8 @@ struct Proxy::State : std::enable_shared_from_this<State> {
       case CallFault::error:
         finish(call, make_error_code(error.code),
                {{.method = call->spec.method, .type = someip::MessageType::error, .return_code = error.code},
-                {error.payload.begin(), error.payload.end()}});
+                {error.payload.begin(), error.payload.end()},
+                copy_of(error.check)});
         break;
       case CallFault::not_sent:
       case CallFault::too_many_calls:

@@ -17,6 +17,7 @@ namespace trestle::sd {
 struct Response {
   someip::Header header{};
   std::vector<std::byte> payload{};
+  std::optional<someip::e2e::CheckResult> check{};  ///< of an answer with end-to-end protection
 };
 
 /// A service of others, looked for as long as this object lives, whose methods can be called. The Node must

@@ -9,6 +9,11 @@ namespace trestle::sd {
 
 bool ReplyPath::send(const someip::Header& header, std::span<const ByteView> payload,
                      std::shared_ptr<const void> keep_alive) const {
+  return protection ? send_protected(header, payload) : send_bytes(header, payload, std::move(keep_alive));
+}
+
+bool ReplyPath::send_bytes(const someip::Header& header, std::span<const ByteView> payload,
+                           std::shared_ptr<const void> keep_alive) const {
   if (const auto port = tcp.lock()) {
     return port->server.send(to, header, payload, std::move(keep_alive));
   }

@@ -9,6 +9,7 @@
 
 namespace trestle::sd {
 
+struct E2eReply;
 struct NodeConfig;
 struct NodeCounters;
 struct TcpPort;
@@ -24,11 +25,15 @@ struct ReplyPath {
   // Of the node, which no port outlives.
   const NodeConfig* config = nullptr;
   NodeCounters* counters = nullptr;
+  std::shared_ptr<const E2eReply> protection{};  ///< none: without end-to-end protection
 
   /// Sends header and payload; false when that is not possible. What must not be sent in segments becomes an
   /// error, so that the caller need not wait in vain.
   bool send(const someip::Header& header, std::span<const ByteView> payload,
             std::shared_ptr<const void> keep_alive) const;
+  bool send_protected(const someip::Header& header, std::span<const ByteView> payload) const;
+  bool send_bytes(const someip::Header& header, std::span<const ByteView> payload,
+                  std::shared_ptr<const void> keep_alive) const;
 };
 
 /// The answer that a request waits for: to be given once, now or later, on the thread that runs the

@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "sd/core/events.hpp"
+#include "sd/net/e2e_spec.hpp"
 #include "sd/net/responder.hpp"
 #include "someip/core/update_schedule.hpp"
 
@@ -87,6 +88,7 @@ struct ServiceSpec {
   /// Events, and methods with their responses, that may be sent over UDP in segments when they are large.
   /// Nothing: all. [feat_req_someiptp_788]
   std::optional<std::vector<someip::MethodId>> segmented{};
+  std::vector<E2eSpec> e2e{};  ///< events, methods, getters, setters and notifiers with protection
   /// What else discovery tells of it, in this order.  [feat_req_someipsd_857] A service of other_protocols is
   /// named by its item `otherserv`.  [feat_req_someipsd_500]
   std::vector<ConfigurationText> configuration{};
@@ -115,7 +117,8 @@ struct RequireSpec {
   /// Methods whose requests may be sent over UDP in segments when they are large. Nothing: all.
   /// [feat_req_someiptp_788]
   std::optional<std::vector<someip::MethodId>> segmented{};
-  std::string otherserv{};  ///< the name, for other_protocols  [feat_req_someipsd_503]
+  std::vector<E2eSpec> e2e{};  ///< methods, getters and setters with end-to-end protection
+  std::string otherserv{};     ///< the name, for other_protocols  [feat_req_someipsd_503]
 };
 
 /// An eventgroup to subscribe to.
@@ -136,7 +139,8 @@ struct SubscribeSpec {
   /// Subscribe anew when no event of `events` came for this long, counted from the Ack and from each event;
   /// nothing: never.  [feat_req_someipsd_439] [feat_req_someipsd_691]
   std::optional<Duration> silence_timeout{};
-  std::string otherserv{};  ///< the name, for other_protocols  [feat_req_someipsd_503]
+  std::vector<E2eSpec> e2e{};  ///< of `events` with end-to-end protection
+  std::string otherserv{};     ///< the name, for other_protocols  [feat_req_someipsd_503]
 };
 
 /// Why a call was not answered as it should be.
@@ -156,6 +160,8 @@ struct CallError {
   CallFault fault{};
   someip::ReturnCode code = someip::ReturnCode::not_ok;  ///< of CallFault::error
   ByteView payload{};                                    ///< of CallFault::error; valid during the call
+  const someip::Header* header = nullptr;                ///< likewise
+  const someip::e2e::CheckResult* check = nullptr;       ///< likewise, of an answer with protection
 };
 
 /// The response to a call, valid during the call of the handler, or why there is none.

@@ -74,10 +74,17 @@ struct Header {
   friend constexpr bool operator==(const Header&, const Header&) = default;
 };
 
+namespace e2e {
+struct CheckResult;
+}
+
 /// A decoded message. `payload` points into the decoded bytes and dies with them.
 struct Message {
-  Header header;
-  ByteView payload;
+  Header header{};
+  ByteView payload{};
+  /// What end-to-end protection found out, in handlers of messages that have it (sd/net/e2e_spec.hpp): valid
+  /// during the call, and `payload` is then without the E2E header. Else null.
+  const e2e::CheckResult* check = nullptr;
   /// Header and payload together, in bytes.
   [[nodiscard]] constexpr std::size_t size() const noexcept { return header_bytes + payload.size(); }
 };

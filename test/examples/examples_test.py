@@ -75,6 +75,13 @@ class Examples(unittest.TestCase):
         self.assertEqual([line for line in lines if line not in told],
                          ["set: Success, 30.0", "set: the answer is E_NOT_OK"])
 
+    def test_e2e(self):
+        status, out, errors = output("e2e", 10, 11)
+        self.assertEqual((status, errors), (0, ""))
+        self.assertEqual(out.splitlines(),
+                         ["limit: Success, 130.0", "speed 99.5, ok, channel init", "speed 100.5, ok, channel init",
+                          "speed 101.5, ok, channel valid"])
+
     def test_large_message(self):
         status, out, errors = output("large_message", 8, 9)
         self.assertEqual((status, errors), (0, ""))

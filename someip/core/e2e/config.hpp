@@ -42,6 +42,7 @@ struct EarlySequence {
   /// forgiven.
   std::uint8_t sync_counter_init = 0;
   Behavior behavior = Behavior::r4_2;
+  friend constexpr bool operator==(const EarlySequence&, const EarlySequence&) = default;
 };
 
 /// Profile 1: 8-bit CRC, 4-bit counter (0 to 14), up to 30 bytes.
@@ -53,6 +54,7 @@ struct Profile1 {
   std::uint32_t counter_offset_bits = someip_offset_bits + 8;          ///< a multiple of 4
   std::uint32_t data_id_nibble_offset_bits = someip_offset_bits + 12;  ///< a multiple of 4
   EarlySequence sequence{};
+  friend constexpr bool operator==(const Profile1&, const Profile1&) = default;
 };
 
 /// Profile 2: 8-bit CRC, 4-bit counter (0 to 15), one Data ID for each counter value.
@@ -61,6 +63,7 @@ struct Profile2 {
   std::uint32_t data_bits = 0;                     ///< length of the Data: a multiple of 8
   std::uint32_t offset_bits = someip_offset_bits;  ///< of the 2-byte header: a multiple of 8
   EarlySequence sequence{};
+  friend constexpr bool operator==(const Profile2&, const Profile2&) = default;
 };
 
 /// Profiles 4 and 44: 12-byte header with 16-bit length and counter, 32-bit Data ID and CRC.
@@ -70,6 +73,7 @@ struct Profile4 {
   std::uint32_t min_data_bits = 0;         ///< of the whole Data; 0: just what is needed for the header
   std::uint32_t max_data_bits = 4096 * 8;  ///< AUTOSAR's limit; the length field allows 65535 * 8
   std::uint32_t max_delta_counter = 1;     ///< largest step between two counters, 1 to 65534
+  friend constexpr bool operator==(const Profile4&, const Profile4&) = default;
 };
 /// The same bytes as profile 4.
 struct Profile44 : Profile4 {};
@@ -86,6 +90,7 @@ struct Profile5 {
   std::uint32_t max_delta_counter = 1;             ///< 1 to 254
   /// AUTOSAR sends the CRC's low byte first; vsomeip up to 3.7.4 its high byte.
   std::endian crc_order = std::endian::little;
+  friend constexpr bool operator==(const Profile5&, const Profile5&) = default;
 };
 
 /// Profile 6: 5-byte header with 16-bit CRC, 16-bit length and 8-bit counter.
@@ -95,6 +100,7 @@ struct Profile6 {
   std::uint32_t min_data_bits = 0;         ///< of the whole Data; 0: just what is needed for the header
   std::uint32_t max_data_bits = 4096 * 8;  ///< AUTOSAR's limit; the length field allows 65535 * 8
   std::uint32_t max_delta_counter = 1;     ///< 1 to 254
+  friend constexpr bool operator==(const Profile6&, const Profile6&) = default;
 };
 
 /// Profile 7: 20-byte header with 64-bit CRC, 32-bit length, counter and Data ID.
@@ -104,6 +110,7 @@ struct Profile7 {
   std::uint32_t min_data_bits = 0;           ///< of the whole Data; 0: just what is needed for the header
   std::uint32_t max_data_bits = 0xfffffff8;  ///< 512 MiB
   std::uint32_t max_delta_counter = 1;       ///< 1 to 0xfffffffe
+  friend constexpr bool operator==(const Profile7&, const Profile7&) = default;
 };
 /// Profile 7m, for methods: 24-byte header, profile 7's and then message type, result and source id.
 struct Profile7m : Profile7 {};
@@ -119,6 +126,7 @@ struct Profile11 {
   std::uint32_t counter_offset_bits = someip_offset_bits + 8;          ///< a multiple of 4
   std::uint32_t data_id_nibble_offset_bits = someip_offset_bits + 12;  ///< a multiple of 4
   std::uint32_t max_delta_counter = 1;                                 ///< 1 to 13
+  friend constexpr bool operator==(const Profile11&, const Profile11&) = default;
 };
 
 /// Profile 22: profile 2's bytes with the sequence rules of the newer profiles.
@@ -127,6 +135,7 @@ struct Profile22 {
   std::uint32_t data_bits = 0;                     ///< length of the Data: a multiple of 8
   std::uint32_t offset_bits = someip_offset_bits;  ///< of the 2-byte header: a multiple of 8
   std::uint32_t max_delta_counter = 1;             ///< 1 to 14
+  friend constexpr bool operator==(const Profile22&, const Profile22&) = default;
 };
 
 using Config = std::variant<Profile1, Profile2, Profile4, Profile4m, Profile5, Profile6, Profile7, Profile7m,

@@ -278,6 +278,17 @@ std::uint32_t Layout::header_at() const noexcept {
   return first / 8;
 }
 
+std::optional<std::uint32_t> Layout::header_bytes() const noexcept {
+  const std::uint32_t bytes = (fields_end(*this) + 7) / 8 - header_at();
+  std::uint32_t covered = 0;
+  for (const Field& field : {crc, counter, length, data_id, source}) {
+    covered += (field.size + 7) / 8;
+  }
+  // The Data ID nibble may share the byte of the counter.
+  covered += data_id_nibble.size != 0 && data_id_nibble.at / 8 != counter.at / 8 ? 1 : 0;
+  return covered == bytes ? std::optional{bytes} : std::nullopt;
+}
+
 tl::expected<Layout, ConfigError> make_layout(const Config& config) noexcept {
   Requirements rules;
   const Layout layout = std::visit(ToLayout{rules}, config);

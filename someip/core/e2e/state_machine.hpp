@@ -50,6 +50,7 @@ struct StateMachineConfig {
   bool clear_to_invalid = false;  ///< forget the window on the way to invalid
   /// Since R20-11: go to invalid also when a full window brought nothing usable, or too little of it.
   bool transit_to_invalid_extended = false;
+  friend constexpr bool operator==(const StateMachineConfig&, const StateMachineConfig&) = default;
 };
 
 /// AUTOSAR's E2E state machine (E2E_SMCheck): judges the channel from the window of the last checks.

@@ -327,7 +327,8 @@ TEST_F(FieldsTest, AreReadAndSet) {
   ASSERT_TRUE(run_until([&] { return events.size() == 1; })) << "the initial event";
 
   EXPECT_EQ(call(client, service, getter).payload, bytes("07"));
-  EXPECT_EQ(call(client, service, getter, "00").payload, bytes("07")) << "what a newer client adds is ignored";
+  EXPECT_EQ(call(client, service, getter, "00").payload, bytes("07"))
+      << "what a newer client adds is ignored";
   EXPECT_EQ(call(client, service, setter, "20").payload, bytes("20"));
   EXPECT_EQ(call(client, service, setter, "ff").payload, bytes("64")) << "the value that was set";
   EXPECT_EQ(call(client, service, setter, "0102").code, ReturnCode::malformed_message);

@@ -1,0 +1,45 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "someip/core/e2e/checker.hpp"
+#include "someip/core/e2e/config.hpp"
+#include "someip/wire/types.hpp"
+
+namespace trestle::sd {
+
+/// End-to-end protection of an event or a method; a field's notifier is an event, its getter and setter are
+/// methods. The same at both ends, but that `protect` here is `check` there.  [feat_req_someip_102]
+///
+///     server: .e2e = {{.id = speed, .protect = e2e::Profile4{.data_id = 0x2d}}}
+///     client: .e2e = {{.id = speed, .check = e2e::Profile4{.data_id = 0x2d}}}
+///
+/// Applications give and get payloads without the E2E header. The profile's lengths, data_bits and so on,
+/// count all: the 8 bytes of the SOME/IP header from the Request ID on, the E2E header, the payload.
+///
+/// A message whose check says anything but CheckStatus::ok or ok_some_lost is counted and not handed over: an
+/// event is dropped, a request answered with E_E2E_REPEATED, E_E2E_WRONG_SEQUENCE or E_E2E, and the caller
+/// told the same of an answer (CallFault::error). Handlers that want more than that read Message::check,
+/// where the state of the whole communication is, too.
+struct E2eSpec {
+  someip::MethodId id{};
+  /// What is sent: by a server the event or the responses of the method, by a client the requests.
+  std::optional<someip::e2e::Config> protect{};
+  std::optional<someip::e2e::Config> check{};  ///< what is received
+  someip::e2e::StateMachineConfig state_machine{};
+  /// Hand over also what failed: the handler must look at Message::check. Not for getters and setters of the
+  /// server. The payload is empty if it is too short for the E2E header.
+  bool pass_failed = false;
+  /// Profiles 4m, 7m, 44m: who asks. For clients; a server answers with that of the request.
+  std::uint32_t source_id = 0;
+  /// The protection leaves the SOME/IP header out, and positions count from the beginning of the payload: so
+  /// vsomeip does with profile 1.
+  bool payload_only = false;
+  /// Senders of which the state is kept: clients of a method, servers. Of more, who was heard longest ago is
+  /// forgotten. At least 1.
+  std::size_t max_peers = 64;
+  friend bool operator==(const E2eSpec&, const E2eSpec&) = default;
+};
+
+}  // namespace trestle::sd
