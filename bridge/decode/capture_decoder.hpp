@@ -1,55 +1,27 @@
 #pragma once
-#include <map>
-#include <vector>
-
-#include "bridge/decode/message_stream.hpp"
-#include "bridge/decode/someip_ports.hpp"
-#include "pcaps/traffic.hpp"
+#include "bridge/decode/capture_reader.hpp"
+#include "bridge/decode/message_decoder.hpp"
 
 namespace trestle::bridge {
 
-/// Prints the SOME/IP messages of recorded traffic. Feed it through pcaps::Traffic, then call finish().
-class CaptureDecoder : public pcaps::TrafficSink {
+/// Prints the SOME/IP messages of recorded traffic.
+class CaptureDecoder : public CaptureReader {
  public:
   struct Options {
     bool reassemble = false;
     std::vector<std::uint16_t> ports;  ///< carry SOME/IP whatever it looks like
   };
 
-  CaptureDecoder(const Options& options, std::function<void(const Json&)> print);
-
-  void on_datagram(const pcaps::Origin& origin, ByteView payload, std::size_t missing) override;
-  void on_stream(const pcaps::Origin& origin, const pcaps::StreamBytes& bytes) override;
-  void on_stream_closed(const pcaps::Origin& origin) override;
-  void on_broken_frame(const pcaps::Origin& origin, const pcaps::FrameError& error) override;
-  /// The capture is over: messages that it breaks off are reported.
-  void finish();
+  CaptureDecoder(const Options& options, std::function<void(const Json&)> print)
+      : CaptureReader{options.ports, messages_},
+        messages_{options.reassemble,
+                  {std::move(print),
+                   [this](Transport transport, const Endpoint& endpoint) { learn(transport, endpoint); }}} {}
 
   [[nodiscard]] const MessageDecoder& messages() const noexcept { return messages_; }
-  /// Datagrams that were not taken for SOME/IP.
-  [[nodiscard]] std::uint64_t foreign_datagrams() const noexcept { return foreign_datagrams_; }
-  /// Directions of TCP connections that were not taken for SOME/IP.
-  [[nodiscard]] std::uint64_t foreign_streams() const noexcept { return foreign_streams_; }
 
  private:
-  /// One direction of a TCP connection.
-  struct Stream {
-    std::optional<MessageStream> messages;  ///< nothing until it is taken for SOME/IP
-    bool foreign = false;
-    std::vector<std::byte> front;  ///< while neither: the first bytes, too few to tell
-    std::uint64_t front_offset = 0;
-    pcaps::Origin last;  ///< what brought the last bytes
-  };
-
-  void begin(Stream& stream, const pcaps::StreamBytes& bytes);
-  void close(Stream& stream);
-
-  SomeipPorts ports_;
   MessageDecoder messages_;
-  std::map<Flow, Stream> streams_;
-  std::size_t waiting_bytes_ = 0;
-  std::uint64_t foreign_datagrams_ = 0;
-  std::uint64_t foreign_streams_ = 0;
 };
 
 }  // namespace trestle::bridge

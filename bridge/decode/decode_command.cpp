@@ -84,12 +84,9 @@ int decode_capture(const Arguments& arguments) {
 void decode_line(MessageDecoder& decoder, const Place& place, std::string_view line) {
   const tl::expected<std::vector<std::byte>, std::size_t> bytes = parse_hex_line(line);
   if (!bytes) {
-    Json object = place.fields;
-    object["offset"] = 0;
     decoder.unreadable(
-        std::move(object),
-        {"bad_hex", "", bytes.error(),
-         fmt::format("two hexadecimal digits expected, not complete at character {}", bytes.error())});
+        place, {"bad_hex", "", bytes.error(),
+                fmt::format("two hexadecimal digits expected, not complete at character {}", bytes.error())});
   } else if (bytes->empty()) {
     decoder.undecodable(place, 0, {}, someip::WireError::truncated);
   } else {
@@ -104,7 +101,7 @@ int decode_hex(const Arguments& arguments) {
   std::uint64_t number = 0;
   for (std::string line; !output.closed() && std::getline(std::cin, line);) {
     Place place;
-    place.fields["line"] = ++number;
+    place.line = ++number;
     decode_line(decoder, place, line);
     // Whoever waits for the answer before sending the next line gets it.
     if (std::cin.rdbuf()->in_avail() <= 0) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "bridge/decode/sd_json.hpp"
+#include "someip/net/address_text.hpp"
 #include "someip/wire/bytes.hpp"
 
 namespace trestle::bridge {
@@ -10,22 +11,33 @@ namespace {
 
 using someip::WireError;
 
-/// Names the broken rule behind an error of someip::decode().
-Violation explain(WireError error, std::size_t offset, ByteView bytes, std::size_t missing) {
-  const std::string cut = missing == 0 ? "" : fmt::format("; the recorder cut off {} bytes", missing);
-  if (bytes.size() < someip::header_bytes) {
-    return {
-        to_string(error), "feat_req_someip_45", offset + bytes.size(),
-        fmt::format("{} bytes are too few for the header of {}{}", bytes.size(), someip::header_bytes, cut)};
+/// "2026-11-21T01:39:25.522395000Z"
+std::string timestamp(pcaps::Timestamp time) {
+  const auto day = std::chrono::floor<std::chrono::days>(time);
+  const std::chrono::year_month_day date{day};
+  const std::chrono::hh_mm_ss clock{time - day};
+  return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}.{:09}Z", static_cast<int>(date.year()),
+                     static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()),
+                     clock.hours().count(), clock.minutes().count(), clock.seconds().count(),
+                     clock.subseconds().count());
+}
+
+/// What each object about these bytes begins with.
+Json fields_of(const Place& place) {
+  Json fields;
+  if (place.line > 0) {
+    fields["line"] = place.line;
   }
-  const auto length = someip::load<std::uint32_t>(bytes.data() + 4);
-  if (error == WireError::bad_length) {
-    return {to_string(error), "feat_req_someip_798", offset + 4,
-            fmt::format("Length {} is below the 8 header bytes that it counts", length)};
+  if (place.frame > 0) {
+    fields["frame"] = place.frame;
+    fields["time"] = timestamp(place.time);
   }
-  return {to_string(error), "feat_req_someip_77", offset + 4,
-          fmt::format("Length {} reaches beyond the {} bytes that follow it{}", length,
-                      bytes.size() - someip::length_covered_header_bytes, cut)};
+  if (place.transport) {
+    fields["src"] = someip::to_string(place.flow.from);
+    fields["dst"] = someip::to_string(place.flow.to);
+    fields["transport"] = *place.transport == Transport::tcp ? "tcp" : "udp";
+  }
+  return fields;
 }
 
 /// Adds "tp" to the object of a segment.
@@ -55,25 +67,13 @@ MessageDecoder::MessageDecoder(bool reassemble, Hooks hooks) : hooks_{std::move(
   }
 }
 
-bool MessageDecoder::datagram(const Place& place, ByteView bytes) {
-  someip::MessageCursor cursor{bytes};
-  bool well_formed = true;
-  for (std::size_t offset = 0; const auto found = cursor.next(); offset = cursor.offset()) {
-    well_formed = message(place, offset, *found) && well_formed;
-  }
-  if (cursor.error()) {
-    undecodable(place, cursor.offset(), bytes.subspan(cursor.offset()), *cursor.error());
-  }
-  return well_formed && !cursor.error();
-}
-
 bool MessageDecoder::message(const Place& place, std::size_t offset, const someip::Message& message) {
   return print_message(place, offset, message, false);
 }
 
 bool MessageDecoder::print_message(const Place& place, std::size_t offset, const someip::Message& message,
                                    bool reassembled) {
-  Json object = place.fields;
+  Json object = fields_of(place);
   object["offset"] = offset;
   add_header(object, message.header, message.payload.size());
   std::optional<Violation> violation;
@@ -92,7 +92,7 @@ bool MessageDecoder::print_message(const Place& place, std::size_t offset, const
   }
   someip::Result<std::optional<someip::Reassembled>, someip::TpDrop> whole{std::nullopt};
   if (segment && assembly_) {
-    whole = assembly_->add(place.flow, message, place.time);
+    whole = assembly_->add(place.flow, message, TimePoint{place.time.time_since_epoch()});
     if (!whole) {
       object["tp"]["dropped"] = to_string(whole.error());
     }
@@ -112,21 +112,27 @@ bool MessageDecoder::print_message(const Place& place, std::size_t offset, const
 
 void MessageDecoder::undecodable(const Place& place, std::size_t offset, ByteView bytes,
                                  const Violation& violation) {
-  Json object = place.fields;
+  Json object = fields_of(place);
   object["offset"] = offset;
   add_partial_header(object, bytes);
   object["bytes"] = hex_digits(bytes);
-  unreadable(std::move(object), violation);
+  print_violation(std::move(object), violation);
 }
 
-void MessageDecoder::unreadable(Json object, const Violation& violation) {
+void MessageDecoder::broken_frame(const Place& place, const Violation& violation) {
+  print_violation(fields_of(place), violation);
+}
+
+void MessageDecoder::unreadable(const Place& place, const Violation& violation) {
+  Json object = fields_of(place);
+  object["offset"] = 0;
+  print_violation(std::move(object), violation);
+}
+
+void MessageDecoder::print_violation(Json object, const Violation& violation) {
   add_error(object, violation);
   ++malformed_;
   hooks_.print(object);
-}
-
-void MessageDecoder::undecodable(const Place& place, std::size_t offset, ByteView bytes, WireError error) {
-  undecodable(place, offset, bytes, explain(error, offset, bytes, place.missing));
 }
 
 std::uint64_t MessageDecoder::incomplete() const noexcept {

@@ -1,23 +1,13 @@
 #pragma once
 #include <functional>
-#include <optional>
 
-#include "bridge/decode/message_json.hpp"
-#include "bridge/decode/tp_assembly.hpp"
+#include "bridge/decode/message_sink.hpp"
 
 namespace trestle::bridge {
 
-/// Where bytes come from.
-struct Place {
-  Json fields;  ///< what each object about these bytes begins with
-  Flow flow;
-  TimePoint time{};         ///< of the recording; only differences matter
-  std::size_t missing = 0;  ///< bytes behind these that the recorder cut off
-};
-
 /// Turns SOME/IP messages into JSON objects, one for each message and one for each place where bytes are no
 /// message.
-class MessageDecoder {
+class MessageDecoder : public MessageSink {
  public:
   struct Hooks {
     std::function<void(const Json&)> print;
@@ -28,17 +18,13 @@ class MessageDecoder {
   /// @param reassemble  also print messages that came in TP segments, when their last one came.
   MessageDecoder(bool reassemble, Hooks hooks);
 
-  /// Prints every message of a datagram.  [feat_req_someip_702] [feat_req_someip_319]
-  /// @return whether all of it was well formed.
-  bool datagram(const Place& place, ByteView bytes);
-  /// Prints one message that was found at `offset`.
-  bool message(const Place& place, std::size_t offset, const someip::Message& message);
-  /// Prints that there is no message at `offset`, where `bytes` are.
-  void undecodable(const Place& place, std::size_t offset, ByteView bytes, const Violation& violation);
-  /// Prints that bytes could not even be got at. `object` says where from.
-  void unreadable(Json object, const Violation& violation);
-  /// As undecodable(), for the bytes that someip::decode() refused.
-  void undecodable(const Place& place, std::size_t offset, ByteView bytes, someip::WireError error);
+  using MessageSink::undecodable;
+  bool message(const Place& place, std::size_t offset, const someip::Message& message) override;
+  void undecodable(const Place& place, std::size_t offset, ByteView bytes,
+                   const Violation& violation) override;
+  void broken_frame(const Place& place, const Violation& violation) override;
+  /// Prints that a line of text is not even bytes.
+  void unreadable(const Place& place, const Violation& violation);
 
   [[nodiscard]] std::uint64_t messages() const noexcept { return messages_; }
   /// Objects with an "error".
@@ -49,6 +35,7 @@ class MessageDecoder {
  private:
   bool print_message(const Place& place, std::size_t offset, const someip::Message& message,
                      bool reassembled);
+  void print_violation(Json object, const Violation& violation);
 
   Hooks hooks_;
   std::optional<TpAssembly> assembly_;

@@ -34,17 +34,17 @@ bool is_confirmed(ByteView bytes) noexcept {
 
 }  // namespace
 
-void MessageStream::add(const Place& place, ByteView bytes, MessageDecoder& decoder) {
+void MessageStream::add(const Place& place, ByteView bytes, MessageSink& sink) {
   unread_.insert(unread_.end(), bytes.begin(), bytes.end());
   std::size_t done = 0;
   while (done < unread_.size()) {
     const ByteView rest = ByteView{unread_}.subspan(done);
     if (!in_step_) {
-      done += find_message(place, rest, offset_ + done, decoder);
+      done += find_message(place, rest, offset_ + done, sink);
       if (!in_step_) {
         break;
       }
-    } else if (const std::size_t size = read_message(place, rest, offset_ + done, decoder); size > 0) {
+    } else if (const std::size_t size = read_message(place, rest, offset_ + done, sink); size > 0) {
       done += size;
     } else {
       break;
@@ -56,19 +56,19 @@ void MessageStream::add(const Place& place, ByteView bytes, MessageDecoder& deco
 
 /// @return how many bytes are done with; 0 when more are needed.
 std::size_t MessageStream::read_message(const Place& place, ByteView bytes, std::size_t offset,
-                                        MessageDecoder& decoder) {
+                                        MessageSink& sink) {
   const someip::Result<someip::Message> message = someip::decode(bytes);
   if (message) {
-    decoder.message(place, offset, *message);
+    sink.message(place, offset, *message);
     return message->size();
   }
   if (message.error() == someip::WireError::bad_length) {
-    decoder.undecodable(place, offset, bytes.first(someip::header_bytes), message.error());
+    sink.undecodable(place, offset, bytes.first(someip::header_bytes), message.error());
   } else if (bytes.size() >= someip::header_bytes && length_field(bytes) > max_stream_length) {
-    decoder.undecodable(place, offset, bytes.first(someip::header_bytes),
-                        {"bad_length", "feat_req_someip_77", offset + 4,
-                         fmt::format("Length {} is more than the {} that any message is believed to have",
-                                     length_field(bytes), max_stream_length)});
+    sink.undecodable(place, offset, bytes.first(someip::header_bytes),
+                     {"bad_length", "feat_req_someip_77", offset + 4,
+                      fmt::format("Length {} is more than the {} that any message is believed to have",
+                                  length_field(bytes), max_stream_length)});
   } else {
     return 0;
   }
@@ -81,7 +81,7 @@ std::size_t MessageStream::read_message(const Place& place, ByteView bytes, std:
 /// Puts us in step if a message begins somewhere in `bytes`.
 /// @return how many bytes no message begins at.
 std::size_t MessageStream::find_message(const Place& place, ByteView bytes, std::size_t offset,
-                                        MessageDecoder& decoder) {
+                                        MessageSink& sink) {
   std::optional<std::size_t> doubtful;
   std::size_t at = 0;
   for (; at + someip::header_bytes <= bytes.size(); ++at) {
@@ -99,35 +99,35 @@ std::size_t MessageStream::find_message(const Place& place, ByteView bytes, std:
     in_step_ = bytes.size() - at > max_doubt_bytes;
   }
   if (in_step_) {
-    report_search(place, offset + at, decoder);
+    report_search(place, offset + at, sink);
   }
   return at;
 }
 
-void MessageStream::report_search(const Place& place, std::size_t until, MessageDecoder& decoder) const {
+void MessageStream::report_search(const Place& place, std::size_t until, MessageSink& sink) const {
   if (until > searched_from_) {
-    decoder.undecodable(
+    sink.undecodable(
         place, searched_from_, {},
         {"out_of_step", "", searched_from_,
          fmt::format("passed over {} bytes in search of the next message", until - searched_from_)});
   }
 }
 
-void MessageStream::skip(const Place& place, std::uint64_t lost, MessageDecoder& decoder) {
+void MessageStream::skip(const Place& place, std::uint64_t lost, MessageSink& sink) {
   const std::size_t gap_at = offset_ + unread_.size();
-  decoder.undecodable(place, offset_, unread_,
-                      {"stream_gap", "", gap_at, fmt::format("the capture lacks the next {} bytes", lost)});
+  sink.undecodable(place, offset_, unread_,
+                   {"stream_gap", "", gap_at, fmt::format("the capture lacks the next {} bytes", lost)});
   unread_.clear();
   offset_ = gap_at + lost;
   in_step_ = false;
   searched_from_ = offset_;
 }
 
-void MessageStream::finish(const Place& place, MessageDecoder& decoder) const {
+void MessageStream::finish(const Place& place, MessageSink& sink) const {
   if (!in_step_) {
-    report_search(place, offset_ + unread_.size(), decoder);
+    report_search(place, offset_ + unread_.size(), sink);
   } else if (!unread_.empty()) {
-    decoder.undecodable(place, offset_, unread_, someip::WireError::truncated);
+    sink.undecodable(place, offset_, unread_, someip::WireError::truncated);
   }
 }
 

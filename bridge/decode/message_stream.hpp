@@ -1,7 +1,7 @@
 #pragma once
 #include <vector>
 
-#include "bridge/decode/message_decoder.hpp"
+#include "bridge/decode/message_sink.hpp"
 
 namespace trestle::bridge {
 
@@ -17,20 +17,20 @@ class MessageStream {
   MessageStream(bool from_start, std::uint64_t offset) noexcept
       : in_step_{from_start}, offset_{offset}, searched_from_{offset} {}
 
-  /// Takes the next bytes and prints the messages that are complete now.
-  void add(const Place& place, ByteView bytes, MessageDecoder& decoder);
+  /// Takes the next bytes and passes on the messages that are complete now.
+  void add(const Place& place, ByteView bytes, MessageSink& sink);
   /// The next `lost` bytes will never come.
-  void skip(const Place& place, std::uint64_t lost, MessageDecoder& decoder);
-  /// Nothing more comes: prints what is torn off, as seen from the place that brought the last bytes.
-  void finish(const Place& place, MessageDecoder& decoder) const;
+  void skip(const Place& place, std::uint64_t lost, MessageSink& sink);
+  /// Nothing more comes: tells what is torn off, as seen from the place that brought the last bytes.
+  void finish(const Place& place, MessageSink& sink) const;
 
   /// Bytes that wait for the rest of their message.
   [[nodiscard]] std::size_t unread() const noexcept { return unread_.size(); }
 
  private:
-  std::size_t read_message(const Place& place, ByteView bytes, std::size_t offset, MessageDecoder& decoder);
-  std::size_t find_message(const Place& place, ByteView bytes, std::size_t offset, MessageDecoder& decoder);
-  void report_search(const Place& place, std::size_t until, MessageDecoder& decoder) const;
+  std::size_t read_message(const Place& place, ByteView bytes, std::size_t offset, MessageSink& sink);
+  std::size_t find_message(const Place& place, ByteView bytes, std::size_t offset, MessageSink& sink);
+  void report_search(const Place& place, std::size_t until, MessageSink& sink) const;
 
   bool in_step_;
   std::vector<std::byte> unread_;
