@@ -1,35 +1,10 @@
 #include "pcaps/capture_file.hpp"
 
-#include <pcap/pcap.h>
-
 #include <array>
-#include <stdexcept>
+
+#include "pcaps/link_type.hpp"
 
 namespace trestle::pcaps {
-namespace {
-
-LinkType link_type(int data_link) noexcept {
-  switch (data_link) {
-    case DLT_EN10MB:
-      return LinkType::ethernet;
-    case DLT_LINUX_SLL:
-      return LinkType::linux_sll;
-    case DLT_LINUX_SLL2:
-      return LinkType::linux_sll2;
-    case DLT_RAW:
-    case DLT_IPV4:
-    case DLT_IPV6:
-      return LinkType::raw_ip;
-    case DLT_NULL:
-    case DLT_LOOP:
-      return LinkType::null_loopback;
-    default:
-      return LinkType::unsupported;
-  }
-}
-
-}  // namespace
-
 void CaptureFile::Close::operator()(pcap* file) const noexcept {
   pcap_close(file);
 }
@@ -47,14 +22,7 @@ CaptureFile::CaptureFile(const std::string& path) {
     }
     throw std::runtime_error{"cannot read a capture from " + name + ": " + why};
   }
-  const int data_link = pcap_datalink(file_.get());
-  link_ = link_type(data_link);
-  if (link_ == LinkType::unsupported) {
-    const char* known = pcap_datalink_val_to_name(data_link);
-    throw std::runtime_error{"cannot read frames from " + name + ": link type " +
-                             (known != nullptr ? std::string{known} : std::to_string(data_link)) +
-                             " is none of Ethernet, Linux cooked (1 and 2), raw IP and null/loopback"};
-  }
+  link_ = link_type_of(file_.get(), name);
 }
 
 std::optional<Frame> CaptureFile::next() {
@@ -67,10 +35,7 @@ std::optional<Frame> CaptureFile::next() {
   if (status != 1) {
     return std::nullopt;
   }
-  // Asked for nanoseconds, libpcap puts them where microseconds usually are.
-  const Timestamp time{std::chrono::seconds{header->ts.tv_sec} +
-                       std::chrono::nanoseconds{header->ts.tv_usec}};
-  return Frame{++frames_, time, link_, std::as_bytes(std::span{bytes, header->caplen}), header->len};
+  return to_frame(++frames_, link_, *header, bytes);
 }
 
 }  // namespace trestle::pcaps
