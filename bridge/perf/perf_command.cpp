@@ -96,7 +96,7 @@ void add_server(CLI::App& perf, int& status) {
   command->add_option("SERVICE.INSTANCE", options->service, "Its ids")->capture_default_str();
   command->add_option("--timeout", options->timeout_s, "End after so long")
       ->type_name("SECONDS")
-      ->check(CLI::PositiveNumber);
+      ->check(seconds_above_zero());
   command->add_flag("-q,--quiet", options->quiet, "Do not tell what discovery does");
   options->network.add_to(*command);
   command->callback([options, &status] { status = serve(*options); });
@@ -111,15 +111,15 @@ struct TimeOptions {
   void add_to(CLI::App& command, const char* timeout) {
     command.add_option("--seconds", seconds, "How long to measure")
         ->type_name("N")
-        ->check(CLI::Range(0.01, 1e6))
+        ->check(number_between(0.01, 1e6))
         ->capture_default_str();
     command.add_option("--warm-up", warm_up_s, "And how long to warm up before")
         ->type_name("SECONDS")
-        ->check(CLI::Range(0.0, 1e3))
+        ->check(number_between(0, 1e3))
         ->capture_default_str();
     command.add_option("--timeout", timeout_s, timeout)
         ->type_name("SECONDS")
-        ->check(CLI::Range(0.001, 1e6))
+        ->check(seconds_above_zero())
         ->capture_default_str();
   }
 };
@@ -214,11 +214,11 @@ void add_client(CLI::App& perf, int& status) {
       ->capture_default_str();
   command->add_option("--rate", options->rate_hz, "Events a second; 0: as the window lets them")
       ->type_name("HZ")
-      ->check(CLI::Range(0.0, 1e7))
+      ->check(number_between(0, 1e7))
       ->capture_default_str();
   command->add_option("--separation", options->separation_us, "Time between two bursts of segments")
       ->type_name("MICROSECONDS")
-      ->check(CLI::Range(0.0, 1e6))
+      ->check(number_between(0, 1e6))
       ->capture_default_str();
   command->add_option("--burst", options->client.plan.burst, "Segments in a burst")
       ->type_name("N")

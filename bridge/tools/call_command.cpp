@@ -141,7 +141,7 @@ void add_call_command(CLI::App& app, int& status) {
       ->capture_default_str();
   command->add_option("--timeout", options->timeout_s, "For finding the service and for the answer, together")
       ->type_name("SECONDS")
-      ->check(CLI::Range(0.001, 1e6))
+      ->check(seconds_above_zero())
       ->capture_default_str();
   CLI::Option* udp = command->add_flag("--udp", options->udp, "Call over UDP");
   command->add_flag("--tcp", options->tcp, "Call over TCP")->excludes(udp);

@@ -4,14 +4,18 @@
 
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/tools/listener.hpp"
+#include "bridge/tools/network_view.hpp"
 #include "bridge/tools/options.hpp"
 #include "bridge/tools/session.hpp"
 #include "bridge/tools/sighting_text.hpp"
 #include "bridge/tools/tool_commands.hpp"
+#include "sd/net/clock.hpp"
 #include "someip/net/address_text.hpp"
 
 namespace trestle::bridge {
 namespace {
+
+constexpr std::size_t max_services = 10'000;
 
 struct Options {
   NetworkOptions network;
@@ -36,7 +40,10 @@ int run(const Options& options) {
   const sd::NodeConfig network = options.network.config();
   Session session{options.timeout_s};
   std::uint64_t found = 0;
-  Listener listener{session.io, network, [&](const std::vector<Sighting>& sightings) {
+  NetworkView view{max_services};
+  Listener listener{session.io, network, [&](ByteView datagram, const Endpoint& from, const Endpoint& to) {
+                      std::vector<Sighting> sightings;
+                      view.on_datagram(datagram, from, to, sd::now(), sightings);
                       for (const Sighting& one : sightings) {
                         if (one.kind != Sighting::Kind::offered || !fits(wanted, one.service) ||
                             (count != 0 && found == count)) {
@@ -80,7 +87,7 @@ void add_find_command(CLI::App& app, int& status) {
   command->add_option("SERVICE", options->service, "SERVICE or SERVICE.INSTANCE, such as 0x1234.0x0001");
   command->add_option("--timeout", options->timeout_s, "How long to look")
       ->type_name("SECONDS")
-      ->check(CLI::PositiveNumber)
+      ->check(seconds_above_zero())
       ->capture_default_str();
   command->add_option("--count", options->count, "End when so many are found")
       ->type_name("N")

@@ -6,23 +6,19 @@
 #include "sd/wire/writer.hpp"
 
 namespace trestle::bridge {
-namespace {
-
-constexpr std::size_t max_services = 10'000;
-
-}  // namespace
 
 Listener::Listener(boost::asio::io_context& io, const sd::NodeConfig& network, Handler handler)
     : io_{io},
       network_{network},
       handler_{std::move(handler)},
-      view_{max_services},
       multicast_{io,
                  {.local = {network.multicast, network.port},
                   .join = network.multicast,
                   .interface = {{network.address, network.multicast_interface}},
                   .sharing = someip::PortSharing::shared}} {
-  multicast_.receive([this](ByteView datagram, const Endpoint& from) { on_datagram(datagram, from, true); });
+  multicast_.receive([this](ByteView datagram, const Endpoint& from) {
+    on_datagram(datagram, from, {network_.multicast, network_.port});
+  });
 }
 
 bool Listener::open_for_finding() {
@@ -33,7 +29,8 @@ bool Listener::open_for_finding() {
   } catch (const someip::NetError&) {
     return false;
   }
-  unicast_->receive([this](ByteView datagram, const Endpoint& from) { on_datagram(datagram, from, false); });
+  unicast_->receive(
+      [this](ByteView datagram, const Endpoint& from) { on_datagram(datagram, from, unicast_->local()); });
   return true;
 }
 
@@ -54,19 +51,11 @@ void Listener::find(someip::ServiceId service, someip::InstanceId instance) {
   }
 }
 
-void Listener::on_datagram(ByteView datagram, const Endpoint& from, bool multicast) {
+void Listener::on_datagram(ByteView datagram, const Endpoint& from, const Endpoint& to) {
   if (unicast_ && from == unicast_->local()) {
     return;  // our own FindService
   }
-  std::vector<Sighting> sightings;
-  view_.on_datagram(datagram, from, multicast, sd::now(), sightings);
-  handler_(sightings);
-}
-
-void Listener::on_time() {
-  std::vector<Sighting> sightings;
-  view_.on_time(sd::now(), sightings);
-  handler_(sightings);
+  handler_(datagram, from, to);
 }
 
 }  // namespace trestle::bridge

@@ -2,7 +2,6 @@
 #include <functional>
 #include <optional>
 
-#include "bridge/tools/network_view.hpp"
 #include "sd/net/node.hpp"
 #include "someip/net/udp_socket.hpp"
 
@@ -11,8 +10,9 @@ namespace trestle::bridge {
 /// Hears service discovery without taking part in it: other SOME/IP stacks of this host are not disturbed.
 class Listener {
  public:
-  using Handler = std::function<void(const std::vector<Sighting>& sightings)>;
+  using Handler = std::function<void(ByteView datagram, const Endpoint& from, const Endpoint& to)>;
 
+  /// @param handler  gets what is sent to all, and after open_for_finding() what is sent to us.
   /// @throws someip::NetError when the group cannot be joined.
   Listener(boost::asio::io_context& io, const sd::NodeConfig& network, Handler handler);
 
@@ -22,17 +22,12 @@ class Listener {
   /// After open_for_finding().
   void find(someip::ServiceId service, someip::InstanceId instance);
 
-  /// To be called about once a second: notices what has expired.
-  void on_time();
-  [[nodiscard]] NetworkView& view() noexcept { return view_; }
-
  private:
-  void on_datagram(ByteView datagram, const Endpoint& from, bool multicast);
+  void on_datagram(ByteView datagram, const Endpoint& from, const Endpoint& to);
 
   boost::asio::io_context& io_;
   sd::NodeConfig network_;
   Handler handler_;
-  NetworkView view_;
   someip::UdpSocket multicast_;
   std::optional<someip::UdpSocket> unicast_;
   std::uint16_t session_ = 0;

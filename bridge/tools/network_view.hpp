@@ -32,21 +32,47 @@ struct SeenService {
   [[nodiscard]] bool expires_ever() const noexcept { return ttl_s != sd::infinite_ttl_s; }
 };
 
+/// A subscription that somebody asked for.
+struct SeenSubscription {
+  enum class State : std::uint8_t { asked, acknowledged, refused };
+  someip::ServiceId service{};
+  someip::InstanceId instance{};
+  std::uint8_t major = 0;
+  someip::EventgroupId eventgroup{};
+  Endpoint subscriber{};                ///< its SD endpoint
+  Endpoint server{};                    ///< its SD endpoint, or the group, which it was asked for at
+  std::optional<Endpoint> udp{};        ///< where the subscriber wants the events
+  std::optional<Endpoint> tcp{};        ///< the same
+  std::optional<Endpoint> multicast{};  ///< where the server sends them to all subscribers
+  std::uint32_t ttl_s = 0;
+  State state = State::asked;
+  TimePoint first_seen{};
+  TimePoint last_seen{};
+  std::optional<TimePoint> gone{};
+
+  [[nodiscard]] TimePoint expires() const { return last_seen + std::chrono::seconds{ttl_s}; }
+  [[nodiscard]] bool expires_ever() const noexcept { return ttl_s != sd::infinite_ttl_s; }
+};
+
+[[nodiscard]] const char* to_string(SeenSubscription::State state) noexcept;
+
 /// Something that happened.
 struct Sighting {
   enum class Kind : std::uint8_t {
     offered,     ///< for the first time, or again after it was gone
     changed,     ///< offered with another minor version or other endpoints
     stopped,     ///< withdrawn
-    expired,     ///< its TTL ran out
-    rebooted,    ///< gone because its host was started anew
+    expired,     ///< its TTL ran out; of services and subscriptions
+    rebooted,    ///< gone because its host was started anew; of both
     looked_for,  ///< somebody sent a FindService
-    subscribed,  ///< somebody sent a SubscribeEventgroup; most go by unicast and are not seen
+    subscribed,  ///< somebody sent a SubscribeEventgroup that was not subscribed
+    acknowledged,
+    refused,
     unsubscribed,
   };
   Kind kind{};
-  SeenService service{};  ///< of looked_for and (un)subscribed: the ids, version, peer and TTL
-  std::optional<someip::EventgroupId> eventgroup{};
+  SeenService service{};  ///< of looked_for: the ids, version, peer and TTL. Of subscriptions: nothing
+  std::optional<SeenSubscription> subscription{};
 };
 
 [[nodiscard]] const char* to_string(Sighting::Kind kind) noexcept;
@@ -57,35 +83,53 @@ class NetworkView {
   struct Counters {
     std::uint64_t messages = 0;   ///< of SD
     std::uint64_t malformed = 0;  ///< datagrams and messages
-    std::uint64_t not_kept = 0;   ///< offers of more services, or hosts, than there is room for
+    std::uint64_t not_kept = 0;   ///< offers and subscriptions beyond the limit
   };
 
-  /// @param max_services  more are counted and forgotten; as many hosts.
-  explicit NetworkView(std::size_t max_services) : max_services_{max_services} {}
+  /// @param limit  of services; more are counted and forgotten. As many subscriptions, and pairs of hosts.
+  explicit NetworkView(std::size_t limit) : limit_{limit} {}
 
-  /// Takes what came to SD's port, and adds what it says that is new.
-  void on_datagram(ByteView datagram, const Endpoint& from, bool multicast, TimePoint now,
+  /// Takes what went to `to`, a port of SD, and adds what it says that is new.
+  void on_datagram(ByteView datagram, const Endpoint& from, const Endpoint& to, TimePoint now,
                    std::vector<Sighting>& sightings);
+  /// The same for one SD message.
+  void on_message(const someip::Message& message, const Endpoint& from, const Endpoint& to, TimePoint now,
+                  std::vector<Sighting>& sightings);
   /// Notices what has expired.
   void on_time(TimePoint now, std::vector<Sighting>& sightings);
-  /// Forgets the services that are gone since then or longer.
+  /// Forgets the services and subscriptions that are gone since then or longer.
   void forget_gone(TimePoint since);
 
   using Key = std::tuple<someip::ServiceId, someip::InstanceId, std::uint8_t, Endpoint>;
   /// By service, instance, major version and peer. Services that are gone stay until forget_gone().
   [[nodiscard]] const std::map<Key, SeenService>& services() const noexcept { return services_; }
+  using SubscriptionKey = std::tuple<someip::ServiceId, someip::InstanceId, std::uint8_t,
+                                     someip::EventgroupId, Endpoint, Endpoint, std::uint8_t>;
+  /// By service, instance, major version, eventgroup, subscriber, server and counter.
+  [[nodiscard]] const std::map<SubscriptionKey, SeenSubscription>& subscriptions() const noexcept {
+    return subscriptions_;
+  }
   [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
 
  private:
-  void on_message(const someip::Message& message, const Endpoint& from, bool multicast, TimePoint now,
-                  std::vector<Sighting>& sightings);
+  void on_entry(const sd::SdMessage& message, const sd::Entry& entry, const Endpoint& peer,
+                const Endpoint& to, TimePoint now, std::vector<Sighting>& sightings);
   void on_offer(const SeenService& offer, TimePoint now, std::vector<Sighting>& sightings);
-  void on_reboot(const Endpoint& peer, TimePoint now, std::vector<Sighting>& sightings);
-  void lose(SeenService& service, Sighting::Kind why, TimePoint now, std::vector<Sighting>& sightings);
+  void on_stop_offer(const SeenService& offer, TimePoint now, std::vector<Sighting>& sightings);
+  void on_subscribe(const SubscriptionKey& key, const SeenSubscription& wish,
+                    std::vector<Sighting>& sightings);
+  void on_answer(const SubscriptionKey& key, const SeenSubscription& answer,
+                 std::vector<Sighting>& sightings);
+  void on_session(const Endpoint& peer, const Endpoint& to, someip::SessionId session, bool reboot,
+                  TimePoint now, std::vector<Sighting>& sightings);
+  /// The subscription; nothing when there is no room for one more.
+  SeenSubscription* subscription_of(const SubscriptionKey& key);
 
-  std::size_t max_services_;
+  std::size_t limit_;
   std::map<Key, SeenService> services_;
-  std::map<Endpoint, sd::RebootDetector> peers_;
+  std::map<SubscriptionKey, SeenSubscription> subscriptions_;
+  /// By sender and receiver: the sender counts for each receiver apart.  [feat_req_someipsd_765]
+  std::map<std::pair<Endpoint, Endpoint>, sd::RebootDetector> sessions_;
   Counters counters_;
 };
 

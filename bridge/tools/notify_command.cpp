@@ -69,7 +69,7 @@ void add_notify_command(CLI::App& app, int& status) {
   command->add_option("PAYLOAD", options->value, "What the event carries")->required();
   command->add_option("--rate", options->rate_hz, "Events a second")
       ->type_name("HZ")
-      ->check(CLI::Range(0.001, 10'000.0))
+      ->check(number_between(0.001, 10'000))
       ->capture_default_str();
   command->add_option("--count", options->count, "End after so many events")
       ->type_name("N")

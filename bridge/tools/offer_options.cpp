@@ -12,7 +12,7 @@ void OfferOptions::add_to(CLI::App& command) {
   command.add_option("--minor", minor, "Minor version of the service")->type_name("N")->capture_default_str();
   command.add_option("--timeout", timeout_s, "End after so long")
       ->type_name("SECONDS")
-      ->check(CLI::PositiveNumber);
+      ->check(seconds_above_zero());
   command.add_flag("-q,--quiet", quiet, "Do not tell what discovery does");
   transport.add_to(command, "The service is offered");
   payload.add_to(command);

@@ -4,11 +4,14 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/udp.hpp>
+#include <cmath>
+#include <cstdlib>
 #include <fstream>
 #include <iostream>
 #include <iterator>
 
 #include "bridge/config/format.hpp"
+#include "bridge/config/load_wire.hpp"
 #include "bridge/decode/hex_line.hpp"
 #include "bridge/types/type_library.hpp"
 #include "someip/net/address_text.hpp"
@@ -53,9 +56,11 @@ std::string read_all(std::istream& in) {
 }
 
 /// The text of an argument, and what messages call it.
-std::pair<std::string, std::string> text_of(const std::string& argument) {
+/// @param option  whose argument it is; `what` it is.
+std::pair<std::string, std::string> text_of(const char* option, const char* what,
+                                            const std::string& argument) {
   if (!argument.starts_with('@')) {
-    return {argument, "payload"};
+    return {argument, what};
   }
   const std::string name = argument.substr(1);
   if (name == "-") {
@@ -64,9 +69,25 @@ std::pair<std::string, std::string> text_of(const std::string& argument) {
   std::ifstream file{name, std::ios::binary};
   std::string text = read_all(file);
   if (!file.is_open() || file.bad()) {
-    throw CLI::ValidationError("PAYLOAD", fmt::format("cannot read '{}'", name));
+    throw CLI::ValidationError(option, fmt::format("cannot read '{}'", name));
   }
   return {std::move(text), name};
+}
+
+/// What stands under `wire` of a route in the bridge's configuration.
+MessageRules parse_wire(const std::string& argument) {
+  const auto [text, name] = text_of("--wire", "wire", argument);
+  MessageRules rules;
+  Problems problems{name};
+  try {
+    load_wire(YAML::Load(text), rules, problems);
+  } catch (const YAML::Exception& error) {
+    problems.error(to_mark(error.mark), "not valid YAML: " + printable(error.msg));
+  }
+  if (problems.has_errors()) {
+    throw CLI::ValidationError("--wire", to_string(problems.take().front()));
+  }
+  return rules;
 }
 
 }  // namespace
@@ -86,6 +107,14 @@ void NetworkOptions::add_to(CLI::App& command) {
 }
 
 sd::NodeConfig NetworkOptions::config() const {
+  sd::NodeConfig config = config_without_address();
+  if (address_.empty()) {
+    config.address = own_address_towards(config.multicast, sd_port_);
+  }
+  return config;
+}
+
+sd::NodeConfig NetworkOptions::config_without_address() const {
   sd::NodeConfig config;
   config.multicast = address_of("--multicast", multicast_);
   if (!config.multicast.is_multicast()) {
@@ -93,8 +122,11 @@ sd::NodeConfig NetworkOptions::config() const {
   }
   config.port = sd_port_;
   config.check_subnet = false;  // a tool shows whoever is there
-  config.address =
-      address_.empty() ? own_address_towards(config.multicast, sd_port_) : address_of("--address", address_);
+  if (address_.empty()) {
+    config.address.v6 = config.multicast.v6;
+    return config;
+  }
+  config.address = address_of("--address", address_);
   if (config.address.v6 != config.multicast.v6) {
     throw CLI::ValidationError("--address", "and --multicast must both be IPv4 or both IPv6");
   }
@@ -109,6 +141,11 @@ void PayloadOptions::add_to(CLI::App& command) {
                   "Folder with .msg packages, looked at before AMENT_PREFIX_PATH (may be repeated)")
       ->type_name("DIR")
       ->allow_extra_args(false);
+  command
+      .add_option("--wire", wire_,
+                  "How values are laid out, as 'wire' of a route: '{byte_order: little}', or @FILE; "
+                  "needs a type")
+      ->type_name("YAML");
   CLI::Option* hex = command.add_flag("--hex", hex_, "Payloads in hexadecimal; the default without --type");
   CLI::Option* yaml = command.add_flag("--yaml", yaml_, "Payloads in YAML; the default with --type");
   CLI::Option* json =
@@ -119,6 +156,9 @@ void PayloadOptions::add_to(CLI::App& command) {
 
 void PayloadOptions::resolve() {
   form_ = hex_ ? Form::hex : json_ ? Form::json : yaml_ || !type_.empty() ? Form::yaml : Form::hex;
+  if (!wire_.empty()) {
+    rules_ = parse_wire(wire_);
+  }
   if (type_.empty()) {
     if (yaml_) {
       throw CLI::ValidationError("--yaml", "needs --type");
@@ -144,7 +184,7 @@ void PayloadOptions::find_type(const char* option) {
   if (!tree) {
     throw CLI::ValidationError(option, to_string(tree.error()));
   }
-  auto values = MessageValues::make(std::move(*tree));
+  auto values = MessageValues::make(std::move(*tree), rules_);
   if (!values) {
     throw CLI::ValidationError(option, values.error());
   }
@@ -152,7 +192,7 @@ void PayloadOptions::find_type(const char* option) {
 }
 
 std::vector<std::byte> PayloadOptions::parse(const std::string& argument) const {
-  const auto [text, name] = text_of(argument);
+  const auto [text, name] = text_of("PAYLOAD", "payload", argument);
   if (form_ == Form::hex || !values_) {
     std::string line = text;
     std::ranges::replace(line, '\n', ' ');
@@ -175,6 +215,22 @@ std::vector<std::byte> PayloadOptions::parse(const std::string& argument) const 
 void TransportOptions::add_to(CLI::App& command, const std::string& what) {
   command.add_flag("--udp", udp_, what + " over UDP; the default");
   command.add_flag("--tcp", tcp_, what + " over TCP; with --udp, over both");
+}
+
+CLI::Validator number_between(double min, double max) {
+  const auto fault = [min, max](const std::string& text) {
+    char* end = nullptr;
+    const double number = std::strtod(text.c_str(), &end);
+    const bool good =
+        end != text.c_str() && *end == '\0' && std::isfinite(number) && number >= min && number <= max;
+    return good ? std::string{}
+                : fmt::format("expected a number from {:g} to {:.10g}, found '{}'", min, max, text);
+  };
+  return CLI::Validator{fault, ""};
+}
+
+CLI::Validator seconds_above_zero() {
+  return number_between(0.001, 1e6);
 }
 
 ServiceArgument parse_service(const std::string& text, bool any_instance) {

@@ -18,6 +18,8 @@ class NetworkOptions {
 
   /// @throws std::runtime_error when no address is given and none can be found.
   [[nodiscard]] sd::NodeConfig config() const;
+  /// The same but for the address, which is the given one or nothing.
+  [[nodiscard]] sd::NodeConfig config_without_address() const;
 
  private:
   std::string address_;
@@ -25,7 +27,7 @@ class NetworkOptions {
   std::uint16_t sd_port_ = 30490;
 };
 
-/// --type, --msg-path, --hex, --yaml, --json: how payloads are written.
+/// --type, --msg-path, --wire, --hex, --yaml, --json: how payloads are written.
 class PayloadOptions {
  public:
   void add_to(CLI::App& command);
@@ -48,6 +50,8 @@ class PayloadOptions {
 
   std::string type_;
   std::vector<std::string> msg_path_;
+  std::string wire_;
+  MessageRules rules_;
   bool hex_ = false;
   bool yaml_ = false;
   bool json_ = false;
@@ -68,6 +72,11 @@ class TransportOptions {
   bool udp_ = false;
   bool tcp_ = false;
 };
+
+/// Checks that a value is a number of this range: unlike CLI::Range also that it is one at all, no NaN.
+[[nodiscard]] CLI::Validator number_between(double min, double max);
+/// The same for times in seconds: above zero, and up to eleven days.
+[[nodiscard]] CLI::Validator seconds_above_zero();
 
 /// SERVICE.INSTANCE, such as "0x1234.0x0001" or "4660.1".
 struct ServiceArgument {

@@ -1,5 +1,6 @@
 #include "bridge/tools/session.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -41,13 +42,15 @@ void Session::note(const std::string& line) {
 
 void Session::every(Duration period, std::function<void()> tick) {
   tick_ = std::move(tick);
+  ticker_.expires_after(period);
   arm(period);
 }
 
 void Session::arm(Duration period) {
-  ticker_.expires_after(period);
   ticker_.async_wait([this, period](const boost::system::error_code& error) {
     if (!error) {
+      // From when it was due, so that being late does not add up; but what was missed is not made up for.
+      ticker_.expires_at(std::max(ticker_.expiry() + period, std::chrono::steady_clock::now()));
       arm(period);
       tick_();
     }

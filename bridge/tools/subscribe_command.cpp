@@ -110,7 +110,7 @@ void add_subscribe_command(CLI::App& app, int& status) {
       ->check(CLI::PositiveNumber);
   command->add_option("--timeout", options->timeout_s, "End after so long")
       ->type_name("SECONDS")
-      ->check(CLI::PositiveNumber);
+      ->check(seconds_above_zero());
   command->add_flag("-q,--quiet", options->quiet, "Do not tell what discovery does");
   options->transport.add_to(*command, "Events come");
   options->payload.add_to(*command);

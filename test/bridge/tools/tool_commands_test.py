@@ -5,7 +5,6 @@ Usage: tool_commands_test.py TRESTLE
 """
 import json
 import os
-import pty
 import select
 import signal
 import struct
@@ -168,26 +167,6 @@ class TwoPrograms(unittest.TestCase):
             self.assertEqual(found.returncode, 0, found.stderr)
             self.assertIn(f"{HOST}1:30490 is taken by another SOME/IP stack", found.stderr)
 
-    def test_watch_on_a_terminal_is_a_table(self):
-        with Running("offer", 1, "0x1239.1"):
-            main, terminal = pty.openpty()
-            environment = dict(os.environ, TERM="xterm", NO_COLOR="1")
-            watch = subprocess.Popen(command("watch", 2), stdout=terminal, stderr=subprocess.PIPE, env=environment)
-            os.close(terminal)
-            shown = ""
-            end = time.monotonic() + PATIENCE
-            while time.monotonic() < end and "0x1239.0x0001" not in shown:
-                shown += os.read(main, 65536).decode()
-            self.assertIn("\x1b[HSOME/IP at " + GROUP, shown)
-            self.assertIn("SERVICE.INSTANCE", shown)
-            self.assertIn("0x1239.0x0001     1.0", shown)
-            watch.send_signal(signal.SIGINT)
-            while "\x1b[?25h" not in shown:  # the cursor is back
-                shown += os.read(main, 65536).decode()
-            watch.stderr.close()
-            self.assertEqual(watch.wait(timeout=PATIENCE), 0)
-            os.close(main)
-
     def test_a_closed_pipe_ends_a_command_which_still_withdraws(self):
         with Running("notify", 1, "0x123a.1", "1", "0x8001", "00", "--rate", "50") as notify:
             with Running("subscribe", 2, "0x123a.1", "1") as subscribe:
@@ -266,6 +245,50 @@ class Calls(unittest.TestCase):
                 self.assertEqual(run("call", 2, "0x1242", "1", *typed).stdout, "data: 21.5\n")
                 self.assertEqual(run("call", 2, "0x1242", "2", "00", "-q").returncode, 3)
                 self.assertEqual(run("call", 2, "0x1242", "1", *typed).stdout, "data: 21.5\n")
+
+    def test_requests_to_fields_are_printed_like_all_others(self):
+        with Running("offer", 1, "0x1245.1", "--field", "1/2/-=0a", "--field", "3/-/-", "--json", "-q") as offer:
+            self.assertEqual(run("call", 2, "0x1245", "1", "-q").stdout, "0a\n")
+            request = json.loads(offer.line_with("0x0001"))
+            self.assertEqual((request["session"], request["payload"]), (1, ""))
+            self.assertTrue(request["src"].startswith(HOST + "2:"))
+            self.assertEqual(run("call", 2, "0x1245", "2", "0b", "-q").stdout, "0b\n")
+            request = json.loads(offer.line_with("0x0002"))
+            self.assertEqual((request["session"], request["payload"]), (1, "0b"))
+            self.assertTrue(request["src"].startswith(HOST + "2:"))
+            self.assertEqual(run("call", 2, "0x1245", "1", "-q").stdout, "0b\n")  # and is the value from now on
+            # A field without a value yet.
+            done = run("call", 2, "0x1245", "3", "-q")
+            self.assertEqual((done.returncode, done.stderr), (3, "error: the answer is E_NOT_OK\n"))
+
+    def test_each_method_and_field_may_have_types_of_its_own(self):
+        with Running("offer", 1, "0x1246.1", "--method", "1:std_msgs/msg/String:std_msgs/msg/Bool={data: true}",
+                     "--method", "2:std_msgs/msg/UInt8={data: 7}", "--method", "3=ff",
+                     "--field", "4/-/0x8004:std_msgs/msg/Int16={data: -2}") as offer:
+            done = run("call", 2, "0x1246", "1", "{data: hi}", "--type", "std_msgs/String", "--answer-type",
+                       "std_msgs/Bool", "-q")
+            self.assertEqual((done.returncode, done.stdout), (0, "data: true\n"), done.stderr)
+            self.assertEqual(offer.line_with("data"), "data: hi")
+            self.assertEqual(run("call", 2, "0x1246", "2", "09", "-q").stdout, "07\n")
+            self.assertEqual(offer.line_with("data"), "data: 9")
+            self.assertEqual(run("call", 2, "0x1246", "3", "0102030405", "-q").stdout, "ff\n")
+            self.assertEqual(run("call", 2, "0x1246", "4", "-q").stdout, "fffe\n")
+            done = run("subscribe", 2, "0x1246.1", "1", "--count", "1")
+            self.assertEqual(done.stdout, "0x8004 fffe\n")
+
+    def test_values_are_laid_out_by_the_rules_of_the_service(self):
+        rules = "{byte_order: little, string_length: 16, string_bom: false}"
+        with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:
+            file.write(rules)
+            file.flush()
+            with Running("notify", 1, "0x1247.1", "1", "0x8001", "{data: hi}", "--type", "std_msgs/msg/String",
+                         "--wire", rules, "--rate", "50"):
+                # 16 bits of length, little endian: two characters and a zero.
+                done = run("subscribe", 2, "0x1247.1", "1", "--count", "1", "-q")
+                self.assertEqual(done.stdout, "0x8001 0300686900\n")
+                done = run("subscribe", 2, "0x1247.1", "1", "--count", "1", "-q", "--type", "std_msgs/msg/String",
+                           "--wire", "@" + file.name, "--json")
+                self.assertEqual(json.loads(done.stdout)["values"], {"data": "hi"})
 
     def test_end_when_nobody_answers(self):
         done = run("call", 2, "0x1243", "1", "--timeout", "0.3", "-q")
@@ -401,9 +424,21 @@ class WrongCommandLines(unittest.TestCase):
             (["offer", "0x1234.1", "--method", "1=0"], "good up to character 1"),
             (["offer", "0x1234.1", "--error", "1"], "--error: expected METHOD=CODE"),
             (["offer", "0x1234.1", "--error", "1=0"], "--error: expected METHOD=CODE"),
-            (["offer", "0x1234.1", "--field", "1/2=00"], "expected GETTER/SETTER/NOTIFIER=VALUE, found '1/2=00'"),
+            (["offer", "0x1234.1", "--field", "1/2=00"], "expected GETTER/SETTER/NOTIFIER=VALUE, found '1/2'"),
             (["offer", "0x1234.1", "--field", "-/-/-"], "has none of getter, setter and notifier"),
             (["offer", "0x1234.1", "--method", "1", "--answer-type", "std_msgs/msg/Strin"], "--answer-type: "),
+            (["offer", "0x1234.1", "--method", "1:std_msgs/msg/Strin"], "--method: "),
+            (["offer", "0x1234.1", "--field", "1/-/-:std_msgs/msg/Strin"], "--field: "),
+            (["offer", "0x1234.1", "--wire", "{byte_order: middle}"], "--wire: wire:1:14: error: byte_order: expected"),
+            (["offer", "0x1234.1", "--wire", "{"], "not valid YAML"),
+            (["offer", "0x1234.1", "--wire", "@/does/not/exist"], "--wire: cannot read '/does/not/exist'"),
+            (["notify", "0x1234.1", "1", "0x8001", "00", "--rate", "nan"], "--rate: expected a number from 0.001 to"),
+            (["notify", "0x1234.1", "1", "0x8001", "00", "--rate", "-1"], "found '-1'"),
+            (["notify", "0x1234.1", "1", "0x8001", "00", "--timeout", "nan"], "--timeout: expected a number from"),
+            (["call", "0x1234", "1", "--timeout", "inf"], "found 'inf'"),
+            (["find", "--timeout", "1e999"], "found '1e999'"),
+            (["watch", "--timeout", "nan"], "--timeout"),
+            (["subscribe", "0x1234.1", "1", "--timeout", "1s"], "found '1s'"),
             (["call", "0x1234"], "METHOD is required"),
             (["call", "0x1234", "0x10000"], "METHOD: expected"),
             (["call", "0x1234", "1", "--udp", "--tcp"], "--tcp"),
