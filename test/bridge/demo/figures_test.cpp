@@ -14,6 +14,7 @@ namespace trestle::test {
 namespace {
 
 using namespace bridge::demo;
+using bridge::duration_text;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
