@@ -58,7 +58,10 @@ E2eChannels Consumer::channels_of(const SubscribeSpec& spec) {
   E2eChannels channels;
   for (const E2eSpec& one : spec.e2e) {
     const auto refuse = [&](const std::string& why) {
-      throw std::invalid_argument{name + in_words(one) + why};
+      std::string mistake = name;
+      mistake += in_words(one);
+      mistake += why;
+      throw std::invalid_argument{mistake};
     };
     if (std::ranges::find(spec.events, one.id) == spec.events.end()) {
       refuse("it is not among the events");

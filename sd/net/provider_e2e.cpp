@@ -94,7 +94,8 @@ bool ReplyPath::send_protected(const Header& header, std::span<const ByteView> p
   if (udp.expired() && tcp.expired()) {  // and with them maybe our node
     return false;
   }
-  const auto& [channel, request] = *protection;
+  const auto& channel = protection->channel;
+  const e2e::CheckResult& request = protection->request;
   const bool counted = channel->checks() && request.fault == e2e::Fault::none;
   const auto protect = [&](const Header& as, std::span<const ByteView> what) {
     const e2e::MethodInfo method{
