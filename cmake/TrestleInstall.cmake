@@ -16,6 +16,8 @@ foreach(folder IN LISTS header_folders)
     FILES_MATCHING PATTERN "*.hpp")
 endforeach()
 
+install(FILES ${PROJECT_SOURCE_DIR}/sd/c/trestle.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/trestle)
+
 set(config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/trestle)
 install(EXPORT trestle-targets NAMESPACE trestle:: DESTINATION ${config_dir})
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/trestle-config.cmake.in

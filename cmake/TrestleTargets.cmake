@@ -5,7 +5,9 @@ set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
-set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+if(NOT CMAKE_SYSTEM_NAME STREQUAL Generic)  # which has nobody who would load it elsewhere
+  set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+endif()
 
 if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
   set(CMAKE_BUILD_TYPE Release CACHE STRING "Build type" FORCE)
@@ -34,6 +36,13 @@ if(TRESTLE_FUZZ)
   target_compile_options(trestle_flags INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
+# trestle_stack_usage(<target>): beside each object a .ci file tells how much stack its functions need, and whom they
+# call. Not by way of ccache, which would keep the object alone.
+function(trestle_stack_usage target)
+  target_compile_options(${target} PRIVATE -fcallgraph-info=su)
+  set_target_properties(${target} PROPERTIES CXX_COMPILER_LAUNCHER "")
+endfunction()
+
 # trestle_library(<name> [CORE] SOURCES ... [PUBLIC libs...] [PRIVATE libs...])
 # Makes library trestle_<name> with alias trestle::<name>. CORE: no exceptions, no RTTI.
 function(trestle_library name)
@@ -48,6 +57,9 @@ function(trestle_library name)
   target_link_libraries(trestle_${name} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:trestle_flags>)
   if(ARG_CORE)
     target_compile_options(trestle_${name} PRIVATE -fno-exceptions -fno-rtti)
+    if(CMAKE_SYSTEM_NAME STREQUAL Generic)
+      trestle_stack_usage(trestle_${name})
+    endif()
   endif()
   set_property(GLOBAL APPEND PROPERTY TRESTLE_INSTALLED_TARGETS trestle_${name})
 endfunction()

@@ -21,15 +21,19 @@
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TopicDataType.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
+#include <fastdds/rtps/common/WriteParams.hpp>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.hpp>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.hpp>
+#include <fastdds/utils/IPLocator.hpp>
 #else
 #define TRESTLE_FASTDDS_3 0
 #include <fastrtps/config.h>
 #define TRESTLE_FASTDDS_VERSION \
   (FASTRTPS_VERSION_MAJOR * 10000 + FASTRTPS_VERSION_MINOR * 100 + FASTRTPS_VERSION_MICRO)
+#include <fastdds/rtps/attributes/ServerAttributes.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
+#include <fastrtps/utils/IPLocator.h>
 #include <fastdds/dds/core/LoanableSequence.hpp>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
@@ -58,10 +62,14 @@ class RTPSDomainImpl {
 #endif
 #endif
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <mutex>
 #include <string>
+#include <vector>
+
+#include "dds_adapter/participant.hpp"
 
 namespace trestle::dds::fast {
 
@@ -124,7 +132,22 @@ constexpr bool leaving_reader_blocks(int version) {
 /// The same of the Fast DDS that this is compiled with.
 inline constexpr bool leaving_reader_can_block = leaving_reader_blocks(TRESTLE_FASTDDS_VERSION);
 
+/// A thread that receives by shared memory waits for a lock in it for at most a second, and ends the process
+/// by an exception that nobody catches when it does not get it (cured in 2.10.2 and 2.11.2).
+constexpr bool stalled_peer_aborts(int version) {
+  return version < 21002 || (version >= 21100 && version < 21102);
+}
+
+/// Keeps peers from ending the process by describing their types: type_object_guard.cpp, which 3.x does not
+/// need. To be called so that the linker takes that file.
+#if TRESTLE_FASTDDS_3
+inline void link_type_object_guard() noexcept {}
+#else
+void link_type_object_guard() noexcept;
+#endif
+
 using Guid = rtps::GUID_t;
+using Prefix = decltype(Guid::guidPrefix);
 using Payload = rtps::SerializedPayload_t;
 
 inline Guid guid_of(const rtps::InstanceHandle_t& handle) {
@@ -133,9 +156,109 @@ inline Guid guid_of(const rtps::InstanceHandle_t& handle) {
 inline std::uint64_t number_of(const rtps::SequenceNumber_t& sequence) {
   return sequence.to64long();
 }
+/// Writes a sample that belongs to another one, whose writer or number may be unknown: its number, or 0 when
+/// DDS refuses it, which it does not say why. On the wire the other one is the parameter 0x800f of
+/// eProsima's; from 2.14 on the standard's 0x0083 goes with it. Both are read from 2.14 on, before that only
+/// eProsima's.
+inline std::uint64_t write_related(DataWriter& writer, void* sample, const Guid& related_writer,
+                                   std::uint64_t related_sequence) {
+  rtps::WriteParams params;
+  params.related_sample_identity().writer_guid() = related_writer;
+  if (related_sequence != 0) {
+    params.related_sample_identity().sequence_number() = rtps::SequenceNumber_t{related_sequence};
+  }
+#if TRESTLE_FASTDDS_3
+  const bool written = is_ok(writer.write(sample, params));
+#else
+  const bool written = writer.write(sample, params);
+#endif
+  return written ? number_of(params.sample_identity().sequence_number()) : 0;
+}
 /// Since 1970; 0 when the time is not known.
 inline std::int64_t nanoseconds_of(const rtps::Time_t& time) {
   return time == rtps::c_RTPSTimeInvalid ? 0 : time.to_ns();
+}
+
+/// `qos`: of a participant, reader or writer.
+template <typename EntityQos>
+void set_user_data(EntityQos& qos, const std::string& text) {
+  qos.user_data().data_vec({text.begin(), text.end()});
+}
+
+inline Duration duration_of(std::chrono::nanoseconds time) {
+  constexpr std::int64_t second = 1'000'000'000;
+  return {static_cast<std::int32_t>(time.count() / second),
+          static_cast<std::uint32_t>(time.count() % second)};
+}
+/// 0: for ever, which is longer than any other time.
+inline std::chrono::nanoseconds nanoseconds_of(const Duration& time) {
+  return time.is_infinite() ? std::chrono::nanoseconds{0} : std::chrono::nanoseconds{time.to_ns()};
+}
+
+/// What readers and writers have in common. `qos`: of a new reader or writer.
+template <typename EntityQos>
+void set_common(EntityQos& qos, const Qos& wanted) {
+  qos.reliability().kind = wanted.reliable ? RELIABLE_RELIABILITY_QOS : BEST_EFFORT_RELIABILITY_QOS;
+  qos.durability().kind = wanted.transient_local ? TRANSIENT_LOCAL_DURABILITY_QOS : VOLATILE_DURABILITY_QOS;
+  if (wanted.deadline.count() > 0) {
+    qos.deadline().period = duration_of(wanted.deadline);
+  }
+  qos.liveliness().kind =
+      wanted.manual_liveliness ? MANUAL_BY_TOPIC_LIVELINESS_QOS : AUTOMATIC_LIVELINESS_QOS;
+  if (wanted.liveliness_lease.count() > 0) {
+    qos.liveliness().lease_duration = duration_of(wanted.liveliness_lease);
+    qos.liveliness().announcement_period = duration_of(wanted.liveliness_lease / 3);
+  }
+}
+
+/// What must go together with the counterparts' of a discovered reader or writer.
+inline Qos found_qos_of(ReliabilityQosPolicyKind reliability, DurabilityQosPolicyKind durability,
+                        const Duration& deadline, const LivelinessQosPolicy& liveliness) {
+  Qos result;
+  result.reliable = reliability == RELIABLE_RELIABILITY_QOS;
+  result.transient_local = durability != VOLATILE_DURABILITY_QOS;
+  result.deadline = nanoseconds_of(deadline);
+  result.manual_liveliness = liveliness.kind != AUTOMATIC_LIVELINESS_QOS;
+  result.liveliness_lease = nanoseconds_of(liveliness.lease_duration);
+  return result;
+}
+#if TRESTLE_FASTDDS_3
+template <typename BuiltinData>
+Qos found_qos(const BuiltinData& found) {
+  return found_qos_of(found.reliability.kind, found.durability.kind, found.deadline.period, found.liveliness);
+}
+#else
+template <typename FoundQos>
+Qos found_qos(const FoundQos& found) {
+  return found_qos_of(found.m_reliability.kind, found.m_durability.kind, found.m_deadline.period,
+                      found.m_liveliness);
+}
+#endif
+
+/// Finds others by these servers. A server's number, which stands for its GUID before 3.x, is its place in
+/// the list.
+inline void use_discovery_servers(const std::vector<ParticipantConfig::Server>& servers,
+                                  DomainParticipantQos& qos) {
+  auto& discovery = qos.wire_protocol().builtin.discovery_config;
+#if TRESTLE_FASTDDS_3
+  discovery.discoveryProtocol = rtps::DiscoveryProtocol::CLIENT;
+#else
+  discovery.discoveryProtocol = rtps::DiscoveryProtocol_t::CLIENT;
+  int number = 0;
+#endif
+  for (const ParticipantConfig::Server& server : servers) {
+    rtps::Locator_t locator;
+    rtps::IPLocator::setIPv4(locator, server.address);
+    rtps::IPLocator::setPhysicalPort(locator, server.port);
+#if TRESTLE_FASTDDS_3
+    discovery.m_DiscoveryServers.push_back(locator);
+#else
+    rtps::RemoteServerAttributes remote;
+    rtps::get_server_client_default_guidPrefix(number++, remote.guidPrefix);
+    remote.metatrafficUnicastLocatorList.push_back(locator);
+    discovery.m_DiscoveryServers.push_back(remote);
+#endif
+  }
 }
 
 /// Sees whether the next write() of a reliable, keep-last writer overwrites a sample that a reliable reader
@@ -175,17 +298,75 @@ class UnacknowledgedProbe {
 #endif
 };
 
+/// How far a reader has come, as its writer sees it.
+struct ReaderProgress {
+  bool is_there = false;
+  bool acknowledges_nothing = false;
+  std::uint64_t acknowledged = 0;  ///< everything up to this number
+};
+
+/// Keeps from all readers what a reliable writer writes as belonging to one of its own samples, and sees what
+/// they acknowledge, those too. Only before 2.10 is there a way to do so.
+#if TRESTLE_FASTDDS_VERSION < 21000
+class HiddenSamples final : private eprosima::fastdds::rtps::IReaderDataFilter {
+ public:
+  static constexpr bool are_possible = true;
+  /// @param writer  is deleted before this.
+  explicit HiddenSamples(const DataWriter& writer)
+      : writer_{static_cast<rtps::StatefulWriter*>(
+            rtps::RTPSDomainImpl::find_local_writer(writer.guid()))} {  // as all reliable ones are
+    const std::lock_guard lock{writer_->getMutex()};
+    others_ = writer_->reader_data_filter();
+    writer_->reader_data_filter(this);
+  }
+  HiddenSamples(const HiddenSamples&) = delete;
+  HiddenSamples& operator=(const HiddenSamples&) = delete;
+
+  [[nodiscard]] ReaderProgress progress_of(const Guid& reader) const {
+    ReaderProgress progress;
+    const std::lock_guard lock{writer_->getMutex()};
+    writer_->for_each_reader_proxy([&](const rtps::ReaderProxy* proxy) {
+      if (proxy->guid() == reader) {
+        progress = {true, !proxy->is_reliable() || proxy->disable_positive_acks(),
+                    number_of(proxy->changes_low_mark())};
+      }
+    });
+    return progress;
+  }
+
+ private:
+  [[nodiscard]] bool is_relevant(const rtps::CacheChange_t& change, const Guid& reader) const override {
+    return change.write_params.related_sample_identity().writer_guid() != change.writerGUID &&
+           (others_ == nullptr || others_->is_relevant(change, reader));
+  }
+
+  rtps::StatefulWriter* const writer_;
+  const eprosima::fastdds::rtps::IReaderDataFilter* others_ = nullptr;
+};
+#else
+class HiddenSamples {
+ public:
+  static constexpr bool are_possible = false;
+  explicit HiddenSamples(const DataWriter& /*writer*/) {}
+  [[nodiscard]] static ReaderProgress progress_of(const Guid& /*reader*/) { return {}; }
+};
+#endif
+
 /// A writer's callbacks, whichever Fast DDS this is.
 class WriterListener : public DataWriterListener {
  protected:
-  /// A sample was overwritten that some reader had not acknowledged.
+  /// A sample was overwritten that some reliable reader had not acknowledged.
   virtual void on_overwritten() = 0;
+  /// Whether some reliable reader gets what is written.
+  [[nodiscard]] virtual bool has_reliable_reader() const = 0;
 
 #if TRESTLE_FASTDDS_VERSION >= 21000
  private:
   void on_unacknowledged_sample_removed(DataWriter* /*writer*/,
                                         const rtps::InstanceHandle_t& /*instance*/) final {
-    on_overwritten();
+    if (has_reliable_reader()) {  // else it was not sent yet to those who say nothing
+      on_overwritten();
+    }
   }
 #endif
 };
@@ -269,6 +450,7 @@ struct FoundEndpoint {
   std::string type;
   bool writer = false;
   bool there = false;  ///< else it has left
+  Qos qos;             ///< what must go together with that of its counterparts
 };
 
 /// What is to be known of a discovered participant.
@@ -277,6 +459,7 @@ struct FoundPeer {
   Guid guid;
   std::string name;
   Change change = Change::other;
+  std::array<std::uint8_t, 2> vendor{};
 };
 
 /// Discovery callbacks, whichever Fast DDS this is.
@@ -291,37 +474,41 @@ class DiscoveryListener : public DomainParticipantListener {
                                 const ParticipantBuiltinTopicData& data, bool&) final {
     using Status = rtps::ParticipantDiscoveryStatus;
     peer(data.guid, data.participant_name.to_string(), status == Status::DISCOVERED_PARTICIPANT,
-         status == Status::REMOVED_PARTICIPANT || status == Status::DROPPED_PARTICIPANT);
+         status == Status::REMOVED_PARTICIPANT || status == Status::DROPPED_PARTICIPANT, data.vendor_id);
   }
   void on_data_reader_discovery(DomainParticipant*, rtps::ReaderDiscoveryStatus status,
                                 const SubscriptionBuiltinTopicData& data, bool&) final {
     on_endpoint({data.guid, data.topic_name.to_string(), data.type_name.to_string(), false,
-                 status != rtps::ReaderDiscoveryStatus::REMOVED_READER});
+                 status != rtps::ReaderDiscoveryStatus::REMOVED_READER, found_qos(data)});
   }
   void on_data_writer_discovery(DomainParticipant*, rtps::WriterDiscoveryStatus status,
                                 const PublicationBuiltinTopicData& data, bool&) final {
     on_endpoint({data.guid, data.topic_name.to_string(), data.type_name.to_string(), true,
-                 status != rtps::WriterDiscoveryStatus::REMOVED_WRITER});
+                 status != rtps::WriterDiscoveryStatus::REMOVED_WRITER, found_qos(data)});
   }
 #else
   void on_participant_discovery(DomainParticipant*, rtps::ParticipantDiscoveryInfo&& found) final {
     using Info = rtps::ParticipantDiscoveryInfo;
     peer(found.info.m_guid, found.info.m_participantName.to_string(),
          found.status == Info::DISCOVERED_PARTICIPANT,
-         found.status == Info::REMOVED_PARTICIPANT || found.status == Info::DROPPED_PARTICIPANT);
+         found.status == Info::REMOVED_PARTICIPANT || found.status == Info::DROPPED_PARTICIPANT,
+         found.info.m_VendorId);
   }
   void on_subscriber_discovery(DomainParticipant*, rtps::ReaderDiscoveryInfo&& found) final {
     on_endpoint({found.info.guid(), found.info.topicName().to_string(), found.info.typeName().to_string(),
-                 false, found.status != rtps::ReaderDiscoveryInfo::REMOVED_READER});
+                 false, found.status != rtps::ReaderDiscoveryInfo::REMOVED_READER,
+                 found_qos(found.info.m_qos)});
   }
   void on_publisher_discovery(DomainParticipant*, rtps::WriterDiscoveryInfo&& found) final {
     on_endpoint({found.info.guid(), found.info.topicName().to_string(), found.info.typeName().to_string(),
-                 true, found.status != rtps::WriterDiscoveryInfo::REMOVED_WRITER});
+                 true, found.status != rtps::WriterDiscoveryInfo::REMOVED_WRITER,
+                 found_qos(found.info.m_qos)});
   }
 #endif
-  void peer(const Guid& guid, std::string name, bool found, bool lost) {
+  void peer(const Guid& guid, std::string name, bool found, bool lost,
+            const std::array<std::uint8_t, 2>& vendor) {
     using Change = FoundPeer::Change;
-    on_peer({guid, std::move(name), found ? Change::found : lost ? Change::lost : Change::other});
+    on_peer({guid, std::move(name), found ? Change::found : lost ? Change::lost : Change::other, vendor});
   }
 };
 

@@ -4,8 +4,6 @@
 /// a static library only for something that is asked for; so these are, and do nothing.
 namespace trestle::dds::detail {
 
-/// type_object_guard.cpp: keeps peers from ending the process.
-void link_type_object_guard() noexcept;
 /// sanitizers.cpp: tells the sanitizers about Fast DDS.
 void link_sanitizer_hints() noexcept;
 

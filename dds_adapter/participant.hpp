@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -42,6 +43,8 @@ struct Event {
     incompatible_qos,   ///< a counterpart of the same topic and type will not match; `detail` names the
                         ///< policies
     incompatible_type,  ///< the same topic with another type; `detail` is the peer's type
+    deadline_missed,    ///< longer than its deadline nothing came, or was written: the first time in a row
+    liveliness_lost,    ///< a writer has not shown itself for its lease: one of theirs, or ours
   };
   Kind kind{};
   std::string topic;        ///< DDS name; empty for peers
@@ -49,6 +52,7 @@ struct Event {
   std::string peer;         ///< GUID of the peer's participant or endpoint, as hexadecimal digits
   std::string detail;       ///< see Kind
   std::size_t matched = 0;  ///< matched, unmatched: how many counterparts there are now
+  std::string node{};       ///< incompatible_qos: the peer's ROS 2 node, once it is known
 };
 
 /// The kind's name as it stands above, for logs.
@@ -62,21 +66,92 @@ struct ParticipantConfig {
   /// host.
   std::vector<std::string> interfaces;
   /// Use shared memory beside UDP for peers on this host. It is a little faster, but a peer that was killed
-  /// can leave segments behind that make its successors slow or deaf, so it is off unless asked for.
+  /// can leave segments behind that make its successors slow or deaf, so it is off unless asked for. See also
+  /// shared_memory_can_abort().
   bool shared_memory = false;
+  /// How long others take us for alive after they last heard of us: from 100 ms on. It is how long it takes
+  /// them to notice that the process was killed, and what they do with a network that is down for longer.
+  std::chrono::nanoseconds lease = std::chrono::seconds{20};
+  /// The ROS 2 node as which others see the participant and all its readers and writers: "/trestle",
+  /// "/front/trestle". Empty: none; ROS 2 then shows them as created by bare DDS.
+  std::string node{};
+  std::string enclave = "/";  ///< of ROS 2's security, which nodes tell each other; only with `node`
+  /// Bytes of an id in ROS 2's graph messages: 24 up to Humble, 16 from Iron on. 0: 16 until a peer uses 24.
+  std::size_t gid_bytes = 0;
+  /// A file of Fast DDS's XML profiles, and the participant profile in it to start from. All the above wins
+  /// over it, but transports and lease only where they are not as by default. Empty: none.
+  std::string profiles_file{};
+  std::string profile{};
+  /// Discovery servers, by whom participants find each other instead of by multicast. Number 0 comes first.
+  struct Server {
+    std::string address{};  ///< IPv4
+    std::uint16_t port = 11811;
+    friend bool operator==(const Server&, const Server&) = default;
+  };
+  std::vector<Server> discovery_servers{};
+  /// The folder of an enclave of ROS 2's security: certificates, key, governance and permissions. Empty: no
+  /// security.
+  std::string security_folder{};
   std::function<void(const Event&)> on_event;  ///< may be empty; see "Threads" above
+  /// Participant::writers() has changed. As on_event.
+  std::function<void()> on_writers{};
 };
 
-/// Quality of service of a reader or writer. History is always keep-last.
+/// Whether this is a Fast DDS (before 2.10.2, and 2.11 before 2.11.2) that ends the whole process when
+/// another one that uses the same shared memory is killed, stopped or not given the processor for a second
+/// while it holds a lock in there. We cannot help it: the exception arises in a thread of Fast DDS's own.
+[[nodiscard]] bool shared_memory_can_abort() noexcept;
+
+/// Whether Writer::reaches() knows: so it does with Fast DDS before 2.10. With later ones it only waits.
+[[nodiscard]] bool sees_readers_begin() noexcept;
+
+/// Quality of service of a reader or writer. Of times, 0 is none: for ever.
 struct Qos {
   bool reliable = true;          ///< else best effort
   bool transient_local = false;  ///< else volatile; transient-local needs `reliable`
   std::uint32_t depth = 10;      ///< samples kept, at least 1
+  /// Of a full history of a writer: refuse the newest sample while a reader lacks the oldest (keep-all),
+  /// instead of overwriting the oldest (keep-last).
+  bool keep_all = false;
+  std::chrono::nanoseconds deadline{0};  ///< a sample comes at least this often
+  std::chrono::nanoseconds lifespan{0};  ///< of a writer: older samples are not delivered any more
+  /// Writers show that they are alive by writing (MANUAL_BY_TOPIC), else by being there (AUTOMATIC) ...
+  bool manual_liveliness = false;
+  std::chrono::nanoseconds liveliness_lease{0};  ///< ... at least this often
   friend constexpr bool operator==(const Qos&, const Qos&) = default;
 };
 
 /// The largest sample, header included, that a reader or writer takes unless told otherwise.
 inline constexpr std::size_t default_max_sample_bytes = std::size_t{64} << 20U;
+
+/// Names a reader or writer: 12 bytes of its participant, then 4 of its own. All zero: none.
+using Guid = std::array<std::byte, 16>;
+
+/// Names a sample: its writer, and its number among that one's, from 1.
+struct SampleId {
+  Guid writer{};
+  std::uint64_t sequence = 0;
+  friend constexpr bool operator==(const SampleId&, const SampleId&) = default;
+};
+
+/// Told of each counterpart that a reader or writer finds and loses, those of the own participant left out.
+using OnMatch = std::function<void(const Guid& peer, bool matched)>;
+
+/// Somebody else's writer, as discovery tells of it. The names are those on the DDS wire.
+struct FoundWriter {
+  std::string topic{};
+  std::string type{};
+  Qos qos{};  ///< of which discovery tells neither depth nor history nor lifespan: those are as by default
+};
+
+/// What a reader or writer may have beside its quality of service.
+struct EndpointExtras {
+  OnMatch on_match{};       ///< a callback as any other; never called again once the endpoint is gone
+  std::string user_data{};  ///< told to everybody by discovery
+};
+
+/// Whose DDS a participant is.
+enum class Vendor : std::uint8_t { fast_dds, cyclone_dds, other };
 
 namespace detail {
 class ParticipantCore;
@@ -109,6 +184,9 @@ class Sample {
   [[nodiscard]] std::string writer() const;
   /// Number of this sample among its writer's, from 1.
   [[nodiscard]] std::uint64_t sequence() const noexcept { return sequence_; }
+  [[nodiscard]] SampleId id() const noexcept;
+  /// The sample that the writer says this one belongs to, see Writer::write_related(). No writer: none.
+  [[nodiscard]] SampleId related() const noexcept;
 
   /// Gives the memory back to DDS early; cdr() is empty from then on.
   void release() noexcept;
@@ -130,6 +208,8 @@ struct ReaderCounters {
   std::uint64_t lost = 0;              ///< DDS says that they will never arrive (best effort, or overwritten)
   std::uint64_t rejected = 0;          ///< DDS had no room for them at that moment
   std::uint64_t incompatible_qos = 0;  ///< writers that don't match for their quality of service
+  std::uint64_t deadlines_missed = 0;  ///< how often the deadline passed without a sample
+  std::uint64_t liveliness_lost = 0;   ///< how often a writer did not show itself for its lease
 };
 
 /// What a writer has done since it was made. What was refused was not sent.
@@ -143,6 +223,8 @@ struct WriterCounters {
   /// that is stuck or too slow lacks it. (One that got it and was only late to say so counts too.)
   std::uint64_t overwritten = 0;
   std::uint64_t incompatible_qos = 0;  ///< readers that don't match for their quality of service
+  std::uint64_t deadlines_missed = 0;  ///< how often the deadline passed without a sample
+  std::uint64_t liveliness_lost = 0;   ///< how often we did not show ourselves for the lease
 };
 
 /// Why a sample was not written. Nothing of it has been sent.
@@ -169,6 +251,7 @@ class Reader {
   /// Writers that this reader receives from, those of the own participant not counted.
   [[nodiscard]] std::size_t matched() const;
   [[nodiscard]] ReaderCounters counters() const;
+  [[nodiscard]] Guid guid() const;
 
  private:
   std::shared_ptr<detail::ReaderCore> core_;
@@ -187,12 +270,23 @@ class Writer {
   /// as sent. Samples above about 64 KB leave from a thread of DDS, after this has returned.
   tl::expected<void, WriteError> write(std::span<const ByteView> pieces);
   tl::expected<void, WriteError> write(ByteView sample) { return write(std::span{&sample, 1}); }
+  /// The same for a sample that belongs to another; of that one, writer and sequence may be unknown: 0. Tells
+  /// the number of the sample.
+  tl::expected<std::uint64_t, WriteError> write_related(std::span<const ByteView> pieces,
+                                                        const SampleId& related);
+
+  /// Whether a matched reader gets all that is written from now on. Those of Fast DDS do. One of another DDS
+  /// may lose what is written too soon after they have found each other, though it is reliable: the first
+  /// question starts what makes it ready, which takes some tens of milliseconds; then ask again. (Built with
+  /// Fast DDS 2.10 or later, it is true 200 ms after the first question, which may be too soon.)
+  [[nodiscard]] bool reaches(const Guid& reader);
 
   /// Readers that receive from this writer, those of the own participant not counted.
   [[nodiscard]] std::size_t matched() const;
   /// Waits until all matched reliable readers have acknowledged everything; false when time ran out.
   [[nodiscard]] bool wait_until_received(std::chrono::nanoseconds limit) const;
   [[nodiscard]] WriterCounters counters() const;
+  [[nodiscard]] Guid guid() const;
 
  private:
   std::shared_ptr<detail::WriterCore> core_;
@@ -210,7 +304,7 @@ class Participant {
   explicit Participant(const ParticipantConfig& config);
   Participant(Participant&&) noexcept;
   Participant& operator=(Participant&&) noexcept;
-  /// After this `on_event` is not running and will not be called again.
+  /// After this `on_event` and `on_writers` are not running and will not be called again.
   ~Participant();
 
   /// `topic` and `type` are names on the DDS wire (see ros_names.hpp).
@@ -218,16 +312,26 @@ class Participant {
   /// @throws DdsError  also when this participant already uses the topic with another type.
   [[nodiscard]] Reader create_reader(std::string_view topic, std::string_view type, const Qos& qos,
                                      OnSample on_sample,
-                                     std::size_t max_sample_bytes = default_max_sample_bytes);
+                                     std::size_t max_sample_bytes = default_max_sample_bytes,
+                                     EndpointExtras extras = {});
 
   /// @param max_sample_bytes  larger samples are refused; a limit below 60,000 has samples sent by the
   ///                          calling thread, which is quicker for small ones.
   /// @throws DdsError  as above.
   [[nodiscard]] Writer create_writer(std::string_view topic, std::string_view type, const Qos& qos,
-                                     std::size_t max_sample_bytes = default_max_sample_bytes);
+                                     std::size_t max_sample_bytes = default_max_sample_bytes,
+                                     EndpointExtras extras = {});
+
+  /// The writers of others that are there now, also those of topics that nobody here reads; in no order that
+  /// means anything. At most 4096 readers and writers are remembered.
+  [[nodiscard]] std::vector<FoundWriter> writers() const;
+  /// How many readers and writers were discovered when there was no room to remember them.
+  [[nodiscard]] std::uint64_t not_remembered() const;
 
   /// GUID prefix of this participant, as hexadecimal digits: what others see as `peer`.
   [[nodiscard]] std::string guid() const;
+  /// Whose the participant of a reader or writer is, by what discovery says.
+  [[nodiscard]] Vendor vendor(const Guid& endpoint) const;
 
  private:
   std::shared_ptr<detail::ParticipantCore> core_;

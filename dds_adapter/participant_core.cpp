@@ -8,6 +8,7 @@
 #include <array>
 
 #include "dds_adapter/link.hpp"
+#include "dds_adapter/participant_qos.hpp"
 #include "dds_adapter/raw_type.hpp"
 
 namespace trestle::dds::detail {
@@ -15,12 +16,6 @@ namespace trestle::dds::detail {
 namespace {
 
 constexpr std::uint32_t max_domain = 232;  // the highest whose ports, from 7400 + 250 * domain, fit 16 bits
-// Asked for; the kernel gives at most net.core.rmem_max and wmem_max. A 4 MB sample is 64 datagrams at once.
-constexpr std::uint32_t socket_buffer_bytes = 16U << 20U;
-// A segment must hold several of the largest samples or it becomes the bottleneck.
-constexpr std::uint32_t shared_memory_bytes = 128U << 20U;
-constexpr std::uint32_t shared_message_bytes = 16U << 20U;
-
 template <typename Octets>
 std::string hex_digits(const Octets& octets, std::size_t size) {
   constexpr std::string_view digits = "0123456789abcdef";
@@ -79,33 +74,31 @@ void check_interfaces(const std::vector<std::string>& interfaces) {
   }
 }
 
-fast::DomainParticipantQos participant_qos(const ParticipantConfig& config) {
-  fast::DomainParticipantQos qos;
-  qos.name(config.name);
-  auto& transport = qos.transport();
-  transport.use_builtin_transports = false;
-  const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
-  udp->interfaceWhiteList = config.interfaces;
-  udp->sendBufferSize = socket_buffer_bytes;
-  udp->receiveBufferSize = socket_buffer_bytes;
-  transport.user_transports.push_back(udp);
-  if (config.shared_memory) {
-    const auto shared = std::make_shared<eprosima::fastdds::rtps::SharedMemTransportDescriptor>();
-    shared->segment_size(shared_memory_bytes);
-    shared->max_message_size(shared_message_bytes);
-    transport.user_transports.push_back(shared);
-  }
-  return qos;
-}
-
 }  // namespace
 
-std::string to_hex(const decltype(fast::Guid::guidPrefix)& prefix) {
+std::string to_hex(const fast::Prefix& prefix) {
   return hex_digits(prefix.value, 12);
 }
 
 std::string to_hex(const fast::Guid& guid) {
   return to_hex(guid.guidPrefix) + hex_digits(guid.entityId.value, 4);
+}
+
+Guid to_guid(const fast::Guid& guid) noexcept {
+  Guid result{};
+  const auto prefix = std::as_bytes(std::span{guid.guidPrefix.value});
+  const auto entity = std::as_bytes(std::span{guid.entityId.value});
+  std::ranges::copy(entity, std::ranges::copy(prefix, result.begin()).out);
+  return result;
+}
+
+fast::Guid to_fast(const Guid& guid) noexcept {
+  fast::Guid result;
+  const auto prefix = std::as_writable_bytes(std::span{result.guidPrefix.value});
+  const auto entity = std::as_writable_bytes(std::span{result.entityId.value});
+  std::ranges::copy(std::span{guid}.first(prefix.size()), prefix.begin());
+  std::ranges::copy(std::span{guid}.last(entity.size()), entity.begin());
+  return result;
 }
 
 void check_endpoint(std::string_view what, std::string_view topic, std::string_view type, const Qos& qos) {
@@ -118,12 +111,40 @@ void check_endpoint(std::string_view what, std::string_view topic, std::string_v
   if (type.empty() || type.size() > max_name) {
     throw DdsError{subject + "the type name '" + std::string{type} + "' has not 1 to 255 characters"};
   }
+  for (const std::chrono::nanoseconds time : {qos.deadline, qos.lifespan, qos.liveliness_lease}) {
+    if (time.count() < 0 || time > std::chrono::hours{24 * 365}) {
+      throw DdsError{subject + "its times are 0 or up to a year"};
+    }
+  }
   if (qos.depth < 1 || qos.depth > max_depth) {
     throw DdsError{subject + "history depth " + std::to_string(qos.depth) + " is out of range: 1 to " +
                    std::to_string(max_depth)};
   }
 }
 
+std::string differing_policies(const Qos& offered, const Qos& wanted) {
+  using std::chrono::nanoseconds;
+  const auto longer = [](nanoseconds offers, nanoseconds wants) {  // 0 is for ever
+    return wants.count() != 0 && (offers.count() == 0 || offers > wants);
+  };
+  std::string result;
+  const auto add = [&](bool differs, const char* name) {
+    if (differs) {
+      result.append(result.empty() ? "" : ", ").append(name);
+    }
+  };
+  add(wanted.transient_local && !offered.transient_local, "durability");
+  add(longer(offered.deadline, wanted.deadline), "deadline");
+  add((wanted.manual_liveliness && !offered.manual_liveliness) ||
+          longer(offered.liveliness_lease, wanted.liveliness_lease),
+      "liveliness");
+  add(wanted.reliable && !offered.reliable, "reliability");
+  return result;
+}
+
+namespace {
+
+/// The policies whose count has risen since `seen`, by name; brings `seen` up to date.
 std::string risen_policies(const fast::QosPolicyCountSeq& now, fast::QosPolicyCountSeq& seen) {
   static constexpr std::array<const char*, 26> names{
       "",
@@ -165,12 +186,18 @@ std::string risen_policies(const fast::QosPolicyCountSeq& now, fast::QosPolicyCo
   return result;
 }
 
-ParticipantCore::ParticipantCore(const ParticipantConfig& config) : on_event_{config.on_event} {
-  link_type_object_guard();
+}  // namespace
+
+ParticipantCore::ParticipantCore(const ParticipantConfig& config)
+    : graph_{config, [this] { on_names(); }}, on_event_{config.on_event}, on_writers_{config.on_writers} {
+  fast::link_type_object_guard();
   link_sanitizer_hints();
   if (config.domain > max_domain) {
     throw DdsError{"DDS domain " + std::to_string(config.domain) + " is out of range: 0 to " +
                    std::to_string(max_domain)};
+  }
+  if (config.lease < std::chrono::milliseconds{100} || config.lease > std::chrono::hours{24}) {
+    throw DdsError{"the lease of a DDS participant is from 100 ms to 24 h"};
   }
   check_interfaces(config.interfaces);
   const fast::DomainParticipantQos qos = participant_qos(config);
@@ -188,6 +215,14 @@ ParticipantCore::ParticipantCore(const ParticipantConfig& config) : on_event_{co
     destroy();
     throw DdsError{"Fast DDS could not make a publisher and a subscriber"};
   }
+  if (graph_.is_wanted()) {
+    try {
+      graph_.open(participant_->guid(), *publisher_, *subscriber_, *use_topic(graph_topic, graph_type));
+    } catch (const DdsError&) {
+      destroy();
+      throw;
+    }
+  }
 }
 
 ParticipantCore::~ParticipantCore() {
@@ -195,6 +230,7 @@ ParticipantCore::~ParticipantCore() {
 }
 
 void ParticipantCore::destroy() noexcept {
+  graph_.close();
   participant_->set_listener(nullptr);
   participant_->delete_contained_entities();
   fast::DomainParticipantFactory::get_instance()->delete_participant(participant_);
@@ -236,27 +272,33 @@ void ParticipantCore::drop_topic(const std::string& topic) noexcept {
   }
 }
 
-void ParticipantCore::add(const Endpoint* endpoint) {
+void ParticipantCore::add(const Endpoint* endpoint, const fast::Guid& guid) {
   std::vector<Event> events;
   {
     const std::lock_guard lock{mutex_};
     endpoints_.push_back(endpoint);
-    for (const auto& [guid, found] : found_) {
+    for (const auto& [peer, known] : found_) {
+      const fast::FoundEndpoint& found = known.endpoint;
       if (found.topic == endpoint->topic && found.type != endpoint->type &&
           found.writer != endpoint->writer) {
         events.push_back(
-            {Event::Kind::incompatible_type, endpoint->topic, endpoint->type, to_hex(guid), found.type, 0});
+            {Event::Kind::incompatible_type, endpoint->topic, endpoint->type, to_hex(peer), found.type, 0});
       }
     }
   }
+  graph_.add(guid, endpoint->writer);
   for (const Event& event : events) {
     report(event);
   }
 }
 
-void ParticipantCore::remove(const Endpoint* endpoint) noexcept {
+void ParticipantCore::remove(const Endpoint* endpoint, const fast::Guid& guid) noexcept {
+  graph_.remove(guid);
   const std::lock_guard lock{mutex_};
   std::erase(endpoints_, endpoint);
+  for (auto& [peer, found] : found_) {
+    std::erase(found.told, endpoint);
+  }
 }
 
 std::size_t ParticipantCore::own_matches(const Endpoint& endpoint) const {
@@ -265,9 +307,9 @@ std::size_t ParticipantCore::own_matches(const Endpoint& endpoint) const {
     if (other->topic != endpoint.topic || other->writer == endpoint.writer) {
       return false;
     }
-    const Qos& offered = endpoint.writer ? endpoint.qos : other->qos;
-    const Qos& wanted = endpoint.writer ? other->qos : endpoint.qos;
-    return (offered.reliable || !wanted.reliable) && (offered.transient_local || !wanted.transient_local);
+    return (endpoint.writer ? differing_policies(endpoint.qos, other->qos)
+                            : differing_policies(other->qos, endpoint.qos))
+        .empty();
   }));
 }
 
@@ -277,6 +319,20 @@ std::size_t ParticipantCore::foreign(std::int32_t count, const Endpoint& endpoin
   return all > own ? all - own : 0;
 }
 
+Vendor ParticipantCore::vendor(const fast::Prefix& participant) const {
+  constexpr std::array<std::uint8_t, 2> eprosima{0x01, 0x0f};
+  constexpr std::array<std::uint8_t, 2> eclipse{0x01, 0x10};
+  // Prefixes begin with the vendor, but for those that users choose, as for discovery servers.
+  std::array<std::uint8_t, 2> id{participant.value[0], participant.value[1]};
+  {
+    const std::lock_guard lock{mutex_};
+    if (const auto known = vendors_.find(participant); known != vendors_.end()) {
+      id = known->second;
+    }
+  }
+  return id == eprosima ? Vendor::fast_dds : id == eclipse ? Vendor::cyclone_dds : Vendor::other;
+}
+
 void ParticipantCore::report(const Event& event) {
   const std::lock_guard lock{event_gate_};
   if (on_event_) {
@@ -284,9 +340,103 @@ void ParticipantCore::report(const Event& event) {
   }
 }
 
+namespace {
+
+bool are_counterparts(const ParticipantCore::Endpoint& ours, const fast::FoundEndpoint& peer) {
+  return peer.topic == ours.topic && peer.type == ours.type && peer.writer != ours.writer;
+}
+
+/// What keeps counterparts from matching; empty when nothing does.
+std::string policies_between(const ParticipantCore::Endpoint& ours, const fast::FoundEndpoint& peer) {
+  return ours.writer ? differing_policies(ours.qos, peer.qos) : differing_policies(peer.qos, ours.qos);
+}
+
+}  // namespace
+
+bool ParticipantCore::has_reliable_reader(const Endpoint& writer) const {
+  const std::lock_guard lock{mutex_};
+  return not_remembered_ > 0 || std::ranges::any_of(found_, [&](const auto& known) {
+           const fast::FoundEndpoint& peer = known.second.endpoint;
+           return peer.qos.reliable && are_counterparts(writer, peer) &&
+                  policies_between(writer, peer).empty();
+         });
+}
+
+Event ParticipantCore::incompatible(const Endpoint& endpoint, Found& found) const {
+  Event event{Event::Kind::incompatible_qos,
+              endpoint.topic,
+              endpoint.type,
+              to_hex(found.endpoint.guid),
+              policies_between(endpoint, found.endpoint),
+              0};
+  event.node = graph_.node_of(found.endpoint.guid);
+  found.needs_name = event.node.empty();
+  return event;
+}
+
+std::vector<Event> ParticipantCore::newly_incompatible(const Endpoint& endpoint,
+                                                       const std::string& policies) {
+  std::vector<Event> events;
+  const std::lock_guard lock{mutex_};
+  bool is_of_others = found_.size() >= max_found;
+  for (auto& [guid, found] : found_) {
+    if (!are_counterparts(endpoint, found.endpoint)) {
+      continue;
+    }
+    if (policies_between(endpoint, found.endpoint).empty()) {
+      is_of_others = true;
+    } else if (std::ranges::find(found.told, &endpoint) == found.told.end()) {
+      found.told.push_back(&endpoint);
+      events.push_back(incompatible(endpoint, found));
+    }
+  }
+  // By a policy that ROS 2 does not use, or of one that we have no room to remember. Nobody at all: Fast
+  // DDS has met a peer that it has not told of yet, and will call again when it has.
+  if (events.empty() && is_of_others) {
+    events.push_back({Event::Kind::incompatible_qos, endpoint.topic, endpoint.type, "", policies, 0});
+  }
+  return events;
+}
+
+void ParticipantCore::report_incompatible(const Endpoint& endpoint, const fast::QosPolicyCountSeq& now,
+                                          std::mutex& guard, fast::QosPolicyCountSeq& seen,
+                                          std::uint64_t& count) {
+  std::string policies;
+  {
+    const std::lock_guard lock{guard};
+    policies = risen_policies(now, seen);
+  }
+  const std::vector<Event> events = newly_incompatible(endpoint, policies);
+  {
+    const std::lock_guard lock{guard};
+    count += events.size();
+  }
+  for (const Event& event : events) {
+    report(event);
+  }
+}
+
+void ParticipantCore::on_names() {
+  std::vector<Event> events;
+  {
+    const std::lock_guard lock{mutex_};
+    for (auto& [guid, found] : found_) {
+      if (found.needs_name && !graph_.node_of(guid).empty()) {
+        for (const Endpoint* ours : found.told) {
+          events.push_back(incompatible(*ours, found));
+        }
+      }
+    }
+  }
+  for (const Event& event : events) {
+    report(event);
+  }
+}
+
 void ParticipantCore::silence() {
   const std::lock_guard lock{event_gate_};
   on_event_ = nullptr;
+  on_writers_ = nullptr;
 }
 
 void ParticipantCore::on_peer(const fast::FoundPeer& peer) {
@@ -294,30 +444,67 @@ void ParticipantCore::on_peer(const fast::FoundPeer& peer) {
   if (peer.change == Change::other) {
     return;
   }
+  if (peer.change == Change::lost) {
+    graph_.forget(peer.guid);
+  }
+  {
+    const std::lock_guard lock{mutex_};
+    if (peer.change == Change::lost) {
+      vendors_.erase(peer.guid.guidPrefix);
+    } else if (vendors_.size() < max_found) {
+      vendors_.insert_or_assign(peer.guid.guidPrefix, peer.vendor);
+    }
+  }
   const auto kind = peer.change == Change::found ? Event::Kind::peer_found : Event::Kind::peer_lost;
   report({kind, "", "", to_hex(peer.guid.guidPrefix), peer.name, 0});
 }
 
 void ParticipantCore::on_endpoint(const fast::FoundEndpoint& endpoint) {
-  std::string expected;
-  {
-    const std::lock_guard lock{mutex_};
-    if (!endpoint.there) {
-      found_.erase(endpoint.guid);
-      return;
-    }
-    if (found_.size() < max_found) {
-      found_.insert_or_assign(endpoint.guid, endpoint);
-    }
-    const auto ours = std::ranges::find_if(endpoints_, [&](const Endpoint* own) {
-      return own->topic == endpoint.topic && own->type != endpoint.type && own->writer != endpoint.writer;
-    });
-    if (ours == endpoints_.end()) {
-      return;
-    }
-    expected = (*ours)->type;
+  if (const auto expected = remember(endpoint)) {
+    report(
+        {Event::Kind::incompatible_type, endpoint.topic, *expected, to_hex(endpoint.guid), endpoint.type, 0});
   }
-  report({Event::Kind::incompatible_type, endpoint.topic, expected, to_hex(endpoint.guid), endpoint.type, 0});
+  if (endpoint.writer && !is_own(endpoint.guid)) {
+    const std::lock_guard lock{event_gate_};
+    if (on_writers_) {
+      on_writers_();
+    }
+  }
+}
+
+std::optional<std::string> ParticipantCore::remember(const fast::FoundEndpoint& endpoint) {
+  const std::lock_guard lock{mutex_};
+  if (!endpoint.there) {
+    found_.erase(endpoint.guid);
+    return std::nullopt;
+  }
+  if (const auto known = found_.find(endpoint.guid); known != found_.end()) {
+    known->second.endpoint = endpoint;  // what is told of one that is announced again stays told
+  } else if (found_.size() < max_found) {
+    found_.emplace(endpoint.guid, Found{endpoint, {}});
+  } else {
+    ++not_remembered_;
+  }
+  const auto ours = std::ranges::find_if(endpoints_, [&](const Endpoint* own) {
+    return own->topic == endpoint.topic && own->type != endpoint.type && own->writer != endpoint.writer;
+  });
+  return ours == endpoints_.end() ? std::nullopt : std::optional{(*ours)->type};
+}
+
+std::vector<FoundWriter> ParticipantCore::writers() const {
+  const std::lock_guard lock{mutex_};
+  std::vector<FoundWriter> result;
+  for (const auto& [guid, found] : found_) {
+    if (found.endpoint.writer && !is_own(guid)) {
+      result.push_back({found.endpoint.topic, found.endpoint.type, found.endpoint.qos});
+    }
+  }
+  return result;
+}
+
+std::uint64_t ParticipantCore::not_remembered() const {
+  const std::lock_guard lock{mutex_};
+  return not_remembered_;
 }
 
 }  // namespace trestle::dds::detail
@@ -338,6 +525,10 @@ const char* to_string(Event::Kind kind) noexcept {
       return "incompatible_qos";
     case Event::Kind::incompatible_type:
       return "incompatible_type";
+    case Event::Kind::deadline_missed:
+      return "deadline_missed";
+    case Event::Kind::liveliness_lost:
+      return "liveliness_lost";
   }
   return "?";
 }
@@ -364,6 +555,15 @@ Participant::~Participant() {
 
 std::string Participant::guid() const {
   return core_->guid();
+}
+std::vector<FoundWriter> Participant::writers() const {
+  return core_->writers();
+}
+std::uint64_t Participant::not_remembered() const {
+  return core_->not_remembered();
+}
+Vendor Participant::vendor(const Guid& endpoint) const {
+  return core_->vendor(detail::to_fast(endpoint).guidPrefix);
 }
 
 }  // namespace trestle::dds

@@ -1,23 +1,30 @@
 #pragma once
+#include <array>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "dds_adapter/fastdds_compat.hpp"
 #include "dds_adapter/participant.hpp"
+#include "dds_adapter/ros_graph.hpp"
 
 namespace trestle::dds::detail {
 
 /// GUID or GUID prefix as hexadecimal digits.
 [[nodiscard]] std::string to_hex(const fast::Guid& guid);
-[[nodiscard]] std::string to_hex(const decltype(fast::Guid::guidPrefix)& prefix);
+[[nodiscard]] std::string to_hex(const fast::Prefix& prefix);
+
+[[nodiscard]] Guid to_guid(const fast::Guid& guid) noexcept;
+[[nodiscard]] fast::Guid to_fast(const Guid& guid) noexcept;
 
 /// @throws DdsError  unless the names are usable and the quality of service makes sense.
 void check_endpoint(std::string_view what, std::string_view topic, std::string_view type, const Qos& qos);
 
-/// The policies whose count has risen since `seen`, by name; brings `seen` up to date.
-[[nodiscard]] std::string risen_policies(const fast::QosPolicyCountSeq& now, fast::QosPolicyCountSeq& seen);
+/// The policies by which a reader does not match a writer, by name; empty: they match. RTPS's rules for what
+/// is offered and what is wanted.
+[[nodiscard]] std::string differing_policies(const Qos& offered, const Qos& wanted);
 
 /// The DDS entities that all readers and writers share. Each of them, and each sample on loan, keeps it.
 ///
@@ -42,28 +49,54 @@ class ParticipantCore final : private fast::DiscoveryListener {
   fast::Topic* use_topic(const std::string& topic, const std::string& type);
   void drop_topic(const std::string& topic) noexcept;
 
-  /// To be called when it has been made; reports foreign endpoints of its topic that have another type.
-  void add(const Endpoint* endpoint);
-  void remove(const Endpoint* endpoint) noexcept;
+  /// To be called when it has been made; tells ROS 2 of it, and reports foreign endpoints of its topic that
+  /// have another type.
+  void add(const Endpoint* endpoint, const fast::Guid& guid);
+  void remove(const Endpoint* endpoint, const fast::Guid& guid) noexcept;
   /// How many of our own endpoints match this one: they are no counterparts.
   [[nodiscard]] std::size_t own_matches(const Endpoint& endpoint) const;
   /// How many of `count` matched endpoints are not our own.
   [[nodiscard]] std::size_t foreign(std::int32_t count, const Endpoint& endpoint) const;
 
   void report(const Event& event);
+  /// Whether a reliable reader matches this writer. One that there was no room to remember may be one.
+  [[nodiscard]] bool has_reliable_reader(const Endpoint& writer) const;
+
+  /// Some peer does not match this endpoint: reports and counts each that has not been yet, naming it as far
+  /// as it is known.
+  /// @param now    how often each policy was in the way, by Fast DDS.
+  /// @param guard  of `seen`, the last `now`, and of `count`; not held during the reports.
+  void report_incompatible(const Endpoint& endpoint, const fast::QosPolicyCountSeq& now, std::mutex& guard,
+                           fast::QosPolicyCountSeq& seen, std::uint64_t& count);
   /// No more events after this.
   void silence();
 
+  [[nodiscard]] std::vector<FoundWriter> writers() const;
+  [[nodiscard]] std::uint64_t not_remembered() const;
+
   [[nodiscard]] bool is_own(const fast::Guid& guid) const noexcept { return guid.guidPrefix == prefix_; }
   [[nodiscard]] std::string guid() const { return to_hex(prefix_); }
+  [[nodiscard]] Vendor vendor(const fast::Prefix& participant) const;
   [[nodiscard]] fast::Publisher* publisher() const noexcept { return publisher_; }
   [[nodiscard]] fast::Subscriber* subscriber() const noexcept { return subscriber_; }
 
  private:
-  // Only of others; may come before the constructor has finished.
+  // May come before the constructor has finished. Fast DDS also tells of our own endpoints.
   void on_peer(const fast::FoundPeer& peer) override;
   void on_endpoint(const fast::FoundEndpoint& endpoint) override;
+  struct Found {
+    fast::FoundEndpoint endpoint;
+    std::vector<const Endpoint*> told;  ///< ours that it does not match, which has been reported
+    bool needs_name = false;            ///< ... but not yet of which node
+  };
+
+  /// What discovery tells. Gives the type that an own endpoint of this topic has, if it is another one.
+  std::optional<std::string> remember(const fast::FoundEndpoint& endpoint);
   void destroy() noexcept;
+  /// A peer has told of its nodes: those that were reported without one are reported again.
+  void on_names();
+  [[nodiscard]] std::vector<Event> newly_incompatible(const Endpoint& endpoint, const std::string& policies);
+  Event incompatible(const Endpoint& endpoint, Found& found) const;
 
   struct UsedTopic {
     fast::Topic* topic = nullptr;
@@ -71,20 +104,25 @@ class ParticipantCore final : private fast::DiscoveryListener {
     std::size_t users = 0;
   };
 
+  RosGraph graph_;
   fast::DomainParticipant* participant_ = nullptr;
   fast::Publisher* publisher_ = nullptr;
   fast::Subscriber* subscriber_ = nullptr;
-  decltype(fast::Guid::guidPrefix) prefix_;
+  fast::Prefix prefix_;
 
   mutable std::mutex mutex_;
   static constexpr std::size_t max_found = 4096;
   std::map<std::string, UsedTopic> topics_;
   std::vector<const Endpoint*> endpoints_;
-  /// Foreign readers and writers, for telling of another type on a topic that we begin to use later.
-  std::map<fast::Guid, fast::FoundEndpoint> found_;
+  /// Readers and writers, our own among them: for who asks, and for telling of another type on a topic that
+  /// we begin to use later.
+  std::map<fast::Guid, Found> found_;
+  std::uint64_t not_remembered_ = 0;                             ///< as there was no room
+  std::map<fast::Prefix, std::array<std::uint8_t, 2>> vendors_;  ///< of foreign participants
 
   std::mutex event_gate_;
   std::function<void(const Event&)> on_event_;
+  std::function<void()> on_writers_;
 };
 
 }  // namespace trestle::dds::detail

@@ -25,11 +25,13 @@ void give_back(Loan& loan) noexcept {
 class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, private fast::DataReaderListener {
  public:
   ReaderCore(std::shared_ptr<ParticipantCore> participant, ParticipantCore::Endpoint endpoint,
-             OnSample on_sample, std::size_t max_sample_bytes)
+             OnSample on_sample, std::size_t max_sample_bytes, EndpointExtras extras)
       : participant_{std::move(participant)},
         endpoint_{std::move(endpoint)},
         on_sample_{std::move(on_sample)},
-        max_sample_bytes_{max_sample_bytes} {}
+        max_sample_bytes_{max_sample_bytes},
+        user_data_{std::move(extras.user_data)},
+        on_match_{std::move(extras.on_match)} {}
 
   ReaderCore(const ReaderCore&) = delete;
   ReaderCore& operator=(const ReaderCore&) = delete;
@@ -37,25 +39,29 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
   /// Apart from the constructor because callbacks need shared_from_this().
   void open() {
     fast::Topic* topic = participant_->use_topic(endpoint_.topic, endpoint_.type);
-    reader_ = participant_->subscriber()->create_datareader(topic, reader_qos(endpoint_.qos), this);
+    reader_ = participant_->subscriber()->create_datareader(topic, reader_qos(), this);
     if (reader_ == nullptr) {
       participant_->drop_topic(endpoint_.topic);
       throw DdsError{"Fast DDS could not make a reader of topic '" + endpoint_.topic + "'"};
     }
-    participant_->add(&endpoint_);
+    participant_->add(&endpoint_, reader_->guid());
   }
 
   /// The reader stays until the last sample has been returned, but the callback is over.
   void close() {
     reader_->set_listener(nullptr);
-    const std::lock_guard lock{gate_};
-    on_sample_ = nullptr;
+    {
+      const std::lock_guard lock{gate_};
+      on_sample_ = nullptr;
+    }
+    const std::lock_guard lock{match_gate_};
+    on_match_ = nullptr;
   }
 
   ~ReaderCore() override {
     if (reader_ != nullptr) {
       reader_->set_listener(nullptr);
-      participant_->remove(&endpoint_);
+      participant_->remove(&endpoint_, reader_->guid());
       participant_->subscriber()->delete_datareader(reader_);
       participant_->drop_topic(endpoint_.topic);
     }
@@ -72,13 +78,14 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
     return counters_;
   }
 
+  [[nodiscard]] Guid guid() const { return to_guid(reader_->guid()); }
+
  private:
-  static fast::DataReaderQos reader_qos(const Qos& wanted) {
+  [[nodiscard]] fast::DataReaderQos reader_qos() const {
+    const Qos& wanted = endpoint_.qos;
     fast::DataReaderQos qos;
-    qos.reliability().kind =
-        wanted.reliable ? fast::RELIABLE_RELIABILITY_QOS : fast::BEST_EFFORT_RELIABILITY_QOS;
-    qos.durability().kind =
-        wanted.transient_local ? fast::TRANSIENT_LOCAL_DURABILITY_QOS : fast::VOLATILE_DURABILITY_QOS;
+    fast::set_user_data(qos, user_data_);
+    fast::set_common(qos, wanted);
     qos.history().kind = fast::KEEP_LAST_HISTORY_QOS;
     qos.history().depth = static_cast<std::int32_t>(wanted.depth);
     // The history holds `depth` samples; those on loan come on top, and their number is the holder's choice.
@@ -129,6 +136,7 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
     } else {
       ++counters_.received;
       counters_.received_bytes += bytes.size();
+      is_late_ = false;
       return true;
     }
     return false;
@@ -141,18 +149,44 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
       const auto kind = status.current_count_change > 0 ? Event::Kind::matched : Event::Kind::unmatched;
       participant_->report({kind, endpoint_.topic, endpoint_.type, to_hex(peer), "reader",
                             participant_->foreign(status.current_count, endpoint_)});
+      const std::lock_guard lock{match_gate_};
+      if (on_match_) {
+        on_match_(to_guid(peer), kind == Event::Kind::matched);
+      }
     }
   }
 
   void on_requested_incompatible_qos(fast::DataReader* /*reader*/,
                                      const fast::RequestedIncompatibleQosStatus& status) override {
-    std::string policies;
+    participant_->report_incompatible(endpoint_, status.policies, counters_mutex_, seen_policies_,
+                                      counters_.incompatible_qos);
+  }
+
+  /// The first of a row is told; each is counted.
+  void on_requested_deadline_missed(fast::DataReader* /*reader*/,
+                                    const fast::RequestedDeadlineMissedStatus& status) override {
     {
       const std::lock_guard lock{counters_mutex_};
-      counters_.incompatible_qos = status.total_count;
-      policies = risen_policies(status.policies, seen_policies_);
+      counters_.deadlines_missed = status.total_count;
+      if (std::exchange(is_late_, true)) {
+        return;
+      }
     }
-    participant_->report({Event::Kind::incompatible_qos, endpoint_.topic, endpoint_.type, "", policies, 0});
+    participant_->report({Event::Kind::deadline_missed, endpoint_.topic, endpoint_.type, "", "reader", 0});
+  }
+
+  void on_liveliness_changed(fast::DataReader* /*reader*/,
+                             const fast::LivelinessChangedStatus& status) override {
+    const fast::Guid peer = fast::guid_of(status.last_publication_handle);
+    if (status.not_alive_count_change <= 0 || participant_->is_own(peer)) {
+      return;
+    }
+    {
+      const std::lock_guard lock{counters_mutex_};
+      counters_.liveliness_lost += static_cast<std::uint64_t>(status.not_alive_count_change);
+    }
+    participant_->report(
+        {Event::Kind::liveliness_lost, endpoint_.topic, endpoint_.type, to_hex(peer), "reader", 0});
   }
 
   void on_sample_lost(fast::DataReader* /*reader*/, const fast::SampleLostStatus& status) override {
@@ -171,9 +205,13 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
   std::mutex gate_;
   OnSample on_sample_;
   const std::size_t max_sample_bytes_;
+  const std::string user_data_;
+  std::mutex match_gate_;  ///< held while on_match_ runs, as gate_
+  OnMatch on_match_;
   fast::DataReader* reader_ = nullptr;
   mutable std::mutex counters_mutex_;
   ReaderCounters counters_;
+  bool is_late_ = false;  ///< the deadline has been missed since the last sample
   fast::QosPolicyCountSeq seen_policies_;
 };
 
@@ -217,6 +255,19 @@ void Sample::release() noexcept {
   }
 }
 
+SampleId Sample::id() const noexcept {
+  return loan_ ? SampleId{detail::to_guid(loan_->infos[0].sample_identity.writer_guid()), sequence_}
+               : SampleId{};
+}
+
+SampleId Sample::related() const noexcept {
+  if (!loan_) {
+    return {};
+  }
+  const auto& identity = loan_->infos[0].related_sample_identity;
+  return {detail::to_guid(identity.writer_guid()), fast::number_of(identity.sequence_number())};
+}
+
 std::string Sample::writer() const {
   return loan_ ? detail::to_hex(loan_->infos[0].sample_identity.writer_guid()) : std::string{};
 }
@@ -246,13 +297,16 @@ std::size_t Reader::matched() const {
 ReaderCounters Reader::counters() const {
   return core_->counters();
 }
+Guid Reader::guid() const {
+  return core_->guid();
+}
 
 Reader Participant::create_reader(std::string_view topic, std::string_view type, const Qos& qos,
-                                  OnSample on_sample, std::size_t max_sample_bytes) {
+                                  OnSample on_sample, std::size_t max_sample_bytes, EndpointExtras extras) {
   detail::check_endpoint("reader", topic, type, qos);
   auto core = std::make_shared<detail::ReaderCore>(
       core_, detail::ParticipantCore::Endpoint{std::string{topic}, std::string{type}, qos, false},
-      std::move(on_sample), max_sample_bytes);
+      std::move(on_sample), max_sample_bytes, std::move(extras));
   core->open();
   return Reader{std::move(core)};
 }

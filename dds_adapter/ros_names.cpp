@@ -1,13 +1,36 @@
 #include "dds_adapter/ros_names.hpp"
 
-namespace trestle::dds {
+#include <algorithm>
 
-std::string ros_topic_name(std::string_view topic) {
-  std::string result{"rt"};
-  if (topic.empty() || topic.front() != '/') {
+namespace trestle::dds {
+namespace {
+
+std::string prefixed(std::string_view prefix, std::string_view name) {
+  std::string result{prefix};
+  if (name.empty() || name.front() != '/') {
     result += '/';
   }
-  return result.append(topic);
+  return result.append(name);
+}
+
+}  // namespace
+
+std::string ros_topic_name(std::string_view topic) {
+  return prefixed("rt", topic);
+}
+
+std::optional<std::string> topic_of_ros(std::string_view dds_topic) {
+  constexpr std::string_view prefix = "rt";
+  return dds_topic.starts_with("rt/") ? std::optional{std::string{dds_topic.substr(prefix.size())}}
+                                      : std::nullopt;
+}
+
+std::string ros_request_topic(std::string_view service) {
+  return prefixed("rq", service).append("Request");
+}
+
+std::string ros_reply_topic(std::string_view service) {
+  return prefixed("rr", service).append("Reply");
 }
 
 std::string ros_type_name(std::string_view type) {
@@ -28,6 +51,27 @@ std::string ros_type_name(std::string_view type) {
     result += "::msg";
   }
   return result.append("::dds_::").append(type.substr(name_at + 1)).append("_");
+}
+
+std::optional<std::string> type_of_ros(std::string_view dds_type) {
+  // "PACKAGE::msg::dds_::NAME_"
+  constexpr std::string_view before_name = "::dds_::";
+  const std::size_t path_end = dds_type.find(before_name);
+  if (path_end == std::string_view::npos || !dds_type.ends_with('_') ||
+      dds_type.find('/') != std::string_view::npos) {
+    return std::nullopt;
+  }
+  std::string_view name = dds_type.substr(path_end + before_name.size());
+  name.remove_suffix(std::min<std::size_t>(1, name.size()));
+  std::string result{dds_type.substr(0, path_end)};
+  for (std::size_t at = 0; (at = result.find("::", at)) != std::string::npos;) {
+    result.replace(at, 2, "/");
+  }
+  return result + '/' + std::string{name};
+}
+
+std::string ros_type_hash_entry(std::string_view type_hash) {
+  return "typehash=" + std::string{type_hash} + ";";
 }
 
 }  // namespace trestle::dds

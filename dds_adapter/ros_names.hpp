@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -7,10 +8,24 @@ namespace trestle::dds {
 /// The name that ROS 2 gives a topic on the DDS wire: "/points" and "points" become "rt/points".
 [[nodiscard]] std::string ros_topic_name(std::string_view topic);
 
+/// The ROS name of a topic on the DDS wire: "rt/points" is "/points". Nothing: it is no topic of ROS.
+[[nodiscard]] std::optional<std::string> topic_of_ros(std::string_view dds_topic);
+
+/// The names of the two topics that a service is made of: "/add" has "rq/addRequest" and "rr/addReply".
+[[nodiscard]] std::string ros_request_topic(std::string_view service);
+[[nodiscard]] std::string ros_reply_topic(std::string_view service);
+
 /// The name that ROS 2 gives a message type on the DDS wire:
 /// "sensor_msgs/msg/PointCloud2" becomes "sensor_msgs::msg::dds_::PointCloud2_".
 /// The short form without "msg" ("sensor_msgs/PointCloud2") means the same. A name without "/" is returned
 /// as it is: it is a DDS type name already.
 [[nodiscard]] std::string ros_type_name(std::string_view type);
+
+/// The other way, with the long form: "sensor_msgs/msg/PointCloud2". Nothing: no type of ROS has this name.
+[[nodiscard]] std::optional<std::string> type_of_ros(std::string_view dds_type);
+
+/// How a reader or writer tells others the hash of its type ("RIHS01_" and 64 hexadecimal digits): an entry
+/// of its EndpointExtras::user_data.
+[[nodiscard]] std::string ros_type_hash_entry(std::string_view type_hash);
 
 }  // namespace trestle::dds

@@ -22,7 +22,7 @@ extern "C" const char* __asan_default_options() {
 extern "C" const char* __tsan_default_suppressions();
 /// It takes its own locks in more than one order.
 extern "C" const char* __tsan_default_suppressions() {
-  return "deadlock:libfastrtps.so\n";
+  return "deadlock:libfastrtps.so\ndeadlock:libfastdds.so\n";
 }
 /// The sanitizer knows pthread_mutex_timedlock, but not this, which std::timed_mutex uses: it would take
 /// Fast DDS's most important locks for never taken.

@@ -1,9 +1,7 @@
-#include "dds_adapter/fastdds_compat.hpp"
-#include "dds_adapter/link.hpp"
-
-#if !TRESTLE_FASTDDS_3
 #include <fastrtps/types/DynamicTypePtr.h>
 #include <fastrtps/types/TypeObjectFactory.h>
+
+#include "dds_adapter/fastdds_compat.hpp"
 
 // Fast DDS 2.x builds a description of each type that a peer announces, and dereferences a null pointer when
 // the type holds a sequence of structures that it has not seen: one announcement, not authenticated, on any
@@ -18,10 +16,9 @@ DynamicType_ptr TypeObjectFactory::build_dynamic_type(const std::string& /*name*
 }
 
 }  // namespace eprosima::fastrtps::types
-#endif
 
-namespace trestle::dds::detail {
+namespace trestle::dds::fast {
 
 void link_type_object_guard() noexcept {}
 
-}  // namespace trestle::dds::detail
+}  // namespace trestle::dds::fast

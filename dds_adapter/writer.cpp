@@ -7,6 +7,7 @@
 
 #include "dds_adapter/participant_core.hpp"
 #include "dds_adapter/raw_type.hpp"
+#include "dds_adapter/session_start.hpp"
 
 namespace trestle::dds {
 
@@ -15,13 +16,16 @@ namespace detail {
 class WriterCore final : private fast::WriterListener {
  public:
   WriterCore(std::shared_ptr<ParticipantCore> participant, ParticipantCore::Endpoint endpoint,
-             std::size_t max_sample_bytes)
+             std::size_t max_sample_bytes, EndpointExtras extras)
       : participant_{std::move(participant)},
         forgets_{fast::leaving_reader_can_block && endpoint.qos.reliable && !endpoint.qos.transient_local},
         endpoint_{as_announced(std::move(endpoint), forgets_)},
-        max_sample_bytes_{std::min<std::size_t>(max_sample_bytes, std::numeric_limits<std::int32_t>::max())} {
+        max_sample_bytes_{std::min<std::size_t>(max_sample_bytes, std::numeric_limits<std::int32_t>::max())},
+        on_match_{std::move(extras.on_match)} {
     fast::Topic* topic = participant_->use_topic(endpoint_.topic, endpoint_.type);
-    writer_ = participant_->publisher()->create_datawriter(topic, writer_qos(), this);
+    fast::DataWriterQos qos = writer_qos();
+    fast::set_user_data(qos, extras.user_data);
+    writer_ = participant_->publisher()->create_datawriter(topic, qos, this);
     if (writer_ == nullptr) {
       participant_->drop_topic(endpoint_.topic);
       throw DdsError{"Fast DDS could not make a writer of topic '" + endpoint_.topic + "'"};
@@ -29,7 +33,7 @@ class WriterCore final : private fast::WriterListener {
     if (endpoint_.qos.reliable) {
       unacknowledged_.emplace(*writer_, endpoint_.qos.depth);
     }
-    participant_->add(&endpoint_);
+    participant_->add(&endpoint_, writer_->guid());
   }
 
   WriterCore(const WriterCore&) = delete;
@@ -37,28 +41,51 @@ class WriterCore final : private fast::WriterListener {
 
   ~WriterCore() override {
     writer_->set_listener(nullptr);
-    participant_->remove(&endpoint_);
+    participant_->remove(&endpoint_, writer_->guid());
     participant_->publisher()->delete_datawriter(writer_);
     participant_->drop_topic(endpoint_.topic);
   }
 
-  tl::expected<void, WriteError> write(std::span<const ByteView> pieces) {
+  /// @param related  of the sample that this one belongs to; none: nothing is said of such a one, and the
+  ///                 number that is returned means nothing.
+  tl::expected<std::uint64_t, WriteError> write(std::span<const ByteView> pieces, const SampleId* related) {
     RawSample sample;
     sample.pieces = pieces;
     for (const ByteView piece : pieces) {
       sample.size += piece.size();
     }
-    const auto error = send(sample);
+    const auto number = send(sample, related);
     const std::lock_guard lock{counters_mutex_};
-    if (!error) {
+    if (number) {
       ++counters_.sent;
+      is_late_ = false;
       counters_.sent_bytes += sample.size;
-      return {};
+      return number;
     }
-    ++(*error == WriteError::bad_encapsulation ? counters_.bad_encapsulation
-       : *error == WriteError::oversize        ? counters_.oversize
-                                               : counters_.refused);
-    return tl::unexpected{*error};
+    ++(number.error() == WriteError::bad_encapsulation ? counters_.bad_encapsulation
+       : number.error() == WriteError::oversize        ? counters_.oversize
+                                                       : counters_.refused);
+    return number;
+  }
+
+  [[nodiscard]] Guid guid() const { return to_guid(writer_->guid()); }
+
+  [[nodiscard]] bool reaches(const Guid& reader) {
+    if (!endpoint_.qos.reliable || participant_->vendor(to_fast(reader).guidPrefix) == Vendor::fast_dds) {
+      return true;
+    }
+    return session_start().reaches(to_fast(reader), [this]() -> std::uint64_t {
+      if (unacknowledged_->next_overwrites()) {
+        return 0;  // not now: it would cost a sample
+      }
+      constexpr std::array header{std::byte{0}, std::byte{1}, std::byte{0}, std::byte{0}};
+      const ByteView piece{header};
+      RawSample sample;
+      sample.pieces = {&piece, 1};
+      sample.size = piece.size();
+      const SampleId ours{guid(), 0};
+      return send(sample, &ours).value_or(0);
+    });
   }
 
   [[nodiscard]] std::size_t matched() const {
@@ -88,11 +115,14 @@ class WriterCore final : private fast::WriterListener {
   [[nodiscard]] fast::DataWriterQos writer_qos() const {
     const Qos& offered = endpoint_.qos;
     fast::DataWriterQos qos;
-    qos.reliability().kind =
-        offered.reliable ? fast::RELIABLE_RELIABILITY_QOS : fast::BEST_EFFORT_RELIABILITY_QOS;
-    qos.durability().kind =
-        offered.transient_local ? fast::TRANSIENT_LOCAL_DURABILITY_QOS : fast::VOLATILE_DURABILITY_QOS;
-    qos.history().kind = fast::KEEP_LAST_HISTORY_QOS;
+    fast::set_common(qos, offered);
+    qos.history().kind = offered.keep_all ? fast::KEEP_ALL_HISTORY_QOS : fast::KEEP_LAST_HISTORY_QOS;
+    if (offered.keep_all) {  // who writes does not wait, but is told
+      qos.reliability().max_blocking_time = fast::Duration{0, 0};
+    }
+    if (offered.lifespan.count() > 0) {
+      qos.lifespan().duration = fast::duration_of(offered.lifespan);
+    }
     qos.history().depth = static_cast<std::int32_t>(offered.depth);
     qos.resource_limits().max_samples = static_cast<std::int32_t>(offered.depth);
     qos.resource_limits().max_instances = 1;
@@ -111,29 +141,52 @@ class WriterCore final : private fast::WriterListener {
     return qos;
   }
 
-  std::optional<WriteError> send(RawSample& sample) {
+  tl::expected<std::uint64_t, WriteError> send(RawSample& sample, const SampleId* related) {
     if (sample.size > max_sample_bytes_) {
-      return WriteError::oversize;
+      return tl::unexpected{WriteError::oversize};
     }
     if (!starts_with_plain_cdr(sample.pieces)) {
-      return WriteError::bad_encapsulation;
+      return tl::unexpected{WriteError::bad_encapsulation};
     }
     const std::lock_guard lock{write_mutex_};
     if (forgets_ && fast::is_ok(writer_->wait_for_acknowledgments(fast::Duration{0, 0}))) {
       writer_->clear_history(nullptr);
     }
     const bool overwrites = unacknowledged_ && unacknowledged_->next_overwrites();
-    // The variant with a handle says why it refuses.
+    const auto number = related == nullptr ? hand_over(sample) : hand_over(sample, *related);
+    if (number && overwrites) {
+      on_overwritten();
+    }
+    return number;
+  }
+
+  // The variant with a handle says why it refuses.
+  tl::expected<std::uint64_t, WriteError> hand_over(RawSample& sample) {
     const auto code = writer_->write(&sample, fast::HANDLE_NIL);
     if (fast::is_ok(code)) {
-      if (overwrites) {
-        on_overwritten();
-      }
-      return std::nullopt;
+      return 0;
     }
-    return fast::is_timeout(code)            ? WriteError::timeout
-           : fast::is_out_of_resources(code) ? WriteError::no_memory
-                                             : WriteError::failed;
+    return tl::unexpected{fast::is_timeout(code)            ? WriteError::timeout
+                          : fast::is_out_of_resources(code) ? WriteError::no_memory
+                                                            : WriteError::failed};
+  }
+
+  tl::expected<std::uint64_t, WriteError> hand_over(RawSample& sample, const SampleId& related) {
+    const std::uint64_t number =
+        fast::write_related(*writer_, &sample, to_fast(related.writer), related.sequence);
+    if (number == 0) {
+      return tl::unexpected{WriteError::failed};
+    }
+    return number;
+  }
+
+  /// Made by the first who asks: most writers need none.
+  fast::SessionStart& session_start() {
+    const std::lock_guard lock{session_start_mutex_};
+    if (!session_start_) {
+      session_start_.emplace(*writer_);
+    }
+    return *session_start_;
   }
 
   static bool starts_with_plain_cdr(std::span<const ByteView> pieces) {
@@ -154,18 +207,46 @@ class WriterCore final : private fast::WriterListener {
       const auto kind = status.current_count_change > 0 ? Event::Kind::matched : Event::Kind::unmatched;
       participant_->report({kind, endpoint_.topic, endpoint_.type, to_hex(peer), "writer",
                             participant_->foreign(status.current_count, endpoint_)});
+      if (kind == Event::Kind::unmatched) {
+        const std::lock_guard lock{session_start_mutex_};
+        if (session_start_) {
+          session_start_->forget(peer);
+        }
+      }
+      if (on_match_) {
+        on_match_(to_guid(peer), kind == Event::Kind::matched);
+      }
     }
   }
 
   void on_offered_incompatible_qos(fast::DataWriter* /*writer*/,
                                    const fast::OfferedIncompatibleQosStatus& status) override {
-    std::string policies;
+    participant_->report_incompatible(endpoint_, status.policies, counters_mutex_, seen_policies_,
+                                      counters_.incompatible_qos);
+  }
+
+  void on_offered_deadline_missed(fast::DataWriter* /*writer*/,
+                                  const fast::OfferedDeadlineMissedStatus& status) override {
     {
       const std::lock_guard lock{counters_mutex_};
-      counters_.incompatible_qos = status.total_count;
-      policies = risen_policies(status.policies, seen_policies_);
+      counters_.deadlines_missed = status.total_count;
+      if (std::exchange(is_late_, true)) {
+        return;
+      }
     }
-    participant_->report({Event::Kind::incompatible_qos, endpoint_.topic, endpoint_.type, "", policies, 0});
+    participant_->report({Event::Kind::deadline_missed, endpoint_.topic, endpoint_.type, "", "writer", 0});
+  }
+
+  void on_liveliness_lost(fast::DataWriter* /*writer*/, const fast::LivelinessLostStatus& status) override {
+    {
+      const std::lock_guard lock{counters_mutex_};
+      counters_.liveliness_lost = static_cast<std::uint64_t>(status.total_count);
+    }
+    participant_->report({Event::Kind::liveliness_lost, endpoint_.topic, endpoint_.type, "", "writer", 0});
+  }
+
+  [[nodiscard]] bool has_reliable_reader() const override {
+    return endpoint_.qos.reliable && participant_->has_reliable_reader(endpoint_);
   }
 
   void on_overwritten() override {
@@ -181,10 +262,14 @@ class WriterCore final : private fast::WriterListener {
   const ParticipantCore::Endpoint endpoint_;
   std::mutex write_mutex_;
   const std::size_t max_sample_bytes_;
+  const OnMatch on_match_;
   fast::DataWriter* writer_ = nullptr;
   std::optional<fast::UnacknowledgedProbe> unacknowledged_;  ///< reliable writers only
+  std::mutex session_start_mutex_;
+  std::optional<fast::SessionStart> session_start_;
   mutable std::mutex counters_mutex_;
   WriterCounters counters_;
+  bool is_late_ = false;  ///< the deadline has been missed since the last sample
   fast::QosPolicyCountSeq seen_policies_;
 };
 
@@ -212,7 +297,18 @@ Writer& Writer::operator=(Writer&&) noexcept = default;
 Writer::~Writer() = default;
 
 tl::expected<void, WriteError> Writer::write(std::span<const ByteView> pieces) {
-  return core_->write(pieces);
+  const auto written = core_->write(pieces, nullptr);
+  if (!written) {
+    return tl::unexpected{written.error()};
+  }
+  return {};
+}
+tl::expected<std::uint64_t, WriteError> Writer::write_related(std::span<const ByteView> pieces,
+                                                              const SampleId& related) {
+  return core_->write(pieces, &related);
+}
+bool Writer::reaches(const Guid& reader) {
+  return core_->reaches(reader);
 }
 std::size_t Writer::matched() const {
   return core_->matched();
@@ -223,13 +319,16 @@ bool Writer::wait_until_received(std::chrono::nanoseconds limit) const {
 WriterCounters Writer::counters() const {
   return core_->counters();
 }
+Guid Writer::guid() const {
+  return core_->guid();
+}
 
 Writer Participant::create_writer(std::string_view topic, std::string_view type, const Qos& qos,
-                                  std::size_t max_sample_bytes) {
+                                  std::size_t max_sample_bytes, EndpointExtras extras) {
   detail::check_endpoint("writer", topic, type, qos);
   return Writer{std::make_shared<detail::WriterCore>(
       core_, detail::ParticipantCore::Endpoint{std::string{topic}, std::string{type}, qos, true},
-      max_sample_bytes)};
+      max_sample_bytes, std::move(extras))};
 }
 
 }  // namespace trestle::dds

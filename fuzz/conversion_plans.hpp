@@ -37,8 +37,8 @@ inline std::vector<someip::PayloadRules> all_rules() {
   using someip::FieldWidth;
   std::vector<someip::PayloadRules> rules(6);
   rules[1].struct_length = rules[1].fixed_array_length = FieldWidth::bits32;
-  rules[1].length_fields_always_big = true;
   rules[2].byte_order = std::endian::little;
+  rules[2].length_fields_always_big = false;
   rules[2].struct_length = rules[2].array_length = rules[2].string_length = FieldWidth::bits16;
   rules[3].string_bom = rules[3].string_terminator = false;
   rules[3].string_length = rules[3].array_length = rules[3].fixed_array_length = FieldWidth::bits8;

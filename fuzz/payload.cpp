@@ -8,11 +8,13 @@
 #include <string>
 #include <vector>
 
+#include "fuzz/payload_rules.hpp"
 #include "someip/wire/payload_reader.hpp"
 #include "someip/wire/payload_writer.hpp"
 
 using namespace trestle;
 using namespace trestle::someip;
+using fuzz::Input;
 
 namespace {
 
@@ -52,48 +54,6 @@ constexpr std::size_t fixed_array_size = 2;
 constexpr std::size_t longest_member_bytes = 24;
 constexpr std::size_t max_values =
     4096;  // arrays within arrays of tiny elements would take the fuzzer too long
-
-class Input {
- public:
-  explicit Input(ByteView bytes) : bytes_{bytes} {}
-  unsigned next() {
-    if (bytes_.empty()) {
-      return 0xff;
-    }
-    const auto byte = std::to_integer<unsigned>(bytes_[0]);
-    bytes_ = bytes_.subspan(1);
-    return byte;
-  }
-  [[nodiscard]] ByteView rest() const { return bytes_; }
-
- private:
-  ByteView bytes_;
-};
-
-PayloadRules rules(Input& in) {
-  constexpr std::array widths{FieldWidth::none, FieldWidth::bits8, FieldWidth::bits16, FieldWidth::bits32};
-  const unsigned a = in.next();
-  const unsigned b = in.next();
-  const unsigned c = in.next();
-  const unsigned d = in.next();
-  return {.byte_order = (a & 1U) != 0 ? std::endian::little : std::endian::big,
-          .length_fields_always_big = (a & 2U) != 0,
-          .array_length = widths[1 + (a >> 2U) % 3],
-          .fixed_array_length = widths[(a >> 4U) % 4],
-          .string_length = widths[1 + (b & 3U) % 3],
-          .struct_length = widths[(b >> 2U) % 4],
-          .union_length = widths[(b >> 4U) % 4],
-          .union_type = widths[1 + (c & 3U) % 3],
-          .union_length_first = (c & 4U) != 0,
-          .union_null = (d / 6 & 1U) != 0,
-          .tagged_length = widths[(d / 12) % 4],
-          .smallest_tagged_length = (d / 48 & 1U) != 0,
-          .cut_longer_arrays = (d / 96 & 1U) == 0,
-          .string_encoding = StringEncoding{static_cast<std::uint8_t>((c >> 3U) % 3)},
-          .string_bom = (c & 0x20U) != 0,
-          .string_terminator = (c & 0x40U) != 0,
-          .alignment = static_cast<std::uint8_t>(1U << (d % 6))};
-}
 
 /// One byte a kind; containers take members up to a byte of 0xfe or 0xff.
 std::vector<Type> parse(Input& in, int depth) {
@@ -298,7 +258,7 @@ void require(bool holds) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   Input input{std::as_bytes(std::span{data, size})};
-  const PayloadRules by = rules(input);
+  const PayloadRules by = fuzz::payload_rules(input);
   const Type whole{Kind::structure, parse(input, 0)};
   PayloadReader in{input.rest(), by};
   const Value value = Codec{by}.read(in, whole);

@@ -92,7 +92,8 @@ class Conversation {
   void subscribe(InstanceId instance, bool tcp) {
     EventgroupRequest request{.eventgroup = EventgroupId{1},
                               .instance = instance,
-                              .udp = Endpoint{IpAddress::v4(10, 0, 0, 1), 40000}};
+                              .udp = Endpoint{IpAddress::v4(10, 0, 0, 1), 40000},
+                              .receive_buffer_bytes = 212'992};
     if (tcp) {
       request.tcp = Endpoint{IpAddress::v4(10, 0, 0, 1), 41000};
     }

@@ -10,6 +10,8 @@ namespace {
 /// Above everything that offloading hands over in one piece.
 constexpr int longest_frame = 256 << 10;
 constexpr int buffer_bytes = 16 << 20;
+/// How long the system may gather frames before it hands them over.
+constexpr int gathering_ms = 10;
 
 }  // namespace
 
@@ -29,7 +31,9 @@ LiveCapture::LiveCapture(const std::string& interface) {
   pcap* const handle = handle_.get();
   pcap_set_snaplen(handle, longest_frame);
   pcap_set_promisc(handle, interface == "any" ? 0 : 1);  // what a mirror port shows is for others
-  pcap_set_immediate_mode(handle, 1);
+  // Not one at a time (pcap_set_immediate_mode): for that each frame would take room for the longest one, so
+  // that the buffer were full with 64 of them.
+  pcap_set_timeout(handle, gathering_ms);
   pcap_set_buffer_size(handle, buffer_bytes);
   // Else microseconds, which to_frame() would take for nanoseconds: every Linux device has them.
   if (pcap_set_tstamp_precision(handle, PCAP_TSTAMP_PRECISION_NANO) != 0) {

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "bridge/config/ros_environment.hpp"
 #include "bridge/convert/check_type.hpp"
 
 namespace trestle::bridge {
@@ -83,17 +84,29 @@ std::string explain(const std::vector<Problem>& problems, std::string_view text,
 
 std::optional<BridgeConfig> load_or_explain(const std::string& file) {
   auto loaded = load_config(
-      file, [](const std::string& type, const MessageRules& rules, const std::vector<std::string>& paths) {
-        return TypeVerdict{check_type(type, paths, rules), check_lengths(type, paths, rules)};
+      file, [](const TypeUse& use, const MessageRules& rules, const std::vector<std::string>& paths) {
+        if (use.access != FieldAccess::none) {
+          return TypeVerdict{check_field_service(use.type, use.value_type, use.access, paths, rules),
+                             check_lengths(use.value_type, paths, rules)};
+        }
+        return TypeVerdict{check_type(use.type, paths, rules), check_lengths(use.type, paths, rules)};
       });
+  // Those of the file itself, then those of the lock file that it names.
   const std::vector<Problem>& problems = loaded ? loaded->warnings : loaded.error();
-  if (!problems.empty()) {
+  for (auto begin = problems.begin(); begin != problems.end();) {
+    const auto end = std::find_if(begin, problems.end(),
+                                  [&](const Problem& problem) { return problem.file != begin->file; });
     // A problem with a place means that the file could be read, and is not large.
-    const bool has_place = problems.back().mark.line > 0;
-    std::fputs(explain(problems, has_place ? read_text(file) : "", colours_for(STDERR_FILENO)).c_str(),
-               stderr);
+    const bool has_place = std::prev(end)->mark.line > 0;
+    const std::string text = has_place ? read_text(begin->file) : "";
+    std::fputs(explain({begin, end}, text, colours_for(STDERR_FILENO)).c_str(), stderr);
+    begin = end;
   }
-  return loaded ? std::optional{std::move(loaded->config)} : std::nullopt;
+  if (!loaded) {
+    return std::nullopt;
+  }
+  apply_ros_environment(loaded->config.dds, process_environment());
+  return std::move(loaded->config);
 }
 
 }  // namespace trestle::bridge

@@ -15,7 +15,8 @@ namespace trestle::bridge {
 [[nodiscard]] std::optional<BridgeConfig> load_or_explain(const std::string& file);
 
 /// How problems are printed.
-/// @param text  of the file they are about; without it only the messages are given.
+/// @param problems  of one file.
+/// @param text  of that file; without it only the messages are given.
 [[nodiscard]] std::string explain(const std::vector<Problem>& problems, std::string_view text,
                                   const Colours& colours);
 

@@ -167,6 +167,27 @@ void ports(const std::vector<RouteInFile>& routes, std::uint16_t sd_port, Proble
 
 }  // namespace
 
+void report_diagnostics_conflicts(const std::vector<RouteInFile>& routes,
+                                  const std::vector<MethodInFile>& methods,
+                                  const DiagnosticsSettings& diagnostics, Problems& problems) {
+  const bool published =
+      std::ranges::any_of(routes,
+                          [](const RouteInFile& one) {
+                            return (one.route.e2e && one.route.direction == Direction::someip_to_dds) ||
+                                   (one.route.getter && one.route.getter->e2e);
+                          }) ||
+      std::ranges::any_of(methods, [](const MethodInFile& one) { return one.method.e2e.has_value(); });
+  for (const RouteInFile& in_file : routes) {
+    if (published && has(in_file, {"topic", "type"}) && in_file.route.topic == diagnostics.topic &&
+        in_file.route.type != "diagnostic_msgs/msg/DiagnosticArray") {
+      problems.error(mark(in_file, "type"),
+                     fmt::format("type: {} is where the diagnostics of this bridge are published: it has "
+                                 "diagnostic_msgs/msg/DiagnosticArray (see `diagnostics: topic`)",
+                                 diagnostics.topic));
+    }
+  }
+}
+
 void report_conflicts(const std::vector<RouteInFile>& routes, const SomeipSettings& someip,
                       Problems& problems) {
   topics(routes, problems);

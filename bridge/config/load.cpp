@@ -2,24 +2,26 @@
 
 #include <fmt/format.h>
 #include <net/if.h>
-#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
-#include <cerrno>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 #include <system_error>
 
 #include "bridge/config/conflicts.hpp"
+#include "bridge/config/document.hpp"
+#include "bridge/config/load_action.hpp"
+#include "bridge/config/load_dds.hpp"
+#include "bridge/config/load_field.hpp"
+#include "bridge/config/load_pattern.hpp"
+#include "bridge/config/lock_file.hpp"
+#include "bridge/config/method_conflicts.hpp"
+#include "bridge/config/pattern_conflicts.hpp"
 #include "bridge/config/section.hpp"
 #include "someip/net/address_text.hpp"
 
 namespace trestle::bridge {
 namespace {
 
-// No hand-written configuration comes near; a file that does is not one.
-constexpr std::size_t file_bytes_max = std::size_t{1} << 20U;
 constexpr std::size_t routes_max = 1000;
 
 using namespace std::chrono_literals;
@@ -110,28 +112,16 @@ void load_someip(const YAML::Node& node, SomeipSettings& into, Problems& problem
   if (someip.read("interface", interface, into.interface)) {
     into.interface_mark = someip.value_mark("interface");
   }
+  const auto buffer = as<std::size_t>(byte_size(4096, std::uint64_t{1} << 30U));
+  for (auto [key, size] :
+       {std::pair{"receive_buffer", &into.receive_buffer}, {"send_buffer", &into.send_buffer}}) {
+    if (std::size_t bytes = 0; someip.read(key, buffer, bytes)) {
+      *size = bytes;
+    }
+  }
+  someip.read("busy_poll", duration(0s, 1s), into.busy_poll);
   load_sd(someip, into, address_is_good, problems);
   someip.finish();
-}
-
-void load_dds(const YAML::Node& node, DdsSettings& into, Problems& problems) {
-  Section dds{node, "dds", problems};
-  dds.read("domain", as<std::uint32_t>(whole_number(0, 232)), into.domain);
-  std::vector<IpAddress> addresses;
-  std::vector<Mark> marks;
-  auto ipv4 = ip_address();
-  ipv4.expected = "an IPv4 address of this host";
-  ipv4.read = [read = std::move(ipv4.read)](std::string_view text) {
-    const auto address = read(text);
-    return address && !address->v6 && !address->is_multicast() ? address : std::nullopt;
-  };
-  dds.read_list("interfaces", ipv4, addresses, marks);
-  for (const IpAddress& address : addresses) {
-    into.interfaces.push_back(someip::to_string(address));
-  }
-  into.mark = marks.empty() ? dds.mark() : marks.front();
-  dds.read("shared_memory", truth(), into.shared_memory);
-  dds.finish();
 }
 
 void load_types(const YAML::Node& node, const std::string& file, std::vector<std::string>& into,
@@ -154,8 +144,128 @@ void load_types(const YAML::Node& node, const std::string& file, std::vector<std
   }
 }
 
-void load_root(const YAML::Node& root, BridgeConfig& config, const TypeCheck& check_type,
-               Problems& problems) {
+std::vector<RouteInFile> load_routes(Section& section, Problems& problems) {
+  // One of the lists has to be there.
+  const bool required = section.is_missing("methods") && section.is_missing("fields") &&
+                        section.is_missing("actions") && section.is_missing("patterns");
+  const std::vector<YAML::Node> nodes = required ? section.required_list("routes", "a list of routes")
+                                                 : section.list("routes", "a list of routes");
+  std::vector<RouteInFile> routes;
+  for (const YAML::Node& node : nodes) {
+    if (routes.size() == routes_max) {
+      problems.error(to_mark(node.Mark()), fmt::format("routes: more than {}", routes_max));
+      break;
+    }
+    routes.push_back(load_route(node, problems));
+  }
+  return routes;
+}
+
+std::vector<MethodInFile> load_methods(Section& section, Problems& problems) {
+  std::vector<MethodInFile> methods;
+  for (const YAML::Node& node : section.list("methods", "a list of methods")) {
+    if (methods.size() == routes_max) {
+      problems.error(to_mark(node.Mark()), fmt::format("methods: more than {}", routes_max));
+      break;
+    }
+    methods.push_back(load_method(node, problems));
+  }
+  return methods;
+}
+
+/// A field is what it is made of from here on.
+void load_fields(Section& section, std::vector<RouteInFile>& routes, std::vector<MethodInFile>& methods,
+                 Problems& problems) {
+  std::size_t count = 0;
+  for (const YAML::Node& node : section.list("fields", "a list of fields")) {
+    if (count++ == routes_max) {
+      problems.error(to_mark(node.Mark()), fmt::format("fields: more than {}", routes_max));
+      break;
+    }
+    FieldInFile field = load_field(node, problems);
+    std::ranges::move(field.methods, std::back_inserter(methods));
+    if (field.route) {
+      routes.push_back(std::move(*field.route));
+    }
+  }
+}
+
+/// An action is what it is made of from here on.
+void load_actions(Section& section, std::vector<RouteInFile>& routes, std::vector<MethodInFile>& methods,
+                  Problems& problems) {
+  for (const YAML::Node& node : section.list("actions", "a list of actions")) {
+    if (methods.size() >= routes_max) {
+      problems.error(to_mark(node.Mark()),
+                     fmt::format("actions: with the methods, more than {}", routes_max));
+      break;
+    }
+    ActionInFile action = load_action(node, problems);
+    std::ranges::move(action.methods, std::back_inserter(methods));
+    std::ranges::move(action.routes, std::back_inserter(routes));
+  }
+}
+
+std::vector<PatternInFile> load_patterns(Section& section, Problems& problems) {
+  constexpr std::size_t patterns_max = 100;
+  std::vector<PatternInFile> patterns;
+  for (const YAML::Node& node : section.list("patterns", "a list of patterns")) {
+    if (patterns.size() == patterns_max) {
+      problems.error(to_mark(node.Mark()), fmt::format("patterns: more than {}", patterns_max));
+      break;
+    }
+    patterns.push_back(load_pattern(node, problems));
+  }
+  return patterns;
+}
+
+/// Reads what the patterns found before; what is wrong with it goes to `lock_problems`, of that file.
+void load_lock_file(Section& section, BridgeConfig& config, Problems& problems,
+                    std::vector<Problem>& lock_problems) {
+  std::string name;
+  const Format<std::string> format =
+      any_text("the file that keeps the ids of discovered topics, such as trestle.lock");
+  const bool needed = !section.is_missing("patterns");
+  if (!(needed ? section.require("lock_file", format, name) : section.read("lock_file", format, name))) {
+    return;
+  }
+  const Mark mark = section.value_mark("lock_file");
+  const auto path = (std::filesystem::path{config.file}.parent_path() / name).lexically_normal();
+  std::error_code ignored;
+  if (path.has_parent_path() && !std::filesystem::is_directory(path.parent_path(), ignored)) {
+    problems.error(mark, fmt::format("lock_file: there is no folder {}", quote(path.parent_path().string())));
+    return;
+  }
+  config.lock_file = path.string();
+  const auto lock = LockFile::read(config.lock_file);
+  if (lock) {
+    config.locked = lock->topics();
+  } else {
+    lock_problems = lock.error();
+    problems.error(mark, fmt::format("lock_file: {} is not good", quote(config.lock_file)));
+  }
+}
+
+void judge_type(const TypeUse& use, const MessageRules& rules, Mark mark, const char* key,
+                const BridgeConfig& config, const TypeCheck& check_type, Problems& problems) {
+  const auto [fault, warning] = check_type(use, rules, config.type_paths);
+  if (!fault.empty()) {
+    problems.error(mark, std::string{key} + ": " + fault);
+  } else if (!warning.empty()) {
+    problems.warning(mark, std::string{key} + ": " + warning);
+  }
+}
+
+void load_diagnostics(const YAML::Node& node, DiagnosticsSettings& into, Problems& problems) {
+  Section diagnostics{node, "diagnostics", problems};
+  diagnostics.read("topic", topic_name(), into.topic);
+  diagnostics.read("period", duration(100ms, 1h), into.period);
+  into.mark = diagnostics.value_mark("topic");
+  diagnostics.finish();
+}
+
+/// @param lock_problems  what is wrong with the lock file.
+void load_root(const YAML::Node& root, BridgeConfig& config, const TypeCheck& check_type, Problems& problems,
+               std::vector<Problem>& lock_problems) {
   Section section{root, "", problems};
   if (const YAML::Node someip = section.child("someip")) {
     load_someip(someip, config.someip, problems);
@@ -163,81 +273,56 @@ void load_root(const YAML::Node& root, BridgeConfig& config, const TypeCheck& ch
     problems.error(section.mark(), "'someip' is missing: expected a mapping with at least 'address'");
   }
   if (const YAML::Node dds = section.child("dds")) {
-    load_dds(dds, config.dds, problems);
+    load_dds(dds, config.file, config.dds, problems);
+  }
+  if (const YAML::Node diagnostics = section.child("diagnostics")) {
+    load_diagnostics(diagnostics, config.diagnostics, problems);
   }
   if (const YAML::Node types = section.child("types")) {
     load_types(types, config.file, config.type_paths, problems);
   }
-  std::vector<RouteInFile> routes;
-  for (const YAML::Node& node : section.required_list("routes", "a list of routes")) {
-    if (routes.size() == routes_max) {
-      problems.error(to_mark(node.Mark()), fmt::format("routes: more than {}", routes_max));
-      break;
-    }
-    routes.push_back(load_route(node, problems));
-  }
+  std::vector<RouteInFile> routes = load_routes(section, problems);
+  std::vector<MethodInFile> methods = load_methods(section, problems);
+  load_fields(section, routes, methods, problems);
+  load_actions(section, routes, methods, problems);
+  const std::vector<PatternInFile> patterns = load_patterns(section, problems);
+  load_lock_file(section, config, problems, lock_problems);
   section.finish();
 
+  report_pattern_conflicts(patterns, routes, config.someip.sd.port, problems);
+  if (!problems.has_errors()) {
+    for (const PatternInFile& in_file : patterns) {
+      config.patterns.push_back(in_file.pattern);
+    }
+    Problems of_lock{config.lock_file};
+    report_lock_conflicts(config, routes, methods, of_lock);
+    std::ranges::move(locked_routes(config, routes, check_type, of_lock), std::back_inserter(routes));
+    if (of_lock.has_errors()) {
+      problems.error(
+          section.value_mark("lock_file"),
+          fmt::format("lock_file: {} does not go with this configuration", quote(config.lock_file)));
+    }
+    lock_problems = of_lock.take();
+  }
+
   report_conflicts(routes, config.someip, problems);
+  report_method_conflicts(methods, routes, config.someip.sd.port, problems);
+  report_diagnostics_conflicts(routes, methods, config.diagnostics, problems);
   for (RouteInFile& in_file : routes) {
     if (check_type && in_file.good.contains("type")) {
-      const auto [fault, warning] = check_type(in_file.route.type, in_file.route.rules, config.type_paths);
-      if (!fault.empty()) {
-        problems.error(in_file.type_mark, "type: " + fault);
-      } else if (!warning.empty()) {
-        problems.warning(in_file.type_mark, "type: " + warning);
-      }
+      judge_type({.type = in_file.route.type}, in_file.route.rules, in_file.type_mark, "type", config,
+                 check_type, problems);
     }
     config.routes.push_back(std::move(in_file.route));
   }
-}
-
-/// Walks over a file to see where documents begin.
-class DocumentStarts : public YAML::EventHandler {
- public:
-  void OnDocumentStart(const YAML::Mark& mark) override { last = to_mark(mark); }
-  void OnDocumentEnd() override {}
-  void OnNull(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override {}
-  void OnAlias(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override {}
-  void OnScalar(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
-                const std::string& /*value*/) override {}
-  void OnSequenceStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
-                       YAML::EmitterStyle::value /*style*/) override {}
-  void OnSequenceEnd() override {}
-  void OnMapStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
-                  YAML::EmitterStyle::value /*style*/) override {}
-  void OnMapEnd() override {}
-
-  Mark last;
-};
-
-/// The one document of the file, or nothing after reporting why not.
-YAML::Node parse_yaml(const std::string& text, Problems& problems) {
-  if (text.size() > file_bytes_max) {
-    problems.error({}, fmt::format("the file is larger than {}", bytes_to_string(file_bytes_max)));
-    return YAML::Node{YAML::NodeType::Undefined};
-  }
-  try {
-    // Not YAML::LoadAll: on brackets too many at the end it finds documents without end.
-    std::istringstream stream{text};
-    YAML::Parser parser{stream};
-    DocumentStarts documents;
-    YAML::Node node;
-    if (parser.HandleNextDocument(documents)) {
-      if (parser.HandleNextDocument(documents)) {
-        problems.error(documents.last, "the file should end here: it is one YAML document");
-        return YAML::Node{YAML::NodeType::Undefined};
-      }
-      node = YAML::Load(text);
+  for (MethodInFile& in_file : methods) {
+    if (check_type && in_file.good.contains("type")) {
+      const MethodRoute& method = in_file.method;
+      judge_type({method.type, method.access, method.value_type}, method.rules, in_file.type_mark,
+                 in_file.type_key, config, check_type, problems);
     }
-    if (!node.IsNull()) {
-      return node;
-    }
-    problems.error({.line = 1, .column = 1}, "the file is empty: expected at least 'someip' and 'routes'");
-  } catch (const YAML::Exception& error) {
-    problems.error(to_mark(error.mark), "not valid YAML: " + printable(error.msg));
+    config.methods.push_back(std::move(in_file.method));
   }
-  return YAML::Node{YAML::NodeType::Undefined};
 }
 
 }  // namespace
@@ -245,39 +330,28 @@ YAML::Node parse_yaml(const std::string& text, Problems& problems) {
 tl::expected<Loaded, std::vector<Problem>> parse_config(std::string_view text, const std::string& file,
                                                         const TypeCheck& check_type) {
   Problems problems{file};
+  std::vector<Problem> lock_problems;
   Loaded loaded;
   loaded.config.file = file;
-  if (const YAML::Node root = parse_yaml(std::string{text}, problems)) {
-    load_root(root, loaded.config, check_type, problems);
+  if (const YAML::Node root = parse_document(std::string{text}, "at least 'someip' and 'routes'", problems)) {
+    load_root(root, loaded.config, check_type, problems, lock_problems);
   }
-  if (problems.has_errors()) {
-    return tl::unexpected{problems.take()};
+  const bool is_good = !problems.has_errors();
+  std::vector<Problem> all = problems.take();
+  std::ranges::move(lock_problems, std::back_inserter(all));
+  if (!is_good) {
+    return tl::unexpected{std::move(all)};
   }
-  loaded.warnings = problems.take();
+  loaded.warnings = std::move(all);
   return loaded;
 }
 
 tl::expected<Loaded, std::vector<Problem>> load_config(const std::string& file, const TypeCheck& check_type) {
-  const auto fail = [&](const std::string& why) {
-    return tl::unexpected{std::vector{Problem{Problem::Severity::error, file, {}, why}}};
-  };
-  std::error_code ignored;
-  if (std::filesystem::is_directory(file, ignored)) {
-    return fail("cannot be read: it is a folder");
+  const auto text = read_text_file(file);
+  if (!text) {
+    return tl::unexpected{std::vector{Problem{Problem::Severity::error, file, {}, text.error()}}};
   }
-  errno = 0;
-  std::ifstream in{file, std::ios::binary};
-  if (!in) {
-    return fail("cannot be read: " + std::generic_category().message(errno));
-  }
-  // One byte more than allowed is enough to know: /dev/zero has no end.
-  std::string text(file_bytes_max + 1, '\0');
-  in.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(in.gcount()));
-  if (in.bad()) {
-    return fail("cannot be read to its end");
-  }
-  return parse_config(text, file, check_type);
+  return parse_config(*text, file, check_type);
 }
 
 }  // namespace trestle::bridge

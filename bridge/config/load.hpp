@@ -27,9 +27,15 @@ struct TypeVerdict {
   std::string warning{};  ///< it can be carried, but not every message of it
 };
 
-/// Judges a message type ("sensor_msgs/msg/PointCloud2"). `paths` are the folders under `types: paths`,
-/// already relative to the working directory.
-using TypeCheck = std::function<TypeVerdict(const std::string& type, const MessageRules& rules,
+/// A type that a configuration names.
+struct TypeUse {
+  std::string type;  ///< a message, "sensor_msgs/msg/PointCloud2", or a service, "std_srvs/srv/SetBool"
+  FieldAccess access = FieldAccess::none;  ///< else it is the service that gets or sets a field ...
+  std::string value_type{};                ///< ... whose values are messages of this type
+};
+
+/// Judges a type. `paths` are the folders under `types: paths`, already relative to the working directory.
+using TypeCheck = std::function<TypeVerdict(const TypeUse& use, const MessageRules& rules,
                                             const std::vector<std::string>& paths)>;
 
 /// A good configuration, and what its author should know about it nevertheless.
@@ -38,8 +44,9 @@ struct Loaded {
   std::vector<Problem> warnings;
 };
 
-/// Reads a configuration from text. Everything is checked, and all errors are returned, in the file's order:
-/// a configuration with any error is not there at all.
+/// Reads a configuration from text, and the lock file that it names. Everything is checked, and all errors
+/// are returned, in the file's order and then those of the lock file: a configuration with any error is not
+/// there at all.
 /// @param file  its name for messages; relative paths inside it are meant from its folder.
 [[nodiscard]] tl::expected<Loaded, std::vector<Problem>> parse_config(std::string_view text,
                                                                       const std::string& file,

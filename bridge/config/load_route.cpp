@@ -1,6 +1,8 @@
 #include "bridge/config/load_route.hpp"
 
 #include "bridge/config/format.hpp"
+#include "bridge/config/load_e2e.hpp"
+#include "bridge/config/load_version.hpp"
 #include "bridge/config/load_wire.hpp"
 #include "bridge/config/names.hpp"
 #include "bridge/config/section.hpp"
@@ -8,7 +10,46 @@
 namespace trestle::bridge {
 namespace {
 
-constexpr std::uint32_t any_minor = 0xffff'ffff;
+void load_tp(const YAML::Node& node, TpSettings& settings, Problems& problems) {
+  constexpr std::uint32_t segment_bytes_max = 1392;  // [feat_req_someiptp_773]
+  Section tp{node, "tp", problems};
+  const Format<std::uint32_t> multiple_of_16{
+      "a multiple of 16 from 16 to 1392 (bytes)", [](std::string_view text) -> std::optional<std::uint32_t> {
+        const auto bytes = read_whole(text);
+        // [feat_req_someiptp_772]
+        return bytes && *bytes >= 16 && *bytes <= segment_bytes_max && *bytes % 16 == 0
+                   ? std::optional{static_cast<std::uint32_t>(*bytes)}
+                   : std::nullopt;
+      }};
+  tp.read("segment_bytes", multiple_of_16, settings.segment_bytes);
+  std::uint32_t burst = 0;
+  if (tp.read("burst", as<std::uint32_t>(whole_number(1, 65535)), burst)) {
+    settings.burst = burst;
+  }
+  tp.read("separation", duration(Duration{0}, std::chrono::seconds{1}), settings.separation);
+  tp.read("max_message", as<std::size_t>(byte_size(1024, std::uint64_t{256} << 20U)), settings.max_message);
+  tp.finish();
+}
+
+void load_group(const YAML::Node& node, const Route& route, bool direction_is_good, Mark key,
+                std::optional<MulticastSettings>& into, Problems& problems) {
+  MulticastSettings settings;
+  Section multicast{node, "multicast", problems};
+  const bool has_address = multicast.require("address", multicast_address(), settings.group.address);
+  const bool has_port =
+      multicast.require("port", as<std::uint16_t>(whole_number(1, 65535)), settings.group.port);
+  multicast.read("threshold", as<std::size_t>(whole_number(1, 65535)), settings.threshold);
+  multicast.finish();
+  if (route.direction != Direction::dds_to_someip && direction_is_good) {
+    problems.error(key, "multicast: the server names the group; of a route from SOME/IP it cannot be set");
+  } else if (route.transport != Transport::udp) {
+    problems.error(key, "multicast: needs transport: udp");
+  } else if (has_address && has_port) {
+    into = settings;
+  }
+}
+
+}  // namespace
 
 Format<std::string> topic_name() {
   return {"a topic such as /sensing/points (absolute; letters, digits, '_')",
@@ -24,22 +65,46 @@ Format<std::string> type_name() {
           }};
 }
 
-void load_tp(const YAML::Node& node, TpSettings& settings, Problems& problems) {
-  constexpr std::uint32_t segment_bytes_max = 1392;  // [feat_req_someiptp_773]
-  Section tp{node, "tp", problems};
-  const Format<std::uint32_t> multiple_of_16{
-      "a multiple of 16 from 16 to 1392 (bytes)", [](std::string_view text) -> std::optional<std::uint32_t> {
-        const auto bytes = read_whole(text);
-        // [feat_req_someiptp_772]
-        return bytes && *bytes >= 16 && *bytes <= segment_bytes_max && *bytes % 16 == 0
-                   ? std::optional{static_cast<std::uint32_t>(*bytes)}
-                   : std::nullopt;
-      }};
-  tp.read("segment_bytes", multiple_of_16, settings.segment_bytes);
-  tp.read("burst", as<std::uint32_t>(whole_number(1, 65535)), settings.burst);
-  tp.read("separation", duration(Duration{0}, std::chrono::seconds{1}), settings.separation);
-  tp.read("max_message", as<std::size_t>(byte_size(1024, std::uint64_t{256} << 20U)), settings.max_message);
-  tp.finish();
+Format<Transport> udp_or_tcp() {
+  return one_of<Transport>({{"udp", Transport::udp}, {"tcp", Transport::tcp}});
+}
+
+void check_event_id(const Section& section, someip::MethodId event, Problems& problems) {
+  // Advice of the specification; deployments with lower ids exist.  [feat_req_someip_626]
+  if (someip::value(event) < 0x8000) {
+    problems.warning(section.value_mark("event"),
+                     "event: ids below 0x8000 are meant for methods; is this the one the peer uses?");
+  }
+}
+
+void load_transport(Section& section, const Format<Transport>& format, Route& route, Problems& problems) {
+  section.read("transport", format, route.transport);
+  if (route.transport == Transport::tcp && route.direction == Direction::someip_to_dds && route.port != 0) {
+    problems.error(section.use_mark("port"),
+                   "port: of a TCP connection to a server, the system chooses ours");
+  }
+}
+
+void load_carriage(Section& section, RouteInFile& into, Problems& problems) {
+  Route& route = into.route;
+  // The port of a service is part of its offer; that of a client is nobody's business.
+  const auto port = as<std::uint16_t>(whole_number(1, 65535));
+  if (route.direction == Direction::dds_to_someip && into.good.contains("direction")) {
+    if (section.require("port", port, route.port)) {
+      into.good.emplace("port", section.use_mark("port"));
+    }
+  } else if (section.read("port", port, route.port)) {
+    into.good.emplace("port", section.use_mark("port"));
+  }
+  load_version(section, route.direction == Direction::someip_to_dds, route.major, route.minor);
+  into.good.emplace("major", section.use_mark("major"));
+  into.good.emplace("minor", section.use_mark("minor"));
+  if (const YAML::Node wire = section.child("wire")) {
+    load_wire(wire, route.rules, problems);
+  }
+  if (const YAML::Node tp = section.child("tp")) {
+    load_tp(tp, route.tp, problems);
+  }
 }
 
 void load_qos(const YAML::Node& node, QosSettings& settings, Problems& problems) {
@@ -48,45 +113,48 @@ void load_qos(const YAML::Node& node, QosSettings& settings, Problems& problems)
   qos.read("durability", one_of<bool>({{"volatile", false}, {"transient_local", true}}),
            settings.transient_local);
   qos.read("depth", as<std::uint32_t>(whole_number(1, 10'000)), settings.depth);
+  qos.read("history", one_of<bool>({{"keep_last", false}, {"keep_all", true}}), settings.keep_all);
+  const Format<Duration> time = duration(std::chrono::milliseconds{1}, std::chrono::hours{24});
+  qos.read("deadline", time, settings.deadline);
+  qos.read("lifespan", time, settings.lifespan);
+  qos.read("liveliness", one_of<bool>({{"automatic", false}, {"manual_by_topic", true}}),
+           settings.manual_liveliness);
+  qos.read("liveliness_lease", time, settings.liveliness_lease);
   if (settings.transient_local && !settings.reliable) {
     problems.error(qos.use_mark("durability"), "durability: transient_local needs reliability: reliable");
   }
   qos.finish();
 }
 
-void load_version(Section& section, Route& route) {
-  // 0xff is "any major version", which no route can have: conversion depends on it.
-  section.read("major", as<std::uint8_t>(whole_number(0, 254)), route.major);
-  auto minor = as<std::uint32_t>(whole_number(0, any_minor - 1));
-  if (route.direction == Direction::someip_to_dds) {
-    route.minor = any_minor;
-    minor.expected += ", or any";
-    minor.read = [number = std::move(minor.read)](std::string_view text) {
-      return text == "any" ? std::optional{any_minor} : number(text);
-    };
-  }
-  section.read("minor", minor, route.minor);
+void load_presence(Section& section, std::optional<Direction> known, Presence& into, Problems& problems) {
+  const auto read = [&](const char* key, const char* condition, Direction direction, bool& wanted) {
+    if (section.read(key, one_of<bool>({{"always", false}, {condition, true}}), wanted) && known &&
+        *known != direction) {
+      problems.error(section.use_mark(key),
+                     std::string{key} + ": is for routes with direction: " + to_string(direction));
+    }
+  };
+  read("offer", "while_published", Direction::dds_to_someip, into.offer_while_published);
+  read("write", "while_offered", Direction::someip_to_dds, into.write_while_offered);
+  load_subscribe(section, !known || *known == Direction::someip_to_dds,
+                 "routes with direction: someip_to_dds", into, problems);
 }
 
-void load_multicast(const YAML::Node& node, const Route& route, Mark key,
-                    std::optional<MulticastSettings>& into, Problems& problems) {
-  MulticastSettings settings;
-  Section multicast{node, "multicast", problems};
-  const bool has_address = multicast.require("address", multicast_address(), settings.group.address);
-  const bool has_port =
-      multicast.require("port", as<std::uint16_t>(whole_number(1, 65535)), settings.group.port);
-  multicast.read("threshold", as<std::size_t>(whole_number(1, 65535)), settings.threshold);
-  multicast.finish();
-  if (route.direction != Direction::dds_to_someip) {
-    problems.error(key, "multicast: the server names the group; of a route from SOME/IP it cannot be set");
-  } else if (route.transport != Transport::udp) {
-    problems.error(key, "multicast: needs transport: udp");
-  } else if (has_address && has_port) {
-    into = settings;
+void load_subscribe(Section& section, bool is_right, const char* whom, Presence& into, Problems& problems) {
+  if (section.read("subscribe", one_of<bool>({{"always", false}, {"while_read", true}}),
+                   into.subscribe_while_read) &&
+      !is_right) {
+    problems.error(section.use_mark("subscribe"), std::string{"subscribe: is for "} + whom);
   }
 }
 
-}  // namespace
+void load_multicast(Section& section, RouteInFile& into, Problems& problems) {
+  if (const YAML::Node node = section.child("multicast")) {
+    load_group(node, into.route, into.good.contains("direction"), section.use_mark("multicast"),
+               into.route.multicast, problems);
+    into.good.emplace("multicast", section.use_mark("multicast"));
+  }
+}
 
 RouteInFile load_route(const YAML::Node& node, Problems& problems) {
   RouteInFile result;
@@ -112,42 +180,27 @@ RouteInFile load_route(const YAML::Node& node, Problems& problems) {
   require("instance", as<someip::InstanceId>(id_number(0x0001, 0xfffe)), route.instance);
   require("eventgroup", as<someip::EventgroupId>(id_number(0x0001, 0xfffe)), route.eventgroup);
   require("event", as<someip::MethodId>(id_number(0x0001, 0xfffe)), route.event);
-  if (result.good.contains("event") && someip::value(route.event) < 0x8000) {
-    // Advice of the specification; deployments with lower ids exist.  [feat_req_someip_626]
-    problems.warning(section.value_mark("event"),
-                     "event: ids below 0x8000 are meant for methods; is this the one the peer uses?");
+  if (result.good.contains("event")) {
+    check_event_id(section, route.event, problems);
   }
 
-  // The port of a service is part of its offer; that of a client is nobody's business.
-  const auto port = as<std::uint16_t>(whole_number(1, 65535));
-  if (route.direction == Direction::dds_to_someip && result.good.contains("direction")) {
-    require("port", port, route.port);
-  } else if (section.read("port", port, route.port)) {
-    result.good.emplace("port", section.use_mark("port"));
-  }
-  load_version(section, route);
-  result.good.emplace("major", section.use_mark("major"));
-  result.good.emplace("minor", section.use_mark("minor"));
-  section.read("transport", one_of<Transport>({{"udp", Transport::udp}, {"tcp", Transport::tcp}}),
-               route.transport);
-  if (route.transport == Transport::tcp && route.direction == Direction::someip_to_dds && route.port != 0) {
-    problems.error(section.use_mark("port"),
-                   "port: of a TCP connection to a server, the system chooses ours");
-  }
-
-  if (const YAML::Node wire = section.child("wire")) {
-    load_wire(wire, route.rules, problems);
-  }
-  if (const YAML::Node multicast = section.child("multicast")) {
-    load_multicast(multicast, route, section.use_mark("multicast"), route.multicast, problems);
-    result.good.emplace("multicast", section.use_mark("multicast"));
-  }
-  if (const YAML::Node tp = section.child("tp")) {
-    load_tp(tp, route.tp, problems);
-  }
+  load_carriage(section, result, problems);
   if (const YAML::Node qos = section.child("qos")) {
     load_qos(qos, route.qos, problems);
   }
+  load_transport(
+      section,
+      one_of<Transport>({{"udp", Transport::udp},
+                         {"tcp", Transport::tcp},
+                         {"by_reliability", route.qos.reliable ? Transport::tcp : Transport::udp}}),
+      route, problems);
+  load_multicast(section, result, problems);
+  if (const YAML::Node e2e = section.child("e2e")) {
+    route.e2e = load_e2e(
+        e2e, result.good.contains("direction") ? std::optional{route.direction} : std::nullopt, problems);
+  }
+  load_presence(section, result.good.contains("direction") ? std::optional{route.direction} : std::nullopt,
+                route.presence, problems);
   section.finish();
   return result;
 }

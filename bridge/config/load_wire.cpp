@@ -23,8 +23,8 @@ Format<FieldWidth> field_width() {
 }
 
 void load_payload_rules(Section& wire, PayloadRules& rules) {
-  // The one profile there is: a named starting point for the rest.
-  wire.read("profile", one_of<PayloadRules>({{"commonapi", PayloadRules{}}}), rules);
+  // The one profile there is: a named starting point for the rest, instead of the specification's defaults.
+  wire.read("profile", one_of<PayloadRules>({{"commonapi", someip::commonapi_rules}}), rules);
   wire.read("byte_order", one_of<std::endian>({{"big", std::endian::big}, {"little", std::endian::little}}),
             rules.byte_order);
   wire.read("length_order", one_of<bool>({{"big", true}, {"as_payload", false}}),
@@ -89,7 +89,7 @@ void load_type(const YAML::Node& node, const std::string& name, TypeRules& rules
 void load_types(const YAML::Node& node, MessageRules& rules, Problems& problems) {
   Section types{node, "types", problems};
   for (const std::string& name : types.keys()) {
-    if (!is_type_name(name)) {
+    if (!is_type_name(name) && !is_service_type_name(name)) {
       problems.error(
           types.use_mark(name.c_str()),
           fmt::format("types: expected a message type such as sensor_msgs/msg/PointCloud2, found {}",

@@ -33,6 +33,12 @@ bool is_token(std::string_view token) {
   return !token.empty() && !is_digit(token.front()) && std::ranges::all_of(token, is_word);
 }
 
+/// "package/KIND/Name"
+bool is_name_of(std::string_view kind, std::string_view name) {
+  const auto parts = split(name);
+  return parts.size() == 3 && parts[1] == kind && std::ranges::all_of(parts, is_token);
+}
+
 }  // namespace
 
 bool is_topic_name(std::string_view name) {
@@ -41,8 +47,15 @@ bool is_topic_name(std::string_view name) {
 }
 
 bool is_type_name(std::string_view name) {
-  const auto parts = split(name);
-  return parts.size() == 3 && parts[1] == "msg" && std::ranges::all_of(parts, is_token);
+  return is_name_of("msg", name);
+}
+
+bool is_service_type_name(std::string_view name) {
+  return is_name_of("srv", name);
+}
+
+bool is_action_type_name(std::string_view name) {
+  return is_name_of("action", name);
 }
 
 }  // namespace trestle::bridge

@@ -11,4 +11,10 @@ namespace trestle::bridge {
 /// "sensor_msgs/msg/PointCloud2": a package, "msg", and a message.
 [[nodiscard]] bool is_type_name(std::string_view name);
 
+/// "std_srvs/srv/SetBool": a package, "srv", and a service.
+[[nodiscard]] bool is_service_type_name(std::string_view name);
+
+/// "nav2_msgs/action/NavigateToPose": a package, "action", and an action.
+[[nodiscard]] bool is_action_type_name(std::string_view name);
+
 }  // namespace trestle::bridge

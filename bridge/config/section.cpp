@@ -160,9 +160,16 @@ YAML::Node Section::child(const char* key) {
 }
 
 std::vector<YAML::Node> Section::required_list(const char* key, const std::string& expected) {
+  if (use(key) == nullptr) {
+    missing(key, expected);
+    return {};
+  }
+  return list(key, expected);
+}
+
+std::vector<YAML::Node> Section::list(const char* key, const std::string& expected) {
   const Entry* entry = use(key);
   if (entry == nullptr) {
-    missing(key, expected);
     return {};
   }
   if (!entry->value.IsSequence() || entry->value.size() == 0) {

@@ -62,7 +62,9 @@ class Section {
   [[nodiscard]] std::vector<std::string> keys() const;
   /// The node under a key, for a section or list within this one; an undefined one when the key is missing.
   [[nodiscard]] YAML::Node child(const char* key);
-  /// The elements of a list that must be there and not be empty.
+  /// The elements of a list that may be missing but not be empty.
+  [[nodiscard]] std::vector<YAML::Node> list(const char* key, const std::string& expected);
+  /// As above; it must be there.
   [[nodiscard]] std::vector<YAML::Node> required_list(const char* key, const std::string& expected);
 
   /// Reports every key that nobody asked for.

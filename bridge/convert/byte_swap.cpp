@@ -36,12 +36,29 @@ __attribute__((target("avx2"))) std::size_t swap_blocks(std::byte* to, const std
   const void* const order = from_byte.data();
   const __m256i shuffle = _mm256_broadcastsi128_si256(_mm_load_si128(static_cast<const __m128i*>(order)));
   constexpr std::size_t block = 32;
-  std::size_t done = 0;
-  for (; bytes - done >= block; done += block) {
-    const void* const source = from + done;
-    void* const target = to + done;
+  const auto swap_block = [&](std::size_t at) __attribute__((target("avx2"), always_inline)) {
+    const void* const source = from + at;
+    void* const target = to + at;
     const __m256i numbers = _mm256_loadu_si256(static_cast<const __m256i*>(source));
     _mm256_storeu_si256(static_cast<__m256i*>(target), _mm256_shuffle_epi8(numbers, shuffle));
+  };
+  std::size_t done = 0;
+  // From the first block boundary of the target on no store crosses two lines of the cache, if numbers can be
+  // there: what is before it is done once more by the block at the front.
+  const std::size_t to_boundary = (0 - reinterpret_cast<std::uintptr_t>(to)) & (block - 1);
+  if (bytes >= block && to_boundary % width == 0) {
+    swap_block(0);
+    done = to_boundary;
+  }
+  // Four a turn: how fast a loop of one is depends on where the linker puts it.
+  for (; bytes - done >= 4 * block; done += 4 * block) {
+    swap_block(done);
+    swap_block(done + block);
+    swap_block(done + 2 * block);
+    swap_block(done + 3 * block);
+  }
+  for (; bytes - done >= block; done += block) {
+    swap_block(done);
   }
   return done;
 }

@@ -20,4 +20,28 @@ namespace trestle::bridge {
 /// no alignment and must not overlap.
 void copy_swapped(std::byte* to, const std::byte* from, std::size_t count, std::size_t width) noexcept;
 
+/// Copies few numbers of `width` bytes (1, 2, 4 or 8), and reverses the bytes of each if `swap`.
+inline void copy_few_numbers(std::byte* to, const std::byte* from, std::size_t count, std::size_t width,
+                             bool swap) noexcept {
+  const auto copy = [&](auto number) {
+    for (std::size_t i = 0; i < count; ++i, from += sizeof number, to += sizeof number) {
+      std::memcpy(&number, from, sizeof number);
+      if constexpr (sizeof number > 1) {
+        number = swap ? swapped(number) : number;
+      }
+      std::memcpy(to, &number, sizeof number);
+    }
+  };
+  switch (width) {
+    case 1:
+      return copy(std::uint8_t{});
+    case 2:
+      return copy(std::uint16_t{});
+    case 4:
+      return copy(std::uint32_t{});
+    default:
+      return copy(std::uint64_t{});
+  }
+}
+
 }  // namespace trestle::bridge

@@ -24,6 +24,7 @@ class CdrToSomeip {
         swap_{order != rules_.byte_order},
         strings_{string_frame(rules_, rules_.string_encoding)},
         wide_strings_{string_frame(rules_, wide_encoding(rules_))},
+        plain_strings_{rules_.string_encoding == someip::StringEncoding::utf8 && rules_.alignment <= 1},
         out_{out} {}
 
   bool convert() {
@@ -31,7 +32,8 @@ class CdrToSomeip {
       return false;
     }
     // RTPS pads samples to a multiple of four.
-    return in_.size() - at_ < 4 || failure_.set(ConversionFault::trailing_bytes, at_, no_op);
+    return in_.size() - at_ < 4 || program_.may_be_longer ||
+           failure_.set(ConversionFault::trailing_bytes, at_, no_op);
   }
 
   /// After convert() was false; its offset counts from the encapsulation header on.
@@ -51,7 +53,7 @@ class CdrToSomeip {
   };
 
   bool block(std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end;) {
+    for (std::size_t i = quick(begin, end); i < end; i = quick(i, end)) {
       const Op& op = program_.ops[i];
       bool good = false;
       std::size_t next = i + 1;
@@ -110,6 +112,64 @@ class CdrToSomeip {
       i = next;
     }
     return true;
+  }
+
+  /// Does what most operations are, few numbers and short strings, with everything in registers: stores of
+  /// bytes make the compiler doubt all members.
+  /// @return the first operation that it left to block(): of another kind, long, or not good.
+  std::size_t quick(std::size_t i, std::size_t end) {
+    const std::span<std::byte> room = out_.left();
+    std::byte* to = room.data();
+    const std::byte* const to_end = to + room.size();
+    const std::byte* const in = in_.data();
+    const std::size_t size = in_.size();
+    std::size_t at = at_;
+    for (const Op* op = program_.ops.data() + i; i < end; ++i, ++op) {
+      const std::size_t space = static_cast<std::size_t>(to_end - to);
+      if (op->kind == Op::Kind::numbers) {
+        if (op->count > most_quick_bytes / op->width) {
+          break;
+        }
+        const std::size_t bytes = static_cast<std::size_t>(op->count) * op->width;
+        const std::size_t from = aligned(at, op->width);
+        if (from + bytes > size || bytes > space) {
+          break;
+        }
+        copy_few_numbers(to, in + from, static_cast<std::size_t>(op->count), op->width, swap_);
+        at = from + bytes;
+        to += bytes;
+      } else if (op->kind == Op::Kind::string && plain_strings_ && op->fixed_bytes == 0) {
+        const std::size_t from = aligned(at, 4) + 4;
+        if (from > size) {
+          break;
+        }
+        const std::size_t with_zero = load_u32(in + from - 4, order_);
+        if (with_zero - 1 >= std::min(short_text, size - from) || in[from + with_zero - 1] != std::byte{0}) {
+          break;
+        }
+        const std::size_t text = with_zero - 1;
+        const std::size_t length = strings_.overhead() + text;
+        const std::size_t ahead = bytes(op->length);
+        if (text > op->bound || !fits(op->length, length) || ahead + length > space ||
+            (rules_.string_terminator && std::memchr(in + from, 0, text) != nullptr)) {
+          break;
+        }
+        store_length(to, op->length, length, length_order(rules_));
+        to += ahead;
+        copy_few(to, strings_.bom.data(), strings_.bom.size());
+        to += strings_.bom.size();
+        copy_few(to, in + from, text);
+        to += text;
+        copy_few(to, strings_.terminator.data(), strings_.terminator.size());
+        to += strings_.terminator.size();
+        at = from + with_zero;
+      } else {
+        break;
+      }
+    }
+    at_ = at;
+    out_.use(static_cast<std::size_t>(to - room.data()));
+    return i;
   }
 
   bool numbers(std::size_t i, const Op& op) {
@@ -427,7 +487,10 @@ class CdrToSomeip {
 
   [[nodiscard]] std::size_t left() const noexcept { return at_ < in_.size() ? in_.size() - at_ : 0; }
 
-  void align(std::size_t width) noexcept { at_ = (at_ + width - 1) & ~(width - 1); }
+  static constexpr std::size_t aligned(std::size_t at, std::size_t width) noexcept {
+    return (at + width - 1) & ~(width - 1);
+  }
+  void align(std::size_t width) noexcept { at_ = aligned(at_, width); }
 
   bool read_u32(std::uint32_t& number) noexcept {
     align(4);
@@ -454,16 +517,15 @@ class CdrToSomeip {
     const std::size_t bytes = count * width;
     if (width == 1 || !swap_) {
       out_.put(in_.subspan(std::min(at_, in_.size()), bytes));
+    } else if (bytes <= most_quick_bytes) {
+      copy_few_numbers(out_.room(bytes), in_.data() + at_, count, width, true);
     } else {
       copy_swapped(out_.room(bytes), in_.data() + at_, count, width);
     }
     at_ += bytes;
   }
 
-  void write(ByteView bytes) {
-    std::byte* to = out_.room(bytes.size());
-    std::ranges::copy(bytes, to);
-  }
+  void write(ByteView bytes) { copy_few(out_.room(bytes.size()), bytes.data(), bytes.size()); }
 
   bool write_length(FieldWidth width, std::size_t length) {
     store_length(out_.room(bytes(width)), width, length, length_order(rules_));
@@ -501,6 +563,7 @@ class CdrToSomeip {
   bool swap_;           ///< numbers differ in byte order
   StringFrame strings_;
   StringFrame wide_strings_;
+  bool plain_strings_;  ///< UTF-8, and nothing behind them
   ConversionScratch& out_;
   Failure failure_;
 };

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "bridge/convert/conversion_plan.hpp"
+#include "bridge/convert/service_plans.hpp"
 #include "bridge/types/type_library.hpp"
 
 namespace trestle::bridge {
@@ -80,17 +81,43 @@ class Most {
   const someip::PayloadRules& rules_;
 };
 
+bool is_service(const std::string& type) {
+  return type.find("/srv/") != std::string::npos || type.ends_with("_SendGoal") ||
+         type.ends_with("_GetResult");
+}
+
+std::string check_lengths_of(const TypeTree& tree, const MessageRules& rules);
+
 }  // namespace
 
 std::string check_type(const std::string& type, const std::vector<std::string>& folders,
                        const MessageRules& rules) {
   TypeLibrary library{{folders.begin(), folders.end()}, ament_prefixes()};
+  if (is_service(type)) {
+    const auto types = library.resolve_service(type);
+    if (!types) {
+      return to_string(types.error());
+    }
+    const auto plans = compile_service(*types, rules);
+    return plans ? std::string{} : plans.error();
+  }
   const auto tree = library.resolve(type);
   if (!tree) {
     return to_string(tree.error());
   }
   const auto plan = ConversionPlan::compile(*tree, rules);
   return plan ? std::string{} : plan.error();
+}
+
+std::string check_field_service(const std::string& service, const std::string& value_type, FieldAccess access,
+                                const std::vector<std::string>& folders, const MessageRules& rules) {
+  TypeLibrary library{{folders.begin(), folders.end()}, ament_prefixes()};
+  const auto types = resolve_field_service(library, service, value_type, access);
+  if (!types) {
+    return types.error();
+  }
+  const auto plans = compile_field_service(*types, access, rules);
+  return plans ? std::string{} : plans.error();
 }
 
 std::string check_lengths(const std::string& type, const std::vector<std::string>& folders,
@@ -100,15 +127,26 @@ std::string check_lengths(const std::string& type, const std::vector<std::string
     return {};
   }
   TypeLibrary library{{folders.begin(), folders.end()}, ament_prefixes()};
-  const auto tree = library.resolve(type);
-  if (!tree) {
-    return {};
+  if (is_service(type)) {
+    const auto types = library.resolve_service(type);
+    if (!types) {
+      return {};
+    }
+    std::string of_request = check_lengths_of(types->request, rules);
+    return of_request.empty() ? check_lengths_of(types->response, rules) : of_request;
   }
+  const auto tree = library.resolve(type);
+  return tree ? check_lengths_of(*tree, rules) : std::string{};
+}
+
+namespace {
+
+std::string check_lengths_of(const TypeTree& tree, const MessageRules& rules) {
   const std::size_t bits = 8 * bytes(rules.payload.array_length);
   const std::uint64_t countable = (std::uint64_t{1} << bits) - 1;
   std::vector<std::string> names;
-  const Most most{*tree, rules.payload};
-  for (const MessageDefinition& message : tree->messages) {
+  const Most most{tree, rules.payload};
+  for (const MessageDefinition& message : tree.messages) {
     for (const Field& field : message.fields) {
       const bool is_optional = field.type.array_size == 1 && rules.types.contains(message.name);
       if (is_optional ||
@@ -116,7 +154,7 @@ std::string check_lengths(const std::string& type, const std::vector<std::string
         continue;
       }
       if (const auto elements = most.elements(field.type); !elements || *elements > countable) {
-        names.push_back(&message == &tree->root() ? field.name : message.name + "." + field.name);
+        names.push_back(&message == &tree.root() ? field.name : message.name + "." + field.name);
       }
     }
   }
@@ -127,5 +165,7 @@ std::string check_lengths(const std::string& type, const std::vector<std::string
       "with array_length: {}, messages are dropped in which one of these has more than {} bytes: {}", bits,
       countable, fmt::join(names, ", "));
 }
+
+}  // namespace
 
 }  // namespace trestle::bridge

@@ -65,7 +65,7 @@ class ConversionPlan {
       const TypeTree& tree, const MessageRules& rules, std::size_t reference_from = default_reference_from);
 
   /// @param sample  CDR in either byte order, with its 4 byte encapsulation header; up to 3 bytes of padding
-  ///                may follow.
+  ///                may follow, and more where Program::may_be_longer says so.
   /// @return the payload, which lives as Gathered says.
   [[nodiscard]] tl::expected<Gathered, ConversionError> cdr_to_someip(ByteView sample,
                                                                       ConversionScratch& scratch) const;

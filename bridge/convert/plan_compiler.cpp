@@ -49,6 +49,7 @@ class Compiler {
     } else {
       check_types();
       message(tree_.root(), "", false);
+      program_.may_be_longer = is_overestimated();
     }
     if (!complaint_.empty()) {
       return tl::unexpected{std::move(complaint_)};
@@ -82,6 +83,19 @@ class Compiler {
         complain(fmt::format("{} is no struct, so its fields have no tags or fixed sizes", name));
       }
     }
+  }
+
+  /// Whether rosidl estimates too large a size: it adds the alignment of the numbers behind the count of a
+  /// sequence, which an empty one does not have, and a terminator of wstrings.
+  [[nodiscard]] bool is_overestimated() const {
+    return std::ranges::any_of(tree_.messages, [](const MessageDefinition& definition) {
+      return std::ranges::any_of(definition.fields, [](const Field& field) {
+        const bool is_sequence =
+            field.type.array == ArrayKind::bounded || field.type.array == ArrayKind::unbounded;
+        return field.type.primitive == Primitive::wstring ||
+               (field.type.primitive && width(*field.type.primitive) == 8 && is_sequence);
+      });
+    });
   }
 
   [[nodiscard]] const TypeRules* rules_of(const MessageDefinition& definition) const {

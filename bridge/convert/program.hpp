@@ -77,6 +77,11 @@ struct Program {
   std::vector<DefaultValue> defaults;
   std::vector<std::vector<MemberId>> members;  ///< of each tagged struct, sorted by id
   someip::PayloadRules rules;
+  /// CDR samples may be longer than the message: rmw_fastrtps writes down its estimate of their size where an
+  /// application serializes them itself (`serialize_message()`, bags written so), and the estimate has too
+  /// many bytes for wstrings and for empty sequences of 8 byte numbers. What stands in them is no part of the
+  /// message.
+  bool may_be_longer = false;
 };
 
 }  // namespace trestle::bridge

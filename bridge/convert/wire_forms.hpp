@@ -28,7 +28,7 @@ inline void store_u32(std::byte* to, std::uint32_t number, std::endian order) no
   std::memcpy(to, &number, sizeof(number));
 }
 
-/// [feat_req_someip_675]
+/// Of length fields and of the type fields of unions.  [feat_req_someip_675]
 [[nodiscard]] constexpr std::endian length_order(const someip::PayloadRules& rules) noexcept {
   return rules.length_fields_always_big ? std::endian::big : rules.byte_order;
 }
@@ -125,6 +125,11 @@ struct StringFrame {
   bool utf16 = false;
   [[nodiscard]] constexpr std::size_t overhead() const noexcept { return bom.size() + terminator.size(); }
 };
+
+/// Bytes from which on the text of a string is put as a piece of its own, perhaps by reference.
+inline constexpr std::size_t short_text = 64;
+/// Bytes up to which numbers count as few.
+inline constexpr std::size_t most_quick_bytes = 32;
 
 inline constexpr std::array<std::byte, 3> utf8_bom{std::byte{0xef}, std::byte{0xbb}, std::byte{0xbf}};
 inline constexpr std::array<std::byte, 2> utf16le_bom{std::byte{0xff}, std::byte{0xfe}};

@@ -3,7 +3,6 @@
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <poll.h>
-#include <sys/signalfd.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -21,6 +20,7 @@
 #include <system_error>
 
 #include "bridge/cli/exit_status.hpp"
+#include "bridge/cli/signals.hpp"
 #include "bridge/demo/child.hpp"
 #include "bridge/demo/figures.hpp"
 #include "bridge/demo/report.hpp"
@@ -140,40 +140,6 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-/// SIGINT, SIGTERM and SIGCHLD as something to poll.
-class Signals {
- public:
-  Signals() {
-    sigset_t signals;
-    sigemptyset(&signals);
-    for (const int number : {SIGINT, SIGTERM, SIGCHLD}) {
-      sigaddset(&signals, number);
-    }
-    sigprocmask(SIG_BLOCK, &signals, nullptr);
-    fd_ = signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
-    if (fd_ < 0) {
-      throw std::system_error{errno, std::generic_category(), "signalfd"};
-    }
-  }
-  ~Signals() { close(fd_); }
-  Signals(const Signals&) = delete;
-  Signals& operator=(const Signals&) = delete;
-
-  [[nodiscard]] int fd() const noexcept { return fd_; }
-  /// How often somebody has asked to end.
-  [[nodiscard]] int stops() {
-    signalfd_siginfo info{};
-    while (read(fd_, &info, sizeof info) == static_cast<ssize_t>(sizeof info)) {
-      stops_ += info.ssi_signo == SIGCHLD ? 0 : 1;
-    }
-    return stops_;
-  }
-
- private:
-  int fd_ = -1;
-  int stops_ = 0;
-};
-
 class Demo {
  public:
   Demo(const DemoOptions& options, const DemoNetwork& network)
@@ -265,7 +231,9 @@ class Demo {
       files.push_back({each->output(), POLLIN, 0});
     }
     poll(files.data(), files.size(), static_cast<int>((timeout_ns + 999'999) / 1'000'000));
-    stops_ = signals_.stops();
+    while (const auto signal = signals_.next()) {
+      stops_ += *signal == SIGCHLD ? 0 : 1;
+    }
     read_all();
     for (const auto& each : children_) {
       if (each->ended()) {
@@ -326,12 +294,12 @@ class Demo {
   }
 
   std::optional<TemporaryFolder> folder_{std::in_place};
-  Signals signals_;
+  Signals signals_{SIGINT, SIGTERM, SIGCHLD};
   Screen screen_;
   Figures figures_;
   std::array<std::unique_ptr<Child>, process_count> children_;
   std::string fault_;  ///< of a process
-  int stops_ = 0;
+  int stops_ = 0;      ///< how often somebody has asked to end
   bool finishing_ = false;
 };
 

@@ -9,7 +9,6 @@
 namespace trestle::bridge::demo {
 namespace {
 
-constexpr std::int64_t second_ns = 1'000'000'000;
 // Clouds younger than this may still be under way.
 constexpr std::int64_t grace_ns = second_ns;
 // Of the live rate.

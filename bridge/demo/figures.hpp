@@ -13,6 +13,8 @@
 /// What the demo measures, from what its four processes report. No process, clock or terminal in here.
 namespace trestle::bridge::demo {
 
+inline constexpr std::int64_t second_ns = 1'000'000'000;
+
 /// Durations in nanoseconds, of which percentiles are wanted: the last `capacity` ones.
 class Samples {
  public:

@@ -2,7 +2,6 @@
 
 #include <poll.h>
 #include <sys/eventfd.h>
-#include <sys/signalfd.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -18,12 +17,12 @@ namespace trestle::bridge::demo {
 
 namespace {
 
-constexpr std::int64_t second_ns = 1'000'000'000;
+constexpr std::int64_t nanoseconds_per_second = 1'000'000'000;
 
 std::int64_t clock_ns(clockid_t clock) {
   timespec now{};
   clock_gettime(clock, &now);
-  return now.tv_sec * second_ns + now.tv_nsec;
+  return now.tv_sec * nanoseconds_per_second + now.tv_nsec;
 }
 
 }  // namespace
@@ -55,29 +54,24 @@ bool Report::closed() {
 }
 
 StopSignals::StopSignals() {
-  sigset_t stop;
-  sigemptyset(&stop);
-  sigaddset(&stop, SIGINT);
-  sigaddset(&stop, SIGTERM);
-  sigset_t blocked = stop;
+  sigset_t blocked;
+  sigemptyset(&blocked);
   sigaddset(&blocked, SIGPIPE);
   pthread_sigmask(SIG_BLOCK, &blocked, nullptr);
-  signals_ = signalfd(-1, &stop, SFD_CLOEXEC);
   wakes_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-  if (signals_ < 0 || wakes_ < 0) {
-    throw std::system_error{errno, std::generic_category(), "signalfd or eventfd"};
+  if (wakes_ < 0) {
+    throw std::system_error{errno, std::generic_category(), "eventfd"};
   }
 }
 
 StopSignals::~StopSignals() {
-  close(signals_);
   close(wakes_);
 }
 
 bool StopSignals::wait_until(std::int64_t until_ns) {
   const std::int64_t left = std::max<std::int64_t>(until_ns - monotonic_ns(), 0);
-  const timespec timeout{left / second_ns, left % second_ns};
-  std::array<pollfd, 2> files{pollfd{signals_, POLLIN, 0}, pollfd{wakes_, POLLIN, 0}};
+  const timespec timeout{left / nanoseconds_per_second, left % nanoseconds_per_second};
+  std::array<pollfd, 2> files{pollfd{signals_.fd(), POLLIN, 0}, pollfd{wakes_, POLLIN, 0}};
   if (!stopped_ && ppoll(files.data(), files.size(), &timeout, nullptr) > 0) {
     stopped_ = (files[0].revents & POLLIN) != 0;
     std::uint64_t count = 0;

@@ -1,7 +1,10 @@
 #pragma once
+#include <csignal>
 #include <cstdint>
 #include <mutex>
 #include <nlohmann/json_fwd.hpp>
+
+#include "bridge/cli/signals.hpp"
 
 namespace trestle::bridge::demo {
 
@@ -40,7 +43,7 @@ class StopSignals {
   void wake() const;
 
  private:
-  int signals_ = -1;
+  Signals signals_{SIGINT, SIGTERM};
   int wakes_ = -1;
   bool stopped_ = false;
 };

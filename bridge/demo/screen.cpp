@@ -12,7 +12,6 @@
 namespace trestle::bridge::demo {
 namespace {
 
-constexpr std::int64_t second_ns = 1'000'000'000;
 constexpr std::int64_t redraw_every_ns = second_ns / 5;
 constexpr std::int64_t line_every_ns = 2 * second_ns;
 constexpr std::size_t logs_shown = 8;

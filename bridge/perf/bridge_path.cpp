@@ -1,5 +1,7 @@
 #include "bridge/perf/bridge_path.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <deque>
@@ -59,13 +61,14 @@ struct Side {
                      .name = "trestle perf",
                      .interfaces = options.interfaces,
                      .on_event = {}}},
-        writer{participant.create_writer(name(options, writes), type(), {})},
-        reader{participant.create_reader(name(options, reads), type(), {},
+        writer{participant.create_writer(name(options, writes), type(), qos())},
+        reader{participant.create_reader(name(options, reads), type(), qos(),
                                          [this](dds::Sample sample) { inbox.put(std::move(sample)); })} {}
 
   static std::string name(const PathOptions& options, const char* what) {
     return dds::ros_topic_name(options.topic + "/" + what);
   }
+  static dds::Qos qos() { return {.depth = max_path_window}; }
   static std::string type() { return dds::ros_type_name("sensor_msgs/msg/PointCloud2"); }
 
   demo::StopSignals signals;
@@ -75,10 +78,13 @@ struct Side {
   dds::Reader reader;
 };
 
-/// Clouds whose stamps are their numbers.
+/// Clouds whose stamps are their numbers, so many under way at a time.
 class Pinger {
  public:
-  explicit Pinger(const PathOptions& options) : side_{options, "there", "back"} {
+  /// Told how long a cloud was on its way, both ways; nothing: it has not come back in time.
+  using Done = std::function<void(std::optional<std::int64_t> trip_ns)>;
+
+  explicit Pinger(const PathOptions& options) : side_{options, "there", "back"}, window_{options.window} {
     cloud_.width = std::max(options.bytes / point_bytes, 1U);
     cloud_.point_bytes = point_bytes;
     cloud_.data.resize(std::size_t{cloud_.width} * point_bytes, std::byte{0x5a});
@@ -91,31 +97,54 @@ class Pinger {
 
   [[nodiscard]] std::size_t bytes() const noexcept { return cloud_.data.size(); }
 
-  /// How long a cloud was on its way, both ways; nothing when it has not come back in time.
-  std::optional<std::int64_t> ping(std::int64_t limit_ns) {
-    ++number_;
-    const auto encoded = demo::encode(cloud_, number_, "perf");
-    const std::array<ByteView, 3> pieces{encoded.front, encoded.data, ByteView{&encoded.tail, 1}};
-    const std::int64_t sent = monotonic_ns();
-    if (!side_.writer.write(pieces)) {
-      return std::nullopt;
+  /// Fills the window, and waits for something to come back, or to be taken for lost after `limit_ns`.
+  void step(std::int64_t limit_ns, const Done& done) {
+    while (under_way_.size() < window_) {
+      send(limit_ns);
     }
-    while (!stopped_ && monotonic_ns() < sent + limit_ns) {
-      stopped_ = side_.signals.wait_until(sent + limit_ns);
-      for (const Received& one : side_.inbox.take()) {
-        const auto cloud = demo::decode(one.sample.cdr());
-        if (cloud && cloud->stamp_ns == number_ && cloud->data.size() == cloud_.data.size()) {
-          return one.at_ns - sent;
-        }
+    const std::int64_t until = under_way_.front().lost_at_ns;
+    stopped_ = side_.signals.wait_until(until);
+    for (const Received& one : side_.inbox.take()) {
+      const auto cloud = demo::decode(one.sample.cdr());
+      if (!cloud || cloud->data.size() != cloud_.data.size()) {
+        continue;
+      }
+      const auto ping = std::ranges::find(under_way_, cloud->stamp_ns, &Ping::number);
+      if (ping != under_way_.end()) {
+        const std::int64_t trip = one.at_ns - ping->sent_ns;
+        under_way_.erase(ping);
+        done(trip);
       }
     }
-    return std::nullopt;
+    while (!stopped_ && !under_way_.empty() && under_way_.front().lost_at_ns <= monotonic_ns()) {
+      under_way_.pop_front();
+      done(std::nullopt);
+    }
   }
+  /// Takes what is under way neither for lost nor for received.
+  void forget() { under_way_.clear(); }
   [[nodiscard]] bool stopped() const noexcept { return stopped_; }
 
  private:
+  struct Ping {
+    std::int64_t number = 0;
+    std::int64_t sent_ns = 0;
+    std::int64_t lost_at_ns = 0;
+  };
+
+  void send(std::int64_t limit_ns) {
+    ++number_;
+    const auto encoded = demo::encode(cloud_, number_, "perf");
+    const std::array<ByteView, 3> pieces{encoded.front, encoded.data, ByteView{&encoded.tail, 1}};
+    const std::int64_t now = monotonic_ns();
+    under_way_.push_back({number_, now, now + limit_ns});
+    (void)side_.writer.write(pieces);  // what is refused does not come back
+  }
+
   Side side_;
   demo::Cloud cloud_;
+  std::size_t window_;
+  std::deque<Ping> under_way_;  ///< in the order of their numbers
   std::int64_t number_ = 0;
   bool stopped_ = false;
 };
@@ -128,20 +157,24 @@ std::optional<Result> measure_path(const PathOptions& options,
   Result result;
   result.what = "bridge";
   result.transport = "dds";
-  result.how = "one at a time, half of the way there and back";
+  result.how = fmt::format("{} under way, half of the way there and back", options.window);
   result.payload_bytes = pinger.bytes();
 
   // Discovery takes its time on every part of the way: what is sent earlier goes nowhere.
   constexpr std::int64_t try_ns = second_ns / 10;
   const std::int64_t patience_end = monotonic_ns() + options.patience.count();
-  while (!pinger.ping(try_ns)) {
+  bool open = false;
+  while (!open) {
+    pinger.step(try_ns, [&](std::optional<std::int64_t> trip) { open |= trip.has_value(); });
     if (pinger.stopped() || monotonic_ns() > patience_end) {
       return std::nullopt;
     }
   }
+  pinger.forget();  // which may still go nowhere
   const std::int64_t limit_ns = std::min<std::int64_t>(options.patience.count(), second_ns);
-  for (const std::int64_t warm = monotonic_ns() + options.warm_up.count(); monotonic_ns() < warm;) {
-    (void)pinger.ping(limit_ns);
+  for (const std::int64_t warm = monotonic_ns() + options.warm_up.count();
+       monotonic_ns() < warm && !pinger.stopped();) {
+    pinger.step(limit_ns, [](std::optional<std::int64_t>) {});
   }
 
   const Status before = own_status();
@@ -149,15 +182,16 @@ std::optional<Result> measure_path(const PathOptions& options,
   const std::int64_t end = start + options.measured.count();
   std::int64_t next_progress = start + second_ns;
   for (std::int64_t now = start; now < end && !pinger.stopped();) {
-    const auto trip = pinger.ping(limit_ns);
+    pinger.step(limit_ns, [&](std::optional<std::int64_t> trip) {
+      if (trip) {
+        ++result.received;
+        result.latency.add(*trip / 2);
+      } else {
+        ++result.lost;
+      }
+    });
     now = monotonic_ns();
     result.seconds = static_cast<double>(now - start) / 1e9;
-    if (trip) {
-      ++result.received;
-      result.latency.add(*trip / 2);
-    } else if (!pinger.stopped()) {
-      ++result.lost;
-    }
     result.sent = result.received + result.lost;
     if (progress && now >= next_progress) {
       progress(result);

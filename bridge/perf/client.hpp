@@ -41,7 +41,8 @@ class Client {
   using StatusHandler = void (Client::*)(const Status& status);
 
   void on_service(const sd::RemoteService& service, bool available);
-  void ask(someip::MethodId method, std::vector<std::byte> payload, StatusHandler handler);
+  /// Asks for the server's status, again and again for as long as is left.
+  void ask(someip::MethodId method, StatusHandler handler, Duration left);
   void compare_clocks();
   void on_clock(const Status& status);
   void begin();

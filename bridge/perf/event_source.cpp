@@ -7,7 +7,6 @@
 #include <boost/asio/steady_timer.hpp>
 #include <vector>
 
-#include "bridge/demo/report.hpp"
 #include "someip/net/message_sender.hpp"
 #include "someip/wire/bytes.hpp"
 
@@ -43,28 +42,30 @@ struct EventSource::State : std::enable_shared_from_this<State> {
     std::shared_ptr<const std::vector<std::byte>> rest;
   };
 
-  void fill(std::array<std::byte, min_event_bytes>& front) const {
+  void fill(std::array<std::byte, min_event_bytes>& front, TimePoint due_at) const {
     someip::ByteWriter out{front};
     out.u64(events);
-    out.u64(static_cast<std::uint64_t>(demo::monotonic_ns()));
+    out.u64(static_cast<std::uint64_t>(std::chrono::nanoseconds{due_at.time_since_epoch()}.count()));
   }
 
-  void send() {
+  /// @param due_at  from when on its latency counts.
+  void send(TimePoint due_at) {
     ++events;
     const someip::MethodId event = plan.tcp ? tcp_event : udp_event;
-    const someip::TpPacing pacing{.burst = plan.burst,
-                                  .separation = std::chrono::nanoseconds{plan.separation_ns}};
+    const someip::TpPacing pacing{
+        .burst = plan.burst > 0 ? std::optional<std::size_t>{plan.burst} : std::nullopt,
+        .separation = std::chrono::nanoseconds{plan.separation_ns}};
     sd::Notified notified;
     if (plan.bytes <= someip::max_plain_payload_bytes) {
       std::array<std::byte, min_event_bytes> front;
-      fill(front);
+      fill(front, due_at);
       const std::array<ByteView, 2> payload{front, *rest};
       notified = node->notify(offer, event, payload, nullptr, pacing);
     } else {
       const auto kept = std::make_shared<Event>(shared_from_this(), round);
       ++waiting;
       kept->rest = rest;
-      fill(kept->front);
+      fill(kept->front, due_at);
       const std::array<ByteView, 2> payload{kept->front, *kept->rest};
       notified = node->notify(offer, event, payload, kept, pacing);
     }
@@ -87,8 +88,8 @@ struct EventSource::State : std::enable_shared_from_this<State> {
       if (!has_room()) {
         return;  // an acknowledgement, or the end of an event's wait, comes back here
       }
+      const TimePoint now = std::chrono::steady_clock::now();
       if (plan.rate_hz > 0) {
-        const auto now = std::chrono::steady_clock::now();
         if (now < due) {
           due_timer.expires_at(due);
           due_timer.async_wait([self = shared_from_this()](const boost::system::error_code& error) {
@@ -98,10 +99,12 @@ struct EventSource::State : std::enable_shared_from_this<State> {
           });
           return;
         }
-        // After a stall the events must not come out in a burst.
-        due = std::max(due, now - period) + period;
+        // After a stall all that were due come, with the latency that it has given them.
+        send(due);
+        due += period;
+      } else {
+        send(now);
       }
-      send();
     }
     pump_later();
   }
@@ -151,7 +154,7 @@ struct EventSource::State : std::enable_shared_from_this<State> {
   std::uint64_t acknowledged = 0;  ///< sequence number
   unsigned waiting = 0;
   Duration period{};
-  std::chrono::steady_clock::time_point due;
+  TimePoint due;
   asio::steady_timer due_timer;
   std::uint64_t acknowledged_before = 0;
   std::uint64_t events_before = 0;

@@ -59,8 +59,27 @@ struct OutputOptions {
   }
 };
 
+/// How a program waits for the network.
+struct WaitOptions {
+  double busy_poll_us = 0;
+
+  void add_to(CLI::App& command) {
+    command
+        .add_option(
+            "--busy-poll", busy_poll_us,
+            "Look for so long whether something has come before waiting for it: quicker, and takes a core")
+        ->type_name("MICROSECONDS")
+        ->check(number_between(0, 1e6))
+        ->capture_default_str();
+  }
+  [[nodiscard]] Duration busy_poll() const {
+    return std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::micro>{busy_poll_us});
+  }
+};
+
 struct ServerOptions {
   NetworkOptions network;
+  WaitOptions wait;
   std::string service = perf::default_service;
   double timeout_s = 0;
   bool quiet = false;
@@ -77,7 +96,7 @@ int serve(const ServerOptions& options) {
                 }};
   {
     const perf::Server server{node, service.service, service.instance};
-    session.run();
+    session.run(options.wait.busy_poll());
   }
   node.shutdown();
   return exit_ok;
@@ -98,6 +117,7 @@ void add_server(CLI::App& perf, int& status) {
       ->type_name("SECONDS")
       ->check(seconds_above_zero());
   command->add_flag("-q,--quiet", options->quiet, "Do not tell what discovery does");
+  options->wait.add_to(*command);
   options->network.add_to(*command);
   command->callback([options, &status] { status = serve(*options); });
 }
@@ -126,6 +146,7 @@ struct TimeOptions {
 
 struct ClientCommand {
   NetworkOptions network;
+  WaitOptions wait;
   OutputOptions output;
   TimeOptions time;
   std::string service = perf::default_service;
@@ -166,7 +187,7 @@ int measure(const ClientCommand& command) {
                           fault = why;
                           session.finish();
                         }};
-    session.run();
+    session.run(command.wait.busy_poll());
     if (fault && fault->empty()) {
       command.output.show(client.result());
     }
@@ -187,6 +208,7 @@ void add_client(CLI::App& perf, int& status) {
       "compared first, and the result says how exact that is.\n"
       "--window 1 sends an event when the one before has come: latency. --window 0 does not wait for\n"
       "acknowledgements: with --rate 0 as many as the sender can, and what is too much is lost.\n"
+      "With --rate the latency of an event counts from when it was due, also when the sender was late.\n"
       "Exit status: 0; 1 when there was no service or nothing came; 2 for a wrong command line.\n\n"
       "Examples:\n"
       "  trestle perf client                                        # UDP calls of 64 bytes, one after "
@@ -220,12 +242,15 @@ void add_client(CLI::App& perf, int& status) {
       ->type_name("MICROSECONDS")
       ->check(number_between(0, 1e6))
       ->capture_default_str();
-  command->add_option("--burst", options->client.plan.burst, "Segments in a burst")
+  command
+      ->add_option("--burst", options->client.plan.burst,
+                   "Segments in a burst; 0: as many as we can take, as our subscription tells")
       ->type_name("N")
-      ->check(CLI::Range(1, 10'000))
+      ->check(CLI::Range(0, 10'000))
       ->capture_default_str();
   options->time.add_to(*command, "For finding the service, and for each answer");
   options->output.add_to(*command);
+  options->wait.add_to(*command);
   options->network.add_to(*command);
   command->callback([options, &status] { status = measure(*options); });
 }
@@ -258,15 +283,17 @@ int measure_bridge(const BridgeCommand& command) {
 void add_bridge(CLI::App& perf, int& status) {
   CLI::App* command = perf.add_subcommand("bridge", "Measure a way through DDS and bridges");
   command->footer(
-      "Writes PointCloud2 messages to TOPIC/there and waits for each on TOPIC/back, where 'trestle perf "
+      "Writes PointCloud2 messages to TOPIC/there and waits for them on TOPIC/back, where 'trestle perf "
       "bridge\n"
-      "--reflect' at the other end writes them. The latency is half of the time there and back. What is\n"
+      "--reflect' at the other end writes them. The latency is half of the time there and back. With a\n"
+      "--window of more than 1 it is throughput that is measured. What is\n"
       "between both ends, say two bridges that carry both topics, is up to you; nothing: a hop of DDS "
       "alone.\n"
       "Exit status: 0; 1 when nothing came back; 2 for a wrong command line.\n\n"
       "Examples:\n"
       "  trestle perf bridge --domain 1 --reflect\n"
-      "  trestle perf bridge --domain 0 --size 1MB --seconds 10 --json");
+      "  trestle perf bridge --domain 0 --size 1MB --seconds 10 --json\n"
+      "  trestle perf bridge --domain 0 --size 1MB --window 4");
   const auto options = std::make_shared<BridgeCommand>();
   command->add_flag("--reflect", options->reflect, "Be the other end, until Ctrl-C");
   command->add_option("--domain", options->path.domain, "DDS domain")
@@ -282,6 +309,10 @@ void add_bridge(CLI::App& perf, int& status) {
       ->type_name("BYTES")
       ->transform(CLI::AsSizeValue(false))
       ->check(CLI::Range(std::uint32_t{16}, perf::max_event_bytes))
+      ->capture_default_str();
+  command->add_option("--window", options->path.window, "Messages under way at a time")
+      ->type_name("N")
+      ->check(CLI::Range(std::uint32_t{1}, perf::max_path_window))
       ->capture_default_str();
   options->time.add_to(*command, "For the first message to come back");
   options->output.add_to(*command);

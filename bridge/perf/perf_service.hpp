@@ -25,8 +25,8 @@ inline constexpr someip::EventgroupId tcp_eventgroup{0x0002};
 inline constexpr someip::MethodId udp_event{0x8001};
 inline constexpr someip::MethodId tcp_event{0x8002};
 
-/// Events begin with their sequence number from 1, and the time just before notify() (Status::now_ns): uint64
-/// each.
+/// Events begin with their sequence number from 1, and the time just before notify(), or at a fixed rate the
+/// time at which they were due (Status::now_ns): uint64 each.
 inline constexpr std::uint32_t min_event_bytes = 16;
 inline constexpr std::uint32_t max_event_bytes = std::uint32_t{16} << 20U;
 
@@ -46,7 +46,7 @@ struct EventPlan {
   double rate_hz = 0;               ///< 0: no limit
   std::uint32_t window = 0;         ///< that may be under way, not acknowledged; 0: no limit
   std::uint32_t separation_ns = 0;  ///< from one burst of segments to the next
-  std::uint16_t burst = 45;         ///< segments
+  std::uint16_t burst = 0;          ///< segments; 0: as many as the receiver can take
 };
 
 /// This process's view of it, without `events` and `dropped`.

@@ -10,8 +10,8 @@ namespace trestle::bridge::perf {
 namespace {
 
 bool is_possible(const EventPlan& plan) {
-  return plan.bytes >= min_event_bytes && plan.bytes <= max_event_bytes && plan.burst > 0 &&
-         std::isfinite(plan.rate_hz) && plan.rate_hz >= 0;
+  return plan.bytes >= min_event_bytes && plan.bytes <= max_event_bytes && std::isfinite(plan.rate_hz) &&
+         plan.rate_hz >= 0;
 }
 
 }  // namespace

@@ -8,13 +8,30 @@
 #include <boost/asio/io_context.hpp>
 #include <stdexcept>
 
+#include "bridge/config/ros_environment.hpp"
 #include "bridge/runtime/dds_words.hpp"
+#include "bridge/runtime/discovered_routes.hpp"
 #include "bridge/runtime/inbound_route.hpp"
+#include "bridge/runtime/methods.hpp"
+#include "bridge/runtime/offered_services.hpp"
 #include "bridge/runtime/outbound_route.hpp"
+#include "bridge/runtime/route_getter.hpp"
+#include "bridge/runtime/route_parts.hpp"
+#include "bridge/runtime/service_offer.hpp"
+#include "bridge/runtime/start_at.hpp"
+#include "bridge/runtime/topic_watch.hpp"
 #include "bridge/types/type_library.hpp"
+#include "dds_adapter/ros_names.hpp"
+#include "someip/net/address_text.hpp"
 
 namespace trestle::bridge {
 namespace {
+
+// Of a socket, for a message that comes or goes at once, but for the largest.
+int room_for(std::size_t message, int least) {
+  constexpr std::size_t most = std::size_t{32} << 20U;
+  return std::max(least, static_cast<int>(std::min(message, most)));
+}
 
 sd::NodeConfig node_config(const BridgeConfig& config) {
   const SdSettings& sd = config.someip.sd;
@@ -31,119 +48,54 @@ sd::NodeConfig node_config(const BridgeConfig& config) {
                  .request_response_delay_max = sd.request_response_delay_max,
                  .ttl_s = static_cast<std::uint32_t>(sd.ttl.count())};
   node.check_subnet = sd.check_subnet;
-  // One offer or subscription a route at most; of peers, room for many.
-  const auto routes = static_cast<std::uint16_t>(std::min<std::size_t>(config.routes.size(), 4000));
+  // One offer or subscription a route at most, as of a method; of peers, room for many.
+  const std::size_t all = config.routes.size() + config.methods.size();
+  std::size_t discovered = config.locked.size();
+  for (const TopicPattern& pattern : config.patterns) {
+    discovered += pattern.route.direction == Direction::dds_to_someip ? pattern.max_routes : 0;
+  }
+  const auto routes = static_cast<std::uint16_t>(std::min<std::size_t>(all + discovered, 4000));
   sd::Limits& limits = node.limits;
   limits.max_offers = std::max(limits.max_offers, routes);
   limits.max_eventgroups = std::max(limits.max_eventgroups, routes);
   limits.max_subscribers =
       std::max<std::uint16_t>(limits.max_subscribers, static_cast<std::uint16_t>(4 * routes));
-  limits.max_requirements = std::max(limits.max_requirements, routes);
+  limits.max_requirements =
+      std::max<std::uint16_t>(limits.max_requirements,
+                              static_cast<std::uint16_t>(2 * routes));  // two, to follow
   limits.max_subscriptions = std::max(limits.max_subscriptions, routes);
   limits.max_pending_entries =
       std::max<std::uint16_t>(limits.max_pending_entries, static_cast<std::uint16_t>(4 * routes));
   // Large messages of all routes may be under way at once, even if one server has them all.
-  node.max_reassemblies_per_sender = std::max(node.max_reassemblies_per_sender, config.routes.size());
-  node.max_reassemblies = std::max(node.max_reassemblies, config.routes.size() + 16);
-  node.max_message_bytes = 0;
+  node.max_reassemblies_per_sender = std::max(node.max_reassemblies_per_sender, all);
+  node.max_reassemblies = std::max(node.max_reassemblies, all + 16);
+  std::size_t received = 0;
+  std::size_t sent = 0;
   for (const Route& route : config.routes) {
-    node.max_message_bytes = std::max(node.max_message_bytes, route.tp.max_message);
+    std::size_t& most = route.direction == Direction::someip_to_dds ? received : sent;
+    most = std::max(most, route.tp.max_message);
   }
+  for (const TopicPattern& pattern : config.patterns) {
+    std::size_t& most = pattern.route.direction == Direction::someip_to_dds ? received : sent;
+    most = std::max(most, pattern.route.tp.max_message);
+  }
+  std::size_t calls = node.max_calls;
+  for (const MethodRoute& method : config.methods) {  // both have requests or answers
+    received = std::max(received, method.max_message);
+    sent = std::max(sent, method.max_message);
+    calls += method.server == Server::someip ? method.max_calls : 0;
+  }
+  node.max_message_bytes = std::max(received, sent);
+  node.receive_buffer_bytes = config.someip.receive_buffer ? static_cast<int>(*config.someip.receive_buffer)
+                                                           : room_for(received, node.receive_buffer_bytes);
+  node.send_buffer_bytes = config.someip.send_buffer ? static_cast<int>(*config.someip.send_buffer)
+                                                     : room_for(sent, node.send_buffer_bytes);
+  node.busy_poll = std::chrono::ceil<std::chrono::microseconds>(config.someip.busy_poll);
+  node.max_calls = static_cast<std::uint16_t>(std::min<std::size_t>(calls, 0xffff));
   // A route has up to two messages on their way at once.
   node.max_queued_bytes =
       std::max(node.max_queued_bytes, 2 * (node.max_message_bytes + someip::header_bytes));
   return node;
-}
-
-ConversionPlan compile(const Route& route, TypeLibrary& types) {
-  const auto fail = [&](const std::string& why) {
-    return std::runtime_error{"route " + route.topic + ": " + route.type + " cannot be carried: " + why};
-  };
-  const auto tree = types.resolve(route.type);
-  if (!tree) {
-    throw fail(to_string(tree.error()));
-  }
-  auto plan = ConversionPlan::compile(*tree, route.rules);
-  if (!plan) {
-    throw fail(plan.error());
-  }
-  return std::move(*plan);
-}
-
-// A service to offer, and the first of its routes.
-struct OfferedService {
-  sd::ServiceSpec spec;
-  Mark mark;
-};
-
-// Routes of one service instance share an offer.
-std::vector<OfferedService> offered_services(const BridgeConfig& config) {
-  std::vector<OfferedService> services;
-  for (const Route& route : config.routes) {
-    if (route.direction != Direction::dds_to_someip) {
-      continue;
-    }
-    auto service = std::ranges::find_if(services, [&](const OfferedService& offered) {
-      return offered.spec.service == route.service && offered.spec.instance == route.instance;
-    });
-    if (service == services.end()) {
-      service = services.insert(services.end(), {.spec = {.service = route.service,
-                                                          .instance = route.instance,
-                                                          .major = route.major,
-                                                          .minor = route.minor,
-                                                          .udp_port = {}},
-                                                 .mark = route.mark});
-    }
-    if (route.transport == Transport::tcp) {
-      service->spec.tcp_port = route.port;
-      service->spec.tcp_events.push_back(route.event);
-    } else {
-      service->spec.udp_port = route.port;
-    }
-    auto& groups = service->spec.eventgroups;
-    auto group = std::ranges::find(groups, route.eventgroup, &sd::EventgroupSpec::id);
-    if (group == groups.end()) {
-      group = groups.insert(group, {.id = route.eventgroup});
-    }
-    if (route.multicast) {
-      group->multicast = route.multicast->group;
-      group->multicast_threshold = route.multicast->threshold;
-    }
-    group->events.push_back(route.event);
-  }
-  return services;
-}
-
-// All routes of an eventgroup share a subscription, which names every protocol that they need.
-sd::SubscribeSpec subscription_of(const BridgeConfig& config, const Route& route) {
-  const auto uses = [&](Transport transport) {
-    return std::ranges::any_of(config.routes, [&](const Route& other) {
-      return other.direction == route.direction && other.service == route.service &&
-             other.instance == route.instance && other.eventgroup == route.eventgroup &&
-             other.transport == transport;
-    });
-  };
-  return {.service = route.service,
-          .instance = route.instance,
-          .major = route.major,
-          .minor = route.minor,
-          .eventgroup = route.eventgroup,
-          .events = {route.event},
-          .udp = uses(Transport::udp),
-          .tcp = uses(Transport::tcp),
-          .port = route.port};
-}
-
-// What keeps a part of the configuration from being carried out is said with its place in the file.
-template <typename Start>
-auto start_at(const BridgeConfig& config, Mark mark, const Start& start) {
-  try {
-    return start();
-  } catch (const std::exception& error) {
-    throw std::runtime_error{
-        mark.line == 0 ? fmt::format("{}: {}", config.file, error.what())
-                       : fmt::format("{}:{}:{}: {}", config.file, mark.line, mark.column, error.what())};
-  }
 }
 
 // A name that is wrong is better said here than by the socket that needs it first.
@@ -153,33 +105,29 @@ void check_interface(const std::string& name) {
   }
 }
 
-void log_dds(spdlog::logger& logger, const dds::Event& event) {
-  using Kind = dds::Event::Kind;
-  const bool bad = event.kind == Kind::incompatible_qos || event.kind == Kind::incompatible_type;
-  logger.log(bad ? spdlog::level::warn : spdlog::level::info, "DDS {}", in_words(event));
+std::vector<dds::ParticipantConfig::Server> servers(const std::vector<DiscoveryServer>& configured) {
+  std::vector<dds::ParticipantConfig::Server> result;
+  result.reserve(configured.size());
+  for (const DiscoveryServer& server : configured) {
+    result.push_back({someip::to_string(server.address), server.port});
+  }
+  return result;
 }
 
-// A large message comes faster than a busy receiver takes it out of the kernel's buffer.
-void warn_of_small_buffers(const BridgeConfig& config, int granted) {
-  constexpr int enough = 2 << 20;
-  const bool large = std::ranges::any_of(config.routes, [](const Route& route) {
-    return route.direction == Direction::someip_to_dds &&
-           route.tp.max_message > someip::max_plain_payload_bytes;
-  });
-  if (large && granted < enough) {
-    spdlog::warn(
-        "the system grants UDP receive buffers of {} KB only: large messages may lose segments. As root: "
-        "sysctl -w "
-        "net.core.rmem_max={}",
-        granted >> 10, 8 << 20);
-  }
+void log_dds(spdlog::logger& logger, const dds::Event& event) {
+  using Kind = dds::Event::Kind;
+  const bool bad = event.kind == Kind::incompatible_qos || event.kind == Kind::incompatible_type ||
+                   event.kind == Kind::deadline_missed || event.kind == Kind::liveliness_lost;
+  logger.log(bad ? spdlog::level::warn : spdlog::level::info, "DDS {}", in_words(event));
 }
 
 }  // namespace
 
 struct Bridge::State {
   State(boost::asio::io_context& io, const BridgeConfig& config, Report& watcher)
-      : report{watcher}, node{start_at(config, config.someip.mark, [&] {
+      : report{watcher},
+        watch{std::make_shared<TopicWatch>(io)},
+        node{start_at(config, config.someip.mark, [&] {
           return std::make_unique<sd::Node>(io, node_config(config), [this](const std::string& line) {
             spdlog::info("SD {}", line);
             report.discovery(line);
@@ -187,74 +135,187 @@ struct Bridge::State {
         })} {}
 
   void join_dds(const BridgeConfig& config) {
+    if (config.dds.shared_memory && dds::shared_memory_can_abort()) {
+      logger->warn(
+          "dds.shared_memory: with this version of Fast DDS another process that is killed or stopped at the "
+          "wrong moment can end the bridge");
+    }
     participant = start_at(config, config.dds.mark, [&] {
-      return std::make_unique<dds::Participant>(dds::ParticipantConfig{
-          .domain = config.dds.domain,
-          .name = "trestle",
-          .interfaces = config.dds.interfaces,
-          .shared_memory = config.dds.shared_memory,
-          .on_event = [log = logger](const dds::Event& event) { log_dds(*log, event); }});
+      return std::make_unique<dds::Participant>(
+          dds::ParticipantConfig{.domain = config.dds.domain,
+                                 .name = "trestle",
+                                 .interfaces = config.dds.interfaces,
+                                 .shared_memory = config.dds.shared_memory,
+                                 .lease = config.dds.lease,
+                                 .node = config.dds.node,
+                                 .enclave = config.dds.security.enclave,
+                                 .gid_bytes = gid_bytes(config.dds.ros_distro),
+                                 .profiles_file = config.dds.profiles,
+                                 .profile = config.dds.profile,
+                                 .discovery_servers = servers(config.dds.discovery_servers),
+                                 .security_folder = security_folder(config.dds.security),
+                                 .on_event =
+                                     [log = logger, watched = watch](const dds::Event& event) {
+                                       log_dds(*log, event);
+                                       watched->on_event(event);
+                                     },
+                                 .on_writers = [watched = watch] { watched->on_writers(); }});
     });
+  }
+
+  // What the checks of end-to-end protection find is published, if there are any.
+  void publish_diagnostics(boost::asio::io_context& io, const BridgeConfig& config, TypeLibrary& types) {
+    const auto look = [this] {
+      std::vector<Diagnosis> found;
+      for (const auto& route : inbound) {
+        if (auto one = route->diagnosis()) {
+          found.push_back(std::move(*one));
+        }
+      }
+      for (const auto& getter : getters) {
+        if (getter->e2e() != nullptr) {
+          found.push_back(getter->diagnosis());
+        }
+      }
+      methods->append_diagnoses(found);
+      return found;
+    };
+    if (look().empty()) {
+      return;
+    }
+    diagnostics = start_at(config, config.diagnostics.mark, [&] {
+      return std::make_unique<Diagnostics>(io, *participant, config.diagnostics,
+                                           user_data_of(Diagnostics::type, types), look);
+    });
+    for (const auto& route : inbound) {
+      route->on_e2e_change([this] { diagnostics->changed(); });
+    }
+    for (const auto& getter : getters) {
+      if (E2eStatus* const status = getter->e2e()) {
+        status->on_change([this] { diagnostics->changed(); });
+      }
+    }
+    methods->on_e2e_change([this] { diagnostics->changed(); });
+  }
+
+  // Who wants to know of the topic's publishers or readers is told of them from now on.
+  void follow(InboundRoute& inbound_route, const Route& route) {
+    if (route.presence.subscribe_while_read) {
+      watch->watch(dds::ros_topic_name(route.topic), TopicWatch::End::writer,
+                   [&inbound_route] { inbound_route.readers_changed(); });
+    }
+  }
+  void follow(ServiceOffer& offer, OutboundRoute& outbound_route, const Route& route) {
+    if (route.presence.offer_while_published) {
+      offer.needs([&outbound_route] { return outbound_route.published(); });
+      watch->watch(dds::ros_topic_name(route.topic), TopicWatch::End::reader, [&offer] { offer.update(); });
+    }
   }
 
   Report& report;
   /// For the threads of DDS, which are started after it has been fetched.
   std::shared_ptr<spdlog::logger> logger = spdlog::default_logger();
+  std::shared_ptr<TopicWatch> watch;
   std::unique_ptr<dds::Participant> participant;
   std::unique_ptr<sd::Node> node;
+  std::vector<std::unique_ptr<RouteGetter>> getters;
+  std::vector<std::unique_ptr<ServiceOffer>> offers;
   std::vector<std::unique_ptr<OutboundRoute>> outbound;
   std::vector<std::unique_ptr<InboundRoute>> inbound;
+  std::unique_ptr<DiscoveredRoutes> discovered;  ///< if there are patterns
+  std::unique_ptr<Methods> methods;
+  std::unique_ptr<Diagnostics> diagnostics;  ///< if there is something to tell
 };
 
 Bridge::Bridge(boost::asio::io_context& io, const BridgeConfig& config, TypeLibrary& types, Report& report) {
   std::vector<ConversionPlan> plans;
+  std::vector<std::string> user_data;
   for (const Route& route : config.routes) {
     plans.push_back(start_at(config, route.mark, [&] { return compile(route, types); }));
+    user_data.push_back(user_data_of(route.type, types));
   }
+  auto methods = std::make_unique<Methods>(config, types);
   start_at(config, config.someip.interface_mark, [&] { check_interface(config.someip.interface); });
   // First all sockets, which may be taken: who joins DDS is seen by others at once.
   state_ = std::make_unique<State>(io, config, report);
-  warn_of_small_buffers(config, state_->node->receive_buffer_bytes());
-  const std::vector<OfferedService> services = offered_services(config);
-  std::vector<sd::OfferHandle> offers;
-  offers.reserve(services.size());
+  state_->methods = std::move(methods);
+  std::vector<OfferedService> services = offered_services(config.routes);
+  for (const Route& route : config.routes) {
+    if (route.getter) {
+      state_->getters.push_back(std::make_unique<RouteGetter>(route));
+      state_->getters.back()->join(services);
+    }
+  }
+  state_->methods->join_someip(io, *state_->node, services);
   for (const OfferedService& service : services) {
-    offers.push_back(start_at(config, service.mark, [&] { return state_->node->offer(service.spec); }));
+    state_->offers.push_back(start_at(config, service.mark, [&] {
+      return std::make_unique<ServiceOffer>(*state_->node, service.spec, service.while_there);
+    }));
   }
   for (std::size_t i = 0; i < config.routes.size(); ++i) {
     const Route& route = config.routes[i];
     if (route.direction == Direction::someip_to_dds) {
       state_->inbound.push_back(start_at(config, route.mark, [&] {
-        return std::make_unique<InboundRoute>(*state_->node, route, subscription_of(config, route),
+        return std::make_unique<InboundRoute>(*state_->node, route, subscription_of(config.routes, route),
                                               std::move(plans[i]), report);
       }));
     }
   }
+  if (!config.patterns.empty()) {
+    state_->discovered = std::make_unique<DiscoveredRoutes>(io, *state_->node, config, types, report);
+    state_->watch->watch_writers([discovered = state_->discovered.get()] { discovered->changed(); });
+  }
   state_->join_dds(config);
   auto inbound = state_->inbound.begin();
+  auto getter = state_->getters.begin();
   for (std::size_t i = 0; i < config.routes.size(); ++i) {
     const Route& route = config.routes[i];
     start_at(config, route.mark, [&] {
       if (route.direction == Direction::someip_to_dds) {
-        (*inbound++)->open(*state_->participant);
+        state_->follow(**inbound, route);
+        (*inbound++)->open(*state_->participant, user_data[i]);
         return;
       }
       const auto service = std::ranges::find_if(services, [&](const OfferedService& offered) {
         return offered.spec.service == route.service && offered.spec.instance == route.instance;
       });
+      ServiceOffer& offer = *state_->offers[static_cast<std::size_t>(service - services.begin())];
       state_->outbound.push_back(std::make_unique<OutboundRoute>(
-          io, *state_->node, offers[static_cast<std::size_t>(service - services.begin())],
-          *state_->participant, route, std::move(plans[i]), report));
+          io, *state_->node, offer, *state_->participant, route, std::move(plans[i]), user_data[i], report));
+      state_->follow(offer, *state_->outbound.back(), route);
+      if (route.getter) {
+        (*getter++)->open(offer);
+      }
     });
+  }
+  state_->methods->join_dds(*state_->participant, state_->offers);
+  state_->publish_diagnostics(io, config, types);
+  if (state_->discovered) {
+    state_->discovered->open(*state_->participant);
+  }
+  // Who has been found before somebody was told of it.
+  for (const auto& offer : state_->offers) {
+    offer->update();
   }
 }
 
 Bridge::~Bridge() = default;
 
 void Bridge::stop() {
+  state_->watch->stop();
+  for (const auto& offer : state_->offers) {
+    offer->stop();
+  }
+  for (const auto& route : state_->inbound) {
+    route->stop();
+  }
   for (const auto& route : state_->outbound) {
     route->stop();
   }
+  if (state_->discovered) {
+    state_->discovered->stop();
+  }
+  state_->methods->stop();
   state_->node->shutdown();
 }
 
@@ -267,6 +328,13 @@ std::vector<CounterGroup> Bridge::counters() const {
   for (const auto& route : state_->inbound) {
     groups.push_back(route->counters());
   }
+  if (state_->discovered) {
+    state_->discovered->append_counters(groups);
+  }
+  for (const auto& getter : state_->getters) {
+    groups.push_back(getter->counters());
+  }
+  state_->methods->append_counters(groups);
   const sd::NodeCounters node = state_->node->counters();
   const auto sender = state_->node->sender_counters();
   groups.push_back({"SOME/IP",
@@ -283,6 +351,7 @@ std::vector<CounterGroup> Bridge::counters() const {
                      {"refused_by_system", sender.refused, loss},
                      {"abandoned", sender.abandoned, loss},
                      {"bad_return_code", node.bad_return_code, loss},
+                     {"e2e_not_protected", node.e2e_not_protected, loss},
                      {"receive_buffer_full", node.overflowed, loss}}});
   const auto server = state_->node->tcp_server_counters();
   const auto client = state_->node->tcp_client_counters();
@@ -321,6 +390,7 @@ std::vector<CounterGroup> Bridge::counters() const {
                      {"no_room", sd.dropped_no_room + sd.ignored_no_room, loss},
                      {"unknown_type", sd.ignored_unknown_type, loss},
                      {"wrong_transport", sd.ignored_wrong_transport, loss},
+                     {"unknown_subscriptions", sd.ignored_unknown_subscriptions, loss},
                      {"bad_options", sd.ignored_bad_options, loss},
                      {"conflicting_offer", sd.ignored_conflicting_offer, loss},
                      {"unexpected_ack", sd.ignored_unexpected_ack, loss},

@@ -3,19 +3,23 @@
 #include <fcntl.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/signal_set.hpp>
 #include <csignal>
 #include <cstdio>
-#include <functional>
 #include <memory>
+#include <optional>
+#include <utility>
 
 #include "bridge/check/explain.hpp"
+#include "bridge/check/summary.hpp"
 #include "bridge/cli/exit_status.hpp"
+#include "bridge/cli/on_signal.hpp"
 #include "bridge/runtime/bridge.hpp"
 #include "bridge/types/type_library.hpp"
+#include "sd/net/busy_run.hpp"
 
 namespace trestle::bridge {
 namespace {
@@ -34,8 +38,64 @@ void print_counters(const Bridge& bridge, Report& report) {
   std::fflush(stdout);
 }
 
+/// The bridge of a configuration, which can be replaced by that of another one.
+class Runner {
+ public:
+  Runner(boost::asio::io_context& io, const Options& options, BridgeConfig config)
+      : io_{io}, file_{options.file}, report_{options.report_fd}, config_{std::move(config)} {
+    start();
+  }
+
+  void show() { print_counters(*bridge_, report_); }
+
+  void stop() {
+    spdlog::info("stopping: withdrawing offers and subscriptions");
+    bridge_->stop();
+  }
+
+  /// Reads the configuration and the message types anew. With what is wrong the bridge goes on as it was.
+  void reload() {
+    auto changed = load_or_explain(file_);
+    if (!changed) {
+      spdlog::error("{} is wrong now: going on as before", file_);
+      return;
+    }
+    spdlog::info("{} was read again: beginning anew", file_);
+    show();
+    bridge_->stop();
+    bridge_.reset();  // it has the sockets
+    const BridgeConfig before = std::exchange(config_, std::move(*changed));
+    try {
+      start();
+    } catch (const std::exception& error) {
+      spdlog::error("{}", error.what());
+      spdlog::error("{} cannot be carried out: going on as before", file_);
+      config_ = before;
+      start();
+    }
+  }
+
+  /// Of the configuration that is carried out now.
+  [[nodiscard]] const Duration& busy_poll() const noexcept { return config_.someip.busy_poll; }
+
+ private:
+  void start() {
+    // As the files of the types may have changed, they are read again too.
+    TypeLibrary types{{config_.type_paths.begin(), config_.type_paths.end()}, ament_prefixes()};
+    bridge_ = std::make_unique<Bridge>(io_, config_, types, report_);
+    spdlog::info("carrying {}; Ctrl-C stops, SIGUSR1 prints counters, SIGHUP reads {} again",
+                 count_of_all(config_), file_);
+  }
+
+  boost::asio::io_context& io_;
+  std::string file_;
+  Report report_;
+  BridgeConfig config_;
+  std::unique_ptr<Bridge> bridge_;
+};
+
 int run(const Options& options) {
-  const auto config = load_or_explain(options.file);
+  auto config = load_or_explain(options.file);
   if (!config) {
     return exit_usage;
   }
@@ -46,32 +106,24 @@ int run(const Options& options) {
   spdlog::set_default_logger(logger);
 
   boost::asio::io_context io{1};
-  boost::asio::signal_set stop{io, SIGINT, SIGTERM};
-  boost::asio::signal_set show{io, SIGUSR1};
-  TypeLibrary types{{config->type_paths.begin(), config->type_paths.end()}, ament_prefixes()};
-  Report report{options.report_fd};
-  Bridge bridge{io, *config, types, report};
-
-  stop.async_wait([&](const boost::system::error_code& error, int) {
-    if (!error) {
-      spdlog::info("stopping: withdrawing offers and subscriptions");
-      bridge.stop();
-      io.stop();
-    }
-  });
-  std::function<void()> await_show = [&] {
-    show.async_wait([&](const boost::system::error_code& error, int) {
-      if (!error) {
-        print_counters(bridge, report);
-        await_show();
-      }
-    });
-  };
-  await_show();
-  spdlog::info("carrying {} route{}; Ctrl-C stops, SIGUSR1 prints counters", config->routes.size(),
-               config->routes.size() == 1 ? "" : "s");
-  io.run();
-  print_counters(bridge, report);
+  std::optional<Runner> runner;
+  const bool has_terminal = isatty(STDERR_FILENO) != 0;
+  // Before the bridge, whose DDS starts threads.
+  const OnSignal signals{io, {SIGINT, SIGTERM, SIGUSR1, SIGHUP}, [&](int signal) {
+                           const bool terminal_gone =
+                               signal == SIGHUP && has_terminal && isatty(STDERR_FILENO) == 0;
+                           if (signal == SIGINT || signal == SIGTERM || terminal_gone) {
+                             runner->stop();
+                             io.stop();
+                           } else if (signal == SIGHUP) {
+                             runner->reload();
+                           } else {
+                             runner->show();
+                           }
+                         }};
+  runner.emplace(io, options, std::move(*config));
+  sd::run_busy(io, runner->busy_poll());
+  runner->show();
   return exit_ok;
 }
 
@@ -83,6 +135,9 @@ void add_bridge_command(CLI::App& app, int& status) {
       "Runs until Ctrl-C (SIGINT) or SIGTERM, then withdraws its offers and subscriptions. Counters of "
       "everything\n"
       "received, sent and lost go to standard output, then and on SIGUSR1; the log goes to standard error.\n"
+      "On SIGHUP it reads the configuration and the message types again and begins anew; when something is "
+      "wrong\n"
+      "with them it goes on as it was.\n"
       "Exit status: 0 after a clean stop, 1 when something cannot be opened, 2 for a wrong configuration.\n\n"
       "Examples:\n"
       "  trestle bridge bridge.yaml\n"

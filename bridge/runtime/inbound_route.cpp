@@ -1,5 +1,13 @@
 #include "bridge/runtime/inbound_route.hpp"
 
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <utility>
+
+#include "bridge/runtime/dds_qos.hpp"
 #include "bridge/runtime/sample_limit.hpp"
 #include "dds_adapter/ros_names.hpp"
 
@@ -7,22 +15,110 @@ namespace trestle::bridge {
 
 InboundRoute::InboundRoute(sd::Node& node, const Route& route, const sd::SubscribeSpec& subscription,
                            ConversionPlan plan, Report& report)
-    : route_{route}, plan_{std::move(plan)}, report_{report}, log_{route.topic} {
-  node.subscribe(subscription, [this](const someip::Message& event, const Endpoint&) { carry(event); });
+    : node_{node},
+      subscription_spec_{subscription},
+      route_{route},
+      plan_{std::move(plan)},
+      report_{report},
+      log_{route.topic} {
+  if (route_.e2e) {
+    e2e_.emplace(route_.e2e->pass_failed);
+  }
+  if (route_.presence.write_while_offered) {
+    requirement_ = node_.require({.service = subscription.service,
+                                  .instance = subscription.instance,
+                                  .major = subscription.major,
+                                  .minor = subscription.minor},
+                                 [this](const sd::RemoteService&, bool) { settle_soon(); });
+  }
+  if (!route_.presence.subscribe_while_read) {
+    subscribe();
+  } else if (subscription.udp && subscription.port != 0) {
+    port_ = node_.hold_port(subscription.port, Transport::udp);
+  }
 }
 
-void InboundRoute::open(dds::Participant& participant) {
-  writer_ = participant.create_writer(dds::ros_topic_name(route_.topic), dds::ros_type_name(route_.type),
-                                      {.reliable = route_.qos.reliable,
-                                       .transient_local = route_.qos.transient_local,
-                                       .depth = route_.qos.depth},
-                                      max_sample_bytes(route_));
+void InboundRoute::subscribe() {
+  subscription_ = node_.subscribe(subscription_spec_,
+                                  [this](const someip::Message& event, const Endpoint&) { carry(event); });
+}
+
+void InboundRoute::open(dds::Participant& participant, const std::string& user_data) {
+  participant_ = &participant;
+  user_data_ = user_data;
+  if (!requirement_) {
+    make_writer();
+  }
+}
+
+void InboundRoute::make_writer() {
+  writer_ =
+      participant_->create_writer(dds::ros_topic_name(route_.topic), dds::ros_type_name(route_.type),
+                                  dds_qos(route_.qos), max_sample_bytes(route_), {.user_data = user_data_});
+}
+
+void InboundRoute::drop_writer() {
+  const dds::WriterCounters last = writer_->counters();
+  past_writers_.bad_encapsulation += last.bad_encapsulation;
+  past_writers_.oversize += last.oversize;
+  past_writers_.refused += last.refused;
+  past_writers_.overwritten += last.overwritten;
+  past_writers_.incompatible_qos += last.incompatible_qos;
+  past_writers_.deadlines_missed += last.deadlines_missed;
+  past_writers_.liveliness_lost += last.liveliness_lost;
+  writer_.reset();
+}
+
+// A server that has restarted is lost and found by one message: when all of it has been looked at, nothing
+// has changed, and the writer stays.
+void InboundRoute::settle_soon() {
+  if (std::exchange(settling_soon_, true)) {
+    return;
+  }
+  boost::asio::post(node_.io(), [this, alive = std::weak_ptr{alive_}] {
+    if (!alive.expired()) {
+      settling_soon_ = false;
+      settle();
+    }
+  });
+}
+
+void InboundRoute::settle() {
+  if (stopped_) {
+    return;
+  }
+  try {
+    const bool offered = !requirement_ || !node_.available(*requirement_).empty();
+    if (offered && !writer_) {
+      make_writer();
+    } else if (!offered && writer_) {
+      drop_writer();
+    }
+    if (!route_.presence.subscribe_while_read) {
+      return;
+    }
+    const bool read = writer_ && writer_->matched() > 0;
+    if (read && !subscription_) {
+      subscribe();
+    } else if (!read && subscription_) {
+      node_.unsubscribe(*subscription_);
+      subscription_.reset();
+    }
+  } catch (const std::exception& error) {
+    spdlog::error("{}: {}", route_.topic, error.what());
+  }
 }
 
 void InboundRoute::carry(const someip::Message& event) {
   ++received_;
+  if (e2e_ && event.check != nullptr) {
+    e2e_->note(*event.check);
+    if (!e2e_->passes()) {
+      return;
+    }
+  }
   // A late joiner of a transient-local topic wants what was written before it came.
-  if (writer_->matched() == 0 && !route_.qos.transient_local) {
+  if (!writer_ || (writer_->matched() == 0 && !route_.qos.transient_local)) {
     ++no_reader_;
     return;
   }
@@ -53,20 +149,36 @@ void InboundRoute::carry(const someip::Message& event) {
                    .bytes = sample->bytes});
 }
 
+std::optional<Diagnosis> InboundRoute::diagnosis() const {
+  return e2e_ ? std::optional{e2e_->diagnosis(
+                    route_.topic, fmt::format("0x{:04x}.0x{:04x} event 0x{:04x}", value(route_.service),
+                                              value(route_.instance), value(route_.event)))}
+              : std::nullopt;
+}
+
 CounterGroup InboundRoute::counters() const {
   using enum Counter::Kind;
-  const dds::WriterCounters dds = writer_->counters();
-  return {"route " + route_.topic + " from SOME/IP",
-          {{"received", received_},
-           {"carried", carried_},
-           {"bytes", carried_bytes_},
-           {"no_reader", no_reader_, loss},
-           {"not_convertible", not_convertible_, loss},
-           {"too_large", too_large_, loss},
-           {"dds_bad_encapsulation", dds.bad_encapsulation, loss},
-           {"dds_oversize", dds.oversize, loss},
-           {"dds_refused", dds.refused, loss},
-           {"dds_overwritten", dds.overwritten, loss}}};
+  const dds::WriterCounters dds = writer_ ? writer_->counters() : dds::WriterCounters{};
+  const dds::WriterCounters& past = past_writers_;
+  CounterGroup group{"route " + route_.topic + " from SOME/IP",
+                     {{"received", received_},
+                      {"carried", carried_},
+                      {"bytes", carried_bytes_},
+                      {"readers", writer_ ? writer_->matched() : 0},
+                      {"written", writer_ ? 1U : 0U},
+                      {"subscribed", subscription_ && node_.subscribed(*subscription_) ? 1U : 0U},
+                      {"no_reader", no_reader_, loss},
+                      {"not_convertible", not_convertible_, loss},
+                      {"too_large", too_large_, loss},
+                      {"dds_bad_encapsulation", past.bad_encapsulation + dds.bad_encapsulation, loss},
+                      {"dds_oversize", past.oversize + dds.oversize, loss},
+                      {"dds_refused", past.refused + dds.refused, loss},
+                      {"dds_overwritten", past.overwritten + dds.overwritten, loss},
+                      {"dds_incompatible_qos", past.incompatible_qos + dds.incompatible_qos, loss},
+                      {"dds_deadlines_missed", past.deadlines_missed + dds.deadlines_missed, loss},
+                      {"dds_liveliness_lost", past.liveliness_lost + dds.liveliness_lost, loss}}};
+  append_e2e(group, e2e_);
+  return group;
 }
 
 }  // namespace trestle::bridge

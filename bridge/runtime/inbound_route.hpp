@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -6,6 +7,7 @@
 #include "bridge/convert/conversion_plan.hpp"
 #include "bridge/runtime/conversion_log.hpp"
 #include "bridge/runtime/counters.hpp"
+#include "bridge/runtime/e2e_status.hpp"
 #include "bridge/runtime/report.hpp"
 #include "dds_adapter/participant.hpp"
 #include "sd/net/node.hpp"
@@ -13,29 +15,63 @@
 namespace trestle::bridge {
 
 /// Carries a SOME/IP event to a DDS topic, on the thread that runs the io_context: the reassembled payload is
-/// converted where it lies and written to DDS, which copies it once.
+/// converted where it lies and written to DDS, which copies it once. As the route's presence says, it writes
+/// to the topic only while the service is offered, and subscribes only while somebody reads.
 class InboundRoute {
  public:
-  /// Subscribes on `node`, which opens sockets.  @throws someip::NetError
+  /// Opens sockets on `node`; subscribes, or looks for the service.  @throws someip::NetError
+  /// @param node  outlives the route.
   InboundRoute(sd::Node& node, const Route& route, const sd::SubscribeSpec& subscription, ConversionPlan plan,
                Report& report);
   InboundRoute(const InboundRoute&) = delete;
   InboundRoute& operator=(const InboundRoute&) = delete;
 
-  /// To be called before the first event comes, that is, before the io_context runs.  @throws dds::DdsError
-  void open(dds::Participant& participant);
+  /// To be called before the first event comes, that is, before the io_context runs.
+  /// @param participant  outlives the route.
+  /// @param user_data  of the writer.
+  /// @throws dds::DdsError
+  void open(dds::Participant& participant, const std::string& user_data);
+  /// Calls `changed` when the state of the end-to-end protection has.
+  void on_e2e_change(std::function<void()> changed) {
+    if (e2e_) {
+      e2e_->on_change(std::move(changed));
+    }
+  }
+  /// Of the end-to-end protection; nothing without.
+  [[nodiscard]] std::optional<Diagnosis> diagnosis() const;
+  /// To be called when the topic's readers have come or gone.
+  void readers_changed() { settle(); }
+  /// Nothing begins or ends any more.
+  void stop() { stopped_ = true; }
 
   [[nodiscard]] CounterGroup counters() const;
 
  private:
   void carry(const someip::Message& event);
+  void subscribe();
+  void settle_soon();
+  void settle();
+  void make_writer();
+  void drop_writer();
 
+  sd::Node& node_;
+  const sd::SubscribeSpec subscription_spec_;
   const Route route_;
   ConversionPlan plan_;
   ConversionScratch scratch_;
   Report& report_;
   ConversionLog log_;
+  dds::Participant* participant_ = nullptr;
+  std::string user_data_;
   std::optional<dds::Writer> writer_;
+  dds::WriterCounters past_writers_;
+  std::optional<sd::RequirementId> requirement_;  ///< to write while the service is offered
+  std::optional<sd::SubscriptionId> subscription_;
+  std::shared_ptr<const void> port_;  ///< held while there is no subscription, if it has a number
+  bool settling_soon_ = false;
+  bool stopped_ = false;
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+  std::optional<E2eStatus> e2e_;
   std::uint64_t received_ = 0;
   std::uint64_t carried_ = 0;
   std::uint64_t carried_bytes_ = 0;

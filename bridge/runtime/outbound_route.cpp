@@ -2,12 +2,14 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
+#include <chrono>
 #include <deque>
 #include <mutex>
 #include <optional>
 #include <vector>
 
 #include "bridge/runtime/conversion_log.hpp"
+#include "bridge/runtime/dds_qos.hpp"
 #include "bridge/runtime/sample_limit.hpp"
 #include "dds_adapter/ros_names.hpp"
 
@@ -26,7 +28,7 @@ struct Job {
 }  // namespace
 
 struct OutboundRoute::State : std::enable_shared_from_this<State> {
-  State(boost::asio::io_context& context, sd::Node& sender, sd::OfferHandle offered, const Route& what,
+  State(boost::asio::io_context& context, sd::Node& sender, ServiceOffer& offered, const Route& what,
         ConversionPlan how, Report& watcher)
       : io{context},
         node{&sender},
@@ -52,6 +54,10 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
       ++received;
       if (is_stopped) {
         ++stopped;
+        return;
+      }
+      if (route.qos.keep_all && waiting.size() >= route.qos.depth) {
+        ++overtaken;
         return;
       }
       if (waiting.size() == std::max<std::size_t>(1, route.qos.depth)) {
@@ -103,7 +109,12 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
   }
 
   void carry(dds::Sample sample) {
-    if (node->subscribers(offer, route.event) == 0) {
+    if (is_expired(sample)) {
+      ++expired;
+      return;
+    }
+    if (!route.qos.transient_local &&
+        (!offer.handle() || node->subscribers(*offer.handle(), route.event) == 0)) {
       ++no_subscriber;
       return;
     }
@@ -123,8 +134,13 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
     }
     const std::size_t bytes = payload->bytes;
     const auto source_time = job->sample.source_time();
-    const auto sent = node->notify(offer, route.event, payload->slices, job, pacing);
+    const auto sent = route.qos.transient_local
+                          ? offer.set(route.event, gathered(*payload))
+                          : node->notify(*offer.handle(), route.event, payload->slices, job, pacing);
     send_dropped += sent.dropped;
+    if (sent.subscribers == 0 && route.qos.transient_local) {
+      ++kept;
+    }
     if (sent.subscribers > 0) {
       ++carried;
       carried_bytes += bytes;
@@ -136,6 +152,22 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
                       .source_time = source_time,
                       .bytes = bytes});
     }
+  }
+
+  // Nothing that waited for longer than its lifespan is worth carrying.
+  [[nodiscard]] bool is_expired(const dds::Sample& sample) const {
+    return route.qos.lifespan.count() > 0 && sample.source_time().count() > 0 &&
+           std::chrono::system_clock::now().time_since_epoch() > sample.source_time() + route.qos.lifespan;
+  }
+
+  // The value of a field is kept in one piece.
+  static std::shared_ptr<const std::vector<std::byte>> gathered(const Gathered& payload) {
+    auto value = std::make_shared<std::vector<std::byte>>();
+    value->reserve(payload.bytes);
+    for (const ByteView slice : payload.slices) {
+      value->insert(value->end(), slice.begin(), slice.end());
+    }
+    return value;
   }
 
   // A job that comes back by itself when the last sender lets go of it.
@@ -154,7 +186,7 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
 
   boost::asio::io_context& io;
   sd::Node* node;
-  sd::OfferHandle offer;
+  ServiceOffer& offer;
   const Route route;
   ConversionPlan plan;
   Report& report;
@@ -164,7 +196,9 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
   bool draining = false;
   std::uint64_t carried = 0;
   std::uint64_t carried_bytes = 0;
+  std::uint64_t kept = 0;  ///< values of a latched topic that wait for subscribers
   std::uint64_t no_subscriber = 0;
+  std::uint64_t expired = 0;
   std::uint64_t not_convertible = 0;
   std::uint64_t too_large = 0;
   std::uint64_t send_dropped = 0;
@@ -180,17 +214,14 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
   std::optional<dds::Reader> reader;  // last: its destructor waits for callbacks that use the above
 };
 
-OutboundRoute::OutboundRoute(boost::asio::io_context& io, sd::Node& node, sd::OfferHandle offer,
+OutboundRoute::OutboundRoute(boost::asio::io_context& io, sd::Node& node, ServiceOffer& offer,
                              dds::Participant& participant, const Route& route, ConversionPlan plan,
-                             Report& report)
+                             const std::string& user_data, Report& report)
     : state_{std::make_shared<State>(io, node, offer, route, std::move(plan), report)} {
   state_->reader = participant.create_reader(
-      dds::ros_topic_name(route.topic), dds::ros_type_name(route.type),
-      {.reliable = route.qos.reliable,
-       .transient_local = route.qos.transient_local,
-       .depth = route.qos.depth},
+      dds::ros_topic_name(route.topic), dds::ros_type_name(route.type), dds_qos(route.qos),
       [state = state_.get()](dds::Sample sample) { state->on_sample(std::move(sample)); },
-      max_sample_bytes(route));
+      max_sample_bytes(route), {.user_data = user_data});
 }
 
 OutboundRoute::~OutboundRoute() {
@@ -203,16 +234,26 @@ void OutboundRoute::stop() {
   state_->stop();
 }
 
+bool OutboundRoute::published() const {
+  return state_->reader->matched() > 0;
+}
+
 CounterGroup OutboundRoute::counters() const {
   using enum Counter::Kind;
   const State& state = *state_;
   const dds::ReaderCounters dds = state.reader->counters();
+  const std::uint64_t publishers = state.reader->matched();
+  const std::uint64_t offered = state.offer.handle() ? 1 : 0;
   const std::lock_guard lock{state.mutex};
   return {"route " + state.route.topic + " to SOME/IP",
           {{"received", state.received},
            {"carried", state.carried},
            {"bytes", state.carried_bytes},
+           {"publishers", publishers},
+           {"offered", offered},
            {"no_subscriber", state.no_subscriber, loss},
+           {"kept", state.kept},
+           {"expired", state.expired, loss},
            {"overtaken", state.overtaken, loss},
            {"not_convertible", state.not_convertible, loss},
            {"too_large", state.too_large, loss},
@@ -222,7 +263,10 @@ CounterGroup OutboundRoute::counters() const {
            {"dds_bad_encapsulation", dds.bad_encapsulation, loss},
            {"dds_oversize", dds.oversize, loss},
            {"dds_lost", dds.lost, loss},
-           {"dds_rejected", dds.rejected, loss}}};
+           {"dds_rejected", dds.rejected, loss},
+           {"dds_incompatible_qos", dds.incompatible_qos, loss},
+           {"dds_deadlines_missed", dds.deadlines_missed, loss},
+           {"dds_liveliness_lost", dds.liveliness_lost, loss}}};
 }
 
 }  // namespace trestle::bridge

@@ -5,6 +5,7 @@
 #include "bridge/convert/conversion_plan.hpp"
 #include "bridge/runtime/counters.hpp"
 #include "bridge/runtime/report.hpp"
+#include "bridge/runtime/service_offer.hpp"
 #include "dds_adapter/participant.hpp"
 #include "sd/net/node.hpp"
 
@@ -15,16 +16,21 @@ namespace trestle::bridge {
 /// memory stays on loan from DDS until the last byte of it has been sent: nothing is copied on the way.
 class OutboundRoute {
  public:
-  /// @param offer  the offered service of the route, on `node`.
+  /// @param offer  the service of the route, on `node`; outlives the route.
+  /// @param user_data  of the reader.
   /// @throws dds::DdsError
-  OutboundRoute(boost::asio::io_context& io, sd::Node& node, sd::OfferHandle offer,
-                dds::Participant& participant, const Route& route, ConversionPlan plan, Report& report);
+  OutboundRoute(boost::asio::io_context& io, sd::Node& node, ServiceOffer& offer,
+                dds::Participant& participant, const Route& route, ConversionPlan plan,
+                const std::string& user_data, Report& report);
   ~OutboundRoute();
   OutboundRoute(const OutboundRoute&) = delete;
   OutboundRoute& operator=(const OutboundRoute&) = delete;
 
   /// From now on nothing is carried: what waits or comes is counted as `stopped`.
   void stop();
+
+  /// Whether the topic has a publisher now.
+  [[nodiscard]] bool published() const;
 
   [[nodiscard]] CounterGroup counters() const;
 

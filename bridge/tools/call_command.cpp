@@ -16,7 +16,7 @@ namespace {
 /// How often a request that nobody answers is tried to be sent, and asked whether it has been.
 constexpr Duration sending_period = std::chrono::milliseconds{5};
 
-struct Options {
+struct CallArguments {
   NetworkOptions network;
   PayloadOptions payload;
   std::string service;
@@ -78,7 +78,7 @@ int call(sd::Proxy& proxy, const sd::CallSpec& spec, Bytes payload, const Payloa
   return status;
 }
 
-int run(Options& options) {
+int run(CallArguments& options) {
   const ServiceArgument service = parse_service(options.service, true);
   sd::CallSpec spec{
       .method = someip::MethodId{parse_id("METHOD", options.method)},
@@ -128,7 +128,7 @@ void add_call_command(CLI::App& app, int& status) {
       "  trestle call 0x1234.1 2 --type std_msgs/msg/Float64 --tcp\n"
       "  trestle call 0x1234.1 3 '{data: 21.5}' --type std_msgs/msg/Float64 --answer-type std_msgs/msg/Bool\n"
       "  trestle call 0x1234 4 @image.bin.hex --fire-and-forget");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<CallArguments>();
   command->add_option("SERVICE", options->service, "SERVICE or SERVICE.INSTANCE, such as 0x1234.0x0001")
       ->required();
   command->add_option("METHOD", options->method, "Its id")->required();

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t max_services = 10'000;
 
-struct Options {
+struct FindArguments {
   NetworkOptions network;
   std::string service;
   double timeout_s = 3;
@@ -30,7 +30,7 @@ bool fits(const ServiceArgument& wanted, const SeenService& service) {
          (wanted.instance == someip::any_instance || wanted.instance == service.instance);
 }
 
-int run(const Options& options) {
+int run(const FindArguments& options) {
   ServiceArgument wanted;  // service 0: all
   std::uint64_t count = options.count;
   if (!options.service.empty()) {
@@ -83,7 +83,7 @@ void add_find_command(CLI::App& app, int& status) {
       "  trestle find\n"
       "  trestle find 0x1234\n"
       "  trestle find 0x1234.0x0001 --address 192.168.1.10 --timeout 10");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<FindArguments>();
   command->add_option("SERVICE", options->service, "SERVICE or SERVICE.INSTANCE, such as 0x1234.0x0001");
   command->add_option("--timeout", options->timeout_s, "How long to look")
       ->type_name("SECONDS")

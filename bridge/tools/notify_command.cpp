@@ -10,7 +10,7 @@
 namespace trestle::bridge {
 namespace {
 
-struct Options : OfferOptions {
+struct NotifyArguments : OfferOptions {
   std::string eventgroup;
   std::string event;
   std::string value;
@@ -18,7 +18,7 @@ struct Options : OfferOptions {
   std::uint64_t count = 0;
 };
 
-int run(Options& options) {
+int run(NotifyArguments& options) {
   sd::ServiceSpec spec = options.spec();
   const someip::MethodId event{parse_id("EVENT", options.event)};
   spec.eventgroups.push_back(
@@ -62,7 +62,7 @@ void add_notify_command(CLI::App& app, int& status) {
       "  trestle notify 0x1234.0x0001 0x0001 0x8001 '00 01 02'\n"
       "  trestle notify 0x1234.1 1 0x8001 '{x: 1.5, y: -2}' --type geometry_msgs/msg/Point --rate 10\n"
       "  trestle notify 0x1234.1 1 0x8001 @scan.yaml --type sensor_msgs/msg/LaserScan --count 1");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<NotifyArguments>();
   command->add_option("SERVICE.INSTANCE", options->service, "Such as 0x1234.0x0001")->required();
   command->add_option("EVENTGROUP", options->eventgroup, "Its id")->required();
   command->add_option("EVENT", options->event, "Id of the event")->required();

@@ -18,7 +18,7 @@ using Bytes = std::vector<std::byte>;
 using someip::MethodId;
 using someip::ReturnCode;
 
-struct Options : OfferOptions {
+struct OfferArguments : OfferOptions {
   std::vector<std::string> eventgroups;
   std::vector<std::string> methods;
   std::vector<std::string> errors;
@@ -77,7 +77,7 @@ Field parse_field(const std::string& ids) {
 /// Makes the service, whose handlers print what comes.
 class Service {
  public:
-  explicit Service(Options& options) : options_{options}, spec_{options.spec()} {
+  explicit Service(OfferArguments& options) : options_{options}, spec_{options.spec()} {
     options_.payload.resolve();
     const PayloadOptions answers = options_.payload.of_type("--answer-type", options_.answer_type);
     for (const std::string& text : options_.methods) {
@@ -197,7 +197,7 @@ class Service {
     responder.respond({&bytes, 1}, answer);
   }
 
-  Options& options_;
+  OfferArguments& options_;
   sd::ServiceSpec spec_;
   std::vector<MethodId> notifiers_;
   // While it is offered:
@@ -223,7 +223,7 @@ void add_offer_command(CLI::App& app, int& status) {
       "  trestle offer 0x1234.1 --method '1:std_msgs/msg/String:std_msgs/msg/Bool={data: true}' --method 2\n"
       "  trestle offer 0x1234.1 --field '0x10/0x11/0x8010={data: 21.5}' --type std_msgs/msg/Float64\n"
       "  trestle offer 0x1234.1 --eventgroup 1 --eventgroup 2 --major 2");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<OfferArguments>();
   command->add_option("SERVICE.INSTANCE", options->service, "Such as 0x1234.0x0001")->required();
   const auto repeatable = [&](const char* name, std::vector<std::string>& values, const char* form,
                               const char* what) {

@@ -10,11 +10,6 @@ namespace trestle::bridge {
 Session::Session(double timeout_s) {
   // A closed pipe is noticed by print(), which lets offers and subscriptions be withdrawn.
   std::signal(SIGPIPE, SIG_IGN);
-  stop_.async_wait([this](const boost::system::error_code& error, int) {
-    if (!error) {
-      finish();
-    }
-  });
   if (timeout_s > 0) {
     timeout_.expires_after(std::chrono::duration_cast<Duration>(std::chrono::duration<double>{timeout_s}));
     timeout_.async_wait([this](const boost::system::error_code& error) {

@@ -1,11 +1,13 @@
 #pragma once
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <csignal>
 #include <cstdint>
 #include <functional>
 #include <string>
 
+#include "bridge/cli/on_signal.hpp"
+#include "sd/net/busy_run.hpp"
 #include "someip/wire/types.hpp"
 
 namespace trestle::bridge {
@@ -18,7 +20,8 @@ class Session {
   explicit Session(double timeout_s);
 
   /// Runs until finish().
-  void run() { io.run(); }
+  /// @param busy_poll  as in sd::run_busy().
+  void run(Duration busy_poll = {}) { sd::run_busy(io, busy_poll); }
   void finish() { io.stop(); }
   [[nodiscard]] bool timed_out() const noexcept { return timed_out_; }
 
@@ -35,7 +38,7 @@ class Session {
  private:
   void arm(Duration period);
 
-  boost::asio::signal_set stop_{io, SIGINT, SIGTERM};
+  OnSignal stop_{io, {SIGINT, SIGTERM}, [this](int) { finish(); }};
   boost::asio::steady_timer timeout_{io};
   boost::asio::steady_timer ticker_{io};
   std::function<void()> tick_;

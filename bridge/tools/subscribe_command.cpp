@@ -11,7 +11,7 @@
 namespace trestle::bridge {
 namespace {
 
-struct Options {
+struct SubscribeArguments {
   NetworkOptions network;
   PayloadOptions payload;
   TransportOptions transport;
@@ -39,7 +39,7 @@ std::vector<someip::MethodId> events_of(const std::vector<std::string>& names) {
   return events;
 }
 
-int run(Options& options) {
+int run(SubscribeArguments& options) {
   const ServiceArgument service = parse_service(options.service, false);
   const someip::EventgroupId eventgroup{parse_id("EVENTGROUP", options.eventgroup)};
   std::vector<someip::MethodId> events = events_of(options.events);
@@ -97,7 +97,7 @@ void add_subscribe_command(CLI::App& app, int& status) {
       "  trestle subscribe 0x1234.0x0001 0x0001 0x8001 --type geometry_msgs/msg/Point --count 1\n"
       "  trestle subscribe 0x1234.1 1 --tcp\n"
       "  trestle subscribe 0x1234.1 1 --type sensor_msgs/msg/Imu --json | jq .values.linear_acceleration.x");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<SubscribeArguments>();
   command->add_option("SERVICE.INSTANCE", options->service, "Such as 0x1234.0x0001")->required();
   command->add_option("EVENTGROUP", options->eventgroup, "Its id")->required();
   command->add_option("EVENT", options->events, "Ids of the events to print (default: all)");

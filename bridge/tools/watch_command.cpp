@@ -24,7 +24,7 @@ constexpr Duration shown_after_gone = 5s;
 constexpr Duration shown_when_idle = 60s;
 constexpr double once_s = 3;
 
-struct Options {
+struct WatchArguments {
   NetworkOptions network;
   std::string interface;
   std::string file;
@@ -43,7 +43,7 @@ struct Options {
 };
 
 /// Where the system sends multicast from, if it does.
-std::optional<IpAddress> own_address(const Options& options) {
+std::optional<IpAddress> own_address(const WatchArguments& options) {
   try {
     return options.network.config().address;
   } catch (const std::runtime_error&) {
@@ -51,7 +51,7 @@ std::optional<IpAddress> own_address(const Options& options) {
   }
 }
 
-Where where_of(const Options& options) {
+Where where_of(const WatchArguments& options) {
   sd::NodeConfig network = options.network.config_without_address();
   if (options.interface.empty()) {
     network = options.network.config();
@@ -70,7 +70,7 @@ Where where_of(const Options& options) {
   return {options.interface, network};
 }
 
-int watch_as_lines(const Options& options, const Where& where, std::uint16_t sd_port) {
+int watch_as_lines(const WatchArguments& options, const Where& where, std::uint16_t sd_port) {
   Session session{options.timeout_s};
   WatchLines lines{options.of_lines(), [&](const std::string& text) { session.print(text); },
                    [&] { session.finish(); }};
@@ -88,7 +88,7 @@ int watch_as_lines(const Options& options, const Where& where, std::uint16_t sd_
   return lines.enough() ? exit_ok : exit_failure;
 }
 
-int watch_as_table(const Options& options, const Where& where, std::uint16_t sd_port) {
+int watch_as_table(const WatchArguments& options, const Where& where, std::uint16_t sd_port) {
   Session session{options.timeout_s};
   LiveWatch live{session, where, sd_port, [](const std::vector<Sighting>&, TimePoint) {}};
   const auto draw = [&] {
@@ -107,11 +107,11 @@ int watch_as_table(const Options& options, const Where& where, std::uint16_t sd_
   return exit_ok;
 }
 
-std::string summary(const Options& options, const Picture& picture) {
+std::string summary(const WatchArguments& options, const Picture& picture) {
   return options.json ? json_of(picture) + "\n" : text_of(picture, colours_for(STDOUT_FILENO));
 }
 
-int watch_for(const Options& options, const Where& where, std::uint16_t sd_port) {
+int watch_for(const WatchArguments& options, const Where& where, std::uint16_t sd_port) {
   Session session{options.once ? once_s : options.for_s};
   LiveWatch live{session, where, sd_port, [](const std::vector<Sighting>&, TimePoint) {}};
   session.every(expiry_period, [&] { live.on_time(); });
@@ -121,7 +121,7 @@ int watch_for(const Options& options, const Where& where, std::uint16_t sd_port)
   return exit_ok;
 }
 
-int read_file(const Options& options, std::uint16_t sd_port) {
+int read_file(const WatchArguments& options, std::uint16_t sd_port) {
   std::optional<pcaps::CaptureFile> file;
   try {
     file.emplace(options.file);
@@ -168,7 +168,7 @@ int read_file(const Options& options, std::uint16_t sd_port) {
   return lines.enough() ? exit_ok : exit_failure;
 }
 
-int run(const Options& options) {
+int run(const WatchArguments& options) {
   const std::uint16_t sd_port = options.network.config_without_address().port;
   if (!options.file.empty()) {
     return read_file(options, sd_port);
@@ -201,7 +201,7 @@ void add_watch_command(CLI::App& app, int& status) {
       "  trestle watch --for 10 > network.txt\n"
       "  trestle watch --read drive.pcapng\n"
       "  trestle watch --json | jq -r 'select(.seen == \"expired\") | .service'");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<WatchArguments>();
   CLI::Option* interface =
       command
           ->add_option("--interface", options->interface,

@@ -4,9 +4,9 @@
 
 namespace trestle::bridge {
 
-/// A `.msg` file of the folder builtin/, compiled in.
+/// A `.msg`, `.srv` or `.action` file of the folder builtin/, compiled in.
 struct BuiltinDefinition {
-  std::string_view name;  ///< "pkg/msg/Type"
+  std::string_view name;  ///< "pkg/msg/Type", "pkg/srv/Name" or "pkg/action/Name"
   std::string_view text;
 };
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-/// ROS 2 messages as data: what a `.msg` file says, and a type with everything it is made of.
+/// ROS 2 messages as data: what a file says, and a type with everything it is made of.
 namespace trestle::bridge {
 
 /// The types that need no definition. In ROS 2, `byte` and `char` are both one unsigned byte.
@@ -92,12 +92,13 @@ struct Constant {
   std::string value;  ///< as written, with the quotes of a string
 };
 
-/// One message type as its `.msg` file defines it.
+/// One message type as its file defines it.
 struct MessageDefinition {
   std::string name;  ///< "pkg/msg/Type"
   std::string file;  ///< where it was read, for messages
   std::vector<Field> fields;
   std::vector<Constant> constants;
+  bool is_idl = false;  ///< read from an `.idl` file, where char is a type of its own, and no uint8
 };
 
 /// A message type and all that it is made of. Each message stands before those that use it, the type itself

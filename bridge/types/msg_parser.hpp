@@ -1,7 +1,10 @@
 #pragma once
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
+#include <vector>
 
 #include "bridge/types/message_definition.hpp"
 
@@ -21,8 +24,15 @@ inline constexpr std::size_t max_msg_file_bytes = std::size_t{1} << 20U;
                                                                    const std::string& name,
                                                                    const std::string& file);
 
+/// Parses a file of several messages with lines of `---` between them, as `.srv` and `.action` files are.
+/// Each part is like the text of a `.msg` file, and may be empty.
+///
+/// @param names  those of the messages, as of parse_msg(); as many as the file must have.
+[[nodiscard]] tl::expected<std::vector<MessageDefinition>, TypeError> parse_parts(
+    std::string_view text, std::span<const std::string> names, const std::string& file);
+
 /// The full name of a type: "pkg/msg/Type" from "pkg/msg/Type" or "pkg/Type", or nothing when it is not
-/// formed like one. Names so formed are safe as parts of a path.
+/// formed like one.
 [[nodiscard]] std::optional<std::string> full_type_name(std::string_view name);
 
 }  // namespace trestle::bridge

@@ -3,12 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <sstream>
 
 #include "bridge/types/builtin.hpp"
+#include "bridge/types/idl_parser.hpp"
+#include "bridge/types/interface_parser.hpp"
 #include "bridge/types/msg_parser.hpp"
 
 namespace trestle::bridge {
@@ -47,16 +50,37 @@ TypeLibrary::TypeLibrary(std::vector<fs::path> folders, std::vector<fs::path> am
 }
 
 tl::expected<TypeTree, TypeError> TypeLibrary::resolve(std::string_view name) {
-  const auto full = full_type_name(name);
-  if (!full) {
+  const auto message = interface_name(name);
+  if (!message) {
     return tl::unexpected{TypeError{
         {}, 0, 0, fmt::format("\"{}\" is no message type: expected pkg/msg/Type or pkg/Type", name)}};
   }
   Resolving resolving;
-  if (auto root = add(*full, resolving); !root) {
+  if (auto root = add(message->full(), resolving); !root) {
     return tl::unexpected{std::move(root.error())};
   }
   return std::move(resolving.tree);
+}
+
+tl::expected<ServiceTypes, TypeError> TypeLibrary::resolve_service(std::string_view name) {
+  const auto service = interface_name(name, InterfaceKind::service);
+  const auto is_of_action = [](const InterfaceName& parts) {
+    return parts.kind == InterfaceKind::action &&
+           std::ranges::any_of(action_services, [&](auto suffix) { return parts.type.ends_with(suffix); });
+  };
+  if (!service || (service->kind != InterfaceKind::service && !is_of_action(*service))) {
+    return tl::unexpected{
+        TypeError{{}, 0, 0, fmt::format("\"{}\" is no service: expected pkg/srv/Name or pkg/Name", name)}};
+  }
+  auto request = resolve(service->full() + "_Request");
+  if (!request) {
+    return tl::unexpected{std::move(request.error())};
+  }
+  auto response = resolve(service->full() + "_Response");
+  if (!response) {
+    return tl::unexpected{std::move(response.error())};
+  }
+  return ServiceTypes{std::move(*request), std::move(*response)};
 }
 
 tl::expected<std::size_t, TypeError> TypeLibrary::add(const std::string& name, Resolving& resolving) {
@@ -112,25 +136,63 @@ tl::expected<const MessageDefinition*, TypeError> TypeLibrary::find(const std::s
   if (const auto known = known_.find(name); known != known_.end()) {
     return &known->second;
   }
-  std::string text;
-  std::string file;
+  const auto message = interface_name(name);
+  const auto interface = message ? defining_interface(*message) : std::nullopt;
+  if (!interface) {
+    const bool action = message && message->kind == InterfaceKind::action;
+    return tl::unexpected{TypeError{{},
+                                    0,
+                                    0,
+                                    fmt::format("{} is {}, and no message: those that it has are {}{}, ...",
+                                                name, action ? "an action" : "a service", name,
+                                                action ? action_suffixes[0] : service_suffixes[0])}};
+  }
+  if (auto loaded = load(*interface); !loaded) {
+    return tl::unexpected{std::move(loaded.error())};
+  }
+  const auto known = known_.find(name);
+  assert(known != known_.end());  // every name that leads to an interface is one that it has
+  return &known->second;
+}
+
+/// Packages that are installed have an .idl file beside each other one, which says the same.
+fs::path TypeLibrary::find_file(const InterfaceName& interface) const {
+  const std::string name = interface.full();
   for (const fs::path& folder : folders_) {
-    for (const fs::path& path : {folder / (name + ".msg"), folder / "share" / (name + ".msg")}) {
-      std::error_code error;
-      if (file.empty() && fs::is_regular_file(path, error)) {
-        auto read = read_file(path);
-        if (!read) {
-          return tl::unexpected{std::move(read.error())};
+    for (const std::string_view extension : {to_string(interface.kind), std::string_view{"idl"}}) {
+      const std::string with_extension = fmt::format("{}.{}", name, extension);
+      for (const fs::path& path : {folder / with_extension, folder / "share" / with_extension}) {
+        std::error_code error;
+        if (fs::is_regular_file(path, error)) {
+          return path;
         }
-        text = std::move(*read);
-        file = path.string();
       }
     }
+  }
+  return {};
+}
+
+tl::expected<void, TypeError> TypeLibrary::load(const InterfaceName& interface) {
+  const std::string name = interface.full();
+  const std::string with_extension = fmt::format("{}.{}", name, to_string(interface.kind));
+  std::string text;
+  std::string file;
+  bool is_idl = false;
+  if (const fs::path path = find_file(interface); !path.empty()) {
+    auto read = read_file(path);
+    if (!read) {
+      return tl::unexpected{std::move(read.error())};
+    }
+    text = std::move(*read);
+    file = path.string();
+    is_idl = path.extension() == ".idl";
   }
   if (file.empty()) {
     const auto builtin = builtin_definitions();
     const auto same = std::ranges::lower_bound(builtin, name, {}, &BuiltinDefinition::name);
-    if (same == builtin.end() || same->name != name) {
+    const auto defined = defined_.find(name);
+    const bool is_builtin = same != builtin.end() && same->name == name;
+    if (!is_builtin && defined == defined_.end()) {
       std::vector<std::string> places;
       std::ranges::transform(folders_, std::back_inserter(places),
                              [](const fs::path& at) { return at.string(); });
@@ -141,14 +203,22 @@ tl::expected<const MessageDefinition*, TypeError> TypeLibrary::find(const std::s
           fmt::format("unknown type {}: {}not among the built-in ones", name,
                       places.empty() ? "" : fmt::format("not found in {}, and ", fmt::join(places, ", ")))}};
     }
-    text = same->text;
-    file = fmt::format("built-in {}.msg", name);
+    text = is_builtin ? std::string{same->text} : defined->second;
+    file = fmt::format("{} {}", is_builtin ? "built-in" : "made", with_extension);
   }
-  auto message = parse_msg(text, name, file);
-  if (!message) {
-    return tl::unexpected{std::move(message.error())};
+  auto messages = is_idl ? parse_idl(text, interface, file) : parse_interface(text, interface, file);
+  if (!messages) {
+    return tl::unexpected{std::move(messages.error())};
   }
-  return &known_.emplace(name, std::move(*message)).first->second;
+  for (MessageDefinition& message : *messages) {
+    std::string key = message.name;
+    known_.emplace(std::move(key), std::move(message));
+  }
+  return {};
+}
+
+void TypeLibrary::define(const InterfaceName& interface, std::string text) {
+  defined_.insert_or_assign(interface.full(), std::move(text));
 }
 
 std::vector<std::string> TypeLibrary::builtin_names() {

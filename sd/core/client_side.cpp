@@ -30,6 +30,13 @@ void ServiceDiscovery::release(RequirementHandle handle, TimePoint now) noexcept
   requirements_.remove(*requirement);
 }
 
+std::optional<RemoteService> ServiceDiscovery::server_of(SubscriptionHandle handle) const noexcept {
+  const OwnSubscription* const subscription = subscriptions_.find(handle);
+  return subscription == nullptr || subscription->remote == OwnSubscription::no_remote
+             ? std::nullopt
+             : std::optional{service_of(remotes_[subscription->remote])};
+}
+
 Result<SubscriptionHandle, SdError> ServiceDiscovery::subscribe(RequirementHandle handle,
                                                                 const EventgroupRequest& request,
                                                                 TimePoint now) noexcept {
@@ -69,6 +76,8 @@ Result<SubscriptionHandle, SdError> ServiceDiscovery::subscribe(RequirementHandl
   slot->udp = request.udp;
   slot->tcp = request.tcp;
   slot->silence_timeout = request.silence_timeout;
+  slot->receive_buffer_bytes =
+      settings_.tell_receive_buffer && request.udp ? request.receive_buffer_bytes : 0;
   bind(*slot, now);
   return subscriptions_.handle_of<SubscriptionHandle>(*slot);
 }
@@ -131,6 +140,11 @@ slots::PendingEntry ServiceDiscovery::subscribe_entry(const OwnSubscription& sub
     pending.add(EndpointOption{EndpointRole::unicast, *subscription.tcp, Transport::tcp}.encode());
   }
   pending.configuration = requirements_[subscription.requirement].configuration;
+  // In a StopSubscribe too: it references what the Subscribe did [feat_req_someipsd_1177]. Not told to stacks
+  // from before explicit initial data, some of which fail at every configuration option.
+  if (peers_[remote.peer].explicit_initial_data) {
+    pending.receive_buffer_bytes = subscription.receive_buffer_bytes;
+  }
   return pending;
 }
 
@@ -259,7 +273,6 @@ void ServiceDiscovery::unbind(OwnSubscription& subscription, LossReason reason) 
   subscription.ack_overdue = reason == LossReason::rebooted;
   subscription.asked = false;
   subscription.initial_open = false;
-  subscription.multicast.reset();
   subscription.expiry.reset();
   subscription.silent_at.reset();
   subscription.needs_connection = subscription.tcp.has_value();
@@ -314,7 +327,6 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
     subscription.ack_overdue = false;
     subscription.expiry.reset();
     subscription.silent_at.reset();
-    subscription.multicast.reset();
     const bool was_refused = std::exchange(subscription.state, State::refused) == State::refused;
     amend_request(subscription);
     if (!was_refused) {

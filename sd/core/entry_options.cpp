@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "sd/core/receive_buffer.hpp"
+
 namespace trestle::sd {
 namespace {
 
@@ -77,6 +79,9 @@ std::optional<OptionFault> take_other(EntryOptions& found, const Option& option)
   if ((load_balancing && !take(found.load_balancing, *load_balancing)) ||
       (mac_groupcast && !take(found.mac_groupcast, *mac_groupcast))) {
     return OptionFault::conflict;
+  }
+  if (option.type == OptionType::configuration && found.receive_buffer_bytes == 0) {
+    found.receive_buffer_bytes = receive_buffer_in(option);
   }
   return std::nullopt;
 }

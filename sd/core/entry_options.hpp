@@ -28,13 +28,15 @@ class OptionRules {
   bool refuse_unknown_;
 };
 
-/// What an entry references, but for its configuration. All endpoints are of our IP version.
+/// What an entry references, but for most of its configuration. All endpoints are of our IP version.
 struct EntryOptions {
   std::optional<Endpoint> udp;
   std::optional<Endpoint> tcp;
   std::optional<Endpoint> multicast;  ///< of a SubscribeEventgroupAck
   std::optional<LoadBalancingOption> load_balancing;
   std::optional<MacGroupcastOption> mac_groupcast;
+  std::uint32_t receive_buffer_bytes =
+      0;  ///< of a subscriber that tells it; of its configuration that is all
 };
 
 /// Why an entry cannot be used because of its options.

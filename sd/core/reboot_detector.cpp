@@ -4,20 +4,20 @@ namespace trestle::sd {
 
 // Reordered and duplicated datagrams look like a reboot to these rules, which are the specification's; peers
 // renew what is lost by them with the next offer.
-bool RebootDetector::shows_reboot(Channel channel, SessionId session, bool reboot_flag) const noexcept {
+bool RebootDetector::shows_reboot(Channel channel, SessionId session, bool reboot) const noexcept {
   const std::optional<Last>& last = channel == Channel::unicast ? unicast_ : multicast_;
-  if (!last || !reboot_flag) {
+  if (!last || !reboot) {
     return false;
   }
   return !last->reboot_flag || last->session >= session;  // [feat_req_someipsd_764]
 }
 
-void RebootDetector::observe(Channel channel, SessionId session, bool reboot_flag) noexcept {
-  if (shows_reboot(channel, session, reboot_flag)) {
+void RebootDetector::observe(Channel channel, SessionId session, bool reboot) noexcept {
+  if (shows_reboot(channel, session, reboot)) {
     unicast_.reset();
     multicast_.reset();
   }
-  (channel == Channel::unicast ? unicast_ : multicast_) = Last{session, reboot_flag};
+  (channel == Channel::unicast ? unicast_ : multicast_) = Last{session, reboot};
 }
 
 }  // namespace trestle::sd

@@ -12,10 +12,10 @@ class RebootDetector {
   enum class Channel : std::uint8_t { unicast, multicast };
 
   /// Whether a message with this session and flag shows a reboot since the last one of its channel.
-  [[nodiscard]] bool shows_reboot(Channel channel, SessionId session, bool reboot_flag) const noexcept;
+  [[nodiscard]] bool shows_reboot(Channel channel, SessionId session, bool reboot) const noexcept;
   /// Takes the message as the last one. When it shows a reboot, the other channel starts anew too: its
   /// counter restarted at the same time, which must not be taken for a second reboot.
-  void observe(Channel channel, SessionId session, bool reboot_flag) noexcept;
+  void observe(Channel channel, SessionId session, bool reboot) noexcept;
 
  private:
   struct Last {

@@ -28,6 +28,11 @@ RemoteService ServiceDiscovery::service_of(const slots::Remote& remote) const no
           remotes_.handle_of<RemoteHandle>(remote)};
 }
 
+std::optional<RemoteService> ServiceDiscovery::remote(RemoteHandle service) const noexcept {
+  const slots::Remote* const slot = remotes_.find(service);
+  return slot == nullptr ? std::nullopt : std::optional{service_of(*slot)};
+}
+
 std::size_t ServiceDiscovery::requirements_of(const slots::Remote& remote) const noexcept {
   return static_cast<std::size_t>(
       std::count_if(requirements_.begin(), requirements_.end(),

@@ -217,7 +217,17 @@ bool ServiceDiscovery::tcp_ready(const slots::Offer& offer, const Endpoint& clie
 
 Subscriber ServiceDiscovery::subscriber_of(const slots::Subscription& slot) const noexcept {
   const bool configured = slot.peer == slots::Subscription::nobody;
-  return {configured ? slot.configured_at : peers_[slot.peer].endpoint, slot.udp, slot.tcp};
+  return {configured ? slot.configured_at : peers_[slot.peer].endpoint, slot.udp, slot.tcp,
+          slot.receive_buffer_bytes};
+}
+
+const slots::Subscription* ServiceDiscovery::subscription(OfferHandle offer,
+                                                          std::size_t place) const noexcept {
+  if (place >= subscribers_.size() || offers_.find(offer) == nullptr) {
+    return nullptr;
+  }
+  const slots::Subscription& slot = subscribers_[static_cast<std::uint16_t>(place)];
+  return slot.in_use && slot.offer == offer.index ? &slot : nullptr;
 }
 
 void ServiceDiscovery::lose(slots::Subscription& subscription, LossReason reason) noexcept {
@@ -376,6 +386,7 @@ EntryOptions needed_of(const EntryOptions& options, const Eventgroup& eventgroup
   EntryOptions needed;
   needed.udp = eventgroup.udp ? options.udp : std::nullopt;
   needed.tcp = eventgroup.tcp ? options.tcp : std::nullopt;
+  needed.receive_buffer_bytes = eventgroup.udp || eventgroup.multicast ? options.receive_buffer_bytes : 0;
   return needed;
 }
 
@@ -390,13 +401,15 @@ void ServiceDiscovery::on_subscribe(const Entry& entry, const Arrival& arrival) 
     ++counters_.ignored_no_room;
     return;
   }
-  const auto options = read_options(arrival.message, entry, rules_);
-  if (!options) {
-    ++counters_.ignored_bad_options;
-  }
   const slots::Offer* const offer = offered(entry, arrival);
-  acknowledge(offer, entry, arrival,
-              options ? accept(offer, entry, arrival, *options) : tl::unexpected{NackReason::bad_options});
+  const Eventgroup* const eventgroup = offer != nullptr ? eventgroup_of(*offer, entry.eventgroup()) : nullptr;
+  if (eventgroup != nullptr) {
+    acknowledge(offer, entry, arrival, accept(*offer, *eventgroup, entry, arrival));
+  } else if (settings_.answer_unknown_subscriptions) {
+    acknowledge(offer, entry, arrival, tl::unexpected{why_unknown(entry)});
+  } else {
+    ++counters_.ignored_unknown_subscriptions;
+  }
 }
 
 // Which of the ids of an entry, for which there is no eventgroup, is the first unknown one.
@@ -414,24 +427,19 @@ NackReason ServiceDiscovery::why_unknown(const Entry& entry) const noexcept {
   return reason;
 }
 
-// The eventgroup that is subscribed to, unless the subscription lacks something.
-ServiceDiscovery::Accepted ServiceDiscovery::check(const slots::Offer* offer, const Entry& entry,
-                                                   const EntryOptions& options) const noexcept {
-  const Eventgroup* const eventgroup = offer != nullptr ? eventgroup_of(*offer, entry.eventgroup()) : nullptr;
-  if (eventgroup == nullptr) {
-    return tl::unexpected{why_unknown(entry)};
-  }
-  const EntryOptions needed = needed_of(options, *eventgroup);
-  const bool lacks_udp = eventgroup->udp && !needed.udp;
-  const bool lacks_tcp = eventgroup->tcp && !needed.tcp;
+// What the subscription to an eventgroup lacks.
+std::optional<NackReason> ServiceDiscovery::lack_of(const slots::Offer& offer, const Eventgroup& eventgroup,
+                                                    const EntryOptions& needed) const noexcept {
+  const bool lacks_udp = eventgroup.udp && !needed.udp;
+  const bool lacks_tcp = eventgroup.tcp && !needed.tcp;
   const bool has_one = needed.udp || needed.tcp;
   if ((lacks_udp || lacks_tcp) && !(settings_.accept_partial_endpoints && has_one)) {
-    return tl::unexpected{NackReason::missing_endpoint};  // [feat_req_someipsd_102]
+    return NackReason::missing_endpoint;  // [feat_req_someipsd_102]
   }
-  if (needed.tcp && !tcp_ready(*offer, *needed.tcp)) {
-    return tl::unexpected{NackReason::no_tcp_connection};
+  if (needed.tcp && !tcp_ready(offer, *needed.tcp)) {
+    return NackReason::no_tcp_connection;
   }
-  return eventgroup;
+  return std::nullopt;
 }
 
 slots::Subscription* ServiceDiscovery::new_subscription(std::uint16_t offer,
@@ -449,18 +457,21 @@ slots::Subscription* ServiceDiscovery::new_subscription(std::uint16_t offer,
 }
 
 // Enters or renews the subscription, unless it is to be refused.  [feat_req_someipsd_1164]
-ServiceDiscovery::Accepted ServiceDiscovery::accept(const slots::Offer* offer, const Entry& entry,
-                                                    const Arrival& arrival,
-                                                    const EntryOptions& options) noexcept {
-  const Accepted checked = check(offer, entry, options);
-  if (!checked) {
-    return checked;
+ServiceDiscovery::Accepted ServiceDiscovery::accept(const slots::Offer& offer, const Eventgroup& eventgroup,
+                                                    const Entry& entry, const Arrival& arrival) noexcept {
+  const auto options = read_options(arrival.message, entry, rules_);
+  if (!options) {
+    ++counters_.ignored_bad_options;
+    return tl::unexpected{NackReason::bad_options};
   }
-  const EntryOptions needed = needed_of(options, **checked);
-  slots::Subscription* slot = subscription_of(*offer, entry, arrival.peer, needed);
+  const EntryOptions needed = needed_of(*options, eventgroup);
+  if (const auto reason = lack_of(offer, eventgroup, needed)) {
+    return tl::unexpected{*reason};
+  }
+  slots::Subscription* slot = subscription_of(offer, entry, arrival.peer, needed);
   const bool is_new = slot == nullptr;
   if (is_new) {
-    slot = new_subscription(offers_.index_of(*offer), entry.eventgroup());
+    slot = new_subscription(offers_.index_of(offer), entry.eventgroup());
     if (slot == nullptr) {
       ++counters_.ignored_no_room;
       return tl::unexpected{NackReason::no_room};
@@ -470,6 +481,7 @@ ServiceDiscovery::Accepted ServiceDiscovery::accept(const slots::Offer* offer, c
     slot->udp = needed.udp;
     slot->tcp = needed.tcp;
   }
+  slot->receive_buffer_bytes = needed.receive_buffer_bytes;  // which may have changed
   slot->expiry = entry.ttl_s == infinite_ttl_s
                      ? std::nullopt
                      : std::optional{arrival.now + std::chrono::seconds{entry.ttl_s}};
@@ -477,13 +489,13 @@ ServiceDiscovery::Accepted ServiceDiscovery::accept(const slots::Offer* offer, c
   // [feat_req_someipsd_1188] [feat_req_someipsd_833]
   const bool asks = settings_.explicit_initial_data && arrival.message.explicit_initial_data();
   const bool initial_data = asks ? entry.initial_data_requested() : is_new;
-  const auto handle = offers_.handle_of<OfferHandle>(*offer);
+  const auto handle = offers_.handle_of<OfferHandle>(offer);
   if (is_new) {
     tell(SubscriberAdded{handle, slot->eventgroup, subscriber_of(*slot), initial_data});
   } else if (initial_data) {
     tell(InitialDataRequested{handle, slot->eventgroup, subscriber_of(*slot)});
   }
-  return checked;
+  return &eventgroup;
 }
 
 // The answer repeats everything that the Subscribe says, its reserved bits too.  [feat_req_someipsd_614]

@@ -1,5 +1,6 @@
 #include "sd/core/service_discovery.hpp"
 
+#include "sd/core/receive_buffer.hpp"
 #include "sd/wire/writer.hpp"
 
 namespace trestle::sd {
@@ -300,20 +301,26 @@ namespace {
 
 // What a pending entry references, as the writer wants it.
 struct OptionList {
-  OptionList(const slots::PendingEntry& pending, ByteView configuration) noexcept {
+  OptionList(const slots::PendingEntry& pending, ByteView configuration) noexcept
+      : receive_buffer{pending.receive_buffer_bytes} {
     for (std::size_t i = 0; i < pending.option_count; ++i) {
       add(pending.options[i].view());
     }
     if (!configuration.empty()) {
       add({OptionType::configuration, configuration});
+    } else if (pending.receive_buffer_bytes != 0) {
+      add(receive_buffer.view());
     }
   }
+  OptionList(const OptionList&) = delete;
+  OptionList& operator=(const OptionList&) = delete;
   void add(const Option& option) noexcept {
     options[count++] = option;
     bytes += option.size();
   }
   [[nodiscard]] std::span<const Option> view() const noexcept { return std::span{options}.first(count); }
 
+  ReceiveBufferOption receive_buffer;
   std::array<Option, std::tuple_size_v<decltype(slots::PendingEntry::options)> + 1> options;
   std::size_t count = 0;
   std::size_t bytes = 0;

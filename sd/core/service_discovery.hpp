@@ -79,6 +79,9 @@ struct EventgroupRequest {
   /// Subscribe anew when no event_received() came for this long, counted from the Ack and from each event:
   /// more than the longest pause between two events of the eventgroup.  [feat_req_someipsd_439]
   std::optional<Duration> silence_timeout{};
+  /// Of datagrams that fit into the socket of `udp`, for the server to know; 0: it is not told. See
+  /// DiscoveryRules::tell_receive_buffer.
+  std::uint32_t receive_buffer_bytes = 0;
 };
 
 /// A datagram to be sent from the own SD endpoint.
@@ -107,6 +110,7 @@ struct Counters {
   std::uint64_t ignored_unknown_type = 0;
   std::uint64_t ignored_wrong_transport =
       0;  ///< came by multicast where only unicast is allowed, or unannounced
+  std::uint64_t ignored_unknown_subscriptions = 0;  ///< see DiscoveryRules::answer_unknown_subscriptions
   std::uint64_t ignored_bad_options = 0;
   std::uint64_t ignored_conflicting_offer = 0;  ///< the service is offered by another peer already
   std::uint64_t ignored_unexpected_ack = 0;     ///< for nothing we subscribed to
@@ -166,6 +170,10 @@ class ServiceDiscovery {
     }
   }
 
+  /// The subscription in this place, below max_subscribers, of the table of all; null when there is none, or
+  /// it is to another offer. Valid until the next call that is told the time.
+  [[nodiscard]] const slots::Subscription* subscription(OfferHandle offer, std::size_t place) const noexcept;
+
   /// Adds a subscriber that both sides are configured with, so that it never says so: it stays as long as the
   /// offer, whatever happens to the link. SubscriberAdded does not tell of it. In an eventgroup without UDP
   /// and TCP events, `client` merely makes it one more subscriber.  [feat_req_someipsd_444]
@@ -200,6 +208,11 @@ class ServiceDiscovery {
   /// Of the services that are offered and fit the requirement, the one to use: one of the lowest priority
   /// value, at random by their weights. Another call may choose another.  [feat_req_someipsd_770]
   [[nodiscard]] std::optional<RemoteService> choose(RequirementHandle requirement) noexcept;
+
+  /// A peer's service; nothing when it is gone.
+  [[nodiscard]] std::optional<RemoteService> remote(RemoteHandle service) const noexcept;
+  /// The service that a subscription is to; nothing while there is none.
+  [[nodiscard]] std::optional<RemoteService> server_of(SubscriptionHandle subscription) const noexcept;
 
   /// Walks over the configuration of a peer's service: the items of all its configuration options, in their
   /// order, equal keys included. No items when the service is gone. The cursor and its items are valid until
@@ -263,8 +276,8 @@ class ServiceDiscovery {
   // A message being processed, and what is known about its sender.
   struct Arrival {
     const SdMessage& message;
-    std::uint16_t peer;
-    bool via_multicast;
+    std::uint16_t peer = 0;
+    bool via_multicast = false;
     TimePoint answer_due;
     TimePoint now;
   };
@@ -305,10 +318,10 @@ class ServiceDiscovery {
                                                      const EntryOptions& options) const noexcept;
   using Accepted = Result<const Eventgroup*, NackReason>;
   [[nodiscard]] NackReason why_unknown(const Entry& entry) const noexcept;
-  [[nodiscard]] Accepted check(const slots::Offer* offer, const Entry& entry,
-                               const EntryOptions& options) const noexcept;
-  [[nodiscard]] Accepted accept(const slots::Offer* offer, const Entry& entry, const Arrival& arrival,
-                                const EntryOptions& options) noexcept;
+  [[nodiscard]] std::optional<NackReason> lack_of(const slots::Offer& offer, const Eventgroup& eventgroup,
+                                                  const EntryOptions& needed) const noexcept;
+  [[nodiscard]] Accepted accept(const slots::Offer& offer, const Eventgroup& eventgroup, const Entry& entry,
+                                const Arrival& arrival) noexcept;
   [[nodiscard]] slots::Subscription* new_subscription(std::uint16_t offer, EventgroupId eventgroup) noexcept;
   [[nodiscard]] std::optional<Endpoint> multicast_of(const slots::Offer& offer) const noexcept;
   void acknowledge(const slots::Offer* offer, const Entry& entry, const Arrival& arrival,

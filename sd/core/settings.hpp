@@ -55,6 +55,10 @@ struct DiscoveryRules {
   /// Whether a subscription to an eventgroup with events by UDP and by TCP may name an endpoint of one of
   /// them alone, and then gets the events of that one.  [feat_req_someipsd_102]
   bool accept_partial_endpoints = false;
+  /// Whether a subscription to a service, instance, major version or eventgroup that is not offered is
+  /// refused with a Nack, as the specification asks for; off: it is ignored, as some stacks do.
+  /// [feat_req_someipsd_1164] [feat_req_someipsd_1137]
+  bool answer_unknown_subscriptions = true;
   /// Whether an entry is refused when it references an option of unknown type that is not marked discardable.
   /// Requirement _102 asks for it; _1142 plainly says to ignore such options, which keeps newer peers
   /// working.
@@ -75,6 +79,10 @@ struct DiscoveryRules {
   /// it is made anew only after a reboot of the server, which goes unnoticed when the first messages of the
   /// server's new life get lost.  [feat_req_someipsd_431]
   bool renew_infinite_subscriptions = true;
+  /// Whether our subscriptions tell, by a configuration option, how much may be sent to their UDP endpoint at
+  /// once: see receive_buffer_key. Only servers are told that know explicit initial data, for some older ones
+  /// cannot bear such an option.  [feat_req_someipsd_946]
+  bool tell_receive_buffer = true;
   std::uint16_t max_subscribers_per_eventgroup = 64;
   /// How a service counts that is offered without load balancing option: by default after all others.
   /// [feat_req_someipsd_174]

@@ -81,8 +81,9 @@ struct Subscription : SlotBase {
   std::uint8_t counter = 0;
   std::optional<Endpoint> udp;
   std::optional<Endpoint> tcp;
-  std::optional<TimePoint> expiry;  // nothing: at the next reboot
-  Endpoint configured_at;           // of a configured one, instead of a peer
+  std::uint32_t receive_buffer_bytes = 0;  // 0: not told
+  std::optional<TimePoint> expiry;         // nothing: at the next reboot
+  Endpoint configured_at;                  // of a configured one, instead of a peer
 };
 
 /// A service that the application needs.
@@ -123,7 +124,8 @@ struct OwnSubscription : SlotBase {
   std::uint32_t ttl_s = 0;
   std::optional<Endpoint> udp;
   std::optional<Endpoint> tcp;
-  std::uint16_t remote = no_remote;  // the offer it is for
+  std::uint32_t receive_buffer_bytes = 0;  // of `udp`, to be told; 0: not
+  std::uint16_t remote = no_remote;        // the offer it is for
   State state = State::idle;
   bool needs_connection = false;  // waits for reconnected()
   bool ack_overdue = false;  // the last Subscribe was the answer to a multicast offer, and is not answered
@@ -163,6 +165,7 @@ struct PendingEntry {
   bool first = false;      // of a Subscribe: not the renewal of another one
   std::uint8_t option_count = 0;
   std::uint16_t configuration = ConfigurationPool::none;
+  std::uint32_t receive_buffer_bytes = 0;  // to be told in a configuration option, if there is no other one
   Entry entry;
   std::array<OwnedOption, 5> options{};
 

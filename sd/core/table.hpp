@@ -76,6 +76,7 @@ class Table {
     }
   }
 
+  [[nodiscard]] std::size_t size() const noexcept { return slots_.size(); }
   [[nodiscard]] std::size_t free_slots() const noexcept {
     return static_cast<std::size_t>(std::ranges::count(slots_, false, &Slot::in_use));
   }

@@ -11,9 +11,14 @@ void check(const NodeConfig& config);
 /// @param field  the name of `pacing` where it stands.
 void check(const someip::TpPacing& pacing, const char* field);
 
-/// What is wrong with the description of a service, seen by itself; empty: nothing.
+/// What is wrong with a description, seen by itself, after the name of the field; empty: nothing.
+[[nodiscard]] std::string mistake_in(const someip::AnswerRules& rules);
 [[nodiscard]] std::string mistake_in(const ServiceSpec& spec, const NodeConfig& config);
+[[nodiscard]] std::string mistake_in(const RequireSpec& spec, const NodeConfig& config);
 [[nodiscard]] std::string mistake_in(const SubscribeSpec& spec, const NodeConfig& config);
+
+/// Whether an eventgroup of the service has this event or notifier.
+[[nodiscard]] bool is_in_a_group(const ServiceSpec& spec, someip::MethodId event);
 
 /// What is unusual in it, and perhaps a mistake, one line for each; it works all the same.
 [[nodiscard]] std::vector<std::string> doubts_about(const ServiceSpec& spec);

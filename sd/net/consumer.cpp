@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "sd/net/checks.hpp"
 #include "sd/net/clock.hpp"
 #include "sd/net/discovery_text.hpp"
 #include "someip/net/address_text.hpp"
@@ -59,6 +60,9 @@ RequirementHandle Consumer::look_for(const RequireSpec& spec, TimePoint now) {
 }
 
 RequirementId Consumer::require(const RequireSpec& spec, AvailabilityHandler handler, TimePoint now) {
+  if (const std::string mistake = mistake_in(spec, config_); !mistake.empty()) {
+    throw std::invalid_argument{"requirement of " + to_string(spec.service, spec.instance) + ": " + mistake};
+  }
   const auto requirement = std::make_shared<Requirement>();
   requirement->e2e = channels_of(spec);
   if (!call_port_) {

@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <boost/asio/post.hpp>
-#include <numeric>
+#include <stdexcept>
 
 #include "sd/net/clock.hpp"
+#include "sd/net/discovery_text.hpp"
+#include "sd/net/shielded.hpp"
+#include "someip/wire/slices.hpp"
 
 namespace trestle::sd {
 
@@ -14,15 +17,6 @@ using someip::Header;
 using someip::Message;
 using someip::MessageType;
 using someip::ReturnCode;
-
-namespace {
-
-std::size_t size_of(std::span<const ByteView> slices) {
-  return std::accumulate(slices.begin(), slices.end(), std::size_t{0},
-                         [](std::size_t sum, ByteView slice) { return sum + slice.size(); });
-}
-
-}  // namespace
 
 const char* to_string(CallFault fault) noexcept {
   switch (fault) {
@@ -106,6 +100,10 @@ std::optional<CallFault> Consumer::transmit_bytes(const Route& route, const Requ
 
 CallId Consumer::call(RequirementId id, const CallSpec& spec, std::span<const ByteView> payload,
                       std::shared_ptr<const void> keep_alive, ResponseHandler handler) {
+  if (!handler) {
+    throw std::invalid_argument{"call of method " + hexadecimal(value(spec.method)) +
+                                ": handler: there is none"};
+  }
   const auto requirement = find(id);
   const std::size_t bytes = size_of(payload) + (requirement ? requirement->e2e.added_bytes(spec.method) : 0);
   const auto way = requirement ? route(*requirement, spec, bytes) : std::nullopt;
@@ -178,7 +176,9 @@ void Consumer::finish(CallHandle call, const CallResult& result) {
 }
 
 void Consumer::time_out(CallHandle call) {
-  finish(call, tl::unexpected{CallError{.fault = CallFault::timed_out, .code = ReturnCode::timeout}});
+  shielded(io_, [&] {
+    finish(call, tl::unexpected{CallError{.fault = CallFault::timed_out, .code = ReturnCode::timeout}});
+  });
 }
 
 bool Consumer::wants(const Header& header, const Source& source) {

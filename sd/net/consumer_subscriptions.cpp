@@ -8,6 +8,7 @@
 #include "sd/net/checks.hpp"
 #include "sd/net/clock.hpp"
 #include "sd/net/discovery_text.hpp"
+#include "sd/net/shielded.hpp"
 #include "someip/net/address_text.hpp"
 
 namespace trestle::sd {
@@ -20,7 +21,8 @@ namespace {
 bool is_same_subscription(const SubscribeSpec& a, const SubscribeSpec& b) {
   return a.service == b.service && a.instance == b.instance && a.major == b.major && a.minor == b.minor &&
          a.eventgroup == b.eventgroup && a.udp == b.udp && a.tcp == b.tcp && a.port == b.port &&
-         a.configured == b.configured && a.silence_timeout == b.silence_timeout && a.otherserv == b.otherserv;
+         a.configured == b.configured && a.silence_timeout == b.silence_timeout && a.ttl_s == b.ttl_s &&
+         a.otherserv == b.otherserv;
 }
 
 std::string name_of(const SubscribeSpec& spec, someip::InstanceId instance) {
@@ -33,6 +35,9 @@ SubscriptionId Consumer::subscribe(const SubscribeSpec& spec, EventHandler handl
   const std::string name = "subscription to " + name_of(spec, spec.instance);
   if (const std::string mistake = mistake_in(spec, config_); !mistake.empty()) {
     throw std::invalid_argument{name + ": " + mistake};
+  }
+  if (!handler) {
+    throw std::invalid_argument{name + ": handler: there is none"};
   }
   E2eChannels e2e = channels_of(spec);
   const auto found = std::ranges::find_if(
@@ -151,7 +156,11 @@ void Consumer::bind(Subscription& subscription, const RemoteService& server, Tim
        .instance = server.instance,
        .udp = subscription.port ? std::optional{subscription.port->socket.local()} : std::nullopt,
        .tcp = tcp,
-       .silence_timeout = subscription.wanted.silence_timeout},
+       .ttl_s = subscription.wanted.ttl_s,
+       .silence_timeout = subscription.wanted.silence_timeout,
+       .receive_buffer_bytes =
+           subscription.port ? static_cast<std::uint32_t>(subscription.port->socket.receive_buffer_bytes())
+                             : 0U},
       now);
   if (handle) {
     binding->handle = *handle;
@@ -211,11 +220,13 @@ void Consumer::on_notification(const Message& message, const Source& source) {
     if (!listener->active) {
       continue;
     }
-    if (E2eChannel* const channel = listener->e2e.find(message.header.method)) {
-      deliver_checked(*listener, *channel, message, source);
-    } else {
-      listener->handler(message, source.from);
-    }
+    shielded(io_, [&] {
+      if (E2eChannel* const channel = listener->e2e.find(message.header.method)) {
+        deliver_checked(*listener, *channel, message, source);
+      } else {
+        listener->handler(message, source.from);
+      }
+    });
   }
   called.clear();
   called_ = std::move(called);
@@ -239,16 +250,22 @@ void Consumer::on_event(const Subscribed& event) {
     return;
   }
   binding->subscribed = true;
-  log_("subscribed to " + name_of(owner->wanted, binding->instance) +
-       (event.multicast ? ", whose multicast events come at " + someip::to_string(*event.multicast) : ""));
+  const std::string name = name_of(owner->wanted, binding->instance);
   binding->group.reset();
-  if (event.multicast) {
-    try {
-      binding->group = ports_.group(*event.multicast);
-    } catch (const someip::NetError& error) {
-      log_("multicast events of " + name_of(owner->wanted, binding->instance) +
-           " will be missed: " + error.what());
-    }
+  if (!event.multicast) {
+    log_("subscribed to " + name);
+    return;
+  }
+  std::string missed;
+  try {
+    binding->group = ports_.group(*event.multicast);
+  } catch (const someip::NetError& error) {
+    missed = error.what();
+  }
+  // Who reads this may rely on the group being joined.
+  log_("subscribed to " + name + ", whose multicast events come at " + someip::to_string(*event.multicast));
+  if (!missed.empty()) {
+    log_("multicast events of " + name + " will be missed: " + missed);
   }
 }
 
@@ -258,6 +275,7 @@ void Consumer::on_event(const SubscriptionRefused& event) {
   const Subscription* owner = nullptr;
   if (Binding* const binding = find(event.subscription, &owner)) {
     binding->subscribed = false;
+    binding->group.reset();
     log_("subscription to " + name_of(owner->wanted, binding->instance) +
          " refused by the server; trying again with its next offer");
     const auto connection =

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
 #include <stdexcept>
 
 #include "sd/net/discovery_text.hpp"
 #include "someip/core/e2e/layout.hpp"
+#include "someip/wire/slices.hpp"
 
 namespace trestle::sd {
 
@@ -86,18 +86,17 @@ E2eChannel::E2eChannel(const E2eSpec& spec) : spec_{spec} {
 E2eChannel::Bytes E2eChannel::protect(e2e::Protector& protector, const Header& header,
                                       std::span<const ByteView> payload,
                                       const e2e::MethodInfo& method) const {
-  const std::size_t given =
-      std::accumulate(payload.begin(), payload.end(), std::size_t{0},
-                      [](std::size_t sum, ByteView slice) { return sum + slice.size(); });
+  const std::size_t given = size_of(payload);
   const Place& place = sending_->place;
   if (given < place.at) {
     return nullptr;
   }
-  const auto bytes = std::make_shared<std::vector<std::byte>>(given + place.bytes);
+  const auto bytes = std::make_shared<std::vector<std::byte>>();
+  bytes->reserve(given + place.bytes);
   // All in one piece behind the room for the E2E header; what belongs in front of that then goes there.
-  auto to = std::ranges::next(bytes->begin(), static_cast<std::ptrdiff_t>(place.bytes));
+  bytes->resize(place.bytes);
   for (const ByteView slice : payload) {
-    to = std::ranges::copy(slice, to).out;
+    bytes->insert(bytes->end(), slice.begin(), slice.end());
   }
   const auto begin = bytes->begin();
   const auto moved = static_cast<std::ptrdiff_t>(place.at);

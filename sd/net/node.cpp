@@ -5,6 +5,7 @@
 #include <boost/asio/post.hpp>
 #include <cerrno>
 #include <chrono>
+#include <optional>
 #include <random>
 #include <stdexcept>
 #include <system_error>
@@ -14,7 +15,9 @@
 #include "sd/net/clock.hpp"
 #include "sd/net/consumer.hpp"
 #include "sd/net/heap_storage.hpp"
+#include "sd/net/link_watch.hpp"
 #include "sd/net/provider.hpp"
+#include "sd/net/shielded.hpp"
 #include "someip/net/address_text.hpp"
 #include "someip/net/addresses.hpp"
 
@@ -70,7 +73,8 @@ struct Node::State : std::enable_shared_from_this<State> {
             {.wanted = [this](const Header& header, const Source& source) { return wants(header, source); },
              .message = [this](const Message& message, const Source& source) { on_message(message, source); },
              .tcp_client = [this](const Endpoint& own, const Endpoint& client,
-                                  bool connected) { on_tcp_client(own, client, connected); }}},
+                                  bool connected) { on_tcp_client(own, client, connected); },
+             .unreachable = [this](const Endpoint& receiver) { on_unreachable(receiver); }}},
         provider{io, discovery, ports, config, counters, log},
         consumer{io, discovery, ports, config, counters, log, [this] { drain(); }},
         timer{io, [this] {
@@ -80,6 +84,47 @@ struct Node::State : std::enable_shared_from_this<State> {
     unicast.receive(feed(false));
     multicast.receive(feed(true));
     say_what_is_not_granted();
+    watch_link();
+  }
+
+  void watch_link() {
+    if (!config.watch_link) {
+      return;
+    }
+    try {
+      watch.emplace(io, config.address, config.multicast_interface,
+                    [this](bool up, const std::string& words) { shielded(io, [&] { on_link(up, words); }); });
+    } catch (const someip::NetError& error) {
+      log(error.what() + std::string{"; it is taken to be up"});
+      return;
+    }
+    if (!watch->up()) {
+      on_link(false, watch->words() + "; discovery starts when it is up");
+    }
+  }
+
+  void on_link(bool up, const std::string& words) {
+    shielded(io, [&] { log(words); });
+    link_seen = up;
+    if (up) {
+      try {
+        unicast.follow_interface();
+        multicast.follow_interface();
+        ports.follow_interface();
+      } catch (const someip::NetError& error) {
+        log(error.what());
+      }
+    }
+    follow_link();
+  }
+
+  void follow_link() {
+    if (link_seen && link_told) {
+      discovery.link_up(now());  // [feat_req_someipsd_436] [feat_req_someipsd_440]
+    } else {
+      discovery.link_down();  // [feat_req_someipsd_437]
+    }
+    drain();
   }
 
   // The node's other sockets ask for the same, and get the same.
@@ -92,11 +137,11 @@ struct Node::State : std::enable_shared_from_this<State> {
       }
     };
     say("receive", unicast.receive_buffer_bytes(), config.receive_buffer_bytes, "rmem_max",
-        "large messages may lose segments");
+        "large events come slower, and other large messages may lose segments");
     say("send", unicast.send_buffer_bytes(), config.send_buffer_bytes, "wmem_max",
         "large messages take longer");
     if (unicast.busy_poll() < config.busy_poll) {
-      log("the system grants no busy polling: it needs CAP_NET_ADMIN");
+      log("the system does not poll the network device (SO_BUSY_POLL): it needs CAP_NET_ADMIN");
     }
   }
 
@@ -137,7 +182,7 @@ struct Node::State : std::enable_shared_from_this<State> {
     for (bool settled = false;;) {
       transmit();
       if (const auto event = discovery.poll_event()) {
-        std::visit([this](const auto& what) { on_event(what); }, *event);
+        shielded(io, [&] { std::visit([this](const auto& what) { on_event(what); }, *event); });
         settled = false;
       } else if (std::exchange(settled, true)) {
         break;
@@ -199,6 +244,10 @@ struct Node::State : std::enable_shared_from_this<State> {
   }
 
   void on_message(const Message& message, const Source& source) {
+    shielded(io, [&] { hand_over(message, source); });
+  }
+
+  void hand_over(const Message& message, const Source& source) {
     switch (message.header.type) {
       case MessageType::notification:
         consumer.on_notification(message, source);
@@ -221,6 +270,13 @@ struct Node::State : std::enable_shared_from_this<State> {
     drain();
   }
 
+  // Its subscriptions end.  [feat_req_someipsd_435]
+  void on_unreachable(const Endpoint& receiver) {
+    ++counters.unreachable;
+    discovery.unreachable(receiver);
+    drain();
+  }
+
   boost::asio::io_context& io;
   NodeConfig config;
   DiscoveryLog log;
@@ -235,6 +291,9 @@ struct Node::State : std::enable_shared_from_this<State> {
   Consumer consumer;
   DeadlineTimer timer;
   bool draining = false;
+  std::optional<LinkWatch> watch;
+  bool link_seen = true;  ///< up, by what the system says
+  bool link_told = true;  ///< up, by what the application says
   /// Of one reason: a peer must not fill the log by being refused.
   struct Refusals {
     TimePoint next_line{};
@@ -265,6 +324,13 @@ void Node::withdraw(OfferHandle offer) {
   state_->drain();
 }
 
+std::shared_ptr<const void> Node::hold_port(std::uint16_t number, Transport transport) {
+  if (transport == Transport::udp) {
+    return state_->ports.udp(number);
+  }
+  return state_->ports.tcp(number, [](const TcpPort&) { return true; });
+}
+
 std::size_t Node::subscribers(OfferHandle offer, someip::MethodId event) const {
   return state_->provider.subscribers(offer, event);
 }
@@ -284,7 +350,15 @@ Notified Node::notify_some(OfferHandle offer, someip::MethodId event, const Subs
 }
 
 Notified Node::set_field(OfferHandle offer, someip::MethodId field, ByteView value) {
-  return state_->provider.set_field(offer, field, value);
+  return set_field(offer, field, std::make_shared<const std::vector<std::byte>>(value.begin(), value.end()));
+}
+
+Notified Node::set_field(OfferHandle offer, someip::MethodId field,
+                         std::shared_ptr<const std::vector<std::byte>> value) {
+  if (!value) {
+    throw std::invalid_argument{"a field cannot be set to nothing"};
+  }
+  return state_->provider.set_field(offer, field, std::move(value));
 }
 
 std::shared_ptr<const std::vector<std::byte>> Node::field(OfferHandle offer, someip::MethodId field) const {
@@ -336,12 +410,8 @@ bool Node::subscribed(SubscriptionId subscription) const {
 }
 
 void Node::link(bool up) {
-  if (up) {
-    state_->discovery.link_up(now());
-  } else {
-    state_->discovery.link_down();
-  }
-  state_->drain();
+  state_->link_told = up;
+  state_->follow_link();
 }
 
 std::vector<ConfigurationText> Node::configuration(const RemoteService& service) const {
@@ -355,6 +425,7 @@ std::vector<ConfigurationText> Node::configuration(const RemoteService& service)
 }
 
 void Node::shutdown() {
+  state_->watch.reset();
   state_->discovery.shutdown(now());
   state_->transmit();  // at once, also when a handler that drain() has called does this
   state_->drain();
@@ -385,9 +456,6 @@ someip::TcpServer::Counters Node::tcp_server_counters() const {
 }
 someip::TcpClient::Counters Node::tcp_client_counters() const {
   return state_->consumer.tcp_counters();
-}
-int Node::receive_buffer_bytes() const {
-  return state_->ports.receive_buffer_bytes(state_->unicast.receive_buffer_bytes());
 }
 
 }  // namespace trestle::sd

@@ -13,7 +13,7 @@ namespace trestle::sd {
 ///
 /// Not thread-safe: use it on the thread that runs the io_context. All handlers are called on that thread,
 /// and never from within the call that they were given to. They may call anything here, but not destroy the
-/// Node.
+/// Node. What a handler throws comes out of io_context::run(), which may be called again: nothing is lost.
 class Node {
  public:
   using EventHandler = sd::EventHandler;
@@ -37,18 +37,28 @@ class Node {
   ///         contradicts itself or discovery refuses the service: what() says why.
   OfferHandle offer(ServiceSpec spec);
   void withdraw(OfferHandle offer);
+  /// Opens a port, or keeps it open, for as long as the result lives, which ends before the Node does: so who
+  /// offers or subscribes now and then does not lose it to others in between. Requests that come there
+  /// meanwhile are answered, as those to any unknown service are.
+  /// @param number  not 0.
+  /// @throws someip::NetError
+  [[nodiscard]] std::shared_ptr<const void> hold_port(std::uint16_t number, Transport transport);
   /// How many endpoints get this event; a multicast group that is used counts as one.
   [[nodiscard]] std::size_t subscribers(OfferHandle offer, someip::MethodId event) const;
 
-  /// Sends an event to all its subscribers. `payload` and `keep_alive` as in MessageSender::send().
-  /// @throws std::invalid_argument for a pacing that cannot be: what() names the field.
+  /// Sends an event to all its subscribers. `payload` and `keep_alive` as in MessageSender::send(). With an
+  /// update rule, EventSpec, only when that says so, and the payload is copied; a cycle repeats it with this
+  /// `pacing`.
+  /// @throws std::invalid_argument for a pacing that cannot be: what() names the field; and for an event in
+  /// no
+  ///         eventgroup of the service. Not for an offer that has ended: nobody gets it.
   Notified notify(OfferHandle offer, someip::MethodId event, std::span<const ByteView> payload,
                   const std::shared_ptr<const void>& keep_alive = nullptr,
                   const someip::TpPacing& pacing = {});
 
   /// Sends an event to those subscribers alone for which `wanted` is true, always by unicast. Not for the
-  /// notifier of a field.  [feat_req_someip_804]
-  /// @throws std::invalid_argument for the notifier of a field, and as notify().
+  /// notifier of a field, nor for an event with an update rule.  [feat_req_someip_804]
+  /// @throws std::invalid_argument for these, and as notify().
   Notified notify_some(OfferHandle offer, someip::MethodId event, const SubscriberFilter& wanted,
                        std::span<const ByteView> payload,
                        const std::shared_ptr<const void>& keep_alive = nullptr,
@@ -56,7 +66,12 @@ class Node {
 
   /// Gives a field a value, and its subscribers too if its rule says so, FieldSpec::update.
   /// @param field  its getter, setter or notifier.
+  /// @throws std::invalid_argument when the service has no such field.
   Notified set_field(OfferHandle offer, someip::MethodId field, ByteView value);
+  /// The same without a copy: the Node keeps this one.
+  /// @throws std::invalid_argument also when there is no value.
+  Notified set_field(OfferHandle offer, someip::MethodId field,
+                     std::shared_ptr<const std::vector<std::byte>> value);
   /// The field's value; nothing if it has none yet.
   [[nodiscard]] std::shared_ptr<const std::vector<std::byte>> field(OfferHandle offer,
                                                                     someip::MethodId field) const;
@@ -78,6 +93,7 @@ class Node {
   /// Calls a method of a server that offers the service now. `payload` and `keep_alive` as in notify().
   /// @param handler  is called exactly once: with the response, or why there is none. Not after cancel() or
   ///                 after the end of the Node.
+  /// @throws std::invalid_argument without a handler: then it is for send().
   CallId call(RequirementId requirement, const CallSpec& spec, std::span<const ByteView> payload,
               ResponseHandler handler, std::shared_ptr<const void> keep_alive = nullptr);
   /// @return false when the call has ended already.
@@ -89,7 +105,7 @@ class Node {
 
   /// Finds the service, subscribes whenever it is offered, and hands its events to `handler`. Several calls
   /// for one eventgroup, port and protocol share one subscription on the wire.
-  /// @throws as offer().
+  /// @throws as offer(), and without a handler.
   SubscriptionId subscribe(const SubscribeSpec& spec, EventHandler handler);
   /// The handler is not called any more.
   void unsubscribe(SubscriptionId subscription);
@@ -98,6 +114,8 @@ class Node {
 
   /// Tells that the network's link has come up or gone down; it is up at the start. While it is down all
   /// services and subscribers are lost and nothing is sent by discovery; afterwards everything starts anew.
+  /// For what the Node cannot see by itself, such as the port of a switch: it watches its network interface,
+  /// NodeConfig::watch_link, and its link is up when both say so.
   /// [feat_req_someipsd_23] [feat_req_someipsd_436] [feat_req_someipsd_437] [feat_req_someipsd_440]
   void link(bool up);
 
@@ -114,8 +132,6 @@ class Node {
   [[nodiscard]] someip::MessageSender::Counters sender_counters() const;
   [[nodiscard]] someip::TcpServer::Counters tcp_server_counters() const;
   [[nodiscard]] someip::TcpClient::Counters tcp_client_counters() const;
-  /// The smallest receive buffer that the system granted to one of its sockets, in bytes.
-  [[nodiscard]] int receive_buffer_bytes() const;
 
  private:
   struct State;

@@ -30,6 +30,9 @@ struct NodeConfig {
   /// Where `discovery` names no prefix: take that of the interface which has `address`, so that peers outside
   /// of its subnet are not heard. False: all are.  [feat_req_someipsd_1135] [feat_req_someipsd_1149]
   bool check_subnet = true;
+  /// Follow the link: the interface for multicast, and that it or another one has `address`. False: only
+  /// Node::link() tells.  [feat_req_someipsd_23]
+  bool watch_link = true;
   Limits limits{};                                         ///< of service discovery
   std::size_t max_message_bytes = std::size_t{16} << 20U;  ///< payload of a received message
   /// That may wait to be sent at one UDP port or TCP connection; a message beyond them is dropped.
@@ -82,6 +85,7 @@ struct NodeCounters {
   /// Events, requests and answers of another size than their E2E profile has: not sent.
   std::uint64_t e2e_not_protected = 0;
   std::uint64_t discovery_not_sent = 0;  ///< SD datagrams that the system would not take
+  std::uint64_t unreachable = 0;  ///< errors of the network (ICMP): a UDP receiver of ours is not there
 };
 
 /// Told what discovery did, in words: one line without a line end.

@@ -89,6 +89,11 @@ std::shared_ptr<UdpPort> Ports::udp(std::uint16_t number, const std::function<bo
         on_train(train, {.from = train.peer, .udp = std::move(alive), .tcp = nullptr}, weak);
       }
     });
+    port->socket.report_unreachable([this, weak = udp_.back()](const Endpoint& receiver) {
+      if (const auto alive = weak.lock()) {
+        handlers_.unreachable(receiver);
+      }
+    });
   }
   return port;
 }
@@ -227,6 +232,12 @@ someip::TcpOptions Ports::tcp_options() const {
           .unicast_ttl = config_.unicast_ttl};
 }
 
+void Ports::follow_interface() {
+  const auto follow = [](auto& port) { port.socket.follow_interface(); };
+  for_each(udp_, follow);
+  for_each(groups_, follow);
+}
+
 void Ports::flush() {
   for_each(udp_, [](UdpPort& port) { port.sender.flush(); });
 }
@@ -271,11 +282,6 @@ std::uint64_t Ports::overflows() const {
   for_each(udp_, [&](const UdpPort& port) { sum += port.socket.receive_overflows(); });
   for_each(groups_, [&](const GroupPort& port) { sum += port.socket.receive_overflows(); });
   return sum;
-}
-
-int Ports::receive_buffer_bytes(int most) const {
-  for_each(udp_, [&](const UdpPort& port) { most = std::min(most, port.socket.receive_buffer_bytes()); });
-  return most;
 }
 
 }  // namespace trestle::sd

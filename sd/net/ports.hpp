@@ -59,6 +59,8 @@ class Ports {
     std::function<void(const someip::Message&, const Source&)> message;
     /// A client connected to our TCP endpoint `own`, or is gone.
     std::function<void(const Endpoint& own, const Endpoint& client, bool connected)> tcp_client;
+    /// What was sent to this UDP endpoint found nobody there.
+    std::function<void(const Endpoint& receiver)> unreachable;
   };
 
   Ports(boost::asio::io_context& io, const NodeConfig& config, NodeCounters& counters, Handlers handlers);
@@ -82,6 +84,8 @@ class Ports {
 
   /// Closes the connection of a client to our TCP endpoint `own`, if it stands.
   void disconnect(const Endpoint& own, const Endpoint& client, const std::string& why);
+  /// See UdpSocket::follow_interface().
+  void follow_interface();
   /// Sends now what waits to leave together with others.
   void flush();
 
@@ -93,8 +97,6 @@ class Ports {
   [[nodiscard]] someip::TcpServer::Counters tcp_counters() const;
   /// Datagrams that the system dropped as a receive buffer was full.
   [[nodiscard]] std::uint64_t overflows() const;
-  /// The smallest that the system granted; `most` if there is no port.
-  [[nodiscard]] int receive_buffer_bytes(int most) const;
 
  private:
   /// @param port  that it came to: no more is handed out once that is closed.

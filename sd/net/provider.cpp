@@ -1,13 +1,12 @@
 #include "sd/net/provider.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <stdexcept>
 
 #include "sd/net/checks.hpp"
-#include "sd/net/clock.hpp"
 #include "sd/net/discovery_text.hpp"
 #include "someip/net/address_text.hpp"
+#include "someip/wire/slices.hpp"
 
 namespace trestle::sd {
 
@@ -24,9 +23,13 @@ bool contains(const std::vector<MethodId>& ids, MethodId id) {
   return std::ranges::find(ids, id) != ids.end();
 }
 
-std::size_t size_of(std::span<const ByteView> slices) {
-  return std::accumulate(slices.begin(), slices.end(), std::size_t{0},
-                         [](std::size_t sum, ByteView slice) { return sum + slice.size(); });
+std::vector<std::byte> joined(std::span<const ByteView> slices) {
+  std::vector<std::byte> all;
+  all.reserve(size_of(slices));
+  for (const ByteView slice : slices) {
+    all.insert(all.end(), slice.begin(), slice.end());
+  }
+  return all;
 }
 
 /// Whether a payload of this size may go over UDP: large ones only if they may be segmented.
@@ -82,7 +85,8 @@ OfferHandle Provider::offer(ServiceSpec spec, TimePoint now) {
                          .instance = spec.instance,
                          .major = spec.major,
                          .minor = spec.minor,
-                         .eventgroups = groups};
+                         .eventgroups = groups,
+                         .ttl_s = spec.ttl_s};
   std::vector<ConfigurationItem> configuration;
   for (const ConfigurationText& item : spec.configuration) {
     configuration.push_back({item.key, item.value});
@@ -114,16 +118,7 @@ OfferHandle Provider::offer(ServiceSpec spec, TimePoint now) {
       }
     }
   }
-  for (FieldSpec& field : spec.fields) {
-    offer->fields.push_back(
-        {.value = nullptr, .sent = nullptr, .schedule = someip::UpdateSchedule{field.update}});
-    if (field.value) {  // which is no change for anybody
-      Field& now_set = offer->fields.back();
-      now_set.value = std::make_shared<const std::vector<std::byte>>(std::move(*field.value));
-      now_set.sent = now_set.value;
-      static_cast<void>(now_set.schedule.on_value(true, now));
-    }
-  }
+  offer->values = values_of(spec, now);
   log_("offering " + to_string(spec.service, spec.instance) + at);
   for (const std::string& doubt : doubts_about(spec)) {
     log_(std::string{name}.append(": ").append(doubt));
@@ -187,8 +182,13 @@ void Provider::find_receivers(const Offer& offer, MethodId event, const Subscrib
   by_multicast_.clear();
   const Transport transport = transport_of(offer.spec, event);
   const auto add = [this](const Receiver& receiver) {
-    if (std::ranges::find(receivers_, receiver) == receivers_.end()) {
+    const auto same = std::ranges::find_if(receivers_, [&](const Receiver& one) {
+      return one.to == receiver.to && one.transport == receiver.transport;
+    });
+    if (same == receivers_.end()) {
       receivers_.push_back(receiver);
+    } else {
+      same->burst = std::min(same->burst, receiver.burst);
     }
   };
   const auto uses_multicast = [&](const EventgroupSpec& group) {
@@ -201,8 +201,8 @@ void Provider::find_receivers(const Offer& offer, MethodId event, const Subscrib
   };
   for (const EventgroupSpec& group : offer.spec.eventgroups) {
     if (contains(group.events, event) && uses_multicast(group)) {
-      add({*group.multicast, Transport::udp});
-      discovery_.for_each_subscriber(offer.handle, group.id, [this](const Subscriber& subscriber) {
+      discovery_.for_each_subscriber(offer.handle, group.id, [&](const Subscriber& subscriber) {
+        add({*group.multicast, Transport::udp, someip::burst_into(subscriber.receive_buffer_bytes)});
         by_multicast_.push_back(subscriber.udp.value_or(subscriber.peer));
       });
     }
@@ -216,7 +216,7 @@ void Provider::find_receivers(const Offer& offer, MethodId event, const Subscrib
       const bool has_it = std::ranges::any_of(
           by_multicast_, [&](const Endpoint& other) { return other == to || other == subscriber.peer; });
       if (to && !has_it && (!wanted || wanted(subscriber))) {
-        add({*to, transport});
+        add({*to, transport, someip::burst_into(subscriber.receive_buffer_bytes)});
       }
     });
   }
@@ -232,6 +232,12 @@ std::size_t Provider::subscribers(OfferHandle handle, MethodId event) const {
 }
 
 namespace {
+
+// As the application wants, else as the receiver can take it.
+someip::TpPacing with_burst(someip::TpPacing pacing, std::size_t burst) {
+  pacing.burst = pacing.burst.value_or(burst);
+  return pacing;
+}
 
 Header event_header(const ServiceSpec& spec, MethodId event, someip::SessionId session) {
   return {.service = spec.service,
@@ -258,15 +264,34 @@ Notified Provider::notify(OfferHandle handle, MethodId event, const SubscriberFi
   if (!offer) {
     return {};
   }
-  E2eChannel* const channel = offer->e2e.find(event);
+  if (!is_in_a_group(offer->spec, event)) {
+    throw std::invalid_argument{"event " + hexadecimal(value(event)) + " of " +
+                                to_string(offer->spec.service, offer->spec.instance) +
+                                " is in no eventgroup"};
+  }
+  Ruled* const ruled = event_with_rule(*offer, event);
+  if (ruled == nullptr) {
+    return send_event(*offer, event, wanted, payload, keep_alive, pacing);
+  }
+  if (wanted) {
+    throw std::invalid_argument{"an event with an update rule is for all its subscribers"};
+  }
+  ruled->pacing = pacing;
+  return store(*offer, *ruled, std::make_shared<const std::vector<std::byte>>(joined(payload)));
+}
+
+Notified Provider::send_event(Offer& offer, MethodId event, const SubscriberFilter& wanted,
+                              std::span<const ByteView> payload,
+                              const std::shared_ptr<const void>& keep_alive, const someip::TpPacing& pacing) {
+  E2eChannel* const channel = offer.e2e.find(event);
   if (channel != nullptr && wanted) {
     throw std::invalid_argument{"an event with end-to-end protection is for all its subscribers"};
   }
-  find_receivers(*offer, event, wanted);
+  find_receivers(offer, event, wanted);
   const std::size_t bytes = size_of(payload) + (channel != nullptr ? channel->added_bytes() : 0);
-  const Header header = event_header(offer->spec, event, session_of(*offer, event, bytes));
-  return channel != nullptr ? notify_protected(*offer, *channel, header, payload, pacing)
-                            : send_to_receivers(*offer, header, payload, keep_alive, pacing);
+  const Header header = event_header(offer.spec, event, session_of(offer, event, bytes));
+  return channel != nullptr ? notify_protected(offer, *channel, header, payload, pacing)
+                            : send_to_receivers(offer, header, payload, keep_alive, pacing);
 }
 
 Notified Provider::send_to_receivers(Offer& offer, const Header& header, std::span<const ByteView> payload,
@@ -278,7 +303,8 @@ Notified Provider::send_to_receivers(Offer& offer, const Header& header, std::sp
     if (receiver.transport == Transport::tcp) {
       taken = offer.tcp->server.send(receiver.to, header, payload, keep_alive);
     } else if (may_be_sent(offer.spec, header.method, size_of(payload))) {
-      taken = offer.udp->sender.send(receiver.to, header, payload, keep_alive, pacing);
+      taken = offer.udp->sender.send(receiver.to, header, payload, keep_alive,
+                                     with_burst(pacing, receiver.burst));
     } else {
       ++counters_.not_to_be_segmented;
     }
@@ -373,105 +399,15 @@ void Provider::handle(const std::shared_ptr<Offer>& offer, const Message& messag
     call_setter(*offer, field, message.payload, responder);
     // A getter is called with nothing [feat_req_someip_633]; what follows that, a newer client means.
     // [feat_req_someip_168]
-  } else if (const auto value = offer->fields[field].value) {
+  } else if (const auto value = offer->values[field].value) {
     const ByteView bytes{*value};
     responder.respond({&bytes, 1}, value);
   } else {
-    responder.error(ReturnCode::not_ok);
+    responder.error(offer->spec.fields[field].without_value);
   }
 }
 
-// --- Fields -----------------------------------------------------------------------------------------------
-
-std::optional<std::size_t> Provider::field_of(const Offer& offer, MethodId any) {
-  const auto found = std::ranges::find_if(offer.spec.fields, [any](const FieldSpec& field) {
-    return field.getter == any || field.setter == any || field.notifier == any;
-  });
-  return found == offer.spec.fields.end()
-             ? std::nullopt
-             : std::optional{static_cast<std::size_t>(found - offer.spec.fields.begin())};
-}
-
-void Provider::call_setter(const Offer& offer, std::size_t field, ByteView wanted, Responder& responder) {
-  std::vector<std::byte> value;
-  if (const SetHandler& judge = offer.spec.fields[field].on_set) {
-    auto judged = judge(wanted);
-    if (!judged) {
-      responder.error(judged.error() == ReturnCode::ok ? ReturnCode::not_ok : judged.error());
-      return;
-    }
-    value = std::move(*judged);
-  } else {
-    value.assign(wanted.begin(), wanted.end());
-  }
-  // The response first, so that who sets the value knows why it is notified.  [feat_req_someip_634]
-  responder.respond(ByteView{value});
-  if (const auto still = find(offer.handle)) {
-    store(*still, field, std::move(value));
-  }
-}
-
-bool Provider::is_notifier(OfferHandle handle, MethodId event) const {
-  const auto offer = find(handle);
-  return offer && std::ranges::any_of(offer->spec.fields,
-                                      [event](const FieldSpec& field) { return field.notifier == event; });
-}
-
-Notified Provider::store(Offer& offer, std::size_t index, std::vector<std::byte> value) {
-  Field& field = offer.fields[index];
-  if (!field.value || *field.value != value) {
-    field.value = std::make_shared<const std::vector<std::byte>>(std::move(value));
-  }
-  const DifferenceCheck& differs = offer.spec.fields[index].differs;
-  const bool differ =
-      !field.sent || (differs ? differs(*field.sent, *field.value) : *field.sent != *field.value);
-  const bool due = field.schedule.on_value(differ, now());
-  arm_cycle();
-  return due ? send_value(offer, index) : Notified{};
-}
-
-Notified Provider::send_value(Offer& offer, std::size_t index) {
-  Field& field = offer.fields[index];
-  field.sent = field.value;
-  const auto& notifier = offer.spec.fields[index].notifier;
-  const ByteView bytes{*field.value};
-  return notifier ? notify(offer.handle, *notifier, {}, {&bytes, 1}, field.value, config_.pacing)
-                  : Notified{};
-}
-
-void Provider::send_cyclic_values() {
-  for (const auto& offer : offers_) {
-    for (std::size_t i = 0; i < offer->fields.size(); ++i) {
-      if (offer->fields[i].schedule.on_time(now())) {
-        send_value(*offer, i);
-      }
-    }
-  }
-  arm_cycle();
-}
-
-void Provider::arm_cycle() {
-  std::optional<TimePoint> next;
-  for (const auto& offer : offers_) {
-    for (const Field& field : offer->fields) {
-      const auto due = field.schedule.deadline();
-      next = due && (!next || *due < *next) ? due : next;
-    }
-  }
-  cycle_.arm(next);
-}
-
-Notified Provider::set_field(OfferHandle handle, MethodId id, ByteView value) {
-  const auto offer = find(handle);
-  const auto field = offer ? field_of(*offer, id) : std::nullopt;
-  return field ? store(*offer, *field, {value.begin(), value.end()}) : Notified{};
-}
-
-std::shared_ptr<const std::vector<std::byte>> Provider::field(OfferHandle handle, MethodId id) const {
-  const auto offer = find(handle);
-  const auto field = offer ? field_of(*offer, id) : std::nullopt;
-  return field ? offer->fields[*field].value : nullptr;
-}
+// --- Initial events ---------------------------------------------------------------------------------------
 
 // By unicast, and also when the subscriber has them by another eventgroup.  [feat_req_someipsd_793]
 // [feat_req_someipsd_1167] Events that are no field's have no initial value.  [feat_req_someipsd_833]
@@ -487,7 +423,7 @@ void Provider::send_initial_values(OfferHandle handle, EventgroupId eventgroup,
   }
   for (const MethodId event : group->events) {
     const auto field = field_of(*offer, event);
-    auto value = field ? offer->fields[*field].value : nullptr;
+    auto value = field ? offer->values[*field].value : nullptr;
     if (!value) {
       continue;
     }
@@ -508,7 +444,9 @@ void Provider::send_initial_values(OfferHandle handle, EventgroupId eventgroup,
     } else if (subscriber.udp && !may_be_sent(offer->spec, event, bytes.size())) {
       ++counters_.not_to_be_segmented;
     } else if (subscriber.udp) {
-      offer->udp->sender.send(*subscriber.udp, header, {&bytes, 1}, value, config_.pacing);
+      offer->udp->sender.send(
+          *subscriber.udp, header, {&bytes, 1}, value,
+          with_burst(config_.pacing, someip::burst_into(subscriber.receive_buffer_bytes)));
     }
   }
 }

@@ -19,7 +19,8 @@ class Provider {
   struct Receiver {
     Endpoint to;
     Transport transport = Transport::udp;
-    friend bool operator==(const Receiver&, const Receiver&) = default;
+    /// Segments that may leave at once, as its subscriptions tell: the least of them.
+    std::size_t burst = someip::default_burst;
   };
 
   OfferHandle offer(ServiceSpec spec, TimePoint now);
@@ -32,9 +33,9 @@ class Provider {
                   std::span<const ByteView> payload, const std::shared_ptr<const void>& keep_alive,
                   const someip::TpPacing& pacing);
   [[nodiscard]] bool is_notifier(OfferHandle offer, someip::MethodId event) const;
-  Notified set_field(OfferHandle offer, someip::MethodId field, ByteView value);
-  [[nodiscard]] std::shared_ptr<const std::vector<std::byte>> field(OfferHandle offer,
-                                                                    someip::MethodId field) const;
+  using Value = std::shared_ptr<const std::vector<std::byte>>;
+  Notified set_field(OfferHandle offer, someip::MethodId field, Value value);
+  [[nodiscard]] Value field(OfferHandle offer, someip::MethodId field) const;
 
   /// A message that is neither a notification nor an answer.
   /// Whether this request, of which a segment has come, is to a service that is offered where it came. If
@@ -46,11 +47,14 @@ class Provider {
   void on_event(const SubscriberRemoved& event);
 
  private:
-  using Value = std::shared_ptr<const std::vector<std::byte>>;
-  struct Field {
-    Value value;  ///< nothing: none yet
-    Value sent;   ///< with the last notification
+  /// What is sent by a rule: the value of a field, the last payload of an event that has a rule.
+  struct Ruled {
+    std::optional<someip::MethodId> event;  ///< nothing: a field without notifier
     someip::UpdateSchedule schedule;
+    DifferenceCheck differs;
+    someip::TpPacing pacing;
+    Value value{};  ///< nothing: none yet
+    Value sent{};   ///< with the last notification
   };
   struct Offer {
     OfferHandle handle;
@@ -58,7 +62,7 @@ class Provider {
     std::shared_ptr<UdpPort> udp;
     std::shared_ptr<TcpPort> tcp;
     std::map<someip::MethodId, someip::SessionCounter> sessions;  ///< of each event
-    std::vector<Field> fields;                                    ///< as in `spec`
+    std::vector<Ruled> values;  ///< of the fields as in `spec`, then of the events as in `spec`
     E2eChannels e2e;
   };
 
@@ -69,6 +73,9 @@ class Provider {
   [[nodiscard]] static Eventgroup eventgroup_of(const ServiceSpec& spec, const EventgroupSpec& group);
   /// Fills receivers_ with all that get this event, each once.
   void find_receivers(const Offer& offer, someip::MethodId event, const SubscriberFilter& wanted) const;
+  Notified send_event(Offer& offer, someip::MethodId event, const SubscriberFilter& wanted,
+                      std::span<const ByteView> payload, const std::shared_ptr<const void>& keep_alive,
+                      const someip::TpPacing& pacing);
   [[nodiscard]] static someip::SessionId session_of(Offer& offer, someip::MethodId event, std::size_t bytes);
   Notified send_to_receivers(Offer& offer, const someip::Header& header, std::span<const ByteView> payload,
                              const std::shared_ptr<const void>& keep_alive, const someip::TpPacing& pacing);
@@ -81,11 +88,16 @@ class Provider {
                             std::span<const ByteView> payload, const someip::TpPacing& pacing);
   void handle_checked(const std::shared_ptr<Offer>& offer, E2eChannel& channel, someip::Message message,
                       const Source& source, ReplyPath path);
+  // Values: provider_values.cpp.
+  /// Takes the initial values out of `spec`.
+  [[nodiscard]] std::vector<Ruled> values_of(ServiceSpec& spec, TimePoint now) const;
+  [[nodiscard]] static Ruled* event_with_rule(Offer& offer, someip::MethodId event);
   void call_setter(const Offer& offer, std::size_t field, ByteView wanted, Responder& responder);
-  Notified store(Offer& offer, std::size_t field, std::vector<std::byte> value);
-  Notified send_value(Offer& offer, std::size_t field);
+  Notified store(Offer& offer, Ruled& ruled, Value value);
+  Notified send_value(Offer& offer, Ruled& ruled);
   void send_cyclic_values();
   void arm_cycle();
+
   void send_initial_values(OfferHandle handle, EventgroupId eventgroup, const Subscriber& subscriber);
   template <typename SubscriberEvent>
   void log_subscriber(const SubscriberEvent& event, const std::string& what) const;
@@ -96,7 +108,7 @@ class Provider {
   NodeCounters& counters_;
   DiscoveryLog log_;
   std::vector<std::shared_ptr<Offer>> offers_;
-  DeadlineTimer cycle_;  ///< of all fields that are sent cyclically
+  DeadlineTimer cycle_;  ///< of all values that are sent cyclically
   // Of one event; kept to reuse their memory.
   mutable std::vector<Receiver> receivers_;
   /// Who gets it by multicast: the UDP endpoint, or SD's of a subscriber that needs none.

@@ -1,9 +1,9 @@
 #include "sd/net/responder.hpp"
 
-#include <numeric>
 #include <utility>
 
 #include "sd/net/ports.hpp"
+#include "someip/wire/slices.hpp"
 
 namespace trestle::sd {
 
@@ -21,9 +21,7 @@ bool ReplyPath::send_bytes(const someip::Header& header, std::span<const ByteVie
   if (!port) {
     return false;
   }
-  const std::size_t bytes =
-      std::accumulate(payload.begin(), payload.end(), std::size_t{0},
-                      [](std::size_t sum, ByteView slice) { return sum + slice.size(); });
+  const std::size_t bytes = size_of(payload);
   if (!in_segments && bytes > someip::max_plain_payload_bytes) {
     ++counters->not_to_be_segmented;
     someip::Header failed = header;

@@ -29,13 +29,13 @@ struct MethodSpec {
 /// [feat_req_someip_634]
 using SetHandler = std::function<someip::Result<std::vector<std::byte>, someip::ReturnCode>(ByteView wanted)>;
 
-/// Whether a field's value differs from the one that was sent last by so much that it is worth a
-/// notification: for a number, by more than an epsilon.
+/// Whether the value of a field or event differs from the one that was sent last by so much that it is worth
+/// a notification: for a number, by more than an epsilon.
 using DifferenceCheck = std::function<bool(ByteView sent, ByteView value)>;
 
 /// A field of an offered service: any of getter, setter and notifier, but one of them.  [feat_req_someip_631]
 /// [feat_req_someip_632] The Node keeps its value: it answers the getter, and notifies of changes and new
-/// subscribers of the value. Until there is one the getter answers not_ok.
+/// subscribers of the value.
 struct FieldSpec {
   std::optional<someip::MethodId> getter{};
   std::optional<someip::MethodId> setter{};
@@ -43,6 +43,18 @@ struct FieldSpec {
   std::optional<std::vector<std::byte>> value{};
   SetHandler on_set{};          ///< nothing: every value is taken as it comes
   someip::UpdateRule update{};  ///< when the notifier is sent
+  DifferenceCheck differs{};    ///< nothing: by any byte
+  /// What the getter answers until there is a value; not ok.
+  someip::ReturnCode without_value = someip::ReturnCode::not_ok;
+};
+
+/// When an event is sent that Node::notify() gives a payload: a service lists those that want a rule here,
+/// all others are sent by each notify(). The Node keeps a copy of the last payload, to compare and to repeat,
+/// but has nothing for new subscribers, as events that are no field's have no initial value.
+/// [feat_req_someip_635] [feat_req_someipsd_833]
+struct EventSpec {
+  someip::MethodId id{};
+  someip::UpdateRule update{};  ///< on change, in a cycle from the first notify() on, or both
   DifferenceCheck differs{};    ///< nothing: by any byte
 };
 
@@ -79,6 +91,7 @@ struct ServiceSpec {
   std::optional<std::uint16_t> tcp_port{};
   std::vector<MethodSpec> methods{};
   std::vector<FieldSpec> fields{};
+  std::vector<EventSpec> events{};  ///< those with an update rule; each is in an eventgroup, too
   std::vector<EventgroupSpec> eventgroups{};
   /// Events and notifiers that go over TCP. Those of a service without UDP do anyway, all others go over UDP.
   std::vector<someip::MethodId> tcp_events{};
@@ -92,6 +105,9 @@ struct ServiceSpec {
   /// What else discovery tells of it, in this order.  [feat_req_someipsd_857] A service of other_protocols is
   /// named by its item `otherserv`.  [feat_req_someipsd_500]
   std::vector<ConfigurationText> configuration{};
+  /// How long it lives unless it is offered again, 1 to infinite_ttl_s; nothing: Timing::ttl_s of the node.
+  /// [feat_req_someipsd_253]
+  std::optional<std::uint32_t> ttl_s{};
   std::optional<LoadBalancingOption> load_balancing{};  ///< its rank among the instances of the service
   /// How its requests that are in error are answered; nothing: as NodeConfig says.  [feat_req_someip_726]
   std::optional<someip::AnswerRules> answers{};
@@ -101,7 +117,7 @@ struct ServiceSpec {
 /// Chooses among the subscribers of an event.
 using SubscriberFilter = std::function<bool(const Subscriber& subscriber)>;
 
-/// What became of an event.
+/// What became of an event; all 0 when its rule says not to send it now.
 struct Notified {
   someip::SessionId session{};  ///< of the message that was sent
   std::size_t subscribers = 0;  ///< endpoints that it was sent to, or queued for
@@ -139,6 +155,9 @@ struct SubscribeSpec {
   /// Subscribe anew when no event of `events` came for this long, counted from the Ack and from each event;
   /// nothing: never.  [feat_req_someipsd_439] [feat_req_someipsd_691]
   std::optional<Duration> silence_timeout{};
+  /// How long it lives unless it is renewed, 1 to infinite_ttl_s; nothing: Timing::ttl_s of the node.
+  /// [feat_req_someipsd_322]
+  std::optional<std::uint32_t> ttl_s{};
   std::vector<E2eSpec> e2e{};  ///< of `events` with end-to-end protection
   std::string otherserv{};     ///< the name, for other_protocols  [feat_req_someipsd_503]
 };

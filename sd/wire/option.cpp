@@ -246,10 +246,11 @@ std::optional<ConfigurationItem> ConfigurationCursor::next() noexcept {
     return std::nullopt;
   }
   const std::string_view characters = text(sequence);
-  const std::size_t equals = characters.find('=');
-  ConfigurationItem item{characters.substr(0, equals), std::nullopt};  // [feat_req_someipsd_160]
-  if (equals != std::string_view::npos) {
-    item.value = characters.substr(equals + 1);  // [feat_req_someipsd_157] [feat_req_someipsd_217]
+  // Not by find() and substr(), which call for a C library, and for what throws with a formatted text.
+  const auto equals = std::ranges::find(characters, '=');
+  ConfigurationItem item{{characters.begin(), equals}, std::nullopt};  // [feat_req_someipsd_160]
+  if (equals != characters.end()) {
+    item.value = {equals + 1, characters.end()};  // [feat_req_someipsd_157] [feat_req_someipsd_217]
   }
   if (!is_key(item.key)) {
     return fail(WireError::bad_value);

@@ -76,7 +76,7 @@ struct StartedCall {
 /// The end of a call by an answer.
 struct CallAnswer {
   CallHandle call;
-  ReturnCode code;  ///< ok, or the error: never ok for message type ERROR
+  ReturnCode code{};  ///< ok, or the error: never ok for message type ERROR
 };
 
 /// The outstanding calls of one client, sans I/O.

@@ -10,7 +10,6 @@
 namespace trestle::someip {
 namespace {
 
-constexpr std::size_t length_at = 4;
 constexpr auto client_cookie = magic_cookie(StreamEnd::client);
 constexpr auto server_cookie = magic_cookie(StreamEnd::server);
 
@@ -101,7 +100,7 @@ std::optional<Message> StreamParser::whole(ByteView bytes) noexcept {
 
 // Takes note of the size of the message that begins with this header. Framing is lost if it cannot be.
 bool StreamParser::framed(ByteView header) noexcept {
-  const auto length = load<std::uint32_t>(header.data() + length_at);
+  const auto length = load<std::uint32_t>(header.data() + length_field_at);
   if (length < length_covered_header_bytes) {
     ++counters_.bad_length;
     lost_ = true;

@@ -11,7 +11,6 @@ namespace {
 constexpr std::size_t max_payload_bytes = 0xffffffff - length_covered_header_bytes;
 /// More does not fit a UDP datagram together with the two headers.
 constexpr std::size_t max_segment_bytes = 65472;
-constexpr std::size_t length_at = 4;
 
 constexpr std::size_t usable(std::size_t segment_bytes) noexcept {
   return std::clamp(segment_bytes - segment_bytes % tp_unit_bytes, tp_unit_bytes, max_segment_bytes);
@@ -43,7 +42,7 @@ std::optional<TpSegment> TpSegmenter::next() noexcept {
   store(segment->header.data() + header_bytes, to_word(tp));
   if (!more) {
     const std::size_t length = length_covered_header_bytes + tp_header_bytes + rest;
-    store(segment->header.data() + length_at, static_cast<std::uint32_t>(length));
+    store(segment->header.data() + length_field_at, static_cast<std::uint32_t>(length));
     done_ = true;
   }
   offset_ += segment->bytes;

@@ -37,7 +37,7 @@ class TpSegmenter {
 
   /// How many segments the message has, sent or not.
   [[nodiscard]] constexpr std::size_t size() const noexcept {
-    return payload_bytes_ == 0 ? 1 : (payload_bytes_ + segment_bytes_ - 1) / segment_bytes_;
+    return payload_bytes_ == 0 ? 1 : (payload_bytes_ - 1) / segment_bytes_ + 1;  // nothing here wraps
   }
   /// Payload of each segment but the last.
   [[nodiscard]] constexpr std::size_t segment_bytes() const noexcept { return segment_bytes_; }

@@ -5,7 +5,7 @@
 
 namespace trestle::someip {
 
-/// When the value of a field is sent to its subscribers.  [feat_req_someip_635]
+/// When the value of a field, or of an event, is sent to its subscribers.  [feat_req_someip_635]
 struct UpdateRule {
   /// As soon as it differs from the one that was sent last; what counts as a difference is the caller's to
   /// say: any other byte, or a distance greater than some epsilon.
@@ -15,12 +15,12 @@ struct UpdateRule {
   friend constexpr bool operator==(const UpdateRule&, const UpdateRule&) = default;
 };
 
-/// The rule at work for one field, sans I/O.
+/// The rule at work for one value, sans I/O.
 class UpdateSchedule {
  public:
   explicit constexpr UpdateSchedule(const UpdateRule& rule) noexcept : rule_{rule} {}
 
-  /// The field has been given a value.
+  /// There is a value.
   /// @param differs  from the value that was sent last; true for the first.
   /// @return whether to send it now.
   bool on_value(bool differs, TimePoint now) noexcept;

@@ -6,13 +6,12 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <cstring>
-#include <list>
-#include <numeric>
+#include <optional>
 #include <utility>
 #include <vector>
 
-#include "someip/core/tp_segmenter.hpp"
 #include "someip/net/datagram_batch.hpp"
+#include "someip/wire/slices.hpp"
 
 namespace trestle::someip {
 namespace {
@@ -22,32 +21,7 @@ constexpr std::size_t batch_bytes = 65000;
 constexpr std::size_t max_datagram_bytes =
     header_bytes + max_plain_payload_bytes;    // no fragments on Ethernet
 constexpr std::size_t max_collections = 64;    // receivers that messages are collected for at once
-constexpr std::size_t max_unused = 64;         // places of the queue that are kept for reuse
-constexpr std::size_t max_kept_copy = 65536;   // bytes of such a one
 constexpr std::size_t slices_per_segment = 2;  // a segment that lies in more pieces is copied together
-
-// Where in a list of slices the next byte is.
-struct SliceCursor {
-  std::size_t slice = 0;
-  std::size_t offset = 0;
-};
-
-struct Pending {
-  Endpoint to;
-  Header header;
-  std::vector<ByteView> slices{};
-  std::vector<std::byte> copy{};  ///< of what they point to, when nobody else keeps it
-  std::size_t bytes = 0;
-  std::shared_ptr<const void> keep_alive{};
-  TpPacing pacing{};
-  TpSegmenter segments{{}, 0, tp_default_segment_bytes};
-  SliceCursor cursor{};
-  std::size_t burst_left = 0;
-  std::size_t messages = 1;
-  bool datagram = false;  ///< the slices are a datagram with so many messages, headers and all
-
-  [[nodiscard]] bool plain() const noexcept { return datagram || bytes <= max_plain_payload_bytes; }
-};
 
 // Small messages to one receiver that leave in one datagram.
 struct Collection {
@@ -56,35 +30,13 @@ struct Collection {
   std::size_t messages = 0;
 };
 
-// Takes the next `bytes` bytes as views. There are that many.
-void take(const std::vector<ByteView>& slices, SliceCursor& cursor, std::size_t bytes,
-          std::vector<ByteView>& to) {
-  while (bytes > 0) {
-    const ByteView slice = slices[cursor.slice].subspan(cursor.offset);
-    const ByteView piece = slice.first(std::min(bytes, slice.size()));
-    if (!piece.empty()) {
-      to.push_back(piece);
-    }
-    bytes -= piece.size();
-    cursor.offset += piece.size();
-    if (piece.size() == slice.size()) {
-      cursor = {cursor.slice + 1, 0};
-    }
-  }
-}
-
-std::size_t size_of(std::span<const ByteView> slices) {
-  return std::accumulate(slices.begin(), slices.end(), std::size_t{0},
-                         [](std::size_t sum, ByteView slice) { return sum + slice.size(); });
-}
-
 }  // namespace
 
 struct MessageSender::State : std::enable_shared_from_this<State> {
   State(boost::asio::io_context& context, UdpSocket& via, std::size_t max_bytes, Duration collecting)
       : io{context},
         socket{&via},
-        max_queued_bytes{max_bytes},
+        lanes{max_bytes},
         collect_for{collecting},
         timer{context},
         collect_timer{context} {}
@@ -260,11 +212,11 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     return send_datagram(to, parts, 1);
   }
 
-  // Sends the next segments of `message` with one system call. At least one segment is left.
-  SendStatus send_batch(Pending& message) {
+  // Sends the next segments of `message`, `room` at most, with one system call. At least one is left.
+  SendStatus send_batch(SendLane& lane, PendingMessage& message, std::size_t room) {
     const std::size_t datagram_bytes = header_bytes + tp_header_bytes + message.segments.segment_bytes();
-    const std::size_t most = std::max<std::size_t>(
-        1, std::min({batch_segments, batch_bytes / datagram_bytes, message.burst_left}));
+    const std::size_t most =
+        std::max<std::size_t>(1, std::min({batch_segments, batch_bytes / datagram_bytes, room}));
     const TpSegmenter segments_before = message.segments;
     const SliceCursor cursor_before = message.cursor;
     slices.clear();
@@ -286,9 +238,9 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
       slice_counts.push_back(static_cast<std::uint8_t>(1 + slices.size() - first));
     }
     const UdpSocket::Batch result =
-        counted([&] { return socket->send_segments(message.to, slices, slice_counts, datagram_bytes); });
+        counted([&] { return socket->send_segments(lane.to, slices, slice_counts, datagram_bytes); });
     counters.datagrams += result.sent;
-    message.burst_left -= std::min(message.burst_left, result.sent);
+    lane.pace.sent(result.sent);
     if (result.sent < slice_counts.size()) {  // go back to the first segment that was not sent
       message.segments = segments_before;
       message.cursor = cursor_before;
@@ -316,51 +268,75 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     flat_used += bytes;
   }
 
-  // Sends what waits until a burst is over, the socket is full or nothing is left.
+  // Sends what may leave now, of each lane a burst at most: each time the loop gets its turn in between.
   void pump() {
-    while (!queue.empty()) {
-      Pending& message = queue.front();
-      const SendStatus status =
-          message.datagram  ? send_datagram(message.to, message.slices.front(), message.messages)
-          : message.plain() ? send_plain(message.to, message.header, message.slices, message.bytes)
-                            : send_batch(message);
+    if (std::exchange(pumping, true)) {
+      again = true;  // the end of a message that was sent has brought forth another one
+      return;
+    }
+    const auto self = shared_from_this();
+    std::optional<TimePoint> resume;
+    do {
+      again = false;
+      resume.reset();
+      const TimePoint now = std::chrono::steady_clock::now();
+      for (auto lane = lanes.all().begin(); lane != lanes.all().end(); ++lane) {
+        blocked = !serve(*lane, now, resume);
+        if (blocked) {
+          lanes.put_last(lane);
+          break;
+        }
+      }
+    } while (again && !blocked);
+    pumping = false;
+    if (socket == nullptr) {
+      return;
+    }
+    if (blocked) {
+      socket->wait_writable([this] {  // close() withdraws it
+        blocked = false;
+        pump();
+      });
+    } else if (resume) {
+      wait_until(*resume);
+    }
+  }
+
+  // Sends what waits until a burst is over or nothing is left.
+  // @return false when the socket is full.
+  bool serve(SendLane& lane, TimePoint now, std::optional<TimePoint>& resume) {
+    while (!lane.queue.empty()) {
+      PendingMessage& message = lane.queue.front();
+      SendStatus status = SendStatus::sent;
+      if (message.datagram) {
+        status = send_datagram(lane.to, message.slices.front(), message.messages);
+      } else if (message.plain()) {
+        status = send_plain(lane.to, message.header, message.slices, message.bytes);
+      } else if (const std::size_t room = lane.pace.room(message.pacing, now); room > 0) {
+        status = send_batch(lane, message, room);
+      } else {
+        const TimePoint next = lane.pace.resume(message.pacing);
+        resume = resume ? std::min(*resume, next) : next;
+        return true;
+      }
       if (status == SendStatus::would_block) {
-        socket->wait_writable([this] { pump(); });  // close() withdraws it
-        return;
+        return false;
       }
       if (status == SendStatus::failed) {
         counters.refused += message.messages;
-      } else if (!message.plain() && !message.segments.done()) {
-        if (message.burst_left > 0) {
+      } else if (!message.plain()) {
+        if (!message.segments.done()) {
           continue;
         }
-        message.burst_left = message.pacing.burst;
-        if (message.pacing.separation > Duration::zero()) {
-          pause(message.pacing.separation);
-          return;
-        }
-        continue;
-      } else if (!message.plain()) {
         ++counters.messages;
       }
-      const bool paced = !message.plain();
-      const Duration separation = message.pacing.separation;
-      queued_bytes -= message.bytes;
-      dispose(queue.begin());
-      // The receiver needs its pause before another large message too.
-      if (paced && separation > Duration::zero() && !queue.empty()) {
-        pause(separation);
-        return;
-      }
+      lanes.finish(lane);
     }
-    busy = false;
+    return true;
   }
 
-  void pause(Duration separation) {
-    // From the burst before: a late timer must not slow the stream down for good.
-    const auto now = std::chrono::steady_clock::now();
-    next_burst = std::max(next_burst + separation, now);
-    timer.expires_at(next_burst);
+  void wait_until(TimePoint time) {
+    timer.expires_at(time);
     timer.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
       const auto self = weak.lock();
       if (!error && self && self->socket != nullptr) {
@@ -369,99 +345,51 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     });
   }
 
-  [[nodiscard]] bool must_wait(const Endpoint& to, const Header& header) const {
-    return std::any_of(queue.begin(), queue.end(), [&](const Pending& pending) {
-      return pending.to == to && (pending.datagram || (pending.header.service == header.service &&
-                                                       pending.header.method == header.method));
-    });
-  }
-
-  // A place at the end of the queue, with whatever memory an earlier one had: the one last used, which is
-  // warm. Nothing if so much may not wait.
-  Pending* place_in_queue(std::span<const ByteView> parts, std::size_t bytes, std::size_t messages,
-                          bool keep) {
-    if (bytes > max_queued_bytes - queued_bytes) {
-      counters.queue_full += messages;
-      return nullptr;
-    }
-    if (unused.empty()) {
-      unused.emplace_front();
-    }
-    queue.splice(queue.end(), unused, unused.begin());
-    Pending& place = queue.back();
-    place.bytes = bytes;
-    place.messages = messages;
-    if (keep) {
-      place.slices.assign(parts.begin(), parts.end());
-    } else {
-      for (const ByteView part : parts) {
-        place.copy.insert(place.copy.end(), part.begin(), part.end());
-      }
-      place.slices.assign(1, ByteView{place.copy});
-    }
-    queued_bytes += bytes;
-    return &place;
-  }
-
-  void dispose(std::list<Pending>::iterator done) {
-    done->keep_alive.reset();
-    done->copy.clear();
-    if (unused.size() == max_unused) {
-      queue.erase(done);
-      return;
-    }
-    if (done->copy.capacity() > max_kept_copy) {
-      done->copy = {};
-    }
-    unused.splice(unused.begin(), queue, done);
-  }
-
   bool enqueue(const Endpoint& to, const Header& header, std::span<const ByteView> payload, std::size_t bytes,
                std::shared_ptr<const void> keep_alive, const TpPacing& pacing) {
-    Pending* const place = place_in_queue(payload, bytes, 1, keep_alive != nullptr);
+    PendingMessage* const place = lanes.add(to, payload, bytes, keep_alive != nullptr);
     if (place == nullptr) {
+      ++counters.queue_full;
       return false;
     }
-    place->to = to;
     place->header = header;
     place->keep_alive = std::move(keep_alive);
     place->pacing = pacing;
     place->segments = TpSegmenter{header, bytes, pacing.segment_bytes};
     place->cursor = {};
-    place->burst_left = pacing.burst;
+    place->messages = 1;
     place->datagram = false;
     start();
     return true;
   }
 
   void enqueue_datagram(const Endpoint& to, ByteView datagram, std::size_t messages) {
-    if (Pending* const place = place_in_queue({&datagram, 1}, datagram.size(), messages, false)) {
-      place->to = to;
-      place->datagram = true;
-      start();
+    PendingMessage* const place = lanes.add(to, {&datagram, 1}, datagram.size(), false);
+    if (place == nullptr) {
+      counters.queue_full += messages;
+      return;
     }
+    place->messages = messages;
+    place->datagram = true;
+    start();
   }
 
   void start() {
-    if (!busy) {
-      busy = true;
-      next_burst = std::chrono::steady_clock::now();
+    if (!blocked) {
       pump();
     }
   }
 
   boost::asio::io_context& io;
   UdpSocket* socket;
-  std::size_t max_queued_bytes;
-  std::size_t queued_bytes = 0;
+  SendLanes lanes;
   Duration collect_for;
   boost::asio::steady_timer timer;
   boost::asio::steady_timer collect_timer;
   std::vector<Collection> collections;
-  std::chrono::steady_clock::time_point next_burst;
-  bool busy = false;  ///< a timer or the socket will call pump()
-  std::list<Pending> queue;
-  std::list<Pending> unused;
+  bool pumping = false;  ///< pump() is being called
+  bool again = false;    ///< and has more to do
+  bool blocked = false;  ///< the socket is full and will call pump()
   DatagramBatch batch;
   bool turn_open = false;  ///< a small message has left, further ones wait for each other in the batch
   bool deferred = false;   ///< end_turn() is on its way
@@ -505,11 +433,7 @@ void MessageSender::close() {
   state.socket = nullptr;
   state.timer.cancel();
   state.collect_timer.cancel();
-  for (const Pending& message : state.queue) {
-    state.counters.abandoned += message.messages;
-  }
-  state.queue.clear();  // now, for the cancelled handler keeps the state alive a little longer
-  state.queued_bytes = 0;
+  state.counters.abandoned += state.lanes.clear();
 }
 
 bool MessageSender::send(const Endpoint& to, const Header& header, std::span<const ByteView> payload,
@@ -521,7 +445,7 @@ bool MessageSender::send(const Endpoint& to, const Header& header, std::span<con
   }
   const std::size_t bytes = size_of(payload);
   const bool collects = state.collect_for > Duration::zero();
-  if (bytes <= max_plain_payload_bytes && !state.must_wait(to, header)) {
+  if (bytes <= max_plain_payload_bytes && !state.lanes.must_wait(to, header)) {
     if (collects) {
       state.collect(to, header, payload, bytes);
       return true;
@@ -547,7 +471,7 @@ bool MessageSender::send(const Endpoint& to, const Header& header, std::span<con
 }
 
 bool MessageSender::idle() const noexcept {
-  return state_->queue.empty() && state_->collections.empty() && state_->batch.empty();
+  return state_->lanes.empty() && state_->collections.empty() && state_->batch.empty();
 }
 const MessageSender::Counters& MessageSender::counters() const noexcept {
   return state_->counters;

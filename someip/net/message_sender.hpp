@@ -1,26 +1,14 @@
 #pragma once
-#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <span>
 
+#include "someip/core/tp_pacing.hpp"
+#include "someip/net/send_lanes.hpp"
 #include "someip/net/udp_socket.hpp"
 #include "someip/wire/header.hpp"
-#include "someip/wire/tp.hpp"
 
 namespace trestle::someip {
-
-/// How the segments of a large message leave, so that they don't overrun the receiver: the kernel of a
-/// receiver that nobody tuned holds about 200 KB.
-struct TpPacing {
-  std::size_t segment_bytes = tp_default_segment_bytes;  ///< payload per segment; a multiple of 16
-  std::size_t burst = 45;                                ///< segments that leave at once; at least 1
-  Duration separation = std::chrono::microseconds{500};  ///< from one burst to the next
-  friend constexpr bool operator==(const TpPacing&, const TpPacing&) = default;
-};
-
-/// The largest payload that travels in one datagram; larger ones are segmented.  [feat_req_someip_318]
-inline constexpr std::size_t max_plain_payload_bytes = 1400;
 
 /// Sends messages through a UDP socket: small ones at once, or together, a large one as TP segments, gathered
 /// by the kernel from where they lie. Not thread-safe: use it on the thread that runs the io_context.
@@ -28,6 +16,9 @@ inline constexpr std::size_t max_plain_payload_bytes = 1400;
 /// A small message on its own leaves before send() returns. The ones that the same handler sends after it
 /// leave together, each in a datagram of its own, with one system call: when the handler is done, or there
 /// are 64; in a handler of what `socket` has received, when all has been handled that came with it.
+///
+/// The large messages to one receiver share its bursts, in the order in which they were sent. Those to
+/// another one do not wait for its pauses.
 class MessageSender {
  public:
   struct Counters {
@@ -41,7 +32,9 @@ class MessageSender {
   };
 
   /// @param socket  outlives the sender, and has no other one.
-  /// @param max_queued_bytes  payload that may wait for its turn; a message beyond it is dropped.
+  /// @param max_queued_bytes  payload that may wait for its turn; a message beyond it is dropped. Each
+  /// message
+  ///                          that waits counts some hundred bytes more, for its place.
   /// @param collect_for  how long a small message may wait for others to the same receiver, to share one
   ///                     datagram with them; 0: each has one of its own.  [feat_req_someip_741]
   MessageSender(boost::asio::io_context& io, UdpSocket& socket,

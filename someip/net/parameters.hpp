@@ -1,32 +1,43 @@
 #pragma once
-#include <array>
-#include <boost/pfr/core.hpp>
 #include <functional>
-#include <map>
 #include <stdexcept>
-#include <string>
-#include <tuple>
-#include <vector>
 
-#include "someip/wire/payload_reader.hpp"
-#include "someip/wire/payload_writer.hpp"
+#include "someip/net/parameter_reader.hpp"
+#include "someip/net/parameter_writer.hpp"
 
 /// C++ values as the parameters of methods, events and fields, and back, as the specification lays them out:
 ///
-///     bool, integers, float, double, enums       as they are
-///     std::string                                a string of any length
+///     bool, integers, float, double, enums       as they are; a bit field is an unsigned integer
+///     std::string                                a string of any length, in the encoding that the rules say
+///     std::u16string                             one in UTF-16, whatever they say
+///     FixedString<N>                             a string of N bytes
 ///     std::vector<T>                             an array of any size
 ///     std::array<T, N>                           an array whose size is fixed
 ///     std::map<K, V>                             an array of structs of key and value
+///     std::variant<Ts...>                        a union, whose types count from 1 in this order
+///     std::variant<std::monostate, Ts...>        a union that may be empty, which is type 0
 ///     std::tuple, std::pair, plain structs       a struct of its members in their order
+///     plain structs with data_ids                a struct whose members have tags
+///     std::optional<T> in one of those           a member that may be left out
 ///
 /// A plain struct has public members and neither constructors nor bases: `struct Pose { double x; float y;
-/// };`. What else there is (unions, fixed strings) PayloadWriter and PayloadReader can do.
+/// };`. Its members have tags (TLV, see tag.hpp) when it says which:
+///
+///     struct Reading {
+///       std::uint16_t sensor = 0;
+///       std::optional<float> distance;
+///       static constexpr std::array data_ids{1, 2};
+///     };
+///
+/// Tagged members come in any order; those that are not known are skipped, and those that are no
+/// std::optional have to be there. A tagged struct needs a length field (PayloadRules::struct_length) where
+/// anything but the end of the message, of an array, a union or another tagged member comes after it.
 namespace trestle::someip {
 
 /// The payload that consists of these parameters.
-/// @throws std::invalid_argument when a string is not valid UTF-8, or a length field cannot say how long
-///         something is.
+/// @throws std::invalid_argument when a string is not valid Unicode or longer than it may be, a length field
+///         cannot say how long something is, tags and alignment meet, or nobody could tell where a tagged
+///         struct ends.
 template <typename... Ts>
 [[nodiscard]] std::vector<std::byte> pack(const Ts&... parameters);
 /// The same for a service with rules of its own.
@@ -38,8 +49,9 @@ template <typename... Ts>
 using Parameters = std::conditional_t<sizeof...(Ts) == 1, std::tuple_element_t<0, std::tuple<Ts..., void>>,
                                       std::tuple<Ts...>>;
 
-/// The parameters that a payload consists of; or what is wrong with it, as PayloadReader says. Bytes after
-/// the last parameter are left alone.  [feat_req_someip_168]
+/// The parameters that a payload consists of; or what is wrong with it, as PayloadReader says:
+/// WireError::truncated also when a tagged member is missing. Bytes after the last parameter are left alone.
+/// [feat_req_someip_168]
 template <typename... Ts>
 [[nodiscard]] Result<Parameters<Ts...>> unpack(ByteView payload, const PayloadRules& rules = {});
 
@@ -54,146 +66,17 @@ template <typename Function>
 
 namespace parameters_detail {
 
-template <typename T, template <typename...> typename Of>
-inline constexpr bool is = false;
-template <template <typename...> typename Of, typename... Ts>
-inline constexpr bool is<Of<Ts...>, Of> = true;
-template <typename T>
-inline constexpr bool is_array = false;
-template <typename T, std::size_t size>
-inline constexpr bool is_array<std::array<T, size>> = true;
 template <typename T>
 inline constexpr bool is_result = false;
 template <typename T>
 inline constexpr bool is_result<Result<T, ReturnCode>> = true;
-template <typename T>
-inline constexpr bool is_bytes =
-    std::is_same_v<T, std::vector<std::byte>> || std::is_same_v<T, std::vector<std::uint8_t>>;
-
-template <typename T>
-void write(PayloadWriter& out, const T& value) {
-  if constexpr (std::is_same_v<T, bool>) {
-    out.boolean(value);
-  } else if constexpr (std::is_same_v<T, float>) {
-    out.f32(value);
-  } else if constexpr (std::is_same_v<T, double>) {
-    out.f64(value);
-  } else if constexpr (std::is_enum_v<T>) {
-    write(out, static_cast<std::underlying_type_t<T>>(value));
-  } else if constexpr (std::is_integral_v<T>) {
-    if constexpr (sizeof(T) == 1) {
-      out.u8(static_cast<std::uint8_t>(value));
-    } else if constexpr (sizeof(T) == 2) {
-      out.u16(static_cast<std::uint16_t>(value));
-    } else if constexpr (sizeof(T) == 4) {
-      out.u32(static_cast<std::uint32_t>(value));
-    } else {
-      out.u64(static_cast<std::uint64_t>(value));
-    }
-  } else if constexpr (std::is_convertible_v<const T&, std::string_view>) {
-    out.string(value);
-  } else if constexpr (is_bytes<T>) {
-    out.byte_array(std::as_bytes(std::span{value}));
-  } else if constexpr (is<T, std::vector> || is<T, std::map>) {
-    const auto array = out.begin_array();
-    for (const typename T::value_type& element : value) {
-      write(out, element);
-    }
-    out.end(array);
-  } else if constexpr (is_array<T>) {
-    const auto array = out.begin_fixed_array();
-    for (const auto& element : value) {
-      write(out, element);
-    }
-    out.end(array);
-  } else {
-    const auto all = [&](const auto&... members) { (write(out, members), ...); };
-    const auto open = out.begin_struct();
-    if constexpr (is<T, std::tuple> || is<T, std::pair>) {
-      std::apply(all, value);
-    } else {
-      std::apply(all, boost::pfr::structure_tie(value));
-    }
-    out.end(open);
-  }
-}
-
-/// A reader, and room for text that has to be converted.
-struct Source {
-  PayloadReader in;
-  std::vector<char> room;
-};
-
-template <typename T>
-void read(Source& from, T& value) {
-  PayloadReader& in = from.in;
-  if constexpr (std::is_same_v<T, bool>) {
-    value = in.boolean();
-  } else if constexpr (std::is_same_v<T, float>) {
-    value = in.f32();
-  } else if constexpr (std::is_same_v<T, double>) {
-    value = in.f64();
-  } else if constexpr (std::is_enum_v<T>) {
-    std::underlying_type_t<T> number{};
-    read(from, number);
-    value = static_cast<T>(number);
-  } else if constexpr (std::is_integral_v<T>) {
-    if constexpr (sizeof(T) == 1) {
-      value = static_cast<T>(in.u8());
-    } else if constexpr (sizeof(T) == 2) {
-      value = static_cast<T>(in.u16());
-    } else if constexpr (sizeof(T) == 4) {
-      value = static_cast<T>(in.u32());
-    } else {
-      value = static_cast<T>(in.u64());
-    }
-  } else if constexpr (std::is_same_v<T, std::string>) {
-    value = in.string(from.room);
-  } else if constexpr (is_bytes<T>) {
-    const ByteView bytes = in.byte_array();
-    value.resize(bytes.size());
-    std::ranges::copy(bytes, std::as_writable_bytes(std::span{value}).begin());
-  } else if constexpr (is<T, std::vector>) {
-    auto array = in.begin_array();
-    while (in.more(array)) {
-      typename T::value_type element{};
-      read(from, element);
-      value.push_back(std::move(element));
-    }
-    in.end(array);
-  } else if constexpr (is<T, std::map>) {
-    auto array = in.begin_array();
-    while (in.more(array)) {
-      std::pair<typename T::key_type, typename T::mapped_type> element{};
-      read(from, element);
-      value.insert(std::move(element));
-    }
-    in.end(array);
-  } else if constexpr (is_array<T>) {
-    const auto array = in.begin_fixed_array();
-    for (auto& element : value) {
-      read(from, element);
-    }
-    in.end(array);
-  } else {
-    const auto all = [&](auto&... members) { (read(from, members), ...); };
-    const auto open = in.begin_struct();
-    if constexpr (is<T, std::tuple> || is<T, std::pair>) {
-      std::apply(all, value);
-    } else {
-      std::apply(all, boost::pfr::structure_tie(value));
-    }
-    in.end(open);
-  }
-}
 
 template <typename... Ts>
 Result<std::tuple<Ts...>> read_all(ByteView payload, const PayloadRules& rules) {
-  const bool convert = rules.string_encoding != StringEncoding::utf8;
-  Source from{PayloadReader{payload, rules}, std::vector<char>(convert ? payload.size() / 2 * 3 : 0)};
+  Source from{payload, rules};
   std::tuple<Ts...> values;
   std::apply([&](auto&... each) { (read(from, each), ...); }, values);
-  if (const auto error = from.in.error()) {
+  if (const auto error = from.error()) {
     return tl::unexpected{*error};
   }
   return values;
@@ -240,16 +123,17 @@ auto typed(std::function<R(Args...)> function, const PayloadRules& rules) {
 template <typename... Ts>
 std::vector<std::byte> pack(const PayloadRules& rules, const Ts&... parameters) {
   for (std::vector<std::byte> room(256);; room.resize(room.size() * 4)) {
-    PayloadWriter out{room, rules};
-    (parameters_detail::write(out, parameters), ...);
-    const auto payload = out.finish();
-    if (payload) {
+    parameters_detail::Sink to{room, rules};
+    (parameters_detail::write(to, parameters), ...);
+    const auto payload = to.out.finish();
+    if (payload && !to.ambiguous) {
       room.resize(payload->size());
       return room;
     }
-    if (payload.error() != WireError::no_room) {
+    if (payload || payload.error() != WireError::no_room) {
       throw std::invalid_argument{std::string{"parameters that cannot be sent: "} +
-                                  to_string(payload.error())};
+                                  (payload ? "something follows a tagged struct without a length field"
+                                           : to_string(payload.error()))};
     }
   }
 }

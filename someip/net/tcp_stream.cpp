@@ -17,16 +17,17 @@
 
 #include "someip/net/addresses.hpp"
 #include "someip/net/socket_calls.hpp"
+#include "someip/wire/slices.hpp"
 
 namespace trestle::someip {
 namespace {
 
-constexpr std::size_t receive_room = 65536;
-constexpr int receive_rounds = 16;            // before other handlers get their turn
-constexpr std::size_t max_slices = 64;        // of one system call
-constexpr std::size_t small_bytes = 4096;     // of a message that is worth a copy to save a system call
-constexpr std::size_t max_unused = 64;        // places of the queue that are kept for reuse
-constexpr std::size_t max_kept_copy = 65536;  // bytes of such a one
+constexpr std::size_t stream_room = 65536;
+constexpr int stream_rounds = 16;                // before other handlers get their turn
+constexpr std::size_t max_slices = 64;           // of one system call
+constexpr std::size_t small_bytes = 4096;        // of a message that is worth a copy to save a system call
+constexpr std::size_t max_unused_messages = 64;  // places of the queue that are kept for reuse
+constexpr std::size_t max_kept_bytes = 65536;    // bytes of such a one
 
 /// A message on its way out: a Magic Cookie perhaps, the header, the payload.
 struct Outgoing {
@@ -121,7 +122,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
         // Not zeroed: the system commits the pages as messages need them.
         buffer{new std::byte[header_bytes + options.max_message_bytes]},
         parser{ByteSpan{buffer.get(), header_bytes + options.max_message_bytes}},
-        room{new std::byte[receive_room]} {
+        room{new std::byte[stream_room]} {
     set_up(fd, options);
     SocketAddress address;
     getsockname(fd, address.data(), &address.size());
@@ -144,7 +145,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   }
 
   void drain() {
-    for (int round = 0; round < receive_rounds; ++round) {
+    for (int round = 0; round < stream_rounds; ++round) {
       if (!receive_once()) {
         break;
       }
@@ -202,7 +203,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   bool receive_once() {
     // The rest of a large message goes straight to its place.
     const ByteSpan direct = parser.missing();
-    std::array<iovec, 2> places{iovec{direct.data(), direct.size()}, iovec{room.get(), receive_room}};
+    std::array<iovec, 2> places{iovec{direct.data(), direct.size()}, iovec{room.get(), stream_room}};
     const ssize_t received = direct.empty() ? readv(fd, &places[1], 1) : readv(fd, places.data(), 2);
     if (received <= 0) {
       if (received == 0) {
@@ -229,7 +230,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
                 : "something that is no SOME/IP came: a length below 8");
       return false;
     }
-    return bytes == direct.size() + receive_room;
+    return bytes == direct.size() + stream_room;
   }
 
   bool deliver() {
@@ -298,10 +299,10 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     Outgoing& first = queue.front();
     first.keep_alive.reset();
     first.copy.clear();
-    if (first.copy.capacity() > max_kept_copy) {
-      first.copy = {};
+    if (first.copy.capacity() > max_kept_bytes) {
+      first.copy = std::vector<std::byte>{};  // "= {}" would keep its memory
     }
-    if (unused.size() == max_unused) {
+    if (unused.size() == max_unused_messages) {
       queue.pop_front();
     } else {
       unused.splice(unused.begin(), queue, queue.begin());
@@ -493,14 +494,13 @@ bool TcpStream::send(const Header& header, std::span<const ByteView> payload,
   if (state.closed || state.broken) {
     return false;
   }
-  std::size_t payload_bytes = 0;
-  for (const ByteView slice : payload) {
-    payload_bytes += slice.size();
-  }
+  const std::size_t payload_bytes = size_of(payload);
   Outgoing message;
   message.payload_bytes = payload_bytes;
   const std::size_t most = message.head.size() + payload_bytes;
-  if (most > state.options.max_queued_bytes - std::min(state.queued_bytes, state.options.max_queued_bytes)) {
+  // With the places that messages take: many without payload must not take memory without end.
+  const std::size_t waiting = state.queued_bytes + state.queue.size() * sizeof(Outgoing);
+  if (most > state.options.max_queued_bytes - std::min(waiting, state.options.max_queued_bytes)) {
     ++state.queue_full;
     return false;
   }

@@ -17,24 +17,27 @@ namespace {
   someip::fail(Transport::udp, endpoint, what, error);
 }
 
-void join_group(int fd, const UdpOptions& options, unsigned interface) {
-  const IpAddress& group = *options.join;
-  int result = 0;
+/// Joins or leaves a group; 0 for success.
+int change_membership(int fd, const IpAddress& group, unsigned interface, bool join) {
   if (group.v6) {
     ipv6_mreq request{};
     std::memcpy(&request.ipv6mr_multiaddr, group.bytes.data(), sizeof request.ipv6mr_multiaddr);
     request.ipv6mr_interface = interface;
-    result = setsockopt(fd, IPPROTO_IPV6, IPV6_JOIN_GROUP, &request, sizeof request);
-  } else {
-    ip_mreqn request{};
-    std::memcpy(&request.imr_multiaddr, group.bytes.data(), sizeof request.imr_multiaddr);
-    request.imr_ifindex = static_cast<int>(interface);
-    result = setsockopt(fd, IPPROTO_IP, IP_ADD_MEMBERSHIP, &request, sizeof request);
+    return setsockopt(fd, IPPROTO_IPV6, join ? IPV6_JOIN_GROUP : IPV6_LEAVE_GROUP, &request, sizeof request);
+  }
+  ip_mreqn request{};
+  std::memcpy(&request.imr_multiaddr, group.bytes.data(), sizeof request.imr_multiaddr);
+  request.imr_ifindex = static_cast<int>(interface);
+  return setsockopt(fd, IPPROTO_IP, join ? IP_ADD_MEMBERSHIP : IP_DROP_MEMBERSHIP, &request, sizeof request);
+}
+
+void join_group(int fd, const UdpOptions& options, unsigned interface) {
+  if (change_membership(fd, *options.join, interface, true) != 0) {
+    fail({*options.join, options.local.port}, "join the multicast group", errno);
+  }
+  if (!options.join->v6) {
     // Only groups that this very socket joined, not those of other programs of the host.
     set_option(fd, IPPROTO_IP, IP_MULTICAST_ALL, 0);
-  }
-  if (result != 0) {
-    fail({group, options.local.port}, "join the multicast group", errno);
   }
 }
 
@@ -74,6 +77,19 @@ unsigned udp_interface(const UdpOptions& options) {
     fail({wanted.own, options.local.port}, "find the network interface", EADDRNOTAVAIL);
   }
   return index;
+}
+
+unsigned follow_interface(int fd, const UdpOptions& options, unsigned before) {
+  const unsigned interface = udp_interface(options);
+  if (interface == before) {
+    return interface;  // where the system keeps what we joined, also while it is switched off
+  }
+  if (options.join) {
+    change_membership(fd, *options.join, before, false);  // a socket can have but a few
+    join_group(fd, options, interface);
+  }
+  send_multicast_from(fd, options, interface);
+  return interface;
 }
 
 int open_udp(const UdpOptions& options) {

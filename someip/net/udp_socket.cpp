@@ -7,11 +7,13 @@
 #include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <cstring>
 #include <utility>
 
 #include "someip/net/addresses.hpp"
 #include "someip/net/socket_calls.hpp"
+#include "someip/net/udp_errors.hpp"
 #include "someip/net/udp_open.hpp"
 #include "someip/net/udp_transmitter.hpp"
 
@@ -21,6 +23,8 @@ namespace {
 constexpr std::size_t receive_batch = 16;    // datagrams, or trains of datagrams with GRO, a system call
 constexpr std::size_t receive_room = 65536;  // bytes of each
 constexpr int receive_rounds = 16;           // batches before other handlers get their turn
+constexpr int error_batch = 16;              // errors of sent datagrams that are read in place of a batch
+constexpr std::chrono::milliseconds interface_pause{1};  // before a full network interface is tried again
 
 // What the kernel tells beside a datagram.
 struct Ancillary {
@@ -78,10 +82,14 @@ Ancillary ancillary_of(msghdr& message) noexcept {
 }  // namespace
 
 struct UdpSocket::State : std::enable_shared_from_this<State> {
-  State(boost::asio::io_context& io, const UdpOptions& options)
-      : descriptor{io, open_udp(options)},
+  State(boost::asio::io_context& io, const UdpOptions& wanted)
+      : options{wanted},
+        descriptor{io, open_udp(options)},
+        pause{io},
         fd{descriptor.native_handle()},
-        transmitter{fd, options.local.address.v6 ? udp_interface(options) : 0} {
+        interface {
+    udp_interface(options)
+  }, transmitter{fd, options.local.address.v6 ? interface : 0} {
     SocketAddress own;
     getsockname(fd, own.data(), &own.size());
     local = own.endpoint();
@@ -97,19 +105,26 @@ struct UdpSocket::State : std::enable_shared_from_this<State> {
   }
 
   void wait_writable() {
-    descriptor.async_wait(boost::asio::posix::stream_descriptor::wait_write,
-                          [self = shared_from_this()](const boost::system::error_code& error) {
-                            self->waiting = false;
-                            if (const auto ready = std::exchange(self->writable, nullptr);
-                                ready && !error && !self->closed) {
-                              ready();
-                            }
-                          });
+    auto done = [self = shared_from_this()](const boost::system::error_code& error) {
+      self->waiting = false;
+      if (const auto ready = std::exchange(self->writable, nullptr); ready && !error && !self->closed) {
+        ready();
+      }
+    };
+    if (transmitter.interface_full()) {
+      pause.expires_after(interface_pause);
+      pause.async_wait(std::move(done));
+    } else {
+      descriptor.async_wait(boost::asio::posix::stream_descriptor::wait_write, std::move(done));
+    }
   }
 
   void drain() {
-    for (int round = 0; round < receive_rounds; ++round) {
-      if (!receive_once()) {
+    if (transmitter.take_told_error()) {
+      read_errors();
+    }
+    for (int round = 0; round < receive_rounds && !closed; ++round) {
+      if (!receive_once(round == 0)) {
         break;
       }
     }
@@ -118,11 +133,29 @@ struct UdpSocket::State : std::enable_shared_from_this<State> {
     }
   }
 
+  // Tells of some errors that are kept. While there are any, the socket counts as readable. False if there
+  // were none.
+  bool read_errors() {
+    bool some = false;
+    for (int i = 0; i < error_batch && !closed; ++i) {
+      const auto error = next_udp_error(fd);
+      if (!error) {
+        break;
+      }
+      some = true;
+      if (error->unreachable) {
+        unreachable(error->receiver);
+      }
+    }
+    return some;
+  }
+
   // Receives one batch; false when there was less than a batch, so that nothing more waits.
-  bool receive_once() {
+  bool receive_once(bool first) {
     const int received = recvmmsg(fd, inbox->messages.data(), receive_batch, 0, nullptr);
     if (received <= 0) {
-      return false;
+      // An error was told in place of datagrams, or it alone is why we were called.
+      return unreachable && (first || !retry_later(errno)) && read_errors();
     }
     struct Receiving {  // also when a handler throws
       bool& flag;
@@ -148,8 +181,11 @@ struct UdpSocket::State : std::enable_shared_from_this<State> {
     return !closed && received == static_cast<int>(receive_batch);
   }
 
+  UdpOptions options;
   boost::asio::posix::stream_descriptor descriptor;
+  boost::asio::steady_timer pause;  ///< while the network interface is full
   int fd;
+  unsigned interface;  ///< for multicast; 0: none
   Endpoint local;
   UdpTransmitter transmitter;
   bool closed = false;
@@ -157,6 +193,7 @@ struct UdpSocket::State : std::enable_shared_from_this<State> {
   bool waiting = false;  ///< for room to send
   std::uint64_t overflows = 0;
   TrainHandler handler;
+  std::function<void(const Endpoint&)> unreachable;
   std::function<void()> received_all;
   std::function<void()> writable;
   std::unique_ptr<Inbox> inbox;
@@ -169,6 +206,7 @@ UdpSocket::~UdpSocket() {
   state_->closed = true;
   boost::system::error_code ignored;
   state_->descriptor.close(ignored);
+  state_->pause.cancel();
 }
 
 void UdpSocket::receive(Handler handler) {
@@ -183,6 +221,12 @@ void UdpSocket::receive_trains(TrainHandler handler) {
   state_->inbox = std::make_unique<Inbox>();
   state_->handler = std::move(handler);
   state_->wait_readable();
+}
+
+void UdpSocket::report_unreachable(std::function<void(const Endpoint& receiver)> handler) {
+  state_->unreachable = std::move(handler);
+  state_->transmitter.expect_told_errors();
+  keep_udp_errors(state_->fd, state_->local.address.v6);
 }
 
 bool UdpSocket::receiving() const noexcept {
@@ -212,6 +256,10 @@ void UdpSocket::wait_writable(std::function<void()> ready) {
   if (state_->writable && !std::exchange(state_->waiting, true)) {
     state_->wait_writable();
   }
+}
+
+void UdpSocket::follow_interface() {
+  state_->interface = someip::follow_interface(state_->fd, state_->options, state_->interface);
 }
 
 Endpoint UdpSocket::local() const {

@@ -99,6 +99,11 @@ class UdpSocket {
   /// The same; the datagrams that the system has joined come together.
   void receive_trains(TrainHandler handler);
 
+  /// From now on tells who cannot be reached, by the errors that the network sends back for datagrams (ICMP:
+  /// nobody has the port, the host is down, there is no way to it). Only for a socket that receives. The
+  /// handler may destroy the socket. See next_udp_error() for how far to believe it.
+  void report_unreachable(std::function<void(const Endpoint& receiver)> handler);
+
   /// Whether a handler of receive() is being called. After it, and those for what else was received with the
   /// same system call, `done` of after_receiving() will be called.
   [[nodiscard]] bool receiving() const noexcept;
@@ -119,6 +124,11 @@ class UdpSocket {
   /// Calls `ready` once, later, when there is room to send again. Replaces the one given before; nothing:
   /// calls nobody any more.
   void wait_writable(std::function<void()> ready);
+
+  /// For when the interface for multicast may have been removed and made anew: joins its group there again,
+  /// and sends from there.
+  /// @throws NetError when it cannot; nothing else has changed then, and it can be tried again.
+  void follow_interface();
 
   /// Where it is bound, with the port that the system chose.
   [[nodiscard]] Endpoint local() const;

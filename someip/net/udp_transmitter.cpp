@@ -133,16 +133,28 @@ UdpTransmitter::Batch UdpTransmitter::transmit_all(std::size_t count) {
   while (batch.sent < count) {
     const int sent = transmit(&messages_[batch.sent], count - batch.sent);
     if (sent < 0) {
+      interface_full_ = errno == ENOBUFS;
       batch.status = retry_later(errno) ? SendStatus::would_block : SendStatus::failed;
       return batch;
     }
     batch.sent += static_cast<std::size_t>(sent);
+    told_error_ |= told_errors_ && batch.sent < count;  // sendmmsg() does not say what stopped it
   }
   return batch;
 }
 
 // How many the system took, or -1: none, and errno says why.
 int UdpTransmitter::transmit(mmsghdr* messages, std::size_t count) {
+  for (int tries_left = told_errors_ ? max_told_errors : 0;; --tries_left) {
+    const int sent = try_transmit(messages, count);
+    if (sent >= 0 || retry_later(errno) || tries_left == 0) {
+      return sent;
+    }
+    told_error_ = true;
+  }
+}
+
+int UdpTransmitter::try_transmit(mmsghdr* messages, std::size_t count) {
   if (count > 1 && has_sendmmsg_) {
     ++counters_.calls;
     const int sent = sendmmsg(fd_, messages, static_cast<unsigned>(count), 0);

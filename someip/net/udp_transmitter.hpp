@@ -1,6 +1,7 @@
 #pragma once
 #include <sys/socket.h>
 
+#include <utility>
 #include <vector>
 
 #include "someip/net/addresses.hpp"
@@ -21,9 +22,19 @@ class UdpTransmitter {
   static constexpr std::size_t max_slices = 3 * max_datagrams;
   static constexpr std::size_t max_refusals = 16;  ///< receivers without offload that are kept in mind
   static constexpr unsigned offload_pause = 1000;
+  static constexpr int max_told_errors = 4;  ///< in a row; more are taken for ours
 
   /// @param scope  of link-local IPv6 receivers, else 0.
   UdpTransmitter(int fd, unsigned scope);
+
+  /// The socket tells the errors that earlier datagrams met, see keep_udp_errors(): what it then does not
+  /// send is tried again.
+  void expect_told_errors() noexcept { told_errors_ = true; }
+  /// Whether an error may have been told since the last call.
+  [[nodiscard]] bool take_told_error() noexcept { return std::exchange(told_error_, false); }
+  /// Whether the last that would block found the queue of the network interface full, not the send buffer:
+  /// no event tells when it has room.
+  [[nodiscard]] bool interface_full() const noexcept { return interface_full_; }
 
   // As those of UdpSocket.
   SendStatus send(const Endpoint& to, std::span<const ByteView> slices);
@@ -42,12 +53,16 @@ class UdpTransmitter {
   [[nodiscard]] bool offload_for(const IpAddress& receiver);
   void note_refusal(const IpAddress& receiver);
   [[nodiscard]] int transmit(mmsghdr* messages, std::size_t count);
+  [[nodiscard]] int try_transmit(mmsghdr* messages, std::size_t count);
   [[nodiscard]] Batch transmit_all(std::size_t count);
   mmsghdr& message(std::size_t index, SocketAddress& to, iovec* parts, std::size_t part_count);
 
   int fd_;
   unsigned scope_;
   bool has_sendmmsg_ = true;
+  bool told_errors_ = false;
+  bool told_error_ = false;
+  bool interface_full_ = false;
   std::vector<Refusal> refusals_;
   std::size_t next_refusal_ = 0;  ///< to be forgotten, when there are max_refusals
   UdpSendCounters counters_;

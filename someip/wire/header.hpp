@@ -57,6 +57,7 @@ enum class ReturnCode : std::uint8_t {
 };
 
 inline constexpr std::size_t header_bytes = 16;
+inline constexpr std::size_t length_field_at = 4;  ///< where the Length field begins
 /// The part of the header that the Length field counts.  [feat_req_someip_77]
 inline constexpr std::size_t length_covered_header_bytes = 8;
 inline constexpr std::uint8_t protocol_version = 1;  ///< [feat_req_someip_90]

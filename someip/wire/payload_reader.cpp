@@ -7,8 +7,6 @@
 namespace trestle::someip {
 namespace {
 
-constexpr char32_t byte_order_mark = 0xfeff;
-
 bool is_zero(std::byte byte) noexcept {
   return byte == std::byte{0};
 }
@@ -41,7 +39,7 @@ std::optional<DataId> PayloadReader::next_member() noexcept {
       end(begin(FieldWidth::none, true, false));
     }
   }
-  if (rules_.alignment != 1) {
+  if (rules_.alignment > 1) {
     fail(WireError::bad_tag);
   }
   if (error_ || position_ == limit_) {
@@ -78,7 +76,7 @@ ByteView PayloadReader::byte_array() noexcept {
   return elements;
 }
 
-std::string_view PayloadReader::string(std::span<char> room) noexcept {
+std::string_view PayloadReader::string(std::span<char> room, StringEncoding encoding) noexcept {
   const Open string = begin(rules_.string_length, false, true);
   if (error_) {
     return {};
@@ -88,7 +86,7 @@ std::string_view PayloadReader::string(std::span<char> room) noexcept {
     return {};
   }
   const std::size_t start = position_;
-  const std::string_view result = read_text(take(string.end_ - position_), false, room);
+  const std::string_view result = read_text(take(string.end_ - position_), false, encoding, room);
   end(string);
   if (error_) {
     position_ = start;
@@ -100,17 +98,18 @@ std::string_view PayloadReader::fixed_string(std::size_t size, std::span<char> r
   const bool tagged = member_.has_value();
   const Open member = tagged ? begin(FieldWidth::none, false, false) : Open{};
   const ByteView bytes = take(size);
-  const std::string_view text = error_ ? std::string_view{} : read_text(bytes, true, room);
+  const std::string_view text =
+      error_ ? std::string_view{} : read_text(bytes, true, rules_.string_encoding, room);
   if (tagged) {
     end(member);
   }
   return text;
 }
 
-std::string_view PayloadReader::read_text(ByteView bytes, bool fixed, std::span<char> room) noexcept {
-  const bool utf8 = rules_.string_encoding == StringEncoding::utf8;
-  const std::endian order =
-      rules_.string_encoding == StringEncoding::utf16le ? std::endian::little : std::endian::big;
+std::string_view PayloadReader::read_text(ByteView bytes, bool fixed, StringEncoding encoding,
+                                          std::span<char> room) noexcept {
+  const bool utf8 = encoding == StringEncoding::utf8;
+  const std::endian order = encoding == StringEncoding::utf16le ? std::endian::little : std::endian::big;
   const std::size_t unit = utf8 ? 1 : 2;
   bytes =
       bytes.first(bytes.size() - bytes.size() % unit);  // an odd last byte is ignored  [feat_req_someip_641]
@@ -249,9 +248,10 @@ void PayloadReader::end(const Open& element) noexcept {
     position_ = element.end_;
   }
   limit_ = element.outer_limit_;
-  const std::size_t beyond = (header_bytes + position_) % rules_.alignment;  // [feat_req_someip_711]
+  const std::size_t unit = std::max<std::size_t>(rules_.alignment, 1);
+  const std::size_t beyond = (header_bytes + position_) % unit;  // [feat_req_someip_711]
   if (element.variable_ && beyond != 0) {
-    position_ += std::min(rules_.alignment - beyond, limit_ - position_);
+    position_ += std::min(unit - beyond, limit_ - position_);
   }
 }
 

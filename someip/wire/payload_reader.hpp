@@ -77,7 +77,9 @@ class PayloadReader {
 
   /// A string with a length field, in UTF-8, without BOM and terminator. It points into the payload if that
   /// is in UTF-8, else into `room`; 3 bytes there for 2 bytes in the payload always suffice.
-  std::string_view string(std::span<char> room) noexcept;
+  std::string_view string(std::span<char> room) noexcept { return string(room, rules_.string_encoding); }
+  /// One that the interface wants in another encoding than the rules say.  [feat_req_someip_235]
+  std::string_view string(std::span<char> room, StringEncoding encoding) noexcept;
   /// A string in exactly `size` bytes.
   std::string_view fixed_string(std::size_t size, std::span<char> room) noexcept;
 
@@ -136,7 +138,8 @@ class PayloadReader {
   Open begin(FieldWidth width, bool extensible, bool variable) noexcept;
   void bound(Open& open, std::size_t size) noexcept;
   std::size_t field(FieldWidth width) noexcept;
-  std::string_view read_text(ByteView bytes, bool fixed, std::span<char> room) noexcept;
+  std::string_view read_text(ByteView bytes, bool fixed, StringEncoding encoding,
+                             std::span<char> room) noexcept;
   std::string_view utf16_text(ByteView characters, std::endian order, std::span<char> room) noexcept;
 
   ByteView payload_;

@@ -16,15 +16,17 @@ enum class FieldWidth : std::uint8_t { none = 0, bits8 = 1, bits16 = 2, bits32 =
 /// How the characters of strings are written.  [feat_req_someip_234]
 enum class StringEncoding : std::uint8_t { utf8, utf16le, utf16be };
 
-/// How the payloads of one service are laid out. The default is what a CommonAPI SOME/IP application
-/// expects when its deployment file says nothing: big endian, 32 bit length fields before arrays, strings and
-/// unions, none before structs and fixed-size arrays, strings in UTF-8 with BOM and terminator, no alignment.
+/// How the payloads of one service are laid out. The default suits the specification and what a CommonAPI
+/// SOME/IP application expects when its deployment file says nothing: big endian, 32 bit length fields before
+/// arrays, strings and unions, none before structs and fixed-size arrays, strings in UTF-8 with BOM and
+/// terminator, no alignment. Of little endian payloads the two think differently: see commonapi_rules.
 struct PayloadRules {
-  /// Of all numbers; of length and type fields too unless `length_fields_always_big` says otherwise.
+  /// Of all numbers, enumerations and bit fields. Tags are always big endian, UTF-16 is as `string_encoding`
+  /// says.
   std::endian byte_order = std::endian::big;
-  /// The specification wants length and type fields big endian whatever the payload is
-  /// [feat_req_someip_675]; CommonAPI lets them follow the payload.
-  bool length_fields_always_big = false;
+  /// Length fields, and the type fields of unions, are big endian whatever the payload is
+  /// [feat_req_someip_675]; else they follow `byte_order`.
+  bool length_fields_always_big = true;
   FieldWidth array_length = FieldWidth::bits32;      ///< dynamic arrays; counts bytes, not elements
   FieldWidth fixed_array_length = FieldWidth::none;  ///< arrays whose size the type fixes
   FieldWidth string_length = FieldWidth::bits32;     ///< counts BOM, characters and terminator in bytes
@@ -46,11 +48,14 @@ struct PayloadRules {
   bool string_bom = true;
   bool string_terminator = true;
   /// An element of variable length (string, array or union with a length field) is followed by zeros up to a
-  /// multiple of this many bytes from the start of the message, header included; 1 is none. Its own length
-  /// field does not count them, that of what holds it does. Readers do without them at the end of what holds
-  /// the element. Tags and alignment exclude each other.  [feat_req_someip_711] [feat_req_someip_239]
+  /// multiple of this many bytes from the start of the message, header included; 0 and 1 are none. Its own
+  /// length field does not count them, that of what holds it does. Readers do without them at the end of what
+  /// holds the element. Tags and alignment exclude each other.  [feat_req_someip_711] [feat_req_someip_239]
   std::uint8_t alignment = 1;
   friend constexpr bool operator==(const PayloadRules&, const PayloadRules&) = default;
 };
+
+/// CommonAPI's: its length and type fields follow the byte order that the deployment file sets.
+inline constexpr PayloadRules commonapi_rules{.length_fields_always_big = false};
 
 }  // namespace trestle::someip

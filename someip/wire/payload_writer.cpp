@@ -6,15 +6,9 @@
 #include "someip/wire/utf.hpp"
 
 namespace trestle::someip {
-namespace {
-
-constexpr char32_t byte_order_mark = 0xfeff;
-
-}  // namespace
-
 PayloadWriter& PayloadWriter::tagged(DataId id) noexcept {
   // Padding behind one member would be taken for the tag of the next.
-  if (tag_ || static_cast<std::uint16_t>(id) > max_data_id || rules_.alignment != 1) {
+  if (tag_ || static_cast<std::uint16_t>(id) > max_data_id || rules_.alignment > 1) {
     fail(WireError::bad_tag);
   }
   tag_ = id;
@@ -45,35 +39,31 @@ void PayloadWriter::byte_array(ByteView elements) noexcept {
   end(array);
 }
 
-void PayloadWriter::string(std::string_view text) noexcept {
+void PayloadWriter::string(std::string_view text, StringEncoding encoding) noexcept {
   // BOM and terminator count [feat_req_someip_800], the length field itself does not [feat_req_someip_562].
   const Open string = begin(rules_.string_length, true);
-  put_text(text, rules_.string_terminator);
+  put_text(text, encoding);
   end(string);
 }
 
 void PayloadWriter::fixed_string(std::string_view text, std::size_t size) noexcept {
-  if (tag_) {  // only a length field tells those who don't know the member where it ends
-    const Open member = begin_tagged();
-    fixed_string(text, size);
-    return end(member);
-  }
+  // Only a length field tells those who don't know the member where it ends.
+  const std::optional<Open> member = tag_ ? std::optional{begin_tagged()} : std::nullopt;
   const std::size_t start = position_;
-  put_text(text, rules_.string_terminator);
-  if (error_) {
-    return;
-  }
+  put_text(text, rules_.string_encoding);
   const std::size_t used = position_ - start;
-  if (used > size) {
-    return fail(WireError::bad_length);
+  if (!error_) {
+    used > size ? fail(WireError::bad_length) : zeros(size - used);
   }
-  zeros(size - used);
+  if (member) {
+    end(*member);
+  }
 }
 
-void PayloadWriter::put_text(std::string_view text, bool terminate) noexcept {
-  const bool utf8 = rules_.string_encoding == StringEncoding::utf8;
-  const std::endian order =
-      rules_.string_encoding == StringEncoding::utf16le ? std::endian::little : std::endian::big;
+void PayloadWriter::put_text(std::string_view text, StringEncoding encoding) noexcept {
+  const bool utf8 = encoding == StringEncoding::utf8;
+  const std::endian order = encoding == StringEncoding::utf16le ? std::endian::little : std::endian::big;
+  const bool terminate = rules_.string_terminator;
   const auto put_character = [&](char32_t code) {
     const ByteSpan place = reserve(utf8 ? utf8_bytes(code) : utf16_bytes(code));
     if (!place.empty()) {
@@ -172,9 +162,10 @@ void PayloadWriter::end(const Open& element) noexcept {
   const std::size_t size = position_ - element.contents_at_;
   put_field(element.shrinks_ ? shrink(element) : element.length_, size, WireError::bad_length);
   // Alignment counts from the start of the message, so the header takes part.  [feat_req_someip_711]
-  const std::size_t beyond = (header_bytes + position_) % rules_.alignment;
+  const std::size_t unit = std::max<std::size_t>(rules_.alignment, 1);
+  const std::size_t beyond = (header_bytes + position_) % unit;
   if (element.variable_ && beyond != 0) {
-    zeros(rules_.alignment - beyond);
+    zeros(unit - beyond);
   }
 }
 

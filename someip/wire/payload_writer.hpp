@@ -62,7 +62,9 @@ class PayloadWriter {
 
   /// A string of any length, given in UTF-8. Fails with WireError::bad_string_encoding when it is not valid
   /// UTF-8, or holds a zero although its end is marked by one.  [feat_req_someip_237]
-  void string(std::string_view text) noexcept;
+  void string(std::string_view text) noexcept { string(text, rules_.string_encoding); }
+  /// One that the interface wants in another encoding than the rules say.  [feat_req_someip_235]
+  void string(std::string_view text, StringEncoding encoding) noexcept;
   /// A string in exactly `size` bytes, filled up with zeros; without a length field. Fails with
   /// WireError::bad_length when BOM, text and terminator take more.  [feat_req_someip_233]
   void fixed_string(std::string_view text, std::size_t size) noexcept;
@@ -118,7 +120,7 @@ class PayloadWriter {
   /// Writes a length or type field of 0, 1, 2 or 4 bytes.
   void put_field(ByteSpan place, std::size_t number, WireError overflow) noexcept;
   /// BOM, characters and terminator.
-  void put_text(std::string_view text, bool terminate) noexcept;
+  void put_text(std::string_view text, StringEncoding encoding) noexcept;
 
   ByteSpan room_;
   PayloadRules rules_;

@@ -6,6 +6,8 @@ namespace trestle::someip {
 /// SOME/IP-TP carries a message too large for a datagram in segments. Each is a SOME/IP message of its own:
 /// the header of the original with the TP flag, a TP header, and a slice of the original's payload.
 
+/// The largest payload that travels in one datagram; larger ones are segmented.  [feat_req_someip_318]
+inline constexpr std::size_t max_plain_payload_bytes = 1400;
 inline constexpr std::size_t tp_header_bytes = 4;
 /// Offsets count in this unit, so every segment but the last is a multiple of it.  [feat_req_someiptp_768]
 inline constexpr std::size_t tp_unit_bytes = 16;

@@ -7,6 +7,9 @@
 
 namespace trestle::someip {
 
+/// At the start of each text on the wire.  [feat_req_someip_662]
+inline constexpr char32_t byte_order_mark = 0xfeff;
+
 /// The well-formed character at the front of a text, and how many bytes it takes there.
 struct Character {
   char32_t code;

@@ -8,8 +8,7 @@ matplotlib.rcParams.update({"svg.hashsalt": "trestle", "svg.fonttype": "none", "
                             "grid.color": "#ddd", "axes.axisbelow": True})
 from matplotlib import pyplot  # noqa: E402  the backend is chosen first
 
-from measures import SIZES, median  # noqa: E402
-from paths import CLOUDS  # noqa: E402
+from measures import CLOUDS, SIZES, median  # noqa: E402
 
 
 def save(figure, folder, name):

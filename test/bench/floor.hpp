@@ -20,6 +20,7 @@ struct Options {
   bool segmentation = true;  ///< UDP_SEGMENT and UDP_GRO, else sendmmsg and recvmmsg
   std::uint32_t domain = 0;  ///< of DDS
   bool shared_memory = false;
+  bool synchronous = false;  ///< the thread that writes a sample of DDS sends it, too
 };
 
 /// A descriptor that is closed at the end.

@@ -1,93 +1,69 @@
-// A sample there and back between two processes that use Fast DDS as it comes, but for the transport: the
-// floor of a DDS hop.
+// A sample there and back between two processes that use Fast DDS and nothing else, as well as it can be
+// used: samples stay on loan where DDS received them, and are written from there; with the buffers,
+// transports and QoS of our own ends. The floor of a DDS hop.
 #include <condition_variable>
 #include <cstdio>
-#include <cstring>
 #include <deque>
 #include <memory>
 #include <mutex>
 #include <thread>
 
 #include "dds_adapter/fastdds_compat.hpp"
+#include "dds_adapter/raw_type.hpp"
 #include "test/bench/floor.hpp"
 
 namespace trestle::floor {
 namespace {
 
 namespace fast = dds::fast;
-using Bytes = std::vector<std::byte>;
+using dds::ByteView;
+using dds::detail::RawSample;
+using dds::detail::RawType;
 
-/// Bytes behind the four of the encapsulation.
-class BytesType final : public fast::AnyType {
- public:
-  BytesType() : AnyType{"trestle::floor::Bytes"} {}
+/// A sample as DDS received it.
+struct Received {
+  fast::LoanableSequence<RawSample> samples;
+  fast::SampleInfoSeq infos;
+  std::int64_t at_ns = 0;
 
- private:
-  static constexpr std::size_t encapsulation = 4;
-
-  std::uint32_t encoded_size(const void* sample) override {
-    return static_cast<std::uint32_t>(static_cast<const Bytes*>(sample)->size() + encapsulation);
-  }
-  bool encode(const void* sample, fast::Payload& payload) override {
-    const auto& bytes = *static_cast<const Bytes*>(sample);
-    std::memset(payload.data, 0, encapsulation);
-    payload.data[1] = 1;
-    std::memcpy(payload.data + encapsulation, bytes.data(), bytes.size());
-    payload.length = static_cast<std::uint32_t>(bytes.size() + encapsulation);
-    return true;
-  }
-  bool decode(fast::Payload& payload, void* sample) override {
-    auto& bytes = *static_cast<Bytes*>(sample);
-    bytes.resize(payload.length - encapsulation);
-    std::memcpy(bytes.data(), payload.data + encapsulation, bytes.size());
-    return true;
-  }
-  void* make() override { return new Bytes; }
-  void destroy(void* sample) override { delete static_cast<Bytes*>(sample); }
+  [[nodiscard]] ByteView bytes() const { return samples[0].received; }
 };
 
 /// Both ends of the two topics, "there" and "back".
 class Peer final : private fast::DataReaderListener {
  public:
   Peer(const Options& options, const char* writes, const char* reads) {
-    fast::DomainParticipantQos qos;
-    qos.transport().use_builtin_transports = false;
-    if (options.shared_memory) {
-      qos.transport().user_transports.push_back(
-          std::make_shared<eprosima::fastdds::rtps::SharedMemTransportDescriptor>());
-    }
-    const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
-    udp->interfaceWhiteList.emplace_back("127.0.0.1");
-    udp->sendBufferSize = buffer_bytes;
-    udp->receiveBufferSize = buffer_bytes;
-    qos.transport().user_transports.push_back(udp);
     auto* factory = fast::DomainParticipantFactory::get_instance();
-    participant_ = factory->create_participant(options.domain, qos);
-    fast::TypeSupport type{new BytesType};
+    participant_ = factory->create_participant(options.domain, participant_qos(options.shared_memory));
+    fast::TypeSupport type{new RawType{"trestle::floor::Bytes"}};
     type.register_type(participant_);
     writer_ = participant_->create_publisher(fast::PUBLISHER_QOS_DEFAULT)
-                  ->create_datawriter(topic(writes, type), writer_qos());
+                  ->create_datawriter(topic(writes, type), writer_qos(options.synchronous));
     reader_ = participant_->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT)
                   ->create_datareader(topic(reads, type), reader_qos(), this);
   }
   // The process ends with it: nothing needs to be taken apart.
 
-  void write(Bytes& bytes) { writer_->write(&bytes); }
+  /// @param bytes  with the four of the encapsulation in front.
+  void write(ByteView bytes) {
+    RawSample sample;
+    sample.pieces = {&bytes, 1};
+    sample.size = bytes.size();
+    writer_->write(&sample);
+  }
 
-  struct Received {
-    Bytes bytes;
-    std::int64_t at_ns = 0;
-  };
-  /// The next sample; at 0 when none comes.
-  Received take(std::chrono::milliseconds limit) {
+  /// The next sample; nothing when none comes.
+  std::unique_ptr<Received> take(std::chrono::milliseconds limit) {
     std::unique_lock lock{mutex_};
     if (!came_.wait_for(lock, limit, [this] { return !waiting_.empty(); })) {
-      return {};
+      return nullptr;
     }
-    Received first = std::move(waiting_.front());
+    std::unique_ptr<Received> first = std::move(waiting_.front());
     waiting_.pop_front();
     return first;
   }
+  void give_back(Received& received) { reader_->return_loan(received.samples, received.infos); }
+
   [[nodiscard]] bool matched() const {
     fast::PublicationMatchedStatus there;
     fast::SubscriptionMatchedStatus back;
@@ -97,40 +73,76 @@ class Peer final : private fast::DataReaderListener {
   }
 
  private:
-  static constexpr std::uint32_t buffer_bytes = 4 << 20;
+  // All of these are those of dds_adapter/, unless `synchronous` is asked for.
+  static constexpr std::uint32_t buffer_bytes = 16U << 20U;
+  static constexpr std::uint32_t shared_memory_bytes = 128U << 20U;
+  static constexpr std::uint32_t shared_message_bytes = 16U << 20U;
+  static constexpr std::int32_t depth = 10;
 
+  static fast::DomainParticipantQos participant_qos(bool shared_memory) {
+    fast::DomainParticipantQos qos;
+    qos.transport().use_builtin_transports = false;
+    const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+    udp->interfaceWhiteList.emplace_back("127.0.0.1");
+    udp->sendBufferSize = buffer_bytes;
+    udp->receiveBufferSize = buffer_bytes;
+    qos.transport().user_transports.push_back(udp);
+    if (shared_memory) {
+      const auto shared = std::make_shared<eprosima::fastdds::rtps::SharedMemTransportDescriptor>();
+      shared->segment_size(shared_memory_bytes);
+      shared->max_message_size(shared_message_bytes);
+      qos.transport().user_transports.push_back(shared);
+    }
+    return qos;
+  }
   fast::Topic* topic(const char* name, const fast::TypeSupport& type) const {
     return participant_->create_topic(name, type.get_type_name(), fast::TOPIC_QOS_DEFAULT);
   }
-  static fast::DataWriterQos writer_qos() {
+  static fast::DataWriterQos writer_qos(bool synchronous) {
     fast::DataWriterQos qos;
     qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
-    qos.history().depth = 10;
-    qos.publish_mode().kind = fast::ASYNCHRONOUS_PUBLISH_MODE;
+    qos.history().depth = depth;
+    qos.resource_limits().max_samples = depth;
+    qos.resource_limits().max_instances = 1;
+    qos.resource_limits().max_samples_per_instance = depth;
+    qos.resource_limits().allocated_samples = 1;
+    qos.publish_mode().kind = synchronous ? fast::SYNCHRONOUS_PUBLISH_MODE : fast::ASYNCHRONOUS_PUBLISH_MODE;
     qos.endpoint().history_memory_policy = fast::dynamic_reusable;
+    qos.data_sharing().off();
+    fast::set_heartbeat_period(qos, fast::Duration{0, 50'000'000});
+    fast::set_nack_delay(qos, fast::Duration{0, 1'000'000});
     return qos;
   }
   static fast::DataReaderQos reader_qos() {
     fast::DataReaderQos qos;
     qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
-    qos.history().depth = 10;
+    qos.history().depth = depth;
+    qos.resource_limits().max_samples = 0;
+    qos.resource_limits().max_instances = 1;
+    qos.resource_limits().max_samples_per_instance = 0;
+    qos.resource_limits().allocated_samples = depth;
     qos.endpoint().history_memory_policy = fast::dynamic_reusable;
+    qos.data_sharing().off();
+    fast::set_heartbeat_delay(qos, fast::Duration{0, 1'000'000});
     return qos;
   }
 
   void on_data_available(fast::DataReader* reader) override {
-    Received received;
-    fast::SampleInfo info;
-    while (fast::is_ok(reader->take_next_sample(&received.bytes, &info))) {
-      if (info.valid_data) {
-        received.at_ns = now_ns();
-        {
-          const std::lock_guard lock{mutex_};
-          waiting_.push_back(std::move(received));
-        }
-        came_.notify_one();
-        received = {};
+    for (;;) {
+      auto received = std::make_unique<Received>();
+      if (!fast::is_ok(reader->take(received->samples, received->infos, 1))) {
+        return;
       }
+      if (!received->infos[0].valid_data) {  // a writer has gone
+        reader->return_loan(received->samples, received->infos);
+        continue;
+      }
+      received->at_ns = now_ns();
+      {
+        const std::lock_guard lock{mutex_};
+        waiting_.push_back(std::move(received));
+      }
+      came_.notify_one();
     }
   }
 
@@ -139,7 +151,7 @@ class Peer final : private fast::DataReaderListener {
   fast::DataReader* reader_ = nullptr;
   std::mutex mutex_;
   std::condition_variable came_;
-  std::deque<Received> waiting_;
+  std::deque<std::unique_ptr<Received>> waiting_;
 };
 
 }  // namespace
@@ -147,8 +159,9 @@ class Peer final : private fast::DataReaderListener {
 void reflect_dds(const Options& options) {
   Peer peer{options, "back", "there"};
   for (;;) {
-    if (Peer::Received received = peer.take(std::chrono::seconds{1}); received.at_ns != 0) {
-      peer.write(received.bytes);
+    if (const auto received = peer.take(std::chrono::seconds{1})) {
+      peer.write(received->bytes());
+      peer.give_back(*received);
     }
   }
 }
@@ -165,19 +178,23 @@ void ping_dds(const Options& options) {
   }
   Figures figures;
   figures.bytes = options.bytes;
-  Bytes bytes(options.bytes, std::byte{0x5a});
+  constexpr std::size_t encapsulation = 4;
+  std::vector<std::byte> bytes(encapsulation + options.bytes, std::byte{0x5a});
+  bytes[0] = bytes[2] = bytes[3] = std::byte{0};
+  bytes[1] = std::byte{1};  // little-endian CDR
   const std::int64_t start = now_ns() + warm_up_ns;
   const std::int64_t end = start + static_cast<std::int64_t>(options.seconds * 1e9);
   for (std::int64_t before = now_ns(); before < end; before = now_ns()) {
     peer.write(bytes);
-    const Peer::Received received = peer.take(std::chrono::seconds{1});
-    if (before >= start) {
-      if (received.at_ns == 0) {
-        ++figures.lost;
-      } else {
-        ++figures.received;
-        figures.latency.add((received.at_ns - before) / 2);
-      }
+    const auto received = peer.take(std::chrono::seconds{1});
+    if (before >= start && received) {
+      ++figures.received;
+      figures.latency.add((received->at_ns - before) / 2);
+    } else if (before >= start) {
+      ++figures.lost;
+    }
+    if (received) {
+      peer.give_back(*received);
     }
   }
   figures.seconds = options.seconds;

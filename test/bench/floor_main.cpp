@@ -29,7 +29,7 @@ constexpr std::array<Role, 10> roles{{{"serve-udp", trestle::floor::serve_udp},
 int usage() {
   std::fputs(
       "Usage: trestle_floor ROLE [at=ADDRESS:PORT] [bytes=N] [window=N] [seconds=S] [segmentation=0]\n"
-      "                     [domain=N] [shared_memory=1]\nRoles:",
+      "                     [domain=N] [shared_memory=1] [synchronous=1]\nRoles:",
       stderr);
   for (const Role& role : roles) {
     std::fprintf(stderr, " %s", role.name.data());
@@ -58,6 +58,8 @@ bool set(Options& options, std::string_view name, const std::string& value) {
     options.domain = static_cast<std::uint32_t>(std::strtoul(value.c_str(), nullptr, 10));
   } else if (name == "shared_memory") {
     options.shared_memory = value != "0";
+  } else if (name == "synchronous") {
+    options.synchronous = value != "0";
   } else {
     return false;
   }

@@ -1,5 +1,5 @@
-"""The goals of `./run bench`, as ratios of medians of one run."""
-from measures import SIZES, median
+"""The goals of `./run bench`, as ratios within one run."""
+from measures import CLOUDS, POINTS, SIZES, WIRE, middle, series
 
 
 def ns(value):
@@ -10,7 +10,7 @@ def ns(value):
     return f"{value:.3g} ns"
 
 
-def rate(value):
+def per_second(value):
     return f"{value / 1e3:,.0f} k/s" if value >= 1e4 else f"{value:,.0f} /s"
 
 
@@ -18,17 +18,41 @@ def megabytes(value):
     return f"{value:,.0f} MB/s"
 
 
-class Goal:
-    """A row of the table. `at_most` or `at_least` bound ours / floor; `limit` and `least` bound
-    ours itself."""
+def span(show, numbers):
+    return f"{show(min(numbers))} – {show(max(numbers))}" if len(numbers) > 1 else ""
 
-    def __init__(self, what, show, floor, ours, at_most=None, at_least=None, limit=None, least=None):
-        self.what, self.show, self.floor, self.ours = what, show, floor, ours
+
+class Goal:
+    """A row of the table: of `floor` and `ours` a number for each round. `at_most` or `at_least` bound the median of the
+    rounds' ours / floor; `limit` and `least` bound the median of ours itself; without any of them the row only informs.
+    What was `lost` on the way, in all rounds, has to be nothing. `remark` is something to know of ours."""
+
+    def __init__(self, what, show, floor, ours, at_most=None, at_least=None, limit=None, least=None, lost=(), remark=""):
+        self.what, self.show, self.floors, self.all_ours = what, show, floor or [], ours or []
         self.at_most, self.at_least, self.limit, self.least = at_most, at_least, limit, least
+        self.lost = sum(number or 0 for number in lost)
+        self.remark = remark
+
+    @property
+    def floor(self):
+        return middle(self.floors)
+
+    @property
+    def ours(self):
+        return middle(self.all_ours)
+
+    @property
+    def ratios(self):
+        """Of the rounds in which both were measured."""
+        return [ours / floor for floor, ours in zip(self.floors, self.all_ours) if floor and ours is not None]
 
     @property
     def ratio(self):
-        return self.ours / self.floor if self.floor and self.ours is not None else None
+        return middle(self.ratios)
+
+    @property
+    def is_judged(self):
+        return any(bound is not None for bound in (self.at_most, self.at_least, self.limit, self.least))
 
     @property
     def goal(self):
@@ -36,40 +60,70 @@ class Goal:
             return f"≤ {self.show(self.limit)}"
         if self.least is not None:
             return f"≥ {self.show(self.least)}"
-        return f"≤ {self.at_most} ×" if self.at_most is not None else f"≥ {self.at_least} ×"
+        if self.at_most is not None:
+            return f"≤ {self.at_most} ×"
+        return f"≥ {self.at_least} ×" if self.at_least is not None else ""
 
     @property
     def met(self):
-        """Nothing when it was not measured."""
+        """Nothing when it was not measured, or there is no goal."""
         if self.limit is not None:
             return None if self.ours is None else self.ours <= self.limit
         if self.least is not None:
             return None if self.ours is None else self.ours >= self.least
-        if self.ratio is None:
+        if self.ratio is None or not self.is_judged:
             return None
+        if self.lost:
+            return False
         return self.ratio <= self.at_most if self.at_most is not None else self.ratio >= self.at_least
 
     def cells(self):
-        verdict = {None: "not measured", True: "met", False: "**missed**"}[self.met]
+        measured = self.ours if self.limit is not None or self.least is not None else self.ratio
+        verdict = {None: "" if measured is not None else "not measured", True: "met", False: "**missed**"}[self.met]
+        remarks = [f"{self.lost:.0f} lost"] * bool(self.lost) + [self.remark] * bool(self.remark)
+        if self.ratios:
+            between = span("{:.2f}".format, self.ratios)
+        else:
+            between = span(self.show, [ours for ours in self.all_ours if ours is not None])
         return [self.what, "" if self.floor is None else self.show(self.floor),
                 "" if self.ours is None else self.show(self.ours),
-                "" if self.ratio is None else f"{self.ratio:.2f}", self.goal, verdict]
+                "" if self.ratio is None else f"{self.ratio:.2f}", between, self.goal,
+                "; ".join([verdict] * bool(verdict) + remarks)]
+
+
+def lost_in_words(values, **names):
+    """What part of all that was sent, in all rounds, did not come: who by name of a measure."""
+    found = {}
+    for who, name in names.items():
+        lost, came = (sum(number or 0 for number in series(values, name, key)) for key in ("lost", "received"))
+        if came:
+            found[who] = f"{who} {100 * lost / (lost + came):.2g} %" if lost else f"{who} nothing"
+    return "lost: " + ", ".join(found.values()) if found else ""
 
 
 def communication(values):
     def at(name, *path):
-        return median(values, name, *path)
+        return series(values, name, *path)
 
     def latency(name, percentile):
         return at(name, "latency_ns", percentile)
 
+    def rate(name):
+        return at(name, "per_second")
+
+    # Who sends without a limit may send more than the other side can take: rates are of what came.
+    lost, lost_beside_trains = (lost_in_words(values, floor=floor, ours="events 64 B")
+                                for floor in ("flood floor", "trains floor"))
     rows = [
         Goal("UDP call 64 B, p50", ns, latency("udp floor", "p50"), latency("udp call", "p50"), at_most=1.5),
         Goal("UDP call 64 B, p99", ns, latency("udp floor", "p99"), latency("udp call", "p99"), at_most=2),
         Goal("TCP call 64 B, p50", ns, latency("tcp floor", "p50"), latency("tcp call", "p50"), at_most=1.5),
-        Goal("calls, 32 in flight", rate, at("flood floor", "per_second"), at("calls 32", "per_second"), at_least=0.6),
-        Goal("events 64 B, received", rate, at("flood floor", "per_second"), at("events 64 B", "per_second"),
-             at_least=0.6),
+        Goal("calls, 32 in flight: over sendmmsg", per_second, rate("flood floor"), rate("calls 32"), at_least=0.6),
+        Goal("events 64 B, received: over sendmmsg", per_second, rate("flood floor"), rate("events 64 B"),
+             at_least=0.6, remark=lost),
+        Goal(f"calls, 32 in flight: over trains of {WIRE} B", per_second, rate("trains floor"), rate("calls 32")),
+        Goal(f"events 64 B, received: over trains of {WIRE} B", per_second, rate("trains floor"), rate("events 64 B"),
+             remark=lost_beside_trains),
     ]
     for kind, words in ("tp", "not paced"), ("tp paced", "default pacing"):
         for size in SIZES:
@@ -78,64 +132,88 @@ def communication(values):
         for size in SIZES:
             rows.append(Goal(f"TP sustained {size}, {words}", megabytes,
                              at(f"tp floor rate {size}", "megabytes_per_second"),
-                             at(f"{kind} rate {size}", "megabytes_per_second"), at_least=0.7))
+                             at(f"{kind} rate {size}", "megabytes_per_second"), at_least=0.7,
+                             lost=at(f"{kind} rate {size}", "lost")))
     for size in SIZES:
         rows.append(Goal(f"TP sustained {size}, no UDP_SEGMENT: over sendmmsg", megabytes,
                          at(f"tp floor rate {size} sendmmsg", "megabytes_per_second"),
-                         at(f"tp rate {size} sendmmsg", "megabytes_per_second"), at_least=0.8))
+                         at(f"tp rate {size} sendmmsg", "megabytes_per_second"), at_least=0.8,
+                         lost=at(f"tp rate {size} sendmmsg", "lost")))
     return rows
 
 
 def paths(values):
     """Two bridges, and a node alone."""
     def p50(name):
-        return median(values, name, "latency_ns", "p50")
+        return series(values, name, "latency_ns", "p50")
 
     rows = []
     for kind, words in ("path", "not paced"), ("path paced", "default pacing"):
         for size in SIZES:
-            hop, transfer = p50(f"dds floor {size}"), p50(f"tp floor latency {size}")
-            floor = 2 * hop + transfer if hop and transfer else None
+            floor = [2 * hop + transfer if hop and transfer else None
+                     for hop, transfer in zip(p50(f"dds floor {size}"), p50(f"path transfer {size}"))]
             rows.append(Goal(f"DDS, SOME/IP, DDS {size}, p50, {words}", ns, floor, p50(f"{kind} {size}"), at_most=1.3))
-    resident = median(values, "idle", "resident_kb")
-    rows.append(Goal("idle node, memory (RSS)", lambda kb: f"{kb / 1024:.1f} MB", None, resident, limit=6 * 1024))
-    wakeups = [max(0, idle["wakeups"] - 1 - idle["discovery_datagrams"]) / idle["seconds"]
-               for idle in values.get("idle", [])]
-    rows.append(Goal("idle node, wake-ups beside SD", "{:.1f} /s".format, None, wakeups[0] if wakeups else None,
-                     limit=0))
-    rows.append(Goal("start to first event", ns, None, median(values, "first event", "first_event_ns"), limit=30e6))
+    rows.append(Goal("idle node, memory (RSS)", lambda kb: f"{kb / 1024:.1f} MB", None,
+                     series(values, "idle", "resident_kb"), limit=6 * 1024))
+    # It hears nobody, so each of them but the last one, which ends the measurement, has to send an offer.
+    wakeups = [(idle["wakeups"] - 1 - idle["discovery_sent"]) / idle["seconds"] for idle in values.get("idle", [])
+               if idle]
+    rows.append(Goal("idle node, wake-ups beside SD", "{:.1f} /s".format, None, wakeups, limit=0))
+    rows.append(Goal("start to first event", ns, None, series(values, "first event", "first_event_ns"), limit=30e6))
     return rows
 
 
-NESTED = {"transforms": "TFMessage of 1000", "path": "Path of 1000 poses", "markers": "MarkerArray of 100"}
-POINTS = (1_000, 5_000, 10_000, 50_000, 100_000, 200_000, 500_000)
+NESTED = {"transforms": "TFMessage of 1000", "path": "Path of 1000 poses",
+          "markers/points:100": "MarkerArray of 100, of 100 points each",
+          "markers/points:0": "MarkerArray of 100, without points",
+          "diagnostics": "DiagnosticArray of 100, of 10 values each",
+          "objects": "PredictedObjects of 100, of 5 paths of 10 poses each"}
 
 
 def words(way):
     return {"to_someip": "to SOME/IP", "to_cdr": "to CDR"}[way]
 
 
+def slowest(each):
+    """Of lists of numbers the one whose median is the largest."""
+    return max((numbers for numbers in each if middle(numbers) is not None), key=middle, default=[])
+
+
+def percentile(samples, part):
+    """The smallest that so many percent do not exceed."""
+    ordered = sorted(samples)
+    return ordered[max(0, -(-len(ordered) * part // 100) - 1)]
+
+
 def conversion(values):
-    def at(name):
-        return median(values, "conversion " + name, "ns")
+    def at(name, *path):
+        return series(values, "conversion " + name, *path)
+
+    def beside_memcpy(what, name, at_most):
+        return Goal(what, ns, at(name, "floor", "ns"), at(name, "ns"), at_most=at_most)
 
     rows = []
     for way in "to_someip", "to_cdr":
-        slowest = [at(f"point_cloud_{way}/points:{points}") for points in POINTS]
-        rows.append(Goal(f"PointCloud2 {words(way)} by reference, the slowest size", ns, None,
-                         max((time for time in slowest if time), default=None), limit=3000))
-    for way, name in ("to SOME/IP, copied", "to_someip_copying"), ("to CDR, copied", "to_cdr_and_copied_once"):
-        for points in POINTS:
-            rows.append(Goal(f"PointCloud2 of {points:,} points {way}", ns, at(f"point_cloud_memcpy/points:{points}"),
-                             at(f"point_cloud_{name}/points:{points}"), at_most=1.15))
+        rows.append(Goal(f"PointCloud2 {words(way)} by reference, alone, slowest size", ns, None,
+                         slowest(at(f"point_cloud_{way}/points:{points}", "ns") for points in POINTS), limit=3000))
     for way in "to_someip", "to_cdr":
-        for floats in 4000, 100_000, 2_000_000:
-            rows.append(Goal(f"{floats:,} floats swapped {words(way)}", ns,
-                             at(f"float_array_memcpy/floats:{floats}"),
-                             at(f"float_array_swapped_{way}/floats:{floats}"), at_most=1.5))
-    for kind in "transforms", "path", "markers":
+        for part, percent in ("p50", 50), ("p99", 99):
+            # A number for each size, not each round: what counts is the largest.
+            found = [percentile([one[way + "_ns"] for one in samples], percent)
+                     for size in CLOUDS.values() if (samples := values.get(f"checkpoints {size}"))]
+            rows.append(Goal(f"PointCloud2 {words(way)} in a running bridge, {part}, slowest size", ns, None,
+                             [max(found)] if found else None, limit=3000))
+    for way, name in ("to SOME/IP, copied", "to_someip_copying"), ("to CDR, copied", "to_cdr_and_copied_once"):
+        rows += [beside_memcpy(f"PointCloud2 of {points:,} points {way}", f"point_cloud_{name}/points:{points}", 1.15)
+                 for points in POINTS]
+    for way in "to_someip", "to_cdr":
+        rows += [beside_memcpy(f"{floats:,} floats swapped {words(way)}",
+                               f"float_array_swapped_{way}/floats:{floats}", 1.5)
+                 for floats in (4000, 100_000, 2_000_000)]
+    for kind, what in NESTED.items():
         for way in "to_someip", "to_cdr":
-            rows.append(Goal(f"{NESTED[kind]} {words(way)}", megabytes,
-                             median(values, f"conversion {kind}_memcpy", "megabytes_per_second"),
-                             median(values, f"conversion {kind}_{way}", "megabytes_per_second"), least=1000))
+            name, _, argument = kind.partition("/")
+            name = f"{name}_{way}" + (f"/{argument}" if argument else "")
+            rows.append(Goal(f"{what}, {words(way)}", megabytes, at(name, "floor", "megabytes_per_second"),
+                             at(name, "megabytes_per_second"), least=1000))
     return rows

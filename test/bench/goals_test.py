@@ -3,41 +3,90 @@ import unittest
 
 import goals
 
-LATENCY = {"latency_ns": {"p50": 10e3, "p99": 20e3}, "per_second": 1000.0, "megabytes_per_second": 100.0}
+LATENCY = {"latency_ns": {"p50": 10e3, "p99": 20e3}, "per_second": 1000.0, "megabytes_per_second": 100.0, "lost": 0}
 
 
 class Goals(unittest.TestCase):
     def test_a_ratio_is_met_up_to_its_bound(self):
         for ours, met in (14, True), (15, True), (15.1, False):
-            self.assertEqual(goals.Goal("", goals.ns, 10, ours, at_most=1.5).met, met)
+            self.assertEqual(goals.Goal("", goals.ns, [10], [ours], at_most=1.5).met, met)
         for ours, met in (6.1, True), (6, True), (5.9, False):
-            self.assertEqual(goals.Goal("", goals.rate, 10, ours, at_least=0.6).met, met)
+            self.assertEqual(goals.Goal("", goals.per_second, [10], [ours], at_least=0.6).met, met)
+
+    def test_a_ratio_is_the_median_of_those_of_the_rounds(self):
+        # Medians of floor and ours would be 20 and 30: of two rounds that have nothing to do with each other.
+        row = goals.Goal("what", goals.ns, [10, 20, 40], [30, 22, 44], at_most=1.5)
+        self.assertEqual(row.cells(), ["what", "20 ns", "30 ns", "1.10", "1.10 – 3.00", "≤ 1.5 ×", "met"])
+
+    def test_a_round_in_which_one_of_the_two_failed_has_no_ratio(self):
+        row = goals.Goal("what", goals.ns, [10, None, 10, 10], [None, 900, 12, 14], at_most=1.5)
+        self.assertEqual([round(ratio, 3) for ratio in row.ratios], [1.2, 1.4])
+        self.assertEqual(row.cells()[3:], ["1.30", "1.20 – 1.40", "≤ 1.5 ×", "met"])
+
+    def test_what_has_no_goal_is_told_and_not_judged(self):
+        row = goals.Goal("what", goals.per_second, [200], [100])
+        self.assertEqual((row.is_judged, row.met), (False, None))
+        self.assertEqual(row.cells(), ["what", "200 /s", "100 /s", "0.50", "", "", ""])
+        self.assertEqual(goals.Goal("what", goals.per_second, [200], [None]).cells()[-1], "not measured")
 
     def test_a_limit_is_met_up_to_it(self):
         for ours, met in (2999, True), (3000, True), (3001, False):
-            self.assertEqual(goals.Goal("", goals.ns, None, ours, limit=3000).met, met)
+            self.assertEqual(goals.Goal("", goals.ns, None, [ours], limit=3000).met, met)
         for ours, met in (1001, True), (1000, True), (999, False):
-            self.assertEqual(goals.Goal("", goals.megabytes, 5000, ours, least=1000).met, met)
+            self.assertEqual(goals.Goal("", goals.megabytes, [5000], [ours], least=1000).met, met)
+        row = goals.Goal("what", goals.ns, None, [2900, 5000, 2800], limit=3000)
+        self.assertEqual(row.cells(), ["what", "", "2.9 µs", "", "2.8 µs – 5 µs", "≤ 3 µs", "met"])
 
     def test_what_was_not_measured_is_neither(self):
-        for floor, ours in (None, 1), (1, None), (None, None):
+        for floor, ours in (None, [1]), ([1], None), ([1], [None]), (None, None):
             self.assertIsNone(goals.Goal("", goals.ns, floor, ours, at_most=1.5).met)
         self.assertIsNone(goals.Goal("", goals.ns, None, None, limit=1).met)
         self.assertIn("not measured", goals.Goal("", goals.ns, None, None, limit=1).cells())
+
+    def test_a_rate_with_losses_is_no_rate(self):
+        measured = {"megabytes_per_second": 100.0, "lost": 0}
+        for lost, verdict in (0, "met"), (3, "**missed**; 3 lost"):
+            values = {"tp floor rate 1 MB": [measured] * 3,  # also when it was but one of them
+                      "tp rate 1 MB": [measured, {**measured, "lost": lost}, measured]}
+            row = next(row for row in goals.communication(values) if row.what == "TP sustained 1 MB, not paced")
+            self.assertEqual(row.cells()[-1], verdict)
+
+    def test_a_flood_tells_how_much_of_it_was_lost(self):
+        flood = {"per_second": 1000.0, "received": 90, "lost": 10}
+        values = {"flood floor": [flood] * 2, "trains floor": [{**flood, "lost": 0}] * 2,
+                  "events 64 B": [{**flood, "received": 30, "lost": 10}] * 2}
+        rows = {row.what: row.cells()[-1] for row in goals.communication(values) if row.what.startswith("events")}
+        self.assertEqual(rows, {"events 64 B, received: over sendmmsg": "met; lost: floor 10 %, ours 25 %",
+                                "events 64 B, received: over trains of 80 B": "lost: floor nothing, ours 25 %"})
+
+    def test_the_slowest_size_counts(self):
+        values = {f"checkpoints {size}": [{"to_someip_ns": size / 1000 + i, "to_cdr_ns": 10 + i} for i in range(100)]
+                  for size in goals.CLOUDS.values()}
+        rows = {row.what: row for row in goals.conversion(values)}
+        for part, ours in ("p50", 12049), ("p99", 12098):
+            row = rows[f"PointCloud2 to SOME/IP in a running bridge, {part}, slowest size"]
+            self.assertEqual((row.ours, row.met), (ours, False))
+            row = rows[f"PointCloud2 to CDR in a running bridge, {part}, slowest size"]
+            self.assertEqual((row.ours, row.met), (ours - 12000 + 10, True))
+        values = {f"conversion point_cloud_to_cdr/points:{points}": [{"ns": points / 100}] * 2 for points in goals.POINTS}
+        rows = {row.what: row for row in goals.conversion(values)}
+        row = rows["PointCloud2 to CDR by reference, alone, slowest size"]
+        self.assertEqual((row.ours, row.met), (5000, False))
 
     def test_values_count_by_their_median_over_the_rounds(self):
         values = {"udp floor": [LATENCY] * 3,
                   "udp call": [{"latency_ns": {"p50": p50, "p99": 1}} for p50 in (90e3, 12e3, 13e3)]}
         row = goals.communication(values)[0]
-        self.assertEqual(row.cells(), ["UDP call 64 B, p50", "10 µs", "13 µs", "1.30", "≤ 1.5 ×", "met"])
+        self.assertEqual(row.cells(),
+                         ["UDP call 64 B, p50", "10 µs", "13 µs", "1.30", "1.20 – 9.00", "≤ 1.5 ×", "met"])
 
     def test_the_way_through_two_bridges_is_compared_with_two_hops_and_a_transfer(self):
-        values = {"dds floor 1 MB": [LATENCY], "tp floor latency 1 MB": [LATENCY], "path 1 MB": [LATENCY]}
+        values = {"dds floor 1 MB": [LATENCY], "path transfer 1 MB": [LATENCY], "path 1 MB": [LATENCY]}
         row = next(row for row in goals.paths(values) if row.what == "DDS, SOME/IP, DDS 1 MB, p50, not paced")
         self.assertEqual((row.floor, row.ours, row.met), (30e3, 10e3, True))
 
     def test_wake_ups_for_discovery_are_not_counted(self):
-        idle = {"resident_kb": 6144, "seconds": 5.0, "wakeups": 11, "discovery_datagrams": 10}
+        idle = {"resident_kb": 6144, "seconds": 5.0, "wakeups": 11, "discovery_sent": 10}
         rows = {row.what: row for row in goals.paths({"idle": [idle]})}
         self.assertTrue(rows["idle node, wake-ups beside SD"].met)
         self.assertTrue(rows["idle node, memory (RSS)"].met)

@@ -1,15 +1,18 @@
-"""What `./run bench` measures. Each measure is taken once a round, floors and ours in turn; what counts is the median
-over the rounds."""
-import json
+"""What `./run bench` measures. Each measure is taken once a round, floors and ours in turn, and in the other order in the
+next round: what counts is the median over the rounds of what a round's two say of each other."""
 import statistics
-import subprocess
+import time
 
 import lab
 
 SIZES = {"64 KB": 65536, "256 KB": 262144, "1 MB": 1048576, "4 MB": 4194304}
+# Point counts of the published bridge's figures, of 24 bytes each.
+POINTS = (1_000, 5_000, 10_000, 50_000, 100_000, 200_000, 500_000)
+CLOUDS = {f"{points // 1000}k": points * 24 for points in POINTS}
 WIRE = 80  # bytes of a message with a payload of 64
 SERVICE = "0x7e57.1"
 SERVICE_2 = "0x7e57.2"  # without UDP segmentation offload
+CONVERSIONS = "point_cloud|float_array|transforms|path|markers|diagnostics|objects"
 
 
 def window(size):
@@ -18,34 +21,46 @@ def window(size):
 
 
 class Measures:
-    """Name -> one JSON object a round."""
+    """Name -> one JSON object a round; nothing for a round in which it failed."""
 
-    def __init__(self, programs, quick):
+    def __init__(self, programs, quick, place=None):
         self.programs = programs
         self.preload = {"LD_PRELOAD": str(programs["no_segmentation"])}
         self.seconds = 0.15 if quick else 0.3
-        self.lab = lab.Lab()
+        self.rate_seconds = 0.15 if quick else 0.5
+        self.rest = 0.1
+        self.backwards = False  # ours before the floors
+        self.lab = place or lab.Lab()
         self.values = {}
         self.faults = []
 
-    def floor_client(self, role, port, **options):
+    def floor_client(self, role, port, seconds=None, **options):
         return self.lab.run("b", self.programs["floor"], role, f"at={self.lab.address['a']}:{port}",
-                            f"seconds={self.seconds}", *[f"{name}={value}" for name, value in options.items()])
+                            f"seconds={seconds or self.seconds}",
+                            *[f"{name}={value}" for name, value in options.items()])
 
-    def perf_client(self, *arguments, segmentation=True):
+    def perf_client(self, *arguments, seconds=None, segmentation=True):
         service, address, environment = (SERVICE, "b", {}) if segmentation else (SERVICE_2, "b2", self.preload)
         return self.lab.run("b", self.programs["trestle"], "perf", "client", service, "--json", "--address",
-                            self.lab.address[address], "--seconds", self.seconds, "--warm-up", "0.1", *arguments,
-                            environment=environment)
+                            self.lab.address[address], "--seconds", seconds or self.seconds, "--warm-up", "0.1",
+                            *arguments, environment=environment)
 
     def take(self, name, measure):
         try:
             value = measure()
+            value.pop("histogram", None)
         except lab.Failed as why:
             self.faults.append(f"{name}: {why}")
-            return
-        value.pop("histogram", None)
+            value = None
         self.values.setdefault(name, []).append(value)
+        # The kernel takes 50 ms of each second from those of real-time priority when others wait. Windows are shorter
+        # than the rest of it, and the others get theirs in between.
+        time.sleep(self.rest)
+
+    def in_turn(self, *measures):
+        """Pairs of name and measure, the first ones first in every other round."""
+        for name, measure in reversed(measures) if self.backwards else measures:
+            self.take(name, measure)
 
     def start_servers(self):
         address = self.lab.address["a"]
@@ -59,13 +74,24 @@ class Measures:
 
     def small(self):
         """Calls and events of 64 bytes."""
-        self.take("udp floor", lambda: self.floor_client("ping-udp", 5001, bytes=WIRE))
-        self.take("udp call", lambda: self.perf_client("--size", 64))
-        self.take("tcp floor", lambda: self.floor_client("ping-tcp", 5002, bytes=WIRE))
-        self.take("tcp call", lambda: self.perf_client("--size", 64, "--tcp"))
-        self.take("flood floor", lambda: self.floor_client("receive-flood", 5003, bytes=WIRE))
-        self.take("calls 32", lambda: self.perf_client("--size", 64, "--in-flight", 32))
-        self.take("events 64 B", lambda: self.perf_client("--events", "--size", 64, "--window", 0))
+        seconds = self.rate_seconds
+
+        def flood(segmentation):
+            return self.floor_client("receive-flood", 5003, seconds, bytes=WIRE, segmentation=segmentation)
+
+        self.in_turn(("udp floor", lambda: self.floor_client("ping-udp", 5001, bytes=WIRE)),
+                     ("udp call", lambda: self.perf_client("--size", 64)))
+        self.in_turn(("tcp floor", lambda: self.floor_client("ping-tcp", 5002, bytes=WIRE)),
+                     ("tcp call", lambda: self.perf_client("--size", 64, "--tcp")))
+        self.in_turn(("flood floor", lambda: flood(0)),
+                     ("trains floor", lambda: flood(1)),
+                     ("calls 32", lambda: self.perf_client("--size", 64, "--in-flight", 32, seconds=seconds)),
+                     ("events 64 B", lambda: self.perf_client("--events", "--size", 64, "--window", 0,
+                                                              seconds=seconds)))
+
+    def transfer(self, size, under_way, seconds, segmentation=1):
+        """Bare TP."""
+        return self.floor_client("receive-tp", 5004, seconds, bytes=size, window=under_way, segmentation=segmentation)
 
     def large(self):
         """Events in TP segments: one at a time, and as many as arrive."""
@@ -74,35 +100,50 @@ class Measures:
                 self.transfers(f"{kind} {name}", size, under_way)
 
     def transfers(self, name, size, under_way):
-        def floor(segmentation):
-            return self.floor_client("receive-tp", 5004, bytes=size, window=under_way, segmentation=segmentation)
+        is_rate = name.startswith("rate")
+        seconds = self.rate_seconds if is_rate else self.seconds
 
-        events = ["--events", "--size", size, "--window", under_way]
-        self.take(f"tp floor {name}", lambda: floor(1))
-        self.take(f"tp {name}", lambda: self.perf_client(*events, "--separation", 0))
-        self.take(f"tp paced {name}", lambda: self.perf_client(*events))
-        if name.startswith("rate"):
-            self.take(f"tp floor {name} sendmmsg", lambda: floor(0))
-            self.take(f"tp {name} sendmmsg", lambda: self.perf_client(*events, "--separation", 0, segmentation=False))
+        def events(*arguments, segmentation=True):
+            return self.perf_client("--events", "--size", size, "--window", under_way, *arguments, seconds=seconds,
+                                    segmentation=segmentation)
+
+        self.in_turn((f"tp floor {name}", lambda: self.transfer(size, under_way, seconds)),
+                     (f"tp {name}", lambda: events("--separation", 0)),
+                     (f"tp paced {name}", events))
+        if is_rate:
+            self.in_turn((f"tp floor {name} sendmmsg", lambda: self.transfer(size, under_way, seconds, 0)),
+                         (f"tp {name} sendmmsg", lambda: events("--separation", 0, segmentation=False)))
 
     def conversion(self):
-        """The Google Benchmarks of conversion, in random order; times are medians already."""
-        done = subprocess.run(
-            [self.programs["micro"], "--benchmark_filter=point_cloud|float_array|transforms|path|markers",
-             "--benchmark_format=json", "--benchmark_enable_random_interleaving=true", "--benchmark_repetitions=3",
-             f"--benchmark_min_time={self.seconds / 10}"], capture_output=True, text=True, check=True)
-        for one in json.loads(done.stdout)["benchmarks"]:
-            if one["run_type"] == "iteration":
-                self.values.setdefault("conversion " + one["run_name"], []).append(
-                    {"ns": one["cpu_time"] * {"ns": 1, "us": 1e3, "ms": 1e6}[one["time_unit"]],
-                     "megabytes_per_second": one.get("bytes_per_second", 0) / 1e6})
+        """The Google Benchmarks of conversion, each of which takes its floor in turn with itself."""
+        try:
+            found = self.lab.run("a", self.programs["micro"], f"--benchmark_filter={CONVERSIONS}",
+                                 "--benchmark_format=json", f"--benchmark_min_time={self.seconds / 10}", patience=120)
+        except lab.Failed as why:
+            self.faults.append(f"conversion: {why}")
+            return
+        for one in found["benchmarks"]:
+            ours, floor = one["ours_ns"], one["floor_ns"]
+            self.values.setdefault("conversion " + one["run_name"].removesuffix("/manual_time"), []).append(
+                {"ns": ours, "megabytes_per_second": one["bytes"] / ours * 1e3, "floor": {
+                    "ns": floor, "megabytes_per_second": one["bytes"] / floor * 1e3}})
 
 
-def median(values, name, *path):
-    """Of a number in each round's object; nothing when it was not measured."""
+def series(values, name, *path):
+    """A number in each round's object; nothing for a round without."""
     found = []
     for value in values.get(name, []):
         for key in path:
-            value = value[key]
+            value = None if value is None else value[key]
         found.append(value)
+    return found
+
+
+def middle(numbers):
+    """The median of those that there are; nothing when there are none."""
+    found = [number for number in numbers if number is not None]
     return statistics.median(found) if found else None
+
+
+def median(values, name, *path):
+    return middle(series(values, name, *path))

@@ -63,7 +63,8 @@ long resident_kb() {
   return 0;
 }
 
-/// With a service on offer, in its main phase. Wake-ups are the times that the process slept.
+/// With a service on offer, in its main phase, and nobody else there. Wake-ups are the times that the process
+/// slept.
 void idle(const sd::NodeConfig& config, double seconds) {
   boost::asio::io_context io{1};
   sd::Node node{io, config};
@@ -77,17 +78,16 @@ void idle(const sd::NodeConfig& config, double seconds) {
   rusage before{};
   getrusage(RUSAGE_SELF, &before);
   const sd::Counters& counters = node.discovery_counters();
-  const std::uint64_t discovery_before = counters.datagrams_received + counters.datagrams_sent;
+  const std::uint64_t sent_before = counters.datagrams_sent;
   timer.expires_after(std::chrono::duration_cast<Duration>(std::chrono::duration<double>{seconds}));
   timer.async_wait([&](const boost::system::error_code& /*none*/) { io.stop(); });
   io.run();
   rusage after{};
   getrusage(RUSAGE_SELF, &after);
-  std::printf(R"({"resident_kb":%ld,"seconds":%.3f,"wakeups":%ld,"discovery_datagrams":%llu})"
+  std::printf(R"({"resident_kb":%ld,"seconds":%.3f,"wakeups":%ld,"discovery_sent":%llu})"
               "\n",
               resident_kb(), seconds, after.ru_nvcsw - before.ru_nvcsw,
-              static_cast<unsigned long long>(counters.datagrams_received + counters.datagrams_sent -
-                                              discovery_before));
+              static_cast<unsigned long long>(counters.datagrams_sent - sent_before));
 }
 
 }  // namespace

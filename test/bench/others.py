@@ -4,7 +4,7 @@ import os
 import tempfile
 import time
 
-from measures import SIZES
+from measures import SIZES, window
 
 SERVICE, INSTANCE, EVENT = "0x7e57", "0x0001", "0x8001"
 
@@ -57,15 +57,15 @@ class Vsomeip:
         if not self.there:
             return
 
-        def client(*arguments):
-            return lambda: self.measures.lab.run("b", self.program, *arguments, self.measures.seconds,
-                                                 environment=environment)
+        def client(*arguments, seconds=self.measures.seconds):
+            return lambda: self.measures.lab.run("b", self.program, *arguments, seconds, environment=environment)
 
-        environment = self.environment("b")
+        environment, rate = self.environment("b"), self.measures.rate_seconds
         self.measures.take("vsomeip udp call", client("calls", "udp", 64, 1))
         self.measures.take("vsomeip tcp call", client("calls", "tcp", 64, 1))
-        self.measures.take("vsomeip calls 32", client("calls", "udp", 64, 32))
+        self.measures.take("vsomeip calls 32", client("calls", "udp", 64, 32, seconds=rate))
         for name, size in SIZES.items():
             self.measures.take(f"vsomeip latency {name}", client("events", size, 1))
+            self.measures.take(f"vsomeip rate {name}", client("events", size, window(size), seconds=rate))
         # With no limit its queue would grow, and be there still when the next thing is measured.
-        self.measures.take("vsomeip events 64 B", client("events", 64, 256))
+        self.measures.take("vsomeip events 64 B", client("events", 64, 256, seconds=rate))

@@ -4,12 +4,13 @@ import os
 import tempfile
 import time
 
-from measures import SIZES
+from measures import CLOUDS, SIZES
 
 DOMAINS = {"a": 91, "b": 92}
 LOOPBACK = "127.0.0.1"
-# Point counts of the published bridge's figures, of 24 bytes each.
-CLOUDS = {f"{points // 1000}k": points * 24 for points in (1000, 5000, 10_000, 50_000, 100_000, 200_000, 500_000)}
+# Of plain Fast DDS: as our own ends are, by shared memory, and sent by the thread that writes.
+HOPS = {"floor": ["domain=93"], "shared": ["domain=94", "shared_memory=1"],
+        "synchronous": ["domain=95", "synchronous=1"]}
 # Topics before /there and /back, and what their messages on SOME/IP wait for.
 PACINGS = {"/perf": "0 us", "/paced": None}
 
@@ -49,9 +50,8 @@ class Paths:
                                report.fileno(), config, pass_fds=[report.fileno()])
         for topic in PACINGS:
             self.lab.start("b", *self.perf("b", topic), "--reflect")
-        for shared_memory, domain in (0, 93), (1, 94):
-            self.lab.start("a", self.measures.programs["floor"], "reflect-dds", f"domain={domain}",
-                           f"shared_memory={shared_memory}")
+        for hop in HOPS.values():
+            self.lab.start("a", self.measures.programs["floor"], "reflect-dds", *hop)
         time.sleep(1)
 
     def report(self, side):
@@ -65,21 +65,25 @@ class Paths:
         return self.lab.run("a", *self.perf("a", topic), "--json", "--size", size, "--seconds", seconds, "--warm-up",
                             "0.1", "--timeout", "5")
 
-    def hop(self, size, domain, shared_memory):
-        return self.lab.run("a", self.measures.programs["floor"], "ping-dds", f"domain={domain}", f"bytes={size}",
-                            f"seconds={self.measures.seconds}", f"shared_memory={shared_memory}")
+    def hop(self, kind, size):
+        return self.lab.run("a", self.measures.programs["floor"], "ping-dds", *HOPS[kind], f"bytes={size}",
+                            f"seconds={self.measures.seconds}")
 
     def round(self):
+        """With the hops and the transfer that are a way's floor."""
+        seconds = self.measures.seconds
         for name, size in SIZES.items():
-            self.measures.take(f"dds floor {name}", lambda: self.hop(size, 93, 0))
-            self.measures.take(f"dds shared {name}", lambda: self.hop(size, 94, 1))
-            self.measures.take(f"path {name}", lambda: self.ping("/perf", size, self.measures.seconds))
-            self.measures.take(f"path paced {name}", lambda: self.ping("/paced", size, self.measures.seconds))
+            self.measures.in_turn((f"dds floor {name}", lambda: self.hop("floor", size)),
+                                  (f"path transfer {name}", lambda: self.measures.transfer(size, 1, seconds)),
+                                  (f"dds shared {name}", lambda: self.hop("shared", size)),
+                                  (f"dds synchronous {name}", lambda: self.hop("synchronous", size)),
+                                  (f"path {name}", lambda: self.ping("/perf", size, seconds)),
+                                  (f"path paced {name}", lambda: self.ping("/paced", size, seconds)))
+        for size in CLOUDS.values():
+            self.measures.take(f"cloud {size}", lambda: self.ping("/perf", size, seconds))
 
     def clouds(self):
-        """For the box plots: conversion and transport of each message, by cloud size."""
-        for size in CLOUDS.values():
-            self.measures.take(f"cloud {size}", lambda: self.ping("/perf", size, 2 * self.measures.seconds))
+        """What the bridges reported of them: conversion and transport of each message, by cloud size."""
         sent = [line for line in self.carried("a") if line["route"] == "/perf/there"]
         came = [line for line in self.carried("b") if line["route"] == "/perf/there"]
         waiting = {}
@@ -98,15 +102,16 @@ class Paths:
         """The size of a payload is that of its points and a few hundred bytes of description."""
         size = next((size for size in CLOUDS.values() if size <= sent["bytes"] < size + 400), None)
         if size is not None:
-            conversion = sent["after_ns"] - sent["before_ns"] + came["after_ns"] - came["before_ns"]
+            there, back = (line["after_ns"] - line["before_ns"] for line in (sent, came))
             self.measures.values.setdefault(f"checkpoints {size}", []).append(
-                {"conversion_ns": conversion, "communication_ns": came["after_ns"] - sent["before_ns"]})
+                {"to_someip_ns": there, "to_cdr_ns": back, "conversion_ns": there + back,
+                 "communication_ns": came["after_ns"] - sent["before_ns"]})
 
     def nodes(self):
         """A node without DDS."""
         program, address = self.measures.programs["node"], self.lab.address
+        self.measures.take("idle", lambda: self.lab.run("b", program, "idle", address["b"], 5))
         self.lab.start("a", program, "serve", address["a2"])
         time.sleep(1)
-        self.measures.take("idle", lambda: self.lab.run("b", program, "idle", address["b"], 5))
         for _ in range(5):
             self.measures.take("first event", lambda: self.lab.run("b", program, "first-event", address["b"]))

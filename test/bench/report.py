@@ -4,10 +4,8 @@ import pathlib
 import platform
 import subprocess
 
-import drawings
 import goals
-from measures import SIZES, median
-from paths import CLOUDS
+from measures import CLOUDS, SIZES, median
 
 HEADING = """# Performance
 
@@ -16,13 +14,18 @@ machine; what counts are the ratios. A floor is what the system itself does with
 calls, memcpy, plain Fast DDS ([test/bench](../test/bench)). Ours is measured by `trestle perf` ([tools.md](tools.md)),
 from call to answer and from `notify()` to the handler. `./run bench --check` fails when a goal is missed.
 
+Each round measures a floor and ours one after the other, the next round the other way about: a ratio is the median of
+those of the rounds, and "rounds" says between which values they lay (or those of ours, where there is no ratio).
+
 """
 
 PATHS = """`trestle perf bridge` in one namespace, its other end in the other one, and a bridge beside each: DDS, bridge,
-SOME/IP, bridge, DDS, PointCloud2 of that many bytes of points. The floor is two hops of plain Fast DDS and one bare TP
-transfer. Of DDS, latencies are half of the way there and back; all of it goes by UDP on loopback, but for the hop that
-says otherwise. The idle node offers a service, without DDS; the start is counted from `main()` to the first event of a
-service that has long been there, without initial delay.
+SOME/IP, bridge, DDS, PointCloud2 of that many bytes of points. The floor is two hops of plain Fast DDS, which leave
+samples where DDS puts them, and one bare TP transfer, all of them taken beside it. Of DDS, latencies are half of the way
+there and back; all of it goes by UDP on loopback, but for the hop that says otherwise. The idle node offers a service,
+without DDS; the start is counted from `main()` to the first event of a service that has long been there, without initial
+delay. Synchronously means that the thread that writes sends as well, and is kept for as long as that takes: our writers
+of samples of any size do not.
 
 """
 CLOUDS_TEXT = """Time between the checkpoints of the published bridge: just before and after the conversion of DDS to
@@ -30,17 +33,21 @@ SOME/IP (①, ②) and back (③, ④), for its seven sizes of clouds. What lies
 
 """
 VSOMEIP = """vsomeip in the same rounds, between two processes each of which is its own routing manager, with no debounce
-time and no separation of segments ([vsomeip_perf.cpp](../test/bench/vsomeip_perf.cpp)):
+time and no separation of segments ([vsomeip_perf.cpp](../test/bench/vsomeip_perf.cpp)). Of its events of 64 bytes 256 are
+under way at a time, of ours as many as there can be; of large ones as many of each as hold 2 MB:
 
 """
-CONVERSION = """CPU time, medians of three in random order, default wire rules: big-endian payloads, little-endian CDR. By
-reference the payload's array is not touched; copied is the same with the one copy that memcpy is.
+CONVERSION = """Of conversion and memcpy in turn on the same memory; default wire rules: big-endian payloads, little-endian CDR.
+By reference the payload's array is not touched; copied is the same with the one copy that memcpy is. Alone means with
+warm caches; in a running bridge, between the checkpoints above. Where memory lies matters to memcpy and to us: each
+figure is the mean of eight placements of the input.
 
 """
 
 TRANSFERS = (("tp floor latency {}", "bare TP loop"), ("tp latency {}", "TP events, not paced"),
              ("tp paced latency {}", "TP events, default pacing"))
-HOPS = (("dds floor {}", "a hop of Fast DDS"), ("dds shared {}", "the same by its shared memory"),
+HOPS = (("dds floor {}", "a hop of Fast DDS"), ("dds synchronous {}", "the same, written synchronously"),
+        ("dds shared {}", "the same by its shared memory"),
         ("path {}", "two bridges, not paced"), ("path paced {}", "two bridges, default pacing"))
 
 
@@ -65,7 +72,7 @@ def machine():
 
 
 def goal_table(rows):
-    return table(["", "floor", "ours", "ratio", "goal", ""], [row.cells() for row in rows])
+    return table(["", "floor", "ours", "ratio", "rounds", "goal", ""], [row.cells() for row in rows])
 
 
 def latency_table(values, kinds):
@@ -77,17 +84,22 @@ def latency_table(values, kinds):
                  [[words, *[cell(kind.format(size)) for size in SIZES]] for kind, words in kinds])
 
 
+def rate_text(values, name):
+    """Megabytes per second and what was lost; nothing when it was not measured."""
+    rate, lost, came = (median(values, name, key) for key in ("megabytes_per_second", "lost", "received"))
+    if rate is None:
+        return None
+    return f"{rate:,.0f} MB/s" + (f" ({100 * lost / (lost + came):.1f} % lost)" if lost else "")
+
+
 def rates(values):
     def cell(name):
-        rate, lost, came = (median(values, name, key) for key in ("megabytes_per_second", "lost", "received"))
-        if rate is None:
-            return ""
-        return f"{rate:,.0f}" + (f" ({100 * lost / (lost + came):.1f} % lost)" if lost else "")
+        return rate_text(values, name) or ""
 
     kinds = (("tp floor rate {}", "floor"), ("tp rate {}", "ours, not paced"),
              ("tp paced rate {}", "ours, default pacing"), ("tp floor rate {} sendmmsg", "floor, no UDP_SEGMENT"),
              ("tp rate {} sendmmsg", "ours, no UDP_SEGMENT"))
-    return table(["TP events: MB/s", *SIZES],
+    return table(["TP events", *SIZES],
                  [[words, *[cell(name.format(size)) for size in SIZES]] for name, words in kinds])
 
 
@@ -99,10 +111,12 @@ def vsomeip(values):
 
     rows = [row("UDP call 64 B, p50", goals.ns, "vsomeip udp call", "udp call", "latency_ns", "p50"),
             row("TCP call 64 B, p50", goals.ns, "vsomeip tcp call", "tcp call", "latency_ns", "p50"),
-            row("calls, 32 in flight", goals.rate, "vsomeip calls 32", "calls 32", "per_second"),
-            row("events 64 B, received", goals.rate, "vsomeip events 64 B", "events 64 B", "per_second")]
+            row("calls, 32 in flight", goals.per_second, "vsomeip calls 32", "calls 32", "per_second"),
+            row("events 64 B, received", goals.per_second, "vsomeip events 64 B", "events 64 B", "per_second")]
     rows += [row(f"TP event {size}, p50, not paced", goals.ns, f"vsomeip latency {size}", f"tp latency {size}",
                  "latency_ns", "p50") for size in SIZES]
+    rows += [[f"TP sustained {size}, not paced", *found] for size in SIZES
+             if all(found := [rate_text(values, f"{kind} rate {size}") for kind in ("vsomeip", "tp")])]
     rows = [found for found in rows if found]
     return "\n" + VSOMEIP + table(["", "vsomeip", "ours"], rows) if rows else ""
 
@@ -114,20 +128,22 @@ def clouds(values):
         conversion, communication = (median(values, f"checkpoints {size}", key)
                                      for key in ("conversion_ns", "communication_ns"))
         if found:
-            rows.append([points, str(len(found)), goals.ns(conversion), goals.ns(communication),
+            each = [", ".join(goals.ns(goals.percentile([one[way] for one in found], part)) for part in (50, 99))
+                    for way in ("to_someip_ns", "to_cdr_ns")]
+            rows.append([points, str(len(found)), *each, goals.ns(conversion), goals.ns(communication),
                          f"{100 * conversion / communication:.2f} %"])
-    return table(["points", "clouds", "both conversions, median", "① to ④, median", "share"], rows)
+    return table(["points", "clouds", "to SOME/IP: p50, p99", "to CDR: p50, p99", "both, median", "① to ④, median",
+                  "share"], rows)
 
 
-def write(values, about, folder):
-    folder = pathlib.Path(folder)
+def text_of(values, about):
     text = HEADING
     text += (f"Measured {about['date']} with `{about['command']}`, {about['rounds']} rounds, medians over the rounds,\n"
-             f"in {about['place']}.\n{about['cpu']}; Linux {about['kernel']}; {about['compiler']}; "
+             f"in {about['place']},\n{about['priority']}.\n{about['cpu']}; Linux {about['kernel']}; {about['compiler']}; "
              f"load average {about['load']} before the start.\n\n")
     if float(about["load"]) > 0.5:
-        text += ("**The machine was busy with other work**, which makes all times longer and the ratios uncertain:\n"
-                 "they are to be taken again on a quiet one.\n\n")
+        text += ("**Other work was running on the machine.** Below real-time priority that makes all times longer and the "
+                 "ratios\nuncertain; with it there are still the caches and the memory that are shared.\n\n")
     text += "## Calls and events\n" + goal_table(goals.communication(values))
     text += "\n" + latency_table(values, TRANSFERS) + "\n" + rates(values)
     text += "\n![latency by size](performance/latency.svg)\n" + vsomeip(values)
@@ -137,5 +153,12 @@ def write(values, about, folder):
     text += "\n![conversion time](performance/conversion.svg)\n\n![share of conversion](performance/share.svg)\n"
     text += "\n## Conversion\n" + CONVERSION + goal_table(goals.conversion(values))
     text += "\n" + (pathlib.Path(__file__).parent / "notes.md").read_text(encoding="utf-8")
-    (folder / "performance.md").write_text(text, encoding="utf-8")
+    return text
+
+
+def write(values, about, folder):
+    import drawings  # which needs what the text does not
+
+    folder = pathlib.Path(folder)
+    (folder / "performance.md").write_text(text_of(values, about), encoding="utf-8")
     drawings.draw(values, folder / "performance")

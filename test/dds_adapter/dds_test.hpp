@@ -148,7 +148,10 @@ inline std::vector<std::byte> copy(std::span<const std::byte> bytes) {
 class DdsTest : public testing::Test {
  protected:
   DdsTest() {
-    setenv("FASTRTPS_DEFAULT_PROFILES_FILE", TRESTLE_SOURCE_DIR "/test/dds_adapter/no_intraprocess.xml", 1);
+    // Until 2.x and from 3.0 on.
+    for (const char* name : {"FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE"}) {
+      setenv(name, TRESTLE_SOURCE_DIR "/test/dds_adapter/no_intraprocess.xml", 1);
+    }
   }
 
   [[nodiscard]] dds::ParticipantConfig config(std::function<void(const dds::Event&)> on_event = {}) const {

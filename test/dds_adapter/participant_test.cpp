@@ -74,6 +74,44 @@ TEST_F(Participants, CarrySamplesOfAllSizesUnchanged) {
   EXPECT_EQ(writer.counters().sent_bytes, bytes);
 }
 
+TEST_F(Participants, TellWhichWritersOfOthersThereAre) {
+  std::atomic<int> changes = 0;
+  ParticipantConfig watching = config();
+  watching.on_writers = [&] { ++changes; };
+  const Participant watcher{watching};
+  Participant own{config()};
+  EXPECT_THAT(own.writers(), IsEmpty());
+  const auto of_topic = [](const Participant& participant, const std::string& name) {
+    std::vector<FoundWriter> found = participant.writers();
+    std::erase_if(found, [&](const FoundWriter& writer) { return writer.topic != name; });
+    return found;
+  };
+  {
+    Participant other{config()};
+    const Writer one = other.create_writer(topic, type, {.reliable = false});
+    const Writer two = other.create_writer(topic, type, kept);
+    const Writer third = other.create_writer("rt/other", "x", {});
+    const Reader reader = other.create_reader("rt/read", "x", {}, [](const Sample&) {});
+    ASSERT_TRUE(eventually([&] { return of_topic(watcher, topic).size() == 2; }));
+    std::vector<FoundWriter> found = of_topic(watcher, topic);
+    std::ranges::sort(found, {}, [](const FoundWriter& writer) { return writer.qos.reliable; });
+    EXPECT_EQ(found[0].type, type);
+    EXPECT_FALSE(found[0].qos.reliable);
+    EXPECT_FALSE(found[0].qos.transient_local);
+    EXPECT_TRUE(found[1].qos.reliable);
+    EXPECT_TRUE(found[1].qos.transient_local);
+    ASSERT_TRUE(eventually([&] { return of_topic(watcher, "rt/other").size() == 1; }));
+    EXPECT_THAT(of_topic(watcher, "rt/read"), IsEmpty());
+    EXPECT_THAT(of_topic(other, topic), IsEmpty()) << "they are its own";
+    EXPECT_GE(changes, 3);
+  }
+  // With their participant they go, too.
+  ASSERT_TRUE(
+      eventually([&] { return of_topic(watcher, topic).empty() && of_topic(watcher, "rt/other").empty(); }));
+  EXPECT_EQ(watcher.not_remembered(), 0U);
+  EXPECT_TRUE(eventually([&] { return changes >= 6; }));
+}
+
 TEST_F(Participants, CarryABurstOfLargeSamplesInOrder) {
   Participant from{config()};
   Participant to{config()};
@@ -541,6 +579,15 @@ TEST_F(Participants, SayWhyTheyCannotBeMade) {
       message_of([&] { Participant{bad}; }),
       HasSubstr("no interface of this host has the address 192.0.2.77, which DDS is to use; there are: "));
   EXPECT_THAT(message_of([&] { Participant{bad}; }), HasSubstr("127.0.0.1"));
+}
+
+TEST_F(Participants, RefuseALeaseThatNobodyCanKeep) {
+  for (const std::chrono::nanoseconds lease : {std::chrono::nanoseconds{std::chrono::milliseconds{99}},
+                                               std::chrono::nanoseconds{std::chrono::hours{25}}}) {
+    ParticipantConfig settings = config();
+    settings.lease = lease;
+    EXPECT_THAT(message_of([&] { Participant participant{settings}; }), HasSubstr("100 ms to 24 h"));
+  }
 }
 
 TEST_F(Participants, RefuseEndpointsThatMakeNoSense) {

@@ -14,7 +14,7 @@
 #include <cstdlib>
 #include <memory>
 
-#include "dds_adapter/link.hpp"
+#include "dds_adapter/fastdds_compat.hpp"
 
 namespace fast = eprosima::fastdds::dds;
 namespace types = eprosima::fastrtps::types;
@@ -70,7 +70,7 @@ class Described : public fast::TopicDataType {
 }  // namespace
 
 int main(int, char** argv) {
-  trestle::dds::detail::link_type_object_guard();  // or it would be its own victim
+  trestle::dds::fast::link_type_object_guard();  // or it would be its own victim
   fast::DomainParticipantQos qos;
   qos.transport().use_builtin_transports = false;
   const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();

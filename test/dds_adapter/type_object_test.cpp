@@ -2,32 +2,15 @@
 
 #include <algorithm>
 
-#include <array>
-#include <cstdio>
-
 #include "test/dds_adapter/dds_test.hpp"
+#include "test/dds_adapter/peer_process.hpp"
 
 namespace trestle::dds {
 namespace {
 
 using test::Inbox;
+using test::PeerProcess;
 using HostilePeers = test::DdsTest;
-
-/// A process that a pipe of ours feeds; it ends with this object.
-class PeerProcess {
- public:
-  explicit PeerProcess(const std::string& command) : input_{popen(command.c_str(), "we")} {}
-  ~PeerProcess() {
-    if (input_ != nullptr) {
-      pclose(input_);
-    }
-  }
-  PeerProcess(const PeerProcess&) = delete;
-  PeerProcess& operator=(const PeerProcess&) = delete;
-
- private:
-  std::FILE* input_;
-};
 
 // Without type_object_guard.cpp this ends the process, in Fast DDS 2.x.
 TEST_F(HostilePeers, MayDescribeTheirTypesWithoutHarm) {

@@ -82,6 +82,13 @@ class Examples(unittest.TestCase):
                          ["limit: Success, 130.0", "speed 99.5, ok, channel init", "speed 100.5, ok, channel init",
                           "speed 101.5, ok, channel valid"])
 
+    def test_values(self):
+        status, out, errors = output("values")
+        self.assertEqual((status, errors), (0, ""))
+        self.assertEqual(out.splitlines(),
+                         ["2001" "00000007" "4002" "00000008" "00000001" "3e800000" "4003" "0000000c"
+                          "efbbbf" "636f6e65" "0000000000", "cone 7: radius 0.25, no note"])
+
     def test_large_message(self):
         status, out, errors = output("large_message", 8, 9)
         self.assertEqual((status, errors), (0, ""))

@@ -11,6 +11,7 @@
 #include <tuple>
 
 #include "someip/core/call_table.hpp"
+#include "someip/core/magic_cookie.hpp"
 #include "someip/core/request_check.hpp"
 #include "someip/core/session_counter.hpp"
 #include "someip/core/tp_reassembler.hpp"
@@ -281,6 +282,33 @@ INSTANTIATE_TEST_SUITE_P(Vsomeip, RecordedMessages,
                                          Contents{"tp_request_response", 13, 13, 0, 0, 18},
                                          Contents{"tp_separation_time_and_short_segments", 2, 2, 10, 0, 12}),
                          [](const auto& contents) { return std::string{contents.param.file}; });
+
+// Every byte of both directions: where vsomeip sends a Magic Cookie, we would, and the same one.
+TEST(RecordedCookies, AreThoseThatWeWouldSend) {
+  covers({"feat_req_someip_586", "feat_req_someip_589", "feat_req_someip_593", "feat_req_someip_594",
+          "feat_req_someip_609"});
+  const Recording recording = read_recording(path_of("rr_tcp_magic_cookies"));
+  EXPECT_EQ(recording.streams.size(), 2U);
+  for (const auto& [ends, bytes] : recording.streams) {
+    const StreamEnd sender = ends.first.address == client_address ? StreamEnd::client : StreamEnd::server;
+    CookieSchedule schedule;
+    std::vector<std::byte> ours;
+    std::size_t cookies = 0;
+    for (const RecordedBytes& message : recording.stream_messages) {
+      if (message.from != ends.first || message.to != ends.second) {
+        continue;
+      }
+      if (schedule.before_message(TimePoint{1000s} + message.time)) {
+        const auto cookie = magic_cookie(sender);
+        ours.insert(ours.end(), cookie.begin(), cookie.end());
+        ++cookies;
+      }
+      ours.insert(ours.end(), message.bytes.begin(), message.bytes.end());
+    }
+    EXPECT_EQ(cookies, 1U);
+    EXPECT_EQ(to_hex(ours), to_hex(bytes));
+  }
+}
 
 // Recordings by others that are not kept here.
 TEST(PublicRecordedMessages, AreAnsweredInTheSameWay) {

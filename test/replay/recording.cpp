@@ -30,6 +30,8 @@ class Recorder : public pcaps::TrafficSink {
       found = std::make_unique<Stream>();
     }
     found->parser.feed(stream.bytes);
+    std::vector<std::byte>& all = recording_.streams[{origin.from, origin.to}];
+    all.insert(all.end(), stream.bytes.begin(), stream.bytes.end());
     while (const auto message = found->parser.next()) {
       std::vector<std::byte> bytes(message->size());
       if (someip::encode(message->header, message->payload, bytes)) {

@@ -1,5 +1,7 @@
 #pragma once
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "someip/core/stream_parser.hpp"
@@ -29,6 +31,8 @@ struct Recording {
   std::vector<RecordedBytes> datagrams;
   std::vector<RecordedBytes> stream_messages;  ///< Magic Cookies left out
   std::vector<RecordedConnection> connections;
+  /// All bytes that went from one end to the other over TCP, Magic Cookies too.
+  std::map<std::pair<Endpoint, Endpoint>, std::vector<std::byte>> streams;
 };
 
 /// Reads a capture; throws std::runtime_error when that cannot be done.

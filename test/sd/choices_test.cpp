@@ -227,6 +227,48 @@ TEST(OptionsOfUnknownType, AreRefusedOnlyWhenToldTo) {
   EXPECT_EQ(answer(true, "000377 00 dead"), "nack");
 }
 
+TEST(SubscriptionsToWhatIsUnknown, AreRefusedUnlessToldNot) {
+  covers({"feat_req_someipsd_1137", "feat_req_someipsd_1164"});
+  const std::array groups{Eventgroup{.id = EventgroupId{1}}};
+  const auto other = [](auto change) {
+    FakePeer::Said said = subscribe(1, {udp(peer_udp)});
+    change(said.entry);
+    return said;
+  };
+  for (const bool answer : {true, false}) {
+    SCOPED_TRACE(answer);
+    Settings settings = fixed_settings();
+    settings.answer_unknown_subscriptions = answer;
+    Machine<> machine{settings};
+    FakePeer peer{peer_sd};
+    ASSERT_TRUE(machine.discovery.offer(service(groups), machine.now));
+    // The fifth has bad options, too: what is unknown comes first.
+    FakePeer::Said nothing_fits = subscribe(1, {udp({peer_udp.address, 0})});
+    nothing_fits.entry.service = ServiceId{0x1235};
+    for (const FakePeer::Said& unknown :
+         {other([](Entry& e) { e.service = ServiceId{0x1235}; }),
+          other([](Entry& e) { e.instance = InstanceId{0x5679}; }), other([](Entry& e) { e.major = 2; }),
+          subscribe(9, {udp(peer_udp)}), nothing_fits}) {
+      machine.unicast(peer, {unknown});
+      EXPECT_EQ(machine.sent().size(), answer ? 1U : 0U);
+    }
+    const Counters& counted = machine.discovery.counters();
+    EXPECT_EQ(counted.nacks_sent, answer ? 5U : 0U);
+    EXPECT_EQ(counted.nacks_by_reason[static_cast<std::size_t>(NackReason::unknown_service)],
+              answer ? 2U : 0U);
+    EXPECT_EQ(counted.ignored_unknown_subscriptions, answer ? 0U : 5U);
+    EXPECT_EQ(counted.ignored_bad_options, 0U);
+    // What is known is answered in any case, beside what is not.
+    machine.unicast(peer, {subscribe(9, {udp(peer_udp)}), subscribe(1, {})});
+    EXPECT_THAT(machine.sent(),
+                ElementsAre(testing::ContainsRegex(answer ? ": nack .* group 0009 .*; nack .* group 0001"
+                                                          : ": nack .* group 0001")));
+    machine.unicast(peer, {subscribe(9, {udp(peer_udp)}), subscribe(1, {udp(peer_udp)})});
+    EXPECT_THAT(machine.sent(), ElementsAre(HasSubstr("ack 1234.5678 v1 group 0001")));
+    EXPECT_THAT(machine.events(), ElementsAre("added 0001 udp 10.0.0.2:40000 at 10.0.0.2:30490 initial"));
+  }
+}
+
 TEST(MessagesFromOtherPorts, AreDroppedOnlyWhenToldTo) {
   const Endpoint elsewhere{peer_sd.address, 30491};
   for (const bool only : {false, true}) {

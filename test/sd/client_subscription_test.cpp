@@ -41,6 +41,33 @@ TEST_F(Client, SubscribesWhenTheServiceIsOffered) {
                   "initial udp 10.0.0.1:40000 tcp 10.0.0.1:41000"));
 }
 
+TEST(ClientWithRandomDelays, AnswersOffersByMulticastWithinTheBounds) {
+  covers({"feat_req_someipsd_766", "feat_req_someipsd_84", "feat_req_someipsd_85"});
+  std::array<int, 7> drawn{};  // of a millisecond each
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    Settings settings = fixed_settings();
+    settings.timing.request_response_delay_min = 2ms;
+    settings.timing.request_response_delay_max = 9ms;
+    settings.seed = seed;
+    Machine<> machine{settings};
+    FakePeer server{server_sd};
+    const auto requirement = machine.discovery.require(required, machine.now);
+    ASSERT_TRUE(requirement);
+    ASSERT_TRUE(machine.discovery.subscribe(*requirement, {.eventgroup = EventgroupId{1}, .udp = own_udp},
+                                            machine.now));
+    machine.run_to(200ms);
+    machine.multicast(server, {offer({udp(server_udp)})});
+    const TimePoint due = *machine.discovery.deadline();
+    ASSERT_GE(due, start + 202ms);
+    ASSERT_LE(due, start + 209ms);
+    EXPECT_THAT(machine.run_to(due - start - 1ns), IsEmpty());
+    EXPECT_THAT(machine.run_to(due - start),
+                ElementsAre(testing::HasSubstr("-> 10.0.0.2:30490 s1 reboot: subscribe 1234.5678")));
+    ++drawn.at(static_cast<std::size_t>((due - start - 202ms) / 1ms) % drawn.size());
+  }
+  EXPECT_THAT(drawn, testing::Each(testing::Ge(1)));  // any of them
+}
+
 TEST_F(Client, WritesItsSubscribeByteForByte) {
   covers({"feat_req_someipsd_26", "feat_req_someipsd_322", "feat_req_someipsd_682", "feat_req_someipsd_946"});
   require(required);
@@ -241,8 +268,26 @@ TEST_F(Client, AsksForInitialDataWhenTheAckIsMissingAndTheServerUnderstands) {
                           "subscribe 1234.5678 v1 group 0001 ttl 3 counter 0 initial udp 10.0.0.1:40000"));
 }
 
+// Each message tells anew: another stack may run there meanwhile.
+TEST_F(Client, AsksInTheOldWayWhenTheServerNoLongerUnderstands) {
+  covers({"feat_req_someipsd_844", "feat_req_someipsd_1188"});
+  server = FakePeer{server_sd, unicast_flag | explicit_initial_data_flag};
+  require(required);
+  subscribe_to({.eventgroup = EventgroupId{1}, .udp = own_udp});
+  machine.multicast(server, {offer({udp(server_udp)})});
+  EXPECT_THAT(machine.run_to(100ms), SizeIs(1));
+  machine.receive(hex("ffff8100 00000030 00000002 01010200 c0000000 00000010"
+                      "01000010 12345678 01000003 00000000 0000000c"
+                      "000904000a000002001177 2d"),
+                  server_sd, true);
+  EXPECT_THAT(machine.run_to(200ms),
+              ElementsAre("105ms -> 10.0.0.2:30490 s2 reboot: "
+                          "stop_subscribe 1234.5678 v1 group 0001 ttl 0 counter 0 udp 10.0.0.1:40000; "
+                          "subscribe 1234.5678 v1 group 0001 ttl 3 counter 0 udp 10.0.0.1:40000"));
+}
+
 TEST_F(Client, SubscribesAnewAfterASilenceOfItsEvents) {
-  covers({"feat_req_someipsd_439", "feat_req_someipsd_691"});
+  covers({"feat_req_someipsd_439", "feat_req_someipsd_691", "feat_req_someipsd_442"});
   require(required);
   const SubscriptionHandle watched = subscribe_to(
       {.eventgroup = EventgroupId{1}, .udp = own_udp, .ttl_s = infinite_ttl_s, .silence_timeout = 2s});
@@ -405,8 +450,8 @@ TEST_F(Client, HoldsATcpSubscriptionUntilItIsConnectedAgain) {
 }
 
 TEST_F(Client, Unsubscribes) {
-  covers(
-      {"feat_req_someipsd_332", "feat_req_someipsd_333", "feat_req_someipsd_433", "feat_req_someipsd_1177"});
+  covers({"feat_req_someipsd_332", "feat_req_someipsd_333", "feat_req_someipsd_433", "feat_req_someipsd_1177",
+          "feat_req_someipsd_442"});
   const SubscriptionHandle subscription = subscribed();
   machine.multicast(server, {offer({udp(server_udp)})});  // its Subscribe is due in 5 ms
   machine.discovery.unsubscribe(subscription, machine.now);

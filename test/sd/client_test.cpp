@@ -37,7 +37,8 @@ TEST_F(Client, WritesItsFindByteForByte) {
 }
 
 TEST_F(Client, StopsLookingWhenTheServiceIsOffered) {
-  covers({"feat_req_someipsd_14", "feat_req_someipsd_238", "feat_req_someipsd_867", "feat_req_someipsd_779"});
+  covers({"feat_req_someipsd_14", "feat_req_someipsd_238", "feat_req_someipsd_867", "feat_req_someipsd_779",
+          "feat_req_someipsd_630"});
   require(required);
   EXPECT_THAT(machine.run_to(30ms), SizeIs(1));
   machine.multicast(server, {offer({udp(server_udp), tcp(server_tcp)})});
@@ -70,6 +71,34 @@ TEST_F(Client, KnowsWhatWasOfferedBeforeItAsks) {
   require(required);
   EXPECT_THAT(machine.events(), ElementsAre(HasSubstr("available 1234.5678")));
   EXPECT_THAT(machine.run_to(2s), IsEmpty());
+}
+
+// Up or down, required or released: whatever the one is, the other may be either.
+TEST_F(Client, TellsOfServicesThatAreRequiredAndUp) {
+  covers({"feat_req_someipsd_17"});
+  const auto go_up = [&] { machine.multicast(server, {offer({udp(server_udp)})}); };
+  const auto go_down = [&] { machine.multicast(server, {offer({udp(server_udp)}, 0)}); };
+  const auto release = [&] { machine.discovery.release(requirement, machine.now); };
+  const auto available = HasSubstr("available 1234.5678");
+  const auto lost = HasSubstr("lost 1234.5678");
+  go_up();  // released and up
+  EXPECT_THAT(machine.events(), IsEmpty());
+  require(required);  // required and up
+  EXPECT_THAT(machine.events(), ElementsAre(available));
+  go_down();  // required and down
+  EXPECT_THAT(machine.events(), ElementsAre(lost));
+  go_up();
+  EXPECT_THAT(machine.events(), ElementsAre(available));
+  release();  // released and up
+  go_down();  // released and down
+  EXPECT_THAT(machine.events(), IsEmpty());
+  require(required);  // required and down
+  EXPECT_THAT(machine.events(), IsEmpty());
+  release();
+  go_up();
+  EXPECT_THAT(machine.events(), IsEmpty());
+  require(required);
+  EXPECT_THAT(machine.events(), ElementsAre(available));
 }
 
 TEST_F(Client, MatchesVersions) {
@@ -177,7 +206,7 @@ TEST_F(Client, IgnoresWhatItSentItself) {
 }
 
 TEST_F(Client, LosesAServiceWithItsTtlAndLooksAgain) {
-  covers({"feat_req_someipsd_253", "feat_req_someipsd_630"});
+  covers({"feat_req_someipsd_253", "feat_req_someipsd_630", "feat_req_someipsd_14"});
   require(required);
   machine.multicast(server, {offer({udp(server_udp)})});
   machine.run_to(2999ms);
@@ -208,7 +237,8 @@ TEST_F(Client, KeepsAnEndlessOffer) {
 }
 
 TEST_F(Client, WaitsInSilenceAfterAStopOffer) {
-  covers({"feat_req_someipsd_261", "feat_req_someipsd_831", "feat_req_someipsd_834"});
+  covers({"feat_req_someipsd_261", "feat_req_someipsd_831", "feat_req_someipsd_834", "feat_req_someipsd_14",
+          "feat_req_someipsd_630"});
   subscribed();
   machine.multicast(server, {offer({udp(server_udp)}, 0)});
   EXPECT_THAT(machine.events(), ElementsAre("subscription lost stopped", "lost 1234.5678 v1 stopped"));
@@ -251,7 +281,8 @@ TEST_F(Client, LooksAgainForWhatARebootedServerNoLongerOffers) {
 }
 
 TEST_F(Client, StartsAnewWhenTheLinkComesBack) {
-  covers({"feat_req_someipsd_23", "feat_req_someipsd_440"});
+  covers({"feat_req_someipsd_23", "feat_req_someipsd_440", "feat_req_someipsd_14", "feat_req_someipsd_442",
+          "feat_req_someipsd_630"});
   subscribed();
   machine.discovery.link_down();
   EXPECT_THAT(machine.events(), ElementsAre("subscription lost link down", "lost 1234.5678 v1 link down"));

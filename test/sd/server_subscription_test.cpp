@@ -82,6 +82,38 @@ TEST_F(Server, NamesTheMulticastEndpointInItsAck) {
                           "multicast 224.225.226.233:32344"));
 }
 
+TEST_F(Server, CountsTheSubscribersOfAMulticastEventgroup) {
+  covers({"feat_req_someipsd_626"});
+  offer(udp_service);
+  const Endpoint other_udp{IpAddress::v4(10, 0, 0, 3), 40000};
+  FakePeer other{{other_udp.address, 30490}};
+  const auto count = [&] {
+    int subscribers = 0;
+    machine.discovery.for_each_subscriber(offered, EventgroupId{2},
+                                          [&](const Subscriber&) { ++subscribers; });
+    return subscribers;
+  };
+  machine.unicast(client, {subscribe(2, {udp(client_udp)})});
+  machine.unicast(client, {subscribe(2, {udp(client_udp)})});  // a renewal
+  EXPECT_EQ(count(), 1);
+  machine.unicast(other, {subscribe(2, {udp(other_udp)}, 9)});
+  EXPECT_EQ(count(), 2);
+  machine.unicast(client, {subscribe(2, {udp(client_udp)}, 0)});
+  EXPECT_EQ(count(), 1) << "stopped, and not the last";
+  machine.unicast(client, {subscribe(2, {udp(client_udp)})});
+  EXPECT_EQ(count(), 2);
+  machine.run_to(3300ms);
+  EXPECT_EQ(count(), 1) << "expired, and not the last";
+  machine.run_to(9300ms);
+  EXPECT_EQ(count(), 0) << "expired, the last";
+  machine.unicast(client, {subscribe(2, {udp(client_udp)})});
+  machine.unicast(client, {subscribe(2, {udp(client_udp)}, 0)});
+  EXPECT_EQ(count(), 0) << "stopped, the last";
+  machine.unicast(client, {subscribe(2, {udp(client_udp)})});
+  machine.discovery.stop_offer(offered, machine.now);
+  EXPECT_EQ(count(), 0) << "the service is down";
+}
+
 TEST_F(Server, NeedsNoEndpointForMulticastEventsAlone) {
   covers({"feat_req_someipsd_1179"});
   offer(udp_service);
@@ -213,6 +245,37 @@ TEST_F(Server, SubscribesTcpEventsOnlyWithAConnection) {
                   "removed 0005 udp 10.0.0.2:40000 tcp 10.0.0.2:41000 at 10.0.0.2:30490 unreachable"));
 }
 
+// One port of the client's may be connected to several of ours.
+TEST_F(Server, EndsTheSubscriptionsOfTheConnectionThatClosedAlone) {
+  covers({"feat_req_someipsd_435", "feat_req_someipsd_788"});
+  offer(tcp_service);
+  OfferedService second = tcp_service;
+  second.instance = InstanceId{0x5679};
+  second.tcp = Endpoint{service_tcp.address, 30511};
+  const auto other = machine.discovery.offer(second, machine.now);
+  ASSERT_TRUE(other);
+  machine.run_to(400ms);
+  ASSERT_TRUE(machine.discovery.tcp_connected(service_tcp, client_tcp));
+  ASSERT_TRUE(machine.discovery.tcp_connected(*second.tcp, client_tcp));
+  FakePeer::Said to_second = subscribe(4, {tcp(client_tcp)});
+  to_second.entry.instance = InstanceId{0x5679};
+  machine.unicast(client, {subscribe(4, {tcp(client_tcp)}), to_second});
+  EXPECT_THAT(machine.events(), testing::SizeIs(2));
+  machine.sent();
+
+  machine.discovery.tcp_closed(service_tcp, client_tcp);
+  EXPECT_THAT(machine.events(), ElementsAre("removed 0004 tcp 10.0.0.2:41000 at 10.0.0.2:30490 unreachable"));
+  std::size_t left = 0;
+  machine.discovery.for_each_subscriber(*other, EventgroupId{4}, [&](const Subscriber&) { ++left; });
+  EXPECT_EQ(left, 1U);
+  // And the other connection is still known.
+  FakePeer::Said more = subscribe(4, {tcp(client_tcp)}, 3, 1);
+  more.entry.instance = InstanceId{0x5679};
+  machine.unicast(client, {more, subscribe(4, {tcp(client_tcp)}, 3, 1)});
+  EXPECT_THAT(machine.sent(), ElementsAre(testing::AllOf(testing::HasSubstr(": ack 1234.5679"),
+                                                         testing::HasSubstr("; nack 1234.5678"))));
+}
+
 TEST_F(Server, DropsASubscriberThatCannotBeReached) {
   covers({"feat_req_someipsd_435"});
   offer(udp_service);
@@ -225,7 +288,7 @@ TEST_F(Server, DropsASubscriberThatCannotBeReached) {
 }
 
 TEST_F(Server, RenewsWithoutInitialData) {
-  covers({"feat_req_someipsd_833", "feat_req_someipsd_1192"});
+  covers({"feat_req_someipsd_833", "feat_req_someipsd_1192", "feat_req_someipsd_625"});
   offer(udp_service);
   machine.unicast(client, {subscribe(1, {udp(client_udp)})});
   machine.events();
@@ -257,7 +320,8 @@ TEST_F(Server, IgnoresTheInitialDataFlagOfThoseWhoDoNotKnowIt) {
 }
 
 TEST_F(Server, EndsASubscriptionThatIsStopped) {
-  covers({"feat_req_someipsd_1297", "feat_req_someipsd_433"});
+  covers(
+      {"feat_req_someipsd_1297", "feat_req_someipsd_433", "feat_req_someipsd_625", "feat_req_someipsd_442"});
   offer(udp_service);
   machine.unicast(client, {subscribe(1, {udp(client_udp)})});
   machine.sent();
@@ -328,6 +392,15 @@ TEST_F(Server, IgnoresAnSdEndpointThatCannotBe) {
                       "000924 00 e0000001 00 11 771a 000904000a00000200119c40"),
                   client_sd, false);
   EXPECT_THAT(machine.sent(), ElementsAre(testing::StartsWith("200ms -> 10.0.0.2:30490 s1 reboot: ack")));
+  // 10.0.0.9 with port 0, and with TCP.
+  for (const char* const option : {"0a000009 00 11 0000", "0a000009 00 06 771a"}) {
+    machine.receive(hex("ffff8100 0000003c 00000000 01010200 c0000000 00000010"
+                        "06010010 12345678 01000003 00000001 00000018"
+                        "000924 00" +
+                        std::string{option} + "000904000a00000200119c40"),
+                    client_sd, false);
+    EXPECT_THAT(machine.sent(), ElementsAre(testing::StartsWith("200ms -> 10.0.0.2:30490 s")));
+  }
 }
 
 TEST(ServerOnIpv6, UsesIpv6Options) {

@@ -83,6 +83,30 @@ TEST(ServerWithRandomDelays, StartsItsOffersWithinTheBounds) {
   EXPECT_THAT(drawn, testing::Each(testing::Ge(1)));  // any of them
 }
 
+// Whichever comes first, and whatever delay it has drawn.
+TEST(ServerWithRandomDelays, SharesTheDelayOfAFindThatWaits) {
+  covers({"feat_req_someipsd_65", "feat_req_someipsd_836"});
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    Settings settings = fixed_settings();
+    settings.timing.initial_delay_min = 10ms;
+    settings.timing.initial_delay_max = 900ms;
+    settings.seed = seed;
+    for (const bool find_first : {true, false}) {
+      Machine<> machine{settings};
+      const auto look = [&] {
+        EXPECT_TRUE(machine.discovery.require({.service = ServiceId{0x4711}}, machine.now));
+      };
+      const auto give = [&] { EXPECT_TRUE(machine.discovery.offer(udp_service, machine.now)); };
+      find_first ? look() : give();
+      find_first ? give() : look();
+      const auto sent = machine.run_to(900ms);
+      ASSERT_FALSE(sent.empty());
+      EXPECT_THAT(sent[0], testing::EndsWith("offer 1234.5678 v1.7 ttl 3 udp 10.0.0.1:30509; "
+                                             "find 4711.ffff v*.* ttl 3"));
+    }
+  }
+}
+
 TEST_F(Server, SpreadsEntriesOverDatagramsOfTheGivenSize) {
   covers({"feat_req_someipsd_836"});
   machine.room_bytes = 28 + 2 * 16 + 12 + 4;  // two entries that share an option
@@ -106,6 +130,30 @@ TEST_F(Server, AnswersAFindByUnicastAfterTheDelayForMulticast) {
   EXPECT_THAT(
       machine.run_to(300ms),
       ElementsAre("205ms -> 10.0.0.2:30490 s1 reboot: offer 1234.5678 v1.7 ttl 3 udp 10.0.0.1:30509"));
+}
+
+TEST(ServerWithRandomDelays, AnswersFindsByMulticastWithinTheBounds) {
+  covers({"feat_req_someipsd_83", "feat_req_someipsd_84", "feat_req_someipsd_85"});
+  std::array<int, 7> drawn{};  // of a millisecond each
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    Settings settings = fixed_settings();
+    settings.timing.request_response_delay_min = 2ms;
+    settings.timing.request_response_delay_max = 9ms;
+    settings.seed = seed;
+    Machine<> machine{settings};
+    FakePeer client{test::client_sd};
+    ASSERT_TRUE(machine.discovery.offer(udp_service, machine.now));
+    machine.run_to(200ms);
+    machine.multicast(client, {find(0x1234)});
+    const TimePoint due = *machine.discovery.deadline();
+    ASSERT_GE(due, start + 202ms);
+    ASSERT_LE(due, start + 209ms);
+    EXPECT_THAT(machine.run_to(due - start - 1ns), IsEmpty());
+    EXPECT_THAT(machine.run_to(due - start),
+                ElementsAre(testing::HasSubstr("-> 10.0.0.2:30490 s1 reboot: offer")));
+    ++drawn.at(static_cast<std::size_t>((due - start - 202ms) / 1ms) % drawn.size());
+  }
+  EXPECT_THAT(drawn, testing::Each(testing::Ge(1)));  // any of them
 }
 
 TEST_F(Server, AnswersAUnicastFindAtOnce) {
@@ -205,8 +253,8 @@ TEST(OptimisedServer, AnswersByMulticastWhenTheLastOfferIsOld) {
 }
 
 TEST_F(Server, StopsAnOffer) {
-  covers(
-      {"feat_req_someipsd_261", "feat_req_someipsd_262", "feat_req_someipsd_820", "feat_req_someipsd_830"});
+  covers({"feat_req_someipsd_261", "feat_req_someipsd_262", "feat_req_someipsd_820", "feat_req_someipsd_830",
+          "feat_req_someipsd_22", "feat_req_someipsd_625"});
   offer(udp_service);
   machine.unicast(client, {subscribe(1, {udp(client_udp)})});
   machine.sent();
@@ -221,6 +269,23 @@ TEST_F(Server, StopsAnOffer) {
   EXPECT_THAT(machine.sent(), ElementsAre(testing::HasSubstr("nack")));
   machine.discovery.stop_offer(offered, machine.now);  // an ended handle does nothing
   EXPECT_THAT(machine.sent(), IsEmpty());
+}
+
+// Neither the Ack nor the Nack that is on its way, but the answers about another instance.
+TEST_F(Server, AnswersNoSubscriptionBehindAStopOffer) {
+  covers({"feat_req_someipsd_261", "feat_req_someipsd_625"});
+  offer(udp_service);
+  OfferedService second = udp_service;
+  second.instance = InstanceId{0x5679};
+  ASSERT_TRUE(machine.discovery.offer(second, machine.now));
+  machine.run_to(400ms);
+  FakePeer::Said to_second = subscribe(1, {udp(client_udp)});
+  to_second.entry.instance = InstanceId{0x5679};
+  machine.unicast(client, {subscribe(1, {udp(client_udp)}), subscribe(1, {}), to_second});
+  machine.discovery.stop_offer(offered, machine.now);
+  EXPECT_THAT(machine.sent(),
+              ElementsAre("400ms -> 10.0.0.2:30490 s1 reboot: ack 1234.5679 v1 group 0001 ttl 3 counter 0",
+                          testing::EndsWith("stop_offer 1234.5678 v1.7 ttl 0 udp 10.0.0.1:30509")));
 }
 
 TEST_F(Server, TakesNoImpossibleOffer) {
@@ -260,7 +325,8 @@ TEST_F(Server, TakesNoImpossibleOffer) {
 }
 
 TEST_F(Server, TriggersOffersAgainWhenTheLinkComesBack) {
-  covers({"feat_req_someipsd_23", "feat_req_someipsd_436", "feat_req_someipsd_437"});
+  covers({"feat_req_someipsd_23", "feat_req_someipsd_436", "feat_req_someipsd_437", "feat_req_someipsd_442",
+          "feat_req_someipsd_625"});
   offer(udp_service);
   machine.unicast(client, {subscribe(1, {udp(client_udp)})});
   machine.sent();

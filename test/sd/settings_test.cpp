@@ -29,6 +29,7 @@ TEST(Settings, AreTheUsualOnesOfTheIndustry) {
   EXPECT_TRUE(settings.check_tcp_connections);
   EXPECT_TRUE(settings.answer_finds_in_repetition_phase);
   EXPECT_FALSE(settings.accept_partial_endpoints);
+  EXPECT_TRUE(settings.answer_unknown_subscriptions);
   EXPECT_FALSE(settings.refuse_unknown_options);
   EXPECT_FALSE(settings.multicast_option_in_offers);
   EXPECT_FALSE(settings.sd_endpoint);
@@ -70,6 +71,7 @@ TEST(Counters, BeginAtZero) {
                                     counters.dropped_no_room,
                                     counters.ignored_unknown_type,
                                     counters.ignored_wrong_transport,
+                                    counters.ignored_unknown_subscriptions,
                                     counters.ignored_bad_options,
                                     counters.ignored_conflicting_offer,
                                     counters.ignored_unexpected_ack,

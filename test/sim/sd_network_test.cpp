@@ -281,7 +281,7 @@ void run_chaos(std::uint64_t seed) {
   all.insert(all.end(), clients.begin(), clients.end());
   network.conditions = {.delay_min = 100us, .delay_max = 300ms, .loss_percent = 20, .duplication_percent = 5};
   for (int i = 0; i < 60; ++i) {
-    SimNode& victim = *all[network.random().next() % all.size()];
+    SimNode& victim = *all[static_cast<std::size_t>(network.random().next() % all.size())];
     switch (network.random().next() % 6) {
       case 0:
         victim.start(network.now);

@@ -76,24 +76,87 @@ TEST(PayloadReader, LooksAtTheLowestBitOfABooleanOnly) {
   EXPECT_TRUE(in.boolean());
 }
 
-TEST(PayloadWriter, KeepsLengthFieldsBigEndianWhenTheRulesWantIt) {
-  covers({"feat_req_someip_675"});
-  const auto write = [](PayloadWriter& out) {
-    const auto array = out.begin_array();
-    out.u16(0x1234);
-    out.end(array);
-  };
-  EXPECT_EQ(written({.byte_order = std::endian::little}, write), "020000003412");
-  const PayloadRules rules{.byte_order = std::endian::little, .length_fields_always_big = true};
-  EXPECT_EQ(written(rules, write), "000000023412");
-  const auto payload = hex("00000002 3412");
+/// Little endian payloads of a number and of each kind of length and type field, written and read.
+void expect_little_endian(PayloadRules rules, std::string_view bytes) {
+  rules.byte_order = std::endian::little;
+  rules.array_length = rules.struct_length = rules.union_type = FieldWidth::bits16;
+  rules.fixed_array_length = FieldWidth::bits32;
+  EXPECT_EQ(written(rules,
+                    [](PayloadWriter& out) {
+                      const auto all = out.begin_struct();
+                      out.u32(0x12345678);
+                      const auto array = out.begin_array();
+                      out.u16(0x1234);
+                      out.end(array);
+                      const auto pair = out.begin_fixed_array();
+                      out.u8(1);
+                      out.u8(2);
+                      out.end(pair);
+                      out.string("hi");
+                      const auto choice = out.begin_union(3);
+                      out.u16(0x5678);
+                      out.end(choice);
+                      out.end(all);
+                    }),
+            to_hex(hex(bytes)));
+  const auto payload = hex(bytes);
   PayloadReader in{payload, rules};
+  std::array<char, 8> room{};
+  const auto all = in.begin_struct();
+  EXPECT_EQ(in.u32(), 0x12345678U);
   auto array = in.begin_array();
   EXPECT_TRUE(in.more(array));
   EXPECT_EQ(in.u16(), 0x1234);
   EXPECT_FALSE(in.more(array));
   in.end(array);
+  const auto pair = in.begin_fixed_array();
+  EXPECT_EQ(in.u8(), 1);
+  EXPECT_EQ(in.u8(), 2);
+  in.end(pair);
+  EXPECT_EQ(in.string(room), "hi");
+  const auto choice = in.begin_union(3);
+  EXPECT_EQ(choice.type, 3U);
+  EXPECT_EQ(in.u16(), 0x5678);
+  in.end(choice.open);
+  in.end(all);
   EXPECT_FALSE(in.error());
+  EXPECT_EQ(in.position(), payload.size());
+}
+
+TEST(Payload, HasLengthAndTypeFieldsInNetworkByteOrderAlways) {
+  covers({"feat_req_someip_675"});
+  expect_little_endian({},
+                       "0020"                     // struct: 32 bytes follow
+                       "78563412"                 // a number, as the payload
+                       "0002 3412"                // array
+                       "00000002 0102"            // array of fixed size
+                       "00000006 efbbbf 6869 00"  // string
+                       "00000002 0003 7856");     // union: length, type, a number
+}
+
+TEST(Payload, HasLengthAndTypeFieldsInItsOwnByteOrderForCommonApi) {
+  expect_little_endian(commonapi_rules,
+                       "2000"
+                       "78563412"
+                       "0200 3412"
+                       "02000000 0102"
+                       "06000000 efbbbf 6869 00"
+                       "02000000 0300 7856");
+}
+
+TEST(PayloadReader, RefusesLengthsInTheWrongByteOrder) {
+  covers({"feat_req_someip_675"});
+  const auto error = [](PayloadRules rules, std::string_view bytes) {
+    rules.byte_order = std::endian::little;
+    const auto payload = hex(bytes);
+    PayloadReader in{payload, rules};
+    static_cast<void>(in.byte_array());
+    return in.error();
+  };
+  EXPECT_EQ(error({}, "00000002 0102"), std::nullopt);
+  EXPECT_EQ(error({}, "02000000 0102"), WireError::truncated);
+  EXPECT_EQ(error(commonapi_rules, "02000000 0102"), std::nullopt);
+  EXPECT_EQ(error(commonapi_rules, "00000002 0102"), WireError::truncated);
 }
 
 TEST(PayloadWriter, GivesEachDimensionOfAnArrayItsLength) {
@@ -396,6 +459,14 @@ TEST(PayloadReader, FindsWhatFollowsAnElementOfVariableLengthWhereverItsPaddingI
   // Counted by the array, as we write it; and after it, with none at the end, as others may.
   check("01 00000017 00000006efbbbf616200 00 00000005efbbbf6300 000000 12345678 00000001 99 000000");
   check("01 00000014 00000006efbbbf616200 00 00000005efbbbf6300 000000 12345678 00000001 99");
+}
+
+TEST(PayloadWriter, AlignsNothingToZeroBytes) {
+  EXPECT_EQ(written({.alignment = 0}, [](auto& out) { out.byte_array(hex("aa")); }), "00000001aa");
+  const auto payload = hex("00000001aa");
+  PayloadReader in{payload, {.alignment = 0}};
+  EXPECT_EQ(to_hex(in.byte_array()), "aa");
+  EXPECT_FALSE(in.error());
 }
 
 TEST(PayloadWriter, CountsTheHeaderWhenItAligns) {

@@ -195,6 +195,26 @@ TEST(TaggedPayload, PutsALengthFieldBehindEachTagThatIsNoNumbers) {
   EXPECT_EQ(written(rules, write_containers), "!bad_tag");
 }
 
+TEST(TaggedPayload, HasLengthAndTypeFieldsInNetworkByteOrderAlways) {
+  covers({"feat_req_someip_675"});
+  PayloadRules rules = plain_strings();
+  rules.byte_order = std::endian::little;
+  rules.tagged_length = FieldWidth::bits16;
+  EXPECT_EQ(written(rules, write_containers), compact("4001 0002 6869"
+                                                      "4002 0004 68690000"
+                                                      "4003 0004 0100 0200"
+                                                      "4004 0004 0300 0400"
+                                                      "4005 0001 05"
+                                                      "4006 0006 00000002 0600"));
+  rules.length_fields_always_big = false;  // leaves the tags as they are
+  EXPECT_EQ(written(rules, write_containers), compact("4001 0200 6869"
+                                                      "4002 0400 68690000"
+                                                      "4003 0400 0100 0200"
+                                                      "4004 0400 0300 0400"
+                                                      "4005 0100 05"
+                                                      "4006 0600 02000000 0600"));
+}
+
 TEST(TaggedPayload, ReadsEveryWidthOfLengthField) {
   PayloadRules rules = plain_strings();
   rules.tagged_length = FieldWidth::bits16;

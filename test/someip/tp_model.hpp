@@ -103,10 +103,10 @@ class TpModel {
     if ((slot->end && (end > *slot->end || (!more && end != *slot->end))) || (!more && end < there.size())) {
       return give_up(TpDrop::inconsistent_end);
     }
-    there.resize(std::max<std::size_t>(there.size(), end));
+    there.resize(std::max(there.size(), static_cast<std::size_t>(end)));
     std::size_t fresh = 0;
     for (std::size_t i = 0; i < slice.size(); ++i) {
-      auto& place = there[begin + i];
+      auto& place = there[static_cast<std::size_t>(begin) + i];
       if (!place) {
         place = slice[i];
         ++fresh;

@@ -9,7 +9,13 @@
 namespace trestle::someip::e2e {
 namespace {
 
-constexpr std::size_t slices = 8;  ///< bytes a step of the reflected CRCs
+// Bytes a step of the reflected CRCs. Each takes tables of 4 KB: where small code is asked for, one has to
+// do.
+#ifdef __OPTIMIZE_SIZE__
+constexpr std::size_t slices = 1;
+#else
+constexpr std::size_t slices = 8;
+#endif
 
 template <std::unsigned_integral T>
 using Table = std::array<T, 256>;
@@ -79,12 +85,14 @@ T slice(const std::array<Table<T>, slices>& tables, Number number, unsigned n, u
 
 template <std::unsigned_integral T>
 T reflected_crc(const std::array<Table<T>, slices>& tables, ByteView bytes, T sum) {
-  for (; bytes.size() >= slices; bytes = bytes.subspan(slices)) {
-    const std::uint64_t eight = load<std::uint64_t>(bytes.data(), std::endian::little) ^ sum;
-    sum =
-        static_cast<T>(slice(tables, eight, 0, 7) ^ slice(tables, eight, 1, 6) ^ slice(tables, eight, 2, 5) ^
-                       slice(tables, eight, 3, 4) ^ slice(tables, eight, 4, 3) ^ slice(tables, eight, 5, 2) ^
-                       slice(tables, eight, 6, 1) ^ slice(tables, eight, 7, 0));
+  if constexpr (slices == 8) {
+    for (; bytes.size() >= slices; bytes = bytes.subspan(slices)) {
+      const std::uint64_t eight = load<std::uint64_t>(bytes.data(), std::endian::little) ^ sum;
+      sum = static_cast<T>(slice(tables, eight, 0, 7) ^ slice(tables, eight, 1, 6) ^
+                           slice(tables, eight, 2, 5) ^ slice(tables, eight, 3, 4) ^
+                           slice(tables, eight, 4, 3) ^ slice(tables, eight, 5, 2) ^
+                           slice(tables, eight, 6, 1) ^ slice(tables, eight, 7, 0));
+    }
   }
   for (const std::byte byte : bytes) {
     sum = static_cast<T>((sum >> 8U) ^ tables[0][(sum ^ std::to_integer<T>(byte)) & 0xffU]);

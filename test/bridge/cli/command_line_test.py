@@ -76,6 +76,28 @@ class CommandLine(unittest.TestCase):
         self.assertIn("good, 1 route", output)
         self.assertIn(f"{file.name}:3:23: warning: type: with array_length: 8, messages are dropped", errors)
 
+    def test_checks_and_writes_the_services_of_fields(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = os.path.join(folder, "fields.yaml")
+
+            def check(more, *options):
+                with open(file, "w") as out:
+                    out.write("someip: {address: 127.0.0.1}\nfields:\n  - {topic: /light, type: std_msgs/msg/Bool, "
+                              f"server: someip, service: 1, instance: 1, getter: 1, setter: 2{more}}}\n")
+                return run("check", *options, file)
+            place = f"{file}:3:119: error: set_type: "
+            self.assertIn(place + "std_srvs/srv/SetBool_Response does not hold the value: expected one member of type "
+                          "std_msgs/msg/Bool", check(", set_type: std_srvs/srv/SetBool")[2])
+            self.assertIn(place + "unknown type no_msgs/srv/SetBool", check(", set_type: no_msgs/srv/SetBool")[2])
+            status, output, errors = check("", "--field-services", os.path.join(folder, "src"))
+            self.assertEqual((status, errors), (0, ""))
+            self.assertIn("made  std_msgs_fields/srv/SetBool", output)
+            with open(os.path.join(folder, "src/std_msgs_fields/srv/SetBool.srv")) as made:
+                self.assertEqual(made.read(), "std_msgs/Bool value\n---\nstd_msgs/Bool value\n")
+            status, _, errors = check("", "--field-services", "/dev/null/src")
+            self.assertEqual(status, 1)
+            self.assertIn("/dev/null/src/std_msgs_fields", errors)
+
     def test_an_empty_configuration_is_an_error_with_a_place(self):
         with tempfile.TemporaryDirectory() as folder:
             file = os.path.join(folder, "empty.yaml")

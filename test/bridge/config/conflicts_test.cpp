@@ -130,7 +130,7 @@ TEST(ConfigWarning, ForAnEventIdThatLooksLikeAMethod) {
   const auto loaded = parse_config(replaced(good_config, "0x8044", "0x0044"), "b.yaml");
   ASSERT_TRUE(loaded.has_value());
   EXPECT_THAT(lines(loaded->warnings),
-              ElementsAre("b.yaml:28:12: warning: event: ids below 0x8000 are meant for methods; is "
+              ElementsAre("b.yaml:30:12: warning: event: ids below 0x8000 are meant for methods; is "
                           "this the one the peer uses?"));
 }
 

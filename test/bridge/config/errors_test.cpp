@@ -50,10 +50,10 @@ TEST(ConfigErrors, TellFilesThatAreNoConfigurationApart) {
   EXPECT_THAT(problems_of("- 1\n"),
               ElementsAre("b.yaml:1:1: error: the file: expected a mapping (key: value), found a list"));
   EXPECT_THAT(problems_of(good_config + "---\nmore: 1\n"),
-              ElementsAre("b.yaml:76:1: error: the file should end here: it is one YAML document"));
+              ElementsAre("b.yaml:83:1: error: the file should end here: it is one YAML document"));
   // Of some such ends yaml-cpp's LoadAll() makes documents without end, as the fuzzer found.
   EXPECT_THAT(problems_of(good_config + "}\n"),
-              ElementsAre("b.yaml:76:1: error: not valid YAML: illegal flow end"));
+              ElementsAre("b.yaml:83:1: error: not valid YAML: illegal flow end"));
   EXPECT_THAT(problems_of("a: 1\n]"), ElementsAre("b.yaml:2:1: error: not valid YAML: illegal flow end"));
   EXPECT_THAT(problems_of("someip: {address: 127.0.0.1}\nroutes: []\n"),
               ElementsAre("b.yaml:2:9: error: routes: expected a list of routes, found an empty list"));
@@ -78,11 +78,11 @@ TEST(ConfigErrors, SayWhyAFileCannotBeRead) {
 }
 
 TEST(ConfigErrors, PassOnWhatIsWrongWithAType) {
-  const TypeCheck check = [](const std::string& type, const MessageRules&, const std::vector<std::string>&) {
-    return TypeVerdict{.fault = type == "geometry_msgs/msg/Point" ? type + " is not known" : ""};
+  const TypeCheck check = [](const TypeUse& use, const MessageRules&, const std::vector<std::string>&) {
+    return TypeVerdict{.fault = use.type == "geometry_msgs/msg/Point" ? use.type + " is not known" : ""};
   };
   EXPECT_THAT(problems_of(good_config, check),
-              ElementsAre("b.yaml:70:11: error: type: geometry_msgs/msg/Point is not known"));
+              ElementsAre("b.yaml:77:11: error: type: geometry_msgs/msg/Point is not known"));
 }
 
 TEST(ConfigErrors, SayOnceWhatIsWrongInAnAnchoredPiece) {

@@ -22,6 +22,8 @@ dds:
   domain: 7
   interfaces: [127.0.0.1, 192.0.2.7]
   shared_memory: true
+  node: /front/trestle
+  ros_distro: humble
 types:
   paths: [/usr, .]
 routes:
@@ -68,6 +70,11 @@ routes:
       reliability: reliable
       durability: transient_local
       depth: 3
+      history: keep_all
+      deadline: 250 ms
+      lifespan: 2 s
+      liveliness: manual_by_topic
+      liveliness_lease: 0.5 s
     multicast:
       address: 239.1.2.4
       port: 40100

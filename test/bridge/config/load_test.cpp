@@ -58,6 +58,8 @@ TEST(LoadConfig, ReadsEveryKey) {
   EXPECT_EQ(config.dds.domain, 7U);
   EXPECT_THAT(config.dds.interfaces, ElementsAre("127.0.0.1", "192.0.2.7"));
   EXPECT_TRUE(config.dds.shared_memory);
+  EXPECT_EQ(config.dds.node, "/front/trestle");
+  EXPECT_EQ(config.dds.ros_distro, "humble");
   EXPECT_THAT(config.type_paths, ElementsAre("/usr", "."));
 
   ASSERT_EQ(config.routes.size(), 2U);
@@ -100,14 +102,21 @@ TEST(LoadConfig, ReadsEveryKey) {
   EXPECT_EQ(field, (TypeRules{.tags = {{"name", someip::DataId{0}}, {"offset", someip::DataId{0xfff}}},
                               .fixed_strings = {{"name", 32}}}));
   EXPECT_EQ(points.rules.types.at("std_msgs/msg/Header"), (TypeRules{.form = TypeRules::Form::choice}));
-  EXPECT_EQ(points.qos, (QosSettings{.reliable = true, .transient_local = true, .depth = 3}));
+  EXPECT_EQ(points.qos, (QosSettings{.reliable = true,
+                                     .transient_local = true,
+                                     .depth = 3,
+                                     .keep_all = true,
+                                     .deadline = 250ms,
+                                     .lifespan = 2s,
+                                     .manual_liveliness = true,
+                                     .liveliness_lease = 500ms}));
   EXPECT_EQ(points.multicast,
             (MulticastSettings{.group = {IpAddress::v4(239, 1, 2, 4), 40100}, .threshold = 3}));
-  EXPECT_EQ(points.mark, (Mark{22, 5}));
+  EXPECT_EQ(points.mark, (Mark{24, 5}));
   // Ids may be decimal.
   EXPECT_EQ(config.routes[1].service, ServiceId{0x2222});
   EXPECT_EQ(config.routes[1].event, MethodId{0x8001});
-  EXPECT_EQ(config.routes[1].mark, (Mark{69, 5}));
+  EXPECT_EQ(config.routes[1].mark, (Mark{76, 5}));
 }
 
 TEST(LoadConfig, LeavesDefaultsWhereNothingIsSaid) {
@@ -170,6 +179,28 @@ routes:
                                                 .struct_length = FieldWidth::bits32}));
 }
 
+/// The rules of a route with these settings.
+someip::PayloadRules rules_of(const std::string& wire) {
+  return load_good(replaced(smallest, "instance", "wire: {" + wire + "}, instance"))
+      .routes.at(0)
+      .rules.payload;
+}
+
+TEST(LoadConfig, KeepsLengthFieldsBigUnlessTheyFollowThePayload) {
+  covers({"feat_req_someip_675"});
+  constexpr auto little = std::endian::little;
+  EXPECT_EQ(rules_of("byte_order: little"),
+            (PayloadRules{.byte_order = little, .length_fields_always_big = true}));
+  EXPECT_EQ(rules_of("byte_order: little, length_order: as_payload"),
+            (PayloadRules{.byte_order = little, .length_fields_always_big = false}));
+  // CommonAPI's follow the payload, wherever the profile stands; but what is said counts more.
+  EXPECT_EQ(rules_of("profile: commonapi"), (PayloadRules{.length_fields_always_big = false}));
+  EXPECT_EQ(rules_of("byte_order: little, profile: commonapi"),
+            (PayloadRules{.byte_order = little, .length_fields_always_big = false}));
+  EXPECT_EQ(rules_of("length_order: big, byte_order: little, profile: commonapi"),
+            (PayloadRules{.byte_order = little, .length_fields_always_big = true}));
+}
+
 TEST(LoadConfig, TakesIpv6WithAMulticastAddressOfItsOwn) {
   const BridgeConfig config =
       load_good(replaced(smallest, "127.0.0.1", "'fd00::1', sd: {multicast: 'ff14::4:c'}"));
@@ -182,6 +213,29 @@ TEST(LoadConfig, TakesIpv6WithAMulticastAddressOfItsOwn) {
 TEST(LoadConfig, KeepsAnOfferUntilTheNextReboot) {
   const BridgeConfig config = load_good(replaced(good_config, "ttl: 10 s", "ttl: until_reboot"));
   EXPECT_EQ(config.someip.sd.ttl, std::chrono::seconds{0xff'ffff});
+}
+
+TEST(LoadConfig, LeavesBuffersToTheSizeOfMessagesUnlessTold) {
+  const BridgeConfig by_size = load_good(good_config);
+  EXPECT_EQ(by_size.someip.receive_buffer, std::nullopt);
+  EXPECT_EQ(by_size.someip.send_buffer, std::nullopt);
+  EXPECT_EQ(by_size.someip.busy_poll, Duration{0});
+  const BridgeConfig told = load_good(replaced(
+      smallest, "127.0.0.1", "127.0.0.1, receive_buffer: 1 MiB, send_buffer: 64 KiB, busy_poll: 50 us"));
+  EXPECT_EQ(told.someip.receive_buffer, std::size_t{1} << 20U);
+  EXPECT_EQ(told.someip.send_buffer, std::size_t{64} << 10U);
+  EXPECT_EQ(told.someip.busy_poll, std::chrono::microseconds{50});
+}
+
+TEST(LoadConfig, LetsReliabilityChooseTheTransport) {
+  const auto transport = [](const std::string& lines) {
+    return load_good(replaced(smallest, "direction", lines + "direction")).routes[0].transport;
+  };
+  const std::string best_effort = "qos: {reliability: best_effort}, ";
+  EXPECT_EQ(transport(""), Transport::udp);
+  EXPECT_EQ(transport("transport: by_reliability, "), Transport::tcp);
+  EXPECT_EQ(transport("transport: by_reliability, " + best_effort), Transport::udp);
+  EXPECT_EQ(transport("transport: tcp, " + best_effort), Transport::tcp);
 }
 
 TEST(LoadConfig, TurnsTheCheckOfTheSubnetOff) {
@@ -217,23 +271,23 @@ routes:
 TEST(LoadConfig, WarnsOfWhatTheTypeCheckWarnsOf) {
   const auto loaded =
       parse_config(good_config, "/etc/bridge.yaml",
-                   [](const std::string& type, const MessageRules&, const std::vector<std::string>&) {
-                     return TypeVerdict{.fault = "", .warning = type + " is odd"};
+                   [](const TypeUse& use, const MessageRules&, const std::vector<std::string>&) {
+                     return TypeVerdict{.fault = "", .warning = use.type + " is odd"};
                    });
   ASSERT_TRUE(loaded);
   ASSERT_FALSE(loaded->warnings.empty());
   EXPECT_EQ(to_string(loaded->warnings.front()),
-            "/etc/bridge.yaml:23:11: warning: type: sensor_msgs/msg/PointCloud2 is odd");
+            "/etc/bridge.yaml:25:11: warning: type: sensor_msgs/msg/PointCloud2 is odd");
 }
 
 TEST(LoadConfig, AsksTheTypeCheckWithRulesAndPaths) {
   std::vector<std::string> asked;
-  load_good(good_config, [&](const std::string& type, const MessageRules& rules,
-                             const std::vector<std::string>& paths) {
-    asked.push_back(type + (rules.payload.byte_order == std::endian::little ? " little " : " big ") +
-                    paths.at(0));
-    return TypeVerdict{};
-  });
+  load_good(
+      good_config, [&](const TypeUse& use, const MessageRules& rules, const std::vector<std::string>& paths) {
+        asked.push_back(use.type + (rules.payload.byte_order == std::endian::little ? " little " : " big ") +
+                        paths.at(0));
+        return TypeVerdict{};
+      });
   EXPECT_THAT(asked,
               ElementsAre("sensor_msgs/msg/PointCloud2 little /usr", "geometry_msgs/msg/Point big /usr"));
 }

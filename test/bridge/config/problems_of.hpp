@@ -1,4 +1,6 @@
 #pragma once
+#include <gmock/gmock.h>
+
 #include <algorithm>
 #include <string>
 #include <vector>
@@ -13,6 +15,17 @@ inline std::vector<std::string> lines(const std::vector<bridge::Problem>& proble
   std::ranges::transform(problems, result.begin(),
                          [](const bridge::Problem& problem) { return to_string(problem); });
   return result;
+}
+
+/// What a text says that is a good configuration, of which nothing is warned.
+inline bridge::BridgeConfig config_of(const std::string& text) {
+  const auto loaded = bridge::parse_config(text, "b.yaml");
+  if (!loaded) {
+    ADD_FAILURE() << to_string(loaded.error().front());
+    return {};
+  }
+  EXPECT_THAT(loaded->warnings, testing::SizeIs(0));
+  return loaded->config;
 }
 
 /// What is said about a text that is not a good configuration.

@@ -1,6 +1,6 @@
 #include "bridge/check/summary.hpp"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include "bridge/config/load.hpp"
 #include "test/bridge/config/good_config.hpp"
@@ -14,6 +14,7 @@ TEST(ConfigSummary, ShowsWhatGoesWhere) {
   EXPECT_EQ(bridge::summary(loaded->config, {}),
             R"(bridge.yaml: good, 2 routes
   DDS     domain 7, on 127.0.0.1 192.0.2.7, shared memory
+  ROS 2   node /front/trestle, among those of humble
   SOME/IP 192.0.2.1 (eth0), discovery at 239.1.2.3:30491, offers live 10 s
 
   TOPIC        SERVICE.INSTANCE  EVENT   GROUP   VERSION  PORT                               TYPE
@@ -26,13 +27,23 @@ TEST(ConfigSummary, ShowsWhatGoesWhere) {
           for /target
   TP    segments of 1024 bytes, 250 us after every 16, messages up to 8 MiB
           for /points
-  TP    segments of 1392 bytes, 500 us after every 45, messages up to 16 MiB
+  TP    segments of 1392 bytes, 500 us after as many as the receiver can take, messages up to 16 MiB
           for /target
-  QoS   reliable, transient local, keep last 3
+  QoS   reliable, transient local, keep all up to 3, deadline 250 ms, lifespan 2 s, liveliness by topic, lease 500 ms
           for /points
   QoS   reliable, volatile, keep last 10
           for /target
 )");
+}
+
+TEST(ConfigSummary, TellsWhichByteOrderLengthFieldsHave) {
+  const auto wire = [](const std::string& length_order) {
+    const auto loaded =
+        bridge::parse_config(replaced(good_config, "length_order: big", length_order), "b.yaml");
+    return loaded ? bridge::summary(loaded->config, {}) : to_string(loaded.error().front());
+  };
+  EXPECT_THAT(wire("length_order: big"), testing::HasSubstr("little endian (lengths big); bits"));
+  EXPECT_THAT(wire("length_order: as_payload"), testing::HasSubstr("little endian (lengths too); bits"));
 }
 
 }  // namespace

@@ -47,6 +47,26 @@ TEST(CdrToSomeip, AcceptsPaddingAtTheEndButNotAWholeWord) {
   EXPECT_EQ(to_someip(plan, "00010000 05 00000000"), "trailing_bytes at byte 5");
 }
 
+TEST(CdrToSomeip, AcceptsTheEstimatedSizesOfRos) {
+  // rclpy.serialization.serialize_message() of a sensor_msgs/JointState: name "c", position [1.0, 2.0],
+  // velocity and effort empty. The message ends 4 bytes before the sample does.
+  const auto plan = plan_of(builtin("sensor_msgs/JointState"), someip::commonapi_rules);
+  EXPECT_EQ(to_someip(plan,
+                      "00010000 00000000 00000000 01000000 00000000 01000000 02000000 63000000 02000000"
+                      "000000000000f03f 0000000000000040 00000000 00000000 00000000"),
+            compact("00000000 00000000 00000004 efbbbf00 00000009 00000005 efbbbf6300"
+                    "00000010 3ff0000000000000 4000000000000000 00000000 00000000"));
+  // A std_msgs/String with a wstring in its place: "a", and room for a terminator.
+  EXPECT_EQ(to_someip(plan_of(tree_of("wstring a"), someip::commonapi_rules),
+                      "00010000 01000000 61000000 00000000"),
+            compact("00000006 feff 0061 0000"));
+  // Without such a member the size is exact.
+  EXPECT_EQ(to_someip(plan_of(tree_of("int64 a\nfloat32[] b\nint64[2] c")),
+                      "00010000 0000000000000000 00000000 00000000"
+                      "0000000000000000 0000000000000000 00000000"),
+            "trailing_bytes at byte 36");
+}
+
 TEST(CdrToSomeip, RefusesBoolsThatAreNeither) {
   covers({"feat_req_someip_817"});
   EXPECT_EQ(to_someip(plan_of(tree_of("bool a\nbool b")), "00010000 01 02"), "bad_bool at byte 5 in b");

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 
 #include "test/bridge/convert/golden_builtin.hpp"
 
@@ -20,6 +21,18 @@ TEST(GoldenBuiltins, ConvertBothWays) {
   }
 }
 
+/// The messages of the packages that are shown here field by field.
+std::vector<std::string> builtin_messages() {
+  std::vector<std::string> names = TypeLibrary::builtin_names();
+  std::erase_if(names, [](const std::string& name) {
+    constexpr std::array packages{"builtin_interfaces", "geometry_msgs", "nav_msgs",
+                                  "sensor_msgs",        "std_msgs",      "tf2_msgs"};
+    return std::ranges::none_of(
+        packages, [&](const char* package) { return name.starts_with(std::string{package} + "/msg/"); });
+  });
+  return names;
+}
+
 TEST(GoldenBuiltins, LeaveNoTypeOut) {
   std::vector<std::string> names{
       // golden_messages_test.cpp
@@ -39,7 +52,7 @@ TEST(GoldenBuiltins, LeaveNoTypeOut) {
     }
   }
   std::ranges::sort(names);
-  EXPECT_EQ(names, TypeLibrary::builtin_names());
+  EXPECT_EQ(names, builtin_messages());
 }
 
 }  // namespace

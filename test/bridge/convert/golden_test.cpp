@@ -74,6 +74,37 @@ TEST(Golden, AMessageWithoutFieldsIsOneByte) {
   expect_both_ways(plan_of(builtin("std_msgs/Empty")), "00010000 00", "00");
 }
 
+TEST(Golden, LengthFieldsAreInNetworkByteOrderAlways) {
+  covers({"feat_req_someip_675"});
+  const TypeTree tree = tree_of("uint32 n\nuint16[] a\nuint8[2] p\nstring s\nwstring w");
+  constexpr std::string_view cdr =
+      "00010000 78563412 01000000 3412 0102 03000000 686900 00 01000000 e9000000";
+  PayloadRules rules{.byte_order = std::endian::little,
+                     .array_length = FieldWidth::bits16,
+                     .fixed_array_length = FieldWidth::bits32,
+                     .struct_length = FieldWidth::bits16};
+  const auto specified = plan_of(tree, rules);
+  expect_both_ways(specified, cdr,
+                   "0022"                       // the message: 34 bytes follow
+                   "78563412"                   // a number, as the payload
+                   "0002 3412"                  // array
+                   "00000002 0102"              // array of fixed size
+                   "00000006 efbbbf 6869 00"    // string
+                   "00000006 feff 00e9 0000");  // wstring: UTF-16, as its encoding says
+  rules.length_fields_always_big = false;
+  const auto as_payload = plan_of(tree, rules);
+  expect_both_ways(as_payload, cdr,
+                   "2200"
+                   "78563412"
+                   "0200 3412"
+                   "02000000 0102"
+                   "06000000 efbbbf 6869 00"
+                   "06000000 feff 00e9 0000");
+  // Neither takes the other's.
+  EXPECT_EQ(to_cdr(specified, "2200 78563412"), "truncated at byte 0");
+  EXPECT_EQ(to_cdr(as_payload, "0006 78563412"), "truncated at byte 0");
+}
+
 /// What CommonAPI wrote for a value of one field, its deployment told by the rules.
 struct FromCommonApi {
   const char* msg;
@@ -83,7 +114,7 @@ struct FromCommonApi {
 };
 
 PayloadRules with(void (*change)(PayloadRules&)) {
-  PayloadRules rules;
+  PayloadRules rules = someip::commonapi_rules;
   change(rules);
   return rules;
 }

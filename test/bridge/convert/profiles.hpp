@@ -13,12 +13,11 @@ inline someip::PayloadRules profile(const std::string& name) {
   someip::PayloadRules rules;
   if (name == "autosar") {
     rules.struct_length = rules.fixed_array_length = FieldWidth::bits32;
-    rules.length_fields_always_big = true;
+  } else if (name == "commonapi_little") {
+    rules = someip::commonapi_rules;
+    rules.byte_order = std::endian::little;
   } else if (name == "little") {
     rules.byte_order = std::endian::little;
-  } else if (name == "little_big_lengths") {
-    rules.byte_order = std::endian::little;
-    rules.length_fields_always_big = true;
     rules.struct_length = FieldWidth::bits16;
   } else if (name == "short") {
     rules.array_length = rules.string_length = rules.struct_length = rules.fixed_array_length =
@@ -37,7 +36,9 @@ inline someip::PayloadRules profile(const std::string& name) {
     rules.alignment = 32;
     rules.byte_order = std::endian::little;
     rules.struct_length = FieldWidth::bits32;
-  } else if (name != "commonapi") {
+  } else if (name == "commonapi") {
+    rules = someip::commonapi_rules;
+  } else {
     throw std::invalid_argument{"no profile " + name};
   }
   return rules;

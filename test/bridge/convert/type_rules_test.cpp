@@ -80,6 +80,17 @@ TEST(TaggedMembers, AgreeWithSerdeSomeip) {
                    "0010 1001 ffff 2002 0000002a 5003 03 010203");
 }
 
+TEST(TaggedMembers, HaveTagsAndLengthsInNetworkByteOrderAlways) {
+  covers({"feat_req_someip_675"});
+  constexpr std::string_view cdr = "00010000 0100 0000 2a000000 03000000 010203 00 00000000";
+  MessageRules rules = sample_rules();
+  rules.payload.byte_order = std::endian::little;
+  rules.payload.tagged_length = FieldWidth::bits16;
+  expect_both_ways(plan(tree_of(sample), rules), cdr, "1001 0100 2002 2a000000 4003 0003 010203");
+  rules.payload.length_fields_always_big = false;  // leaves the tags as they are
+  expect_both_ways(plan(tree_of(sample), rules), cdr, "1001 0100 2002 2a000000 4003 0300 010203");
+}
+
 TEST(TaggedMembers, AreThereOrNotWhenOptional) {
   covers({"feat_req_someip_252"});
   const auto both = plan(tree_of(sample), sample_rules());
@@ -328,7 +339,7 @@ TEST(Union, IsAMessageOfOptionalFields) {
 }
 
 TEST(Union, HasItsTypeAndLengthInBothOrdersAndAllWidths) {
-  covers({"feat_req_someip_573", "feat_req_someip_563", "feat_req_someip_564"});
+  covers({"feat_req_someip_573", "feat_req_someip_563", "feat_req_someip_564", "feat_req_someip_675"});
   MessageRules rules = shape_rules();
   rules.payload.union_length_first = false;
   rules.payload.union_type = FieldWidth::bits8;
@@ -340,9 +351,9 @@ TEST(Union, HasItsTypeAndLengthInBothOrdersAndAllWidths) {
   rules.payload.union_length = FieldWidth::bits8;
   expect_both_ways(plan(shape(), rules), circle_cdr, "02 0003 0102 09");
   rules.payload.byte_order = std::endian::little;
-  expect_both_ways(plan(shape(), rules), circle_cdr, "02 0300 0201 09");
-  rules.payload.length_fields_always_big = true;
   expect_both_ways(plan(shape(), rules), circle_cdr, "02 0003 0201 09");
+  rules.payload.length_fields_always_big = false;
+  expect_both_ways(plan(shape(), rules), circle_cdr, "02 0300 0201 09");
 }
 
 TEST(Union, SkipsPaddingAndPadsToAnAlignment) {

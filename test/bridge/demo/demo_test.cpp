@@ -135,8 +135,11 @@ class DemoProcesses : public testing::Test {
     for (int i = 0; i < 1500; ++i) {
       std::ifstream output{folder_ / "output"};
       const std::string text{std::istreambuf_iterator<char>{output}, {}};
-      if (text.find(" s  sent ") != std::string::npos) {
-        return;
+      constexpr std::string_view sent = " s  sent ";
+      for (auto at = text.find(sent); at != std::string::npos; at = text.find(sent, at + 1)) {
+        if (text.find_first_of("123456789", at + sent.size()) == at + sent.size()) {
+          return;
+        }
       }
       std::this_thread::sleep_for(20ms);
     }

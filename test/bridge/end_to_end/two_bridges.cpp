@@ -62,15 +62,18 @@ std::uint64_t RunningBridge::counter(const std::string& group, const std::string
   throw std::logic_error{"no counter " + name + " of " + group};
 }
 
-std::string TwoBridges::yaml(bool end_a, const std::vector<TestRoute>& routes,
-                             const std::string& types_folder) const {
-  std::string text = fmt::format(
+std::string bridge_head(std::uint8_t host, std::uint32_t domain) {
+  return fmt::format(
       "someip:\n"
       "  address: {}\n"
-      "  sd: {{multicast: {}, initial_delay_min: 0, initial_delay_max: 5 ms, cyclic_offer_delay: 200 ms}}\n"
+      "  sd: {{multicast: {}, initial_delay_min: 0, initial_delay_max: 5 ms, cyclic_offer_delay: 100 ms}}\n"
       "dds: {{domain: {}, interfaces: [127.0.0.1]}}\n",
-      someip::to_string(own_address(end_a ? 1 : 2)), someip::to_string(own_group()),
-      end_a ? domain_.id() : domain_b_.id());
+      someip::to_string(own_address(host)), someip::to_string(own_group()), domain);
+}
+
+std::string TwoBridges::yaml(bool end_a, const std::vector<TestRoute>& routes,
+                             const std::string& types_folder) const {
+  std::string text = end_a ? bridge_head(1, domain_.id()) : bridge_head(2, domain_b_.id());
   text += types_folder.empty() ? "" : "types: {paths: [" + types_folder + "]}\n";
   text += "routes:\n";
   for (std::size_t i = 0; i < routes.size(); ++i) {

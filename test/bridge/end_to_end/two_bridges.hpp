@@ -26,6 +26,11 @@ class RunningBridge {
   std::unique_ptr<State> state_;
 };
 
+/// The head of a bridge's configuration: loopback addresses of this process's own, and quick offers.
+/// @param host    of its address, see own_address().
+/// @param domain  of DDS.
+[[nodiscard]] std::string bridge_head(std::uint8_t host, std::uint32_t domain);
+
 /// One topic that crosses both bridges.
 struct TestRoute {
   std::string topic;  ///< "/points"

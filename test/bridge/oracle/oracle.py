@@ -25,13 +25,13 @@ NUMBERS = {'bool': '?', 'byte': 'B', 'char': 'B', 'int8': 'b', 'uint8': 'B', 'in
            'uint32': 'I', 'int64': 'q', 'uint64': 'Q', 'float32': 'f', 'float64': 'd'}
 FIELD = re.compile(r'([\w/]+)(?:<=(\d+))?(\[(<=)?(\d*)\])?\s+(\w+)\s*(=)?')
 
-DEFAULT = dict(big=True, length_big=None, array=4, fixed=0, string=4, struct=0, encoding='utf-8', bom=True, zero=True,
+DEFAULT = dict(big=True, length_big=True, array=4, fixed=0, string=4, struct=0, encoding='utf-8', bom=True, zero=True,
                align=1)
 PROFILES = {
     'commonapi': {},
-    'autosar': dict(struct=4, fixed=4, length_big=True),
-    'little': dict(big=False),
-    'little_big_lengths': dict(big=False, length_big=True, struct=2),
+    'autosar': dict(struct=4, fixed=4),
+    'commonapi_little': dict(big=False, length_big=False),
+    'little': dict(big=False, struct=2),
     'short': dict(array=2, string=2, struct=2, fixed=2),
     'legacy_strings': dict(bom=False, zero=False, string=1),
     'utf16le': dict(encoding='utf-16-le'),
@@ -124,8 +124,7 @@ class Someip:
     def __init__(self, types, rules):
         self.types, self.rules, self.out = types, rules, bytearray(16)
         self.order = '>' if rules['big'] else '<'
-        length_big = rules['big'] if rules['length_big'] is None else rules['length_big']
-        self.length_order = 'big' if length_big else 'little'
+        self.length_order = 'big' if rules['big'] or rules['length_big'] else 'little'
 
     def measured(self, width, write):
         at = len(self.out)

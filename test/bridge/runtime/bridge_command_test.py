@@ -16,21 +16,11 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 from bare_peer import PATIENCE, Peer, entries, receive, someip, ttl
+from bridge_program import BRIDGE, GROUP, PEER, PID, head, log_until, offered, write
 
 TRESTLE = sys.argv.pop(1)
 
-# Addresses and a group that only this process uses.
-PID = os.getpid()
-BRIDGE = f"127.{1 + (PID >> 8) % 254}.{PID & 255}.11"
-PEER = f"127.{1 + (PID >> 8) % 254}.{PID & 255}.12"
-GROUP = f"239.254.{PID >> 8 & 255}.{PID & 255}"
-DOMAIN = 100 + PID % 20
-
-CONFIG = f"""\
-someip:
-  address: {BRIDGE}
-  sd: {{multicast: {GROUP}, initial_delay_min: 0, initial_delay_max: 5 ms, cyclic_offer_delay: 200 ms}}
-dds: {{domain: {DOMAIN}, interfaces: [127.0.0.1]}}
+CONFIG = head() + """\
 routes:
   - topic: /out
     type: std_msgs/msg/String
@@ -47,7 +37,7 @@ routes:
     instance: 0x0001
     eventgroup: 0x0003
     event: 0x8001
-    qos: {{durability: transient_local}}
+    qos: {durability: transient_local}
 """
 
 
@@ -56,8 +46,7 @@ class Bridge:
 
     def __init__(self, config):
         self.file = tempfile.NamedTemporaryFile("w", suffix=".yaml")
-        self.file.write(config)
-        self.file.flush()
+        self.write(config)
         self.report, write_end = os.pipe()
         self.log = tempfile.TemporaryFile("a+")
         self.process = subprocess.Popen([TRESTLE, "bridge", "--report-fd", str(write_end), self.file.name],
@@ -83,6 +72,12 @@ class Bridge:
 
     def readable(self):
         return bool(select.select([self.process.stdout], [], [], 0)[0])
+
+    def write(self, config):
+        write(self.file.name, config)
+
+    def log_until(self, wanted):
+        log_until(self.log, wanted)
 
     def finish(self):
         self.process.send_signal(signal.SIGINT)
@@ -137,6 +132,19 @@ class BridgeCommand(unittest.TestCase):
         self.assertEqual(process.returncode, 1)
         self.assertIn("cannot write all of the output", log)
 
+    def test_warns_of_shared_memory_where_fast_dds_does_not_survive_it(self):
+        if "libfastrtps.so.2.9" not in subprocess.run(["ldd", TRESTLE], capture_output=True, text=True).stdout:
+            self.skipTest("this Fast DDS does")
+        warning = "dds.shared_memory: with this version of Fast DDS"
+        for setting, warns in (("", False), (", shared_memory: true", True)):
+            bridge = Bridge(CONFIG.replace("interfaces: [127.0.0.1]", "interfaces: [127.0.0.1]" + setting))
+            try:
+                bridge.log_until("Ctrl-C stops")
+            finally:
+                status, _, log, _ = bridge.finish()
+            self.assertEqual(status, 0, log)
+            self.assertEqual(warning in log, warns, log)
+
     def test_names_an_interface_that_is_not_there(self):
         done = run(CONFIG.replace("  sd:", "  interface: nope0\n  sd:"))
         self.assertEqual(done.returncode, 1)
@@ -170,7 +178,7 @@ class BridgeCommand(unittest.TestCase):
             for segment in segments:
                 peer.service.sendto(someip(0x2222, 0x8001, segment, session=2, message_type=0x22), to)
             printed = bridge.counters_until("received 3, carried 1,")
-            self.assertRegex(printed, "route /in from SOME/IP: received 3, carried 1, bytes 28; lost: too_large 2\n")
+            self.assertRegex(printed, "route /in from SOME/IP: received 3, carried 1, bytes 28, readers 0, written 1, subscribed 1; lost: too_large 2\n")
             # Being refused does not fill the log.
             for _ in range(50):
                 peer.subscribe(BRIDGE, 0x1111, 0x0077)
@@ -191,6 +199,57 @@ class BridgeCommand(unittest.TestCase):
         self.assertLess(len(refusals), 10)
         self.assertNotIn("others before", refusals[0])
         self.assertRegex(refusals[-1], r"\(and \d+ others before\)$")
+
+    def test_reads_the_file_and_the_types_again_on_sighup(self):
+        peer = Peer(PEER, GROUP)
+        with tempfile.TemporaryDirectory() as types:
+            os.makedirs(os.path.join(types, "my_msgs/msg"))
+
+            def define(text):
+                with open(os.path.join(types, "my_msgs/msg/Value.msg"), "w", encoding="utf-8") as file:
+                    file.write(text)
+
+            define("uint8 value\n")
+            config = CONFIG.replace("geometry_msgs/msg/Point", "my_msgs/msg/Value") + f"types: {{paths: [{types}]}}\n"
+            bridge = Bridge(config)
+            try:
+                receive(peer.group, offered(0x1111, True))
+                # What is wrong changes nothing.
+                bridge.write(config.replace("service: 0x1111", "service: 0x11111"))
+                bridge.process.send_signal(signal.SIGHUP)
+                bridge.log_until("going on as before")
+                self.assertIn("service: expected an id", bridge.log_so_far())
+                # Nor does what cannot be carried out.
+                with Peer.bound(BRIDGE, 40077):
+                    bridge.write(config.replace("port: 40001", "port: 40077"))
+                    bridge.process.send_signal(signal.SIGHUP)
+                    bridge.log_until("cannot be carried out: going on as before")
+                receive(peer.group, offered(0x1111, False))
+                receive(peer.group, offered(0x1111, True))
+                # What is good takes the place of what was.
+                bridge.write(config.replace("service: 0x1111", "service: 0x1112"))
+                define("uint32 value\n")
+                bridge.process.send_signal(signal.SIGHUP)
+                receive(peer.group, offered(0x1111, False))
+                receive(peer.group, offered(0x1112, True))
+                peer.offer(BRIDGE)
+                subscribe, datagram, _ = receive(
+                    peer.sd, lambda e: e[0] == 6 and e[4:8] == bytes.fromhex("22220001") and ttl(e) > 0)
+                options = datagram[24 + 16 * len(entries(datagram)) + 4:]
+                peer.ack(BRIDGE, subscribe)
+                to = (BRIDGE, struct.unpack_from(">H", options, 10)[0])
+                peer.service.sendto(someip(0x2222, 0x8001, b"\x05"), to)
+                peer.service.sendto(someip(0x2222, 0x8001, b"\0\0\0\x05"), to)
+                bridge.counters_until("route /in from SOME/IP: received 2, carried 1, bytes 8, ",
+                                      "; lost: not_convertible 1")
+            except BaseException:
+                bridge.process.kill()
+                bridge.process.communicate()
+                print(bridge.log_so_far(), file=sys.stderr)
+                raise
+            finally:
+                peer.close()
+            self.assertEqual(bridge.finish()[0], 0)
 
     def test_carries_counts_drops_and_withdraws(self):
         peer = Peer(PEER, GROUP)
@@ -230,7 +289,7 @@ class BridgeCommand(unittest.TestCase):
                 stranger.sendto(good, to)
             peer.service.sendto(good, to)
             printed = bridge.counters_until("carried 3,", "unknown_sender 1", "too_large 1")
-            self.assertIn("received 4, carried 3, bytes 84; lost: not_convertible 1", printed)  # 4 + 24 bytes each
+            self.assertIn("received 4, carried 3, bytes 84, readers 0, written 1, subscribed 1; lost: not_convertible 1", printed)  # 4 + 24 bytes each
             self.assertIn(f"malformed {len(good)}, wrong_version 1, unexpected 1, unknown_sender 1", printed)
             self.assertIn("unaligned 1, too_large 1", printed.replace("session_zero 0, ", ""))
 

@@ -60,15 +60,17 @@ class Running:
         """The next line that holds the texts, of the output or the log."""
         stream = self.process.stderr if of_log else self.process.stdout
         end = time.monotonic() + PATIENCE
+        others = b""
         while True:
             line, newline, rest = self.read[stream].partition(b"\n")
             if newline:
                 self.read[stream] = rest
                 if all(text in line.decode() for text in texts):
                     return line.decode()
+                others += line + newline
                 continue
             if time.monotonic() > end or not select.select([stream], [], [], PATIENCE)[0]:
-                raise AssertionError(f"not printed: {texts}")
+                raise AssertionError(f"not printed: {texts}, but\n{others.decode()}")
             more = os.read(stream.fileno(), 65536)
             if not more:
                 raise AssertionError(f"ended without printing: {texts}")
@@ -283,12 +285,17 @@ class Calls(unittest.TestCase):
             file.flush()
             with Running("notify", 1, "0x1247.1", "1", "0x8001", "{data: hi}", "--type", "std_msgs/msg/String",
                          "--wire", rules, "--rate", "50"):
-                # 16 bits of length, little endian: two characters and a zero.
+                # 16 bits of length, big endian as always: two characters and a zero.
                 done = run("subscribe", 2, "0x1247.1", "1", "--count", "1", "-q")
-                self.assertEqual(done.stdout, "0x8001 0300686900\n")
+                self.assertEqual(done.stdout, "0x8001 0003686900\n")
                 done = run("subscribe", 2, "0x1247.1", "1", "--count", "1", "-q", "--type", "std_msgs/msg/String",
                            "--wire", "@" + file.name, "--json")
                 self.assertEqual(json.loads(done.stdout)["values"], {"data": "hi"})
+        with Running("notify", 1, "0x1248.1", "1", "0x8001", "{data: hi}", "--type", "std_msgs/msg/String",
+                     "--wire", "{profile: commonapi, byte_order: little}", "--rate", "50"):
+            # CommonAPI's lengths follow the payload: 32 bits, little endian; BOM, two characters and a zero.
+            done = run("subscribe", 2, "0x1248.1", "1", "--count", "1", "-q")
+            self.assertEqual(done.stdout, "0x8001 06000000efbbbf686900\n")
 
     def test_end_when_nobody_answers(self):
         done = run("call", 2, "0x1243", "1", "--timeout", "0.3", "-q")

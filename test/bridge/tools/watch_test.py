@@ -7,6 +7,7 @@ import json
 import os
 import pty
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -205,6 +206,19 @@ class Live(unittest.TestCase):
                 watch.line_with("unsubscribed  0x1236.0x0001  eventgroup 0x0001")
                 with Running("subscribe", 2, "0x1236.1", "9", "-q"):
                     watch.line_with("refused       0x1236.0x0001  eventgroup 0x0009")
+            self.assertEqual(watch.stop()[0], 0)
+
+    def test_misses_nothing_of_a_burst_that_comes_while_it_is_busy(self):
+        with Running("watch", 9) as watch, Running("offer", 1, "0x123b.1") as offer, \
+                socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sink:
+            watch.line_with("offered       0x123b.0x0001")
+            watch.process.send_signal(signal.SIGSTOP)
+            sink.bind((HOST + "8", 0))
+            for _ in range(5000):
+                sink.sendto(bytes(100), sink.getsockname())
+            offer.stop()
+            watch.process.send_signal(signal.SIGCONT)
+            self.assertIn("stopped", watch.line_with("0x123b.0x0001"))  # not: expired
             self.assertEqual(watch.stop()[0], 0)
 
     def test_draws_tables_on_a_terminal(self):

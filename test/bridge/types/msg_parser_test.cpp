@@ -68,7 +68,7 @@ TEST(MsgParser, ReadsConstantsDefaultsAndComments) {
       "\tint32 NEGATIVE = -0x10\n"
       "float64 PI=3.14159\n"
       "bool YES=true\n"
-      "string PLAIN=it's plain, # and a comment\n"
+      "string PLAIN=it's plain,\r# and a comment\n"
       "string QUOTED=\"with # inside\" # and a comment\n"
       "string EMPTY=\n"
       "uint8 count 42\n"

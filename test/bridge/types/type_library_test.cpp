@@ -3,9 +3,7 @@
 #include <gmock/gmock.h>
 #include <stdlib.h>  // NOLINT(modernize-deprecated-headers): setenv is POSIX
 
-#include <unistd.h>
-
-#include <fstream>
+#include "test/bridge/types/folder_test.hpp"
 
 namespace trestle::bridge {
 namespace {
@@ -14,23 +12,8 @@ namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-/// A folder of its own for each test, with the .msg files that the test puts there.
-class TypeLibraryTest : public testing::Test {
+class TypeLibraryTest : public test::FolderTest {
  protected:
-  TypeLibraryTest() {
-    const auto* const test = testing::UnitTest::GetInstance()->current_test_info();
-    root_ = fs::temp_directory_path() /
-            (std::string{"trestle_types_"} + test->name() + std::to_string(::getpid()));
-    fs::create_directories(root_);
-  }
-  ~TypeLibraryTest() override { fs::remove_all(root_); }
-  TypeLibraryTest(const TypeLibraryTest&) = delete;
-  TypeLibraryTest& operator=(const TypeLibraryTest&) = delete;
-
-  void write(const fs::path& path, std::string_view text) const {
-    fs::create_directories((root_ / path).parent_path());
-    std::ofstream{root_ / path} << text;
-  }
   [[nodiscard]] std::string error_of(std::string_view type) const {
     TypeLibrary library{{root_}};
     const auto tree = library.resolve(type);
@@ -43,8 +26,6 @@ class TypeLibraryTest : public testing::Test {
     }
     return result;
   }
-
-  fs::path root_;
 };
 
 TEST_F(TypeLibraryTest, KnowsTheBuiltInTypesWithoutAnyFolder) {
@@ -62,12 +43,20 @@ TEST_F(TypeLibraryTest, KnowsTheBuiltInTypesWithoutAnyFolder) {
 TEST_F(TypeLibraryTest, ResolvesEveryBuiltInType) {
   TypeLibrary library;
   const auto builtin = TypeLibrary::builtin_names();
-  // builtin_interfaces 2, geometry_msgs 32, nav_msgs 6, sensor_msgs 27, std_msgs 30, tf2_msgs 2
-  EXPECT_EQ(builtin.size(), 99U);
+  const auto of_kind = [&](std::string_view kind) {
+    return std::ranges::count_if(builtin, [&](const auto& name) { return name.find(kind) != name.npos; });
+  };
+  EXPECT_EQ(of_kind("/msg/"), 161);
+  EXPECT_EQ(of_kind("/srv/"), 29);
+  EXPECT_EQ(of_kind("/action/"), 1);
   for (const auto& name : builtin) {
-    const auto tree = library.resolve(name);
+    const auto kind = interface_name(name)->kind;
+    const std::string message = name + (kind == InterfaceKind::message   ? ""
+                                        : kind == InterfaceKind::service ? "_Response"
+                                                                         : "_FeedbackMessage");
+    const auto tree = library.resolve(message);
     ASSERT_TRUE(tree) << to_string(tree.error());
-    EXPECT_EQ(tree->root().name, name);
+    EXPECT_EQ(tree->root().name, message);
   }
 }
 

@@ -305,7 +305,8 @@ def compare_sd_with_scapy(comparison, frame, ours, theirs):
 
 
 def missing(what):
-    required = os.environ.get("TRESTLE_REQUIRE_PEERS", "") not in ("", "0")
+    wanted = os.environ.get("TRESTLE_REQUIRE_PEERS", "0").split(",")
+    required = what in wanted or "1" in wanted
     print(f"{'missing' if required else 'skipped'}: {what} is not installed")
     return 1 if required else 77
 

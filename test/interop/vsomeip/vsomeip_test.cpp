@@ -42,23 +42,11 @@ std::string event(std::uint16_t id, std::size_t size) {
 }
 
 void VsomeipTest::SetUpTestSuite() {
-  if (namespaces || !why_not.empty()) {
-    return;  // another suite of this process has tried
-  }
-  try {
-    namespaces = std::make_unique<Namespaces>();
-  } catch (const std::runtime_error& error) {
-    why_not = error.what();
-  }
+  namespaces.make();
 }
 
 void VsomeipTest::SetUp() {
-  if (!why_not.empty()) {
-    if (Namespaces::required()) {
-      FAIL() << why_not;
-    }
-    GTEST_SKIP() << why_not;
-  }
+  namespaces.expect();
 }
 
 void VsomeipTest::TearDown() {

@@ -13,8 +13,8 @@
 
 #include "sd/net/node.hpp"
 #include "test/covers.hpp"
-#include "test/interop/namespaces.hpp"
 #include "test/interop/peer_process.hpp"
+#include "test/interop/suite_namespaces.hpp"
 #include "test/interop/vsomeip/service.hpp"
 
 namespace trestle::interop {
@@ -108,8 +108,7 @@ class VsomeipTest : public ::testing::Test {
   [[nodiscard]] std::string peer_config(bool serves) const;
   [[nodiscard]] std::string described_counters() const;
 
-  static inline std::unique_ptr<Namespaces> namespaces;
-  static inline std::string why_not;
+  static inline SuiteNamespaces namespaces;
   boost::asio::executor_work_guard<boost::asio::io_context::executor_type> waiting_{io.get_executor()};
 };
 

@@ -31,12 +31,20 @@ class BarePeer : public TwoNodes {
       }
     });
   }
-  /// Multicasts entries that all refer to our TCP endpoint. No "explicit initial data" flag.
-  void send(const std::string& entries) {
+  /// Multicasts entries that all refer to our endpoint at port 40230. No "explicit initial data" flag.
+  /// @param protocol  "06": TCP, "11": UDP.
+  void send(const std::string& entries, const std::string& protocol = "06") {
     const auto address = to_hex(std::as_bytes(std::span{other_address.bytes})).substr(0, 8);
-    const std::string options = "0009 04 00" + address + "00 06 9d26";  // port 40230
-    const auto entry_bytes = hex(entries);
-    const auto length = static_cast<unsigned>(8 + 4 + 4 + entry_bytes.size() + 4 + 12);
+    send({own_group(), sd_port}, session++, entries, "0009 04 00" + address + "00" + protocol + "9d26");
+  }
+  /// Tells the node at client_address alone.
+  void answer(const std::string& entry, const std::string& options = "") {
+    send({client_address, sd_port}, answer_session++, entry, options);
+  }
+  void send(const Endpoint& to, std::size_t with_session, const std::string& entries,
+            const std::string& options) {
+    const std::size_t entry_bytes = hex(entries).size();
+    const std::size_t option_bytes = hex(options).size();
     const auto number = [](std::size_t value, std::size_t digits) {
       std::string text(digits, '0');
       for (std::size_t i = digits; i-- > 0; value /= 16) {
@@ -45,10 +53,10 @@ class BarePeer : public TwoNodes {
       return text;
     };
     const auto message =
-        hex("ffff 8100" + number(length, 8) + "0000" + number(session++, 4) + "01 01 02 00 c0 000000" +
-            number(entry_bytes.size(), 8) + entries + "0000000c" + options);
+        hex("ffff 8100" + number(20 + entry_bytes + option_bytes, 8) + "0000" + number(with_session, 4) +
+            "01 01 02 00 c0 000000" + number(entry_bytes, 8) + entries + number(option_bytes, 8) + options);
     const ByteView bytes{message};
-    ASSERT_EQ(socket.send({own_group(), sd_port}, {&bytes, 1}), someip::SendStatus::sent);
+    ASSERT_EQ(socket.send(to, {&bytes, 1}), someip::SendStatus::sent);
   }
   /// How many messages hold an entry that begins so.
   [[nodiscard]] std::size_t count(const std::string& entry) const {
@@ -68,6 +76,7 @@ class BarePeer : public TwoNodes {
   std::size_t accepted = 0;
   std::vector<std::string> received;
   std::size_t session = 1;
+  std::size_t answer_session = 1;
   const sd::SubscribeSpec wanted{.service = sd::ServiceId{0x1234},
                                  .instance = sd::InstanceId{1},
                                  .eventgroup = sd::EventgroupId{1},

@@ -415,8 +415,13 @@ TEST_F(CallsTest, SayWhatIsWrongWithADescription) {
   EXPECT_THAT(refusal([](ServiceSpec& s) { s.methods[0].handler = nullptr; }),
               HasSubstr("0x0001 has no handler"));
   EXPECT_THAT(refusal([](ServiceSpec& s) { s.fields.emplace_back(); }), HasSubstr("neither getter nor"));
+  EXPECT_THAT(refusal([](ServiceSpec& s) {
+                s.fields = {{.getter = MethodId{0x99}, .without_value = ReturnCode::ok}};
+              }),
+              HasSubstr("without_value must not answer ok"));
   EXPECT_THAT(refusal([](ServiceSpec& s) { s.tcp_events = {MethodId{0x8001}}; }), HasSubstr("no TCP port"));
-  EXPECT_THAT(refusal([](ServiceSpec& s) { s.udp_port.reset(); }), HasSubstr("bad argument"));
+  EXPECT_THAT(refusal([](ServiceSpec& s) { s.udp_port.reset(); }),
+              HasSubstr("neither udp_port nor tcp_port"));
   EXPECT_EQ(refusal([](ServiceSpec&) {}), "");
 }
 

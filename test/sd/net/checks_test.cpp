@@ -11,10 +11,14 @@ namespace {
 using someip::MethodId;
 using test::covers;
 using test::quick;
+using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::Each;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using ::testing::Not;
+using ::testing::StartsWith;
 using namespace std::chrono_literals;
 
 constexpr EventgroupId group{1};
@@ -152,6 +156,192 @@ class ChecksTest : public test::TwoNodes {
   Node node{io, quick(test::server_address), into(server_log)};
 };
 
+struct WrongService {
+  std::string says;
+  std::function<void(ServiceSpec&)> make;
+};
+
+TEST_F(ChecksTest, NameTheFieldOfAServiceThatCannotBe) {
+  covers({"feat_req_someipsd_500", "feat_req_someipsd_1250"});
+  const auto name_it = [](ServiceSpec& s, std::vector<ConfigurationText> items) {
+    s.service = other_protocols;
+    s.configuration = std::move(items);
+  };
+  const std::string no_item = "configuration[1]: a key is printable ASCII without '=', an item at most 255";
+  const std::string no_name = "configuration: service 0xfffe needs one item otherserv=NAME";
+  const std::string no_group = "eventgroup 0x0001: multicast: ";
+  const std::string no_client = "eventgroup 0x0001: configured_subscribers: ";
+  const std::vector<WrongService> all{
+      {"service: 0x0000 names none", [](ServiceSpec& s) { s.service = ServiceId{0}; }},
+      {"service: 0xffff names none", [](ServiceSpec& s) { s.service = ServiceId{0xffff}; }},
+      {"instance: 0x0000 names none", [](ServiceSpec& s) { s.instance = InstanceId{0}; }},
+      {"instance: 0xffff names none", [](ServiceSpec& s) { s.instance = someip::any_instance; }},
+      {"major: 0xff means any", [](ServiceSpec& s) { s.major = 0xff; }},
+      {"neither udp_port nor tcp_port", [](ServiceSpec& s) { s.udp_port.reset(); }},
+      {"ttl_s: must be from 1 to 16777215, is 0", [](ServiceSpec& s) { s.ttl_s = 0; }},
+      {"ttl_s: must be from 1 to 16777215, is 16777216", [](ServiceSpec& s) { s.ttl_s = 0x1000000; }},
+      {"mac_groupcast: is for service 0xfffe alone", [](ServiceSpec& s) { s.mac_groupcast.emplace(); }},
+      {"mac_groupcast.identifier_bytes: must be at most 12, is 13",
+       [&](ServiceSpec& s) {
+         name_it(s, {{"otherserv", "x"}});
+         s.mac_groupcast = MacGroupcastOption{.identifier_bytes = 13};
+       }},
+      {no_item,
+       [](ServiceSpec& s) {
+         s.configuration = {{"a", "b"}, {"", "x"}};
+       }},
+      {no_item,
+       [](ServiceSpec& s) {
+         s.configuration = {{"a", "b"}, {"c=", "x"}};
+       }},
+      {no_item,
+       [](ServiceSpec& s) {
+         s.configuration = {{"a", "b"}, {"\n"}};
+       }},
+      {no_item,
+       [](ServiceSpec& s) {
+         s.configuration = {{"a", "b"}, {"c", std::string(254, 'x')}};
+       }},
+      {"configuration: is longer than limits.max_configuration_bytes, 256",
+       [](ServiceSpec& s) {
+         s.configuration = {{"a", "b"}, {"c", std::string(249, 'x')}};
+       }},
+      {"configuration[0]: otherserv is for service 0xfffe alone",
+       [](ServiceSpec& s) { s.configuration = {{"otherserv"}}; }},
+      {no_name, [&](ServiceSpec& s) { name_it(s, {}); }},
+      {no_name,
+       [&](ServiceSpec& s) {
+         name_it(s, {{"a", "x"}});
+       }},
+      {no_name,
+       [&](ServiceSpec& s) {
+         name_it(s, {{"otherserv", ""}});
+       }},
+      {no_name,
+       [&](ServiceSpec& s) {
+         name_it(s, {{"otherserv", "x"}, {"otherserv", "y"}});
+       }},
+      {"eventgroup: 0x0000 names none", [](ServiceSpec& s) { s.eventgroups[0].id = EventgroupId{0}; }},
+      {"eventgroup: 0xffff names none", [](ServiceSpec& s) { s.eventgroups[0].id = EventgroupId{0xffff}; }},
+      {"eventgroup 0x0001: is there twice", [](ServiceSpec& s) { s.eventgroups.push_back({.id = group}); }},
+      {no_group + "127.",
+       [](ServiceSpec& s) {
+         s.eventgroups[0].multicast = {test::client_address, 40300};
+       }},
+      {no_group + "ff02::",
+       [](ServiceSpec& s) {
+         s.eventgroups[0].multicast = {IpAddress{.bytes = {0xff, 2}, .v6 = true}, 40300};
+       }},
+      {no_group + "the port must not be 0",
+       [](ServiceSpec& s) {
+         s.eventgroups[0].multicast = {test::own_group(), 0};
+       }},
+      {no_client + "127.",
+       [](ServiceSpec& s) {
+         s.eventgroups[0].configured_subscribers = {{test::client_address, 0}};
+       }},
+      {no_client + "239.",
+       [](ServiceSpec& s) {
+         s.eventgroups[0].configured_subscribers = {{test::own_group(), 40300}};
+       }},
+      {no_client + "0.0.0.0",
+       [](ServiceSpec& s) {
+         s.eventgroups[0].configured_subscribers = {{{}, 40300}};
+       }},
+      {no_client + "[::]",
+       [](ServiceSpec& s) {
+         s.eventgroups[0].configured_subscribers = {{IpAddress{.v6 = true}, 40300}};
+       }},
+      {no_client + "not where events go over TCP",
+       [](ServiceSpec& s) {
+         s.tcp_port = 0;
+         s.tcp_events = {MethodId{0x8001}};
+         s.eventgroups[0].configured_subscribers = {{test::client_address, 40300}};
+       }},
+      {"notifier 0x8002 is in no eventgroup",
+       [](ServiceSpec& s) { s.fields = {{.getter = MethodId{2}, .notifier = MethodId{0x8002}}}; }},
+      {"answers.error_type: must be RESPONSE or ERROR",
+       [](ServiceSpec& s) { s.answers = someip::AnswerRules{.error_type = someip::MessageType::request}; }}};
+  for (const WrongService& one : all) {
+    ServiceSpec wrong = spec();
+    one.make(wrong);
+    EXPECT_THAT(refusal([&] { node.offer(wrong); }),
+                AllOf(StartsWith("offer of 0x"), HasSubstr(": " + one.says)));
+  }
+  EXPECT_THAT(server_log, IsEmpty()) << "none of them is offered";
+  EXPECT_EQ(refusal([&] { node.offer(spec()); }), "");
+}
+
+TEST_F(ChecksTest, NameTheFieldOfANeedThatCannotBe) {
+  covers({"feat_req_someipsd_503"});
+  const std::string too_long(246, 'x');  // with its key one byte more than an item may have
+  const std::vector<std::pair<RequireSpec, std::string>> needs{
+      {{.service = ServiceId{0}}, "service: 0x0000 names none"},
+      {{.service = ServiceId{0xffff}}, "service: 0xffff names none"},
+      {{.service = ServiceId{1}, .instance = InstanceId{0}}, "instance: 0x0000 names none"},
+      {{.service = ServiceId{1}, .otherserv = "x"}, "otherserv: is for service 0xfffe alone"},
+      {{.service = other_protocols}, "otherserv: service 0xfffe needs a name"},
+      {{.service = other_protocols, .otherserv = too_long}, "otherserv: is longer than an item or limits."}};
+  for (const auto& [need, says] : needs) {
+    EXPECT_THAT(refusal([&, what = &need] { node.require(*what); }),
+                AllOf(StartsWith("requirement of 0x"), HasSubstr(": " + says)));
+    EXPECT_THAT(refusal([&, what = &need] {
+                  node.subscribe({.service = what->service,
+                                  .instance = what->instance,
+                                  .eventgroup = group,
+                                  .otherserv = what->otherserv},
+                                 collect());
+                }),
+                AllOf(StartsWith("subscription to eventgroup 0x0001 of 0x"), HasSubstr(": " + says)));
+  }
+  const std::vector<std::pair<SubscribeSpec, std::string>> subscriptions{
+      {{.service = ServiceId{1}}, "eventgroup: 0x0000 names none"},
+      {{.service = ServiceId{1}, .eventgroup = EventgroupId{0xffff}}, "eventgroup: 0xffff names none"},
+      {{.service = ServiceId{1}, .eventgroup = group, .udp = false}, "neither UDP nor TCP is asked for"},
+      {{.service = ServiceId{1}, .eventgroup = group, .silence_timeout = 0ms},
+       "silence_timeout: must be longer than nothing"},
+      {{.service = ServiceId{1}, .eventgroup = group, .ttl_s = 0}, "ttl_s: must be from 1 to 16777215, is 0"},
+      {{.service = ServiceId{1}, .eventgroup = group, .ttl_s = 0x1000000},
+       "ttl_s: must be from 1 to 16777215, is 16777216"}};
+  for (const auto& [wanted, says] : subscriptions) {
+    EXPECT_THAT(refusal([&, what = &wanted] { node.subscribe(*what, collect()); }), EndsWith(": " + says));
+  }
+  EXPECT_THAT(server_log, IsEmpty()) << "none of them is looked for";
+}
+
+TEST_F(ChecksTest, RefuseToCallNobodyBack) {
+  const RequirementId service = node.require({.service = ServiceId{0x4321}});
+  EXPECT_EQ(refusal([&] { node.call(service, {.method = MethodId{7}}, {}, nullptr); }),
+            "call of method 0x0007: handler: there is none");
+  EXPECT_EQ(refusal([&] { node.subscribe({.service = ServiceId{0x4321}, .eventgroup = group}, nullptr); }),
+            "subscription to eventgroup 0x0001 of 0x4321.*: handler: there is none");
+  EXPECT_NO_THROW(node.subscribe({.service = ServiceId{0x4321}, .eventgroup = group}, collect()))
+      << "without events: to be a subscriber is all that is wanted";
+}
+
+TEST_F(ChecksTest, RefuseToSendWhatTheServiceHasNot) {
+  ServiceSpec with_field = spec();
+  with_field.fields = {{.getter = MethodId{2}, .notifier = MethodId{0x8001}}};
+  const OfferHandle offer = node.offer(with_field);
+  const std::vector<std::byte> value(1);
+  EXPECT_EQ(refusal([&] { node.notify(offer, MethodId{0x8002}, {}); }),
+            "event 0x8002 of 0x1234.0x0001 is in no eventgroup");
+  EXPECT_EQ(
+      refusal([&] { node.notify_some(offer, MethodId{0x8002}, [](const Subscriber&) { return true; }, {}); }),
+      "event 0x8002 of 0x1234.0x0001 is in no eventgroup");
+  EXPECT_EQ(refusal([&] { node.set_field(offer, MethodId{0x0001}, value); }),
+            "0x1234.0x0001 has no field 0x0001")
+      << "that is a method";
+  EXPECT_EQ(refusal([&] { node.set_field(offer, MethodId{0x0002}, value); }), "");
+  node.withdraw(offer);
+  EXPECT_EQ(refusal([&] {
+              node.notify(offer, MethodId{0x8002}, {});
+              node.set_field(offer, MethodId{0x0001}, value);
+            }),
+            "")
+      << "it has ended, and nobody is there to be told";
+}
+
 TEST_F(ChecksTest, RefuseSegmentsOfAnImpossibleSize) {
   covers({"feat_req_someiptp_772", "feat_req_someiptp_773"});
   const OfferHandle offer = node.offer(spec());
@@ -187,6 +377,34 @@ TEST_F(ChecksTest, RefuseAnIdForAMethodAndAnEvent) {
   ServiceSpec notifier = spec();
   notifier.fields = {{.notifier = MethodId{0x8001}}};
   EXPECT_EQ(refusal([&] { node.offer(notifier); }), "") << "which is the event";
+}
+
+TEST_F(ChecksTest, RefuseUpdateRulesThatMakeNoSense) {
+  covers({"feat_req_someip_625", "feat_req_someip_635"});
+  const auto with = [](const EventSpec& event) {
+    ServiceSpec result = spec();
+    result.fields = {{.notifier = MethodId{0x8002}}};
+    result.eventgroups[0].events = {MethodId{0x8001}, MethodId{0x8002}};
+    result.events = {event};
+    return result;
+  };
+  const std::string name = "offer of 0x1234.0x0001: ";
+  EXPECT_EQ(refusal([&] { node.offer(with({.id = MethodId{0x8002}})); }), name + "id 0x8002 is used twice");
+  EXPECT_EQ(refusal([&] { node.offer(with({.id = MethodId{0x0001}})); }), name + "id 0x0001 is used twice");
+  EXPECT_EQ(refusal([&] { node.offer(with({.id = MethodId{0x8000}})); }), name + "id 0x8000 is reserved");
+  EXPECT_EQ(refusal([&] { node.offer(with({.id = MethodId{0x8003}})); }),
+            name + "event 0x8003 is in no eventgroup");
+  EXPECT_EQ(refusal([&] { node.offer(with({.id = MethodId{0x8001}, .update = {.on_change = false}})); }),
+            name + "event 0x8001 would never be sent: update has neither on_change nor a cycle");
+  EXPECT_EQ(refusal([&] { node.offer(with({.id = MethodId{0x8001}, .update = {.cycle = -1ms}})); }),
+            name + "event 0x8001: update.cycle: a time cannot be negative");
+  ServiceSpec twice = with({.id = MethodId{0x8001}});
+  twice.events.push_back(twice.events[0]);
+  EXPECT_EQ(refusal([&] { node.offer(twice); }), name + "id 0x8001 is used twice");
+  ServiceSpec field = with({.id = MethodId{0x8001}});
+  field.fields[0].update.cycle = -1ms;
+  EXPECT_EQ(refusal([&] { node.offer(field); }), name + "a field's update.cycle: a time cannot be negative");
+  EXPECT_EQ(refusal([&] { node.offer(with({.id = MethodId{0x8001}})); }), "");
 }
 
 TEST_F(ChecksTest, KeepThePortOfDiscoveryForIt) {

@@ -275,6 +275,19 @@ TEST_F(E2eTest, TellsAFieldToNewSubscribersWithoutALossForTheOthers) {
   EXPECT_THAT(other_lines, ElementsAre("03 ok init"));
 }
 
+TEST_F(E2eTest, CountsTheRepetitionsOfAnEvent) {
+  Node server{io, quick(test::server_address)};
+  Node client{io, quick(test::client_address)};
+  ServiceSpec cyclic = spec({{.id = event, .protect = e2e::Profile4{.data_id = id}}});
+  cyclic.events = {{.id = event, .update = {.on_change = false, .cycle = std::chrono::milliseconds{20}}}};
+  const OfferHandle offer = server.offer(cyclic);
+  subscribe(client, wanted({{.id = event, .check = e2e::Profile4{.data_id = id}}}), into_lines(lines));
+  notify(server, offer, "cafe01");
+  ASSERT_TRUE(run_until([&] { return lines.size() >= 4; }));
+  lines.resize(4);
+  EXPECT_THAT(lines, ElementsAre("cafe01 ok init", "cafe01 ok init", "cafe01 ok valid", "cafe01 ok valid"));
+}
+
 // --- Configuration ----------------------------------------------------------------------------------------
 
 template <typename Function>

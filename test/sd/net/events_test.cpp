@@ -345,6 +345,20 @@ TEST_F(FieldsTest, AreReadAndSet) {
   }
 }
 
+TEST_F(FieldsTest, SayWithoutAValueWhatTheyAreTold) {
+  Node server{io, calm(test::server_address)};
+  Node client{io, calm(test::client_address)};
+  ServiceSpec not_ready = spec({});
+  not_ready.fields[0].without_value = ReturnCode::not_ready;
+  const OfferHandle offer = server.offer(not_ready);
+  run_for(30ms);
+  const RequirementId service = client.require({.service = ServiceId{0x1234}, .instance = InstanceId{1}});
+  ASSERT_TRUE(run_until([&] { return !client.available(service).empty(); }));
+  EXPECT_EQ(call(client, service, getter).code, ReturnCode::not_ready);
+  server.set_field(offer, getter, bytes("07"));
+  EXPECT_EQ(call(client, service, getter).payload, bytes("07"));
+}
+
 TEST_F(FieldsTest, HaveNoValueUntilTheyAreGivenOne) {
   Node server{io, calm(test::server_address)};
   Node client{io, calm(test::client_address)};
@@ -358,7 +372,7 @@ TEST_F(FieldsTest, HaveNoValueUntilTheyAreGivenOne) {
   EXPECT_EQ(server.field(offer, getter), nullptr);
   run_for(30ms);
   EXPECT_THAT(events, IsEmpty());
-  server.set_field(offer, notifier, {});
+  server.set_field(offer, notifier, ByteView{});
   ASSERT_TRUE(run_until([&] { return events.size() == 1; }));
   EXPECT_THAT(received(), ElementsAre(""));
   EXPECT_EQ(call(client, service, getter).fault, std::nullopt);

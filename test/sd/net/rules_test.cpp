@@ -1,6 +1,7 @@
 // The rules of a service's description: when fields are sent, what has a session, what may be segmented, who
 // gets what.
 #include <algorithm>
+#include <array>
 
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
@@ -53,6 +54,11 @@ class RulesTest : public test::TwoNodes {
     run_for(20ms);
     events.clear();
     return id;
+  }
+  static Notified notify(Node& server, OfferHandle offer, const std::string& payload) {
+    const auto bytes = test::hex(payload);
+    const ByteView slice{bytes};
+    return server.notify(offer, event, {&slice, 1});
   }
   RequirementId found(Node& client, const RequireSpec& wanted = {.service = ServiceId{0x1234}}) {
     const RequirementId id = client.require(wanted);
@@ -118,6 +124,115 @@ TEST_F(RulesTest, SendAFieldWhenItDiffersByMoreThanEpsilon) {
   ASSERT_TRUE(run_until([&] { return !events.empty(); }));
   run_for(20ms);
   EXPECT_THAT(received(), ElementsAre("0d"));
+}
+
+// --- Events with an update rule ---------------------------------------------------------------------------
+
+TEST_F(RulesTest, RepeatAnEventInACycle) {
+  covers({"feat_req_someip_635"});
+  Node server{io, quick(test::server_address)};
+  Node client{io, quick(test::client_address)};
+  ServiceSpec cyclic = spec();
+  cyclic.events = {{.id = event, .update = {.on_change = false, .cycle = 60ms}}};
+  const OfferHandle offer = server.offer(cyclic);
+  subscribe(client);
+  run_for(150ms);
+  EXPECT_THAT(events, IsEmpty()) << "there is nothing to repeat yet";
+  EXPECT_EQ(notify(server, offer, "2a").subscribers, 1U) << "the first of the cycle";
+  ASSERT_TRUE(run_until([&] { return events.size() >= 3; }));
+  EXPECT_THAT(received(), Each("2a"));
+  EXPECT_EQ(events[0].header.method, event);
+  EXPECT_EQ(events[2].header.session, SessionId{3});
+  events.clear();
+  EXPECT_EQ(notify(server, offer, "2b").subscribers, 0U) << "waits for its turn";
+  ASSERT_TRUE(run_until([&] { return events.size() >= 2; }));
+  EXPECT_THAT(received(), Each("2b"));
+  server.withdraw(offer);
+  events.clear();
+  run_for(150ms);
+  EXPECT_THAT(events, IsEmpty());
+}
+
+TEST_F(RulesTest, RepeatALargeEventAtItsPace) {
+  Node server{io, quick(test::server_address)};
+  Node client{io, quick(test::client_address)};
+  ServiceSpec cyclic = spec();
+  cyclic.events = {{.id = event, .update = {.on_change = false, .cycle = 60ms}}};
+  const OfferHandle offer = server.offer(cyclic);
+  subscribe(client);
+  const auto before = server.sender_counters();
+  const auto large = numbers(3200);
+  const std::array<ByteView, 2> slices{ByteView{large}.first(1), ByteView{large}.subspan(1)};
+  server.notify(offer, event, slices, nullptr, {.segment_bytes = 160});
+  ASSERT_TRUE(run_until([&] { return events.size() >= 3; }));
+  EXPECT_EQ(events[0].payload, large);
+  EXPECT_EQ(events[2].payload, large);
+  const auto after = server.sender_counters();
+  EXPECT_EQ(after.datagrams - before.datagrams, 20 * (after.messages - before.messages));
+}
+
+TEST_F(RulesTest, SendAnEventWhenItIsAnother) {
+  covers({"feat_req_someip_635"});
+  Node server{io, quick(test::server_address)};
+  Node client{io, quick(test::client_address)};
+  ServiceSpec on_change = spec();
+  on_change.events = {{.id = event}};
+  const OfferHandle offer = server.offer(on_change);
+  subscribe(client);
+  EXPECT_EQ(notify(server, offer, "2a").session, SessionId{1});
+  const Notified same = notify(server, offer, "2a");
+  EXPECT_EQ(same.subscribers, 0U);
+  EXPECT_EQ(same.dropped, 0U);
+  EXPECT_EQ(notify(server, offer, "2b").session, SessionId{2}) << "what is not sent takes none";
+  EXPECT_EQ(notify(server, offer, "2a").session, SessionId{3});
+  EXPECT_EQ(notify(server, offer, "").session, SessionId{4}) << "no payload is one, too";
+  EXPECT_EQ(notify(server, offer, "").subscribers, 0U);
+  ASSERT_TRUE(run_until([&] { return events.size() >= 4; }));
+  run_for(80ms);
+  EXPECT_THAT(received(), ElementsAre("2a", "2b", "2a", "")) << "and nothing by itself";
+}
+
+TEST_F(RulesTest, SendAnEventWhenItDiffersByMoreThanEpsilonAndInACycle) {
+  covers({"feat_req_someip_635"});
+  Node server{io, quick(test::server_address)};
+  Node client{io, quick(test::client_address)};
+  ServiceSpec coarse = spec();
+  coarse.events = {{.id = event, .update = {.cycle = 400ms}, .differs = [](ByteView before, ByteView value) {
+                      return std::abs(std::to_integer<int>(before[0]) - std::to_integer<int>(value[0])) > 5;
+                    }}};
+  const OfferHandle offer = server.offer(coarse);
+  subscribe(client);
+  EXPECT_EQ(notify(server, offer, "07").subscribers, 1U);
+  EXPECT_EQ(notify(server, offer, "0a").subscribers, 0U);
+  EXPECT_EQ(notify(server, offer, "0d").subscribers, 1U);
+  EXPECT_EQ(notify(server, offer, "0e").subscribers, 0U) << "until its turn";
+  ASSERT_TRUE(run_until([&] { return events.size() >= 3; }));
+  EXPECT_THAT(received(), ElementsAre("07", "0d", "0e"));
+}
+
+TEST_F(RulesTest, HaveNoInitialValueOfAnEvent) {
+  covers({"feat_req_someipsd_833"});
+  Node server{io, quick(test::server_address)};
+  Node client{io, quick(test::client_address)};
+  ServiceSpec on_change = spec();
+  on_change.events = {{.id = event}};
+  const OfferHandle offer = server.offer(on_change);
+  notify(server, offer, "2a");
+  const SubscriptionId id = client.subscribe({.service = ServiceId{0x1234},
+                                              .instance = InstanceId{1},
+                                              .eventgroup = group,
+                                              .events = {event, notifier}},
+                                             collect());
+  ASSERT_TRUE(run_until([&] { return client.subscribed(id) && !events.empty(); }));
+  run_for(80ms);
+  EXPECT_THAT(received(), ElementsAre("07")) << "of the field alone";
+  events.clear();
+  EXPECT_EQ(notify(server, offer, "2a").subscribers, 0U) << "is what was sent, if to nobody";
+  EXPECT_EQ(notify(server, offer, "2b").subscribers, 1U);
+  ASSERT_TRUE(run_until([&] { return !events.empty(); }));
+  EXPECT_THAT(received(), ElementsAre("2b"));
+  const auto nobody = [](const Subscriber&) { return false; };
+  EXPECT_THROW(server.notify_some(offer, event, nobody, {}), std::invalid_argument);
 }
 
 // --- Sessions ---------------------------------------------------------------------------------------------

@@ -4,6 +4,7 @@
 
 #include <boost/asio/io_context.hpp>
 #include <chrono>
+#include <functional>
 #include <map>
 #include <vector>
 
@@ -127,6 +128,142 @@ TEST_F(MessageSenderTest, SendsOneBurstAtATime) {
   const auto begin = std::chrono::steady_clock::now();
   await_datagrams(100);
   EXPECT_GE(std::chrono::steady_clock::now() - begin, 2ms);
+  EXPECT_EQ(joined(event), payload);
+}
+
+TEST_F(MessageSenderTest, SharesTheBurstsOfAReceiverAmongItsMessages) {
+  covers({"feat_req_someiptp_801"});
+  const auto payload = numbers(16 * 100);
+  const ByteView slice{payload};
+  const TpPacing pacing{.segment_bytes = 16, .burst = 130, .separation = 200ms};
+  Header other = event;
+  other.method = MethodId{0x8002};
+  sender.send(receiver.local(), event, {&slice, 1}, nullptr, pacing);
+  EXPECT_TRUE(sender.idle());
+  EXPECT_EQ(sender.counters().datagrams, 100U);
+  // The burst is remembered when its message is gone.
+  sender.send(receiver.local(), other, {&slice, 1}, nullptr, pacing);
+  EXPECT_EQ(sender.counters().datagrams, 130U);
+  sender.send(receiver.local(), event, {&slice, 1}, nullptr, pacing);
+  EXPECT_EQ(sender.counters().datagrams, 130U);
+  await_datagrams(300);
+  EXPECT_EQ(sender.counters().messages, 3U);
+}
+
+TEST_F(MessageSenderTest, LetsNoReceiverWaitForThePausesOfAnother) {
+  UdpSocket second{io, {.local = {IpAddress::v4(127, 0, 0, 2), 0}}};
+  std::size_t at_second = 0;
+  second.receive([&](ByteView, const Endpoint&) { ++at_second; });
+  const auto payload = numbers(16 * 100);
+  const ByteView slice{payload};
+  const auto pacing = [](std::size_t burst, Duration separation) {
+    return TpPacing{.segment_bytes = 16, .burst = burst, .separation = separation};
+  };
+  UdpSocket third{io, {.local = {IpAddress::v4(127, 0, 0, 2), 0}}};
+  std::size_t at_third = 0;
+  third.receive([&](ByteView, const Endpoint&) { ++at_third; });
+  sender.send(second.local(), event, {&slice, 1}, nullptr, pacing(90, 1ms));
+  sender.send(receiver.local(), event, {&slice, 1}, nullptr, pacing(99, 10s));
+  sender.send(third.local(), event, {&slice, 1}, nullptr, pacing(90, 1ms));
+  EXPECT_EQ(sender.counters().datagrams, 90U + 99U + 90U);
+  const auto end = std::chrono::steady_clock::now() + 1s;
+  while (at_second + at_third < 200 && std::chrono::steady_clock::now() < end) {
+    io.run_one_for(50ms);
+  }
+  EXPECT_EQ(at_second, 100U);
+  EXPECT_EQ(at_third, 100U);
+  EXPECT_EQ(arrived.size(), 99U);
+  EXPECT_FALSE(sender.idle());
+}
+
+// What waits the longest is last in line.
+TEST_F(MessageSenderTest, WakesUpForTheShortestPause) {
+  UdpSocket second{io, {.local = {IpAddress::v4(127, 0, 0, 2), 0}}};
+  std::size_t at_second = 0;
+  second.receive([&](ByteView, const Endpoint&) { ++at_second; });
+  const auto payload = numbers(16 * 100);
+  const ByteView slice{payload};
+  sender.send(second.local(), event, {&slice, 1}, nullptr,
+              {.segment_bytes = 16, .burst = 90, .separation = 1ms});
+  sender.send(receiver.local(), event, {&slice, 1}, nullptr,
+              {.segment_bytes = 16, .burst = 99, .separation = 10s});
+  const auto end = std::chrono::steady_clock::now() + 1s;
+  while (at_second < 100 && std::chrono::steady_clock::now() < end) {
+    io.run_one_for(50ms);
+  }
+  EXPECT_EQ(at_second, 100U);
+}
+
+// A train has to fit an IP packet, and the room for what lies in many pieces.
+TEST_F(MessageSenderTest, SendsMoreThanFitsATrain) {
+  const auto payload = numbers(100 * 1392);
+  std::vector<ByteView> slices;
+  for (std::size_t at = 0; at < payload.size(); at += 100) {
+    slices.push_back(ByteView{payload}.subspan(at, std::min<std::size_t>(100, payload.size() - at)));
+  }
+  const auto owner = std::make_shared<int>(0);
+  EXPECT_TRUE(sender.send(receiver.local(), event, slices, owner, {.burst = 100, .separation = 0us}));
+  EXPECT_EQ(sender.counters().datagrams, 100U);
+  EXPECT_EQ(sender.counters().offload_refused, 0U);
+  await_datagrams(100);
+  EXPECT_EQ(joined(event), payload);
+}
+
+TEST_F(MessageSenderTest, SendsOnWhenTheEndOfAMessageBringsForthAnother) {
+  const auto payload = numbers(16 * 100);
+  const ByteView slice{payload};
+  int left = 5;
+  std::function<void()> send = [&] {
+    const std::shared_ptr<const void> owner{&left, [&](const void*) {
+                                              if (--left > 0) {
+                                                send();
+                                              }
+                                            }};
+    sender.send(receiver.local(), event, {&slice, 1}, owner, {.segment_bytes = 160, .burst = 4});
+  };
+  send();
+  await_datagrams(50);
+  EXPECT_EQ(left, 0);
+  EXPECT_TRUE(sender.idle());
+}
+
+TEST_F(MessageSenderTest, CanBeClosedByTheOwnerOfAMessage) {
+  const auto payload = numbers(16 * 100);
+  const ByteView slice{payload};
+  sender.send(receiver.local(), event, {&slice, 1}, nullptr, {.segment_bytes = 16, .burst = 99});
+  sender.send(receiver.local(), event, {&slice, 1},
+              std::shared_ptr<const void>{&payload, [&](const void*) { sender.close(); }},
+              {.segment_bytes = 160});
+  sender.send(receiver.local(), event, {&slice, 1}, nullptr, {.segment_bytes = 160});
+  await_datagrams(110);
+  io.run_for(5ms);
+  EXPECT_EQ(sender.counters().datagrams, 110U);
+  EXPECT_EQ(sender.counters().abandoned, 1U);
+}
+
+// Of those who got something lately, the pace of so many is remembered; and nothing is lost.
+TEST_F(MessageSenderTest, SendsToAnyNumberOfReceivers) {
+  const auto payload = numbers(3200);
+  const ByteView slice{payload};
+  for (std::uint16_t port = 1; port <= 200; ++port) {
+    sender.send({IpAddress::v4(127, 0, 0, 3), port}, event, {&slice, 1}, nullptr, {.segment_bytes = 320});
+  }
+  EXPECT_EQ(sender.counters().messages, 200U);
+  EXPECT_EQ(sender.counters().datagrams, 2000U);
+  EXPECT_TRUE(sender.idle());
+}
+
+TEST_F(MessageSenderTest, KeepsWhatWaitsForAReceiverWhenManyOthersCome) {
+  const auto payload = numbers(1600);
+  const ByteView slice{payload};
+  sender.send(receiver.local(), event, {&slice, 1}, nullptr,
+              {.segment_bytes = 16, .burst = 99, .separation = 100ms});
+  for (std::uint16_t port = 1; port <= 100; ++port) {
+    sender.send({IpAddress::v4(127, 0, 0, 3), port}, event, {&slice, 1}, nullptr,
+                {.segment_bytes = 160, .burst = 10, .separation = 10s});
+  }
+  EXPECT_EQ(sender.counters().datagrams, 99U + 1000U) << "each receiver has a burst of its own";
+  await_datagrams(100);
   EXPECT_EQ(joined(event), payload);
 }
 
@@ -316,6 +453,43 @@ TEST_F(CollectingSenderTest, SendsWhatItHasCollectedWhenItIsClosed) {
   run_for(60ms);
   EXPECT_EQ(arrived.size(), 1U);
   EXPECT_FALSE(send(receiver, test::hex("03")));
+}
+
+TEST_F(CollectingSenderTest, WaitsNoLongerThanItIsToldThoughMoreComes) {
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_TRUE(send(receiver, test::hex("01")));
+    run_for(15ms);
+  }
+  EXPECT_GE(arrived.size(), 1U) << "the first has waited for 75 ms";
+}
+
+TEST_F(CollectingSenderTest, CollectsForSoManyReceiversAtOnce) {
+  const auto send_to = [&](std::uint16_t port) {
+    EXPECT_TRUE(sender.send({IpAddress::v4(127, 0, 0, 3), port}, event, {}));
+  };
+  for (std::uint16_t port = 1; port <= 64; ++port) {
+    send_to(port);
+  }
+  EXPECT_EQ(sender.counters().datagrams, 0U);
+  send_to(65);
+  EXPECT_EQ(sender.counters().datagrams, 64U);
+  run_for(60ms);
+  EXPECT_EQ(sender.counters().datagrams, 65U);
+}
+
+TEST_F(CollectingSenderTest, CountsEachMessageThatTheSystemRefuses) {
+  const Endpoint nowhere{IpAddress::v4(255, 255, 255, 255), 9};  // broadcast needs a permission it has not
+  const Endpoint nowhere_else{nowhere.address, 10};
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_TRUE(sender.send(nowhere, event, {}));
+    EXPECT_TRUE(send(receiver, {}));
+    EXPECT_TRUE(sender.send(nowhere_else, event, {}));
+  }
+  run_for(60ms);
+  EXPECT_EQ(sender.counters().refused, 6U);
+  EXPECT_EQ(sender.counters().messages, 3U);
+  EXPECT_EQ(arrived.size(), 1U);
+  EXPECT_TRUE(sender.idle());
 }
 
 }  // namespace

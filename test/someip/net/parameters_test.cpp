@@ -83,9 +83,9 @@ TEST(Parameters, FollowTheRulesOfTheService) {
   const auto payload = pack(rules, std::string{"\xc3\xa4"}, std::vector<std::uint16_t>{1},
                             std::pair<bool, std::uint8_t>{true, 2});
   EXPECT_EQ(to_hex(payload),
-            "06000000fffee4000000"
+            "00000006fffee4000000"  // lengths are big endian always
             "020100"
-            "02000102");
+            "00020102");
   const auto back =
       unpack<std::string, std::vector<std::uint16_t>, std::pair<bool, std::uint8_t>>(payload, rules);
   ASSERT_TRUE(back);
@@ -93,6 +93,61 @@ TEST(Parameters, FollowTheRulesOfTheService) {
   EXPECT_EQ(text, "\xc3\xa4");
   EXPECT_THAT(numbers, ElementsAre(1));
   EXPECT_THAT(both, Pair(true, 2));
+}
+
+TEST(Parameters, ThatAreOptionalAreArraysOfNoneOrOne) {
+  covers({"feat_req_someip_252"});
+  EXPECT_EQ(to_hex(pack(std::vector<std::uint16_t>{}, true)), "0000000001");
+  EXPECT_EQ(to_hex(pack(std::vector<std::uint16_t>{7}, true)), "00000002000701");
+}
+
+struct Plate {
+  FixedString<10> number;
+  std::uint8_t country = 0;
+};
+
+TEST(Parameters, HaveTextOfFixedSize) {
+  covers({"feat_req_someip_233", "feat_req_someip_662", "feat_req_someip_687"});
+  // BOM, "B-1", terminator, and zeros up to 10 bytes; no length field.
+  EXPECT_EQ(to_hex(pack(Plate{.number = {"B-1"}, .country = 0x31})), "efbbbf422d310000000031");
+  const auto plate = unpack<Plate>(hex("efbbbf 422d31 00000000 31"));
+  ASSERT_TRUE(plate);
+  EXPECT_EQ(plate->number, (FixedString<10>{"B-1"}));
+  EXPECT_EQ(plate->country, 0x31);
+  EXPECT_EQ(to_hex(pack(FixedString<10>{"B-1234"})), "efbbbf422d3132333400");  // exactly
+  EXPECT_THROW(static_cast<void>(pack(FixedString<10>{"B-12345"})), std::invalid_argument);
+  EXPECT_EQ(unpack<FixedString<10>>(hex("efbbbf 422d31 000000")).error(), WireError::truncated);
+  EXPECT_EQ(unpack<FixedString<6>>(hex("efbbbf 422d31")).error(), WireError::bad_string_encoding);
+  const PayloadRules utf16{.string_encoding = StringEncoding::utf16be};
+  EXPECT_EQ(to_hex(pack(utf16, FixedString<8>{"\xc3\xa4"})), "feff00e400000000");
+  EXPECT_EQ(unpack<FixedString<8>>(hex("feff 00e4 0000 0000"), utf16), (FixedString<8>{"\xc3\xa4"}));
+}
+
+TEST(Parameters, HaveTextInUtf16BesideOtherText) {
+  covers({"feat_req_someip_234", "feat_req_someip_235", "feat_req_someip_238", "feat_req_someip_639",
+          "feat_req_someip_640", "feat_req_someip_642"});
+  // BOM, U+00E4, U+1F600 as a surrogate pair, two zeros.
+  const std::u16string text{u"\u00e4\U0001F600"};
+  EXPECT_EQ(to_hex(pack(text)), "0000000afeff00e4d83dde000000");
+  EXPECT_EQ(to_hex(pack(u"\u00e4", "a")), "00000006feff00e4000000000005efbbbf6100");
+  EXPECT_EQ(unpack<std::u16string>(hex("0000000a feff 00e4 d83d de00 0000")), text);
+  const auto both = unpack<std::u16string, std::string>(hex("00000006 feff 00e4 0000 00000005 efbbbf 61 00"));
+  ASSERT_TRUE(both);
+  EXPECT_EQ(*both, (std::tuple{std::u16string{u"\u00e4"}, std::string{"a"}}));
+  // Little endian where the service's texts are; the length field is none of them.
+  const PayloadRules little{.string_encoding = StringEncoding::utf16le};
+  EXPECT_EQ(to_hex(pack(little, text)), "0000000afffee4003dd800de0000");
+  EXPECT_EQ(unpack<std::u16string>(hex("0000000a fffe e400 3dd8 00de 0000"), little), text);
+  // An odd last byte is ignored.  [feat_req_someip_641]
+  EXPECT_EQ(unpack<std::u16string>(hex("00000007 feff 00e4 0000 00")), u"\u00e4");
+}
+
+TEST(Parameters, RefuseTextThatIsNotUtf16) {
+  covers({"feat_req_someip_666"});
+  EXPECT_THROW(static_cast<void>(pack(std::u16string{char16_t{0xd83d}})), std::invalid_argument);
+  EXPECT_EQ(unpack<std::u16string>(hex("00000006 feff d83d 0000")).error(), WireError::bad_string_encoding);
+  EXPECT_EQ(unpack<std::u16string>(hex("00000006 fffe e400 0000")).error(), WireError::bad_string_encoding);
+  EXPECT_EQ(unpack<std::u16string>(hex("00000005 efbbbf 61 00")).error(), WireError::bad_string_encoding);
 }
 
 TEST(Parameters, ComeBack) {

@@ -53,12 +53,14 @@ TEST(SocketOptions, OfUdp) {
                          {.local = {own, 0},
                           .interface = MulticastInterface{own},
                           .multicast_ttl = 3,
+                          .unicast_ttl = 7,
                           .dscp = 46,
                           .receive_buffer_bytes = 40'000,
                           .send_buffer_bytes = 30'000}};
   const int fd = descriptor_of(socket.local());
   EXPECT_EQ(option(fd, IPPROTO_IP, IP_TOS), 46 << 2);
   EXPECT_EQ(option(fd, IPPROTO_IP, IP_MULTICAST_TTL), 3);
+  EXPECT_EQ(option(fd, IPPROTO_IP, IP_TTL), 7);
   EXPECT_EQ(option(fd, SOL_SOCKET, SO_RCVBUF), 80'000) << "the system doubles it";
   EXPECT_EQ(option(fd, SOL_SOCKET, SO_SNDBUF), 60'000);
   EXPECT_THROW((UdpSocket{io, {.local = {own, 0}, .dscp = 64}}), NetError);
@@ -68,8 +70,33 @@ TEST(SocketOptions, OfUdpOverIpv6) {
   boost::asio::io_context io;
   IpAddress loopback{.v6 = true};
   loopback.bytes[15] = 1;
-  const UdpSocket socket{io, {.local = {loopback, 0}, .dscp = 10}};
-  EXPECT_EQ(option(descriptor_of(socket.local()), IPPROTO_IPV6, IPV6_TCLASS), 10 << 2);
+  const UdpSocket socket{io,
+                         {.local = {loopback, 0},
+                          .interface = MulticastInterface{loopback},
+                          .multicast_ttl = 3,
+                          .unicast_ttl = 7,
+                          .dscp = 10}};
+  const int fd = descriptor_of(socket.local());
+  EXPECT_EQ(option(fd, IPPROTO_IPV6, IPV6_TCLASS), 10 << 2);
+  EXPECT_EQ(option(fd, IPPROTO_IPV6, IPV6_UNICAST_HOPS), 7);
+  EXPECT_EQ(option(fd, IPPROTO_IPV6, IPV6_MULTICAST_HOPS), 3);
+}
+
+TEST(SocketOptions, OfTcpOverIpv6) {
+  boost::asio::io_context io;
+  IpAddress loopback{.v6 = true};
+  loopback.bytes[15] = 1;
+  TcpServer server{io, {.local = {loopback, 0}, .tcp = {.unicast_ttl = 9}}};
+  std::optional<Endpoint> client_end;
+  server.start({.message = {}, .connected = [&](const Endpoint& client) { client_end = client; }});
+  const TcpClient client{
+      io, {.local = loopback, .remote = server.local(), .tcp = {.unicast_ttl = 8}}, {.message = {}}};
+  for (int i = 0; i < 100 && !(client_end && client.local()); ++i) {
+    io.run_one_for(50ms);
+  }
+  ASSERT_TRUE(client_end);
+  EXPECT_EQ(option(descriptor_of(*client_end, server.local()), IPPROTO_IPV6, IPV6_UNICAST_HOPS), 8);
+  EXPECT_EQ(option(descriptor_of(server.local(), client_end), IPPROTO_IPV6, IPV6_UNICAST_HOPS), 9);
 }
 
 TEST(SocketOptions, OfBothEndsOfATcpConnection) {

@@ -199,6 +199,22 @@ TEST_F(TcpTest, KeepsTheOrderAndBoundsWhatWaitsForASlowReceiver) {
   EXPECT_EQ(server.counters().streams.messages_sent, taken);
 }
 
+// Who asks us much that is answered with nothing, and does not read it.
+TEST_F(TcpTest, BoundsTheMemoryOfMessagesWithoutPayload) {
+  tcp_options.max_queued_bytes = 1 << 20;
+  tcp_options.send_buffer_bytes = 4096;
+  TcpServer server{io, {.local = {server_address, 0}, .tcp = tcp_options}};
+  start(server);
+  const tcp::socket slow = bare(server);
+  ASSERT_TRUE(run_until([&] { return clients.size() == 1; }));
+  int taken = 0;
+  while (taken < 40'000 && server.send(clients[0], response(1), {})) {
+    ++taken;
+  }
+  EXPECT_LT(taken, 40'000) << "16 bytes each make 65536 in the queue alone";
+  EXPECT_EQ(server.counters().streams.queue_full, 1U);
+}
+
 TEST_F(TcpTest, RefusesAMessageThatCouldNeverBeQueued) {
   tcp_options.max_queued_bytes = 1000;
   TcpServer server{io, {.local = {server_address, 0}, .tcp = tcp_options}};
@@ -357,6 +373,14 @@ TEST_F(TcpTest, WaitsLongerBeforeEachFurtherAttempt) {
   EXPECT_GE(attempts[1] - attempts[0], 20ms);
   EXPECT_GE(attempts[2] - attempts[1], 40ms);
   EXPECT_GE(attempts[3] - attempts[2], 40ms);
+}
+
+TEST_F(TcpTest, WaitsNoLongerThanTheLongestPause) {
+  const Endpoint nobody{server_address, 9};
+  TcpClient client{
+      io, {.local = client_address, .remote = nobody, .retry_min = 10ms, .retry_max = 20ms}, handlers()};
+  // That takes 0.3 s and what the attempts need; pauses that kept doubling would take minutes.
+  EXPECT_TRUE(run_until([&] { return client.counters().failed_attempts >= 15; }));
 }
 
 TEST_F(TcpTest, MayBeDestroyedByItsHandlers) {

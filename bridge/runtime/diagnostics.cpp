@@ -1,0 +1,75 @@
+#include "bridge/runtime/diagnostics.hpp"
+
+#include <algorithm>
+
+#include "bridge/values/cdr.hpp"
+#include "dds_adapter/ros_names.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+// A state that goes to and fro with every message must not be published as often.
+constexpr auto soonest = std::chrono::milliseconds{100};
+
+constexpr std::size_t max_sample = std::size_t{1} << 20U;  // far more than the bridge has to say
+
+void write_text(CdrWriter& out, const std::string& text) {
+  out.number(static_cast<std::uint32_t>(text.size() + 1));
+  out.bytes(std::as_bytes(std::span{text.c_str(), text.size() + 1}));
+}
+
+}  // namespace
+
+std::vector<std::byte> diagnostic_array(std::chrono::nanoseconds stamp, std::span<const Diagnosis> statuses) {
+  CdrWriter out{max_sample};
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(stamp);
+  out.number(static_cast<std::uint32_t>(seconds.count()));
+  out.number(static_cast<std::uint32_t>((stamp - seconds).count()));
+  write_text(out, "");  // frame_id
+  out.number(static_cast<std::uint32_t>(statuses.size()));
+  for (const Diagnosis& status : statuses) {
+    out.number(static_cast<std::uint8_t>(status.level));
+    write_text(out, status.name);
+    write_text(out, status.message);
+    write_text(out, status.hardware_id);
+    out.number(static_cast<std::uint32_t>(status.values.size()));
+    for (const auto& [key, value] : status.values) {
+      write_text(out, key);
+      write_text(out, value);
+    }
+  }
+  return out.take();
+}
+
+Diagnostics::Diagnostics(boost::asio::io_context& io, dds::Participant& participant,
+                         const DiagnosticsSettings& settings, const std::string& user_data,
+                         std::function<std::vector<Diagnosis>()> look)
+    : period_{settings.period},
+      look_{std::move(look)},
+      writer_{participant.create_writer(dds::ros_topic_name(settings.topic), dds::ros_type_name(type), {},
+                                        max_sample, {.user_data = user_data})},
+      timer_{io} {
+  publish_at(std::chrono::steady_clock::now() + period_);
+}
+
+void Diagnostics::changed() {
+  const auto when = std::max(std::chrono::steady_clock::now(), last_ + soonest);
+  if (when < timer_.expiry()) {
+    publish_at(when);
+  }
+}
+
+void Diagnostics::publish_at(std::chrono::steady_clock::time_point when) {
+  timer_.expires_at(when);
+  timer_.async_wait([this, alive = std::weak_ptr{alive_}](const boost::system::error_code& error) {
+    if (error || alive.expired()) {
+      return;
+    }
+    last_ = std::chrono::steady_clock::now();
+    const auto sample = diagnostic_array(std::chrono::system_clock::now().time_since_epoch(), look_());
+    static_cast<void>(writer_.write(ByteView{sample}));  // with the next one all is said again
+    publish_at(last_ + period_);
+  });
+}
+
+}  // namespace trestle::bridge

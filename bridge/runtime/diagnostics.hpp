@@ -1,0 +1,58 @@
+#pragma once
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bridge/config/bridge_config.hpp"
+#include "dds_adapter/participant.hpp"
+
+namespace trestle::bridge {
+
+/// A diagnostic_msgs/msg/DiagnosticStatus.
+struct Diagnosis {
+  enum class Level : std::uint8_t { ok, warn, error, stale };
+  Level level = Level::ok;
+  std::string name;
+  std::string message;
+  std::string hardware_id;
+  std::vector<std::pair<std::string, std::string>> values;
+};
+
+/// A diagnostic_msgs/msg/DiagnosticArray as CDR, with its encapsulation header.
+/// @param stamp  since 1970.
+[[nodiscard]] std::vector<std::byte> diagnostic_array(std::chrono::nanoseconds stamp,
+                                                      std::span<const Diagnosis> statuses);
+
+/// Publishes what there is to say once a period, and when something has changed. On the thread that runs the
+/// io_context.
+class Diagnostics {
+ public:
+  static constexpr const char* type = "diagnostic_msgs/msg/DiagnosticArray";
+
+  /// @param user_data  of the writer.
+  /// @throws dds::DdsError
+  Diagnostics(boost::asio::io_context& io, dds::Participant& participant, const DiagnosticsSettings& settings,
+              const std::string& user_data, std::function<std::vector<Diagnosis>()> look);
+  Diagnostics(const Diagnostics&) = delete;
+  Diagnostics& operator=(const Diagnostics&) = delete;
+
+  /// To be called when a state has changed: it is published soon, and together with others that change now.
+  void changed();
+
+ private:
+  void publish_at(std::chrono::steady_clock::time_point when);
+
+  const Duration period_;
+  std::function<std::vector<Diagnosis>()> look_;
+  dds::Writer writer_;
+  boost::asio::steady_timer timer_;
+  std::chrono::steady_clock::time_point last_{};
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+};
+
+}  // namespace trestle::bridge

@@ -1,0 +1,164 @@
+#include "bridge/runtime/method_to_service.hpp"
+
+#include <fmt/format.h>
+
+namespace trestle::bridge {
+namespace {
+
+using someip::ReturnCode;
+
+// A reply while it is sent.
+struct Answer {
+  dds::ServiceMessage message;
+  ConversionScratch scratch;
+};
+
+ReturnCode code_of(dds::CallFault fault) {
+  switch (fault) {
+    case dds::CallFault::unavailable:
+    case dds::CallFault::too_many:
+      return ReturnCode::not_ready;
+    case dds::CallFault::gone:
+      return ReturnCode::not_reachable;
+    case dds::CallFault::timed_out:
+      return ReturnCode::timeout;
+    case dds::CallFault::not_written:
+      break;
+  }
+  return ReturnCode::not_ok;
+}
+
+}  // namespace
+
+MethodToService::MethodToService(boost::asio::io_context& io, const MethodRoute& method, ServicePlans plans,
+                                 dds::ServiceConfig ros)
+    : method_{method},
+      plans_{std::move(plans)},
+      ros_{std::move(ros)},
+      log_{method.ros_service},
+      work_{std::make_shared<ServiceWork>(
+          io, [this](dds::TimePoint now) { work(now); }, [this] { return client_->deadline(); })} {
+  if (method_.e2e) {
+    e2e_.emplace(method_.e2e->pass_failed);
+  }
+}
+
+MethodToService::~MethodToService() {
+  work_->stop();
+}
+
+sd::MethodSpec MethodToService::spec() {
+  return {.id = method_.method,
+          .handler = [this](const someip::Message& request,
+                            sd::Responder responder) { on_request(request, std::move(responder)); },
+          .kind = method_.fire_and_forget ? someip::MethodKind::fire_and_forget
+                                          : someip::MethodKind::request_response};
+}
+
+void MethodToService::open(dds::Participant& participant, std::function<void()> ready_changed) {
+  ready_changed_ = std::move(ready_changed);
+  client_.emplace(participant, ros_, work_->waker());
+}
+
+void MethodToService::stop() {
+  work_->stop();
+}
+
+void MethodToService::work(dds::TimePoint now) {
+  client_->work(now);
+  const bool ready = client_->ready();
+  if (std::exchange(was_ready_, ready) != ready) {
+    ready_changed_();
+  }
+}
+
+void MethodToService::on_request(const someip::Message& request, sd::Responder responder) {
+  ++received_;
+  if (const auto refused = refused_by(e2e_, request)) {
+    responder.error(*refused);
+    return;
+  }
+  if (request.payload.size() > method_.max_message) {
+    ++too_large_;
+    responder.error(ReturnCode::not_ok);
+    return;
+  }
+  const auto sample = plans_.request.someip_to_cdr(request.payload, scratch_);
+  if (!sample) {
+    ++not_convertible_;
+    log_.refused(sample.error());
+    responder.error(ReturnCode::malformed_message);
+    return;
+  }
+  // A std::function is copied, which a Responder cannot be.
+  const auto answer = std::make_shared<sd::Responder>(std::move(responder));
+  client_->call(sample->slices, method_.timeout, std::chrono::steady_clock::now(),
+                [this, answer](tl::expected<dds::ServiceMessage, dds::CallFault> reply) {
+                  on_reply(std::move(reply), *answer);
+                });
+  work_->arm();
+}
+
+void MethodToService::on_reply(tl::expected<dds::ServiceMessage, dds::CallFault> reply,
+                               sd::Responder& responder) {
+  if (!reply) {
+    log_.tell(fmt::format("a call of the ROS service failed: {}", to_string(reply.error())));
+    responder.error(code_of(reply.error()));
+    return;
+  }
+  if (method_.fire_and_forget) {
+    ++answered_;
+    return;  // ROS answers every request, but nobody waits for it
+  }
+  const auto answer = std::make_shared<Answer>(Answer{std::move(*reply), {}});
+  const auto payload = plans_.response.cdr_to_someip(answer->message.cdr(), answer->scratch);
+  if (!payload) {
+    ++answers_not_convertible_;
+    log_.refused(payload.error());
+    responder.error(ReturnCode::not_ok);
+    return;
+  }
+  if (payload->bytes > method_.max_message) {
+    ++answers_too_large_;
+    responder.error(ReturnCode::not_ok);
+    return;
+  }
+  ++(responder.respond(payload->slices, answer) ? answered_ : answers_not_sent_);
+}
+
+CounterGroup MethodToService::counters() const {
+  using enum Counter::Kind;
+  const dds::ServiceClientCounters ros = client_->counters();
+  CounterGroup group{"method of ROS service " + method_.ros_service,
+                     {{"received", received_},
+                      {"answered", answered_},
+                      {"ready", was_ready_ ? 1U : 0U},
+                      {"not_convertible", not_convertible_, loss},
+                      {"too_large", too_large_, loss},
+                      {"unavailable", ros.unavailable, loss},
+                      {"gone", ros.gone, loss},
+                      {"timed_out", ros.timed_out, loss},
+                      {"too_many", ros.too_many, loss},
+                      {"not_written", ros.not_written, loss},
+                      {"answers_not_convertible", answers_not_convertible_, loss},
+                      {"answers_too_large", answers_too_large_, loss},
+                      {"answers_not_sent", answers_not_sent_, loss},
+                      {"dds_requests", ros.requests},
+                      {"dds_replies", ros.replies},
+                      {"dds_foreign", ros.foreign},
+                      {"dds_late", ros.late, loss},
+                      {"dds_malformed", ros.malformed + ros.reader.bad_encapsulation, loss},
+                      {"dds_dropped", ros.dropped, loss},
+                      {"dds_oversize", ros.reader.oversize, loss},
+                      {"dds_lost", ros.reader.lost + ros.reader.rejected, loss},
+                      {"dds_overwritten", ros.writer.overwritten, loss}}};
+  append_e2e(group, e2e_);
+  return group;
+}
+
+Diagnosis MethodToService::diagnosis() const {
+  return e2e_->diagnosis("requests to " + method_.ros_service,
+                         called_id(method_.service, method_.instance, method_.method));
+}
+
+}  // namespace trestle::bridge

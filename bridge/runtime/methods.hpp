@@ -1,0 +1,54 @@
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "bridge/runtime/failure_reply.hpp"
+#include "bridge/runtime/method_to_service.hpp"
+#include "bridge/runtime/offered_services.hpp"
+#include "bridge/runtime/service_offer.hpp"
+#include "bridge/runtime/service_to_method.hpp"
+#include "bridge/types/type_library.hpp"
+
+namespace trestle::bridge {
+
+/// All methods of a bridge, in both directions.
+class Methods {
+ public:
+  /// Compiles the conversions.
+  /// @param config  outlives this object, until join_dds() returns.
+  /// @throws std::runtime_error  with the place in the configuration.
+  Methods(const BridgeConfig& config, TypeLibrary& types);
+
+  /// Looks for the services whose methods are called, and adds the methods that are offered to `services`.
+  /// @param node  outlives this object.
+  void join_someip(boost::asio::io_context& io, sd::Node& node, std::vector<OfferedService>& services);
+
+  /// Opens the ROS side.
+  /// @param participant  outlives this object, as do the offers.
+  /// @throws std::runtime_error  as above.
+  void join_dds(dds::Participant& participant, const std::vector<std::unique_ptr<ServiceOffer>>& offers);
+
+  /// Nothing is carried any more.
+  void stop();
+
+  void append_counters(std::vector<CounterGroup>& groups) const;
+  /// What the checks of end-to-end protection have found.
+  void append_diagnoses(std::vector<Diagnosis>& diagnoses) const;
+  /// Calls `changed` when the state of one has.
+  void on_e2e_change(const std::function<void()>& changed);
+
+ private:
+  const BridgeConfig& config_;
+  struct Compiled {
+    ServicePlans plans;
+    dds::ServiceConfig ros;
+    std::optional<FailureReply> failure{};  ///< server: someip
+  };
+  static Compiled compile(const MethodRoute& method, TypeLibrary& types);
+
+  std::vector<Compiled> compiled_;  ///< all methods, until they are used
+  std::vector<std::unique_ptr<MethodToService>> to_ros_;
+  std::vector<std::unique_ptr<ServiceToMethod>> to_someip_;
+};
+
+}  // namespace trestle::bridge

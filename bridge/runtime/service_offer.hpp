@@ -1,0 +1,53 @@
+#pragma once
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "sd/net/node.hpp"
+
+namespace trestle::bridge {
+
+/// A service of ours: offered always, or only while all topics that it needs have a publisher. On the thread
+/// that runs the io_context.
+class ServiceOffer {
+ public:
+  /// Opens its ports, and offers it unless it is to be offered only `while_published`: then it waits for
+  /// update().
+  /// @param node  outlives this object.
+  /// @throws as sd::Node::offer().
+  ServiceOffer(sd::Node& node, sd::ServiceSpec spec, bool while_published);
+
+  /// Offers it from now on only while this is true, too.
+  void needs(std::function<bool()> published) { needs_.push_back(std::move(published)); }
+  /// Offers or withdraws it, if what it needs has come or gone.
+  void update();
+  /// Ends the offer, if it is offered now. To be called before the end of one that ends before its node.
+  void withdraw();
+  /// Gives the field with this notifier a value, also while it is not offered: it is offered with it then.
+  /// What was published goes with its publishers: a withdrawn offer forgets its values.
+  sd::Notified set(someip::MethodId notifier, std::shared_ptr<const std::vector<std::byte>> value);
+  /// The value of the field with this notifier; nothing while it has none.
+  [[nodiscard]] std::shared_ptr<const std::vector<std::byte>> value(someip::MethodId notifier) const {
+    return handle_ ? node_.field(*handle_, notifier) : nullptr;
+  }
+  /// The node is about to withdraw it: it is not offered again.
+  void stop() {
+    stopped_ = true;
+    handle_.reset();
+  }
+
+  [[nodiscard]] const sd::ServiceSpec& spec() const noexcept { return spec_; }
+  /// Nothing: it is not offered now.
+  [[nodiscard]] const std::optional<sd::OfferHandle>& handle() const noexcept { return handle_; }
+
+ private:
+  sd::Node& node_;
+  sd::ServiceSpec spec_;
+  std::vector<std::shared_ptr<const void>> ports_;
+  std::vector<std::function<bool()>> needs_;
+  std::optional<sd::OfferHandle> handle_;
+  bool stopped_ = false;
+};
+
+}  // namespace trestle::bridge

@@ -1,0 +1,294 @@
+#include "bridge/runtime/service_to_method.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <boost/asio/error.hpp>
+#include <boost/asio/post.hpp>
+
+namespace trestle::bridge {
+namespace {
+
+void add_to(dds::ServiceServerCounters& sum, const dds::ServiceServerCounters& more) {
+  sum.requests += more.requests;
+  sum.replies += more.replies;
+  sum.malformed += more.malformed;
+  sum.dropped += more.dropped;
+  sum.client_gone += more.client_gone;
+  sum.unmatched += more.unmatched;
+  sum.too_many += more.too_many;
+  sum.not_written += more.not_written;
+  sum.reader.bad_encapsulation += more.reader.bad_encapsulation;
+  sum.reader.oversize += more.reader.oversize;
+  sum.reader.lost += more.reader.lost;
+  sum.reader.rejected += more.reader.rejected;
+  sum.writer.overwritten += more.writer.overwritten;
+}
+
+// What went wrong is the code of an answer.
+bool is_return_code(const boost::system::error_code& error) {
+  return error && error.category() == make_error_code(someip::ReturnCode::not_ok).category();
+}
+
+std::vector<sd::E2eSpec> protection(const MethodRoute& method) {
+  std::vector<sd::E2eSpec> specs;
+  if (method.e2e) {
+    specs.push_back(called(method.method, *method.e2e, !method.fire_and_forget));
+  }
+  if (method.getter && method.getter->e2e) {
+    specs.push_back(called(method.getter->id, *method.getter->e2e, true));
+  }
+  return specs;
+}
+
+}  // namespace
+
+ServiceToMethod::ServiceToMethod(sd::Node& node, const MethodRoute& method, ServicePlans plans,
+                                 dds::ServiceConfig ros, std::optional<FailureReply> failure)
+    : node_{node},
+      method_{method},
+      plans_{std::move(plans)},
+      ros_{std::move(ros)},
+      log_{method.ros_service},
+      failure_{std::move(failure)},
+      work_{std::make_shared<ServiceWork>(
+          node.io(),
+          [this](dds::TimePoint now) {
+            if (server_) {
+              server_->work(now);
+            }
+          },
+          [this] { return server_ ? server_->deadline() : std::nullopt; })} {
+  if (method.e2e) {
+    e2e_.emplace(method.e2e->pass_failed);
+  }
+  proxy_.emplace(node_,
+                 sd::RequireSpec{.service = method.service,
+                                 .instance = method.instance,
+                                 .major = method.major,
+                                 .minor = method.minor,
+                                 .e2e = protection(method)},
+                 [this](const sd::RemoteService&, bool) { settle_soon(); });
+}
+
+ServiceToMethod::~ServiceToMethod() {
+  stop();
+}
+
+void ServiceToMethod::stop() {
+  stopped_ = true;
+  alive_.reset();  // nobody is told how the calls end that are still outstanding
+  work_->stop();
+  if (server_) {
+    add_to(past_, server_->counters());
+    server_.reset();
+  }
+}
+
+bool ServiceToMethod::offered() const {
+  return std::ranges::any_of(proxy_->available(), [&](const sd::RemoteService& server) {
+    return !method_.transport || (*method_.transport == Transport::tcp ? server.tcp : server.udp).has_value();
+  });
+}
+
+// Later, as this may come while the ROS service hands over a request.
+void ServiceToMethod::settle_soon() {
+  boost::asio::post(node_.io(), [this, weak = std::weak_ptr{alive_}] {
+    if (!weak.expired()) {
+      settle();
+    }
+  });
+}
+
+void ServiceToMethod::settle() {
+  const bool wanted = offered();
+  if (wanted == server_.has_value()) {
+    return;
+  }
+  if (!wanted) {
+    add_to(past_, server_->counters());
+    server_.reset();
+    spdlog::info("ROS service {}: ended, as the SOME/IP service has", method_.ros_service);
+    return;
+  }
+  try {
+    server_.emplace(
+        *participant_, ros_, work_->waker(),
+        [this](const dds::RequestId& id, const dds::ServiceMessage& request) { on_request(id, request); });
+    spdlog::info("ROS service {}: begun, as the SOME/IP service is there", method_.ros_service);
+  } catch (const std::exception& error) {
+    spdlog::error("ROS service {}: {}", method_.ros_service, error.what());
+  }
+}
+
+void ServiceToMethod::on_request(const dds::RequestId& id, const dds::ServiceMessage& request) {
+  ++received_;
+  if (outstanding_ >= method_.max_calls) {
+    ++too_many_;
+    fail(id, "as many as `max_calls` wait for an answer", true);
+    return;
+  }
+  const auto converted = plans_.request.cdr_to_someip(request.cdr(), scratch_);
+  if (!converted) {
+    ++not_convertible_;
+    fail(id, "the request cannot be converted: " + to_string(converted.error()), true);
+    return;
+  }
+  if (converted->bytes > method_.max_message) {
+    ++too_large_;
+    fail(id, "the request is larger than `max_message`", true);
+    return;
+  }
+  std::vector<std::byte> payload(converted->bytes);
+  copy_to(*converted, payload.data());
+  if (method_.fire_and_forget) {
+    tell(id, payload);
+    return;
+  }
+  ++outstanding_;
+  proxy_->call({.method = method_.method, .timeout = method_.timeout, .transport = method_.transport},
+               std::move(payload),
+               [this, id, weak = std::weak_ptr{alive_}](boost::system::error_code error,
+                                                        const sd::Response& response) {
+                 if (!weak.expired()) {
+                   on_response(id, error, response);
+                 }
+               });
+}
+
+// ROS clients wait for an answer also where the method has none: they get the defaults of the response.
+void ServiceToMethod::tell(const dds::RequestId& id, const std::vector<std::byte>& payload) {
+  if (!proxy_->send({.method = method_.method, .transport = method_.transport}, payload)) {
+    ++not_sent_;
+    fail(id, "the request could not be sent", true);
+    return;
+  }
+  reply(id, {});
+}
+
+void ServiceToMethod::on_response(const dds::RequestId& id, boost::system::error_code error,
+                                  const sd::Response& response) {
+  --outstanding_;
+  if (e2e_ && response.check) {
+    e2e_->note(*response.check);
+    if (!e2e_->passes()) {
+      fail(id, fmt::format("the answer fails its end-to-end check: {}", to_string(response.check->status)),
+           false);
+      return;
+    }
+  }
+  if (!error) {
+    reply(id, response.payload);
+    return;
+  }
+  if (method_.getter && is_return_code(error)) {
+    on_refused(id, error);
+    return;
+  }
+  ++(error == sd::CallFault::unavailable || error == sd::CallFault::not_connected ? unavailable_
+     : error == sd::CallFault::timed_out                                          ? timed_out_
+     : error == sd::CallFault::not_sent                                           ? not_sent_
+     : error == sd::CallFault::too_many_calls                                     ? too_many_
+                                                                                  : errors_);
+  fail(id,
+       fmt::format("{} of SOME/IP service {}", error.message(),
+                   called_id(method_.service, method_.instance, method_.method)),
+       error != sd::CallFault::timed_out);
+}
+
+void ServiceToMethod::on_refused(const dds::RequestId& id, const boost::system::error_code& why) {
+  ++outstanding_;
+  proxy_->call(
+      {.method = method_.getter->id, .timeout = method_.timeout, .transport = method_.transport}, {},
+      [this, id, why, weak = std::weak_ptr{alive_}](boost::system::error_code error,
+                                                    const sd::Response& value) {
+        if (weak.expired()) {
+          return;
+        }
+        --outstanding_;
+        const std::string text = fmt::format("a value was refused: {} of SOME/IP service {}", why.message(),
+                                             called_id(method_.service, method_.instance, method_.method));
+        if (error) {
+          ++errors_;
+          fail(id, fmt::format("{}, and which it has the getter does not say: {}", text, error.message()),
+               true);
+          return;
+        }
+        ++refused_;
+        log_.tell(text + "; answered with the one that it has");
+        reply(id, value.payload);
+      });
+}
+
+void ServiceToMethod::fail(const dds::RequestId& id, const std::string& why, bool is_certain) {
+  const auto sample = failure_ && server_ ? failure_->sample(why, is_certain) : std::nullopt;
+  log_.tell(sample ? fmt::format("a call went wrong: {}", why)
+                   : fmt::format("a call went wrong, and its ROS client gets no answer: {}", why));
+  if (sample) {
+    ++failures_answered_;
+    const ByteView bytes{*sample};
+    send(id, {&bytes, 1});
+  }
+}
+
+void ServiceToMethod::reply(const dds::RequestId& id, ByteView payload) {
+  if (!server_) {
+    ++ended_;
+    return;
+  }
+  const auto sample = plans_.response.someip_to_cdr(payload, scratch_);
+  if (!sample) {
+    ++answers_not_convertible_;
+    fail(id, "the answer cannot be converted: " + to_string(sample.error()), false);
+    return;
+  }
+  ++answered_;
+  send(id, sample->slices);
+}
+
+void ServiceToMethod::send(const dds::RequestId& id, std::span<const ByteView> sample) {
+  server_->reply(id, sample, std::chrono::steady_clock::now());
+  work_->arm();
+}
+
+Diagnosis ServiceToMethod::diagnosis() const {
+  return e2e_->diagnosis("answers to " + method_.ros_service,
+                         called_id(method_.service, method_.instance, method_.method));
+}
+
+CounterGroup ServiceToMethod::counters() const {
+  using enum Counter::Kind;
+  dds::ServiceServerCounters ros = past_;
+  if (server_) {
+    add_to(ros, server_->counters());
+  }
+  CounterGroup group{"ROS service of method " + method_.ros_service,
+                     {{"received", received_},
+                      {"answered", answered_},
+                      {"refused", refused_},
+                      {"failures_answered", failures_answered_},
+                      {"ready", server_ ? 1U : 0U},
+                      {"not_convertible", not_convertible_, loss},
+                      {"too_large", too_large_, loss},
+                      {"too_many", too_many_, loss},
+                      {"unavailable", unavailable_, loss},
+                      {"timed_out", timed_out_, loss},
+                      {"not_sent", not_sent_, loss},
+                      {"errors", errors_, loss},
+                      {"answers_not_convertible", answers_not_convertible_, loss},
+                      {"ended", ended_, loss},
+                      {"dds_replies", ros.replies},
+                      {"dds_malformed", ros.malformed + ros.reader.bad_encapsulation, loss},
+                      {"dds_dropped", ros.dropped, loss},
+                      {"dds_client_gone", ros.client_gone, loss},
+                      {"dds_unmatched", ros.unmatched + ros.too_many, loss},
+                      {"dds_not_written", ros.not_written, loss},
+                      {"dds_oversize", ros.reader.oversize, loss},
+                      {"dds_lost", ros.reader.lost + ros.reader.rejected, loss},
+                      {"dds_overwritten", ros.writer.overwritten, loss}}};
+  append_e2e(group, e2e_);
+  return group;
+}
+
+}  // namespace trestle::bridge

@@ -1,0 +1,88 @@
+#pragma once
+#include <memory>
+#include <optional>
+
+#include "bridge/config/bridge_config.hpp"
+#include "bridge/convert/service_plans.hpp"
+#include "bridge/runtime/conversion_log.hpp"
+#include "bridge/runtime/counters.hpp"
+#include "bridge/runtime/e2e_status.hpp"
+#include "bridge/runtime/failure_reply.hpp"
+#include "bridge/runtime/service_work.hpp"
+#include "dds_adapter/service.hpp"
+#include "sd/net/proxy.hpp"
+
+namespace trestle::bridge {
+
+/// A method as a ROS service: requests of ROS clients are converted, put to the SOME/IP service, and answered
+/// with what that answers. The ROS service is there only while the SOME/IP service is. On the thread that
+/// runs the io_context. docs/services.md tells what becomes of calls that go wrong.
+class ServiceToMethod {
+ public:
+  /// Looks for the SOME/IP service.
+  /// @param node  outlives this object.
+  /// @param failure  what is answered when a call goes wrong; nothing if the type cannot say so.
+  ServiceToMethod(sd::Node& node, const MethodRoute& method, ServicePlans plans, dds::ServiceConfig ros,
+                  std::optional<FailureReply> failure);
+  ~ServiceToMethod();
+  ServiceToMethod(const ServiceToMethod&) = delete;
+  ServiceToMethod& operator=(const ServiceToMethod&) = delete;
+
+  /// To be called before the io_context runs.
+  /// @param participant  outlives this object.
+  void open(dds::Participant& participant) { participant_ = &participant; }
+  /// Nothing is called any more, and the ROS service ends.
+  void stop();
+
+  /// Of the end-to-end protection; nothing without.
+  [[nodiscard]] E2eStatus* e2e() { return e2e_ ? &*e2e_ : nullptr; }
+  [[nodiscard]] Diagnosis diagnosis() const;
+  [[nodiscard]] CounterGroup counters() const;
+
+ private:
+  /// Has the ROS service begin or end, when the SOME/IP service has.
+  void settle();
+  void settle_soon();
+  [[nodiscard]] bool offered() const;
+  void on_request(const dds::RequestId& id, const dds::ServiceMessage& request);
+  void tell(const dds::RequestId& id, const std::vector<std::byte>& payload);
+  void on_response(const dds::RequestId& id, boost::system::error_code error, const sd::Response& response);
+  /// The server did not take a value: what it has is the answer.
+  void on_refused(const dds::RequestId& id, const boost::system::error_code& why);
+  void reply(const dds::RequestId& id, ByteView payload);
+  /// Logs what went wrong, and has it answered where the type can say so.
+  void fail(const dds::RequestId& id, const std::string& why, bool is_certain);
+  void send(const dds::RequestId& id, std::span<const ByteView> sample);
+
+  sd::Node& node_;
+  const MethodRoute method_;
+  ServicePlans plans_;
+  const dds::ServiceConfig ros_;
+  ConversionScratch scratch_;
+  ConversionLog log_;
+  const std::optional<FailureReply> failure_;
+  std::optional<E2eStatus> e2e_;
+  dds::Participant* participant_ = nullptr;
+  std::shared_ptr<ServiceWork> work_;
+  dds::ServiceServerCounters past_;  ///< of servers that have ended
+  std::uint64_t received_ = 0;
+  std::uint64_t answered_ = 0;
+  std::size_t outstanding_ = 0;
+  std::uint64_t not_convertible_ = 0;
+  std::uint64_t too_large_ = 0;
+  std::uint64_t too_many_ = 0;
+  std::uint64_t unavailable_ = 0;
+  std::uint64_t timed_out_ = 0;
+  std::uint64_t not_sent_ = 0;
+  std::uint64_t errors_ = 0;
+  std::uint64_t refused_ = 0;
+  std::uint64_t failures_answered_ = 0;
+  std::uint64_t answers_not_convertible_ = 0;
+  std::uint64_t ended_ = 0;
+  bool stopped_ = false;
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+  std::optional<dds::ServiceServer> server_;
+  std::optional<sd::Proxy> proxy_;
+};
+
+}  // namespace trestle::bridge

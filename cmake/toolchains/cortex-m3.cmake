@@ -1,0 +1,3 @@
+# cmake --toolchain cmake/toolchains/cortex-m3.cmake -DTRESTLE_CORE_ONLY=ON -DCMAKE_BUILD_TYPE=MinSizeRel ...
+set(cpu_flags "-mcpu=cortex-m3 -mthumb")
+include(${CMAKE_CURRENT_LIST_DIR}/arm_none_eabi.cmake)

@@ -1,0 +1,3 @@
+# cmake --toolchain cmake/toolchains/cortex-m4f.cmake -DTRESTLE_CORE_ONLY=ON -DCMAKE_BUILD_TYPE=MinSizeRel ...
+set(cpu_flags "-mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16")
+include(${CMAKE_CURRENT_LIST_DIR}/arm_none_eabi.cmake)

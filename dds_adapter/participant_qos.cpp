@@ -1,0 +1,124 @@
+#include "dds_adapter/participant_qos.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+
+namespace trestle::dds::detail {
+
+namespace {
+
+// Asked for; the kernel gives at most net.core.rmem_max and wmem_max. A 4 MB sample is 64 datagrams at once.
+constexpr std::uint32_t socket_buffer_bytes = 16U << 20U;
+// A segment must hold several of the largest samples or it becomes the bottleneck.
+constexpr std::uint32_t shared_memory_bytes = 128U << 20U;
+constexpr std::uint32_t shared_message_bytes = 16U << 20U;
+
+void load_profile(const ParticipantConfig& config, fast::DomainParticipantQos& qos) {
+  auto* factory = fast::DomainParticipantFactory::get_instance();
+  if (access(config.profiles_file.c_str(), R_OK) != 0) {
+    throw DdsError{"the file of DDS profiles, " + config.profiles_file + ", cannot be read"};
+  }
+  if (!fast::is_ok(factory->load_XML_profiles_file(config.profiles_file))) {
+    throw DdsError{"Fast DDS does not take " + config.profiles_file +
+                   " for a file of profiles; its own message stands on standard error"};
+  }
+  if (!fast::is_ok(factory->get_participant_qos_from_profile(config.profile, qos))) {
+    throw DdsError{config.profiles_file + " has no participant profile '" + config.profile + "'"};
+  }
+}
+
+void set_transports(const ParticipantConfig& config, fast::DomainParticipantQos& qos) {
+  auto& transport = qos.transport();
+  transport.use_builtin_transports = false;
+  transport.user_transports.clear();
+  const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+  udp->interfaceWhiteList = config.interfaces;
+  udp->sendBufferSize = socket_buffer_bytes;
+  udp->receiveBufferSize = socket_buffer_bytes;
+  transport.user_transports.push_back(udp);
+  if (config.shared_memory) {
+    const auto shared = std::make_shared<eprosima::fastdds::rtps::SharedMemTransportDescriptor>();
+    shared->segment_size(shared_memory_bytes);
+    shared->max_message_size(shared_message_bytes);
+    transport.user_transports.push_back(shared);
+  }
+}
+
+void set_lease(std::chrono::nanoseconds lease, fast::DomainParticipantQos& qos) {
+  // Several announcements may be lost before somebody gives us up; by default 3 s pass between two.
+  auto& discovery = qos.wire_protocol().builtin.discovery_config;
+  discovery.leaseDuration = fast::duration_of(lease);
+  discovery.leaseDuration_announcementperiod =
+      fast::duration_of(std::min<std::chrono::nanoseconds>(lease / 4, std::chrono::seconds{3}));
+}
+
+/// The files are those that ROS 2's tools put into the folder of an enclave (SROS2).
+void set_security(const std::string& folder, fast::DomainParticipantQos& qos) {
+  const auto set = [&](const std::string& name, const std::string& value) {
+    qos.properties().properties().emplace_back("dds.sec." + name, value);
+  };
+  const auto set_file = [&](const std::string& name, const std::string& file) {
+    const std::string path = folder + "/" + file;
+    if (access(path.c_str(), R_OK) != 0) {
+      throw DdsError{"DDS security needs " + path + ", which cannot be read"};
+    }
+    set(name, "file://" + path);
+  };
+  set("auth.plugin", "builtin.PKI-DH");
+  set_file("auth.builtin.PKI-DH.identity_ca", "identity_ca.cert.pem");
+  set_file("auth.builtin.PKI-DH.identity_certificate", "cert.pem");
+  set_file("auth.builtin.PKI-DH.private_key", "key.pem");
+  if (access((folder + "/crl.pem").c_str(), F_OK) == 0) {
+    set_file("auth.builtin.PKI-DH.identity_crl", "crl.pem");
+  }
+  set("crypto.plugin", "builtin.AES-GCM-GMAC");
+  set("access.plugin", "builtin.Access-Permissions");
+  set_file("access.builtin.Access-Permissions.permissions_ca", "permissions_ca.cert.pem");
+  set_file("access.builtin.Access-Permissions.governance", "governance.p7s");
+  set_file("access.builtin.Access-Permissions.permissions", "permissions.p7s");
+}
+
+}  // namespace
+
+fast::DomainParticipantQos participant_qos(const ParticipantConfig& config) {
+  fast::DomainParticipantQos qos;
+  const bool has_profile = !config.profiles_file.empty();
+  if (has_profile) {
+    load_profile(config, qos);
+  }
+  qos.name(config.name);
+  // A profile's own transports and lease stay, unless something is asked for that takes their place.
+  if (!has_profile || !config.interfaces.empty() || config.shared_memory) {
+    set_transports(config, qos);
+  }
+  if (!has_profile || config.lease != ParticipantConfig{}.lease) {
+    set_lease(config.lease, qos);
+  }
+  if (!config.discovery_servers.empty()) {
+    fast::use_discovery_servers(config.discovery_servers, qos);
+  }
+  if (!config.security_folder.empty()) {
+    set_security(config.security_folder, qos);
+  }
+  if (!config.node.empty()) {
+    fast::set_user_data(qos, "enclave=" + config.enclave + ";");
+  }
+  return qos;
+}
+
+}  // namespace trestle::dds::detail
+
+namespace trestle::dds {
+
+bool sees_readers_begin() noexcept {
+  return fast::HiddenSamples::are_possible;
+}
+
+bool shared_memory_can_abort() noexcept {
+  return fast::stalled_peer_aborts(TRESTLE_FASTDDS_VERSION);
+}
+
+}  // namespace trestle::dds

@@ -1,0 +1,187 @@
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "dds_adapter/participant.hpp"
+
+/// ROS 2 services on serialised messages: both ends, as both rmw_fastrtps and rmw_cyclonedds know them.
+///
+/// A service is two topics, one of requests and one of replies; every client sees the replies to all others.
+/// What belongs together the two implementations say in different ways, RosForm, and do not understand each
+/// other; these classes understand both.
+///
+/// Threads: use an object on one thread. `wake` is called on threads of DDS, as other callbacks of
+/// participant.hpp, and asks for work() on that one thread; all other handlers are called by work() alone.
+/// They may call anything here but not destroy the object. Nothing waits.
+namespace trestle::dds {
+
+using TimePoint = std::chrono::steady_clock::time_point;
+
+/// How requests and replies find each other.
+enum class RosForm : std::uint8_t {
+  automatic,   ///< as the peer does: cyclonedds if its participant is Cyclone DDS's, else fastrtps
+  fastrtps,    ///< beside the message: the reply names the request's number and who is to get it
+  cyclonedds,  ///< ahead of the message's body: {uint64 client, int64 number}, which the reply repeats
+};
+
+/// The form's name in configurations: "auto", "fastrtps", "cyclonedds".
+[[nodiscard]] const char* to_string(RosForm form) noexcept;
+
+struct ServiceConfig {
+  std::string name;  ///< as ROS 2 has it: "/add_two_ints"
+  std::string type;  ///< likewise: "example_interfaces/srv/AddTwoInts"
+  RosForm form = RosForm::automatic;
+  /// A client: calls without an answer. A server: requests that wait for work(), and as many replies that
+  /// wait for their reader.
+  std::size_t max_calls = 256;
+  std::size_t max_sample_bytes = default_max_sample_bytes;
+  /// How long a request or reply waits for its reader to be found, which takes discovery some milliseconds.
+  std::chrono::nanoseconds match_timeout = std::chrono::seconds{1};
+  std::string
+      request_user_data{};        ///< of the reader or writer of requests, beside what the class sets itself
+  std::string reply_user_data{};  ///< of that of replies
+};
+
+/// A request or reply as CDR with its encapsulation header, whatever form it came in: on loan from DDS, or
+/// copied where the form has something between the two.
+class ServiceMessage {
+ public:
+  ServiceMessage() = default;
+  explicit ServiceMessage(Sample sample) noexcept : sample_{std::move(sample)} {}
+  explicit ServiceMessage(std::vector<std::byte> bytes) noexcept : bytes_{std::move(bytes)} {}
+
+  /// As Sample::cdr().
+  [[nodiscard]] ByteView cdr() const noexcept { return bytes_.empty() ? sample_.cdr() : ByteView{bytes_}; }
+
+ private:
+  Sample sample_;
+  std::vector<std::byte> bytes_;
+};
+
+/// Why a call brought no answer.
+enum class CallFault : std::uint8_t {
+  unavailable,  ///< no server was found in time; the request was not sent
+  too_many,     ///< ServiceConfig::max_calls wait for an answer; likewise
+  not_written,  ///< DDS refused it, or it is too large; likewise
+  timed_out,    ///< no answer came in time
+  gone,         ///< the server has left since the request was sent
+};
+
+/// The fault's name as it stands above.
+[[nodiscard]] const char* to_string(CallFault fault) noexcept;
+
+/// What a client has seen since it was made.
+struct ServiceClientCounters {
+  std::uint64_t requests = 0;     ///< sent
+  std::uint64_t replies = 0;      ///< handed over
+  std::uint64_t foreign = 0;      ///< replies to others: not a loss
+  std::uint64_t late = 0;         ///< replies to us that nobody waits for any more
+  std::uint64_t malformed = 0;    ///< replies too short for their form
+  std::uint64_t dropped = 0;      ///< replies that came faster than work() was called
+  std::uint64_t unavailable = 0;  ///< calls, as CallFault; also what follows
+  std::uint64_t too_many = 0;
+  std::uint64_t not_written = 0;
+  std::uint64_t timed_out = 0;
+  std::uint64_t gone = 0;
+  ReaderCounters reader;
+  WriterCounters writer;
+};
+
+/// Calls a service.
+class ServiceClient {
+ public:
+  /// Called exactly once a call, but not after the end of the client.
+  using Handler = std::function<void(tl::expected<ServiceMessage, CallFault> reply)>;
+
+  /// @param participant  outlives the client.
+  /// @param wake  see "Threads" above.
+  /// @throws DdsError
+  ServiceClient(Participant& participant, const ServiceConfig& config, std::function<void()> wake);
+  ~ServiceClient();
+  ServiceClient(const ServiceClient&) = delete;
+  ServiceClient& operator=(const ServiceClient&) = delete;
+
+  /// Whether there is a server: one whose both topics have been found, and that requests reach. Changes when
+  /// `wake` is called or within work().
+  [[nodiscard]] bool ready() const;
+
+  /// Sends a request; before a server is there, it waits for one. The pieces together are a message as CDR,
+  /// copied once, and free again on return.
+  /// @param timeout  for the answer, waiting included.
+  /// @param handler  is also told of every fault.
+  void call(std::span<const ByteView> pieces, std::chrono::nanoseconds timeout, TimePoint now,
+            Handler handler);
+
+  /// Hands over what has come, and gives up what is due.
+  void work(TimePoint now);
+  /// When work() has something to give up; nothing: never.
+  [[nodiscard]] std::optional<TimePoint> deadline() const;
+
+  [[nodiscard]] ServiceClientCounters counters() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// Names a request, for its reply.
+struct RequestId {
+  SampleId request;                  ///< its writer, and its number among that one's
+  Guid reply_to{};                   ///< the client's reader, if it said so; else none
+  RosForm form = RosForm::fastrtps;  ///< never automatic
+  std::uint64_t client = 0;          ///< cyclonedds alone, to be repeated; as the next
+  std::int64_t number = 0;
+};
+
+/// What a server has seen since it was made.
+struct ServiceServerCounters {
+  std::uint64_t requests = 0;     ///< handed over
+  std::uint64_t replies = 0;      ///< sent
+  std::uint64_t malformed = 0;    ///< requests too short for their form
+  std::uint64_t dropped = 0;      ///< requests that came faster than work() was called
+  std::uint64_t client_gone = 0;  ///< replies whose client has left
+  std::uint64_t unmatched = 0;    ///< replies whose client's reader was not found in time
+  std::uint64_t too_many = 0;     ///< replies for which there was no room to wait
+  std::uint64_t not_written = 0;  ///< replies that DDS refused
+  ReaderCounters reader;
+  WriterCounters writer;
+};
+
+/// Serves a service.
+class ServiceServer {
+ public:
+  using Handler = std::function<void(const RequestId& id, ServiceMessage request)>;
+
+  /// @param participant  outlives the server.
+  /// @param wake  see "Threads" above.
+  /// @throws DdsError
+  ServiceServer(Participant& participant, const ServiceConfig& config, std::function<void()> wake,
+                Handler on_request);
+  ~ServiceServer();
+  ServiceServer(const ServiceServer&) = delete;
+  ServiceServer& operator=(const ServiceServer&) = delete;
+
+  /// Answers a request, at any time later. The pieces as in ServiceClient::call(). A reply waits until the
+  /// client's reader has been found, as it would be lost before.
+  void reply(const RequestId& id, std::span<const ByteView> pieces, TimePoint now);
+
+  /// Hands over the requests that have come, sends replies whose readers have been found, and gives up what
+  /// is due.
+  void work(TimePoint now);
+  [[nodiscard]] std::optional<TimePoint> deadline() const;
+
+  [[nodiscard]] ServiceServerCounters counters() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace trestle::dds

@@ -1,0 +1,124 @@
+#include "dds_adapter/service_form.hpp"
+
+#include <algorithm>
+#include <atomic>
+
+namespace trestle::dds {
+
+namespace detail {
+namespace {
+
+constexpr std::size_t encapsulation_size = 4;
+constexpr std::size_t prefix_bytes = 12;  // of a GUID: its participant
+
+bool is_little_endian(ByteView encapsulation) {
+  return encapsulation[1] == std::byte{1};
+}
+
+}  // namespace
+
+std::optional<InlineHeader> inline_header(ByteView cdr) {
+  if (cdr.size() < encapsulation_size + inline_header_bytes) {
+    return std::nullopt;
+  }
+  const bool little = is_little_endian(cdr);
+  const auto number_at = [&](std::size_t at) {
+    std::uint64_t value = 0;
+    for (std::size_t i = 0; i < 8; ++i) {
+      value = value << 8U | std::to_integer<std::uint64_t>(cdr[at + (little ? 7 - i : i)]);
+    }
+    return value;
+  };
+  return InlineHeader{number_at(encapsulation_size),
+                      static_cast<std::int64_t>(number_at(encapsulation_size + 8))};
+}
+
+std::vector<std::byte> without_inline_header(ByteView cdr) {
+  // The encapsulation header goes where the last bytes of the inline one have been.
+  const ByteView kept = cdr.subspan(inline_header_bytes);
+  std::vector<std::byte> result{kept.begin(), kept.end()};
+  std::ranges::copy(cdr.first(encapsulation_size), result.begin());
+  return result;
+}
+
+PiecesWithHeader::PiecesWithHeader(std::span<const ByteView> pieces, const InlineHeader& header) {
+  pieces_.emplace_back();  // of the front, below
+  std::size_t filled = 0;  // of the encapsulation header, wherever it is cut
+  for (const ByteView piece : pieces) {
+    const std::size_t taken = std::min(piece.size(), encapsulation_size - filled);
+    std::ranges::copy(piece.first(taken), std::span{front_}.subspan(filled).begin());
+    filled += taken;
+    if (taken < piece.size()) {
+      pieces_.push_back(piece.subspan(taken));
+    }
+  }
+  if (filled < encapsulation_size) {
+    pieces_.front() = ByteView{front_}.first(filled);  // the writer refuses it for what it is
+    return;
+  }
+  const bool little = is_little_endian(front_);
+  const auto put = [&](std::size_t at, std::uint64_t value) {
+    for (std::size_t i = 0; i < 8; ++i) {
+      front_[at + (little ? i : 7 - i)] = static_cast<std::byte>(value >> 8 * i);
+    }
+  };
+  put(encapsulation_size, header.client);
+  put(encapsulation_size + 8, static_cast<std::uint64_t>(header.number));
+  pieces_.front() = front_;
+}
+
+std::vector<std::byte> joined(std::span<const ByteView> pieces) {
+  std::vector<std::byte> result;
+  for (const ByteView piece : pieces) {
+    result.insert(result.end(), piece.begin(), piece.end());
+  }
+  return result;
+}
+
+bool same_participant(const Guid& left, const Guid& right) noexcept {
+  return std::equal(left.begin(), left.begin() + prefix_bytes, right.begin());
+}
+
+RosForm form_of(RosForm configured, Vendor peer) noexcept {
+  if (configured != RosForm::automatic) {
+    return configured;
+  }
+  return peer == Vendor::cyclone_dds ? RosForm::cyclonedds : RosForm::fastrtps;
+}
+
+std::string pairing_user_data(std::string_view key, const Participant& participant) {
+  static std::atomic<std::uint32_t> last{0};
+  return std::string{key} + "=" + participant.guid() + "." + std::to_string(++last) + ";";
+}
+
+}  // namespace detail
+
+const char* to_string(RosForm form) noexcept {
+  switch (form) {
+    case RosForm::automatic:
+      return "auto";
+    case RosForm::fastrtps:
+      return "fastrtps";
+    case RosForm::cyclonedds:
+      return "cyclonedds";
+  }
+  return "?";
+}
+
+const char* to_string(CallFault fault) noexcept {
+  switch (fault) {
+    case CallFault::unavailable:
+      return "unavailable";
+    case CallFault::too_many:
+      return "too_many";
+    case CallFault::not_written:
+      return "not_written";
+    case CallFault::timed_out:
+      return "timed_out";
+    case CallFault::gone:
+      return "gone";
+  }
+  return "?";
+}
+
+}  // namespace trestle::dds

@@ -1,0 +1,247 @@
+// Device: reception, polling, and what both sides have.
+#include "sd/core/device/device.hpp"
+
+namespace trestle::device {
+
+using someip::Header;
+using someip::Message;
+using someip::MessageType;
+
+const char* to_string(Error error) noexcept {
+  switch (error) {
+    case Error::bad_argument:
+      return "bad argument";
+    case Error::table_full:
+      return "table full";
+    case Error::duplicate:
+      return "duplicate";
+    case Error::not_offered:
+      return "not offered";
+    case Error::unavailable:
+      return "unavailable";
+    case Error::no_room:
+      return "no room";
+    case Error::busy:
+      return "busy";
+    case Error::too_large:
+      break;
+  }
+  return "too large";
+}
+
+Device::Device(const Settings& settings, const MemoryView& memory) noexcept
+    : own_{settings.discovery.unicast},
+      services_{settings.services},
+      needs_{settings.needs},
+      client_{settings.client},
+      service_slots_{memory.services},
+      event_slots_{memory.events},
+      need_slots_{memory.needs},
+      subscription_slots_{memory.subscriptions},
+      timed_out_{memory.timed_out},
+      max_subscribers_{memory.discovery.subscribers.size()},
+      discovery_{settings.discovery, memory.discovery},
+      reassembler_{
+          memory.tp_slots,
+          {.max_message_bytes = memory.tp_slots.empty() ? 0 : memory.tp_bytes.size() / memory.tp_slots.size(),
+           .max_per_sender = memory.tp_slots.size(),
+           .max_age = settings.reassembly_timeout}},
+      queue_{memory, settings.pacing} {
+  if (!memory.calls.empty()) {
+    calls_.emplace(memory.calls, settings.client);
+  }
+}
+
+bool Device::may_be_port(std::uint16_t port) const noexcept {
+  return port != 0 && port != own_.port;
+}
+
+// --- Reception --------------------------------------------------------------------------------------------
+
+void Device::on_datagram(ByteView datagram, const Endpoint& from, const Endpoint& to,
+                         TimePoint now) noexcept {
+  if (to.port == own_.port) {
+    discovery_.on_datagram(datagram, from, to.address.is_multicast(), now);
+    return;
+  }
+  drop_rest();
+  ++counters_.datagrams_received;
+  counters_.malformed += datagram.empty() ? 1U : 0U;
+  incoming_ = someip::MessageCursor{datagram};
+  from_ = from;
+  to_ = to;
+}
+
+void Device::drop_rest() noexcept {
+  const bool unread = incoming_.next().has_value() || !std::holds_alternative<std::monostate>(ready_);
+  counters_.not_polled += unread ? 1U : 0U;
+  incoming_ = someip::MessageCursor{{}};
+  ready_ = std::monostate{};
+}
+
+// Takes messages until one is for the application, or has to be answered; false at the end of the datagram.
+bool Device::take_message(TimePoint now) noexcept {
+  // What is done with a message needs room for a response and a notification at most.
+  if (!std::holds_alternative<std::monostate>(ready_) || !queue_.has_room(2, 0)) {
+    return false;
+  }
+  const auto message = incoming_.next();
+  if (!message) {
+    counters_.malformed += incoming_.error() ? 1U : 0U;
+    incoming_ = someip::MessageCursor{{}};
+    return false;
+  }
+  if (!someip::is_tp(message->header.type)) {
+    on_message(*message, now);
+  } else if (wants(message->header)) {
+    const auto whole = reassembler_.on_segment(from_, *message, now);
+    if (!whole) {
+      ++counters_.not_reassembled;
+    } else if (*whole) {
+      on_message({.header = (*whole)->header, .payload = (*whole)->payload}, now);
+    }
+  }
+  return true;
+}
+
+// Whether segments with this header are worth to be put together.
+bool Device::wants(const Header& header) noexcept {
+  switch (someip::without_tp(header.type)) {
+    case MessageType::notification:
+      return find_subscription(header).has_value();
+    case MessageType::response:
+    case MessageType::error:
+      if (calls_ && calls_->awaits({from_, Transport::udp}, header)) {
+        return true;
+      }
+      break;
+    default:
+      if (has_service(header.service)) {
+        return true;
+      }
+  }
+  ++counters_.unexpected;
+  return false;
+}
+
+void Device::on_message(const Message& message, TimePoint now) noexcept {
+  switch (message.header.type) {
+    case MessageType::notification:
+      return on_notification(message, now);
+    case MessageType::response:
+    case MessageType::error:
+      return on_answer(message);
+    default:
+      return on_request(message);
+  }
+}
+
+// --- Sending ----------------------------------------------------------------------------------------------
+
+// Errors of what the application asks for.
+Result<void> Device::check_payload(ByteView payload) const noexcept {
+  if (payload.size() > max_payload_bytes) {
+    return tl::unexpected{Error::too_large};
+  }
+  const bool copied = queue_.kind_of(payload) == SendQueue::Payload::copied;
+  if (!queue_.has_room(1, copied ? payload.size() : 0)) {
+    return tl::unexpected{Error::no_room};
+  }
+  return {};
+}
+
+// Answers without the application being asked.
+void Device::answer(const Header& header, ByteView payload) noexcept {
+  if (!queue_.has_room(1, 0)) {
+    ++counters_.send_queue_full;
+    return;
+  }
+  queue_.push(header, to_.port, from_, payload, SendQueue::Payload::of_field);
+}
+
+// --- Polling ----------------------------------------------------------------------------------------------
+
+void Device::on_time(TimePoint now) noexcept {
+  discovery_.on_time(now);
+  reassembler_.on_time(now);
+  if (calls_) {
+    calls_->on_time(now, [this](someip::CallHandle call) { timed_out_[call.index] = call.generation; });
+  }
+}
+
+std::optional<Transmit> Device::poll_transmit(ByteSpan room, TimePoint now) noexcept {
+  // Discovery first: an Ack must leave before the initial events.  [feat_req_someipsd_107]
+  if (const auto datagram = discovery_.poll_transmit(room, now)) {
+    return Transmit{own_.port, datagram->destination, datagram->bytes};
+  }
+  do {
+    if (const auto datagram = queue_.poll(room, discovery_, counters_, now)) {
+      return datagram;
+    }
+  } while (take_message(now));
+  return std::nullopt;
+}
+
+std::optional<Happening> Device::poll_happening() noexcept {
+  if (const std::byte* const payload = queue_.take_finished()) {
+    return SendFinished{payload};
+  }
+  for (std::size_t i = 0; i < timed_out_.size(); ++i) {
+    if (const std::uint16_t generation = std::exchange(timed_out_[i], std::uint16_t{0})) {
+      return CallEnded{.call = {static_cast<std::uint16_t>(i), generation}};
+    }
+  }
+  while (const auto event = discovery_.poll_event()) {
+    if (const auto what = happening_of(*event)) {
+      return what;
+    }
+  }
+  return std::visit(
+      [this](const auto& ready) -> std::optional<Happening> {
+        if constexpr (std::is_same_v<decltype(ready), const std::monostate&>) {
+          return std::nullopt;
+        } else {
+          const std::optional<Happening> what{ready};
+          ready_ = std::monostate{};
+          return what;
+        }
+      },
+      ready_);
+}
+
+std::optional<TimePoint> Device::deadline() const noexcept {
+  std::optional<TimePoint> earliest;
+  for (const auto& due : {discovery_.deadline(), queue_.deadline(), reassembler_.deadline(),
+                          calls_ ? calls_->deadline() : std::nullopt}) {
+    if (due && (!earliest || *due < *earliest)) {
+      earliest = due;
+    }
+  }
+  return earliest;
+}
+
+void Device::link_down() noexcept {
+  discovery_.link_down();
+  queue_.clear();
+}
+
+void Device::link_up(TimePoint now) noexcept {
+  discovery_.link_up(now);
+}
+
+void Device::shutdown(TimePoint now) noexcept {
+  discovery_.shutdown(now);
+  queue_.clear();
+  drop_rest();
+  std::ranges::fill(service_slots_, slots::Service{});
+  std::ranges::fill(need_slots_, slots::Need{});
+  std::ranges::fill(subscription_slots_, slots::Subscription{});
+}
+
+// --- What discovery tells ---------------------------------------------------------------------------------
+
+std::optional<Happening> Device::happening_of(const sd::Event& event) noexcept {
+  return std::visit([this](const auto& what) -> std::optional<Happening> { return on_event(what); }, event);
+}
+
+}  // namespace trestle::device

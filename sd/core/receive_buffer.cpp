@@ -1,0 +1,46 @@
+#include "sd/core/receive_buffer.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace trestle::sd {
+namespace {
+
+std::uint32_t number_in(std::string_view text) noexcept {
+  constexpr std::uint64_t most = std::numeric_limits<std::uint32_t>::max();
+  std::uint64_t number = 0;
+  for (const char digit : text) {
+    if (digit < '0' || digit > '9') {
+      return 0;
+    }
+    number = std::min(10 * number + static_cast<std::uint64_t>(digit - '0'), most);
+  }
+  return static_cast<std::uint32_t>(number);
+}
+
+}  // namespace
+
+ReceiveBufferOption::ReceiveBufferOption(std::uint32_t bytes) noexcept {
+  std::array<char, 10> digits{};  // from the last one on
+  std::size_t first = digits.size();
+  do {
+    digits[--first] = static_cast<char>('0' + bytes % 10);
+    bytes /= 10;
+  } while (bytes > 0);
+  const std::string_view number{digits.data() + first, digits.size() - first};
+  const std::array items{ConfigurationItem{receive_buffer_key, number}};
+  const auto option = encode_configuration(items, body_);
+  size_ = option ? option->body.size() : 0;  // it always fits
+}
+
+std::uint32_t receive_buffer_in(const Option& configuration) noexcept {
+  ConfigurationCursor cursor{configuration};
+  while (const auto item = cursor.next()) {
+    if (item->key == receive_buffer_key) {
+      return item->value ? number_in(*item->value) : 0;
+    }
+  }
+  return 0;
+}
+
+}  // namespace trestle::sd

@@ -1,0 +1,116 @@
+#include "someip/net/send_lanes.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace trestle::someip {
+namespace {
+
+constexpr std::size_t max_unused = 64;        // places that are kept for reuse
+constexpr std::size_t max_kept_copy = 65536;  // bytes of such a one
+constexpr std::size_t max_idle_lanes = 64;    // receivers whose last burst is remembered
+// That a message takes beside its payload: many without any must not take memory without end.
+constexpr std::size_t place_bytes = sizeof(PendingMessage);
+
+}  // namespace
+
+void take(const std::vector<ByteView>& slices, SliceCursor& cursor, std::size_t bytes,
+          std::vector<ByteView>& to) {
+  while (bytes > 0) {
+    const ByteView slice = slices[cursor.slice].subspan(cursor.offset);
+    const ByteView piece = slice.first(std::min(bytes, slice.size()));
+    if (!piece.empty()) {
+      to.push_back(piece);
+    }
+    bytes -= piece.size();
+    cursor.offset += piece.size();
+    if (piece.size() == slice.size()) {
+      cursor = {cursor.slice + 1, 0};
+    }
+  }
+}
+
+bool SendLanes::empty() const noexcept {
+  return std::ranges::all_of(lanes_, [](const SendLane& lane) { return lane.queue.empty(); });
+}
+
+bool SendLanes::must_wait(const Endpoint& to, const Header& header) const {
+  const auto lane = std::ranges::find(lanes_, to, &SendLane::to);
+  return lane != lanes_.end() && std::ranges::any_of(lane->queue, [&](const PendingMessage& pending) {
+           return pending.datagram ||
+                  (pending.header.service == header.service && pending.header.method == header.method);
+         });
+}
+
+// When there are many, a new receiver gets that of the one which has been idle the longest.
+SendLane& SendLanes::lane_of(const Endpoint& to) {
+  SendLane* idle = nullptr;
+  for (SendLane& lane : lanes_) {
+    if (lane.to == to) {
+      return lane;
+    }
+    if (lane.queue.empty() && (idle == nullptr || lane.pace.begin() < idle->pace.begin())) {
+      idle = &lane;
+    }
+  }
+  if (idle == nullptr || lanes_.size() < max_idle_lanes) {
+    return lanes_.emplace_back(SendLane{.to = to});
+  }
+  idle->to = to;
+  idle->pace = {};
+  return *idle;
+}
+
+PendingMessage* SendLanes::add(const Endpoint& to, std::span<const ByteView> parts, std::size_t bytes,
+                               bool keep) {
+  if (bytes_ > max_bytes_ || bytes > max_bytes_ - bytes_) {
+    return nullptr;
+  }
+  if (unused_.empty()) {
+    unused_.emplace_front();
+  }
+  std::list<PendingMessage>& queue = lane_of(to).queue;
+  queue.splice(queue.end(), unused_, unused_.begin());  // the one last used, which is warm
+  PendingMessage& place = queue.back();
+  place.bytes = bytes;
+  if (keep) {
+    place.slices.assign(parts.begin(), parts.end());
+  } else {
+    for (const ByteView part : parts) {
+      place.copy.insert(place.copy.end(), part.begin(), part.end());
+    }
+    place.slices.assign(1, ByteView{place.copy});
+  }
+  bytes_ += bytes + place_bytes;
+  return &place;
+}
+
+void SendLanes::finish(SendLane& lane) {
+  const auto done = lane.queue.begin();
+  bytes_ -= done->bytes + place_bytes;
+  const std::shared_ptr<const void> kept = std::move(done->keep_alive);
+  done->copy.clear();
+  if (unused_.size() == max_unused) {
+    lane.queue.erase(done);
+    return;
+  }
+  if (done->copy.capacity() > max_kept_copy) {
+    done->copy = std::vector<std::byte>{};  // "= {}" would keep its memory
+  }
+  unused_.splice(unused_.begin(), lane.queue, done);
+}
+
+std::size_t SendLanes::clear() {
+  std::size_t messages = 0;
+  std::list<PendingMessage> dropped;  // their owners may call us
+  for (SendLane& lane : lanes_) {
+    for (const PendingMessage& message : lane.queue) {
+      messages += message.messages;
+    }
+    dropped.splice(dropped.end(), lane.queue);
+  }
+  bytes_ = 0;
+  return messages;
+}
+
+}  // namespace trestle::someip

@@ -1,0 +1,84 @@
+#pragma once
+#include <list>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "someip/core/tp_pacing.hpp"
+#include "someip/core/tp_segmenter.hpp"
+#include "someip/wire/bytes.hpp"
+#include "someip/wire/endpoint.hpp"
+#include "someip/wire/header.hpp"
+
+namespace trestle::someip {
+
+/// Where in a list of slices the next byte is.
+struct SliceCursor {
+  std::size_t slice = 0;
+  std::size_t offset = 0;
+};
+
+/// Takes the next `bytes` bytes as views. There are that many.
+void take(const std::vector<ByteView>& slices, SliceCursor& cursor, std::size_t bytes,
+          std::vector<ByteView>& to);
+
+/// A message, or a datagram with several, that waits to be sent.
+struct PendingMessage {
+  Header header;
+  std::vector<ByteView> slices{};
+  std::vector<std::byte> copy{};  ///< of what they point to, when nobody else keeps it
+  std::size_t bytes = 0;
+  std::shared_ptr<const void> keep_alive{};
+  TpPacing pacing{};
+  TpSegmenter segments{{}, 0, tp_default_segment_bytes};
+  SliceCursor cursor{};
+  std::size_t messages = 1;
+  bool datagram = false;  ///< the slices are a datagram with so many messages, headers and all
+
+  [[nodiscard]] bool plain() const noexcept { return datagram || bytes <= max_plain_payload_bytes; }
+};
+
+/// What waits for one receiver, and what has left for it lately.
+struct SendLane {
+  Endpoint to;
+  std::list<PendingMessage> queue{};
+  PaceWindow pace{};
+};
+
+/// What waits to be sent, in a lane for each receiver. Keeps its memory for what comes later.
+class SendLanes {
+ public:
+  /// @param max_bytes  of payload that may wait, and of the places that messages take while they do.
+  explicit SendLanes(std::size_t max_bytes) noexcept : max_bytes_{max_bytes} {}
+
+  /// In turn: each lane is served before one is served again.
+  [[nodiscard]] std::list<SendLane>& all() noexcept { return lanes_; }
+  /// Serves this one after the others.
+  void put_last(std::list<SendLane>::iterator lane) { lanes_.splice(lanes_.end(), lanes_, lane); }
+
+  /// Whether nothing waits.
+  [[nodiscard]] bool empty() const noexcept;
+  /// Whether something waits that a message with this header must not overtake.
+  [[nodiscard]] bool must_wait(const Endpoint& to, const Header& header) const;
+
+  /// A place at the end of the receiver's lane, with `parts` or, unless they are to be kept as they lie, a
+  /// copy of them.
+  /// @return nothing if so much may not wait.
+  [[nodiscard]] PendingMessage* add(const Endpoint& to, std::span<const ByteView> parts, std::size_t bytes,
+                                    bool keep);
+  /// The first message of the lane is sent or dropped. Its owner is let go last, and may call us.
+  void finish(SendLane& lane);
+  /// Drops everything.
+  /// @return how many messages that were.
+  std::size_t clear();
+
+ private:
+  [[nodiscard]] SendLane& lane_of(const Endpoint& to);
+
+  std::size_t max_bytes_;
+  std::size_t bytes_ = 0;  // exceeds max_bytes_ by the last message's place at most
+  std::list<SendLane> lanes_;
+  std::list<PendingMessage> unused_;
+};
+
+}  // namespace trestle::someip

@@ -1,0 +1,149 @@
+"""All of ./run bench but the measuring: pieces_test.py TRESTLE_BENCH. What is measured answers the same each time."""
+import importlib.util
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import goals
+import lab
+import measures
+import others
+import paths
+import report
+
+MICRO = sys.argv.pop()
+FIGURES = {"latency_ns": {"count": 100, "p50": 10_000, "p99": 20_000, "max": 30_000}, "per_second": 1000.0,
+           "megabytes_per_second": 100.0, "received": 100, "lost": 0, "resident_kb": 5000, "seconds": 5.0, "wakeups": 11,
+           "discovery_sent": 10, "first_event_ns": 6_000_000, "histogram": "long"}
+ABOUT = {"date": "2000-01-01", "command": "./run bench", "rounds": 2, "place": "a test", "priority": "with none",
+         "cpu": "no core", "kernel": "0", "compiler": "none", "load": "0.1"}
+ROUNDS = 2
+
+
+class Nowhere:
+    """A place in which each program answers at once."""
+
+    def __init__(self):
+        self.address = {side + number: f"192.0.2.{i}" for i, (side, number) in
+                        enumerate((side, number) for side in "ab" for number in ("", "2", "3", "4"))}
+        self.commands = []
+        self.failing = None
+        self.micro = None
+
+    def start(self, side, *command, **_options):
+        self.commands.append((side, *map(str, command)))
+
+    def run(self, side, *command, patience=None, **_options):
+        self.start(side, *command)
+        if self.failing in map(str, command):
+            raise lab.Failed("it was told to")
+        if command[0] == MICRO:
+            if self.micro is None:
+                done = subprocess.run([MICRO, *map(str, command[1:-1]), "--benchmark_min_time=0.0001"], text=True,
+                                      capture_output=True, timeout=patience, check=True)
+                self.micro = json.loads(done.stdout)
+            return self.micro
+        return dict(FIGURES)
+
+
+def carried(before, after, direction, size):
+    return {"event": "carried", "route": "/perf/there", "direction": direction, "session": 7, "before_ns": before,
+            "after_ns": after, "bytes": size + 200}
+
+
+class Pieces(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.place = Nowhere()
+        programs = {name: pathlib.Path(name) for name in ("trestle", "floor", "node", "no_segmentation")}
+        cls.taken = measures.Measures({**programs, "micro": MICRO, "vsomeip": pathlib.Path(__file__)}, quick=True,
+                                      place=cls.place)
+        cls.taken.rest = 0
+        ways = paths.Paths(cls.taken)
+        ways.report = lambda side: pathlib.Path(ways.folder.name) / f"{side}.jsonl"
+        for side in "ab":
+            with open(ways.report(side), "w", encoding="utf-8") as lines:
+                for number, size in enumerate(measures.CLOUDS.values()):
+                    at = 1_000_000 * number
+                    lines.write(json.dumps(carried(at, at + 2000, "dds_to_someip", size) if side == "a" else
+                                           carried(at + 500_000, at + 504_000, "someip_to_dds", size)) + "\n")
+        vsomeip = others.Vsomeip(cls.taken)  # for this one it is enough to be a file
+        for number in range(ROUNDS):
+            cls.taken.backwards = number % 2 == 1
+            cls.taken.small()
+            cls.taken.large()
+            ways.round()
+            vsomeip.round()
+            cls.taken.conversion()
+        ways.clouds()
+        ways.nodes()
+        for holder in ways, vsomeip:
+            holder.folder.cleanup()
+        cls.rows = goals.communication(cls.taken.values) + goals.paths(cls.taken.values) + goals.conversion(
+            cls.taken.values)
+
+    def test_each_row_of_the_tables_is_measured(self):
+        self.assertEqual(self.taken.faults, [])
+        for row in self.rows:
+            self.assertIsNotNone(row.ours, row.what)
+            self.assertNotIn("not measured", row.cells()[-1])
+            if row.is_judged:
+                self.assertIn(row.met, (True, False), row.what)
+
+    def test_what_has_a_floor_is_measured_as_often_as_that(self):
+        for row in self.rows:
+            if row.floor is not None:
+                self.assertEqual(len(row.ratios), ROUNDS, row.what)
+
+    def test_every_other_round_goes_the_other_way_about(self):
+        order = [("floor" if command[1] == "floor" else "ours") for command in self.place.commands
+                 if command[1:3] == ("floor", "ping-udp")
+                 or (command[1:3] == ("trestle", "perf") and command[-2:] == ("--size", "64") and "--events" not in
+                     command)]
+        self.assertEqual(order, ["floor", "ours", "ours", "floor"])
+
+    def test_checkpoints_are_told_apart(self):
+        rows = {row.what: row.ours for row in self.rows}
+        for part in "p50", "p99":
+            self.assertEqual(rows[f"PointCloud2 to SOME/IP in a running bridge, {part}, slowest size"], 2000)
+            self.assertEqual(rows[f"PointCloud2 to CDR in a running bridge, {part}, slowest size"], 4000)
+
+    def test_the_report_has_all_of_it(self):
+        text = report.text_of(self.taken.values, ABOUT)
+        for row in self.rows:
+            self.assertEqual(text.count("| " + " | ".join(row.cells()) + " |\n"), 1, row.what)
+        self.assertNotIn("not measured", text)
+        for kind in paths.HOPS:
+            self.assertEqual(len(self.taken.values[f"dds {kind} 4 MB"]), ROUNDS)
+        self.assertIn("| calls, 32 in flight | 1,000 /s | 1,000 /s |", text)  # vsomeip's
+        self.assertIn("| 1k | 1 | 2 µs, 2 µs | 4 µs, 4 µs | 6 µs | 504 µs | 1.19 % |", text)
+        for line in text.splitlines():
+            if line.startswith("|"):
+                self.assertTrue(line.endswith("|"), line)
+
+    @unittest.skipUnless(importlib.util.find_spec("matplotlib"), "without matplotlib there are no drawings")
+    def test_the_drawings_are_drawn(self):
+        with tempfile.TemporaryDirectory() as folder:
+            report.write(self.taken.values, ABOUT, folder)
+            for name in "latency", "bridges":
+                self.assertIn("<svg", (pathlib.Path(folder) / f"performance/{name}.svg").read_text(encoding="utf-8"))
+
+    def test_what_fails_is_told_and_leaves_a_gap(self):
+        place = Nowhere()
+        place.failing = "ping-tcp"
+        taken = measures.Measures(self.taken.programs, quick=True, place=place)
+        taken.rest = 0
+        taken.small()
+        place.failing = None
+        taken.small()
+        self.assertEqual(taken.faults, ["tcp floor: it was told to"])
+        self.assertIsNone(taken.values["tcp floor"][0])
+        row = next(row for row in goals.communication(taken.values) if row.what == "TCP call 64 B, p50")
+        self.assertEqual((len(row.all_ours), row.ratios), (2, [1.0]))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,82 @@
+#pragma once
+#include <gtest/gtest.h>
+
+#include <boost/asio/io_context.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dds_adapter/ros_names.hpp"
+#include "sd/net/handles.hpp"
+#include "test/bridge/end_to_end/two_bridges.hpp"
+#include "test/bytes.hpp"
+#include "test/loopback.hpp"
+
+namespace trestle::test {
+
+using Bytes = std::vector<std::byte>;
+
+inline constexpr const char* string_type = "std_msgs/msg/String";
+// "hello" as the default wire rules have it: length, BOM, characters, zero.
+inline const Bytes hello = hex("00000009 efbbbf 68656c6c6f 00");
+inline const Bytes hello_cdr = hex("00010000 06000000 68656c6c6f 00");
+
+/// A bridge, with SOME/IP stacks and a DDS participant as its neighbours.
+class BridgeTest : public DdsTest {
+ protected:
+  /// @param lists  what the configuration has behind its head: "routes:\n  - ..."
+  void start_bridge(const std::string& lists) {
+    bridge_ = std::make_unique<RunningBridge>(bridge_head(1, domain_.id()) + lists);
+  }
+
+  /// Of a stack that the bridge's routes have to do with.
+  static sd::NodeConfig peer_config() {
+    return {.address = own_address(2),
+            .multicast = own_group(),
+            .timing = {.initial_delay_min = Duration{0},
+                       .initial_delay_max = 5ms,
+                       .repetitions_base_delay = 10ms,
+                       .cyclic_offer_delay = 100ms,
+                       .ttl_s = 3}};
+  }
+
+  [[nodiscard]] dds::Writer writer(const std::string& topic, const char* type = string_type,
+                                   const dds::Qos& qos = {}) {
+    return ros_.create_writer(dds::ros_topic_name(topic), dds::ros_type_name(type), qos);
+  }
+  [[nodiscard]] dds::Reader reader(const std::string& topic, const char* type, Inbox<Bytes>& into,
+                                   const dds::Qos& qos = {}) {
+    return ros_.create_reader(dds::ros_topic_name(topic), dds::ros_type_name(type), qos,
+                              [&into](const dds::Sample& sample) { into.put(copy(sample.cdr())); });
+  }
+
+  /// Does what the neighbours have to do now.
+  virtual void work() {
+    io_.poll();
+    io_.restart();
+  }
+  template <typename Condition>
+  bool until(Condition condition) {
+    return eventually([&] {
+      work();
+      return condition();
+    });
+  }
+  bool until_counter(const std::string& group, const std::string& name, std::uint64_t value) {
+    return until([&] { return bridge_->counter(group, name) == value; });
+  }
+  /// For what must not happen: 300 ms are long enough for several offers.
+  void run_for(std::chrono::milliseconds time) {
+    const auto end = std::chrono::steady_clock::now() + time;
+    while (std::chrono::steady_clock::now() < end) {
+      work();
+      usleep(1000);
+    }
+  }
+
+  boost::asio::io_context io_{1};
+  dds::Participant ros_{config()};
+  std::unique_ptr<RunningBridge> bridge_;
+};
+
+}  // namespace trestle::test

@@ -1,0 +1,179 @@
+// How often a payload is copied in user space on its way, counted: every memcpy and memmove of this program
+// and of the libraries that it uses. docs/performance.md tells the numbers.
+#include "test/copies.hpp"
+
+#include "dds_adapter/ros_names.hpp"
+#include "sd/net/node.hpp"
+#include "test/bridge/end_to_end/samples.hpp"
+#include "test/bridge/end_to_end/two_bridges.hpp"
+#include "test/sd/net/two_nodes.hpp"
+
+namespace trestle::test {
+namespace {
+
+using someip::EventgroupId;
+using someip::InstanceId;
+using someip::MethodId;
+using someip::ServiceId;
+
+constexpr std::size_t messages = 5;
+
+// The whole copies of one payload, of `messages` of them.
+Copies per_payload(const Copies& before, const Copies& after, std::size_t bytes) {
+  return {times((after.ours - before.ours) / messages, bytes),
+          times((after.others - before.others) / messages, bytes)};
+}
+
+class DdsCopies : public TwoBridges {
+ protected:
+  // What it takes to carry a cloud from a writer at `from` to a reader at `to`.
+  Copies carry(dds::Participant& from, dds::Participant& to, const TestRoute& route, const Sample& probe,
+               const Sample& large) {
+    const dds::Qos qos{.reliable = true, .transient_local = latched_, .depth = 10};
+    const std::string topic = dds::ros_topic_name(route.topic);
+    const std::string type = dds::ros_type_name(route.type);
+    dds::Writer writer = from.create_writer(topic, type, qos);
+    Inbox<std::size_t> sizes;
+    const dds::Reader reader = to.create_reader(
+        topic, type, qos, [&](const dds::Sample& sample) { sizes.put(sample.cdr().size()); });
+    EXPECT_TRUE(eventually([&] {
+      static_cast<void>(writer.write(probe));
+      usleep(50'000);
+      return sizes.size() > 0;
+    }));
+    usleep(100'000);  // for the probes that are under way
+    static_cast<void>(sizes.take());
+
+    const Copies before = copies();
+    for (std::size_t i = 1; i <= messages; ++i) {
+      EXPECT_TRUE(writer.write(large));
+      EXPECT_TRUE(sizes.wait_for_count(i));
+    }
+    return per_payload(before, copies(), large.size());
+  }
+
+  /// @param more  copies on the way from DDS to SOME/IP, beside those that every route needs.
+  void carry_through_two_bridges(const TestRoute& route, const Sample& probe, const Sample& large,
+                                 std::size_t more = 0) {
+    dds::Participant other_at_a = participant(domain_.id());
+    const Copies hop = carry(at_a_, other_at_a, route, probe, large);
+    EXPECT_EQ(hop.ours, 1U) << "the writer copies what it is given into the memory of DDS";
+    EXPECT_LE(hop.others, 3U);
+
+    start({route});
+    const Copies path = carry(at_a_, at_b_, route, probe, large);
+    // The writer of the test, as above; from DDS to SOME/IP none; from SOME/IP to DDS two: the segments are
+    // put together, and the writer of the bridge copies that into the memory of DDS.
+    EXPECT_EQ(path.ours, 3U + more);
+    EXPECT_EQ(path.others, 2 * hop.others) << "Fast DDS has two hops to do, and no more";
+    RecordProperty("copies_by_fast_dds_in_a_hop", std::to_string(hop.others));
+  }
+
+  bool latched_ = false;
+};
+
+TEST_F(DdsCopies, OfAPointCloudAreThreeOfOursThroughTwoBridges) {
+  carry_through_two_bridges({.topic = "/cloud", .type = "sensor_msgs/msg/PointCloud2"}, point_cloud(1, 10),
+                            point_cloud(2, 60'000));
+}
+
+TEST_F(DdsCopies, OfAnImageAreThreeOfOursThroughTwoBridges) {
+  carry_through_two_bridges({.topic = "/image", .type = "sensor_msgs/msg/Image"}, image(1), image(2));
+}
+
+// The field keeps its value for those who come later.
+TEST_F(DdsCopies, OfALatchedTopicAreOneMore) {
+  latched_ = true;
+  carry_through_two_bridges({.topic = "/latched_image",
+                             .type = "sensor_msgs/msg/Image",
+                             .settings = "    qos: {durability: transient_local}\n"},
+                            image(1), image(2), 1);
+}
+
+// What protects it goes in front of the payload, or into it.
+TEST_F(DdsCopies, OfAProtectedTopicAreOneMore) {
+  carry_through_two_bridges({.topic = "/protected_image",
+                             .type = "sensor_msgs/msg/Image",
+                             .settings = "    e2e: {profile: 7, data_id: 0x0100002d}\n"},
+                            image(1), image(2), 1);
+}
+
+class SomeIpCopies : public TwoNodes, public testing::WithParamInterface<Transport> {
+ protected:
+  const ServiceId service{0x1234};
+  const MethodId event{0x8001};
+  const MethodId method{0x0001};
+  const EventgroupId group{1};
+  const std::shared_ptr<const std::vector<std::byte>> payload =
+      std::make_shared<const std::vector<std::byte>>(numbers(1'000'000));
+  const ByteView bytes{*payload};
+
+  sd::Node server{io, quick(server_address)};
+  sd::Node client{io, quick(client_address)};
+  // Answers a request of any payload with the large one.
+  const sd::OfferHandle offer =
+      server.offer({.service = service,
+                    .instance = InstanceId{1},
+                    .udp_port = is_tcp() ? std::nullopt : std::optional<std::uint16_t>{0},
+                    .tcp_port = is_tcp() ? std::optional<std::uint16_t>{0} : std::nullopt,
+                    .methods = {{method,
+                                 [this](const someip::Message&, sd::Responder responder) {
+                                   EXPECT_TRUE(responder.respond({&bytes, 1}, payload));
+                                 }}},
+                    .eventgroups = {{.id = group, .events = {event}}}});
+
+  [[nodiscard]] static bool is_tcp() { return GetParam() == Transport::tcp; }
+
+  /// Segments come from the socket in trains and go to their places; of TCP's stream the system puts the
+  /// payload there.
+  [[nodiscard]] static std::size_t expected() { return is_tcp() ? 0 : 1; }
+
+  // What each takes of the payload; one goes ahead, for which memory is made.
+  template <typename Transfer>
+  Copies of_each(const Transfer& transfer) {
+    transfer();
+    const Copies before = copies();
+    for (std::size_t i = 0; i < messages; ++i) {
+      transfer();
+    }
+    return per_payload(before, copies(), payload->size());
+  }
+};
+
+// Together with the above: all of them are made by who receives.
+TEST_P(SomeIpCopies, OfAnEventAreOneByTheReceiverAtMost) {
+  std::size_t arrived = 0;
+  client.subscribe(
+      {.service = service, .eventgroup = group, .events = {event}, .udp = !is_tcp(), .tcp = is_tcp()},
+      [&](const someip::Message&, const Endpoint&) { ++arrived; });
+  ASSERT_TRUE(run_until([&] { return server.subscribers(offer, event) == 1; }));
+  const Copies seen = of_each([&] {
+    const std::size_t before = arrived;
+    EXPECT_EQ(server.notify(offer, event, {&bytes, 1}, payload).subscribers, 1U);
+    ASSERT_TRUE(run_until([&] { return arrived > before; }));
+  });
+  EXPECT_EQ(seen.ours, expected());
+  EXPECT_EQ(seen.others, 0U);
+}
+
+TEST_P(SomeIpCopies, OfAnAnswerAreOneByTheReceiverAtMost) {
+  const sd::RequirementId required = client.require({.service = service, .instance = InstanceId{1}});
+  ASSERT_TRUE(run_until([&] { return !client.available(required).empty(); }));
+  const Copies seen = of_each([&] {
+    std::size_t size = 0;
+    client.call(required, {.method = method}, {},
+                [&](const sd::CallResult& result) { size = result ? result->payload.size() : 1; });
+    ASSERT_TRUE(run_until([&] { return size != 0; }));
+    EXPECT_EQ(size, bytes.size());
+  });
+  EXPECT_EQ(seen.ours, expected());
+  EXPECT_EQ(seen.others, 0U);
+}
+
+INSTANTIATE_TEST_SUITE_P(Over, SomeIpCopies, testing::Values(Transport::udp, Transport::tcp),
+                         [](const auto& over) {
+                           return std::string{over.param == Transport::tcp ? "Tcp" : "Udp"};
+                         });
+
+}  // namespace
+}  // namespace trestle::test

@@ -1,0 +1,284 @@
+// Profiles, discovery servers and security: what large ROS 2 systems are configured with.
+#include <arpa/inet.h>
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <signal.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+
+#include <filesystem>
+#include <fstream>
+#include <optional>
+
+#include "test/dds_adapter/dds_test.hpp"
+
+namespace trestle::test {
+namespace {
+
+using namespace dds;
+using testing::HasSubstr;
+using Bytes = std::vector<std::byte>;
+
+constexpr const char* type = "std_msgs::msg::dds_::String_";
+
+class BigSystems : public DdsTest {
+ protected:
+  BigSystems() { std::filesystem::create_directories(folder_); }
+  ~BigSystems() override { std::filesystem::remove_all(folder_); }
+
+  /// Why the rest of a test is skipped; empty: it is not.
+  [[nodiscard]] virtual std::string hindrance() { return ""; }
+
+  /// What one writes the other gets.
+  void expect_carried(Participant& from, Participant& to, const std::string& topic) {
+    if (IsSkipped()) {
+      return;
+    }
+    Inbox<Bytes> inbox;
+    Writer writer = from.create_writer(topic, type, {});
+    const Reader reader =
+        to.create_reader(topic, type, {}, [&](const Sample& one) { inbox.put(copy(one.cdr())); });
+    const auto matched = [&] { return writer.matched() == 1 && reader.matched() == 1; };
+    ASSERT_TRUE(eventually([&] { return matched() || !hindrance().empty(); }));
+    if (!matched()) {
+      GTEST_SKIP() << hindrance();
+    }
+    ASSERT_TRUE(writer.write(make_sample(1000, 1)));
+    ASSERT_TRUE(inbox.wait_for_count(1));
+    EXPECT_EQ(inbox.take().back(), make_sample(1000, 1));
+  }
+  [[nodiscard]] static std::string fault(const ParticipantConfig& config) {
+    try {
+      const Participant participant{config};
+    } catch (const DdsError& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  const std::string folder_ = testing::TempDir() + "trestle-big-" + std::to_string(getpid());
+};
+
+/// A UDP port of 127.0.0.1 that nobody has at the moment.
+std::uint16_t free_port() {
+  const int fd = socket(AF_INET, SOCK_DGRAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof(address);
+  bind(fd, reinterpret_cast<const sockaddr*>(&address), size);    // NOLINT(*-reinterpret-cast)
+  getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size);  // NOLINT(*-reinterpret-cast)
+  close(fd);
+  return ntohs(address.sin_port);
+}
+
+bool is_taken(std::uint16_t port) {
+  std::ifstream sockets{"/proc/net/udp"};
+  const std::string wanted = fmt::format(":{:04X} ", port);
+  for (std::string line; std::getline(sockets, line);) {
+    if (line.find(wanted) != std::string::npos && line.find(wanted) < 20) {
+      return true;
+    }
+  }
+  return false;
+}
+
+TEST_F(BigSystems, StartFromAProfile) {
+  const std::uint16_t port = free_port();
+  const std::string file = folder_ + "/profiles.xml";
+  std::ofstream{file} << fmt::format(R"(<?xml version="1.0" encoding="UTF-8" ?>
+<dds xmlns="http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles"><profiles>
+  <participant profile_name="vehicle"><rtps>
+    <builtin><metatrafficUnicastLocatorList><locator><udpv4>
+      <address>127.0.0.1</address><port>{}</port>
+    </udpv4></locator></metatrafficUnicastLocatorList></builtin>
+  </rtps></participant>
+</profiles></dds>)",
+                                     port);
+  ParticipantConfig profiled = config();
+  profiled.profiles_file = file;
+  profiled.profile = "vehicle";
+  ASSERT_FALSE(is_taken(port));
+  {
+    const Participant participant{profiled};
+    EXPECT_TRUE(is_taken(port));
+  }
+
+  profiled.profile = "trestle";
+  EXPECT_EQ(fault(profiled), file + " has no participant profile 'trestle'");
+  profiled.profiles_file = folder_ + "/none.xml";
+  EXPECT_EQ(fault(profiled), "the file of DDS profiles, " + folder_ + "/none.xml, cannot be read");
+  profiled.profiles_file = folder_ + "/broken.xml";
+  std::ofstream{profiled.profiles_file} << "<dds><no_such_thing/></dds>";
+  EXPECT_THAT(fault(profiled),
+              HasSubstr("does not take " + profiled.profiles_file + " for a file of profiles"));
+}
+
+/// A process that ends with the object.
+class Process {
+ public:
+  explicit Process(const std::vector<std::string>& command) : pid_{fork()} {
+    if (pid_ == 0) {
+      std::vector<char*> arguments;
+      for (const std::string& word : command) {
+        arguments.push_back(
+            const_cast<char*>(word.c_str()));  // NOLINT(*-const-cast): execvp's type is older than const
+      }
+      arguments.push_back(nullptr);
+      execvp(arguments[0], arguments.data());
+      _exit(127);
+    }
+  }
+  ~Process() {
+    if (!status_) {
+      kill(pid_, SIGKILL);
+      waitpid(pid_, nullptr, 0);
+    }
+  }
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+
+  /// Whether abort() has ended it, as assertions that fail do.
+  [[nodiscard]] bool has_aborted() {
+    int status = 0;
+    if (!status_ && waitpid(pid_, &status, WNOHANG) == pid_) {
+      status_ = status;
+    }
+    return status_ && WIFSIGNALED(*status_) && WTERMSIG(*status_) == SIGABRT;
+  }
+
+ private:
+  pid_t pid_;
+  std::optional<int> status_;  ///< once it has ended
+};
+
+class ServedSystems : public BigSystems {
+ protected:
+  void SetUp() override {
+    // NOLINTNEXTLINE(*-env33-c): of our own text only
+    if (system("command -v fast-discovery-server >/dev/null") != 0) {
+      GTEST_SKIP() << "fast-discovery-server, of Debian's fastdds-tools, is not installed";
+    }
+    server_.emplace(server_command(0, port_));
+  }
+  ~ServedSystems() override { unsetenv(of_ros); }
+
+  static std::vector<std::string> server_command(unsigned number, std::uint16_t port) {
+    return {"fast-discovery-server", "-i", std::to_string(number), "-l", "127.0.0.1", "-p",
+            std::to_string(port)};
+  }
+  [[nodiscard]] ParticipantConfig client() const {
+    ParticipantConfig result = config();
+    result.discovery_servers = {{"127.0.0.1", port_}};
+    return result;
+  }
+
+  [[nodiscard]] std::string hindrance() override {
+    return server_ && server_->has_aborted()
+               ? "fast-discovery-server has ended itself: an assertion of Fast DDS's own failed, above"
+               : "";
+  }
+
+  static constexpr const char* of_ros = "ROS_DISCOVERY_SERVER";
+  const std::uint16_t port_ = free_port();
+  std::optional<Process> server_;
+};
+
+TEST_F(ServedSystems, FindEachOtherByADiscoveryServer) {
+  Inbox<Event> events;
+  Participant alone{config([&](const Event& event) { events.put(event); })};
+  Participant from{client()};
+  Participant to{client()};
+  expect_carried(from, to, "rt/a");
+  // Who has no server does not see them: they say nothing to the multicast group.
+  EXPECT_EQ(events.size(), 0U);
+}
+
+TEST_F(ServedSystems, TakeTheServerFromTheEnvironmentOfROS) {
+  Inbox<Event> events;
+  Participant alone{config([&](const Event& event) { events.put(event); })};
+  setenv(of_ros, ("127.0.0.1:" + std::to_string(port_)).c_str(), 1);
+  Participant from{config()};
+  Participant to{config()};
+  expect_carried(from, to, "rt/a");
+  // One that is told the same server by its configuration is among them.
+  unsetenv(of_ros);
+  Participant third{client()};
+  expect_carried(from, third, "rt/b");
+  expect_carried(third, to, "rt/c");
+  EXPECT_EQ(events.size(), 0U);
+}
+
+TEST_F(ServedSystems, OutliveOneOfTwoServers) {
+  const std::uint16_t other_port = free_port();
+  const Process other{server_command(1, other_port)};
+  ParticipantConfig client_of_both = client();
+  client_of_both.discovery_servers.push_back({"127.0.0.1", other_port});
+  Participant from{client_of_both};
+  Participant to{client_of_both};
+  Inbox<Bytes> inbox;
+  Writer writer = from.create_writer("rt/a", type, {});
+  const Reader reader =
+      to.create_reader("rt/a", type, {}, [&](const Sample& one) { inbox.put(copy(one.cdr())); });
+  ASSERT_TRUE(eventually([&] { return writer.matched() == 1 && reader.matched() == 1; }));
+  server_.reset();
+  // Those who have found each other need it no more, and new ones are found by the other.
+  ASSERT_TRUE(writer.write(make_sample(1000, 1)));
+  ASSERT_TRUE(inbox.wait_for_count(1));
+  Participant third{client_of_both};
+  expect_carried(from, third, "rt/b");
+  expect_carried(third, to, "rt/c");
+}
+
+class SecureSystems : public BigSystems {
+ protected:
+  void SetUp() override {
+    if (system("command -v openssl >/dev/null") != 0) {  // NOLINT(*-env33-c): of our own text only
+      GTEST_SKIP() << "openssl is not installed";
+    }
+    const std::string command = TRESTLE_SOURCE_DIR "/test/dds_adapter/make_keystore.sh " + folder_ +
+                                " /vehicle/trestle /lidar >" + folder_ + "/log 2>&1";
+    ASSERT_EQ(system(command.c_str()), 0) << command;  // NOLINT(*-env33-c): of our own text only
+  }
+  [[nodiscard]] ParticipantConfig secure(const std::string& enclave, Inbox<Event>* events = nullptr) const {
+    ParticipantConfig result =
+        events == nullptr ? config() : config([=](const Event& event) { events->put(event); });
+    result.node = "/trestle";
+    result.enclave = enclave;
+    result.security_folder = folder_ + "/enclaves" + enclave;
+    return result;
+  }
+};
+
+TEST_F(SecureSystems, TalkAmongThemselvesOnly) {
+  Inbox<Event> seen;
+  Participant outsider{config([&](const Event& event) { seen.put(event); })};
+  const Reader eavesdropper = outsider.create_reader("rt/allowed", type, {}, [](const Sample&) {});
+  Participant from{secure("/vehicle/trestle")};
+  Participant to{secure("/lidar")};
+  expect_carried(from, to, "rt/allowed");
+  expect_carried(to, from, "rt/allowed");
+  EXPECT_EQ(eavesdropper.matched(), 0U);
+  for (const Event& event : seen.take()) {
+    EXPECT_TRUE(event.kind == Event::Kind::peer_found || event.kind == Event::Kind::peer_lost)
+        << to_string(event.kind);
+  }
+}
+
+TEST_F(SecureSystems, RefuseWhatTheEnclaveMayNotDo) {
+  Participant participant{secure("/lidar")};
+  EXPECT_THROW(std::ignore = participant.create_writer("rt/forbidden", type, {}), DdsError);
+  EXPECT_THROW(std::ignore = participant.create_reader("rt/forbidden", type, {}, [](const Sample&) {}),
+               DdsError);
+}
+
+TEST_F(SecureSystems, SayWhichFileIsMissing) {
+  EXPECT_EQ(fault(secure("/none")),
+            "DDS security needs " + folder_ + "/enclaves/none/identity_ca.cert.pem, which cannot be read");
+  std::filesystem::remove(folder_ + "/enclaves/lidar/permissions.p7s");
+  EXPECT_EQ(fault(secure("/lidar")),
+            "DDS security needs " + folder_ + "/enclaves/lidar/permissions.p7s, which cannot be read");
+}
+
+}  // namespace
+}  // namespace trestle::test

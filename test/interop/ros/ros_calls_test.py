@@ -1,0 +1,152 @@
+#!/usr/bin/env python3
+"""ros_calls_test.py TRESTLE: services and actions between real ROS 2 nodes that don't know of each other; between them
+are two bridges, and a SOME/IP service with methods and events:
+
+  ROS domain 1 -- (cable) -- bridge A, who offers -- (cable, SOME/IP) -- bridge B, who serves -- ROS domain 2
+"""
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+from ros_test import A, B, PATIENCE, Bridge, Ros
+
+import rclpy
+from action_msgs.msg import GoalStatus
+from rclpy.action import ActionClient, ActionServer, CancelResponse
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import MultiThreadedExecutor
+from std_srvs.srv import SetBool
+from test_msgs.action import Fibonacci
+from test_msgs.srv import Arrays
+
+
+def configuration(end):
+    offers = end == "a"
+    server, port = ("ros", "port: 40001, ") if offers else ("someip", "")
+    common = f"server: {server}, service: 0x4000, instance: 1, {port}"
+    return f"""\
+someip: {{address: {A if offers else B}, sd: {{initial_delay_max: 20 ms, cyclic_offer_delay: 200 ms}}}}
+dds: {{domain: {1 if offers else 2}, node: /trestle_{end}}}
+types: {{paths: [{sys.prefix}]}}
+methods:
+  - {{ros_service: /switch, type: std_srvs/srv/SetBool, method: 1, {common}}}
+  - {{ros_service: /arrays, type: test_msgs/srv/Arrays, method: 2, {common}}}
+actions:
+  - {{action: /fibonacci, type: test_msgs/action/Fibonacci, eventgroup: 1, {common}
+     methods: {{send_goal: 0x11, cancel_goal: 0x12, get_result: 0x13}}, events: {{feedback: 0x8011, status: 0x8012}}}}
+"""
+
+
+class Calls(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        for end in "ab":
+            self.addCleanup(Bridge(folder.name, end, configuration(end)).stop)
+        self.client = Ros(2, "client")
+        self.addCleanup(self.client.close)
+        self.start_server()
+
+    def start_server(self):
+        """A node with both services and the action, on a thread of its own."""
+        context = rclpy.Context()
+        rclpy.init(context=context, domain_id=1)
+        node = rclpy.create_node("server", context=context)
+        group = ReentrantCallbackGroup()
+        executor = MultiThreadedExecutor(4, context=context)
+        executor.add_node(node)
+        services = [node.create_service(SetBool, "/switch", self.switch, callback_group=group),
+                    node.create_service(Arrays, "/arrays", self.arrays, callback_group=group)]
+        action = ActionServer(node, Fibonacci, "/fibonacci", self.count, callback_group=group,
+                              cancel_callback=lambda _: CancelResponse.ACCEPT)
+        thread = threading.Thread(target=executor.spin)
+        thread.start()
+
+        def stop():
+            executor.shutdown()
+            thread.join(PATIENCE)
+            action.destroy()
+            for service in services:
+                node.destroy_service(service)
+            node.destroy_node()
+            rclpy.shutdown(context=context)
+        self.addCleanup(stop)
+
+    @staticmethod
+    def switch(request, response):
+        response.success, response.message = request.data, "on" if request.data else "off \u00e4\u20ac"
+        return response
+
+    @staticmethod
+    def arrays(request, response):
+        response.int32_values = request.int32_values
+        response.string_values = request.string_values[::-1]
+        response.float64_values = request.float64_values
+        return response
+
+    @staticmethod
+    def count(goal):
+        """Fibonacci numbers, one in 20 ms, until it is enough or the client has enough."""
+        feedback = Fibonacci.Feedback(sequence=[0, 1])
+        while len(feedback.sequence) <= goal.request.order:
+            if goal.is_cancel_requested:
+                goal.canceled()
+                return Fibonacci.Result(sequence=feedback.sequence)
+            feedback.sequence.append(feedback.sequence[-1] + feedback.sequence[-2])
+            goal.publish_feedback(feedback)
+            time.sleep(0.02)
+        goal.succeed()
+        return Fibonacci.Result(sequence=feedback.sequence)
+
+    def result(self, future):
+        self.assertTrue(self.client.wait(future.done), "no answer")
+        return future.result()
+
+    def there(self, ready):
+        self.assertTrue(self.client.wait(ready), "the server does not come")
+
+    def test_services_answer(self):
+        client = self.client.node.create_client(SetBool, "/switch")
+        self.there(client.service_is_ready)
+        for _ in range(10):
+            # As many at once as a service of ROS 2 keeps (its history is 10 deep).
+            answers = [(data, client.call_async(SetBool.Request(data=data))) for data in [True, False] * 5]
+            for data, future in answers:
+                answer = self.result(future)
+                self.assertEqual((answer.success, answer.message), (data, "on" if data else "off \u00e4\u20ac"))
+        client = self.client.node.create_client(Arrays, "/arrays")
+        self.there(client.service_is_ready)
+        request = Arrays.Request(int32_values=[1, -2, 2**31 - 1], string_values=["a", "", "\u20ac"], float64_values=[0.5, -1e300, 0.0])
+        answer = self.result(client.call_async(request))
+        self.assertEqual(list(answer.int32_values), [1, -2, 2**31 - 1])
+        self.assertEqual(answer.string_values, ["\u20ac", "", "a"])
+        self.assertEqual(list(answer.float64_values), [0.5, -1e300, 0.0])
+
+    def test_actions_run_to_their_end_or_are_cancelled(self):
+        client = ActionClient(self.client.node, Fibonacci, "/fibonacci")
+        self.addCleanup(client.destroy)
+        self.there(client.server_is_ready)
+        heard = []
+        goal = self.result(client.send_goal_async(Fibonacci.Goal(order=10), lambda m: heard.append(list(m.feedback.sequence))))
+        self.assertTrue(goal.accepted)
+        done = self.result(goal.get_result_async())
+        numbers = [0, 1, 1, 2, 3, 5, 8, 13, 21, 34, 55]
+        self.assertEqual((done.status, list(done.result.sequence)), (GoalStatus.STATUS_SUCCEEDED, numbers))
+        self.assertTrue(heard)
+        for sequence in heard:
+            self.assertEqual(sequence, numbers[:len(sequence)])
+        # The client learns of the goal's state by the status topic, too.
+        self.there(lambda: goal.status == GoalStatus.STATUS_SUCCEEDED)
+
+        goal = self.result(client.send_goal_async(Fibonacci.Goal(order=10_000)))
+        answer = self.result(goal.cancel_goal_async())
+        self.assertEqual([bytes(one.goal_id.uuid) for one in answer.goals_canceling], [bytes(goal.goal_id.uuid)])
+        done = self.result(goal.get_result_async())
+        self.assertEqual(done.status, GoalStatus.STATUS_CANCELED)
+        self.assertLess(len(done.result.sequence), 10_000)
+
+
+if __name__ == "__main__":
+    unittest.main(buffer=True)

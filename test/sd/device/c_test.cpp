@@ -1,0 +1,117 @@
+// The C interface, as far as the example in C does not show it: memory, limits, errors.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <vector>
+
+#include "trestle.h"
+
+namespace {
+
+#define SMALL_LIMITS 1, 1, 2, 2, 2, 1, 1, 1, 2, 4, 4, 2, 64, 1, 256, 2, 1
+
+const std::array<std::uint16_t, 1> eventgroups{1};
+const std::array<trestle_method, 1> methods{{{0x0001, TRESTLE_REQUEST_RESPONSE}}};
+const std::array<trestle_event, 2> events{{{0x8001, {1}}, {0x8002, {1}}}};
+
+class TrestleC : public testing::Test {
+ protected:
+  TrestleC() {
+    trestle_default_settings(&settings);
+    settings.own.address[0] = 10;
+    settings.own.address[3] = 1;
+    service.service = 0x1234;
+    service.instance = 1;
+    service.major = 1;
+    service.port = 30501;
+    service.methods = methods.data();
+    service.method_count = methods.size();
+    service.events = events.data();
+    service.event_count = events.size();
+    service.eventgroups = eventgroups.data();
+    service.eventgroup_count = eventgroups.size();
+    settings.services = &service;
+    settings.service_count = 1;
+  }
+  trestle_status init(std::size_t bytes) {
+    return trestle_init(memory.data(), bytes, &limits, &settings, &device);
+  }
+
+  trestle_limits limits = {SMALL_LIMITS};
+  trestle_settings settings{};
+  trestle_service service{};
+  std::array<std::uint64_t, TRESTLE_MEMORY_BYTES(SMALL_LIMITS) / 8> memory{};
+  trestle_device* device = nullptr;
+};
+
+TEST_F(TrestleC, SaysHowMuchMemoryItNeeds) {
+  const std::size_t exact = trestle_memory_bytes(&limits);
+  EXPECT_LE(exact, sizeof memory);
+  EXPECT_GE(exact * 5 / 4 + 512, sizeof memory);  // the constant is no wild guess
+  EXPECT_EQ(init(exact), TRESTLE_OK);
+  EXPECT_EQ(init(100), TRESTLE_NO_MEMORY);
+  EXPECT_EQ(trestle_init(static_cast<char*>(static_cast<void*>(memory.data())) + 4, sizeof memory - 8,
+                         &limits, &settings, &device),
+            TRESTLE_NO_MEMORY);
+}
+
+TEST_F(TrestleC, RefusesWhatCannotBe) {
+  ++service.method_count;
+  EXPECT_EQ(init(sizeof memory), TRESTLE_TABLE_FULL);
+  --service.method_count;
+  limits.sends = 1;
+  EXPECT_EQ(init(sizeof memory), TRESTLE_BAD_LIMITS);
+  limits.sends = 2;
+  settings.ttl_s = 0;
+  EXPECT_EQ(init(sizeof memory), TRESTLE_BAD_ARGUMENT);
+  settings.ttl_s = 3;
+  ASSERT_EQ(init(sizeof memory), TRESTLE_OK);
+  EXPECT_EQ(trestle_notify(device, 0, 0x8001, nullptr, 0), TRESTLE_NOT_OFFERED);
+  ASSERT_EQ(trestle_offer(device, 0, 1'000'000'000), TRESTLE_OK);
+  EXPECT_EQ(trestle_offer(device, 0, 1'000'000'000), TRESTLE_DUPLICATE);
+  EXPECT_EQ(trestle_notify(device, 0, 0x8003, nullptr, 0), TRESTLE_BAD_ARGUMENT);
+  EXPECT_EQ(trestle_require(device, 0, 1'000'000'000), TRESTLE_BAD_ARGUMENT);
+  std::uint32_t call = 0;
+  EXPECT_EQ(trestle_call(device, 0, 1, nullptr, 0, 1, 1'000'000'000, &call), TRESTLE_BAD_ARGUMENT);
+}
+
+TEST_F(TrestleC, AnswersARequestThatWasKept) {
+  ASSERT_EQ(init(sizeof memory), TRESTLE_OK);
+  ASSERT_EQ(trestle_offer(device, 0, 1'000'000'000), TRESTLE_OK);
+  const std::array<std::uint8_t, 17> datagram{0x12, 0x34, 0x00, 0x01, 0, 0, 0, 9,   1,
+                                              2,    0,    3,    1,    1, 0, 0, 0x55};
+  trestle_endpoint peer = settings.own;
+  peer.address[3] = 2;
+  peer.port = 40000;
+  trestle_endpoint to = settings.own;
+  to.port = 30501;
+  trestle_on_datagram(device, datagram.data(), datagram.size(), &peer, &to, 1'000'000'001);
+  std::array<std::uint8_t, TRESTLE_DATAGRAM_BYTES> room{};
+  trestle_transmit out{};
+  EXPECT_FALSE(trestle_poll_transmit(device, room.data(), room.size(), 1'000'000'001, &out));
+  trestle_happening what{};
+  ASSERT_TRUE(trestle_poll_happening(device, &what));
+  EXPECT_EQ(what.kind, TRESTLE_REQUEST);
+  EXPECT_EQ(what.method, 1);
+  ASSERT_EQ(what.size, 1U);
+  EXPECT_EQ(what.payload[0], 0x55);
+  const std::array<std::uint8_t, 2> answer{0xca, 0xfe};
+  ASSERT_EQ(trestle_respond(device, &what.request, answer.data(), answer.size()), TRESTLE_OK);
+  ASSERT_TRUE(trestle_poll_transmit(device, room.data(), room.size(), 1'000'000'001, &out));
+  EXPECT_EQ(out.from_port, 30501);
+  EXPECT_EQ(out.to.port, 40000);
+  EXPECT_EQ(out.to.address[3], 2);
+  const std::vector<std::uint8_t> expected{0x12, 0x34, 0x00, 0x01, 0, 0,    0, 10,   1,
+                                           2,    0,    3,    1,    1, 0x80, 0, 0xca, 0xfe};
+  EXPECT_EQ(std::vector(out.bytes, out.bytes + out.size), expected);
+  EXPECT_FALSE(trestle_poll_transmit(device, room.data(), room.size(), 1'000'000'001, &out));
+  trestle_counters counters{};
+  trestle_get_counters(device, &counters);
+  EXPECT_EQ(counters.requests, 1U);
+  std::uint64_t deadline = 0;
+  ASSERT_TRUE(trestle_deadline(device, &deadline));
+  EXPECT_GE(deadline, 1'010'000'000U);  // the first offer, after 10 to 100 ms
+  EXPECT_LE(deadline, 1'100'000'000U);
+}
+
+}  // namespace

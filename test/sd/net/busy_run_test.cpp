@@ -1,0 +1,82 @@
+#include "sd/net/busy_run.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <vector>
+
+namespace trestle::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+// How often this thread has gone to sleep.
+long sleeps() {
+  rusage usage{};
+  getrusage(RUSAGE_THREAD, &usage);
+  return usage.ru_nvcsw;
+}
+
+// The times that it goes to sleep until a timer is due.
+long sleeps_until_timer(Duration busy) {
+  boost::asio::io_context io{1};
+  boost::asio::steady_timer timer{io, 20ms};
+  bool due = false;
+  timer.async_wait([&](const boost::system::error_code& error) { due = !error; });
+  const long before = sleeps();
+  sd::run_busy(io, busy);
+  EXPECT_TRUE(due);
+  return sleeps() - before;
+}
+
+TEST(RunBusyTest, DoesNotSleepBeforeItsTimeIsOver) {
+  EXPECT_EQ(sleeps_until_timer(10s), 0);
+}
+
+TEST(RunBusyTest, SleepsAtOnceWithoutTime) {
+  EXPECT_GE(sleeps_until_timer(0s), 1);
+}
+
+TEST(RunBusyTest, SleepsWhenItsTimeIsOver) {
+  EXPECT_GE(sleeps_until_timer(1ms), 1);
+}
+
+TEST(RunBusyTest, EndsWithoutWorkAndWhenStopped) {
+  for (const Duration busy : {Duration{0}, Duration{10s}}) {
+    boost::asio::io_context io{1};
+    sd::run_busy(io, busy);  // no work
+
+    io.restart();
+    std::vector<int> done;
+    boost::asio::steady_timer never{io, 1h};
+    never.async_wait([&](const boost::system::error_code&) { done.push_back(3); });
+    boost::asio::post(io, [&] { done.push_back(1); });
+    boost::asio::post(io, [&] {
+      done.push_back(2);
+      io.stop();
+    });
+    sd::run_busy(io, busy);
+    EXPECT_EQ(done, (std::vector{1, 2}));
+  }
+}
+
+// As a reload of the configuration does.
+TEST(RunBusyTest, TakesAChangeOfItsTime) {
+  boost::asio::io_context io{1};
+  Duration busy{0};
+  boost::asio::steady_timer timer{io, 1ms};
+  long before = 0;
+  timer.async_wait([&](const boost::system::error_code&) {
+    busy = 10s;
+    before = sleeps();
+    timer.expires_after(10ms);
+    timer.async_wait([](const boost::system::error_code&) {});
+  });
+  sd::run_busy(io, busy);
+  EXPECT_EQ(sleeps(), before);
+}
+
+}  // namespace
+}  // namespace trestle::test

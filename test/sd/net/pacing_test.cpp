@@ -1,0 +1,152 @@
+// Large events leave in bursts of what each subscriber can take, as its subscription tells.
+#include "test/covers.hpp"
+#include "test/sd/net/two_nodes.hpp"
+
+namespace trestle::sd {
+namespace {
+
+using someip::Message;
+using someip::MethodId;
+using test::covers;
+using test::numbers;
+using test::quick;
+using ::testing::ElementsAre;
+using ::testing::UnorderedElementsAre;
+using namespace std::chrono_literals;
+
+constexpr MethodId event{0x8001};
+constexpr EventgroupId group{1};
+constexpr std::uint16_t port = 40246;
+
+class Pacing : public test::TwoNodes {
+ protected:
+  static NodeConfig with_buffer(const IpAddress& address, int bytes) {
+    NodeConfig config = quick(address);
+    config.receive_buffer_bytes = bytes;
+    return config;
+  }
+  static ServiceSpec spec() {
+    return {.service = ServiceId{0x1234},
+            .instance = InstanceId{1},
+            .udp_port = port,
+            .eventgroups = {{.id = group, .events = {event}}}};
+  }
+  void subscribe(Node& client) {
+    const SubscriptionId id = client.subscribe(
+        {.service = ServiceId{0x1234}, .eventgroup = group, .events = {event}},
+        [this](const Message& message, const Endpoint&) { sizes.push_back(message.payload.size()); });
+    ASSERT_TRUE(run_until([&] { return client.subscribed(id); }));
+  }
+  /// What the subscribers have told.
+  static std::vector<std::uint32_t> told_to(Node& server, OfferHandle offer) {
+    std::vector<std::uint32_t> told;
+    static_cast<void>(server.notify_some(offer, event,
+                                         [&](const Subscriber& subscriber) {
+                                           told.push_back(subscriber.receive_buffer_bytes);
+                                           return false;
+                                         },
+                                         {}));
+    return told;
+  }
+  /// How many segments of a message of 200 leave at once; all arrive.
+  std::uint64_t burst_of(Node& server, OfferHandle offer, const someip::TpPacing& pacing = {}) {
+    run_for(2ms);  // from the burst before
+    sizes.clear();
+    const std::uint64_t before = server.sender_counters().datagrams;
+    const auto payload = numbers(200 * 1392);
+    const ByteView slice{payload};
+    EXPECT_EQ(server.notify(offer, event, {&slice, 1}, nullptr, pacing).subscribers, 1U);
+    const std::uint64_t burst = server.sender_counters().datagrams - before;
+    EXPECT_TRUE(run_until([&] { return !sizes.empty(); }));
+    EXPECT_EQ(server.sender_counters().datagrams - before, 200U);
+    EXPECT_THAT(sizes, ElementsAre(200 * 1392));
+    return burst;
+  }
+
+  std::vector<std::size_t> sizes;
+};
+
+TEST_F(Pacing, IsThatOfTheSubscribersBuffer) {
+  covers({"feat_req_someiptp_801", "feat_req_someipsd_946"});
+  Node server{io, quick(test::server_address)};
+  Node client{io, with_buffer(test::client_address, 100'000)};
+  const OfferHandle offer = server.offer(spec());
+  subscribe(client);
+  EXPECT_THAT(told_to(server, offer), ElementsAre(100'000));
+  EXPECT_EQ(burst_of(server, offer), 21U);
+}
+
+TEST_F(Pacing, IsThatOfTheApplicationIfItHasOne) {
+  Node server{io, quick(test::server_address)};
+  Node client{io, with_buffer(test::client_address, 100'000)};
+  const OfferHandle offer = server.offer(spec());
+  subscribe(client);
+  EXPECT_EQ(burst_of(server, offer, {.burst = 30}), 30U);
+  EXPECT_EQ(burst_of(server, offer, {.burst = 7}), 7U);
+}
+
+TEST_F(Pacing, IsTheDefaultForASubscriberThatDoesNotTell) {
+  covers({"feat_req_someiptp_801"});
+  Node server{io, quick(test::server_address)};
+  NodeConfig config = quick(test::client_address);
+  config.discovery.tell_receive_buffer = false;
+  Node client{io, config};
+  const OfferHandle offer = server.offer(spec());
+  subscribe(client);
+  EXPECT_THAT(told_to(server, offer), ElementsAre(0));
+  EXPECT_EQ(burst_of(server, offer), 45U);
+}
+
+// Each at its own pace, and no one's pauses are another one's.
+TEST_F(Pacing, IsOfEachSubscriberByItself) {
+  Node server{io, quick(test::server_address)};
+  Node small{io, with_buffer(test::client_address, 50'000)};  // 10 segments
+  Node large{io, with_buffer(test::other_address, 150'000)};  // 32
+  const OfferHandle offer = server.offer(spec());
+  subscribe(small);
+  subscribe(large);
+  EXPECT_THAT(told_to(server, offer), UnorderedElementsAre(50'000, 150'000));
+  const auto payload = numbers(100 * 1392);
+  const ByteView slice{payload};
+  const std::uint64_t before = server.sender_counters().datagrams;
+  server.notify(offer, event, {&slice, 1}, nullptr, {.separation = 50ms});
+  EXPECT_EQ(server.sender_counters().datagrams - before, 42U);
+  // Another message has nothing left of the bursts.
+  server.notify(offer, event, {&slice, 1}, nullptr, {.separation = 50ms});
+  EXPECT_EQ(server.sender_counters().datagrams - before, 42U);
+  const auto begin = std::chrono::steady_clock::now();
+  ASSERT_TRUE(run_until([&] { return sizes.size() == 2; }, 5s));
+  // The large one has both messages in seven bursts; the small one the first in ten.
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, 600ms);
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, 250ms);
+}
+
+// Of those who get an event by multicast, the one that can take the least.
+TEST_F(Pacing, IsThatOfTheLeastInAGroup) {
+  Node server{io, quick(test::server_address)};
+  NodeConfig silent = quick(test::client_address);
+  silent.discovery.tell_receive_buffer = false;  // 45 segments
+  Node client{io, silent};
+  Node small{io, with_buffer(test::other_address, 150'000)};  // 32
+  ServiceSpec service = spec();
+  service.eventgroups[0].multicast = Endpoint{test::own_group(), port};
+  service.eventgroups[0].multicast_threshold = 1;
+  const OfferHandle offer = server.offer(std::move(service));
+  const auto burst = [&] {
+    run_for(2ms);
+    const std::uint64_t before = server.sender_counters().datagrams;
+    const auto payload = numbers(100 * 1392);
+    const ByteView slice{payload};
+    EXPECT_EQ(server.notify(offer, event, {&slice, 1}).subscribers, 1U) << "the group";
+    const std::uint64_t sent = server.sender_counters().datagrams - before;
+    EXPECT_TRUE(run_until([&] { return server.sender_counters().datagrams - before == 100; }));
+    return sent;
+  };
+  subscribe(client);
+  EXPECT_EQ(burst(), 45U);
+  subscribe(small);
+  EXPECT_EQ(burst(), 32U);
+}
+
+}  // namespace
+}  // namespace trestle::sd

@@ -1,0 +1,191 @@
+// What waits to be sent, without sockets.
+#include "someip/net/send_lanes.hpp"
+
+#include <gmock/gmock.h>
+
+#include "test/bytes.hpp"
+#include "test/covers.hpp"
+
+namespace trestle::someip {
+namespace {
+
+using testing::ElementsAre;
+using namespace std::chrono_literals;
+
+constexpr TimePoint start{1000s};
+
+Endpoint receiver(std::uint16_t port) {
+  return {IpAddress::v4(10, 0, 0, 2), port};
+}
+
+Header header(std::uint16_t service, std::uint16_t method) {
+  return {.service = ServiceId{service}, .method = MethodId{method}};
+}
+
+class SendLanesTest : public testing::Test {
+ protected:
+  PendingMessage* add(const Endpoint& to, const std::vector<std::byte>& payload, bool keep = false) {
+    const ByteView view{payload};
+    return lanes.add(to, {&view, 1}, payload.size(), keep);
+  }
+  SendLane& lane(const Endpoint& to) { return *std::ranges::find(lanes.all(), to, &SendLane::to); }
+  /// A burst to this receiver, which is remembered; nothing waits.
+  void burst(const Endpoint& to, TimePoint now) {
+    ASSERT_NE(add(to, {}), nullptr);
+    ASSERT_EQ(lane(to).pace.room(pacing, now), 10U) << "a new receiver";
+    lane(to).pace.sent(10);
+    lanes.finish(lane(to));
+  }
+  std::size_t room_for(const Endpoint& to, TimePoint now) {
+    EXPECT_NE(add(to, {}), nullptr);
+    const std::size_t room = lane(to).pace.room(pacing, now);
+    lanes.finish(lane(to));
+    return room;
+  }
+
+  const TpPacing pacing{.burst = 10, .separation = 10s};
+  SendLanes lanes{1U << 20U};
+};
+
+TEST_F(SendLanesTest, TakeBytesFromSlicesOfAnySize) {
+  const auto bytes = test::hex("0102030405060708090a");
+  const ByteView all{bytes};
+  const std::vector<ByteView> slices{all.first(3), {}, all.subspan(3, 1), all.subspan(4)};
+  SliceCursor cursor;
+  const auto next = [&](std::size_t count) {
+    std::vector<ByteView> pieces;
+    take(slices, cursor, count, pieces);
+    std::vector<std::string> result;
+    for (const ByteView piece : pieces) {
+      result.push_back(test::to_hex(piece));
+    }
+    return result;
+  };
+  EXPECT_THAT(next(2), ElementsAre("0102"));
+  EXPECT_THAT(next(3), ElementsAre("03", "04", "05"));
+  EXPECT_THAT(next(0), ElementsAre());
+  EXPECT_THAT(next(5), ElementsAre("060708090a"));
+}
+
+TEST_F(SendLanesTest, HoldBackWhatWouldOvertakeItsLike) {
+  ASSERT_NE(add(receiver(1), {}), nullptr);
+  lane(receiver(1)).queue.back().header = header(0x1234, 0x8001);
+  EXPECT_TRUE(lanes.must_wait(receiver(1), header(0x1234, 0x8001)));
+  EXPECT_FALSE(lanes.must_wait(receiver(1), header(0x1234, 0x8002)));
+  EXPECT_FALSE(lanes.must_wait(receiver(1), header(0x4321, 0x8001))) << "of another service";
+  EXPECT_FALSE(lanes.must_wait(receiver(2), header(0x1234, 0x8001)));
+  // In a datagram with several messages may be any.
+  ASSERT_NE(add(receiver(1), {}), nullptr);
+  lane(receiver(1)).queue.back().datagram = true;
+  EXPECT_TRUE(lanes.must_wait(receiver(1), header(0x4321, 0x8001)));
+  EXPECT_FALSE(lanes.must_wait(receiver(2), header(0x4321, 0x8001)));
+}
+
+TEST_F(SendLanesTest, GiveAwayNoLaneInWhichSomethingWaits) {
+  const auto payload = test::hex("0102");
+  ASSERT_NE(add(receiver(1), payload), nullptr);
+  for (std::uint16_t port = 2; port <= 100; ++port) {
+    burst(receiver(port), start + std::chrono::seconds{port});
+  }
+  ASSERT_EQ(lane(receiver(1)).queue.size(), 1U);
+  EXPECT_EQ(test::to_hex(lane(receiver(1)).queue.front().slices.front()), "0102");
+  EXPECT_EQ(lanes.all().size(), 64U);
+}
+
+TEST_F(SendLanesTest, ForgetTheBurstThatIsTheLongestAgo) {
+  for (std::uint16_t port = 1; port <= 64; ++port) {
+    burst(receiver(port), start + std::chrono::milliseconds{port});
+  }
+  // Another one has a pace of its own, in the place of the first.
+  burst(receiver(65), start + 65ms);
+  EXPECT_EQ(lanes.all().size(), 64U);
+  for (std::uint16_t port = 2; port <= 65; ++port) {
+    EXPECT_EQ(room_for(receiver(port), start + 1s), 0U) << port;
+  }
+  EXPECT_EQ(room_for(receiver(1), start + 1s), 10U);
+}
+
+TEST_F(SendLanesTest, GrowWithThoseForWhomSomethingWaits) {
+  for (std::uint16_t port = 1; port <= 200; ++port) {
+    ASSERT_NE(add(receiver(port), test::hex("01")), nullptr);
+  }
+  EXPECT_EQ(lanes.all().size(), 200U);
+  EXPECT_EQ(lanes.clear(), 200U);
+}
+
+TEST_F(SendLanesTest, ReuseThePlacesOfMessagesWithoutTheirBytes) {
+  const auto first = test::hex("0102030405");
+  const auto second = test::hex("0a0b");
+  PendingMessage* const place = add(receiver(1), first);
+  ASSERT_NE(place, nullptr);
+  EXPECT_EQ(test::to_hex(place->slices.at(0)), "0102030405");
+  EXPECT_NE(place->slices.at(0).data(), first.data()) << "a copy";
+  lanes.finish(lane(receiver(1)));
+  ASSERT_EQ(add(receiver(1), second), place) << "its memory again";
+  ASSERT_EQ(place->slices.size(), 1U);
+  EXPECT_EQ(test::to_hex(place->slices[0]), "0a0b");
+  lanes.finish(lane(receiver(1)));
+  ASSERT_EQ(add(receiver(1), second, true), place);
+  EXPECT_EQ(place->slices.at(0).data(), second.data()) << "where it lies";
+}
+
+TEST_F(SendLanesTest, KeepNoLargeCopies) {
+  PendingMessage* const place = add(receiver(1), std::vector<std::byte>(65'536));
+  ASSERT_NE(place, nullptr);
+  lanes.finish(lane(receiver(1)));
+  EXPECT_GE(place->copy.capacity(), 65'536U);
+  ASSERT_EQ(add(receiver(1), std::vector<std::byte>(65'537)), place);
+  lanes.finish(lane(receiver(1)));
+  EXPECT_LT(place->copy.capacity(), 65'537U);
+}
+
+TEST_F(SendLanesTest, TakeNoMoreThanMayWait) {
+  lanes = SendLanes{1000};
+  EXPECT_EQ(add(receiver(1), std::vector<std::byte>(1001)), nullptr);
+  EXPECT_TRUE(lanes.empty());
+  ASSERT_NE(add(receiver(1), std::vector<std::byte>(1000)), nullptr);
+  EXPECT_EQ(add(receiver(2), std::vector<std::byte>(1)), nullptr);
+  lanes.finish(lane(receiver(1)));
+  ASSERT_NE(add(receiver(1), std::vector<std::byte>(1000)), nullptr);
+  EXPECT_EQ(lanes.clear(), 1U);
+  ASSERT_NE(add(receiver(1), std::vector<std::byte>(1000)), nullptr);
+}
+
+// Who asks us much that is answered with nothing, while a large answer of the same kind is on its way.
+TEST_F(SendLanesTest, TakeNoMessagesWithoutPayloadWithoutEnd) {
+  std::size_t taken = 0;
+  while (taken < 100'000 && add(receiver(1), {}) != nullptr) {
+    ++taken;
+  }
+  EXPECT_GT(taken, 1000U);
+  EXPECT_LT(taken * sizeof(PendingMessage), 2U << 20U);
+}
+
+TEST_F(SendLanesTest, LetGoOfTheOwnerLast) {
+  const std::shared_ptr<int> number = std::make_shared<int>(7);
+  bool empty_then = false;
+  bool taken_then = false;
+  PendingMessage* const place = add(receiver(1), test::hex("01"));
+  ASSERT_NE(place, nullptr);
+  place->keep_alive = std::shared_ptr<const void>{number.get(), [&](const void*) {
+                                                    empty_then = lanes.empty();
+                                                    taken_then = add(receiver(1), test::hex("02")) == place;
+                                                  }};
+  lanes.finish(lane(receiver(1)));
+  EXPECT_TRUE(empty_then);
+  EXPECT_TRUE(taken_then) << "also its place is free already";
+  EXPECT_EQ(test::to_hex(place->slices.at(0)), "02");
+}
+
+TEST_F(SendLanesTest, CountTheMessagesThatAreDropped) {
+  ASSERT_NE(add(receiver(1), test::hex("01")), nullptr);
+  PendingMessage* const datagram = add(receiver(2), test::hex("02"));
+  ASSERT_NE(datagram, nullptr);
+  datagram->messages = 3;
+  EXPECT_EQ(lanes.clear(), 4U);
+  EXPECT_TRUE(lanes.empty());
+  EXPECT_EQ(lanes.clear(), 0U);
+}
+
+}  // namespace
+}  // namespace trestle::someip

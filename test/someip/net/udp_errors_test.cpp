@@ -1,0 +1,166 @@
+// What a UDP socket does with the errors that the network sends back for its datagrams.
+#include <gmock/gmock.h>
+
+#include <boost/asio/io_context.hpp>
+#include <numeric>
+#include <vector>
+
+#include "someip/net/message_sender.hpp"
+#include "someip/net/udp_socket.hpp"
+
+namespace trestle::someip {
+namespace {
+
+using ::testing::Each;
+using ::testing::IsEmpty;
+using ::testing::IsSupersetOf;
+using namespace std::chrono_literals;
+
+IpAddress v6_loopback() {
+  IpAddress result{.v6 = true};
+  result.bytes[15] = 1;
+  return result;
+}
+
+/// A sender that is told who is not there, a receiver that is, and one that is gone.
+class UdpErrorsTest : public testing::TestWithParam<IpAddress> {
+ protected:
+  void SetUp() override {
+    sender.receive([this](ByteView datagram, const Endpoint&) { answers.push_back(datagram.size()); });
+    sender.report_unreachable([this](const Endpoint& receiver) { unreachable.push_back(receiver); });
+    alive.receive([this](ByteView datagram, const Endpoint&) { sizes.push_back(datagram.size()); });
+  }
+  Endpoint gone() { return UdpSocket{io, {.local = {GetParam(), 0}}}.local(); }
+  /// Runs until `condition` holds, or half a second has passed.
+  template <typename Condition>
+  bool run_until(Condition condition) {
+    const auto end = std::chrono::steady_clock::now() + 500ms;
+    while (!condition() && std::chrono::steady_clock::now() < end) {
+      io.run_one_for(20ms);
+    }
+    return condition();
+  }
+  SendStatus send(const Endpoint& to, std::size_t bytes) {
+    const ByteView slice = payload.first(bytes);
+    return sender.send(to, {&slice, 1});
+  }
+
+  boost::asio::io_context io;
+  UdpSocket sender{io, {.local = {GetParam(), 0}}};
+  UdpSocket alive{io, {.local = {GetParam(), 0}}};
+  const Endpoint dead = gone();
+  std::vector<std::size_t> sizes;    ///< of what the one alive has received
+  std::vector<std::size_t> answers;  ///< of what the sender has received
+  std::vector<Endpoint> unreachable;
+  const std::vector<std::byte> memory = std::vector<std::byte>(70'000);
+  const ByteView payload{memory};
+};
+
+TEST_P(UdpErrorsTest, TellWhoIsNotThereOnceAndThenLetTheSocketRest) {
+  EXPECT_EQ(send(dead, 10), SendStatus::sent);
+  ASSERT_TRUE(run_until([&] { return !unreachable.empty(); }));
+  EXPECT_EQ(unreachable, std::vector{dead});
+  EXPECT_EQ(io.run_for(50ms), 0U) << "nothing wakes it any more";
+  EXPECT_EQ(unreachable.size(), 1U);
+  EXPECT_EQ(send(alive.local(), 10), SendStatus::sent);
+  EXPECT_TRUE(run_until([&] { return sizes.size() == 1; }));
+}
+
+TEST_P(UdpErrorsTest, CostNoDatagramThatIsSentToOthers) {
+  std::vector<std::size_t> wanted(50);
+  std::iota(wanted.begin(), wanted.end(), 1U);
+  for (const std::size_t bytes : wanted) {
+    EXPECT_EQ(send(dead, bytes), SendStatus::sent);
+    EXPECT_EQ(send(alive.local(), bytes), SendStatus::sent);
+  }
+  EXPECT_TRUE(
+      run_until([&] { return sizes.size() == wanted.size() && unreachable.size() == wanted.size(); }));
+  EXPECT_EQ(sizes, wanted);
+  EXPECT_THAT(unreachable, Each(dead));
+}
+
+TEST_P(UdpErrorsTest, CostNoDatagramOfABatch) {
+  const Endpoint other = gone();
+  for (int round = 0; round < 10; ++round) {
+    const std::vector<Train> trains{
+        {dead, payload.first(1000), 100},     {alive.local(), payload.first(5), 5},
+        {other, payload.first(7), 7},         {dead, payload.first(8), 8},
+        {alive.local(), payload.first(9), 3}, {alive.local(), payload.first(2), 2}};
+    const auto batch = sender.send_trains(trains);
+    EXPECT_EQ(batch.status, SendStatus::sent);
+    EXPECT_EQ(batch.sent, 10U + 1 + 1 + 1 + 3 + 1);
+    sizes.clear();
+    EXPECT_TRUE(run_until([&] { return sizes.size() == 5; }));
+    EXPECT_EQ(sizes, (std::vector<std::size_t>{5, 3, 3, 3, 2}));
+  }
+  EXPECT_EQ(sender.send_counters().offload_refused, 0U);
+  EXPECT_THAT(unreachable, IsSupersetOf({dead, other}));
+}
+
+TEST_P(UdpErrorsTest, CostNoDatagramThatIsReceived) {
+  const ByteView slice = payload.first(1);
+  for (int i = 0; i < 40; ++i) {
+    send(dead, 1);
+    EXPECT_EQ(alive.send(sender.local(), {&slice, 1}), SendStatus::sent);
+  }
+  EXPECT_TRUE(run_until([&] { return answers.size() == 40 && unreachable.size() == 40; }));
+  EXPECT_EQ(answers.size(), 40U);
+  EXPECT_EQ(unreachable.size(), 40U);
+}
+
+TEST_P(UdpErrorsTest, AreNotCountedAsRefusedMessages) {
+  MessageSender messages{io, sender};
+  const ByteView slice = payload.first(20);
+  const ByteView large = payload;
+  for (int i = 0; i < 20; ++i) {
+    for (const Endpoint& to : {dead, alive.local()}) {
+      EXPECT_TRUE(messages.send(to, {.type = MessageType::notification}, {&slice, 1}));
+    }
+  }
+  messages.send(dead, {.type = MessageType::notification}, {&large, 1});
+  messages.send(alive.local(), {.type = MessageType::notification}, {&large, 1});
+  const std::size_t segments = (large.size() + tp_default_segment_bytes - 1) / tp_default_segment_bytes;
+  EXPECT_TRUE(run_until([&] { return sizes.size() == 20 + segments && messages.idle(); }));
+  EXPECT_EQ(sizes.size(), 20 + segments);
+  EXPECT_EQ(messages.counters().messages, 42U);
+  EXPECT_EQ(messages.counters().refused, 0U);
+}
+
+TEST_P(UdpErrorsTest, OfOurOwnAreNoSignThatTheReceiverIsNotThere) {
+  EXPECT_EQ(send(alive.local(), 70'000), SendStatus::failed);
+  EXPECT_EQ(send(alive.local(), 10), SendStatus::sent);
+  EXPECT_TRUE(run_until([&] { return sizes.size() == 1; }));
+  io.run_for(20ms);
+  EXPECT_EQ(io.run_for(50ms), 0U) << "nothing wakes it any more";
+  EXPECT_THAT(unreachable, IsEmpty());
+}
+
+TEST_P(UdpErrorsTest, MayEndTheSocket) {
+  auto last = std::make_unique<UdpSocket>(io, UdpOptions{.local = {GetParam(), 0}});
+  last->receive([](ByteView, const Endpoint&) {});
+  last->report_unreachable([&](const Endpoint&) { last.reset(); });
+  const ByteView slice = payload.first(1);
+  for (int i = 0; i < 3; ++i) {
+    last->send(dead, {&slice, 1});
+  }
+  EXPECT_TRUE(run_until([&] { return !last; }));
+  io.run_for(10ms);
+}
+
+TEST_P(UdpErrorsTest, AreNotToldUnlessAskedFor) {
+  UdpSocket deaf{io, {.local = {GetParam(), 0}}};
+  deaf.receive([](ByteView, const Endpoint&) {});
+  const ByteView slice = payload.first(1);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(deaf.send(dead, {&slice, 1}), SendStatus::sent);
+  }
+  EXPECT_EQ(deaf.send_counters().calls, 3U) << "none had to be repeated";
+  EXPECT_EQ(io.run_for(20ms), 0U);
+}
+
+INSTANTIATE_TEST_SUITE_P(OnLoopback, UdpErrorsTest,
+                         testing::Values(IpAddress::v4(127, 0, 0, 1), v6_loopback()),
+                         [](const auto& one) { return one.param.v6 ? "v6" : "v4"; });
+
+}  // namespace
+}  // namespace trestle::someip
