@@ -1,5 +1,5 @@
 // Property: a CDR sample that is accepted converts back, and what comes back converts to the same payload;
-// referencing or copying makes no difference; an error lies within the input.
+// referencing or copying makes no difference, nor does the message before; an error lies within the input.
 #include "fuzz/conversion_plans.hpp"
 
 using namespace trestle;
@@ -13,12 +13,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   static bridge::ConversionScratch scratch;
   const auto payload = plans->referencing.cdr_to_someip(input, scratch);
+  bridge::ConversionScratch fresh;
+  require(plans->referencing.cdr_to_someip(input, fresh).has_value() == payload.has_value());
   if (!payload) {
     require(payload.error().offset <= input.size() + 7);  // padding in front of the item may be missing too
     require(!plans->copying.cdr_to_someip(input, scratch));
     return 0;
   }
   const auto first = joined(*payload);
+  require(joined(plans->referencing.cdr_to_someip(input, fresh).value()) == first);
   require(joined(plans->copying.cdr_to_someip(input, scratch).value()) == first);
   const auto cdr = joined(plans->referencing.someip_to_cdr(first, scratch).value());
   require(joined(plans->copying.someip_to_cdr(first, scratch).value()) == cdr);

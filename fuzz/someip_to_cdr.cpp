@@ -1,6 +1,7 @@
 // Property: a SOME/IP payload that is accepted converts back (but for what its length fields cannot say when
 // the padding or the defaults are there that were missing, and for unions that were missing), and what comes
-// back converts to the same CDR; referencing or copying makes no difference; an error lies within the input.
+// back converts to the same CDR; referencing or copying makes no difference, nor does the message before; an
+// error lies within the input.
 #include "fuzz/conversion_plans.hpp"
 
 using namespace trestle;
@@ -14,12 +15,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   static bridge::ConversionScratch scratch;
   const auto cdr = plans->referencing.someip_to_cdr(input, scratch);
+  bridge::ConversionScratch fresh;
+  require(plans->referencing.someip_to_cdr(input, fresh).has_value() == cdr.has_value());
   if (!cdr) {
     require(cdr.error().offset <= input.size());
     require(!plans->copying.someip_to_cdr(input, scratch));
     return 0;
   }
   const auto first = joined(*cdr);
+  require(joined(plans->referencing.someip_to_cdr(input, fresh).value()) == first);
   require(joined(plans->copying.someip_to_cdr(input, scratch).value()) == first);
   const auto payload = plans->copying.cdr_to_someip(first, scratch);
   if (!payload) {

@@ -79,6 +79,11 @@ void copy_swapped(std::byte* to, const std::byte* from, std::size_t count, std::
     count -= done / width;
   }
 #endif
+  copy_swapped_singly(to, from, count, width);
+}
+
+void copy_swapped_singly(std::byte* to, const std::byte* from, std::size_t count,
+                         std::size_t width) noexcept {
   switch (width) {
     case 2:
       return swap_each<std::uint16_t>(to, from, count);

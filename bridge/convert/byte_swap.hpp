@@ -20,6 +20,9 @@ namespace trestle::bridge {
 /// no alignment and must not overlap.
 void copy_swapped(std::byte* to, const std::byte* from, std::size_t count, std::size_t width) noexcept;
 
+/// The same, number by number: of what is left over, and of everything where the processor has no AVX2.
+void copy_swapped_singly(std::byte* to, const std::byte* from, std::size_t count, std::size_t width) noexcept;
+
 /// Copies few numbers of `width` bytes (1, 2, 4 or 8), and reverses the bytes of each if `swap`.
 inline void copy_few_numbers(std::byte* to, const std::byte* from, std::size_t count, std::size_t width,
                              bool swap) noexcept {

@@ -247,6 +247,27 @@ class CdrToSomeip {
   }
 
   bool sequence(std::size_t i, const Op& op) {
+    if (i != program_.repetitive) {
+      return elements(i, op);
+    }
+    const Repetition::Conversion conversion{program_.number, false, order_, at_};
+    const ByteView rest = in_.last(left());
+    if (out_.repetition().is(conversion, rest)) {
+      write(out_.repetition().written());
+      at_ += out_.repetition().reads();
+      return true;
+    }
+    const std::size_t begin = at_;
+    const std::size_t copied = out_.copied();
+    const std::size_t position = out_.position();
+    if (!elements(i, op)) {
+      return false;
+    }
+    out_.repetition().note(conversion, rest.first(at_ - begin), out_.since(copied, position));
+    return true;
+  }
+
+  bool elements(std::size_t i, const Op& op) {
     const std::size_t begin = at_;
     std::uint32_t elements = 0;
     if (!read_count(i, op, elements)) {

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "bridge/convert/repetition.hpp"
 #include "someip/wire/tag.hpp"
 #include "someip/wire/types.hpp"
 
@@ -131,6 +132,13 @@ class ConversionScratch {
   /// Places of the members of all structs that are being converted, the innermost struct's last.
   [[nodiscard]] std::vector<MemberPlace>& members() noexcept { return members_; }
 
+  /// The result since copied() and position() were these; nothing if some of that is referenced.
+  [[nodiscard]] ByteView since(std::size_t copied, std::size_t position) const noexcept {
+    return position - copied == referenced_ ? ByteView{memory_.get() + copied, used_ - copied} : ByteView{};
+  }
+  /// Of the message before.
+  [[nodiscard]] Repetition& repetition() noexcept { return repetition_; }
+
   [[nodiscard]] Gathered finish() {
     close_slice();
     slices_.clear();
@@ -184,6 +192,7 @@ class ConversionScratch {
   std::vector<MemberPlace> members_;
   std::vector<Piece> pieces_;
   std::vector<ByteView> slices_;
+  Repetition repetition_;
 };
 
 }  // namespace trestle::bridge

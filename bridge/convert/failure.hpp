@@ -40,8 +40,8 @@ class Failure {
   std::size_t op_ = 0;
   std::uint64_t element_ = no_element;
   std::size_t loops_ = 0;
-  std::array<std::uint64_t, 64>
-      indices_{};  // twice max_type_depth: a message has at most one loop to the next
+  // Twice max_type_depth: a message has at most one loop to the next. Only what has been set is read.
+  std::array<std::uint64_t, 64> indices_;  // NOLINT(cppcoreguidelines-pro-type-member-init)
 };
 
 }  // namespace trestle::bridge

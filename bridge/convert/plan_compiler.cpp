@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <limits>
 #include <optional>
@@ -50,6 +51,9 @@ class Compiler {
       check_types();
       message(tree_.root(), "", false);
       program_.may_be_longer = is_overestimated();
+      program_.repetitive = repetitive();
+      static std::atomic<std::uint64_t> programs = 0;
+      program_.number = ++programs;
     }
     if (!complaint_.empty()) {
       return tl::unexpected{std::move(complaint_)};
@@ -58,6 +62,21 @@ class Compiler {
   }
 
  private:
+  /// The first sequence that is in no loop and no struct with a length, and whose conversion depends on
+  /// nothing but its bytes and where it stands in CDR.
+  [[nodiscard]] std::size_t repetitive() const {
+    const std::vector<Op>& ops = program_.ops;
+    for (std::size_t i = 0; i < ops.size(); i = std::max<std::size_t>(i + 1, ops[i].end)) {
+      if (ops[i].kind == Op::Kind::sequence) {
+        const bool depends = payload_.alignment > 1 ||
+                             std::any_of(ops.begin() + static_cast<std::ptrdiff_t>(i),
+                                         ops.begin() + ops[i].end, [](const Op& op) { return op.may_miss; });
+        return depends ? Program::none : i;
+      }
+    }
+    return Program::none;
+  }
+
   /// Rules that speak of what is not there are slips of the pen.
   void check_types() {
     for (const auto& [name, own] : rules_.types) {

@@ -72,6 +72,10 @@ struct MemberId {
 
 /// A compiled type. Every converter only reads it, so one program may serve many threads.
 struct Program {
+  static constexpr std::size_t none = static_cast<std::size_t>(-1);
+
+  std::uint64_t number = 0;       ///< its own in this process, from 1; the same in copies
+  std::size_t repetitive = none;  ///< the sequence that is looked up in the scratch's Repetition
   std::vector<Op> ops;
   std::vector<std::vector<Label>> labels;  ///< for each operation, at least one, sorted by `first`
   std::vector<DefaultValue> defaults;

@@ -8,6 +8,7 @@
 #include "bridge/convert/conversion_plan.hpp"
 #include "bridge/convert/default_writer.hpp"
 #include "bridge/convert/failure.hpp"
+#include "bridge/convert/quick_to_cdr.hpp"
 #include "bridge/convert/wire_forms.hpp"
 #include "someip/wire/bytes.hpp"
 #include "someip/wire/utf.hpp"
@@ -27,7 +28,7 @@ class SomeipToCdr {
         swap_{rules_.byte_order != std::endian::native},
         strings_{string_frame(rules_, rules_.string_encoding)},
         wide_strings_{string_frame(rules_, wide_encoding(rules_))},
-        plain_strings_{rules_.string_encoding == someip::StringEncoding::utf8 && rules_.alignment <= 1},
+        source_{program, in_, swap_, strings_},
         out_{out},
         defaults_{program, out} {}
 
@@ -105,67 +106,8 @@ class SomeipToCdr {
     return true;
   }
 
-  /// Does what most operations are, few numbers and short strings, with everything in registers: stores of
-  /// bytes make the compiler doubt all members.
-  /// @return the first operation that it left to block(): of another kind, long, or not good.
   std::size_t quick(std::size_t i, std::size_t end) {
-    if (announced_) {
-      return i;
-    }
-    constexpr std::size_t most_padding = 7;
-    const std::span<std::byte> room = out_.left();
-    const std::size_t before = out_.position() - encapsulation_bytes;
-    std::byte* to = room.data();
-    const auto align_to = [&](std::size_t width) {
-      std::size_t position = before + static_cast<std::size_t>(to - room.data());
-      for (; (position & (width - 1)) != 0; ++position) {
-        *to++ = std::byte{0};
-      }
-    };
-    const std::byte* const in = in_;
-    const std::size_t limit = limit_;
-    std::size_t at = at_;
-    for (const Op* op = program_.ops.data() + i; i < end; ++i, ++op) {
-      const std::size_t space = room.size() - static_cast<std::size_t>(to - room.data());
-      if (op->kind == Op::Kind::numbers) {
-        if (op->count > most_quick_bytes / op->width) {
-          break;
-        }
-        const std::size_t bytes = static_cast<std::size_t>(op->count) * op->width;
-        if (bytes > limit - at || bytes + most_padding > space) {
-          break;
-        }
-        align_to(op->width);
-        copy_few_numbers(to, in + at, static_cast<std::size_t>(op->count), op->width, swap_);
-        at += bytes;
-        to += bytes;
-      } else if (op->kind == Op::Kind::string && plain_strings_ && op->fixed_bytes == 0) {
-        const std::size_t ahead = bytes(op->length);
-        if (ahead > limit - at) {
-          break;
-        }
-        const std::size_t length = load_length(in + at, op->length, length_order(rules_));
-        const std::size_t text = length - strings_.overhead();
-        const std::byte* const from = in + at + ahead + strings_.bom.size();
-        if (length > limit - at - ahead || length < strings_.overhead() || text >= short_text ||
-            text > op->bound || 4 + text + 1 + most_padding > space ||
-            !std::equal(strings_.bom.begin(), strings_.bom.end(), in + at + ahead) ||
-            (rules_.string_terminator && std::memchr(from, 0, text + 1) != from + text)) {
-          break;
-        }
-        align_to(4);
-        store_u32(to, static_cast<std::uint32_t>(text + 1), std::endian::native);
-        copy_few(to + 4, from, text);
-        to[4 + text] = std::byte{0};
-        to += 4 + text + 1;
-        at += ahead + length;
-      } else {
-        break;
-      }
-    }
-    at_ = at;
-    out_.use(static_cast<std::size_t>(to - room.data()));
-    return i;
+    return announced_ ? i : quick_to_cdr(source_, i, end, at_, limit_, out_);
   }
 
   bool numbers(std::size_t i, const Op& op) {
@@ -229,6 +171,27 @@ class SomeipToCdr {
   }
 
   bool sequence(std::size_t i, const Op& op) {
+    if (i != program_.repetitive) {
+      return elements(i, op);
+    }
+    const Repetition::Conversion conversion{program_.number, true, std::endian::native, out_.position()};
+    const ByteView rest{in_ + at_, left()};
+    if (out_.repetition().is(conversion, rest)) {
+      write(out_.repetition().written());
+      at_ += out_.repetition().reads();
+      return true;
+    }
+    const std::size_t begin = at_;
+    const std::size_t copied = out_.copied();
+    const std::size_t position = out_.position();
+    if (!elements(i, op)) {
+      return false;
+    }
+    out_.repetition().note(conversion, rest.first(at_ - begin), out_.since(copied, position));
+    return true;
+  }
+
+  bool elements(std::size_t i, const Op& op) {
     const std::size_t begin = at_;
     std::size_t length = 0;
     if (!read_length(op.length, length)) {
@@ -612,7 +575,7 @@ class SomeipToCdr {
   bool swap_;                            ///< numbers differ in byte order
   StringFrame strings_;
   StringFrame wide_strings_;
-  bool plain_strings_;  ///< UTF-8, and no padding behind them
+  QuickSource source_;
   ConversionScratch& out_;
   DefaultWriter defaults_;
   Failure failure_;

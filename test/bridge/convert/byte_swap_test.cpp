@@ -8,7 +8,14 @@
 namespace trestle::bridge {
 namespace {
 
-TEST(ByteSwap, ReversesEachNumberAtAnyPlaceAndSize) {
+using Swap = void (*)(std::byte*, const std::byte*, std::size_t, std::size_t) noexcept;
+
+// With the quickest instructions that this processor has, and without.
+class ByteSwap : public testing::TestWithParam<Swap> {};
+INSTANTIATE_TEST_SUITE_P(Quickest, ByteSwap, testing::Values(&copy_swapped));
+INSTANTIATE_TEST_SUITE_P(Plain, ByteSwap, testing::Values(&copy_swapped_singly));
+
+TEST_P(ByteSwap, ReversesEachNumberAtAnyPlaceAndSize) {
   std::vector<std::byte> from(1024);
   for (std::size_t i = 0; i < from.size(); ++i) {
     from[i] = static_cast<std::byte>(i * 7 + (i >> 8U));
@@ -23,12 +30,27 @@ TEST(ByteSwap, ReversesEachNumberAtAnyPlaceAndSize) {
           std::reverse(number, number + static_cast<std::ptrdiff_t>(width));
         }
         std::vector<std::byte> to(count * width + 2, std::byte{0xee});  // a byte before and one behind
-        copy_swapped(to.data() + 1, from.data() + shift, count, width);
+        GetParam()(to.data() + 1, from.data() + shift, count, width);
         EXPECT_EQ(to.front(), std::byte{0xee});
         EXPECT_EQ(to.back(), std::byte{0xee});
         EXPECT_TRUE(std::equal(expected.begin(), expected.end(), to.begin() + 1))
             << count << " numbers of " << width << " bytes at " << shift;
       }
+    }
+  }
+}
+
+TEST_P(ByteSwap, ReversesEachNumberOfLargeArrays) {
+  std::vector<std::byte> from(100'003);
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    from[i] = static_cast<std::byte>(i * 2654435761U >> 13U);
+  }
+  for (const std::size_t width : {2U, 4U, 8U}) {
+    const std::size_t count = from.size() / width;
+    std::vector<std::byte> to(count * width);
+    GetParam()(to.data(), from.data(), count, width);
+    for (std::size_t i = 0; i < to.size(); ++i) {
+      ASSERT_EQ(to[i], from[i / width * width + (width - 1 - i % width)]) << "byte " << i << " of " << width;
     }
   }
 }
