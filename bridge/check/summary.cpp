@@ -311,11 +311,9 @@ MethodRow row(const MethodRoute& method) {
 std::string describe(const MethodRoute& method) {
   constexpr std::array form_names{"as the peer's", "of rmw_fastrtps", "of rmw_cyclonedds"};
   return fmt::format(
-      "{}{}, at most {} at once, messages up to {}, ROS form {}",
-      method.offer_always ? "always offered, " : "",
+      "{}{}, at most {} at once, ROS form {}", method.offer_always ? "always offered, " : "",
       method.fire_and_forget ? "no answer" : fmt::format("answer within {}", to_string(method.timeout)),
-      method.max_calls, bytes_to_string(method.max_message),
-      form_names[static_cast<std::size_t>(method.form)]);
+      method.max_calls, form_names[static_cast<std::size_t>(method.form)]);
 }
 
 /// Services whose types no package has yet: ROS nodes need them to call these.
@@ -457,6 +455,8 @@ std::string summary(const BridgeConfig& config, const Colours& colours) {
   }
   append_method_settings(out, "wire", config.methods, colours,
                          [](const MethodRoute& method) { return describe(method.rules); });
+  append_method_settings(out, "TP", config.methods, colours,
+                         [](const MethodRoute& method) { return describe(method.tp); });
   append_method_settings(out, "calls", config.methods, colours,
                          [](const MethodRoute& method) { return describe(method); });
   append_made_services(out, config, colours);

@@ -246,14 +246,15 @@ struct MethodRoute {
   bool offer_always = false;     ///< server: ros: not only while the ROS service is there
   bool fire_and_forget = false;  ///< the method has no answer
   Duration timeout = std::chrono::seconds{5};
-  std::size_t max_calls = 256;                       ///< that wait for an answer at once
-  std::size_t max_message = std::size_t{16} << 20U;  ///< payload bytes of requests and answers
+  std::size_t max_calls = 256;  ///< that wait for an answer at once
+  TpSettings tp;                ///< of requests with server: someip, of answers with server: ros
   ServiceForm form = ServiceForm::automatic;
   MessageRules rules;  ///< of both messages, or of the field's value
   std::optional<E2eSettings> e2e;
   /// The setter of a field with server: someip: what is asked which value it has when one was refused.
   std::optional<FieldGetter> getter;
-  Mark mark;  ///< where the method begins, for messages about it
+  std::optional<someip::MethodId> notifier;  ///< likewise, without a getter: what has told which value it has
+  Mark mark;                                 ///< where the method begins, for messages about it
 };
 
 /// A whole configuration file.

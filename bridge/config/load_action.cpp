@@ -72,7 +72,7 @@ RouteInFile route_of(const Common& common, const char* name, const std::string& 
   route.transport = common.transport;
   route.port = common.method.port;
   route.rules = common.method.rules;
-  route.tp.max_message = common.method.max_message;
+  route.tp = common.method.tp;
   // ROS clients tell by the topics, too, whether the server is there.
   route.presence.offer_while_published = common.server == Server::ros && !common.method.offer_always;
   route.presence.write_while_offered = common.server == Server::someip;
@@ -155,7 +155,7 @@ ActionInFile load_action(const YAML::Node& node, Problems& problems) {
   common.good.emplace("minor", section.use_mark("minor"));
   section.read("result_timeout", duration(std::chrono::milliseconds{1}, std::chrono::hours{24}),
                common.result_timeout);
-  load_calls(section, common.method);
+  load_calls(section, common.method, problems);
   if (const YAML::Node wire = section.child("wire")) {
     load_wire(wire, common.method.rules, problems);
     if (!common.method.rules.types.empty()) {

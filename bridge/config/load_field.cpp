@@ -95,7 +95,7 @@ std::optional<RouteInFile> load_notifier(Section& section, const FieldKeys& fiel
   route.transport = field.transport.value_or(Transport::udp);
   route.port = method.port;
   route.rules = method.rules;
-  route.tp.max_message = method.max_message;
+  route.tp = method.tp;
   route.qos = {.reliable = true, .transient_local = true, .depth = 1};
   route.presence.offer_while_published = method.server == Server::ros && !method.offer_always;
   route.presence.write_while_offered = method.server == Server::someip;
@@ -191,7 +191,7 @@ FieldInFile load_field(const YAML::Node& node, Problems& problems) {
   load_version(section, method.server == Server::someip, method.major, method.minor);
   field.good.emplace("major", section.use_mark("major"));
   field.good.emplace("minor", section.use_mark("minor"));
-  load_calls(section, method);
+  load_calls(section, method, problems);
   if (const YAML::Node wire = section.child("wire")) {
     load_wire(wire, method.rules, problems);
   }
@@ -216,9 +216,14 @@ FieldInFile load_field(const YAML::Node& node, Problems& problems) {
                      std::string{"e2e: has settings of the `"} + key + "`, which is missing");
     }
   }
-  // Who refuses a value says no more than that: the getter tells what ROS is answered with.
-  if (result.methods.size() == 2 && method.server == Server::someip) {
-    result.methods[1].method.getter = {result.methods[0].method.method, field.e2e_of_getter};
+  // Who refuses a value says no more than that: getter or notifier tell what ROS is answered with.
+  if (!result.methods.empty() && method.server == Server::someip) {
+    MethodRoute& last = result.methods.back().method;
+    if (result.methods.size() == 2) {
+      last.getter = {result.methods[0].method.method, field.e2e_of_getter};
+    } else if (last.access == FieldAccess::set && result.route) {
+      last.notifier = result.route->route.event;
+    }
   }
   const bool has_none =
       section.is_missing("event") && section.is_missing(getter_keys.id) && section.is_missing(setter_keys.id);

@@ -57,11 +57,15 @@ void check_method_id(const Section& section, const char* key, someip::MethodId m
   }
 }
 
-void load_calls(Section& section, MethodRoute& method) {
+void load_calls(Section& section, MethodRoute& method, Problems& problems) {
   section.read("timeout", duration(std::chrono::milliseconds{1}, std::chrono::hours{1}), method.timeout);
   section.read("max_calls", as<std::size_t>(whole_number(1, 10'000)), method.max_calls);
-  section.read("max_message", as<std::size_t>(byte_size(1024, std::uint64_t{256} << 20U)),
-               method.max_message);
+  section.read("max_message", message_size(), method.tp.max_message);
+  if (const YAML::Node node = section.child("tp")) {
+    Section tp{node, "tp", problems};
+    load_pacing(tp, method.tp);
+    tp.finish();
+  }
   section.read("ros_form",
                one_of<ServiceForm>({{"auto", ServiceForm::automatic},
                                     {"fastrtps", ServiceForm::fastrtps},
@@ -100,7 +104,7 @@ MethodInFile load_method(const YAML::Node& node, Problems& problems) {
     problems.error(section.use_mark("offer"), "offer: is for methods with server: ros");
   }
   section.read("fire_and_forget", truth(), method.fire_and_forget);
-  load_calls(section, method);
+  load_calls(section, method, problems);
   if (const YAML::Node wire = section.child("wire")) {
     load_wire(wire, method.rules, problems);
   }

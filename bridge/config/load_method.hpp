@@ -26,8 +26,8 @@ struct MethodInFile {
 /// Warns of a method whose id, under `key`, looks like that of an event.
 void check_method_id(const Section& section, const char* key, someip::MethodId method, Problems& problems);
 
-/// Reads `timeout`, `max_calls`, `max_message` and `ros_form`, which all methods have.
-void load_calls(Section& section, MethodRoute& method);
+/// Reads `timeout`, `max_calls`, `max_message`, `tp` and `ros_form`, which all methods have.
+void load_calls(Section& section, MethodRoute& method, Problems& problems);
 
 /// Reads one element of `methods`.
 [[nodiscard]] MethodInFile load_method(const YAML::Node& node, Problems& problems);

@@ -11,23 +11,9 @@ namespace trestle::bridge {
 namespace {
 
 void load_tp(const YAML::Node& node, TpSettings& settings, Problems& problems) {
-  constexpr std::uint32_t segment_bytes_max = 1392;  // [feat_req_someiptp_773]
   Section tp{node, "tp", problems};
-  const Format<std::uint32_t> multiple_of_16{
-      "a multiple of 16 from 16 to 1392 (bytes)", [](std::string_view text) -> std::optional<std::uint32_t> {
-        const auto bytes = read_whole(text);
-        // [feat_req_someiptp_772]
-        return bytes && *bytes >= 16 && *bytes <= segment_bytes_max && *bytes % 16 == 0
-                   ? std::optional{static_cast<std::uint32_t>(*bytes)}
-                   : std::nullopt;
-      }};
-  tp.read("segment_bytes", multiple_of_16, settings.segment_bytes);
-  std::uint32_t burst = 0;
-  if (tp.read("burst", as<std::uint32_t>(whole_number(1, 65535)), burst)) {
-    settings.burst = burst;
-  }
-  tp.read("separation", duration(Duration{0}, std::chrono::seconds{1}), settings.separation);
-  tp.read("max_message", as<std::size_t>(byte_size(1024, std::uint64_t{256} << 20U)), settings.max_message);
+  load_pacing(tp, settings);
+  tp.read("max_message", message_size(), settings.max_message);
   tp.finish();
 }
 
@@ -75,6 +61,28 @@ void check_event_id(const Section& section, someip::MethodId event, Problems& pr
     problems.warning(section.value_mark("event"),
                      "event: ids below 0x8000 are meant for methods; is this the one the peer uses?");
   }
+}
+
+Format<std::size_t> message_size() {
+  return as<std::size_t>(byte_size(1024, std::uint64_t{256} << 20U));
+}
+
+void load_pacing(Section& tp, TpSettings& settings) {
+  constexpr std::uint32_t segment_bytes_max = 1392;  // [feat_req_someiptp_773]
+  const Format<std::uint32_t> multiple_of_16{
+      "a multiple of 16 from 16 to 1392 (bytes)", [](std::string_view text) -> std::optional<std::uint32_t> {
+        const auto bytes = read_whole(text);
+        // [feat_req_someiptp_772]
+        return bytes && *bytes >= 16 && *bytes <= segment_bytes_max && *bytes % 16 == 0
+                   ? std::optional{static_cast<std::uint32_t>(*bytes)}
+                   : std::nullopt;
+      }};
+  tp.read("segment_bytes", multiple_of_16, settings.segment_bytes);
+  std::uint32_t burst = 0;
+  if (tp.read("burst", as<std::uint32_t>(whole_number(1, 65535)), burst)) {
+    settings.burst = burst;
+  }
+  tp.read("separation", duration(Duration{0}, std::chrono::seconds{1}), settings.separation);
 }
 
 void load_transport(Section& section, const Format<Transport>& format, Route& route, Problems& problems) {

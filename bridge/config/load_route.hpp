@@ -30,6 +30,11 @@ struct RouteInFile {
 /// Warns of an event whose id looks like that of a method.
 void check_event_id(const Section& section, someip::MethodId event, Problems& problems);
 
+/// The largest payload.
+[[nodiscard]] Format<std::size_t> message_size();
+/// Reads how large messages are sent in segments, which `tp` tells.
+void load_pacing(Section& tp, TpSettings& settings);
+
 /// Reads what routes and patterns of them have in common: port, version, wire, tp. The direction must have
 /// been read.
 void load_carriage(Section& section, RouteInFile& into, Problems& problems);

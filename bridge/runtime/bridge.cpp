@@ -81,8 +81,8 @@ sd::NodeConfig node_config(const BridgeConfig& config) {
   }
   std::size_t calls = node.max_calls;
   for (const MethodRoute& method : config.methods) {  // both have requests or answers
-    received = std::max(received, method.max_message);
-    sent = std::max(sent, method.max_message);
+    received = std::max(received, method.tp.max_message);
+    sent = std::max(sent, method.tp.max_message);
     calls += method.server == Server::someip ? method.max_calls : 0;
   }
   node.max_message_bytes = std::max(received, sent);
@@ -259,6 +259,10 @@ Bridge::Bridge(boost::asio::io_context& io, const BridgeConfig& config, TypeLibr
         return std::make_unique<InboundRoute>(*state_->node, route, subscription_of(config.routes, route),
                                               std::move(plans[i]), report);
       }));
+      if (ServiceToMethod* const setter = state_->methods->setter_beside(route)) {
+        state_->inbound.back()->on_value(
+            [setter](std::optional<ByteView> value) { setter->note_value(value); });
+      }
     }
   }
   if (!config.patterns.empty()) {

@@ -103,6 +103,9 @@ void InboundRoute::settle() {
     } else if (!read && subscription_) {
       node_.unsubscribe(*subscription_);
       subscription_.reset();
+      if (on_value_) {
+        on_value_(std::nullopt);
+      }
     }
   } catch (const std::exception& error) {
     spdlog::error("{}: {}", route_.topic, error.what());
@@ -117,14 +120,17 @@ void InboundRoute::carry(const someip::Message& event) {
       return;
     }
   }
-  // A late joiner of a transient-local topic wants what was written before it came.
-  if (!writer_ || (writer_->matched() == 0 && !route_.qos.transient_local)) {
-    ++no_reader_;
-    return;
-  }
   // The node takes what the largest route takes.
   if (event.payload.size() > route_.tp.max_message) {
     ++too_large_;
+    return;
+  }
+  if (on_value_) {
+    on_value_(event.payload);
+  }
+  // A late joiner of a transient-local topic wants what was written before it came.
+  if (!writer_ || (writer_->matched() == 0 && !route_.qos.transient_local)) {
+    ++no_reader_;
     return;
   }
   const auto before = Clock::now();

@@ -37,6 +37,9 @@ class InboundRoute {
       e2e_->on_change(std::move(changed));
     }
   }
+  /// Calls `told` with each payload that comes, and with nothing when it is not known any more whether that
+  /// is still the value.
+  void on_value(std::function<void(std::optional<ByteView> payload)> told) { on_value_ = std::move(told); }
   /// Of the end-to-end protection; nothing without.
   [[nodiscard]] std::optional<Diagnosis> diagnosis() const;
   /// To be called when the topic's readers have come or gone.
@@ -72,6 +75,7 @@ class InboundRoute {
   bool stopped_ = false;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
   std::optional<E2eStatus> e2e_;
+  std::function<void(std::optional<ByteView>)> on_value_;
   std::uint64_t received_ = 0;
   std::uint64_t carried_ = 0;
   std::uint64_t carried_bytes_ = 0;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "bridge/runtime/pacing.hpp"
+
 namespace trestle::bridge {
 namespace {
 
@@ -52,7 +54,8 @@ sd::MethodSpec MethodToService::spec() {
           .handler = [this](const someip::Message& request,
                             sd::Responder responder) { on_request(request, std::move(responder)); },
           .kind = method_.fire_and_forget ? someip::MethodKind::fire_and_forget
-                                          : someip::MethodKind::request_response};
+                                          : someip::MethodKind::request_response,
+          .pacing = pacing_of(method_.tp)};
 }
 
 void MethodToService::open(dds::Participant& participant, std::function<void()> ready_changed) {
@@ -78,7 +81,7 @@ void MethodToService::on_request(const someip::Message& request, sd::Responder r
     responder.error(*refused);
     return;
   }
-  if (request.payload.size() > method_.max_message) {
+  if (request.payload.size() > method_.tp.max_message) {
     ++too_large_;
     responder.error(ReturnCode::not_ok);
     return;
@@ -118,7 +121,7 @@ void MethodToService::on_reply(tl::expected<dds::ServiceMessage, dds::CallFault>
     responder.error(ReturnCode::not_ok);
     return;
   }
-  if (payload->bytes > method_.max_message) {
+  if (payload->bytes > method_.tp.max_message) {
     ++answers_too_large_;
     responder.error(ReturnCode::not_ok);
     return;

@@ -20,7 +20,7 @@ dds::ServiceConfig service_config(const MethodRoute& method, TypeLibrary& types)
                                                          : automatic;
   config.max_calls = method.max_calls;
   // As max_sample_bytes() of a route.
-  config.max_sample_bytes = std::max(dds::default_max_sample_bytes, 8 * method.max_message);
+  config.max_sample_bytes = std::max(dds::default_max_sample_bytes, 8 * method.tp.max_message);
   config.request_user_data = user_data_of(method.type + "_Request", types);
   config.reply_user_data = user_data_of(method.type + "_Response", types);
   return config;
@@ -93,6 +93,15 @@ void Methods::join_someip(boost::asio::io_context& io, sd::Node& node,
       service.spec.e2e.push_back(served(method.method, *method.e2e, !method.fire_and_forget));
     }
   }
+}
+
+ServiceToMethod* Methods::setter_beside(const Route& notifier) const {
+  const auto found = std::ranges::find_if(to_someip_, [&](const auto& one) {
+    const MethodRoute& method = one->method();
+    return method.notifier == notifier.event && method.service == notifier.service &&
+           method.instance == notifier.instance;
+  });
+  return found == to_someip_.end() ? nullptr : found->get();
 }
 
 void Methods::join_dds(dds::Participant& participant,

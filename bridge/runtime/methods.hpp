@@ -23,6 +23,9 @@ class Methods {
   /// @param node  outlives this object.
   void join_someip(boost::asio::io_context& io, sd::Node& node, std::vector<OfferedService>& services);
 
+  /// The setter that wants to know which values the notifier of this route tells; nothing if none does.
+  [[nodiscard]] ServiceToMethod* setter_beside(const Route& notifier) const;
+
   /// Opens the ROS side.
   /// @param participant  outlives this object, as do the offers.
   /// @throws std::runtime_error  as above.

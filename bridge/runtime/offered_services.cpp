@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "bridge/runtime/pacing.hpp"
+
 namespace trestle::bridge {
 
 OfferedService& offered_service(std::vector<OfferedService>& services, const sd::ServiceSpec& wanted,
@@ -47,8 +49,9 @@ std::vector<OfferedService> offered_services(const std::vector<Route>& routes) {
           {.id = route.event, .protect = route.e2e->profile, .payload_only = route.e2e->payload_only});
     }
     if (route.qos.transient_local) {  // late subscribers get the last value, as late readers do
-      service.spec.fields.push_back(
-          {.notifier = route.event, .differs = [](ByteView, ByteView) { return true; }});
+      service.spec.fields.push_back({.notifier = route.event,
+                                     .differs = [](ByteView, ByteView) { return true; },
+                                     .pacing = pacing_of(route.tp)});
     }
   }
   return services;

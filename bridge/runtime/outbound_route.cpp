@@ -10,6 +10,7 @@
 
 #include "bridge/runtime/conversion_log.hpp"
 #include "bridge/runtime/dds_qos.hpp"
+#include "bridge/runtime/pacing.hpp"
 #include "bridge/runtime/sample_limit.hpp"
 #include "dds_adapter/ros_names.hpp"
 
@@ -37,9 +38,7 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
         plan{std::move(how)},
         report{watcher},
         log{what.topic},
-        pacing{.segment_bytes = what.tp.segment_bytes,
-               .burst = what.tp.burst,
-               .separation = what.tp.separation} {
+        pacing{pacing_of(what.tp)} {
     for (std::size_t i = 0; i < jobs_at_once; ++i) {
       idle_jobs.push_back(std::make_unique<Job>());
     }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "bridge/runtime/pacing.hpp"
+
 namespace trestle::bridge {
 
 using someip::ReturnCode;
@@ -11,7 +13,8 @@ RouteGetter::RouteGetter(const Route& route)
       service_{route.service},
       instance_{route.instance},
       notifier_{route.event},
-      getter_{*route.getter} {
+      getter_{*route.getter},
+      pacing_{pacing_of(route.tp)} {
   if (getter_.e2e) {
     e2e_.emplace(getter_.e2e->pass_failed);
   }
@@ -25,7 +28,8 @@ void RouteGetter::join(std::vector<OfferedService>& services) {
       {.id = getter_.id,
        .handler = [this](const someip::Message& request,
                          sd::Responder responder) { on_request(request, std::move(responder)); },
-       .kind = someip::MethodKind::request_response});
+       .kind = someip::MethodKind::request_response,
+       .pacing = pacing_});
   if (getter_.e2e) {
     service->spec.e2e.push_back(served(getter_.id, *getter_.e2e, true));
   }

@@ -36,6 +36,7 @@ class RouteGetter {
   const someip::InstanceId instance_;
   const someip::MethodId notifier_;
   const FieldGetter getter_;
+  const someip::TpPacing pacing_;
   const ServiceOffer* offer_ = nullptr;
   std::optional<E2eStatus> e2e_;
   std::uint64_t received_ = 0;

@@ -7,6 +7,8 @@
 #include <boost/asio/error.hpp>
 #include <boost/asio/post.hpp>
 
+#include "bridge/runtime/pacing.hpp"
+
 namespace trestle::bridge {
 namespace {
 
@@ -29,6 +31,11 @@ void add_to(dds::ServiceServerCounters& sum, const dds::ServiceServerCounters& m
 // What went wrong is the code of an answer.
 bool is_return_code(const boost::system::error_code& error) {
   return error && error.category() == make_error_code(someip::ReturnCode::not_ok).category();
+}
+
+// Whether a refused value is answered with one that the server has told before.
+bool keeps_value(const MethodRoute& method) {
+  return method.access == FieldAccess::set && !method.getter;
 }
 
 std::vector<sd::E2eSpec> protection(const MethodRoute& method) {
@@ -69,7 +76,12 @@ ServiceToMethod::ServiceToMethod(sd::Node& node, const MethodRoute& method, Serv
                                  .major = method.major,
                                  .minor = method.minor,
                                  .e2e = protection(method)},
-                 [this](const sd::RemoteService&, bool) { settle_soon(); });
+                 [this](const sd::RemoteService&, bool available) {
+                   if (!available) {
+                     value_.reset();
+                   }
+                   settle_soon();
+                 });
 }
 
 ServiceToMethod::~ServiceToMethod() {
@@ -135,7 +147,7 @@ void ServiceToMethod::on_request(const dds::RequestId& id, const dds::ServiceMes
     fail(id, "the request cannot be converted: " + to_string(converted.error()), true);
     return;
   }
-  if (converted->bytes > method_.max_message) {
+  if (converted->bytes > method_.tp.max_message) {
     ++too_large_;
     fail(id, "the request is larger than `max_message`", true);
     return;
@@ -147,19 +159,25 @@ void ServiceToMethod::on_request(const dds::RequestId& id, const dds::ServiceMes
     return;
   }
   ++outstanding_;
-  proxy_->call({.method = method_.method, .timeout = method_.timeout, .transport = method_.transport},
+  std::vector<std::byte> wanted = keeps_value(method_) ? payload : std::vector<std::byte>{};
+  proxy_->call({.method = method_.method,
+                .timeout = method_.timeout,
+                .transport = method_.transport,
+                .pacing = pacing_of(method_.tp)},
                std::move(payload),
-               [this, id, weak = std::weak_ptr{alive_}](boost::system::error_code error,
-                                                        const sd::Response& response) {
+               [this, id, wanted = std::move(wanted), weak = std::weak_ptr{alive_}](
+                   boost::system::error_code error, const sd::Response& response) {
                  if (!weak.expired()) {
-                   on_response(id, error, response);
+                   on_response(id, wanted, error, response);
                  }
                });
 }
 
 // ROS clients wait for an answer also where the method has none: they get the defaults of the response.
 void ServiceToMethod::tell(const dds::RequestId& id, const std::vector<std::byte>& payload) {
-  if (!proxy_->send({.method = method_.method, .transport = method_.transport}, payload)) {
+  if (!proxy_->send(
+          {.method = method_.method, .transport = method_.transport, .pacing = pacing_of(method_.tp)},
+          payload)) {
     ++not_sent_;
     fail(id, "the request could not be sent", true);
     return;
@@ -167,7 +185,7 @@ void ServiceToMethod::tell(const dds::RequestId& id, const std::vector<std::byte
   reply(id, {});
 }
 
-void ServiceToMethod::on_response(const dds::RequestId& id, boost::system::error_code error,
+void ServiceToMethod::on_response(const dds::RequestId& id, ByteView wanted, boost::system::error_code error,
                                   const sd::Response& response) {
   --outstanding_;
   if (e2e_ && response.check) {
@@ -179,11 +197,14 @@ void ServiceToMethod::on_response(const dds::RequestId& id, boost::system::error
     }
   }
   if (!error) {
+    if (keeps_value(method_) && response.payload.size() <= method_.tp.max_message) {
+      value_ = response.payload;
+    }
     reply(id, response.payload);
     return;
   }
-  if (method_.getter && is_return_code(error)) {
-    on_refused(id, error);
+  if (method_.access == FieldAccess::set && is_return_code(error)) {
+    on_refused(id, wanted, error);
     return;
   }
   ++(error == sd::CallFault::unavailable || error == sd::CallFault::not_connected ? unavailable_
@@ -197,26 +218,52 @@ void ServiceToMethod::on_response(const dds::RequestId& id, boost::system::error
        error != sd::CallFault::timed_out);
 }
 
-void ServiceToMethod::on_refused(const dds::RequestId& id, const boost::system::error_code& why) {
+void ServiceToMethod::note_value(std::optional<ByteView> value) {
+  if (value) {
+    value_.emplace(value->begin(), value->end());
+  } else {
+    value_.reset();
+  }
+}
+
+void ServiceToMethod::on_refused(const dds::RequestId& id, ByteView wanted,
+                                 const boost::system::error_code& why) {
+  const std::string refusal = fmt::format("a value was refused: {} of SOME/IP service {}", why.message(),
+                                          called_id(method_.service, method_.instance, method_.method));
+  if (method_.getter) {
+    ask_getter(id, refusal);
+    return;
+  }
+  // Without a notifier it is what the setter answered last. Others may have changed it since: an answer that
+  // is the value which was refused would say that it was taken.
+  if (value_ && (method_.notifier || !std::ranges::equal(*value_, wanted))) {
+    ++refused_;
+    log_.tell(refusal + "; answered with the one that it had last");
+    reply(id, *value_);
+    return;
+  }
+  ++errors_;
+  fail(id, refusal + ", and which it has is not known", true);
+}
+
+void ServiceToMethod::ask_getter(const dds::RequestId& id, const std::string& refusal) {
   ++outstanding_;
   proxy_->call(
       {.method = method_.getter->id, .timeout = method_.timeout, .transport = method_.transport}, {},
-      [this, id, why, weak = std::weak_ptr{alive_}](boost::system::error_code error,
-                                                    const sd::Response& value) {
+      [this, id, refusal, weak = std::weak_ptr{alive_}](boost::system::error_code error,
+                                                        const sd::Response& value) {
         if (weak.expired()) {
           return;
         }
         --outstanding_;
-        const std::string text = fmt::format("a value was refused: {} of SOME/IP service {}", why.message(),
-                                             called_id(method_.service, method_.instance, method_.method));
         if (error) {
           ++errors_;
-          fail(id, fmt::format("{}, and which it has the getter does not say: {}", text, error.message()),
+          fail(id, fmt::format("{}, and which it has the getter does not say: {}", refusal, error.message()),
                true);
           return;
         }
         ++refused_;
-        log_.tell(text + "; answered with the one that it has");
+        log_.tell(refusal + "; answered with the one that it has");
         reply(id, value.payload);
       });
 }

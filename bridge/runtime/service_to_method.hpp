@@ -31,9 +31,12 @@ class ServiceToMethod {
   /// To be called before the io_context runs.
   /// @param participant  outlives this object.
   void open(dds::Participant& participant) { participant_ = &participant; }
+  /// The value that the field has, as its notifier tells; nothing: not known any more.
+  void note_value(std::optional<ByteView> value);
   /// Nothing is called any more, and the ROS service ends.
   void stop();
 
+  [[nodiscard]] const MethodRoute& method() const noexcept { return method_; }
   /// Of the end-to-end protection; nothing without.
   [[nodiscard]] E2eStatus* e2e() { return e2e_ ? &*e2e_ : nullptr; }
   [[nodiscard]] Diagnosis diagnosis() const;
@@ -46,9 +49,12 @@ class ServiceToMethod {
   [[nodiscard]] bool offered() const;
   void on_request(const dds::RequestId& id, const dds::ServiceMessage& request);
   void tell(const dds::RequestId& id, const std::vector<std::byte>& payload);
-  void on_response(const dds::RequestId& id, boost::system::error_code error, const sd::Response& response);
+  /// @param wanted  the value, of a setter that has no getter to ask.
+  void on_response(const dds::RequestId& id, ByteView wanted, boost::system::error_code error,
+                   const sd::Response& response);
   /// The server did not take a value: what it has is the answer.
-  void on_refused(const dds::RequestId& id, const boost::system::error_code& why);
+  void on_refused(const dds::RequestId& id, ByteView wanted, const boost::system::error_code& why);
+  void ask_getter(const dds::RequestId& id, const std::string& refusal);
   void reply(const dds::RequestId& id, ByteView payload);
   /// Logs what went wrong, and has it answered where the type can say so.
   void fail(const dds::RequestId& id, const std::string& why, bool is_certain);
@@ -62,6 +68,8 @@ class ServiceToMethod {
   ConversionLog log_;
   const std::optional<FailureReply> failure_;
   std::optional<E2eStatus> e2e_;
+  std::optional<std::vector<std::byte>>
+      value_;  ///< of the field, if it is a setter that has no getter to ask
   dds::Participant* participant_ = nullptr;
   std::shared_ptr<ServiceWork> work_;
   dds::ServiceServerCounters past_;  ///< of servers that have ended

@@ -64,17 +64,14 @@ void check(const DiscoveryRules& rules, bool v6) {
 }  // namespace
 
 void check(const someip::TpPacing& pacing, const char* field) {
-  const std::string name{field};
-  const std::size_t bytes = pacing.segment_bytes;
-  // [feat_req_someiptp_772] [feat_req_someiptp_773]
-  if (bytes % someip::tp_unit_bytes != 0 || bytes == 0 || bytes > someip::tp_default_segment_bytes) {
-    refuse(name + ".segment_bytes", "must be a multiple of 16 from 16 to 1392, is " + std::to_string(bytes));
+  if (const std::string mistake = mistake_in(pacing); !mistake.empty()) {
+    throw std::invalid_argument{field + ("." + mistake)};
   }
-  if (pacing.burst && *pacing.burst == 0) {
-    refuse(name + ".burst", "must be at least 1, is 0");
-  }
-  if (pacing.separation < Duration::zero()) {
-    refuse(name + ".separation", "a time cannot be negative");
+}
+
+void check(const CallSpec& spec) {
+  if (spec.pacing) {
+    check(*spec.pacing, "pacing");
   }
 }
 

@@ -10,9 +10,11 @@ namespace trestle::sd {
 void check(const NodeConfig& config);
 /// @param field  the name of `pacing` where it stands.
 void check(const someip::TpPacing& pacing, const char* field);
+void check(const CallSpec& spec);
 
 /// What is wrong with a description, seen by itself, after the name of the field; empty: nothing.
 [[nodiscard]] std::string mistake_in(const someip::AnswerRules& rules);
+[[nodiscard]] std::string mistake_in(const someip::TpPacing& pacing);
 [[nodiscard]] std::string mistake_in(const ServiceSpec& spec, const NodeConfig& config);
 [[nodiscard]] std::string mistake_in(const RequireSpec& spec, const NodeConfig& config);
 [[nodiscard]] std::string mistake_in(const SubscribeSpec& spec, const NodeConfig& config);

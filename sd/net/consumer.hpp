@@ -95,10 +95,11 @@ class Consumer {
     std::unique_ptr<someip::TcpClient> client;
     bool called = false;  ///< methods were called over it
   };
-  /// Where a call goes.
+  /// Where a call goes, and at which pace.
   struct Route {
     const RemoteService* server = nullptr;
     someip::CallTarget target;
+    someip::TpPacing pacing;
   };
 
   /// Where the wishes for an event are found.

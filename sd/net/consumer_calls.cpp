@@ -5,6 +5,7 @@
 #include <boost/asio/post.hpp>
 #include <stdexcept>
 
+#include "sd/net/checks.hpp"
 #include "sd/net/clock.hpp"
 #include "sd/net/discovery_text.hpp"
 #include "sd/net/shielded.hpp"
@@ -58,7 +59,8 @@ std::optional<Consumer::Route> Consumer::route(Need& need, const CallSpec& spec,
         spec.transport ? *spec.transport == Transport::tcp : !server.udp || (large && server.tcp.has_value());
     const auto& endpoint = tcp ? server.tcp : server.udp;
     if (endpoint && (!way || server.instance == need.chosen)) {
-      way = Route{&server, {*endpoint, tcp ? Transport::tcp : Transport::udp}};
+      way = Route{
+          &server, {*endpoint, tcp ? Transport::tcp : Transport::udp}, spec.pacing.value_or(config_.pacing)};
     }
   }
   return way;
@@ -85,7 +87,7 @@ std::optional<CallFault> Consumer::transmit_bytes(const Route& route, const Requ
       ++counters_.not_to_be_segmented;
       return CallFault::not_sent;
     }
-    const bool sent = call_port_->sender.send(to, header, payload, std::move(keep_alive), config_.pacing);
+    const bool sent = call_port_->sender.send(to, header, payload, std::move(keep_alive), route.pacing);
     return sent ? std::nullopt : std::optional{CallFault::not_sent};
   }
   Connection& connection = connection_to(to);  // opened by the first call  [feat_req_someip_646]
@@ -104,6 +106,7 @@ CallId Consumer::call(RequirementId id, const CallSpec& spec, std::span<const By
     throw std::invalid_argument{"call of method " + hexadecimal(value(spec.method)) +
                                 ": handler: there is none"};
   }
+  check(spec);
   const auto requirement = find(id);
   const std::size_t bytes = size_of(payload) + (requirement ? requirement->e2e.added_bytes(spec.method) : 0);
   const auto way = requirement ? route(*requirement, spec, bytes) : std::nullopt;
@@ -132,6 +135,7 @@ CallId Consumer::call(RequirementId id, const CallSpec& spec, std::span<const By
 
 bool Consumer::send(RequirementId id, const CallSpec& spec, std::span<const ByteView> payload,
                     std::shared_ptr<const void> keep_alive) {
+  check(spec);
   const auto requirement = find(id);
   const std::size_t bytes = size_of(payload) + (requirement ? requirement->e2e.added_bytes(spec.method) : 0);
   const auto way = requirement ? route(*requirement, spec, bytes) : std::nullopt;

@@ -198,6 +198,24 @@ std::string mistake_in_ids(const ServiceSpec& spec) {
   return twice == ids.end() ? std::string{} : "id " + hexadecimal(value(*twice)) + " is used twice";
 }
 
+std::string mistake_in_pacing(const ServiceSpec& spec) {
+  const auto mistake_of = [](const auto& one, const char* name) {
+    const std::string mistake = one.pacing ? mistake_in(*one.pacing) : std::string{};
+    return mistake.empty() ? mistake : name + (".pacing." + mistake);
+  };
+  for (const MethodSpec& method : spec.methods) {
+    if (std::string mistake = mistake_of(method, "method"); !mistake.empty()) {
+      return mistake;
+    }
+  }
+  for (const FieldSpec& field : spec.fields) {
+    if (std::string mistake = mistake_of(field, "field"); !mistake.empty()) {
+      return mistake;
+    }
+  }
+  return {};
+}
+
 std::string mistake_in_rules(const ServiceSpec& spec) {
   for (const FieldSpec& field : spec.fields) {
     if (field.update.cycle < Duration::zero()) {
@@ -259,11 +277,24 @@ std::string mistake_in(const someip::AnswerRules& rules) {
              : "answers.error_type: must be RESPONSE or ERROR";
 }
 
+std::string mistake_in(const someip::TpPacing& pacing) {
+  const std::size_t bytes = pacing.segment_bytes;
+  // [feat_req_someiptp_772] [feat_req_someiptp_773]
+  if (bytes % someip::tp_unit_bytes != 0 || bytes == 0 || bytes > someip::tp_default_segment_bytes) {
+    return "segment_bytes: must be a multiple of 16 from 16 to 1392, is " + std::to_string(bytes);
+  }
+  if (pacing.burst && *pacing.burst == 0) {
+    return "burst: must be at least 1, is 0";
+  }
+  return pacing.separation < Duration::zero() ? "separation: a time cannot be negative" : std::string{};
+}
+
 std::string mistake_in(const ServiceSpec& spec, const NodeConfig& config) {
   for (const std::string& mistake :
        {mistake_in_identity(spec), mistake_in_access(spec, config), mistake_in_ttl(spec.ttl_s),
         spec.answers ? mistake_in(*spec.answers) : std::string{}, mistake_in_configuration(spec, config),
-        mistake_in_eventgroups(spec, config), mistake_in_ids(spec), mistake_in_rules(spec)}) {
+        mistake_in_eventgroups(spec, config), mistake_in_ids(spec), mistake_in_rules(spec),
+        mistake_in_pacing(spec)}) {
     if (!mistake.empty()) {
       return mistake;
     }

@@ -93,13 +93,14 @@ class Node {
   /// Calls a method of a server that offers the service now. `payload` and `keep_alive` as in notify().
   /// @param handler  is called exactly once: with the response, or why there is none. Not after cancel() or
   ///                 after the end of the Node.
-  /// @throws std::invalid_argument without a handler: then it is for send().
+  /// @throws std::invalid_argument without a handler: then it is for send(); and for a pacing, as notify().
   CallId call(RequirementId requirement, const CallSpec& spec, std::span<const ByteView> payload,
               ResponseHandler handler, std::shared_ptr<const void> keep_alive = nullptr);
   /// @return false when the call has ended already.
   bool cancel(CallId call);
   /// Calls a method that gives no response: fire and forget.  [feat_req_someip_345]
   /// @return false when the request could not be sent.
+  /// @throws std::invalid_argument for a pacing, as notify().
   bool send(RequirementId requirement, const CallSpec& spec, std::span<const ByteView> payload,
             std::shared_ptr<const void> keep_alive = nullptr);
 

@@ -325,6 +325,16 @@ MethodKind Provider::kind_of(const Offer& offer, MethodId id) const {
   return accessor ? MethodKind::request_response : MethodKind::unknown;
 }
 
+someip::TpPacing Provider::pacing_of(const ServiceSpec& spec, MethodId id) const {
+  const auto method = std::ranges::find(spec.methods, id, &MethodSpec::id);
+  if (method != spec.methods.end()) {
+    return method->pacing.value_or(config_.pacing);
+  }
+  const auto field = std::ranges::find_if(
+      spec.fields, [id](const FieldSpec& one) { return one.getter == id || one.setter == id; });
+  return field == spec.fields.end() ? config_.pacing : field->pacing.value_or(config_.pacing);
+}
+
 bool Provider::wants(const Header& header, const Source& source) {
   const bool offered = std::ranges::any_of(offers_, [&](const auto& offer) {
     return source.udp && offer->udp == source.udp && offer->spec.service == header.service;
@@ -364,6 +374,7 @@ void Provider::on_request(const Message& message, const Source& source) {
     const bool answered = message.header.type == MessageType::request;
     ReplyPath path = reply_path(
         source, may_be_sent(offer->spec, message.header.method, someip::max_plain_payload_bytes + 1));
+    path.pacing = pacing_of(offer->spec, message.header.method);
     if (E2eChannel* const channel = offer->e2e.find(message.header.method)) {
       handle_checked(offer, *channel, message, source, std::move(path));
       return;
@@ -383,7 +394,7 @@ ReplyPath Provider::reply_path(const Source& source, bool in_segments) {
           .udp = source.udp,
           .tcp = source.tcp,
           .in_segments = in_segments,
-          .config = &config_,
+          .pacing = config_.pacing,
           .counters = &counters_};
 }
 
@@ -446,7 +457,7 @@ void Provider::send_initial_values(OfferHandle handle, EventgroupId eventgroup,
     } else if (subscriber.udp) {
       offer->udp->sender.send(
           *subscriber.udp, header, {&bytes, 1}, value,
-          with_burst(config_.pacing, someip::burst_into(subscriber.receive_buffer_bytes)));
+          with_burst(offer->values[*field].pacing, someip::burst_into(subscriber.receive_buffer_bytes)));
     }
   }
 }

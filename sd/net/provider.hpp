@@ -81,6 +81,8 @@ class Provider {
                              const std::shared_ptr<const void>& keep_alive, const someip::TpPacing& pacing);
   [[nodiscard]] ReplyPath reply_path(const Source& source, bool in_segments);
   [[nodiscard]] someip::MethodKind kind_of(const Offer& offer, someip::MethodId method) const;
+  /// Of what a method, getter or setter answers.
+  [[nodiscard]] someip::TpPacing pacing_of(const ServiceSpec& spec, someip::MethodId method) const;
   void handle(const std::shared_ptr<Offer>& offer, const someip::Message& message, Responder responder);
   // With end-to-end protection: provider_e2e.cpp.
   [[nodiscard]] static E2eChannels channels_of(const ServiceSpec& spec);

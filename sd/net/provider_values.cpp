@@ -72,8 +72,8 @@ std::vector<Provider::Ruled> Provider::values_of(ServiceSpec& spec, TimePoint no
   std::vector<Ruled> values;
   values.reserve(spec.fields.size() + spec.events.size());
   for (FieldSpec& field : spec.fields) {
-    Ruled& ruled = values.emplace_back(
-        Ruled{field.notifier, someip::UpdateSchedule{field.update}, field.differs, config_.pacing});
+    Ruled& ruled = values.emplace_back(Ruled{field.notifier, someip::UpdateSchedule{field.update},
+                                             field.differs, field.pacing.value_or(config_.pacing)});
     if (field.value) {  // which is no change for anybody
       ruled.value = std::make_shared<const std::vector<std::byte>>(std::move(*field.value));
       ruled.sent = ruled.value;

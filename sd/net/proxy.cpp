@@ -6,6 +6,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <utility>
 
+#include "sd/net/checks.hpp"
 #include "sd/net/clock.hpp"
 
 namespace trestle::sd {
@@ -184,6 +185,7 @@ boost::asio::io_context& Proxy::context_of(const State& state) noexcept {
 
 std::shared_ptr<Proxy::Call> Proxy::make_call(const std::shared_ptr<State>& state, const CallSpec& spec,
                                               std::vector<std::byte> payload, Done done) {
+  check(spec);
   return std::make_shared<Call>(state->io, spec, std::move(payload), std::move(done));
 }
 

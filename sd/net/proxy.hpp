@@ -42,7 +42,8 @@ class Proxy {
   /// yet, the call waits for it. `spec.timeout` is the time for both, waiting and the answer.
   ///
   /// May be called on any thread while the io_context runs, unlike all else here. call_errors.hpp tells the
-  /// errors; that of a service that did not come in time is CallFault::unavailable.
+  /// errors; that of a service that did not come in time is CallFault::unavailable. Throws
+  /// std::invalid_argument for a pacing, as Node::notify().
   ///
   /// @param token  what is to be done with the response, as everywhere in Asio: a function of an error_code
   /// and

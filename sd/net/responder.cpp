@@ -29,7 +29,7 @@ bool ReplyPath::send_bytes(const someip::Header& header, std::span<const ByteVie
     port->sender.send(to, failed, {});
     return false;
   }
-  return port->sender.send(to, header, payload, std::move(keep_alive), config->pacing);
+  return port->sender.send(to, header, payload, std::move(keep_alive), pacing);
 }
 
 Responder::Responder(Responder&& other) noexcept

@@ -5,12 +5,12 @@
 #include <utility>
 
 #include "someip/core/request_check.hpp"
+#include "someip/core/tp_pacing.hpp"
 #include "someip/wire/endpoint.hpp"
 
 namespace trestle::sd {
 
 struct E2eReply;
-struct NodeConfig;
 struct NodeCounters;
 struct TcpPort;
 struct UdpPort;
@@ -21,10 +21,9 @@ struct ReplyPath {
   // The port that the request came to; none: there is no answer.
   std::weak_ptr<UdpPort> udp{};
   std::weak_ptr<TcpPort> tcp{};
-  bool in_segments = true;  ///< whether a large answer may go over UDP  [feat_req_someiptp_788]
-  // Of the node, which no port outlives.
-  const NodeConfig* config = nullptr;
-  NodeCounters* counters = nullptr;
+  bool in_segments = true;           ///< whether a large answer may go over UDP  [feat_req_someiptp_788]
+  someip::TpPacing pacing{};         ///< of a large answer over UDP
+  NodeCounters* counters = nullptr;  ///< of the node, which no port outlives
   std::shared_ptr<const E2eReply> protection{};  ///< none: without end-to-end protection
 
   /// Sends header and payload; false when that is not possible. What must not be sent in segments becomes an

@@ -4,6 +4,7 @@
 #include "sd/core/events.hpp"
 #include "sd/net/e2e_spec.hpp"
 #include "sd/net/responder.hpp"
+#include "someip/core/tp_pacing.hpp"
 #include "someip/core/update_schedule.hpp"
 
 namespace trestle::sd {
@@ -23,6 +24,7 @@ struct MethodSpec {
   someip::MethodId id{};
   RequestHandler handler;
   someip::MethodKind kind = someip::MethodKind::request_response;
+  std::optional<someip::TpPacing> pacing{};  ///< of large responses over UDP; nothing: NodeConfig::pacing
 };
 
 /// Judges the value that a setter brings: gives the value to be set, which may be another, or the error.
@@ -46,6 +48,8 @@ struct FieldSpec {
   DifferenceCheck differs{};    ///< nothing: by any byte
   /// What the getter answers until there is a value; not ok.
   someip::ReturnCode without_value = someip::ReturnCode::not_ok;
+  /// Of large values over UDP, in notifications and responses; nothing: NodeConfig::pacing.
+  std::optional<someip::TpPacing> pacing{};
 };
 
 /// When an event is sent that Node::notify() gives a payload: a service lists those that want a rule here,
@@ -199,6 +203,7 @@ struct CallSpec {
   /// Of fire and forget: false sends it with Session ID 0. A call needs a session to know its answer by.
   /// [feat_req_someip_667] [feat_req_someip_700]
   bool session = true;
+  std::optional<someip::TpPacing> pacing{};  ///< of a large request over UDP; nothing: NodeConfig::pacing
 };
 
 /// Names one call of Node::subscribe(), of Node::require(), of Node::call().

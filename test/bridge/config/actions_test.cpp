@@ -31,6 +31,7 @@ actions:
     result_timeout: 5 s
     max_calls: 7
     max_message: 8 KiB
+    tp: {segment_bytes: 160, burst: 4, separation: 2 ms}
     ros_form: cyclonedds
     wire: {string_length: 16}
 )";
@@ -69,7 +70,8 @@ TEST(LoadActions, AreThreeMethodsAndTwoRoutes) {
     EXPECT_EQ(method.port, 40001);
     EXPECT_EQ(method.timeout, i == 2 ? Duration{5s} : Duration{250ms});
     EXPECT_EQ(method.max_calls, 7U);
-    EXPECT_EQ(method.max_message, 8192U);
+    EXPECT_EQ(method.tp,
+              (TpSettings{.segment_bytes = 160, .burst = 4, .separation = 2ms, .max_message = 8192}));
     EXPECT_EQ(method.form, ServiceForm::cyclonedds);
     EXPECT_EQ(method.rules.payload.string_length, someip::FieldWidth::bits16);
     EXPECT_EQ(method.mark, (Mark{3, 5}));
@@ -94,7 +96,8 @@ TEST(LoadActions, AreThreeMethodsAndTwoRoutes) {
     EXPECT_EQ(route.minor, 6U);
     EXPECT_EQ(route.transport, Transport::tcp);
     EXPECT_EQ(route.port, 40001);
-    EXPECT_EQ(route.tp.max_message, 8192U);
+    EXPECT_EQ(route.tp,
+              (TpSettings{.segment_bytes = 160, .burst = 4, .separation = 2ms, .max_message = 8192}));
     EXPECT_EQ(route.rules.payload.string_length, someip::FieldWidth::bits16);
     EXPECT_TRUE(route.presence.offer_while_published);
   }

@@ -42,6 +42,7 @@ fields:
     timeout: 250 ms
     max_calls: 7
     max_message: 8 KiB
+    tp: {segment_bytes: 160, burst: 4, separation: 2 ms}
     ros_form: cyclonedds
     wire: {byte_order: little}
 )";
@@ -83,7 +84,7 @@ TEST(LoadFields, AreALatchedTopicAndTwoServices) {
   EXPECT_EQ(route.port, 40001);
   EXPECT_EQ(route.qos, (QosSettings{.reliable = true, .transient_local = true, .depth = 1}));
   EXPECT_EQ(route.presence, Presence{});
-  EXPECT_EQ(route.tp.max_message, 8192U);
+  EXPECT_EQ(route.tp, (TpSettings{.segment_bytes = 160, .burst = 4, .separation = 2ms, .max_message = 8192}));
   EXPECT_EQ(route.rules.payload.byte_order, std::endian::little);
   EXPECT_EQ(route.mark, (Mark{3, 5}));
 
@@ -100,7 +101,8 @@ TEST(LoadFields, AreALatchedTopicAndTwoServices) {
     EXPECT_TRUE(method.offer_always);
     EXPECT_EQ(method.timeout, Duration{250ms});
     EXPECT_EQ(method.max_calls, 7U);
-    EXPECT_EQ(method.max_message, 8192U);
+    EXPECT_EQ(method.tp,
+              (TpSettings{.segment_bytes = 160, .burst = 4, .separation = 2ms, .max_message = 8192}));
     EXPECT_EQ(method.form, ServiceForm::cyclonedds);
     EXPECT_EQ(method.rules.payload.byte_order, std::endian::little);
     EXPECT_EQ(method.mark, (Mark{3, 5}));
@@ -171,6 +173,12 @@ TEST(LoadFields, HaveAnyOfTheirParts) {
   EXPECT_THAT(set.routes, IsEmpty());
   ASSERT_THAT(set.methods, SizeIs(1));
   EXPECT_EQ(set.methods[0].access, FieldAccess::set);
+  EXPECT_EQ(set.methods[0].getter, std::nullopt);
+  EXPECT_EQ(set.methods[0].notifier, std::nullopt);
+  const BridgeConfig both = config_of(replaced(of_someip, "    getter: 0x0041\n", ""));
+  ASSERT_THAT(both.methods, SizeIs(1));
+  EXPECT_EQ(both.methods[0].access, FieldAccess::set);
+  EXPECT_EQ(both.methods[0].notifier, MethodId{0x8044});
   EXPECT_THAT(
       changed(of_someip,
               "    event: 0x8044\n    eventgroup: 0x0003\n    getter: 0x0041\n    setter: 0x0042\n", ""),
@@ -188,6 +196,10 @@ TEST(LoadFields, NameWhatIsWrong) {
       ElementsAre(HasSubstr("b.yaml:6:11: error: port: is where we offer a field, with server: ros")));
   EXPECT_THAT(changed(of_someip, "server: someip", "server: someip\n    offer: always"),
               ElementsAre("b.yaml:6:12: error: offer: is for fields with server: ros"));
+  EXPECT_THAT(changed(of_someip, "server: someip", "server: someip\n    tp: {segment_bytes: 100}"),
+              ElementsAre(HasSubstr("b.yaml:6:25: error: segment_bytes: expected a multiple of 16")));
+  EXPECT_THAT(changed(of_someip, "server: someip", "server: someip\n    tp: {max_message: 1 MiB}"),
+              ElementsAre(HasSubstr("b.yaml:6:10: error: unknown key 'max_message' in tp")));
   EXPECT_THAT(changed(of_someip, "    eventgroup: 0x0003\n", ""),
               ElementsAre(HasSubstr("b.yaml:3:5: error: field: 'eventgroup' is missing")));
   EXPECT_THAT(changed(of_someip, "    event: 0x8044\n", ""),

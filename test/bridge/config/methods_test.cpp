@@ -31,6 +31,7 @@ methods:
     timeout: 250 ms
     max_calls: 7
     max_message: 8 KiB
+    tp: {segment_bytes: 160, burst: 4, separation: 2 ms}
     ros_form: cyclonedds
     wire: {string_length: 16, types: {std_srvs/srv/SetBool_Request: {tags: {data: 1}}}}
   - ros_service: /reset
@@ -61,7 +62,8 @@ TEST(LoadMethods, ReadsEveryKey) {
   EXPECT_TRUE(method.fire_and_forget);
   EXPECT_EQ(method.timeout, 250ms);
   EXPECT_EQ(method.max_calls, 7U);
-  EXPECT_EQ(method.max_message, 8192U);
+  EXPECT_EQ(method.tp,
+            (TpSettings{.segment_bytes = 160, .burst = 4, .separation = 2ms, .max_message = 8192}));
   EXPECT_EQ(method.form, ServiceForm::cyclonedds);
   EXPECT_EQ(method.rules.payload.string_length, someip::FieldWidth::bits16);
   EXPECT_TRUE(method.rules.types.contains("std_srvs/srv/SetBool_Request"));
@@ -78,7 +80,7 @@ TEST(LoadMethods, HasDefaults) {
   EXPECT_FALSE(method.fire_and_forget);
   EXPECT_EQ(method.timeout, 5s);
   EXPECT_EQ(method.max_calls, 256U);
-  EXPECT_EQ(method.max_message, std::size_t{16} << 20U);
+  EXPECT_EQ(method.tp, TpSettings{});
   EXPECT_EQ(method.form, ServiceForm::automatic);
   EXPECT_EQ(method.rules, MessageRules{});
 }
@@ -175,7 +177,7 @@ TEST(LoadMethods, AsksAboutTheirTypes) {
     return TypeVerdict{"there is none"};
   };
   EXPECT_THAT(problems_of(two_methods, check), ElementsAre("b.yaml:4:11: error: type: there is none",
-                                                           "b.yaml:21:11: error: type: there is none"));
+                                                           "b.yaml:22:11: error: type: there is none"));
   EXPECT_THAT(asked, ElementsAre("std_srvs/srv/SetBool", "std_srvs/srv/Trigger"));
 }
 
@@ -258,14 +260,14 @@ TEST(MethodSummary, ShowsWhatGoesWhere) {
 
 )"));
   EXPECT_THAT(summary(config_of(two_methods), {}),
-              HasSubstr("calls always offered, no answer, at most 7 at once, "
-                        "messages up to 8 KiB, ROS form of rmw_cyclonedds\n"
+              HasSubstr("calls always offered, no answer, at most 7 at once, ROS form of rmw_cyclonedds\n"
                         "          for /arm/set_mode\n"));
-  EXPECT_THAT(
-      summary(config_of(two_methods), {}),
-      HasSubstr(
-          "calls answer within 5 s, at most 256 at once, messages up to 16 MiB, ROS form as the peer's\n"
-          "          for /reset\n"));
+  EXPECT_THAT(summary(config_of(two_methods), {}),
+              HasSubstr("calls answer within 5 s, at most 256 at once, ROS form as the peer's\n"
+                        "          for /reset\n"));
+  EXPECT_THAT(summary(config_of(two_methods), {}),
+              HasSubstr("TP    segments of 160 bytes, 2 ms after every 4, messages up to 8 KiB\n"
+                        "          for /arm/set_mode\n"));
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 // and setter on the other. Values are std_msgs/msg/Int32: 7 is 07000000 in CDR and 00000007 in SOME/IP.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+
 #include "test/bridge/end_to_end/services_end_to_end.hpp"
 #include "test/covers.hpp"
 
@@ -133,6 +135,78 @@ TEST_F(FieldsEndToEnd, ASomeipFieldIsALatchedTopicWithTwoServices) {
   EXPECT_EQ(seen.size(), 0U);
 }
 
+TEST_F(FieldsEndToEnd, WithoutAGetterARefusalIsAnsweredWithWhatTheNotifierTold) {
+  covers({"feat_req_someip_634"});
+  sd::Node node{io_, node_config()};
+  sd::ServiceSpec spec = field("00000007");
+  spec.fields[0].getter.reset();
+  std::optional<sd::Offer> offer{std::in_place, node, spec};
+  start_bridge(
+      "fields:\n  - {topic: /light, type: std_msgs/msg/Int32, server: someip, service: 0x1234, instance: 1, "
+      "event: 0x8044, eventgroup: 3, setter: 0x42, subscribe: while_read}\n");
+  const std::string group = "ROS service of method /light/set";
+  dds::ServiceClient& set = set_client();
+  ASSERT_TRUE(until([&] { return set.ready(); }));
+  Inbox<std::string> seen;
+  std::optional<dds::Reader> follower{reader(seen)};
+  EXPECT_THAT(arrived(seen, 1), ElementsAre("07000000"));
+  EXPECT_EQ(ask(set, "00010000 ffffffff"), "07000000");
+  EXPECT_EQ(ask(set, "00010000 09000000"), "09000000");
+  EXPECT_THAT(arrived(seen, 1), ElementsAre("09000000"));
+  EXPECT_EQ(ask(set, "00010000 ffffffff"), "09000000");
+  offer->set(notifier, hex("00000008"));
+  EXPECT_THAT(arrived(seen, 1), ElementsAre("08000000"));
+  EXPECT_EQ(ask(set, "00010000 ffffffff"), "08000000");
+  EXPECT_EQ(bridge_->counter(group, "refused"), 3U);
+  EXPECT_EQ(bridge_->counter(group, "errors"), 0U);
+  // Nobody follows any more, so nobody knows.
+  follower.reset();
+  ASSERT_TRUE(until_counter("route /light", "subscribed", 0));
+  std::vector<Answer> answers;
+  ros_call(set, hex("00010000 ffffffff"), answers);
+  ASSERT_TRUE(until_counter(group, "errors", 1));
+  // It is another field that comes back.
+  follower.emplace(reader(seen));
+  EXPECT_THAT(arrived(seen, 1), ElementsAre("08000000"));
+  offer.reset();
+  ASSERT_TRUE(until([&] { return !set.ready(); }));
+  spec.fields[0].value = std::nullopt;
+  offer.emplace(node, spec);
+  ASSERT_TRUE(until([&] { return set.ready(); }));
+  ros_call(set, hex("00010000 ffffffff"), answers);
+  ASSERT_TRUE(until_counter(group, "errors", 2));
+  run_for(100ms);
+  // The first call has ended with the service that it was put to.
+  EXPECT_EQ(std::ranges::count_if(answers, [](const Answer& one) { return !one.error; }), 0);
+}
+
+TEST_F(FieldsEndToEnd, ASetterAloneAnswersARefusalWithWhatItAnsweredLast) {
+  sd::Node node{io_, node_config()};
+  bool locked = false;
+  sd::ServiceSpec spec{.service = service, .instance = someip::InstanceId{1}};
+  spec.fields = {{.setter = setter, .on_set = [&](ByteView wanted) -> someip::Result<Bytes, ReturnCode> {
+                    return locked ? someip::Result<Bytes, ReturnCode>{tl::unexpected{ReturnCode::not_ok}}
+                                  : copy(wanted);
+                  }}};
+  const sd::Offer offer{node, spec};
+  start_bridge(
+      "fields:\n  - {topic: /light, type: std_msgs/msg/Int32, server: someip, service: 0x1234, instance: 1, "
+      "setter: 0x42}\n");
+  const std::string group = "ROS service of method /light/set";
+  dds::ServiceClient& set = set_client();
+  ASSERT_TRUE(until([&] { return set.ready(); }));
+  EXPECT_EQ(ask(set, "00010000 05000000"), "05000000");
+  locked = true;
+  EXPECT_EQ(ask(set, "00010000 06000000"), "05000000");
+  EXPECT_EQ(bridge_->counter(group, "refused"), 1U);
+  // That would say that it was taken.
+  std::vector<Answer> answers;
+  ros_call(set, hex("00010000 05000000"), answers);
+  ASSERT_TRUE(until_counter(group, "errors", 1));
+  EXPECT_EQ(bridge_->counter(group, "refused"), 1U);
+  EXPECT_TRUE(answers.empty());
+}
+
 TEST_F(FieldsEndToEnd, AValueThatIsRefusedIsNotAnsweredWhereNobodySaysWhichItHas) {
   sd::Node node{io_, node_config()};
   sd::ServiceSpec spec = field("00000007");
@@ -212,6 +286,46 @@ TEST_F(FieldsEndToEnd, ARosTopicWithASetServiceIsASomeipField) {
   Seen late_events;
   const sd::Subscription late = subscriber(second, late_events);
   ASSERT_TRUE(until([&] { return late_events == Seen{"0000000a"}; })) << testing::PrintToString(late_events);
+}
+
+// 1592 characters are 1600 bytes: ten segments of 160, where two would do.
+TEST_F(FieldsEndToEnd, LargeValuesLeaveAsTheFieldSays) {
+  covers({"feat_req_someiptp_772", "feat_req_someiptp_801"});
+  const std::string keys =
+      "type: std_msgs/msg/String, service: 0x1234, tp: {segment_bytes: 160, separation: 0 ms}";
+  start_bridge(
+      "fields:\n  - {topic: /text, instance: 1, server: ros, event: 0x8044, eventgroup: 3, "
+      "getter: 0x41, port: 40001, " +
+      keys + "}\n  - {topic: /other, instance: 2, server: someip, setter: 0x42, " + keys + "}\n");
+  Bytes text = hex("00010000 39060000");
+  text.resize(text.size() + 1592, std::byte{'a'});
+  text.push_back(std::byte{0});
+  dds::Writer topic = BridgeTest::writer("/text", string_type, latched);
+  ASSERT_TRUE(topic.write(text));
+  {
+    sd::Node node{io_, node_config()};
+    Seen events;
+    const sd::Subscription subscription = subscriber(node, events);
+    ASSERT_TRUE(until([&] { return events.size() == 1; }));
+    EXPECT_EQ(events[0].size(), 3200U);
+    EXPECT_EQ(node.counters().datagrams, 10U) << "the initial event";
+    ASSERT_TRUE(topic.write(text));
+    ASSERT_TRUE(until([&] { return events.size() == 2; }));
+    EXPECT_EQ(node.counters().datagrams, 20U) << "a notification";
+    sd::Proxy proxy{node, {.service = service, .instance = someip::InstanceId{1}}};
+    EXPECT_EQ(ask(proxy, getter), events[0]);
+    EXPECT_EQ(node.counters().datagrams, 30U) << "the getter's answer";
+  }
+  sd::Node node{io_, node_config()};
+  sd::ServiceSpec spec{.service = service, .instance = someip::InstanceId{2}};
+  spec.fields = {{.setter = setter}};
+  const sd::Offer offer{node, spec};
+  dds::ServiceClient& set = driver_.client(ros_, ros("/other/set", "std_msgs_fields/srv/SetString"));
+  ASSERT_TRUE(until([&] { return set.ready(); }));
+  std::vector<Answer> answers;
+  ros_call(set, text, answers);
+  ASSERT_TRUE(until([&] { return answers.size() == 1; }));
+  EXPECT_EQ(node.counters().datagrams, 10U) << "the request";
 }
 
 TEST_F(FieldsEndToEnd, ARosFieldIsOfferedOnlyWhileAllOfItIsThere) {

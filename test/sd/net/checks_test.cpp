@@ -2,6 +2,7 @@
 #include <functional>
 #include <limits>
 
+#include "sd/net/proxy.hpp"
 #include "test/covers.hpp"
 #include "test/sd/net/two_nodes.hpp"
 
@@ -356,6 +357,21 @@ TEST_F(ChecksTest, RefuseSegmentsOfAnImpossibleSize) {
                                  {.segment_bytes = 24});
               }),
               HasSubstr("segment_bytes"));
+  const someip::TpPacing wrong{.segment_bytes = 24};
+  const std::string why = "segment_bytes: must be a multiple of 16 from 16 to 1392, is 24";
+  ServiceSpec with_method = spec();
+  with_method.methods[0].pacing = wrong;
+  EXPECT_EQ(refusal([&] { node.offer(with_method); }), "offer of 0x1234.0x0001: method.pacing." + why);
+  ServiceSpec with_field = spec();
+  with_field.fields = {{.getter = MethodId{0x0002}, .pacing = wrong}};
+  EXPECT_EQ(refusal([&] { node.offer(with_field); }), "offer of 0x1234.0x0001: field.pacing." + why);
+  const RequirementId required = node.require({.service = ServiceId{0x1234}});
+  const CallSpec call{.method = MethodId{0x0001}, .pacing = wrong};
+  EXPECT_EQ(refusal([&] { node.call(required, call, {}, [](const CallResult&) {}); }), "pacing." + why);
+  EXPECT_EQ(refusal([&] { node.send(required, call, {}); }), "pacing." + why);
+  Proxy proxy{node, {.service = ServiceId{0x1234}}};
+  EXPECT_EQ(refusal([&] { proxy.call(call, {}, [](boost::system::error_code, const Response&) {}); }),
+            "pacing." + why);
   for (const std::size_t bytes : {16U, 1024U, 1392U}) {
     EXPECT_EQ(refusal([&] { node.notify(offer, MethodId{0x8001}, {}, nullptr, {.segment_bytes = bytes}); }),
               "");

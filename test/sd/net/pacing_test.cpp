@@ -148,5 +148,76 @@ TEST_F(Pacing, IsThatOfTheLeastInAGroup) {
   EXPECT_EQ(burst(), 32U);
 }
 
+// 1600 bytes are two segments of the node's, and ten of 160 bytes.
+TEST_F(Pacing, IsThatOfAFieldInAllThatItSends) {
+  covers({"feat_req_someiptp_772", "feat_req_someiptp_801"});
+  constexpr MethodId getter{0x0001};
+  constexpr MethodId setter{0x0002};
+  constexpr std::size_t in_field = 10;
+  ServiceSpec service = spec();
+  service.fields = {{.getter = getter,
+                     .setter = setter,
+                     .notifier = event,
+                     .value = numbers(1600),
+                     .pacing = someip::TpPacing{.segment_bytes = 160, .separation = 0ms}}};
+  Node server{io, quick(test::server_address)};
+  Node client{io, quick(test::client_address)};
+  const OfferHandle offer = server.offer(std::move(service));
+  const auto sent = [&] { return server.sender_counters().datagrams; };
+  subscribe(client);
+  ASSERT_TRUE(run_until([&] { return sizes.size() == 1; }));
+  EXPECT_EQ(sent(), in_field) << "the initial event";
+  server.set_field(offer, event, numbers(1600, 1));
+  ASSERT_TRUE(run_until([&] { return sizes.size() == 2; }));
+  EXPECT_EQ(sent(), 2 * in_field) << "a notification";
+  const RequirementId required = client.require({.service = ServiceId{0x1234}});
+  ASSERT_TRUE(run_until([&] { return !client.available(required).empty(); }));
+  client.call(required, {.method = getter}, {}, note());
+  ASSERT_TRUE(run_until([&] { return outcomes.size() == 1; }));
+  EXPECT_EQ(outcomes[0].payload, numbers(1600, 1));
+  EXPECT_EQ(sent(), 3 * in_field) << "the getter's answer";
+  const std::vector<std::byte> wanted = numbers(1600, 2);
+  const ByteView slice{wanted};
+  client.call(required, {.method = setter}, {&slice, 1}, note());
+  ASSERT_TRUE(run_until([&] { return outcomes.size() == 2 && sizes.size() == 3; }));
+  EXPECT_EQ(outcomes[1].payload, wanted);
+  EXPECT_EQ(sent(), 5 * in_field) << "the setter's answer, and a notification";
+}
+
+TEST_F(Pacing, IsThatOfACallAndOfItsMethod) {
+  covers({"feat_req_someiptp_772", "feat_req_someiptp_801"});
+  constexpr MethodId paced{0x0001};
+  constexpr MethodId plain{0x0002};
+  const RequestHandler echo = [](const Message& request, Responder responder) {
+    responder.respond(request.payload);
+  };
+  ServiceSpec service = spec();
+  service.methods = {
+      {.id = paced, .handler = echo, .pacing = someip::TpPacing{.segment_bytes = 160, .separation = 0ms}},
+      {.id = plain, .handler = echo}};
+  Node server{io, quick(test::server_address)};
+  Node client{io, quick(test::client_address)};
+  server.offer(std::move(service));
+  const RequirementId required = client.require({.service = ServiceId{0x1234}});
+  ASSERT_TRUE(run_until([&] { return !client.available(required).empty(); }));
+  const std::vector<std::byte> payload = numbers(1600);
+  /// Datagrams of the request and of the answer.
+  const auto datagrams = [&](const CallSpec& call) {
+    const std::uint64_t requests = client.sender_counters().datagrams;
+    const std::uint64_t answers = server.sender_counters().datagrams;
+    const ByteView slice{payload};
+    outcomes.clear();
+    client.call(required, call, {&slice, 1}, note());
+    EXPECT_TRUE(run_until([&] { return outcomes.size() == 1; }));
+    EXPECT_EQ(outcomes.at(0).payload, payload);
+    return std::pair{client.sender_counters().datagrams - requests,
+                     server.sender_counters().datagrams - answers};
+  };
+  EXPECT_EQ(datagrams({.method = plain}), (std::pair{2UL, 2UL}));
+  EXPECT_EQ(datagrams({.method = paced}), (std::pair{2UL, 10UL}));
+  EXPECT_EQ(datagrams({.method = plain, .pacing = someip::TpPacing{.segment_bytes = 320, .separation = 0ms}}),
+            (std::pair{5UL, 2UL}));
+}
+
 }  // namespace
 }  // namespace trestle::sd
