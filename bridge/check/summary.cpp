@@ -375,9 +375,11 @@ void append_e2e(std::string& out, const BridgeConfig& config, const Colours& col
                       !is_one_way || method.server == Server::ros);
     });
   }
-  if (of_routes || of_getters || of_methods) {
-    out += fmt::format("          checks are told of on {}, every {} and when a state changes\n",
-                       config.diagnostics.topic, to_string(config.diagnostics.period));
+  const bool has_checks = of_routes || of_getters || of_methods;
+  if (has_checks || (config.diagnostics.wanted && !config.methods.empty())) {
+    out += fmt::format("          {} are told of on {}, every {} and when a state changes\n",
+                       has_checks ? "checks" : "methods", config.diagnostics.topic,
+                       to_string(config.diagnostics.period));
   }
 }
 

@@ -137,8 +137,9 @@ struct E2eSettings {
   friend bool operator==(const E2eSettings&, const E2eSettings&) = default;
 };
 
-/// Where the state of what has end-to-end protection is published, if there is any.
+/// Where the state of what has end-to-end protection, and of methods, is published.
 struct DiagnosticsSettings {
+  bool wanted = false;  ///< also where nothing has such protection
   std::string topic = "/diagnostics";
   Duration period = std::chrono::seconds{1};  ///< and at each change of a state
   Mark mark;                                  ///< of the topic

@@ -171,6 +171,7 @@ void report_diagnostics_conflicts(const std::vector<RouteInFile>& routes,
                                   const std::vector<MethodInFile>& methods,
                                   const DiagnosticsSettings& diagnostics, Problems& problems) {
   const bool published =
+      (diagnostics.wanted && !methods.empty()) ||
       std::ranges::any_of(routes,
                           [](const RouteInFile& one) {
                             return (one.route.e2e && one.route.direction == Direction::someip_to_dds) ||

@@ -257,6 +257,7 @@ void judge_type(const TypeUse& use, const MessageRules& rules, Mark mark, const 
 
 void load_diagnostics(const YAML::Node& node, DiagnosticsSettings& into, Problems& problems) {
   Section diagnostics{node, "diagnostics", problems};
+  into.wanted = true;
   diagnostics.read("topic", topic_name(), into.topic);
   diagnostics.read("period", duration(100ms, 1h), into.period);
   into.mark = diagnostics.value_mark("topic");

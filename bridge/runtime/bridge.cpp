@@ -163,7 +163,7 @@ struct Bridge::State {
     });
   }
 
-  // What the checks of end-to-end protection find is published, if there are any.
+  // What the checks of end-to-end protection find is published, if there are any, and how methods are.
   void publish_diagnostics(boost::asio::io_context& io, const BridgeConfig& config, TypeLibrary& types) {
     const auto look = [this] {
       std::vector<Diagnosis> found;
@@ -180,7 +180,11 @@ struct Bridge::State {
       methods->append_diagnoses(found);
       return found;
     };
-    if (look().empty()) {
+    const bool has_checks =
+        std::ranges::any_of(config.methods, [](const auto& one) { return one.e2e.has_value(); }) ||
+        std::ranges::any_of(getters, [](const auto& one) { return one->e2e() != nullptr; }) ||
+        std::ranges::any_of(inbound, [](const auto& route) { return route->diagnosis().has_value(); });
+    if (look().empty() || !(has_checks || config.diagnostics.wanted)) {
       return;
     }
     diagnostics = start_at(config, config.diagnostics.mark, [&] {
@@ -195,7 +199,7 @@ struct Bridge::State {
         status->on_change([this] { diagnostics->changed(); });
       }
     }
-    methods->on_e2e_change([this] { diagnostics->changed(); });
+    methods->on_change([this] { diagnostics->changed(); });
   }
 
   // Who wants to know of the topic's publishers or readers is told of them from now on.

@@ -20,6 +20,19 @@ void write_text(CdrWriter& out, const std::string& text) {
 
 }  // namespace
 
+Diagnosis method_state(const CounterGroup& counters, bool is_there, const char* missing,
+                       const std::string& at) {
+  Diagnosis result{.level = is_there ? Diagnosis::Level::ok : Diagnosis::Level::warn,
+                   .name = "trestle: " + counters.name,
+                   .message = is_there ? "ready" : missing,
+                   .hardware_id = "SOME/IP " + at,
+                   .values = {}};
+  for (const Counter& counter : counters.counters) {
+    result.values.emplace_back(counter.name, std::to_string(counter.count));
+  }
+  return result;
+}
+
 std::vector<std::byte> diagnostic_array(std::chrono::nanoseconds stamp, std::span<const Diagnosis> statuses) {
   CdrWriter out{max_sample};
   const auto seconds = std::chrono::floor<std::chrono::seconds>(stamp);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bridge/config/bridge_config.hpp"
+#include "bridge/runtime/counters.hpp"
 #include "dds_adapter/participant.hpp"
 
 namespace trestle::bridge {
@@ -22,6 +23,11 @@ struct Diagnosis {
   std::string hardware_id;
   std::vector<std::pair<std::string, std::string>> values;
 };
+
+/// The state of a method: OK while who answers its calls is there, else WARN; its counters are the values.
+/// @param missing  what to say when they are not. @param at  what it is for SOME/IP.
+[[nodiscard]] Diagnosis method_state(const CounterGroup& counters, bool is_there, const char* missing,
+                                     const std::string& at);
 
 /// A diagnostic_msgs/msg/DiagnosticArray as CDR, with its encapsulation header.
 /// @param stamp  since 1970.

@@ -72,6 +72,9 @@ void MethodToService::work(dds::TimePoint now) {
   const bool ready = client_->ready();
   if (std::exchange(was_ready_, ready) != ready) {
     ready_changed_();
+    if (changed_) {
+      changed_();
+    }
   }
 }
 
@@ -95,6 +98,7 @@ void MethodToService::on_request(const someip::Message& request, sd::Responder r
   }
   // A std::function is copied, which a Responder cannot be.
   const auto answer = std::make_shared<sd::Responder>(std::move(responder));
+  ++in_flight_;
   client_->call(sample->slices, method_.timeout, std::chrono::steady_clock::now(),
                 [this, answer](tl::expected<dds::ServiceMessage, dds::CallFault> reply) {
                   on_reply(std::move(reply), *answer);
@@ -104,6 +108,7 @@ void MethodToService::on_request(const someip::Message& request, sd::Responder r
 
 void MethodToService::on_reply(tl::expected<dds::ServiceMessage, dds::CallFault> reply,
                                sd::Responder& responder) {
+  --in_flight_;
   if (!reply) {
     log_.tell(fmt::format("a call of the ROS service failed: {}", to_string(reply.error())));
     responder.error(code_of(reply.error()));
@@ -135,6 +140,7 @@ CounterGroup MethodToService::counters() const {
   CounterGroup group{"method of ROS service " + method_.ros_service,
                      {{"received", received_},
                       {"answered", answered_},
+                      {"in_flight", in_flight_},
                       {"ready", was_ready_ ? 1U : 0U},
                       {"not_convertible", not_convertible_, loss},
                       {"too_large", too_large_, loss},
@@ -159,9 +165,19 @@ CounterGroup MethodToService::counters() const {
   return group;
 }
 
-Diagnosis MethodToService::diagnosis() const {
-  return e2e_->diagnosis("requests to " + method_.ros_service,
-                         called_id(method_.service, method_.instance, method_.method));
+void MethodToService::append_diagnoses(std::vector<Diagnosis>& diagnoses) const {
+  const std::string at = called_id(method_.service, method_.instance, method_.method);
+  diagnoses.push_back(method_state(counters(), ready(), "the ROS service is not there", at));
+  if (e2e_) {
+    diagnoses.push_back(e2e_->diagnosis("requests to " + method_.ros_service, at));
+  }
+}
+
+void MethodToService::on_change(const std::function<void()>& changed) {
+  changed_ = changed;
+  if (e2e_) {
+    e2e_->on_change(changed);
+  }
 }
 
 }  // namespace trestle::bridge

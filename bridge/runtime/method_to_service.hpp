@@ -36,9 +36,10 @@ class MethodToService {
   /// Nothing is called any more.
   void stop();
 
-  /// Of the end-to-end protection; nothing without.
-  [[nodiscard]] E2eStatus* e2e() { return e2e_ ? &*e2e_ : nullptr; }
-  [[nodiscard]] Diagnosis diagnosis() const;
+  /// Its state, and that of the end-to-end protection, if there is any.
+  void append_diagnoses(std::vector<Diagnosis>& diagnoses) const;
+  /// Calls `changed` when one of them is another.
+  void on_change(const std::function<void()>& changed);
   [[nodiscard]] CounterGroup counters() const;
 
  private:
@@ -54,9 +55,11 @@ class MethodToService {
   std::optional<E2eStatus> e2e_;
   std::shared_ptr<ServiceWork> work_;
   std::function<void()> ready_changed_;
+  std::function<void()> changed_;
   bool was_ready_ = false;
   std::uint64_t received_ = 0;
   std::uint64_t answered_ = 0;
+  std::uint64_t in_flight_ = 0;
   std::uint64_t not_convertible_ = 0;
   std::uint64_t too_large_ = 0;
   std::uint64_t answers_not_convertible_ = 0;

@@ -143,27 +143,21 @@ void Methods::append_counters(std::vector<CounterGroup>& groups) const {
 }
 
 void Methods::append_diagnoses(std::vector<Diagnosis>& diagnoses) const {
-  const auto append = [&](const auto& methods) {
-    for (const auto& method : methods) {
-      if (method->e2e() != nullptr) {
-        diagnoses.push_back(method->diagnosis());
-      }
-    }
-  };
-  append(to_ros_);
-  append(to_someip_);
+  for (const auto& method : to_ros_) {
+    method->append_diagnoses(diagnoses);
+  }
+  for (const auto& method : to_someip_) {
+    method->append_diagnoses(diagnoses);
+  }
 }
 
-void Methods::on_e2e_change(const std::function<void()>& changed) {
-  const auto tell = [&](const auto& methods) {
-    for (const auto& method : methods) {
-      if (E2eStatus* const status = method->e2e()) {
-        status->on_change(changed);
-      }
-    }
-  };
-  tell(to_ros_);
-  tell(to_someip_);
+void Methods::on_change(const std::function<void()>& changed) {
+  for (const auto& method : to_ros_) {
+    method->on_change(changed);
+  }
+  for (const auto& method : to_someip_) {
+    method->on_change(changed);
+  }
 }
 
 }  // namespace trestle::bridge

@@ -35,10 +35,10 @@ class Methods {
   void stop();
 
   void append_counters(std::vector<CounterGroup>& groups) const;
-  /// What the checks of end-to-end protection have found.
+  /// The state of each, and what the checks of end-to-end protection have found.
   void append_diagnoses(std::vector<Diagnosis>& diagnoses) const;
   /// Calls `changed` when the state of one has.
-  void on_e2e_change(const std::function<void()>& changed);
+  void on_change(const std::function<void()>& changed);
 
  private:
   const BridgeConfig& config_;

@@ -122,6 +122,7 @@ void ServiceToMethod::settle() {
     add_to(past_, server_->counters());
     server_.reset();
     spdlog::info("ROS service {}: ended, as the SOME/IP service has", method_.ros_service);
+    tell_change();
     return;
   }
   try {
@@ -129,8 +130,22 @@ void ServiceToMethod::settle() {
         *participant_, ros_, work_->waker(),
         [this](const dds::RequestId& id, const dds::ServiceMessage& request) { on_request(id, request); });
     spdlog::info("ROS service {}: begun, as the SOME/IP service is there", method_.ros_service);
+    tell_change();
   } catch (const std::exception& error) {
     spdlog::error("ROS service {}: {}", method_.ros_service, error.what());
+  }
+}
+
+void ServiceToMethod::on_change(const std::function<void()>& changed) {
+  changed_ = changed;
+  if (e2e_) {
+    e2e_->on_change(changed);
+  }
+}
+
+void ServiceToMethod::tell_change() const {
+  if (changed_) {
+    changed_();
   }
 }
 
@@ -299,9 +314,12 @@ void ServiceToMethod::send(const dds::RequestId& id, std::span<const ByteView> s
   work_->arm();
 }
 
-Diagnosis ServiceToMethod::diagnosis() const {
-  return e2e_->diagnosis("answers to " + method_.ros_service,
-                         called_id(method_.service, method_.instance, method_.method));
+void ServiceToMethod::append_diagnoses(std::vector<Diagnosis>& diagnoses) const {
+  const std::string at = called_id(method_.service, method_.instance, method_.method);
+  diagnoses.push_back(method_state(counters(), ready(), "the SOME/IP service is not offered", at));
+  if (e2e_) {
+    diagnoses.push_back(e2e_->diagnosis("answers to " + method_.ros_service, at));
+  }
 }
 
 CounterGroup ServiceToMethod::counters() const {
@@ -315,7 +333,8 @@ CounterGroup ServiceToMethod::counters() const {
                       {"answered", answered_},
                       {"refused", refused_},
                       {"failures_answered", failures_answered_},
-                      {"ready", server_ ? 1U : 0U},
+                      {"in_flight", outstanding_},
+                      {"ready", ready() ? 1U : 0U},
                       {"not_convertible", not_convertible_, loss},
                       {"too_large", too_large_, loss},
                       {"too_many", too_many_, loss},

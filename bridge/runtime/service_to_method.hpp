@@ -37,15 +37,19 @@ class ServiceToMethod {
   void stop();
 
   [[nodiscard]] const MethodRoute& method() const noexcept { return method_; }
-  /// Of the end-to-end protection; nothing without.
-  [[nodiscard]] E2eStatus* e2e() { return e2e_ ? &*e2e_ : nullptr; }
-  [[nodiscard]] Diagnosis diagnosis() const;
+  /// Whether the SOME/IP service is there, and with it the ROS service.
+  [[nodiscard]] bool ready() const noexcept { return server_.has_value(); }
+  /// Its state, and that of the end-to-end protection, if there is any.
+  void append_diagnoses(std::vector<Diagnosis>& diagnoses) const;
+  /// Calls `changed` when one of them is another.
+  void on_change(const std::function<void()>& changed);
   [[nodiscard]] CounterGroup counters() const;
 
  private:
   /// Has the ROS service begin or end, when the SOME/IP service has.
   void settle();
   void settle_soon();
+  void tell_change() const;
   [[nodiscard]] bool offered() const;
   void on_request(const dds::RequestId& id, const dds::ServiceMessage& request);
   void tell(const dds::RequestId& id, const std::vector<std::byte>& payload);
@@ -70,6 +74,7 @@ class ServiceToMethod {
   std::optional<E2eStatus> e2e_;
   std::optional<std::vector<std::byte>>
       value_;  ///< of the field, if it is a setter that has no getter to ask
+  std::function<void()> changed_;
   dds::Participant* participant_ = nullptr;
   std::shared_ptr<ServiceWork> work_;
   dds::ServiceServerCounters past_;  ///< of servers that have ended

@@ -165,10 +165,12 @@ TEST(DiagnosticsKeys, AreReadAndChecked) {
   ASSERT_TRUE(loaded.has_value());
   EXPECT_EQ(loaded->config.diagnostics.topic, "/d");
   EXPECT_EQ(loaded->config.diagnostics.period, 2s);
+  EXPECT_TRUE(loaded->config.diagnostics.wanted);
   const auto usual = bridge::parse_config(route, "b.yaml");
   ASSERT_TRUE(usual.has_value());
   EXPECT_EQ(usual->config.diagnostics.topic, "/diagnostics");
   EXPECT_EQ(usual->config.diagnostics.period, 1s);
+  EXPECT_FALSE(usual->config.diagnostics.wanted);
   EXPECT_THAT(
       problems_of(route + "diagnostics: {topic: d, period: 1 ms}\n"),
       ElementsAre(HasSubstr("b.yaml:6:22: error: topic: expected "), HasSubstr("error: period: expected ")));

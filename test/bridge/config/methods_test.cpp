@@ -251,6 +251,19 @@ methods:
                                    "route in line 3")));
 }
 
+TEST(MethodDiagnostics, ArePublishedWhereTheyAreWanted) {
+  const std::string wanted = two_methods + "diagnostics: {topic: /d}\n";
+  EXPECT_THAT(summary(config_of(wanted), {}),
+              HasSubstr("methods are told of on /d, every 1 s and when a state changes\n"));
+  EXPECT_THAT(summary(config_of(two_methods), {}), testing::Not(HasSubstr("are told of")));
+  const std::string route =
+      "routes: [{topic: /d, type: std_msgs/msg/String, direction: someip_to_dds, service: 7, instance: 1, "
+      "eventgroup: 1, event: 0x8001}]\n";
+  EXPECT_THAT(problems_of(wanted + route),
+              ElementsAre(HasSubstr("type: /d is where the diagnostics of this bridge are published")));
+  EXPECT_TRUE(parse_config(two_methods + route, "b.yaml"));
+}
+
 TEST(MethodSummary, ShowsWhatGoesWhere) {
   EXPECT_THAT(summary(config_of(two_methods), {}), testing::StartsWith("b.yaml: good, 2 methods\n"));
   EXPECT_THAT(summary(config_of(two_methods), {}), HasSubstr(R"(
