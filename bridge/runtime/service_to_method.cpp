@@ -33,6 +33,13 @@ bool is_return_code(const boost::system::error_code& error) {
   return error && error.category() == make_error_code(someip::ReturnCode::not_ok).category();
 }
 
+// Whether the server has certainly not done what it was asked for. These two codes are what another bridge
+// says of a ROS server that may have begun.
+bool is_certain(const boost::system::error_code& error) {
+  return error != sd::CallFault::timed_out && error != someip::ReturnCode::timeout &&
+         error != someip::ReturnCode::not_reachable;
+}
+
 // Whether a refused value is answered with one that the server has told before.
 bool keeps_value(const MethodRoute& method) {
   return method.access == FieldAccess::set && !method.getter;
@@ -218,7 +225,7 @@ void ServiceToMethod::on_response(const dds::RequestId& id, ByteView wanted, boo
     reply(id, response.payload);
     return;
   }
-  if (method_.access == FieldAccess::set && is_return_code(error)) {
+  if (method_.access == FieldAccess::set && is_return_code(error) && (method_.getter || is_certain(error))) {
     on_refused(id, wanted, error);
     return;
   }
@@ -230,7 +237,7 @@ void ServiceToMethod::on_response(const dds::RequestId& id, ByteView wanted, boo
   fail(id,
        fmt::format("{} of SOME/IP service {}", error.message(),
                    called_id(method_.service, method_.instance, method_.method)),
-       error != sd::CallFault::timed_out);
+       is_certain(error));
 }
 
 void ServiceToMethod::note_value(std::optional<ByteView> value) {

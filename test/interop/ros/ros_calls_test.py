@@ -4,6 +4,7 @@ are two bridges, and a SOME/IP service with methods and events:
 
   ROS domain 1 -- (cable) -- bridge A, who offers -- (cable, SOME/IP) -- bridge B, who serves -- ROS domain 2
 """
+import contextlib
 import sys
 import tempfile
 import threading
@@ -14,7 +15,8 @@ from ros_test import A, B, PATIENCE, Bridge, Ros
 
 import rclpy
 from action_msgs.msg import GoalStatus
-from rclpy.action import ActionClient, ActionServer, CancelResponse
+from action_msgs.srv import CancelGoal
+from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import MultiThreadedExecutor
 from std_srvs.srv import SetBool
@@ -47,6 +49,7 @@ class Calls(unittest.TestCase):
             self.addCleanup(Bridge(folder.name, end, configuration(end)).stop)
         self.client = Ros(2, "client")
         self.addCleanup(self.client.close)
+        self.ending = threading.Event()
         self.start_server()
 
     def start_server(self):
@@ -59,8 +62,11 @@ class Calls(unittest.TestCase):
         executor.add_node(node)
         services = [node.create_service(SetBool, "/switch", self.switch, callback_group=group),
                     node.create_service(Arrays, "/arrays", self.arrays, callback_group=group)]
-        action = ActionServer(node, Fibonacci, "/fibonacci", self.count, callback_group=group,
-                              cancel_callback=lambda _: CancelResponse.ACCEPT)
+        # No negative orders; and those of up to 20 numbers cannot be cancelled.
+        action = ActionServer(
+            node, Fibonacci, "/fibonacci", self.count, callback_group=group,
+            goal_callback=lambda goal: GoalResponse.REJECT if goal.order < 0 else GoalResponse.ACCEPT,
+            cancel_callback=lambda goal: CancelResponse.REJECT if goal.request.order <= 20 else CancelResponse.ACCEPT)
         thread = threading.Thread(target=executor.spin)
         thread.start()
 
@@ -72,7 +78,8 @@ class Calls(unittest.TestCase):
                 node.destroy_service(service)
             node.destroy_node()
             rclpy.shutdown(context=context)
-        self.addCleanup(stop)
+        self.stop_server = self.enterContext(contextlib.ExitStack())
+        self.stop_server.callback(stop)
 
     @staticmethod
     def switch(request, response):
@@ -86,14 +93,16 @@ class Calls(unittest.TestCase):
         response.float64_values = request.float64_values
         return response
 
-    @staticmethod
-    def count(goal):
-        """Fibonacci numbers, one in 20 ms, until it is enough or the client has enough."""
+    def count(self, goal):
+        """Fibonacci numbers, one in 20 ms, until it is enough, the client has enough, or the node is to end."""
         feedback = Fibonacci.Feedback(sequence=[0, 1])
         while len(feedback.sequence) <= goal.request.order:
             if goal.is_cancel_requested:
                 goal.canceled()
                 return Fibonacci.Result(sequence=feedback.sequence)
+            if self.ending.is_set():
+                goal.abort()
+                return Fibonacci.Result()
             feedback.sequence.append(feedback.sequence[-1] + feedback.sequence[-2])
             goal.publish_feedback(feedback)
             time.sleep(0.02)
@@ -146,6 +155,44 @@ class Calls(unittest.TestCase):
         done = self.result(goal.get_result_async())
         self.assertEqual(done.status, GoalStatus.STATUS_CANCELED)
         self.assertLess(len(done.result.sequence), 10_000)
+
+    def test_what_the_action_server_refuses_its_clients_are_told(self):
+        client = ActionClient(self.client.node, Fibonacci, "/fibonacci")
+        self.addCleanup(client.destroy)
+        self.there(client.server_is_ready)
+        self.assertFalse(self.result(client.send_goal_async(Fibonacci.Goal(order=-1))).accepted)
+        goal = self.result(client.send_goal_async(Fibonacci.Goal(order=20)))
+        answer = self.result(goal.cancel_goal_async())
+        self.assertEqual(answer.goals_canceling, [])  # rclpy says so by that alone: it leaves the code at ERROR_NONE
+        done = self.result(goal.get_result_async())
+        self.assertEqual((done.status, len(done.result.sequence)), (GoalStatus.STATUS_SUCCEEDED, 21))
+        # A goal that there never was.
+        cancel = self.client.node.create_client(CancelGoal, "/fibonacci/_action/cancel_goal")
+        get = self.client.node.create_client(Fibonacci.Impl.GetResultService, "/fibonacci/_action/get_result")
+        self.there(lambda: cancel.service_is_ready() and get.service_is_ready())
+        request = CancelGoal.Request()
+        request.goal_info.goal_id.uuid = [7] * 16
+        self.assertEqual(self.result(cancel.call_async(request)).return_code, CancelGoal.Response.ERROR_UNKNOWN_GOAL_ID)
+        request = Fibonacci.Impl.GetResultService.Request()
+        request.goal_id.uuid = [7] * 16
+        self.assertEqual(self.result(get.call_async(request)).status, GoalStatus.STATUS_UNKNOWN)
+
+    def test_an_action_server_that_goes_takes_its_goals_with_it(self):
+        client = ActionClient(self.client.node, Fibonacci, "/fibonacci")
+        self.addCleanup(client.destroy)
+        self.there(client.server_is_ready)
+        goal = self.result(client.send_goal_async(Fibonacci.Goal(order=1_000_000)))
+        self.assertTrue(goal.accepted)
+        result = goal.get_result_async()
+        self.ending.set()
+        self.stop_server.close()
+        self.assertTrue(self.client.wait(lambda: not client.server_is_ready()), "the server is still there")
+        self.assertFalse(result.done() and result.result().status == GoalStatus.STATUS_SUCCEEDED)
+        self.ending.clear()
+        self.start_server()
+        self.there(client.server_is_ready)
+        goal = self.result(client.send_goal_async(Fibonacci.Goal(order=5)))
+        self.assertEqual(self.result(goal.get_result_async()).status, GoalStatus.STATUS_SUCCEEDED)
 
 
 if __name__ == "__main__":
