@@ -1,27 +1,38 @@
 // A neighbour of bridges that restarts_test.py kills and starts again: of one bridge that is killed, too, and
 // of one that is not.
 //
-//     restarts_peer ros DOMAIN               publishes /up_N, reads /down_N
-//     restarts_peer someip ADDRESS GROUP     subscribes to service 0x1000 + N, offers service 0x2000 + N
+//     restarts_peer ros DOMAIN               publishes /up_N, reads /down_N; serves /ask_N, calls /tell_N;
+//     has
+//                                            the field /light_N, uses /lamp_N
+//     restarts_peer someip ADDRESS GROUP     subscribes to service 0x1000 + N and calls its method, offers
+//                                            service 0x2000 + N; uses the field of 0x3000 + N, has that of
+//                                            0x4000 + N
 //
 // N is 0 and 1. Each sends "PID" every 20 ms, and prints a line "up N PID" or "down N PID" for each that it
-// gets: who reads them knows that what arrives is of the living. Ends with SIGTERM.
+// gets: who reads them knows that what arrives is of the living. So do answers to calls, "ask N PID" and
+// "tell N PID", and all three parts of a field: "light N PID", "light_get N PID", "light_set N PID". Ends
+// with SIGTERM.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <csignal>
+#include <deque>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "dds_adapter/participant.hpp"
 #include "dds_adapter/ros_names.hpp"
+#include "dds_adapter/service.hpp"
 #include "sd/net/handles.hpp"
+#include "sd/net/proxy.hpp"
 #include "someip/net/address_text.hpp"
 
 namespace trestle::test {
@@ -40,12 +51,13 @@ void print(const std::string& line) {
 std::string name() {
   return fmt::format("{:08}", getpid());
 }
-std::vector<std::byte> with_front(const std::vector<int>& front) {
+/// @param more  behind the name.
+std::vector<std::byte> with_front(const std::vector<int>& front, const std::string& more = "") {
   std::vector<std::byte> bytes;
   for (const int one : front) {
     bytes.push_back(static_cast<std::byte>(one));
   }
-  for (const char one : name()) {
+  for (const char one : name() + more) {
     bytes.push_back(static_cast<std::byte>(one));
   }
   bytes.push_back(std::byte{0});
@@ -73,7 +85,102 @@ void run(boost::asio::io_context& io, const std::function<void()>& send) {
   io.run();
 }
 
+// The value of a field, as std_msgs/msg/String: its server's name, and a letter that is another each time.
+std::string letter() {
+  static unsigned count = 0;
+  return {static_cast<char>('a' + count++ % 26)};
+}
+std::vector<std::byte> value_as_cdr() {
+  return with_front({0, 1, 0, 0, 10, 0, 0, 0}, letter());
+}
+std::vector<std::byte> value_as_payload() {
+  return with_front({0, 0, 0, 13, 0xef, 0xbb, 0xbf}, letter());
+}
+
+constexpr auto call_timeout = 1s;
+
+// --- ROS --------------------------------------------------------------------------------------------------
+
+/// Services and clients of a ROS node, worked on one thread.
+class RosCalls {
+ public:
+  RosCalls(boost::asio::io_context& io, dds::Participant& participant) : io_{io}, participant_{participant} {}
+
+  void serve(const std::string& name, const char* type,
+             const std::function<std::vector<std::byte>()>& answer) {
+    const std::size_t index = servers_.size();
+    servers_.push_back(std::make_unique<dds::ServiceServer>(
+        participant_, config(name, type), waker(),
+        [this, index, answer](const dds::RequestId& id, const dds::ServiceMessage&) {
+          const std::vector<std::byte> reply = answer();
+          const dds::ByteView bytes{reply};
+          servers_[index]->reply(id, {&bytes, 1}, std::chrono::steady_clock::now());
+        }));
+  }
+  /// Calls it again and again, and prints what the answer has at a place.
+  void call(const std::string& name, const char* type, const std::vector<std::byte>& request,
+            const std::string& line, std::size_t place) {
+    clients_.push_back(std::make_unique<Client>(participant_, config(name, type), waker()));
+    clients_.back()->request = request;
+    clients_.back()->line = line;
+    clients_.back()->place = place;
+  }
+  void call_all() {
+    for (const auto& client : clients_) {
+      if (client->waits || !client->service.ready()) {
+        continue;
+      }
+      client->waits = true;
+      const dds::ByteView bytes{client->request};
+      client->service.call(
+          {&bytes, 1}, call_timeout, std::chrono::steady_clock::now(),
+          [one = client.get()](const tl::expected<dds::ServiceMessage, dds::CallFault>& reply) {
+            one->waits = false;
+            if (reply) {
+              print(fmt::format("{} {}\n", one->line, text_at(one->place, reply->cdr())));
+            }
+          });
+    }
+    work();
+  }
+
+ private:
+  struct Client {
+    Client(dds::Participant& participant, const dds::ServiceConfig& config, std::function<void()> wake)
+        : service{participant, config, std::move(wake)} {}
+    dds::ServiceClient service;
+    std::vector<std::byte> request{};
+    std::string line{};
+    std::size_t place = 0;
+    bool waits = false;
+  };
+  static dds::ServiceConfig config(const std::string& name, const char* type) {
+    dds::ServiceConfig config;
+    config.name = name;
+    config.type = type;
+    return config;
+  }
+  std::function<void()> waker() {
+    return [this] { boost::asio::post(io_, [this] { work(); }); };
+  }
+  void work() {
+    const auto now = std::chrono::steady_clock::now();
+    for (const auto& client : clients_) {
+      client->service.work(now);
+    }
+    for (const auto& server : servers_) {
+      server->work(now);
+    }
+  }
+
+  boost::asio::io_context& io_;
+  dds::Participant& participant_;
+  std::vector<std::unique_ptr<Client>> clients_;
+  std::vector<std::unique_ptr<dds::ServiceServer>> servers_;
+};
+
 void ros(std::uint32_t domain) {
+  boost::asio::io_context io{1};
   dds::Participant participant{{.domain = domain,
                                 .name = "restarts",
                                 .interfaces = {"127.0.0.1"},
@@ -81,22 +188,79 @@ void ros(std::uint32_t domain) {
                                 .lease = 1s,
                                 .on_event = {}}};
   const std::string type = dds::ros_type_name("std_msgs/msg/String");
+  constexpr dds::Qos latched{.reliable = true, .transient_local = true, .depth = 1};
+  const auto printing = [](const char* what, int n) {
+    return [what, n](const dds::Sample& sample) {
+      print(fmt::format("{} {} {}\n", what, n, text_at(8, sample.cdr())));
+    };
+  };
   std::vector<dds::Writer> writers;
   std::vector<dds::Reader> readers;
+  std::deque<dds::Writer> fields;
+  RosCalls calls{io, participant};
+  const std::vector<std::byte> nothing{std::byte{0}, std::byte{1}, std::byte{0}, std::byte{0}, std::byte{0}};
   for (const int n : {0, 1}) {
     writers.push_back(participant.create_writer(fmt::format("rt/up_{}", n), type, {}));
-    readers.push_back(participant.create_reader(
-        fmt::format("rt/down_{}", n), type, {},
-        [n](const dds::Sample& sample) { print(fmt::format("down {} {}\n", n, text_at(8, sample.cdr()))); }));
+    readers.push_back(participant.create_reader(fmt::format("rt/down_{}", n), type, {}, printing("down", n)));
+    calls.serve(fmt::format("/ask_{}", n), "std_srvs/srv/Trigger", [] {
+      return with_front({0, 1, 0, 0, 1, 0, 0, 0, 9, 0, 0, 0});
+    });
+    calls.call(fmt::format("/tell_{}", n), "std_srvs/srv/Trigger", nothing, fmt::format("tell {}", n), 12);
+    dds::Writer& field =
+        fields.emplace_back(participant.create_writer(fmt::format("rt/light_{}", n), type, latched));
+    static_cast<void>(field.write(value_as_cdr()));
+    calls.serve(fmt::format("/light_{}/set", n), "std_msgs_fields/srv/SetString", [&field] {
+      const std::vector<std::byte> value = value_as_cdr();
+      static_cast<void>(field.write(value));
+      return value;
+    });
+    readers.push_back(
+        participant.create_reader(fmt::format("rt/lamp_{}", n), type, latched, printing("lamp", n)));
+    calls.call(fmt::format("/lamp_{}/get", n), "std_msgs_fields/srv/GetString", nothing,
+               fmt::format("lamp_get {}", n), 8);
+    calls.call(fmt::format("/lamp_{}/set", n), "std_msgs_fields/srv/SetString", value_as_cdr(),
+               fmt::format("lamp_set {}", n), 8);
   }
   const std::vector<std::byte> sample = with_front({0, 1, 0, 0, 9, 0, 0, 0});
-  boost::asio::io_context io{1};
   run(io, [&] {
     for (dds::Writer& writer : writers) {
       static_cast<void>(writer.write(sample));
     }
+    calls.call_all();
   });
 }
+
+// --- SOME/IP ----------------------------------------------------------------------------------------------
+
+constexpr someip::MethodId event{0x8001};
+constexpr someip::MethodId method{0x0001};
+constexpr someip::MethodId getter{0x0002};
+constexpr someip::MethodId setter{0x0003};
+constexpr someip::EventgroupId eventgroup{1};
+
+/// A method of a service of others, called again and again.
+struct SomeipCall {
+  sd::Proxy proxy;
+  someip::MethodId id;
+  std::vector<std::byte> request;
+  std::string line;
+  std::size_t place;  ///< of what is printed, in the answer
+  bool waits = false;
+
+  void call() {
+    if (waits || proxy.available().empty()) {
+      return;
+    }
+    waits = true;
+    proxy.call({.method = id, .timeout = call_timeout}, request,
+               [this](boost::system::error_code error, const sd::Response& response) {
+                 waits = false;
+                 if (!error) {
+                   print(fmt::format("{} {}\n", line, text_at(place, response.payload)));
+                 }
+               });
+  }
+};
 
 void someip(const IpAddress& address, const IpAddress& group) {
   boost::asio::io_context io{1};
@@ -108,23 +272,50 @@ void someip(const IpAddress& address, const IpAddress& group) {
                             .repetitions_base_delay = 20ms,
                             .cyclic_offer_delay = 200ms,
                             .ttl_s = 1}}};
-  constexpr someip::MethodId event{0x8001};
-  constexpr someip::EventgroupId eventgroup{1};
-  std::vector<sd::OfferHandle> offers;
-  for (const std::uint16_t n : {std::uint16_t{0}, std::uint16_t{1}}) {
-    node.subscribe({.service = someip::ServiceId(0x1000U + n), .eventgroup = eventgroup, .events = {event}},
-                   [n](const someip::Message& message, const Endpoint&) {
-                     print(fmt::format("up {} {}\n", n, text_at(7, message.payload)));
+  const auto follow = [&](std::uint16_t service, const char* what, unsigned n) {
+    node.subscribe({.service = someip::ServiceId{service}, .eventgroup = eventgroup, .events = {event}},
+                   [what, n](const someip::Message& message, const Endpoint&) {
+                     print(fmt::format("{} {} {}\n", what, n, text_at(7, message.payload)));
                    });
-    offers.push_back(node.offer({.service = someip::ServiceId(0x2000U + n),
-                                 .instance = someip::InstanceId{1},
-                                 .eventgroups = {{.id = eventgroup, .events = {event}}}}));
+  };
+  std::vector<sd::OfferHandle> offers;
+  std::deque<SomeipCall> calls;
+  const auto call = [&](std::uint16_t service, someip::MethodId id, const std::vector<std::byte>& request,
+                        const std::string& line, std::size_t place) {
+    calls.push_back({{node, {.service = someip::ServiceId{service}}}, id, request, line, place});
+  };
+  for (const std::uint16_t n : {std::uint16_t{0}, std::uint16_t{1}}) {
+    const auto of = [n](unsigned service) { return static_cast<std::uint16_t>(service + n); };
+    follow(of(0x1000), "up", n);
+    call(of(0x1000), method, {}, fmt::format("ask {}", n), 8);
+    offers.push_back(
+        node.offer({.service = someip::ServiceId{of(0x2000)},
+                    .instance = someip::InstanceId{1},
+                    .methods = {{method,
+                                 [](const someip::Message&, sd::Responder responder) {
+                                   responder.respond(with_front({1, 0, 0, 0, 12, 0xef, 0xbb, 0xbf}));
+                                 }}},
+                    .eventgroups = {{.id = eventgroup, .events = {event}}}}));
+    follow(of(0x3000), "light", n);
+    call(of(0x3000), getter, {}, fmt::format("light_get {}", n), 7);
+    call(of(0x3000), setter, value_as_payload(), fmt::format("light_set {}", n), 7);
+    node.offer({.service = someip::ServiceId{of(0x4000)},
+                .instance = someip::InstanceId{1},
+                .fields = {{.getter = getter,
+                            .setter = setter,
+                            .notifier = event,
+                            .value = value_as_payload(),
+                            .on_set = [](ByteView) { return value_as_payload(); }}},
+                .eventgroups = {{.id = eventgroup, .events = {event}}}});
   }
   const std::vector<std::byte> payload = with_front({0, 0, 0, 12, 0xef, 0xbb, 0xbf});
   run(io, [&] {
     const ByteView bytes{payload};
     for (const sd::OfferHandle offer : offers) {
       node.notify(offer, event, {&bytes, 1});
+    }
+    for (SomeipCall& one : calls) {
+      one.call();
     }
   });
   node.shutdown();

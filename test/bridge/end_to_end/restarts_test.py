@@ -1,4 +1,4 @@
-"""A publisher, a bridge and a SOME/IP stack are killed and started again in any order: everything heals by itself.
+"""A ROS node, a bridge and a SOME/IP stack are killed and started again in any order: topics, calls and fields heal.
 
 A second bridge, the witness, is never killed: nothing of those that were may stay with it.
 
@@ -55,7 +55,21 @@ routes:
      eventgroup: 1, event: 0x8001, port: 40001, offer: while_published}}
   - {{topic: /down_{n}, type: std_msgs/msg/String, direction: someip_to_dds, service: {0x2000 + n}, instance: 1,
      eventgroup: 1, event: 0x8001, write: while_offered, subscribe: while_read}}
+methods:
+  - {{ros_service: /ask_{n}, type: std_srvs/srv/Trigger, server: ros, service: {0x1000 + n}, instance: 1, method: 1,
+     port: 40001, timeout: 1 s}}
+  - {{ros_service: /tell_{n}, type: std_srvs/srv/Trigger, server: someip, service: {0x2000 + n}, instance: 1, method: 1,
+     timeout: 1 s}}
+fields:
+  - {{topic: /light_{n}, type: std_msgs/msg/String, server: ros, service: {0x3000 + n}, instance: 1, eventgroup: 1,
+     event: 0x8001, getter: 2, setter: 3, port: 40001, timeout: 1 s}}
+  - {{topic: /lamp_{n}, type: std_msgs/msg/String, server: someip, service: {0x4000 + n}, instance: 1, eventgroup: 1,
+     event: 0x8001, getter: 2, setter: 3, timeout: 1 s}}
 """
+
+# What arrives of the node at the SOME/IP stack, and the other way.
+OF_ROS = ("up", "ask", "light", "light_get", "light_set")
+OF_SOMEIP = ("down", "tell", "lamp", "lamp_get", "lamp_set")
 
 
 class Party:
@@ -117,9 +131,9 @@ def counters(bridge, *wanted):
 
 
 def heal(ros, peer, parties):
-    """Waits until what each sends arrives at the others that live now, through either bridge."""
+    """Waits until what each sends and answers arrives at the others that live now, through either bridge."""
     missing = {(receiver, f"{way} {n} {sender.process.pid:08}")
-               for n in (0, 1) for way, sender, receiver in (("up", ros, peer), ("down", peer, ros))}
+               for n in (0, 1) for ways, sender, receiver in ((OF_ROS, ros, peer), (OF_SOMEIP, peer, ros)) for way in ways}
     end = time.monotonic() + PATIENCE
     for party in (ros, peer):
         party.output()  # what came before
@@ -145,10 +159,18 @@ def main():
     ros = Party(PEER, "ros", str(DOMAIN))
     peer = Party(PEER, "someip", address(21), GROUP)
     parties = (witness, bridge, ros, peer)
-    all_there = (r"publishers 1, offered 1\b", r"readers 1, written 1, subscribed 1\b")
+    routes = "route /up_%d to", "route /light_%d to", "route /down_%d from", "route /lamp_%d from"
+    calls = "/ask_%d", "/tell_%d", "/light_%d/set", "/lamp_%d/get", "/lamp_%d/set"
+
+    def those_of(n, outbound, inbound, method):
+        return ([f"{group % n} .*{outbound if group.endswith('to') else inbound}\\b" for group in routes]
+                + [f"(method of ROS service|ROS service of method) {name % n}: .*{method}\\b" for name in calls])
+
+    def all_there(n):
+        return those_of(n, "publishers 1, offered 1", "readers 1, written 1, subscribed 1", "ready 1")
     try:
         heal(ros, peer, parties)
-        counters(witness, *all_there)
+        counters(witness, *all_there(1))
         descriptors, threads, memory = witness.descriptors(), witness.threads(), None
         order = [bridge, ros, peer] * LIVES
         choice.shuffle(order)
@@ -177,17 +199,17 @@ def main():
             dead.pop().start()
         heal(ros, peer, parties)
         # When the leases of the killed have ended there is nobody but the living.
-        counters(witness, *all_there)
-        counters(bridge, *all_there)
+        counters(witness, *all_there(1))
+        counters(bridge, *all_there(0))
         grown = witness.memory() - memory
         print(f"witness: {descriptors} descriptors, {threads} threads, {memory} KiB and {grown} more")
         assert witness.descriptors() == descriptors, f"{witness.descriptors()} instead of {descriptors}"
         assert witness.threads() == threads, f"{witness.threads()} instead of {threads}"
         assert grown < 2048, f"{grown} KiB in {2 * len(order) // 3} restarts"
-        # Without the others: nothing is offered, written or subscribed to.
+        # Without the others: nothing is offered, written or subscribed to, and no call waits for ever.
         ros.end(signal.SIGKILL)
         peer.end(signal.SIGKILL)
-        counters(witness, r"publishers 0, offered 0\b", r"readers 0, written 0, subscribed 0\b")
+        counters(witness, *those_of(1, "publishers 0, offered 0", "readers 0, written 0, subscribed 0", "in_flight 0, ready 0"))
     finally:
         for party in parties:
             if party.process.poll() is None:
