@@ -21,6 +21,15 @@ const ParticipantEntities lidar{
     .nodes = {
         {.name_space = "/", .name = "lidar", .readers = {gid(0xaa)}, .writers = {gid(0xbb), gid(0xcc)}}}};
 
+// rmw_dds_common/msg/ParticipantEntitiesInfo. Both are byte for byte what the library rosbags 0.11.9, whose
+// serializer is its own, makes of the same values with its definitions of Iron and Humble:
+//
+//     store = rosbags.typesys.get_typestore(Stores.ROS2_HUMBLE)
+//     store.serialize_cdr(message, "rmw_dds_common/msg/ParticipantEntitiesInfo").hex()
+//
+// In Humble Gid.msg is `char[24] data` (ros2/rmw_dds_common, branch humble, d7f6621); since Iron char[16]
+// (5ab4f59). What an id has beyond its GUID, prefix and entity, is zero there: create_rmw_gid() of
+// ros2/rmw_fastrtps, branch humble.
 const std::string lidar_iron =
     "00 01 00 00"
     "c1 00 00 00 00 00 00 00 00 00 00 00 00 00 00 04"  // the participant
