@@ -4,6 +4,8 @@
 #include <span>
 #include <utility>
 
+#include "someip/wire/types.hpp"
+
 namespace trestle::sd {
 
 /// A queue in the caller's memory.
@@ -16,16 +18,18 @@ class BoundedQueue {
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
   /// How many more push() takes.
   [[nodiscard]] std::size_t free_places() const noexcept { return room_.size() - size_; }
-  [[nodiscard]] T& operator[](std::size_t index) const noexcept {
+  TRESTLE_ONCE [[nodiscard]] T& operator[](std::size_t index) const noexcept {
     assert(index < size_);
     return room_[(head_ + index) % room_.size()];
   }
 
-  /// There must be a free place.
-  void push(const T& item) noexcept {
-    assert(free_places() > 0);
-    room_[(head_ + size_) % room_.size()] = item;
+  /// The next free place, now the last of the queue, for the caller to fill; nothing when it is full.
+  [[nodiscard]] T* append() noexcept {
+    if (free_places() == 0) {
+      return nullptr;
+    }
     ++size_;
+    return &(*this)[size_ - 1];
   }
   /// The queue must not be empty.
   T pop() noexcept {

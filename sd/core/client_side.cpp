@@ -50,15 +50,15 @@ Result<SubscriptionHandle, SdError> ServiceDiscovery::subscribe(RequirementHandl
       instance != someip::any_instance &&
       (requirement->instance == someip::any_instance || requirement->instance == instance);
   if (!instance_fits || ttl_s == 0 || ttl_s > infinite_ttl_s || !usable(request.udp, rules_.v6()) ||
-      !usable(request.tcp, rules_.v6()) || request.silence_timeout.value_or(Duration{1}) <= Duration{}) {
+      !usable(request.tcp, rules_.v6()) || request.silence_timeout.value_or(Duration{1}).count() <= 0) {
     return tl::unexpected{SdError::bad_argument};
   }
   // Parallel subscriptions to one eventgroup differ in their counter.  [feat_req_someipsd_322]
   const auto counter_taken = [&](std::uint8_t counter) {
-    return std::any_of(subscriptions_.begin(), subscriptions_.end(), [&](const OwnSubscription& other) {
+    return subscriptions_.find_if([&](const OwnSubscription& other) {
       return other.counter == counter && other.eventgroup == request.eventgroup &&
              other.instance == instance && requirements_[other.requirement].service == requirement->service;
-    });
+    }) != nullptr;
   };
   std::uint8_t counter = 0;
   while (counter < 16 && counter_taken(counter)) {
@@ -75,7 +75,7 @@ Result<SubscriptionHandle, SdError> ServiceDiscovery::subscribe(RequirementHandl
   slot->ttl_s = ttl_s;
   slot->udp = request.udp;
   slot->tcp = request.tcp;
-  slot->silence_timeout = request.silence_timeout;
+  slot->silence_timeout = request.silence_timeout.value_or(Duration{});
   slot->receive_buffer_bytes =
       settings_.tell_receive_buffer && request.udp ? request.receive_buffer_bytes : 0;
   bind(*slot, now);
@@ -100,8 +100,9 @@ void ServiceDiscovery::reconnected(SubscriptionHandle handle, const Endpoint& tc
 
 void ServiceDiscovery::event_received(SubscriptionHandle handle, TimePoint now) noexcept {
   OwnSubscription* const subscription = subscriptions_.find(handle);
-  if (subscription != nullptr && subscription->silence_timeout && subscription->state == State::subscribed) {
-    subscription->silent_at = now + *subscription->silence_timeout;
+  if (subscription != nullptr && subscription->silence_timeout.count() > 0 &&
+      subscription->state == State::subscribed) {
+    subscription->silent_at = now + subscription->silence_timeout;
   }
 }
 
@@ -111,39 +112,38 @@ void ServiceDiscovery::event_received(SubscriptionHandle handle, TimePoint now) 
 void ServiceDiscovery::bind(OwnSubscription& subscription, TimePoint now) noexcept {
   for (slots::Remote& remote : remotes_) {
     if (remote.instance == subscription.instance && fits(requirements_[subscription.requirement], remote)) {
-      subscription.remote = remotes_.index_of(remote);
+      subscription.remote = remote.index;
       // An application that subscribes on ServiceAvailable answers the offer: it waits as long as we would
       // have. [feat_req_someipsd_766]
-      request(subscription, std::max(now, remote.answer_due), Cause::application_or_unicast_offer);
+      request(subscription, is_due(remote.answer_due, now) ? now : remote.answer_due,
+              Cause::application_or_unicast_offer);
       return;
     }
   }
 }
 
-slots::PendingEntry ServiceDiscovery::subscribe_entry(const OwnSubscription& subscription, TimePoint due,
-                                                      std::uint32_t ttl_s, bool initial_data) const noexcept {
+// Queues a Subscribe, or with a TTL of 0 a StopSubscribe.
+slots::PendingEntry* ServiceDiscovery::send_subscribe(const OwnSubscription& subscription, TimePoint due,
+                                                      std::uint32_t ttl_s, bool initial_data) noexcept {
   const slots::Remote& remote = remotes_[subscription.remote];
-  slots::PendingEntry pending;
-  pending.due = due;
-  pending.peer = remote.peer;  // always by unicast  [feat_req_someipsd_818]
-  pending.entry = {
+  slots::PendingEntry* const pending = send(remote.peer, due);  // always by unicast  [feat_req_someipsd_818]
+  if (pending == nullptr) {
+    return nullptr;
+  }
+  pending->entry = {
       .type = EntryType::subscribe_eventgroup,
       .service = remote.service,
       .instance = remote.instance,
       .major = remote.major,
       .ttl_s = ttl_s,
       .tail = Entry::eventgroup_tail(subscription.eventgroup, subscription.counter, initial_data)};
-  if (subscription.udp) {
-    pending.add(EndpointOption{EndpointRole::unicast, *subscription.udp, Transport::udp}.encode());
-  }
-  if (subscription.tcp) {
-    pending.add(EndpointOption{EndpointRole::unicast, *subscription.tcp, Transport::tcp}.encode());
-  }
-  pending.configuration = requirements_[subscription.requirement].configuration;
+  pending->add(EndpointRole::unicast, subscription.udp, Transport::udp);
+  pending->add(EndpointRole::unicast, subscription.tcp, Transport::tcp);
+  pending->configuration = requirements_[subscription.requirement].configuration;
   // In a StopSubscribe too: it references what the Subscribe did [feat_req_someipsd_1177]. Not told to stacks
   // from before explicit initial data, some of which fail at every configuration option.
   if (peers_[remote.peer].explicit_initial_data) {
-    pending.receive_buffer_bytes = subscription.receive_buffer_bytes;
+    pending->receive_buffer_bytes = subscription.receive_buffer_bytes;
   }
   return pending;
 }
@@ -161,7 +161,8 @@ bool ServiceDiscovery::is_for(const slots::PendingEntry& pending,
 
 bool ServiceDiscovery::is_requested(const OwnSubscription& subscription) const noexcept {
   for (std::size_t i = 0; i < pending_.size(); ++i) {
-    if (pending_[i].entry.ttl_s != 0 && is_for(pending_[i], subscription)) {
+    const slots::PendingEntry& pending = pending_[i];
+    if (pending.entry.ttl_s != 0 && is_for(pending, subscription)) {
       return true;
     }
   }
@@ -178,7 +179,7 @@ void ServiceDiscovery::request(OwnSubscription& subscription, TimePoint due, Cau
     return;
   }
   if (pending_.free_places() < 2) {
-    ++counters_.ignored_no_room;
+    count(counters_.ignored_no_room);
     return;
   }
   // A Subscribe that went unanswered may be lost, or its answer, or the initial events after it. Only
@@ -188,9 +189,7 @@ void ServiceDiscovery::request(OwnSubscription& subscription, TimePoint due, Cau
   const bool server_is_asked =
       settings_.explicit_initial_data && peers_[remotes_[subscription.remote].peer].explicit_initial_data;
   if (unanswered && !server_is_asked) {
-    slots::PendingEntry stop = subscribe_entry(subscription, due, 0, false);
-    stop.with_next = true;  // [feat_req_someipsd_1178]
-    send(stop);
+    send_subscribe(subscription, due, 0, false)->with_next = true;  // [feat_req_someipsd_1178]
   }
   // The first asks for initial events [feat_req_someipsd_1191], an additional one, while the TTL of the one
   // before it runs on, does not, answered or not [feat_req_someipsd_1192]; nor does one behind a
@@ -202,30 +201,20 @@ void ServiceDiscovery::request(OwnSubscription& subscription, TimePoint due, Cau
   const bool again = server_is_asked &&
                      (unanswered || (subscription.state == State::subscribed && subscription.initial_open));
   const bool initial_data = settings_.explicit_initial_data && (first || again || cause == Cause::silence);
-  slots::PendingEntry subscribe = subscribe_entry(subscription, due, subscription.ttl_s, initial_data);
-  subscribe.first = first;
-  send(subscribe);
+  send_subscribe(subscription, due, subscription.ttl_s, initial_data)->first = first;
   if (cause != Cause::silence) {
     subscription.ack_overdue = cause == Cause::multicast_offer;
   }
   subscription.asked = true;
   if (subscription.state != State::subscribed) {
     subscription.initial_open = !initial_data;
-    subscription.expiry = end_of(subscription, due);
+    subscription.expiry = end_of(subscription.ttl_s, due);
   } else if (initial_data) {
     subscription.initial_open = false;
   }
   if (subscription.state == State::idle) {
     subscription.state = State::requested;
   }
-}
-
-// When a Subscribe of this time is over, unless it is renewed: never, if it lasts until the next reboot.
-std::optional<TimePoint> ServiceDiscovery::end_of(const OwnSubscription& subscription,
-                                                  TimePoint since) const noexcept {
-  return subscription.ttl_s == infinite_ttl_s
-             ? std::nullopt
-             : std::optional{since + std::chrono::seconds{subscription.ttl_s}};
 }
 
 // The server has answered, or the time of the last Subscribe is over, before the next one is sent, which is
@@ -254,7 +243,7 @@ void ServiceDiscovery::withdraw(OwnSubscription& subscription, TimePoint now) no
   if (subscription.remote != OwnSubscription::no_remote) {
     cancel_requests(subscription);
     if (link_up_ && subscription.state != State::idle && subscription.state != State::refused) {
-      send(subscribe_entry(subscription, now, 0, false));  // [feat_req_someipsd_1177]
+      send_subscribe(subscription, now, 0, false);  // [feat_req_someipsd_1177]
     }
   }
   subscriptions_.remove(subscription);
@@ -273,23 +262,22 @@ void ServiceDiscovery::unbind(OwnSubscription& subscription, LossReason reason) 
   subscription.ack_overdue = reason == LossReason::rebooted;
   subscription.asked = false;
   subscription.initial_open = false;
-  subscription.expiry.reset();
-  subscription.silent_at.reset();
+  subscription.expiry = never;
+  subscription.silent_at = never;
   subscription.needs_connection = subscription.tcp.has_value();
 }
 
 // [feat_req_someipsd_431] [feat_req_someipsd_812]
 void ServiceDiscovery::renew_subscriptions(slots::Remote& remote, const Arrival& arrival) noexcept {
-  const std::uint16_t index = remotes_.index_of(remote);
   for (OwnSubscription& subscription : subscriptions_) {
     const bool unbound = subscription.remote == OwnSubscription::no_remote;
     if (unbound && !subscription.needs_connection && subscription.instance == remote.instance &&
         fits(requirements_[subscription.requirement], remote)) {
-      subscription.remote = index;
+      subscription.remote = remote.index;
     }
     const bool lasts = subscription.state == State::subscribed && subscription.ttl_s == infinite_ttl_s &&
                        !settings_.renew_infinite_subscriptions;
-    if (subscription.remote == index && !lasts) {
+    if (subscription.remote == remote.index && !lasts) {
       request(subscription, arrival.answer_due,
               arrival.via_multicast ? Cause::multicast_offer : Cause::application_or_unicast_offer);
     }
@@ -298,7 +286,7 @@ void ServiceDiscovery::renew_subscriptions(slots::Remote& remote, const Arrival&
 
 void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexcept {
   if (arrival.via_multicast) {
-    ++counters_.ignored_wrong_transport;  // [feat_req_someipsd_818]
+    count(counters_.ignored_wrong_transport);  // [feat_req_someipsd_818]
     return;
   }
   const std::string_view name = name_in(entry, arrival);
@@ -310,23 +298,23 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
     return remote.peer == arrival.peer && remote.service == entry.service &&
            remote.instance == entry.instance && remote.major == entry.major &&
            subscription.eventgroup == entry.eventgroup() && subscription.counter == entry.counter() &&
-           (name.empty() || has_name(remote, name));
+           (name.empty() || has_name(remote.service, remote.configuration, name));
   };
-  const auto meant = std::find_if(subscriptions_.begin(), subscriptions_.end(), is_meant);
-  if (meant == subscriptions_.end()) {
-    ++counters_.ignored_unexpected_ack;
+  OwnSubscription* const meant = subscriptions_.find_if(is_meant);
+  if (meant == nullptr) {
+    count(counters_.ignored_unexpected_ack);
     return;
   }
   if (events_.free_places() == 0) {
-    ++counters_.ignored_no_room;
+    count(counters_.ignored_no_room);
     return;
   }
   OwnSubscription& subscription = *meant;
   const auto handle = subscriptions_.handle_of<SubscriptionHandle>(subscription);
   if (entry.ttl_s == 0) {
     subscription.ack_overdue = false;
-    subscription.expiry.reset();
-    subscription.silent_at.reset();
+    subscription.expiry = never;
+    subscription.silent_at = never;
     const bool was_refused = std::exchange(subscription.state, State::refused) == State::refused;
     amend_request(subscription);
     if (!was_refused) {
@@ -336,11 +324,11 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
   }
   const auto options = read_options(arrival.message, entry, rules_);
   if (!options) {
-    ++counters_.ignored_bad_options;
+    count(counters_.ignored_bad_options);
     return;
   }
   subscription.ack_overdue = false;
-  subscription.expiry = end_of(subscription, arrival.now);
+  subscription.expiry = end_of(subscription.ttl_s, arrival.now);
   const bool was_subscribed = std::exchange(subscription.state, State::subscribed) == State::subscribed;
   if (entry.initial_data_requested()) {  // which an Ack repeats  [feat_req_someipsd_614]
     subscription.initial_open = false;
@@ -358,9 +346,9 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
 // Ends own subscriptions whose time is over, and renews those whose events are missing.
 void ServiceDiscovery::watch(TimePoint now) noexcept {
   for (OwnSubscription& subscription : subscriptions_) {
-    if (subscription.expiry && *subscription.expiry <= now && events_.free_places() > 0) {
-      subscription.expiry.reset();
-      subscription.silent_at.reset();
+    if (is_due(subscription.expiry, now) && events_.free_places() > 0) {
+      subscription.expiry = never;
+      subscription.silent_at = never;
       if (subscription.state == State::subscribed) {
         tell(SubscriptionLost{subscriptions_.handle_of<SubscriptionHandle>(subscription),
                               LossReason::expired});
@@ -372,9 +360,9 @@ void ServiceDiscovery::watch(TimePoint now) noexcept {
     }
   }
   for (OwnSubscription& subscription : subscriptions_) {
-    if (subscription.silent_at && *subscription.silent_at <= now) {
-      ++counters_.silences;
-      subscription.silent_at = now + *subscription.silence_timeout;
+    if (is_due(subscription.silent_at, now)) {
+      count(counters_.silences);
+      subscription.silent_at = now + subscription.silence_timeout;
       request(subscription, now, Cause::silence);  // [feat_req_someipsd_439]
     }
   }

@@ -56,6 +56,10 @@ MergedConfiguration merge_configurations(const SdMessage& message, const Entry& 
   return merged;
 }
 
+ByteSpan ConfigurationPool::block(std::size_t index) const noexcept {
+  return bytes_.subspan(index * block_bytes_).first(block_bytes_);
+}
+
 ByteView ConfigurationPool::operator[](std::uint16_t index) const noexcept {
   if (index == unkept) {
     return unkept_;

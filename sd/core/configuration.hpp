@@ -78,9 +78,7 @@ class ConfigurationPool {
   [[nodiscard]] ByteView operator[](std::uint16_t index) const noexcept;
 
  private:
-  [[nodiscard]] ByteSpan block(std::size_t index) const noexcept {
-    return bytes_.subspan(index * block_bytes_, block_bytes_);
-  }
+  [[nodiscard]] ByteSpan block(std::size_t index) const noexcept;
   [[nodiscard]] std::optional<std::uint16_t> find(ByteView body) const noexcept;
   [[nodiscard]] std::optional<std::uint16_t> store(ByteView body) noexcept;
 

@@ -42,12 +42,11 @@ bool is_subnet_broadcast(const IpAddress& address, std::size_t prefix_bits) noex
 
 // Takes `value` as the one of its kind; false when there is another already.
 template <typename T>
-bool take(std::optional<T>& place, const T& value) noexcept {
-  if (place && *place != value) {
-    return false;
+TRESTLE_ONCE bool take(std::optional<T>& place, const T& value) noexcept {
+  if (!place) {
+    place = value;
   }
-  place = value;
-  return true;
+  return *place == value;
 }
 
 std::optional<OptionFault> take_unicast(EntryOptions& found, const EndpointOption& option,
@@ -69,31 +68,12 @@ std::optional<OptionFault> take_multicast(EntryOptions& found, const EndpointOpt
   return take(found.multicast, option.endpoint) ? std::nullopt : std::optional{OptionFault::conflict};
 }
 
-// Not an endpoint, or one of a wrong length.
-std::optional<OptionFault> take_other(EntryOptions& found, const Option& option) noexcept {
-  if (find_fault(option)) {
-    return OptionFault::malformed;
-  }
-  const auto load_balancing = LoadBalancingOption::decode(option);
-  const auto mac_groupcast = MacGroupcastOption::decode(option);
-  if ((load_balancing && !take(found.load_balancing, *load_balancing)) ||
-      (mac_groupcast && !take(found.mac_groupcast, *mac_groupcast))) {
-    return OptionFault::conflict;
-  }
-  if (option.type == OptionType::configuration && found.receive_buffer_bytes == 0) {
-    found.receive_buffer_bytes = receive_buffer_in(option);
-  }
-  return std::nullopt;
-}
-
-std::optional<OptionFault> take(EntryOptions& found, const Option& option, EntryType type,
-                                const OptionRules& rules) noexcept {
-  if (rules.refuses(option)) {
-    return OptionFault::unknown;
-  }
+std::optional<OptionFault> take_endpoint(EntryOptions& found, const Option& option, EntryType type,
+                                         const OptionRules& rules) noexcept {
   const auto endpoint = EndpointOption::decode(option);
-  if (!endpoint) {
-    return take_other(found, option);
+  if (!endpoint) {  // of a wrong length, or no endpoint but an option of unknown type
+    return endpoint.error() == WireError::bad_option_length ? std::optional{OptionFault::malformed}
+                                                            : std::nullopt;
   }
   if (endpoint->endpoint.address.v6 != rules.v6()) {
     return std::nullopt;
@@ -106,6 +86,47 @@ std::optional<OptionFault> take(EntryOptions& found, const Option& option, Entry
     return take_multicast(found, *endpoint);
   }
   return std::nullopt;
+}
+
+// One of two kinds whose options are decoded whole. Such as cannot be held here (no_room) are not wrong.
+template <typename Kind>
+std::optional<OptionFault> take_decoded(std::optional<Kind>& place, const Option& option) noexcept {
+  const auto decoded = Kind::decode(option);
+  if (!decoded) {
+    return decoded.error() == WireError::bad_option_length ? std::optional{OptionFault::malformed}
+                                                           : std::nullopt;
+  }
+  return take(place, *decoded) ? std::nullopt : std::optional{OptionFault::conflict};
+}
+
+std::optional<OptionFault> take_configuration(EntryOptions& found, const Option& option) noexcept {
+  ConfigurationCursor cursor{option};
+  while (cursor.next()) {
+  }
+  if (cursor.error()) {
+    return OptionFault::malformed;
+  }
+  if (found.receive_buffer_bytes == 0) {
+    found.receive_buffer_bytes = receive_buffer_in(option);
+  }
+  return std::nullopt;
+}
+
+std::optional<OptionFault> take(EntryOptions& found, const Option& option, EntryType type,
+                                const OptionRules& rules) noexcept {
+  if (rules.refuses(option)) {
+    return OptionFault::unknown;
+  }
+  switch (option.type) {
+    case OptionType::configuration:
+      return take_configuration(found, option);
+    case OptionType::load_balancing:
+      return take_decoded(found.load_balancing, option);
+    case OptionType::mac_groupcast:
+      return take_decoded(found.mac_groupcast, option);
+    default:
+      return take_endpoint(found, option, type, rules);
+  }
 }
 
 }  // namespace
@@ -126,13 +147,13 @@ bool OptionRules::allow(const IpAddress& address) const noexcept {
 
 tl::expected<EntryOptions, OptionFault> read_options(const SdMessage& message, const Entry& entry,
                                                      const OptionRules& rules) noexcept {
-  EntryOptions found;
+  tl::expected<EntryOptions, OptionFault> found;
   for (std::size_t position = 0; position < entry.option_count(); ++position) {
     const auto option = message.option_of(entry, position);
     if (!option) {
       return tl::unexpected{OptionFault::missing};
     }
-    if (const auto fault = take(found, *option, entry.type, rules)) {
+    if (const auto fault = take(*found, *option, entry.type, rules)) {
       return tl::unexpected{*fault};
     }
   }

@@ -2,15 +2,22 @@
 
 namespace trestle::sd {
 
+TimePoint end_of(std::uint32_t ttl_s, TimePoint since) noexcept {
+  return ttl_s == infinite_ttl_s ? never : since + std::chrono::seconds{ttl_s};
+}
+
 OfferSchedule::OfferSchedule(const Timing& timing, TimePoint first) noexcept
+    : OfferSchedule{timing, first, timing.cyclic_offer_delay} {}
+
+OfferSchedule::OfferSchedule(const Timing& timing, TimePoint first, Duration cyclic_delay) noexcept
     : phase_{Phase::initial_wait},
       repetitions_left_{timing.repetitions_max},
       repetition_delay_{timing.repetitions_base_delay},
-      cyclic_delay_{timing.cyclic_offer_delay},
+      cyclic_delay_{cyclic_delay},
       due_{first} {}
 
 bool OfferSchedule::on_time(TimePoint now) noexcept {
-  if (!due_ || now < *due_) {
+  if (!is_due(due_, now)) {
     return false;
   }
   // Waits start at the real send, not at the missed deadline: after a stall of the host the offers must not
@@ -25,7 +32,7 @@ bool OfferSchedule::on_time(TimePoint now) noexcept {
     // waits for another doubled delay and sends at once on entering this phase, requirement _80 waits for one
     // CYCLIC_OFFER_DELAY: the requirement wins.
     phase_ = Phase::main;
-    due_ = cyclic_delay_ > Duration{} ? std::optional{now + cyclic_delay_} : std::nullopt;
+    due_ = cyclic_delay_.count() > 0 ? now + cyclic_delay_ : never;
   }
   return true;
 }

@@ -3,6 +3,9 @@
 
 namespace trestle::sd {
 
+/// A deadline that there is none of.
+inline constexpr TimePoint never = TimePoint::max();
+
 /// The phases of offering or finding one service.  [feat_req_someipsd_68]
 enum class Phase : std::uint8_t {
   down,  ///< nothing is sent: the link is down, or what was looked for has been stopped
@@ -10,6 +13,9 @@ enum class Phase : std::uint8_t {
   repetition,
   main,
 };
+
+/// When what was said at `since` for `ttl_s` seconds is over.
+[[nodiscard]] TimePoint end_of(std::uint32_t ttl_s, TimePoint since) noexcept;
 
 /// When the multicast offers of one service instance are due.
 class OfferSchedule {
@@ -23,22 +29,25 @@ class OfferSchedule {
   /// Early and repeated calls change nothing, so a driver's timer need not be exact.
   bool on_time(TimePoint now) noexcept;
 
-  [[nodiscard]] std::optional<TimePoint> deadline() const noexcept { return due_; }
+  /// When on_time() has something to do; or never.
+  [[nodiscard]] TimePoint deadline() const noexcept { return due_; }
   [[nodiscard]] Phase phase() const noexcept { return phase_; }
 
- private:
+ protected:
+  OfferSchedule(const Timing& timing, TimePoint first, Duration cyclic_delay) noexcept;
+
   Phase phase_ = Phase::down;
   std::uint8_t repetitions_left_ = 0;
   Duration repetition_delay_{};
   Duration cyclic_delay_{};
-  std::optional<TimePoint> due_;
+  TimePoint due_ = never;
 };
 
 /// The wait after the next repetition.  [feat_req_someipsd_76]
 [[nodiscard]] constexpr Duration doubled(Duration delay) noexcept {
   // The bound keeps a REPETITIONS_MAX of 255 from overflowing; nobody waits that long.
   constexpr Duration longest = std::chrono::hours{24 * 365};
-  return delay > longest / 2 ? longest : 2 * delay;
+  return delay.count() > longest.count() / 2 ? longest : 2 * delay;
 }
 
 }  // namespace trestle::sd

@@ -4,13 +4,7 @@
 namespace trestle::sd {
 
 slots::Peer* ServiceDiscovery::peer_at(const Endpoint& endpoint, TimePoint now) noexcept {
-  slots::Peer* found = nullptr;
-  for (slots::Peer& peer : peers_) {
-    if (peer.endpoint == endpoint) {
-      found = &peer;
-      break;
-    }
-  }
+  slots::Peer* found = peers_.find_if([&](const slots::Peer& peer) { return peer.endpoint == endpoint; });
   if (found == nullptr) {
     found = peers_.add();
   }
@@ -40,13 +34,14 @@ slots::Peer* ServiceDiscovery::forget_a_peer() noexcept {
     peers_[remote.peer].referenced = true;
   }
   for (std::size_t i = 0; i < pending_.size(); ++i) {
-    if (pending_[i].peer != slots::PendingEntry::to_multicast) {
-      peers_[pending_[i].peer].referenced = true;
+    const std::uint16_t peer = pending_[i].peer;
+    if (peer != slots::PendingEntry::to_multicast) {
+      peers_[peer].referenced = true;
     }
   }
   slots::Peer* oldest = nullptr;
   for (slots::Peer& peer : peers_) {
-    if (!peer.referenced && (oldest == nullptr || peer.last_seen < oldest->last_seen)) {
+    if (!peer.referenced && (oldest == nullptr || !is_due(oldest->last_seen, peer.last_seen))) {
       oldest = &peer;
     }
   }
@@ -63,10 +58,10 @@ slots::Peer* ServiceDiscovery::forget_a_peer() noexcept {
 bool ServiceDiscovery::is_outdated(const slots::TcpConnection& connection,
                                    std::uint16_t peer) const noexcept {
   return (connection.peer_spoke && connection.remote.address == peers_[peer].endpoint.address) ||
-         std::any_of(subscribers_.begin(), subscribers_.end(), [&](const slots::Subscription& one) {
+         subscribers_.find_if([&](const slots::Subscription& one) {
            return one.peer == peer && one.tcp == connection.remote &&
                   offers_[one.offer].tcp == connection.own;
-         });
+         }) != nullptr;
 }
 
 std::size_t ServiceDiscovery::events_of_reboot(std::uint16_t peer) const noexcept {
@@ -86,7 +81,7 @@ std::size_t ServiceDiscovery::events_of_reboot(std::uint16_t peer) const noexcep
 // What the peer had with us is gone with its former life; the message that showed the reboot may already
 // start anew.  [feat_req_someipsd_871]
 void ServiceDiscovery::on_reboot(std::uint16_t peer, TimePoint now) noexcept {
-  ++counters_.reboots_detected;
+  count(counters_.reboots_detected);
   for (slots::TcpConnection& connection : tcp_connections_) {
     if (is_outdated(connection, peer)) {
       tell(ConnectionOutdated{connection.own, connection.remote});  // [feat_req_someipsd_872]

@@ -18,11 +18,15 @@ class Random {
 
   /// A duration from `min` to `max`, both included.  [feat_req_someipsd_64] [feat_req_someipsd_85]
   constexpr Duration between(Duration min, Duration max) noexcept {
-    if (max <= min) {
+    if (max.count() <= min.count()) {
       return min;
     }
     const auto width = static_cast<std::uint64_t>((max - min).count()) + 1;
-    return min + Duration{static_cast<Duration::rep>(next() % width)};
+    // A fraction of the width, in units of 2^-32: the remainder of a division would be that of 64 bits, which
+    // small processors have no instruction for.
+    const std::uint64_t fraction = next() >> 32U;
+    const std::uint64_t drawn = (width >> 32U) * fraction + (((width & 0xffff'ffffU) * fraction) >> 32U);
+    return min + Duration{static_cast<Duration::rep>(drawn)};
   }
 
  private:

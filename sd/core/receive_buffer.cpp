@@ -1,21 +1,21 @@
 #include "sd/core/receive_buffer.hpp"
 
-#include <algorithm>
 #include <limits>
 
 namespace trestle::sd {
 namespace {
 
 std::uint32_t number_in(std::string_view text) noexcept {
-  constexpr std::uint64_t most = std::numeric_limits<std::uint32_t>::max();
-  std::uint64_t number = 0;
+  constexpr std::uint32_t most = std::numeric_limits<std::uint32_t>::max();
+  std::uint32_t number = 0;
   for (const char digit : text) {
     if (digit < '0' || digit > '9') {
       return 0;
     }
-    number = std::min(10 * number + static_cast<std::uint64_t>(digit - '0'), most);
+    const auto unit = static_cast<std::uint32_t>(digit - '0');
+    number = number > (most - unit) / 10 ? most : 10 * number + unit;
   }
-  return static_cast<std::uint32_t>(number);
+  return number;
 }
 
 }  // namespace

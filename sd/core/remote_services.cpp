@@ -12,7 +12,8 @@ bool ServiceDiscovery::fits(const slots::Requirement& requirement,
          (requirement.instance == someip::any_instance || requirement.instance == remote.instance) &&
          (requirement.major == any_major || requirement.major == remote.major) &&
          (requirement.minor == any_minor || requirement.minor == remote.minor) &&
-         has_name(requirement, otherserv_of(configurations_[remote.configuration]));
+         has_name(requirement.service, requirement.configuration,
+                  otherserv_of(configurations_[remote.configuration]));
 }
 
 RemoteService ServiceDiscovery::service_of(const slots::Remote& remote) const noexcept {
@@ -34,17 +35,19 @@ std::optional<RemoteService> ServiceDiscovery::remote(RemoteHandle service) cons
 }
 
 std::size_t ServiceDiscovery::requirements_of(const slots::Remote& remote) const noexcept {
-  return static_cast<std::size_t>(
-      std::count_if(requirements_.begin(), requirements_.end(),
-                    [&](const slots::Requirement& requirement) { return fits(requirement, remote); }));
+  std::size_t count = 0;
+  for (const slots::Requirement& requirement : requirements_) {
+    count += fits(requirement, remote) ? 1 : 0;
+  }
+  return count;
 }
 
 std::size_t ServiceDiscovery::events_of_loss(const slots::Remote& remote) const noexcept {
-  const std::uint16_t index = remotes_.index_of(remote);
-  const auto subscribed = std::count_if(
-      subscriptions_.begin(), subscriptions_.end(),
-      [&](const OwnSubscription& s) { return s.remote == index && s.state == State::subscribed; });
-  return requirements_of(remote) + static_cast<std::size_t>(subscribed);
+  std::size_t events = requirements_of(remote);
+  for (const OwnSubscription& subscription : subscriptions_) {
+    events += subscription.remote == remote.index && subscription.state == State::subscribed ? 1 : 0;
+  }
+  return events;
 }
 
 // --- Calls of the application -----------------------------------------------------------------------------
@@ -71,7 +74,7 @@ Result<RequirementHandle, SdError> ServiceDiscovery::require(const RequiredServi
     configuration = *kept;
   }
   // Asked before the new slot is there, so that it does not join itself.
-  const FindSchedule schedule = link_up_ ? FindSchedule{settings_.timing, first_due(now)} : FindSchedule{};
+  const TimePoint first = first_due(now);
   slots::Requirement* const slot = requirements_.add();
   if (slot == nullptr) {
     return tl::unexpected{SdError::table_full};
@@ -82,11 +85,15 @@ Result<RequirementHandle, SdError> ServiceDiscovery::require(const RequiredServi
   slot->minor = service.minor;
   slot->configuration = configuration;
   // Who looks for what is looked for already joins in: there is one Find for all.
-  const auto joined = std::find_if(requirements_.begin(), requirements_.end(), [&](const auto& other) {
-    return other.schedule.deadline() && find_entry(other) == find_entry(*slot) &&
+  const slots::Requirement* const joined = requirements_.find_if([&](const slots::Requirement& other) {
+    return other.schedule.deadline() != never && find_entry(other) == find_entry(*slot) &&
            other.configuration == configuration;
   });
-  slot->schedule = joined != requirements_.end() ? (*joined).schedule : schedule;
+  if (joined != nullptr) {
+    slot->schedule = joined->schedule;
+  } else if (link_up_) {
+    slot->schedule = FindSchedule{settings_.timing, first};
+  }
   const auto handle = requirements_.handle_of<RequirementHandle>(*slot);
   for (const slots::Remote& remote : remotes_) {
     if (fits(*slot, remote)) {
@@ -158,28 +165,36 @@ ConfigurationCursor ServiceDiscovery::configuration(RemoteHandle handle) const n
       {OptionType::configuration, has_items ? configurations_[remote->configuration] : ByteView{no_items}}};
 }
 
+namespace {
+
+// Whether both are the same to who uses the service.
+TRESTLE_ONCE bool same_access(const slots::Remote& a, const slots::Remote& b) noexcept {
+  return a.minor == b.minor && a.udp == b.udp && a.tcp == b.tcp && a.mac_groupcast == b.mac_groupcast;
+}
+
+}  // namespace
+
 // --- Offers of peers --------------------------------------------------------------------------------------
 
 // Offers repeat the name of a service of another protocol; other entries may leave it out.
 slots::Remote* ServiceDiscovery::remote_of(const Entry& entry, std::string_view name) const noexcept {
   for (slots::Remote& remote : remotes_) {
     if (remote.service == entry.service && remote.instance == entry.instance && remote.major == entry.major &&
-        (name.empty() || has_name(remote, name))) {
+        (name.empty() || has_name(remote.service, remote.configuration, name))) {
       return &remote;
     }
   }
   return nullptr;
 }
 
-std::optional<slots::Remote> ServiceDiscovery::read_offer(const Entry& entry,
-                                                          const Arrival& arrival) noexcept {
+bool ServiceDiscovery::read_offer(const Entry& entry, const Arrival& arrival,
+                                  slots::Remote& offered) noexcept {
   const auto options = read_options(arrival.message, entry, rules_);
   if (!options || entry.instance == someip::any_instance) {
-    return std::nullopt;
+    return false;
   }
   const MergedConfiguration merged = merge_configurations(arrival.message, entry, configurations_.room());
   counters_.configurations_cut += merged.whole ? 0 : 1;
-  slots::Remote offered;
   offered.service = entry.service;
   offered.instance = entry.instance;
   offered.major = entry.major;
@@ -192,12 +207,11 @@ std::optional<slots::Remote> ServiceDiscovery::read_offer(const Entry& entry,
   if (entry.service == other_protocols) {
     offered.mac_groupcast = options->mac_groupcast;
     if (otherserv_of(merged.body).empty()) {
-      return std::nullopt;  // [feat_req_someipsd_500] [feat_req_someipsd_503]
+      return false;  // [feat_req_someipsd_500] [feat_req_someipsd_503]
     }
   }
   // An offer without endpoint tells nobody how to reach the service.  [feat_req_someipsd_681]
-  const bool reachable = offered.udp || offered.tcp || offered.mac_groupcast;
-  return reachable ? std::optional{offered} : std::nullopt;
+  return offered.udp || offered.tcp || offered.mac_groupcast;
 }
 
 // False when the service cannot be known without its configuration, and that finds no room.
@@ -212,32 +226,30 @@ bool ServiceDiscovery::keep_configuration_of(slots::Remote& offered, bool requir
 }
 
 void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noexcept {
-  auto offered = read_offer(entry, arrival);
-  if (!offered) {
-    ++counters_.ignored_bad_options;
+  slots::Remote offered;
+  if (!read_offer(entry, arrival, offered)) {
+    count(counters_.ignored_bad_options);
     return;
   }
-  const std::size_t wanting = requirements_of(*offered);
+  const std::size_t wanting = requirements_of(offered);
   // May forget services that nobody requires: before looking for this one.
-  if (!keep_configuration_of(*offered, wanting > 0)) {
-    ++counters_.ignored_no_room;
+  if (!keep_configuration_of(offered, wanting > 0)) {
+    count(counters_.ignored_no_room);
     return;
   }
-  slots::Remote* remote = remote_of(entry, otherserv_of(configurations_[offered->configuration]));
+  slots::Remote* remote = remote_of(entry, otherserv_of(configurations_[offered.configuration]));
   if (remote != nullptr && remote->peer != arrival.peer) {
     // Two servers claim the same service. Whom we know stays until its TTL is over: changing over with every
     // offer would help nobody.
-    ++counters_.ignored_conflicting_offer;
+    count(counters_.ignored_conflicting_offer);
     return;
   }
-  const bool replaced =
-      remote != nullptr && (remote->minor != offered->minor || remote->udp != offered->udp ||
-                            remote->tcp != offered->tcp || remote->mac_groupcast != offered->mac_groupcast);
-  const bool updated = remote != nullptr && (remote->configuration != offered->configuration ||
-                                             remote->load_balancing != offered->load_balancing);
+  const bool replaced = remote != nullptr && !same_access(*remote, offered);
+  const bool updated = remote != nullptr && (remote->configuration != offered.configuration ||
+                                             remote->load_balancing != offered.load_balancing);
   if ((remote == nullptr || replaced || updated) &&
       events_.free_places() < wanting + (replaced ? events_of_loss(*remote) : 0)) {
-    ++counters_.ignored_no_room;
+    count(counters_.ignored_no_room);
     return;
   }
   if (replaced) {
@@ -248,18 +260,15 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
   if (is_new) {
     remote = new_remote(wanting > 0);
     if (remote == nullptr) {
-      ++counters_.ignored_no_room;
+      count(counters_.ignored_no_room);
       return;
     }
-    offered->in_use = true;
-    offered->generation = remote->generation;
-    *remote = *offered;
+    static_cast<SlotBase&>(offered) = *remote;
+    *remote = offered;
   }
-  remote->load_balancing = offered->load_balancing;
-  remote->configuration = offered->configuration;
-  remote->expiry = entry.ttl_s == infinite_ttl_s
-                       ? std::nullopt
-                       : std::optional{arrival.now + std::chrono::seconds{entry.ttl_s}};
+  remote->load_balancing = offered.load_balancing;
+  remote->configuration = offered.configuration;
+  remote->expiry = end_of(entry.ttl_s, arrival.now);
   remote->answer_due = arrival.answer_due;
   if (is_new || updated) {
     announce(*remote);
@@ -300,32 +309,28 @@ void ServiceDiscovery::on_stop_offer(const Entry& entry, const Arrival& arrival)
     return;
   }
   if (events_.free_places() < events_of_loss(*remote)) {
-    ++counters_.ignored_no_room;
+    count(counters_.ignored_no_room);
     return;
   }
   lose(*remote, LossReason::stopped, arrival.now);  // [feat_req_someipsd_831]
 }
 
 void ServiceDiscovery::lose(slots::Remote& remote, LossReason reason, TimePoint now) noexcept {
-  const std::uint16_t index = remotes_.index_of(remote);
   for (OwnSubscription& subscription : subscriptions_) {
-    if (subscription.remote == index) {
+    if (subscription.remote == remote.index) {
       unbind(subscription, reason);
     }
   }
-  const slots::Remote lost = remote;
-  const RemoteService service = service_of(remote);
-  remotes_.remove(remote);
+  remotes_.remove(remote);  // what it says stays until the slot is used again
   for (slots::Requirement& requirement : requirements_) {
-    if (!fits(requirement, lost)) {
+    if (!fits(requirement, remote)) {
       continue;
     }
-    tell(ServiceLost{requirements_.handle_of<RequirementHandle>(requirement), service, reason});
+    tell(ServiceLost{requirements_.handle_of<RequirementHandle>(requirement), service_of(remote), reason});
     // After a StopOffer wait for the next offer without asking.  [feat_req_someipsd_834]
     const bool ask = link_up_ && (reason == LossReason::expired || reason == LossReason::rebooted);
-    const bool others = std::any_of(remotes_.begin(), remotes_.end(),
-                                    [&](const slots::Remote& other) { return fits(requirement, other); });
-    if (ask && !others) {
+    if (ask &&
+        remotes_.find_if([&](const slots::Remote& other) { return fits(requirement, other); }) == nullptr) {
       requirement.schedule = FindSchedule{settings_.timing, first_due(now)};
     }
   }
@@ -334,7 +339,7 @@ void ServiceDiscovery::lose(slots::Remote& remote, LossReason reason, TimePoint 
 // Advances finds and ends offers whose time is over. What finds no room stays due.
 void ServiceDiscovery::seek(TimePoint now) noexcept {
   for (slots::Remote& remote : remotes_) {
-    if (remote.expiry && *remote.expiry <= now && events_.free_places() >= events_of_loss(remote)) {
+    if (is_due(remote.expiry, now) && events_.free_places() >= events_of_loss(remote)) {
       lose(remote, LossReason::expired, now);
     }
   }
@@ -342,17 +347,18 @@ void ServiceDiscovery::seek(TimePoint now) noexcept {
     if (pending_.free_places() == 0 || !requirement.schedule.on_time(now)) {
       continue;
     }
-    slots::PendingEntry pending;  // no endpoints in a Find  [feat_req_someipsd_877]
-    pending.due = now;
-    pending.entry = find_entry(requirement);
-    pending.configuration = requirement.configuration;  // [feat_req_someipsd_879] [feat_req_someipsd_503]
-    bool is_there = false;                              // as another requirement looks for the same
+    const Entry find = find_entry(requirement);
+    bool is_there = false;  // as another requirement looks for the same
     for (std::size_t i = 0; i < pending_.size() && !is_there; ++i) {
-      is_there = pending_[i].entry == pending.entry && pending_[i].configuration == pending.configuration;
+      const slots::PendingEntry& other = pending_[i];
+      is_there = other.entry == find && other.configuration == requirement.configuration;
     }
-    if (!is_there) {
-      send(pending);
+    if (is_there) {
+      continue;
     }
+    slots::PendingEntry* const pending = send(slots::PendingEntry::to_multicast, now);
+    pending->entry = find;                               // without endpoints  [feat_req_someipsd_877]
+    pending->configuration = requirement.configuration;  // [feat_req_someipsd_879] [feat_req_someipsd_503]
   }
 }
 

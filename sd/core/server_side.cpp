@@ -81,9 +81,9 @@ Result<OfferHandle, SdError> ServiceDiscovery::offer(const OfferedService& servi
   }
   const auto is_same = [&](const slots::Offer& other) {
     return other.service == service.service && other.instance == service.instance &&
-           other.major == service.major && has_name(other, name);
+           other.major == service.major && has_name(other.service, other.configuration, name);
   };
-  if (has_duplicates(service.eventgroups) || std::any_of(offers_.begin(), offers_.end(), is_same)) {
+  if (has_duplicates(service.eventgroups) || offers_.find_if(is_same) != nullptr) {
     return tl::unexpected{SdError::duplicate};
   }
   if (eventgroups_.free_slots() < service.eventgroups.size()) {
@@ -97,7 +97,7 @@ Result<OfferHandle, SdError> ServiceDiscovery::offer(const OfferedService& servi
     kept = *index;
   }
   // Asked before the new slot is there, so that it does not join itself.
-  const OfferSchedule schedule = link_up_ ? OfferSchedule{settings_.timing, first_due(now)} : OfferSchedule{};
+  const TimePoint first = first_due(now);
   slots::Offer* const slot = offers_.add();
   if (slot == nullptr) {
     return tl::unexpected{SdError::table_full};
@@ -112,10 +112,12 @@ Result<OfferHandle, SdError> ServiceDiscovery::offer(const OfferedService& servi
   slot->load_balancing = service.load_balancing;
   slot->mac_groupcast = service.mac_groupcast;
   slot->configuration = kept;
-  slot->schedule = schedule;
+  if (link_up_) {
+    slot->schedule = OfferSchedule{settings_.timing, first};
+  }
   for (const Eventgroup& eventgroup : service.eventgroups) {
     slots::OfferedEventgroup* const group = eventgroups_.add();
-    group->offer = offers_.index_of(*slot);
+    group->offer = slot->index;
     group->eventgroup = eventgroup;
   }
   return offers_.handle_of<OfferHandle>(*slot);
@@ -164,7 +166,7 @@ Result<void, SdError> ServiceDiscovery::add_subscriber(OfferHandle handle, Event
     return other.peer == slots::Subscription::nobody && other.offer == handle.index &&
            other.eventgroup == id && other.configured_at == client;
   };
-  if (std::any_of(subscribers_.begin(), subscribers_.end(), is_same)) {
+  if (subscribers_.find_if(is_same) != nullptr) {
     return tl::unexpected{SdError::duplicate};
   }
   slots::Subscription* const slot = new_subscription(handle.index, id);
@@ -210,9 +212,9 @@ void ServiceDiscovery::unreachable(const Endpoint& subscriber) noexcept {
 }
 
 bool ServiceDiscovery::tcp_ready(const slots::Offer& offer, const Endpoint& client) const noexcept {
-  return !settings_.check_tcp_connections ||
-         std::any_of(tcp_connections_.begin(), tcp_connections_.end(),
-                     [&](const slots::TcpConnection& c) { return c.own == offer.tcp && c.remote == client; });
+  return !settings_.check_tcp_connections || tcp_connections_.find_if([&](const slots::TcpConnection& c) {
+    return c.own == offer.tcp && c.remote == client;
+  }) != nullptr;
 }
 
 Subscriber ServiceDiscovery::subscriber_of(const slots::Subscription& slot) const noexcept {
@@ -239,32 +241,28 @@ void ServiceDiscovery::lose(slots::Subscription& subscription, LossReason reason
 
 void ServiceDiscovery::send_offer(const slots::Offer& offer, std::uint16_t to, TimePoint due,
                                   std::uint32_t ttl_s) noexcept {
-  slots::PendingEntry pending;
-  pending.due = due;
-  pending.peer = to;
-  pending.entry = {.type = EntryType::offer_service,
-                   .service = offer.service,
-                   .instance = offer.instance,
-                   .major = offer.major,
-                   .ttl_s = ttl_s,
-                   .tail = offer.minor};
-  if (offer.udp) {
-    pending.add(EndpointOption{EndpointRole::unicast, *offer.udp, Transport::udp}.encode());
+  slots::PendingEntry* const pending = send(to, due);
+  if (pending == nullptr) {
+    return;
   }
-  if (offer.tcp) {
-    pending.add(EndpointOption{EndpointRole::unicast, *offer.tcp, Transport::tcp}.encode());
-  }
-  if (const auto multicast = settings_.multicast_option_in_offers ? multicast_of(offer) : std::nullopt) {
-    pending.add(EndpointOption{EndpointRole::multicast, *multicast}.encode());
+  pending->entry = {.type = EntryType::offer_service,
+                    .service = offer.service,
+                    .instance = offer.instance,
+                    .major = offer.major,
+                    .ttl_s = ttl_s,
+                    .tail = offer.minor};
+  pending->add(EndpointRole::unicast, offer.udp, Transport::udp);
+  pending->add(EndpointRole::unicast, offer.tcp, Transport::tcp);
+  if (settings_.multicast_option_in_offers) {
+    pending->add(EndpointRole::multicast, multicast_of(offer), Transport::udp);
   }
   if (offer.mac_groupcast) {
-    pending.add(offer.mac_groupcast->encode());
+    pending->add(offer.mac_groupcast->encode());
   }
   if (offer.load_balancing) {
-    pending.add(offer.load_balancing->encode());
+    pending->add(offer.load_balancing->encode());
   }
-  pending.configuration = offer.configuration;
-  send(pending);
+  pending->configuration = offer.configuration;
 }
 
 // The multicast endpoint that the service's eventgroups share; nothing when there are several, since two in
@@ -273,7 +271,7 @@ std::optional<Endpoint> ServiceDiscovery::multicast_of(const slots::Offer& offer
   std::optional<Endpoint> shared;
   for (const slots::OfferedEventgroup& slot : eventgroups_) {
     const std::optional<Endpoint>& multicast = slot.eventgroup.multicast;
-    if (slot.offer != offers_.index_of(offer) || !multicast) {
+    if (slot.offer != offer.index || !multicast) {
       continue;
     }
     if (shared && *shared != *multicast) {
@@ -287,7 +285,7 @@ std::optional<Endpoint> ServiceDiscovery::multicast_of(const slots::Offer& offer
 // Advances offers and ends subscriptions whose time is over. What finds no room stays due.
 void ServiceDiscovery::serve(TimePoint now) noexcept {
   for (slots::Subscription& subscription : subscribers_) {
-    if (subscription.expiry && *subscription.expiry <= now && events_.free_places() > 0) {
+    if (is_due(subscription.expiry, now) && events_.free_places() > 0) {
       lose(subscription, LossReason::expired);  // [feat_req_someipsd_445]
     }
   }
@@ -310,7 +308,7 @@ void ServiceDiscovery::on_find(const Entry& entry, const Arrival& arrival) noexc
                          (entry.instance == someip::any_instance || entry.instance == offer.instance) &&
                          (entry.major == any_major || entry.major == offer.major) &&
                          (entry.minor() == any_minor || entry.minor() == offer.minor) &&
-                         has_name(offer, name);
+                         has_name(offer.service, offer.configuration, name);
     const Phase phase = offer.schedule.phase();
     // In the initial wait phase the first offer is about to come by itself.
     if (!matches || phase == Phase::down || phase == Phase::initial_wait ||
@@ -320,15 +318,16 @@ void ServiceDiscovery::on_find(const Entry& entry, const Arrival& arrival) noexc
     std::uint16_t to = arrival.peer;  // [feat_req_someipsd_824]
     if (settings_.find_answer == FindAnswer::optimised) {
       const bool old = phase == Phase::main &&
-                       arrival.now - offer.last_multicast >= settings_.timing.cyclic_offer_delay / 2;
+                       is_due(offer.last_multicast + settings_.timing.cyclic_offer_delay / 2, arrival.now);
       if (old || !arrival.message.unicast()) {  // [feat_req_someipsd_90] [feat_req_someipsd_91]
         to = slots::PendingEntry::to_multicast;
       }
     }
     bool waiting = false;
     for (std::size_t i = 0; i < pending_.size() && !waiting; ++i) {
-      waiting = pending_[i].peer == to && pending_[i].entry.type == EntryType::offer_service &&
-                same_instance(pending_[i].entry, offer) && pending_[i].configuration == offer.configuration;
+      const slots::PendingEntry& other = pending_[i];
+      waiting = other.peer == to && other.entry.type == EntryType::offer_service &&
+                same_instance(other.entry, offer) && other.configuration == offer.configuration;
     }
     if (waiting) {
       continue;
@@ -336,7 +335,7 @@ void ServiceDiscovery::on_find(const Entry& entry, const Arrival& arrival) noexc
     // Delayed answers may take half of the queue: a flood of Finds must not keep back what else is to be
     // sent.
     if (pending_.free_places() <= pending_.size()) {
-      ++counters_.ignored_no_room;
+      count(counters_.ignored_no_room);
       continue;
     }
     // The figure of the server's states would restart the offer's timer here. We don't: whoever asks often
@@ -349,7 +348,7 @@ void ServiceDiscovery::on_find(const Entry& entry, const Arrival& arrival) noexc
 const slots::Offer* ServiceDiscovery::offered(const Entry& entry, const Arrival& arrival) noexcept {
   const std::string_view name = name_in(entry, arrival);
   for (const slots::Offer& offer : offers_) {
-    if (same_instance(entry, offer) && (name.empty() || has_name(offer, name))) {
+    if (same_instance(entry, offer) && (name.empty() || has_name(offer.service, offer.configuration, name))) {
       return &offer;
     }
   }
@@ -357,9 +356,8 @@ const slots::Offer* ServiceDiscovery::offered(const Entry& entry, const Arrival&
 }
 
 const Eventgroup* ServiceDiscovery::eventgroup_of(const slots::Offer& offer, EventgroupId id) const noexcept {
-  const std::uint16_t index = offers_.index_of(offer);
   for (const slots::OfferedEventgroup& slot : eventgroups_) {
-    if (slot.offer == index && slot.eventgroup.id == id) {
+    if (slot.offer == offer.index && slot.eventgroup.id == id) {
       return &slot.eventgroup;
     }
   }
@@ -369,36 +367,36 @@ const Eventgroup* ServiceDiscovery::eventgroup_of(const slots::Offer& offer, Eve
 slots::Subscription* ServiceDiscovery::subscription_of(const slots::Offer& offer, const Entry& entry,
                                                        std::uint16_t peer,
                                                        const EntryOptions& options) const noexcept {
-  const std::uint16_t index = offers_.index_of(offer);
-  for (slots::Subscription& slot : subscribers_) {
-    if (slot.offer == index && slot.peer == peer && slot.eventgroup == entry.eventgroup() &&
-        slot.counter == entry.counter() && slot.udp == options.udp && slot.tcp == options.tcp) {
-      return &slot;
-    }
-  }
-  return nullptr;
+  return subscribers_.find_if([&](const slots::Subscription& slot) {
+    return slot.offer == offer.index && slot.peer == peer && slot.eventgroup == entry.eventgroup() &&
+           slot.counter == entry.counter() && slot.udp == options.udp && slot.tcp == options.tcp;
+  });
 }
 
 namespace {
 
-// What of the referenced endpoints the eventgroup has a use for.  [feat_req_someipsd_1141]
-EntryOptions needed_of(const EntryOptions& options, const Eventgroup& eventgroup) noexcept {
-  EntryOptions needed;
-  needed.udp = eventgroup.udp ? options.udp : std::nullopt;
-  needed.tcp = eventgroup.tcp ? options.tcp : std::nullopt;
-  needed.receive_buffer_bytes = eventgroup.udp || eventgroup.multicast ? options.receive_buffer_bytes : 0;
-  return needed;
+// Leaves of the referenced endpoints what the eventgroup has a use for.  [feat_req_someipsd_1141]
+TRESTLE_ONCE void keep_needed(EntryOptions& options, const Eventgroup& eventgroup) noexcept {
+  if (!eventgroup.udp) {
+    options.udp.reset();
+  }
+  if (!eventgroup.tcp) {
+    options.tcp.reset();
+  }
+  if (!eventgroup.udp && !eventgroup.multicast) {
+    options.receive_buffer_bytes = 0;
+  }
 }
 
 }  // namespace
 
 void ServiceDiscovery::on_subscribe(const Entry& entry, const Arrival& arrival) noexcept {
   if (arrival.via_multicast) {
-    ++counters_.ignored_wrong_transport;  // [feat_req_someipsd_818]
+    count(counters_.ignored_wrong_transport);  // [feat_req_someipsd_818]
     return;
   }
   if (pending_.free_places() == 0 || events_.free_places() == 0) {
-    ++counters_.ignored_no_room;
+    count(counters_.ignored_no_room);
     return;
   }
   const slots::Offer* const offer = offered(entry, arrival);
@@ -408,7 +406,7 @@ void ServiceDiscovery::on_subscribe(const Entry& entry, const Arrival& arrival) 
   } else if (settings_.answer_unknown_subscriptions) {
     acknowledge(offer, entry, arrival, tl::unexpected{why_unknown(entry)});
   } else {
-    ++counters_.ignored_unknown_subscriptions;
+    count(counters_.ignored_unknown_subscriptions);
   }
 }
 
@@ -444,9 +442,10 @@ std::optional<NackReason> ServiceDiscovery::lack_of(const slots::Offer& offer, c
 
 slots::Subscription* ServiceDiscovery::new_subscription(std::uint16_t offer,
                                                         EventgroupId eventgroup) noexcept {
-  const auto others = std::count_if(
-      subscribers_.begin(), subscribers_.end(),
-      [&](const slots::Subscription& s) { return s.offer == offer && s.eventgroup == eventgroup; });
+  std::size_t others = 0;
+  for (const slots::Subscription& other : subscribers_) {
+    others += other.offer == offer && other.eventgroup == eventgroup ? 1 : 0;
+  }
   slots::Subscription* const slot =
       others < settings_.max_subscribers_per_eventgroup ? subscribers_.add() : nullptr;
   if (slot != nullptr) {
@@ -459,32 +458,30 @@ slots::Subscription* ServiceDiscovery::new_subscription(std::uint16_t offer,
 // Enters or renews the subscription, unless it is to be refused.  [feat_req_someipsd_1164]
 ServiceDiscovery::Accepted ServiceDiscovery::accept(const slots::Offer& offer, const Eventgroup& eventgroup,
                                                     const Entry& entry, const Arrival& arrival) noexcept {
-  const auto options = read_options(arrival.message, entry, rules_);
+  auto options = read_options(arrival.message, entry, rules_);
   if (!options) {
-    ++counters_.ignored_bad_options;
+    count(counters_.ignored_bad_options);
     return tl::unexpected{NackReason::bad_options};
   }
-  const EntryOptions needed = needed_of(*options, eventgroup);
-  if (const auto reason = lack_of(offer, eventgroup, needed)) {
+  keep_needed(*options, eventgroup);
+  if (const auto reason = lack_of(offer, eventgroup, *options)) {
     return tl::unexpected{*reason};
   }
-  slots::Subscription* slot = subscription_of(offer, entry, arrival.peer, needed);
+  slots::Subscription* slot = subscription_of(offer, entry, arrival.peer, *options);
   const bool is_new = slot == nullptr;
   if (is_new) {
-    slot = new_subscription(offers_.index_of(offer), entry.eventgroup());
+    slot = new_subscription(offer.index, entry.eventgroup());
     if (slot == nullptr) {
-      ++counters_.ignored_no_room;
+      count(counters_.ignored_no_room);
       return tl::unexpected{NackReason::no_room};
     }
     slot->peer = arrival.peer;
     slot->counter = entry.counter();
-    slot->udp = needed.udp;
-    slot->tcp = needed.tcp;
+    slot->udp = options->udp;
+    slot->tcp = options->tcp;
   }
-  slot->receive_buffer_bytes = needed.receive_buffer_bytes;  // which may have changed
-  slot->expiry = entry.ttl_s == infinite_ttl_s
-                     ? std::nullopt
-                     : std::optional{arrival.now + std::chrono::seconds{entry.ttl_s}};
+  slot->receive_buffer_bytes = options->receive_buffer_bytes;  // which may have changed
+  slot->expiry = end_of(entry.ttl_s, arrival.now);
   // Whoever can ask for initial data gets it when asking, all others with each new subscription.
   // [feat_req_someipsd_1188] [feat_req_someipsd_833]
   const bool asks = settings_.explicit_initial_data && arrival.message.explicit_initial_data();
@@ -502,33 +499,30 @@ ServiceDiscovery::Accepted ServiceDiscovery::accept(const slots::Offer& offer, c
 // [feat_req_someipsd_619]
 void ServiceDiscovery::acknowledge(const slots::Offer* offer, const Entry& entry, const Arrival& arrival,
                                    const Accepted& accepted) noexcept {
-  slots::PendingEntry pending;
-  pending.due = arrival.answer_due;
-  pending.peer = arrival.peer;
-  pending.entry = entry;
-  pending.entry.type = EntryType::subscribe_eventgroup_ack;
-  if (!accepted) {
-    ++counters_.nacks_sent;
-    ++counters_.nacks_by_reason[static_cast<std::size_t>(accepted.error())];
-    pending.entry.ttl_s = 0;
-  } else if (const std::optional<Endpoint>& multicast = (*accepted)->multicast) {
-    pending.add(EndpointOption{EndpointRole::multicast, *multicast}.encode());
+  slots::PendingEntry* const pending = send(arrival.peer, arrival.answer_due);
+  pending->entry = entry;
+  pending->entry.type = EntryType::subscribe_eventgroup_ack;
+  if (accepted) {
+    pending->add(EndpointRole::multicast, (*accepted)->multicast, Transport::udp);
+  } else {
+    count(counters_.nacks_sent);
+    count(counters_.nacks_by_reason[static_cast<std::size_t>(accepted.error())]);
+    pending->entry.ttl_s = 0;
   }
   if (offer != nullptr && offer->service == other_protocols) {
-    pending.configuration = offer->configuration;
+    pending->configuration = offer->configuration;
   }
-  send(pending);
 }
 
 // Never answered.  [feat_req_someipsd_1297]
 void ServiceDiscovery::on_stop_subscribe(const Entry& entry, const Arrival& arrival) noexcept {
   if (arrival.via_multicast) {
-    ++counters_.ignored_wrong_transport;
+    count(counters_.ignored_wrong_transport);
     return;
   }
-  const auto options = read_options(arrival.message, entry, rules_);
+  auto options = read_options(arrival.message, entry, rules_);
   if (!options) {
-    ++counters_.ignored_bad_options;
+    count(counters_.ignored_bad_options);
     return;
   }
   const slots::Offer* const offer = offered(entry, arrival);
@@ -537,11 +531,11 @@ void ServiceDiscovery::on_stop_subscribe(const Entry& entry, const Arrival& arri
     return;
   }
   if (events_.free_places() == 0) {
-    ++counters_.ignored_no_room;
+    count(counters_.ignored_no_room);
     return;
   }
-  const EntryOptions needed = needed_of(*options, *eventgroup);
-  if (slots::Subscription* const slot = subscription_of(*offer, entry, arrival.peer, needed)) {
+  keep_needed(*options, *eventgroup);
+  if (slots::Subscription* const slot = subscription_of(*offer, entry, arrival.peer, *options)) {
     lose(*slot, LossReason::stopped);
   }
 }

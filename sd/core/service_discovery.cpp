@@ -85,37 +85,39 @@ ServiceDiscovery::ServiceDiscovery(const Settings& settings, const StorageView& 
 TimePoint ServiceDiscovery::first_due(TimePoint now) noexcept {
   const Duration min = settings_.timing.initial_delay_min;
   const Duration max = settings_.timing.initial_delay_max;
-  const auto joinable = [&](const auto& schedule) {
-    return schedule.phase() == Phase::initial_wait && *schedule.deadline() >= now + min &&
-           *schedule.deadline() <= now + max;
+  const auto joinable = [earliest = now + min, latest = now + max](const OfferSchedule& schedule) {
+    return schedule.phase() == Phase::initial_wait && is_due(earliest, schedule.deadline()) &&
+           is_due(schedule.deadline(), latest);
   };
   for (const slots::Offer& offer : offers_) {
     if (joinable(offer.schedule)) {
-      return *offer.schedule.deadline();
+      return offer.schedule.deadline();
     }
   }
   for (const slots::Requirement& requirement : requirements_) {
     if (joinable(requirement.schedule)) {
-      return *requirement.schedule.deadline();
+      return requirement.schedule.deadline();
     }
   }
   return now + random_.between(min, max);
 }
 
-void ServiceDiscovery::send(const slots::PendingEntry& entry) noexcept {
-  if (pending_.free_places() == 0) {
-    ++counters_.ignored_no_room;
-    return;
+slots::PendingEntry* ServiceDiscovery::send(std::uint16_t to, TimePoint due) noexcept {
+  slots::PendingEntry* const pending = pending_.append();
+  if (pending == nullptr) {
+    count(counters_.ignored_no_room);
+    return nullptr;
   }
-  pending_.push(entry);
+  *pending = {};
+  pending->peer = to;
+  pending->due = due;
+  return pending;
 }
 
-void ServiceDiscovery::tell(const Event& event) noexcept {
-  if (events_.free_places() == 0) {
-    ++counters_.lost_events;
-    return;
-  }
-  events_.push(event);
+Event* ServiceDiscovery::next_event() noexcept {
+  Event* const event = events_.append();
+  counters_.lost_events += event == nullptr ? 1 : 0;
+  return event;
 }
 
 void ServiceDiscovery::link_down() noexcept {
@@ -166,18 +168,18 @@ void ServiceDiscovery::shutdown(TimePoint now) noexcept {
 
 void ServiceDiscovery::on_datagram(ByteView datagram, const Endpoint& from, bool via_multicast,
                                    TimePoint now) noexcept {
-  ++counters_.datagrams_received;
+  count(counters_.datagrams_received);
   if (!link_up_) {
-    ++counters_.dropped_down;
+    count(counters_.dropped_down);
     return;
   }
   if (from == settings_.unicast) {
-    ++counters_.dropped_own;
+    count(counters_.dropped_own);
     return;
   }
   const bool port_fits = settings_.only_from_sd_port ? from.port == settings_.unicast.port : from.port != 0;
   if (!port_fits || !rules_.allow(from.address)) {
-    ++counters_.dropped_source;
+    count(counters_.dropped_source);
     return;
   }
   someip::MessageCursor cursor{datagram};
@@ -185,7 +187,7 @@ void ServiceDiscovery::on_datagram(ByteView datagram, const Endpoint& from, bool
     on_message(*message, from, via_multicast, now);
   }
   if (cursor.error()) {
-    ++counters_.dropped_malformed;
+    count(counters_.dropped_malformed);
   }
 }
 
@@ -193,22 +195,23 @@ void ServiceDiscovery::on_message(const someip::Message& bytes, const Endpoint& 
                                   TimePoint now) noexcept {
   const auto message = decode(bytes);
   if (!message) {
-    ++(message.error().error == WireError::not_sd ? counters_.dropped_not_sd : counters_.dropped_malformed);
+    count(message.error().error == WireError::not_sd ? counters_.dropped_not_sd
+                                                     : counters_.dropped_malformed);
     return;
   }
   slots::Peer* const peer = peer_at(sd_endpoint(*message, rules_).value_or(from), now);
   if (peer == nullptr) {
-    ++counters_.dropped_no_room;
+    count(counters_.dropped_no_room);
     return;
   }
-  const std::uint16_t peer_index = peers_.index_of(*peer);
+  const std::uint16_t peer_index = peer->index;
   // Session 0 says that the sender does not count its messages.
   if (const SessionId session = bytes.header.session; session != someip::no_session) {
     const auto channel =
         via_multicast ? RebootDetector::Channel::multicast : RebootDetector::Channel::unicast;
     if (peer->reboots.shows_reboot(channel, session, message->reboot())) {
       if (events_.free_places() < events_of_reboot(peer_index)) {
-        ++counters_.dropped_no_room;
+        count(counters_.dropped_no_room);
         return;
       }
       on_reboot(peer_index, now);
@@ -219,7 +222,7 @@ void ServiceDiscovery::on_message(const someip::Message& bytes, const Endpoint& 
     connection.peer_spoke = connection.peer_spoke || connection.remote.address == peer->endpoint.address;
   }
   peer->explicit_initial_data = message->explicit_initial_data();  // [feat_req_someipsd_1188]
-  ++counters_.messages_received;
+  count(counters_.messages_received);
   // One delay for the whole message, so that the answers share a message too. Only what came to many at once
   // needs one.  [feat_req_someipsd_83] [feat_req_someipsd_766] [feat_req_someipsd_624]
   const Timing& timing = settings_.timing;
@@ -230,6 +233,11 @@ void ServiceDiscovery::on_message(const someip::Message& bytes, const Endpoint& 
   for (std::size_t i = 0; i < message->entry_count(); ++i) {  // in their order  [feat_req_someipsd_862]
     on_entry(message->entry(i), arrival);
   }
+}
+
+bool ServiceDiscovery::has_name(ServiceId service, std::uint16_t configuration,
+                                std::string_view name) const noexcept {
+  return service != other_protocols || otherserv_of(configurations_[configuration]) == name;
 }
 
 std::string_view ServiceDiscovery::name_in(const Entry& entry, const Arrival& arrival) noexcept {
@@ -286,7 +294,7 @@ void ServiceDiscovery::on_entry(const Entry& entry, const Arrival& arrival) noex
     case EntryKind::unknown:
       break;
   }
-  ++counters_.ignored_unknown_type;
+  count(counters_.ignored_unknown_type);
 }
 
 void ServiceDiscovery::on_time(TimePoint now) noexcept {
@@ -343,7 +351,7 @@ std::optional<Transmit> ServiceDiscovery::poll_transmit(ByteSpan room, TimePoint
   std::uint16_t destination = nobody;
   bool full = false;
   pending_.remove_if([&](const slots::PendingEntry& pending) {
-    if (full || pending.due > now || (destination != nobody && pending.peer != destination)) {
+    if (full || !is_due(pending.due, now) || (destination != nobody && pending.peer != destination)) {
       return false;
     }
     // A StopSubscribe that must stand before its Subscribe starts the next message if only it fits into this
@@ -356,7 +364,7 @@ std::optional<Transmit> ServiceDiscovery::poll_transmit(ByteSpan room, TimePoint
       return true;
     }
     if (writer.entry_count() == 0) {
-      ++counters_.unsendable_entries;  // waiting would not help it
+      count(counters_.unsendable_entries);  // waiting would not help it
       return true;
     }
     full = true;
@@ -373,7 +381,7 @@ std::optional<Transmit> ServiceDiscovery::poll_transmit(ByteSpan room, TimePoint
       (sessions.wrapped() ? 0U : reboot_flag) |                              // [feat_req_someipsd_41]
       (settings_.explicit_initial_data ? explicit_initial_data_flag : 0U));  // [feat_req_someipsd_1188]
   const auto client = static_cast<std::uint16_t>(settings_.client_id_prefix << 8U);
-  ++counters_.datagrams_sent;
+  count(counters_.datagrams_sent);
   counters_.entries_sent += writer.entry_count();
   return Transmit{multicast ? settings_.multicast : peers_[destination].endpoint,
                   writer.finish(flags, session, someip::ClientId{client})};
@@ -384,12 +392,8 @@ std::optional<Event> ServiceDiscovery::poll_event() noexcept {
 }
 
 std::optional<TimePoint> ServiceDiscovery::deadline() const noexcept {
-  std::optional<TimePoint> earliest;
-  const auto consider = [&earliest](const std::optional<TimePoint>& due) {
-    if (due && (!earliest || *due < *earliest)) {
-      earliest = due;
-    }
-  };
+  TimePoint earliest = never;
+  const auto consider = [&earliest](TimePoint due) { earliest = earlier(earliest, due); };
   for (std::size_t i = 0; i < pending_.size(); ++i) {
     consider(pending_[i].due);
   }
@@ -409,7 +413,7 @@ std::optional<TimePoint> ServiceDiscovery::deadline() const noexcept {
     consider(subscription.expiry);
     consider(subscription.silent_at);
   }
-  return earliest;
+  return earliest == never ? std::nullopt : std::optional{earliest};
 }
 
 }  // namespace trestle::sd

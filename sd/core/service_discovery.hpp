@@ -285,20 +285,28 @@ class ServiceDiscovery {
   // The name that an entry of other_protocols references; empty for others. Valid until the next
   // configuration is read.
   [[nodiscard]] std::string_view name_in(const Entry& entry, const Arrival& arrival) noexcept;
-  // A requirement, an offer or a remote service.
-  template <typename Slot>
-  [[nodiscard]] bool has_name(const Slot& slot, std::string_view name) const noexcept {
-    return slot.service != other_protocols || otherserv_of(configurations_[slot.configuration]) == name;
-  }
+  // Whether a requirement, an offer or a remote service, of these properties, has the name; SOME/IP services
+  // have any.
+  [[nodiscard]] bool has_name(ServiceId service, std::uint16_t configuration,
+                              std::string_view name) const noexcept;
   [[nodiscard]] std::optional<std::uint16_t> keep_configuration(bool important) noexcept;
+
+  TRESTLE_ONCE static void count(std::uint64_t& counter) noexcept { ++counter; }
 
   // service_discovery.cpp
   void on_message(const someip::Message& message, const Endpoint& from, bool via_multicast,
                   TimePoint now) noexcept;
   void on_entry(const Entry& entry, const Arrival& arrival) noexcept;
   [[nodiscard]] TimePoint first_due(TimePoint now) noexcept;
-  void send(const slots::PendingEntry& entry) noexcept;
-  void tell(const Event& event) noexcept;
+  // An entry that is about to be sent, to be filled in; nothing when there is no room, which is counted.
+  [[nodiscard]] slots::PendingEntry* send(std::uint16_t to, TimePoint due) noexcept;
+  [[nodiscard]] Event* next_event() noexcept;
+  template <typename What>
+  void tell(const What& what) noexcept {
+    if (Event* const event = next_event()) {
+      event->emplace<What>(what);
+    }
+  }
 
   // peers.cpp
   [[nodiscard]] slots::Peer* peer_at(const Endpoint& endpoint, TimePoint now) noexcept;
@@ -335,7 +343,8 @@ class ServiceDiscovery {
   // remote_services.cpp
   void on_offer(const Entry& entry, const Arrival& arrival) noexcept;
   void on_stop_offer(const Entry& entry, const Arrival& arrival) noexcept;
-  [[nodiscard]] std::optional<slots::Remote> read_offer(const Entry& entry, const Arrival& arrival) noexcept;
+  // False when the offer cannot be used.
+  [[nodiscard]] bool read_offer(const Entry& entry, const Arrival& arrival, slots::Remote& offered) noexcept;
   [[nodiscard]] bool keep_configuration_of(slots::Remote& offered, bool required) noexcept;
   [[nodiscard]] slots::Remote* remote_of(const Entry& entry, std::string_view name) const noexcept;
   [[nodiscard]] slots::Remote* new_remote(bool required) noexcept;
@@ -359,14 +368,12 @@ class ServiceDiscovery {
   void bind(slots::OwnSubscription& subscription, TimePoint now) noexcept;
   void cancel_requests(const slots::OwnSubscription& subscription) noexcept;
   void amend_request(slots::OwnSubscription& subscription) noexcept;
-  [[nodiscard]] std::optional<TimePoint> end_of(const slots::OwnSubscription& subscription,
-                                                TimePoint since) const noexcept;
   [[nodiscard]] bool is_requested(const slots::OwnSubscription& subscription) const noexcept;
   [[nodiscard]] bool is_for(const slots::PendingEntry& pending,
                             const slots::OwnSubscription& subscription) const noexcept;
   void watch(TimePoint now) noexcept;
-  [[nodiscard]] slots::PendingEntry subscribe_entry(const slots::OwnSubscription& subscription, TimePoint due,
-                                                    std::uint32_t ttl_s, bool initial_data) const noexcept;
+  slots::PendingEntry* send_subscribe(const slots::OwnSubscription& subscription, TimePoint due,
+                                      std::uint32_t ttl_s, bool initial_data) noexcept;
 
   Settings settings_;
   OptionRules rules_;

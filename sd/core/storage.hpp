@@ -82,7 +82,7 @@ struct Subscription : SlotBase {
   std::optional<Endpoint> udp;
   std::optional<Endpoint> tcp;
   std::uint32_t receive_buffer_bytes = 0;  // 0: not told
-  std::optional<TimePoint> expiry;         // nothing: at the next reboot
+  TimePoint expiry = never;                // which is at the next reboot
   Endpoint configured_at;                  // of a configured one, instead of a peer
 };
 
@@ -108,8 +108,8 @@ struct Remote : SlotBase {
   std::optional<LoadBalancingOption> load_balancing;
   std::optional<MacGroupcastOption> mac_groupcast;
   std::uint16_t configuration = ConfigurationPool::none;
-  std::optional<TimePoint> expiry;  // nothing: at the next reboot
-  TimePoint answer_due{};           // when to react to the last offer
+  TimePoint expiry = never;  // which is at the next reboot
+  TimePoint answer_due{};    // when to react to the last offer
 };
 
 /// Our subscription to an eventgroup of a peer.
@@ -133,9 +133,9 @@ struct OwnSubscription : SlotBase {
   bool initial_open =
       false;  // initial events were asked for, not by the last Subscribe, and it is not answered
   std::optional<Endpoint> multicast;
-  std::optional<TimePoint> expiry;
-  std::optional<Duration> silence_timeout;
-  std::optional<TimePoint> silent_at;  // when to ask anew, unless an event comes
+  TimePoint expiry = never;
+  Duration silence_timeout{};   // 0: none
+  TimePoint silent_at = never;  // when to ask anew, unless an event comes
 };
 
 /// Somebody who has sent SD messages, or whom we send some.
@@ -170,6 +170,11 @@ struct PendingEntry {
   std::array<OwnedOption, 5> options{};
 
   void add(const OwnedOption& option) noexcept { options[option_count++] = option; }
+  void add(EndpointRole role, const std::optional<Endpoint>& endpoint, Transport transport) noexcept {
+    if (endpoint) {
+      add(EndpointOption{role, *endpoint, transport}.encode());
+    }
+  }
 };
 
 }  // namespace slots

@@ -1,5 +1,4 @@
 #pragma once
-#include <algorithm>
 #include <cassert>
 #include <cstddef>
 #include <iterator>
@@ -11,97 +10,122 @@ namespace trestle::sd {
 
 /// What every slot of a Table begins with.
 struct SlotBase {
-  bool in_use = false;
+  std::uint16_t index = 0;
   std::uint16_t generation = 0;
+  bool in_use = false;
+};
+
+/// What of a Table does not depend on the type of its slots, and so is in a program once.
+class TableBase {
+ public:
+  void remove(SlotBase& slot) noexcept;
+  [[nodiscard]] std::size_t size() const noexcept { return size_; }
+  [[nodiscard]] std::size_t free_slots() const noexcept;
+
+ protected:
+  TRESTLE_ONCE TableBase(void* slots, std::size_t size, std::size_t slot_bytes) noexcept
+      : slots_{static_cast<std::byte*>(slots)},
+        size_{static_cast<std::uint16_t>(size)},
+        slot_bytes_{static_cast<std::uint16_t>(slot_bytes)} {
+    assert(size < 0xffff);
+  }
+
+  [[nodiscard]] SlotBase& slot(std::size_t index) const noexcept {
+    return *static_cast<SlotBase*>(static_cast<void*>(slots_ + index * slot_bytes_));
+  }
+  /// The first slot in use, and the one after another; nothing when there is none.
+  TRESTLE_ONCE [[nodiscard]] SlotBase* first() const noexcept { return used_from(0); }
+  TRESTLE_ONCE [[nodiscard]] SlotBase* after(const SlotBase& slot) const noexcept {
+    return used_from(std::size_t{slot.index} + 1);
+  }
+  /// Whether it is that of a slot in use.
+  [[nodiscard]] bool is_valid(std::uint16_t index, std::uint16_t generation) const noexcept;
+  /// Takes an empty slot; nothing when there is none.
+  [[nodiscard]] SlotBase* take() noexcept;
+
+  std::byte* slots_;
+
+ private:
+  [[nodiscard]] SlotBase* used_from(std::size_t index) const noexcept {
+    for (; index < used_end_; ++index) {
+      if (slot(index).in_use) {
+        return &slot(index);
+      }
+    }
+    return nullptr;
+  }
+
+  std::uint16_t size_;
+  std::uint16_t slot_bytes_;
+  std::uint16_t used_end_ = 0;  // no slot from here on is in use
 };
 
 /// Slots in the caller's memory, taken and freed; walking over it meets those in use.
 /// Its size never changes, and freeing a slot never moves another.
 template <typename Slot>
-class Table {
+class Table : public TableBase {
  public:
-  explicit Table(std::span<Slot> slots) noexcept : slots_{slots} { assert(slots.size() < 0xffff); }
+  explicit Table(std::span<Slot> slots) noexcept : TableBase{slots.data(), slots.size(), sizeof(Slot)} {}
 
+  /// Stays valid whichever slots are freed.
   class Iterator {
    public:
-    using iterator_category = std::forward_iterator_tag;
-    using value_type = Slot;
-    using difference_type = std::ptrdiff_t;
-    using pointer = Slot*;
-    using reference = Slot&;
-
-    Iterator(Slot* at, Slot* end) noexcept : at_{at}, end_{end} { skip_unused(); }
-    Slot& operator*() const noexcept { return *at_; }
-    Iterator& operator++() noexcept {
-      ++at_;
-      skip_unused();
+    Iterator(const Table& table, SlotBase* at) noexcept : table_{&table}, at_{at} {}
+    Slot& operator*() const noexcept { return static_cast<Slot&>(*at_); }
+    TRESTLE_INLINE Iterator& operator++() noexcept {
+      at_ = table_->after(*at_);
       return *this;
     }
-    friend bool operator==(const Iterator& a, const Iterator& b) noexcept { return a.at_ == b.at_; }
+    friend bool operator==(const Iterator& a, std::default_sentinel_t /*end*/) noexcept {
+      return a.at_ == nullptr;
+    }
 
    private:
-    void skip_unused() noexcept {
-      while (at_ != end_ && !at_->in_use) {
-        ++at_;
-      }
-    }
-    Slot* at_;
-    Slot* end_;
+    const Table* table_;
+    SlotBase* at_;
   };
 
   // A table is a view, as a span is: its slots may be changed through a const one.
-  [[nodiscard]] Iterator begin() const noexcept { return {slots_.data(), slots_.data() + used_end_}; }
-  [[nodiscard]] Iterator end() const noexcept {
-    return {slots_.data() + used_end_, slots_.data() + used_end_};
+  TRESTLE_INLINE [[nodiscard]] Iterator begin() const noexcept { return {*this, first()}; }
+  [[nodiscard]] std::default_sentinel_t end() const noexcept { return {}; }
+
+  /// The first slot in use that `wanted` is true for; nothing when there is none.
+  template <typename Wanted>
+  [[nodiscard]] Slot* find_if(Wanted wanted) const noexcept {
+    for (Slot& slot : *this) {
+      if (wanted(slot)) {
+        return &slot;
+      }
+    }
+    return nullptr;
   }
 
   /// An empty slot, now in use; nothing when the table is full.
-  [[nodiscard]] Slot* add() noexcept {
-    const auto free = std::ranges::find(slots_, false, &Slot::in_use);
-    if (free == slots_.end()) {
+  TRESTLE_ONCE [[nodiscard]] Slot* add() noexcept {
+    SlotBase* const taken = take();
+    if (taken == nullptr) {
       return nullptr;
     }
-    const auto generation = static_cast<std::uint16_t>(free->generation == 0xffff ? 1 : free->generation + 1);
-    *free = Slot{};
-    free->in_use = true;
-    free->generation = generation;
-    used_end_ = std::max(used_end_, static_cast<std::size_t>(free - slots_.begin()) + 1);
-    return &*free;
+    const SlotBase base = *taken;
+    Slot& slot = static_cast<Slot&>(*taken);
+    slot = Slot{};
+    static_cast<SlotBase&>(slot) = base;
+    return &slot;
   }
 
-  void remove(Slot& slot) noexcept {
-    slot.in_use = false;
-    while (used_end_ > 0 && !slots_[used_end_ - 1].in_use) {
-      --used_end_;
-    }
-  }
-
-  [[nodiscard]] std::size_t size() const noexcept { return slots_.size(); }
-  [[nodiscard]] std::size_t free_slots() const noexcept {
-    return static_cast<std::size_t>(std::ranges::count(slots_, false, &Slot::in_use));
-  }
-  [[nodiscard]] Slot& operator[](std::uint16_t index) const noexcept { return slots_[index]; }
-  [[nodiscard]] std::uint16_t index_of(const Slot& slot) const noexcept {
-    return static_cast<std::uint16_t>(&slot - slots_.data());
+  [[nodiscard]] Slot& operator[](std::uint16_t index) const noexcept {
+    return static_cast<Slot*>(static_cast<void*>(slots_))[index];
   }
 
   template <typename AnyHandle>
   [[nodiscard]] AnyHandle handle_of(const Slot& slot) const noexcept {
-    return {index_of(slot), slot.generation};
+    return {slot.index, slot.generation};
   }
   /// The slot of a handle; nothing when it has been freed since.
   template <typename Tag>
   [[nodiscard]] Slot* find(Handle<Tag> handle) const noexcept {
-    if (handle.index >= slots_.size()) {
-      return nullptr;
-    }
-    Slot& slot = slots_[handle.index];
-    return slot.in_use && slot.generation == handle.generation ? &slot : nullptr;
+    return is_valid(handle.index, handle.generation) ? &(*this)[handle.index] : nullptr;
   }
-
- private:
-  std::span<Slot> slots_;
-  std::size_t used_end_ = 0;  // no slot from here on is in use
 };
 
 }  // namespace trestle::sd

@@ -66,7 +66,7 @@ TpReassembler::TpReassembler(std::span<TpSlot> slots, const TpReassemblyLimits& 
 TpReassembler::Outcome TpReassembler::on_segment(const Endpoint& from, const Message& message,
                                                  TimePoint now) noexcept {
   ++counters_.segments;
-  if (now >= earliest_) {
+  if (is_due(earliest_, now)) {
     on_time(now);
   }
   TpSlot* slot = find(from, message.header, now);
@@ -117,7 +117,7 @@ TpSlot* TpReassembler::find(const Endpoint& from, const Header& header, TimePoin
     if (slot.state_ == TpSlot::State::unused || !same_kind(slot.header_, header) || slot.from_ != from) {
       return false;
     }
-    if (slot.state_ == TpSlot::State::finished && now >= slot.until_) {
+    if (slot.state_ == TpSlot::State::finished && is_due(slot.until_, now)) {
       slot.state_ = TpSlot::State::unused;
       return false;
     }
@@ -154,7 +154,7 @@ TpSlot* TpReassembler::vacant() noexcept {
     if (slot.state_ == TpSlot::State::unused) {
       return &slot;
     }
-    if (slot.state_ == TpSlot::State::finished && (best == nullptr || slot.until_ < best->until_)) {
+    if (slot.state_ == TpSlot::State::finished && (best == nullptr || !is_due(best->until_, slot.until_))) {
       best = &slot;
     }
   }
@@ -173,7 +173,7 @@ void TpReassembler::begin(TpSlot& slot, const Endpoint& from, const Header& head
   slot.high_water_ = 0;
   slot.gap_count_ = 0;
   slot.until_ = now + limits_.max_age;
-  earliest_ = std::min(earliest_, slot.until_);
+  earliest_ = earlier(earliest_, slot.until_);
   recent_ = static_cast<std::size_t>(&slot - slots_.data());
 }
 
@@ -284,7 +284,7 @@ std::optional<std::uint32_t> TpReassembler::fill_gaps(TpSlot& slot, std::uint32_
 }
 
 void TpReassembler::on_time(TimePoint now) noexcept {
-  if (now < earliest_) {
+  if (!is_due(earliest_, now)) {
     return;
   }
   earliest_ = TimePoint::max();
@@ -292,11 +292,11 @@ void TpReassembler::on_time(TimePoint now) noexcept {
     if (slot.state_ != TpSlot::State::collecting) {
       continue;
     }
-    if (now >= slot.until_) {
+    if (is_due(slot.until_, now)) {
       count(TpDrop::aged_out);
       finish(slot, now);
     } else {
-      earliest_ = std::min(earliest_, slot.until_);
+      earliest_ = earlier(earliest_, slot.until_);
     }
   }
 }
@@ -304,7 +304,7 @@ void TpReassembler::on_time(TimePoint now) noexcept {
 std::optional<TimePoint> TpReassembler::deadline() const noexcept {
   std::optional<TimePoint> first;
   for (const TpSlot& slot : slots_) {
-    if (slot.state_ == TpSlot::State::collecting && (!first || slot.until_ < *first)) {
+    if (slot.state_ == TpSlot::State::collecting && (!first || !is_due(*first, slot.until_))) {
       first = slot.until_;
     }
   }

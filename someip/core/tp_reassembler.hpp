@@ -139,9 +139,9 @@ class TpReassembler {
   /// Copies what falls into gaps. How many bytes did, or nothing when a gap cannot be noted.
   static std::optional<std::uint32_t> fill_gaps(TpSlot& slot, std::uint32_t offset, ByteView slice) noexcept;
   void finish(TpSlot& slot, TimePoint now) const noexcept;
-  Outcome give_up(TpSlot& slot, TpDrop reason, TimePoint now) noexcept;
-  Outcome drop(TpDrop reason) noexcept;
-  void count(TpDrop reason) noexcept { ++counters_.drops[static_cast<std::size_t>(reason)]; }
+  TRESTLE_ONCE Outcome give_up(TpSlot& slot, TpDrop reason, TimePoint now) noexcept;
+  TRESTLE_ONCE Outcome drop(TpDrop reason) noexcept;
+  TRESTLE_ONCE void count(TpDrop reason) noexcept { ++counters_.drops[static_cast<std::size_t>(reason)]; }
 
   std::span<TpSlot> slots_;
   TpReassemblyLimits limits_;

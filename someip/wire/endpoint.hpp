@@ -24,8 +24,8 @@ struct IpAddress {
   friend constexpr auto operator<=>(const IpAddress&, const IpAddress&) = default;
 };
 
-/// Address and port of a UDP or TCP endpoint.
-struct Endpoint {
+/// Address and port of a UDP or TCP endpoint. Aligned so that it is copied by whole words.
+struct alignas(4) Endpoint {
   IpAddress address;
   std::uint16_t port = 0;
   friend constexpr auto operator<=>(const Endpoint&, const Endpoint&) = default;

@@ -5,6 +5,16 @@
 #include <span>
 #include <tl/expected.hpp>
 
+// Where size counts, GCC has to be told what is to be in a program once, and what is smaller when it is
+// inlined.
+#ifdef __OPTIMIZE_SIZE__
+#define TRESTLE_ONCE [[gnu::noinline]]
+#define TRESTLE_INLINE [[gnu::always_inline]]
+#else
+#define TRESTLE_ONCE
+#define TRESTLE_INLINE
+#endif
+
 namespace trestle {
 
 using ByteView = std::span<const std::byte>;
@@ -13,6 +23,15 @@ using ByteSpan = std::span<std::byte>;
 /// A moment of the monotonic clock. The core only compares and adds; it never asks a clock.
 using TimePoint = std::chrono::time_point<std::chrono::steady_clock, std::chrono::nanoseconds>;
 using Duration = std::chrono::nanoseconds;
+
+/// Whether the moment `due` has come. By the numbers: the comparisons of std::chrono go by way of <=>, which
+/// takes GCC several times the code.
+[[nodiscard]] constexpr bool is_due(TimePoint due, TimePoint now) noexcept {
+  return due.time_since_epoch().count() <= now.time_since_epoch().count();
+}
+[[nodiscard]] constexpr TimePoint earlier(TimePoint a, TimePoint b) noexcept {
+  return is_due(a, b) ? a : b;
+}
 
 namespace someip {
 

@@ -19,8 +19,8 @@ constexpr TimePoint start{100s};
 template <typename Schedule>
 std::vector<std::chrono::milliseconds> send_times(Schedule& schedule, std::size_t count) {
   std::vector<std::chrono::milliseconds> times;
-  while (times.size() < count && schedule.deadline()) {
-    const TimePoint now = *schedule.deadline();
+  while (times.size() < count && schedule.deadline() != never) {
+    const TimePoint now = schedule.deadline();
     EXPECT_FALSE(schedule.on_time(now - 1ns));
     if (schedule.on_time(now)) {
       times.push_back(std::chrono::duration_cast<std::chrono::milliseconds>(now - start));
@@ -71,7 +71,7 @@ TEST(OfferSchedule, SurvivesTheMostRepetitionsThereCanBe) {
 
 TEST(OfferSchedule, IsSilentWhileDown) {
   OfferSchedule offers;
-  EXPECT_FALSE(offers.deadline());
+  EXPECT_EQ(offers.deadline(), never);
   EXPECT_FALSE(offers.on_time(start + 1000h));
 }
 
@@ -87,7 +87,7 @@ TEST(FindSchedule, StopsWhenTheServiceIsFound) {
   FindSchedule finds{{.repetitions_base_delay = 30ms, .repetitions_max = 3}, start};
   ASSERT_TRUE(finds.on_time(start));
   finds.found();
-  EXPECT_FALSE(finds.deadline());
+  EXPECT_EQ(finds.deadline(), never);
   EXPECT_EQ(finds.phase(), Phase::main);
 }
 
@@ -99,7 +99,7 @@ TEST(FindSchedule, SendsAtLeastOneWhenThereMayBeMoreInstances) {
   FindSchedule later{{.repetitions_base_delay = 30ms, .repetitions_max = 3}, start};
   ASSERT_TRUE(later.on_time(start));
   later.found_some();
-  EXPECT_FALSE(later.deadline());
+  EXPECT_EQ(later.deadline(), never);
 }
 
 TEST(Random, StaysInItsBoundsAndReachesThem) {
