@@ -311,13 +311,6 @@ std::optional<TimePoint> TpReassembler::deadline() const noexcept {
   return first;
 }
 
-ByteSpan TpReassembler::exchange_buffer(std::size_t slot, ByteSpan fresh) noexcept {
-  TpSlot& taken = slots_[slot];
-  assert(taken.state_ != TpSlot::State::collecting && "the buffer is in use");
-  assert(fresh.size() >= limits_.max_message_bytes && "the fresh buffer is smaller than max_message_bytes");
-  return std::exchange(taken.buffer_, fresh);
-}
-
 std::size_t TpReassembler::size() const noexcept {
   return static_cast<std::size_t>(std::ranges::count(slots_, TpSlot::State::collecting, &TpSlot::state_));
 }

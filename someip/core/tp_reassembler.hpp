@@ -70,8 +70,8 @@ class TpSlot {
   TimePoint until_{};                 ///< collecting: when it is too old; finished: when it is forgotten
 };
 
-/// A message put together again. `payload` points into the slot's buffer until the next on_segment() or
-/// on_time(), or for as long as the caller likes if it takes the buffer with exchange_buffer() before that.
+/// A message put together again. `payload` points into a slot's buffer until the next on_segment() or
+/// on_time().
 struct Reassembled {
   Header header;  ///< without TP flag; return code of the segment that came last  [feat_req_someiptp_784]
   ByteView payload;
@@ -115,12 +115,6 @@ class TpReassembler {
   void on_time(TimePoint now) noexcept;
   /// When on_time() has something to do, if nothing else happens; nothing while no message is under way.
   [[nodiscard]] std::optional<TimePoint> deadline() const noexcept;
-
-  /// Takes the buffer of a completed message out of its slot and puts a fresh one of at least
-  /// max_message_bytes in its place, so that the payload lives on without being copied. To be called before
-  /// the next on_segment() or on_time().
-  /// @return the buffer at whose front the payload is.
-  [[nodiscard]] ByteSpan exchange_buffer(std::size_t slot, ByteSpan fresh) noexcept;
 
   [[nodiscard]] const TpCounters& counters() const noexcept { return counters_; }
   /// Messages under way.

@@ -152,7 +152,7 @@ struct UdpSocket::State : std::enable_shared_from_this<State> {
 
   // Receives one batch; false when there was less than a batch, so that nothing more waits.
   bool receive_once(bool first) {
-    const int received = recvmmsg(fd, inbox->messages.data(), receive_batch, 0, nullptr);
+    const int received = receive_batch_of(inbox->messages);
     if (received <= 0) {
       // An error was told in place of datagrams, or it alone is why we were called.
       return unreachable && (first || !retry_later(errno)) && read_errors();
@@ -178,7 +178,22 @@ struct UdpSocket::State : std::enable_shared_from_this<State> {
     if (!closed && received_all) {
       received_all();
     }
-    return !closed && received == static_cast<int>(receive_batch);
+    // Whether it was a whole batch; of one datagram at a time nobody knows.
+    return !closed && (received == static_cast<int>(receive_batch) || !has_recvmmsg);
+  }
+
+  // How many came, or -1: none, and errno says why.
+  int receive_batch_of(std::array<mmsghdr, receive_batch>& messages) {
+    if (has_recvmmsg) {
+      const int received = recvmmsg(fd, messages.data(), receive_batch, 0, nullptr);
+      if (received >= 0 || errno != ENOSYS) {
+        return received;
+      }
+      has_recvmmsg = false;
+    }
+    const ssize_t bytes = recvmsg(fd, &messages[0].msg_hdr, 0);
+    messages[0].msg_len = bytes < 0 ? 0 : static_cast<unsigned>(bytes);
+    return bytes < 0 ? -1 : 1;
   }
 
   UdpOptions options;
@@ -190,6 +205,7 @@ struct UdpSocket::State : std::enable_shared_from_this<State> {
   UdpTransmitter transmitter;
   bool closed = false;
   bool receiving = false;
+  bool has_recvmmsg = true;
   bool waiting = false;  ///< for room to send
   std::uint64_t overflows = 0;
   TrainHandler handler;

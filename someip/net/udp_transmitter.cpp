@@ -30,10 +30,11 @@ struct SegmentSize {
   }
 };
 
-/// Whether the kernel or the device may have no offload for this. If something else is wrong, that will show
-/// again when the datagrams are sent singly.
+/// Whether the kernel or the device may have no offload for this, or a filter of system calls may forbid it.
+/// If something else is wrong, that will show again when the datagrams are sent singly.
 bool says_no_offload(int error) noexcept {
-  return error == EIO || error == EINVAL || error == EMSGSIZE || error == EOPNOTSUPP || error == ENOPROTOOPT;
+  return error == EIO || error == EINVAL || error == EMSGSIZE || error == EOPNOTSUPP ||
+         error == ENOPROTOOPT || error == EPERM;
 }
 
 }  // namespace

@@ -375,15 +375,5 @@ TEST_F(TpReassemblerTest, DoesNotCompleteAMessageThatIsTooOldEvenIfTheTimerIsLat
   EXPECT_THAT(drops(), UnorderedElementsAre(Pair("aged_out", 1), Pair("stale", 1)));
 }
 
-TEST_F(TpReassemblerTest, GivesAwayACompletedBuffer) {
-  EXPECT_EQ(offer({7, 0, false, tail}), "d0d1d2");
-  std::vector<std::byte> fresh(limits.max_message_bytes);
-  const ByteSpan taken = reassembler.exchange_buffer(last.slot, fresh);
-  EXPECT_EQ(taken.data(), last.payload.data());
-  EXPECT_EQ(offer({8, 0, false, row_a}), to_hex(row_a));
-  EXPECT_EQ(last.payload.data(), fresh.data());
-  EXPECT_EQ(to_hex(taken.first(3)), "d0d1d2");
-}
-
 }  // namespace
 }  // namespace trestle::someip

@@ -10,8 +10,10 @@
 #include <unistd.h>
 
 #include <boost/asio/io_context.hpp>
+#include <chrono>
 #include <cstddef>
 #include <cstdlib>
+#include <numeric>
 #include <vector>
 
 #include "someip/net/message_sender.hpp"
@@ -140,6 +142,48 @@ TEST_F(UdpTransmitterTest, DoesWithoutSendmmsg) {
                       sizes_at(first) == std::vector<std::size_t>{100, 100, 50} &&
                       sizes_at(second) == std::vector<std::size_t>{200, 50};
     std::exit(good ? 0 : 1);
+  };
+  EXPECT_EXIT(child(), testing::ExitedWithCode(0), "");
+}
+
+// As a filter of system calls may have it, which knows sendmmsg() but not what it is to look at.
+TEST_F(UdpTransmitterTest, DoesWithoutOffloadThatIsForbidden) {
+  const auto child = [&] {
+    if (!break_system_call(SYS_sendmsg, EPERM)) {
+      std::exit(77);
+    }
+    const std::vector<Train> trains{{to_first, bytes, 100}};
+    const auto batch = transmitter.send_trains(trains);
+    const bool good = batch.sent == 3 && batch.status == SendStatus::sent &&
+                      transmitter.counters().offload_refused == 1 &&
+                      sizes_at(first) == std::vector<std::size_t>{100, 100, 50};
+    std::exit(good ? 0 : 1);
+  };
+  EXPECT_EXIT(child(), testing::ExitedWithCode(0), "");
+}
+
+TEST_F(UdpTransmitterTest, ASocketDoesWithoutRecvmmsg) {
+  const auto child = [&] {
+    boost::asio::io_context io;
+    UdpSocket socket{io, {.local = {IpAddress::v4(127, 0, 0, 1), 0}}};
+    if (!break_system_call(SYS_recvmmsg, ENOSYS)) {
+      std::exit(77);
+    }
+    std::vector<std::size_t> sizes;
+    socket.receive([&](ByteView datagram, const Endpoint&) { sizes.push_back(datagram.size()); });
+    for (std::size_t i = 0; i < 20; ++i) {
+      const ByteView slice = bytes.first(i);
+      if (transmitter.send(socket.local(), {&slice, 1}) != SendStatus::sent) {
+        std::exit(2);
+      }
+    }
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds{30};
+    while (sizes.size() < 20 && std::chrono::steady_clock::now() < end) {
+      io.run_one_for(std::chrono::milliseconds{100});
+    }
+    std::vector<std::size_t> expected(20);
+    std::iota(expected.begin(), expected.end(), 0);
+    std::exit(sizes == expected ? 0 : 1);
   };
   EXPECT_EXIT(child(), testing::ExitedWithCode(0), "");
 }
