@@ -146,8 +146,9 @@ struct FoundWriter {
 
 /// What a reader or writer may have beside its quality of service.
 struct EndpointExtras {
-  OnMatch on_match{};       ///< a callback as any other; never called again once the endpoint is gone
-  std::string user_data{};  ///< told to everybody by discovery
+  OnMatch on_match{};           ///< a callback as any other; never called again once the endpoint is gone
+  std::string user_data{};      ///< told to everybody by discovery
+  bool writes_related = false;  ///< of a writer: Writer::write_related() is used, and no other write()
 };
 
 /// Whose DDS a participant is.
@@ -214,11 +215,11 @@ struct ReaderCounters {
 
 /// What a writer has done since it was made. What was refused was not sent.
 struct WriterCounters {
-  std::uint64_t sent = 0;  ///< handed to DDS, whether or not somebody reads them
+  std::uint64_t sent = 0;  ///< taken, whether or not somebody reads them
   std::uint64_t sent_bytes = 0;
   std::uint64_t bad_encapsulation = 0;  ///< see WriteError, as for oversize
   std::uint64_t oversize = 0;
-  std::uint64_t refused = 0;  ///< for any other WriteError
+  std::uint64_t refused = 0;  ///< for any other WriteError, of large samples also after write()
   /// Sent, but overwritten by a newer one before every matched reliable reader had acknowledged it: a reader
   /// that is stuck or too slow lacks it. (One that got it and was only late to say so counts too.)
   std::uint64_t overwritten = 0;
@@ -267,7 +268,10 @@ class Writer {
 
   /// Sends a sample, given in pieces that together are the encapsulation header and body. The pieces are
   /// copied once, into DDS's own memory, and are free again on return. With no reader there it still counts
-  /// as sent. Samples above about 64 KB leave from a thread of DDS, after this has returned.
+  /// as sent. The caller sends what is small itself; large samples, above some 200 KB for all readers
+  /// together, are copied and sent by a thread of this writer, and of those DDS may still refuse one after
+  /// this has returned. While one is being sent, the next one waits for that, and never for a reader that is
+  /// slow or stuck.
   tl::expected<void, WriteError> write(std::span<const ByteView> pieces);
   tl::expected<void, WriteError> write(ByteView sample) { return write(std::span{&sample, 1}); }
   /// The same for a sample that belongs to another; of that one, writer and sequence may be unknown: 0. Tells
@@ -315,8 +319,7 @@ class Participant {
                                      std::size_t max_sample_bytes = default_max_sample_bytes,
                                      EndpointExtras extras = {});
 
-  /// @param max_sample_bytes  larger samples are refused; a limit below 60,000 has samples sent by the
-  ///                          calling thread, which is quicker for small ones.
+  /// @param max_sample_bytes  larger samples are refused.
   /// @throws DdsError  as above.
   [[nodiscard]] Writer create_writer(std::string_view topic, std::string_view type, const Qos& qos,
                                      std::size_t max_sample_bytes = default_max_sample_bytes,

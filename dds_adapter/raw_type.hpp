@@ -1,19 +1,11 @@
 #pragma once
 #include <cstring>
-#include <span>
 #include <string>
 
 #include "dds_adapter/fastdds_compat.hpp"
-#include "dds_adapter/participant.hpp"
+#include "dds_adapter/raw_sample.hpp"
 
 namespace trestle::dds::detail {
-
-/// The "sample" that Fast DDS handles for us: views of serialised bytes, never the bytes.
-struct RawSample {
-  std::span<const ByteView> pieces;  ///< to write
-  std::size_t size = 0;              ///< of all pieces
-  ByteView received;                 ///< read: points into the payload that the loan keeps
-};
 
 /// Serialised samples of any one type.
 class RawType final : public fast::AnyType {
@@ -36,6 +28,9 @@ class RawType final : public fast::AnyType {
         std::memcpy(to, piece.data(), piece.size());
         to += piece.size();
       }
+    }
+    if (raw.loan != nullptr) {
+      raw.loan->pieces_copied();
     }
     payload.length = static_cast<std::uint32_t>(raw.size);
     payload.encapsulation = payload.data[1] == 0 ? CDR_BE : CDR_LE;

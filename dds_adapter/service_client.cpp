@@ -107,7 +107,8 @@ struct ServiceClient::State {
                const Vendor vendor = participant.vendor(peer);
                changed([&] { servers.reader(peer, matched, vendor); });
              },
-         .user_data = config.request_user_data + user_data}));
+         .user_data = config.request_user_data + user_data,
+         .writes_related = true}));
     {
       const std::lock_guard lock{mutex};
       writer_guid = writer->guid();

@@ -38,7 +38,8 @@ struct ServiceServer::State {
                const Vendor vendor = participant.vendor(peer);
                changed([&] { reply_readers.change(peer, matched, vendor); });
              },
-         .user_data = config.reply_user_data + user_data}));
+         .user_data = config.reply_user_data + user_data,
+         .writes_related = true}));
     reader.emplace(participant.create_reader(
         ros_request_topic(config.name), ros_type_name(config.type + "_Request"), qos,
         [this](Sample sample) { take(std::move(sample)); }, config.max_sample_bytes,

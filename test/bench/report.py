@@ -25,7 +25,7 @@ samples where DDS puts them, and one bare TP transfer, all of them taken beside 
 there and back; all of it goes by UDP on loopback, but for the hop that says otherwise. The idle node offers a service,
 without DDS; the start is counted from `main()` to the first event of a service that has long been there, without initial
 delay. Synchronously means that the thread that writes sends as well, and is kept for as long as that takes: our writers
-of samples of any size do not.
+do so with samples of up to 200 KB, the hops of the floor do not.
 
 """
 CLOUDS_TEXT = """Time between the checkpoints of the published bridge: just before and after the conversion of DDS to

@@ -2,6 +2,8 @@
 // and of the libraries that it uses. docs/performance.md tells the numbers.
 #include "test/copies.hpp"
 
+#include <algorithm>
+
 #include "dds_adapter/ros_names.hpp"
 #include "sd/net/node.hpp"
 #include "test/bridge/end_to_end/samples.hpp"
@@ -33,21 +35,27 @@ class DdsCopies : public TwoBridges {
     const std::string topic = dds::ros_topic_name(route.topic);
     const std::string type = dds::ros_type_name(route.type);
     dds::Writer writer = from.create_writer(topic, type, qos);
-    Inbox<std::size_t> sizes;
-    const dds::Reader reader = to.create_reader(
-        topic, type, qos, [&](const dds::Sample& sample) { sizes.put(sample.cdr().size()); });
+    Inbox<bool> probes;
+    Inbox<bool> arrived;
+    const dds::Reader reader = to.create_reader(topic, type, qos, [&](const dds::Sample& sample) {
+      constexpr std::size_t front = 32;  // in which their numbers are
+      const bool is_large = std::ranges::equal(sample.cdr().first(front), ByteView{large}.first(front));
+      (is_large ? arrived : probes).put(true);
+    });
     EXPECT_TRUE(eventually([&] {
       static_cast<void>(writer.write(probe));
       usleep(50'000);
-      return sizes.size() > 0;
+      return probes.size() > 0;
     }));
-    usleep(100'000);  // for the probes that are under way
-    static_cast<void>(sizes.take());
+    // Behind it no probe is under way.
+    EXPECT_TRUE(writer.write(large));
+    EXPECT_TRUE(arrived.wait_for_count(1));
+    static_cast<void>(arrived.take());
 
     const Copies before = copies();
     for (std::size_t i = 1; i <= messages; ++i) {
       EXPECT_TRUE(writer.write(large));
-      EXPECT_TRUE(sizes.wait_for_count(i));
+      EXPECT_TRUE(arrived.wait_for_count(i));
     }
     return per_payload(before, copies(), large.size());
   }
