@@ -21,6 +21,10 @@ target_compile_options(trestle_flags INTERFACE
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # GCC 12 sees overlaps in its own std::string at -O3 (its bug 105651).
   target_compile_options(trestle_flags INTERFACE -Wno-restrict)
+  if(CMAKE_UNITY_BUILD)
+    # To it, a source that is included is a header, whose types should have no members of local types.
+    target_compile_options(trestle_flags INTERFACE -Wno-subobject-linkage)
+  endif()
   if(TRESTLE_SANITIZE)
     # The sanitizers' own code looks to it as if variables were used before they are set, says its manual.
     target_compile_options(trestle_flags INTERFACE -Wno-maybe-uninitialized)
