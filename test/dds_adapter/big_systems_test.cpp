@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "test/dds_adapter/dds_test.hpp"
+#include "test/dds_adapter/keystore.hpp"
 
 namespace trestle::test {
 namespace {
@@ -24,7 +25,10 @@ constexpr const char* type = "std_msgs::msg::dds_::String_";
 class BigSystems : public DdsTest {
  protected:
   BigSystems() { std::filesystem::create_directories(folder_); }
-  ~BigSystems() override { std::filesystem::remove_all(folder_); }
+  ~BigSystems() override {
+    std::filesystem::remove_all(folder_);
+    std::filesystem::remove(folder_ + ".log");
+  }
 
   /// Why the rest of a test is skipped; empty: it is not.
   [[nodiscard]] virtual std::string hindrance() { return ""; }
@@ -232,14 +236,7 @@ TEST_F(ServedSystems, OutliveOneOfTwoServers) {
 
 class SecureSystems : public BigSystems {
  protected:
-  void SetUp() override {
-    if (system("command -v openssl >/dev/null") != 0) {  // NOLINT(*-env33-c): of our own text only
-      GTEST_SKIP() << "openssl is not installed";
-    }
-    const std::string command = TRESTLE_SOURCE_DIR "/test/dds_adapter/make_keystore.sh " + folder_ +
-                                " /vehicle/trestle /lidar >" + folder_ + "/log 2>&1";
-    ASSERT_EQ(system(command.c_str()), 0) << command;  // NOLINT(*-env33-c): of our own text only
-  }
+  void SetUp() override { make_keystore(folder_); }
   [[nodiscard]] ParticipantConfig secure(const std::string& enclave, Inbox<Event>* events = nullptr) const {
     ParticipantConfig result =
         events == nullptr ? config() : config([=](const Event& event) { events->put(event); });

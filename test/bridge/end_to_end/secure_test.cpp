@@ -1,10 +1,10 @@
 // A bridge with the keys and rights of an enclave (`dds: security`).
 #include <gmock/gmock.h>
 
-#include <cstdlib>
 #include <filesystem>
 
 #include "test/bridge/end_to_end/bridge_test.hpp"
+#include "test/dds_adapter/keystore.hpp"
 
 namespace trestle::test {
 namespace {
@@ -13,14 +13,7 @@ using someip::ServiceId;
 
 class SecureBridge : public BridgeTest {
  protected:
-  void SetUp() override {
-    if (system("command -v openssl >/dev/null") != 0) {  // NOLINT(*-env33-c): of our own text only
-      GTEST_SKIP() << "openssl is not installed";
-    }
-    const std::string command = TRESTLE_SOURCE_DIR "/test/dds_adapter/make_keystore.sh " + folder_ +
-                                " /vehicle/trestle /lidar >" + folder_ + ".log 2>&1";
-    ASSERT_EQ(system(command.c_str()), 0) << command;  // NOLINT(*-env33-c): of our own text only
-  }
+  void SetUp() override { make_keystore(folder_); }
   ~SecureBridge() override {
     std::filesystem::remove_all(folder_);
     std::filesystem::remove(folder_ + ".log");
