@@ -35,7 +35,9 @@ fast::DataWriterQos graph_writer_qos() {
   qos.history().depth = 1;
   qos.endpoint().history_memory_policy = fast::dynamic_reusable;
   qos.data_sharing().off();
-  qos.publish_mode().kind = fast::ASYNCHRONOUS_PUBLISH_MODE;
+  // The sending thread of Fast DDS 2.9 sends a last message without the writer's lock. When the last reader,
+  // often our own, leaves meanwhile, a participant whose messages are protected ends in an assertion.
+  qos.publish_mode().kind = fast::SYNCHRONOUS_PUBLISH_MODE;
   fast::set_user_data(qos, ros_type_hash_entry(graph_type_hash));
   return qos;
 }
