@@ -115,9 +115,9 @@ TEST(Conversion, DoesNotDependOnTheMessageBefore) {
     sample.insert(sample.end(), body.begin(), body.end());
     const ConversionPlan& plan = plans[turn / 7 % plans.size()];
     ASSERT_EQ(shown(plan.cdr_to_someip(sample, scratch)), to_someip(plan, sample));
-    const auto cut = [turn](std::vector<std::byte> bytes) {
-      bytes.resize(bytes.size() - turn % std::min<std::size_t>(16, bytes.size()));
-      return bytes;
+    const auto cut = [turn](const std::vector<std::byte>& bytes) {
+      const std::size_t less = turn % std::min<std::size_t>(16, bytes.size());
+      return std::vector<std::byte>(bytes.begin(), bytes.end() - static_cast<std::ptrdiff_t>(less));
     };
     const auto cut_sample = cut(sample);
     ASSERT_EQ(shown(plan.cdr_to_someip(cut_sample, scratch)), to_someip(plan, cut_sample));
