@@ -102,7 +102,7 @@ class Patterns(unittest.TestCase):
         self.log_until("ids.lock:6:5: error: service: 0x6f72 of /up_0 is outside of 0x6000-0x6eff")
         self.log_until("going on as before", 2)
         # Another pattern: one topic goes, and the other one keeps its id.
-        write(self.file, CONFIG.replace("rt/up_*", "/*_1"))
+        write(self.file, CONFIG.replace("rt/up_*", "/u*_1"))
         bridge.send_signal(signal.SIGHUP)
         receive(self.peer.group, offered(UP_0, False))  # the other one may be withdrawn in the same datagram
         receive(self.peer.group, offered(UP_1))
