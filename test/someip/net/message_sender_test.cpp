@@ -42,7 +42,7 @@ class MessageSenderTest : public ::testing::Test {
     });
   }
   void await_datagrams(std::size_t count) {
-    const auto end = std::chrono::steady_clock::now() + 1s;
+    const auto end = std::chrono::steady_clock::now() + 30s;
     while (arrived.size() < count && std::chrono::steady_clock::now() < end) {
       io.run_one_for(50ms);
     }
@@ -165,8 +165,9 @@ TEST_F(MessageSenderTest, LetsNoReceiverWaitForThePausesOfAnother) {
   sender.send(second.local(), event, {&slice, 1}, nullptr, pacing(90, 1ms));
   sender.send(receiver.local(), event, {&slice, 1}, nullptr, pacing(99, 10s));
   sender.send(third.local(), event, {&slice, 1}, nullptr, pacing(90, 1ms));
-  EXPECT_EQ(sender.counters().datagrams, 90U + 99U + 90U);
-  const auto end = std::chrono::steady_clock::now() + 1s;
+  // More where a call took longer than a pause of 1 ms.
+  EXPECT_GE(sender.counters().datagrams, 90U + 99U + 90U);
+  const auto end = std::chrono::steady_clock::now() + 9s;  // less than the long pause
   while (at_second + at_third < 200 && std::chrono::steady_clock::now() < end) {
     io.run_one_for(50ms);
   }
@@ -187,7 +188,7 @@ TEST_F(MessageSenderTest, WakesUpForTheShortestPause) {
               {.segment_bytes = 16, .burst = 90, .separation = 1ms});
   sender.send(receiver.local(), event, {&slice, 1}, nullptr,
               {.segment_bytes = 16, .burst = 99, .separation = 10s});
-  const auto end = std::chrono::steady_clock::now() + 1s;
+  const auto end = std::chrono::steady_clock::now() + 9s;
   while (at_second < 100 && std::chrono::steady_clock::now() < end) {
     io.run_one_for(50ms);
   }
