@@ -6,7 +6,7 @@
 
 #include "test/dds_adapter/dds_test.hpp"
 
-namespace trestle::test {
+namespace trestle::test::qos_test {
 namespace {
 
 using namespace dds;
@@ -228,4 +228,4 @@ TEST_F(QualityOfService, RefusesTimesThatMakeNoSense) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::qos_test

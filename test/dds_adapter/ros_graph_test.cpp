@@ -5,7 +5,7 @@
 #include "dds_adapter/ros_graph_message.hpp"
 #include "test/dds_adapter/dds_test.hpp"
 
-namespace trestle::test {
+namespace trestle::test::ros_graph_test {
 namespace {
 
 using namespace dds;
@@ -197,4 +197,4 @@ TEST_F(RosGraphOfParticipants, RefusesNamesThatNoNodeCanHave) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::ros_graph_test

@@ -20,7 +20,7 @@ void demand(bool done, const std::string& what) {
   }
 }
 
-void write(const char* file, const std::string& text) {
+void write_file(const char* file, const std::string& text) {
   demand(static_cast<bool>(std::ofstream{file} << text << std::flush), std::string{"write to "} + file);
 }
 
@@ -44,9 +44,9 @@ Namespaces::Namespaces() {
     const std::string user = std::to_string(geteuid());
     const std::string group = std::to_string(getegid());
     demand(unshare(CLONE_NEWUSER) == 0, "make a user namespace, not being root");
-    write("/proc/self/setgroups", "deny");
-    write("/proc/self/uid_map", "0 " + user + " 1");
-    write("/proc/self/gid_map", "0 " + group + " 1");
+    write_file("/proc/self/setgroups", "deny");
+    write_file("/proc/self/uid_map", "0 " + user + " 1");
+    write_file("/proc/self/gid_map", "0 " + group + " 1");
   }
   demand(unshare(CLONE_NEWNET) == 0, "make a network namespace");
   const int peers =

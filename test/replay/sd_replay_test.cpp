@@ -13,7 +13,7 @@
 #include "test/covers.hpp"
 #include "test/sd/describe.hpp"
 
-namespace trestle::test {
+namespace trestle::test::sd_replay_test {
 
 void PrintTo(const Said& said, std::ostream* out) {
   *out << fmt::format("{:.1f} ms -> {}: {}", std::chrono::duration<double, std::milli>(said.time).count(),
@@ -426,4 +426,4 @@ INSTANTIATE_TEST_SUITE_P(
     });
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::sd_replay_test

@@ -5,7 +5,7 @@
 #include "test/covers.hpp"
 #include "test/sd/machine.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::limits_test {
 namespace {
 using namespace test;
 using testing::ElementsAre;
@@ -387,4 +387,4 @@ TEST_F(Limited, SendsNothingIntoTooLittleRoom) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::limits_test

@@ -4,7 +4,7 @@
 #include "test/covers.hpp"
 #include "test/sd/configured_fixture.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::other_protocol_test {
 namespace {
 using namespace test;
 using testing::ElementsAre;
@@ -262,4 +262,4 @@ TEST_F(OtherProtocol, AnnouncesLayer2TrafficWithItsName) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::other_protocol_test

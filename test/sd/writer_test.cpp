@@ -8,7 +8,7 @@
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::writer_test {
 namespace {
 using test::covers;
 using test::hex;
@@ -184,4 +184,4 @@ TEST(SdWriter, NamesNoOptionBeyondIndex255) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::writer_test

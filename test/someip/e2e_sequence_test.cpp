@@ -7,7 +7,7 @@
 #include "someip/core/e2e/protector.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::someip::e2e {
+namespace trestle::someip::e2e::e2e_sequence_test {
 namespace {
 
 using testing::ElementsAre;
@@ -232,4 +232,4 @@ TEST(E2eEarlySequence, IsTheSameInProfile2WithSixteenCounters) {
 }
 
 }  // namespace
-}  // namespace trestle::someip::e2e
+}  // namespace trestle::someip::e2e::e2e_sequence_test

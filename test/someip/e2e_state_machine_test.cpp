@@ -9,7 +9,7 @@
 #include "someip/core/e2e/protector.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::someip::e2e {
+namespace trestle::someip::e2e::e2e_state_machine_test {
 namespace {
 
 /// The states, a letter each, that the checks lead through, a letter each:
@@ -226,4 +226,4 @@ TEST(E2eChecker, FeedsItsStateMachine) {
 }
 
 }  // namespace
-}  // namespace trestle::someip::e2e
+}  // namespace trestle::someip::e2e::e2e_state_machine_test

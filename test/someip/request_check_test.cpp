@@ -4,7 +4,7 @@
 
 #include "test/covers.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::request_check_test {
 namespace {
 
 using test::covers;
@@ -166,4 +166,4 @@ TEST(CheckRequest, NeverAnswersAnErrorWithAnError) {
 }
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::request_check_test

@@ -6,7 +6,7 @@
 
 #include "test/covers.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::tp_pacing_test {
 namespace {
 using test::covers;
 using testing::ElementsAre;
@@ -178,4 +178,4 @@ TEST(TpPacing, SendsLargeBurstsToAReceiverWithALargeBuffer) {
 }
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::tp_pacing_test

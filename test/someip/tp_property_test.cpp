@@ -10,7 +10,7 @@
 #include "test/someip/tp_model.hpp"
 #include "test/someip/tp_slots.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::tp_property_test {
 namespace {
 using namespace std::chrono_literals;
 using test::covers;
@@ -249,4 +249,4 @@ TEST(TpDamage, IsRefusedWhenALengthIsOffByOne) {
 }
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::tp_property_test

@@ -9,7 +9,7 @@
 #include "test/covers.hpp"
 #include "test/someip/tp_slots.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::tp_reassembler_test {
 namespace {
 using namespace std::chrono_literals;
 using test::covers;
@@ -376,4 +376,4 @@ TEST_F(TpReassemblerTest, DoesNotCompleteAMessageThatIsTooOldEvenIfTheTimerIsLat
 }
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::tp_reassembler_test

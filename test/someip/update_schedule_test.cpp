@@ -4,7 +4,7 @@
 
 #include "test/covers.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::update_schedule_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -63,4 +63,4 @@ TEST(UpdateSchedule, SendsNothingByItselfWithoutAnyRule) {
 }
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::update_schedule_test

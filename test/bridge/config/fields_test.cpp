@@ -7,7 +7,7 @@
 #include "test/bridge/config/problems_of.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::test {
+namespace trestle::test::fields_test {
 namespace {
 
 using namespace bridge;
@@ -327,4 +327,4 @@ TEST(FieldPackages, AreWrittenOrSayWhyNot) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::fields_test

@@ -8,7 +8,7 @@
 #include "bridge/check/summary.hpp"
 #include "test/bridge/config/problems_of.hpp"
 
-namespace trestle::test {
+namespace trestle::test::patterns_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -276,4 +276,4 @@ TEST_F(LockedPatterns, AreShownByCheck) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::patterns_test

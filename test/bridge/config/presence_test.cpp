@@ -4,7 +4,7 @@
 #include "bridge/check/summary.hpp"
 #include "test/bridge/config/problems_of.hpp"
 
-namespace trestle::test {
+namespace trestle::test::presence_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -94,4 +94,4 @@ TEST(DdsLease, IsReadCheckedAndShown) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::presence_test

@@ -5,7 +5,7 @@
 #include "test/bridge/convert/support.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::bridge {
+namespace trestle::bridge::type_rules_test {
 namespace {
 
 using namespace trestle::test;
@@ -560,4 +560,4 @@ TEST(TypeRulesCheck, SaysWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge
+}  // namespace trestle::bridge::type_rules_test

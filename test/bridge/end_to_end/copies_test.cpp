@@ -20,10 +20,18 @@ using someip::ServiceId;
 
 constexpr std::size_t messages = 5;
 
-// The whole copies of one payload, of `messages` of them.
-Copies per_payload(const Copies& before, const Copies& after, std::size_t bytes) {
-  return {times((after.ours - before.ours) / messages, bytes),
-          times((after.others - before.others) / messages, bytes)};
+// The whole copies of one payload, which of most were made: Fast DDS sends again what is not confirmed in
+// time.
+Copies of_most(const std::vector<Copies>& counts, std::size_t bytes) {
+  std::vector<std::size_t> ours;
+  std::vector<std::size_t> others;
+  for (std::size_t i = 1; i < counts.size(); ++i) {
+    ours.push_back(times(counts[i].ours - counts[i - 1].ours, bytes));
+    others.push_back(times(counts[i].others - counts[i - 1].others, bytes));
+  }
+  std::ranges::sort(ours);
+  std::ranges::sort(others);
+  return {ours[ours.size() / 2], others[others.size() / 2]};
 }
 
 class DdsCopies : public TwoBridges {
@@ -52,12 +60,13 @@ class DdsCopies : public TwoBridges {
     EXPECT_TRUE(arrived.wait_for_count(1));
     static_cast<void>(arrived.take());
 
-    const Copies before = copies();
+    std::vector<Copies> counts{copies()};
     for (std::size_t i = 1; i <= messages; ++i) {
       EXPECT_TRUE(writer.write(large));
       EXPECT_TRUE(arrived.wait_for_count(i));
+      counts.push_back(copies());
     }
-    return per_payload(before, copies(), large.size());
+    return of_most(counts, large.size());
   }
 
   /// @param more  copies on the way from DDS to SOME/IP, beside those that every route needs.
@@ -140,11 +149,12 @@ class SomeIpCopies : public TwoNodes, public testing::WithParamInterface<Transpo
   template <typename Transfer>
   Copies of_each(const Transfer& transfer) {
     transfer();
-    const Copies before = copies();
+    std::vector<Copies> counts{copies()};
     for (std::size_t i = 0; i < messages; ++i) {
       transfer();
+      counts.push_back(copies());
     }
-    return per_payload(before, copies(), payload->size());
+    return of_most(counts, payload->size());
   }
 };
 

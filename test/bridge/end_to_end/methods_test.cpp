@@ -7,7 +7,7 @@
 #include "test/bridge/end_to_end/services_end_to_end.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::test {
+namespace trestle::test::methods_test {
 namespace {
 
 using someip::MethodId;
@@ -455,4 +455,4 @@ TEST_F(MethodsEndToEnd, AMethodAndAnEventShareAnOffer) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::methods_test

@@ -5,7 +5,7 @@
 #include "test/bridge/end_to_end/services_end_to_end.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::test {
+namespace trestle::test::protected_calls_test {
 namespace {
 
 using someip::InstanceId;
@@ -245,4 +245,4 @@ TEST_F(ProtectedCalls, RefusedValuesAreAskedForWithTheGettersProtection) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::protected_calls_test

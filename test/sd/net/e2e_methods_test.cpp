@@ -10,7 +10,7 @@
 #include "test/covers.hpp"
 #include "test/sd/net/two_nodes.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::e2e_methods_test {
 namespace {
 
 namespace e2e = someip::e2e;
@@ -350,4 +350,4 @@ TEST_F(E2eMethods, ReadAndSetAField) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::e2e_methods_test

@@ -5,7 +5,7 @@
 #include "test/covers.hpp"
 #include "test/sd/net/two_nodes.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::e2e_test {
 namespace {
 
 namespace e2e = someip::e2e;
@@ -373,4 +373,4 @@ TEST_F(E2eTest, RefusesWhatCannotBeSubscribedToOrRequired) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::e2e_test

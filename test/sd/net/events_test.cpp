@@ -4,7 +4,7 @@
 #include "test/covers.hpp"
 #include "test/sd/net/two_nodes.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::events_test {
 namespace {
 
 using someip::Header;
@@ -431,4 +431,4 @@ TEST_F(FieldsTest, SendInitialEventsByUnicastWhereOthersAreMulticast) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::events_test

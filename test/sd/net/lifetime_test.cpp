@@ -4,7 +4,7 @@
 #include "test/covers.hpp"
 #include "test/sd/net/two_nodes.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::lifetime_test {
 namespace {
 
 using someip::Message;
@@ -243,4 +243,4 @@ TEST_F(LifetimeTest, ANodeMayEndWithCallsOutstanding) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::lifetime_test

@@ -11,7 +11,7 @@
 #include "test/covers.hpp"
 #include "test/loopback.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::node_test {
 namespace {
 
 using someip::Header;
@@ -464,4 +464,4 @@ TEST_F(NodeTest, CanBeDestroyedAtAnyTime) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::node_test

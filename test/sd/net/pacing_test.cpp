@@ -2,7 +2,7 @@
 #include "test/covers.hpp"
 #include "test/sd/net/two_nodes.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::pacing_test {
 namespace {
 
 using someip::Message;
@@ -220,4 +220,4 @@ TEST_F(Pacing, IsThatOfACallAndOfItsMethod) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::pacing_test

@@ -13,7 +13,7 @@
 #include "test/covers.hpp"
 #include "test/sd/net/two_nodes.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::proxy_test {
 namespace {
 
 using boost::system::error_code;
@@ -341,4 +341,4 @@ TEST_F(ProxyTest, GoesWithFieldsAndSubscriptions) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::proxy_test

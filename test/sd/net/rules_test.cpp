@@ -7,7 +7,7 @@
 #include "test/covers.hpp"
 #include "test/sd/net/two_nodes.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::rules_test {
 namespace {
 
 using someip::Message;
@@ -453,4 +453,4 @@ TEST_F(RulesTest, KeepTheCountersOfPortsThatAreClosed) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::rules_test

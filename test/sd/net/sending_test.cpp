@@ -4,7 +4,7 @@
 
 #include "test/sd/net/two_nodes.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::sending_test {
 namespace {
 
 using someip::EventgroupId;
@@ -72,4 +72,4 @@ TEST_F(SendingTest, PollsTheDeviceWhenThatIsGrantedAndElseSaysSo) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::sending_test

@@ -2,7 +2,7 @@
 #include "test/covers.hpp"
 #include "test/sd/net/two_nodes.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::sharing_test {
 namespace {
 
 using someip::MethodId;
@@ -130,4 +130,4 @@ TEST_F(SharingTest, InstancesGetNoTcpPortThatIsNamedTwice) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::sharing_test

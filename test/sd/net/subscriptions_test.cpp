@@ -4,7 +4,7 @@
 #include "test/covers.hpp"
 #include "test/sd/net/two_nodes.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::subscriptions_test {
 namespace {
 
 using someip::MethodId;
@@ -126,4 +126,4 @@ TEST_F(SubscriptionsTest, MayBeToWhatIsNotSomeip) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::subscriptions_test

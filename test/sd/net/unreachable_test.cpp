@@ -2,7 +2,7 @@
 #include "test/covers.hpp"
 #include "test/sd/net/two_nodes.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::unreachable_test {
 namespace {
 
 using someip::MethodId;
@@ -92,4 +92,4 @@ TEST_F(UnreachableTest, SubscribersMayComeBack) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::unreachable_test

@@ -91,14 +91,15 @@ bool run(boost::asio::io_context& io, Condition condition) {
   return condition();
 }
 
-/// What arrives at the other end of the interface, by the receiver's last byte.
+/// What leaves by the interface, by the receiver's last byte. At its other end each processor has a queue of
+/// its own for what arrives, which would mix up the order.
 class Wire {
  public:
   Wire() {
     sockaddr_ll address{};
     address.sll_family = AF_PACKET;
-    address.sll_protocol = htons(ETH_P_IP);
-    address.sll_ifindex = static_cast<int>(if_nametoindex("v1"));
+    address.sll_protocol = htons(ETH_P_ALL);  // of one protocol alone, only what arrives is shown
+    address.sll_ifindex = static_cast<int>(if_nametoindex("v0"));
     set_buffer(socket_.get(), SO_RCVBUFFORCE, SO_RCVBUF, 8 << 20);
     opened = bind(socket_.get(), reinterpret_cast<sockaddr*>(&address),  // NOLINT: that is the interface
                   sizeof address) == 0;
@@ -109,7 +110,8 @@ class Wire {
     ssize_t bytes = 0;
     while ((bytes = recv(socket_.get(), packet.data(), packet.size(), MSG_DONTWAIT)) > 0) {
       constexpr std::size_t before = 14 + 20 + 8;  // Ethernet, IP and UDP
-      if (static_cast<std::size_t>(bytes) > before && packet[14 + 9] == std::byte{17}) {
+      const bool is_ip = packet[12] == std::byte{8} && packet[13] == std::byte{0};
+      if (static_cast<std::size_t>(bytes) > before && is_ip && packet[14 + 9] == std::byte{17}) {
         const int receiver = std::to_integer<int>(packet[14 + 19]);
         at[receiver].emplace_back(packet.begin() + before, packet.begin() + bytes);
         if (at[3].empty()) {
@@ -137,7 +139,7 @@ class Wire {
   std::map<int, std::vector<std::vector<std::byte>>> at;
 
  private:
-  Descriptor socket_{socket(AF_PACKET, SOCK_RAW | SOCK_CLOEXEC, htons(ETH_P_IP))};
+  Descriptor socket_{socket(AF_PACKET, SOCK_RAW | SOCK_CLOEXEC, 0)};
 };
 
 // What comes out of the interface is what went in: to each receiver whole and in its order, and neither waits

@@ -11,7 +11,7 @@
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::message_sender_test {
 namespace {
 
 using test::covers;
@@ -494,4 +494,4 @@ TEST_F(CollectingSenderTest, CountsEachMessageThatTheSystemRefuses) {
 }
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::message_sender_test

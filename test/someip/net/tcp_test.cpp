@@ -15,7 +15,7 @@
 #include "test/covers.hpp"
 #include "test/loopback.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::tcp_test {
 namespace {
 
 using boost::asio::ip::tcp;
@@ -467,4 +467,4 @@ TEST_F(TcpTest, WorksOverIpv6) {
 }
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::tcp_test

@@ -8,7 +8,7 @@
 
 #include "someip/net/address_text.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::udp_socket_test {
 namespace {
 
 using ::testing::AllOf;
@@ -286,4 +286,4 @@ TEST(AddressText, ReadsAndWritesBothFamilies) {
 }
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::udp_socket_test

@@ -19,7 +19,7 @@
 #include "someip/net/message_sender.hpp"
 #include "someip/net/socket_calls.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::udp_transmitter_test {
 namespace {
 
 using testing::ElementsAre;
@@ -216,4 +216,4 @@ TEST_F(UdpTransmitterTest, ABatchThatFindsNoRoomWaits) {
 }
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::udp_transmitter_test
