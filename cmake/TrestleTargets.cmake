@@ -36,10 +36,6 @@ if(TRESTLE_SANITIZE)
   target_link_options(trestle_flags INTERFACE -fsanitize=${TRESTLE_SANITIZE})
 endif()
 
-if(TRESTLE_FUZZ)
-  target_compile_options(trestle_flags INTERFACE -fsanitize=fuzzer-no-link)
-endif()
-
 # trestle_stack_usage(<target>): beside each object a .ci file tells how much stack its functions need, and whom they
 # call. Not by way of ccache, which would keep the object alone.
 function(trestle_stack_usage target)
