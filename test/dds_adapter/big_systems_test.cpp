@@ -13,7 +13,7 @@
 #include "test/dds_adapter/dds_test.hpp"
 #include "test/dds_adapter/keystore.hpp"
 
-namespace trestle::test {
+namespace trestle::test::big_systems_test {
 namespace {
 
 using namespace dds;
@@ -278,4 +278,4 @@ TEST_F(SecureSystems, SayWhichFileIsMissing) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::big_systems_test

@@ -3,7 +3,7 @@
 #include "test/dds_adapter/cyclone_service_peer.hpp"
 #include "test/dds_adapter/service_driver.hpp"
 
-namespace trestle::dds {
+namespace trestle::dds::cyclone_service_test {
 namespace {
 
 using test::CycloneAdd;
@@ -126,4 +126,4 @@ TEST_F(CycloneService, IsMissedWhenItLeaves) {
 }
 
 }  // namespace
-}  // namespace trestle::dds
+}  // namespace trestle::dds::cyclone_service_test

@@ -10,7 +10,7 @@
 #include "test/bytes.hpp"
 #include "test/dds_adapter/dds_test.hpp"
 
-namespace trestle::dds {
+namespace trestle::dds::cyclone_test {
 namespace {
 
 using test::Blob;
@@ -192,4 +192,4 @@ TEST_F(Cyclone, IsToldApartByQualityOfServiceByName) {
 }
 
 }  // namespace
-}  // namespace trestle::dds
+}  // namespace trestle::dds::cyclone_test

@@ -8,7 +8,7 @@
 #include "test/dds_adapter/dds_test.hpp"
 #include "test/dds_adapter/peer_process.hpp"
 
-namespace trestle::dds {
+namespace trestle::dds::data_sharing_test {
 namespace {
 
 using test::Inbox;
@@ -69,4 +69,4 @@ TEST_F(DataSharing, IsNotTakenFromAProfile) {
 }
 
 }  // namespace
-}  // namespace trestle::dds
+}  // namespace trestle::dds::data_sharing_test

@@ -11,7 +11,7 @@
 #include "test/bytes.hpp"
 #include "test/dds_adapter/dds_test.hpp"
 
-namespace trestle::dds {
+namespace trestle::dds::participant_test {
 namespace {
 
 using test::copy;
@@ -657,4 +657,4 @@ TEST_F(Participants, RefuseEndpointsThatMakeNoSense) {
 }
 
 }  // namespace
-}  // namespace trestle::dds
+}  // namespace trestle::dds::participant_test

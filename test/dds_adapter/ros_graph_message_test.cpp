@@ -4,7 +4,7 @@
 
 #include "test/bytes.hpp"
 
-namespace trestle::test {
+namespace trestle::test::ros_graph_message_test {
 namespace {
 
 using namespace dds::detail;
@@ -133,4 +133,4 @@ TEST(RosGraphMessage, WithCountsThatItCannotHoldTakesNoMemory) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::ros_graph_message_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace trestle::dds {
+namespace trestle::dds::ros_names_test {
 namespace {
 
 TEST(RosNames, PutTopicsUnderRt) {
@@ -45,4 +45,4 @@ TEST(RosNames, LeaveDdsTypeNamesAlone) {
 }
 
 }  // namespace
-}  // namespace trestle::dds
+}  // namespace trestle::dds::ros_names_test

@@ -7,7 +7,7 @@
 
 #include "test/dds_adapter/dds_test.hpp"
 
-namespace trestle::dds::detail {
+namespace trestle::dds::detail::sending_thread_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -136,4 +136,4 @@ TEST(SendingThread, FreesThePiecesOfWhatDdsRefuses) {
 }
 
 }  // namespace
-}  // namespace trestle::dds::detail
+}  // namespace trestle::dds::detail::sending_thread_test

@@ -4,7 +4,7 @@
 
 #include "test/bytes.hpp"
 
-namespace trestle::dds::detail {
+namespace trestle::dds::detail::service_form_test {
 namespace {
 
 using test::hex;
@@ -62,4 +62,4 @@ TEST(RosForm, IsThatOfThePeerUnlessOneIsConfigured) {
 }
 
 }  // namespace
-}  // namespace trestle::dds::detail
+}  // namespace trestle::dds::detail::service_form_test

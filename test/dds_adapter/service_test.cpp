@@ -7,7 +7,7 @@
 #include "dds_adapter/ros_names.hpp"
 #include "test/dds_adapter/service_driver.hpp"
 
-namespace trestle::dds {
+namespace trestle::dds::service_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -389,4 +389,4 @@ TEST_F(Service, KeepsARequestOnLoanAfterTheServerHasEnded) {
 }
 
 }  // namespace
-}  // namespace trestle::dds
+}  // namespace trestle::dds::service_test

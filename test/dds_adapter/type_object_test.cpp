@@ -5,7 +5,7 @@
 #include "test/dds_adapter/dds_test.hpp"
 #include "test/dds_adapter/peer_process.hpp"
 
-namespace trestle::dds {
+namespace trestle::dds::type_object_test {
 namespace {
 
 using test::Inbox;
@@ -32,4 +32,4 @@ TEST_F(HostilePeers, MayDescribeTheirTypesWithoutHarm) {
 }
 
 }  // namespace
-}  // namespace trestle::dds
+}  // namespace trestle::dds::type_object_test

@@ -8,7 +8,7 @@
 
 #include "test/bytes.hpp"
 
-namespace trestle::pcaps {
+namespace trestle::pcaps::capture_file_test {
 namespace {
 using test::hex;
 using testing::HasSubstr;
@@ -81,4 +81,4 @@ TEST(CaptureFile, SaysWhyItCannotBeOpened) {
 }
 
 }  // namespace
-}  // namespace trestle::pcaps
+}  // namespace trestle::pcaps::capture_file_test

@@ -4,7 +4,7 @@
 
 #include "test/bytes.hpp"
 
-namespace trestle::pcaps {
+namespace trestle::pcaps::ip_fragments_test {
 namespace {
 using namespace std::chrono_literals;
 using test::hex;
@@ -84,4 +84,4 @@ TEST(IpFragments, ForgetsWhatIsTooOld) {
 }
 
 }  // namespace
-}  // namespace trestle::pcaps
+}  // namespace trestle::pcaps::ip_fragments_test

@@ -5,7 +5,7 @@
 #include "test/bytes.hpp"
 #include "test/pcaps/frames.hpp"
 
-namespace trestle::pcaps {
+namespace trestle::pcaps::network_test {
 namespace {
 using test::ethernet_frame;
 using test::hex;
@@ -157,4 +157,4 @@ TEST(Network, ReadsTcpFlagsAndPayloadBehindOptions) {
 }
 
 }  // namespace
-}  // namespace trestle::pcaps
+}  // namespace trestle::pcaps::network_test

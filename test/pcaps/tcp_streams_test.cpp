@@ -4,7 +4,7 @@
 
 #include "test/bytes.hpp"
 
-namespace trestle::pcaps {
+namespace trestle::pcaps::tcp_streams_test {
 namespace {
 using test::hex;
 using test::to_hex;
@@ -119,4 +119,4 @@ TEST(TcpStreams, ForgetsTheLeastRecentlyUsedStream) {
 }
 
 }  // namespace
-}  // namespace trestle::pcaps
+}  // namespace trestle::pcaps::tcp_streams_test

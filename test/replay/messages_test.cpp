@@ -21,7 +21,7 @@
 #include "test/replay/recording.hpp"
 #include "test/someip/tp_slots.hpp"
 
-namespace trestle::test {
+namespace trestle::test::messages_test {
 namespace {
 using namespace std::chrono_literals;
 using namespace someip;
@@ -392,4 +392,4 @@ TEST(RecordedErrors, AreAnsweredInTheSameWay) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::messages_test

@@ -5,7 +5,7 @@
 #include "test/covers.hpp"
 #include "test/sd/machine.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::choices_test {
 namespace {
 using namespace test;
 using testing::ElementsAre;
@@ -323,4 +323,4 @@ TEST(InfiniteSubscription, IsRenewedWithEachOfferUnlessToldNot) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::choices_test

@@ -5,7 +5,7 @@
 #include "test/covers.hpp"
 #include "test/sd/client_fixture.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::client_subscription_test {
 namespace {
 using namespace test;
 using testing::ElementsAre;
@@ -528,4 +528,4 @@ TEST_F(Client, TakesNoImpossibleSubscription) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::client_subscription_test

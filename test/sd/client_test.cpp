@@ -5,7 +5,7 @@
 #include "test/covers.hpp"
 #include "test/sd/client_fixture.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::client_test {
 namespace {
 using namespace test;
 using testing::ElementsAre;
@@ -330,4 +330,4 @@ TEST_F(Client, WrapsItsSessionAndThenClearsTheRebootFlag) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::client_test

@@ -4,7 +4,7 @@
 #include "test/covers.hpp"
 #include "test/sd/configured_fixture.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::configuration_test {
 namespace {
 using namespace test;
 using testing::ElementsAre;
@@ -273,4 +273,4 @@ TEST(NoRoomForConfigurations, KnowsServicesWithoutThem) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::configuration_test

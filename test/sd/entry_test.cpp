@@ -7,7 +7,7 @@
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::entry_test {
 namespace {
 using test::covers;
 using test::hex;
@@ -74,4 +74,4 @@ TEST(Entry, ComesOutAsItWentIn) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::entry_test

@@ -2,7 +2,7 @@
 #include "test/covers.hpp"
 #include "test/sd/machine.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::find_test {
 namespace {
 using namespace test;
 using testing::ElementsAre;
@@ -77,4 +77,4 @@ TEST_F(Finds, StartAnewForWhoComesWhenTheSearchIsOver) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::find_test

@@ -6,7 +6,7 @@
 #include "test/sd/machine.hpp"
 #include "test/sim/network.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::initial_events_test {
 namespace {
 using namespace test;
 using testing::AllOf;
@@ -239,4 +239,4 @@ TEST(InitialEventsOfANetwork, AreSentHoweverMuchGetsLostAtFirst) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::initial_events_test

@@ -6,7 +6,7 @@
 #include "test/covers.hpp"
 #include "test/sd/configured_fixture.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::load_balancing_test {
 namespace {
 using namespace test;
 using testing::SizeIs;
@@ -90,4 +90,4 @@ TEST(BalancedOtherwise, RanksTheUnrankedAsTold) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::load_balancing_test

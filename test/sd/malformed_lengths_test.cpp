@@ -6,7 +6,7 @@
 #include "test/covers.hpp"
 #include "test/sd/server_fixture.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::malformed_lengths_test {
 namespace {
 using namespace test;
 using testing::IsEmpty;
@@ -148,4 +148,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& one) { return one.param.name; });
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::malformed_lengths_test

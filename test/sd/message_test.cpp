@@ -8,7 +8,7 @@
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::message_test {
 namespace {
 using test::covers;
 using test::hex;
@@ -214,4 +214,4 @@ TEST(SdMessage, IsKnownByItsHeader) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::message_test

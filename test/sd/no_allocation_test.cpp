@@ -7,7 +7,7 @@
 #include "sd/core/service_discovery.hpp"
 #include "test/allocations.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::no_allocation_test {
 namespace {
 using namespace std::chrono_literals;
 
@@ -90,4 +90,4 @@ TEST(NoAllocation, HappensInServiceDiscovery) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::no_allocation_test

@@ -9,7 +9,7 @@
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::option_test {
 namespace {
 using test::covers;
 using test::hex;
@@ -238,4 +238,4 @@ TEST(Option, SaysWhetherItMayBeDiscarded) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::option_test

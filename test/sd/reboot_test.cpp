@@ -2,7 +2,7 @@
 #include "test/covers.hpp"
 #include "test/sd/server_fixture.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::reboot_test {
 namespace {
 using namespace test;
 using testing::ElementsAre;
@@ -114,4 +114,4 @@ TEST(ServerOfRebootedClientsWithLittleRoom, SeesTheRebootLaterWhenItCannotTellOf
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::reboot_test

@@ -8,7 +8,7 @@
 #include "test/sd/client_fixture.hpp"
 #include "test/sd/server_fixture.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::receive_buffer_test {
 namespace {
 using namespace test;
 using testing::ElementsAre;
@@ -257,4 +257,4 @@ TEST_F(ServerThatIsTold, HasNoUseForItWithoutEventsByUdp) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::receive_buffer_test

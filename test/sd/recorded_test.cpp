@@ -9,7 +9,7 @@
 #include "test/covers.hpp"
 #include "test/sd/machine.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::recorded_test {
 namespace {
 using namespace test;
 
@@ -298,4 +298,4 @@ TEST_F(Recorded, AnswersBrokenSubscriptionsAsVsomeipDoes) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::recorded_test

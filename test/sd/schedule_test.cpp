@@ -7,7 +7,7 @@
 #include "sd/core/reboot_detector.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::schedule_test {
 namespace {
 using namespace std::chrono_literals;
 using test::covers;
@@ -167,4 +167,4 @@ TEST(RebootDetector, TakesOneRebootForOne) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::schedule_test

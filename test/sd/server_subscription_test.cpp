@@ -5,7 +5,7 @@
 #include "test/covers.hpp"
 #include "test/sd/server_fixture.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::server_subscription_test {
 namespace {
 using namespace test;
 using testing::ElementsAre;
@@ -528,4 +528,4 @@ TEST_F(Server, TakesNoImpossibleConfiguredSubscriber) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::server_subscription_test

@@ -5,7 +5,7 @@
 #include "test/covers.hpp"
 #include "test/sd/server_fixture.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::server_test {
 namespace {
 using namespace test;
 using testing::ElementsAre;
@@ -343,4 +343,4 @@ TEST_F(Server, TriggersOffersAgainWhenTheLinkComesBack) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::server_test

@@ -6,7 +6,7 @@
 #include "sd/core/service_discovery.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::settings_test {
 namespace {
 using namespace std::chrono_literals;
 using test::covers;
@@ -108,4 +108,4 @@ TEST(Names, TellEachReasonAndErrorApart) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::settings_test

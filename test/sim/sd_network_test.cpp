@@ -5,7 +5,7 @@
 #include "test/sd/describe.hpp"
 #include "test/sim/network.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::sd_network_test {
 namespace {
 using namespace std::chrono_literals;
 using test::covers;
@@ -355,4 +355,4 @@ TEST(SdNetworkInChaos, IsTheSameForTheSameSeed) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::sd_network_test

@@ -8,7 +8,7 @@
 
 #include "test/covers.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::call_table_test {
 namespace {
 using namespace std::chrono_literals;
 using test::covers;
@@ -356,4 +356,4 @@ TEST(CallTable, EndsEachCallExactlyOnce) {
 }
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::call_table_test

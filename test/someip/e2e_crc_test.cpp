@@ -5,7 +5,7 @@
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::someip::e2e {
+namespace trestle::someip::e2e::e2e_crc_test {
 namespace {
 
 using test::hex;
@@ -112,4 +112,4 @@ TEST(E2eCrc, OfNothingIsTheSumBefore) {
 }
 
 }  // namespace
-}  // namespace trestle::someip::e2e
+}  // namespace trestle::someip::e2e::e2e_crc_test

@@ -4,7 +4,7 @@
 #include "someip/core/e2e/checker.hpp"
 #include "someip/core/e2e/protector.hpp"
 
-namespace trestle::someip::e2e {
+namespace trestle::someip::e2e::e2e_names_test {
 namespace {
 
 TEST(E2eNames, AreThoseOfTheEnumerators) {
@@ -35,4 +35,4 @@ TEST(E2eNames, AreThoseOfTheEnumerators) {
 }
 
 }  // namespace
-}  // namespace trestle::someip::e2e
+}  // namespace trestle::someip::e2e::e2e_names_test

@@ -11,7 +11,7 @@
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::someip::e2e {
+namespace trestle::someip::e2e::e2e_profiles_test {
 namespace {
 
 using test::covers;
@@ -415,4 +415,4 @@ TEST(E2eConfig, NamesTheFieldThatCannotBeInTheShortProfiles) {
 }
 
 }  // namespace
-}  // namespace trestle::someip::e2e
+}  // namespace trestle::someip::e2e::e2e_profiles_test

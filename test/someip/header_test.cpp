@@ -6,7 +6,7 @@
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::header_test {
 namespace {
 using test::covers;
 using test::hex;
@@ -190,4 +190,4 @@ TEST(MessageCursor, SaysWhereAndWhyItStopped) {
 }
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::header_test

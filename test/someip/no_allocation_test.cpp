@@ -14,7 +14,7 @@
 #include "someip/wire/payload_writer.hpp"
 #include "test/allocations.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::no_allocation_test {
 namespace {
 using namespace std::chrono_literals;
 using test::allocations_of;
@@ -134,4 +134,4 @@ TEST(NoAllocation, HappensInThePayloadWriterAndReader) {
 }
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::no_allocation_test

@@ -8,7 +8,7 @@
 #include "test/covers.hpp"
 #include "test/someip/written.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::payload_string_test {
 namespace {
 using test::covers;
 using test::hex;
@@ -152,4 +152,4 @@ TEST(PayloadWriter, FillsFixedStringsWithZeros) {
 }
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::payload_string_test

@@ -8,7 +8,7 @@
 #include "test/covers.hpp"
 #include "test/someip/written.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::payload_test {
 namespace {
 using test::covers;
 using test::hex;
@@ -535,4 +535,4 @@ TEST(PayloadReader, FailsCleanlyAtEveryTruncation) {
 }
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::payload_test

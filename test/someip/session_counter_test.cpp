@@ -2,7 +2,7 @@
 
 #include "test/covers.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::session_counter_test {
 namespace {
 using test::covers;
 
@@ -39,4 +39,4 @@ TEST(SessionCounter, HasWrappedFromTheSecondOneOnForGood) {
 }
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::session_counter_test

@@ -9,7 +9,7 @@
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::stream_parser_test {
 namespace {
 using namespace std::chrono_literals;
 using test::covers;
@@ -262,4 +262,4 @@ TEST(CookieSchedule, AddsACookieEveryTenSecondsWhileMessagesAreSent) {
 }
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::stream_parser_test

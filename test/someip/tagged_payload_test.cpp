@@ -9,7 +9,7 @@
 #include "test/covers.hpp"
 #include "test/someip/written.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::tagged_payload_test {
 namespace {
 using test::covers;
 using test::hex;
@@ -460,4 +460,4 @@ TEST(PayloadReader, CutsLongerArraysUnlessTheRulesForbidIt) {
 }
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::tagged_payload_test

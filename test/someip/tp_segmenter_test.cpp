@@ -8,7 +8,7 @@
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::tp_segmenter_test {
 namespace {
 using test::covers;
 using test::to_hex;
@@ -90,4 +90,4 @@ TEST(TpSegmenter, TellsHowFarItIs) {
 }
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::tp_segmenter_test

@@ -5,7 +5,7 @@
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::tp_test {
 namespace {
 using test::covers;
 using test::hex;
@@ -82,4 +82,4 @@ TEST(Tp, EncodesNothingThatItWouldNotDecode) {
 }
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::tp_test

@@ -9,7 +9,7 @@
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::utf_test {
 namespace {
 using test::covers;
 using test::hex;
@@ -136,4 +136,4 @@ TEST(Utf, TakesSurrogatesInPairsOnly) {
 }
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::utf_test

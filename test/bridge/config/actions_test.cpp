@@ -4,7 +4,7 @@
 #include "bridge/config/load.hpp"
 #include "test/bridge/config/problems_of.hpp"
 
-namespace trestle::test {
+namespace trestle::test::actions_test {
 namespace {
 
 using namespace bridge;
@@ -147,4 +147,4 @@ TEST(LoadActions, NameWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::actions_test

@@ -4,7 +4,7 @@
 #include "test/bridge/config/problems_of.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::test {
+namespace trestle::test::conflicts_test {
 namespace {
 
 using namespace bridge;
@@ -143,4 +143,4 @@ TEST(ConfigWarning, ForOffersThatExpireBeforeTheyAreRenewed) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::conflicts_test

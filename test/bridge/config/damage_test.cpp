@@ -8,7 +8,7 @@
 
 /// Whatever happens to a configuration, the answer is a good one or a list of errors with places inside the
 /// file.
-namespace trestle::test {
+namespace trestle::test::damage_test {
 namespace {
 
 using namespace bridge;
@@ -171,4 +171,4 @@ TEST(DamagedConfig, WithManyRoutes) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::damage_test

@@ -8,7 +8,7 @@
 #include "bridge/config/load.hpp"
 
 /// The configurations that users copy from must be good ones.
-namespace trestle::test {
+namespace trestle::test::documents_test {
 namespace {
 
 using namespace bridge;
@@ -115,4 +115,4 @@ TEST(Documents, NameEveryKey) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::documents_test

@@ -4,7 +4,7 @@
 #include "bridge/check/summary.hpp"
 #include "test/bridge/config/problems_of.hpp"
 
-namespace trestle::test {
+namespace trestle::test::e2e_keys_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -179,4 +179,4 @@ TEST(DiagnosticsKeys, AreReadAndChecked) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::e2e_keys_test

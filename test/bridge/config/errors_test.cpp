@@ -5,7 +5,7 @@
 #include "bridge/check/explain.hpp"
 #include "test/bridge/config/problems_of.hpp"
 
-namespace trestle::test {
+namespace trestle::test::errors_test {
 namespace {
 
 using namespace bridge;
@@ -147,4 +147,4 @@ TEST(LinkLocalAddresses, AreRefusedAsAnOfferCannotNameTheirInterface) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::errors_test

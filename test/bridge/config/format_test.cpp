@@ -6,7 +6,7 @@
 
 #include "bridge/config/names.hpp"
 
-namespace trestle::test {
+namespace trestle::test::format_test {
 namespace {
 
 using namespace bridge;
@@ -111,4 +111,4 @@ TEST(RosNames, KnowsTypes) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::format_test

@@ -4,7 +4,7 @@
 
 #include <set>
 
-namespace trestle::test {
+namespace trestle::test::id_allocator_test {
 namespace {
 
 using bridge::choose_service;
@@ -57,4 +57,4 @@ TEST(ChooseService, UsesTheWholeRange) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::id_allocator_test

@@ -7,7 +7,7 @@
 #include "bridge/check/summary.hpp"
 #include "test/bridge/config/problems_of.hpp"
 
-namespace trestle::test {
+namespace trestle::test::load_dds_test {
 namespace {
 
 using bridge::DdsSettings;
@@ -102,4 +102,4 @@ TEST_F(BigSystems, NameAnEnclave) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::load_dds_test

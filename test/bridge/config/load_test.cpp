@@ -8,7 +8,7 @@
 #include "test/bridge/config/good_config.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::test {
+namespace trestle::test::load_test {
 namespace {
 
 using namespace bridge;
@@ -303,4 +303,4 @@ TEST(LoadConfig, FindsTypeFoldersBesideTheFile) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::load_test

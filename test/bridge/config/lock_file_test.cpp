@@ -10,7 +10,7 @@
 
 #include "test/bridge/config/problems_of.hpp"
 
-namespace trestle::test {
+namespace trestle::test::lock_file_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -212,4 +212,4 @@ TEST_F(LockFiles, MayBeSymbolicLinks) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::lock_file_test

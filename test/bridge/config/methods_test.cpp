@@ -5,7 +5,7 @@
 #include "test/bridge/config/problems_of.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::test {
+namespace trestle::test::methods_test {
 namespace {
 
 using namespace bridge;
@@ -284,4 +284,4 @@ TEST(MethodSummary, ShowsWhatGoesWhere) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::methods_test

@@ -3,7 +3,7 @@
 
 #include "test/bridge/config/problems_of.hpp"
 
-namespace trestle::test {
+namespace trestle::test::mistakes_test {
 namespace {
 
 using namespace bridge;
@@ -472,4 +472,4 @@ INSTANTIATE_TEST_SUITE_P(
     name_of);
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::mistakes_test

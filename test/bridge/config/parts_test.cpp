@@ -4,7 +4,7 @@
 #include "bridge/check/summary.hpp"
 #include "test/bridge/config/problems_of.hpp"
 
-namespace trestle::test {
+namespace trestle::test::parts_test {
 namespace {
 
 using namespace bridge;
@@ -195,4 +195,4 @@ TEST(ActionParts, NameWhatCannotBe) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::parts_test

@@ -4,7 +4,7 @@
 
 #include <map>
 
-namespace trestle::test {
+namespace trestle::test::ros_environment_test {
 namespace {
 
 using namespace bridge;
@@ -63,4 +63,4 @@ TEST(RosEnvironment, TellsHowLongIdsAre) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::ros_environment_test

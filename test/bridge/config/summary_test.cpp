@@ -5,7 +5,7 @@
 #include "bridge/config/load.hpp"
 #include "test/bridge/config/good_config.hpp"
 
-namespace trestle::test {
+namespace trestle::test::summary_test {
 namespace {
 
 TEST(ConfigSummary, ShowsWhatGoesWhere) {
@@ -47,4 +47,4 @@ TEST(ConfigSummary, TellsWhichByteOrderLengthFieldsHave) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::summary_test

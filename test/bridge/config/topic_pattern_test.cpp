@@ -4,7 +4,7 @@
 
 #include <chrono>
 
-namespace trestle::test {
+namespace trestle::test::topic_pattern_test {
 namespace {
 
 using bridge::is_topic_pattern;
@@ -111,4 +111,4 @@ TEST(TopicPattern, TakesNoLongForAnyName) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::topic_pattern_test

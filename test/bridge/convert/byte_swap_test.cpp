@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <vector>
 
-namespace trestle::bridge {
+namespace trestle::bridge::byte_swap_test {
 namespace {
 
 using Swap = void (*)(std::byte*, const std::byte*, std::size_t, std::size_t) noexcept;
@@ -56,4 +56,4 @@ TEST_P(ByteSwap, ReversesEachNumberOfLargeArrays) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge
+}  // namespace trestle::bridge::byte_swap_test

@@ -11,7 +11,7 @@
 #include "test/bridge/convert/support.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::bridge {
+namespace trestle::bridge::conversion_plan_test {
 namespace {
 
 using namespace trestle::test;
@@ -540,4 +540,4 @@ TEST(Conversion, ALaterResultDoesNotDependOnAnEarlierOne) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge
+}  // namespace trestle::bridge::conversion_plan_test

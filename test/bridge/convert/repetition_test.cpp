@@ -7,7 +7,7 @@
 
 #include "test/bridge/convert/support.hpp"
 
-namespace trestle::bridge {
+namespace trestle::bridge::repetition_test {
 namespace {
 
 using namespace trestle::test;
@@ -151,4 +151,4 @@ TEST(Conversion, LooksForRepetitionOnlyWhereBytesAloneDecide) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge
+}  // namespace trestle::bridge::repetition_test

@@ -4,7 +4,7 @@
 
 #include "test/bytes.hpp"
 
-namespace trestle::bridge {
+namespace trestle::bridge::hex_line_test {
 namespace {
 
 std::string parse(std::string_view line) {
@@ -29,4 +29,4 @@ TEST(HexLine, SaysWhereItIsNotHexadecimal) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge
+}  // namespace trestle::bridge::hex_line_test

@@ -11,7 +11,7 @@
 #include "someip/wire/tp.hpp"
 #include "test/bytes.hpp"
 
-namespace trestle::pcaps {
+namespace trestle::pcaps::reencode_test {
 namespace {
 namespace fs = std::filesystem;
 using test::to_hex;
@@ -135,4 +135,4 @@ TEST(Captures, OfTheProjectHoldAsMuchAsTheirReadmeSays) {
 }
 
 }  // namespace
-}  // namespace trestle::pcaps
+}  // namespace trestle::pcaps::reencode_test

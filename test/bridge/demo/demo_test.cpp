@@ -15,7 +15,7 @@
 #include "bridge/demo/child.hpp"
 
 /// The orchestrator with a shell script in the place of the program: no DDS, no SOME/IP.
-namespace trestle::test {
+namespace trestle::test::demo_test {
 namespace {
 
 using namespace bridge::demo;
@@ -264,4 +264,4 @@ TEST(DemoConfigurations, AreGood) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::demo_test

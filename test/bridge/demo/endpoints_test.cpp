@@ -16,7 +16,7 @@
 #include "bridge/demo/subscriber.hpp"
 #include "test/dds_adapter/dds_test.hpp"
 
-namespace trestle::bridge::demo {
+namespace trestle::bridge::demo::endpoints_test {
 namespace {
 
 using nlohmann::json;
@@ -206,4 +206,4 @@ TEST(DemoEndpoints, RefuseAnInputThatIsNone) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::demo
+}  // namespace trestle::bridge::demo::endpoints_test

@@ -10,7 +10,7 @@
 #include "bridge/cli/duration_text.hpp"
 #include "bridge/demo/screen.hpp"
 
-namespace trestle::test {
+namespace trestle::test::figures_test {
 namespace {
 
 using namespace bridge::demo;
@@ -402,4 +402,4 @@ TEST(DemoScreen, ShowsTheFiguresAsATable) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::figures_test

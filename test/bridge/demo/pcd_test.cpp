@@ -7,7 +7,7 @@
 #include "bridge/demo/lzf.hpp"
 #include "test/bytes.hpp"
 
-namespace trestle::bridge::demo {
+namespace trestle::bridge::demo::pcd_test {
 namespace {
 
 using test::hex;
@@ -171,4 +171,4 @@ TEST(Lzf, RefusesWhatReachesOutside) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::demo
+}  // namespace trestle::bridge::demo::pcd_test

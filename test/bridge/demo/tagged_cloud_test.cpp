@@ -6,7 +6,7 @@
 
 #include "test/bytes.hpp"
 
-namespace trestle::bridge::demo {
+namespace trestle::bridge::demo::tagged_cloud_test {
 namespace {
 
 using test::hex;
@@ -154,4 +154,4 @@ TEST(TaggedCloud, SaysWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::demo
+}  // namespace trestle::bridge::demo::tagged_cloud_test

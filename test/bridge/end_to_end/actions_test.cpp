@@ -7,7 +7,7 @@
 
 #include "test/bridge/end_to_end/services_end_to_end.hpp"
 
-namespace trestle::test {
+namespace trestle::test::actions_test {
 namespace {
 
 using someip::MethodId;
@@ -279,4 +279,4 @@ TEST_F(ActionsEndToEnd, AnActionServerThatGoesTakesItsGoalsWithIt) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::actions_test

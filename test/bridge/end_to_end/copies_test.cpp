@@ -10,7 +10,7 @@
 #include "test/bridge/end_to_end/two_bridges.hpp"
 #include "test/sd/net/two_nodes.hpp"
 
-namespace trestle::test {
+namespace trestle::test::copies_test {
 namespace {
 
 using someip::EventgroupId;
@@ -194,4 +194,4 @@ INSTANTIATE_TEST_SUITE_P(Over, SomeIpCopies, testing::Values(Transport::udp, Tra
                          });
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::copies_test

@@ -14,7 +14,7 @@
 #include "someip/net/udp_socket.hpp"
 #include "test/bridge/end_to_end/bridge_test.hpp"
 
-namespace trestle::test {
+namespace trestle::test::discovered_routes_test {
 namespace {
 
 using someip::EventgroupId;
@@ -393,4 +393,4 @@ TEST_F(DiscoveredAtBothEnds, TopicsComeOutAsWhatTheyWentInAs) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::discovered_routes_test

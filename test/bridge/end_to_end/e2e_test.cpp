@@ -10,7 +10,7 @@
 #include "test/bridge/end_to_end/bridge_test.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::test {
+namespace trestle::test::e2e_test {
 namespace {
 
 using someip::EventgroupId;
@@ -234,4 +234,4 @@ TEST(DiagnosticArray, IsWrittenAsRosReadsIt) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::e2e_test

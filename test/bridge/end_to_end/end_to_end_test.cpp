@@ -18,7 +18,7 @@
 #include "test/covers.hpp"
 #include "test/loopback.hpp"
 
-namespace trestle::test {
+namespace trestle::test::end_to_end_test {
 namespace {
 
 using Make = std::function<Sample(std::uint32_t number)>;
@@ -412,4 +412,4 @@ TEST_F(Losses, NamesSamplesThatNewerOnesOvertook) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::end_to_end_test

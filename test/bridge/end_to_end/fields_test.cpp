@@ -7,7 +7,7 @@
 #include "test/bridge/end_to_end/services_end_to_end.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::test {
+namespace trestle::test::fields_test {
 namespace {
 
 using someip::MethodId;
@@ -426,4 +426,4 @@ TEST_F(FieldsEndToEnd, AServiceOfRosGetsAField) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::fields_test

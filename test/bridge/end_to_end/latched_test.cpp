@@ -6,7 +6,7 @@
 #include "test/bridge/end_to_end/samples.hpp"
 #include "test/bridge/end_to_end/two_bridges.hpp"
 
-namespace trestle::test {
+namespace trestle::test::latched_test {
 namespace {
 
 constexpr dds::Qos latched{.reliable = true, .transient_local = true, .depth = 1};
@@ -89,4 +89,4 @@ TEST_F(Latched, ValuesThatHaveExpiredAreNotCarried) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::latched_test

@@ -6,7 +6,7 @@
 #include "test/bridge/end_to_end/samples.hpp"
 #include "test/bridge/end_to_end/two_bridges.hpp"
 
-namespace trestle::test {
+namespace trestle::test::many_routes_test {
 namespace {
 
 #if defined(__has_feature)
@@ -75,4 +75,4 @@ TEST_F(ManyRoutes, CostNoThreadsAndLittleMemory) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::many_routes_test

@@ -6,7 +6,7 @@
 
 #include "test/bridge/end_to_end/services_end_to_end.hpp"
 
-namespace trestle::test {
+namespace trestle::test::method_state_test {
 namespace {
 
 constexpr someip::MethodId method{0x0021};
@@ -112,4 +112,4 @@ TEST_F(ServicesEndToEnd, MethodsTellTheirStateAsDiagnosticsWhereTheyAreWanted) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::method_state_test

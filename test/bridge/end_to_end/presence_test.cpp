@@ -8,7 +8,7 @@
 #include "test/bridge/end_to_end/bridge_test.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::test {
+namespace trestle::test::presence_test {
 namespace {
 
 using someip::EventgroupId;
@@ -219,4 +219,4 @@ TEST_F(Presence, WritesWhileOfferedAndSubscribesWhileReadTogether) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::presence_test

@@ -3,7 +3,7 @@
 
 #include "test/bridge/end_to_end/bridge_test.hpp"
 
-namespace trestle::test {
+namespace trestle::test::route_qos_test {
 namespace {
 
 class RouteQos : public BridgeTest {
@@ -68,4 +68,4 @@ TEST_F(RouteQos, IsPromisedToSubscribers) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::route_qos_test

@@ -6,7 +6,7 @@
 #include "test/bridge/end_to_end/bridge_test.hpp"
 #include "test/dds_adapter/keystore.hpp"
 
-namespace trestle::test {
+namespace trestle::test::secure_test {
 namespace {
 
 using someip::ServiceId;
@@ -81,4 +81,4 @@ TEST_F(SecureBridge, SaysThatItsEnclaveMayNotDoWhatARouteNeeds) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::secure_test

@@ -14,7 +14,7 @@
 #include "test/bridge/end_to_end/two_bridges.hpp"
 #include "test/loopback.hpp"
 
-namespace trestle::test {
+namespace trestle::test::socket_settings_test {
 namespace {
 
 int option(int fd, int name) {
@@ -87,4 +87,4 @@ TEST_F(SocketSettings, FollowTheLargestMessageOfEachDirection) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::socket_settings_test

@@ -5,7 +5,7 @@
 #include "bridge/types/type_hash.hpp"
 #include "test/bridge/types/folder_test.hpp"
 
-namespace trestle::bridge {
+namespace trestle::bridge::idl_parser_test {
 namespace {
 
 using testing::ElementsAre;
@@ -261,4 +261,4 @@ TEST_F(IdlFileTest, IsFoundWhereThereIsNoOther) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge
+}  // namespace trestle::bridge::idl_parser_test

@@ -5,7 +5,7 @@
 #include "bridge/types/type_library.hpp"
 #include "test/bridge/types/folder_test.hpp"
 
-namespace trestle::bridge {
+namespace trestle::bridge::interface_test {
 namespace {
 
 using testing::ElementsAre;
@@ -170,4 +170,4 @@ TEST_F(InterfaceTest, AreReadOnceByEachLibrary) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge
+}  // namespace trestle::bridge::interface_test

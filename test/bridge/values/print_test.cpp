@@ -1,7 +1,7 @@
 // The text that payloads are printed as, next to the bytes.
 #include "test/bridge/values/support.hpp"
 
-namespace trestle::bridge {
+namespace trestle::bridge::print_test {
 namespace {
 
 using namespace trestle::test;
@@ -189,4 +189,4 @@ TEST(Print, SamplesWithCountsBeyondTheirEnd) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge
+}  // namespace trestle::bridge::print_test

@@ -7,7 +7,7 @@
 #include "test/bridge/convert/profiles.hpp"
 #include "test/bridge/values/support.hpp"
 
-namespace trestle::bridge {
+namespace trestle::bridge::round_trip_test {
 namespace {
 
 using namespace trestle::test;
@@ -117,4 +117,4 @@ TEST(RoundTrip, CutTextIsNeverLonger) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge
+}  // namespace trestle::bridge::round_trip_test

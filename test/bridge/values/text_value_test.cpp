@@ -1,7 +1,7 @@
 // YAML and JSON as such, before any type is known.
 #include "test/bridge/values/support.hpp"
 
-namespace trestle::bridge {
+namespace trestle::bridge::text_value_test {
 namespace {
 
 using namespace trestle::test;
@@ -104,4 +104,4 @@ TEST(Text, IsRefusedWhenItIsNoText) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge
+}  // namespace trestle::bridge::text_value_test

@@ -1,6 +1,6 @@
 #include "test/sd/device/fixture.hpp"
 
-namespace trestle::test {
+namespace trestle::test::client_test {
 namespace {
 
 using device::Error;
@@ -218,4 +218,4 @@ TEST_F(DeviceClient, StopsEverythingAtShutdown) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::client_test

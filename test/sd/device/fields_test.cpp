@@ -1,6 +1,6 @@
 #include "test/sd/device/fixture.hpp"
 
-namespace trestle::test {
+namespace trestle::test::fields_test {
 namespace {
 
 using device::Error;
@@ -337,4 +337,4 @@ TEST(DeviceLimits, MakeTheMemoryThatTheyNeed) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::fields_test

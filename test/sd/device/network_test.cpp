@@ -9,7 +9,7 @@
 #include "test/covers.hpp"
 #include "test/sd/device/two_devices.hpp"
 
-namespace trestle::test {
+namespace trestle::test::network_test {
 namespace {
 using namespace std::chrono_literals;
 
@@ -210,4 +210,4 @@ TEST(DeviceNetwork, SurvivesLossAndDuplication) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::network_test

@@ -5,7 +5,7 @@
 #include "test/allocations.hpp"
 #include "test/sd/device/two_devices.hpp"
 
-namespace trestle::test {
+namespace trestle::test::no_allocation_test {
 namespace {
 using namespace std::chrono_literals;
 
@@ -86,4 +86,4 @@ TEST(NoAllocation, HappensInADevice) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::no_allocation_test

@@ -1,6 +1,6 @@
 #include "test/sd/device/fixture.hpp"
 
-namespace trestle::test {
+namespace trestle::test::server_test {
 namespace {
 
 using device::Error;
@@ -320,4 +320,4 @@ TEST_F(DeviceServer, DropsSegmentsThatItCannotPutTogether) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::server_test

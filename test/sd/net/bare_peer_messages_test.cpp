@@ -4,7 +4,7 @@
 #include "test/covers.hpp"
 #include "test/sd/net/bare_peer.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::bare_peer_messages_test {
 namespace {
 
 using someip::MethodId;
@@ -217,4 +217,4 @@ TEST_F(BarePeerMessages, BringNoRequestsOverAConnectionOfOurs) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::bare_peer_messages_test

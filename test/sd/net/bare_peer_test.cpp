@@ -2,7 +2,7 @@
 #include "test/sd/net/bare_peer.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::bare_peer_test {
 namespace {
 
 using test::covers;
@@ -105,4 +105,4 @@ TEST_F(BarePeerTest, KeepsTheConnectionWhenItSubscribesAnewForLackOfAnAnswer) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::bare_peer_test

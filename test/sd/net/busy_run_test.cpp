@@ -7,7 +7,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <vector>
 
-namespace trestle::test {
+namespace trestle::test::busy_run_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -79,4 +79,4 @@ TEST(RunBusyTest, TakesAChangeOfItsTime) {
 }
 
 }  // namespace
-}  // namespace trestle::test
+}  // namespace trestle::test::busy_run_test

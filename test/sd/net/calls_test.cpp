@@ -8,7 +8,7 @@
 #include "test/covers.hpp"
 #include "test/sd/net/two_nodes.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::calls_test {
 namespace {
 
 using someip::AnswerDrop;
@@ -452,4 +452,4 @@ TEST_F(CallsTest, SpeakSomeIpOverTcp) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::calls_test

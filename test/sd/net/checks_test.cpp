@@ -6,7 +6,7 @@
 #include "test/covers.hpp"
 #include "test/sd/net/two_nodes.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::checks_test {
 namespace {
 
 using someip::MethodId;
@@ -470,4 +470,4 @@ TEST_F(ChecksTest, SayWhichIdsAreUnusual) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::checks_test

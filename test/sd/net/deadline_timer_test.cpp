@@ -5,7 +5,7 @@
 #include <boost/asio/post.hpp>
 #include <memory>
 
-namespace trestle::sd {
+namespace trestle::sd::deadline_timer_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -82,4 +82,4 @@ TEST_F(DeadlineTimerTest, IsSilentAndHoldsNothingUpOnceDestroyed) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::deadline_timer_test

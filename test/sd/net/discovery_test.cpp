@@ -2,7 +2,7 @@
 #include "test/covers.hpp"
 #include "test/sd/net/two_nodes.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::discovery_test {
 namespace {
 using namespace std::chrono_literals;
 using someip::Message;
@@ -232,4 +232,4 @@ TEST_F(DiscoveryTest, RefusesWhatCannotBe) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::discovery_test

@@ -8,7 +8,7 @@
 
 #include "test/covers.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::link_state_test {
 namespace {
 
 using test::covers;
@@ -238,4 +238,4 @@ TEST(LinkState, BearsWhateverLengthsItIsTold) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::link_state_test

@@ -18,7 +18,7 @@
 #include "test/interop/suite_namespaces.hpp"
 #include "test/sd/net/two_nodes.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::link_test {
 namespace {
 
 using interop::Namespaces;
@@ -323,4 +323,4 @@ TEST_F(LinkWithoutNetlink, IsTakenToBeUpAndTheLogSaysSo) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::link_test

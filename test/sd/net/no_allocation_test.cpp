@@ -5,7 +5,7 @@
 #include "test/allocations.hpp"
 #include "test/sd/net/two_nodes.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::no_allocation_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -145,4 +145,4 @@ TEST_F(NoAllocationTest, HappensInEventsInSegments) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::no_allocation_test

@@ -6,7 +6,7 @@
 #include "test/covers.hpp"
 #include "test/sd/net/bare_peer.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::reboot_test {
 namespace {
 
 using someip::Message;
@@ -103,4 +103,4 @@ TEST_F(RebootTest, OfTheServerMakesUsConnectAndSubscribeAnew) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::reboot_test

@@ -2,7 +2,7 @@
 #include "test/covers.hpp"
 #include "test/sd/net/bare_peer.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::refused_tcp_test {
 namespace {
 
 using test::covers;
@@ -44,4 +44,4 @@ TEST_F(RefusedTcpTest, ProbesTheConnectionAndMakesItAnew) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::refused_tcp_test

@@ -15,7 +15,7 @@
 #include "test/covers.hpp"
 #include "test/sd/net/two_nodes.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::settings_arrive_test {
 namespace {
 
 using boost::asio::ip::tcp;
@@ -475,4 +475,4 @@ TEST_F(SettingsTest, DropEventsThatBringAnError) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::settings_arrive_test

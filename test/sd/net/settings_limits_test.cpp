@@ -11,7 +11,7 @@
 #include "test/covers.hpp"
 #include "test/sd/net/two_nodes.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::settings_limits_test {
 namespace {
 
 using boost::asio::ip::tcp;
@@ -255,4 +255,4 @@ TEST_F(LimitsArrive, AtCookies) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::settings_limits_test

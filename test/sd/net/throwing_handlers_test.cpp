@@ -4,7 +4,7 @@
 #include "test/bytes.hpp"
 #include "test/sd/net/two_nodes.hpp"
 
-namespace trestle::sd {
+namespace trestle::sd::throwing_handlers_test {
 namespace {
 
 using test::quick;
@@ -134,4 +134,4 @@ TEST_F(ThrowingHandlers, OfCallsDoNotKeepOthersFromEnding) {
 }
 
 }  // namespace
-}  // namespace trestle::sd
+}  // namespace trestle::sd::throwing_handlers_test

@@ -13,7 +13,7 @@
 #include "test/loopback.hpp"
 #include "test/someip/net/tcp_segments.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::magic_cookie_test {
 namespace {
 
 using boost::asio::ip::tcp;
@@ -148,4 +148,4 @@ TEST_F(MagicCookieTest, StandsOnlyBeforeAMessageThatIsLargerThanASegment) {
 }
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::magic_cookie_test

@@ -10,7 +10,7 @@
 
 #include "someip/net/message_sender.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::message_batch_test {
 namespace {
 
 using testing::Each;
@@ -230,4 +230,4 @@ TEST_F(MessageBatchTest, AreForgottenWithTheSender) {
 }
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::message_batch_test

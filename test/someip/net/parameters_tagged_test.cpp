@@ -4,7 +4,7 @@
 #include "someip/net/parameters.hpp"
 #include "test/bytes.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::parameters_tagged_test {
 namespace {
 
 using test::hex;
@@ -161,4 +161,4 @@ TEST(TaggedParameters, AreRefusedWhereNobodyCouldTellTheirEnd) {
 }
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::parameters_tagged_test

@@ -5,7 +5,7 @@
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::parameters_test {
 namespace {
 
 using test::covers;
@@ -217,4 +217,4 @@ TEST(TypedFunction, IsNotCalledWithoutItsArguments) {
 }
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::parameters_test

@@ -5,7 +5,7 @@
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::parameters_union_test {
 namespace {
 
 using test::covers;
@@ -143,4 +143,4 @@ TEST(UnionParameters, AreArgumentsAndAnswers) {
 }
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::parameters_union_test

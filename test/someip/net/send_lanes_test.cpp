@@ -6,7 +6,7 @@
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::send_lanes_test {
 namespace {
 
 using testing::ElementsAre;
@@ -188,4 +188,4 @@ TEST_F(SendLanesTest, CountTheMessagesThatAreDropped) {
 }
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::send_lanes_test

@@ -14,7 +14,7 @@
 #include "test/covers.hpp"
 #include "test/loopback.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::socket_options_test {
 namespace {
 
 using test::covers;
@@ -144,4 +144,4 @@ TEST(SocketOptions, ChooseDynamicPorts) {
 }
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::socket_options_test

@@ -10,7 +10,7 @@
 #include "someip/net/tcp_server.hpp"
 #include "test/loopback.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::tcp_batch_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -95,4 +95,4 @@ TEST_F(TcpBatchTest, LeaveAlsoWhenAHandlerEndsTheServer) {
 }
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::tcp_batch_test

@@ -8,7 +8,7 @@
 #include "someip/net/message_sender.hpp"
 #include "someip/net/udp_socket.hpp"
 
-namespace trestle::someip {
+namespace trestle::someip::udp_errors_test {
 namespace {
 
 using ::testing::Each;
@@ -163,4 +163,4 @@ INSTANTIATE_TEST_SUITE_P(OnLoopback, UdpErrorsTest,
                          [](const auto& one) { return one.param.v6 ? "v6" : "v4"; });
 
 }  // namespace
-}  // namespace trestle::someip
+}  // namespace trestle::someip::udp_errors_test
