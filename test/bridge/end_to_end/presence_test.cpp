@@ -150,6 +150,13 @@ TEST_F(Presence, KeepsTheWriterWhenTheServerHasOnlyRestarted) {
   start(route("/a", "someip_to_dds", 1, "write: while_offered"));
   const auto a =
       watcher.create_reader("rt/a", dds::ros_type_name(string_type), {}, [](const dds::Sample&) {});
+  // One offer only: to a subscription that answers a further one the new server would say, before its own
+  // offer, that it has no such service.
+  sd::NodeConfig once = peer_config();
+  once.timing.repetitions_max = 0;
+  once.timing.cyclic_offer_delay = 60s;
+  peer_.reset();
+  peer_ = std::make_unique<sd::Node>(io_, once);
   const auto first = peer_->offer(offered());
   ASSERT_TRUE(until([&] { return a.matched() == 1 && peer_->subscribers(first, MethodId{0x8001}) == 1; }));
   peer_.reset();  // says nothing
