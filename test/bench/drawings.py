@@ -1,56 +1,54 @@
-"""The drawings of docs/performance.md."""
+"""The drawings of docs/performance.md, by gnuplot."""
 import statistics
+import subprocess
 
-import matplotlib
-
-matplotlib.use("svg")
-matplotlib.rcParams.update({"svg.hashsalt": "trestle", "svg.fonttype": "none", "font.size": 9, "axes.grid": True,
-                            "grid.color": "#ddd", "axes.axisbelow": True})
-from matplotlib import pyplot  # noqa: E402  the backend is chosen first
-
-from measures import CLOUDS, SIZES, median  # noqa: E402
+from measures import CLOUDS, SIZES, median
 
 
-def save(figure, folder, name):
-    figure.tight_layout()
-    figure.savefig(folder / f"{name}.svg", metadata={"Date": None, "Creator": None})
-    pyplot.close(figure)
+def plot(path, height, settings, curves):
+    """@param curves  pairs: what gnuplot is to do with columns, and the rows of these."""
+    script = [f"set terminal svg size 700,{height} font 'sans,11' background '#ffffff'", f"set output '{path}'",
+              "set encoding utf8", "set grid linecolor rgb '#dddddd'", *settings]
+    for number, (_, rows) in enumerate(curves):
+        script += [f"$curve{number} << end", *(" ".join(str(value) for value in row) for row in rows), "end"]
+    script.append("plot " + ", ".join(f"$curve{number} {drawn}" for number, (drawn, _) in enumerate(curves)))
+    subprocess.run(["gnuplot"], input="\n".join(script) + "\n", text=True, check=True)
 
 
-def latency_by_size(values, folder, lines):
+def latency_by_size(values, path, lines):
     """p50 as lines, p99 as broken ones."""
-    figure, axes = pyplot.subplots(figsize=(7, 4))
+    curves = []
     for kind, label, colour in lines:
-        for part, style in ("p50", "-o"), ("p99", "--."):
-            points = [(size, median(values, kind.format(name), "latency_ns", part)) for name, size in SIZES.items()]
-            points = [(size, ns / 1e3) for size, ns in points if ns]
-            if points:
-                axes.plot(*zip(*points), style, color=colour, label=f"{label}, {part}", linewidth=1.2, markersize=4)
-    axes.set(xscale="log", yscale="log", xlabel="payload", ylabel="µs")
-    axes.set_xticks(list(SIZES.values()), list(SIZES))
-    axes.minorticks_off()
-    axes.legend(fontsize=7)
-    return figure
+        for part, style in ("p50", "dashtype 1 pointsize 0.5"), ("p99", "dashtype 2 pointsize 0.3"):
+            rows = [(size, median(values, kind.format(name), "latency_ns", part)) for name, size in SIZES.items()]
+            if rows := [(size, ns / 1e3) for size, ns in rows if ns]:
+                curves.append((f"using 1:2 with linespoints linewidth 1.5 pointtype 7 linecolor rgb '{colour}' {style} "
+                               f"title '{label}, {part}'", rows))
+    if curves:
+        tics = ", ".join(f"'{name}' {size}" for name, size in SIZES.items())
+        plot(path, 400, ["set logscale xy", "set xlabel 'payload'", "set ylabel 'µs'", f"set xtics ({tics})",
+                         "set key left top font ',9'"], curves)
 
 
 def latencies(values, folder):
-    save(latency_by_size(values, folder, [("tp floor latency {}", "bare TP loop", "#888"),
-                                          ("tp latency {}", "TP event, not paced", "#1f77b4"),
-                                          ("tp paced latency {}", "TP event, default pacing", "#d62728"),
-                                          ("vsomeip latency {}", "vsomeip", "#2ca02c")]), folder, "latency")
-    save(latency_by_size(values, folder, [("dds floor {}", "a hop of Fast DDS", "#888"),
-                                          ("path {}", "two bridges, not paced", "#1f77b4"),
-                                          ("path paced {}", "two bridges, default pacing", "#d62728")]),
-         folder, "bridges")
+    latency_by_size(values, folder / "latency.svg", [("tp floor latency {}", "bare TP loop", "#888888"),
+                                                     ("tp latency {}", "TP event, not paced", "#1f77b4"),
+                                                     ("tp paced latency {}", "TP event, default pacing", "#d62728"),
+                                                     ("vsomeip latency {}", "vsomeip", "#2ca02c")])
+    latency_by_size(values, folder / "bridges.svg", [("dds floor {}", "a hop of Fast DDS", "#888888"),
+                                                     ("path {}", "two bridges, not paced", "#1f77b4"),
+                                                     ("path paced {}", "two bridges, default pacing", "#d62728")])
 
 
 def box(samples):
-    """As the paper draws them: quartiles, and whiskers to the last sample within 1.5 times their distance."""
+    """As the paper draws them: quartiles, and whiskers to the last sample within 1.5 times their distance.
+
+    @return lower quartile, lower and upper whisker, upper quartile, median
+    """
     low, middle, high = statistics.quantiles(samples, n=4, method="inclusive")
     reach = 1.5 * (high - low)
-    return {"q1": low, "med": middle, "q3": high, "fliers": [],
-            "whislo": min(one for one in samples if one >= low - reach),
-            "whishi": max(one for one in samples if one <= high + reach)}
+    return (low, min(one for one in samples if one >= low - reach), max(one for one in samples if one <= high + reach),
+            high, middle)
 
 
 def checkpoints(values, folder):
@@ -58,13 +56,13 @@ def checkpoints(values, folder):
                 ("share", "% of ① to ④ that is conversion",
                  lambda one: 100 * one["conversion_ns"] / one["communication_ns"]))
     for name, label, of in drawings:
-        boxes = [{**box([of(one) for one in found]), "label": points} for points, size in CLOUDS.items()
+        boxes = [(place, *box([of(one) for one in found]), points) for place, (points, size) in enumerate(CLOUDS.items())
                  if len(found := values.get(f"checkpoints {size}", [])) > 1]
         if boxes:
-            figure, axes = pyplot.subplots(figsize=(7, 3))
-            axes.bxp(boxes, showfliers=False)
-            axes.set(xlabel="points of 24 bytes", ylabel=label, ylim=(0, None))
-            save(figure, folder, name)
+            plot(folder / f"{name}.svg", 300,
+                 ["set xlabel 'points of 24 bytes'", f"set ylabel '{label}'", "set yrange [0:*]", "set boxwidth 0.4"],
+                 [("using 1:2:3:4:5:xticlabels(7) with candlesticks linecolor rgb '#222222' notitle whiskerbars 0.5", boxes),
+                  ("using 1:6:6:6:6 with candlesticks linecolor rgb '#d62728' linewidth 1.5 notitle", boxes)])
 
 
 def draw(values, folder):

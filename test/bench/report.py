@@ -4,6 +4,7 @@ import pathlib
 import platform
 import subprocess
 
+import drawings
 import goals
 from measures import CLOUDS, SIZES, median
 
@@ -157,8 +158,6 @@ def text_of(values, about):
 
 
 def write(values, about, folder):
-    import drawings  # which needs what the text does not
-
     folder = pathlib.Path(folder)
     (folder / "performance.md").write_text(text_of(values, about), encoding="utf-8")
     drawings.draw(values, folder / "performance")
