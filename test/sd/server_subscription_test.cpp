@@ -276,6 +276,25 @@ TEST_F(Server, EndsTheSubscriptionsOfTheConnectionThatClosedAlone) {
                                                          testing::HasSubstr("; nack 1234.5678"))));
 }
 
+// And several clients to one port of ours.
+TEST_F(Server, EndsTheSubscriptionsOfTheClientWhoseConnectionClosedAlone) {
+  covers({"feat_req_someipsd_435", "feat_req_someipsd_788"});
+  offer(tcp_service);
+  const Endpoint other_tcp{client_tcp.address, 41001};
+  ASSERT_TRUE(machine.discovery.tcp_connected(service_tcp, client_tcp));
+  ASSERT_TRUE(machine.discovery.tcp_connected(service_tcp, other_tcp));
+  machine.unicast(client, {subscribe(4, {tcp(client_tcp)}), subscribe(4, {tcp(other_tcp)}, 3, 1)});
+  EXPECT_THAT(machine.events(), testing::SizeIs(2));
+  machine.sent();
+
+  machine.discovery.tcp_closed(service_tcp, client_tcp);
+  EXPECT_THAT(machine.events(), ElementsAre("removed 0004 tcp 10.0.0.2:41000 at 10.0.0.2:30490 unreachable"));
+  // The connection of the other is still known, that of this client is not.
+  machine.unicast(client, {subscribe(4, {tcp(other_tcp)}, 3, 1), subscribe(4, {tcp(client_tcp)})});
+  EXPECT_THAT(machine.sent(), ElementsAre(testing::AllOf(testing::HasSubstr(": ack 1234.5678"),
+                                                         testing::HasSubstr("; nack 1234.5678"))));
+}
+
 TEST_F(Server, DropsASubscriberThatCannotBeReached) {
   covers({"feat_req_someipsd_435"});
   offer(udp_service);

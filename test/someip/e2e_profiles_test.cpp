@@ -394,6 +394,9 @@ TEST(E2eConfig, NamesTheFieldThatCannotBeInTheShortProfiles) {
   EXPECT_EQ(broken(Profile1{.data_bits = 80, .counter_offset_bits = 66}), "counter_offset_bits");
   EXPECT_EQ(broken(Profile1{.data_bits = 80, .counter_offset_bits = 68}),
             "counter_offset_bits");  // the CRC's byte
+  EXPECT_EQ(broken(Profile1{.data_bits = 80, .counter_offset_bits = 74}),
+            "counter_offset_bits");  // no nibble, though beside the CRC
+  EXPECT_EQ(broken(Profile1{.data_bits = 80, .counter_offset_bits = 0x1000000}), "counter_offset_bits");
   EXPECT_EQ(
       broken(Profile1{.data_id_mode = DataIdMode::nibble, .data_bits = 80, .data_id_nibble_offset_bits = 72}),
       "data_id_nibble_offset_bits");                                                   // the counter

@@ -218,6 +218,16 @@ TEST(E2eEarlySequence, SynchronisesAfterTooManyRepetitionsOrTooLongASilence) {
   EXPECT_EQ(stream.receive(4), ok);
 }
 
+TEST(E2eEarlySequence, ForgetsRepetitionsAtAReset) {
+  Stream stream = profile1({.max_delta_counter_init = 0,
+                            .max_no_new_or_repeated_data = 2,
+                            .sync_counter_init = 1,
+                            .behavior = Behavior::pre_r4_2});
+  EXPECT_THAT(stream.receive_all({0, 1, 1, 1, 1}), ElementsAre(ok, ok, repeated, repeated, repeated));
+  stream.checker().reset();
+  EXPECT_THAT(stream.receive_all({0, 1}), ElementsAre(ok, ok)) << "nothing to synchronise after";
+}
+
 TEST(E2eEarlySequence, WrapsAfterFourteen) {
   Stream stream = profile1({});
   EXPECT_THAT(stream.receive_all({12, 13, 14, 0, 1}), ElementsAre(wrong_sequence, ok, ok, ok, ok));

@@ -49,7 +49,7 @@ void PrintTo(const Nonsense& nonsense, std::ostream* out) {
 class ConfigChecks : public testing::TestWithParam<Nonsense> {};
 
 TEST_P(ConfigChecks, NameTheField) {
-  covers({"feat_req_someiptp_772", "feat_req_someiptp_773"});
+  covers({"feat_req_someiptp_772", "feat_req_someiptp_773", "feat_req_someipsd_1156"});
   boost::asio::io_context io;
   NodeConfig config = quick(test::server_address);
   EXPECT_EQ(refusal([&] { Node{io, config}; }), "");

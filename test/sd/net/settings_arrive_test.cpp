@@ -227,6 +227,31 @@ TEST_F(SettingsTest, EndConnectionsWithHalfMessages) {
   EXPECT_FALSE(is_closed(idle, 200ms)) << "that nothing comes is no fault";
 }
 
+TEST_F(SettingsTest, EndConnectionsWithAMessageThatDrips) {
+  NodeConfig config = quick(test::server_address);
+  config.tcp_message_timeout = 150ms;
+  Node node{io, config};
+  node.offer(spec());
+  tcp::socket& drip = connect();
+  ASSERT_TRUE(run_until([&] { return node.tcp_server_counters().open == 1; }));
+  // There is always something new of it, long before the time is up: it counts from its first byte.
+  const auto header = test::hex("1234 0001 00ffffff 0001 0001 01 01 00 00 00");
+  std::size_t sent = 0;
+  const auto drop = [&] {
+    boost::system::error_code closed;
+    boost::asio::write(drip, boost::asio::buffer(&header[std::min(sent, header.size() - 1)], 1), closed);
+    ++sent;
+    return node.tcp_server_counters().streams.timed_out == 1;
+  };
+  const auto limit = std::chrono::steady_clock::now() + 5s;
+  while (!drop() && std::chrono::steady_clock::now() < limit) {
+    run_for(30ms);
+  }
+  EXPECT_EQ(node.tcp_server_counters().streams.timed_out, 1U);
+  EXPECT_EQ(node.tcp_server_counters().open, 0U);
+  EXPECT_TRUE(is_closed(drip));
+}
+
 TEST_F(SettingsTest, SendMagicCookies) {
   covers({"feat_req_someip_586"});
   NodeConfig config = quick(test::server_address);

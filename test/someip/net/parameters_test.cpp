@@ -47,6 +47,16 @@ TEST(Parameters, AreLaidOutOneAfterAnother) {
             "07");
 }
 
+TEST(Parameters, MayBeEnumeratorsThatNobodyDefined) {
+  covers({"feat_req_someip_799"});
+  constexpr Colour unknown{0xfe};
+  EXPECT_EQ(to_hex(pack(unknown, std::vector{Colour::red, unknown})), "fe0000000207fe");
+  const auto back = unpack<Colour, std::vector<Colour>>(hex("fe 00000002 07fe"));
+  ASSERT_TRUE(back);
+  EXPECT_EQ(std::get<0>(*back), unknown);
+  EXPECT_THAT(std::get<1>(*back), ElementsAre(Colour::red, unknown));
+}
+
 TEST(Parameters, HaveTextAndArraysWithLengths) {
   // BOM and terminator count.
   EXPECT_EQ(to_hex(pack("hi")), "00000006efbbbf686900");
