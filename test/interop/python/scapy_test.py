@@ -111,6 +111,13 @@ class Peer:
         self.say([SDEntry_EventGroup(type=6, n_opt_1=1, srv_id=peer.SERVICE, inst_id=peer.INSTANCE, major_ver=1, ttl=ttl,
                                      eventgroup_id=eventgroup, **more)], [self.endpoint()])
 
+    def send_apart(self, parts, to):
+        """Many segments, as fast as a sender with a separation time would."""
+        for number, part in enumerate(parts):
+            self.unicast.sendto(part, to)
+            if number % 32 == 0:
+                time.sleep(0.002)
+
     def receive_whole(self):
         """A message of our Node, put together if it comes in segments: type, payload, and each segment's size."""
         parts, sizes = {}, []
@@ -173,10 +180,7 @@ class Scapy(peer.Recorded, unittest.TestCase):
             self.assertEqual((kind, answer), (SOMEIP.TYPE_RESPONSE, payload))
             self.assertTrue(all(size == SEGMENT for size in sizes[:-1]), sizes)
         payload = os.urandom(1 << 20)
-        for number, part in enumerate(segments(0x0001, payload, SOMEIP.TYPE_TP_REQUEST, session=50)):
-            self.peer.unicast.sendto(part, self.server)
-            if number % 32 == 0:
-                time.sleep(0.002)  # as the separation time of a sender would
+        self.peer.send_apart(segments(0x0001, payload, SOMEIP.TYPE_TP_REQUEST, session=50), self.server)
         self.assertEqual(self.peer.receive_whole()[:2], (SOMEIP.TYPE_RESPONSE, payload))
         kind, answer, sizes = self.ask(message(0x0004, struct.pack(">I", 1 << 20), session=99))
         self.assertEqual((kind, answer), (SOMEIP.TYPE_RESPONSE, b"\x5a" * (1 << 20)))
@@ -185,7 +189,7 @@ class Scapy(peer.Recorded, unittest.TestCase):
         self.serve()
         self.peer.subscribe(1)
         self.peer.heard(self.peer.discovery, lambda entry: entry.type == 7 and entry.ttl == 3)
-        payload = os.urandom(100_000)
+        payload = os.urandom(1 << 20)
         self.node.do("notify", 0x8001, payload.hex())
         self.assertEqual(self.peer.receive_whole()[:2], (SOMEIP.TYPE_NOTIFICATION, payload))
 
@@ -221,10 +225,10 @@ class Scapy(peer.Recorded, unittest.TestCase):
 
     def test_its_events_in_segments(self):
         to = self.accept_subscription(1, 0x8001)
+        payload = os.urandom(1 << 20)
+        self.peer.send_apart(segments(0x8001, payload, SOMEIP.TYPE_TP_NOTIFICATION, client=0), to)
+        self.node.expect(f"event 8001 session 1 {payload.hex()} ", 30)
         payload = os.urandom(30_000)
-        for part in segments(0x8001, payload, SOMEIP.TYPE_TP_NOTIFICATION, client=0):
-            self.peer.unicast.sendto(part, to)
-        self.node.expect(f"event 8001 session 1 {payload.hex()} ")
         # One lost: nothing arrives, and the next is whole again.
         lost = segments(0x8001, payload, SOMEIP.TYPE_TP_NOTIFICATION, client=0, session=2)
         for part in lost[:3] + lost[4:]:
@@ -233,8 +237,21 @@ class Scapy(peer.Recorded, unittest.TestCase):
             self.peer.unicast.sendto(part, to)
         self.node.expect(f"event 8001 session (.) {'01' * 3000} ")
 
+    def test_its_answers_in_segments(self):
+        self.node.do("require", peer.SERVICE, peer.INSTANCE, 1)
+        self.peer.heard(self.peer.group, lambda entry: entry.type == 0 and entry.srv_id == peer.SERVICE)
+        self.offer()
+        self.node.expect("available")
+        payload = os.urandom(1 << 20)
+        answer = segments(0x0001, payload, SOMEIP.TYPE_TP_RESPONSE)  # takes its time, which a call has not
+        self.node.do("call", 0x0001, "udp", "cafe")
+        request, client = self.peer.unicast.recvfrom(65536)
+        self.assertEqual(request[16:], b"\xca\xfe")
+        self.peer.send_apart([part[:8] + request[8:12] + part[12:] for part in answer], client)
+        self.node.expect(f"response 0001 {payload.hex()}$", 30)
+
     def offer(self, **more):
-        self.peer.say([SDEntry_Service(type=1, n_opt_1=1, srv_id=peer.SERVICE, inst_id=peer.INSTANCE, major_ver=1, ttl=3,
+        self.peer.say([SDEntry_Service(type=1, n_opt_1=1, srv_id=peer.SERVICE, inst_id=peer.INSTANCE, major_ver=1, ttl=60,
                                        minor_ver=0)], [self.peer.endpoint()], to=peer.GROUP, **more)
 
     def test_odd_requests(self):
