@@ -276,8 +276,15 @@ void Consumer::on_event(const SubscriptionRefused& event) {
   if (Binding* const binding = find(event.subscription, &owner)) {
     binding->subscribed = false;
     binding->group.reset();
+    // A Nack gives no reason, but this one can be guessed.  [feat_req_someipsd_102]
+    const auto server = std::ranges::find(owner->servers, binding->instance, &RemoteService::instance);
+    const bool known = server != owner->servers.end();
+    const char* const missing =
+        known && server->udp && !owner->wanted.udp   ? "; it may want a UDP endpoint, too"
+        : known && server->tcp && !owner->wanted.tcp ? "; it may want a TCP endpoint, too"
+                                                     : "";
     log_("subscription to " + name_of(owner->wanted, binding->instance) +
-         " refused by the server; trying again with its next offer");
+         " refused by the server; trying again with its next offer" + missing);
     const auto connection =
         binding->connection ? connections_.find(*binding->connection) : connections_.end();
     if (connection != connections_.end()) {
