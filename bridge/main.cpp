@@ -30,7 +30,11 @@ class HelpFormatter : public CLI::Formatter {
     std::string text;
     if (option->nonpositional() && option->get_type_size() != 0) {
       const std::string type = option->get_type_name();  // "N:INT in [1 - 65535]"
-      text = " " + type.substr(0, type.find(':'));
+      auto end = type.find(':');
+      while (end != std::string::npos && end > 0 && type[end - 1] == '[') {  // "ID[:TYPE]"
+        end = type.find(':', end + 1);
+      }
+      text = " " + type.substr(0, end);
     }
     if (!option->get_default_str().empty()) {
       text += "=" + option->get_default_str();

@@ -1,6 +1,7 @@
 #include "bridge/demo/demo_command.hpp"
 
 #include <CLI/CLI.hpp>
+#include <limits>
 #include <memory>
 
 #include "bridge/cli/exit_status.hpp"
@@ -53,7 +54,8 @@ std::shared_ptr<Options> add_common(CLI::App& command) {
   command.group("");  // not in the help
   auto options = std::make_shared<Options>();
   command.add_option("--domain", options->domain)->required()->check(CLI::Range(0, 232));
-  command.add_option("--report-fd", options->report_fd)->check(CLI::NonNegativeNumber);
+  command.add_option("--report-fd", options->report_fd)
+      ->check(CLI::Range(0, std::numeric_limits<int>::max()));
   command.add_option("--topic", options->topic);
   return options;
 }

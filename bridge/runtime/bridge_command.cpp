@@ -9,6 +9,7 @@
 #include <boost/asio/io_context.hpp>
 #include <csignal>
 #include <cstdio>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -148,7 +149,7 @@ void add_bridge_command(CLI::App& app, int& status) {
       ->add_option("--report-fd", options->report_fd,
                    "Write a JSON line for each message carried to this file descriptor")
       ->type_name("FD")
-      ->check(CLI::NonNegativeNumber);
+      ->check(CLI::Range(0, std::numeric_limits<int>::max()));
   command->add_flag("-q,--quiet", options->quiet, "Log only what is wrong");
   command->callback([options, &status] {
     if (options->report_fd >= 0 && fcntl(options->report_fd, F_GETFD) < 0) {

@@ -6,6 +6,7 @@
 #include "bridge/decode/message_json.hpp"
 #include "bridge/tools/message_text.hpp"
 #include "bridge/tools/options.hpp"
+#include "bridge/tools/other_versions.hpp"
 #include "bridge/tools/session.hpp"
 #include "bridge/tools/tool_commands.hpp"
 #include "sd/net/proxy.hpp"
@@ -34,7 +35,8 @@ struct CallArguments {
 using Bytes = std::vector<std::byte>;
 
 // Fire and forget: the exit status.
-int send(const sd::Proxy& proxy, const sd::CallSpec& spec, Bytes payload, Session& session) {
+int send(const sd::Proxy& proxy, const OtherVersions& others, const sd::CallSpec& spec, Bytes payload,
+         Session& session) {
   auto bytes = std::make_shared<const Bytes>(std::move(payload));
   const std::weak_ptr<const Bytes> unsent = bytes;
   bool accepted = false;
@@ -49,13 +51,13 @@ int send(const sd::Proxy& proxy, const sd::CallSpec& spec, Bytes payload, Sessio
   });
   session.run();
   if (!accepted) {
-    Session::note("error: nobody offers the service");
+    Session::note("error: " + others.nobody_offers());
   }
   return accepted && unsent.expired() ? exit_ok : exit_failure;
 }
 
-int call(sd::Proxy& proxy, const sd::CallSpec& spec, Bytes payload, const PayloadOptions& answer,
-         Session& session) {
+int call(sd::Proxy& proxy, const OtherVersions& others, const sd::CallSpec& spec, Bytes payload,
+         const PayloadOptions& answer, Session& session) {
   int status = exit_failure;
   proxy.call(spec, std::move(payload), [&](boost::system::error_code error, const sd::Response& response) {
     session.finish();
@@ -70,8 +72,9 @@ int call(sd::Proxy& proxy, const sd::CallSpec& spec, Bytes payload, const Payloa
     }
     status = error ? answered ? exit_error_answer : exit_failure : exit_ok;
     if (error) {
-      Session::note(fmt::format("error: {}{}", error.message(),
-                                response.payload.empty() ? "" : ": " + hex_digits(response.payload)));
+      Session::note(fmt::format(
+          "error: {}{}", error == sd::CallFault::unavailable ? others.nobody_offers() : error.message(),
+          response.payload.empty() ? "" : ": " + hex_digits(response.payload)));
     }
   });
   session.run();
@@ -101,8 +104,9 @@ int run(CallArguments& options) {
                   {.service = service.service,
                    .instance = service.instance,
                    .major = static_cast<std::uint8_t>(options.major)}};
-  const int status = options.forget ? send(proxy, spec, std::move(payload), session)
-                                    : call(proxy, spec, std::move(payload), answer, session);
+  const OtherVersions others{node, service, options.major, options.quiet};
+  const int status = options.forget ? send(proxy, others, spec, std::move(payload), session)
+                                    : call(proxy, others, spec, std::move(payload), answer, session);
   node.shutdown();
   return status;
 }

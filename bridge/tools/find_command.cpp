@@ -91,7 +91,7 @@ void add_find_command(CLI::App& app, int& status) {
       ->capture_default_str();
   command->add_option("--count", options->count, "End when so many are found")
       ->type_name("N")
-      ->check(CLI::PositiveNumber);
+      ->check(count_above_zero());
   command->add_flag("--json", options->json, "Print a JSON object for each");
   options->network.add_to(*command);
   command->callback([options, &status] { status = run(*options); });

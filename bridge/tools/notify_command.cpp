@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <utility>
 
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/tools/offer_options.hpp"
@@ -31,6 +32,7 @@ int run(NotifyArguments& options) {
   sd::Node node{session.io, network, options.log()};
   const sd::OfferHandle handle = node.offer(spec);
   std::uint64_t sent = 0;
+  bool waiting = false;
   const std::chrono::duration<double> period{1 / options.rate_hz};
   session.every(std::chrono::duration_cast<Duration>(period), [&] {
     if (options.count != 0 && sent == options.count) {
@@ -39,6 +41,9 @@ int run(NotifyArguments& options) {
       const ByteView bytes{*payload};
       node.notify(handle, event, {&bytes, 1}, payload);
       ++sent;
+      waiting = false;
+    } else if (!std::exchange(waiting, true) && !options.quiet) {
+      Session::note("waiting for subscribers");
     }
   });
   session.run();
@@ -73,7 +78,7 @@ void add_notify_command(CLI::App& app, int& status) {
       ->capture_default_str();
   command->add_option("--count", options->count, "End after so many events")
       ->type_name("N")
-      ->check(CLI::PositiveNumber);
+      ->check(count_above_zero());
   options->add_to(*command);
   command->callback([options, &status] { status = run(*options); });
 }

@@ -207,7 +207,11 @@ std::vector<std::byte> PayloadOptions::parse(const std::string& argument) const 
   }
   auto payload = values_->parse(text, form_ == Form::json ? ValueForm::json : ValueForm::yaml);
   if (!payload) {
-    throw CLI::ValidationError("PAYLOAD", fmt::format("{}:{}", name, to_string(payload.error())));
+    // Of the text as a whole: whoever wanted JSON printed only may not know what else --json means.
+    const bool no_json = form_ == Form::json && payload.error().field.empty();
+    throw CLI::ValidationError("PAYLOAD",
+                               fmt::format("{}:{}{}", name, to_string(payload.error()),
+                                           no_json ? " (with --json payloads are given in JSON, too)" : ""));
   }
   return std::move(*payload);
 }
@@ -231,6 +235,10 @@ CLI::Validator number_between(double min, double max) {
 
 CLI::Validator seconds_above_zero() {
   return number_between(0.001, 1e6);
+}
+
+CLI::Validator count_above_zero() {
+  return number_between(1, 1e9);
 }
 
 ServiceArgument parse_service(const std::string& text, bool any_instance) {

@@ -77,6 +77,8 @@ class TransportOptions {
 [[nodiscard]] CLI::Validator number_between(double min, double max);
 /// The same for times in seconds: above zero, and up to eleven days.
 [[nodiscard]] CLI::Validator seconds_above_zero();
+/// The same for how many of something there are to be, at least one.
+[[nodiscard]] CLI::Validator count_above_zero();
 
 /// SERVICE.INSTANCE, such as "0x1234.0x0001" or "4660.1".
 struct ServiceArgument {

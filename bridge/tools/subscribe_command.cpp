@@ -5,6 +5,7 @@
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/tools/message_text.hpp"
 #include "bridge/tools/options.hpp"
+#include "bridge/tools/other_versions.hpp"
 #include "bridge/tools/session.hpp"
 #include "bridge/tools/tool_commands.hpp"
 
@@ -75,6 +76,7 @@ int run(SubscribeArguments& options) {
                      session.finish();
                    }
                  });
+  const OtherVersions others{node, service, options.major, options.quiet};
   session.run();
   node.shutdown();
   const bool enough = options.count == 0 ? received > 0 || !session.timed_out() : received == options.count;
@@ -107,7 +109,7 @@ void add_subscribe_command(CLI::App& app, int& status) {
       ->capture_default_str();
   command->add_option("--count", options->count, "End after so many events")
       ->type_name("N")
-      ->check(CLI::PositiveNumber);
+      ->check(count_above_zero());
   command->add_option("--timeout", options->timeout_s, "End after so long")
       ->type_name("SECONDS")
       ->check(seconds_above_zero());

@@ -1,5 +1,6 @@
 #include <unistd.h>
 
+#include <cerrno>
 #include <memory>
 
 #include "bridge/cli/exit_status.hpp"
@@ -10,6 +11,7 @@
 #include "bridge/tools/tool_commands.hpp"
 #include "bridge/tools/watch_lines.hpp"
 #include "pcaps/capture_file.hpp"
+#include "someip/net/socket_calls.hpp"
 
 namespace trestle::bridge {
 namespace {
@@ -52,21 +54,23 @@ std::optional<IpAddress> own_address(const WatchArguments& options) {
 }
 
 Where where_of(const WatchArguments& options) {
-  sd::NodeConfig network = options.network.config_without_address();
-  if (options.interface.empty()) {
-    network = options.network.config();
+  sd::NodeConfig network =
+      options.interface.empty() ? options.network.config() : options.network.config_without_address();
+  if (!network.address.is_unspecified()) {
     const auto interface = interface_name(network.address);
-    return {interface.value_or("any"), network};
-  }
-  if (network.address.is_unspecified()) {
-    const auto address = options.interface == "any"
-                             ? own_address(options)
-                             : address_of_interface(options.interface, network.multicast.v6);
-    if (!address) {
-      return {options.interface, std::nullopt};
+    if (!interface) {
+      someip::fail(Transport::udp, {network.address, network.port}, "find the network interface",
+                   EADDRNOTAVAIL);
     }
-    network.address = *address;
+    return {options.interface.empty() ? *interface : options.interface, network};
   }
+  const auto address = options.interface == "any"
+                           ? own_address(options)
+                           : address_of_interface(options.interface, network.multicast.v6);
+  if (!address) {
+    return {options.interface, std::nullopt};
+  }
+  network.address = *address;
   return {options.interface, network};
 }
 
@@ -219,7 +223,7 @@ void add_watch_command(CLI::App& app, int& status) {
   CLI::Option* lines = command->add_flag("--lines", options->lines, "Lines also on a terminal, or of a file");
   CLI::Option* count = command->add_option("--count", options->count, "End after so many lines")
                            ->type_name("N")
-                           ->check(CLI::PositiveNumber);
+                           ->check(count_above_zero());
   CLI::Option* duration =
       command->add_option("--for", options->for_s, "Watch so long, then print the tables once")
           ->type_name("SECONDS")

@@ -51,6 +51,18 @@ class CommandLine(unittest.TestCase):
         self.assertRegex(output, r"--rate HZ=10 +Clouds")
         self.assertRegex(output, r"--input FILE \.\.\. +Publish")
 
+    def test_shows_the_form_of_values_as_a_whole(self):
+        lines = []
+        for command in COMMANDS:
+            output = run(command, "--help")[1]
+            below = re.findall(r"^  (\w[\w-]*) ", output.partition("Subcommands:")[2], re.MULTILINE)
+            for text in (output, *(run(command, one, "--help")[1] for one in below)):
+                lines += [line for line in text.splitlines() if line.count("[") != line.count("]")]
+        self.assertEqual(lines, [])
+        output = run("offer", "--help")[1]
+        self.assertIn("--method ID[:TYPE[:ANSWER_TYPE]][=PAYLOAD]", output)
+        self.assertIn("--field GETTER/SETTER/NOTIFIER[:TYPE][=VALUE]", output)
+
     def test_a_value_out_of_range_names_the_option_and_the_range(self):
         status, output, errors = run("demo", "--seconds", "0")
         self.assertEqual((status, output), (2, ""))

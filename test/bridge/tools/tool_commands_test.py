@@ -138,7 +138,15 @@ class TwoPrograms(unittest.TestCase):
 
     def test_notify_without_subscribers_sends_nothing(self):
         done = run("notify", 1, "0x1236.1", "1", "0x8001", "@-", "--timeout", "0.5", "--rate", "50", stdin="00 01\n02")
-        self.assertEqual((done.returncode, done.stderr.splitlines()[-1]), (1, "0 events sent"))
+        self.assertEqual((done.returncode, done.stderr.splitlines()[-2:]), (1, ["waiting for subscribers", "0 events sent"]))
+
+    def test_notify_tells_when_it_waits_for_subscribers_again(self):
+        with Running("notify", 1, "0x1239.1", "1", "0x8001", "00", "--rate", "50") as notify:
+            done = run("subscribe", 2, "0x1239.1", "1", "--count", "1", "-q")
+            self.assertEqual((done.returncode, done.stdout), (0, "0x8001 00\n"), done.stderr)
+            notify.line_with("no longer subscribed", of_log=True)
+            notify.line_with("waiting for subscribers", of_log=True)
+            self.assertEqual(notify.stop()[0], 0)
 
     def test_find_and_watch_see_an_offer_come_and_go(self):
         with Running("watch", 3) as watch, Running("watch", 3, "--json") as as_json:
@@ -306,6 +314,31 @@ class Calls(unittest.TestCase):
             done = run("call", 2, "0x1243", "1", "--tcp", "--timeout", "0.5", "-q")
             self.assertEqual((done.returncode, done.stderr), (1, "error: nobody offers the service\n"))
 
+    def test_tell_of_other_versions_of_the_service(self):
+        with Running("offer", 1, "0x1249.1", "--method", "1") as offer:
+            offer.line_with("offering", of_log=True)
+            other = "note: 0x1249.0x0001 is offered with major version 1, not 2: see --major\n"
+            error = "error: nobody offers the service with major version 2, only with 1\n"
+            with Running("call", 2, "0x1249", "1", "--major", "2", "--timeout", "4") as call:
+                call.line_with(other[:-1], of_log=True)
+                status, out, log = call.finish()
+                self.assertEqual((status, out), (1, ""))
+                self.assertTrue(log.endswith(error), log)
+            with Running("subscribe", 2, "0x1249.1", "1", "--major", "2") as subscribe:
+                subscribe.line_with(other[:-1], of_log=True)
+                self.assertEqual(subscribe.stop()[0], 0)
+            done = run("call", 2, "0x1249", "1", "--major", "2", "--timeout", "4", "--fire-and-forget", "-q")
+            self.assertEqual((done.returncode, done.stderr), (1, error))
+            self.assertNotIn("note:", run("call", 2, "0x1249", "1").stderr)
+
+    def test_a_refusal_for_want_of_a_protocol_says_so_at_both_ends(self):
+        with Running("offer", 1, "0x124a.1", "--udp", "--tcp", "--field", "1/-/0x8001=0a") as offer:
+            with Running("subscribe", 2, "0x124a.1", "1", "--tcp") as subscribe:
+                subscribe.line_with("refused by the server", "it may want a UDP endpoint, too", of_log=True)
+                offer.line_with("refused a subscription", "missing endpoint", of_log=True)
+            with Running("subscribe", 3, "0x124a.1", "1", "--tcp", "--udp") as subscribe:
+                subscribe.line_with("0x8001 0a")
+
     def test_events_come_over_tcp(self):
         with Running("notify", 1, "0x1244.1", "1", "0x8001", "0a0b", "--tcp", "--rate", "50"):
             done = run("subscribe", 2, "0x1244.1", "1", "--tcp", "--count", "2")
@@ -426,6 +459,12 @@ class WrongCommandLines(unittest.TestCase):
              "payload:1:1: 'x' is no field of std_msgs/msg/String; expected data"),
             (["notify", "0x1234.1", "1", "0x8001", "{\"data\": 5}", "--json", "--type", "std_msgs/msg/String"],
              "payload:1:10: data: expected a string, found '5'"),
+            (["call", "0x1234", "1", "{data: 4.5}", "--json", "--type", "std_msgs/msg/Float64"],
+             "last read: '{d'; expected string literal (with --json payloads are given in JSON, too)"),
+            (["find", "--count", "-1"], "--count: expected a number from 1 to 1000000000, found '-1'"),
+            (["notify", "0x1234.1", "1", "0x8001", "00", "--count", "0"], "--count: expected a number from 1 to"),
+            (["subscribe", "0x1234.1", "1", "--count", "-1"], "--count: expected a number from 1 to"),
+            (["watch", "--count", "-1"], "--count: expected a number from 1 to"),
             (["notify", "0x1234.1", "1", "0x8001", "00", "--rate", "0"], "--rate"),
             (["offer", "0x1234.1", "--eventgroup", "0"], "--eventgroup: expected"),
             (["offer", "0x1234.1", "--method", "0=00"], "--method: expected"),
@@ -466,6 +505,15 @@ class WrongCommandLines(unittest.TestCase):
             self.assertEqual(done.returncode, 0)
             self.assertIn(f"Examples:\n  trestle {name}", done.stdout)
             self.assertIn("Exit status: 0", done.stdout)
+
+    def test_an_address_of_no_interface_is_named(self):
+        for command_line in (["find"], ["watch"], ["watch", "--interface", "any"], ["watch", "--once"]):
+            with self.subTest(command_line):
+                done = subprocess.run([TRESTLE, *command_line, "--address", "192.0.2.77"], capture_output=True, text=True,
+                                      timeout=PATIENCE)
+                self.assertEqual((done.returncode, done.stdout), (1, ""))
+                self.assertIn("UDP 192.0.2.77:30490: cannot find the network interface: ", done.stderr)
+                self.assertIn("no interface of this host has this address", done.stderr)
 
     def test_a_taken_address_is_named(self):
         with Running("offer", 1, "0x123b.1") as offer:
