@@ -45,10 +45,7 @@ class BoundedQueue {
     std::size_t kept = 0;
     for (std::size_t i = 0; i < size_; ++i) {
       if (!unwanted(std::as_const((*this)[i]))) {
-        if (kept != i) {
-          (*this)[kept] = (*this)[i];
-        }
-        ++kept;
+        keep(i, kept++);
       }
     }
     size_ = kept;
@@ -56,6 +53,12 @@ class BoundedQueue {
   void clear() noexcept { size_ = 0; }
 
  private:
+  TRESTLE_ONCE void keep(std::size_t index, std::size_t place) noexcept {
+    if (index != place) {
+      (*this)[place] = (*this)[index];
+    }
+  }
+
   std::span<T> room_;
   std::size_t head_ = 0;
   std::size_t size_ = 0;

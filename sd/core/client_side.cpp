@@ -6,15 +6,6 @@ namespace trestle::sd {
 using slots::OwnSubscription;
 using State = OwnSubscription::State;
 
-namespace {
-
-bool usable(const std::optional<Endpoint>& endpoint, bool v6) noexcept {
-  return !endpoint || (endpoint->port != 0 && endpoint->address.v6 == v6 &&
-                       !endpoint->address.is_multicast() && !endpoint->address.is_unspecified());
-}
-
-}  // namespace
-
 // --- Calls of the application -----------------------------------------------------------------------------
 
 void ServiceDiscovery::release(RequirementHandle handle, TimePoint now) noexcept {
@@ -49,8 +40,8 @@ Result<SubscriptionHandle, SdError> ServiceDiscovery::subscribe(RequirementHandl
   const bool instance_fits =
       instance != someip::any_instance &&
       (requirement->instance == someip::any_instance || requirement->instance == instance);
-  if (!instance_fits || ttl_s == 0 || ttl_s > infinite_ttl_s || !usable(request.udp, rules_.v6()) ||
-      !usable(request.tcp, rules_.v6()) || request.silence_timeout.value_or(Duration{1}).count() <= 0) {
+  if (!instance_fits || ttl_s == 0 || ttl_s > infinite_ttl_s || !rules_.allow_own(request.udp) ||
+      !rules_.allow_own(request.tcp) || request.silence_timeout.value_or(Duration{1}).count() <= 0) {
     return tl::unexpected{SdError::bad_argument};
   }
   // Parallel subscriptions to one eventgroup differ in their counter.  [feat_req_someipsd_322]
@@ -337,7 +328,7 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
   if (!was_subscribed) {
     event_received(handle, arrival.now);
   }
-  if (!was_subscribed || subscription.multicast != options->multicast) {
+  if (!was_subscribed || !are_same(subscription.multicast, options->multicast)) {
     subscription.multicast = options->multicast;
     tell(Subscribed{handle, subscription.multicast});
   }

@@ -21,38 +21,34 @@ std::string_view otherserv_of(ByteView configuration) noexcept {
 MergedConfiguration merge_configurations(const SdMessage& message, const Entry& entry,
                                          ByteSpan room) noexcept {
   MergedConfiguration merged;
-  std::size_t used = 0;
-  const auto append = [&](ByteView bytes) {
-    std::ranges::copy(bytes, room.subspan(used).begin());
-    used += bytes.size();
-  };
+  someip::ByteWriter out{room};
   for (std::size_t position = 0; position < entry.option_count(); ++position) {
     const auto option = message.option_of(entry, position);
     if (!option || option->type != OptionType::configuration) {
       continue;
     }
-    if (used == 0) {
+    if (out.position() == 0) {
       if (room.size() < 2) {
         return {{}, false};
       }
-      append(ByteView{std::array<std::byte, 1>{}});  // the reserved byte
+      out.u8(0);  // the reserved byte
     }
     ConfigurationCursor cursor{*option};
     std::size_t begin = cursor.offset();
     while (cursor.next()) {
       const ByteView item = option->body.subspan(begin, cursor.offset() - begin);
       begin = cursor.offset();
-      if (used + item.size() < room.size()) {  // and the end mark
-        append(item);
+      if (out.position() + item.size() < room.size()) {  // and the end mark
+        out.bytes(item);
       } else {
         merged.whole = false;
       }
     }
   }
-  if (used > 0) {
-    append(ByteView{std::array<std::byte, 1>{}});  // the end mark
+  if (out.position() > 0) {
+    out.u8(0);  // the end mark
   }
-  merged.body = room.first(used);
+  merged.body = out.written();
   return merged;
 }
 

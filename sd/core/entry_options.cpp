@@ -29,13 +29,11 @@ bool same_prefix(const IpAddress& a, const IpAddress& b, std::size_t bits) noexc
 }
 
 // The address whose host bits are all one.
-bool is_subnet_broadcast(const IpAddress& address, std::size_t prefix_bits) noexcept {
+TRESTLE_ONCE bool is_subnet_broadcast(const IpAddress& address, std::size_t prefix_bits) noexcept {
   if (address.v6 || prefix_bits >= 31) {
     return false;
   }
-  const std::uint32_t number = (std::uint32_t{address.bytes[0]} << 24U) |
-                               (std::uint32_t{address.bytes[1]} << 16U) |
-                               (std::uint32_t{address.bytes[2]} << 8U) | std::uint32_t{address.bytes[3]};
+  const auto number = someip::load<std::uint32_t>(std::as_bytes(std::span{address.bytes}).data());
   const std::uint32_t host_bits = 0xffff'ffffU >> prefix_bits;
   return (number & host_bits) == host_bits;
 }
@@ -131,18 +129,24 @@ std::optional<OptionFault> take(EntryOptions& found, const Option& option, Entry
 
 }  // namespace
 
+bool OptionRules::allow_own(const std::optional<Endpoint>& endpoint) const noexcept {
+  return !endpoint ||
+         (endpoint->port != 0 && endpoint->address.v6 == own().v6 && endpoint->address.is_unicast());
+}
+
 bool OptionRules::allow(const IpAddress& address) const noexcept {
-  if (address.v6 != own_.v6 || address == own_ || address.is_multicast() || address.is_unspecified()) {
+  if (address.v6 != own().v6 || address == own() || !address.is_unicast()) {
     return false;
   }
-  if (is_loopback(address) && !is_loopback(own_)) {
+  if (is_loopback(address) && !is_loopback(own())) {
     return false;
   }
-  if (!address.v6 && address == IpAddress::v4(255, 255, 255, 255)) {
+  if (is_subnet_broadcast(address, 0)) {  // 255.255.255.255
     return false;
   }
-  return !prefix_bits_ ||
-         (same_prefix(address, own_, *prefix_bits_) && !is_subnet_broadcast(address, *prefix_bits_));
+  const auto& prefix_bits = settings_.subnet_prefix_bits;
+  return !prefix_bits ||
+         (same_prefix(address, own(), *prefix_bits) && !is_subnet_broadcast(address, *prefix_bits));
 }
 
 tl::expected<EntryOptions, OptionFault> read_options(const SdMessage& message, const Entry& entry,
@@ -150,11 +154,10 @@ tl::expected<EntryOptions, OptionFault> read_options(const SdMessage& message, c
   tl::expected<EntryOptions, OptionFault> found;
   for (std::size_t position = 0; position < entry.option_count(); ++position) {
     const auto option = message.option_of(entry, position);
-    if (!option) {
-      return tl::unexpected{OptionFault::missing};
-    }
-    if (const auto fault = take(*found, *option, entry.type, rules)) {
-      return tl::unexpected{*fault};
+    const auto fault = option ? take(*found, *option, entry.type, rules) : OptionFault::missing;
+    if (fault) {
+      found = tl::unexpected{*fault};
+      break;
     }
   }
   return found;

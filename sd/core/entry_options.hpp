@@ -7,25 +7,26 @@ namespace trestle::sd {
 /// Which addresses a peer may have or name, and which options.
 class OptionRules {
  public:
-  explicit OptionRules(const Settings& settings) noexcept
-      : own_{settings.unicast.address},
-        prefix_bits_{settings.subnet_prefix_bits},
-        refuse_unknown_{settings.refuse_unknown_options} {}
+  /// @param settings  must outlive this object
+  explicit OptionRules(const Settings& settings) noexcept : settings_{settings} {}
 
   /// Whether `address` can be a peer's: of our IP version, unicast, not unspecified, not broadcast, not our
   /// own, in our subnet where that is checked. Loopback addresses are those of other nodes on the same host
   /// when our own address is one, and wrong otherwise.  [feat_req_someipsd_1233] [feat_req_someipsd_1135]
   [[nodiscard]] bool allow(const IpAddress& address) const noexcept;
-  [[nodiscard]] bool v6() const noexcept { return own_.v6; }
+  [[nodiscard]] bool v6() const noexcept { return own().v6; }
+  /// Whether `endpoint`, if there is one, can be what the application says: of our IP version, unicast, not
+  /// unspecified.
+  [[nodiscard]] bool allow_own(const std::optional<Endpoint>& endpoint) const noexcept;
   /// Whether an entry cannot be used that references `option`, for its type alone.
   [[nodiscard]] bool refuses(const Option& option) const noexcept {
-    return refuse_unknown_ && !is_known(option.type) && !option.discardable();
+    return settings_.refuse_unknown_options && !is_known(option.type) && !option.discardable();
   }
 
  private:
-  IpAddress own_;
-  std::optional<std::uint8_t> prefix_bits_;
-  bool refuse_unknown_;
+  [[nodiscard]] const IpAddress& own() const noexcept { return settings_.unicast.address; }
+
+  const Settings& settings_;
 };
 
 /// What an entry references, but for most of its configuration. All endpoints are of our IP version.

@@ -7,10 +7,10 @@ namespace trestle::sd {
 /// phase.  [feat_req_someipsd_866]
 class FindSchedule : public OfferSchedule {
  public:
-  /// Down: nothing is due.
-  FindSchedule() = default;
-  /// Enters the initial wait phase; the first Find is due at `first`.
-  FindSchedule(const Timing& timing, TimePoint first) noexcept : OfferSchedule{timing, first, Duration{0}} {}
+  /// Enters the initial wait phase; the first Find is due at `first`. Before, it is down: nothing is due.
+  void start(const Timing& timing, TimePoint first) noexcept {
+    OfferSchedule::start(timing, first, Duration{0});
+  }
 
   /// The service is offered: to the main phase.  [feat_req_someipsd_867]
   void found() noexcept;

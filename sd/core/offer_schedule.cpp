@@ -6,15 +6,13 @@ TimePoint end_of(std::uint32_t ttl_s, TimePoint since) noexcept {
   return ttl_s == infinite_ttl_s ? never : since + std::chrono::seconds{ttl_s};
 }
 
-OfferSchedule::OfferSchedule(const Timing& timing, TimePoint first) noexcept
-    : OfferSchedule{timing, first, timing.cyclic_offer_delay} {}
-
-OfferSchedule::OfferSchedule(const Timing& timing, TimePoint first, Duration cyclic_delay) noexcept
-    : phase_{Phase::initial_wait},
-      repetitions_left_{timing.repetitions_max},
-      repetition_delay_{timing.repetitions_base_delay},
-      cyclic_delay_{cyclic_delay},
-      due_{first} {}
+void OfferSchedule::start(const Timing& timing, TimePoint first, Duration cyclic_delay) noexcept {
+  phase_ = Phase::initial_wait;
+  repetitions_left_ = timing.repetitions_max;
+  repetition_delay_ = timing.repetitions_base_delay;
+  cyclic_delay_ = cyclic_delay;
+  due_ = first;
+}
 
 bool OfferSchedule::on_time(TimePoint now) noexcept {
   if (!is_due(due_, now)) {

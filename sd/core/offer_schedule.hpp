@@ -20,10 +20,10 @@ enum class Phase : std::uint8_t {
 /// When the multicast offers of one service instance are due.
 class OfferSchedule {
  public:
-  /// Down: nothing is due.
-  OfferSchedule() = default;
-  /// Enters the initial wait phase; the first offer is due at `first`.
-  OfferSchedule(const Timing& timing, TimePoint first) noexcept;
+  /// Enters the initial wait phase; the first offer is due at `first`. Before, it is down: nothing is due.
+  void start(const Timing& timing, TimePoint first) noexcept {
+    start(timing, first, timing.cyclic_offer_delay);
+  }
 
   /// Advances to `now`; true when an OfferService entry is to be sent now.
   /// Early and repeated calls change nothing, so a driver's timer need not be exact.
@@ -34,7 +34,7 @@ class OfferSchedule {
   [[nodiscard]] Phase phase() const noexcept { return phase_; }
 
  protected:
-  OfferSchedule(const Timing& timing, TimePoint first, Duration cyclic_delay) noexcept;
+  void start(const Timing& timing, TimePoint first, Duration cyclic_delay) noexcept;
 
   Phase phase_ = Phase::down;
   std::uint8_t repetitions_left_ = 0;

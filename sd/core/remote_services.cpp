@@ -73,8 +73,6 @@ Result<RequirementHandle, SdError> ServiceDiscovery::require(const RequiredServi
     }
     configuration = *kept;
   }
-  // Asked before the new slot is there, so that it does not join itself.
-  const TimePoint first = first_due(now);
   slots::Requirement* const slot = requirements_.add();
   if (slot == nullptr) {
     return tl::unexpected{SdError::table_full};
@@ -92,7 +90,7 @@ Result<RequirementHandle, SdError> ServiceDiscovery::require(const RequiredServi
   if (joined != nullptr) {
     slot->schedule = joined->schedule;
   } else if (link_up_) {
-    slot->schedule = FindSchedule{settings_.timing, first};
+    start(slot->schedule, now);
   }
   const auto handle = requirements_.handle_of<RequirementHandle>(*slot);
   for (const slots::Remote& remote : remotes_) {
@@ -169,7 +167,8 @@ namespace {
 
 // Whether both are the same to who uses the service.
 TRESTLE_ONCE bool same_access(const slots::Remote& a, const slots::Remote& b) noexcept {
-  return a.minor == b.minor && a.udp == b.udp && a.tcp == b.tcp && a.mac_groupcast == b.mac_groupcast;
+  return a.minor == b.minor && are_same(a.udp, b.udp) && are_same(a.tcp, b.tcp) &&
+         a.mac_groupcast == b.mac_groupcast;
 }
 
 }  // namespace
@@ -194,7 +193,9 @@ bool ServiceDiscovery::read_offer(const Entry& entry, const Arrival& arrival,
     return false;
   }
   const MergedConfiguration merged = merge_configurations(arrival.message, entry, configurations_.room());
-  counters_.configurations_cut += merged.whole ? 0 : 1;
+  if (!merged.whole) {
+    count(counters_.configurations_cut);
+  }
   offered.service = entry.service;
   offered.instance = entry.instance;
   offered.major = entry.major;
@@ -220,7 +221,9 @@ bool ServiceDiscovery::keep_configuration_of(slots::Remote& offered, bool requir
     return true;
   }
   const auto kept = keep_configuration(required);
-  counters_.configurations_cut += kept ? 0 : 1;
+  if (!kept) {
+    count(counters_.configurations_cut);
+  }
   offered.configuration = kept.value_or(ConfigurationPool::none);
   return kept || offered.service != other_protocols;
 }
@@ -331,7 +334,7 @@ void ServiceDiscovery::lose(slots::Remote& remote, LossReason reason, TimePoint 
     const bool ask = link_up_ && (reason == LossReason::expired || reason == LossReason::rebooted);
     if (ask &&
         remotes_.find_if([&](const slots::Remote& other) { return fits(requirement, other); }) == nullptr) {
-      requirement.schedule = FindSchedule{settings_.timing, first_due(now)};
+      start(requirement.schedule, now);
     }
   }
 }

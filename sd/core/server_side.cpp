@@ -4,14 +4,9 @@
 namespace trestle::sd {
 namespace {
 
-bool usable(const Endpoint& endpoint, bool v6) noexcept {
-  return endpoint.port != 0 && endpoint.address.v6 == v6 && !endpoint.address.is_multicast() &&
-         !endpoint.address.is_unspecified();
-}
-
-bool usable(const Eventgroup& eventgroup, const OfferedService& service, bool v6) noexcept {
+bool usable(const Eventgroup& eventgroup, const OfferedService& service, const OptionRules& rules) noexcept {
   const std::optional<Endpoint>& multicast = eventgroup.multicast;
-  const bool multicast_fits = !multicast || (multicast->port != 0 && multicast->address.v6 == v6 &&
+  const bool multicast_fits = !multicast || (multicast->port != 0 && multicast->address.v6 == rules.v6() &&
                                              multicast->address.is_multicast());
   // Events leave from the offered endpoints alone [feat_req_someipsd_797], so those must be there.
   return multicast_fits && someip::names_an_eventgroup(eventgroup.id) && (!eventgroup.udp || service.udp) &&
@@ -27,13 +22,13 @@ bool has_access(const OfferedService& service) noexcept {
   return service.udp || service.tcp;
 }
 
-bool usable(const OfferedService& service, bool v6) noexcept {
+bool usable(const OfferedService& service, const OptionRules& rules) noexcept {
   return someip::names_a_service(service.service) && someip::names_an_instance(service.instance) &&
-         service.major != any_major && has_access(service) && (!service.udp || usable(*service.udp, v6)) &&
-         (!service.tcp || usable(*service.tcp, v6)) &&
+         service.major != any_major && has_access(service) && rules.allow_own(service.udp) &&
+         rules.allow_own(service.tcp) &&
          (!service.ttl_s || (*service.ttl_s > 0 && *service.ttl_s <= infinite_ttl_s)) &&
          std::ranges::all_of(service.eventgroups,
-                             [&](const Eventgroup& group) { return usable(group, service, v6); });
+                             [&](const Eventgroup& group) { return usable(group, service, rules); });
 }
 
 bool has_duplicates(std::span<const Eventgroup> eventgroups) noexcept {
@@ -63,7 +58,7 @@ bool same_instance(const Entry& entry, const slots::Offer& offer) noexcept {
 }  // namespace
 
 Result<OfferHandle, SdError> ServiceDiscovery::offer(const OfferedService& service, TimePoint now) noexcept {
-  if (!usable(service, rules_.v6())) {
+  if (!usable(service, rules_)) {
     return tl::unexpected{SdError::bad_argument};
   }
   ByteView configuration;
@@ -96,8 +91,6 @@ Result<OfferHandle, SdError> ServiceDiscovery::offer(const OfferedService& servi
     }
     kept = *index;
   }
-  // Asked before the new slot is there, so that it does not join itself.
-  const TimePoint first = first_due(now);
   slots::Offer* const slot = offers_.add();
   if (slot == nullptr) {
     return tl::unexpected{SdError::table_full};
@@ -113,7 +106,7 @@ Result<OfferHandle, SdError> ServiceDiscovery::offer(const OfferedService& servi
   slot->mac_groupcast = service.mac_groupcast;
   slot->configuration = kept;
   if (link_up_) {
-    slot->schedule = OfferSchedule{settings_.timing, first};
+    start(slot->schedule, now);
   }
   for (const Eventgroup& eventgroup : service.eventgroups) {
     slots::OfferedEventgroup* const group = eventgroups_.add();
@@ -159,7 +152,7 @@ Result<void, SdError> ServiceDiscovery::add_subscriber(OfferHandle handle, Event
     return tl::unexpected{SdError::unknown_handle};
   }
   const Eventgroup* const eventgroup = eventgroup_of(*offer, id);
-  if (eventgroup == nullptr || eventgroup->tcp || !usable(client, rules_.v6())) {
+  if (eventgroup == nullptr || eventgroup->tcp || !rules_.allow_own(client)) {
     return tl::unexpected{SdError::bad_argument};
   }
   const auto is_same = [&](const slots::Subscription& other) {
@@ -369,7 +362,8 @@ slots::Subscription* ServiceDiscovery::subscription_of(const slots::Offer& offer
                                                        const EntryOptions& options) const noexcept {
   return subscribers_.find_if([&](const slots::Subscription& slot) {
     return slot.offer == offer.index && slot.peer == peer && slot.eventgroup == entry.eventgroup() &&
-           slot.counter == entry.counter() && slot.udp == options.udp && slot.tcp == options.tcp;
+           slot.counter == entry.counter() && are_same(slot.udp, options.udp) &&
+           are_same(slot.tcp, options.tcp);
   });
 }
 

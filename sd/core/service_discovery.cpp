@@ -61,7 +61,7 @@ const char* to_string(NackReason reason) noexcept {
 
 ServiceDiscovery::ServiceDiscovery(const Settings& settings, const StorageView& storage) noexcept
     : settings_{settings},
-      rules_{settings},
+      rules_{settings_},
       random_{settings.seed},
       offers_{storage.offers},
       eventgroups_{storage.eventgroups},
@@ -116,7 +116,9 @@ slots::PendingEntry* ServiceDiscovery::send(std::uint16_t to, TimePoint due) noe
 
 Event* ServiceDiscovery::next_event() noexcept {
   Event* const event = events_.append();
-  counters_.lost_events += event == nullptr ? 1 : 0;
+  if (event == nullptr) {
+    count(counters_.lost_events);
+  }
   return event;
 }
 
@@ -145,10 +147,10 @@ void ServiceDiscovery::link_up(TimePoint now) noexcept {
   }
   link_up_ = true;
   for (slots::Offer& offer : offers_) {
-    offer.schedule = OfferSchedule{settings_.timing, first_due(now)};
+    start(offer.schedule, now);
   }
   for (slots::Requirement& requirement : requirements_) {
-    requirement.schedule = FindSchedule{settings_.timing, first_due(now)};
+    start(requirement.schedule, now);
   }
 }
 
@@ -199,7 +201,8 @@ void ServiceDiscovery::on_message(const someip::Message& bytes, const Endpoint& 
                                                      : counters_.dropped_malformed);
     return;
   }
-  slots::Peer* const peer = peer_at(sd_endpoint(*message, rules_).value_or(from), now);
+  const std::optional<Endpoint> named = sd_endpoint(*message, rules_);
+  slots::Peer* const peer = peer_at(named ? *named : from, now);
   if (peer == nullptr) {
     count(counters_.dropped_no_room);
     return;

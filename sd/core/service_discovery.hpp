@@ -298,6 +298,10 @@ class ServiceDiscovery {
                   TimePoint now) noexcept;
   void on_entry(const Entry& entry, const Arrival& arrival) noexcept;
   [[nodiscard]] TimePoint first_due(TimePoint now) noexcept;
+  template <typename Schedule>
+  TRESTLE_ONCE void start(Schedule& schedule, TimePoint now) noexcept {
+    schedule.start(settings_.timing, first_due(now));
+  }
   // An entry that is about to be sent, to be filled in; nothing when there is no room, which is counted.
   [[nodiscard]] slots::PendingEntry* send(std::uint16_t to, TimePoint due) noexcept;
   [[nodiscard]] Event* next_event() noexcept;
@@ -355,7 +359,7 @@ class ServiceDiscovery {
   void lose(slots::Remote& remote, LossReason reason, TimePoint now) noexcept;
   [[nodiscard]] bool fits(const slots::Requirement& requirement, const slots::Remote& remote) const noexcept;
   [[nodiscard]] RemoteService service_of(const slots::Remote& remote) const noexcept;
-  [[nodiscard]] Entry find_entry(const slots::Requirement& requirement) const noexcept;
+  TRESTLE_ONCE [[nodiscard]] Entry find_entry(const slots::Requirement& requirement) const noexcept;
   void seek(TimePoint now) noexcept;
 
   // client_side.cpp

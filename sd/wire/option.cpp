@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cstring>
 
 namespace trestle::sd {
 using someip::ByteReader;
@@ -24,7 +25,7 @@ ByteView bytes_of(std::string_view characters) noexcept {
 }
 
 // Printable ASCII without '=', and not only blanks.  [feat_req_someipsd_162]
-bool is_key(std::string_view key) noexcept {
+TRESTLE_ONCE bool is_key(std::string_view key) noexcept {
   const auto allowed = [](char c) { return c >= 0x20 && c <= 0x7e && c != '='; };
   return std::ranges::all_of(key, allowed) && std::ranges::any_of(key, [](char c) { return c != ' '; });
 }
@@ -145,8 +146,7 @@ Result<EndpointOption> EndpointOption::decode(const Option& option) noexcept {
   result.flags = in.u8();
   result.endpoint.address.v6 = v6;
   const ByteView address = in.take(v6 ? 16 : 4);
-  std::ranges::transform(address, result.endpoint.address.bytes.begin(),
-                         [](std::byte byte) { return std::to_integer<std::uint8_t>(byte); });
+  std::memcpy(result.endpoint.address.bytes.data(), address.data(), address.size());
   result.reserved = in.u8();
   result.transport = Transport{in.u8()};
   result.endpoint.port = in.u16();
@@ -199,20 +199,17 @@ Result<MacGroupcastOption> MacGroupcastOption::decode(const Option& option) noex
   if (option.body.size() < mac_groupcast_min_body_bytes) {
     return tl::unexpected{WireError::bad_option_length};
   }
-  const auto copy = [](ByteView from, auto& to) {
-    std::ranges::transform(from, to.begin(),
-                           [](std::byte byte) { return std::to_integer<std::uint8_t>(byte); });
-  };
   ByteReader in{option.body};
   MacGroupcastOption result;
   result.flags = in.u8();
-  copy(in.take(result.address.size()), result.address);
+  const ByteView address = in.take(result.address.size());
+  std::memcpy(result.address.data(), address.data(), address.size());
   result.protocol = in.u16();
   if (in.rest().size() > max_identifier_bytes) {
     return tl::unexpected{WireError::no_room};
   }
   result.identifier_bytes = static_cast<std::uint8_t>(in.rest().size());
-  copy(in.rest(), result.identifier);
+  std::memcpy(result.identifier.data(), in.rest().data(), in.rest().size());
   return result;
 }
 

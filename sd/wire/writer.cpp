@@ -64,7 +64,7 @@ SdWriter::Place SdWriter::locate(std::span<const Option> run, bool may_continue_
   return {option_count_, 0};
 }
 
-bool SdWriter::add(Entry entry, std::span<const Option> options) noexcept {
+bool SdWriter::add(const Entry& entry, std::span<const Option> options) noexcept {
   if (options.size() > 2 * max_run || !std::ranges::all_of(options, length_fits)) {
     return false;
   }
@@ -104,9 +104,10 @@ bool SdWriter::add(Entry entry, std::span<const Option> options) noexcept {
   ++entry_count_;
   append(options.subspan(best->first.shared, added_first));
   append(options.subspan(best->cut + best->second.shared));
-  entry.first_run = run_of(best->first.index, best->cut);
-  entry.second_run = run_of(best->second.index, options.size() - best->cut);
-  encode(entry, room_.subspan(entries_end() - entry_bytes).first<entry_bytes>());
+  Entry written = entry;
+  written.first_run = run_of(best->first.index, best->cut);
+  written.second_run = run_of(best->second.index, options.size() - best->cut);
+  encode(written, room_.subspan(entries_end() - entry_bytes).first<entry_bytes>());
   return true;
 }
 

@@ -21,7 +21,7 @@ class SdWriter {
   /// here: options that the message has already are shared [feat_req_someipsd_900], empty runs get index 0
   /// [feat_req_someipsd_348].
   /// @return false when it does not fit: the message is as it was.
-  [[nodiscard]] bool add(Entry entry, std::span<const Option> options) noexcept;
+  [[nodiscard]] bool add(const Entry& entry, std::span<const Option> options) noexcept;
 
   /// Adds an option that no entry references, such as an SD endpoint option, which has to be the first of its
   /// message: call this before add().  [feat_req_someipsd_1151] [feat_req_someipsd_1114]

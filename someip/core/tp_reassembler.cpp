@@ -218,11 +218,11 @@ TpReassembler::Outcome TpReassembler::add(TpSlot& slot, const TpView& segment, R
   if (slot.gap_count_ == 0 && slot.end_ == slot.high_water_) {
     finish(slot, now);
     ++counters_.messages;
-    Header header = slot.header_;
-    header.type = without_tp(header.type);  // [feat_req_someiptp_785]
-    header.return_code = code;
-    return Reassembled{header, ByteView{slot.buffer_.first(slot.high_water_)}, slot.from_,
-                       static_cast<std::size_t>(&slot - slots_.data())};
+    Reassembled whole{slot.header_, ByteView{slot.buffer_.first(slot.high_water_)}, slot.from_,
+                      static_cast<std::size_t>(&slot - slots_.data())};
+    whole.header.type = without_tp(whole.header.type);  // [feat_req_someiptp_785]
+    whole.header.return_code = code;
+    return whole;
   }
   if (!used) {
     return drop(TpDrop::overlap);

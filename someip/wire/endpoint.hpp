@@ -2,6 +2,9 @@
 #include <array>
 #include <compare>
 #include <cstdint>
+#include <optional>
+
+#include "someip/wire/types.hpp"
 
 namespace trestle {
 
@@ -21,6 +24,8 @@ struct IpAddress {
   [[nodiscard]] constexpr bool is_unspecified() const noexcept {
     return bytes == std::array<std::uint8_t, 16>{};
   }
+  /// Neither of a group nor of nobody.
+  [[nodiscard]] constexpr bool is_unicast() const noexcept { return !is_multicast() && !is_unspecified(); }
   friend constexpr auto operator<=>(const IpAddress&, const IpAddress&) = default;
 };
 
@@ -30,6 +35,13 @@ struct alignas(4) Endpoint {
   std::uint16_t port = 0;
   friend constexpr auto operator<=>(const Endpoint&, const Endpoint&) = default;
 };
+
+/// Whether both are the same endpoint, or none. Not by the operator of std::optional, which GCC inlines anew
+/// wherever it stands.
+[[nodiscard]] TRESTLE_ONCE constexpr bool are_same(const std::optional<Endpoint>& a,
+                                                   const std::optional<Endpoint>& b) noexcept {
+  return a == b;
+}
 
 /// The protocol of an endpoint, with its number in SD options.  [feat_req_someipsd_128]
 enum class Transport : std::uint8_t { tcp = 0x06, udp = 0x11 };

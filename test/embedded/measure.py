@@ -4,7 +4,7 @@
                                  between its two markers, or writes that
 
 Sizes may grow by 2 % before they have to be written anew; no fewer tests than written may have passed, and
-the goal of RAM has to be kept. Figures of another compiler than the one of the page are not compared.
+the goals of text and RAM have to be kept. Figures of another compiler than the one of the page are not compared.
 """
 import argparse
 import collections
@@ -189,6 +189,8 @@ def compare(old, new):
         elif key[1].startswith("tests on"):
             if after[key] < before[key]:
                 yield f"{key[1]}: {after[key][0]} passed, the page says {before[key][0]}"
+        elif key[1] == "together" and after[key][0] > TEXT_GOAL:
+            yield f"{after[key][0]} bytes of text are more than the goal of {TEXT_GOAL}"
         elif any(b > a * GROWTH for a, b in zip(before[key], after[key])):
             yield f"{key[1]}: {after[key]}, more than 2 % above {before[key]} of the page"
 

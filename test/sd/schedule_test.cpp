@@ -15,6 +15,13 @@ using testing::ElementsAre;
 
 constexpr TimePoint start{100s};
 
+template <typename Schedule>
+Schedule started(const Timing& timing, TimePoint first) {
+  Schedule schedule;
+  schedule.start(timing, first);
+  return schedule;
+}
+
 // When messages are sent, from the start on, as long as the schedule has a deadline.
 template <typename Schedule>
 std::vector<std::chrono::milliseconds> send_times(Schedule& schedule, std::size_t count) {
@@ -34,7 +41,7 @@ TEST(OfferSchedule, DoublesTheWaitAfterEachRepetition) {
           "feat_req_someipsd_73", "feat_req_someipsd_75", "feat_req_someipsd_76", "feat_req_someipsd_79",
           "feat_req_someipsd_80"});
   const Timing timing{.repetitions_base_delay = 30ms, .repetitions_max = 2, .cyclic_offer_delay = 1s};
-  OfferSchedule offers{timing, start + 10ms};
+  auto offers = started<OfferSchedule>(timing, start + 10ms);
   EXPECT_EQ(offers.phase(), Phase::initial_wait);
   // 10 ms initial wait, then 30 ms, then 2 x 30 ms, then the cyclic delay.
   EXPECT_THAT(send_times(offers, 5), ElementsAre(10ms, 40ms, 100ms, 1100ms, 2100ms));
@@ -43,21 +50,21 @@ TEST(OfferSchedule, DoublesTheWaitAfterEachRepetition) {
 
 TEST(OfferSchedule, SkipsTheRepetitionPhaseWithoutRepetitions) {
   covers({"feat_req_someipsd_74"});
-  OfferSchedule offers{{.repetitions_max = 0, .cyclic_offer_delay = 1s}, start};
+  auto offers = started<OfferSchedule>({.repetitions_max = 0, .cyclic_offer_delay = 1s}, start);
   EXPECT_THAT(send_times(offers, 3), ElementsAre(0ms, 1000ms, 2000ms));
 }
 
 TEST(OfferSchedule, EndsAfterTheRepetitionsWithoutACycle) {
   covers({"feat_req_someipsd_79"});
-  OfferSchedule offers{{.repetitions_base_delay = 30ms, .repetitions_max = 1, .cyclic_offer_delay = 0s},
-                       start};
+  auto offers = started<OfferSchedule>(
+      {.repetitions_base_delay = 30ms, .repetitions_max = 1, .cyclic_offer_delay = 0s}, start);
   EXPECT_THAT(send_times(offers, 9), ElementsAre(0ms, 30ms));
   EXPECT_EQ(offers.phase(), Phase::main);
 }
 
 TEST(OfferSchedule, DoesNotCatchUpWithABurstAfterAStall) {
   covers({"feat_req_someipsd_81"});
-  OfferSchedule offers{{.repetitions_max = 0, .cyclic_offer_delay = 1s}, start};
+  auto offers = started<OfferSchedule>({.repetitions_max = 0, .cyclic_offer_delay = 1s}, start);
   ASSERT_TRUE(offers.on_time(start));
   EXPECT_TRUE(offers.on_time(start + 10s));
   EXPECT_FALSE(offers.on_time(start + 10s));
@@ -65,7 +72,7 @@ TEST(OfferSchedule, DoesNotCatchUpWithABurstAfterAStall) {
 }
 
 TEST(OfferSchedule, SurvivesTheMostRepetitionsThereCanBe) {
-  OfferSchedule offers{{.repetitions_base_delay = 1h, .repetitions_max = 255}, start};
+  auto offers = started<OfferSchedule>({.repetitions_base_delay = 1h, .repetitions_max = 255}, start);
   EXPECT_EQ(send_times(offers, 300).size(), 300U);
 }
 
@@ -77,14 +84,14 @@ TEST(OfferSchedule, IsSilentWhileDown) {
 
 TEST(FindSchedule, FallsSilentInTheMainPhase) {
   covers({"feat_req_someipsd_866", "feat_req_someipsd_73", "feat_req_someipsd_76"});
-  FindSchedule finds{{.repetitions_base_delay = 30ms, .repetitions_max = 3}, start + 10ms};
+  auto finds = started<FindSchedule>({.repetitions_base_delay = 30ms, .repetitions_max = 3}, start + 10ms);
   EXPECT_THAT(send_times(finds, 9), ElementsAre(10ms, 40ms, 100ms, 220ms));
   EXPECT_EQ(finds.phase(), Phase::main);
 }
 
 TEST(FindSchedule, StopsWhenTheServiceIsFound) {
   covers({"feat_req_someipsd_867", "feat_req_someipsd_238"});
-  FindSchedule finds{{.repetitions_base_delay = 30ms, .repetitions_max = 3}, start};
+  auto finds = started<FindSchedule>({.repetitions_base_delay = 30ms, .repetitions_max = 3}, start);
   ASSERT_TRUE(finds.on_time(start));
   finds.found();
   EXPECT_EQ(finds.deadline(), never);
@@ -93,10 +100,10 @@ TEST(FindSchedule, StopsWhenTheServiceIsFound) {
 
 TEST(FindSchedule, SendsAtLeastOneWhenThereMayBeMoreInstances) {
   covers({"feat_req_someipsd_239"});
-  FindSchedule finds{{.repetitions_base_delay = 30ms, .repetitions_max = 3}, start};
+  auto finds = started<FindSchedule>({.repetitions_base_delay = 30ms, .repetitions_max = 3}, start);
   finds.found_some();
   EXPECT_THAT(send_times(finds, 9), ElementsAre(0ms));
-  FindSchedule later{{.repetitions_base_delay = 30ms, .repetitions_max = 3}, start};
+  auto later = started<FindSchedule>({.repetitions_base_delay = 30ms, .repetitions_max = 3}, start);
   ASSERT_TRUE(later.on_time(start));
   later.found_some();
   EXPECT_EQ(later.deadline(), never);
