@@ -266,7 +266,7 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
       count(counters_.ignored_no_room);
       return;
     }
-    static_cast<SlotBase&>(offered) = *remote;
+    static_cast<SlotBase&>(offered) = static_cast<const SlotBase&>(*remote);
     *remote = offered;
   }
   remote->load_balancing = offered.load_balancing;
