@@ -110,7 +110,8 @@ TEST_F(EventsTest, AreRefusedToWhoLacksAnEndpointThatIsNeeded) {
   const SubscriptionId subscription = client.subscribe(wanted(group, true, false), collect());
   EXPECT_TRUE(run_until([&] {
     return std::ranges::any_of(client_log, [](const std::string& line) {
-      return line.find("refused by the server") != std::string::npos;
+      return line.find("refused by the server; ") != std::string::npos &&
+             line.ends_with("a TCP endpoint, too");
     });
   }));
   EXPECT_FALSE(client.subscribed(subscription));
