@@ -108,6 +108,9 @@ inline std::vector<bridge::MessageRules> all_type_rules() {
   rules[3].payload.string_encoding = someip::StringEncoding::utf16le;
   rules[3].payload.byte_order = std::endian::little;
   rules[3].payload.cut_longer_arrays = false;
+  rules[3].types["fuzz_msgs/msg/Shape"].byte_orders = {{"flags", std::endian::big},
+                                                       {"wide", std::endian::big}};
+  rules[4].types["fuzz_msgs/msg/Block"].byte_orders = {{"b", std::endian::little}};
   rules[4].payload.string_terminator = rules[4].payload.string_bom = false;
   rules[4].payload.alignment = 4;
   return rules;

@@ -28,7 +28,7 @@ struct Texts {
 struct Numbers {
   bool flag = false;
   std::vector<std::uint8_t> bytes;
-  std::array<std::int32_t, 2> pair{};
+  LittleEndian<std::array<std::int32_t, 2>> pair{};
   std::map<std::uint8_t, std::uint16_t> map;
 };
 using Choice = std::variant<std::monostate, std::uint8_t, Point, FixedString<9>>;

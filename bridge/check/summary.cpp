@@ -74,6 +74,9 @@ std::string describe(const MessageRules& rules) {
     if (!type.fixed_strings.empty()) {
       text += fmt::format("; {} has strings of fixed size", name);
     }
+    if (!type.byte_orders.empty()) {
+      text += fmt::format("; {} has fields with a byte order of their own", name);
+    }
   }
   return text;
 }

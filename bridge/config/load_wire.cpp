@@ -13,6 +13,10 @@ using someip::FieldWidth;
 using someip::PayloadRules;
 using someip::StringEncoding;
 
+Format<std::endian> byte_order() {
+  return one_of<std::endian>({{"big", std::endian::big}, {"little", std::endian::little}});
+}
+
 Format<FieldWidth> field_width() {
   auto format = one_of<FieldWidth>({{"0", FieldWidth::none},
                                     {"8", FieldWidth::bits8},
@@ -25,8 +29,7 @@ Format<FieldWidth> field_width() {
 void load_payload_rules(Section& wire, PayloadRules& rules) {
   // The one profile there is: a named starting point for the rest, instead of the specification's defaults.
   wire.read("profile", one_of<PayloadRules>({{"commonapi", someip::commonapi_rules}}), rules);
-  wire.read("byte_order", one_of<std::endian>({{"big", std::endian::big}, {"little", std::endian::little}}),
-            rules.byte_order);
+  wire.read("byte_order", byte_order(), rules.byte_order);
   wire.read("length_order", one_of<bool>({{"big", true}, {"as_payload", false}}),
             rules.length_fields_always_big);
   wire.read("array_length", field_width(), rules.array_length);
@@ -56,7 +59,7 @@ void load_payload_rules(Section& wire, PayloadRules& rules) {
   wire.read("longer_arrays", one_of<bool>({{"cut", true}, {"refuse", false}}), rules.cut_longer_arrays);
 }
 
-/// A mapping from fields to numbers.
+/// A mapping from fields to what each has.
 template <typename T>
 void load_fields(Section& type, const char* key, const Format<T>& format,
                  std::map<std::string, T, std::less<>>& into, Problems& problems) {
@@ -83,6 +86,7 @@ void load_type(const YAML::Node& node, const std::string& name, TypeRules& rules
   load_fields(type, "tags", as<someip::DataId>(id_number(0, someip::max_data_id)), rules.tags, problems);
   load_fields(type, "fixed_strings", as<std::uint32_t>(whole_number(1, 65535)), rules.fixed_strings,
               problems);
+  load_fields(type, "byte_orders", byte_order(), rules.byte_orders, problems);
   type.finish();
 }
 

@@ -135,7 +135,8 @@ class CdrToSomeip {
         if (from + bytes > size || bytes > space) {
           break;
         }
-        copy_few_numbers(to, in + from, static_cast<std::size_t>(op->count), op->width, swap_);
+        copy_few_numbers(to, in + from, static_cast<std::size_t>(op->count), op->width,
+                         swap_ != op->other_order);
         at = from + bytes;
         to += bytes;
       } else if (op->kind == Op::Kind::string && plain_strings_ && op->fixed_bytes == 0) {
@@ -178,7 +179,7 @@ class CdrToSomeip {
       const std::size_t there = left() / op.width;
       return failure_.set(ConversionFault::truncated, at_ + there * op.width, i, there);
     }
-    put_numbers(static_cast<std::size_t>(op.count), op.width);
+    put_numbers(static_cast<std::size_t>(op.count), op);
     return true;
   }
 
@@ -214,7 +215,7 @@ class CdrToSomeip {
       number |= value << bit;
     }
     at_ += count;
-    store_number(out_.room(op.width), op.width, number, rules_.byte_order);
+    store_number(out_.room(op.width), op.width, number, number_order(rules_, op));
     return true;
   }
 
@@ -240,7 +241,7 @@ class CdrToSomeip {
         return false;
       }
     } else {
-      put_numbers(numbers, op.width);
+      put_numbers(numbers, op);
     }
     pad();
     return true;
@@ -534,9 +535,10 @@ class CdrToSomeip {
   // Writing SOME/IP
 
   /// Moves numbers over; that they are there has been checked.
-  void put_numbers(std::size_t count, std::size_t width) {
+  void put_numbers(std::size_t count, const Op& op) {
+    const std::size_t width = op.width;
     const std::size_t bytes = count * width;
-    if (width == 1 || !swap_) {
+    if (width == 1 || swap_ == op.other_order) {
       out_.put(in_.subspan(std::min(at_, in_.size()), bytes));
     } else if (bytes <= most_quick_bytes) {
       copy_few_numbers(out_.room(bytes), in_.data() + at_, count, width, true);
@@ -581,7 +583,7 @@ class CdrToSomeip {
   ByteView in_;         ///< the body: alignment counts from its front
   std::size_t at_ = 0;  ///< may lie behind the end after align()
   std::endian order_;   ///< of the CDR
-  bool swap_;           ///< numbers differ in byte order
+  bool swap_;           ///< numbers differ in byte order, unless the operation's is the other one
   StringFrame strings_;
   StringFrame wide_strings_;
   bool plain_strings_;  ///< UTF-8, and nothing behind them

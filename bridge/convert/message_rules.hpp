@@ -1,4 +1,5 @@
 #pragma once
+#include <bit>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -24,6 +25,10 @@ struct TypeRules {
   std::map<std::string, someip::DataId, std::less<>> tags{};
   /// Strings that take a fixed number of bytes, BOM and terminator included.
   std::map<std::string, std::uint32_t, std::less<>> fixed_strings{};
+  /// Of all numbers in a field, those of arrays and nested messages among them, unless rules of the nested
+  /// message's type say otherwise. Fields that are not named follow what holds the message, at last
+  /// PayloadRules::byte_order.  [feat_req_someip_224]
+  std::map<std::string, std::endian, std::less<>> byte_orders{};
   friend bool operator==(const TypeRules&, const TypeRules&) = default;
 };
 

@@ -40,7 +40,7 @@ bool is_optional(const FieldType& type) {
 class Compiler {
  public:
   Compiler(const TypeTree& tree, const MessageRules& rules)
-      : tree_{tree}, rules_{rules}, payload_{rules.payload} {
+      : tree_{tree}, rules_{rules}, payload_{rules.payload}, order_{rules.payload.byte_order} {
     program_.rules = rules.payload;
   }
 
@@ -88,14 +88,21 @@ class Compiler {
       const auto has_field = [&](const std::string& field) {
         return std::ranges::find(used->fields, field, &Field::name) != used->fields.end();
       };
-      for (const auto& [field, id] : own.tags) {
-        if (!has_field(field)) {
-          complain(fmt::format("{} has no field {}, for which there is a tag", name, field));
+      const auto expect_fields = [&](const auto& rules, const char* what) {
+        for (const auto& [field, rule] : rules) {
+          if (!has_field(field)) {
+            complain(fmt::format("{} has no field {}, for which there is a {}", name, field, what));
+          }
         }
-      }
-      for (const auto& [field, bytes] : own.fixed_strings) {
-        if (!has_field(field)) {
-          complain(fmt::format("{} has no field {}, for which there is a size", name, field));
+      };
+      expect_fields(own.tags, "tag");
+      expect_fields(own.fixed_strings, "size");
+      expect_fields(own.byte_orders, "byte order");
+      for (const Field& field : used->fields) {
+        if (own.byte_orders.contains(field.name) && field.type.primitive &&
+            width(*field.type.primitive) < 2) {
+          complain(fmt::format("{} has a byte order for {}, which has no numbers of several bytes", name,
+                               field.name));
         }
       }
       if (own.form != TypeRules::Form::structure && !(own.tags.empty() && own.fixed_strings.empty())) {
@@ -214,7 +221,17 @@ class Compiler {
         complain(fmt::format("{} has a fixed size of bytes, but is no string", path));
       }
     }
-    return array(field.type, path, is_tagged);
+    const std::endian outer = order_;
+    if (own != nullptr && own->byte_orders.contains(field.name)) {
+      order_ = own->byte_orders.find(field.name)->second;
+    }
+    const Least least = array(field.type, path, is_tagged);
+    order_ = outer;
+    return least;
+  }
+
+  [[nodiscard]] bool is_other_order(std::uint8_t number_width) const {
+    return number_width > 1 && order_ != payload_.byte_order;
   }
 
   Least array(const FieldType& type, const std::string& path, bool is_tagged) {
@@ -247,12 +264,15 @@ class Compiler {
     }
     switch (*type.primitive) {
       case Primitive::boolean:
-        return run(Op::Kind::bools, 1, 1, {.path = path});
+        return run({.kind = Op::Kind::bools}, 1, {.path = path});
       case Primitive::string:
       case Primitive::wstring:
         return string(*type.primitive, type.string_bound, path, is_tagged);
-      default:
-        return run(Op::Kind::numbers, width(*type.primitive), 1, {.path = path});
+      default: {
+        const std::uint8_t bytes = width(*type.primitive);
+        return run({.kind = Op::Kind::numbers, .width = bytes, .other_order = is_other_order(bytes)}, 1,
+                   {.path = path});
+      }
     }
   }
 
@@ -280,19 +300,20 @@ class Compiler {
     return {4, bytes(width) + fixed_bytes_};
   }
 
-  /// Numbers or booleans; one operation with those just before where they are alike.
-  Least run(Op::Kind kind, std::uint8_t number_width, std::uint64_t count, Label label) {
-    const Least least{times(count, number_width), times(count, number_width)};
+  /// Numbers or booleans like `op`; one operation with those just before where they are alike.
+  Least run(Op op, std::uint64_t count, Label label) {
+    const Least least{times(count, op.width), times(count, op.width)};
     if (program_.ops.size() > barrier_) {
       Op& last = program_.ops.back();
-      if (last.kind == kind && last.width == number_width) {
+      if (last.kind == op.kind && last.width == op.width && last.other_order == op.other_order) {
         label.first = last.count;
         last.count += count;
         program_.labels.back().push_back(std::move(label));
         return least;
       }
     }
-    append({.kind = kind, .width = number_width, .count = count}, std::move(label));
+    op.count = count;
+    append(op, std::move(label));
     return least;
   }
 
@@ -302,8 +323,7 @@ class Compiler {
     if (const auto inner = only_run(op)) {
       drop_from(op);
       barrier_ = barrier;
-      run(inner->kind, inner->width, times(inner->count, type.array_size),
-          {.stride = inner->count, .path = path});
+      run(*inner, times(inner->count, type.array_size), {.stride = inner->count, .path = path});
     }
     return {times(least.cdr, type.array_size), times(least.someip, type.array_size)};
   }
@@ -320,6 +340,7 @@ class Compiler {
       append({.kind = inner->kind == Op::Kind::bools ? Op::Kind::bool_sequence : Op::Kind::number_sequence,
               .width = inner->width,
               .length = width,
+              .other_order = inner->other_order,
               .count = inner->count,
               .bound = bound},
              {.stride = inner->count, .path = path});
@@ -428,8 +449,8 @@ class Compiler {
                          [&] {
                            FieldType alone = one.type;
                            alone.array = ArrayKind::none;
-                           fixed_bytes_ = 0;
-                           data = array(alone, name + "[]", false);
+                           data = field(definition, {.name = one.name, .type = alone, .default_value = {}},
+                                        name + "[]", false);
                            return Least{4, 0};
                          }),
                 name);
@@ -481,7 +502,7 @@ class Compiler {
         return;
       }
       const bool is_array = one.type.array == ArrayKind::fixed;
-      run(Op::Kind::bools, 1, is_array ? one.type.array_size : 1,
+      run({.kind = Op::Kind::bools}, is_array ? one.type.array_size : 1,
           {.stride = is_array ? std::uint64_t{1} : 0, .path = name});
     });
     if (!complaint_.empty()) {
@@ -494,6 +515,7 @@ class Compiler {
     }
     all.kind = Op::Kind::bits;  // [feat_req_someip_689]
     all.width = width;
+    all.other_order = is_other_order(width);
     barrier_ = program_.ops.size();
     return {all.count, width};
   }
@@ -562,6 +584,7 @@ class Compiler {
   Program program_;
   std::size_t barrier_ = 0;  ///< operations before this one are complete: nothing joins them
   std::size_t fields_ = 0;
+  std::endian order_;              ///< of the numbers of the field at hand
   std::uint32_t fixed_bytes_ = 0;  ///< of the strings of the field at hand
   std::string complaint_;
 };

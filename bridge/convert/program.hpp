@@ -38,6 +38,7 @@ struct Op {
   bool optional = false;                                 ///< member: in CDR none or one of it
   bool may_miss = false;          ///< field, member: SOME/IP may do without it, and CDR gets the default
   bool is_tagged = false;         ///< choice: the length field counts the type field too
+  bool other_order = false;       ///< numbers, bits, number_sequence: not in the byte order of the rules
   someip::DataId id{};            ///< member
   std::uint32_t end = 0;          ///< the body is the operations from the next one up to here
   std::uint32_t default_at = 0;   ///< field, member: in `defaults`; beyond them: zero

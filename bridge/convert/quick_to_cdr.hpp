@@ -19,7 +19,7 @@ struct QuickSource {
 
   const Program& program;
   const std::byte* in;
-  bool swap;  ///< numbers differ in byte order
+  bool swap;  ///< numbers differ in byte order, unless the operation's is the other one
   const StringFrame& strings;
   bool plain_strings;  ///< UTF-8, and no padding behind them
 };
@@ -57,7 +57,7 @@ inline std::size_t quick_to_cdr(const QuickSource& source, std::size_t i, std::s
         break;
       }
       align_to(op->width);
-      copy_few_numbers(to, in + at, static_cast<std::size_t>(op->count), op->width, swap);
+      copy_few_numbers(to, in + at, static_cast<std::size_t>(op->count), op->width, swap != op->other_order);
       at += bytes;
       to += bytes;
     } else if (op->kind == Op::Kind::string && source.plain_strings && op->fixed_bytes == 0) {

@@ -115,7 +115,7 @@ class SomeipToCdr {
       const std::size_t there = left() / op.width;
       return failure_.set(ConversionFault::truncated, at_ + there * op.width, i, there);
     }
-    put_numbers(static_cast<std::size_t>(op.count), op.width);
+    put_numbers(static_cast<std::size_t>(op.count), op);
     return true;
   }
 
@@ -132,7 +132,7 @@ class SomeipToCdr {
     if (op.width > left()) {
       return failure_.set(ConversionFault::truncated, at_, i);
     }
-    const std::uint64_t number = load_number(in_ + at_, op.width, rules_.byte_order);
+    const std::uint64_t number = load_number(in_ + at_, op.width, number_order(rules_, op));
     at_ += op.width;
     const auto count = static_cast<std::size_t>(op.count);
     std::byte* const to = out_.room(count);
@@ -163,7 +163,7 @@ class SomeipToCdr {
     if (op.kind == Op::Kind::bool_sequence) {
       put_bools(static_cast<std::size_t>(elements * op.count));
     } else if (elements > 0) {
-      put_numbers(static_cast<std::size_t>(elements * op.count), op.width);
+      put_numbers(static_cast<std::size_t>(elements * op.count), op);
     }
     at_ = end;
     skip_padding();
@@ -542,10 +542,11 @@ class SomeipToCdr {
   void write(ByteView bytes) { copy_few(out_.room(bytes.size()), bytes.data(), bytes.size()); }
 
   /// Moves numbers over; that they are there has been checked.
-  void put_numbers(std::size_t count, std::size_t width) {
+  void put_numbers(std::size_t count, const Op& op) {
+    const std::size_t width = op.width;
     const std::size_t bytes = count * width;
     align(width);
-    if (width == 1 || !swap_) {
+    if (width == 1 || swap_ == op.other_order) {
       out_.put({in_ + at_, bytes});
     } else if (bytes <= most_quick_bytes) {
       copy_few_numbers(out_.room(bytes), in_ + at_, count, width, true);
@@ -572,7 +573,7 @@ class SomeipToCdr {
   std::size_t at_ = 0;
   std::size_t limit_;  ///< end of the array or struct that is being read, else of the payload
   std::optional<FieldWidth> announced_;  ///< by a tag: of the length field that comes next
-  bool swap_;                            ///< numbers differ in byte order
+  bool swap_;  ///< numbers differ in byte order, unless the operation's is the other one
   StringFrame strings_;
   StringFrame wide_strings_;
   QuickSource source_;

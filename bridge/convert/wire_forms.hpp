@@ -33,6 +33,12 @@ inline void store_u32(std::byte* to, std::uint32_t number, std::endian order) no
   return rules.length_fields_always_big ? std::endian::big : rules.byte_order;
 }
 
+/// Of the numbers of one operation.  [feat_req_someip_224]
+[[nodiscard]] constexpr std::endian number_order(const someip::PayloadRules& rules, const Op& op) noexcept {
+  const bool is_big = (rules.byte_order == std::endian::big) != op.other_order;
+  return is_big ? std::endian::big : std::endian::little;
+}
+
 /// Whether a length field of this width can say `length`; FieldWidth::none only says 0.
 [[nodiscard]] constexpr bool fits(someip::FieldWidth width, std::size_t length) noexcept {
   return length <= (std::uint64_t{1} << (8U * bytes(width))) - 1;

@@ -161,6 +161,10 @@ void read(Source& from, T& value) {
   } else if constexpr (std::is_same_v<T, std::u16string>) {
     const StringEncoding encoding = utf16_encoding(from.rules);
     value = to_utf16(in.string(from.room_for(encoding), encoding));
+  } else if constexpr (byte_order_of<T>) {
+    const std::endian before = in.byte_order(*byte_order_of<T>);
+    read(from, value.value);
+    in.byte_order(before);
   } else if constexpr (is_fixed_string<T>) {
     value.text = in.fixed_string(fixed_string_bytes<T>, from.room_for(from.rules.string_encoding));
   } else if constexpr (is_bytes<T>) {

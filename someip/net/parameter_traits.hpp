@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "someip/net/fixed_string.hpp"
+#include "someip/net/in_byte_order.hpp"
 #include "someip/wire/payload_rules.hpp"
 #include "someip/wire/tag.hpp"
 
@@ -32,6 +33,10 @@ template <typename T>
 inline constexpr bool is_fixed_string = false;
 template <std::size_t size>
 inline constexpr bool is_fixed_string<FixedString<size>> = true;
+template <typename T>
+inline constexpr std::optional<std::endian> byte_order_of = std::nullopt;
+template <typename T, std::endian order>
+inline constexpr std::optional<std::endian> byte_order_of<InByteOrder<T, order>> = order;
 template <typename T>
 inline constexpr bool is_bytes =
     std::is_same_v<T, std::vector<std::byte>> || std::is_same_v<T, std::vector<std::uint8_t>>;
@@ -140,6 +145,8 @@ std::optional<std::size_t> fixed_bytes(const PayloadRules& rules) {
     return sizeof(T);
   } else if constexpr (std::is_same_v<T, std::monostate>) {
     return 0;
+  } else if constexpr (byte_order_of<T>) {
+    return fixed_bytes<decltype(T::value)>(rules);
   } else if constexpr (is_fixed_string<T>) {
     return fixed_string_bytes<T>;
   } else if constexpr (is_array<T>) {

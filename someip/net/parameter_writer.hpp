@@ -105,6 +105,10 @@ void write(Sink& to, const T& value) {
     out.string(value);
   } else if constexpr (std::is_convertible_v<const T&, std::u16string_view>) {
     out.string(to_utf8(value), utf16_encoding(to.rules));
+  } else if constexpr (byte_order_of<T>) {
+    const std::endian before = out.byte_order(*byte_order_of<T>);
+    write(to, value.value);
+    out.byte_order(before);
   } else if constexpr (is_fixed_string<T>) {
     out.fixed_string(value.text, fixed_string_bytes<T>);
   } else if constexpr (is_bytes<T>) {

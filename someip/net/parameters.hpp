@@ -11,6 +11,7 @@
 ///     std::string                                a string of any length, in the encoding that the rules say
 ///     std::u16string                             one in UTF-16, whatever they say
 ///     FixedString<N>                             a string of N bytes
+///     LittleEndian<T>, BigEndian<T>              a T in its own byte order, whatever the rules say
 ///     std::vector<T>                             an array of any size
 ///     std::array<T, N>                           an array whose size is fixed
 ///     std::map<K, V>                             an array of structs of key and value

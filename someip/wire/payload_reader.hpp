@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include "someip/wire/bytes.hpp"
 #include "someip/wire/header.hpp"
@@ -56,7 +57,11 @@ class PayloadReader {
   };
 
   explicit PayloadReader(ByteView payload, const PayloadRules& rules = {}) noexcept
-      : payload_{payload}, rules_{rules}, limit_{payload.size()} {}
+      : payload_{payload}, rules_{rules}, number_order_{rules.byte_order}, limit_{payload.size()} {}
+
+  /// From here on numbers have this byte order: see PayloadWriter::byte_order().  [feat_req_someip_224]
+  /// @return the byte order before.
+  std::endian byte_order(std::endian order) noexcept { return std::exchange(number_order_, order); }
 
   /// Only the lowest bit counts.  [feat_req_someip_817]
   bool boolean() noexcept { return (u8() & 1U) != 0; }
@@ -130,7 +135,7 @@ class PayloadReader {
       expect_number(sizeof(T));
     }
     const ByteView bytes = take(sizeof(T));
-    return bytes.empty() ? T{0} : load<T>(bytes.data(), rules_.byte_order);
+    return bytes.empty() ? T{0} : load<T>(bytes.data(), number_order_);
   }
   void expect_number(std::size_t bytes) noexcept;
   ByteView take(std::size_t size) noexcept;
@@ -144,6 +149,7 @@ class PayloadReader {
 
   ByteView payload_;
   PayloadRules rules_;
+  std::endian number_order_;
   std::size_t position_ = 0;
   std::size_t limit_;  ///< where the innermost element with a length field ends
   std::optional<WireError> error_;

@@ -21,8 +21,8 @@ enum class StringEncoding : std::uint8_t { utf8, utf16le, utf16be };
 /// arrays, strings and unions, none before structs and fixed-size arrays, strings in UTF-8 with BOM and
 /// terminator, no alignment. Of little endian payloads the two think differently: see commonapi_rules.
 struct PayloadRules {
-  /// Of all numbers, enumerations and bit fields. Tags are always big endian, UTF-16 is as `string_encoding`
-  /// says.
+  /// Of all numbers, enumerations and bit fields, except where writers and readers are told otherwise of a
+  /// single parameter. Tags are always big endian, UTF-16 is as `string_encoding` says.
   std::endian byte_order = std::endian::big;
   /// Length fields, and the type fields of unions, are big endian whatever the payload is
   /// [feat_req_someip_675]; else they follow `byte_order`.

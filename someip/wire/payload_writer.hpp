@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include "someip/wire/bytes.hpp"
 #include "someip/wire/header.hpp"
@@ -37,7 +38,13 @@ class PayloadWriter {
   };
 
   explicit PayloadWriter(ByteSpan room, const PayloadRules& rules = {}) noexcept
-      : room_{room}, rules_{rules} {}
+      : room_{room}, rules_{rules}, number_order_{rules.byte_order} {}
+
+  /// From here on numbers have this byte order, for parameters whose order is not that of the rules; length
+  /// and type fields keep that of the rules.  [feat_req_someip_224]
+  /// @return the byte order before, to go back to:
+  ///         `const auto before = out.byte_order(std::endian::little); out.u32(id); out.byte_order(before);`
+  std::endian byte_order(std::endian order) noexcept { return std::exchange(number_order_, order); }
 
   /// Puts a tag before the element that is written next: `out.tagged(DataId{3}).u16(speed)`. Optional members
   /// that are not there are just not written. Fails with WireError::bad_tag when the id is too large, no
@@ -104,7 +111,7 @@ class PayloadWriter {
     }
     const ByteSpan place = reserve(sizeof(T));
     if (!place.empty()) {
-      store(place.data(), number, rules_.byte_order);
+      store(place.data(), number, number_order_);
     }
   }
   /// The tag that tagged() asked for.
@@ -124,6 +131,7 @@ class PayloadWriter {
 
   ByteSpan room_;
   PayloadRules rules_;
+  std::endian number_order_;
   std::size_t position_ = 0;
   std::optional<WireError> error_;
   std::optional<DataId> tag_;  ///< of the element that comes next

@@ -64,7 +64,7 @@ routes:
       longer_arrays: refuse
       missing_fields: default
       types:
-        sensor_msgs/msg/PointField: {tags: {name: 0, offset: 0xfff}, fixed_strings: {name: 32}}
+        sensor_msgs/msg/PointField: {tags: {name: 0, offset: 0xfff}, fixed_strings: {name: 32}, byte_orders: {offset: big}}
         std_msgs/msg/Header: {form: union}
     qos:
       reliability: reliable

@@ -100,7 +100,8 @@ TEST(LoadConfig, ReadsEveryKey) {
   ASSERT_EQ(points.rules.types.size(), 2U);
   const TypeRules& field = points.rules.types.at("sensor_msgs/msg/PointField");
   EXPECT_EQ(field, (TypeRules{.tags = {{"name", someip::DataId{0}}, {"offset", someip::DataId{0xfff}}},
-                              .fixed_strings = {{"name", 32}}}));
+                              .fixed_strings = {{"name", 32}},
+                              .byte_orders = {{"offset", std::endian::big}}}));
   EXPECT_EQ(points.rules.types.at("std_msgs/msg/Header"), (TypeRules{.form = TypeRules::Form::choice}));
   EXPECT_EQ(points.qos, (QosSettings{.reliable = true,
                                      .transient_local = true,

@@ -2,7 +2,7 @@
 // out.
 #include <gmock/gmock.h>
 
-#include "test/bridge/convert/support.hpp"
+#include "test/bridge/convert/type_rules.hpp"
 #include "test/covers.hpp"
 
 namespace trestle::bridge::type_rules_test {
@@ -13,48 +13,11 @@ using someip::DataId;
 using someip::FieldWidth;
 using testing::HasSubstr;
 
-/// Types of the package test_msgs, each with its text; what they use stands before them. The last is the
-/// root.
-TypeTree trees(std::initializer_list<std::pair<const char*, const char*>> messages) {
-  TypeTree tree;
-  for (const auto& [name, text] : messages) {
-    auto parsed = parse_msg(text, std::string{"test_msgs/msg/"} + name, name);
-    if (!parsed) {
-      throw std::invalid_argument{to_string(parsed.error())};
-    }
-    for (Field& field : parsed->fields) {
-      const auto of_field = [&](const MessageDefinition& other) { return other.name == field.type.message; };
-      field.type.message_index =
-          static_cast<std::size_t>(std::ranges::find_if(tree.messages, of_field) - tree.messages.begin());
-    }
-    tree.messages.push_back(std::move(*parsed));
-  }
-  return tree;
-}
-
 /// Strings without BOM and terminator keep the bytes below short.
 MessageRules plain_rules() {
   MessageRules rules;
   rules.payload.string_bom = rules.payload.string_terminator = false;
   return rules;
-}
-
-ConversionPlan plan(const TypeTree& tree, const MessageRules& rules) {
-  auto compiled = ConversionPlan::compile(tree, rules);
-  if (!compiled) {
-    throw std::invalid_argument{compiled.error()};
-  }
-  return std::move(*compiled);
-}
-
-std::string compile_error(const TypeTree& tree, const MessageRules& rules) {
-  const auto compiled = ConversionPlan::compile(tree, rules);
-  return compiled ? "no error" : compiled.error();
-}
-
-void expect_both_ways(const ConversionPlan& plan, std::string_view cdr, std::string_view payload) {
-  EXPECT_EQ(to_someip(plan, cdr), compact(payload));
-  EXPECT_EQ(to_cdr(plan, payload), compact(cdr));
 }
 
 // Tagged members

@@ -3,10 +3,12 @@
 
 #include "someip/net/parameters.hpp"
 #include "test/bytes.hpp"
+#include "test/covers.hpp"
 
 namespace trestle::someip::parameters_tagged_test {
 namespace {
 
+using test::covers;
 using test::hex;
 using test::to_hex;
 using ::testing::ElementsAre;
@@ -138,6 +140,22 @@ TEST(TaggedParameters, FollowTheRulesOfTheService) {
   ASSERT_TRUE(back);
   EXPECT_EQ(*back, (std::tuple{reading, true}));
   EXPECT_THROW(static_cast<void>(pack(PayloadRules{.alignment = 4}, reading)), std::invalid_argument);
+}
+
+struct Mixed {
+  LittleEndian<std::uint16_t> first;
+  std::optional<LittleEndian<std::vector<std::uint16_t>>> second{};
+  std::uint16_t third = 0;
+  static constexpr std::array data_ids{1, 2, 3};
+  friend bool operator==(const Mixed&, const Mixed&) = default;
+};
+
+TEST(TaggedParameters, HaveByteOrdersOfTheirOwn) {
+  covers({"feat_req_someip_224"});
+  const Mixed mixed{.first = {0x0102}, .second = {{{0x0304}}}, .third = 0x0506};
+  EXPECT_EQ(to_hex(pack(mixed)), to_hex(hex("1001 0201  4002 00000002 0403  1003 0506")));
+  EXPECT_EQ(unpack<Mixed>(hex("1003 0506  4002 00000002 0403  1001 0201")), mixed);
+  EXPECT_EQ(unpack<Mixed>(hex("1003 0506  1001 0201")), (Mixed{.first = {0x0102}, .third = 0x0506}));
 }
 
 TEST(TaggedParameters, AreRefusedWhereNobodyCouldTellTheirEnd) {

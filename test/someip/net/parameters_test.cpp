@@ -111,6 +111,65 @@ TEST(Parameters, ThatAreOptionalAreArraysOfNoneOrOne) {
   EXPECT_EQ(to_hex(pack(std::vector<std::uint16_t>{7}, true)), "00000002000701");
 }
 
+struct Limits {
+  std::uint16_t low = 0;
+  BigEndian<std::uint16_t> high;
+};
+struct Mixed {
+  std::uint32_t first = 0;
+  LittleEndian<std::uint32_t> second;
+  LittleEndian<std::vector<std::uint16_t>> numbers;
+  LittleEndian<std::array<float, 2>> pair;
+  LittleEndian<Limits> limits;
+  LittleEndian<std::variant<std::uint8_t, std::int16_t>> choice;
+  std::vector<LittleEndian<std::int32_t>> each;
+  std::uint16_t last = 0;
+};
+
+TEST(Parameters, HaveByteOrdersOfTheirOwn) {
+  covers({"feat_req_someip_224"});
+  const Mixed mixed{.first = 0x01020304,
+                    .second = {0x05060708},
+                    .numbers = {{0x0102, 0x0304}},
+                    .pair = {{1.0F, -2.0F}},
+                    .limits = {{.low = 0x0506, .high = {0x0708}}},
+                    .choice = {std::int16_t{-2}},
+                    .each = {{-3}},
+                    .last = 0x090a};
+  const std::string_view bytes =
+      "01020304 08070605  00000004 0201 0403  0000803f 000000c0  0605 0708"
+      "00000002 00000002 feff  00000004 fdffffff  090a";
+  EXPECT_EQ(to_hex(pack(mixed)), to_hex(hex(bytes)));
+  const auto back = unpack<Mixed>(hex(bytes));
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->first, mixed.first);
+  EXPECT_EQ(back->second, mixed.second);
+  EXPECT_EQ(back->numbers, mixed.numbers);
+  EXPECT_EQ(back->pair, mixed.pair);
+  EXPECT_EQ(back->limits.value.low, 0x0506);
+  EXPECT_EQ(back->limits.value.high, (BigEndian<std::uint16_t>{0x0708}));
+  EXPECT_EQ(back->choice, mixed.choice);
+  EXPECT_EQ(back->each, mixed.each);
+  EXPECT_EQ(back->last, mixed.last);
+}
+
+TEST(Parameters, HaveByteOrdersThatTheRulesDoNotChange) {
+  covers({"feat_req_someip_224"});
+  // No struct of its own, so without its length field.
+  const PayloadRules little{.byte_order = std::endian::little, .struct_length = FieldWidth::bits8};
+  const auto payload =
+      pack(little, std::uint16_t{0x0102}, BigEndian<std::uint16_t>{0x0304}, LittleEndian<std::int16_t>{-2});
+  EXPECT_EQ(to_hex(payload), to_hex(hex("0201 0304 feff")));
+  EXPECT_EQ(
+      (unpack<std::uint16_t, BigEndian<std::uint16_t>, LittleEndian<std::int16_t>>(payload, little)),
+      (std::tuple{std::uint16_t{0x0102}, BigEndian<std::uint16_t>{0x0304}, LittleEndian<std::int16_t>{-2}}));
+  // A union without length field is padded to the longest of its types, also to one of these.
+  const PayloadRules padded{.union_length = FieldWidth::none, .union_type = FieldWidth::bits8};
+  using Choice = std::variant<std::uint8_t, LittleEndian<std::uint32_t>>;
+  EXPECT_EQ(to_hex(pack(padded, Choice{std::uint8_t{5}}, Choice{LittleEndian<std::uint32_t>{6}})),
+            to_hex(hex("01 05000000  02 06000000")));
+}
+
 struct Plate {
   FixedString<10> number;
   std::uint8_t country = 0;
