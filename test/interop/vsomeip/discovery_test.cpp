@@ -54,8 +54,8 @@ TEST_F(VsomeipTest, OffersInTheSameRhythm) {
   start_peer("service");
   ASSERT_TRUE(
       run_until([&] { return times.count(Namespaces::own) >= 6 && times.count(Namespaces::peer) >= 6; }));
-  const auto about = [](std::int64_t wanted) {
-    return ::testing::AllOf(::testing::Ge(wanted - 45), ::testing::Le(wanted + 45));
+  const auto about = [](std::int64_t wanted) {  // a busy machine makes an offer late, never early
+    return ::testing::AllOf(::testing::Ge(wanted - 45), ::testing::Le(wanted + 90));
   };
   const auto ours = times.gaps_ms(Namespaces::own);
   EXPECT_THAT((std::vector(ours.begin(), ours.begin() + 5)),
