@@ -91,7 +91,7 @@ class Compiler {
       const auto expect_fields = [&](const auto& rules, const char* what) {
         for (const auto& [field, rule] : rules) {
           if (!has_field(field)) {
-            complain(fmt::format("{} has no field {}, for which there is a {}", name, field, what));
+            complain(fmt::format("{} has no field {}, for which there is a {}", used->name, field, what));
           }
         }
       };
