@@ -27,6 +27,7 @@ def latency_by_size(values, path, lines):
     if curves:
         tics = ", ".join(f"'{name}' {size}" for name, size in SIZES.items())
         plot(path, 400, ["set logscale xy", "set xlabel 'payload'", "set ylabel 'µs'", f"set xtics ({tics})",
+                         f"set xrange [{min(SIZES.values()) / 2}:{max(SIZES.values()) * 2}]", "set format y '%g'",
                          "set key left top font ',9'"], curves)
 
 
@@ -60,7 +61,8 @@ def checkpoints(values, folder):
                  if len(found := values.get(f"checkpoints {size}", [])) > 1]
         if boxes:
             plot(folder / f"{name}.svg", 300,
-                 ["set xlabel 'points of 24 bytes'", f"set ylabel '{label}'", "set yrange [0:*]", "set boxwidth 0.4"],
+                 ["set xlabel 'points of 24 bytes'", f"set ylabel '{label}'", "set yrange [0:*]", "set boxwidth 0.4",
+                  f"set xrange [-0.5:{len(CLOUDS) - 0.5}]"],
                  [("using 1:2:3:4:5:xticlabels(7) with candlesticks linecolor rgb '#222222' notitle whiskerbars 0.5", boxes),
                   ("using 1:6:6:6:6 with candlesticks linecolor rgb '#d62728' linewidth 1.5 notitle", boxes)])
 
