@@ -73,5 +73,16 @@ TEST(Entry, ComesOutAsItWentIn) {
   }
 }
 
+TEST(EntryKind, HasANameThatIsItsOwn) {
+  EXPECT_STREQ(to_string(EntryKind::find_service), "find_service");
+  EXPECT_STREQ(to_string(EntryKind::offer_service), "offer_service");
+  EXPECT_STREQ(to_string(EntryKind::stop_offer_service), "stop_offer_service");
+  EXPECT_STREQ(to_string(EntryKind::subscribe_eventgroup), "subscribe_eventgroup");
+  EXPECT_STREQ(to_string(EntryKind::stop_subscribe_eventgroup), "stop_subscribe_eventgroup");
+  EXPECT_STREQ(to_string(EntryKind::subscribe_eventgroup_ack), "subscribe_eventgroup_ack");
+  EXPECT_STREQ(to_string(EntryKind::subscribe_eventgroup_nack), "subscribe_eventgroup_nack");
+  EXPECT_STREQ(to_string(EntryKind::unknown), "unknown");
+}
+
 }  // namespace
 }  // namespace trestle::sd::entry_test

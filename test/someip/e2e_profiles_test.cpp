@@ -336,6 +336,20 @@ TEST(E2eProfile1, MayHaveTheNibbleOfTheDataIdAnywhere) {
   EXPECT_EQ(Protector::create(profile).error().field, "data_bits");
 }
 
+TEST(E2eProfile1, CountsTheBytesOfItsHeader) {
+  Profile1 profile{.data_id = 0x123,
+                   .data_id_mode = DataIdMode::nibble,
+                   .data_bits = 88,
+                   .crc_offset_bits = 64,
+                   .counter_offset_bits = 72,
+                   .data_id_nibble_offset_bits = 76};
+  EXPECT_EQ(make_layout(profile)->header_bytes(), 2U);  // the nibble shares the byte of the counter
+  profile.data_id_nibble_offset_bits = 80;
+  EXPECT_EQ(make_layout(profile)->header_bytes(), 3U);
+  profile.data_id_nibble_offset_bits = 8;  // with something else in between
+  EXPECT_EQ(make_layout(profile)->header_bytes(), std::nullopt);
+}
+
 TEST(E2eChecker, ComparesTheNibbleOfTheDataId) {
   // The CRC of nibble mode has only the low byte of the Data ID in it, and the nibble as part of the Data.
   auto other = profile1(DataIdMode::nibble);

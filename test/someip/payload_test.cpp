@@ -395,6 +395,7 @@ TEST(PayloadWriter, PadsUnionsWithoutLengthToTheLongestMember) {
             "01"
             "12340000"
             "55");
+  EXPECT_EQ(written(rules, write(2)), "01123455");
   EXPECT_EQ(written(rules, write(1)), "!bad_length");
   const auto payload = hex("01 12340000 55");
   PayloadReader in{payload, rules};

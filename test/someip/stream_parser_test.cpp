@@ -261,5 +261,22 @@ TEST(CookieSchedule, AddsACookieEveryTenSecondsWhileMessagesAreSent) {
   EXPECT_FALSE(schedule.before_message(start + 1001s));
 }
 
+TEST(StreamCounters, AddUp) {
+  StreamCounters sum{
+      .messages = 1, .cookies = 2, .bad_length = 3, .too_large = 4, .skipped_bytes = 5, .resynchronised = 6};
+  sum += {.messages = 10,
+          .cookies = 20,
+          .bad_length = 30,
+          .too_large = 40,
+          .skipped_bytes = 50,
+          .resynchronised = 60};
+  EXPECT_EQ(sum, (StreamCounters{.messages = 11,
+                                 .cookies = 22,
+                                 .bad_length = 33,
+                                 .too_large = 44,
+                                 .skipped_bytes = 55,
+                                 .resynchronised = 66}));
+}
+
 }  // namespace
 }  // namespace trestle::someip::stream_parser_test

@@ -65,6 +65,9 @@ TEST_F(TrestleC, RefusesWhatCannotBe) {
   settings.ttl_s = 0;
   EXPECT_EQ(init(sizeof memory), TRESTLE_BAD_ARGUMENT);
   settings.ttl_s = 3;
+  settings.tp_burst = 0;
+  EXPECT_EQ(init(sizeof memory), TRESTLE_BAD_ARGUMENT);
+  settings.tp_burst = 1;
   ASSERT_EQ(init(sizeof memory), TRESTLE_OK);
   EXPECT_EQ(trestle_notify(device, 0, 0x8001, nullptr, 0), TRESTLE_NOT_OFFERED);
   ASSERT_EQ(trestle_offer(device, 0, 1'000'000'000), TRESTLE_OK);

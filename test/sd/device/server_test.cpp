@@ -170,6 +170,19 @@ TEST_F(DeviceServer, AcknowledgesASubscriptionBeforeItsInitialEvents) {
   EXPECT_THAT(rig.happenings, ElementsAre(place_of<device::SubscriberAdded>()));
 }
 
+TEST_F(DeviceServer, TellsASubscriberThatWantsItsInitialEventsAnewFromANewOne) {
+  covers({"feat_req_someipsd_1188"});
+  std::vector<bool> again;
+  const auto note = [&](const Happening& what) {
+    again.push_back(std::get<device::SubscriberAdded>(what).again);
+  };
+  for (int i = 0; i < 2; ++i) {
+    rig.receive(peer.unicast({test::subscribe(1, {udp(peer_udp)}, 3, 0, true)}), peer.endpoint(), own, note);
+    EXPECT_EQ(rig.take_sent().size(), 1U);
+  }
+  EXPECT_THAT(again, ElementsAre(false, true));
+}
+
 TEST_F(DeviceServer, SendsAnEventToEachSubscriberOnce) {
   covers({"feat_req_someipsd_1168", "feat_req_someip_667"});
   subscribe_to(peer, 1, peer_udp);

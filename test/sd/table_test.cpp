@@ -1,0 +1,57 @@
+// A table of slots in the caller's memory, and what becomes of handles of slots that are used again.
+#include "sd/core/table.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdint>
+
+namespace trestle::sd::table_test {
+namespace {
+
+struct Slot : SlotBase {
+  int value = 7;
+};
+using SlotHandle = Handle<struct OfTheTest>;
+
+TEST(Table, GivesOutItsSlotsEmptyAndOnce) {
+  std::array<Slot, 2> slots;
+  Table<Slot> table{slots};
+  EXPECT_EQ(table.free_slots(), 2U);
+  Slot* const first = table.add();
+  Slot* const second = table.add();
+  ASSERT_TRUE(first != nullptr && second != nullptr);
+  EXPECT_NE(first, second);
+  EXPECT_EQ(table.add(), nullptr);
+  EXPECT_EQ(table.free_slots(), 0U);
+  first->value = 1;
+  second->value = 2;
+  EXPECT_EQ(table.find_if([](const Slot& slot) { return slot.value == 2; }), second);
+  table.remove(*first);
+  EXPECT_EQ(table.find_if([](const Slot& slot) { return slot.value == 1; }), nullptr);
+  EXPECT_EQ(table.find_if([](const Slot& slot) { return slot.value == 2; }), second);
+  EXPECT_EQ(table.add(), first);
+  EXPECT_EQ(first->value, 7);
+}
+
+TEST(Table, KnowsOldHandlesFromNewOnesForLong) {
+  std::array<Slot, 1> slots;
+  Table<Slot> table{slots};
+  for (std::uint32_t use = 1; use <= 0xffff; ++use) {
+    Slot* const slot = table.add();
+    ASSERT_NE(slot, nullptr);
+    const auto handle = table.handle_of<SlotHandle>(*slot);
+    ASSERT_EQ(handle.generation, use);
+    ASSERT_EQ(table.find(handle), slot);
+    table.remove(*slot);
+    ASSERT_EQ(table.find(handle), nullptr);
+  }
+  // 0 is left out, which is that of a handle of nothing.
+  Slot* const slot = table.add();
+  ASSERT_NE(slot, nullptr);
+  EXPECT_EQ(table.handle_of<SlotHandle>(*slot).generation, 1U);
+  EXPECT_EQ(table.find(SlotHandle{}), nullptr);
+}
+
+}  // namespace
+}  // namespace trestle::sd::table_test
