@@ -40,8 +40,8 @@ struct Event {
     peer_lost,          ///< a participant has left, or has been silent for its lease time
     matched,            ///< a reader or writer has found a counterpart; `detail` is "reader" or "writer"
     unmatched,          ///< and has lost it
-    incompatible_qos,   ///< a counterpart of the same topic and type will not match; `detail` names the
-                        ///< policies
+    incompatible_qos,   ///< a counterpart of the same topic and type will not match, or miss what was
+                        ///< written before it came; `detail` names the policies
     incompatible_type,  ///< the same topic with another type; `detail` is the peer's type
     deadline_missed,    ///< longer than its deadline nothing came, or was written: the first time in a row
     liveliness_lost,    ///< a writer has not shown itself for its lease: one of theirs, or ours
@@ -223,7 +223,7 @@ struct WriterCounters {
   /// Sent, but overwritten by a newer one before every matched reliable reader had acknowledged it: a reader
   /// that is stuck or too slow lacks it. (One that got it and was only late to say so counts too.)
   std::uint64_t overwritten = 0;
-  std::uint64_t incompatible_qos = 0;  ///< readers that don't match for their quality of service
+  std::uint64_t incompatible_qos = 0;  ///< readers that don't get all they want, by quality of service
   std::uint64_t deadlines_missed = 0;  ///< how often the deadline passed without a sample
   std::uint64_t liveliness_lost = 0;   ///< how often we did not show ourselves for the lease
 };

@@ -277,8 +277,9 @@ void ParticipantCore::add(const Endpoint* endpoint, const fast::Guid& guid) {
   {
     const std::lock_guard lock{mutex_};
     endpoints_.push_back(endpoint);
-    for (const auto& [peer, known] : found_) {
+    for (auto& [peer, known] : found_) {
       const fast::FoundEndpoint& found = known.endpoint;
+      note_unserved(*endpoint, known, events);
       if (found.topic == endpoint->topic && found.type != endpoint->type &&
           found.writer != endpoint->writer) {
         events.push_back(
@@ -351,7 +352,30 @@ std::string policies_between(const ParticipantCore::Endpoint& ours, const fast::
   return ours.writer ? differing_policies(ours.qos, peer.qos) : differing_policies(peer.qos, ours.qos);
 }
 
+/// What the peer misses of ours, or ours of the peer, also where they match for what ours announces.
+std::string unmet_policies(const ParticipantCore::Endpoint& ours, const fast::FoundEndpoint& peer) {
+  if (ours.unserved == nullptr) {
+    return policies_between(ours, peer);
+  }
+  Qos offered = ours.qos;
+  offered.transient_local = false;
+  return differing_policies(offered, peer.qos);
+}
+
 }  // namespace
+
+void ParticipantCore::note_unserved(const Endpoint& endpoint, Found& found,
+                                    std::vector<Event>& events) const {
+  const fast::FoundEndpoint& peer = found.endpoint;
+  if (endpoint.unserved == nullptr || is_own(peer.guid) || !are_counterparts(endpoint, peer) ||
+      !policies_between(endpoint, peer).empty() || unmet_policies(endpoint, peer).empty() ||
+      std::ranges::find(found.told, &endpoint) != found.told.end()) {
+    return;
+  }
+  found.told.push_back(&endpoint);
+  ++*endpoint.unserved;
+  events.push_back(incompatible(endpoint, found));
+}
 
 bool ParticipantCore::has_reliable_reader(const Endpoint& writer) const {
   const std::lock_guard lock{mutex_};
@@ -367,7 +391,7 @@ Event ParticipantCore::incompatible(const Endpoint& endpoint, Found& found) cons
               endpoint.topic,
               endpoint.type,
               to_hex(found.endpoint.guid),
-              policies_between(endpoint, found.endpoint),
+              unmet_policies(endpoint, found.endpoint),
               0};
   event.node = graph_.node_of(found.endpoint.guid);
   found.needs_name = event.node.empty();
@@ -460,9 +484,8 @@ void ParticipantCore::on_peer(const fast::FoundPeer& peer) {
 }
 
 void ParticipantCore::on_endpoint(const fast::FoundEndpoint& endpoint) {
-  if (const auto expected = remember(endpoint)) {
-    report(
-        {Event::Kind::incompatible_type, endpoint.topic, *expected, to_hex(endpoint.guid), endpoint.type, 0});
+  for (const Event& event : remember(endpoint)) {
+    report(event);
   }
   if (endpoint.writer && !is_own(endpoint.guid)) {
     const std::lock_guard lock{event_gate_};
@@ -472,23 +495,34 @@ void ParticipantCore::on_endpoint(const fast::FoundEndpoint& endpoint) {
   }
 }
 
-std::optional<std::string> ParticipantCore::remember(const fast::FoundEndpoint& endpoint) {
+std::vector<Event> ParticipantCore::remember(const fast::FoundEndpoint& endpoint) {
   const std::lock_guard lock{mutex_};
   if (!endpoint.there) {
     found_.erase(endpoint.guid);
-    return std::nullopt;
+    return {};
   }
-  if (const auto known = found_.find(endpoint.guid); known != found_.end()) {
+  std::vector<Event> events;
+  auto known = found_.find(endpoint.guid);
+  if (known != found_.end()) {
     known->second.endpoint = endpoint;  // what is told of one that is announced again stays told
   } else if (found_.size() < max_found) {
-    found_.emplace(endpoint.guid, Found{endpoint, {}});
+    known = found_.emplace(endpoint.guid, Found{endpoint, {}}).first;
   } else {
     ++not_remembered_;
+  }
+  if (known != found_.end()) {
+    for (const Endpoint* own : endpoints_) {
+      note_unserved(*own, known->second, events);
+    }
   }
   const auto ours = std::ranges::find_if(endpoints_, [&](const Endpoint* own) {
     return own->topic == endpoint.topic && own->type != endpoint.type && own->writer != endpoint.writer;
   });
-  return ours == endpoints_.end() ? std::nullopt : std::optional{(*ours)->type};
+  if (ours != endpoints_.end()) {
+    events.push_back({Event::Kind::incompatible_type, endpoint.topic, (*ours)->type, to_hex(endpoint.guid),
+                      endpoint.type, 0});
+  }
+  return events;
 }
 
 std::vector<FoundWriter> ParticipantCore::writers() const {

@@ -1,8 +1,8 @@
 #pragma once
 #include <array>
+#include <atomic>
 #include <map>
 #include <mutex>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,8 +41,11 @@ class ParticipantCore final : private fast::DiscoveryListener {
   struct Endpoint {
     std::string topic;
     std::string type;
-    Qos qos;
+    Qos qos;  ///< as announced
     bool writer = false;
+    /// Of a volatile writer that announces itself as transient local: counts the readers that match it and
+    /// will miss what was written before they came. DDS does not tell of these.
+    std::atomic<std::uint64_t>* unserved = nullptr;
   };
 
   /// The topic, with its type registered; made on its first use and deleted with its last.
@@ -50,7 +53,7 @@ class ParticipantCore final : private fast::DiscoveryListener {
   void drop_topic(const std::string& topic) noexcept;
 
   /// To be called when it has been made; tells ROS 2 of it, and reports foreign endpoints of its topic that
-  /// have another type.
+  /// have another type or miss what it does not keep.
   void add(const Endpoint* endpoint, const fast::Guid& guid);
   void remove(const Endpoint* endpoint, const fast::Guid& guid) noexcept;
   /// How many of our own endpoints match this one: they are no counterparts.
@@ -90,8 +93,10 @@ class ParticipantCore final : private fast::DiscoveryListener {
     bool needs_name = false;            ///< ... but not yet of which node
   };
 
-  /// What discovery tells. Gives the type that an own endpoint of this topic has, if it is another one.
-  std::optional<std::string> remember(const fast::FoundEndpoint& endpoint);
+  /// What discovery tells, and what is to be reported of it.
+  [[nodiscard]] std::vector<Event> remember(const fast::FoundEndpoint& endpoint);
+  /// Adds what a writer of ours that announces too much is to report of this reader.
+  void note_unserved(const Endpoint& endpoint, Found& found, std::vector<Event>& events) const;
   void destroy() noexcept;
   /// A peer has told of its nodes: those that were reported without one are reported again.
   void on_names();

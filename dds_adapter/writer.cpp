@@ -22,7 +22,7 @@ class WriterCore final : private fast::WriterListener {
              std::size_t max_sample_bytes, EndpointExtras extras)
       : participant_{std::move(participant)},
         forgets_{fast::leaving_reader_can_block && endpoint.qos.reliable && !endpoint.qos.transient_local},
-        endpoint_{as_announced(std::move(endpoint), forgets_)},
+        endpoint_{forgets_ ? as_announced(std::move(endpoint)) : std::move(endpoint)},
         max_sample_bytes_{std::min<std::size_t>(max_sample_bytes, std::numeric_limits<std::int32_t>::max())},
         leaves_to_dds_{max_sample_bytes_ >= one_datagram &&
                        (endpoint_.qos.keep_all || extras.writes_related)},
@@ -113,12 +113,15 @@ class WriterCore final : private fast::WriterListener {
 
   [[nodiscard]] WriterCounters counters() const {
     const std::lock_guard lock{counters_mutex_};
-    return counters_;
+    WriterCounters counters = counters_;
+    counters.incompatible_qos += unserved_;
+    return counters;
   }
 
  private:
-  static ParticipantCore::Endpoint as_announced(ParticipantCore::Endpoint endpoint, bool forgets) {
-    endpoint.qos.transient_local |= forgets;
+  ParticipantCore::Endpoint as_announced(ParticipantCore::Endpoint endpoint) {
+    endpoint.qos.transient_local = true;
+    endpoint.unserved = &unserved_;
     return endpoint;
   }
 
@@ -315,8 +318,10 @@ class WriterCore final : private fast::WriterListener {
   const std::shared_ptr<ParticipantCore> participant_;
   /// A volatile writer drops a sample when the last reader that lacks it leaves, and in some versions of Fast
   /// DDS waits for itself then. A transient-local one never does. So we announce that, which offers more than
-  /// was asked for, and drop samples that everybody has when the next one is written.
+  /// was asked for, and drop samples that everybody has when the next one is written. DDS does not tell then
+  /// of readers that want what is not kept for them: the participant does.
   const bool forgets_;
+  std::atomic<std::uint64_t> unserved_ = 0;
   const ParticipantCore::Endpoint endpoint_;
   std::mutex write_mutex_;
   const std::size_t max_sample_bytes_;

@@ -98,6 +98,37 @@ TEST_F(QualityOfService, ThatKeepsEndpointsApartIsNamedWithThePeersNode) {
   }
 }
 
+// Also where it matches, as Fast DDS makes us announce more than we keep.
+TEST_F(QualityOfService, OfAVolatileWriterIsNamedToWhoWantsWhatWasBefore) {
+  const Qos wants_history = with([](Qos& qos) { qos.transient_local = true; });
+  const auto is_rviz = [](const Event& one) { return one.node == "/rviz"; };
+  Inbox<Event> at_writer;
+  Participant from{node("/front/lidar", at_writer)};
+  Inbox<Event> unused;
+  Participant to{node("/rviz", unused)};
+  const Writer early = from.create_writer(topic, type, Qos{});
+  const Reader volatile_one = to.create_reader(topic, type, Qos{}, [](const Sample&) {});
+  ASSERT_TRUE(eventually([&] { return early.matched() == 1; }));
+  EXPECT_EQ(early.counters().incompatible_qos, 0U);
+
+  const Reader reader = to.create_reader(topic, type, wants_history, [](const Sample&) {});
+  const auto found = event(at_writer, Event::Kind::incompatible_qos, is_rviz);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->topic, topic);
+  EXPECT_EQ(found->peer.substr(0, 24), to.guid());
+  EXPECT_EQ(found->detail, "durability");
+  EXPECT_EQ(early.counters().incompatible_qos, 1U);
+
+  std::ignore = at_writer.take();
+  const Writer late = from.create_writer(topic, type, Qos{});
+  ASSERT_TRUE(event(at_writer, Event::Kind::incompatible_qos, is_rviz));
+  EXPECT_EQ(late.counters().incompatible_qos, 1U);
+  const Writer keeps = from.create_writer(topic, type, wants_history);
+  ASSERT_TRUE(eventually([&] { return keeps.matched() == 2; }));
+  EXPECT_EQ(keeps.counters().incompatible_qos, 0U);
+  EXPECT_EQ(early.counters().incompatible_qos, 1U);
+}
+
 TEST_F(QualityOfService, MatchesWhereMoreIsOfferedThanWanted) {
   const auto more = [](Qos& qos) {
     qos.transient_local = true;
