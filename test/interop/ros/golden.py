@@ -7,8 +7,8 @@ Each line is a type: "TYPE HASH" for a service or an action, "TYPE HASH CDR JSON
 rclpy.serialization makes of seeded random values with rosidl's type support, in hexadecimal, and these values. The
 hashes stand in the JSON files beside the interfaces.
 
-FOLDERs hold interfaces that are not installed, as PACKAGE/KIND/NAME.KIND. There is no type support for these, so they
-get "TYPE HASH", which rosidl's generator makes.
+FOLDERs hold interfaces that are not installed, as PACKAGE/KIND/NAME.KIND. rosidl's generators make the type support of
+these, and g++ a program of it (compiled.py).
 
 rosidl leaves the gaps before aligned numbers as they were in memory. So that the bytes are the same each time, glibc is
 told to give out memory full of zeros.
@@ -27,6 +27,8 @@ from rclpy.serialization import serialize_message
 from rosidl_adapter import convert_to_idl
 from rosidl_generator_type_description import generate_type_hash
 from rosidl_parser import definition as idl
+
+from compiled import Package, serialized
 
 WIDTHS = {'int8': 'b', 'uint8': 'B', 'int16': 'h', 'uint16': 'H', 'int32': 'i', 'uint32': 'I', 'int64': 'q',
           'uint64': 'Q', 'float': 'f', 'double': 'd'}
@@ -51,43 +53,49 @@ def text(rng, kind):
     return value
 
 
-def random_value(rng, kind):
-    """(what the Python class takes, what stands in the JSON)"""
+def random_value(rng, kind, members_of):
+    """As it stands in the JSON."""
     if isinstance(kind, idl.AbstractNestedType):
         if isinstance(kind, idl.Array):
             count = kind.size
         else:
             count = rng.randint(0, min(2, kind.maximum_size) if kind.has_maximum_size() else 2)
-        values = [random_value(rng, kind.value_type) for _ in range(count)]
-        return [one for one, _ in values], [one for _, one in values]
+        return [random_value(rng, kind.value_type, members_of) for _ in range(count)]
     if isinstance(kind, idl.NamespacedType):
-        module = importlib.import_module('.'.join(kind.namespaces))
-        name = kind.name
-        for suffix in ('_Goal', '_Result', '_Feedback', '_Request', '_Response'):
-            if kind.namespaces[1] != 'msg' and name.endswith(suffix):
-                return random_message(rng, part_of(module, name[:-len(suffix)], suffix[1:]))
-        return random_message(rng, getattr(module, name))
+        return random_values(rng, '/'.join(kind.namespaced_name()), members_of)
     if isinstance(kind, idl.AbstractGenericString):
-        value = text(rng, kind)
-        return value, value
+        return text(rng, kind)
     if kind.typename == 'boolean':
-        value = rng.random() < 0.5
-        return value, value
-    if kind.typename == 'octet':
-        value = rng.randrange(256)
-        return bytes([value]), value
-    value = number(rng, kind.typename)
-    return value, value
+        return rng.random() < 0.5
+    return rng.randrange(256) if kind.typename == 'octet' else number(rng, kind.typename)
 
 
-def random_message(rng, cls):
-    message, values = cls(), {}
-    for slot, kind in zip(cls.get_fields_and_field_types(), cls.SLOT_TYPES):
-        if slot == 'structure_needs_at_least_one_member':
-            continue  # stands for nothing; it is 0 where a message comes from
-        value, values[slot] = random_value(rng, kind)
-        setattr(message, slot, value)
-    return message, values
+def random_values(rng, name, members_of):
+    """{member: value} of a message; a member that stands for nothing is 0 where a message comes from."""
+    return {member: random_value(rng, kind, members_of) for member, kind in members_of(name)
+            if member != 'structure_needs_at_least_one_member'}
+
+
+def for_python(kind, value):
+    """What the class of a message in Python takes for a value."""
+    if isinstance(kind, idl.AbstractNestedType):
+        return [for_python(kind.value_type, one) for one in value]
+    if isinstance(kind, idl.NamespacedType):
+        return message_with('/'.join(kind.namespaced_name()), value)
+    return bytes([value]) if isinstance(kind, idl.BasicType) and kind.typename == 'octet' else value
+
+
+def message_with(name, values):
+    message = class_of(name)()
+    for member, kind in installed_members(name):
+        if member in values:
+            setattr(message, member, for_python(kind, values[member]))
+    return message
+
+
+def installed_members(name):
+    cls = class_of(name)
+    return zip(cls.get_fields_and_field_types(), cls.SLOT_TYPES)
 
 
 def part_of(module, name, part):
@@ -115,7 +123,7 @@ def hashes_of(file):
 def hash_package(package, share, work):
     """Has rosidl translate a package and hash its types, which takes those of the packages it uses."""
     into = work / package.name
-    idls = [convert_to_idl(package, package.name, file.relative_to(package), into / file.parent.name)
+    idls = [convert_to_idl(package, package.name, file.relative_to(package), into)
             for kind in ('msg', 'srv', 'action') for file in sorted(package.glob(f'{kind}/*.{kind}'))]
     others = [*share.iterdir(), *work.iterdir()]
     arguments = {'package_name': package.name, 'output_dir': str(into),
@@ -125,23 +133,28 @@ def hash_package(package, share, work):
     return generate_type_hash(str(into / 'arguments.json'))
 
 
-def hashes_of_folders(folders, share):
+def hashes_of_folders(folders, share, work):
+    """The hashes of packages that are not installed, whose IDL files are in `work` afterwards."""
     hashes = {}
     packages = [package for folder in folders for package in sorted(pathlib.Path(folder).resolve().iterdir())
                 if not (share / package.name).exists()]
-    with tempfile.TemporaryDirectory() as work, contextlib.redirect_stdout(sys.stderr):
-        for _ in range(len(packages) ** 2):  # a package that the first one uses may come later
-            if not packages:
-                break
-            package = packages.pop(0)
-            try:
-                for file in hash_package(package, share, pathlib.Path(work)):
-                    hashes.update(hashes_of(pathlib.Path(file)))
-            except (FileNotFoundError, KeyError):
-                packages.append(package)
+    for _ in range(len(packages) ** 2):  # a package that the first one uses may come later
+        if not packages:
+            break
+        package = packages.pop(0)
+        try:
+            for file in hash_package(package, share, work):
+                hashes.update(hashes_of(pathlib.Path(file)))
+        except (FileNotFoundError, KeyError):
+            packages.append(package)
     if packages:
         sys.exit(f'these use what is not there: {", ".join(package.name for package in packages)}')
     return hashes
+
+
+def is_message(name):
+    return name.split('/')[1] == 'msg' or name.rpartition('_')[2] in (
+        'Request', 'Response', 'Event', 'Goal', 'Result', 'Feedback', 'FeedbackMessage')
 
 
 def main():
@@ -149,18 +162,20 @@ def main():
     installed = {}
     for file in share.glob('*/*/*.json'):
         installed.update(hashes_of(file))
-    hashes = hashes_of_folders(sys.argv[1:], share) | installed
+    with tempfile.TemporaryDirectory() as room, contextlib.redirect_stdout(sys.stderr):
+        work = pathlib.Path(room)
+        hashes = hashes_of_folders(sys.argv[1:], share, work) | installed
+        packages = [Package(folder) for folder in sorted(work.iterdir())]
+        members = {name: own for package in packages for name, own in package.members.items()}
+        members_of = lambda name: members[name] if name in members else installed_members(name)
+        values = {name: random_values(random.Random(name), name, members_of) for name in hashes if is_message(name)}
+        samples = serialized(packages, {name: values[name] for name in members}, members_of, share)
     for name in sorted(hashes):
-        kind = name.split('/')[1]
-        last = name.rpartition('_')[2]
-        is_message = kind == 'msg' or last in ('Request', 'Response', 'Event', 'Goal', 'Result', 'Feedback',
-                                               'FeedbackMessage')
-        if not is_message or name not in installed:
+        if name in values:
+            sample = samples.get(name) or serialize_message(message_with(name, values[name])).hex()
+            print(name, hashes[name], sample, json.dumps(values[name], ensure_ascii=False, separators=(',', ':')))
+        else:
             print(name, hashes[name])
-            continue
-        message, values = random_message(random.Random(name), class_of(name))
-        print(name, hashes[name], serialize_message(message).hex(),
-              json.dumps(values, ensure_ascii=False, separators=(',', ':')))
 
 
 if __name__ == '__main__':
