@@ -95,14 +95,16 @@ std::string describe(const TpSettings& tp) {
 std::string describe(const QosSettings& qos, const TopicPattern* pattern = nullptr) {
   const bool reliability_follows = pattern != nullptr && pattern->follow_reliability;
   const bool durability_follows = pattern != nullptr && pattern->follow_durability;
-  std::string text = fmt::format("{}, {}, keep {} {}",
-                                 reliability_follows ? "reliability as published"
-                                 : qos.reliable      ? "reliable"
-                                                     : "best effort",
-                                 durability_follows    ? "durability as published"
-                                 : qos.transient_local ? "transient local"
-                                                       : "volatile",
-                                 qos.keep_all ? "all up to" : "last", qos.depth);
+  const bool is_locked = pattern != nullptr && pattern->route.direction == Direction::someip_to_dds;
+  std::string text =
+      fmt::format("{}, {}, keep {} {}",
+                  reliability_follows ? "reliability as published"
+                  : qos.reliable      ? "reliable"
+                                      : "best effort",
+                  durability_follows    ? is_locked ? "durability as locked" : "durability as published"
+                  : qos.transient_local ? "transient local"
+                                        : "volatile",
+                  qos.keep_all ? "all up to" : "last", qos.depth);
   const auto add = [&](const char* what, Duration time) {
     text += time == Duration{0} ? "" : fmt::format(", {} {}", what, to_string(time));
   };

@@ -207,9 +207,9 @@ struct TopicPattern {
   ServiceRange services;             ///< dds_to_someip: what the ids of their services are chosen from
   std::size_t max_routes = 200;      ///< dds_to_someip: topics that get an id at most, ever
   bool follow_reliability = false;   ///< dds_to_someip: as the topic's publishers have it
-  bool follow_durability = false;
-  Route route;  ///< what the routes have in common: all but topic, type and service
-  Mark mark;    ///< where the pattern begins, for messages about it
+  bool follow_durability = false;    ///< likewise; someip_to_dds: as the lock file says
+  Route route;                       ///< what the routes have in common: all but topic, type and service
+  Mark mark;                         ///< where the pattern begins, for messages about it
 };
 
 /// A discovered topic and the id that its service has for ever.
@@ -217,7 +217,8 @@ struct LockedTopic {
   std::string topic;
   std::string type;
   someip::ServiceId service{};
-  Mark mark{};  ///< in the lock file; none if it was not read from there
+  bool transient_local = false;  ///< when it got its id: latched by its publishers, or by the pattern
+  Mark mark{};                   ///< in the lock file; none if it was not read from there
 };
 
 /// Who answers the calls of a method.

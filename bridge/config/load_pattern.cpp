@@ -80,9 +80,9 @@ PatternInFile load_pattern(const YAML::Node& node, Problems& problems) {
     require("services", service_range(), pattern.services);
     section.read("max_routes", as<std::size_t>(whole_number(1, 1000)), pattern.max_routes);
     pattern.follow_reliability = true;
-    pattern.follow_durability = true;
     route.presence.offer_while_published = true;
   }
+  pattern.follow_durability = true;
   route.instance = someip::InstanceId{1};
   route.eventgroup = someip::EventgroupId{1};
   route.event = someip::MethodId{0x8001};

@@ -55,6 +55,10 @@ Format<Transport> udp_or_tcp() {
   return one_of<Transport>({{"udp", Transport::udp}, {"tcp", Transport::tcp}});
 }
 
+Format<bool> durability() {
+  return one_of<bool>({{"volatile", false}, {"transient_local", true}});
+}
+
 void check_event_id(const Section& section, someip::MethodId event, Problems& problems) {
   // Advice of the specification; deployments with lower ids exist.  [feat_req_someip_626]
   if (someip::value(event) < 0x8000) {
@@ -118,8 +122,7 @@ void load_carriage(Section& section, RouteInFile& into, Problems& problems) {
 void load_qos(const YAML::Node& node, QosSettings& settings, Problems& problems) {
   Section qos{node, "qos", problems};
   qos.read("reliability", one_of<bool>({{"reliable", true}, {"best_effort", false}}), settings.reliable);
-  qos.read("durability", one_of<bool>({{"volatile", false}, {"transient_local", true}}),
-           settings.transient_local);
+  qos.read("durability", durability(), settings.transient_local);
   qos.read("depth", as<std::uint32_t>(whole_number(1, 10'000)), settings.depth);
   qos.read("history", one_of<bool>({{"keep_last", false}, {"keep_all", true}}), settings.keep_all);
   const Format<Duration> time = duration(std::chrono::milliseconds{1}, std::chrono::hours{24});

@@ -27,6 +27,9 @@ struct RouteInFile {
 
 [[nodiscard]] Format<Transport> udp_or_tcp();
 
+/// Whether it is transient local.
+[[nodiscard]] Format<bool> durability();
+
 /// Warns of an event whose id looks like that of a method.
 void check_event_id(const Section& section, someip::MethodId event, Problems& problems);
 

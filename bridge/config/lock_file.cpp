@@ -32,6 +32,7 @@ LockedTopic load_topic(const YAML::Node& node, Problems& problems) {
   section.require("service", as<someip::ServiceId>(id_number(0x0001, 0xfffd)), locked.service);
   section.require("topic", topic_name(), locked.topic);
   section.require("type", type_name(), locked.type);
+  section.read("durability", durability(), locked.transient_local);
   section.finish();
   return locked;
 }
@@ -177,6 +178,9 @@ std::string lock_text(const std::vector<LockedTopic>& topics) {
     out << YAML::Key << "service" << YAML::Value << fmt::format("0x{:04x}", someip::value(one.service));
     out << YAML::Key << "topic" << YAML::Value << one.topic;
     out << YAML::Key << "type" << YAML::Value << one.type;
+    if (one.transient_local) {
+      out << YAML::Key << "durability" << YAML::Value << "transient_local";
+    }
     out << YAML::EndMap;
   }
   out << YAML::EndSeq << YAML::EndMap;

@@ -14,6 +14,7 @@ namespace trestle::bridge {
 ///     version: 1
 ///     topics:
 ///       - {service: 0x6a31, topic: /sensing/imu, type: sensor_msgs/msg/Imu}
+///       - {service: 0x6ab8, topic: /map, type: nav_msgs/msg/OccupancyGrid, durability: transient_local}
 class LockFile {
  public:
   /// One that is not there has no topics. All that is wrong is told: what is no YAML, keys, names and ids

@@ -133,6 +133,9 @@ std::vector<RouteInFile> locked_routes(const BridgeConfig& config, const std::ve
     one.route.topic = locked.topic;
     one.route.type = locked.type;
     one.route.service = locked.service;
+    if (pattern->follow_durability) {
+      one.route.qos.transient_local = locked.transient_local && one.route.qos.reliable;
+    }
     for (const char* const key :
          {"topic", "type", "direction", "service", "instance", "eventgroup", "event", "major", "minor"}) {
       one.good.emplace(key, pattern->mark);

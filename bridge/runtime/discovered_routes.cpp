@@ -295,7 +295,7 @@ void DiscoveredRoutes::lock(std::vector<Candidate>& candidates) {
   std::vector<LockedTopic> more;
   for (Candidate& one : candidates) {
     if (one.is_new) {
-      more.push_back({one.route.topic, one.route.type, one.route.service});
+      more.push_back({one.route.topic, one.route.type, one.route.service, one.route.qos.transient_local});
       being_locked_.push_back(std::move(one));
     }
   }

@@ -109,6 +109,24 @@ TEST_F(LockFiles, MayBeWrittenByHand) {
                                                                     {"/b", "std_msgs/msg/String", 0x6001}}));
 }
 
+TEST_F(LockFiles, KeepWhichTopicsAreLatched) {
+  LockFile lock = read();
+  ASSERT_TRUE(lock.add({{"/map", "nav_msgs/msg/OccupancyGrid", ServiceId{0x6002}, true}, imu}));
+  EXPECT_THAT(text(), HasSubstr("topics:\n"
+                                "  - {service: 0x6002, topic: /map, type: nav_msgs/msg/OccupancyGrid, "
+                                "durability: transient_local}\n"
+                                "  - {service: 0x61ac, topic: /sensing/imu, type: sensor_msgs/msg/Imu}\n"));
+  LockFile again = read();
+  ASSERT_TRUE(again.add({points}));
+  EXPECT_TRUE(read().find("/map")->transient_local);
+  EXPECT_FALSE(read().find("/sensing/imu")->transient_local);
+  const std::string head = "version: 1\ntopics:\n  - {service: 1, topic: /a, type: a/msg/A, durability: ";
+  EXPECT_THAT(problems(head + "volatile}\n"), ElementsAre("no errors"));
+  EXPECT_THAT(problems(head + "latched}\n"),
+              ElementsAre("trestle.lock:3:56: error: durability: expected one of volatile, transient_local, "
+                          "found 'latched'"));
+}
+
 TEST_F(LockFiles, AreRefusedWithThePlaceWhenTheyAreDamaged) {
   const std::string head = "version: 1\ntopics:\n";
   const std::string good = "  - {service: 0x6001, topic: /a, type: std_msgs/msg/String}\n";

@@ -195,6 +195,26 @@ TEST_F(LockedPatterns, MakeRoutesFromSomeipOfWhatIsLocked) {
   EXPECT_EQ(loaded->config.locked.size(), 5U);
 }
 
+TEST_F(LockedPatterns, MakeLatchedTopicsLatchedAgain) {
+  const std::string latched =
+      replaced(locked_a, "String}", "String, durability: transient_local}") + locked_b;
+  const auto of = [&](const std::string& qos) {
+    const auto loaded = load(with("direction: someip_to_dds\n    qos: {" + qos + "}"), latched);
+    std::vector<bool> result;
+    for (const bridge::Route& route : loaded->config.routes) {
+      result.push_back(route.qos.transient_local);
+    }
+    return result;
+  };
+  EXPECT_THAT(of("depth: 1"), ElementsAre(true, false));
+  EXPECT_THAT(of("durability: volatile"), ElementsAre(false, false)) << "what is given counts";
+  EXPECT_THAT(of("durability: transient_local"), ElementsAre(true, true));
+  EXPECT_THAT(of("reliability: best_effort"), ElementsAre(false, false)) << "the two do not go together";
+  const auto loaded = load(with("direction: someip_to_dds"), latched);
+  EXPECT_THAT(bridge::summary(loaded->config, {}), HasSubstr("reliable, durability as locked, keep last 10"));
+  EXPECT_THAT(bridge::summary(loaded->config, {}), HasSubstr("reliable, transient local, keep last 10"));
+}
+
 TEST_F(LockedPatterns, LeaveOutTypesThatAreNotKnownHere) {
   const auto loaded = load(
       with("direction: someip_to_dds"), locked_a + locked_b,

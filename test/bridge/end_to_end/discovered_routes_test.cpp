@@ -359,6 +359,19 @@ TEST_F(DiscoveredRoutes, GoOverTcpToo) {
 /// The lock file copied to a bridge at the other end.
 class DiscoveredAtBothEnds : public DiscoveredRoutes {
  protected:
+  [[nodiscard]] std::unique_ptr<RunningBridge> start_far_bridge() {
+    const std::string copied = folder_ + "/copied.lock";
+    std::filesystem::copy_file(lock_file_, copied);
+    peer_.reset();  // whose address the other bridge takes
+    return std::make_unique<RunningBridge>(bridge_head(2, far_domain_.id()) + "lock_file: " + copied +
+                                           "\npatterns:\n  - {topics: rt/s/**, direction: someip_to_dds}\n");
+  }
+  [[nodiscard]] dds::Participant far_participant() const {
+    dds::ParticipantConfig settings = config();
+    settings.domain = far_domain_.id();
+    return dds::Participant{settings};
+  }
+
   TestDomain far_domain_;
 };
 
@@ -367,21 +380,15 @@ TEST_F(DiscoveredAtBothEnds, TopicsComeOutAsWhatTheyWentInAs) {
   auto a = std::make_optional(writer("/s/a"));
   auto b = std::make_optional(writer("/s/b"));
   ASSERT_TRUE(until([&] { return a->matched() == 1 && b->matched() == 1; }));
-  const std::string copied = folder_ + "/copied.lock";
-  std::filesystem::copy_file(lock_file_, copied);
-  peer_.reset();  // whose address the other bridge takes
-  RunningBridge far{bridge_head(2, far_domain_.id()) + "lock_file: " + copied +
-                    "\npatterns:\n  - {topics: rt/s/**, direction: someip_to_dds}\n"};
-  dds::ParticipantConfig settings = config();
-  settings.domain = far_domain_.id();
-  dds::Participant listener{settings};
+  const auto far = start_far_bridge();
+  dds::Participant listener = far_participant();
   Inbox<Bytes> inbox;
   const auto reader =
       listener.create_reader("rt/s/a", dds::ros_type_name(string_type), {},
                              [&](const dds::Sample& sample) { inbox.put(copy(sample.cdr())); });
   ASSERT_TRUE(until([&] { return reader.matched() == 1; }));
-  ASSERT_TRUE(until([&] { return far.counter("route /s/a from", "subscribed") == 1; }));
-  ASSERT_TRUE(until([&] { return far.counter("route /s/a from", "readers") == 1; }));
+  ASSERT_TRUE(until([&] { return far->counter("route /s/a from", "subscribed") == 1; }));
+  ASSERT_TRUE(until([&] { return far->counter("route /s/a from", "readers") == 1; }));
   ASSERT_TRUE(a->write(hello_cdr));
   ASSERT_TRUE(inbox.wait_for_count(1));
   const Bytes arrived = inbox.take()[0];
@@ -389,7 +396,26 @@ TEST_F(DiscoveredAtBothEnds, TopicsComeOutAsWhatTheyWentInAs) {
   // The topic is there only while it is published at the other end.
   a.reset();
   ASSERT_TRUE(until([&] { return reader.matched() == 0; }));
-  EXPECT_EQ(far.counter("route /s/b from", "written"), 1U);
+  EXPECT_EQ(far->counter("route /s/b from", "written"), 1U);
+}
+
+TEST_F(DiscoveredAtBothEnds, WhatIsLatchedIsTheSameThere) {
+  const dds::Qos latched{.reliable = true, .transient_local = true, .depth = 1};
+  start(many_ids);
+  auto map = writer("/s/map", string_type, latched);
+  ASSERT_TRUE(map.write(hello_cdr));
+  ASSERT_TRUE(until([&] { return of_pattern("routes") == 1; }));
+  ASSERT_TRUE(until([&] { return bridge_->counter("route /s/map", "kept") == 1; }));
+  const auto far = start_far_bridge();
+  ASSERT_TRUE(until([&] { return far->counter("route /s/map from", "carried") == 1; }));
+  dds::Participant listener = far_participant();
+  Inbox<Bytes> inbox;
+  const auto late = listener.create_reader("rt/s/map", dds::ros_type_name(string_type), latched,
+                                           [&](const dds::Sample& sample) { inbox.put(copy(sample.cdr())); });
+  ASSERT_TRUE(inbox.wait_for_count(1));
+  const Bytes arrived = inbox.take()[0];
+  EXPECT_EQ(Bytes(arrived.begin(), arrived.begin() + 14), hello_cdr);
+  EXPECT_EQ(far->counter("route /s/map from", "dds_incompatible_qos"), 0U);
 }
 
 }  // namespace
