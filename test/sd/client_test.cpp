@@ -143,6 +143,26 @@ TEST_F(Client, IgnoresOffersThatCannotBe) {
   EXPECT_EQ(machine.discovery.counters().ignored_bad_options, 7U);
 }
 
+TEST(ClientOverIpv6, IgnoresOffersOfLoopbackAddresses) {
+  covers({"feat_req_someipsd_1135"});
+  const auto address = [](std::uint8_t last, std::uint8_t first) {
+    IpAddress made{{}, true};
+    made.bytes[0] = first;
+    made.bytes[15] = last;
+    return made;
+  };
+  Settings settings = fixed_settings();
+  settings.unicast = {address(1, 0xfd), 30490};
+  settings.multicast = {address(1, 0xff), 30490};
+  Machine<> machine{settings};
+  ASSERT_TRUE(machine.discovery.require(any_required, machine.now));
+  FakePeer server{{address(2, 0xfd), 30490}};
+  machine.multicast(server, {offer({udp({address(1, 0), 30509})})});
+  EXPECT_THAT(machine.events(), IsEmpty());
+  machine.multicast(server, {offer({udp({address(2, 0xfd), 30509})})});
+  EXPECT_THAT(machine.events(), SizeIs(1));
+}
+
 TEST(ClientInASubnet, ChecksItOnlyWhenTold) {
   covers({"feat_req_someipsd_1135", "feat_req_someipsd_1149"});
   for (const bool check : {false, true}) {

@@ -397,6 +397,8 @@ TEST(E2eConfig, NamesTheFieldThatCannotBe) {
   EXPECT_EQ(broken(Profile7{.max_data_bits = 216}), "max_data_bits");
   EXPECT_EQ(broken(Profile8{Profile7{.max_data_bits = 192}}), "");
   EXPECT_EQ(broken(Profile6{.max_delta_counter = 255}), "max_delta_counter");
+  EXPECT_EQ(broken(Profile6{.max_data_bits = 65535 * 8}), "");
+  EXPECT_EQ(broken(Profile6{.max_data_bits = 65536 * 8}), "max_data_bits");
 }
 
 TEST(E2eConfig, NamesTheFieldThatCannotBeInTheShortProfiles) {
@@ -423,6 +425,10 @@ TEST(E2eConfig, NamesTheFieldThatCannotBeInTheShortProfiles) {
   EXPECT_EQ(broken(Profile2{.data_bits = 80, .sequence = {.max_no_new_or_repeated_data = 15}}), "");
   EXPECT_EQ(broken(Profile2{.data_bits = 80, .sequence = {.sync_counter_init = 16}}), "sync_counter_init");
   EXPECT_EQ(broken(Profile2{.data_bits = 72}), "data_bits");
+  EXPECT_EQ(broken(Profile2{.data_bits = 4096 * 8}), "");
+  EXPECT_EQ(broken(Profile2{.data_bits = 4097 * 8}), "data_bits");
+  EXPECT_EQ(broken(Profile22{.data_bits = 4096 * 8}), "");
+  EXPECT_EQ(broken(Profile22{.data_bits = 4097 * 8}), "data_bits");
   EXPECT_EQ(broken(Profile5{.data_bits = 4096 * 8}), "");
   EXPECT_EQ(broken(Profile5{.data_bits = 4097 * 8}), "data_bits");
   EXPECT_EQ(broken(Profile5{.data_bits = 80}), "data_bits");

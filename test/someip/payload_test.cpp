@@ -340,7 +340,9 @@ TEST(PayloadReader, SkipsWhatANewerInterfaceAppendedToAStruct) {
   PayloadReader in{payload, rules};
   const auto header = in.begin_struct();
   EXPECT_EQ(in.u8(), 7);
+  const std::size_t rest = in.rest(header);
   EXPECT_EQ(in.u32(), 0x01020304U);
+  EXPECT_EQ(rest, in.rest(header) + 4);
   in.end(header);
   EXPECT_EQ(in.u8(), 0x55);
   EXPECT_FALSE(in.error());

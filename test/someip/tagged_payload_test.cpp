@@ -96,6 +96,7 @@ TEST(TaggedPayload, EndsWithItsStructAlsoWhenNobodyReadsTheLastMember) {
   const auto open = in.begin_struct();
   EXPECT_EQ(in.next_member(), DataId{1});
   EXPECT_EQ(in.next_member(), std::nullopt);
+  EXPECT_EQ(in.next_member(), std::nullopt);
   in.end(open);
   EXPECT_EQ(in.u16(), 42);  // has no tag
   EXPECT_FALSE(in.error());

@@ -55,6 +55,26 @@ TEST_F(TrestleC, SaysHowMuchMemoryItNeeds) {
             TRESTLE_NO_MEMORY);
 }
 
+TEST_F(TrestleC, HasTheDefaultsOfTheSpecification) {
+  trestle_settings defaults{};
+  trestle_default_settings(&defaults);
+  EXPECT_EQ(defaults.own.port, 30490);
+  EXPECT_EQ(defaults.multicast.port, 30490);
+  EXPECT_EQ(std::vector(defaults.multicast.address, defaults.multicast.address + 4),
+            (std::vector<std::uint8_t>{224, 244, 224, 245}));
+  EXPECT_EQ(defaults.initial_delay_min_ms, 10U);
+  EXPECT_EQ(defaults.initial_delay_max_ms, 100U);
+  EXPECT_EQ(defaults.repetitions_base_delay_ms, 30U);
+  EXPECT_EQ(defaults.repetitions_max, 3);
+  EXPECT_EQ(defaults.cyclic_offer_delay_ms, 1000U);
+  EXPECT_EQ(defaults.ttl_s, 3U);
+  EXPECT_EQ(defaults.tp_burst, 4);
+  EXPECT_EQ(defaults.tp_separation_us, 1000U);
+  EXPECT_EQ(defaults.request_response_delay_min_ms, 0U);
+  EXPECT_EQ(defaults.request_response_delay_max_ms, 10U);
+  EXPECT_EQ(defaults.reassembly_timeout_ms, 1000U);
+}
+
 TEST_F(TrestleC, RefusesWhatCannotBe) {
   ++service.method_count;
   EXPECT_EQ(init(sizeof memory), TRESTLE_TABLE_FULL);

@@ -271,6 +271,22 @@ TEST(DeviceLimits, AreKeptByName) {
   EXPECT_EQ(few_events.device().offer(1, few_events.now).error(), Error::table_full);
 }
 
+TEST(DeviceLimits, HaveOneInstanceOfAServiceAtAPort) {
+  covers({"feat_req_someip_445", "feat_req_someip_967"});
+  for (const std::size_t first : {0U, 1U}) {
+    Tables tables;
+    auto services = std::to_array({tables.services[0], tables.services[0]});
+    services[1].instance = InstanceId{0x0002};
+    device::Settings settings = device_settings();
+    settings.services = services;
+    Rig<device::Limits{.services = 2, .eventgroups = 8, .events = 20}> rig{settings};
+    ASSERT_TRUE(rig.device().offer(first, rig.now));
+    EXPECT_EQ(rig.device().offer(1 - first, rig.now).error(), Error::duplicate);
+    rig.device().withdraw(first, rig.now);
+    EXPECT_TRUE(rig.device().offer(1 - first, rig.now));
+  }
+}
+
 TEST(DeviceLimits, RefuseASubscriberTooManyWithANack) {
   covers({"feat_req_someipsd_1137"});
   Tables tables;

@@ -1,5 +1,7 @@
 #include "test/sd/device/fixture.hpp"
 
+#include <set>
+
 namespace trestle::test::server_test {
 namespace {
 
@@ -168,6 +170,30 @@ TEST_F(DeviceServer, AcknowledgesASubscriptionBeforeItsInitialEvents) {
                                            "01010200"
                                            "002a"));
   EXPECT_THAT(rig.happenings, ElementsAre(place_of<device::SubscriberAdded>()));
+}
+
+TEST(DeviceEvents, GoToMoreSubscribersThanAByteHasBits) {
+  Tables tables;
+  device::Settings settings = device_settings();
+  settings.services = tables.services;
+  Rig<device::Limits{.subscribers = 20, .peers = 20}> rig{settings};
+  ASSERT_TRUE(rig.device().offer(0, rig.now));
+  rig.run_for(100ms);
+  for (std::uint8_t host = 2; host < 22; ++host) {
+    FakePeer one{{IpAddress::v4(10, 0, 0, host), 30490}};
+    rig.receive(one.unicast({test::subscribe(1, {udp({one.endpoint().address, 40000})})}), one.endpoint(),
+                own);
+  }
+  EXPECT_EQ(rig.device().subscribers(0, MethodId{0x8001}), 20U);
+  rig.sent.clear();
+  ASSERT_TRUE(rig.device().notify(0, MethodId{0x8001}, hex("aa")));
+  rig.poll();
+  std::set<std::uint8_t> reached;
+  for (const auto& sent : rig.sent) {
+    reached.insert(sent.to.address.bytes[3]);
+  }
+  EXPECT_EQ(rig.sent.size(), 20U);
+  EXPECT_EQ(reached.size(), 20U);
 }
 
 TEST_F(DeviceServer, TellsASubscriberThatWantsItsInitialEventsAnewFromANewOne) {
