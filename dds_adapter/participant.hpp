@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -66,9 +67,10 @@ struct ParticipantConfig {
   /// host.
   std::vector<std::string> interfaces;
   /// Use shared memory beside UDP for peers on this host. It is a little faster, but a peer that was killed
-  /// can leave segments behind that make its successors slow or deaf, so it is off unless asked for. See also
-  /// shared_memory_can_abort().
-  bool shared_memory = false;
+  /// can leave segments behind that make its successors slow or deaf, and one with another build of Fast DDS
+  /// can end the process, so it is off unless asked for, here or by a profile that lists it among its
+  /// `userTransports`. See also shared_memory_can_abort().
+  std::optional<bool> shared_memory{};
   /// How long others take us for alive after they last heard of us: from 100 ms on. It is how long it takes
   /// them to notice that the process was killed, and what they do with a network that is down for longer.
   std::chrono::nanoseconds lease = std::chrono::seconds{20};
@@ -79,7 +81,8 @@ struct ParticipantConfig {
   /// Bytes of an id in ROS 2's graph messages: 24 up to Humble, 16 from Iron on. 0: 16 until a peer uses 24.
   std::size_t gid_bytes = 0;
   /// A file of Fast DDS's XML profiles, and the participant profile in it to start from. All the above wins
-  /// over it, but transports and lease only where they are not as by default. Empty: none.
+  /// over it, but the lease only where it is not as by default. Of the profile's transports those count that
+  /// it lists, unless `interfaces` or `shared_memory` is set; the built-in ones are UDP alone. Empty: none.
   std::string profiles_file{};
   std::string profile{};
   /// Discovery servers, by whom participants find each other instead of by multicast. Number 0 comes first.
@@ -333,6 +336,8 @@ class Participant {
 
   /// GUID prefix of this participant, as hexadecimal digits: what others see as `peer`.
   [[nodiscard]] std::string guid() const;
+  /// Whether it has shared memory, as configured or by its profile.
+  [[nodiscard]] bool shares_memory() const;
   /// Whose the participant of a reader or writer is, by what discovery says.
   [[nodiscard]] Vendor vendor(const Guid& endpoint) const;
 

@@ -236,6 +236,13 @@ void ParticipantCore::destroy() noexcept {
   fast::DomainParticipantFactory::get_instance()->delete_participant(participant_);
 }
 
+bool ParticipantCore::shares_memory() const {
+  return std::ranges::any_of(participant_->get_qos().transport().user_transports, [](const auto& transport) {
+    return dynamic_cast<const eprosima::fastdds::rtps::SharedMemTransportDescriptor*>(transport.get()) !=
+           nullptr;
+  });
+}
+
 fast::Topic* ParticipantCore::use_topic(const std::string& topic, const std::string& type) {
   // Creating topics and types calls nobody back, so the lock may be held.
   const std::lock_guard lock{mutex_};
@@ -595,6 +602,9 @@ std::vector<FoundWriter> Participant::writers() const {
 }
 std::uint64_t Participant::not_remembered() const {
   return core_->not_remembered();
+}
+bool Participant::shares_memory() const {
+  return core_->shares_memory();
 }
 Vendor Participant::vendor(const Guid& endpoint) const {
   return core_->vendor(detail::to_fast(endpoint).guidPrefix);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <memory>
+#include <utility>
 
 namespace trestle::dds::detail {
 
@@ -30,16 +31,27 @@ void load_profile(const ParticipantConfig& config, fast::DomainParticipantQos& q
   }
 }
 
+/// `qos`: by default, or as a profile has it.
 void set_transports(const ParticipantConfig& config, fast::DomainParticipantQos& qos) {
   auto& transport = qos.transport();
-  transport.use_builtin_transports = false;
-  transport.user_transports.clear();
+  // Fast DDS's own built-in ones are never used: shared memory is among them.
+  bool wants_udp = std::exchange(transport.use_builtin_transports, false);
+  if (config.shared_memory || !config.interfaces.empty()) {
+    transport.user_transports.clear();
+  }
+  wants_udp = wants_udp || transport.user_transports.empty();
+  if (!wants_udp) {
+    return;  // the profile has all that it wants
+  }
+  const auto or_ours = [](std::uint32_t of_profile) {
+    return of_profile != 0 ? of_profile : socket_buffer_bytes;
+  };
   const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
   udp->interfaceWhiteList = config.interfaces;
-  udp->sendBufferSize = socket_buffer_bytes;
-  udp->receiveBufferSize = socket_buffer_bytes;
+  udp->sendBufferSize = or_ours(transport.send_socket_buffer_size);
+  udp->receiveBufferSize = or_ours(transport.listen_socket_buffer_size);
   transport.user_transports.push_back(udp);
-  if (config.shared_memory) {
+  if (config.shared_memory == true) {
     const auto shared = std::make_shared<eprosima::fastdds::rtps::SharedMemTransportDescriptor>();
     shared->segment_size(shared_memory_bytes);
     shared->max_message_size(shared_message_bytes);
@@ -90,10 +102,8 @@ fast::DomainParticipantQos participant_qos(const ParticipantConfig& config) {
     load_profile(config, qos);
   }
   qos.name(config.name);
-  // A profile's own transports and lease stay, unless something is asked for that takes their place.
-  if (!has_profile || !config.interfaces.empty() || config.shared_memory) {
-    set_transports(config, qos);
-  }
+  set_transports(config, qos);
+  // A profile's lease stays, unless one is asked for.
   if (!has_profile || config.lease != ParticipantConfig{}.lease) {
     set_lease(config.lease, qos);
   }

@@ -413,7 +413,7 @@ std::string summary(const BridgeConfig& config, const Colours& colours) {
       fmt::format("  {}DDS{}     domain {}, {}{}\n", colours.dim, colours.off, config.dds.domain,
                   config.dds.interfaces.empty() ? "all interfaces"
                                                 : fmt::format("on {}", fmt::join(config.dds.interfaces, " ")),
-                  config.dds.shared_memory ? ", shared memory" : "");
+                  config.dds.shared_memory == true ? ", shared memory" : "");
   if (config.dds.lease != DdsSettings{}.lease) {
     out.insert(out.size() - 1, fmt::format(", lease {}", to_string(config.dds.lease)));
   }

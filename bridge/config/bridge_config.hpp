@@ -79,9 +79,9 @@ struct SecuritySettings {
 
 /// The DDS side: which domain we join, and by which ways.
 struct DdsSettings {
-  std::uint32_t domain = 0;             ///< 0 to 232
-  std::vector<std::string> interfaces;  ///< IPv4 addresses that DDS may use; empty: all
-  bool shared_memory = false;
+  std::uint32_t domain = 0;                          ///< 0 to 232
+  std::vector<std::string> interfaces;               ///< IPv4 addresses that DDS may use; empty: all
+  std::optional<bool> shared_memory{};               ///< nothing: as the profile has it, else not
   Duration lease = std::chrono::seconds{20};         ///< until others notice that we were killed
   std::string node = "/trestle";                     ///< the ROS 2 node that we are
   std::string profiles{};                            ///< file of Fast DDS's XML profiles; empty: none

@@ -124,7 +124,9 @@ void load_dds(const YAML::Node& node, const std::string& file, DdsSettings& into
     into.interfaces.push_back(someip::to_string(address));
   }
   into.mark = marks.empty() ? dds.mark() : marks.front();
-  dds.read("shared_memory", truth(), into.shared_memory);
+  if (bool shared_memory = false; dds.read("shared_memory", truth(), shared_memory)) {
+    into.shared_memory = shared_memory;
+  }
   dds.read("lease", duration(std::chrono::seconds{1}, std::chrono::hours{1}), into.lease);
   dds.read("node", node_name(), into.node);
   dds.read("ros_distro", ros_distro(), into.ros_distro);

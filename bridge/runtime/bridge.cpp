@@ -135,11 +135,6 @@ struct Bridge::State {
         })} {}
 
   void join_dds(const BridgeConfig& config) {
-    if (config.dds.shared_memory && dds::shared_memory_can_abort()) {
-      logger->warn(
-          "dds.shared_memory: with this version of Fast DDS another process that is killed or stopped at the "
-          "wrong moment can end the bridge");
-    }
     participant = start_at(config, config.dds.mark, [&] {
       return std::make_unique<dds::Participant>(
           dds::ParticipantConfig{.domain = config.dds.domain,
@@ -161,6 +156,14 @@ struct Bridge::State {
                                      },
                                  .on_writers = [watched = watch] { watched->on_writers(); }});
     });
+    if (participant->shares_memory()) {
+      logger->warn(
+          "dds: shared memory is in use: a process on this host that uses it with another build of Fast DDS "
+          "can end the bridge{}",
+          dds::shared_memory_can_abort()
+              ? "; with this version of Fast DDS one that is killed or stopped at the wrong moment can, too"
+              : "");
+    }
   }
 
   // What the checks of end-to-end protection find is published, if there are any, and how methods are.

@@ -118,6 +118,60 @@ TEST_F(BigSystems, StartFromAProfile) {
               HasSubstr("does not take " + profiled.profiles_file + " for a file of profiles"));
 }
 
+/// Whether Fast DDS's shared memory is part of this process.
+bool has_shared_memory() {
+  std::ifstream maps{"/proc/self/maps"};
+  for (std::string line; std::getline(maps, line);) {
+    if (line.find("/dev/shm/fast") != std::string::npos) {
+      return true;
+    }
+  }
+  return false;
+}
+
+TEST_F(BigSystems, HaveSharedMemoryOnlyIfItIsAskedFor) {
+  // They find nobody, so that all interfaces may be theirs.
+  const std::string file = folder_ + "/transports.xml";
+  const std::string alone =
+      "<builtin><discovery_config><discoveryProtocol>NONE</discoveryProtocol></discovery_config></builtin>";
+  const std::string shared =
+      "<userTransports><transport_id>shared</transport_id></userTransports>"
+      "<useBuiltinTransports>false</useBuiltinTransports>";
+  std::ofstream{file} << fmt::format(R"(<?xml version="1.0" encoding="UTF-8" ?>
+<dds xmlns="http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles"><profiles>
+  <transport_descriptors><transport_descriptor>
+    <transport_id>shared</transport_id><type>SHM</type>
+  </transport_descriptor></transport_descriptors>
+  <participant profile_name="plain"><rtps>{0}</rtps></participant>
+  <participant profile_name="builtin"><rtps>
+    <useBuiltinTransports>true</useBuiltinTransports>{0}
+  </rtps></participant>
+  <participant profile_name="none"><rtps>
+    <useBuiltinTransports>false</useBuiltinTransports>{0}
+  </rtps></participant>
+  <participant profile_name="shared"><rtps>{1}{0}</rtps></participant>
+</profiles></dds>)",
+                                     alone, shared);
+  struct Case {
+    const char* profile;
+    std::optional<bool> configured;
+    bool expected;
+  };
+  for (const Case& one : {Case{"plain", {}, false}, Case{"plain", false, false}, Case{"plain", true, true},
+                          Case{"builtin", {}, false}, Case{"none", {}, false}, Case{"shared", {}, true},
+                          Case{"shared", false, false}, Case{"shared", true, true}}) {
+    const testing::ScopedTrace trace{__FILE__, __LINE__, one.profile};
+    ParticipantConfig profiled = config();
+    profiled.interfaces = {};
+    profiled.profiles_file = file;
+    profiled.profile = one.profile;
+    profiled.shared_memory = one.configured;
+    const Participant participant{profiled};
+    EXPECT_EQ(has_shared_memory(), one.expected);
+    EXPECT_EQ(participant.shares_memory(), one.expected);
+  }
+}
+
 /// A process that ends with the object.
 class Process {
  public:

@@ -57,7 +57,7 @@ TEST(LoadConfig, ReadsEveryKey) {
   EXPECT_EQ(config.someip.sd, sd);
   EXPECT_EQ(config.dds.domain, 7U);
   EXPECT_THAT(config.dds.interfaces, ElementsAre("127.0.0.1", "192.0.2.7"));
-  EXPECT_TRUE(config.dds.shared_memory);
+  EXPECT_EQ(config.dds.shared_memory, true);
   EXPECT_EQ(config.dds.node, "/front/trestle");
   EXPECT_EQ(config.dds.ros_distro, "humble");
   EXPECT_THAT(config.type_paths, ElementsAre("/usr", "."));
@@ -126,7 +126,7 @@ TEST(LoadConfig, LeavesDefaultsWhereNothingIsSaid) {
   EXPECT_EQ(config.someip.interface, "");
   EXPECT_EQ(config.dds.domain, 0U);
   EXPECT_THAT(config.dds.interfaces, IsEmpty());
-  EXPECT_FALSE(config.dds.shared_memory);
+  EXPECT_EQ(config.dds.shared_memory, std::nullopt);
   EXPECT_THAT(config.type_paths, IsEmpty());
   ASSERT_EQ(config.routes.size(), 1U);
   EXPECT_EQ(config.routes[0].rules, MessageRules{});

@@ -40,10 +40,16 @@ ROUTES = [  # topic, type, whether it goes from A to B, settings
     ("/map_name", "std_msgs/msg/String", False, "qos: {durability: transient_local, depth: 1}"),
 ]
 
+# As systems have them that say nothing of transports: Fast DDS's own would end the bridge beside the nodes.
+PROFILE = """<dds xmlns="http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles"><profiles>
+<participant profile_name="trestle"><rtps><name>bridge</name></rtps></participant></profiles></dds>
+"""
+
 
 def configuration(end):
     text = (f"someip: {{address: {A if end == 'a' else B}, sd: {{initial_delay_max: 20 ms, cyclic_offer_delay: 200 ms}}}}\n"
-            f"dds: {{domain: {1 if end == 'a' else 2}, node: /{'front/' if end == 'b' else ''}trestle_{end}}}\nroutes:\n")
+            f"dds: {{domain: {1 if end == 'a' else 2}, node: /{'front/' if end == 'b' else ''}trestle_{end}"
+            f"{', profiles: profile.xml' if end == 'b' else ''}}}\nroutes:\n")
     for i, (topic, kind, from_a, settings) in enumerate(ROUTES):
         out = from_a == (end == "a")
         text += (f"  - {{topic: {topic}, type: {kind}, direction: {'dds_to_someip' if out else 'someip_to_dds'}, "
@@ -56,6 +62,7 @@ class Bridge:
     def __init__(self, folder, end, text=None):
         file = pathlib.Path(folder, f"{end}.yaml")
         file.write_text(text or configuration(end))
+        pathlib.Path(folder, "profile.xml").write_text(PROFILE)
         place = ["nsenter", "--net=" + os.environ["TRESTLE_PEER_NAMESPACE"]] if end == "a" else []
         self.log = open(pathlib.Path(folder, f"{end}.log"), "w+")
         self.process = subprocess.Popen([*peer.DIES_WITH_US, *place, program, "bridge", str(file)],
