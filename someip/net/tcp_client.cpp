@@ -234,9 +234,6 @@ void TcpClient::probe() {
 std::optional<Endpoint> TcpClient::local() const {
   return state_->stream ? std::optional{state_->stream->local()} : std::nullopt;
 }
-const Endpoint& TcpClient::remote() const noexcept {
-  return state_->options.remote;
-}
 TcpClient::Counters TcpClient::counters() const {
   Counters sum = state_->counters;
   if (state_->stream) {

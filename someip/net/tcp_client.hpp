@@ -52,7 +52,6 @@ class TcpClient {
 
   /// The own end of the connection, while it stands.
   [[nodiscard]] std::optional<Endpoint> local() const;
-  [[nodiscard]] const Endpoint& remote() const noexcept;
   [[nodiscard]] Counters counters() const;
 
  private:

@@ -127,10 +127,6 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     SocketAddress address;
     getsockname(fd, address.data(), &address.size());
     local = address.endpoint();
-    SocketAddress peer;
-    if (getpeername(fd, peer.data(), &peer.size()) == 0) {
-      remote = peer.endpoint();
-    }
   }
 
   // --- receiving ---
@@ -448,7 +444,6 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   StreamParser parser;
   std::unique_ptr<std::byte[]> room;
   Endpoint local;
-  Endpoint remote;
   MessageHandler on_message;
   CloseHandler on_closed;
   std::list<Outgoing> queue;
@@ -539,9 +534,6 @@ void TcpStream::probe() {
 
 const Endpoint& TcpStream::local() const noexcept {
   return state_->local;
-}
-const Endpoint& TcpStream::remote() const noexcept {
-  return state_->remote;
 }
 bool TcpStream::idle() const noexcept {
   return state_->queue.empty();

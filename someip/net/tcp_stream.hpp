@@ -81,7 +81,6 @@ class TcpStream {
   void probe();
 
   [[nodiscard]] const Endpoint& local() const noexcept;
-  [[nodiscard]] const Endpoint& remote() const noexcept;
   /// Whether nothing waits to be sent.
   [[nodiscard]] bool idle() const noexcept;
   [[nodiscard]] Counters counters() const noexcept;
