@@ -128,10 +128,14 @@ struct Bridge::State {
       : report{watcher},
         watch{std::make_shared<TopicWatch>(io)},
         node{start_at(config, config.someip.mark, [&] {
-          return std::make_unique<sd::Node>(io, node_config(config), [this](const std::string& line) {
-            spdlog::info("SD {}", line);
-            report.discovery(line);
-          });
+          const auto log_at = [this](spdlog::level::level_enum level) {
+            return [this, level](const std::string& line) {
+              spdlog::log(level, "SD {}", line);
+              report.discovery(line);
+            };
+          };
+          return std::make_unique<sd::Node>(io, node_config(config), log_at(spdlog::level::info),
+                                            log_at(spdlog::level::warn));
         })} {}
 
   void join_dds(const BridgeConfig& config) {

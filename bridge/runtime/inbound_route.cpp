@@ -101,6 +101,7 @@ void InboundRoute::settle() {
     if (read && !subscription_) {
       subscribe();
     } else if (!read && subscription_) {
+      past_faults_ = faults();
       node_.unsubscribe(*subscription_);
       subscription_.reset();
       if (on_value_) {
@@ -162,8 +163,20 @@ std::optional<Diagnosis> InboundRoute::diagnosis() const {
               : std::nullopt;
 }
 
+sd::SubscriptionFaults InboundRoute::faults() const {
+  sd::SubscriptionFaults sum = past_faults_;
+  if (subscription_) {
+    const sd::SubscriptionFaults now = node_.subscription_faults(*subscription_);
+    sum.refused += now.refused;
+    sum.other_transport += now.other_transport;
+    sum.other_version += now.other_version;
+  }
+  return sum;
+}
+
 CounterGroup InboundRoute::counters() const {
   using enum Counter::Kind;
+  const sd::SubscriptionFaults sd = faults();
   const dds::WriterCounters dds = writer_ ? writer_->counters() : dds::WriterCounters{};
   const dds::WriterCounters& past = past_writers_;
   CounterGroup group{"route " + route_.topic + " from SOME/IP",
@@ -173,6 +186,9 @@ CounterGroup InboundRoute::counters() const {
                       {"readers", writer_ ? writer_->matched() : 0},
                       {"written", writer_ ? 1U : 0U},
                       {"subscribed", subscription_ && node_.subscribed(*subscription_) ? 1U : 0U},
+                      {"refused", sd.refused, loss},
+                      {"other_transport", sd.other_transport, loss},
+                      {"other_version", sd.other_version, loss},
                       {"no_reader", no_reader_, loss},
                       {"not_convertible", not_convertible_, loss},
                       {"too_large", too_large_, loss},

@@ -56,6 +56,7 @@ class InboundRoute {
   void settle();
   void make_writer();
   void drop_writer();
+  [[nodiscard]] sd::SubscriptionFaults faults() const;
 
   sd::Node& node_;
   const sd::SubscribeSpec subscription_spec_;
@@ -70,7 +71,8 @@ class InboundRoute {
   dds::WriterCounters past_writers_;
   std::optional<sd::RequirementId> requirement_;  ///< to write while the service is offered
   std::optional<sd::SubscriptionId> subscription_;
-  std::shared_ptr<const void> port_;  ///< held while there is no subscription, if it has a number
+  sd::SubscriptionFaults past_faults_;  ///< of subscriptions that have ended
+  std::shared_ptr<const void> port_;    ///< held while there is no subscription, if it has a number
   bool settling_soon_ = false;
   bool stopped_ = false;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);

@@ -209,6 +209,15 @@ class ServiceDiscovery {
   /// value, at random by their weights. Another call may choose another.  [feat_req_someipsd_770]
   [[nodiscard]] std::optional<RemoteService> choose(RequirementHandle requirement) noexcept;
 
+  /// Calls `visit(const slots::Remote&)` for each service of a peer that is known: also those that nobody
+  /// requires, as long as there is room for them.
+  template <typename Visit>
+  void for_each_remote(Visit visit) const {
+    for (const slots::Remote& remote : remotes_) {
+      visit(remote);
+    }
+  }
+  [[nodiscard]] RemoteService service_of(const slots::Remote& remote) const noexcept;
   /// A peer's service; nothing when it is gone.
   [[nodiscard]] std::optional<RemoteService> remote(RemoteHandle service) const noexcept;
   /// The service that a subscription is to; nothing while there is none.
@@ -358,7 +367,6 @@ class ServiceDiscovery {
   void settle(slots::Requirement& requirement) noexcept;
   void lose(slots::Remote& remote, LossReason reason, TimePoint now) noexcept;
   [[nodiscard]] bool fits(const slots::Requirement& requirement, const slots::Remote& remote) const noexcept;
-  [[nodiscard]] RemoteService service_of(const slots::Remote& remote) const noexcept;
   TRESTLE_ONCE [[nodiscard]] Entry find_entry(const slots::Requirement& requirement) const noexcept;
   void seek(TimePoint now) noexcept;
 

@@ -21,7 +21,7 @@ bool same(const RemoteService& a, const RemoteService& b) {
 }  // namespace
 
 Consumer::Consumer(boost::asio::io_context& io, ServiceDiscovery& discovery, Ports& ports,
-                   const NodeConfig& config, NodeCounters& counters, DiscoveryLog log,
+                   const NodeConfig& config, NodeCounters& counters, DiscoveryLog log, DiscoveryLog warn,
                    std::function<void()> changed)
     : io_{io},
       discovery_{discovery},
@@ -29,6 +29,7 @@ Consumer::Consumer(boost::asio::io_context& io, ServiceDiscovery& discovery, Por
       config_{config},
       counters_{counters},
       log_{std::move(log)},
+      warn_{std::move(warn)},
       changed_{std::move(changed)},
       call_slots_(config.max_calls),
       calls_{call_slots_, config.client},
@@ -197,6 +198,52 @@ void Consumer::clear() {
   connections_.clear();
 }
 
+// --- Other versions ---------------------------------------------------------------------------------------
+
+void Consumer::note_other_versions() {
+  for (const auto& subscription : subscriptions_) {
+    subscription->faults.other_version += note_other_versions(*subscription);
+  }
+  for (const auto& requirement : requirements_) {
+    note_other_versions(*requirement);
+  }
+}
+
+std::uint64_t Consumer::note_other_versions(Need& need) {
+  const RequireSpec& wanted = need.spec;
+  std::vector<RemoteService> others;
+  if (need.servers.empty() && wanted.otherserv.empty()) {
+    discovery_.for_each_remote([&](const slots::Remote& remote) {
+      const bool is_right = (wanted.major == any_major || wanted.major == remote.major) &&
+                            (wanted.minor == any_minor || wanted.minor == remote.minor);
+      if (remote.service == wanted.service && !is_right &&
+          (wanted.instance == someip::any_instance || wanted.instance == remote.instance)) {
+        others.push_back(discovery_.service_of(remote));
+      }
+    });
+  }
+  std::vector<RemoteHandle> handles(others.size());
+  std::ranges::transform(others, handles.begin(), &RemoteService::handle);
+  const std::vector<RemoteHandle> known = std::exchange(need.others, std::move(handles));
+  std::uint64_t found = 0;
+  for (const RemoteService& other : others) {
+    if (std::ranges::find(known, other.handle) != known.end()) {
+      continue;
+    }
+    ++found;
+    const bool is_said = any_need([&](const Need& one) {
+      return &one != &need && one.spec.major == wanted.major && one.spec.minor == wanted.minor &&
+             std::ranges::find(one.others, other.handle) != one.others.end();
+    });
+    if (!is_said) {
+      warn_(to_string(other.service, other.instance) + " is wanted in version " +
+            version_text(wanted.major, wanted.minor) + ", but " + someip::to_string(other.peer.address) +
+            " offers it in version " + version_text(other.major, other.minor));
+    }
+  }
+  return found;
+}
+
 // --- What discovery tells ---------------------------------------------------------------------------------
 
 void Consumer::on_event(const ServiceAvailable& event, TimePoint now) {
@@ -229,6 +276,11 @@ void Consumer::on_event(const ServiceLost& event) {
   const auto subscription = std::ranges::find(subscriptions_, event.requirement, &Subscription::handle);
   if (subscription != subscriptions_.end()) {
     std::erase_if((*subscription)->servers, is_it);
+    const auto binding =
+        std::ranges::find((*subscription)->bindings, event.service.instance, &Binding::instance);
+    if (binding != (*subscription)->bindings.end()) {
+      binding->not_over_tcp = false;
+    }
     for (const auto& listener : (*subscription)->listeners) {
       listener->e2e.forget(event.service.udp, event.service.tcp);
     }

@@ -17,7 +17,7 @@ class Consumer {
  public:
   /// @param changed  called after something here, not in a call from outside, has asked discovery for more.
   Consumer(boost::asio::io_context& io, ServiceDiscovery& discovery, Ports& ports, const NodeConfig& config,
-           NodeCounters& counters, DiscoveryLog log, std::function<void()> changed);
+           NodeCounters& counters, DiscoveryLog log, DiscoveryLog warn, std::function<void()> changed);
 
   RequirementId require(const RequireSpec& spec, AvailabilityHandler handler, TimePoint now);
   void release(RequirementId id, TimePoint now);
@@ -32,6 +32,7 @@ class Consumer {
   SubscriptionId subscribe(const SubscribeSpec& spec, EventHandler handler, TimePoint now);
   void unsubscribe(SubscriptionId id, TimePoint now);
   [[nodiscard]] bool subscribed(SubscriptionId id) const;
+  [[nodiscard]] SubscriptionFaults faults(SubscriptionId id) const;
   void clear();
 
   /// Whether it waits for this event or answer, of which a segment has come. If not, counts why.
@@ -47,6 +48,8 @@ class Consumer {
   /// After the events that came together: lets go what they have left unneeded, and no sooner, for what a
   /// message stops it may also start anew.  [feat_req_someipsd_1170]
   void settle(TimePoint now);
+  /// Warns of services that are looked for and only offered in another version. After all events.
+  void note_other_versions();
 
   [[nodiscard]] const someip::CallCounters& call_counters() const noexcept { return calls_.counters(); }
   [[nodiscard]] someip::TcpClient::Counters tcp_counters() const;
@@ -58,6 +61,7 @@ class Consumer {
     RequireSpec spec;
     std::vector<RemoteService> servers{};
     std::optional<someip::InstanceId> chosen{};  ///< where calls go that name none
+    std::vector<RemoteHandle> others{};          ///< offers in another version, of which has been warned
   };
   struct Requirement : Need {
     RequirementId id{};
@@ -78,6 +82,7 @@ class Consumer {
     std::optional<SubscriptionHandle> handle{};
     std::optional<Endpoint> connection{};  ///< the server's end of the TCP connection that it was made with
     bool subscribed = false;
+    bool not_over_tcp = false;  ///< the server does not offer that, of which has been warned
     std::shared_ptr<GroupPort> group{};
   };
   struct Subscription : Need {
@@ -85,6 +90,7 @@ class Consumer {
     std::shared_ptr<UdpPort> port{};
     std::vector<std::shared_ptr<Listener>> listeners{};
     std::vector<Binding> bindings{};
+    SubscriptionFaults faults{};
   };
   /// That a listener wants an event.
   struct Wish {
@@ -111,7 +117,7 @@ class Consumer {
   [[nodiscard]] bool find_listeners(const someip::Header& header, const Source& source);
   [[nodiscard]] std::shared_ptr<Requirement> find(RequirementId id) const;
   [[nodiscard]] std::shared_ptr<Subscription> find(SubscriptionId id) const;
-  [[nodiscard]] Binding* find(SubscriptionHandle handle, const Subscription** owner = nullptr) const;
+  [[nodiscard]] Binding* find(SubscriptionHandle handle, Subscription** owner = nullptr) const;
   [[nodiscard]] RequirementHandle look_for(const RequireSpec& spec, TimePoint now);
   /// Whether `is_true` for any service that is looked for. What concerns several is logged once.
   template <typename Test>
@@ -119,6 +125,9 @@ class Consumer {
     const auto of = [&](const auto& one) { return is_true(static_cast<const Need&>(*one)); };
     return std::ranges::any_of(requirements_, of) || std::ranges::any_of(subscriptions_, of);
   }
+
+  /// @return how many are new, of which it has warned.
+  std::uint64_t note_other_versions(Need& need);
 
   [[nodiscard]] std::optional<Route> route(Need& need, const CallSpec& spec, std::size_t bytes);
   void choose(Need& need);
@@ -160,6 +169,7 @@ class Consumer {
   const NodeConfig& config_;
   NodeCounters& counters_;
   DiscoveryLog log_;
+  DiscoveryLog warn_;
   std::function<void()> changed_;
   std::vector<std::shared_ptr<Requirement>> requirements_;
   std::vector<std::shared_ptr<Subscription>> subscriptions_;

@@ -101,6 +101,11 @@ bool Consumer::subscribed(SubscriptionId id) const {
                               : std::ranges::any_of(subscription->bindings, &Binding::subscribed));
 }
 
+SubscriptionFaults Consumer::faults(SubscriptionId id) const {
+  const auto subscription = find(id);
+  return subscription ? subscription->faults : SubscriptionFaults{};
+}
+
 std::shared_ptr<Consumer::Subscription> Consumer::find(SubscriptionId id) const {
   const auto found = std::ranges::find_if(subscriptions_, [&](const auto& subscription) {
     return std::ranges::any_of(subscription->listeners, [&](const auto& one) { return one->id == id; });
@@ -108,7 +113,7 @@ std::shared_ptr<Consumer::Subscription> Consumer::find(SubscriptionId id) const 
   return found == subscriptions_.end() ? nullptr : *found;
 }
 
-Consumer::Binding* Consumer::find(SubscriptionHandle handle, const Subscription** owner) const {
+Consumer::Binding* Consumer::find(SubscriptionHandle handle, Subscription** owner) const {
   for (const auto& subscription : subscriptions_) {
     for (Binding& binding : subscription->bindings) {
       if (binding.handle == handle) {
@@ -134,8 +139,11 @@ void Consumer::bind(Subscription& subscription, const RemoteService& server, Tim
   std::optional<Endpoint> tcp;
   if (subscription.wanted.tcp) {
     if (!server.tcp) {
-      log_("cannot subscribe to " + name_of(subscription.wanted, server.instance) +
-           ": it is not offered over TCP");
+      if (!std::exchange(binding->not_over_tcp, true)) {
+        ++subscription.faults.other_transport;
+        warn_("cannot subscribe to " + name_of(subscription.wanted, server.instance) +
+              " over TCP: it is not offered over TCP, only at " + endpoints_text(server));
+      }
       return;
     }
     tcp = connection_to(*server.tcp).client->local();
@@ -165,8 +173,8 @@ void Consumer::bind(Subscription& subscription, const RemoteService& server, Tim
   if (handle) {
     binding->handle = *handle;
   } else {
-    log_("cannot subscribe to " + name_of(subscription.wanted, server.instance) + ": " +
-         to_string(handle.error()));
+    warn_("cannot subscribe to " + name_of(subscription.wanted, server.instance) + ": " +
+          to_string(handle.error()));
   }
 }
 
@@ -244,7 +252,7 @@ void Consumer::note_event(const Subscription& subscription, const someip::Instan
 // --- What discovery tells of subscriptions ----------------------------------------------------------------
 
 void Consumer::on_event(const Subscribed& event) {
-  const Subscription* owner = nullptr;
+  Subscription* owner = nullptr;
   Binding* const binding = find(event.subscription, &owner);
   if (binding == nullptr) {
     return;
@@ -265,14 +273,14 @@ void Consumer::on_event(const Subscribed& event) {
   // Who reads this may rely on the group being joined.
   log_("subscribed to " + name + ", whose multicast events come at " + someip::to_string(*event.multicast));
   if (!missed.empty()) {
-    log_("multicast events of " + name + " will be missed: " + missed);
+    warn_("multicast events of " + name + " will be missed: " + missed);
   }
 }
 
 // The server may have lost the TCP connection that we still believe in: a probe finds out, and the connection
 // is then made anew and the eventgroup subscribed to through it.  [feat_req_someipsd_869]
 void Consumer::on_event(const SubscriptionRefused& event) {
-  const Subscription* owner = nullptr;
+  Subscription* owner = nullptr;
   if (Binding* const binding = find(event.subscription, &owner)) {
     binding->subscribed = false;
     binding->group.reset();
@@ -283,8 +291,11 @@ void Consumer::on_event(const SubscriptionRefused& event) {
         known && server->udp && !owner->wanted.udp   ? "; it may want a UDP endpoint, too"
         : known && server->tcp && !owner->wanted.tcp ? "; it may want a TCP endpoint, too"
                                                      : "";
-    log_("subscription to " + name_of(owner->wanted, binding->instance) +
-         " refused by the server; trying again with its next offer" + missing);
+    ++owner->faults.refused;
+    const char* const over = !owner->wanted.tcp ? "UDP" : owner->wanted.udp ? "UDP and TCP" : "TCP";
+    warn_("subscription to " + name_of(owner->wanted, binding->instance) +
+          " refused by the server; trying again with its next offer; wanted over " + over +
+          (known ? ", offered at " + endpoints_text(*server) : "") + missing);
     const auto connection =
         binding->connection ? connections_.find(*binding->connection) : connections_.end();
     if (connection != connections_.end()) {
@@ -294,7 +305,7 @@ void Consumer::on_event(const SubscriptionRefused& event) {
 }
 
 void Consumer::on_event(const SubscriptionLost& event) {
-  const Subscription* owner = nullptr;
+  Subscription* owner = nullptr;
   if (Binding* const binding = find(event.subscription, &owner)) {
     binding->subscribed = false;
     binding->group.reset();

@@ -18,6 +18,17 @@ std::string to_string(ServiceId service, InstanceId instance) {
          (instance == someip::any_instance ? "*" : hexadecimal(value(instance)));
 }
 
+std::string version_text(std::uint8_t major, std::uint32_t minor) {
+  return (major == any_major ? "any" : std::to_string(major)) + "." +
+         (minor == any_minor ? "any" : std::to_string(minor));
+}
+
+std::string endpoints_text(const RemoteService& service) {
+  return (service.udp ? "UDP " + someip::to_string(*service.udp) : "") +
+         (service.udp && service.tcp ? " and " : "") +
+         (service.tcp ? "TCP " + someip::to_string(*service.tcp) : "");
+}
+
 std::string describe(const RemoteService& service) {
   std::string text = to_string(service.service, service.instance) + " version " +
                      std::to_string(service.major) + "." + std::to_string(service.minor) + " is offered";

@@ -58,10 +58,12 @@ someip::UdpOptions sd_socket(const NodeConfig& config, const IpAddress& at, some
 }  // namespace
 
 struct Node::State : std::enable_shared_from_this<State> {
-  State(boost::asio::io_context& context, const NodeConfig& settings, DiscoveryLog logger)
+  State(boost::asio::io_context& context, const NodeConfig& settings, DiscoveryLog logger,
+        DiscoveryLog warner)
       : io{context},
         config{settings},
         log{logger ? std::move(logger) : [](const std::string&) {}},
+        warn{warner ? std::move(warner) : log},
         unicast{io, sd_socket(config, config.address, someip::PortSharing::by_address)},
         multicast{io, sd_socket(config, config.multicast, someip::PortSharing::shared)},
         storage{config.limits},
@@ -76,7 +78,7 @@ struct Node::State : std::enable_shared_from_this<State> {
                                   bool connected) { on_tcp_client(own, client, connected); },
              .unreachable = [this](const Endpoint& receiver) { on_unreachable(receiver); }}},
         provider{io, discovery, ports, config, counters, log},
-        consumer{io, discovery, ports, config, counters, log, [this] { drain(); }},
+        consumer{io, discovery, ports, config, counters, log, warn, [this] { drain(); }},
         timer{io, [this] {
                 discovery.on_time(now());
                 drain();
@@ -190,6 +192,7 @@ struct Node::State : std::enable_shared_from_this<State> {
         consumer.settle(now());
       }
     }
+    shielded(io, [this] { consumer.note_other_versions(); });
     draining = false;
     timer.arm(discovery.deadline());
   }
@@ -280,6 +283,7 @@ struct Node::State : std::enable_shared_from_this<State> {
   boost::asio::io_context& io;
   NodeConfig config;
   DiscoveryLog log;
+  DiscoveryLog warn;
   NodeCounters counters;
   bool multicast_works = true;  ///< as far as the system says when we send
   someip::UdpSocket unicast;
@@ -302,9 +306,9 @@ struct Node::State : std::enable_shared_from_this<State> {
   std::array<Refusals, nack_reasons> refusals{};
 };
 
-Node::Node(boost::asio::io_context& io, const NodeConfig& config, DiscoveryLog log) {
+Node::Node(boost::asio::io_context& io, const NodeConfig& config, DiscoveryLog log, DiscoveryLog warn) {
   check(config);
-  state_ = std::make_shared<State>(io, config, std::move(log));
+  state_ = std::make_shared<State>(io, config, std::move(log), std::move(warn));
 }
 
 Node::~Node() = default;
@@ -407,6 +411,10 @@ void Node::unsubscribe(SubscriptionId subscription) {
 
 bool Node::subscribed(SubscriptionId subscription) const {
   return state_->consumer.subscribed(subscription);
+}
+
+SubscriptionFaults Node::subscription_faults(SubscriptionId subscription) const {
+  return state_->consumer.faults(subscription);
 }
 
 void Node::link(bool up) {

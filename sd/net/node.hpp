@@ -21,7 +21,9 @@ class Node {
   /// Opens SD's sockets and starts.
   /// @throws someip::NetError when they cannot be opened; above all when another SOME/IP stack has the port.
   ///         std::invalid_argument for a configuration that makes no sense: what() names the field.
-  Node(boost::asio::io_context& io, const NodeConfig& config, DiscoveryLog log = {});
+  /// @param warn  is told, in place of `log`, what is likely to be a mistake in somebody's configuration:
+  ///              others offer less, or something else, than is wanted. Empty: `log` is.
+  Node(boost::asio::io_context& io, const NodeConfig& config, DiscoveryLog log = {}, DiscoveryLog warn = {});
   /// No handler is called any more; whoever uses the Node's services notices when their time to live is over.
   ~Node();
   Node(const Node&) = delete;
@@ -112,6 +114,8 @@ class Node {
   void unsubscribe(SubscriptionId subscription);
   /// Whether the eventgroup is subscribed to now: a server has acknowledged it.
   [[nodiscard]] bool subscribed(SubscriptionId subscription) const;
+  /// Subscriptions that share one on the wire share these, too.
+  [[nodiscard]] SubscriptionFaults subscription_faults(SubscriptionId subscription) const;
 
   /// Tells that the network's link has come up or gone down; it is up at the start. While it is down all
   /// services and subscribers are lost and nothing is sent by discovery; afterwards everything starts anew.

@@ -166,6 +166,14 @@ struct SubscribeSpec {
   std::string otherserv{};     ///< the name, for other_protocols  [feat_req_someipsd_503]
 };
 
+/// How often something came between a subscription and its events; each counts when it begins, and is logged
+/// as a warning.
+struct SubscriptionFaults {
+  std::uint64_t refused = 0;          ///< the server answered with a Nack
+  std::uint64_t other_transport = 0;  ///< the service is not offered over TCP, which was wanted
+  std::uint64_t other_version = 0;    ///< the service is only offered in another version
+};
+
 /// Why a call was not answered as it should be.
 enum class CallFault : std::uint8_t {
   unavailable,     ///< nobody offers the service now
