@@ -236,14 +236,14 @@ Qos found_qos(const FoundQos& found) {
 #endif
 
 /// Finds others by these servers. A server's number, which stands for its GUID before 3.x, is its place in
-/// the list.
+/// the list. Mere clients are told only of the topics that they have endpoints of.
 inline void use_discovery_servers(const std::vector<ParticipantConfig::Server>& servers,
                                   DomainParticipantQos& qos) {
   auto& discovery = qos.wire_protocol().builtin.discovery_config;
 #if TRESTLE_FASTDDS_3
-  discovery.discoveryProtocol = rtps::DiscoveryProtocol::CLIENT;
+  discovery.discoveryProtocol = rtps::DiscoveryProtocol::SUPER_CLIENT;
 #else
-  discovery.discoveryProtocol = rtps::DiscoveryProtocol_t::CLIENT;
+  discovery.discoveryProtocol = rtps::DiscoveryProtocol_t::SUPER_CLIENT;
   int number = 0;
 #endif
   for (const ParticipantConfig::Server& server : servers) {

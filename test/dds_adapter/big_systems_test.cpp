@@ -6,6 +6,7 @@
 #include <sys/socket.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -250,6 +251,20 @@ TEST_F(ServedSystems, FindEachOtherByADiscoveryServer) {
   expect_carried(from, to, "rt/a");
   // Who has no server does not see them: they say nothing to the multicast group.
   EXPECT_EQ(events.size(), 0U);
+}
+
+TEST_F(ServedSystems, SeeTopicsThatTheyHaveNoEndpointsOf) {
+  const Participant observer{client()};
+  Participant from{client()};
+  const Writer writer = from.create_writer("rt/a", type, {});
+  const auto sees = [&] {
+    const std::vector<FoundWriter> found = observer.writers();
+    return std::ranges::any_of(found, [](const FoundWriter& one) { return one.topic == "rt/a"; });
+  };
+  ASSERT_TRUE(eventually([&] { return sees() || !hindrance().empty(); }));
+  if (!sees()) {
+    GTEST_SKIP() << hindrance();
+  }
 }
 
 TEST_F(ServedSystems, TakeTheServerFromTheEnvironmentOfROS) {

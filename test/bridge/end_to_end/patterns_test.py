@@ -3,7 +3,9 @@
 Usage: patterns_test.py TRESTLE RESTARTS_PEER
 """
 import os
+import shutil
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -11,7 +13,7 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 from bare_peer import PATIENCE, Peer, receive
-from bridge_program import DOMAIN, GROUP, PEER, head, log_until, offered, write
+from bridge_program import BRIDGE, DOMAIN, GROUP, PEER, head, log_until, offered, write
 
 PEER_PROGRAM = sys.argv.pop(2)
 TRESTLE = sys.argv.pop(1)
@@ -47,8 +49,9 @@ class Patterns(unittest.TestCase):
         self.log.close()
         self.folder.cleanup()
 
-    def start(self, command):
-        self.started.append(subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=self.log))
+    def start(self, command, environment=()):
+        self.started.append(subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=self.log,
+                                             env={**os.environ, **dict(environment)}))
         return self.started[-1]
 
     def start_bridge(self):
@@ -111,6 +114,24 @@ class Patterns(unittest.TestCase):
         bridge.send_signal(signal.SIGTERM)
         self.assertEqual(bridge.wait(timeout=PATIENCE), 0)
         receive(self.peer.group, offered(UP_1, False))
+
+    def test_topics_behind_a_discovery_server(self):
+        self.publisher.kill()
+        self.publisher.wait()
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            probe.bind(("127.0.0.1", 0))
+            server = f"127.0.0.1:{probe.getsockname()[1]}"
+        if not shutil.which("fast-discovery-server"):
+            self.skipTest("fast-discovery-server, of Debian's fastdds-tools, is not installed")
+        self.start(["fast-discovery-server", "-i", "0", "-l", "127.0.0.1", "-p", server.split(":")[1]])
+        write(self.file, CONFIG.replace("interfaces:", f"discovery_server: '{server}', interfaces:"))
+        self.start_bridge()
+        self.start([PEER_PROGRAM, "ros", str(DOMAIN)], {"ROS_DISCOVERY_SERVER": server})
+        receive(self.peer.group, offered(UP_0))
+        with self.peer.bound(PEER, 40003) as events:
+            self.peer.subscribe(BRIDGE, UP_0, 1)
+            events.settimeout(PATIENCE)
+            self.assertEqual(events.recv(65536)[:4], UP_0.to_bytes(2, "big") + b"\x80\x01")
 
 
 if __name__ == "__main__":
