@@ -215,5 +215,60 @@ class RealRos(unittest.TestCase):
         self.assertTrue(self.one.wait(lambda: node.count_publishers("/cmd_vel") == 0))
 
 
+class KilledNodes(unittest.TestCase):
+    """Nodes have shared memory by default. Those that are killed leave it behind, and its locks as they were."""
+    LIVES = 4
+    PUBLISHER = """
+import rclpy, sys, time
+from geometry_msgs.msg import Twist
+rclpy.init(domain_id=2)
+publisher = rclpy.create_node("mortal").create_publisher(Twist, "/cmd_vel", 10)
+message = Twist()
+message.linear.x = float(sys.argv[1])
+while True:
+    publisher.publish(message)
+    time.sleep(0.001)
+"""
+
+    def of_fast_dds(self, files):
+        return {str(file) for file in files if re.match(r"/dev/shm/(sem\.)?fast", str(file))}
+
+    def shared_memory(self, process):
+        opened = [os.readlink(link) for link in pathlib.Path(f"/proc/{process.pid}/fd").iterdir()]
+        return self.of_fast_dds(opened + pathlib.Path(f"/proc/{process.pid}/maps").read_text().split())
+
+    def all_shared_memory(self):  # that of this test: the namespace has a /dev/shm of its own
+        return self.of_fast_dds(pathlib.Path("/dev/shm").iterdir())
+
+    def test_nodes_that_are_killed_leave_the_bridge_alone(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        before = self.all_shared_memory()
+        bridges = [Bridge(folder.name, end) for end in "ab"]
+        for bridge, end in zip(bridges, "ab"):
+            self.addCleanup(bridge.stop)
+            give_up = time.monotonic() + PATIENCE
+            while "carrying" not in pathlib.Path(folder.name, f"{end}.log").read_text():
+                self.assertLess(time.monotonic(), give_up)
+                time.sleep(0.02)
+        self.assertEqual(self.all_shared_memory(), before)
+        one = Ros(1, "one")
+        self.addCleanup(one.close)
+        got = set()
+        one.node.create_subscription(Twist, "/cmd_vel", lambda message: got.add(message.linear.x), 10)
+        for life in range(self.LIVES):
+            node = subprocess.Popen([*peer.DIES_WITH_US, sys.executable, "-B", "-c", self.PUBLISHER, str(life)])
+            try:
+                self.assertTrue(one.wait(lambda: life in got), f"life {life}: nothing arrives")
+                self.assertTrue(self.shared_memory(node), "without shared memory this proves nothing")
+            finally:
+                node.kill()
+                node.wait()
+            for bridge in bridges:
+                self.assertIsNone(bridge.process.poll(), "the bridge ended")
+        for bridge in bridges:
+            self.assertEqual(self.shared_memory(bridge.process), set())
+
+
 if __name__ == "__main__":
     unittest.main(buffer=True)
