@@ -139,11 +139,7 @@ void Consumer::disconnect(const Endpoint& remote) {
   if (found == connections_.end()) {
     return;
   }
-  const someip::TcpClient::Counters last = found->second.client->counters();
-  past_connections_.streams += last.streams;
-  past_connections_.connections += last.connections;
-  past_connections_.failed_attempts += last.failed_attempts;
-  past_connections_.not_connected += last.not_connected;
+  past_connections_ += found->second.client->counters();
   connections_.erase(found);
   calls_.connection_lost({remote, Transport::tcp}, [this](CallHandle call) { time_out(call); });
   call_timer_.arm(calls_.deadline());
@@ -307,11 +303,7 @@ void Consumer::on_event(const ServiceLost& event) {
 someip::TcpClient::Counters Consumer::tcp_counters() const {
   someip::TcpClient::Counters sum = past_connections_;
   for (const auto& [remote, connection] : connections_) {
-    const someip::TcpClient::Counters one = connection.client->counters();
-    sum.streams += one.streams;
-    sum.connections += one.connections;
-    sum.failed_attempts += one.failed_attempts;
-    sum.not_connected += one.not_connected;
+    sum += connection.client->counters();
   }
   return sum;
 }

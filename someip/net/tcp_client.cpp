@@ -234,6 +234,14 @@ void TcpClient::probe() {
 std::optional<Endpoint> TcpClient::local() const {
   return state_->stream ? std::optional{state_->stream->local()} : std::nullopt;
 }
+TcpClient::Counters& TcpClient::Counters::operator+=(const Counters& other) noexcept {
+  streams += other.streams;
+  connections += other.connections;
+  failed_attempts += other.failed_attempts;
+  not_connected += other.not_connected;
+  return *this;
+}
+
 TcpClient::Counters TcpClient::counters() const {
   Counters sum = state_->counters;
   if (state_->stream) {

@@ -33,6 +33,7 @@ class TcpClient {
     std::uint64_t failed_attempts = 0;  ///< to connect
     /// Messages dropped because there was no connection, or because it was lost before they were sent.
     std::uint64_t not_connected = 0;
+    Counters& operator+=(const Counters& other) noexcept;
   };
 
   /// Begins to connect.
