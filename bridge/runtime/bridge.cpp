@@ -407,6 +407,7 @@ std::vector<CounterGroup> Bridge::counters() const {
                      {"wrong_transport", sd.ignored_wrong_transport, loss},
                      {"unknown_subscriptions", sd.ignored_unknown_subscriptions, loss},
                      {"bad_options", sd.ignored_bad_options, loss},
+                     {"offered_twice", node.offered_twice, loss},
                      {"conflicting_offer", sd.ignored_conflicting_offer, loss},
                      {"unexpected_ack", sd.ignored_unexpected_ack, loss},
                      {"unsendable", sd.unsendable_entries, loss},

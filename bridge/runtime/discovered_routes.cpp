@@ -278,12 +278,15 @@ std::optional<ConversionPlan> DiscoveredRoutes::plan_of(const TopicAndType& what
 
 std::optional<someip::ServiceId> DiscoveredRoutes::new_id(const TopicAndType& what, Pattern& pattern) {
   const ServiceRange range = pattern.settings->services;
-  const auto id = choose_service(range, what.first, what.second,
-                                 [&](someip::ServiceId one) { return taken_.contains(one); });
+  // What another bridge has chosen for another topic is left to it. Our own lock file says nothing of that.
+  const auto id = choose_service(range, what.first, what.second, [&](someip::ServiceId one) {
+    return taken_.contains(one) || node_.is_offered_by_others(one);
+  });
   if (!id) {
     refuse(what, pattern, Refusal::no_id,
-           fmt::format("{} gets no route: all ids of 0x{:04x}-0x{:04x} are taken (services)", what.first,
-                       someip::value(range.first), someip::value(range.last)));
+           fmt::format(
+               "{} gets no route: all ids of 0x{:04x}-0x{:04x} are taken (services), or offered by others",
+               what.first, someip::value(range.first), someip::value(range.last)));
     return std::nullopt;
   }
   taken_.insert(*id);

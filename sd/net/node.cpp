@@ -77,7 +77,7 @@ struct Node::State : std::enable_shared_from_this<State> {
              .tcp_client = [this](const Endpoint& own, const Endpoint& client,
                                   bool connected) { on_tcp_client(own, client, connected); },
              .unreachable = [this](const Endpoint& receiver) { on_unreachable(receiver); }}},
-        provider{io, discovery, ports, config, counters, log},
+        provider{io, discovery, ports, config, counters, log, warn},
         consumer{io, discovery, ports, config, counters, log, warn, [this] { drain(); }},
         timer{io, [this] {
                 discovery.on_time(now());
@@ -192,6 +192,7 @@ struct Node::State : std::enable_shared_from_this<State> {
         consumer.settle(now());
       }
     }
+    shielded(io, [this] { provider.note_rivals(); });
     shielded(io, [this] { consumer.note_other_versions(); });
     draining = false;
     timer.arm(discovery.deadline());
@@ -415,6 +416,13 @@ bool Node::subscribed(SubscriptionId subscription) const {
 
 SubscriptionFaults Node::subscription_faults(SubscriptionId subscription) const {
   return state_->consumer.faults(subscription);
+}
+
+bool Node::is_offered_by_others(someip::ServiceId service) const {
+  bool found = false;
+  state_->discovery.for_each_remote(
+      [&](const slots::Remote& remote) { found = found || remote.service == service; });
+  return found;
 }
 
 void Node::link(bool up) {

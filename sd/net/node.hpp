@@ -88,6 +88,10 @@ class Node {
   /// The servers that offer it now.
   [[nodiscard]] std::vector<RemoteService> available(RequirementId requirement) const;
 
+  /// Whether anybody else offers any instance of the service now, as far as it has been heard: for who
+  /// chooses ids. Of services that nobody here looks for, only as many are remembered as there is room for.
+  [[nodiscard]] bool is_offered_by_others(someip::ServiceId service) const;
+
   /// What a server says about its service: the items of its configuration, in their order, equal keys
   /// included. Nothing once the service is gone.  [feat_req_someipsd_1146] [feat_req_someipsd_1147]
   [[nodiscard]] std::vector<ConfigurationText> configuration(const RemoteService& service) const;

@@ -84,6 +84,7 @@ struct NodeCounters {
   std::uint64_t e2e_failed = 0;           ///< events, requests and answers that failed their end-to-end check
   /// Events, requests and answers of another size than their E2E profile has: not sent.
   std::uint64_t e2e_not_protected = 0;
+  std::uint64_t offered_twice = 0;       ///< instances of ours that somebody else began to offer, too
   std::uint64_t discovery_not_sent = 0;  ///< SD datagrams that the system would not take
   std::uint64_t unreachable = 0;  ///< errors of the network (ICMP): a UDP receiver of ours is not there
 };

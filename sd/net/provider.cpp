@@ -41,12 +41,13 @@ bool may_be_sent(const ServiceSpec& spec, MethodId id, std::size_t bytes) {
 }  // namespace
 
 Provider::Provider(boost::asio::io_context& io, ServiceDiscovery& discovery, Ports& ports,
-                   const NodeConfig& config, NodeCounters& counters, DiscoveryLog log)
+                   const NodeConfig& config, NodeCounters& counters, DiscoveryLog log, DiscoveryLog warn)
     : discovery_{discovery},
       ports_{ports},
       config_{config},
       counters_{counters},
       log_{std::move(log)},
+      warn_{std::move(warn)},
       cycle_{io, [this] { send_cyclic_values(); }} {}
 
 // --- Offers -----------------------------------------------------------------------------------------------
@@ -123,6 +124,9 @@ OfferHandle Provider::offer(ServiceSpec spec, TimePoint now) {
   for (const std::string& doubt : doubts_about(spec)) {
     log_(std::string{name}.append(": ").append(doubt));
   }
+  if (spec.service != other_protocols) {  // those differ in their names
+    offered_.insert(key_of(spec.service, spec.instance, spec.major));
+  }
   offer->spec = std::move(spec);
   offers_.push_back(offer);
   arm_cycle();
@@ -154,6 +158,8 @@ void Provider::withdraw(OfferHandle handle, TimePoint now) {
   discovery_.stop_offer(handle, now);
   const auto found = std::ranges::find(offers_, handle, &Offer::handle);
   if (found != offers_.end()) {
+    const ServiceSpec& spec = (*found)->spec;
+    offered_.erase(key_of(spec.service, spec.instance, spec.major));
     ports_.leave((*found)->tcp);
     offers_.erase(found);
     arm_cycle();
@@ -162,7 +168,29 @@ void Provider::withdraw(OfferHandle handle, TimePoint now) {
 
 void Provider::clear() {
   offers_.clear();
+  offered_.clear();
   arm_cycle();
+}
+
+void Provider::note_rivals() {
+  std::vector<RemoteService> rivals;
+  discovery_.for_each_remote([&](const slots::Remote& remote) {
+    if (offered_.contains(key_of(remote.service, remote.instance, remote.major))) {
+      rivals.push_back(discovery_.service_of(remote));
+    }
+  });
+  std::vector<RemoteHandle> handles(rivals.size());
+  std::ranges::transform(rivals, handles.begin(), &RemoteService::handle);
+  const std::vector<RemoteHandle> known = std::exchange(rivals_, std::move(handles));
+  for (const RemoteService& rival : rivals) {
+    if (std::ranges::find(known, rival.handle) == known.end()) {
+      ++counters_.offered_twice;
+      warn_(to_string(rival.service, rival.instance) + " version " + std::to_string(rival.major) +
+            " is offered twice: by us, " + someip::to_string(config_.address) + ", and by " +
+            someip::to_string(rival.peer.address) + " at " + endpoints_text(rival) +
+            "; who looks for it takes the one or the other");
+    }
+  }
 }
 
 std::shared_ptr<Provider::Offer> Provider::find(OfferHandle handle) const {

@@ -1,5 +1,6 @@
 #pragma once
 #include <map>
+#include <unordered_set>
 
 #include "sd/core/service_discovery.hpp"
 #include "sd/net/e2e_channel.hpp"
@@ -13,7 +14,7 @@ namespace trestle::sd {
 class Provider {
  public:
   Provider(boost::asio::io_context& io, ServiceDiscovery& discovery, Ports& ports, const NodeConfig& config,
-           NodeCounters& counters, DiscoveryLog log);
+           NodeCounters& counters, DiscoveryLog log, DiscoveryLog warn);
 
   /// Where an event goes.
   struct Receiver {
@@ -45,6 +46,8 @@ class Provider {
   void on_event(const SubscriberAdded& event);
   void on_event(const InitialDataRequested& event);
   void on_event(const SubscriberRemoved& event);
+  /// Warns of instances that somebody else offers, too.
+  void note_rivals();
 
  private:
   /// What is sent by a rule: the value of a field, the last payload of an event that has a rule.
@@ -66,6 +69,11 @@ class Provider {
     E2eChannels e2e;
   };
 
+  /// Where offered_ has an instance.
+  [[nodiscard]] static constexpr std::uint64_t key_of(ServiceId service, InstanceId instance,
+                                                      std::uint8_t major) noexcept {
+    return std::uint64_t{value(service)} << 32U | std::uint64_t{value(instance)} << 8U | major;
+  }
   [[nodiscard]] std::shared_ptr<Offer> find(OfferHandle handle) const;
   /// The field with this getter, setter or notifier, as an index.
   [[nodiscard]] static std::optional<std::size_t> field_of(const Offer& offer, someip::MethodId any);
@@ -109,8 +117,11 @@ class Provider {
   const NodeConfig& config_;
   NodeCounters& counters_;
   DiscoveryLog log_;
+  DiscoveryLog warn_;
   std::vector<std::shared_ptr<Offer>> offers_;
-  DeadlineTimer cycle_;  ///< of all values that are sent cyclically
+  std::unordered_set<std::uint64_t> offered_;  ///< the instances of offers_, but for other protocols
+  std::vector<RemoteHandle> rivals_;           ///< offers of the same by others, of which has been warned
+  DeadlineTimer cycle_;                        ///< of all values that are sent cyclically
   // Of one event; kept to reuse their memory.
   mutable std::vector<Receiver> receivers_;
   /// Who gets it by multicast: the UDP endpoint, or SD's of a subscriber that needs none.

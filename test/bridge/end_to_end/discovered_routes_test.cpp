@@ -253,6 +253,37 @@ TEST_F(DiscoveredRoutes, SayWhenAllIdsAreTaken) {
   EXPECT_THAT(log_.str(), HasSubstr("/s/c gets no route: all ids of 0x6000-0x6001 are taken"));
 }
 
+TEST_F(DiscoveredRoutes, LeaveIdsToOthersWhoOfferThem) {
+  start(many_ids);
+  const sd::Offer theirs{*peer_, {.service = ServiceId{id_of_a}, .instance = InstanceId{7}}};
+  ASSERT_TRUE(until([&] { return bridge_->counter("SOME/IP-SD", "datagrams_received") > 0; }));
+  const auto a = writer("/s/a");
+  const auto b = writer("/s/b");
+  ASSERT_TRUE(until([&] { return of_pattern("routes") == 2; }));
+  EXPECT_EQ(locked(), (std::map<std::string, int>{{"/s/a", id_of_a + 1}, {"/s/b", id_of_b}}));
+  bridge_.reset();
+  EXPECT_EQ(log_.str(), "");
+}
+
+TEST_F(DiscoveredRoutes, SayWhenSomebodyElseOffersTheirs) {
+  start(many_ids);
+  const auto a = writer("/s/a");
+  ASSERT_TRUE(until([&] { return of_pattern("routes") == 1; }));
+  const sd::Offer theirs{*peer_, {.service = ServiceId{id_of_a}, .instance = InstanceId{1}}};
+  ASSERT_TRUE(until_counter("SOME/IP-SD", "offered_twice", 1));
+  // What has its id already keeps it, and that is said again.
+  bridge_.reset();
+  start(many_ids);
+  ASSERT_TRUE(until_counter("SOME/IP-SD", "offered_twice", 1));
+  EXPECT_EQ(locked(), (std::map<std::string, int>{{"/s/a", id_of_a}}));
+  bridge_.reset();
+  const std::string log = log_.str();
+  const auto first = log.find("SD 0x6cc5.0x0001 version 1 is offered twice: by us, ");
+  ASSERT_NE(first, std::string::npos) << log;
+  EXPECT_NE(log.find("SD 0x6cc5.0x0001 version 1 is offered twice: by us, ", first + 1), std::string::npos)
+      << log;
+}
+
 TEST_F(DiscoveredRoutes, AreNotMadeWhenTheirIdsCannotBeKept) {
   start(many_ids);
   std::filesystem::create_directories(lock_file_ + "/in the way");

@@ -1,4 +1,5 @@
 // What others offer is not what is wanted: said once as a warning, and counted.
+#include "someip/net/address_text.hpp"
 #include "test/sd/net/two_nodes.hpp"
 
 namespace trestle::sd::mismatches_test {
@@ -118,6 +119,46 @@ TEST_F(MismatchesTest, AreNoneWithOtherInstancesAndServices) {
   EXPECT_THAT(warnings, IsEmpty());
   server.offer(offered());
   EXPECT_TRUE(run_until([&] { return client.subscribed(subscription); }));
+}
+
+TEST_F(MismatchesTest, AreInstancesThatTwoOffer) {
+  client.offer(offered());
+  ServiceSpec other = offered(2);  // which is not the same to who looks for it
+  server.offer(other);
+  other.instance = InstanceId{2};
+  server.offer(other);
+  ASSERT_TRUE(hears(5));
+  EXPECT_THAT(warnings, IsEmpty());
+  ServiceSpec same = offered();
+  same.udp_port = 40231;
+  const OfferHandle rival = server.offer(same);
+  ASSERT_TRUE(run_until([&] { return !warnings.empty(); }));
+  ASSERT_TRUE(hears(5));
+  EXPECT_THAT(warnings, ElementsAre("0x1234.0x0001 version 1 is offered twice: by us, " +
+                                    someip::to_string(test::client_address) + ", and by " +
+                                    someip::to_string(test::server_address) + " at UDP " +
+                                    someip::to_string(test::server_address) +
+                                    ":40231; who looks for it takes the one or "
+                                    "the other"));
+  EXPECT_EQ(client.counters().offered_twice, 1U);
+  // Likewise when the other one was first, and when it comes back.
+  client.offer(other);
+  EXPECT_EQ(warnings.size(), 2U);
+  server.withdraw(rival);
+  server.offer(offered());
+  ASSERT_TRUE(run_until([&] { return warnings.size() == 3; }));
+  EXPECT_EQ(client.counters().offered_twice, 3U);
+}
+
+TEST_F(MismatchesTest, KnowWhichServicesOthersOffer) {
+  client.offer(offered());
+  ServiceSpec other = offered(2);
+  other.service = ServiceId{0x1235};
+  const OfferHandle theirs = server.offer(other);
+  ASSERT_TRUE(run_until([&] { return client.is_offered_by_others(ServiceId{0x1235}); }));
+  EXPECT_FALSE(client.is_offered_by_others(service)) << "that is ours";
+  server.withdraw(theirs);
+  EXPECT_TRUE(run_until([&] { return !client.is_offered_by_others(ServiceId{0x1235}); }));
 }
 
 TEST_F(MismatchesTest, GoToTheLogOfWhoAskedForNoWarnings) {
