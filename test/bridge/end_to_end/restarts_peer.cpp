@@ -7,6 +7,8 @@
 //     restarts_peer someip ADDRESS GROUP     subscribes to service 0x1000 + N and calls its method, offers
 //                                            service 0x2000 + N; uses the field of 0x3000 + N, has that of
 //                                            0x4000 + N
+//     restarts_peer watch DOMAIN             only looks: prints every 20 ms which writers there are, and how
+//                                            many readers and writers each node says it has
 //
 // N is 0 and 1. Each sends "PID" every 20 ms, and prints a line "up N PID" or "down N PID" for each that it
 // gets: who reads them knows that what arrives is of the living. So do answers to calls, "ask N PID" and
@@ -24,11 +26,14 @@
 #include <csignal>
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
 #include "dds_adapter/participant.hpp"
+#include "dds_adapter/ros_graph_message.hpp"
 #include "dds_adapter/ros_names.hpp"
 #include "dds_adapter/service.hpp"
 #include "sd/net/handles.hpp"
@@ -230,6 +235,48 @@ void ros(std::uint32_t domain) {
   });
 }
 
+void watch(std::uint32_t domain) {
+  boost::asio::io_context io{1};
+  std::mutex mutex;
+  std::map<std::string, std::string> told;  // by participant
+  dds::Participant participant{{.domain = domain,
+                                .name = "watch",
+                                .interfaces = {"127.0.0.1"},
+                                .shared_memory = false,
+                                .on_event = [&](const dds::Event& event) {
+                                  if (event.kind == dds::Event::Kind::peer_lost) {
+                                    const std::lock_guard lock{mutex};
+                                    told.erase(event.peer);
+                                  }
+                                }}};
+  const auto listen = [&](const dds::Sample& sample) {
+    const auto heard = dds::detail::decode_entities(sample.cdr());
+    if (!heard || heard->entities.nodes.size() != 1) {
+      return;
+    }
+    const dds::detail::NodeEntities& node = heard->entities.nodes.front();
+    const std::lock_guard lock{mutex};
+    told[sample.writer().substr(0, 24)] = fmt::format("{}+{}", node.readers.size(), node.writers.size());
+  };
+  const dds::Reader graph =
+      participant.create_reader("ros_discovery_info", "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_",
+                                {.reliable = true, .transient_local = true, .depth = 1}, listen);
+  run(io, [&] {
+    std::vector<std::string> words;
+    for (const dds::FoundWriter& writer : participant.writers()) {
+      words.push_back(writer.topic);
+    }
+    {
+      const std::lock_guard lock{mutex};
+      for (const auto& [peer, entities] : told) {
+        words.push_back(entities);
+      }
+    }
+    std::ranges::sort(words);
+    print(fmt::format("{}\n", fmt::join(words, " ")));
+  });
+}
+
 // --- SOME/IP ----------------------------------------------------------------------------------------------
 
 constexpr someip::MethodId event{0x8001};
@@ -329,6 +376,10 @@ int main(int count, char** words) {
   fcntl(STDOUT_FILENO, F_SETFL, fcntl(STDOUT_FILENO, F_GETFL) | O_NONBLOCK);
   if (arguments.size() == 3 && arguments[1] == "ros") {
     trestle::test::ros(static_cast<std::uint32_t>(std::stoul(arguments[2])));
+    return 0;
+  }
+  if (arguments.size() == 3 && arguments[1] == "watch") {
+    trestle::test::watch(static_cast<std::uint32_t>(std::stoul(arguments[2])));
     return 0;
   }
   if (arguments.size() == 4 && arguments[1] == "someip") {

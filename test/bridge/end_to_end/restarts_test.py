@@ -1,6 +1,7 @@
 """A ROS node, a bridge and a SOME/IP stack are killed and started again in any order: topics, calls and fields heal.
 
-A second bridge, the witness, is never killed: nothing of those that were may stay with it.
+A second bridge, the witness, is never killed: nothing of those that were may stay with it. Nor may readers or writers
+stay that somebody else in the DDS domain sees.
 
 Usage: restarts_test.py TRESTLE PEER [SEED]
 """
@@ -130,6 +131,26 @@ def counters(bridge, *wanted):
     raise AssertionError(f"not in the counters: {wanted}\n{printed}\n{bridge.said()}")
 
 
+def entities():
+    """The topics of all writers, each once, and how many readers and writers either bridge tells ROS 2 that it has."""
+    names = [f"rt/{topic}_{n}" for n in (0, 1) for topic in ("up", "light", "down", "lamp")]
+    services = [f"{name}_{n}{part}" for n in (0, 1)
+                for name, part in (("ask", ""), ("tell", ""), ("light", "/set"), ("lamp", "/get"), ("lamp", "/set"))]
+    names += [f"rq/{service}Request" for service in services] + [f"rr/{service}Reply" for service in services]
+    return sorted(names + 2 * ["ros_discovery_info", "7+7"])
+
+
+def see(watcher, wanted):
+    """Waits until it sees these readers and writers, no less and no more."""
+    end = time.monotonic() + PATIENCE
+    seen = []
+    watcher.output()  # what it saw before
+    while wanted not in seen:
+        assert time.monotonic() < end, f"seen: {seen[-1:]}\nwanted: {wanted}"
+        time.sleep(0.02)
+        seen = [line.split() for line in watcher.output().splitlines()] or seen
+
+
 def heal(ros, peer, parties):
     """Waits until what each sends and answers arrives at the others that live now, through either bridge."""
     missing = {(receiver, f"{way} {n} {sender.process.pid:08}")
@@ -158,7 +179,8 @@ def main():
     bridge = Party(TRESTLE, "bridge", "--quiet", files[0].name)
     ros = Party(PEER, "ros", str(DOMAIN))
     peer = Party(PEER, "someip", address(21), GROUP)
-    parties = (witness, bridge, ros, peer)
+    watcher = Party(PEER, "watch", str(DOMAIN))
+    parties = (witness, bridge, ros, peer, watcher)
     routes = "route /up_%d to", "route /light_%d to", "route /down_%d from", "route /lamp_%d from"
     calls = "/ask_%d", "/tell_%d", "/light_%d/set", "/lamp_%d/get", "/lamp_%d/set"
 
@@ -171,6 +193,7 @@ def main():
     try:
         heal(ros, peer, parties)
         counters(witness, *all_there(1))
+        see(watcher, entities())
         descriptors, threads, memory = witness.descriptors(), witness.threads(), None
         order = [bridge, ros, peer] * LIVES
         choice.shuffle(order)
@@ -201,6 +224,7 @@ def main():
         # When the leases of the killed have ended there is nobody but the living.
         counters(witness, *all_there(1))
         counters(bridge, *all_there(0))
+        see(watcher, entities())
         grown = witness.memory() - memory
         print(f"witness: {descriptors} descriptors, {threads} threads, {memory} KiB and {grown} more")
         assert witness.descriptors() == descriptors, f"{witness.descriptors()} instead of {descriptors}"

@@ -1,4 +1,5 @@
 // What a route's `qos` asks for is what its reader and its writer have, seen from the other end of DDS.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "test/bridge/end_to_end/bridge_test.hpp"
@@ -70,6 +71,98 @@ TEST_F(RouteQos, IsPromisedToSubscribers) {
   offer.notify(event, hello);
   EXPECT_TRUE(comes("dds_deadlines_missed"));
   EXPECT_EQ(inbox.size(), 1U);
+}
+
+/// "hell1": as short as hello, and one of many.
+Bytes numbered(Bytes hello_in_some_form, std::size_t place_of_o, int number) {
+  hello_in_some_form[place_of_o] = static_cast<std::byte>('0' + number);
+  return hello_in_some_form;
+}
+Bytes cdr(int number) {
+  return numbered(hello_cdr, 12, number);
+}
+Bytes payload(int number) {
+  return numbered(hello, 11, number);
+}
+
+TEST_F(RouteQos, SaysWhichSamplesMakeRoomWhenTheBridgeIsTooSlow) {
+  for (const std::string history : {"keep_all", "keep_last"}) {
+    SCOPED_TRACE(history);
+    start("dds_to_someip, port: 40001", "depth: 3, history: " + history);
+    sd::Node node{io_, peer_config()};
+    std::vector<Bytes> received;
+    const sd::Subscription subscription{node,
+                                        {.service = someip::ServiceId{0x1234},
+                                         .instance = someip::InstanceId{1},
+                                         .eventgroup = someip::EventgroupId{1},
+                                         .events = {someip::MethodId{0x8001}}},
+                                        [&](const someip::Message& event, const Endpoint&) {
+                                          received.emplace_back(event.payload.begin(), event.payload.end());
+                                        }};
+    dds::Writer from = writer("/text");
+    ASSERT_TRUE(until([&] { return subscription.active() && from.matched() == 1; }));
+    ASSERT_TRUE(until_counter("route /text", "publishers", 1));
+    std::future<bool> busy = bridge_->busy_until("route /text", "received", 5);
+    for (const int number : {1, 2, 3, 4, 5}) {
+      ASSERT_TRUE(from.write(cdr(number)));
+    }
+    ASSERT_TRUE(busy.get());
+    ASSERT_TRUE(until([&] { return received.size() == 3; }));
+    EXPECT_EQ(received, history == "keep_all" ? (std::vector{payload(1), payload(2), payload(3)})
+                                              : (std::vector{payload(3), payload(4), payload(5)}));
+    EXPECT_EQ(bridge_->counter("route /text", "overtaken"), 2U);
+    EXPECT_EQ(bridge_->counter("route /text", "carried"), 3U);
+    bridge_.reset();
+  }
+}
+
+TEST_F(RouteQos, KeepsFromLateReadersWhatHasExpired) {
+  const auto route = [](const char* topic, const char* event, const char* more) {
+    return fmt::format(
+        "  - {{topic: {}, type: std_msgs/msg/String, direction: someip_to_dds, service: 0x1234, instance: 1, "
+        "eventgroup: 1, event: {}, qos: {{durability: transient_local{}}}}}\n",
+        topic, event, more);
+  };
+  start_bridge("routes:\n" + route("/short", "0x8001", ", lifespan: 200 ms") + route("/long", "0x8002", ""));
+  sd::Node node{io_, peer_config()};
+  const std::vector<someip::MethodId> events{someip::MethodId{0x8001}, someip::MethodId{0x8002}};
+  const sd::Offer offer{node,
+                        {.service = someip::ServiceId{0x1234},
+                         .instance = someip::InstanceId{1},
+                         .eventgroups = {{.id = someip::EventgroupId{1}, .events = events}}}};
+  ASSERT_TRUE(until([&] { return node.subscribers(offer.handle(), events[1]) == 1; }));
+  const auto tell = [&](int number) {
+    for (const someip::MethodId event : events) {
+      offer.notify(event, payload(number));
+    }
+  };
+  tell(1);
+  ASSERT_TRUE(until_counter("route /short", "carried", 1));
+  ASSERT_TRUE(until_counter("route /long", "carried", 1));
+  run_for(300ms);  // the time itself is what is tested
+  constexpr dds::Qos late{.transient_local = true};
+  Inbox<Bytes> of_short;
+  Inbox<Bytes> of_long;
+  const dds::Reader short_reader = reader("/short", string_type, of_short, late);
+  const dds::Reader long_reader = reader("/long", string_type, of_long, late);
+  ASSERT_TRUE(of_long.wait_for_count(1));
+  ASSERT_TRUE(until_counter("route /short", "readers", 1));
+  ASSERT_TRUE(until([&] { return short_reader.matched() == 1; }));
+  ASSERT_TRUE(until([&] {
+    tell(2);  // again, as it may be late, too
+    usleep(10'000);
+    return of_short.size() > 0;
+  }));
+  ASSERT_TRUE(until([&] { return of_long.size() >= 2; }));
+  const auto words = [](Inbox<Bytes>& inbox) {
+    std::string text;
+    for (const Bytes& one : inbox.take()) {
+      text += static_cast<char>(one.at(12));
+    }
+    return text;
+  };
+  EXPECT_EQ(words(of_long).substr(0, 2), "12");
+  EXPECT_EQ(words(of_short).find('1'), std::string::npos);
 }
 
 }  // namespace

@@ -45,14 +45,11 @@ RunningBridge::~RunningBridge() {
   state_->thread.join();
 }
 
-std::vector<bridge::CounterGroup> RunningBridge::counters() {
-  std::promise<std::vector<bridge::CounterGroup>> result;
-  boost::asio::post(state_->io, [&] { result.set_value(state_->bridge->counters()); });
-  return result.get_future().get();
-}
+namespace {
 
-std::uint64_t RunningBridge::counter(const std::string& group, const std::string& name) {
-  for (const bridge::CounterGroup& one : counters()) {
+std::uint64_t counter_of(const std::vector<bridge::CounterGroup>& groups, const std::string& group,
+                         const std::string& name) {
+  for (const bridge::CounterGroup& one : groups) {
     for (const bridge::Counter& counter : one.counters) {
       if (one.name.starts_with(group) && counter.name == name) {
         return counter.count;
@@ -60,6 +57,27 @@ std::uint64_t RunningBridge::counter(const std::string& group, const std::string
     }
   }
   throw std::logic_error{"no counter " + name + " of " + group};
+}
+
+}  // namespace
+
+std::future<bool> RunningBridge::busy_until(const std::string& group, const std::string& name,
+                                            std::uint64_t value) {
+  const auto result = std::make_shared<std::promise<bool>>();
+  boost::asio::post(state_->io, [result, group, name, value, &bridge = *state_->bridge] {
+    result->set_value(eventually([&] { return counter_of(bridge.counters(), group, name) == value; }));
+  });
+  return result->get_future();
+}
+
+std::vector<bridge::CounterGroup> RunningBridge::counters() {
+  std::promise<std::vector<bridge::CounterGroup>> result;
+  boost::asio::post(state_->io, [&] { result.set_value(state_->bridge->counters()); });
+  return result.get_future().get();
+}
+
+std::uint64_t RunningBridge::counter(const std::string& group, const std::string& name) {
+  return counter_of(counters(), group, name);
 }
 
 std::string bridge_head(std::uint8_t host, std::uint32_t domain) {

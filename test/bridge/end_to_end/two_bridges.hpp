@@ -1,4 +1,5 @@
 #pragma once
+#include <future>
 #include <memory>
 #include <string>
 #include <thread>
@@ -20,6 +21,10 @@ class RunningBridge {
   [[nodiscard]] std::vector<bridge::CounterGroup> counters();
   /// The counter `name` of the group whose name begins with `group`.
   [[nodiscard]] std::uint64_t counter(const std::string& group, const std::string& name);
+  /// Keeps its thread from all else until the counter has this value: what arrives meanwhile has to wait.
+  /// @return false when it never got there.
+  [[nodiscard]] std::future<bool> busy_until(const std::string& group, const std::string& name,
+                                             std::uint64_t value);
 
  private:
   struct State;
