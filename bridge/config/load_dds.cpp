@@ -1,7 +1,10 @@
 #include "bridge/config/load_dds.hpp"
 
 #include <fmt/format.h>
+#include <tinyxml2.h>
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
 #include <system_error>
 
@@ -124,6 +127,32 @@ void load_dds(const YAML::Node& node, const std::string& file, DdsSettings& into
     into.interfaces.push_back(someip::to_string(address));
   }
   into.mark = marks.empty() ? dds.mark() : marks.front();
+/// The names of what in a file of profiles are profiles of readers and writers.
+std::vector<std::string> endpoint_profiles(const std::filesystem::path& file) {
+  std::vector<std::string> names;
+  tinyxml2::XMLDocument document;
+  const bool is_read = document.LoadFile(file.c_str()) == tinyxml2::XML_SUCCESS;
+  const tinyxml2::XMLElement* const root = document.RootElement();
+  if (!is_read || root == nullptr) {
+    return names;  // Fast DDS says why
+  }
+  const tinyxml2::XMLElement* profiles = root;
+  if (std::string_view{root->Name()} != "profiles") {
+    profiles = root->FirstChildElement("profiles");
+  }
+  for (; profiles != nullptr; profiles = profiles->NextSiblingElement("profiles")) {
+    for (auto* one = profiles->FirstChildElement(); one != nullptr; one = one->NextSiblingElement()) {
+      constexpr std::array<std::string_view, 4> kinds{"data_reader", "data_writer", "publisher",
+                                                      "subscriber"};
+      const char* const name = one->Attribute("profile_name");
+      if (name != nullptr && std::ranges::find(kinds, one->Name()) != kinds.end()) {
+        names.push_back(quote(name));
+      }
+    }
+  }
+  return names;
+}
+
   if (bool shared_memory = false; dds.read("shared_memory", truth(), shared_memory)) {
     into.shared_memory = shared_memory;
   }
@@ -131,6 +160,13 @@ void load_dds(const YAML::Node& node, const std::string& file, DdsSettings& into
   dds.read("node", node_name(), into.node);
   dds.read("ros_distro", ros_distro(), into.ros_distro);
   load_profiles(dds, file, into, problems);
+      if (const auto unused = endpoint_profiles(path); !unused.empty()) {
+        problems.warning(
+            dds.value_mark("profiles"),
+            fmt::format(
+                "profiles: {} of readers and writers: not used, as these have the `qos` of their routes",
+                fmt::join(unused, ", ")));
+      }
   dds.read("discovery_server", discovery_servers(), into.discovery_servers);
   if (const YAML::Node security = dds.child("security")) {
     load_security(security, file, into.security, problems);

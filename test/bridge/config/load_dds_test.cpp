@@ -1,4 +1,5 @@
 // The keys of `dds` that big systems need.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <filesystem>
@@ -65,6 +66,29 @@ TEST_F(BigSystems, NameAProfile) {
               ElementsAre("b.yaml:3:13: error: profiles: there is no file 'none.xml'"));
   EXPECT_THAT(problems_of(with("profile: vehicle")),
               ElementsAre("b.yaml:3:12: error: profile: needs 'profiles', the file that it stands in"));
+}
+
+TEST_F(BigSystems, AreToldWhichProfilesAreNotUsed) {
+  const auto warnings = [&](const std::string& xml) {
+    std::ofstream{folder_ + "/some.xml"} << xml;
+    auto loaded = bridge::parse_config(with("profiles: some.xml"), folder_ + "/b.yaml");
+    std::vector<std::string> texts;
+    for (const bridge::Problem& warning : loaded.value().warnings) {
+      texts.push_back(fmt::format("{}: {}", warning.mark.line, warning.text));
+    }
+    return texts;
+  };
+  const std::string unused =
+      R"(<profiles><participant profile_name="trestle"/><!-- <data_writer profile_name="c"/> -->)"
+      R"(<data_writer profile_name="rt/a"/></profiles>)";
+  EXPECT_THAT(
+      warnings("<dds>" + unused + R"(<profiles><data_reader profile_name="b"/></profiles></dds>)"),
+      ElementsAre("3: profiles: 'rt/a', 'b' of readers and writers: not used, as these have the `qos` of "
+                  "their routes"));
+  EXPECT_THAT(warnings(unused), ElementsAre(HasSubstr("'rt/a' of readers")));
+  EXPECT_THAT(warnings(R"(<dds><profiles><participant profile_name="trestle"/></profiles></dds>)"),
+              testing::IsEmpty());
+  EXPECT_THAT(warnings("<dds><profiles>"), testing::IsEmpty());
 }
 
 TEST_F(BigSystems, NameDiscoveryServers) {
