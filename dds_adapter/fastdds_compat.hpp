@@ -23,6 +23,7 @@
 #include <fastdds/dds/topic/TypeSupport.hpp>
 #include <fastdds/rtps/common/WriteParams.hpp>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.hpp>
+#include <fastdds/rtps/transport/UDPv6TransportDescriptor.hpp>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.hpp>
 #include <fastdds/utils/IPLocator.hpp>
 #else
@@ -32,6 +33,7 @@
   (FASTRTPS_VERSION_MAJOR * 10000 + FASTRTPS_VERSION_MINOR * 100 + FASTRTPS_VERSION_MICRO)
 #include <fastdds/rtps/attributes/ServerAttributes.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastdds/rtps/transport/UDPv6TransportDescriptor.h>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
 #include <fastdds/dds/core/LoanableSequence.hpp>
@@ -65,8 +67,10 @@ class RTPSDomainImpl {
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "dds_adapter/participant.hpp"
@@ -235,6 +239,27 @@ Qos found_qos(const FoundQos& found) {
 }
 #endif
 
+/// @throws DdsError  when nobody knows a host of that name.
+inline rtps::Locator_t locator_of(const ParticipantConfig::Server& server) {
+  std::string address = server.address;
+  if (!rtps::IPLocator::isIPv4(address) && !rtps::IPLocator::isIPv6(address)) {
+    const auto [v4, v6] = rtps::IPLocator::resolveNameDNS(address);
+    if (v4.empty() && v6.empty()) {
+      throw DdsError{"the discovery server " + address + " is not known: no host has this name"};
+    }
+    address = v4.empty() ? *v6.begin() : *v4.begin();
+  }
+  rtps::Locator_t locator;
+  if (rtps::IPLocator::isIPv4(address)) {
+    rtps::IPLocator::setIPv4(locator, address);
+  } else {
+    locator.kind = LOCATOR_KIND_UDPv6;
+    rtps::IPLocator::setIPv6(locator, address);
+  }
+  rtps::IPLocator::setPhysicalPort(locator, server.port);
+  return locator;
+}
+
 /// Finds others by these servers. A server's number, which stands for its GUID before 3.x, is its place in
 /// the list. Mere clients are told only of the topics that they have endpoints of.
 inline void use_discovery_servers(const std::vector<ParticipantConfig::Server>& servers,
@@ -244,17 +269,22 @@ inline void use_discovery_servers(const std::vector<ParticipantConfig::Server>& 
   discovery.discoveryProtocol = rtps::DiscoveryProtocol::SUPER_CLIENT;
 #else
   discovery.discoveryProtocol = rtps::DiscoveryProtocol_t::SUPER_CLIENT;
-  int number = 0;
 #endif
-  for (const ParticipantConfig::Server& server : servers) {
-    rtps::Locator_t locator;
-    rtps::IPLocator::setIPv4(locator, server.address);
-    rtps::IPLocator::setPhysicalPort(locator, server.port);
+  bool has_v6 = false;
+  for (std::size_t number = 0; number < servers.size(); ++number) {
+    if (servers[number].address.empty()) {
+      continue;
+    }
+    const rtps::Locator_t locator = locator_of(servers[number]);
+    if (locator.kind == LOCATOR_KIND_UDPv6 && !std::exchange(has_v6, true)) {
+      qos.transport().user_transports.push_back(
+          std::make_shared<eprosima::fastdds::rtps::UDPv6TransportDescriptor>());
+    }
 #if TRESTLE_FASTDDS_3
     discovery.m_DiscoveryServers.push_back(locator);
 #else
     rtps::RemoteServerAttributes remote;
-    rtps::get_server_client_default_guidPrefix(number++, remote.guidPrefix);
+    rtps::get_server_client_default_guidPrefix(static_cast<int>(number), remote.guidPrefix);
     remote.metatrafficUnicastLocatorList.push_back(locator);
     discovery.m_DiscoveryServers.push_back(remote);
 #endif

@@ -87,7 +87,7 @@ struct ParticipantConfig {
   std::string profile{};
   /// Discovery servers, by whom participants find each other instead of by multicast. Number 0 comes first.
   struct Server {
-    std::string address{};  ///< IPv4
+    std::string address{};  ///< IPv4, IPv6 or the name of a host; empty: no server has this number
     std::uint16_t port = 11811;
     friend bool operator==(const Server&, const Server&) = default;
   };

@@ -105,7 +105,12 @@ std::optional<BridgeConfig> load_or_explain(const std::string& file) {
   if (!loaded) {
     return std::nullopt;
   }
-  apply_ros_environment(loaded->config.dds, process_environment());
+  if (const std::string fault = apply_ros_environment(loaded->config.dds, process_environment());
+      !fault.empty()) {
+    std::fputs(explain({{Problem::Severity::error, file, {}, fault}}, "", colours_for(STDERR_FILENO)).c_str(),
+               stderr);
+    return std::nullopt;
+  }
   return std::move(loaded->config);
 }
 

@@ -168,7 +168,11 @@ std::string describe_more(const DdsSettings& dds) {
     text += fmt::format("          profile {} of {}\n", dds.profile, dds.profiles);
   }
   for (const DiscoveryServer& server : dds.discovery_servers) {
-    text += fmt::format("          discovery server {}:{}\n", someip::to_string(server.address), server.port);
+    if (!server.address.empty()) {
+      const bool v6 = server.address.find(':') != std::string::npos;
+      text += fmt::format("          discovery server {}{}{}:{}\n", v6 ? "[" : "", server.address,
+                          v6 ? "]" : "", server.port);
+    }
   }
   if (!dds.security.keystore.empty()) {
     text +=
@@ -410,7 +414,7 @@ std::string summary(const BridgeConfig& config, const Colours& colours) {
   std::string out = fmt::format("{}{}{}: {}good{}, {}\n", colours.bold, config.file, colours.off,
                                 colours.green, colours.off, count_of_all(config));
   out +=
-      fmt::format("  {}DDS{}     domain {}, {}{}\n", colours.dim, colours.off, config.dds.domain,
+      fmt::format("  {}DDS{}     domain {}, {}{}\n", colours.dim, colours.off, config.dds.domain.value_or(0),
                   config.dds.interfaces.empty() ? "all interfaces"
                                                 : fmt::format("on {}", fmt::join(config.dds.interfaces, " ")),
                   config.dds.shared_memory == true ? ", shared memory" : "");

@@ -63,11 +63,11 @@ struct SomeipSettings {
   Mark interface_mark;  ///< of the interface, if there is one
 };
 
-/// An address and port of IPv4 where DDS discovery has a server.
+/// Where DDS discovery has a server.
 struct DiscoveryServer {
-  IpAddress address;
+  std::string address;  ///< IPv4, IPv6 or the name of a host; empty: there is none of this number
   std::uint16_t port = 11811;
-  friend constexpr bool operator==(const DiscoveryServer&, const DiscoveryServer&) = default;
+  friend bool operator==(const DiscoveryServer&, const DiscoveryServer&) = default;
 };
 
 /// ROS 2's security: the keys and rights of an enclave in a keystore that `ros2 security` made.
@@ -79,7 +79,7 @@ struct SecuritySettings {
 
 /// The DDS side: which domain we join, and by which ways.
 struct DdsSettings {
-  std::uint32_t domain = 0;                          ///< 0 to 232
+  std::optional<std::uint32_t> domain{};             ///< 0 to 232; nothing: 0
   std::vector<std::string> interfaces;               ///< IPv4 addresses that DDS may use; empty: all
   std::optional<bool> shared_memory{};               ///< nothing: as the profile has it, else not
   Duration lease = std::chrono::seconds{20};         ///< until others notice that we were killed

@@ -2,9 +2,13 @@
 #include <yaml-cpp/yaml.h>
 
 #include "bridge/config/bridge_config.hpp"
+#include "bridge/config/format.hpp"
 #include "bridge/config/problems.hpp"
 
 namespace trestle::bridge {
+
+/// As ROS_DISCOVERY_SERVER has them: "10.0.0.1:11811;;host", where no server has the number 1.
+[[nodiscard]] Format<std::vector<DiscoveryServer>> discovery_servers();
 
 /// Reads `dds`: changes what it speaks of.
 /// @param file  the configuration's, from whose folder relative paths are meant.

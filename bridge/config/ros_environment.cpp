@@ -1,10 +1,15 @@
 #include "bridge/config/ros_environment.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <filesystem>
 #include <system_error>
+
+#include "bridge/config/load_dds.hpp"
+#include "bridge/config/problems.hpp"
 
 namespace trestle::bridge {
 
@@ -15,7 +20,22 @@ Environment process_environment() {
   };
 }
 
-void apply_ros_environment(DdsSettings& settings, const Environment& environment) {
+std::string apply_ros_environment(DdsSettings& settings, const Environment& environment) {
+  const std::string domain = environment("ROS_DOMAIN_ID").value_or("");
+  if (!settings.domain && !domain.empty()) {  // as ROS 2 takes an empty one
+    const auto format = domain_id();
+    settings.domain = format.read(domain);
+    if (!settings.domain) {
+      return fmt::format(
+          "ROS_DOMAIN_ID in the environment: expected {}, found {} (dds.domain would take its place)",
+          format.expected, quote(domain));
+    }
+  }
+  if (settings.discovery_servers.empty() && settings.profiles.empty()) {  // profiles may have servers
+    // What we don't understand Fast DDS reads itself, or says what is wrong with it.
+    const auto servers = discovery_servers().read(environment("ROS_DISCOVERY_SERVER").value_or(""));
+    settings.discovery_servers = servers.value_or(settings.discovery_servers);
+  }
   const std::string distro = environment("ROS_DISTRO").value_or("");
   if (settings.ros_distro.empty() && is_distro_name(distro)) {
     settings.ros_distro = distro;
@@ -31,6 +51,11 @@ void apply_ros_environment(DdsSettings& settings, const Environment& environment
       settings.security = std::move(security);
     }
   }
+  return {};
+}
+
+Format<std::uint32_t> domain_id() {
+  return as<std::uint32_t>(whole_number(0, 232));
 }
 
 std::string security_folder(const SecuritySettings& settings) {

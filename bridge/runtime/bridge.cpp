@@ -109,7 +109,7 @@ std::vector<dds::ParticipantConfig::Server> servers(const std::vector<DiscoveryS
   std::vector<dds::ParticipantConfig::Server> result;
   result.reserve(configured.size());
   for (const DiscoveryServer& server : configured) {
-    result.push_back({someip::to_string(server.address), server.port});
+    result.push_back({server.address, server.port});
   }
   return result;
 }
@@ -141,7 +141,7 @@ struct Bridge::State {
   void join_dds(const BridgeConfig& config) {
     participant = start_at(config, config.dds.mark, [&] {
       return std::make_unique<dds::Participant>(
-          dds::ParticipantConfig{.domain = config.dds.domain,
+          dds::ParticipantConfig{.domain = config.dds.domain.value_or(0),
                                  .name = "trestle",
                                  .interfaces = config.dds.interfaces,
                                  .shared_memory = config.dds.shared_memory,

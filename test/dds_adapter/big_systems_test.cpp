@@ -253,6 +253,32 @@ TEST_F(ServedSystems, FindEachOtherByADiscoveryServer) {
   EXPECT_EQ(events.size(), 0U);
 }
 
+TEST_F(ServedSystems, FindTheServerByNameAndNumber) {
+  const std::uint16_t port = free_port();
+  const Process second{server_command(1, port)};
+  server_.reset();  // the number 0 is not among them
+  ParticipantConfig named = config();
+  named.discovery_servers = {{}, {"localhost", port}};
+  Participant from{named};
+  Participant to{named};
+  expect_carried(from, to, "rt/a");
+  named.discovery_servers = {{"no-such-host.invalid", port}};
+  EXPECT_EQ(fault(named), "the discovery server no-such-host.invalid is not known: no host has this name");
+}
+
+TEST_F(ServedSystems, FindTheServerByIPv6) {
+  if (std::ifstream{"/proc/net/if_inet6"}.peek() == std::ifstream::traits_type::eof()) {
+    GTEST_SKIP() << "this host has no IPv6";
+  }
+  const std::uint16_t port = free_port();
+  const Process second{{"fast-discovery-server", "-i", "0", "-l", "::1", "-p", std::to_string(port)}};
+  ParticipantConfig six = config();
+  six.discovery_servers = {{"::1", port}};
+  Participant from{six};
+  Participant to{six};
+  expect_carried(from, to, "rt/a");
+}
+
 TEST_F(ServedSystems, SeeTopicsThatTheyHaveNoEndpointsOf) {
   const Participant observer{client()};
   Participant from{client()};

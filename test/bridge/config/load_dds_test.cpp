@@ -93,17 +93,26 @@ TEST_F(BigSystems, AreToldWhichProfilesAreNotUsed) {
 
 TEST_F(BigSystems, NameDiscoveryServers) {
   EXPECT_THAT(load("discovery_server: 10.0.0.1").dds.discovery_servers,
-              ElementsAre(DiscoveryServer{IpAddress::v4(10, 0, 0, 1), 11811}));
+              ElementsAre(DiscoveryServer{"10.0.0.1", 11811}));
   const auto config = load("discovery_server: 10.0.0.1:7000;10.0.0.2");
-  EXPECT_THAT(config.dds.discovery_servers, ElementsAre(DiscoveryServer{IpAddress::v4(10, 0, 0, 1), 7000},
-                                                        DiscoveryServer{IpAddress::v4(10, 0, 0, 2), 11811}));
+  EXPECT_THAT(config.dds.discovery_servers,
+              ElementsAre(DiscoveryServer{"10.0.0.1", 7000}, DiscoveryServer{"10.0.0.2", 11811}));
   EXPECT_THAT(summary(config, {}), HasSubstr("  discovery server 10.0.0.1:7000\n"));
-  for (const char* const word : {"host:11811", "10.0.0.1:0", "10.0.0.1:70000", "10.0.0.1;", "239.0.0.1"}) {
+  // As ROS_DISCOVERY_SERVER may have them: the place is the number.
+  const auto more = load("discovery_server: ';[fd00::1]:7000;;fd00::2;host-1.local:7001;'");
+  EXPECT_THAT(more.dds.discovery_servers,
+              ElementsAre(DiscoveryServer{}, DiscoveryServer{"fd00::1", 7000}, DiscoveryServer{},
+                          DiscoveryServer{"fd00::2", 11811}, DiscoveryServer{"host-1.local", 7001}));
+  EXPECT_THAT(summary(more, {}), HasSubstr("  discovery server [fd00::1]:7000\n"));
+  EXPECT_THAT(summary(more, {}), HasSubstr("  discovery server host-1.local:7001\n"));
+  for (const char* const word :
+       {"10.0.0.1:0", "10.0.0.1:70000", "10.0.0.1:", "239.0.0.1", "10.0.0", "ff02::1", "10.0.0.1;a/b", ";",
+        ";[fd00::1", ";[fd00::1]7000", ";[10.0.0.1]:7000", "a:b:c"}) {
     const std::string wrong{word};
     EXPECT_THAT(
-        problems_of(with("discovery_server: " + wrong)),
+        problems_of(with("discovery_server: '" + wrong + "'")),
         ElementsAre("b.yaml:3:21: error: discovery_server: expected addresses of discovery servers such as "
-                    "10.0.0.1:11811 (IPv4, several with ';' between them), found '" +
+                    "10.0.0.1:11811, [fd00::1]:11811 or host:11811 (several with ';' between them), found '" +
                     wrong + "'"));
   }
 }

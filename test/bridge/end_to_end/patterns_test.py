@@ -125,8 +125,16 @@ class Patterns(unittest.TestCase):
             self.skipTest("fast-discovery-server, of Debian's fastdds-tools, is not installed")
         self.start(["fast-discovery-server", "-i", "0", "-l", "127.0.0.1", "-p", server.split(":")[1]])
         write(self.file, CONFIG.replace("interfaces:", f"discovery_server: '{server}', interfaces:"))
-        self.start_bridge()
-        self.start([PEER_PROGRAM, "ros", str(DOMAIN)], {"ROS_DISCOVERY_SERVER": server})
+        of_ros = {"ROS_DISCOVERY_SERVER": server}
+        bridge = self.start_bridge()
+        self.start([PEER_PROGRAM, "ros", str(DOMAIN)], of_ros)
+        receive(self.peer.group, offered(UP_0))
+        bridge.send_signal(signal.SIGTERM)
+        self.assertEqual(bridge.wait(timeout=PATIENCE), 0)
+        receive(self.peer.group, offered(UP_0, False))
+        # Nor does it matter who names the server.
+        write(self.file, CONFIG)
+        self.start([TRESTLE, "bridge", self.file], of_ros)
         receive(self.peer.group, offered(UP_0))
         with self.peer.bound(PEER, 40003) as events:
             self.peer.subscribe(BRIDGE, UP_0, 1)

@@ -16,7 +16,7 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 from bare_peer import PATIENCE, Peer, entries, receive, someip, ttl
-from bridge_program import BRIDGE, GROUP, PEER, PID, head, log_until, offered, write
+from bridge_program import BRIDGE, DOMAIN, GROUP, PEER, PID, head, log_until, offered, write
 
 TRESTLE = sys.argv.pop(1)
 
@@ -88,11 +88,12 @@ class Bridge:
         return self.process.returncode, out, self.log_so_far(), lines
 
 
-def run(config):
+def run(config, **environment):
     with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:
         file.write(config)
         file.flush()
-        return subprocess.run([TRESTLE, "bridge", file.name], capture_output=True, text=True, timeout=PATIENCE)
+        return subprocess.run([TRESTLE, "bridge", file.name], capture_output=True, text=True, timeout=PATIENCE,
+                              env={**os.environ, **environment})
 
 
 class BridgeCommand(unittest.TestCase):
@@ -108,6 +109,11 @@ class BridgeCommand(unittest.TestCase):
             self.assertEqual(done.returncode, 2, done.stderr)
             self.assertIn(message, done.stderr)
             self.assertEqual(done.stdout, "")
+
+    def test_names_a_variable_that_is_wrong(self):
+        done = run(CONFIG.replace(f"domain: {DOMAIN}, ", ""), ROS_DOMAIN_ID="300")
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("error: ROS_DOMAIN_ID in the environment: expected a whole number from 0 to 232, found '300'", done.stderr)
 
     def test_names_a_port_that_is_taken_and_what_to_do(self):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
