@@ -106,7 +106,8 @@ class Topics(unittest.TestCase):
         qos = QoSProfile(depth=10)
         for i, name in enumerate(types):
             cls = golden.class_of(name)
-            sent.append(golden.random_message(random.Random(name), cls)[0])
+            values = golden.random_values(random.Random(name), name, golden.installed_members)
+            sent.append(golden.message_with(name, values))
             publishers.append(node.create_publisher(cls, f"/in/t{i}", qos))
             node.create_subscription(cls, f"/out/t{i}", lambda message, at=i: received.setdefault(at, message), qos)
         # As bag players do, too: such samples may be longer than their messages.
