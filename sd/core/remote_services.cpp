@@ -84,7 +84,8 @@ Result<RequirementHandle, SdError> ServiceDiscovery::require(const RequiredServi
   slot->configuration = configuration;
   // Who looks for what is looked for already joins in: there is one Find for all.
   const slots::Requirement* const joined = requirements_.find_if([&](const slots::Requirement& other) {
-    return other.schedule.deadline() != never && find_entry(other) == find_entry(*slot) &&
+    return other.schedule.deadline() != never && other.service == slot->service &&
+           other.instance == slot->instance && other.major == slot->major &&
            other.configuration == configuration;
   });
   if (joined != nullptr) {
@@ -94,10 +95,7 @@ Result<RequirementHandle, SdError> ServiceDiscovery::require(const RequiredServi
   }
   const auto handle = requirements_.handle_of<RequirementHandle>(*slot);
   for (const slots::Remote& remote : remotes_) {
-    if (fits(*slot, remote)) {
-      tell(ServiceAvailable{handle, service_of(remote)});
-      settle(*slot);
-    }
+    tell_available(*slot, remote);
   }
   return handle;
 }
@@ -299,10 +297,15 @@ slots::Remote* ServiceDiscovery::new_remote(bool required) noexcept {
 
 void ServiceDiscovery::announce(const slots::Remote& remote) noexcept {
   for (slots::Requirement& requirement : requirements_) {
-    if (fits(requirement, remote)) {
-      settle(requirement);
-      tell(ServiceAvailable{requirements_.handle_of<RequirementHandle>(requirement), service_of(remote)});
-    }
+    tell_available(requirement, remote);
+  }
+}
+
+// If it is what the requirement is for.
+void ServiceDiscovery::tell_available(slots::Requirement& requirement, const slots::Remote& remote) noexcept {
+  if (fits(requirement, remote)) {
+    settle(requirement);
+    tell(ServiceAvailable{requirements_.handle_of<RequirementHandle>(requirement), service_of(remote)});
   }
 }
 
@@ -350,28 +353,25 @@ void ServiceDiscovery::seek(TimePoint now) noexcept {
     if (pending_.free_places() == 0 || !requirement.schedule.on_time(now)) {
       continue;
     }
-    const Entry find = find_entry(requirement);
     bool is_there = false;  // as another requirement looks for the same
     for (std::size_t i = 0; i < pending_.size() && !is_there; ++i) {
       const slots::PendingEntry& other = pending_[i];
-      is_there = other.entry == find && other.configuration == requirement.configuration;
+      is_there = other.entry.type == EntryType::find_service && other.entry.service == requirement.service &&
+                 other.entry.instance == requirement.instance && other.entry.major == requirement.major &&
+                 other.configuration == requirement.configuration;
     }
     if (is_there) {
       continue;
     }
     slots::PendingEntry* const pending = send(slots::PendingEntry::to_multicast, now);
-    pending->entry = find;                               // without endpoints  [feat_req_someipsd_877]
+    pending->entry = {.type = EntryType::find_service,  // without endpoints  [feat_req_someipsd_877]
+                      .service = requirement.service,
+                      .instance = requirement.instance,
+                      .major = requirement.major,
+                      .ttl_s = settings_.timing.ttl_s,
+                      .tail = any_minor};                // fits() compares  [feat_req_someipcompat_1197]
     pending->configuration = requirement.configuration;  // [feat_req_someipsd_879] [feat_req_someipsd_503]
   }
-}
-
-Entry ServiceDiscovery::find_entry(const slots::Requirement& requirement) const noexcept {
-  return {.type = EntryType::find_service,
-          .service = requirement.service,
-          .instance = requirement.instance,
-          .major = requirement.major,
-          .ttl_s = settings_.timing.ttl_s,
-          .tail = any_minor};  // fits() compares  [feat_req_someipcompat_1197]
 }
 
 }  // namespace trestle::sd

@@ -364,10 +364,10 @@ class ServiceDiscovery {
   [[nodiscard]] std::size_t requirements_of(const slots::Remote& remote) const noexcept;
   [[nodiscard]] std::size_t events_of_loss(const slots::Remote& remote) const noexcept;
   void announce(const slots::Remote& remote) noexcept;
+  void tell_available(slots::Requirement& requirement, const slots::Remote& remote) noexcept;
   void settle(slots::Requirement& requirement) noexcept;
   void lose(slots::Remote& remote, LossReason reason, TimePoint now) noexcept;
   [[nodiscard]] bool fits(const slots::Requirement& requirement, const slots::Remote& remote) const noexcept;
-  TRESTLE_ONCE [[nodiscard]] Entry find_entry(const slots::Requirement& requirement) const noexcept;
   void seek(TimePoint now) noexcept;
 
   // client_side.cpp

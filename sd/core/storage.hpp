@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <type_traits>
 
 #include "sd/core/configuration.hpp"
 #include "sd/core/find_schedule.hpp"
@@ -207,25 +208,38 @@ class Storage {
 
  public:
   [[nodiscard]] StorageView view() noexcept {
-    return {
-        offers_, eventgroups_,     subscribers_,     requirements_,   subscriptions_,       remotes_,
-        peers_,  tcp_connections_, pending_entries_, pending_events_, configuration_bytes_, configurations_};
+    return {memory_.offers.view(),         memory_.eventgroups.view(),     memory_.subscribers.view(),
+            memory_.requirements.view(),   memory_.subscriptions.view(),   memory_.remotes.view(),
+            memory_.peers.view(),          memory_.tcp_connections.view(), memory_.pending.view(),
+            memory_.pending_events.view(), memory_.configuration_bytes,    memory_.configurations.view()};
   }
 
  private:
-  std::array<slots::Offer, limits.max_offers> offers_{};
-  std::array<slots::OfferedEventgroup, limits.max_eventgroups> eventgroups_{};
-  std::array<slots::Subscription, limits.max_subscribers> subscribers_{};
-  std::array<slots::Requirement, limits.max_requirements> requirements_{};
-  std::array<slots::OwnSubscription, limits.max_subscriptions> subscriptions_{};
-  std::array<slots::Remote, limits.max_remote_services> remotes_{};
-  std::array<slots::Peer, limits.max_peers> peers_{};
-  std::array<slots::TcpConnection, limits.max_tcp_connections> tcp_connections_{};
-  std::array<slots::PendingEntry, limits.max_pending_entries> pending_entries_{};
-  std::array<Event, limits.max_pending_events> pending_events_{};
-  std::array<std::byte, (limits.max_configurations + std::size_t{1}) * limits.max_configuration_bytes>
-      configuration_bytes_{};
-  std::array<slots::ConfigurationBlock, limits.max_configurations> configurations_{};
+  // Zeros are slots that nobody uses; what they hold is made when they are taken. So a static Storage takes
+  // no flash memory to be copied from, and making one is a memset().
+  template <typename Slot, std::size_t count>
+  struct Slots {
+    static_assert(std::is_trivially_copyable_v<Slot>, "its bytes are to be an object of it");
+    std::span<Slot> view() noexcept { return {static_cast<Slot*>(static_cast<void*>(bytes.data())), count}; }
+    alignas(Slot) std::array<std::byte, count * sizeof(Slot)> bytes;
+  };
+  struct Memory {
+    Slots<slots::Offer, limits.max_offers> offers;
+    Slots<slots::OfferedEventgroup, limits.max_eventgroups> eventgroups;
+    Slots<slots::Subscription, limits.max_subscribers> subscribers;
+    Slots<slots::Requirement, limits.max_requirements> requirements;
+    Slots<slots::OwnSubscription, limits.max_subscriptions> subscriptions;
+    Slots<slots::Remote, limits.max_remote_services> remotes;
+    Slots<slots::Peer, limits.max_peers> peers;
+    Slots<slots::TcpConnection, limits.max_tcp_connections> tcp_connections;
+    Slots<slots::PendingEntry, limits.max_pending_entries> pending;
+    Slots<Event, limits.max_pending_events> pending_events;
+    std::array<std::byte, (limits.max_configurations + std::size_t{1}) * limits.max_configuration_bytes>
+        configuration_bytes;
+    Slots<slots::ConfigurationBlock, limits.max_configurations> configurations;
+  };
+
+  Memory memory_{};
 };
 
 }  // namespace trestle::sd

