@@ -255,6 +255,18 @@ class Translator {
   trestle_happening& to_;
 };
 
+// Not std::visit: of so many alternatives it makes a table of functions, and calls through it have no known
+// stack.
+template <typename... Kinds>
+void translate(const std::variant<Kinds...>& what, Translator translator) noexcept {
+  const auto if_it_is = [&](const auto* kind) {
+    if (kind != nullptr) {
+      translator(*kind);
+    }
+  };
+  (if_it_is(std::get_if<Kinds>(&what)), ...);
+}
+
 }  // namespace
 
 // --- The functions of trestle.h ---------------------------------------------------------------------------
@@ -331,6 +343,15 @@ trestle_status trestle_notify(trestle_device* device, size_t service, uint16_t e
 trestle_status trestle_set_field(trestle_device* device, size_t service, size_t field, const uint8_t* value,
                                  size_t size) {
   return status_of(device->core.set_field(service, field, view(value, size)));
+}
+
+const uint8_t* trestle_field_value(const trestle_device* device, size_t service, size_t field, size_t* size) {
+  const auto value = device->core.field(service, field);
+  if (!value) {
+    return nullptr;
+  }
+  *size = value->size();
+  return bytes_of(value->data());
 }
 
 size_t trestle_subscribers(const trestle_device* device, size_t service, uint16_t event) {
@@ -426,7 +447,7 @@ bool trestle_poll_transmit(trestle_device* device, uint8_t* room, size_t room_by
 bool trestle_poll_happening(trestle_device* device, trestle_happening* happening) {
   const auto what = device->core.poll_happening();
   if (what) {
-    std::visit(Translator{*happening}, *what);
+    translate(*what, Translator{*happening});
   }
   return what.has_value();
 }

@@ -208,6 +208,9 @@ trestle_status trestle_notify(trestle_device* device, size_t service, uint16_t e
  * BAD_ARGUMENT, NOT_OFFERED, TOO_LARGE, NO_ROOM, BUSY. */
 trestle_status trestle_set_field(trestle_device* device, size_t service, size_t field, const uint8_t* value,
                                  size_t size);
+/* Where the value of a field is, and its size; null: it has none, there is no such field, or the service is
+ * not offered. Valid until the value changes. */
+const uint8_t* trestle_field_value(const trestle_device* device, size_t service, size_t field, size_t* size);
 /* How many endpoints get an event or notifier. */
 size_t trestle_subscribers(const trestle_device* device, size_t service, uint16_t event);
 size_t trestle_max_copied_bytes(const trestle_device* device);

@@ -98,6 +98,29 @@ TEST_F(TrestleC, RefusesWhatCannotBe) {
   EXPECT_EQ(trestle_call(device, 0, 1, nullptr, 0, 1, 1'000'000'000, &call), TRESTLE_BAD_ARGUMENT);
 }
 
+TEST_F(TrestleC, TellsTheValueOfAField) {
+  std::array<std::uint8_t, 4> room{1, 2};
+  trestle_field field{};
+  field.getter = 0x0010;
+  field.room = room.data();
+  field.room_bytes = room.size();
+  service.fields = &field;
+  service.field_count = 1;
+  service.event_count = 1;  // the limits are for two of both
+  ASSERT_EQ(init(sizeof memory), TRESTLE_OK);
+  std::size_t size = 99;
+  EXPECT_EQ(trestle_field_value(device, 0, 0, &size), nullptr);  // not offered
+  ASSERT_EQ(trestle_offer(device, 0, 0), TRESTLE_OK);
+  EXPECT_EQ(trestle_field_value(device, 0, 0, &size), nullptr);  // no value yet
+  EXPECT_EQ(trestle_field_value(device, 0, 1, &size), nullptr);
+  EXPECT_EQ(size, 99U);
+  const std::array<std::uint8_t, 3> value{7, 8, 9};
+  ASSERT_EQ(trestle_set_field(device, 0, 0, value.data(), value.size()), TRESTLE_OK);
+  EXPECT_EQ(trestle_field_value(device, 0, 0, &size), room.data());
+  EXPECT_EQ(size, 3U);
+  EXPECT_EQ(room, (std::array<std::uint8_t, 4>{7, 8, 9}));
+}
+
 TEST_F(TrestleC, AnswersARequestThatWasKept) {
   ASSERT_EQ(init(sizeof memory), TRESTLE_OK);
   ASSERT_EQ(trestle_offer(device, 0, 1'000'000'000), TRESTLE_OK);
