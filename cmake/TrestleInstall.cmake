@@ -25,4 +25,5 @@ configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/trestle-config.cmake.i
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/trestle-config-version.cmake
   COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/trestle-config.cmake ${PROJECT_BINARY_DIR}/trestle-config-version.cmake
+  ${PROJECT_SOURCE_DIR}/cmake/TrestleHeaders.cmake
   DESTINATION ${config_dir})

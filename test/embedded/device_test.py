@@ -2,8 +2,8 @@
 """device_test.py FIRMWARE TRESTLE: the firmware of examples/cortex_m on an emulated board, whose Ethernet controller is a tap
 device of this network namespace, and at its other end Trestle, pysomeip and ROS 2. Run by in_namespaces.
 
-Skipped (77) where there is no emulator, or no tap device can be made; failed then with TRESTLE_REQUIRE_PEERS=1. So are the
-tests with pysomeip and ROS 2 where `./run setup --peers` has not installed them."""
+Skipped (77) where there is no emulator, or no tap device can be made; failed then with TRESTLE_REQUIRE_PEERS=1, or with
+one that lists qemu or tap. So are the tests with pysomeip and ROS 2 where `./run setup --peers` has not installed them."""
 import json
 import os
 import pathlib
@@ -28,20 +28,24 @@ GROUP, SD_PORT, PORT = "224.244.224.245", 30490, 30509
 SERVICE, INSTANCE = 0x6001, 1
 PATIENCE = 30  # seconds; running into it is a failure
 DIES_WITH_US = ["setpriv", "--pdeathsig", "KILL"]
-REQUIRED = "1" in os.environ.get("TRESTLE_REQUIRE_PEERS", "0").split(",")
+WANTED = os.environ.get("TRESTLE_REQUIRE_PEERS", "0").split(",")
 
 
-def cannot(why):
-    print(f"{'failed' if REQUIRED else 'skipped'}: {why}")
-    sys.exit(1 if REQUIRED else 77)
+def is_required(name):
+    return "1" in WANTED or name in WANTED
+
+
+def cannot(name, why):
+    print(f"{'failed' if is_required(name) else 'skipped'}: {why}")
+    sys.exit(1 if is_required(name) else 77)
 
 
 def make_network():
     if shutil.which("qemu-system-arm") is None:
-        cannot("no qemu-system-arm, of the Debian package of that name")
+        cannot("qemu", "no qemu-system-arm, of the Debian package of that name")
     done = subprocess.run(["ip", "tuntap", "add", "tap0", "mode", "tap"], capture_output=True, text=True)
     if done.returncode != 0:
-        cannot(f"no tap device here, /dev/net/tun is not to be had: {done.stderr.strip()}")
+        cannot("tap", f"no tap device here, /dev/net/tun is not to be had: {done.stderr.strip()}")
     commands = ["link set tap0 up"] + [f"addr add {own}/24 dev tap0" for own in (HOST, OTHER_HOST)]
     for command in [*commands, "route replace 224.0.0.0/4 dev tap0"]:
         subprocess.run(["ip", *command.split()], check=True)
@@ -53,7 +57,7 @@ def python_of(name, module):
     python = os.path.join(os.path.abspath(place), "bin/python")
     if os.path.exists(python) and subprocess.run([python, "-c", f"import {module}"], capture_output=True).returncode == 0:
         return python
-    if REQUIRED:
+    if is_required(name):
         raise AssertionError(f"no {module} in {place}")
     raise unittest.SkipTest(f"no {module}; ./run setup --peers installs it")
 
@@ -87,6 +91,12 @@ class Program:
             found = re.search(pattern, line)
             if found:
                 return found
+
+    def all_seen(self):
+        """All that it has said so far."""
+        while not self.lines.empty():
+            self.seen.append(self.lines.get() or "")
+        return "\n".join(self.seen)
 
     def stop(self):
         if self.process.poll() is None:
@@ -136,7 +146,7 @@ class Device(unittest.TestCase):
     def is_well(self):
         self.assertEqual(self.call(1, "00000002 00000028"), "0000002a")
         self.assertIsNone(self.board.process.poll())
-        self.assertNotIn("fault", "".join(self.board.seen))
+        self.assertNotIn("fault", self.board.all_seen())
 
     def test_is_found(self):
         done = self.trestle("find", "0x6001", "--count", 1, "--timeout", 20)

@@ -1,5 +1,5 @@
-"""snippets_test.py SOURCE: each block of C++ in the README and in docs/application.md stands in an example, word for
-word; and no example is longer than a page. What is in folders below examples/ are whole programs."""
+"""snippets_test.py SOURCE: each block of C++ in the README, docs/application.md and docs/embedding.md stands in an example,
+word for word; and no example is longer than a page. What is in folders below examples/ are whole programs."""
 import pathlib
 import re
 import sys
@@ -8,13 +8,13 @@ LONGEST_EXAMPLE = 80  # lines
 
 source = pathlib.Path(sys.argv[1])
 files = sorted((source / "examples").glob("*.cpp"))
-code = [re.sub(r"\s+", " ", file.read_text()) for file in files]
+code = [re.sub(r"\s+", " ", file.read_text()) for file in [*files, *(source / "examples").glob("*/*.cpp")]]
 wrong = 0
-for document in ("README.md", "docs/application.md"):
+for document in ("README.md", "docs/application.md", "docs/embedding.md"):
     blocks = re.findall(r"^```cpp\n(.*?)^```$", (source / document).read_text(), re.DOTALL | re.MULTILINE)
     missing = [block for block in blocks if not any(re.sub(r"\s+", " ", block).strip() in text for text in code)]
     for block in missing:
-        print(f"{document}: not in any of {[file.name for file in files]}:\n{block}")
+        print(f"{document}: not in any program of examples/:\n{block}")
     if not blocks:
         print(f"{document}: shows no code")
     wrong += len(missing) + (not blocks)

@@ -1,0 +1,64 @@
+// The smallest device for a microcontroller: one service with a method and an event, in one loop.
+#include "examples/bare_device/board.hpp"
+
+namespace {
+
+using namespace trestle;
+using namespace trestle::device;
+
+// Services are constant tables.
+constexpr std::array groups{sd::Eventgroup{.id = EventgroupId{1}}};
+constexpr std::array in_group{EventgroupId{1}};
+constexpr std::array methods{Method{.id = MethodId{0x0001}}};
+constexpr std::array events{Event{.id = MethodId{0x8001}, .eventgroups = in_group}};
+constexpr std::array services{Service{.service = ServiceId{0x1234},
+                                      .instance = InstanceId{1},
+                                      .port = 30501,
+                                      .methods = methods,
+                                      .events = events,
+                                      .eventgroups = groups}};
+
+// Capacities are template arguments.
+using Brake =
+    StaticDevice<Limits{.services = 1, .eventgroups = 1, .events = 1, .subscribers = 4, .tp_buffers = 0}>;
+
+Settings settings() {
+  Settings settings;
+  settings.discovery.unicast = {IpAddress::v4(192, 0, 2, 10), 30490};
+  settings.discovery.seed = board::seed();
+  settings.services = services;
+  return settings;
+}
+
+}  // namespace
+
+int main() {
+  static Brake brake{settings()};
+  static std::array<std::byte, Device::datagram_bytes> room;
+  if (!brake.offer(0, board::now())) {
+    return 1;
+  }
+  std::byte pressed{};
+  for (;;) {
+    if (const auto in = board::receive()) {
+      brake.on_datagram(in->bytes, in->from, in->to, board::now());
+    }
+    brake.on_time(board::now());
+    for (;;) {  // first send, then look at one happening, and so on
+      while (const auto out = brake.poll_transmit(room, board::now())) {
+        board::send(*out);
+      }
+      const auto what = brake.poll_happening();
+      if (!what) {
+        break;
+      }
+      if (const auto* request = std::get_if<Request>(&*what)) {
+        static_cast<void>(brake.respond(*request, request->payload));  // full: the client's call times out
+      }
+    }
+    if (const std::byte now{board::pedal()}; now != pressed) {
+      pressed = now;
+      static_cast<void>(brake.notify(0, MethodId{0x8001}, std::span{&pressed, 1}));
+    }
+  }
+}
