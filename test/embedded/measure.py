@@ -162,6 +162,16 @@ def device_ram():
     return re.findall(r"^  ([a-z][a-z ]*?) +(\d+)$", printed, re.MULTILINE)
 
 
+def for_each_slot(page):
+    """What the page's table of limits says wrongly, of those that Limits{} has some of."""
+    parts = {name.replace(" ", "_"): int(size) for name, size in device_ram()}
+    described = (SOURCE / "sd" / "core" / "device" / "description.hpp").read_text(encoding="utf-8")
+    for name, count in re.findall(r"std::uint\d+_t (\w+) = ([1-9]\d*);", described):
+        row = re.search(rf"^\| `{name}`[^|]*\| (\d+) \|", page, re.MULTILINE)
+        if row and int(row[1]) * int(count) != parts[name]:
+            yield f"{name}: {parts[name]} bytes for {count}, the page says {row[1]} for each"
+
+
 def tests(target):
     """How many tests passed: of each program that ran."""
     log = SOURCE / "build" / target / "Testing" / "Temporary" / "LastTest.log"
@@ -257,6 +267,7 @@ def main():
     new, faults = block()
     print(new)
     page = PAGE.read_text(encoding="utf-8")
+    faults += for_each_slot(page)
     head, begin, rest = page.partition(BEGIN)
     old, end, tail = rest.partition(END)
     if not begin or not end:
