@@ -6,17 +6,18 @@ namespace {
 using namespace trestle;
 using namespace trestle::device;
 
-// Services are constant tables.
-constexpr std::array groups{sd::Eventgroup{.id = EventgroupId{1}}};
-constexpr std::array in_group{EventgroupId{1}};
-constexpr std::array methods{Method{.id = MethodId{0x0001}}};
-constexpr std::array events{Event{.id = MethodId{0x8001}, .eventgroups = in_group}};
-constexpr std::array services{Service{.service = ServiceId{0x1234},
-                                      .instance = InstanceId{1},
-                                      .port = 30501,
-                                      .methods = methods,
-                                      .events = events,
-                                      .eventgroups = groups}};
+// Services are constant tables. Their types are written out: GCC 12 puts constants of a deduced type into
+// RAM.
+constexpr std::array<sd::Eventgroup, 1> groups{sd::Eventgroup{.id = EventgroupId{1}}};
+constexpr std::array<EventgroupId, 1> in_group{EventgroupId{1}};
+constexpr std::array<Method, 1> methods{Method{.id = MethodId{0x0001}}};
+constexpr std::array<Event, 1> events{Event{.id = MethodId{0x8001}, .eventgroups = in_group}};
+constexpr std::array<Service, 1> services{Service{.service = ServiceId{0x1234},
+                                                  .instance = InstanceId{1},
+                                                  .port = 30501,
+                                                  .methods = methods,
+                                                  .events = events,
+                                                  .eventgroups = groups}};
 
 // Capacities are template arguments.
 using Brake =

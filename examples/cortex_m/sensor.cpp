@@ -26,30 +26,32 @@ constexpr Duration scan_period = 500ms;
 // The value of the field: 100 ms. Only the device writes it.
 constinit std::array<std::byte, 4> period{std::byte{0}, std::byte{0}, std::byte{0}, std::byte{100}};
 
-constexpr std::array uptime_group{EventgroupId{1}};
-constexpr std::array scan_group{EventgroupId{2}};
-constexpr std::array period_group{EventgroupId{3}};
-constexpr std::array groups{sd::Eventgroup{.id = uptime_group[0]}, sd::Eventgroup{.id = scan_group[0]},
-                            sd::Eventgroup{.id = period_group[0]}};
-constexpr std::array methods{device::Method{.id = add_method}};
-constexpr std::array events{device::Event{.id = uptime_event, .eventgroups = uptime_group},
-                            device::Event{.id = scan_event, .eventgroups = scan_group}};
-constexpr std::array fields{device::Field{.getter = get_period,
-                                          .setter = set_period_method,
-                                          .notifier = period_changed,
-                                          .eventgroups = period_group,
-                                          .room = period,
-                                          .initial_bytes = period.size(),
-                                          .judged = true}};
-constexpr std::array table{device::Service{.service = device::ServiceId{0x6001},
-                                           .instance = device::InstanceId{1},
-                                           .major = 1,
-                                           .minor = 0,
-                                           .port = 30509,
-                                           .methods = methods,
-                                           .events = events,
-                                           .fields = fields,
-                                           .eventgroups = groups}};
+// With their types written out: GCC 12 puts constants of a deduced type into RAM.
+constexpr std::array<EventgroupId, 1> uptime_group{EventgroupId{1}};
+constexpr std::array<EventgroupId, 1> scan_group{EventgroupId{2}};
+constexpr std::array<EventgroupId, 1> period_group{EventgroupId{3}};
+constexpr std::array<sd::Eventgroup, 3> groups{sd::Eventgroup{.id = uptime_group[0]},
+                                               sd::Eventgroup{.id = scan_group[0]},
+                                               sd::Eventgroup{.id = period_group[0]}};
+constexpr std::array<device::Method, 1> methods{device::Method{.id = add_method}};
+constexpr std::array<device::Event, 2> events{device::Event{.id = uptime_event, .eventgroups = uptime_group},
+                                              device::Event{.id = scan_event, .eventgroups = scan_group}};
+constexpr std::array<device::Field, 1> fields{device::Field{.getter = get_period,
+                                                            .setter = set_period_method,
+                                                            .notifier = period_changed,
+                                                            .eventgroups = period_group,
+                                                            .room = period,
+                                                            .initial_bytes = period.size(),
+                                                            .judged = true}};
+constexpr std::array<device::Service, 1> table{device::Service{.service = device::ServiceId{0x6001},
+                                                               .instance = device::InstanceId{1},
+                                                               .major = 1,
+                                                               .minor = 0,
+                                                               .port = 30509,
+                                                               .methods = methods,
+                                                               .events = events,
+                                                               .fields = fields,
+                                                               .eventgroups = groups}};
 
 }  // namespace
 
