@@ -36,7 +36,8 @@ def latencies(values, folder):
                                                      ("tp latency {}", "TP event, not paced", "#1f77b4"),
                                                      ("tp paced latency {}", "TP event, default pacing", "#d62728"),
                                                      ("vsomeip latency {}", "vsomeip", "#2ca02c")])
-    latency_by_size(values, folder / "bridges.svg", [("dds floor {}", "a hop of Fast DDS", "#888888"),
+    latency_by_size(values, folder / "bridges.svg", [("dds asynchronous {}", "an asynchronous hop of Fast DDS", "#888888"),
+                                                     ("dds synchronous {}", "a synchronous hop", "#2ca02c"),
                                                      ("path {}", "two bridges, not paced", "#1f77b4"),
                                                      ("path paced {}", "two bridges, default pacing", "#d62728")])
 

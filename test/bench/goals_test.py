@@ -81,9 +81,22 @@ class Goals(unittest.TestCase):
                          ["UDP call 64 B, p50", "10 µs", "13 µs", "1.30", "1.20 – 9.00", "≤ 1.5 ×", "met"])
 
     def test_the_way_through_two_bridges_is_compared_with_two_hops_and_a_transfer(self):
-        values = {"dds floor 1 MB": [LATENCY], "path transfer 1 MB": [LATENCY], "path 1 MB": [LATENCY]}
+        values = {"dds asynchronous 1 MB": [LATENCY], "path transfer 1 MB": [LATENCY], "path 1 MB": [LATENCY]}
         row = next(row for row in goals.paths(values) if row.what == "DDS, SOME/IP, DDS 1 MB, p50, not paced")
         self.assertEqual((row.floor, row.ours, row.met), (30e3, 10e3, True))
+
+    def test_the_quicker_way_of_writing_is_the_floor_of_a_hop(self):
+        def hops(*each):
+            return [{"latency_ns": {"p50": p50}} for p50 in each]
+
+        for asynchronous, synchronous, floors, way in (
+                ((20e3, 20e3, 20e3), (30e3, 10e3, 12e3), [70e3, 30e3, 34e3], "synchronous"),
+                ((10e3, 11e3, 40e3), (20e3, 20e3, 20e3), [30e3, 32e3, 90e3], "asynchronous")):
+            values = {"dds asynchronous 64 KB": hops(*asynchronous), "dds synchronous 64 KB": hops(*synchronous),
+                      "path transfer 64 KB": [LATENCY] * 3, "path 64 KB": hops(45e3, 45e3, 45e3)}
+            row = next(row for row in goals.paths(values) if row.what == "DDS, SOME/IP, DDS 64 KB, p50, not paced")
+            self.assertEqual(row.floors, floors)
+            self.assertIn(f"floor: {way} hops", row.cells()[-1])
 
     def test_wake_ups_for_discovery_are_not_counted(self):
         idle = {"resident_kb": 6144, "seconds": 5.0, "wakeups": 11, "discovery_sent": 10}

@@ -8,8 +8,8 @@ from measures import CLOUDS, SIZES
 
 DOMAINS = {"a": 91, "b": 92}
 LOOPBACK = "127.0.0.1"
-# Of plain Fast DDS: as our own ends are, by shared memory, and sent by the thread that writes.
-HOPS = {"floor": ["domain=93"], "shared": ["domain=94", "shared_memory=1"],
+# Of plain Fast DDS: sent by a thread of its own, the same by shared memory, and sent by the thread that writes.
+HOPS = {"asynchronous": ["domain=93"], "shared": ["domain=94", "shared_memory=1"],
         "synchronous": ["domain=95", "synchronous=1"]}
 # Topics before /there and /back, and what their messages on SOME/IP wait for.
 PACINGS = {"/perf": "0 us", "/paced": None}
@@ -73,10 +73,10 @@ class Paths:
         """With the hops and the transfer that are a way's floor."""
         seconds = self.measures.seconds
         for name, size in SIZES.items():
-            self.measures.in_turn((f"dds floor {name}", lambda: self.hop("floor", size)),
-                                  (f"path transfer {name}", lambda: self.measures.transfer(size, 1, seconds)),
-                                  (f"dds shared {name}", lambda: self.hop("shared", size)),
+            self.measures.in_turn((f"dds shared {name}", lambda: self.hop("shared", size)),
+                                  (f"dds asynchronous {name}", lambda: self.hop("asynchronous", size)),
                                   (f"dds synchronous {name}", lambda: self.hop("synchronous", size)),
+                                  (f"path transfer {name}", lambda: self.measures.transfer(size, 1, seconds)),
                                   (f"path {name}", lambda: self.ping("/perf", size, seconds)),
                                   (f"path paced {name}", lambda: self.ping("/paced", size, seconds)))
         for size in CLOUDS.values():

@@ -22,11 +22,13 @@ those of the rounds, and "rounds" says between which values they lay (or those o
 
 PATHS = """`trestle perf bridge` in one namespace, its other end in the other one, and a bridge beside each: DDS, bridge,
 SOME/IP, bridge, DDS, PointCloud2 of that many bytes of points. The floor is two hops of plain Fast DDS, which leave
-samples where DDS puts them, and one bare TP transfer, all of them taken beside it. Of DDS, latencies are half of the way
+samples where DDS puts them, and one bare TP transfer, all of them taken beside it. A hop is asynchronous when a thread of
+Fast DDS sends what was written, synchronous when the thread that writes sends as well, and is kept for as long as that
+takes: for each size the floor has the way that is quicker in the median of the rounds. Our writers are synchronous with
+samples of up to 200 KB; larger ones are copied and sent by a thread of the writer. Of DDS, latencies are half of the way
 there and back; all of it goes by UDP on loopback, but for the hop that says otherwise. The idle node offers a service,
 without DDS; the start is counted from `main()` to the first event of a service that has long been there, without initial
-delay. Synchronously means that the thread that writes sends as well, and is kept for as long as that takes: our writers
-do so with samples of up to 200 KB, the hops of the floor do not.
+delay.
 
 """
 CLOUDS_TEXT = """Time between the checkpoints of the published bridge: just before and after the conversion of DDS to
@@ -47,8 +49,8 @@ figure is the mean of eight placements of the input.
 
 TRANSFERS = (("tp floor latency {}", "bare TP loop"), ("tp latency {}", "TP events, not paced"),
              ("tp paced latency {}", "TP events, default pacing"))
-HOPS = (("dds floor {}", "a hop of Fast DDS"), ("dds synchronous {}", "the same, written synchronously"),
-        ("dds shared {}", "the same by its shared memory"),
+HOPS = (("dds asynchronous {}", "a hop of Fast DDS, asynchronous"), ("dds synchronous {}", "a hop of Fast DDS, synchronous"),
+        ("dds shared {}", "a hop of Fast DDS, asynchronous, by its shared memory"),
         ("path {}", "two bridges, not paced"), ("path paced {}", "two bridges, default pacing"))
 
 
