@@ -165,7 +165,8 @@ void Client::start_events() {
 void Client::call() {
   const sd::CallSpec spec{.method = echo_method,
                           .timeout = options_.patience,
-                          .transport = options_.plan.tcp ? Transport::tcp : Transport::udp};
+                          .transport = options_.plan.tcp ? Transport::tcp : Transport::udp,
+                          .pacing = pacing_of(options_.plan)};
   const ByteView bytes{request_};
   node_.call(service_, spec, {&bytes, 1},
              [this, called = monotonic_ns()](const sd::CallResult& answer) { on_answer(called, answer); });

@@ -12,7 +12,7 @@ struct ClientOptions {
   someip::ServiceId service{};
   someip::InstanceId instance{};
   bool events = false;          ///< else calls
-  EventPlan plan{};             ///< of events; of calls, `tcp` and `bytes`
+  EventPlan plan{};             ///< of events; of calls, `tcp`, `bytes` and the pacing of requests
   std::uint32_t in_flight = 1;  ///< calls at a time
   Duration warm_up{};
   Duration measured{};

@@ -52,9 +52,7 @@ struct EventSource::State : std::enable_shared_from_this<State> {
   void send(TimePoint due_at) {
     ++events;
     const someip::MethodId event = plan.tcp ? tcp_event : udp_event;
-    const someip::TpPacing pacing{
-        .burst = plan.burst > 0 ? std::optional<std::size_t>{plan.burst} : std::nullopt,
-        .separation = std::chrono::nanoseconds{plan.separation_ns}};
+    const someip::TpPacing pacing = pacing_of(plan);
     sd::Notified notified;
     if (plan.bytes <= someip::max_plain_payload_bytes) {
       std::array<std::byte, min_event_bytes> front;

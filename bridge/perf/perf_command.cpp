@@ -177,6 +177,15 @@ int measure(const ClientCommand& command) {
     throw CLI::ValidationError("--size", fmt::format("events have at least {} bytes", perf::min_event_bytes));
   }
   sd::NodeConfig network = command.network.config();
+  // All calls at a time may wait to be sent, and their answers at the server, whose node has the same bound.
+  constexpr std::size_t most_beside_payload = 1024;  // what a queue counts for each
+  if (!options.events &&
+      options.in_flight * (options.plan.bytes + most_beside_payload) > network.max_queued_bytes) {
+    throw CLI::ValidationError(
+        "--in-flight, --size",
+        fmt::format("{} calls of {} bytes at a time: no more than {} bytes can wait to be sent",
+                    options.in_flight, options.plan.bytes, network.max_queued_bytes));
+  }
   network.timing.initial_delay_min = 0ms;
   network.timing.initial_delay_max = 0ms;
   Session session{0};
@@ -244,7 +253,8 @@ void add_client(CLI::App& perf, int& status) {
       ->capture_default_str();
   command
       ->add_option("--burst", options->client.plan.burst,
-                   "Segments in a burst; 0: as many as we can take, as our subscription tells")
+                   "Segments in a burst; 0: of events as many as we can take, as our subscription tells, of "
+                   "calls 45")
       ->type_name("N")
       ->check(CLI::Range(0, 10'000))
       ->capture_default_str();

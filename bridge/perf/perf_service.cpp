@@ -29,6 +29,11 @@ std::uint64_t name_of_clock() {
 
 }  // namespace
 
+someip::TpPacing pacing_of(const EventPlan& plan) {
+  return {.burst = plan.burst > 0 ? std::optional<std::size_t>{plan.burst} : std::nullopt,
+          .separation = std::chrono::nanoseconds{plan.separation_ns}};
+}
+
 Status own_status() {
   static const std::uint64_t clock = name_of_clock();
   rusage usage{};

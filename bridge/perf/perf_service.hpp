@@ -2,6 +2,7 @@
 #include <cstdint>
 
 #include "bridge/perf/result.hpp"
+#include "someip/core/tp_pacing.hpp"
 #include "someip/wire/header.hpp"
 
 /// The SOME/IP service that `trestle perf server` offers: docs/tools.md describes it for other stacks.
@@ -48,6 +49,9 @@ struct EventPlan {
   std::uint32_t separation_ns = 0;  ///< from one burst of segments to the next
   std::uint16_t burst = 0;          ///< segments; 0: as many as the receiver can take
 };
+
+/// Of events, or calls.
+[[nodiscard]] someip::TpPacing pacing_of(const EventPlan& plan);
 
 /// This process's view of it, without `events` and `dropped`.
 [[nodiscard]] Status own_status();

@@ -99,6 +99,12 @@ class Measuring(unittest.TestCase):
     def test_large_calls_go_in_segments(self):
         self.assertEqual(self.measured("--size", "64KB", "--separation", "0")["payload_bytes"], 65536)
 
+    def test_requests_wait_between_bursts_as_they_are_told_to(self):
+        # Three segments, with two pauses between them at the least.
+        paced = client("--json", "--size", "4000", "--burst", "1", "--separation", "50000", seconds="2")
+        self.assertEqual(paced.returncode, 0, paced.stderr)
+        self.assertGreaterEqual(json.loads(paced.stdout)["latency_ns"]["min"], 95e6)
+
     def test_events_are_measured_one_at_a_time(self):
         for size, transport in ("16", []), ("64KB", []), ("1MB", ["--separation", "0"]), ("64KB", ["--tcp"]):
             with self.subTest(size=size, transport=transport):
@@ -198,6 +204,11 @@ class Failing(unittest.TestCase):
         self.assertEqual((done.returncode, done.stdout), (1, ""))
         self.assertEqual(done.stderr, "error: nobody offers the service\n")
 
+    def test_what_can_wait_to_be_sent_is_not_refused(self):
+        for arguments in ["--in-flight", "3", "--size", "16MB"], ["--in-flight", "4", "--size", "16MB", "--events"]:
+            done = client("0x7e58.1", "--timeout", "0.3", *arguments)
+            self.assertEqual((done.returncode, done.stderr), (1, "error: nobody offers the service\n"))
+
     def test_another_service_is_told(self):
         other = subprocess.Popen([TRESTLE, "offer", "0x7e59.1", "--udp", "--tcp", "--method", "1", *network(3)],
                                  stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
@@ -225,6 +236,8 @@ class Failing(unittest.TestCase):
             (["perf", "client", "--size", "some"], "--size"),
             (["perf", "client", "--events", "--size", "8"], "events have at least 16 bytes"),
             (["perf", "client", "--in-flight", "0"], "--in-flight"),
+            (["perf", "client", "--in-flight", "4", "--size", "16MB"],
+             "--in-flight, --size: 4 calls of 16777216 bytes at a time: no more than 67108864 bytes can wait"),
             (["perf", "client", "--seconds", "0"], "--seconds"),
             (["perf", "client", "0x10000"], "SERVICE: expected"),
             (["perf", "server", "0x1234"], "names no instance"),
