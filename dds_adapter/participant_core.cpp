@@ -279,10 +279,41 @@ void ParticipantCore::drop_topic(const std::string& topic) noexcept {
   }
 }
 
+namespace {
+
+/// Of one participant, where a topic has one type.
+bool are_matched(const ParticipantCore::Endpoint& one, const ParticipantCore::Endpoint& other) {
+  return one.topic == other.topic && one.writer != other.writer &&
+         (one.writer ? differing_policies(one.qos, other.qos) : differing_policies(other.qos, one.qos))
+             .empty();
+}
+
+}  // namespace
+
+std::size_t ParticipantCore::Endpoint::foreign(std::int32_t count) const noexcept {
+  const std::size_t own = *own_matches;
+  const auto all = static_cast<std::size_t>(std::max(count, 0));
+  return all > own ? all - own : 0;
+}
+
+void ParticipantCore::count_own_matches(const Endpoint& endpoint) const {
+  const std::lock_guard lock{mutex_};
+  *endpoint.own_matches = static_cast<std::size_t>(std::ranges::count_if(
+      endpoints_, [&](const Endpoint* other) { return are_matched(endpoint, *other); }));
+}
+
 void ParticipantCore::add(const Endpoint* endpoint, const fast::Guid& guid) {
   std::vector<Event> events;
   {
     const std::lock_guard lock{mutex_};
+    std::size_t own_matches = 0;
+    for (const Endpoint* other : endpoints_) {
+      if (are_matched(*endpoint, *other)) {
+        ++*other->own_matches;
+        ++own_matches;
+      }
+    }
+    *endpoint->own_matches = own_matches;
     endpoints_.push_back(endpoint);
     for (auto& [peer, known] : found_) {
       const fast::FoundEndpoint& found = known.endpoint;
@@ -304,27 +335,14 @@ void ParticipantCore::remove(const Endpoint* endpoint, const fast::Guid& guid) n
   graph_.remove(guid);
   const std::lock_guard lock{mutex_};
   std::erase(endpoints_, endpoint);
+  for (const Endpoint* other : endpoints_) {
+    if (are_matched(*endpoint, *other)) {
+      --*other->own_matches;
+    }
+  }
   for (auto& [peer, found] : found_) {
     std::erase(found.told, endpoint);
   }
-}
-
-std::size_t ParticipantCore::own_matches(const Endpoint& endpoint) const {
-  const std::lock_guard lock{mutex_};
-  return static_cast<std::size_t>(std::ranges::count_if(endpoints_, [&](const Endpoint* other) {
-    if (other->topic != endpoint.topic || other->writer == endpoint.writer) {
-      return false;
-    }
-    return (endpoint.writer ? differing_policies(endpoint.qos, other->qos)
-                            : differing_policies(other->qos, endpoint.qos))
-        .empty();
-  }));
-}
-
-std::size_t ParticipantCore::foreign(std::int32_t count, const Endpoint& endpoint) const {
-  const std::size_t own = own_matches(endpoint);
-  const auto all = static_cast<std::size_t>(std::max(count, 0));
-  return all > own ? all - own : 0;
 }
 
 Vendor ParticipantCore::vendor(const fast::Prefix& participant) const {

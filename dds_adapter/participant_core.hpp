@@ -2,6 +2,7 @@
 #include <array>
 #include <atomic>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <vector>
@@ -46,20 +47,24 @@ class ParticipantCore final : private fast::DiscoveryListener {
     /// Of a volatile writer that announces itself as transient local: counts the readers that match it and
     /// will miss what was written before they came. DDS does not tell of these.
     std::atomic<std::uint64_t>* unserved = nullptr;
+    /// How many of our own endpoints match this one: they are no counterparts. Kept by the participant, for
+    /// who asks before each sample.
+    std::unique_ptr<std::atomic<std::size_t>> own_matches = std::make_unique<std::atomic<std::size_t>>(0);
+
+    /// How many of `count` matched endpoints are not our own.
+    [[nodiscard]] std::size_t foreign(std::int32_t count) const noexcept;
   };
 
   /// The topic, with its type registered; made on its first use and deleted with its last.
   fast::Topic* use_topic(const std::string& topic, const std::string& type);
+  /// To be called before it is made, which tells of its matches.
+  void count_own_matches(const Endpoint& endpoint) const;
   void drop_topic(const std::string& topic) noexcept;
 
   /// To be called when it has been made; tells ROS 2 of it, and reports foreign endpoints of its topic that
   /// have another type or miss what it does not keep.
   void add(const Endpoint* endpoint, const fast::Guid& guid);
   void remove(const Endpoint* endpoint, const fast::Guid& guid) noexcept;
-  /// How many of our own endpoints match this one: they are no counterparts.
-  [[nodiscard]] std::size_t own_matches(const Endpoint& endpoint) const;
-  /// How many of `count` matched endpoints are not our own.
-  [[nodiscard]] std::size_t foreign(std::int32_t count, const Endpoint& endpoint) const;
 
   void report(const Event& event);
   /// Whether a reliable reader matches this writer. One that there was no room to remember may be one.

@@ -39,6 +39,7 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
   /// Apart from the constructor because callbacks need shared_from_this().
   void open() {
     fast::Topic* topic = participant_->use_topic(endpoint_.topic, endpoint_.type);
+    participant_->count_own_matches(endpoint_);
     reader_ = participant_->subscriber()->create_datareader(topic, reader_qos(), this);
     if (reader_ == nullptr) {
       participant_->drop_topic(endpoint_.topic);
@@ -70,7 +71,7 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
   [[nodiscard]] std::size_t matched() const {
     fast::SubscriptionMatchedStatus status;
     reader_->get_subscription_matched_status(status);
-    return participant_->foreign(status.current_count, endpoint_);
+    return endpoint_.foreign(status.current_count);
   }
 
   [[nodiscard]] ReaderCounters counters() const {
@@ -148,7 +149,7 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
     if (!participant_->is_own(peer)) {
       const auto kind = status.current_count_change > 0 ? Event::Kind::matched : Event::Kind::unmatched;
       participant_->report({kind, endpoint_.topic, endpoint_.type, to_hex(peer), "reader",
-                            participant_->foreign(status.current_count, endpoint_)});
+                            endpoint_.foreign(status.current_count)});
       const std::lock_guard lock{match_gate_};
       if (on_match_) {
         on_match_(to_guid(peer), kind == Event::Kind::matched);

@@ -31,6 +31,7 @@ class WriterCore final : private fast::WriterListener {
     fast::Topic* topic = participant_->use_topic(endpoint_.topic, endpoint_.type);
     fast::DataWriterQos qos = writer_qos();
     fast::set_user_data(qos, extras.user_data);
+    participant_->count_own_matches(endpoint_);
     writer_ = participant_->publisher()->create_datawriter(topic, qos, this);
     if (writer_ == nullptr) {
       participant_->drop_topic(endpoint_.topic);
@@ -99,7 +100,7 @@ class WriterCore final : private fast::WriterListener {
     });
   }
 
-  [[nodiscard]] std::size_t matched() const { return participant_->foreign(matched_, endpoint_); }
+  [[nodiscard]] std::size_t matched() const { return endpoint_.foreign(matched_); }
 
   [[nodiscard]] bool wait_until_received(std::chrono::nanoseconds limit) const {
     const auto end = std::chrono::steady_clock::now() + limit;
@@ -261,7 +262,7 @@ class WriterCore final : private fast::WriterListener {
     if (!participant_->is_own(peer)) {
       const auto kind = status.current_count_change > 0 ? Event::Kind::matched : Event::Kind::unmatched;
       participant_->report({kind, endpoint_.topic, endpoint_.type, to_hex(peer), "writer",
-                            participant_->foreign(status.current_count, endpoint_)});
+                            endpoint_.foreign(status.current_count)});
       if (kind == Event::Kind::unmatched) {
         const std::lock_guard lock{session_start_mutex_};
         if (session_start_) {

@@ -89,6 +89,67 @@ TEST_F(Participants, DoNotHearThemselves) {
   EXPECT_EQ(reader.counters().received, 1U);
 }
 
+TEST_F(Participants, CountOnlyTheMatchesOfOthersWhateverComesAndGoes) {
+  constexpr Qos volatile_one{.reliable = true, .transient_local = false, .depth = 1};
+  constexpr Qos of_best_effort{.reliable = false, .transient_local = false, .depth = 1};
+  constexpr const char* other_topic = "rt/other";
+  const auto ignore = [](const Sample&) {};
+  Inbox<Event> events;
+  Participant bridge{config([&](const Event& event) {
+    if (event.kind == Event::Kind::matched || event.kind == Event::Kind::unmatched) {
+      events.put(event);
+    }
+  })};
+  Participant other{config()};
+  const auto foreign_when_told = [&] {
+    EXPECT_TRUE(events.wait_for_count(1));
+    const auto all = events.take();
+    return all.empty() ? 99 : all.back().matched;
+  };
+  const Writer writer = bridge.create_writer(topic, type, volatile_one);
+  const Writer unreliable = bridge.create_writer(topic, type, of_best_effort);
+  const Writer elsewhere = bridge.create_writer(other_topic, type, volatile_one);
+  const auto expect = [&](std::size_t of_writer) {
+    EXPECT_TRUE(eventually([&] { return writer.matched() == of_writer; })) << writer.matched();
+    EXPECT_EQ(unreliable.matched(), 0U);  // offers less than all of these readers want
+    EXPECT_EQ(elsewhere.matched(), 0U);
+  };
+
+  std::optional<Reader> first = other.create_reader(topic, type, volatile_one, ignore);
+  EXPECT_EQ(foreign_when_told(), 1U);
+  expect(1);
+  std::optional<Reader> own = bridge.create_reader(topic, type, volatile_one, ignore);
+  expect(1);
+  std::optional<Reader> second = other.create_reader(topic, type, volatile_one, ignore);
+  EXPECT_EQ(foreign_when_told(), 2U);
+  expect(2);
+  // One that comes when there are others of both sides already.
+  {
+    const Writer late = bridge.create_writer(topic, type, volatile_one);
+    EXPECT_TRUE(events.wait_for_count(2));
+    const auto all = events.take();
+    EXPECT_EQ(all.back().matched, 2U);
+    EXPECT_EQ(late.matched(), 2U);
+    EXPECT_EQ(own->matched(), 0U);
+  }
+  first.reset();
+  EXPECT_EQ(foreign_when_told(), 1U);
+  expect(1);
+  own.reset();
+  expect(1);
+  second.reset();
+  EXPECT_EQ(foreign_when_told(), 0U);
+  expect(0);
+  // And all again, when they have been gone.
+  own = bridge.create_reader(topic, type, volatile_one, ignore);
+  expect(0);
+  first = other.create_reader(topic, type, volatile_one, ignore);
+  EXPECT_EQ(foreign_when_told(), 1U);
+  expect(1);
+  own.reset();
+  expect(1);
+}
+
 TEST_F(Participants, OfDifferentDomainsDoNotMeet) {
   const TestDomain elsewhere;
   ParticipantConfig other_config = config();
