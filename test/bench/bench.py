@@ -29,7 +29,7 @@ def arguments():
     parser.add_argument("--rounds", type=int, metavar="N", help="how often each thing is measured (5; quick: 2)")
     parser.add_argument("--check", action="store_true",
                         help="write nothing; print the goals that are missed, and fail if there are any")
-    parser.add_argument("--redraw", action="store_true", help="measure nothing: write what was measured last")
+    parser.add_argument("--redraw", action="store_true", help="measure nothing: write docs/performance.md from the last run that wrote it")
     parser.add_argument("--build", default=ROOT / "build/bench", metavar="DIR", help=argparse.SUPPRESS)
     chosen = parser.parse_args()
     chosen.rounds = chosen.rounds or (2 if chosen.quick else 5)
@@ -94,7 +94,6 @@ def main():
     except lab.Failed as why:
         print(f"error: {why}", file=sys.stderr)
         return 1
-    figures.write_text(json.dumps({"about": about, "values": taken.values}), encoding="utf-8")
     rows = goals.communication(taken.values) + goals.paths(taken.values) + goals.conversion(taken.values)
     shown = rows if not chosen.check else [row for row in rows if row.is_judged and not row.met]
     for row in shown:
@@ -103,13 +102,16 @@ def main():
         print("not measured: " + fault, file=sys.stderr)
     met, missed, unknown = (sum(row.is_judged and row.met is verdict for row in rows)
                             for verdict in (True, False, None))
-    print(f"{met} goals met, {missed} missed, {unknown} not measured")
+    both = sum(row.others > 0 for row in rows)
+    print(f"{met} goals met, {missed} missed, {unknown} not measured; of {both} the rounds lie on both sides of the goal")
     if chosen.check:
         return 1 if missed or unknown else 0
     if not chosen.quick:
+        figures.write_text(json.dumps({"about": about, "values": taken.values}), encoding="utf-8")
         report.write(taken.values, about, ROOT / "docs")
     return 1 if unknown else 0
 
 
-signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # which closes the lab
-sys.exit(main())
+if __name__ == "__main__":
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # which closes the lab
+    sys.exit(main())

@@ -1,5 +1,5 @@
 """The goals of `./run bench`, as ratios within one run."""
-from measures import CLOUDS, POINTS, SIZES, WIRE, middle, series
+from measures import CLOUDS, LARGE_CALLS, POINTS, SIZES, WIRE, middle, series
 
 
 def ns(value):
@@ -65,22 +65,34 @@ class Goal:
         return f"≥ {self.at_least} ×" if self.at_least is not None else ""
 
     @property
+    def measured(self):
+        """What the goal speaks of, for each round."""
+        is_ratio = self.limit is None and self.least is None and (self.is_judged or self.floors)
+        return self.ratios if is_ratio else [ours for ours in self.all_ours if ours is not None]
+
+    def is_within(self, number):
+        upper = self.limit if self.limit is not None else self.at_most
+        return number <= upper if upper is not None else number >= (
+            self.least if self.least is not None else self.at_least)
+
+    @property
     def met(self):
         """Nothing when it was not measured, or there is no goal."""
-        if self.limit is not None:
-            return None if self.ours is None else self.ours <= self.limit
-        if self.least is not None:
-            return None if self.ours is None else self.ours >= self.least
-        if self.ratio is None or not self.is_judged:
+        if not self.measured or not self.is_judged:
             return None
-        if self.lost:
-            return False
-        return self.ratio <= self.at_most if self.at_most is not None else self.ratio >= self.at_least
+        return not self.lost and self.is_within(middle(self.measured))
+
+    @property
+    def others(self):
+        """How many lie on the other side of the goal than their median."""
+        if self.met is None or self.lost:
+            return 0
+        return sum(self.is_within(number) is not self.met for number in self.measured)
 
     def cells(self):
-        measured = self.ours if self.limit is not None or self.least is not None else self.ratio
-        verdict = {None: "" if measured is not None else "not measured", True: "met", False: "**missed**"}[self.met]
-        remarks = [f"{self.lost:.0f} lost"] * bool(self.lost) + [self.remark] * bool(self.remark)
+        verdict = {None: "" if self.measured else "not measured", True: "met", False: "**missed**"}[self.met]
+        remarks = [f"{'missed' if self.met else 'met'} {self.others} of {len(self.measured)} times"] * bool(self.others)
+        remarks += [f"{self.lost:.0f} lost"] * bool(self.lost) + [self.remark] * bool(self.remark)
         if self.ratios:
             between = span("{:.2f}".format, self.ratios)
         else:
@@ -125,6 +137,8 @@ def communication(values):
         Goal(f"events 64 B, received: over trains of {WIRE} B", per_second, rate("trains floor"), rate("events 64 B"),
              remark=lost_beside_trains),
     ]
+    rows += [Goal(f"{kind.upper()} call {size}, p50" + (", default pacing" if kind == "udp" else ""), ns, None,
+                  latency(f"{kind} call {size}", "p50")) for kind in ("udp", "tcp") for size in LARGE_CALLS]
     for kind, words in ("tp", "not paced"), ("tp paced", "default pacing"):
         for size in SIZES:
             rows.append(Goal(f"TP event {size}, p50, {words}", ns, latency(f"tp floor latency {size}", "p50"),

@@ -16,7 +16,16 @@ class Goals(unittest.TestCase):
     def test_a_ratio_is_the_median_of_those_of_the_rounds(self):
         # Medians of floor and ours would be 20 and 30: of two rounds that have nothing to do with each other.
         row = goals.Goal("what", goals.ns, [10, 20, 40], [30, 22, 44], at_most=1.5)
-        self.assertEqual(row.cells(), ["what", "20 ns", "30 ns", "1.10", "1.10 – 3.00", "≤ 1.5 ×", "met"])
+        self.assertEqual(row.cells(), ["what", "20 ns", "30 ns", "1.10", "1.10 – 3.00", "≤ 1.5 ×",
+                                       "met; missed 1 of 3 times"])
+
+    def test_rounds_on_the_other_side_of_a_goal_are_told(self):
+        for ours, verdict in (([12, 13, 14], "met"), ([14, 16, 17], "**missed**; met 1 of 3 times"),
+                              ([16, 17, 18], "**missed**"), ([14, 15, None, 16], "met; missed 1 of 3 times")):
+            row = goals.Goal("what", goals.ns, [10] * len(ours), ours, at_most=1.5)
+            self.assertEqual(row.cells()[-1], verdict)
+        self.assertEqual(goals.Goal("", goals.megabytes, None, [900, 800, 1100], least=1000).cells()[-1],
+                         "**missed**; met 1 of 3 times")
 
     def test_a_round_in_which_one_of_the_two_failed_has_no_ratio(self):
         row = goals.Goal("what", goals.ns, [10, None, 10, 10], [None, 900, 12, 14], at_most=1.5)
@@ -35,7 +44,7 @@ class Goals(unittest.TestCase):
         for ours, met in (1001, True), (1000, True), (999, False):
             self.assertEqual(goals.Goal("", goals.megabytes, [5000], [ours], least=1000).met, met)
         row = goals.Goal("what", goals.ns, None, [2900, 5000, 2800], limit=3000)
-        self.assertEqual(row.cells(), ["what", "", "2.9 µs", "", "2.8 µs – 5 µs", "≤ 3 µs", "met"])
+        self.assertEqual(row.cells(), ["what", "", "2.9 µs", "", "2.8 µs – 5 µs", "≤ 3 µs", "met; missed 1 of 3 times"])
 
     def test_what_was_not_measured_is_neither(self):
         for floor, ours in (None, [1]), ([1], None), ([1], [None]), (None, None):
@@ -78,7 +87,8 @@ class Goals(unittest.TestCase):
                   "udp call": [{"latency_ns": {"p50": p50, "p99": 1}} for p50 in (90e3, 12e3, 13e3)]}
         row = goals.communication(values)[0]
         self.assertEqual(row.cells(),
-                         ["UDP call 64 B, p50", "10 µs", "13 µs", "1.30", "1.20 – 9.00", "≤ 1.5 ×", "met"])
+                         ["UDP call 64 B, p50", "10 µs", "13 µs", "1.30", "1.20 – 9.00", "≤ 1.5 ×",
+                          "met; missed 1 of 3 times"])
 
     def test_the_way_through_two_bridges_is_compared_with_two_hops_and_a_transfer(self):
         values = {"dds asynchronous 1 MB": [LATENCY], "path transfer 1 MB": [LATENCY], "path 1 MB": [LATENCY]}

@@ -184,7 +184,7 @@ class Client {
   void run() {
     {
       std::unique_lock lock{mutex_};
-      if (!changed_.wait_for(lock, std::chrono::seconds{15},
+      if (!changed_.wait_for(lock, std::chrono::seconds{5},
                              [this] { return available_ && (!events_ || subscribed_); })) {
         std::fputs("trestle_vsomeip: the service is not there\n", stderr);
         std::_Exit(1);
