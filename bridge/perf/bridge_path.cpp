@@ -198,7 +198,7 @@ std::optional<Result> measure_path(const PathOptions& options,
       next_progress = now + second_ns;
     }
   }
-  result.cpu["client"] = cpu_between(before, own_status());
+  result.cpu["this_end"] = cpu_between(before, own_status());
   return result;
 }
 

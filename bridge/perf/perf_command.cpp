@@ -299,6 +299,7 @@ void add_bridge(CLI::App& perf, int& status) {
       "--window of more than 1 it is throughput that is measured. What is\n"
       "between both ends, say two bridges that carry both topics, is up to you; nothing: a hop of DDS "
       "alone.\n"
+      "CPU time is that of this end alone, without the other end and the bridges.\n"
       "Exit status: 0; 1 when nothing came back; 2 for a wrong command line.\n\n"
       "Examples:\n"
       "  trestle perf bridge --domain 1 --reflect\n"

@@ -28,7 +28,7 @@ struct Result {
   Histogram latency{};
   /// Of events: how exact latencies are, as the two clocks had to be compared; nothing: it is one clock.
   std::optional<std::int64_t> clock_error_ns{};
-  std::map<std::string, CpuTime> cpu{};             ///< by process: "client", "server"
+  std::map<std::string, CpuTime> cpu{};  ///< by process: "client", "server"; "this_end" of a bridge
   std::map<std::string, std::uint64_t> counters{};  ///< of the Node
 
   [[nodiscard]] double per_second() const;

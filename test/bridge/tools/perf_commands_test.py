@@ -175,6 +175,7 @@ class Bridge(unittest.TestCase):
         self.assertEqual((done.returncode, done.stderr, far.returncode), (0, "", 0))
         figures = json.loads(done.stdout)
         self.assertEqual((figures["what"], figures["payload_bytes"]), ("bridge", 992))  # 62 points
+        self.assertEqual(list(figures["cpu_percent"]), ["this_end"])
         self.assertEqual(figures["sent"], figures["received"] + figures["lost"])
         latency = figures["latency_ns"]
         self.assertEqual(latency["count"], figures["received"])
