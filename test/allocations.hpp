@@ -1,13 +1,17 @@
 #pragma once
 #include <cstddef>
 
-/// For programs that allocations.cpp is part of: it replaces operator new by one that counts.
+/// For programs that allocations.cpp is part of: it counts the uses of operator new, and where neither a
+/// sanitizer nor a board is in the way, of malloc() and the like.
 namespace trestle::test {
 
-/// How often operator new was called so far. Not for several threads.
+/// Whether malloc() is counted, too.
+[[nodiscard]] bool malloc_is_counted();
+
+/// How often memory was asked for so far. Not for several threads.
 [[nodiscard]] std::size_t allocations();
 
-/// How often it is called during `work`.
+/// How often it is during `work`.
 template <typename Work>
 std::size_t allocations_of(Work work) {
   const std::size_t before = allocations();

@@ -6,11 +6,14 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <cstring>
+#include <iterator>
+#include <list>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "someip/net/datagram_batch.hpp"
+#include "someip/net/handler_memory.hpp"
 #include "someip/wire/slices.hpp"
 
 namespace trestle::someip {
@@ -25,7 +28,7 @@ constexpr std::size_t slices_per_segment = 2;  // a segment that lies in more pi
 
 // Small messages to one receiver that leave in one datagram.
 struct Collection {
-  Endpoint to;
+  Endpoint to{};
   std::vector<std::byte> datagram{};
   std::size_t messages = 0;
 };
@@ -45,19 +48,19 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
 
   void collect(const Endpoint& to, const Header& header, std::span<const ByteView> payload,
                std::size_t bytes) {
-    auto one = std::find_if(collections.begin(), collections.end(),
-                            [&](const Collection& other) { return other.to == to; });
+    std::list<Collection> full;
+    auto one = collection_for(to);
     if (one != collections.end() && one->datagram.size() + header_bytes + bytes > max_datagram_bytes) {
-      send_collected(*one);
-      *one = Collection{.to = to};
+      full.splice(full.end(), collections, one);
+      one = add_collection(to);
     } else if (one == collections.end()) {
       if (collections.size() == max_collections) {
         send_all_collected();
       }
-      if (collections.empty()) {
+      if (!collects) {
         start_collecting();
       }
-      one = collections.insert(collections.end(), Collection{.to = to});
+      one = add_collection(to);
     }
     std::vector<std::byte>& datagram = one->datagram;
     const std::size_t begin = datagram.size();
@@ -67,16 +70,39 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
       datagram.insert(datagram.end(), slice.begin(), slice.end());
     }
     ++one->messages;
+    if (!full.empty()) {
+      send_first_of(full);
+    }
+  }
+
+  std::list<Collection>::iterator collection_for(const Endpoint& to) {
+    return std::find_if(collections.begin(), collections.end(),
+                        [&](const Collection& one) { return one.to == to; });
+  }
+
+  std::list<Collection>::iterator add_collection(const Endpoint& to) {
+    if (spare_collections.empty()) {
+      spare_collections.emplace_back().datagram.reserve(max_datagram_bytes);
+    }
+    collections.splice(collections.end(), spare_collections, spare_collections.begin());
+    const auto one = std::prev(collections.end());
+    one->to = to;
+    one->messages = 0;
+    one->datagram.clear();
+    return one;
   }
 
   void start_collecting() {
+    collects = true;
     collect_timer.expires_after(collect_for);
-    collect_timer.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
-      const auto self = weak.lock();
-      if (!error && self && self->socket != nullptr) {
-        self->send_all_collected();
-      }
-    });
+    collect_timer.async_wait(memory->collect.hold(
+        [weak = weak_from_this(), keep = memory](const boost::system::error_code& error) {
+          const auto self = weak.lock();
+          if (!error && self && self->socket != nullptr) {
+            self->collects = false;
+            self->send_all_collected();
+          }
+        }));
   }
 
   void send_collected(const Collection& one) {
@@ -94,9 +120,16 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     }
   }
 
+  void send_first_of(std::list<Collection>& leaving) {
+    send_collected(leaving.front());
+    spare_collections.splice(spare_collections.begin(), leaving, leaving.begin());
+  }
+
   void send_all_collected() {
-    for (const Collection& one : std::exchange(collections, {})) {
-      send_collected(one);
+    // Apart, as the end of a message that is sent may bring forth another one.
+    std::list<Collection> leaving = std::exchange(collections, {});
+    while (!leaving.empty()) {
+      send_first_of(leaving);
       turn_open = true;
     }
     end_turn();
@@ -104,12 +137,11 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
 
   // What is collected for this receiver goes before what follows.
   void send_collected_for(const Endpoint& to) {
-    const auto one = std::find_if(collections.begin(), collections.end(),
-                                  [&](const Collection& other) { return other.to == to; });
+    const auto one = collection_for(to);
     if (one != collections.end()) {
-      const Collection last = std::move(*one);
-      collections.erase(one);
-      send_collected(last);
+      std::list<Collection> leaving;
+      leaving.splice(leaving.end(), collections, one);
+      send_first_of(leaving);
     }
   }
 
@@ -131,12 +163,12 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     if (socket->receiving() || std::exchange(deferred, true)) {
       return;  // end_turn() will be called
     }
-    boost::asio::defer(io, [weak = weak_from_this()] {
+    boost::asio::defer(io, memory->defer.hold([weak = weak_from_this(), keep = memory] {
       if (const auto self = weak.lock()) {
         self->deferred = false;
         self->end_turn();
       }
-    });
+    }));
   }
 
   void end_turn() {
@@ -380,16 +412,24 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     }
   }
 
+  struct Memory {
+    HandlerMemory collect;
+    HandlerMemory defer;
+  };
+
   boost::asio::io_context& io;
   UdpSocket* socket;
   SendLanes lanes;
   Duration collect_for;
+  std::shared_ptr<Memory> memory = std::make_shared<Memory>();  ///< the handlers keep it
   boost::asio::steady_timer timer;
   boost::asio::steady_timer collect_timer;
-  std::vector<Collection> collections;
-  bool pumping = false;  ///< pump() is being called
-  bool again = false;    ///< and has more to do
-  bool blocked = false;  ///< the socket is full and will call pump()
+  bool collects = false;  ///< collect_timer runs; what is collected meanwhile may leave earlier
+  std::list<Collection> collections;
+  std::list<Collection> spare_collections;  ///< kept to reuse their memory
+  bool pumping = false;                     ///< pump() is being called
+  bool again = false;                       ///< and has more to do
+  bool blocked = false;                     ///< the socket is full and will call pump()
   DatagramBatch batch;
   bool turn_open = false;  ///< a small message has left, further ones wait for each other in the batch
   bool deferred = false;   ///< end_turn() is on its way
@@ -444,9 +484,9 @@ bool MessageSender::send(const Endpoint& to, const Header& header, std::span<con
     return false;
   }
   const std::size_t bytes = size_of(payload);
-  const bool collects = state.collect_for > Duration::zero();
+  const bool to_collect = state.collect_for > Duration::zero();
   if (bytes <= max_plain_payload_bytes && !state.lanes.must_wait(to, header)) {
-    if (collects) {
+    if (to_collect) {
       state.collect(to, header, payload, bytes);
       return true;
     }
@@ -464,7 +504,7 @@ bool MessageSender::send(const Endpoint& to, const Header& header, std::span<con
     }
   }
   state.flush();
-  if (collects) {
+  if (to_collect) {
     state.send_collected_for(to);
   }
   return state.enqueue(to, header, payload, bytes, std::move(keep_alive), pacing);

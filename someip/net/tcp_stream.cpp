@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "someip/net/addresses.hpp"
+#include "someip/net/handler_memory.hpp"
 #include "someip/net/socket_calls.hpp"
 #include "someip/wire/slices.hpp"
 
@@ -132,12 +133,13 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   // --- receiving ---
 
   void wait_readable() {
-    descriptor.async_wait(boost::asio::posix::stream_descriptor::wait_read,
-                          [self = shared_from_this()](const boost::system::error_code& error) {
-                            if (!error && !self->closed) {
-                              self->drain();
-                            }
-                          });
+    descriptor.async_wait(
+        boost::asio::posix::stream_descriptor::wait_read,
+        read_memory.hold([self = shared_from_this()](const boost::system::error_code& error) {
+          if (!error && !self->closed) {
+            self->drain();
+          }
+        }));
   }
 
   void drain() {
@@ -431,6 +433,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     queue.clear();
   }
 
+  HandlerMemory read_memory;
   boost::asio::posix::stream_descriptor descriptor;
   boost::asio::steady_timer message_timer;
   /// When the message under way was first seen, and how many were complete then.

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "someip/net/addresses.hpp"
+#include "someip/net/handler_memory.hpp"
 #include "someip/net/socket_calls.hpp"
 #include "someip/net/udp_errors.hpp"
 #include "someip/net/udp_open.hpp"
@@ -96,12 +97,13 @@ struct UdpSocket::State : std::enable_shared_from_this<State> {
   }
 
   void wait_readable() {
-    descriptor.async_wait(boost::asio::posix::stream_descriptor::wait_read,
-                          [self = shared_from_this()](const boost::system::error_code& error) {
-                            if (!error && !self->closed) {
-                              self->drain();
-                            }
-                          });
+    descriptor.async_wait(
+        boost::asio::posix::stream_descriptor::wait_read,
+        read_memory.hold([self = shared_from_this()](const boost::system::error_code& error) {
+          if (!error && !self->closed) {
+            self->drain();
+          }
+        }));
   }
 
   void wait_writable() {
@@ -197,6 +199,7 @@ struct UdpSocket::State : std::enable_shared_from_this<State> {
   }
 
   UdpOptions options;
+  HandlerMemory read_memory;
   boost::asio::posix::stream_descriptor descriptor;
   boost::asio::steady_timer pause;  ///< while the network interface is full
   int fd;

@@ -2,6 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cstdint>
+#include <cstdlib>
+#include <new>
 
 #include "someip/core/call_table.hpp"
 #include "someip/core/e2e/checker.hpp"
@@ -21,6 +24,32 @@ using test::allocations_of;
 
 TEST(NoAllocation, IsCountedWhereThereIsOne) {
   EXPECT_EQ(allocations_of([] { operator delete(operator new(8)); }), 1U);
+  EXPECT_EQ(allocations_of([] { operator delete[](operator new[](8)); }), 1U);
+  EXPECT_EQ(allocations_of([] { operator delete(operator new(8, std::nothrow)); }), 1U);
+  constexpr std::align_val_t line{64};
+  EXPECT_EQ(allocations_of([] { operator delete(operator new(8, line), line); }), 1U);
+  EXPECT_EQ(allocations_of([] { operator delete[](operator new[](8, line), line); }), 1U);
+  EXPECT_EQ(allocations_of([] { operator delete(operator new(8, line, std::nothrow), line); }), 1U);
+  void* const aligned = operator new(8, line);
+  EXPECT_EQ(reinterpret_cast<std::uintptr_t>(aligned) % 64, 0U);
+  operator delete(aligned, line);
+}
+
+TEST(NoAllocation, IsCountedInTheCLibrary) {
+  if (!test::malloc_is_counted()) {
+    GTEST_SKIP() << "only where neither a sanitizer nor a board is in the way";
+  }
+  void* memory = nullptr;
+  const auto taken = [&](auto get) {
+    const std::size_t number = allocations_of([&] { memory = get(); });
+    EXPECT_NE(memory, nullptr);
+    std::free(memory);  // NOLINT(*-no-malloc)
+    return number;
+  };
+  EXPECT_EQ(taken([] { return std::malloc(8); }), 1U);              // NOLINT(*-no-malloc)
+  EXPECT_EQ(taken([] { return std::calloc(2, 8); }), 1U);           // NOLINT(*-no-malloc)
+  EXPECT_EQ(taken([] { return std::realloc(nullptr, 8); }), 1U);    // NOLINT(*-no-malloc)
+  EXPECT_EQ(taken([] { return std::aligned_alloc(64, 64); }), 1U);  // NOLINT(*-no-malloc)
 }
 
 TEST(NoAllocation, HappensInTheHeaderCodec) {

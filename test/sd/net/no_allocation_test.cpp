@@ -1,5 +1,5 @@
-// Calls and events need no memory from the heap once they are under way: every use of operator new in this
-// program is counted, on both sides.
+// Calls and events need no memory from the heap once they are under way: all memory that this program asks
+// for is counted, on both sides.
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include "test/allocations.hpp"
@@ -20,15 +20,18 @@ constexpr MethodId udp_event{0x8001};
 constexpr MethodId tcp_event{0x8002};
 constexpr std::size_t warm_up = 500;
 
-NodeConfig calm(const IpAddress& address) {
+NodeConfig calm(const IpAddress& address, Duration collect_for = Duration::zero()) {
   NodeConfig config = test::quick(address);
-  config.timing.cyclic_offer_delay = 1h;  // discovery has its say before, and after
+  config.collect_for = collect_for;
+  config.timing.repetitions_max = 0;  // discovery has its say before, and after
+  config.timing.cyclic_offer_delay = 1h;
   config.timing.ttl_s = 10'000;
   return config;
 }
 
 class NoAllocationTest : public test::TwoNodes {
  public:
+  explicit NoAllocationTest(Duration collect_for = Duration::zero()) : collects_for{collect_for} {}
   void SetUp() override {
     offer =
         server.offer({.service = service,
@@ -42,6 +45,10 @@ class NoAllocationTest : public test::TwoNodes {
     const SubscriptionId subscription = client.subscribe(
         {.service = service, .eventgroup = EventgroupId{1}, .events = {udp_event, tcp_event}, .tcp = true},
         [this](const someip::Message& message, const Endpoint&) {
+          if (both_sizes) {
+            done(&NoAllocationTest::notify_of_both_sizes);
+            return;
+          }
           EXPECT_EQ(message.payload.size(), bytes);
           done(&NoAllocationTest::notify);
         });
@@ -49,6 +56,7 @@ class NoAllocationTest : public test::TwoNodes {
       return client.subscribed(subscription) && !client.available(requirement).empty() &&
              server.subscribers(offer, tcp_event) == 1;
     }));
+    run_for(50ms);  // discovery's delays of up to 5 ms are over
   }
 
   void call() {
@@ -65,6 +73,11 @@ class NoAllocationTest : public test::TwoNodes {
     const Notified notified =
         server.notify(offer, event, {&payload, 1}, keep ? large : nullptr, {.separation = 0us});
     EXPECT_EQ(notified.subscribers, 1U);
+  }
+  void notify_of_both_sizes() {
+    both_sizes = true;
+    bytes = ++begun % 3 == 0 ? large->size() : 64;
+    notify();
   }
   void done(void (NoAllocationTest::*again)()) {
     if (++count == warm_up) {
@@ -95,7 +108,8 @@ class NoAllocationTest : public test::TwoNodes {
     return after - before;
   }
 
-  Node server{io, calm(test::server_address)};
+  const Duration collects_for;
+  Node server{io, calm(test::server_address, collects_for)};
   Node client{io, calm(test::client_address)};
   OfferHandle offer;
   RequirementId requirement{};
@@ -105,6 +119,8 @@ class NoAllocationTest : public test::TwoNodes {
   Transport transport = Transport::udp;
   MethodId event = udp_event;
   bool keep = false;
+  bool both_sizes = false;
+  std::size_t begun = 0;
   std::size_t wanted = 0;
   std::size_t count = 0;
   std::size_t before = 0;
@@ -142,6 +158,24 @@ TEST_F(NoAllocationTest, HappensInEventsInSegments) {
   bytes = large->size();
   keep = true;
   EXPECT_EQ(allocations_of(&NoAllocationTest::notify, 1, 2'000), 0U);
+}
+
+class CollectingTest : public NoAllocationTest {
+ public:
+  CollectingTest() : NoAllocationTest{100us} {}
+};
+
+// More at a time than a datagram takes.
+TEST_F(CollectingTest, AllocatesNothing) {
+  EXPECT_EQ(allocations_of(&NoAllocationTest::notify, 50, 10'000), 0U);
+  EXPECT_LT(client.counters().datagrams, count / 5);
+}
+
+// What is collected leaves before a message in segments, and both begin anew.
+TEST_F(CollectingTest, AllocatesNothingBesideLargeMessages) {
+  keep = true;
+  EXPECT_EQ(allocations_of(&NoAllocationTest::notify_of_both_sizes, 10, 2'000), 0U);
+  EXPECT_GT(client.reassembly_counters().messages, 500U);
 }
 
 }  // namespace
