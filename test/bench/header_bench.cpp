@@ -18,7 +18,7 @@ void header_encode(benchmark::State& state) {
   Header header = event;
   for (auto _ : state) {
     benchmark::DoNotOptimize(header);
-    const auto bytes = encode_header(header, 1392, room);
+    auto bytes = encode_header(header, 1392, room);
     benchmark::DoNotOptimize(bytes);
     benchmark::ClobberMemory();
   }
@@ -31,7 +31,7 @@ void header_decode(benchmark::State& state) {
   for (auto _ : state) {
     benchmark::DoNotOptimize(datagram.data());
     benchmark::ClobberMemory();
-    const auto message = decode(datagram);
+    auto message = decode(datagram);
     benchmark::DoNotOptimize(message);
   }
 }

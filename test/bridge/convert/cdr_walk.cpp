@@ -1,14 +1,12 @@
 #include "test/bridge/convert/cdr_walk.hpp"
 
-#include <fastcdr/Cdr.h>
-#include <fastcdr/FastBuffer.h>
-
 #include <algorithm>
 #include <cstring>
 #include <stdexcept>
 #include <string>
 
 #include "someip/wire/payload_writer.hpp"
+#include "test/fastcdr.hpp"
 
 namespace trestle::test {
 namespace {
@@ -173,14 +171,14 @@ std::vector<std::byte> rewritten_by_fastcdr(const bridge::TypeTree& tree, ByteVi
   std::vector<char> bytes(sample.size());
   std::memcpy(bytes.data(), sample.data(), sample.size());
   eprosima::fastcdr::FastBuffer from{bytes.data(), bytes.size()};
-  Cdr in{from, Cdr::DEFAULT_ENDIAN, Cdr::DDS_CDR};
+  Cdr in{from, Cdr::DEFAULT_ENDIAN, dds_cdr};
   in.read_encapsulation();
   std::vector<char> room(2 * sample.size() + 64);  // zeros: fastcdr leaves padding as it finds it
   eprosima::fastcdr::FastBuffer to{room.data(), room.size()};
-  Cdr out{to, order == std::endian::big ? Cdr::BIG_ENDIANNESS : Cdr::LITTLE_ENDIANNESS, Cdr::DDS_CDR};
+  Cdr out{to, order == std::endian::big ? Cdr::BIG_ENDIANNESS : Cdr::LITTLE_ENDIANNESS, dds_cdr};
   out.serialize_encapsulation();
   Walk<CdrOut>{tree, in, CdrOut{out}}.message(tree.root());
-  std::vector<std::byte> result(out.getSerializedDataLength());
+  std::vector<std::byte> result(written(out));
   std::memcpy(result.data(), room.data(), result.size());
   return result;
 }
@@ -190,7 +188,7 @@ std::vector<std::byte> written_by_payload_writer(const bridge::TypeTree& tree, B
   std::vector<char> bytes(sample.size());
   std::memcpy(bytes.data(), sample.data(), sample.size());
   eprosima::fastcdr::FastBuffer from{bytes.data(), bytes.size()};
-  Cdr in{from, Cdr::DEFAULT_ENDIAN, Cdr::DDS_CDR};
+  Cdr in{from, Cdr::DEFAULT_ENDIAN, dds_cdr};
   in.read_encapsulation();
   std::vector<std::byte> room(64 * sample.size() + 1024);
   someip::PayloadWriter out{room, rules};

@@ -1,12 +1,12 @@
 #include "test/bridge/end_to_end/samples.hpp"
 
-#include <fastcdr/Cdr.h>
-
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <span>
 #include <string>
+
+#include "test/fastcdr.hpp"
 
 namespace trestle::test {
 namespace {
@@ -26,16 +26,15 @@ class Writer {
                  << std::string{frame};
   }
   [[nodiscard]] Sample finish() {
-    const auto written = std::as_bytes(std::span{memory_}).first(cdr_.getSerializedDataLength());
-    return {written.begin(), written.end()};
+    const auto sample = std::as_bytes(std::span{memory_}).first(written(cdr_));
+    return {sample.begin(), sample.end()};
   }
 
  private:
   // Cleared, because the serialiser skips over padding without writing it.
   std::vector<char> memory_ = std::vector<char>(std::size_t{8} << 20U);
   eprosima::fastcdr::FastBuffer buffer_{memory_.data(), memory_.size()};
-  eprosima::fastcdr::Cdr cdr_{buffer_, eprosima::fastcdr::Cdr::DEFAULT_ENDIAN,
-                              eprosima::fastcdr::Cdr::DDS_CDR};
+  eprosima::fastcdr::Cdr cdr_{buffer_, eprosima::fastcdr::Cdr::DEFAULT_ENDIAN, dds_cdr};
 };
 
 // Bytes that differ all over, from sample to sample too.
