@@ -7,17 +7,23 @@ namespace trestle::bridge {
 std::string to_string(const CounterGroup& group) {
   std::string traffic;
   std::string losses;
+  std::string doubts;
   for (const Counter& counter : group.counters) {
-    const bool loss = counter.kind == Counter::Kind::loss;
-    if (loss && counter.count == 0) {
+    using Kind = Counter::Kind;
+    if (counter.kind != Kind::traffic && counter.count == 0) {
       continue;
     }
-    std::string& text = loss ? losses : traffic;
+    std::string& text = counter.kind == Kind::loss ? losses : counter.kind == Kind::doubt ? doubts : traffic;
     text += text.empty() ? "" : ", ";
     text += std::string{counter.name} + " " + std::to_string(counter.count);
   }
-  return group.name + ": " + traffic +
-         (losses.empty() ? "" : (traffic.empty() ? "lost: " : "; lost: ") + losses);
+  std::string line = traffic;
+  const auto add = [&](const char* title, const std::string& text) {
+    line += text.empty() ? "" : (line.empty() ? "" : "; ") + (title + text);
+  };
+  add("lost: ", losses);
+  add("perhaps lost: ", doubts);
+  return group.name + ": " + line;
 }
 
 std::string to_json(const CounterGroup& group) {

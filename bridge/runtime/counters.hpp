@@ -6,8 +6,9 @@
 namespace trestle::bridge {
 
 /// One thing that was counted. Every message that the bridge does not carry is in one counter of losses.
+/// Those in doubt were carried, and may be lost beyond it.
 struct Counter {
-  enum class Kind : std::uint8_t { traffic, loss };
+  enum class Kind : std::uint8_t { traffic, loss, doubt };
   const char* name;
   std::uint64_t count;
   Kind kind = Kind::traffic;
@@ -19,8 +20,8 @@ struct CounterGroup {
   std::vector<Counter> counters;
 };
 
-/// "route /points: received 12, sent 11; lost: no_subscriber 1", without a line end. Losses that did not
-/// happen are left out.
+/// "route /points: received 12, sent 11; lost: no_subscriber 1; perhaps lost: dds_overwritten 1", without a
+/// line end. Losses and doubts that there are none of are left out.
 [[nodiscard]] std::string to_string(const CounterGroup& group);
 /// {"event":"counters","group":"route /points","received":12,...}, with everything.
 [[nodiscard]] std::string to_json(const CounterGroup& group);

@@ -195,7 +195,7 @@ CounterGroup InboundRoute::counters() const {
                       {"dds_bad_encapsulation", past.bad_encapsulation + dds.bad_encapsulation, loss},
                       {"dds_oversize", past.oversize + dds.oversize, loss},
                       {"dds_refused", past.refused + dds.refused, loss},
-                      {"dds_overwritten", past.overwritten + dds.overwritten, loss},
+                      {"dds_overwritten", past.overwritten + dds.overwritten, doubt},
                       {"dds_incompatible_qos", past.incompatible_qos + dds.incompatible_qos, loss},
                       {"dds_deadlines_missed", past.deadlines_missed + dds.deadlines_missed, loss},
                       {"dds_liveliness_lost", past.liveliness_lost + dds.liveliness_lost, loss}}};

@@ -160,7 +160,7 @@ CounterGroup MethodToService::counters() const {
                       {"dds_dropped", ros.dropped, loss},
                       {"dds_oversize", ros.reader.oversize, loss},
                       {"dds_lost", ros.reader.lost + ros.reader.rejected, loss},
-                      {"dds_overwritten", ros.writer.overwritten, loss}}};
+                      {"dds_overwritten", ros.writer.overwritten, doubt}}};
   append_e2e(group, e2e_);
   return group;
 }

@@ -359,7 +359,7 @@ CounterGroup ServiceToMethod::counters() const {
                       {"dds_not_written", ros.not_written, loss},
                       {"dds_oversize", ros.reader.oversize, loss},
                       {"dds_lost", ros.reader.lost + ros.reader.rejected, loss},
-                      {"dds_overwritten", ros.writer.overwritten, loss}}};
+                      {"dds_overwritten", ros.writer.overwritten, doubt}}};
   append_e2e(group, e2e_);
   return group;
 }
