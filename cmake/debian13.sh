@@ -44,10 +44,10 @@ if [[ -e $root/trestle/.git ]]; then
 else
   git clone -q "$PWD" "$root/trestle"
 fi
-# The mounts are gone with the last process in there.
+# The mounts are gone with the last process in there. Not by chroot alone, in which no test may make namespaces of its own.
 exec unshare --mount -- sh -c '
-  mount -t proc proc "$1/proc" && mount --rbind /dev "$1/dev" && mount -t sysfs sysfs "$1/sys" || exit
-  root=$1
+  mount --rbind "$1" "$1" && mount -t proc proc "$1/proc" && mount --rbind /dev "$1/dev" &&
+    mount -t sysfs sysfs "$1/sys" && mkdir -p "$1/outside" && cd "$1" && pivot_root . outside && umount -l outside || exit
   shift
-  exec chroot "$root" env -i HOME=/root TERM="${TERM:-dumb}" PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 \
+  exec chroot . env -i HOME=/root TERM="${TERM:-dumb}" PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 \
     JOBS="${JOBS:-}" http_proxy="${http_proxy:-}" /trestle/run test "$@"' enter "$root" "${stages[@]}"

@@ -11,7 +11,8 @@ cmake --build "$work/consumer"
 out=$("$work/consumer/consumer")
 echo "$out"
 [[ $out == "16 bytes; missing.yaml: error: "* ]]
-if grep -rlF "$source" "$work/prefix/lib" --include='*.cmake'; then
+# Where the folder's name begins a path: it may be the name of one of ours, too.
+if grep -rlP "(?<![\\w}/.-])\\Q$source\\E" "$work/prefix/lib" --include='*.cmake'; then
   echo "the installed package names folders of the build machine" >&2
   exit 1
 fi

@@ -7,7 +7,9 @@ namespace trestle::test::mistakes_test {
 namespace {
 
 using namespace bridge;
+using testing::ElementsAre;
 using testing::ElementsAreArray;
+using testing::StartsWith;
 
 /// One mistake in the good configuration, and all that is then said.
 struct Mistake {
@@ -26,6 +28,13 @@ class ConfigMistake : public testing::TestWithParam<Mistake> {};
 TEST_P(ConfigMistake, IsNamedWithItsPlace) {
   EXPECT_THAT(problems_of(replaced(good_config, GetParam().from, GetParam().to)),
               ElementsAreArray(GetParam().problems));
+}
+
+TEST(ConfigMistakes, UnknownAnchor) {
+  // yaml-cpp names the anchor from 0.8 on.
+  EXPECT_THAT(
+      problems_of(replaced(good_config, "domain: 7", "domain: *seven")),
+      ElementsAre(StartsWith("b.yaml:16:11: error: not valid YAML: the referenced anchor is not defined")));
 }
 
 std::string name_of(const testing::TestParamInfo<Mistake>& info) {
@@ -467,10 +476,6 @@ INSTANTIATE_TEST_SUITE_P(
                 "  domain: 7",
                 "  domain: [7\n  interfaces: {",
                 {"b.yaml:17:13: error: not valid YAML: end of sequence flow not found"}},
-        Mistake{"UnknownAnchor",
-                "domain: 7",
-                "domain: *seven",
-                {"b.yaml:16:11: error: not valid YAML: the referenced anchor is not defined"}},
         Mistake{
             "MergeOfAValue", "domain: 7", "<<: 7", {"b.yaml:16:3: error: '<<' merges mappings, found '7'"}},
         Mistake{"MergeOfItself",

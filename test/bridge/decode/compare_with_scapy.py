@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../interop"))
 logging.getLogger("scapy.runtime").setLevel(logging.ERROR)
 try:
     from scapy.contrib.automotive.someip import (SD, SOMEIP, SDEntry_EventGroup, SDEntry_Service, SDOption_Config,
@@ -21,6 +22,7 @@ try:
     from scapy.layers.l2 import CookedLinux, Dot1AD, Dot1Q, Ether
     from scapy.packet import Raw
     from scapy.utils import wrpcap, wrpcapng
+    from scapy_fields import method_fields, tp_fields
 except ImportError as missing:
     print(f"skipped: {missing}")
     sys.exit(77)
@@ -47,10 +49,8 @@ def expect(what, found, wanted):
 
 
 def header(service, method, kind, session=1, client=0x0102, version=3, **more):
-    # scapy takes a Method ID apart: its top bit is sub_id, and names the rest.
-    rest = {"event_id" if method & 0x8000 else "method_id": method & 0x7fff}
-    return SOMEIP(srv_id=service, sub_id=method >> 15, client_id=client, session_id=session, iface_ver=version,
-                  msg_type=kind, **rest, **more)
+    return SOMEIP(srv_id=service, client_id=client, session_id=session, iface_ver=version, msg_type=kind,
+                  **method_fields(method), **more)
 
 
 def message(method=0x0421, payload=b"\xca\xfe", kind=0x00):
@@ -121,7 +121,7 @@ test = "SOME/IP-TP"
 segments = []
 for offset in range(0, len(big), 1392):
     more = offset + 1392 < len(big)
-    segment = header(0x1234, 0x8001, 0x22, 9, offset=offset // 16, res=0, more_seg=int(more))
+    segment = header(0x1234, 0x8001, 0x22, 9, **tp_fields(offset, more))
     segment = segment / Raw(big[offset:offset + 1392])
     segments.append(ether / ip4 / udp / segment)
 items = decode(segments)

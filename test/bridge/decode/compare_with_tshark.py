@@ -33,11 +33,13 @@ TP = ["someip.tp.offset", "someip.tp.flags.more_segments"]
 COMPLAINT = re.compile(r"Truncated message|too short|not enough buffer|Malformed Packet|Incomplete headers")
 
 # What it says of SD messages that break no rule.
-HARMLESS = ("SOME/IP-SD Unknown Option!", "SOME/IP-SD Empty Entry Array!")
+HARMLESS = ("SOME/IP-SD Unknown Option!", "SOME/IP-SD Empty Entry Array!",
+            "SOME/IP-SD Subscribe after Stop Subscribe!")
 
 
 def numbers(text):
-    return [int(number, 0) for number in text.split(",")] if text else []
+    # tshark says of a flag "1", since 4.4 "True".
+    return [int({"True": "1", "False": "0"}.get(number, number), 0) for number in text.split(",")] if text else []
 
 
 def tshark(path):

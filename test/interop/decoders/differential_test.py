@@ -17,7 +17,7 @@ import subprocess
 import sys
 import tempfile
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+sys.path[:0] = [(here := os.path.dirname(os.path.abspath(__file__))), os.path.dirname(here)]
 from random_messages import Maker, write_pcap
 
 WELL_FORMED, DAMAGED = 800, 1200
@@ -27,6 +27,7 @@ TSHARK_HARMLESS = {
     "SOME/IP Unknown Protocol Version!": "feat_req_someip_90: a decoder needs the header to answer it with an error",
     "SOME/IP-SD Unknown Option!": "feat_req_someipsd_1142: options of unknown type are ignored",
     "SOME/IP-SD Empty Entry Array!": "feat_req_someipsd_44: no rule asks for an entry",
+    "SOME/IP-SD Offer Service references no endpoints!": "feat_req_someipsd_681: well formed; no client accepts it",
     # Said of NUL bytes and of bytes above 0x7f in the value of a configuration string.
     "Trailing stray characters": "feat_req_someipsd_162: only the key has to be printable, a value may hold any byte",
     "SOME/IP-SD Configuration String malformed!": "feat_req_someipsd_162: the same",
@@ -229,6 +230,7 @@ SCAPY_LISTED = {
 
 
 def compare_with_scapy(comparison, someip):
+    from scapy_fields import method_of, offset_of, slice_of
     for frame, data in enumerate(comparison.datagrams, 1):
         for item in comparison.ours[frame]:
             # scapy fails at a segment that ends before its TP header does.
@@ -237,11 +239,10 @@ def compare_with_scapy(comparison, someip):
             begin = item["offset"]
             whole = data[begin:begin + 8 + item["length"]]
             theirs = someip.SOMEIP(whole)
-            method = theirs.event_id | 0x8000 if theirs.sub_id else theirs.method_id
             comparison.check(
                 frame, "header",
                 [number(item[name]) for name in HEADER],
-                [theirs.srv_id, method, theirs.len, theirs.client_id, theirs.session_id, theirs.proto_ver,
+                [theirs.srv_id, method_of(theirs), theirs.len, theirs.client_id, theirs.session_id, theirs.proto_ver,
                  theirs.iface_ver, theirs.msg_type, theirs.retcode])
             if "tp" in item:
                 tp = item["tp"]
@@ -249,8 +250,8 @@ def compare_with_scapy(comparison, someip):
                     comparison.listed["TP flag of a reserved message type"] += 1
                     continue
                 comparison.check(frame, "TP", [tp["offset"], tp["reserved"], number(tp["more_segments"])],
-                                 [theirs.offset * 16, theirs.res, theirs.more_seg])
-                comparison.check(frame, "slice", item["payload"], bytes(theirs.payload).hex())
+                                 [offset_of(theirs), theirs.res, theirs.more_seg])
+                comparison.check(frame, "slice", item["payload"], slice_of(theirs).hex())
             elif "sd" in item and "error" not in item:
                 # From the payload itself, since scapy builds its own layers only for what it knows.
                 compare_sd_with_scapy(comparison, frame, item["sd"], someip.SD(whole[16:]))

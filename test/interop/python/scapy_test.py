@@ -16,6 +16,8 @@ try:
     from scapy.contrib.automotive.someip import (SD, SOMEIP, SDEntry_EventGroup, SDEntry_Service, SDOption_Config,
                                                  SDOption_IP4_EndPoint, SDOption_IP4_Multicast)
     from scapy.packet import Raw
+    sys.path.append(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+    from scapy_fields import method_fields, offset_of, slice_of, tp_fields
 except ImportError:
     peer.missing("scapy")
 
@@ -25,9 +27,8 @@ EVENTS = ("224.225.226.233", 32344)  # where events go by multicast
 
 
 def message(method, payload=b"", kind=SOMEIP.TYPE_REQUEST, session=1, version=1, client=0x0c0c, **more):
-    rest = {"event_id" if method & 0x8000 else "method_id": method & 0x7fff}
-    return bytes(SOMEIP(srv_id=peer.SERVICE, sub_id=method >> 15, client_id=client, session_id=session, iface_ver=version,
-                        msg_type=kind, **rest, **more) / Raw(payload))
+    return bytes(SOMEIP(srv_id=peer.SERVICE, client_id=client, session_id=session, iface_ver=version, msg_type=kind,
+                        **method_fields(method), **more) / Raw(payload))
 
 
 def segments(method, payload, kind, **header):
@@ -35,8 +36,8 @@ def segments(method, payload, kind, **header):
     result = []
     for offset in range(0, len(payload), SEGMENT):
         last = offset + SEGMENT >= len(payload)
-        result.append(message(method, payload[offset:offset + SEGMENT], kind, offset=offset // 16, res=0,
-                              more_seg=int(not last), **header))
+        result.append(message(method, payload[offset:offset + SEGMENT], kind, **tp_fields(offset, not last),
+                              **header))
     return result
 
 
@@ -83,8 +84,8 @@ class Peer:
         sd.set_entryArray(list(entries))
         sd.set_optionArray(list(options))
         self.sessions[to] = self.sessions.get(to, 0) + 1
-        header = SOMEIP(srv_id=0xffff, sub_id=1, event_id=0x100, client_id=0, session_id=self.sessions[to], iface_ver=1,
-                        msg_type=SOMEIP.TYPE_NOTIFICATION)
+        header = SOMEIP(srv_id=0xffff, client_id=0, session_id=self.sessions[to], iface_ver=1,
+                        msg_type=SOMEIP.TYPE_NOTIFICATION, **method_fields(0x8100))
         self.discovery.sendto(bytes(header / Raw(bytes(sd))), (to, peer.SD_PORT))
 
     def heard(self, sock, wanted, seconds=3):
@@ -126,12 +127,12 @@ class Peer:
             received = SOMEIP(data)
             if not received.msg_type & 0x20:
                 return received.msg_type, data[16:], sizes
-            body = bytes(received.payload)
-            parts[received.offset * 16] = body
+            body = slice_of(received)
+            parts[offset_of(received)] = body
             sizes.append(len(body))
             if not received.more_seg:
                 whole = b"".join(parts[offset] for offset in sorted(parts))
-                if len(whole) == received.offset * 16 + len(body):
+                if len(whole) == offset_of(received) + len(body):
                     return received.msg_type & ~0x20, whole, sizes
 
 
@@ -275,7 +276,7 @@ class Scapy(peer.Recorded, unittest.TestCase):
                 ("half a header", good[:9]),
                 ("nothing", b""),
                 ("the end of a message whose beginning is missing",
-                 message(0x0001, b"\x01" * 16, SOMEIP.TYPE_TP_REQUEST, session=77, offset=10, res=0, more_seg=0))):
+                 message(0x0001, b"\x01" * 16, SOMEIP.TYPE_TP_REQUEST, session=77, **tp_fields(160, False)))):
             with self.subTest(what):
                 self.silent(datagram, 0.05)
         # Several messages in one datagram, and it has not gone mad.
@@ -419,8 +420,8 @@ class Scapy(peer.Recorded, unittest.TestCase):
         for body in (b"\xc0\0\0\0" + struct.pack(">I", 15) + entries + b"\0\0\0\0",
                      b"\xc0\0\0\0" + struct.pack(">I", 0x7fffffff) + entries + b"\0\0\0\0",
                      b"\xc0\0\0\0" + struct.pack(">I", 16) + entries + struct.pack(">I", 999)):
-            header = SOMEIP(srv_id=0xffff, sub_id=1, event_id=0x100, client_id=0, session_id=5, iface_ver=1,
-                            msg_type=SOMEIP.TYPE_NOTIFICATION)
+            header = SOMEIP(srv_id=0xffff, client_id=0, session_id=5, iface_ver=1,
+                            msg_type=SOMEIP.TYPE_NOTIFICATION, **method_fields(0x8100))
             self.peer.discovery.sendto(bytes(header / Raw(body)), (peer.OURS, peer.SD_PORT))
         self.node.ask("counters", answer="counters malformed 0 sd-malformed 3 ")
         self.peer.find_us()
