@@ -56,11 +56,14 @@ int posix_memalign(void** place, std::size_t alignment, std::size_t size) noexce
 #else
 
 // Sanitizers have a malloc() of their own, and boards another C library: there operator new is counted alone.
-// The other forms of new and delete, for arrays and without exceptions, call these. Not inlined, or GCC would
-// see free() called on what operator new gave, and warn.
-[[gnu::noinline]] void* operator new(std::size_t size) {
+// All forms are here, as sanitizers bring those that are missing, and these would not call ours. Not inlined,
+// or GCC would see free() called on what operator new gave, and warn.
+[[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
   ++count;
-  void* const memory = std::malloc(size == 0 ? 1 : size);
+  return std::malloc(size == 0 ? 1 : size);
+}
+[[gnu::noinline]] void* operator new(std::size_t size) {
+  void* const memory = operator new(size, std::nothrow);
   if (memory == nullptr) {
     throw std::bad_alloc{};
   }
@@ -74,6 +77,24 @@ int posix_memalign(void** place, std::size_t alignment, std::size_t size) noexce
   std::memcpy(place - sizeof memory, &memory, sizeof memory);
   return place;
 }
+[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment,
+                                     const std::nothrow_t&) noexcept {
+  return operator new(size, alignment);
+}
+[[gnu::noinline]] void* operator new[](std::size_t size) {
+  return operator new(size);
+}
+[[gnu::noinline]] void* operator new[](std::size_t size, const std::nothrow_t&) noexcept {
+  return operator new(size, std::nothrow);
+}
+[[gnu::noinline]] void* operator new[](std::size_t size, std::align_val_t alignment) {
+  return operator new(size, alignment);
+}
+[[gnu::noinline]] void* operator new[](std::size_t size, std::align_val_t alignment,
+                                       const std::nothrow_t&) noexcept {
+  return operator new(size, alignment);
+}
+
 [[gnu::noinline]] void operator delete(void* memory) noexcept {
   std::free(memory);
 }
@@ -86,6 +107,21 @@ int posix_memalign(void** place, std::size_t alignment, std::size_t size) noexce
     std::memcpy(&memory, static_cast<std::byte*>(place) - sizeof memory, sizeof memory);
     std::free(memory);
   }
+}
+[[gnu::noinline]] void operator delete(void* place, std::size_t, std::align_val_t alignment) noexcept {
+  operator delete(place, alignment);
+}
+[[gnu::noinline]] void operator delete[](void* memory) noexcept {
+  std::free(memory);
+}
+[[gnu::noinline]] void operator delete[](void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+[[gnu::noinline]] void operator delete[](void* place, std::align_val_t alignment) noexcept {
+  operator delete(place, alignment);
+}
+[[gnu::noinline]] void operator delete[](void* place, std::size_t, std::align_val_t alignment) noexcept {
+  operator delete(place, alignment);
 }
 
 #endif
