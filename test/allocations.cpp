@@ -7,7 +7,10 @@
 #include <new>
 
 namespace {
-std::size_t count = 0;
+#if defined(__unix__)
+thread_local
+#endif
+    std::size_t count = 0;
 }  // namespace
 
 bool trestle::test::malloc_is_counted() {

@@ -8,7 +8,7 @@ namespace trestle::test {
 /// Whether malloc() is counted, too.
 [[nodiscard]] bool malloc_is_counted();
 
-/// How often memory was asked for so far. Not for several threads.
+/// How often this thread has asked for memory so far.
 [[nodiscard]] std::size_t allocations();
 
 /// How often it is during `work`.

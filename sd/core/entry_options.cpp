@@ -105,7 +105,7 @@ std::optional<OptionFault> take_configuration(EntryOptions& found, const Option&
     return OptionFault::malformed;
   }
   if (found.receive_buffer_bytes == 0) {
-    found.receive_buffer_bytes = receive_buffer_in(option);
+    found.receive_buffer_bytes = receive_buffer_in(ConfigurationCursor{option});
   }
   return std::nullopt;
 }

@@ -33,9 +33,8 @@ ReceiveBufferOption::ReceiveBufferOption(std::uint32_t bytes) noexcept {
   size_ = option ? option->body.size() : 0;  // it always fits
 }
 
-std::uint32_t receive_buffer_in(const Option& configuration) noexcept {
-  ConfigurationCursor cursor{configuration};
-  while (const auto item = cursor.next()) {
+std::uint32_t receive_buffer_in(ConfigurationCursor configuration) noexcept {
+  while (const auto item = configuration.next()) {
     if (item->key == receive_buffer_key) {
       return item->value ? number_in(*item->value) : 0;
     }

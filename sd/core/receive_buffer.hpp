@@ -9,8 +9,8 @@ namespace trestle::sd {
 
 /// The key of the item of a configuration option by which a subscriber tells how many bytes of datagrams the
 /// socket has room for that it receives events at: what it asked for as SO_RCVBUF, and was granted. A server
-/// that knows the key sends large events in bursts of that size, all others ignore it.
-/// [feat_req_someipsd_946] [feat_req_someipsd_1147]
+/// that knows the key sends large events in bursts of that size, all others ignore it. In an offer it tells
+/// the same of the socket for requests.  [feat_req_someipsd_946] [feat_req_someipsd_1147]
 inline constexpr std::string_view receive_buffer_key = "trestle.rcvbuf";
 
 /// A configuration option with that item alone.
@@ -28,8 +28,8 @@ class ReceiveBufferOption {
   std::size_t size_ = 0;
 };
 
-/// What a configuration option tells by its first item with that key: bytes, up to what the type holds. 0
-/// when there is none, or its value is no decimal number.
-[[nodiscard]] std::uint32_t receive_buffer_in(const Option& configuration) noexcept;
+/// What a configuration tells by its first item with that key: bytes, up to what the type holds. 0 when there
+/// is none, or its value is no decimal number.
+[[nodiscard]] std::uint32_t receive_buffer_in(ConfigurationCursor configuration) noexcept;
 
 }  // namespace trestle::sd

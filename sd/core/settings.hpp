@@ -81,7 +81,8 @@ struct DiscoveryRules {
   bool renew_infinite_subscriptions = true;
   /// Whether our subscriptions tell, by a configuration option, how much may be sent to their UDP endpoint at
   /// once: see receive_buffer_key. Only servers are told that know explicit initial data, for some older ones
-  /// cannot bear such an option.  [feat_req_someipsd_946]
+  /// cannot bear such an option. Likewise the offers of a Node, of services whose description says which of
+  /// their methods take large requests.  [feat_req_someipsd_946]
   bool tell_receive_buffer = true;
   std::uint16_t max_subscribers_per_eventgroup = 64;
   /// How a service counts that is offered without load balancing option: by default after all others.

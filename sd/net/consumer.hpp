@@ -25,6 +25,11 @@ class Consumer {
 
   CallId call(RequirementId id, const CallSpec& spec, std::span<const ByteView> payload,
               std::shared_ptr<const void> keep_alive, ResponseHandler handler);
+  /// Takes the handler, unless it says why the request cannot leave.
+  [[nodiscard]] someip::Result<CallId, CallFault> try_call(RequirementId id, const CallSpec& spec,
+                                                           std::span<const ByteView> payload,
+                                                           std::shared_ptr<const void> keep_alive,
+                                                           ResponseHandler& handler);
   bool cancel(CallId call);
   bool send(RequirementId id, const CallSpec& spec, std::span<const ByteView> payload,
             std::shared_ptr<const void> keep_alive);

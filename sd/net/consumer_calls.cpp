@@ -5,6 +5,7 @@
 #include <boost/asio/post.hpp>
 #include <stdexcept>
 
+#include "sd/core/receive_buffer.hpp"
 #include "sd/net/checks.hpp"
 #include "sd/net/clock.hpp"
 #include "sd/net/discovery_text.hpp"
@@ -63,6 +64,11 @@ std::optional<Consumer::Route> Consumer::route(Need& need, const CallSpec& spec,
           &server, {*endpoint, tcp ? Transport::tcp : Transport::udp}, spec.pacing.value_or(config_.pacing)};
     }
   }
+  // As the application wants, else as the server can take it.
+  if (way && way->target.transport == Transport::udp && bytes > someip::max_plain_payload_bytes &&
+      !way->pacing.burst) {
+    way->pacing.burst = someip::burst_into(receive_buffer_in(discovery_.configuration(way->server->handle)));
+  }
   return way;
 }
 
@@ -102,6 +108,17 @@ std::optional<CallFault> Consumer::transmit_bytes(const Route& route, const Requ
 
 CallId Consumer::call(RequirementId id, const CallSpec& spec, std::span<const ByteView> payload,
                       std::shared_ptr<const void> keep_alive, ResponseHandler handler) {
+  const auto started = try_call(id, spec, payload, std::move(keep_alive), handler);
+  if (!started) {
+    fail_later(std::move(handler), started.error());
+  }
+  return started.value_or(CallId{});
+}
+
+someip::Result<CallId, CallFault> Consumer::try_call(RequirementId id, const CallSpec& spec,
+                                                     std::span<const ByteView> payload,
+                                                     std::shared_ptr<const void> keep_alive,
+                                                     ResponseHandler& handler) {
   if (!handler) {
     throw std::invalid_argument{"call of method " + hexadecimal(value(spec.method)) +
                                 ": handler: there is none"};
@@ -111,19 +128,16 @@ CallId Consumer::call(RequirementId id, const CallSpec& spec, std::span<const By
   const std::size_t bytes = size_of(payload) + (requirement ? requirement->e2e.added_bytes(spec.method) : 0);
   const auto way = requirement ? route(*requirement, spec, bytes) : std::nullopt;
   if (!way) {
-    fail_later(std::move(handler), CallFault::unavailable);
-    return {};
+    return tl::unexpected{CallFault::unavailable};
   }
   const auto started = calls_.start(way->target, requirement->spec.service, spec.method, way->server->major,
                                     spec.timeout, now());
   if (!started) {
-    fail_later(std::move(handler), CallFault::too_many_calls);
-    return {};
+    return tl::unexpected{CallFault::too_many_calls};
   }
   if (const auto fault = transmit(*way, *requirement, started->header, payload, std::move(keep_alive))) {
     calls_.cancel(started->call);
-    fail_later(std::move(handler), *fault);
-    return {};
+    return tl::unexpected{*fault};
   }
   E2eChannel* const channel = requirement->e2e.find(spec.method);
   waiting_[started->call.index] = channel != nullptr && channel->checks()

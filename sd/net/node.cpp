@@ -390,6 +390,12 @@ CallId Node::call(RequirementId requirement, const CallSpec& spec, std::span<con
   return state_->consumer.call(requirement, spec, payload, std::move(keep_alive), std::move(handler));
 }
 
+someip::Result<CallId, CallFault> Node::try_call(RequirementId requirement, const CallSpec& spec,
+                                                 std::span<const ByteView> payload, ResponseHandler handler,
+                                                 std::shared_ptr<const void> keep_alive) {
+  return state_->consumer.try_call(requirement, spec, payload, std::move(keep_alive), handler);
+}
+
 bool Node::cancel(CallId call) {
   return state_->consumer.cancel(call);
 }

@@ -102,6 +102,11 @@ class Node {
   /// @throws std::invalid_argument without a handler: then it is for send(); and for a pacing, as notify().
   CallId call(RequirementId requirement, const CallSpec& spec, std::span<const ByteView> payload,
               ResponseHandler handler, std::shared_ptr<const void> keep_alive = nullptr);
+  /// The same, but what keeps the request from leaving is told at once, and not to the handler.
+  [[nodiscard]] someip::Result<CallId, CallFault> try_call(RequirementId requirement, const CallSpec& spec,
+                                                           std::span<const ByteView> payload,
+                                                           ResponseHandler handler,
+                                                           std::shared_ptr<const void> keep_alive = nullptr);
   /// @return false when the call has ended already.
   bool cancel(CallId call);
   /// Calls a method that gives no response: fire and forget.  [feat_req_someip_345]

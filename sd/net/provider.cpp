@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "sd/core/receive_buffer.hpp"
 #include "sd/net/checks.hpp"
 #include "sd/net/discovery_text.hpp"
 #include "someip/net/address_text.hpp"
@@ -36,6 +37,15 @@ std::vector<std::byte> joined(std::span<const ByteView> slices) {
 /// [feat_req_someiptp_788]
 bool may_be_sent(const ServiceSpec& spec, MethodId id, std::size_t bytes) {
   return bytes <= someip::max_plain_payload_bytes || !spec.segmented || contains(*spec.segmented, id);
+}
+
+/// Whether its description says so, and not only leaves it open.
+bool takes_large_requests(const ServiceSpec& spec) {
+  const auto listed = [&spec](const auto& method) { return contains(*spec.segmented, method); };
+  return spec.segmented && (std::ranges::any_of(spec.methods, listed, &MethodSpec::id) ||
+                            std::ranges::any_of(spec.fields, [&](const FieldSpec& field) {
+                              return field.setter && listed(*field.setter);
+                            }));
 }
 
 }  // namespace
@@ -91,6 +101,12 @@ OfferHandle Provider::offer(ServiceSpec spec, TimePoint now) {
   std::vector<ConfigurationItem> configuration;
   for (const ConfigurationText& item : spec.configuration) {
     configuration.push_back({item.key, item.value});
+  }
+  std::string room;
+  if (offer->udp && config_.discovery.tell_receive_buffer && configuration.empty() &&
+      takes_large_requests(spec)) {
+    room = std::to_string(offer->udp->socket.receive_buffer_bytes());
+    configuration.push_back({receive_buffer_key, room});
   }
   offered.configuration = configuration;
   offered.load_balancing = spec.load_balancing;

@@ -1,9 +1,9 @@
 #include "sd/net/proxy.hpp"
 
 #include <algorithm>
+#include <boost/asio/bind_allocator.hpp>
 #include <boost/asio/error.hpp>
 #include <boost/asio/post.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <utility>
 
 #include "sd/net/checks.hpp"
@@ -23,22 +23,13 @@ constexpr Duration longest_timeout = std::chrono::hours{24 * 365};
 
 }  // namespace
 
-struct Proxy::Call {
-  Call(boost::asio::io_context& io, const CallSpec& what, std::vector<std::byte> bytes, Done then)
-      : spec{what},
-        payload{std::make_shared<const std::vector<std::byte>>(std::move(bytes))},
-        done{std::move(then)},
-        deadline{now() + std::min(what.timeout, longest_timeout)},
-        retry{io} {}
-
-  CallSpec spec;
-  std::shared_ptr<const std::vector<std::byte>> payload;
-  Done done;  ///< empty: the call has ended
-  TimePoint deadline;
-  CallId id{};           ///< while it is outstanding
-  bool waiting = false;  ///< for the service, or for a connection
-  boost::asio::steady_timer retry;
-};
+Proxy::Call::Call(boost::asio::io_context& io, const CallSpec& what, std::vector<std::byte> bytes)
+    : spec{what},
+      payload{std::move(bytes)},
+      deadline{now() + std::min(what.timeout, longest_timeout)},
+      retry{io} {
+  check(spec);
+}
 
 struct Proxy::State : std::enable_shared_from_this<State> {
   explicit State(Node& owner) : node{owner}, io{owner.io()} {}
@@ -47,51 +38,46 @@ struct Proxy::State : std::enable_shared_from_this<State> {
     call->waiting = false;
     CallSpec spec = call->spec;
     spec.timeout = std::max(call->deadline - now(), Duration{});
-    const ByteView bytes{*call->payload};
-    call->id = node.call(
+    const ByteView bytes{call->payload};
+    // Both are there as long as the Node has this: end() takes it back. It is so small that std::function
+    // needs no memory for it.
+    const auto started = node.try_call(
         requirement, spec, {&bytes, 1},
-        [weak = weak_from_this(), call](const CallResult& result) {
-          if (const auto self = weak.lock(); self && call->done) {
-            self->on_result(call, result);
-          }
-        },
-        call->payload);
+        [this, one = call.get()](const CallResult& result) { on_result(*one, result); }, call);
+    if (started) {
+      call->id = *started;
+    } else if (started.error() == CallFault::unavailable || started.error() == CallFault::not_connected) {
+      wait(call, started.error());
+    } else {
+      end_later(*call, started.error());
+    }
   }
 
-  void on_result(const std::shared_ptr<Call>& call, const CallResult& result) {
-    call->id = {};
+  void on_result(Call& call, const CallResult& result) {
+    call.id = {};
     if (result) {
       finish(call, {},
              {result->header, {result->payload.begin(), result->payload.end()}, copy_of(result->check)});
       return;
     }
     const CallError& error = result.error();
-    switch (error.fault) {
-      case CallFault::unavailable:
-      case CallFault::not_connected:
-        // The request has not left, so that trying again cannot carry it out twice.
-        wait(call, error.fault);
-        break;
-      case CallFault::error:
-        finish(call, make_error_code(error.code),
-               {{.method = call->spec.method, .type = someip::MessageType::error, .return_code = error.code},
-                {error.payload.begin(), error.payload.end()},
-                copy_of(error.check)});
-        break;
-      case CallFault::not_sent:
-      case CallFault::too_many_calls:
-      case CallFault::timed_out:
-        finish(call, error.fault, {});
-        break;
+    if (error.fault == CallFault::error) {
+      finish(call, make_error_code(error.code),
+             {{.method = call.spec.method, .type = someip::MessageType::error, .return_code = error.code},
+              {error.payload.begin(), error.payload.end()},
+              copy_of(error.check)});
+    } else {
+      finish(call, error.fault, {});
     }
   }
 
+  // The request has not left, so that trying again cannot carry it out twice.
   void wait(const std::shared_ptr<Call>& call, CallFault why) {
     const auto waits = [](const auto& one) { return one->waiting; };
     if (now() >= call->deadline) {
-      finish(call, why, {});
+      end_later(*call, why);
     } else if (std::ranges::count_if(calls, waits) >= std::ptrdiff_t{max_waiting_calls}) {
-      finish(call, CallFault::too_many_calls, {});
+      end_later(*call, CallFault::too_many_calls);
     } else {
       call->waiting = true;
       call->retry.expires_at(std::min(call->deadline, now() + retry_period));
@@ -104,7 +90,8 @@ struct Proxy::State : std::enable_shared_from_this<State> {
   }
 
   void on_server() {
-    for (const auto& call : calls) {
+    const auto all = calls;  // an attempt may end
+    for (const auto& call : all) {
       if (call->waiting) {
         call->retry.cancel();
         attempt(call);
@@ -112,34 +99,38 @@ struct Proxy::State : std::enable_shared_from_this<State> {
     }
   }
 
-  /// Takes the call out; the handler must be called next, and nothing done after that.
-  [[nodiscard]] Done end(const std::shared_ptr<Call>& call) {
-    std::erase(calls, call);
-    if (call->id != CallId{}) {
-      node.cancel(std::exchange(call->id, {}));
+  /// Takes the call out. Nothing may be done after its handler has been called.
+  [[nodiscard]] std::shared_ptr<Call> end(Call& call) {
+    const auto place = std::ranges::find(calls, &call, &std::shared_ptr<Call>::get);
+    std::shared_ptr<Call> own = std::move(*place);
+    calls.erase(place);
+    if (call.id != CallId{}) {
+      node.cancel(std::exchange(call.id, {}));
     }
-    call->waiting = false;
-    call->retry.cancel();
-    return std::exchange(call->done, nullptr);
+    call.waiting = false;
+    call.ended = true;
+    call.retry.cancel();
+    return own;
   }
-  void finish(const std::shared_ptr<Call>& call, boost::system::error_code error, Response response) {
-    const Done done = end(call);
-    done(error, std::move(response));
+  void finish(Call& call, boost::system::error_code error, Response response) {
+    const auto own = end(call);
+    own->complete(error, std::move(response));
   }
-  /// As what is called by the user, who does not expect to be called back before that returns.
-  void abort(const std::shared_ptr<Call>& call) {
-    boost::asio::post(io, [done = end(call)] { done(boost::asio::error::operation_aborted, {}); });
+  /// In what is called by the user, who does not expect to be called back before that returns.
+  void end_later(Call& call, boost::system::error_code error) {
+    boost::asio::post(io, [own = end(call), error] { own->complete(error, {}); });
   }
   void close() {
     node.release(requirement);
     while (!calls.empty()) {
-      abort(std::shared_ptr{calls.back()});
+      end_later(*calls.back(), boost::asio::error::operation_aborted);
     }
     closed = true;
   }
 
   Node& node;
   boost::asio::io_context& io;
+  const someip::PoolAllocator<std::byte> memory;
   RequirementId requirement{};
   std::vector<std::shared_ptr<Call>> calls;
   bool closed = false;
@@ -183,21 +174,19 @@ boost::asio::io_context& Proxy::context_of(const State& state) noexcept {
   return state.io;
 }
 
-std::shared_ptr<Proxy::Call> Proxy::make_call(const std::shared_ptr<State>& state, const CallSpec& spec,
-                                              std::vector<std::byte> payload, Done done) {
-  check(spec);
-  return std::make_shared<Call>(state->io, spec, std::move(payload), std::move(done));
+const someip::PoolAllocator<std::byte>& Proxy::memory_of(const State& state) noexcept {
+  return state.memory;
 }
 
 void Proxy::begin(const std::shared_ptr<State>& state, const std::shared_ptr<Call>& call) {
-  boost::asio::dispatch(state->io, [state, call] {
-    state->calls.push_back(call);
-    if (state->closed) {
-      state->abort(call);  // destroyed before the thread of the io_context took up the call
-    } else {
-      state->attempt(call);
-    }
-  });
+  boost::asio::dispatch(state->io, boost::asio::bind_allocator(state->memory, [state, call] {
+                          state->calls.push_back(call);
+                          if (state->closed) {  // before the thread of the io_context took up the call
+                            state->end_later(*call, boost::asio::error::operation_aborted);
+                          } else {
+                            state->attempt(call);
+                          }
+                        }));
 }
 
 void Proxy::cancel(const std::weak_ptr<State>& state, const std::weak_ptr<Call>& call) {
@@ -208,8 +197,8 @@ void Proxy::cancel(const std::weak_ptr<State>& state, const std::weak_ptr<Call>&
   boost::asio::dispatch(context->io, [state, call] {
     const auto self = state.lock();
     const auto one = call.lock();
-    if (self && one && one->done) {
-      self->abort(one);
+    if (self && one && !one->ended) {
+      self->end_later(*one, boost::asio::error::operation_aborted);
     }
   });
 }

@@ -4,11 +4,13 @@
 #include <boost/asio/dispatch.hpp>
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <vector>
 
 #include "sd/net/call_errors.hpp"
 #include "sd/net/node.hpp"
 #include "someip/net/parameters.hpp"
+#include "someip/net/pool_allocator.hpp"
 
 namespace trestle::sd {
 
@@ -43,7 +45,8 @@ class Proxy {
   ///
   /// May be called on any thread while the io_context runs, unlike all else here. call_errors.hpp tells the
   /// errors; that of a service that did not come in time is CallFault::unavailable. Throws
-  /// std::invalid_argument for a pacing, as Node::notify().
+  /// std::invalid_argument for a pacing, as Node::notify(). Of memory it takes that of the response's payload
+  /// and, for more calls at a time than ever before, some that it keeps.
   ///
   /// @param token  what is to be done with the response, as everywhere in Asio: a function of an error_code
   /// and
@@ -67,35 +70,57 @@ class Proxy {
 
  private:
   struct State;
-  struct Call;
-  using Done = std::function<Signature>;
+  /// One that has not ended, with all that it needs: this is the request's payload's owner, too.
+  struct Call {
+    /// @throws std::invalid_argument for a pacing that cannot be.
+    Call(boost::asio::io_context& io, const CallSpec& what, std::vector<std::byte> bytes);
+    Call(const Call&) = delete;
+    Call& operator=(const Call&) = delete;
+    virtual ~Call() = default;
+    /// Calls the handler, as its executor does. Once.
+    virtual void complete(boost::system::error_code error, Response response) = 0;
+
+    CallSpec spec;
+    std::vector<std::byte> payload;
+    TimePoint deadline;
+    CallId id{};           ///< while it is outstanding
+    bool waiting = false;  ///< for the service, or for a connection
+    bool ended = false;
+    boost::asio::steady_timer retry;
+  };
+  template <typename Handler>
+  struct CallFor final : Call {
+    CallFor(boost::asio::io_context& io, const CallSpec& what, std::vector<std::byte> bytes, Handler then)
+        : Call{io, what, std::move(bytes)},
+          handler{std::move(then)},
+          work{boost::asio::make_work_guard(handler, io)} {}
+    void complete(boost::system::error_code error, Response response) override {
+      const auto executor = work.get_executor();
+      boost::asio::dispatch(
+          executor, [own = std::move(handler), guard = std::move(work), error,
+                     answer = std::move(response)]() mutable { std::move(own)(error, std::move(answer)); });
+    }
+
+    Handler handler;
+    decltype(boost::asio::make_work_guard(std::declval<const Handler&>(),
+                                          std::declval<boost::asio::io_context&>())) work;
+  };
 
   template <typename Handler>
   static void start(Handler handler, const std::shared_ptr<State>& state, const CallSpec& spec,
                     std::vector<std::byte>&& payload) {
-    namespace asio = boost::asio;
-    auto slot = asio::get_associated_cancellation_slot(handler);
-    // Done is copied, which a handler need not be able to.
-    const auto shared = std::make_shared<Handler>(std::move(handler));
-    auto work = asio::make_work_guard(*shared, context_of(*state));
-    const auto call = make_call(
-        state, spec, std::move(payload), [shared, work](boost::system::error_code error, Response response) {
-          asio::dispatch(work.get_executor(),
-                         [own = std::move(*shared), error, answer = std::move(response)]() mutable {
-                           std::move(own)(error, std::move(answer));
-                         });
-        });
+    auto slot = boost::asio::get_associated_cancellation_slot(handler);
+    const std::shared_ptr<Call> call = std::allocate_shared<CallFor<Handler>>(
+        memory_of(*state), context_of(*state), spec, std::move(payload), std::move(handler));
     if (slot.is_connected()) {
-      slot.assign([weak = std::weak_ptr{state}, one = std::weak_ptr{call}](asio::cancellation_type) {
+      slot.assign([weak = std::weak_ptr{state}, one = std::weak_ptr{call}](boost::asio::cancellation_type) {
         cancel(weak, one);
       });
     }
     begin(state, call);
   }
   [[nodiscard]] static boost::asio::io_context& context_of(const State& state) noexcept;
-  [[nodiscard]] static std::shared_ptr<Call> make_call(const std::shared_ptr<State>& state,
-                                                       const CallSpec& spec, std::vector<std::byte> payload,
-                                                       Done done);
+  [[nodiscard]] static const someip::PoolAllocator<std::byte>& memory_of(const State& state) noexcept;
   static void begin(const std::shared_ptr<State>& state, const std::shared_ptr<Call>& call);
   static void cancel(const std::weak_ptr<State>& state, const std::weak_ptr<Call>& call);
 

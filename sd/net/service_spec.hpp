@@ -103,7 +103,9 @@ struct ServiceSpec {
   /// [feat_req_someip_667] [feat_req_someip_700]
   std::vector<someip::MethodId> events_without_session{};
   /// Events, and methods with their responses, that may be sent over UDP in segments when they are large.
-  /// Nothing: all. [feat_req_someiptp_788]
+  /// Nothing: all. [feat_req_someiptp_788] If there is a method or setter among them, the offer tells how
+  /// much its socket has room for, DiscoveryRules::tell_receive_buffer, unless it has a `configuration` of
+  /// its own.
   std::optional<std::vector<someip::MethodId>> segmented{};
   std::vector<E2eSpec> e2e{};  ///< events, methods, getters, setters and notifiers with protection
   /// What else discovery tells of it, in this order.  [feat_req_someipsd_857] A service of other_protocols is

@@ -49,7 +49,7 @@ std::vector<std::byte> configuration(const std::vector<std::string>& items) {
 
 std::uint32_t read(const std::vector<std::string>& items) {
   const auto body = configuration(items);
-  return receive_buffer_in({OptionType::configuration, body});
+  return receive_buffer_in(ConfigurationCursor{{OptionType::configuration, body}});
 }
 
 TEST(ReceiveBufferOption, IsReadAmongOtherItems) {
@@ -70,10 +70,12 @@ TEST(ReceiveBufferOption, TellsNothingWhenItIsMalformed) {
     EXPECT_EQ(read({item}), 0U) << item;
   }
   EXPECT_EQ(read({}), 0U);
-  EXPECT_EQ(receive_buffer_in({OptionType::configuration, {}}), 0U) << "no reserved byte";
+  EXPECT_EQ(receive_buffer_in(ConfigurationCursor{{OptionType::configuration, {}}}), 0U)
+      << "no reserved byte";
   auto cut = configuration({"trestle.rcvbuf=212992"});
   cut.resize(10);
-  EXPECT_EQ(receive_buffer_in({OptionType::configuration, cut}), 0U) << "the item is longer than the option";
+  EXPECT_EQ(receive_buffer_in(ConfigurationCursor{{OptionType::configuration, cut}}), 0U)
+      << "the item is longer than the option";
 }
 
 // --- The client -------------------------------------------------------------------------------------------

@@ -1,7 +1,11 @@
 // Calls and events need no memory from the heap once they are under way: all memory that this program asks
-// for is counted, on both sides.
+// for is counted, on both sides. A Proxy's response has its payload in a vector of its own, and nothing else.
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <semaphore>
+#include <thread>
+
+#include "sd/net/proxy.hpp"
 #include "test/allocations.hpp"
 #include "test/sd/net/two_nodes.hpp"
 
@@ -158,6 +162,86 @@ TEST_F(NoAllocationTest, HappensInEventsInSegments) {
   bytes = large->size();
   keep = true;
   EXPECT_EQ(allocations_of(&NoAllocationTest::notify, 1, 2'000), 0U);
+}
+
+class ProxyAllocationTest : public NoAllocationTest {
+ public:
+  // Its request's payload is what the response before had.
+  void call_by_proxy() {
+    proxy.call({.method = echo, .transport = transport}, std::move(next),
+               [this](const boost::system::error_code& error, Response response) {
+                 ASSERT_FALSE(error) << error.message();
+                 EXPECT_EQ(response.payload.size(), bytes);
+                 next = std::move(response.payload);
+                 done(static_cast<void (NoAllocationTest::*)()>(&ProxyAllocationTest::call_by_proxy));
+               });
+  }
+  // One payload for each response.
+  void expect_one_for_each_call() {
+    next.assign(bytes, std::byte{7});
+    EXPECT_EQ(allocations_of(static_cast<void (NoAllocationTest::*)()>(&ProxyAllocationTest::call_by_proxy),
+                             1, 10'000),
+              10'000U);
+  }
+
+  Proxy proxy{client, {.service = service}};
+  std::vector<std::byte> next;
+};
+
+TEST_F(ProxyAllocationTest, IsOfTheResponseOverUdp) {
+  expect_one_for_each_call();
+}
+
+TEST_F(ProxyAllocationTest, IsOfTheResponseOverTcp) {
+  transport = Transport::tcp;
+  expect_one_for_each_call();
+}
+
+TEST_F(ProxyAllocationTest, IsOfTheResponseOverTcpToALargeRequest) {
+  transport = Transport::tcp;
+  bytes = large->size();
+  expect_one_for_each_call();
+}
+
+TEST_F(ProxyAllocationTest, DoesNotHappenWithoutAPayload) {
+  bytes = 0;
+  EXPECT_EQ(allocations_of(static_cast<void (NoAllocationTest::*)()>(&ProxyAllocationTest::call_by_proxy), 32,
+                           10'000),
+            0U);
+}
+
+// Neither in the thread that calls, nor in that of the node.
+TEST_F(ProxyAllocationTest, IsOfTheResponseAlsoForAnotherThread) {
+  constexpr std::size_t calls = 5'000;
+  std::size_t of_caller = 1;
+  std::size_t of_node = 1;
+  const std::jthread caller{[&] {
+    std::binary_semaphore answered{0};
+    std::vector<std::byte> payload(bytes);
+    std::size_t caller_before = 0;
+    std::size_t node_before = 0;
+    for (std::size_t i = 0; i < warm_up + calls; ++i) {
+      if (i == warm_up) {
+        caller_before = test::allocations();
+        node_before = of_node;
+      }
+      proxy.call({.method = echo}, std::move(payload),
+                 [&](const boost::system::error_code& error, Response response) {
+                   EXPECT_FALSE(error) << error.message();
+                   payload = std::move(response.payload);
+                   of_node = test::allocations();
+                   answered.release();
+                 });
+      answered.acquire();
+    }
+    of_caller = test::allocations() - caller_before;
+    of_node -= node_before;
+    io.stop();
+  }};
+  io.restart();
+  io.run();
+  EXPECT_EQ(of_caller, 0U);
+  EXPECT_EQ(of_node, calls);
 }
 
 class CollectingTest : public NoAllocationTest {

@@ -1,4 +1,5 @@
-// Large events leave in bursts of what each subscriber can take, as its subscription tells.
+// Large events leave in bursts of what each subscriber can take, as its subscription tells; large requests in
+// those of what the server can, if its offer tells.
 #include "test/covers.hpp"
 #include "test/sd/net/two_nodes.hpp"
 
@@ -11,6 +12,7 @@ using test::covers;
 using test::numbers;
 using test::quick;
 using ::testing::ElementsAre;
+using ::testing::IsEmpty;
 using ::testing::UnorderedElementsAre;
 using namespace std::chrono_literals;
 
@@ -217,6 +219,76 @@ TEST_F(Pacing, IsThatOfACallAndOfItsMethod) {
   EXPECT_EQ(datagrams({.method = paced}), (std::pair{2UL, 10UL}));
   EXPECT_EQ(datagrams({.method = plain, .pacing = someip::TpPacing{.segment_bytes = 320, .separation = 0ms}}),
             (std::pair{5UL, 2UL}));
+}
+
+// Of a request of 200 segments.
+class RequestPacing : public Pacing {
+ protected:
+  static constexpr MethodId take{0x0001};
+
+  static ServiceSpec taking_large_requests() {
+    ServiceSpec service = spec();
+    service.methods = {
+        {.id = take, .handler = [](const Message&, Responder responder) { responder.respond(ByteView{}); }}};
+    service.segmented = {take};
+    return service;
+  }
+  std::uint64_t burst_of_request(Node& client, const CallSpec& call = {.method = take}) {
+    const RequirementId required = client.require({.service = ServiceId{0x1234}});
+    EXPECT_TRUE(run_until([&] { return !client.available(required).empty(); }));
+    configuration = client.configuration(client.available(required).at(0));
+    run_for(2ms);  // from the burst before
+    const std::uint64_t before = client.sender_counters().datagrams;
+    const auto payload = numbers(200 * 1392);
+    const ByteView slice{payload};
+    outcomes.clear();
+    client.call(required, call, {&slice, 1}, note());
+    const std::uint64_t burst = client.sender_counters().datagrams - before;
+    EXPECT_TRUE(run_until([&] { return outcomes.size() == 1; }));
+    EXPECT_EQ(outcomes.at(0).fault, std::nullopt);
+    return burst;
+  }
+
+  std::vector<ConfigurationText> configuration;
+};
+
+TEST_F(RequestPacing, IsThatOfTheServersBufferIfItsOfferTells) {
+  covers({"feat_req_someiptp_801", "feat_req_someipsd_857"});
+  Node server{io, with_buffer(test::server_address, 100'000)};
+  Node client{io, quick(test::client_address)};
+  server.offer(taking_large_requests());
+  EXPECT_EQ(burst_of_request(client), 21U);
+  EXPECT_THAT(configuration, ElementsAre(ConfigurationText{"trestle.rcvbuf", "100000"}));
+  EXPECT_EQ(burst_of_request(client, {.method = take, .pacing = someip::TpPacing{.burst = 30}}), 30U)
+      << "as the application wants";
+}
+
+TEST_F(RequestPacing, IsTheDefaultForAServerThatDoesNotTell) {
+  NodeConfig config = with_buffer(test::server_address, 100'000);
+  config.discovery.tell_receive_buffer = false;
+  Node server{io, config};
+  Node client{io, quick(test::client_address)};
+  server.offer(taking_large_requests());
+  EXPECT_EQ(burst_of_request(client), 45U);
+  EXPECT_THAT(configuration, IsEmpty());
+}
+
+// An offer goes to everybody: it has no more in it than it needs.
+TEST_F(RequestPacing, IsOnlyToldWhereLargeRequestsAreExpected) {
+  Node server{io, quick(test::server_address)};
+  Node client{io, quick(test::client_address)};
+  ServiceSpec open = taking_large_requests();
+  open.segmented.reset();
+  const OfferHandle first = server.offer(std::move(open));
+  EXPECT_EQ(burst_of_request(client), 45U);
+  EXPECT_THAT(configuration, IsEmpty());
+  server.withdraw(first);
+  run_for(50ms);
+  ServiceSpec own = taking_large_requests();
+  own.configuration = {{"key", "value"}};
+  server.offer(std::move(own));
+  EXPECT_EQ(burst_of_request(client), 45U);
+  EXPECT_THAT(configuration, ElementsAre(ConfigurationText{"key", "value"}));
 }
 
 }  // namespace
