@@ -291,17 +291,27 @@ inline void use_discovery_servers(const std::vector<ParticipantConfig::Server>& 
   }
 }
 
-/// Sees whether the next write() of a reliable, keep-last writer overwrites a sample that a reliable reader
-/// has not acknowledged. Since 2.10 the listener is told of that; before, write() succeeds and nobody says a
-/// word, so the layer below is asked.
+/// What the readers of a reliable writer have not acknowledged.
 class UnacknowledgedProbe {
  public:
 #if TRESTLE_FASTDDS_VERSION < 21000
-  UnacknowledgedProbe(const DataWriter& writer, std::uint32_t depth)
+  UnacknowledgedProbe(DataWriter& writer, std::uint32_t depth)
       : writer_{static_cast<rtps::StatefulWriter*>(
             rtps::RTPSDomainImpl::find_local_writer(writer.guid()))},  // as all reliable ones are
         depth_{depth} {}
 
+  /// Whether no reader lacks anything. Fast DDS's own function for that waits, which takes a change of
+  /// threads also when it is told to wait for no time at all; so the layer below is asked.
+  [[nodiscard]] bool none() const {
+    bool lacking = false;
+    const std::lock_guard lock{writer_->getMutex()};
+    writer_->for_each_reader_proxy(
+        [&](const rtps::ReaderProxy* reader) { lacking = lacking || reader->has_changes(); });
+    return !lacking;
+  }
+
+  /// Whether the next write() of a keep-last writer overwrites a sample that a reliable reader has not
+  /// acknowledged. Since 2.10 the listener is told of that; before, write() succeeds and nobody says a word.
   [[nodiscard]] bool next_overwrites() const {
     const rtps::SequenceNumber_t oldest = writer_->get_seq_num_min();
     if (oldest == rtps::SequenceNumber_t::unknown() ||
@@ -321,10 +331,16 @@ class UnacknowledgedProbe {
   rtps::StatefulWriter* writer_;
   std::uint64_t depth_;
 #else
-  UnacknowledgedProbe(const DataWriter& /*writer*/, std::uint32_t /*depth*/) {}
+  UnacknowledgedProbe(DataWriter& writer, std::uint32_t /*depth*/) : writer_{writer} {}
+  [[nodiscard]] bool none() const {
+    return is_ok(writer_.wait_for_acknowledgments(Duration{0, 0}));
+  }
   [[nodiscard]] bool next_overwrites() const {
     return false;
   }
+
+ private:
+  DataWriter& writer_;
 #endif
 };
 

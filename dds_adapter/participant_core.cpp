@@ -1,14 +1,12 @@
 #include "dds_adapter/participant_core.hpp"
 
-#include <arpa/inet.h>
-#include <ifaddrs.h>
-#include <netinet/in.h>
-
 #include <algorithm>
 #include <array>
 
+#include "dds_adapter/interfaces.hpp"
 #include "dds_adapter/link.hpp"
 #include "dds_adapter/participant_qos.hpp"
+#include "dds_adapter/policies.hpp"
 #include "dds_adapter/raw_type.hpp"
 
 namespace trestle::dds::detail {
@@ -16,6 +14,7 @@ namespace trestle::dds::detail {
 namespace {
 
 constexpr std::uint32_t max_domain = 232;  // the highest whose ports, from 7400 + 250 * domain, fit 16 bits
+
 template <typename Octets>
 std::string hex_digits(const Octets& octets, std::size_t size) {
   constexpr std::string_view digits = "0123456789abcdef";
@@ -26,52 +25,6 @@ std::string hex_digits(const Octets& octets, std::size_t size) {
     result += digits[octet & 15U];
   }
   return result;
-}
-
-/// All IPv4 addresses of this host, as text.
-std::vector<std::string> host_addresses() {
-  std::vector<std::string> result;
-  ifaddrs* list = nullptr;
-  if (getifaddrs(&list) != 0) {
-    return result;
-  }
-  for (const ifaddrs* entry = list; entry != nullptr; entry = entry->ifa_next) {
-    if (entry->ifa_addr != nullptr && entry->ifa_addr->sa_family == AF_INET) {
-      const void* address = entry->ifa_addr;
-      std::array<char, INET_ADDRSTRLEN> text{};
-      if (inet_ntop(AF_INET, &static_cast<const sockaddr_in*>(address)->sin_addr, text.data(), text.size()) !=
-          nullptr) {
-        result.emplace_back(text.data());
-      }
-    }
-  }
-  freeifaddrs(list);
-  return result;
-}
-
-std::string not_ours(const std::string& address, const std::vector<std::string>& own) {
-  std::string text =
-      "no interface of this host has the address " + address + ", which DDS is to use; there are:";
-  for (const std::string& one : own) {
-    text.append(" ").append(one);
-  }
-  return text;
-}
-
-void check_interfaces(const std::vector<std::string>& interfaces) {
-  if (interfaces.empty()) {
-    return;
-  }
-  const std::vector<std::string> own = host_addresses();
-  for (const std::string& address : interfaces) {
-    in_addr parsed{};
-    if (inet_pton(AF_INET, address.c_str(), &parsed) != 1) {
-      throw DdsError{"DDS interface '" + address + "' is not an IPv4 address"};
-    }
-    if (std::ranges::find(own, address) == own.end()) {
-      throw DdsError{not_ours(address, own)};
-    }
-  }
 }
 
 }  // namespace
@@ -100,93 +53,6 @@ fast::Guid to_fast(const Guid& guid) noexcept {
   std::ranges::copy(std::span{guid}.last(entity.size()), entity.begin());
   return result;
 }
-
-void check_endpoint(std::string_view what, std::string_view topic, std::string_view type, const Qos& qos) {
-  constexpr std::size_t max_name = 255;       // of the strings in discovery
-  constexpr std::uint32_t max_depth = 65536;  // well inside what Fast DDS can count
-  const std::string subject = "DDS " + std::string{what} + " of topic '" + std::string{topic} + "': ";
-  if (topic.empty() || topic.size() > max_name) {
-    throw DdsError{subject + "a topic name has 1 to 255 characters"};
-  }
-  if (type.empty() || type.size() > max_name) {
-    throw DdsError{subject + "the type name '" + std::string{type} + "' has not 1 to 255 characters"};
-  }
-  for (const std::chrono::nanoseconds time : {qos.deadline, qos.lifespan, qos.liveliness_lease}) {
-    if (time.count() < 0 || time > std::chrono::hours{24 * 365}) {
-      throw DdsError{subject + "its times are 0 or up to a year"};
-    }
-  }
-  if (qos.depth < 1 || qos.depth > max_depth) {
-    throw DdsError{subject + "history depth " + std::to_string(qos.depth) + " is out of range: 1 to " +
-                   std::to_string(max_depth)};
-  }
-}
-
-std::string differing_policies(const Qos& offered, const Qos& wanted) {
-  using std::chrono::nanoseconds;
-  const auto longer = [](nanoseconds offers, nanoseconds wants) {  // 0 is for ever
-    return wants.count() != 0 && (offers.count() == 0 || offers > wants);
-  };
-  std::string result;
-  const auto add = [&](bool differs, const char* name) {
-    if (differs) {
-      result.append(result.empty() ? "" : ", ").append(name);
-    }
-  };
-  add(wanted.transient_local && !offered.transient_local, "durability");
-  add(longer(offered.deadline, wanted.deadline), "deadline");
-  add((wanted.manual_liveliness && !offered.manual_liveliness) ||
-          longer(offered.liveliness_lease, wanted.liveliness_lease),
-      "liveliness");
-  add(wanted.reliable && !offered.reliable, "reliability");
-  return result;
-}
-
-namespace {
-
-/// The policies whose count has risen since `seen`, by name; brings `seen` up to date.
-std::string risen_policies(const fast::QosPolicyCountSeq& now, fast::QosPolicyCountSeq& seen) {
-  static constexpr std::array<const char*, 26> names{
-      "",
-      "user data",
-      "durability",
-      "presentation",
-      "deadline",
-      "latency budget",
-      "ownership",
-      "ownership strength",
-      "liveliness",
-      "time-based filter",
-      "partition",
-      "reliability",
-      "destination order",
-      "history",
-      "resource limits",
-      "entity factory",
-      "writer data lifecycle",
-      "reader data lifecycle",
-      "topic data",
-      "group data",
-      "transport priority",
-      "lifespan",
-      "durability service",
-      "data representation",
-      "type consistency",
-      "positive acknowledgements",
-  };
-  seen.resize(now.size());
-  std::string result;
-  for (std::size_t i = 0; i < now.size(); ++i) {
-    if (now[i].count > seen[i].count) {
-      result += result.empty() ? "" : ", ";
-      result += i < names.size() ? names[i] : "policy " + std::to_string(i);
-    }
-    seen[i] = now[i];
-  }
-  return result;
-}
-
-}  // namespace
 
 ParticipantCore::ParticipantCore(const ParticipantConfig& config)
     : graph_{config, [this] { on_names(); }}, on_event_{config.on_event}, on_writers_{config.on_writers} {
@@ -567,65 +433,3 @@ std::uint64_t ParticipantCore::not_remembered() const {
 }
 
 }  // namespace trestle::dds::detail
-
-namespace trestle::dds {
-
-const char* to_string(Event::Kind kind) noexcept {
-  switch (kind) {
-    case Event::Kind::peer_found:
-      return "peer_found";
-    case Event::Kind::peer_lost:
-      return "peer_lost";
-    case Event::Kind::matched:
-      return "matched";
-    case Event::Kind::unmatched:
-      return "unmatched";
-    case Event::Kind::incompatible_qos:
-      return "incompatible_qos";
-    case Event::Kind::incompatible_type:
-      return "incompatible_type";
-    case Event::Kind::deadline_missed:
-      return "deadline_missed";
-    case Event::Kind::liveliness_lost:
-      return "liveliness_lost";
-  }
-  return "?";
-}
-
-Participant::Participant(const ParticipantConfig& config)
-    : core_{std::make_shared<detail::ParticipantCore>(config)} {}
-Participant::Participant(Participant&&) noexcept = default;
-
-Participant& Participant::operator=(Participant&& other) noexcept {
-  if (this != &other) {
-    if (core_) {
-      core_->silence();
-    }
-    core_ = std::move(other.core_);
-  }
-  return *this;
-}
-
-Participant::~Participant() {
-  if (core_) {
-    core_->silence();
-  }
-}
-
-std::string Participant::guid() const {
-  return core_->guid();
-}
-std::vector<FoundWriter> Participant::writers() const {
-  return core_->writers();
-}
-std::uint64_t Participant::not_remembered() const {
-  return core_->not_remembered();
-}
-bool Participant::shares_memory() const {
-  return core_->shares_memory();
-}
-Vendor Participant::vendor(const Guid& endpoint) const {
-  return core_->vendor(detail::to_fast(endpoint).guidPrefix);
-}
-
-}  // namespace trestle::dds

@@ -20,13 +20,6 @@ namespace trestle::dds::detail {
 [[nodiscard]] Guid to_guid(const fast::Guid& guid) noexcept;
 [[nodiscard]] fast::Guid to_fast(const Guid& guid) noexcept;
 
-/// @throws DdsError  unless the names are usable and the quality of service makes sense.
-void check_endpoint(std::string_view what, std::string_view topic, std::string_view type, const Qos& qos);
-
-/// The policies by which a reader does not match a writer, by name; empty: they match. RTPS's rules for what
-/// is offered and what is wanted.
-[[nodiscard]] std::string differing_policies(const Qos& offered, const Qos& wanted);
-
 /// The DDS entities that all readers and writers share. Each of them, and each sample on loan, keeps it.
 ///
 /// Locks: `mutex_` guards the tables below and is never held while DDS is called in a way that can call back.

@@ -1,8 +1,10 @@
 #include <atomic>
 #include <mutex>
 #include <utility>
+#include <vector>
 
 #include "dds_adapter/participant_core.hpp"
+#include "dds_adapter/policies.hpp"
 #include "dds_adapter/raw_type.hpp"
 
 namespace trestle::dds {
@@ -18,9 +20,7 @@ struct Loan {
   std::shared_ptr<ReaderCore> keeps;
 };
 
-void give_back(Loan& loan) noexcept {
-  loan.from->return_loan(loan.samples, loan.infos);
-}
+void give_back(std::unique_ptr<Loan> loan) noexcept;
 
 class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, private fast::DataReaderListener {
  public:
@@ -68,11 +68,7 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
     }
   }
 
-  [[nodiscard]] std::size_t matched() const {
-    fast::SubscriptionMatchedStatus status;
-    reader_->get_subscription_matched_status(status);
-    return endpoint_.foreign(status.current_count);
-  }
+  [[nodiscard]] std::size_t matched() const { return endpoint_.foreign(matched_); }
 
   [[nodiscard]] ReaderCounters counters() const {
     const std::lock_guard lock{counters_mutex_};
@@ -81,7 +77,23 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
 
   [[nodiscard]] Guid guid() const { return to_guid(reader_->guid()); }
 
+  /// For the next sample.
+  void keep(std::unique_ptr<Loan> unused) {
+    const std::lock_guard lock{unused_mutex_};
+    unused_.push_back(std::move(unused));
+  }
+
  private:
+  [[nodiscard]] std::unique_ptr<Loan> unused_loan() {
+    const std::lock_guard lock{unused_mutex_};
+    if (unused_.empty()) {
+      return std::make_unique<Loan>();
+    }
+    std::unique_ptr<Loan> loan = std::move(unused_.back());
+    unused_.pop_back();
+    return loan;
+  }
+
   [[nodiscard]] fast::DataReaderQos reader_qos() const {
     const Qos& wanted = endpoint_.qos;
     fast::DataReaderQos qos;
@@ -106,8 +118,9 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
   void on_data_available(fast::DataReader* reader) override {
     const std::lock_guard lock{gate_};
     while (on_sample_) {
-      auto loan = std::make_unique<Loan>();
+      auto loan = unused_loan();
       if (!fast::is_ok(reader->take(loan->samples, loan->infos, 1))) {
+        keep(std::move(loan));
         return;
       }
       loan->from = reader;
@@ -115,7 +128,7 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
       if (is_wanted(*loan)) {
         on_sample_(Sample{std::move(loan)});
       } else {
-        give_back(*loan);
+        give_back(std::move(loan));
       }
     }
   }
@@ -145,6 +158,7 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
 
   void on_subscription_matched(fast::DataReader* /*reader*/,
                                const fast::SubscriptionMatchedStatus& status) override {
+    matched_ = status.current_count;
     const fast::Guid peer = fast::guid_of(status.last_publication_handle);
     if (!participant_->is_own(peer)) {
       const auto kind = status.current_count_change > 0 ? Event::Kind::matched : Event::Kind::unmatched;
@@ -209,12 +223,22 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
   const std::string user_data_;
   std::mutex match_gate_;  ///< held while on_match_ runs, as gate_
   OnMatch on_match_;
+  /// To ask DDS would take what has changed from under the listener, who could not tell a match from its end.
+  std::atomic<std::int32_t> matched_ = 0;
   fast::DataReader* reader_ = nullptr;
   mutable std::mutex counters_mutex_;
   ReaderCounters counters_;
   bool is_late_ = false;  ///< the deadline has been missed since the last sample
   fast::QosPolicyCountSeq seen_policies_;
+  std::mutex unused_mutex_;
+  std::vector<std::unique_ptr<Loan>> unused_;  ///< as many as were on loan at a time
 };
+
+void give_back(std::unique_ptr<Loan> loan) noexcept {
+  loan->from->return_loan(loan->samples, loan->infos);
+  const auto reader = std::move(loan->keeps);  // this may be the last one
+  reader->keep(std::move(loan));
+}
 
 }  // namespace detail
 
@@ -251,8 +275,7 @@ Sample::~Sample() {
 void Sample::release() noexcept {
   cdr_ = {};
   if (loan_) {
-    detail::give_back(*loan_);
-    loan_.reset();
+    detail::give_back(std::move(loan_));
   }
 }
 

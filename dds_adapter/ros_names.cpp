@@ -74,4 +74,8 @@ std::string ros_type_hash_entry(std::string_view type_hash) {
   return "typehash=" + std::string{type_hash} + ";";
 }
 
+std::string ros_service_hash_entry(std::string_view service_hash) {
+  return "sertypehash=" + std::string{service_hash} + ";";
+}
+
 }  // namespace trestle::dds

@@ -28,4 +28,8 @@ namespace trestle::dds {
 /// of its EndpointExtras::user_data.
 [[nodiscard]] std::string ros_type_hash_entry(std::string_view type_hash);
 
+/// Likewise the hash of the service that it belongs to, which nodes tell and show since Lyrical. Older ones
+/// pass over it.
+[[nodiscard]] std::string ros_service_hash_entry(std::string_view service_hash);
+
 }  // namespace trestle::dds

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "dds_adapter/participant_core.hpp"
+#include "dds_adapter/policies.hpp"
 #include "dds_adapter/raw_type.hpp"
 #include "dds_adapter/sending_thread.hpp"
 #include "dds_adapter/session_start.hpp"
@@ -204,7 +205,7 @@ class WriterCore final : private fast::WriterListener {
 
   tl::expected<std::uint64_t, WriteError> send(RawSample& sample, const SampleId* related) {
     const std::lock_guard lock{write_mutex_};
-    if (forgets_ && fast::is_ok(writer_->wait_for_acknowledgments(fast::Duration{0, 0}))) {
+    if (forgets_ && unacknowledged_->none()) {
       writer_->clear_history(nullptr);
     }
     const bool overwrites = unacknowledged_ && unacknowledged_->next_overwrites();

@@ -21,8 +21,9 @@ dds::ServiceConfig service_config(const MethodRoute& method, TypeLibrary& types)
   config.max_calls = method.max_calls;
   // As max_sample_bytes() of a route.
   config.max_sample_bytes = std::max(dds::default_max_sample_bytes, 8 * method.tp.max_message);
-  config.request_user_data = user_data_of(method.type + "_Request", types);
-  config.reply_user_data = user_data_of(method.type + "_Response", types);
+  const std::string of_service = user_data_of_service(method.type, types);
+  config.request_user_data = user_data_of(method.type + "_Request", types) + of_service;
+  config.reply_user_data = user_data_of(method.type + "_Response", types) + of_service;
   return config;
 }
 

@@ -1,9 +1,10 @@
 #include "bridge/runtime/outbound_route.hpp"
 
+#include <boost/asio/bind_allocator.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
+#include <boost/circular_buffer.hpp>
 #include <chrono>
-#include <deque>
 #include <mutex>
 #include <optional>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "bridge/runtime/pacing.hpp"
 #include "bridge/runtime/sample_limit.hpp"
 #include "dds_adapter/ros_names.hpp"
+#include "someip/net/pool_allocator.hpp"
 
 namespace trestle::bridge {
 namespace {
@@ -38,7 +40,8 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
         plan{std::move(how)},
         report{watcher},
         log{what.topic},
-        pacing{pacing_of(what.tp)} {
+        pacing{pacing_of(what.tp)},
+        waiting{std::max<std::size_t>(1, what.qos.depth)} {
     for (std::size_t i = 0; i < jobs_at_once; ++i) {
       idle_jobs.push_back(std::make_unique<Job>());
     }
@@ -55,11 +58,11 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
         ++stopped;
         return;
       }
-      if (route.qos.keep_all && waiting.size() >= route.qos.depth) {
+      if (route.qos.keep_all && waiting.full()) {
         ++overtaken;
         return;
       }
-      if (waiting.size() == std::max<std::size_t>(1, route.qos.depth)) {
+      if (waiting.full()) {
         oldest = std::move(waiting.front());
         waiting.pop_front();
         ++overtaken;
@@ -68,16 +71,16 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
       wake = !std::exchange(woken, true);
     }
     if (wake) {
-      boost::asio::post(io, [weak = weak_from_this()] {
-        if (const auto self = weak.lock()) {
-          self->drain();
-        }
-      });
+      boost::asio::post(io, boost::asio::bind_allocator(memory, [weak = weak_from_this()] {
+                          if (const auto self = weak.lock()) {
+                            self->drain();
+                          }
+                        }));
     }
   }
 
   void stop() {
-    std::deque<dds::Sample> dropped;  // released without the lock, as above
+    boost::circular_buffer<dds::Sample> dropped;  // released without the lock, as above
     const std::lock_guard lock{mutex};
     is_stopped = true;
     stopped += waiting.size();
@@ -173,14 +176,16 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
   std::shared_ptr<Job> take_job() {
     std::unique_ptr<Job> job = std::move(idle_jobs.back());
     idle_jobs.pop_back();
-    return {job.release(), [weak = weak_from_this()](Job* done) {
+    return {job.release(),
+            [weak = weak_from_this()](Job* done) {
               std::unique_ptr<Job> owned{done};
               owned->sample.release();
               if (const auto self = weak.lock()) {
                 self->idle_jobs.push_back(std::move(owned));
                 self->drain();
               }
-            }};
+            },
+            memory};
   }
 
   boost::asio::io_context& io;
@@ -191,6 +196,7 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
   Report& report;
   ConversionLog log;
   const someip::TpPacing pacing;
+  const someip::PoolAllocator<std::byte> memory;  ///< of what comes and goes with each sample
   std::vector<std::unique_ptr<Job>> idle_jobs;
   bool draining = false;
   std::uint64_t carried = 0;
@@ -203,7 +209,7 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
   std::uint64_t send_dropped = 0;
 
   mutable std::mutex mutex;  // of what follows
-  std::deque<dds::Sample> waiting;
+  boost::circular_buffer<dds::Sample> waiting;
   bool woken = false;  ///< drain() has been asked for
   std::uint64_t received = 0;
   std::uint64_t overtaken = 0;

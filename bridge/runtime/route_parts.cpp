@@ -28,6 +28,11 @@ std::string user_data_of(const std::string& type, TypeLibrary& types) {
   return hash ? dds::ros_type_hash_entry(*hash) : std::string{};
 }
 
+std::string user_data_of_service(const std::string& type, TypeLibrary& types) {
+  const auto hash = type_hash(types, type);
+  return hash ? dds::ros_service_hash_entry(*hash) : std::string{};
+}
+
 sd::SubscribeSpec subscription_of(const std::vector<Route>& routes, const Route& route) {
   const auto uses = [&](Transport transport) {
     return std::ranges::any_of(routes, [&](const Route& other) {

@@ -16,6 +16,8 @@ namespace trestle::bridge {
 
 /// What ROS 2 nodes learn of the type by discovery; they warn of topics that lack it.
 [[nodiscard]] std::string user_data_of(const std::string& type, TypeLibrary& types);
+/// What they learn of the service that a request or reply belongs to, beside that of its message.
+[[nodiscard]] std::string user_data_of_service(const std::string& type, TypeLibrary& types);
 
 /// All routes of an eventgroup share a subscription, which names every protocol that they need.
 /// @param routes  of the configuration.

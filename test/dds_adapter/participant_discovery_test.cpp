@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <thread>
 
 #include "test/dds_adapter/participants.hpp"
 
@@ -243,6 +244,32 @@ TEST_F(Participants, ReportEachOthersComingAndGoing) {
   EXPECT_EQ(all[2].matched, 0U);
   EXPECT_EQ(all[3].kind, Event::Kind::peer_lost);
   EXPECT_EQ(all[3].peer, guid);
+}
+
+TEST_F(Participants, TellAMatchFromItsEndWhoeverAsksMeanwhile) {
+  constexpr std::size_t lives = 1000;
+  Inbox<bool> matches;
+  Participant stays{config([&](const Event& event) {
+    if (event.kind == Event::Kind::matched || event.kind == Event::Kind::unmatched) {
+      matches.put(event.kind == Event::Kind::matched);
+    }
+  })};
+  const Reader reader = stays.create_reader(topic, type, {}, [](const Sample&) {});
+  Participant other{config()};
+  std::jthread asking{[&](const std::stop_token& stop) {
+    while (!stop.stop_requested()) {
+      EXPECT_LE(reader.matched(), 1U);
+    }
+  }};
+  std::vector<bool> expected;
+  for (std::size_t life = 0; life < lives; ++life) {
+    std::optional<Writer> writer = other.create_writer(topic, type, {});
+    ASSERT_TRUE(matches.wait_for_count(2 * life + 1));
+    writer.reset();
+    ASSERT_TRUE(matches.wait_for_count(2 * life + 2));
+    expected.insert(expected.end(), {true, false});
+  }
+  EXPECT_EQ(matches.take(), expected);
 }
 
 TEST_F(Participants, ShareATopicAmongReadersAndWriters) {

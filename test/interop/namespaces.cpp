@@ -37,6 +37,12 @@ void set_up(const std::string& program, const std::string& address, const std::s
       "/24 dev eth0\naddr add " + address_v6 + "/64 dev eth0 nodad\nroute add 224.0.0.0/4 dev eth0\nEND\n");
 }
 
+/// Waits for the carrier: the system may take a second to see that both ends are up.
+void wait_until_up(const std::string& program) {
+  run("for i in $(seq 1000); do " + program +
+      " -oneline link show dev eth0 | grep -q 'state UP' && exit 0; sleep 0.01; done; exit 1");
+}
+
 }  // namespace
 
 Namespaces::Namespaces() {
@@ -59,6 +65,8 @@ Namespaces::Namespaces() {
   run("ip link add eth0 type veth peer name eth0 netns " + peer_file_);
   set_up("ip", "10.77.0.2", own_v6);
   set_up("nsenter --net=" + peer_file_ + " ip", "10.77.0.1", peer_v6);
+  wait_until_up("ip");
+  wait_until_up("nsenter --net=" + peer_file_ + " ip");
 }
 
 bool Namespaces::required() {

@@ -44,7 +44,7 @@ class ActionsEndToEnd : public ServicesEndToEnd {
 
   /// Offers the action's service; what its methods do is in `serve_`.
   sd::Offer offer(sd::Node& node) {
-    sd::ServiceSpec spec{.service = service, .instance = someip::InstanceId{1}};
+    sd::ServiceSpec spec{.service = service, .instance = someip::InstanceId{1}, .tcp_port = 0};
     for (const MethodId method : {send_goal, cancel_goal, get_result}) {
       spec.methods.push_back(
           {method, [this, method](const someip::Message& request, sd::Responder responder) {
@@ -124,10 +124,18 @@ class ActionsEndToEnd : public ServicesEndToEnd {
   int kept_ = 0;
 };
 
+/// The same over UDP and TCP.
+class ActionsOver : public ActionsEndToEnd, public testing::WithParamInterface<std::string> {
+ protected:
+  void start_over(const std::string& keys) { start(keys + ", transport: " + GetParam()); }
+};
+INSTANTIATE_TEST_SUITE_P(Either, ActionsOver, testing::Values("udp", "tcp"),
+                         [](const auto& transport) { return transport.param; });
+
 // --- server: someip ---------------------------------------------------------------------------------------
 
-TEST_F(ActionsEndToEnd, WhatASomeipServerRefusesIsSaidAsAnActionServerSaysIt) {
-  start("server: someip");
+TEST_P(ActionsOver, WhatASomeipServerRefusesIsSaidAsAnActionServerSaysIt) {
+  start_over("server: someip");
   sd::Node node{io_, node_config()};
   const sd::Offer offered = offer(node);
   const Clients ros = clients();
@@ -158,6 +166,7 @@ TEST_F(ActionsEndToEnd, WhatASomeipServerRefusesIsSaidAsAnActionServerSaysIt) {
   EXPECT_EQ(ask(ros.cancel, "00010000 0001"), "0100000000000000");
   EXPECT_EQ(ask(ros.result, "00010000 0001"), "0000000000000000");
   EXPECT_EQ(came_[send_goal].size() + came_[cancel_goal].size() + came_[get_result].size(), 6U);
+  EXPECT_EQ(came_by(node), GetParam());
 }
 
 TEST_F(ActionsEndToEnd, WhatMayHaveBeenDoneIsNotSaidToHaveFailed) {
@@ -235,8 +244,8 @@ TEST_F(ActionsEndToEnd, ResultsThatWaitForAServerThatGoesAreNotMadeUp) {
 
 // --- server: ros ------------------------------------------------------------------------------------------
 
-TEST_F(ActionsEndToEnd, WhatAnActionServerRefusesASomeipClientIsTold) {
-  start("server: ros, port: 40001");
+TEST_P(ActionsOver, WhatAnActionServerRefusesASomeipClientIsTold) {
+  start_over("server: ros, port: 40001");
   serve("00010000 00000000 01000000 02000000", "00010000 02000000 00000000", "00010000 00000000 00000000");
   sd::Node node{io_, node_config()};
   sd::Proxy proxy{node, {.service = service}};
@@ -248,6 +257,7 @@ TEST_F(ActionsEndToEnd, WhatAnActionServerRefusesASomeipClientIsTold) {
     EXPECT_EQ(to_hex(said.payload), answer);
     EXPECT_EQ(ask(proxy, id, "0001").error, ReturnCode::malformed_message);
   }
+  EXPECT_EQ(came_by(node), GetParam());
 }
 
 TEST_F(ActionsEndToEnd, AnActionServerThatGoesTakesItsGoalsWithIt) {

@@ -40,6 +40,14 @@ class BridgeTest : public DdsTest {
                        .ttl_s = 3}};
   }
 
+  /// What the messages to this node came by, discovery left out: "udp", "tcp", "udp and tcp" or "".
+  static std::string came_by(const sd::Node& node) {
+    const std::uint64_t over_tcp = node.tcp_server_counters().streams.received.messages +
+                                   node.tcp_client_counters().streams.received.messages;
+    return std::string{node.counters().datagrams > 0 ? "udp" : ""} +
+           (node.counters().datagrams > 0 && over_tcp > 0 ? " and " : "") + (over_tcp > 0 ? "tcp" : "");
+  }
+
   [[nodiscard]] dds::Writer writer(const std::string& topic, const char* type = string_type,
                                    const dds::Qos& qos = {}) {
     return ros_.create_writer(dds::ros_topic_name(topic), dds::ros_type_name(type), qos);

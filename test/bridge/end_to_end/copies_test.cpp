@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "dds_adapter/ros_names.hpp"
-#include "sd/net/node.hpp"
+#include "sd/net/proxy.hpp"
 #include "test/bridge/end_to_end/samples.hpp"
 #include "test/bridge/end_to_end/two_bridges.hpp"
 #include "test/sd/net/two_nodes.hpp"
@@ -92,6 +92,12 @@ class DdsCopies : public TwoBridges {
 TEST_F(DdsCopies, OfAPointCloudAreThreeOfOursThroughTwoBridges) {
   carry_through_two_bridges({.topic = "/cloud", .type = "sensor_msgs/msg/PointCloud2"}, point_cloud(1, 10),
                             point_cloud(2, 60'000));
+}
+
+// Small enough to be sent by the thread that writes it.
+TEST_F(DdsCopies, OfASmallPointCloudAreThreeOfOursThroughTwoBridges) {
+  carry_through_two_bridges({.topic = "/cloud", .type = "sensor_msgs/msg/PointCloud2"}, point_cloud(1, 10),
+                            point_cloud(2, 2'500));
 }
 
 TEST_F(DdsCopies, OfAnImageAreThreeOfOursThroughTwoBridges) {
@@ -185,6 +191,22 @@ TEST_P(SomeIpCopies, OfAnAnswerAreOneByTheReceiverAtMost) {
     EXPECT_EQ(size, bytes.size());
   });
   EXPECT_EQ(seen.ours, expected());
+  EXPECT_EQ(seen.others, 0U);
+}
+
+// Its response owns the payload.
+TEST_P(SomeIpCopies, OfAnAnswerToAProxyAreOneMore) {
+  sd::Proxy proxy{client, {.service = service}};
+  const Copies seen = of_each([&] {
+    std::size_t size = 0;
+    proxy.call({.method = method}, {},
+               [&](const boost::system::error_code& error, const sd::Response& response) {
+                 size = error ? 1 : response.payload.size();
+               });
+    ASSERT_TRUE(run_until([&] { return size != 0; }));
+    EXPECT_EQ(size, bytes.size());
+  });
+  EXPECT_EQ(seen.ours, expected() + 1);
   EXPECT_EQ(seen.others, 0U);
 }
 

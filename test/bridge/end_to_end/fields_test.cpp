@@ -48,10 +48,10 @@ class FieldsEndToEnd : public ServicesEndToEnd {
     spec.eventgroups = {{.id = eventgroup, .events = {notifier}}};
     return spec;
   }
-  static sd::Subscription subscriber(sd::Node& node, Seen& seen) {
+  static sd::Subscription subscriber(sd::Node& node, Seen& seen, bool tcp = false) {
     return {
         node,
-        {.service = service, .eventgroup = eventgroup, .events = {notifier}},
+        {.service = service, .eventgroup = eventgroup, .events = {notifier}, .udp = !tcp, .tcp = tcp},
         [&seen](const someip::Message& event, const Endpoint&) { seen.push_back(to_hex(event.payload)); }};
   }
   /// Calls getter or setter: the payload, or what was wrong.
@@ -105,11 +105,28 @@ class FieldsEndToEnd : public ServicesEndToEnd {
   }
 };
 
-TEST_F(FieldsEndToEnd, ASomeipFieldIsALatchedTopicWithTwoServices) {
+/// The same over UDP and TCP.
+class FieldsOver : public FieldsEndToEnd, public testing::WithParamInterface<std::string> {
+ protected:
+  void start_over(const std::string& keys) { start(keys + ", transport: " + GetParam()); }
+  /// As subscriber().
+  static sd::Subscription over(sd::Node& node, Seen& seen) {
+    return subscriber(node, seen, GetParam() == "tcp");
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Either, FieldsOver, testing::Values("udp", "tcp"),
+                         [](const auto& transport) { return transport.param; });
+
+TEST_P(FieldsOver, ASomeipFieldIsALatchedTopicWithTwoServices) {
   covers({"feat_req_someip_631", "feat_req_someip_633", "feat_req_someip_634"});
   sd::Node node{io_, node_config()};
-  const sd::Offer offer{node, field("00000007")};
-  start("server: someip");
+  sd::ServiceSpec spec = field("00000007");
+  spec.tcp_port = 0;  // beside UDP
+  if (GetParam() == "tcp") {
+    spec.tcp_events = {notifier};
+  }
+  const sd::Offer offer{node, spec};
+  start_over("server: someip");
   Inbox<std::string> seen;
   const dds::Reader early = reader(seen);
   EXPECT_THAT(arrived(seen, 1), ElementsAre("07000000"));
@@ -134,6 +151,7 @@ TEST_F(FieldsEndToEnd, ASomeipFieldIsALatchedTopicWithTwoServices) {
   EXPECT_EQ(bridge_->counter("ROS service of method /light/set", "errors"), 0U);
   EXPECT_EQ(ask(get, "00010000 00"), "64000000");
   EXPECT_EQ(seen.size(), 0U);
+  EXPECT_EQ(came_by(node), GetParam());
 }
 
 TEST_F(FieldsEndToEnd, WithoutAGetterARefusalIsAnsweredWithWhatTheNotifierTold) {
@@ -256,16 +274,16 @@ TEST_F(FieldsEndToEnd, TopicAndServicesGoWithTheSomeipServiceAndComeBackWithIt) 
   }
 }
 
-TEST_F(FieldsEndToEnd, ARosTopicWithASetServiceIsASomeipField) {
+TEST_P(FieldsOver, ARosTopicWithASetServiceIsASomeipField) {
   covers({"feat_req_someip_631", "feat_req_someip_633", "feat_req_someip_634", "feat_req_someipsd_793"});
   dds::Writer topic = writer();
   Bytes value = hex("00010000 07000000");
   ASSERT_TRUE(topic.write(value));
-  start("server: ros, port: 40001");
+  start_over("server: ros, port: 40001");
   set_server(topic, value);
   sd::Node node{io_, node_config()};
   Seen events;
-  const sd::Subscription early = subscriber(node, events);
+  const sd::Subscription early = over(node, events);
   ASSERT_TRUE(until([&] { return events == Seen{"00000007"}; })) << testing::PrintToString(events);
   sd::Proxy proxy{node, {.service = service}};
   EXPECT_EQ(ask(proxy, getter), "00000007");
@@ -288,8 +306,10 @@ TEST_F(FieldsEndToEnd, ARosTopicWithASetServiceIsASomeipField) {
   other.address = own_address(3);
   sd::Node second{io_, other};
   Seen late_events;
-  const sd::Subscription late = subscriber(second, late_events);
+  const sd::Subscription late = over(second, late_events);
   ASSERT_TRUE(until([&] { return late_events == Seen{"0000000a"}; })) << testing::PrintToString(late_events);
+  EXPECT_EQ(came_by(node), GetParam());
+  EXPECT_EQ(came_by(second), GetParam());
 }
 
 // 1592 characters are 1600 bytes: ten segments of 160, where two would do.

@@ -47,9 +47,17 @@ class MethodsEndToEnd : public ServicesEndToEnd {
   const Bytes on_answer_ = hex("01 00000006 efbbbf 6f6e00");
 };
 
-TEST_F(MethodsEndToEnd, ASomeipClientCallsARosService) {
+/// The same over UDP and TCP.
+class MethodsOver : public MethodsEndToEnd, public testing::WithParamInterface<std::string> {
+ protected:
+  void start_over(const std::string& method) { start({method + ", transport: " + GetParam()}); }
+};
+INSTANTIATE_TEST_SUITE_P(Either, MethodsOver, testing::Values("udp", "tcp"),
+                         [](const auto& transport) { return transport.param; });
+
+TEST_P(MethodsOver, ASomeipClientCallsARosService) {
   covers({"feat_req_someip_625"});
-  start({set_by_ros});
+  start_over(set_by_ros);
   set_bool_server();
   sd::Node node{io_, node_config()};
   sd::Proxy proxy{node, {.service = service}};
@@ -62,6 +70,7 @@ TEST_F(MethodsEndToEnd, ASomeipClientCallsARosService) {
   ASSERT_TRUE(until([&] { return answers.size() == 2; }));
   EXPECT_EQ(to_hex(answers[1].payload), "0000000007efbbbf6f666600");
   EXPECT_EQ(bridge_->counter("method of ROS service /set", "answered"), 2U);
+  EXPECT_EQ(came_by(node), GetParam());
 }
 
 TEST_F(MethodsEndToEnd, ASomeipClientCallsARosServiceOfCyclonesForm) {
@@ -151,12 +160,13 @@ TEST_F(MethodsEndToEnd, AnAnswerThatCannotBeConvertedIsAnError) {
   EXPECT_EQ(bridge_->counter("method of ROS service /set", "answers_not_convertible"), 1U);
 }
 
-TEST_F(MethodsEndToEnd, ARosClientCallsASomeipMethod) {
-  start({set_by_someip});
+TEST_P(MethodsOver, ARosClientCallsASomeipMethod) {
+  start_over(set_by_someip);
   sd::Node node{io_, node_config()};
   const sd::Offer offer{node,
                         {.service = service,
                          .instance = someip::InstanceId{1},
+                         .tcp_port = 0,  // beside UDP
                          .methods = {{method, [&](const someip::Message& request, sd::Responder responder) {
                                         EXPECT_EQ(to_hex(request.payload), "01");
                                         responder.respond(on_answer_);
@@ -168,6 +178,26 @@ TEST_F(MethodsEndToEnd, ARosClientCallsASomeipMethod) {
   ASSERT_TRUE(until([&] { return answers.size() == 1; }));
   EXPECT_EQ(to_hex(answers[0].payload).substr(0, 30), "0001000001000000030000006f6e00");
   EXPECT_EQ(bridge_->counter("ROS service of method /set", "answered"), 1U);
+  EXPECT_EQ(came_by(node), GetParam());
+}
+
+TEST_P(MethodsOver, TheRosServiceIsNotThereWhileTheOtherProtocolAloneIsOffered) {
+  start_over(set_by_someip);
+  sd::Node node{io_, node_config()};
+  sd::ServiceSpec spec{.service = service, .instance = someip::InstanceId{1}};
+  spec.methods = {
+      {method, [&](const someip::Message&, sd::Responder responder) { responder.respond(on_answer_); }}};
+  (GetParam() == "tcp" ? spec.udp_port : spec.tcp_port) = 0;
+  (GetParam() == "tcp" ? spec.tcp_port : spec.udp_port).reset();
+  dds::ServiceClient& client = driver_.client(ros_, ros("/set", "std_srvs/srv/SetBool"));
+  {
+    const sd::Offer other{node, spec};
+    run_for(500ms);
+    EXPECT_FALSE(client.ready());
+  }
+  std::swap(spec.udp_port, spec.tcp_port);
+  const sd::Offer offer{node, spec};
+  EXPECT_TRUE(until([&] { return client.ready(); }));
 }
 
 TEST_F(MethodsEndToEnd, TheRosServiceIsThereOnlyWhileTheSomeipServiceIs) {
@@ -325,12 +355,14 @@ TEST_F(MethodsEndToEnd, MessagesWithoutFieldsHaveNoPayload) {
   EXPECT_TRUE(answers[1].payload.empty());
 }
 
-TEST_F(MethodsEndToEnd, AHundredLargeCallsAreInFlightAtOnce) {
+TEST_P(MethodsOver, AHundredLargeCallsAreInFlightAtOnce) {
   // rcl_interfaces/srv/GetLoggerLevels: string[] names -> LoggerLevel[] levels; the names are echoed there.
-  covers({"feat_req_someiptp_762"});
-  start(
-      {"ros_service: /levels, type: rcl_interfaces/srv/ListParameters, server: ros, method: 0x21, port: "
-       "40001"});
+  if (GetParam() == "udp") {
+    covers({"feat_req_someiptp_762"});
+  }
+  start_over(
+      "ros_service: /levels, type: rcl_interfaces/srv/ListParameters, server: ros, method: 0x21, port: "
+      "40001");
   std::vector<dds::RequestId> ids;
   std::vector<std::uint8_t> last_bytes;
   dds::ServiceServer& server =
@@ -370,6 +402,7 @@ TEST_F(MethodsEndToEnd, AHundredLargeCallsAreInFlightAtOnce) {
     ASSERT_GT(answers[i][0].payload.size(), 11U);
     EXPECT_EQ(answers[i][0].payload[11], static_cast<std::byte>(0x21 + i % 90)) << i;
   }
+  EXPECT_EQ(came_by(node), GetParam());
 }
 
 TEST_F(MethodsEndToEnd, NoMoreCallsThanConfiguredAreOutstanding) {

@@ -150,19 +150,31 @@ TEST_F(Presence, KeepsTheWriterWhenTheServerHasOnlyRestarted) {
   start(route("/a", "someip_to_dds", 1, "write: while_offered"));
   const auto a =
       watcher.create_reader("rt/a", dds::ros_type_name(string_type), {}, [](const dds::Sample&) {});
-  // One offer only: to a subscription that answers a further one the new server would say, before its own
-  // offer, that it has no such service.
-  sd::NodeConfig once = peer_config();
-  once.timing.repetitions_max = 0;
-  once.timing.cyclic_offer_delay = 60s;
+  // A server of bare datagrams. A stack that starts anew would say that it has no such service to a
+  // subscription that it finds before its own offer, and by that it would be gone.
   peer_.reset();
-  peer_ = std::make_unique<sd::Node>(io_, once);
-  const auto first = peer_->offer(offered());
-  ASSERT_TRUE(until([&] { return a.matched() == 1 && peer_->subscribers(first, MethodId{0x8001}) == 1; }));
-  peer_.reset();  // says nothing
-  peer_ = std::make_unique<sd::Node>(io_, peer_config());
-  const auto second = peer_->offer(offered());
-  ASSERT_TRUE(until([&] { return peer_->subscribers(second, MethodId{0x8001}) == 1; }));
+  const IpAddress own = own_address(2);
+  std::size_t subscriptions = 0;
+  someip::UdpSocket server{io_, {.local = {own, 30490}, .interface = someip::MulticastInterface{own}}};
+  server.receive([&](ByteView datagram, const Endpoint&) {
+    subscriptions += datagram.size() > 24 && datagram[24] == std::byte{6};
+  });
+  const auto address = to_hex(std::as_bytes(std::span{own.bytes})).substr(0, 8);
+  const auto offer_for_the_first_time = [&] {
+    const auto offer =
+        hex("ffff 8100 00000030 0000 0001 01 01 02 00 c0000000 00000010 01000010 1000 0001 01 000003 00000000"
+            "0000000c 0009 04 00" +
+            address + "00 11 9d26");
+    const ByteView bytes{offer};
+    EXPECT_EQ(server.send({own_group(), 30490}, {&bytes, 1}), someip::SendStatus::sent);
+  };
+  const auto reboots = [&] { return bridge_->counter("SOME/IP-SD", "reboots_detected"); };
+  offer_for_the_first_time();
+  ASSERT_TRUE(until([&] { return a.matched() == 1 && subscriptions == 1; }));
+  EXPECT_EQ(reboots(), 0U);
+  offer_for_the_first_time();
+  ASSERT_TRUE(until([&] { return reboots() == 1 && subscriptions == 2; }));
+  run_for(300ms);
   EXPECT_EQ(lost, 0);
 }
 

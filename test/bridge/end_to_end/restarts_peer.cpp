@@ -1,12 +1,15 @@
 // A neighbour of bridges that restarts_test.py kills and starts again: of one bridge that is killed, too, and
 // of one that is not.
 //
-//     restarts_peer ros DOMAIN               publishes /up_N, reads /down_N; serves /ask_N, calls /tell_N;
-//     has
-//                                            the field /light_N, uses /lamp_N
+//     restarts_peer ros DOMAIN               publishes /up_N, /safe_N and /wild_N/up, reads /down_N and
+//     /sure_N;
+//                                            serves /ask_N, calls /tell_N; has the field /light_N, uses
+//                                            /lamp_N; serves the action /act_N
 //     restarts_peer someip ADDRESS GROUP     subscribes to service 0x1000 + N and calls its method, offers
 //                                            service 0x2000 + N; uses the field of 0x3000 + N, has that of
-//                                            0x4000 + N
+//                                            0x4000 + N; subscribes to 0x5000 + N and offers 0x6000 + N, both
+//                                            over TCP and protected; subscribes to 0x7000 + N; calls and
+//                                            follows the action of 0x8000 + N
 //     restarts_peer watch DOMAIN             only looks: prints every 20 ms which writers there are, and how
 //                                            many readers and writers each node says it has
 //
@@ -100,6 +103,16 @@ std::vector<std::byte> value_as_cdr() {
 }
 std::vector<std::byte> value_as_payload() {
   return with_front({0, 0, 0, 13, 0xef, 0xbb, 0xbf}, letter());
+}
+
+// The goal's id of an action: the name twice. There is one goal, which can be cancelled again and again.
+std::vector<std::byte> with_goal(const std::vector<int>& front, const std::vector<int>& back) {
+  std::vector<std::byte> bytes = with_front(front, name());
+  bytes.pop_back();  // the zero
+  for (const int one : back) {
+    bytes.push_back(static_cast<std::byte>(one));
+  }
+  return bytes;
 }
 
 constexpr auto call_timeout = 1s;
@@ -200,6 +213,8 @@ void ros(std::uint32_t domain) {
     };
   };
   std::vector<dds::Writer> writers;
+  std::vector<dds::Writer> feedbacks;
+  std::vector<dds::Writer> statuses;
   std::vector<dds::Reader> readers;
   std::deque<dds::Writer> fields;
   RosCalls calls{io, participant};
@@ -225,11 +240,37 @@ void ros(std::uint32_t domain) {
                fmt::format("lamp_get {}", n), 8);
     calls.call(fmt::format("/lamp_{}/set", n), "std_msgs_fields/srv/SetString", value_as_cdr(),
                fmt::format("lamp_set {}", n), 8);
+    writers.push_back(participant.create_writer(fmt::format("rt/safe_{}", n), type, {}));
+    writers.push_back(participant.create_writer(fmt::format("rt/wild_{}/up", n), type, {}));
+    readers.push_back(participant.create_reader(fmt::format("rt/sure_{}", n), type, {}, printing("sure", n)));
+    const std::string action = fmt::format("/act_{}/_action/", n);
+    calls.serve(action + "send_goal", "test_msgs/action/Fibonacci_SendGoal", [] {
+      return with_front({0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0});
+    });
+    calls.serve(action + "cancel_goal", "action_msgs/srv/CancelGoal", [] {
+      return with_goal({0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0}, {0, 0, 0, 0, 0, 0, 0, 0});
+    });
+    calls.serve(action + "get_result", "test_msgs/action/Fibonacci_GetResult", [] {
+      return with_front({0, 1, 0, 0, 4, 0, 0, 0, 0, 0, 0, 0});
+    });
+    feedbacks.push_back(participant.create_writer(
+        "rt" + action + "feedback", dds::ros_type_name("test_msgs/action/Fibonacci_FeedbackMessage"), {}));
+    statuses.push_back(participant.create_writer(
+        "rt" + action + "status", dds::ros_type_name("action_msgs/msg/GoalStatusArray"), latched));
   }
+  const std::vector<std::byte> feedback = with_goal({0, 1, 0, 0}, {0, 0, 0, 0});
+  const std::vector<std::byte> status =
+      with_goal({0, 1, 0, 0, 1, 0, 0, 0}, {0, 0, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0});
   const std::vector<std::byte> sample = with_front({0, 1, 0, 0, 9, 0, 0, 0});
   run(io, [&] {
     for (dds::Writer& writer : writers) {
       static_cast<void>(writer.write(sample));
+    }
+    for (dds::Writer& writer : feedbacks) {
+      static_cast<void>(writer.write(feedback));
+    }
+    for (dds::Writer& writer : statuses) {
+      static_cast<void>(writer.write(status));
     }
     calls.call_all();
   });
@@ -283,7 +324,15 @@ constexpr someip::MethodId event{0x8001};
 constexpr someip::MethodId method{0x0001};
 constexpr someip::MethodId getter{0x0002};
 constexpr someip::MethodId setter{0x0003};
+constexpr someip::MethodId cancel_goal{0x0012};
+constexpr someip::MethodId feedback_event{0x8011};
+constexpr someip::MethodId status_event{0x8012};
 constexpr someip::EventgroupId eventgroup{1};
+
+/// As restarts_test.py has it in the routes of these services.
+someip::e2e::Config protection(std::uint16_t service) {
+  return someip::e2e::Profile4{.data_id = service};
+}
 
 /// A method of a service of others, called again and again.
 struct SomeipCall {
@@ -344,6 +393,31 @@ void someip(const IpAddress& address, const IpAddress& group) {
                                  }}},
                     .eventgroups = {{.id = eventgroup, .events = {event}}}}));
     follow(of(0x3000), "light", n);
+    node.subscribe({.service = someip::ServiceId{of(0x5000)},
+                    .eventgroup = eventgroup,
+                    .events = {event},
+                    .udp = false,
+                    .tcp = true,
+                    .e2e = {{.id = event, .check = protection(of(0x5000))}}},
+                   [n](const someip::Message& message, const Endpoint&) {
+                     print(fmt::format("safe {} {}\n", n, text_at(7, message.payload)));
+                   });
+    offers.push_back(node.offer({.service = someip::ServiceId{of(0x6000)},
+                                 .instance = someip::InstanceId{1},
+                                 .udp_port = {},
+                                 .tcp_port = 0,
+                                 .eventgroups = {{.id = eventgroup, .events = {event}}},
+                                 .e2e = {{.id = event, .protect = protection(of(0x6000))}}}));
+    follow(of(0x7000), "wild", n);
+    call(of(0x8000), cancel_goal, std::vector<std::byte>(24), fmt::format("cancel {}", n), 5);
+    node.subscribe({.service = someip::ServiceId{of(0x8000)},
+                    .eventgroup = eventgroup,
+                    .events = {feedback_event, status_event}},
+                   [n](const someip::Message& message, const Endpoint&) {
+                     const bool is_status = message.header.method == status_event;
+                     print(fmt::format("{} {} {}\n", is_status ? "status" : "feedback", n,
+                                       text_at(is_status ? 4 : 0, message.payload)));
+                   });
     call(of(0x3000), getter, {}, fmt::format("light_get {}", n), 7);
     call(of(0x3000), setter, value_as_payload(), fmt::format("light_set {}", n), 7);
     node.offer({.service = someip::ServiceId{of(0x4000)},

@@ -1,7 +1,7 @@
 """A ROS node, a bridge and a SOME/IP stack are killed and started again in any order: topics, calls and fields heal.
 
 A second bridge, the witness, is never killed: nothing of those that were may stay with it. Nor may readers or writers
-stay that somebody else in the DDS domain sees.
+stay that somebody else in the DDS domain sees, nor files in shared memory, of which nobody may ever have had one.
 
 Usage: restarts_test.py TRESTLE PEER [SEED]
 """
@@ -21,8 +21,27 @@ SEED = int(sys.argv[3]) if len(sys.argv) > 3 else random.randrange(1 << 30)
 LIVES = 50  # of each
 PATIENCE = 30  # seconds
 
+
+
+def take_own_shared_memory():
+    """Goes on with a /dev/shm that nobody else has, so that all that is ever in it is ours. False: we may not."""
+    if "TRESTLE_OWN_SHM" not in os.environ:
+        command = ["unshare", "--mount"] + ([] if os.geteuid() == 0 else ["--map-root-user"])
+        command += ["sh", "-c", 'mount -t tmpfs none /dev/shm && exec "$@"', "sh"]
+        if subprocess.run([*command, "true"], stderr=subprocess.DEVNULL).returncode != 0:
+            return False
+        os.environ["TRESTLE_OWN_SHM"] = "1"
+        os.execvp(command[0], [*command, sys.executable, *sys.argv])
+    return True
+
+
+OWN_SHARED_MEMORY = take_own_shared_memory()
 PID = os.getpid()
 GROUP = f"239.253.{PID >> 8 & 255}.{PID & 255}"
+
+
+# Of the action.
+INTERFACES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../ros/interfaces")
 
 
 def address(host):
@@ -51,11 +70,24 @@ someip:
   address: {address(11 + n)}
   sd: {{multicast: {GROUP}, initial_delay_min: 0, initial_delay_max: 10 ms, cyclic_offer_delay: 200 ms, ttl: 1 s}}
 dds: {{domain: {DOMAIN}, interfaces: [127.0.0.1], lease: 1 s}}
+types: {{paths: ["{INTERFACES}"]}}
+lock_file: {n}.lock
 routes:
   - {{topic: /up_{n}, type: std_msgs/msg/String, direction: dds_to_someip, service: {0x1000 + n}, instance: 1,
      eventgroup: 1, event: 0x8001, port: 40001, offer: while_published}}
   - {{topic: /down_{n}, type: std_msgs/msg/String, direction: someip_to_dds, service: {0x2000 + n}, instance: 1,
      eventgroup: 1, event: 0x8001, write: while_offered, subscribe: while_read}}
+  - {{topic: /safe_{n}, type: std_msgs/msg/String, direction: dds_to_someip, service: {0x5000 + n}, instance: 1,
+     eventgroup: 1, event: 0x8001, port: 40001, transport: tcp, offer: while_published, e2e: {{profile: 4, data_id: {0x5000 + n}}}}}
+  - {{topic: /sure_{n}, type: std_msgs/msg/String, direction: someip_to_dds, service: {0x6000 + n}, instance: 1,
+     eventgroup: 1, event: 0x8001, transport: tcp, write: while_offered, subscribe: while_read,
+     e2e: {{profile: 4, data_id: {0x6000 + n}}}}}
+patterns:
+  - {{topics: /wild_{n}/*, direction: dds_to_someip, services: {0x7000 + n:#x}-{0x7000 + n:#x}, port: 40001}}
+actions:
+  - {{action: /act_{n}, type: test_msgs/action/Fibonacci, server: ros, service: {0x8000 + n}, instance: 1, eventgroup: 1,
+     methods: {{send_goal: 0x11, cancel_goal: 0x12, get_result: 0x13}}, events: {{feedback: 0x8011, status: 0x8012}},
+     port: 40001, timeout: 1 s}}
 methods:
   - {{ros_service: /ask_{n}, type: std_srvs/srv/Trigger, server: ros, service: {0x1000 + n}, instance: 1, method: 1,
      port: 40001, timeout: 1 s}}
@@ -69,8 +101,8 @@ fields:
 """
 
 # What arrives of the node at the SOME/IP stack, and the other way.
-OF_ROS = ("up", "ask", "light", "light_get", "light_set")
-OF_SOMEIP = ("down", "tell", "lamp", "lamp_get", "lamp_set")
+OF_ROS = ("up", "safe", "wild", "ask", "light", "light_get", "light_set", "cancel", "feedback", "status")
+OF_SOMEIP = ("down", "sure", "tell", "lamp", "lamp_get", "lamp_set")
 
 
 class Party:
@@ -133,11 +165,14 @@ def counters(bridge, *wanted):
 
 def entities():
     """The topics of all writers, each once, and how many readers and writers either bridge tells ROS 2 that it has."""
-    names = [f"rt/{topic}_{n}" for n in (0, 1) for topic in ("up", "light", "down", "lamp")]
+    names = [f"rt/{topic}_{n}" for n in (0, 1) for topic in ("up", "light", "down", "lamp", "safe", "sure")]
+    names += [f"rt/{topic}" for n in (0, 1)
+              for topic in (f"wild_{n}/up", f"act_{n}/_action/feedback", f"act_{n}/_action/status")]
     services = [f"{name}_{n}{part}" for n in (0, 1)
-                for name, part in (("ask", ""), ("tell", ""), ("light", "/set"), ("lamp", "/get"), ("lamp", "/set"))]
+                for name, part in (("ask", ""), ("tell", ""), ("light", "/set"), ("lamp", "/get"), ("lamp", "/set"),
+                                   *(("act", f"/_action/{one}") for one in ("send_goal", "cancel_goal", "get_result")))]
     names += [f"rq/{service}Request" for service in services] + [f"rr/{service}Reply" for service in services]
-    return sorted(names + 2 * ["ros_discovery_info", "7+7"])
+    return sorted(names + 2 * ["ros_discovery_info", "rt/diagnostics", "14+12"])
 
 
 def see(watcher, wanted):
@@ -169,20 +204,23 @@ def heal(ros, peer, parties):
 
 def main():
     print(f"seed {SEED}")
+    if not OWN_SHARED_MEMORY:
+        print("no /dev/shm of its own: of shared memory only that of the living is looked at")
     choice = random.Random(SEED)
-    files = []
+    folder = tempfile.TemporaryDirectory()
+    files = [os.path.join(folder.name, f"{n}.yaml") for n in (0, 1)]
     for n in (0, 1):
-        files.append(tempfile.NamedTemporaryFile("w", suffix=".yaml"))
-        files[n].write(config(n))
-        files[n].flush()
-    witness = Party(TRESTLE, "bridge", "--quiet", files[1].name)
-    bridge = Party(TRESTLE, "bridge", "--quiet", files[0].name)
+        with open(files[n], "w", encoding="utf-8") as file:
+            file.write(config(n))
+    witness = Party(TRESTLE, "bridge", "--quiet", files[1])
+    bridge = Party(TRESTLE, "bridge", "--quiet", files[0])
     ros = Party(PEER, "ros", str(DOMAIN))
     peer = Party(PEER, "someip", address(21), GROUP)
     watcher = Party(PEER, "watch", str(DOMAIN))
     parties = (witness, bridge, ros, peer, watcher)
-    routes = "route /up_%d to", "route /light_%d to", "route /down_%d from", "route /lamp_%d from"
-    calls = "/ask_%d", "/tell_%d", "/light_%d/set", "/lamp_%d/get", "/lamp_%d/set"
+    routes = ("route /up_%d to", "route /light_%d to", "route /safe_%d to", "route /act_%d/_action/feedback to",
+              "route /down_%d from", "route /lamp_%d from", "route /sure_%d from")
+    calls = "/ask_%d", "/tell_%d", "/light_%d/set", "/lamp_%d/get", "/lamp_%d/set", "/act_%d/_action/cancel_goal"
 
     def those_of(n, outbound, inbound, method):
         return ([f"{group % n} .*{outbound if group.endswith('to') else inbound}\\b" for group in routes]
@@ -230,6 +268,7 @@ def main():
         assert witness.descriptors() == descriptors, f"{witness.descriptors()} instead of {descriptors}"
         assert witness.threads() == threads, f"{witness.threads()} instead of {threads}"
         assert grown < 2048, f"{grown} KiB in {2 * len(order) // 3} restarts"
+        assert not OWN_SHARED_MEMORY or not os.listdir("/dev/shm"), os.listdir("/dev/shm")
         # Without the others: nothing is offered, written or subscribed to, and no call waits for ever.
         ros.end(signal.SIGKILL)
         peer.end(signal.SIGKILL)

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "sd/net/proxy.hpp"
 #include "test/bridge/end_to_end/bridge_test.hpp"
 
 namespace trestle::test::route_qos_test {
@@ -163,6 +164,76 @@ TEST_F(RouteQos, KeepsFromLateReadersWhatHasExpired) {
   };
   EXPECT_EQ(words(of_long).substr(0, 2), "12");
   EXPECT_EQ(words(of_short).find('1'), std::string::npos);
+}
+
+// --- transport: by_reliability -----------------------------------------------------------------------------
+
+/// Routes /reliable, service 0x1001, and /best_effort, service 0x1002.
+std::string routes_by_reliability(const std::string& keys) {
+  const auto route = [&](const char* reliability, int service) {
+    return fmt::format(
+        "  - {{topic: /{0}, type: std_msgs/msg/String, service: {1}, instance: 1, eventgroup: 1, event: "
+        "0x8001, "
+        "transport: by_reliability, qos: {{reliability: {0}}}, {2}}}\n",
+        reliability, service, keys);
+  };
+  return "routes:\n" + route("reliable", 0x1001) + route("best_effort", 0x1002);
+}
+
+TEST_F(RouteQos, ReliableTopicsAreOfferedOverTcpAndOthersOverUdp) {
+  start_bridge(routes_by_reliability("direction: dds_to_someip, port: 40001"));
+  const auto came = [&](std::uint16_t service, bool tcp, dds::Writer from) {
+    sd::Node node{io_, peer_config()};
+    std::vector<Bytes> events;
+    const sd::Proxy proxy{node, {.service = someip::ServiceId{service}}};
+    const sd::Subscription subscription{
+        node,
+        {.service = someip::ServiceId{service},
+         .eventgroup = someip::EventgroupId{1},
+         .events = {someip::MethodId{0x8001}},
+         .udp = !tcp,
+         .tcp = tcp},
+        [&](const someip::Message& event, const Endpoint&) { events.push_back(copy(event.payload)); }};
+    EXPECT_TRUE(until([&] { return subscription.active() && !proxy.available().empty(); }));
+    EXPECT_EQ(proxy.available().at(0).tcp.has_value(), tcp);
+    EXPECT_EQ(proxy.available().at(0).udp.has_value(), !tcp);
+    EXPECT_TRUE(until([&] {
+      static_cast<void>(from.write(hello_cdr));
+      usleep(10'000);
+      return !events.empty();
+    }));
+    EXPECT_EQ(events.at(0), hello);
+    return came_by(node);
+  };
+  EXPECT_EQ(came(0x1001, true, writer("/reliable")), "tcp");
+  EXPECT_EQ(came(0x1002, false, writer("/best_effort", string_type, {.reliable = false})), "udp");
+}
+
+TEST_F(RouteQos, EventsForReliableTopicsAreSubscribedToOverTcpAndOthersOverUdp) {
+  start_bridge(routes_by_reliability("direction: someip_to_dds"));
+  const auto connections = [&](std::uint16_t service, bool tcp, const char* topic) {
+    sd::Node node{io_, peer_config()};
+    constexpr someip::MethodId event{0x8001};
+    sd::ServiceSpec spec{
+        .service = someip::ServiceId{service}, .instance = someip::InstanceId{1}, .tcp_port = 0};  // both
+    spec.eventgroups = {{.id = someip::EventgroupId{1}, .events = {event}}};
+    if (tcp) {
+      spec.tcp_events = {event};
+    }
+    const sd::Offer offer{node, spec};
+    Inbox<Bytes> inbox;
+    const dds::Reader content = reader(topic, string_type, inbox, {.reliable = tcp});
+    EXPECT_TRUE(
+        until([&] { return content.matched() == 1 && node.subscribers(offer.handle(), event) == 1; }));
+    EXPECT_TRUE(until([&] {
+      offer.notify(event, hello);
+      usleep(10'000);
+      return inbox.size() > 0;
+    }));
+    return node.tcp_server_counters().accepted;
+  };
+  EXPECT_EQ(connections(0x1001, true, "/reliable"), 1U);
+  EXPECT_EQ(connections(0x1002, false, "/best_effort"), 0U);
 }
 
 }  // namespace

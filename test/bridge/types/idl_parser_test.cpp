@@ -151,6 +151,33 @@ TEST(IdlParser, TakesTheMemberOfEmptyStructsForNone) {
   EXPECT_TRUE(parsed->front().fields.empty());
 }
 
+// rmw_fastrtps makes keyless topics of them up to Jazzy.
+TEST(IdlParser, TakesKeysForOrdinaryMembers) {
+  const auto with_keys = parse_members("@key long x; @key @unit(value=\"m\") string y; @Key octet z;");
+  const auto without = parse_members("long x; string y; octet z;");
+  ASSERT_TRUE(with_keys) << error_of(with_keys);
+  ASSERT_TRUE(without);
+  ASSERT_EQ(with_keys->at(0).fields.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(with_keys->at(0).fields[i].name, without->at(0).fields[i].name);
+    EXPECT_EQ(with_keys->at(0).fields[i].type, without->at(0).fields[i].type);
+  }
+}
+
+TEST(IdlParser, RefusesTheOneFileOfTestInterfaceFilesThatSomeipCannotSay) {
+  const char* const idl_only_types =
+      "module test_msgs {\n"
+      "  module msg {\n"
+      "    struct IdlOnlyTypes {\n"
+      "      wchar wchar_value;\n"
+      "      long double long_double_value;\n"
+      "    };\n"
+      "  };\n"
+      "};\n";
+  EXPECT_EQ(error_of(parse(idl_only_types, "test_msgs/msg/IdlOnlyTypes")),
+            "A.idl:4:7: wchar: SOME/IP has no single wide characters; take a wstring");
+}
+
 TEST(IdlParser, MakesServicesAndActionsOfTwoAndThreeStructs) {
   const auto service =
       parse("module a { module srv { struct S_Request { string x; }; struct S_Response { uint8 x; }; }; };",
@@ -176,13 +203,13 @@ TEST(IdlParser, SaysWhereAndWhatIsRefused) {
       {"sequence<any> x;", "2:10: any: ROS 2 has no any"},
       {"fixed<3,2> x;", "2:1: fixed: ROS 2 has no fixed-point numbers"},
       {"struct B { long y; } x;", "2:1: struct: a struct within another declaration"},
-      {"@key long x;", "2:2: @key: topics with keys are not carried"},
       {"@optional long x;", "2:2: @optional: rosidl sends such a member always, others do not"},
       {"sequence<sequence<long>> x;", "2:10: ROS 2 has no sequences of arrays or sequences"},
       {"long x[2][3];", "2:10: ROS 2 has no arrays of arrays"},
       {"sequence<long> x[2];", "2:17: ROS 2 has no arrays of arrays"},
       {"long x[0];", "2:8: expected a size from 1 to 4294967295, found \"0\""},
       {"long x[N];", "2:8: expected a size from 1 to 4294967295, found \"N\""},
+      {"wstring<N> x;", "2:9: expected a size from 1 to 4294967295, found \"N\""},
       {"string<4294967296> x;", "2:8: expected a size from 1 to 4294967295, found \"4294967296\""},
       {"B x;", "2:1: unknown type B: expected a primitive type, one of a typedef, or package::msg::Type"},
       {"a::B x;",

@@ -36,6 +36,29 @@ TEST(MsgParser, ReadsEveryPrimitive) {
   }
 }
 
+// As Comments.msg of test_interface_files has them, of a version after Jazzy's.
+TEST(MsgParser, PassesOverComments) {
+  const auto parsed = parse(
+      "# Normal comment\n"
+      "uint8 value1\n"
+      "\n"
+      "# \tTab\n"
+      "uint8 value2\n"
+      "\n"
+      "# Not a tab \\t\n"
+      "uint8 value3\n"
+      "\n"
+      "# Not a newline (TODO: Doesn't work now)\n"
+      "uint8 value4\n"
+      "\n");
+  ASSERT_TRUE(parsed) << to_string(parsed.error());
+  ASSERT_EQ(parsed->fields.size(), 4U);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(parsed->fields[i].name, "value" + std::to_string(i + 1));
+    EXPECT_EQ(parsed->fields[i].type, FieldType{.primitive = Primitive::uint8});
+  }
+}
+
 TEST(MsgParser, ReadsArraysAndBounds) {
   EXPECT_EQ(type_of("uint8[]"), (FieldType{.primitive = Primitive::uint8, .array = ArrayKind::unbounded}));
   EXPECT_EQ(type_of("float64[36]"),

@@ -177,6 +177,16 @@ class Calls(unittest.TestCase):
         request.goal_id.uuid = [7] * 16
         self.assertEqual(self.result(get.call_async(request)).status, GoalStatus.STATUS_UNKNOWN)
 
+    def test_an_actions_services_have_the_hashes_that_ros_gives_them(self):
+        ros = Ros(1, "looker")
+        self.addCleanup(ros.close)
+        for name in "send_goal", "cancel_goal", "get_result":
+            for topic in f"rq/fibonacci/_action/{name}Request", f"rr/fibonacci/_action/{name}Reply":
+                self.assertTrue(ros.wait(lambda: {"server", "trestle_a"} <= ros.hashes(topic).keys()), (topic, ros.hashes(topic)))
+                hashes = ros.hashes(topic)
+                self.assertTrue(hashes["server"].startswith("RIHS01_"), hashes)
+                self.assertEqual(hashes["trestle_a"], hashes["server"], topic)
+
     def test_an_action_server_that_goes_takes_its_goals_with_it(self):
         client = ActionClient(self.client.node, Fibonacci, "/fibonacci")
         self.addCleanup(client.destroy)

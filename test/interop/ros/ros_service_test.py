@@ -97,6 +97,19 @@ class RealRosServices(unittest.TestCase):
         self.assertTrue(self.both(lambda: known(one, "trestle_a", one.get_client_names_and_types_by_node)))
         self.assertTrue(self.both(lambda: known(two, "trestle_b", two.get_service_names_and_types_by_node)))
 
+    def test_requests_and_replies_have_the_hashes_that_ros_gives_them(self):
+        kinds = {"/set": SetBool, "/go": Trigger, "/clear": Empty, "/basic": BasicTypes}
+        ends = [self.one.node.create_service(kind, name, lambda _, response: response) for name, kind in kinds.items()]
+        ends += [self.two.node.create_client(kind, name) for name, kind in kinds.items()]
+        for name in kinds:
+            for ros, own, bridge in (self.one, "one", "trestle_a"), (self.two, "two", "trestle_b"):
+                for topic in f"rq{name}Request", f"rr{name}Reply":
+                    self.assertTrue(self.both(lambda: {own, bridge} <= ros.hashes(topic).keys()), (topic, ros.hashes(topic)))
+                    hashes = ros.hashes(topic)
+                    self.assertTrue(hashes[own].startswith("RIHS01_"), hashes)
+                    self.assertEqual(hashes[bridge], hashes[own], topic)
+        del ends
+
 
 if __name__ == "__main__":
     unittest.main(buffer=True)

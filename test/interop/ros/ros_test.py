@@ -96,6 +96,12 @@ class Ros:
             self.executor.spin_once(timeout_sec=0.02)
         return True
 
+    def hashes(self, topic):
+        """The type's hash as each node tells it that reads or writes a topic, called as it is in DDS."""
+        return {info.node_name: str(info.topic_type_hash)
+                for of in (self.node.get_publishers_info_by_topic, self.node.get_subscriptions_info_by_topic)
+                for info in of(topic, no_mangle=True)}
+
     def close(self):
         self.executor.shutdown()
         self.node.destroy_node()

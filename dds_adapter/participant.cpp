@@ -1,0 +1,65 @@
+#include "dds_adapter/participant.hpp"
+
+#include "dds_adapter/participant_core.hpp"
+
+namespace trestle::dds {
+
+const char* to_string(Event::Kind kind) noexcept {
+  switch (kind) {
+    case Event::Kind::peer_found:
+      return "peer_found";
+    case Event::Kind::peer_lost:
+      return "peer_lost";
+    case Event::Kind::matched:
+      return "matched";
+    case Event::Kind::unmatched:
+      return "unmatched";
+    case Event::Kind::incompatible_qos:
+      return "incompatible_qos";
+    case Event::Kind::incompatible_type:
+      return "incompatible_type";
+    case Event::Kind::deadline_missed:
+      return "deadline_missed";
+    case Event::Kind::liveliness_lost:
+      return "liveliness_lost";
+  }
+  return "?";
+}
+
+Participant::Participant(const ParticipantConfig& config)
+    : core_{std::make_shared<detail::ParticipantCore>(config)} {}
+Participant::Participant(Participant&&) noexcept = default;
+
+Participant& Participant::operator=(Participant&& other) noexcept {
+  if (this != &other) {
+    if (core_) {
+      core_->silence();
+    }
+    core_ = std::move(other.core_);
+  }
+  return *this;
+}
+
+Participant::~Participant() {
+  if (core_) {
+    core_->silence();
+  }
+}
+
+std::string Participant::guid() const {
+  return core_->guid();
+}
+std::vector<FoundWriter> Participant::writers() const {
+  return core_->writers();
+}
+std::uint64_t Participant::not_remembered() const {
+  return core_->not_remembered();
+}
+bool Participant::shares_memory() const {
+  return core_->shares_memory();
+}
+Vendor Participant::vendor(const Guid& endpoint) const {
+  return core_->vendor(detail::to_fast(endpoint).guidPrefix);
+}
+
+}  // namespace trestle::dds
