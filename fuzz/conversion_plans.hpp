@@ -175,4 +175,37 @@ inline std::vector<std::byte> joined(const bridge::Gathered& gathered) {
   return result;
 }
 
+/// A message of which this one differs in a single bit.
+inline std::vector<std::byte> almost(ByteView message, std::size_t bit) {
+  std::vector<std::byte> bytes{message.begin(), message.end()};
+  if (!bytes.empty()) {
+    bytes[bit / 8 % bytes.size()] ^= static_cast<std::byte>(1U << bit % 8);
+  }
+  return bytes;
+}
+
+/// Converts messages that are almost `input`, and then this one, with one scratch: what it remembers must
+/// make no difference.
+/// @param convert  (input, scratch)
+template <typename Convert>
+void require_no_memory(ByteView input, const Convert& convert) {
+  const auto outcome = [&](ByteView message, bridge::ConversionScratch& scratch) {
+    const auto result = convert(message, scratch);
+    return result ? std::pair{joined(*result), std::string{}}
+                  : std::pair{std::vector<std::byte>{}, to_string(result.error())};
+  };
+  std::size_t bit = input.size();
+  for (const std::byte byte : input) {
+    bit = bit * 31 + std::to_integer<std::size_t>(byte);
+  }
+  const auto first = almost(input, bit);
+  const auto second = almost(first, bit / 8191);
+  bridge::ConversionScratch scratch;
+  for (const ByteView message :
+       {ByteView{first}, ByteView{first}, ByteView{second}, input, ByteView{second}}) {
+    bridge::ConversionScratch fresh;
+    require(outcome(message, scratch) == outcome(message, fresh));
+  }
+}
+
 }  // namespace trestle::fuzz

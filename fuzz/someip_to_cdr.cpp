@@ -1,6 +1,6 @@
 // Property: a SOME/IP payload that is accepted converts back (but for what its length fields cannot say when
 // the padding or the defaults are there that were missing, and for unions that were missing), and what comes
-// back converts to the same CDR; referencing or copying makes no difference, nor does the message before; an
+// back converts to the same CDR; referencing or copying makes no difference, nor do the messages before; an
 // error lies within the input.
 #include "fuzz/conversion_plans.hpp"
 
@@ -13,6 +13,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (plans == nullptr) {
     return 0;
   }
+  require_no_memory(input, [&](ByteView message, bridge::ConversionScratch& scratch) {
+    return plans->copying.someip_to_cdr(message, scratch);
+  });
   static bridge::ConversionScratch scratch;
   const auto cdr = plans->referencing.someip_to_cdr(input, scratch);
   bridge::ConversionScratch fresh;

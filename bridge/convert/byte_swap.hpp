@@ -16,16 +16,20 @@ namespace trestle::bridge {
   return __builtin_bswap64(number);
 }
 
+/// Instructions that reverse many numbers at once, the slowest first; one has those before it, too.
+enum class Shuffle : std::uint8_t { none, avx2, avx512 };
+/// Of this processor.
+extern const Shuffle best_shuffle;
+
 /// Copies `count` numbers of `width` bytes (2, 4 or 8) and reverses the bytes of each. The two places need
 /// no alignment and must not overlap.
-void copy_swapped(std::byte* to, const std::byte* from, std::size_t count, std::size_t width) noexcept;
-
-/// The same, number by number: of what is left over, and of everything where the processor has no AVX2.
-void copy_swapped_singly(std::byte* to, const std::byte* from, std::size_t count, std::size_t width) noexcept;
+void copy_swapped(std::byte* to, const std::byte* from, std::size_t count, std::size_t width,
+                  Shuffle shuffle = best_shuffle) noexcept;
 
 /// Copies few numbers of `width` bytes (1, 2, 4 or 8), and reverses the bytes of each if `swap`.
-inline void copy_few_numbers(std::byte* to, const std::byte* from, std::size_t count, std::size_t width,
-                             bool swap) noexcept {
+__attribute__((always_inline)) inline void copy_few_numbers(std::byte* to, const std::byte* from,
+                                                            std::size_t count, std::size_t width,
+                                                            bool swap) noexcept {
   const auto copy = [&](auto number) {
     for (std::size_t i = 0; i < count; ++i, from += sizeof number, to += sizeof number) {
       std::memcpy(&number, from, sizeof number);

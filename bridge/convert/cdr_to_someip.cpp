@@ -1,10 +1,13 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 #include "bridge/convert/byte_swap.hpp"
 #include "bridge/convert/conversion_plan.hpp"
 #include "bridge/convert/failure.hpp"
+#include "bridge/convert/quick_to_someip.hpp"
+#include "bridge/convert/stretch.hpp"
 #include "bridge/convert/wire_forms.hpp"
 #include "someip/wire/bytes.hpp"
 #include "someip/wire/utf.hpp"
@@ -22,13 +25,14 @@ class CdrToSomeip {
         in_{body},
         order_{order},
         swap_{order != rules_.byte_order},
-        strings_{string_frame(rules_, rules_.string_encoding)},
-        wide_strings_{string_frame(rules_, wide_encoding(rules_))},
-        plain_strings_{rules_.string_encoding == someip::StringEncoding::utf8 && rules_.alignment <= 1},
+        strings_{program.strings},
+        wide_strings_{program.wide_strings},
+        quick_{program, body, order, swap_},
         out_{out} {}
 
   bool convert() {
-    if (!block(0, program_.ops.size())) {
+    const std::size_t end = program_.ops.size();
+    if (!(program_.fields == 0 ? fields(0, end) : block(0, end))) {
       return false;
     }
     // RTPS pads samples to a multiple of four.
@@ -43,14 +47,23 @@ class CdrToSomeip {
     return error;
   }
 
- private:
-  static constexpr std::size_t no_op = std::numeric_limits<std::size_t>::max();
+  // For convert_stretch().
 
-  struct LengthField {
-    std::size_t place;  ///< in the scratch
-    std::size_t begin;  ///< position of what it counts
-    FieldWidth width;
-  };
+  [[nodiscard]] ConversionScratch& out() noexcept { return out_; }
+  [[nodiscard]] const Program& program() const noexcept { return program_; }
+  [[nodiscard]] std::size_t at() const noexcept { return at_; }
+  void skip(std::size_t bytes) noexcept { at_ += bytes; }
+  std::size_t quick(std::size_t begin, std::size_t end, std::uint64_t& times) {
+    return program_.quick_strings == usual_strings
+               ? quick_to_someip<true>(quick_, begin, end, times, at_, out_)
+               : quick_to_someip<false>(quick_, begin, end, times, at_, out_);
+  }
+  [[nodiscard]] Shape* recording() const noexcept { return recording_; }
+  void recording(Shape* shape) noexcept { recording_ = shape; }
+  [[nodiscard]] ByteView rest() const noexcept { return in_.last(left()); }
+  [[nodiscard]] Shape::Conversion conversion() const noexcept {
+    return {.program = program_.number, .to_cdr = false, .order = order_, .position = at_};
+  }
 
   bool block(std::size_t begin, std::size_t end) {
     for (std::size_t i = quick(begin, end); i < end; i = quick(i, end)) {
@@ -114,68 +127,36 @@ class CdrToSomeip {
     return true;
   }
 
-  /// Does what most operations are, few numbers and short strings, with everything in registers: stores of
-  /// bytes make the compiler doubt all members.
-  /// @return the first operation that it left to block(): of another kind, long, or not good.
-  std::size_t quick(std::size_t i, std::size_t end) {
-    const std::span<std::byte> room = out_.left();
-    std::byte* to = room.data();
-    const std::byte* const to_end = to + room.size();
-    const std::byte* const in = in_.data();
-    const std::size_t size = in_.size();
-    std::size_t at = at_;
-    for (const Op* op = program_.ops.data() + i; i < end; ++i, ++op) {
-      const std::size_t space = static_cast<std::size_t>(to_end - to);
-      if (op->kind == Op::Kind::numbers) {
-        if (op->count > most_quick_bytes / op->width) {
-          break;
-        }
-        const std::size_t bytes = static_cast<std::size_t>(op->count) * op->width;
-        const std::size_t from = aligned(at, op->width);
-        if (from + bytes > size || bytes > space) {
-          break;
-        }
-        copy_few_numbers(to, in + from, static_cast<std::size_t>(op->count), op->width,
-                         swap_ != op->other_order);
-        at = from + bytes;
-        to += bytes;
-      } else if (op->kind == Op::Kind::string && plain_strings_ && op->fixed_bytes == 0) {
-        const std::size_t from = aligned(at, 4) + 4;
-        if (from > size) {
-          break;
-        }
-        const std::size_t with_zero = load_u32(in + from - 4, order_);
-        if (with_zero - 1 >= std::min(short_text, size - from) || in[from + with_zero - 1] != std::byte{0}) {
-          break;
-        }
-        const std::size_t text = with_zero - 1;
-        const std::size_t length = strings_.overhead() + text;
-        const std::size_t ahead = bytes(op->length);
-        if (text > op->bound || !fits(op->length, length) || ahead + length > space ||
-            (rules_.string_terminator && std::memchr(in + from, 0, text) != nullptr)) {
-          break;
-        }
-        store_length(to, op->length, length, length_order(rules_));
-        to += ahead;
-        copy_few(to, strings_.bom.data(), strings_.bom.size());
-        to += strings_.bom.size();
-        copy_few(to, in + from, text);
-        to += text;
-        copy_few(to, strings_.terminator.data(), strings_.terminator.size());
-        to += strings_.terminator.size();
-        at = from + with_zero;
-      } else {
-        break;
-      }
+ private:
+  static constexpr std::size_t no_op = std::numeric_limits<std::size_t>::max();
+
+  struct LengthField {
+    std::size_t place;  ///< in the scratch
+    std::size_t begin;  ///< position of what it counts
+    FieldWidth width;
+  };
+
+  /// The fields of the message.
+  bool fields(std::size_t begin, std::size_t end) {
+    return program_.has_shape ? convert_stretch(*this, 0, begin, end) : block(begin, end);
+  }
+
+  /// Whether the operations have to do all by themselves, so that it can be seen.
+  bool is_recorded() noexcept {
+    if (recording_ != nullptr && !recording_->has_room_to(at_)) [[unlikely]] {
+      recording_ = nullptr;
     }
-    at_ = at;
-    out_.use(static_cast<std::size_t>(to - room.data()));
-    return i;
+    return recording_ != nullptr;
+  }
+
+  std::size_t quick(std::size_t i, std::size_t end) {
+    std::uint64_t once = 1;
+    return i == end || !may_be_quick(program_.ops[i]) || is_recorded() ? i : quick(i, end, once);
   }
 
   bool numbers(std::size_t i, const Op& op) {
     align(op.width);
-    if (op.count > left() / op.width) {
+    if (exceed(op.count, op.width, left())) {
       const std::size_t there = left() / op.width;
       return failure_.set(ConversionFault::truncated, at_ + there * op.width, i, there);
     }
@@ -229,8 +210,11 @@ class CdrToSomeip {
       align(op.width);
     }
     const std::uint64_t element_bytes = op.count * op.width;
-    if (elements > left() / element_bytes) {
+    if (exceed(elements, element_bytes, left())) {
       return failure_.set(ConversionFault::truncated, begin, i);
+    }
+    if (elements > 0) {
+      recording_ = nullptr;  // the next one has as many only by chance
     }
     const auto numbers = static_cast<std::size_t>(elements * op.count);
     if (!write_length(op.length, numbers * op.width)) {
@@ -248,33 +232,12 @@ class CdrToSomeip {
   }
 
   bool sequence(std::size_t i, const Op& op) {
-    if (i != program_.repetitive) {
-      return elements(i, op);
-    }
-    const Repetition::Conversion conversion{program_.number, false, order_, at_};
-    const ByteView rest = in_.last(left());
-    if (out_.repetition().is(conversion, rest)) {
-      write(out_.repetition().written());
-      at_ += out_.repetition().reads();
-      return true;
-    }
-    const std::size_t begin = at_;
-    const std::size_t copied = out_.copied();
-    const std::size_t position = out_.position();
-    if (!elements(i, op)) {
-      return false;
-    }
-    out_.repetition().note(conversion, rest.first(at_ - begin), out_.since(copied, position));
-    return true;
-  }
-
-  bool elements(std::size_t i, const Op& op) {
     const std::size_t begin = at_;
     std::uint32_t elements = 0;
     if (!read_count(i, op, elements)) {
       return false;
     }
-    if (elements > left() / op.min_cdr) {
+    if (exceed(elements, op.min_cdr, left())) {
       return failure_.set(ConversionFault::truncated, begin, i);
     }
     const LengthField length = open_length(op.length);
@@ -288,26 +251,22 @@ class CdrToSomeip {
     return true;
   }
 
+  bool loop(std::size_t i, const Op& op, std::uint64_t count) {
+    std::uint64_t done = 0;
+    return convert_elements(*this, op, i + 1, count, done) || failure_.in_loop(done);
+  }
+
   bool repeat(std::size_t i, const Op& op) {
-    if (op.count > left() / op.min_cdr) {
+    if (exceed(op.count, op.min_cdr, left())) {
       return failure_.set(ConversionFault::truncated, at_, i);
     }
     return loop(i, op, op.count);
   }
 
-  bool loop(std::size_t i, const Op& op, std::uint64_t count) {
-    for (std::uint64_t k = 0; k < count; ++k) {
-      if (!block(i + 1, op.end)) {
-        return failure_.in_loop(k);
-      }
-    }
-    return true;
-  }
-
   bool enclosed(std::size_t i, const Op& op) {
     const std::size_t begin = at_;
     const LengthField length = open_length(op.length);
-    if (!block(i + 1, op.end)) {
+    if (!(i + 1 == program_.fields ? fields(i + 1, op.end) : block(i + 1, op.end))) {
       return false;
     }
     return close_length(length) || failure_.set(ConversionFault::length_overflow, begin, i);
@@ -512,7 +471,12 @@ class CdrToSomeip {
   static constexpr std::size_t aligned(std::size_t at, std::size_t width) noexcept {
     return (at + width - 1) & ~(width - 1);
   }
-  void align(std::size_t width) noexcept { at_ = aligned(at_, width); }
+  void align(std::size_t width) noexcept {
+    const std::size_t begin = std::exchange(at_, aligned(at_, width));
+    if (recording_ != nullptr) [[unlikely]] {
+      recording_->padding(begin, at_);
+    }
+  }
 
   bool read_u32(std::uint32_t& number) noexcept {
     align(4);
@@ -537,8 +501,12 @@ class CdrToSomeip {
   /// Moves numbers over; that they are there has been checked.
   void put_numbers(std::size_t count, const Op& op) {
     const std::size_t width = op.width;
+    const bool swap = width > 1 && swap_ != op.other_order;
+    if (recording_ != nullptr && !recording_->numbers(at_, out_.copied(), count, width, swap)) [[unlikely]] {
+      recording_ = nullptr;
+    }
     const std::size_t bytes = count * width;
-    if (width == 1 || swap_ == op.other_order) {
+    if (!swap) {
       out_.put(in_.subspan(std::min(at_, in_.size()), bytes));
     } else if (bytes <= most_quick_bytes) {
       copy_few_numbers(out_.room(bytes), in_.data() + at_, count, width, true);
@@ -584,10 +552,11 @@ class CdrToSomeip {
   std::size_t at_ = 0;  ///< may lie behind the end after align()
   std::endian order_;   ///< of the CDR
   bool swap_;           ///< numbers differ in byte order, unless the operation's is the other one
-  StringFrame strings_;
-  StringFrame wide_strings_;
-  bool plain_strings_;  ///< UTF-8, and nothing behind them
+  const StringFrame& strings_;
+  const StringFrame& wide_strings_;
+  QuickToSomeip quick_;
   ConversionScratch& out_;
+  Shape* recording_ = nullptr;
   Failure failure_;
 };
 

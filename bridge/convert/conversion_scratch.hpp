@@ -1,12 +1,15 @@
 #pragma once
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
-#include "bridge/convert/repetition.hpp"
+#include "bridge/convert/program.hpp"
+#include "bridge/convert/shape.hpp"
 #include "someip/wire/tag.hpp"
 #include "someip/wire/types.hpp"
 
@@ -60,6 +63,8 @@ struct MemberPlace {
 /// Made once by the caller, for one thread; the members after reserve() are for the converters.
 class ConversionScratch {
  public:
+  static constexpr std::size_t shape_slots = 2 * Program::slots;
+
   ConversionScratch() = default;
 
   /// Makes room for results of which `bytes` are copied, not referenced.
@@ -73,7 +78,7 @@ class ConversionScratch {
   void begin(std::size_t reference_from) noexcept {
     reference_from_ = reference_from;
     used_ = slice_begin_ = referenced_ = 0;
-    pieces_.clear();
+    slices_.clear();
     members_.clear();
   }
 
@@ -98,20 +103,15 @@ class ConversionScratch {
   /// what was copied before `place` keeps its place.
   void cut(std::size_t place, std::size_t size) noexcept {
     std::memmove(memory_.get() + place, memory_.get() + place + size, used_ - place - size);
-    used_ -= size;
-    for (auto piece = pieces_.rbegin(); piece != pieces_.rend(); ++piece) {
-      if (piece->referenced != nullptr) {
-        continue;
+    for (ByteView& slice : slices_) {
+      if (const auto begin = offset(slice); begin && *begin > place) {
+        slice = {slice.data() - size, slice.size()};
+      } else if (begin && *begin + slice.size() > place) {
+        slice = slice.first(slice.size() - size);
       }
-      if (piece->offset <= place) {
-        if (piece->offset + piece->size > place) {
-          piece->size -= size;
-        }
-        break;
-      }
-      piece->offset -= size;
     }
     slice_begin_ -= slice_begin_ > place ? size : 0;
+    used_ -= size;
   }
 
   /// Appends bytes of the input, by reference when they are many.
@@ -132,42 +132,39 @@ class ConversionScratch {
   /// Places of the members of all structs that are being converted, the innermost struct's last.
   [[nodiscard]] std::vector<MemberPlace>& members() noexcept { return members_; }
 
-  /// The result since copied() and position() were these; nothing if some of that is referenced.
-  [[nodiscard]] ByteView since(std::size_t copied, std::size_t position) const noexcept {
-    return position - copied == referenced_ ? ByteView{memory_.get() + copied, used_ - copied} : ByteView{};
+  /// What is remembered of the messages before.
+  [[nodiscard]] Shape& shape(std::size_t slot) {
+    if (shapes_[slot] == nullptr) {
+      shapes_[slot].reset(new Shape);  // not make_unique: that would touch all of it
+    }
+    return *shapes_[slot];
   }
-  /// Of the message before.
-  [[nodiscard]] Repetition& repetition() noexcept { return repetition_; }
 
   [[nodiscard]] Gathered finish() {
     close_slice();
-    slices_.clear();
-    for (const Piece& piece : pieces_) {
-      slices_.push_back(piece.referenced != nullptr ? ByteView{piece.referenced, piece.size}
-                                                    : ByteView{memory_.get() + piece.offset, piece.size});
-    }
     return {slices_, position()};
   }
 
  private:
-  struct Piece {
-    const std::byte* referenced;  ///< or null: bytes of memory_ from `offset` on
-    std::size_t offset;
-    std::size_t size;
-  };
-
   void reference(ByteView bytes) {
     if (bytes.empty()) {
       return;
     }
     close_slice();
-    pieces_.push_back({bytes.data(), 0, bytes.size()});
+    slices_.push_back(bytes);
     referenced_ += bytes.size();
+  }
+
+  /// Where a slice begins in memory_; nothing: it is not in there.
+  [[nodiscard]] std::optional<std::size_t> offset(ByteView slice) const noexcept {
+    const auto from = reinterpret_cast<std::uintptr_t>(memory_.get());
+    const auto at = reinterpret_cast<std::uintptr_t>(slice.data());
+    return at >= from && at < from + used_ ? std::optional{at - from} : std::nullopt;
   }
 
   void close_slice() {
     if (used_ > slice_begin_) {
-      pieces_.push_back({nullptr, slice_begin_, used_ - slice_begin_});
+      slices_.emplace_back(memory_.get() + slice_begin_, used_ - slice_begin_);
       slice_begin_ = used_;
     }
   }
@@ -178,6 +175,11 @@ class ConversionScratch {
         new std::byte[bytes]};  // not value-initialised: no page is touched early
     if (used_ > 0) {
       std::memcpy(memory.get(), memory_.get(), used_);
+    }
+    for (ByteView& slice : slices_) {
+      if (const auto begin = offset(slice)) {
+        slice = {memory.get() + *begin, slice.size()};
+      }
     }
     memory_ = std::move(memory);
     capacity_ = bytes;
@@ -190,9 +192,8 @@ class ConversionScratch {
   std::size_t referenced_ = 0;   ///< bytes in pieces that are not in memory_
   std::size_t reference_from_ = 0;
   std::vector<MemberPlace> members_;
-  std::vector<Piece> pieces_;
   std::vector<ByteView> slices_;
-  Repetition repetition_;
+  std::array<std::unique_ptr<Shape>, shape_slots> shapes_;
 };
 
 }  // namespace trestle::bridge

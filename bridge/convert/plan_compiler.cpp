@@ -11,6 +11,7 @@
 
 #include "bridge/convert/conversion_plan.hpp"
 #include "bridge/convert/default_values.hpp"
+#include "bridge/convert/find_stretches.hpp"
 #include "bridge/convert/wire_forms.hpp"
 
 namespace trestle::bridge {
@@ -40,9 +41,11 @@ bool is_optional(const FieldType& type) {
 class Compiler {
  public:
   Compiler(const TypeTree& tree, const MessageRules& rules)
-      : tree_{tree}, rules_{rules}, payload_{rules.payload}, order_{rules.payload.byte_order} {
-    program_.rules = rules.payload;
-  }
+      : tree_{tree},
+        rules_{rules},
+        payload_{rules.payload},
+        program_{rules.payload},
+        order_{rules.payload.byte_order} {}
 
   tl::expected<Program, std::string> compile() {
     if (!std::has_single_bit(payload_.alignment)) {
@@ -51,7 +54,7 @@ class Compiler {
       check_types();
       message(tree_.root(), "", false);
       program_.may_be_longer = is_overestimated();
-      program_.repetitive = repetitive();
+      find_stretches(program_);
       static std::atomic<std::uint64_t> programs = 0;
       program_.number = ++programs;
     }
@@ -62,21 +65,6 @@ class Compiler {
   }
 
  private:
-  /// The first sequence that is in no loop and no struct with a length, and whose conversion depends on
-  /// nothing but its bytes and where it stands in CDR.
-  [[nodiscard]] std::size_t repetitive() const {
-    const std::vector<Op>& ops = program_.ops;
-    for (std::size_t i = 0; i < ops.size(); i = std::max<std::size_t>(i + 1, ops[i].end)) {
-      if (ops[i].kind == Op::Kind::sequence) {
-        const bool depends = payload_.alignment > 1 ||
-                             std::any_of(ops.begin() + static_cast<std::ptrdiff_t>(i),
-                                         ops.begin() + ops[i].end, [](const Op& op) { return op.may_miss; });
-        return depends ? Program::none : i;
-      }
-    }
-    return Program::none;
-  }
-
   /// Rules that speak of what is not there are slips of the pen.
   void check_types() {
     for (const auto& [name, own] : rules_.types) {
@@ -279,8 +267,7 @@ class Compiler {
   Least string(Primitive primitive, std::uint32_t bound, const std::string& path, bool is_tagged) {
     const bool wide = primitive == Primitive::wstring;
     const FieldWidth width = length(fixed_bytes_ != 0 ? FieldWidth::none : payload_.string_length, is_tagged);
-    const StringFrame frame =
-        string_frame(payload_, wide ? wide_encoding(payload_) : payload_.string_encoding);
+    const StringFrame& frame = wide ? program_.wide_strings : program_.strings;
     if (fixed_bytes_ == 0 && width == FieldWidth::none) {
       complain(
           fmt::format("{} is a string: without a string length field it needs a fixed size "

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "bridge/convert/string_frame.hpp"
 #include "bridge/types/message_definition.hpp"
 #include "someip/wire/payload_rules.hpp"
 #include "someip/wire/tag.hpp"
@@ -39,6 +40,9 @@ struct Op {
   bool may_miss = false;          ///< field, member: SOME/IP may do without it, and CDR gets the default
   bool is_tagged = false;         ///< choice: the length field counts the type field too
   bool other_order = false;       ///< numbers, bits, number_sequence: not in the byte order of the rules
+  bool repeats = false;           ///< what becomes of it depends on its bytes and their place in CDR alone
+  bool is_quick = false;          ///< sequence, repeat: so is all of the body, see may_be_quick()
+  std::uint8_t slot = 0;          ///< sequence: of the shape of its elements in the scratch; 0: none
   someip::DataId id{};            ///< member
   std::uint32_t end = 0;          ///< the body is the operations from the next one up to here
   std::uint32_t default_at = 0;   ///< field, member: in `defaults`; beyond them: zero
@@ -73,15 +77,26 @@ struct MemberId {
 
 /// A compiled type. Every converter only reads it, so one program may serve many threads.
 struct Program {
-  static constexpr std::size_t none = static_cast<std::size_t>(-1);
+  static constexpr std::size_t slots = 4;
 
-  std::uint64_t number = 0;       ///< its own in this process, from 1; the same in copies
-  std::size_t repetitive = none;  ///< the sequence that is looked up in the scratch's Repetition
+  explicit Program(const someip::PayloadRules& payload_rules = {})
+      : rules{payload_rules},
+        quick_strings{rules},
+        strings{string_frame(rules, rules.string_encoding)},
+        wide_strings{string_frame(rules, wide_encoding(rules))} {}
+
+  std::uint64_t number = 0;  ///< its own in this process, from 1; the same in copies
+  std::size_t fields =
+      0;  ///< where the message's own begin: behind the operation that puts a length in front
+  bool has_shape = false;  ///< they have one in the scratch, at slot 0
   std::vector<Op> ops;
   std::vector<std::vector<Label>> labels;  ///< for each operation, at least one, sorted by `first`
   std::vector<DefaultValue> defaults;
   std::vector<std::vector<MemberId>> members;  ///< of each tagged struct, sorted by id
   someip::PayloadRules rules;
+  QuickFrame quick_strings;
+  StringFrame strings;
+  StringFrame wide_strings;
   /// CDR samples may be longer than the message: rmw_fastrtps writes down its estimate of their size where an
   /// application serializes them itself (`serialize_message()`, bags written so), and the estimate has too
   /// many bytes for wstrings and for empty sequences of 8 byte numbers. What stands in them is no part of the

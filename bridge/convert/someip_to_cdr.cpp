@@ -9,6 +9,7 @@
 #include "bridge/convert/default_writer.hpp"
 #include "bridge/convert/failure.hpp"
 #include "bridge/convert/quick_to_cdr.hpp"
+#include "bridge/convert/stretch.hpp"
 #include "bridge/convert/wire_forms.hpp"
 #include "someip/wire/bytes.hpp"
 #include "someip/wire/utf.hpp"
@@ -26,9 +27,9 @@ class SomeipToCdr {
         in_{payload.data()},
         limit_{payload.size()},
         swap_{rules_.byte_order != std::endian::native},
-        strings_{string_frame(rules_, rules_.string_encoding)},
-        wide_strings_{string_frame(rules_, wide_encoding(rules_))},
-        source_{program, in_, swap_, strings_},
+        strings_{program.strings},
+        wide_strings_{program.wide_strings},
+        quick_{program, in_, swap_},
         out_{out},
         defaults_{program, out} {}
 
@@ -37,13 +38,32 @@ class SomeipToCdr {
                                        std::byte{std::endian::native == std::endian::little ? 1U : 0U},
                                        std::byte{0}, std::byte{0}};
     write(encapsulation);
-    return block(0, program_.ops.size());
+    const std::size_t end = program_.ops.size();
+    return program_.fields == 0 ? fields(0, end) : block(0, end);
   }
 
   /// After convert() was false.
   [[nodiscard]] ConversionError error() const { return failure_.error(program_); }
 
- private:
+  // For convert_stretch().
+
+  [[nodiscard]] ConversionScratch& out() noexcept { return out_; }
+  [[nodiscard]] const Program& program() const noexcept { return program_; }
+  [[nodiscard]] std::size_t at() const noexcept { return at_; }
+  void skip(std::size_t bytes) noexcept { at_ += bytes; }
+  std::size_t quick(std::size_t begin, std::size_t end, std::uint64_t& times) {
+    return announced_ ? begin
+           : program_.quick_strings == usual_strings
+               ? quick_to_cdr<true>(quick_, begin, end, times, at_, limit_, out_)
+               : quick_to_cdr<false>(quick_, begin, end, times, at_, limit_, out_);
+  }
+  [[nodiscard]] Shape* recording() const noexcept { return recording_; }
+  void recording(Shape* shape) noexcept { recording_ = shape; }
+  [[nodiscard]] ByteView rest() const noexcept { return {in_ + at_, left()}; }
+  [[nodiscard]] Shape::Conversion conversion() const noexcept {
+    return {.program = program_.number, .to_cdr = true, .position = out_.position()};
+  }
+
   bool block(std::size_t begin, std::size_t end) {
     for (std::size_t i = quick(begin, end); i < end; i = quick(i, end)) {
       const Op& op = program_.ops[i];
@@ -106,12 +126,30 @@ class SomeipToCdr {
     return true;
   }
 
+ private:
+  static constexpr std::size_t to_cdr_slot = Program::slots;  ///< the other direction has those before
+
+  /// The fields of the message.
+  bool fields(std::size_t begin, std::size_t end) {
+    return program_.has_shape ? convert_stretch(*this, to_cdr_slot, begin, end) : block(begin, end);
+  }
+
+  /// Whether the operations have to do all by themselves, so that it can be seen.
+  bool is_recorded() noexcept {
+    if (recording_ != nullptr && !recording_->has_room_to(at_)) [[unlikely]] {
+      recording_ = nullptr;
+    }
+    return recording_ != nullptr;
+  }
+
   std::size_t quick(std::size_t i, std::size_t end) {
-    return announced_ ? i : quick_to_cdr(source_, i, end, at_, limit_, out_);
+    std::uint64_t once = 1;
+    return i == end || !may_be_quick(program_.ops[i]) || announced_ || is_recorded() ? i
+                                                                                     : quick(i, end, once);
   }
 
   bool numbers(std::size_t i, const Op& op) {
-    if (op.count > left() / op.width) {
+    if (exceed(op.count, op.width, left())) {
       const std::size_t there = left() / op.width;
       return failure_.set(ConversionFault::truncated, at_ + there * op.width, i, there);
     }
@@ -159,6 +197,9 @@ class SomeipToCdr {
     if (elements > op.bound) {
       return failure_.set(ConversionFault::bound_exceeded, begin, i);
     }
+    if (elements > 0) {
+      recording_ = nullptr;  // the next one has as many only by chance
+    }
     write_u32(static_cast<std::uint32_t>(elements));
     if (op.kind == Op::Kind::bool_sequence) {
       put_bools(static_cast<std::size_t>(elements * op.count));
@@ -171,27 +212,6 @@ class SomeipToCdr {
   }
 
   bool sequence(std::size_t i, const Op& op) {
-    if (i != program_.repetitive) {
-      return elements(i, op);
-    }
-    const Repetition::Conversion conversion{program_.number, true, std::endian::native, out_.position()};
-    const ByteView rest{in_ + at_, left()};
-    if (out_.repetition().is(conversion, rest)) {
-      write(out_.repetition().written());
-      at_ += out_.repetition().reads();
-      return true;
-    }
-    const std::size_t begin = at_;
-    const std::size_t copied = out_.copied();
-    const std::size_t position = out_.position();
-    if (!elements(i, op)) {
-      return false;
-    }
-    out_.repetition().note(conversion, rest.first(at_ - begin), out_.since(copied, position));
-    return true;
-  }
-
-  bool elements(std::size_t i, const Op& op) {
     const std::size_t begin = at_;
     std::size_t length = 0;
     if (!read_length(op.length, length)) {
@@ -201,8 +221,14 @@ class SomeipToCdr {
     const std::size_t count_place = out_.copied();
     static_cast<void>(out_.room(4));
     const std::size_t outer = std::exchange(limit_, at_ + length);
-    std::uint32_t elements = 0;
-    for (; at_ < limit_; ++elements) {
+    std::uint64_t elements = 0;
+    for (;; ++elements) {
+      if (at_ < limit_ && !convert_quick(*this, op, i + 1, op.bound - elements, elements)) {
+        return failure_.in_loop(elements);
+      }
+      if (at_ >= limit_) {
+        break;
+      }
       if (elements == op.bound && rules_.cut_longer_arrays) {  // [feat_req_someipcompat_1199]
         at_ = limit_;
         break;
@@ -210,26 +236,24 @@ class SomeipToCdr {
       if (elements == op.bound) {
         return failure_.set(ConversionFault::bound_exceeded, begin, i);
       }
-      if (!block(i + 1, op.end)) {
+      const bool good =
+          op.slot != 0 ? convert_stretch(*this, to_cdr_slot + op.slot, i + 1, op.end) : block(i + 1, op.end);
+      if (!good) {
         return failure_.in_loop(elements);
       }
     }
     limit_ = outer;
-    store_u32(out_.place(count_place), elements, std::endian::native);
+    store_u32(out_.place(count_place), static_cast<std::uint32_t>(elements), std::endian::native);
     skip_padding();
     return true;
   }
 
   bool repeat(std::size_t i, const Op& op) {
-    if (op.count > left() / op.min_someip) {
+    if (exceed(op.count, op.min_someip, left())) {
       return failure_.set(ConversionFault::truncated, at_, i);
     }
-    for (std::uint64_t k = 0; k < op.count; ++k) {
-      if (!block(i + 1, op.end)) {
-        return failure_.in_loop(k);
-      }
-    }
-    return true;
+    std::uint64_t done = 0;
+    return convert_elements(*this, op, i + 1, op.count, done) || failure_.in_loop(done);
   }
 
   bool enclosed(std::size_t i, const Op& op) {
@@ -239,7 +263,7 @@ class SomeipToCdr {
       return failure_.set(ConversionFault::truncated, begin, i);
     }
     const std::size_t outer = std::exchange(limit_, at_ + length);
-    if (!block(i + 1, op.end)) {
+    if (!(i + 1 == program_.fields ? fields(i + 1, op.end) : block(i + 1, op.end))) {
       return false;
     }
     if (op.kind == Op::Kind::fixed_array && at_ != limit_ && !rules_.cut_longer_arrays) {
@@ -486,38 +510,10 @@ class SomeipToCdr {
     if (op.fixed_bytes != 0 && length != op.fixed_bytes) {
       return failure_.set(ConversionFault::bad_length, begin, i);
     }
-    text = ByteView{in_ + at_, length};
+    const auto found = text_within(frame, {in_ + at_, length}, op.fixed_bytes != 0);
     at_ += length;
-    const std::size_t unit = frame.utf16 ? 2 : 1;
-    text = text.first(length - length % unit);  // an odd last byte is ignored  [feat_req_someip_641]
-    if (text.size() < frame.bom.size() || !std::ranges::equal(text.first(frame.bom.size()), frame.bom)) {
-      return failure_.set(ConversionFault::bad_string, begin, i);  // [feat_req_someip_666]
-    }
-    text = text.subspan(frame.bom.size());
-    if (frame.terminator.empty() && op.fixed_bytes == 0) {
-      return true;
-    }
-    // More zeros than the terminator may follow [feat_req_someip_639] [feat_req_someip_239], nothing else
-    // may.
-    const std::size_t end = first_zero(text, unit);
-    if ((end == text.size() && !frame.terminator.empty()) ||
-        !std::ranges::all_of(text.subspan(end), [](std::byte b) { return b == std::byte{0}; })) {
-      return failure_.set(ConversionFault::bad_string, begin, i);
-    }
-    text = text.first(end);
-    return true;
-  }
-
-  /// Where the first zero byte or unit stands; the size of `text` if there is none.
-  static std::size_t first_zero(ByteView text, std::size_t unit) noexcept {
-    if (unit == 1) {
-      return static_cast<std::size_t>(std::ranges::find(text, std::byte{0}) - text.begin());
-    }
-    std::size_t at = 0;
-    while (at < text.size() && (text[at] != std::byte{0} || text[at + 1] != std::byte{0})) {
-      at += 2;
-    }
-    return at;
+    text = found.value_or(ByteView{});
+    return found.has_value() || failure_.set(ConversionFault::bad_string, begin, i);
   }
 
   /// The padding behind strings and dynamic arrays. Senders differ in whether the last one has it.
@@ -546,7 +542,11 @@ class SomeipToCdr {
     const std::size_t width = op.width;
     const std::size_t bytes = count * width;
     align(width);
-    if (width == 1 || swap_ == op.other_order) {
+    const bool swap = width > 1 && swap_ != op.other_order;
+    if (recording_ != nullptr && !recording_->numbers(at_, out_.copied(), count, width, swap)) [[unlikely]] {
+      recording_ = nullptr;
+    }
+    if (!swap) {
       out_.put({in_ + at_, bytes});
     } else if (bytes <= most_quick_bytes) {
       copy_few_numbers(out_.room(bytes), in_ + at_, count, width, true);
@@ -574,10 +574,11 @@ class SomeipToCdr {
   std::size_t limit_;  ///< end of the array or struct that is being read, else of the payload
   std::optional<FieldWidth> announced_;  ///< by a tag: of the length field that comes next
   bool swap_;  ///< numbers differ in byte order, unless the operation's is the other one
-  StringFrame strings_;
-  StringFrame wide_strings_;
-  QuickSource source_;
+  const StringFrame& strings_;
+  const StringFrame& wide_strings_;
+  QuickToCdr quick_;
   ConversionScratch& out_;
+  Shape* recording_ = nullptr;
   DefaultWriter defaults_;
   Failure failure_;
 };

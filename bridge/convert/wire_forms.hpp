@@ -5,6 +5,7 @@
 
 #include "bridge/convert/byte_swap.hpp"
 #include "bridge/convert/program.hpp"
+#include "bridge/convert/string_frame.hpp"
 #include "someip/wire/bytes.hpp"
 #include "someip/wire/header.hpp"
 #include "someip/wire/payload_rules.hpp"
@@ -26,11 +27,6 @@ inline constexpr std::size_t encapsulation_bytes = 4;
 inline void store_u32(std::byte* to, std::uint32_t number, std::endian order) noexcept {
   number = order == std::endian::native ? number : swapped(number);
   std::memcpy(to, &number, sizeof(number));
-}
-
-/// Of length fields and of the type fields of unions.  [feat_req_someip_675]
-[[nodiscard]] constexpr std::endian length_order(const someip::PayloadRules& rules) noexcept {
-  return rules.length_fields_always_big ? std::endian::big : rules.byte_order;
 }
 
 /// Of the numbers of one operation.  [feat_req_someip_224]
@@ -124,49 +120,21 @@ inline void store_number(std::byte* to, std::size_t width, std::uint64_t number,
   return seen <= std::byte{1};
 }
 
-/// What stands before and behind the characters of a string.  [feat_req_someip_662] [feat_req_someip_687]
-struct StringFrame {
-  ByteView bom;
-  ByteView terminator;
-  bool utf16 = false;
-  [[nodiscard]] constexpr std::size_t overhead() const noexcept { return bom.size() + terminator.size(); }
-};
+/// Whether `count` elements of `each` bytes are more than `limit`. To divide takes as long as an operation.
+[[nodiscard]] constexpr bool exceed(std::uint64_t count, std::uint64_t each, std::uint64_t limit) noexcept {
+  std::uint64_t bytes = 0;
+  return __builtin_mul_overflow(count, each, &bytes) || bytes > limit;
+}
 
 /// Bytes from which on the text of a string is put as a piece of its own, perhaps by reference.
 inline constexpr std::size_t short_text = 64;
 /// Bytes up to which numbers count as few.
-inline constexpr std::size_t most_quick_bytes = 32;
+inline constexpr std::size_t most_quick_bytes = 64;
 
-inline constexpr std::array<std::byte, 3> utf8_bom{std::byte{0xef}, std::byte{0xbb}, std::byte{0xbf}};
-inline constexpr std::array<std::byte, 2> utf16le_bom{std::byte{0xff}, std::byte{0xfe}};
-inline constexpr std::array<std::byte, 2> utf16be_bom{std::byte{0xfe}, std::byte{0xff}};
-inline constexpr std::array<std::byte, 2> zeros{};
-
-/// The frame of strings under these rules; it points to constants.
-[[nodiscard]] constexpr StringFrame string_frame(const someip::PayloadRules& rules,
-                                                 someip::StringEncoding encoding) noexcept {
-  StringFrame frame;
-  frame.utf16 = encoding != someip::StringEncoding::utf8;
-  if (rules.string_bom) {
-    frame.bom = encoding == someip::StringEncoding::utf8      ? ByteView{utf8_bom}
-                : encoding == someip::StringEncoding::utf16le ? ByteView{utf16le_bom}
-                                                              : ByteView{utf16be_bom};
-  }
-  if (rules.string_terminator) {
-    frame.terminator = ByteView{zeros}.first(frame.utf16 ? 2 : 1);
-  }
-  return frame;
-}
-
-/// wstrings are UTF-16 also where strings are UTF-8: big endian then.
-[[nodiscard]] constexpr someip::StringEncoding wide_encoding(const someip::PayloadRules& rules) noexcept {
-  return rules.string_encoding == someip::StringEncoding::utf16le ? someip::StringEncoding::utf16le
-                                                                  : someip::StringEncoding::utf16be;
-}
-
-/// The byte order of UTF-16 units; big endian for UTF-8, which has none.
-[[nodiscard]] constexpr std::endian utf16_order(someip::StringEncoding encoding) noexcept {
-  return encoding == someip::StringEncoding::utf16le ? std::endian::little : std::endian::big;
+/// Whether quick_to_someip() and quick_to_cdr() may do an operation.
+[[nodiscard]] constexpr bool may_be_quick(const Op& op) noexcept {
+  return op.kind == Op::Kind::string || ((op.kind == Op::Kind::numbers || op.kind == Op::Kind::bools) &&
+                                         !exceed(op.count, op.width, most_quick_bytes));
 }
 
 }  // namespace trestle::bridge

@@ -8,20 +8,27 @@
 namespace trestle::bridge::byte_swap_test {
 namespace {
 
-using Swap = void (*)(std::byte*, const std::byte*, std::size_t, std::size_t) noexcept;
+std::vector<Shuffle> all_shuffles() {
+  std::vector<Shuffle> all{Shuffle::none};
+  for (const Shuffle shuffle : {Shuffle::avx2, Shuffle::avx512}) {
+    if (shuffle <= best_shuffle) {
+      all.push_back(shuffle);
+    }
+  }
+  return all;
+}
 
-// With the quickest instructions that this processor has, and without.
-class ByteSwap : public testing::TestWithParam<Swap> {};
-INSTANTIATE_TEST_SUITE_P(Quickest, ByteSwap, testing::Values(&copy_swapped));
-INSTANTIATE_TEST_SUITE_P(Plain, ByteSwap, testing::Values(&copy_swapped_singly));
+// With all instructions that this processor has.
+class ByteSwap : public testing::TestWithParam<Shuffle> {};
+INSTANTIATE_TEST_SUITE_P(All, ByteSwap, testing::ValuesIn(all_shuffles()));
 
 TEST_P(ByteSwap, ReversesEachNumberAtAnyPlaceAndSize) {
-  std::vector<std::byte> from(1024);
+  std::vector<std::byte> from(2048);
   for (std::size_t i = 0; i < from.size(); ++i) {
     from[i] = static_cast<std::byte>(i * 7 + (i >> 8U));
   }
   for (const std::size_t width : {2U, 4U, 8U}) {
-    for (std::size_t count = 0; count < 80; ++count) {
+    for (std::size_t count = 0; count < 150; ++count) {
       for (const std::size_t shift : {0U, 1U, 3U}) {
         std::vector<std::byte> expected(from.begin() + static_cast<std::ptrdiff_t>(shift),
                                         from.begin() + static_cast<std::ptrdiff_t>(shift + count * width));
@@ -30,7 +37,7 @@ TEST_P(ByteSwap, ReversesEachNumberAtAnyPlaceAndSize) {
           std::reverse(number, number + static_cast<std::ptrdiff_t>(width));
         }
         std::vector<std::byte> to(count * width + 2, std::byte{0xee});  // a byte before and one behind
-        GetParam()(to.data() + 1, from.data() + shift, count, width);
+        copy_swapped(to.data() + 1, from.data() + shift, count, width, GetParam());
         EXPECT_EQ(to.front(), std::byte{0xee});
         EXPECT_EQ(to.back(), std::byte{0xee});
         EXPECT_TRUE(std::equal(expected.begin(), expected.end(), to.begin() + 1))
@@ -48,7 +55,7 @@ TEST_P(ByteSwap, ReversesEachNumberOfLargeArrays) {
   for (const std::size_t width : {2U, 4U, 8U}) {
     const std::size_t count = from.size() / width;
     std::vector<std::byte> to(count * width);
-    GetParam()(to.data(), from.data(), count, width);
+    copy_swapped(to.data(), from.data(), count, width, GetParam());
     for (std::size_t i = 0; i < to.size(); ++i) {
       ASSERT_EQ(to[i], from[i / width * width + (width - 1 - i % width)]) << "byte " << i << " of " << width;
     }

@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <array>
 #include <filesystem>
 #include <fstream>
 
@@ -184,6 +185,39 @@ TEST(CdrToSomeip, ConvertsOnlyValidUtf8ToUtf16) {
   // Where UTF-8 stays UTF-8 nothing is judged: DDS carries any bytes, and so does the SOME/IP side.
   EXPECT_EQ(to_someip(plan_of(tree_of("string x")), "00010000 02000000 ff00"),
             compact("00000005 efbbbf ff 00"));
+}
+
+// Receivers would end the text there.
+TEST(Conversion, RefusesAZeroAnywhereInAString) {
+  const auto plan = plan_of(tree_of("string s"));
+  PayloadRules without_terminator;
+  without_terminator.string_terminator = false;
+  const auto lenient = plan_of(tree_of("string s"), without_terminator);
+  for (std::size_t size = 1; size < 80; ++size) {
+    const auto bytes = [size](std::string_view front, std::string_view back, std::size_t zero_at) {
+      auto all = hex(front);
+      all.resize(all.size() + size, std::byte{'x'});
+      all[all.size() - size + zero_at] = std::byte{0};
+      const auto end = hex(back);
+      all.insert(all.end(), end.begin(), end.end());
+      return all;
+    };
+    const auto little = [](std::size_t number) {
+      return to_hex(std::array{static_cast<std::byte>(number)}) + "000000";
+    };
+    const auto big = [](std::size_t number) {
+      return "000000" + to_hex(std::array{static_cast<std::byte>(number)});
+    };
+    for (std::size_t at = 0; at < size; ++at) {
+      const auto sample = bytes("00010000" + little(size + 1), "00", at);
+      EXPECT_EQ(to_someip(plan, sample), "bad_string at byte 4 in s") << size << ' ' << at;
+      EXPECT_EQ(to_someip(lenient, sample), to_hex(bytes(big(size + 3) + "efbbbf", "", at)));
+      EXPECT_EQ(to_cdr(lenient, bytes(big(size + 3) + "efbbbf", "", at)), to_hex(sample));
+      if (at + 1 < size) {  // behind it only zeros may follow
+        EXPECT_EQ(to_cdr(plan, bytes(big(size + 4) + "efbbbf", "00", at)), "bad_string at byte 0 in s");
+      }
+    }
+  }
 }
 
 TEST(CdrToSomeip, RefusesWideCharactersBeyondUtf16) {

@@ -1,0 +1,66 @@
+#include "bridge/convert/find_stretches.hpp"
+
+#include <algorithm>
+
+#include "bridge/convert/shape.hpp"
+#include "bridge/convert/wire_forms.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+std::size_t behind(const std::vector<Op>& ops, std::size_t i) {
+  return std::max<std::size_t>(i + 1, ops[i].end);
+}
+
+void find_repeating(Program& program) {
+  std::vector<Op>& ops = program.ops;
+  for (std::size_t i = ops.size(); i-- > 0;) {
+    // Padding depends on the place in SOME/IP, what may be missing on where the message ends. Tagged members
+    // come in any order, and their length fields are made shorter afterwards.
+    ops[i].repeats = program.rules.alignment <= 1 && !ops[i].may_miss && ops[i].kind != Op::Kind::tagged;
+    for (std::size_t j = i + 1; j < behind(ops, i); j = behind(ops, j)) {
+      ops[i].repeats = ops[i].repeats && ops[j].repeats;
+    }
+  }
+}
+
+void find_quick(Program& program) {
+  std::vector<Op>& ops = program.ops;
+  for (std::size_t i = 0; i < ops.size(); ++i) {
+    ops[i].is_quick =
+        (ops[i].kind == Op::Kind::sequence || ops[i].kind == Op::Kind::repeat) &&
+        std::all_of(
+            ops.begin() + static_cast<std::ptrdiff_t>(i) + 1, ops.begin() + ops[i].end, [&](const Op& op) {
+              return may_be_quick(op) &&
+                     (op.kind != Op::Kind::string || (op.fixed_bytes == 0 && program.quick_strings.is_plain));
+            });
+  }
+}
+
+bool pays(const std::vector<Op>& ops, std::size_t begin, std::size_t end) {
+  std::size_t i = begin;
+  while (i < end && ops[i].repeats) {
+    i = behind(ops, i);
+  }
+  return i - begin >= Shape::least_operations;
+}
+
+}  // namespace
+
+void find_stretches(Program& program) {
+  std::vector<Op>& ops = program.ops;
+  find_repeating(program);
+  find_quick(program);
+  const bool is_struct =
+      program.rules.struct_length != someip::FieldWidth::none && ops[0].kind == Op::Kind::structure;
+  program.fields = is_struct ? 1 : 0;
+  program.has_shape = pays(ops, program.fields, ops.size());
+  std::uint8_t slot = 0;
+  for (std::size_t i = 0; i < ops.size() && slot + 1U < Program::slots; ++i) {
+    if (ops[i].kind == Op::Kind::sequence && !ops[i].is_quick && pays(ops, i + 1, ops[i].end)) {
+      ops[i].slot = ++slot;
+    }
+  }
+}
+
+}  // namespace trestle::bridge
