@@ -47,7 +47,7 @@ def measure(chosen):
                                "no_segmentation": build / "test/bench/libtrestle_no_segmentation.so"}, chosen.quick)
     about["place"] = taken.lab.place
     about["priority"] = taken.lab.priority
-    start = time.monotonic()
+    start, before = time.monotonic(), report.processor_time()
 
     def say(what):
         print(f"{time.monotonic() - start:6.1f} s  {what}", file=sys.stderr, flush=True)
@@ -78,6 +78,7 @@ def measure(chosen):
     ways.nodes()
     taken.lab.close()
     about["seconds"] = round(time.monotonic() - start)
+    about["stolen"] = report.stolen_percent(before, report.processor_time())
     say("done")
     return taken, about
 

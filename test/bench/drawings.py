@@ -2,7 +2,9 @@
 import statistics
 import subprocess
 
-from measures import CLOUDS, SIZES, median
+from measures import CLOUDS, LARGE_CALLS, SIZES, median
+
+CALLS = {"64 B": 64, **{name: SIZES[name] for name in LARGE_CALLS}}
 
 
 def plot(path, height, settings, curves):
@@ -15,23 +17,31 @@ def plot(path, height, settings, curves):
     subprocess.run(["gnuplot"], input="\n".join(script) + "\n", text=True, check=True)
 
 
-def latency_by_size(values, path, lines):
+def latency_by_size(values, path, lines, sizes=None):
     """p50 as lines, p99 as broken ones."""
+    sizes = sizes or SIZES
     curves = []
     for kind, label, colour in lines:
         for part, style in ("p50", "dashtype 1 pointsize 0.5"), ("p99", "dashtype 2 pointsize 0.3"):
-            rows = [(size, median(values, kind.format(name), "latency_ns", part)) for name, size in SIZES.items()]
+            rows = [(size, median(values, kind.format(name).removesuffix(" 64 B"), "latency_ns", part))  # the plain ones
+                    for name, size in sizes.items()]
             if rows := [(size, ns / 1e3) for size, ns in rows if ns]:
                 curves.append((f"using 1:2 with linespoints linewidth 1.5 pointtype 7 linecolor rgb '{colour}' {style} "
                                f"title '{label}, {part}'", rows))
     if curves:
-        tics = ", ".join(f"'{name}' {size}" for name, size in SIZES.items())
+        tics = ", ".join(f"'{name}' {size}" for name, size in sizes.items())
         plot(path, 400, ["set logscale xy", "set xlabel 'payload'", "set ylabel 'µs'", f"set xtics ({tics})",
-                         f"set xrange [{min(SIZES.values()) / 2}:{max(SIZES.values()) * 2}]", "set format y '%g'",
+                         f"set xrange [{min(sizes.values()) / 2}:{max(sizes.values()) * 2}]", "set format y '%g'",
                          "set key left top font ',9'"], curves)
 
 
 def latencies(values, folder):
+    latency_by_size(values, folder / "calls.svg", [("udp floor {}", "UDP, bare system calls", "#888888"),
+                                                   ("tcp floor {}", "TCP, bare system calls", "#444444"),
+                                                   ("udp call {}", "UDP call, default pacing", "#d62728"),
+                                                   ("tcp call {}", "TCP call", "#1f77b4"),
+                                                   ("vsomeip udp call {}", "vsomeip, UDP", "#2ca02c"),
+                                                   ("vsomeip tcp call {}", "vsomeip, TCP", "#98df8a")], CALLS)
     latency_by_size(values, folder / "latency.svg", [("tp floor latency {}", "bare TP loop", "#888888"),
                                                      ("tp latency {}", "TP event, not paced", "#1f77b4"),
                                                      ("tp paced latency {}", "TP event, default pacing", "#d62728"),

@@ -1,8 +1,10 @@
 #include "test/bench/floor.hpp"
 
+#include <netinet/udp.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -56,6 +58,32 @@ void Socket::large_buffers() const {
 void Socket::receive_timeout(int milliseconds) const {
   const timeval limit{milliseconds / 1000, milliseconds % 1000 * 1000};
   check(setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit), "setsockopt");
+}
+
+void ask(const Socket& socket, const void* request, std::size_t bytes) {
+  std::byte first{};
+  do {
+    check(send(socket.fd(), request, bytes, 0), "send");
+  } while (recv(socket.fd(), &first, sizeof first, MSG_PEEK) <= 0);
+}
+
+void send_train(const Socket& socket, const sockaddr_in& to, std::span<iovec> parts, std::size_t segment) {
+  sockaddr_in address = to;
+  alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(std::uint16_t))> control{};
+  msghdr message{};
+  message.msg_name = &address;
+  message.msg_namelen = sizeof address;
+  message.msg_iov = parts.data();
+  message.msg_iovlen = parts.size();
+  message.msg_control = control.data();
+  message.msg_controllen = control.size();
+  cmsghdr* size = CMSG_FIRSTHDR(&message);
+  size->cmsg_level = SOL_UDP;
+  size->cmsg_type = UDP_SEGMENT;
+  size->cmsg_len = CMSG_LEN(sizeof(std::uint16_t));
+  const auto number = static_cast<std::uint16_t>(segment);
+  std::memcpy(CMSG_DATA(size), &number, sizeof number);
+  check(sendmsg(socket.fd(), &message, 0), "sendmsg");
 }
 
 void Figures::print() const {

@@ -1,8 +1,10 @@
 #pragma once
 #include <netinet/in.h>
+#include <sys/uio.h>
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -41,6 +43,11 @@ class Socket {
  private:
   int fd_;
 };
+
+/// Asks a server that listens at its address, until it, which may still serve the one before, begins to send.
+void ask(const Socket& socket, const void* request, std::size_t bytes);
+/// Sends datagrams of `segment` bytes each, the last one of what is left, with one call.
+void send_train(const Socket& socket, const sockaddr_in& to, std::span<iovec> parts, std::size_t segment);
 
 /// Ends the program, saying what failed and why, if `result` is negative.
 std::int64_t check(std::int64_t result, const char* what);

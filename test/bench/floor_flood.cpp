@@ -1,4 +1,5 @@
-// Small datagrams one way, as many as the system takes: the floor of calls in flight and of small events.
+// Datagrams one way, as many as the system takes: the floor of calls in flight and of small events, and with
+// full ones of the bare TP loop.
 // Each with a buffer of its own (sendmmsg, recvmmsg), or as trains that the system takes apart (UDP_SEGMENT)
 // and hands over whole (UDP_GRO). The first bytes of each are its number.
 #include <netinet/udp.h>
@@ -14,8 +15,9 @@ namespace trestle::floor {
 namespace {
 
 constexpr std::size_t batch = 32;
-/// Datagrams of a train: no kernel takes less.
-constexpr std::size_t train = 64;
+/// Datagrams of a train, and bytes: no kernel takes less.
+constexpr std::size_t most_in_train = 64;
+constexpr std::size_t most_bytes_in_train = 65'507;
 constexpr std::size_t trains_at_once = 8;
 constexpr std::size_t train_room = 65536;
 
@@ -70,27 +72,14 @@ class Sender {
   }
 
   void send_trains(std::int64_t end) {
+    const std::size_t train = std::min(most_in_train, most_bytes_in_train / bytes_);
     std::vector<std::byte> datagrams(train * bytes_);
     iovec part{datagrams.data(), datagrams.size()};
-    alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(std::uint16_t))> control{};
-    msghdr message{};
-    message.msg_name = &to_;
-    message.msg_namelen = sizeof to_;
-    message.msg_iov = &part;
-    message.msg_iovlen = 1;
-    message.msg_control = control.data();
-    message.msg_controllen = control.size();
-    cmsghdr* size = CMSG_FIRSTHDR(&message);
-    size->cmsg_level = SOL_UDP;
-    size->cmsg_type = UDP_SEGMENT;
-    size->cmsg_len = CMSG_LEN(sizeof(std::uint16_t));
-    const auto segment = static_cast<std::uint16_t>(bytes_);
-    std::memcpy(CMSG_DATA(size), &segment, sizeof segment);
     while (now_ns() < end) {
       for (std::size_t i = 0; i < train; ++i) {
         number(datagrams.data() + i * bytes_);
       }
-      check(sendmsg(socket_.fd(), &message, 0), "sendmsg");
+      send_train(socket_, to_, {&part, 1}, bytes_);
     }
   }
 
@@ -113,7 +102,8 @@ class Receiver {
   }
 
   void run() {
-    ask();
+    const Request request{options_.seconds + static_cast<double>(warm_up_ns) / 1e9, options_.segmentation};
+    ask(socket_, &request, sizeof request);
     start_ = now_ns() + warm_up_ns;
     if (options_.segmentation) {
       receive_trains();
@@ -127,15 +117,6 @@ class Receiver {
   }
 
  private:
-  /// Until the server, which may still serve the one before, begins.
-  void ask() const {
-    const Request request{options_.seconds + static_cast<double>(warm_up_ns) / 1e9, options_.segmentation};
-    std::byte first{};
-    do {
-      check(send(socket_.fd(), &request, sizeof request, 0), "send");
-    } while (recv(socket_.fd(), &first, sizeof first, MSG_PEEK) <= 0);
-  }
-
   [[nodiscard]] std::int64_t end_ns() const {
     return start_ + static_cast<std::int64_t>(options_.seconds * 1e9);
   }

@@ -95,29 +95,11 @@ class Sender {
         offset += bytes;
       }
       if (request_.segmentation) {
-        send_together(count);
+        send_train(socket_, to_, std::span{parts_}.first(2 * count), datagram_bytes);
       } else {
         send_each(count);
       }
     }
-  }
-
-  void send_together(std::size_t count) {
-    alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(std::uint16_t))> control{};
-    msghdr message{};
-    message.msg_name = &to_;
-    message.msg_namelen = sizeof to_;
-    message.msg_iov = parts_.data();
-    message.msg_iovlen = 2 * count;
-    message.msg_control = control.data();
-    message.msg_controllen = control.size();
-    cmsghdr* size = CMSG_FIRSTHDR(&message);
-    size->cmsg_level = SOL_UDP;
-    size->cmsg_type = UDP_SEGMENT;
-    size->cmsg_len = CMSG_LEN(sizeof(std::uint16_t));
-    constexpr std::uint16_t segment = datagram_bytes;
-    std::memcpy(CMSG_DATA(size), &segment, sizeof segment);
-    check(sendmsg(socket_.fd(), &message, 0), "sendmsg");
   }
 
   void send_each(std::size_t count) {
@@ -153,7 +135,10 @@ class Receiver {
   }
 
   void run() {
-    ask();
+    const Request request{options_.bytes, options_.window,
+                          static_cast<std::int64_t>(options_.seconds * 1e9) + warm_up_ns,
+                          options_.segmentation};
+    ask(socket_, &request, sizeof request);
     start_ = now_ns() + warm_up_ns;
     const std::int64_t end = start_ + static_cast<std::int64_t>(options_.seconds * 1e9);
     while (now_ns() < end) {
@@ -170,17 +155,6 @@ class Receiver {
   }
 
  private:
-  /// Until the server, which may still serve the one before, begins.
-  void ask() const {
-    const Request request{options_.bytes, options_.window,
-                          static_cast<std::int64_t>(options_.seconds * 1e9) + warm_up_ns,
-                          options_.segmentation};
-    std::byte first{};
-    do {
-      check(send(socket_.fd(), &request, sizeof request, 0), "send");
-    } while (recv(socket_.fd(), &first, sizeof first, MSG_PEEK) <= 0);
-  }
-
   void receive_together() {
     alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(int))> control;
     iovec part{room_.data(), room_.size()};

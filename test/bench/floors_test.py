@@ -73,6 +73,11 @@ class Floors(unittest.TestCase):
                 self.assertAlmostEqual(figures["per_second"], figures["received"] / SECONDS, delta=1)
                 self.assertAlmostEqual(figures["megabytes_per_second"], figures["per_second"] * 80 / 1e6, delta=0.01)
 
+    def test_floods_of_full_datagrams(self):
+        figures = self.measure("serve-flood", "receive-flood", 20507, bytes=1472)
+        self.assertGreater(figures["received"], 0)
+        self.assertEqual(figures["payload_bytes"], 1472)
+
     def test_transfers(self):
         for segmentation in 0, 1:
             with self.subTest(segmentation=segmentation):

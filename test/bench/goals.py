@@ -1,5 +1,5 @@
 """The goals of `./run bench`, as ratios within one run."""
-from measures import CLOUDS, LARGE_CALLS, POINTS, SIZES, WIRE, middle, series
+from measures import CLOUDS, FULL, LARGE_CALLS, POINTS, SIZES, WIRE, middle, series
 
 
 def ns(value):
@@ -139,6 +139,9 @@ def communication(values):
     ]
     rows += [Goal(f"{kind.upper()} call {size}, p50" + (", default pacing" if kind == "udp" else ""), ns, None,
                   latency(f"{kind} call {size}", "p50")) for kind in ("udp", "tcp") for size in LARGE_CALLS]
+    rows.append(Goal(f"bare TP loop 1 MB: over trains of {FULL} B, received", megabytes,
+                     at("bulk floor", "megabytes_per_second"), at("tp floor rate 1 MB", "megabytes_per_second"),
+                     remark=lost_in_words(values, floor="bulk floor")))
     for kind, words in ("tp", "not paced"), ("tp paced", "default pacing"):
         for size in SIZES:
             rows.append(Goal(f"TP event {size}, p50, {words}", ns, latency(f"tp floor latency {size}", "p50"),

@@ -11,6 +11,7 @@ LARGE_CALLS = ("64 KB", "1 MB")
 POINTS = (1_000, 5_000, 10_000, 50_000, 100_000, 200_000, 500_000)
 CLOUDS = {f"{points // 1000}k": points * 24 for points in POINTS}
 WIRE = 80  # bytes of a message with a payload of 64
+FULL = 1472  # bytes of a datagram that fills a frame of Ethernet
 SERVICE = "0x7e57.1"
 SERVICE_2 = "0x7e57.2"  # without UDP segmentation offload
 CONVERSIONS = "point_cloud|float_array|transforms|path|markers|diagnostics|objects"
@@ -70,7 +71,7 @@ class Measures:
     def start_servers(self):
         address = self.lab.address["a"]
         for role, port, size in (("serve-udp", 5001, WIRE), ("serve-tcp", 5002, WIRE), ("serve-flood", 5003, WIRE),
-                                 ("serve-tp", 5004, WIRE)):
+                                 ("serve-tp", 5004, WIRE), ("serve-flood", 5005, FULL)):
             self.lab.start("a", self.programs["floor"], role, f"at={address}:{port}", f"bytes={size}")
         for service, address, environment in (SERVICE, "a", {}), (SERVICE_2, "a2", self.preload):
             self.lab.start("a", self.programs["trestle"], "perf", "server", service, "--address",
@@ -99,7 +100,9 @@ class Measures:
         return self.floor_client("receive-tp", 5004, seconds, bytes=size, window=under_way, segmentation=segmentation)
 
     def large(self):
-        """Events in TP segments: one at a time, and as many as arrive. Then large calls, as segments and as a stream."""
+        """Events in TP segments: one at a time, and as many as arrive, which are what full datagrams could carry. Then
+        large calls, as segments and as a stream."""
+        self.take("bulk floor", lambda: self.floor_client("receive-flood", 5005, self.rate_seconds, bytes=FULL))
         for name, size in SIZES.items():
             for kind, under_way in ("latency", 1), ("rate", window(size)):
                 self.transfers(f"{kind} {name}", size, under_way)

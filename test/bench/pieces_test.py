@@ -136,6 +136,13 @@ class Pieces(unittest.TestCase):
             self.assertIn(f"| TCP call 64 B, p50 | {medians} | 10 µs |", text)
             self.assertIn("| UDP call 64 B, p50 | 10 µs | 10 µs |", text)
 
+    def test_a_host_that_takes_the_processors_away_is_told(self):
+        self.assertEqual(report.stolen_percent((100, 7), (160, 47)), 40)
+        self.assertEqual(report.stolen_percent((100, 7), (100, 7)), 0)
+        for stolen, is_told in (40, True), (2, False):
+            text = report.text_of(self.taken.values, {**ABOUT, "stolen": stolen})
+            self.assertEqual(f"took {stolen} % of the time" in text, is_told)
+
     def test_only_what_is_written_is_kept_to_be_drawn_again(self):
         for options, is_kept in ([], True), (["--quick"], False), (["--check"], False), (["--quick", "--check"], False):
             with tempfile.TemporaryDirectory() as folder, mock.patch.object(
@@ -169,8 +176,9 @@ class Pieces(unittest.TestCase):
         clouds = {name: 3 * found for name, found in self.taken.values.items() if name.startswith("checkpoints ")}
         with tempfile.TemporaryDirectory() as folder:
             report.write({**self.taken.values, **clouds}, ABOUT, folder)
-            for name, said in ("latency", "default pacing, p99"), ("bridges", "two bridges, not paced, p50"), (
-                    "conversion", "both conversions"), ("share", "that is conversion"):
+            for name, said in (("calls", "UDP call, default pacing, p99"), ("latency", "TP event, default pacing, p99"),
+                               ("bridges", "two bridges, not paced, p50"), ("conversion", "both conversions"),
+                               ("share", "that is conversion")):
                 drawing = (pathlib.Path(folder) / f"performance/{name}.svg").read_text(encoding="utf-8")
                 self.assertIn("<svg", drawing)
                 self.assertIn(said, drawing)

@@ -44,9 +44,9 @@ does not find the service is started again, up to four times a round:
 
 """
 CONVERSION = """Of conversion and memcpy in turn on the same memory; default wire rules: big-endian payloads, little-endian CDR.
-By reference the payload's array is not touched; copied is the same with the one copy that memcpy is. Alone means with
-warm caches; in a running bridge, between the checkpoints above. Where memory lies matters to memcpy and to us: each
-figure is the mean of eight placements of the input.
+By reference the payload's array is not touched; copied is the same with the one copy that memcpy is. Alone means in
+turn with that memcpy, after which large clouds find little left in the caches; in a running bridge, between the checkpoints
+above. Where memory lies matters to memcpy and to us: each figure is the mean of eight placements of the input.
 
 """
 
@@ -75,6 +75,18 @@ def machine():
     load = open("/proc/loadavg", encoding="utf-8").read().split()[0]
     return {"cpu": f"{len(os.sched_getaffinity(0))} cores of {model}", "kernel": platform.release(),
             "compiler": first_line("c++", "--version"), "load": load}
+
+
+def processor_time():
+    """Since the machine was started, in ticks: worked, and stolen by its host while there was work to do."""
+    with open("/proc/stat", encoding="ascii") as file:
+        user, nice, system, _, _, interrupts, soft_interrupts, stolen = map(int, file.readline().split()[1:9])
+    return user + nice + system + interrupts + soft_interrupts, stolen
+
+
+def stolen_percent(before, after):
+    worked, stolen = (late - early for early, late in zip(before, after))
+    return round(100 * stolen / max(worked + stolen, 1))
 
 
 def goal_table(rows):
@@ -165,9 +177,13 @@ def text_of(values, about):
     if float(about["load"]) > 0.5:
         text += ("**Other work was running on the machine.** Below real-time priority that makes all times longer and the "
                  "ratios\nuncertain; with it there are still the caches and the memory that are shared.\n\n")
+    if about.get("stolen", 0) > 2:
+        text += (f"**The machine is a virtual one, whose host took {about['stolen']} % of the time that there was work for.** "
+                 "It stands still then,\nwhich makes the ratios uncertain and the highest latencies long.\n\n")
     text += "## Calls and events\n" + goal_table(goals.communication(values))
     text += "\n" + latency_table(values, TRANSFERS) + "\n" + rates(values)
-    text += "\n![latency by size](performance/latency.svg)\n" + vsomeip(values)
+    text += "\n![latency of calls by size](performance/calls.svg)\n"
+    text += "\n![latency of events by size](performance/latency.svg)\n" + vsomeip(values)
     text += "\n## Through two bridges, and nodes alone\n" + PATHS + goal_table(goals.paths(values))
     text += "\n" + latency_table(values, HOPS) + "\n![latency by size](performance/bridges.svg)\n"
     text += "\n" + CLOUDS_TEXT + clouds(values)
