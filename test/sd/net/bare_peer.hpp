@@ -64,7 +64,7 @@ class BarePeer : public TwoNodes {
         received, [&](const std::string& one) { return one.find(entry) != std::string::npos; }));
   }
 
-  static constexpr const char* offer = "01 00 00 10 1234 0001 01 000003 00000000";
+  static constexpr const char* offer = "01 00 00 10 1234 0001 01 000258 00000000";
   static constexpr const char* stop = "01 00 00 10 1234 0001 01 000000 00000000";
   someip::UdpSocket socket{io,
                            {.local = {other_address, sd_port},

@@ -119,7 +119,7 @@ TEST_F(BarePeerMessages, DropUnknownEventsAmongKnownOnesOfAConnection) {
 
 class BarePeerGroup : public BarePeerMessages {
  protected:
-  static constexpr const char* subscribed_entry = "07 00 00 10 1234 0001 01 000003 00000001";
+  static constexpr const char* subscribed_entry = "07 00 00 10 1234 0001 01 000258 00000001";
   static constexpr const char* refused_entry = "07 00 00 00 1234 0001 01 000000 00000001";
 
   /// Subscribed, and its multicast events arrive.

@@ -20,19 +20,19 @@ TEST_F(BarePeerTest, KeepsTheConnectionWhenOneMessageStopsAndOffers) {
     return count(
                "06000010"
                "12340001"
-               "01000001") >= 1;
+               "01000258") >= 1;
   })) << "connected, subscribed";
   EXPECT_EQ(accepted, 1U);
   const std::size_t before = count(
       "06000010"
       "12340001"
-      "01000001");
+      "01000258");
   send(std::string{stop} + offer);
   ASSERT_TRUE(run_until([&] {
     return count(
                "06000010"
                "12340001"
-               "01000001") > before;
+               "01000258") > before;
   })) << "anew";
   run_for(50ms);
   EXPECT_EQ(accepted, 1U);
@@ -48,7 +48,7 @@ TEST_F(BarePeerTest, KeepsTheConnectionWhenOneMessageStopsAndOffers) {
 
 TEST_F(BarePeerTest, SeesTheTimesToLiveOfOffersAndSubscriptions) {
   covers({"feat_req_someipsd_253", "feat_req_someipsd_322"});
-  Node node{io, quick(test::client_address)};  // whose own TTL is 1 s
+  Node node{io, quick(test::client_address)};  // whose own TTL is 600 s
   const auto give = [&](std::uint16_t service, std::optional<std::uint32_t> ttl_s) {
     node.offer({.service = ServiceId{service}, .instance = InstanceId{1}, .ttl_s = ttl_s});
   };
@@ -66,8 +66,8 @@ TEST_F(BarePeerTest, SeesTheTimesToLiveOfOffersAndSubscriptions) {
   take(0x0003, infinite_ttl_s);
   // Type, no options twice, one option; service, instance, major, TTL; minor, or counter and eventgroup.
   const std::vector<std::string> entries{
-      "01000010200100010100000100000000", "01000010200200010101234500000000",
-      "010000102003000101ffffff00000000", "06000010123400010100000100800001",
+      "01000010200100010100025800000000", "01000010200200010101234500000000",
+      "010000102003000101ffffff00000000", "06000010123400010100025800800001",
       "06000010123400010101234500800002", "060000101234000101ffffff00800003"};
   // We do not hear their group, but they answer who asks.
   const std::string finds =
@@ -97,7 +97,7 @@ TEST_F(BarePeerTest, KeepsTheConnectionWhenItSubscribesAnewForLackOfAnAnswer) {
   }
   ASSERT_TRUE(run_until([&] { return received.size() >= 3; }));
   EXPECT_THAT(received.back(), ::testing::HasSubstr("06000010123400010100000000000001"
-                                                    "060000101234000101000001"))
+                                                    "060000101234000101000258"))
       << "StopSubscribeEventgroup and SubscribeEventgroup in one message";
   run_for(50ms);
   EXPECT_EQ(accepted, 1U);

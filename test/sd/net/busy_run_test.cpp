@@ -35,12 +35,22 @@ TEST(RunBusyTest, DoesNotSleepBeforeItsTimeIsOver) {
   EXPECT_EQ(sleeps_until_timer(10s), 0);
 }
 
+// Unless the machine has stalled until the timer was due.
+bool sleeps_until_a_timer(Duration busy) {
+  for (int tries = 0; tries < 100; ++tries) {
+    if (sleeps_until_timer(busy) >= 1) {
+      return true;
+    }
+  }
+  return false;
+}
+
 TEST(RunBusyTest, SleepsAtOnceWithoutTime) {
-  EXPECT_GE(sleeps_until_timer(0s), 1);
+  EXPECT_TRUE(sleeps_until_a_timer(0s));
 }
 
 TEST(RunBusyTest, SleepsWhenItsTimeIsOver) {
-  EXPECT_GE(sleeps_until_timer(1ms), 1);
+  EXPECT_TRUE(sleeps_until_a_timer(1ms));
 }
 
 TEST(RunBusyTest, EndsWithoutWorkAndWhenStopped) {

@@ -31,7 +31,10 @@ class Ipv6Test : public test::TwoNodes {
            std::system(
                "ip link add v0 type veth peer name v1 && ip link set lo up && ip link set v1 up && "
                "ip link set v0 up && ip addr add fd00::1/64 dev v0 nodad && "
-               "ip addr add fd00::2/64 dev v0 nodad") == 0;  // NOLINT(cert-env33-c)
+               "ip addr add fd00::2/64 dev v0 nodad && "
+               // until it has its carrier
+               "timeout 60 sh -c 'until ip link show v0 | grep -q \"state UP\"; do sleep 0.01; done'") ==
+               0;  // NOLINT(cert-env33-c)
   }
   void SetUp() override {
     if (!made) {

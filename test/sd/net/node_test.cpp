@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <chrono>
 #include <string>
@@ -27,6 +28,7 @@ using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using namespace std::chrono_literals;
 
 const IpAddress server_address = test::own_address(1);
@@ -36,7 +38,7 @@ constexpr MethodId small{0x8001};
 constexpr MethodId large{0x8002};
 
 NodeConfig config(const IpAddress& address) {
-  // Quick, so that a test is.
+  // Quick, so that a test is; but what expires does not because the machine stalls.
   return {.address = address,
           .multicast = test::own_group(),
           .timing = {.initial_delay_min = 0ms,
@@ -44,7 +46,7 @@ NodeConfig config(const IpAddress& address) {
                      .repetitions_base_delay = 5ms,
                      .cyclic_offer_delay = 50ms,
                      .request_response_delay_max = 1ms,
-                     .ttl_s = 1}};
+                     .ttl_s = 600}};
 }
 
 const ServiceSpec service{.service = ServiceId{0x1234},
@@ -84,10 +86,15 @@ class NodeTest : public ::testing::Test {
     };
   }
   template <typename Condition>
-  [[nodiscard]] bool run_until(Condition condition, std::chrono::milliseconds limit = 3000ms) {
-    const auto end = std::chrono::steady_clock::now() + limit;
-    while (!condition() && std::chrono::steady_clock::now() < end) {
-      io.run_one_for(20ms);
+  [[nodiscard]] bool run_until(Condition condition, std::chrono::milliseconds limit = 60s) {
+    using Clock = std::chrono::steady_clock;
+    constexpr Clock::duration step = 5ms;
+    // Time in which the machine stalls does not count: what came meanwhile is still to be worked off.
+    for (Clock::duration left = limit; left > 0s && !condition();) {
+      const Clock::time_point before = Clock::now();
+      io.run_one_for(std::min(left, step));
+      longest_stall = std::max(longest_stall, Clock::now() - before);
+      left -= std::min(Clock::now() - before, step);
     }
     return condition();
   }
@@ -96,6 +103,7 @@ class NodeTest : public ::testing::Test {
   }
 
   boost::asio::io_context io;
+  Duration longest_stall{};
   std::vector<std::string> server_log;
   std::vector<std::string> client_log;
   std::vector<Received> received;
@@ -208,13 +216,23 @@ TEST_F(NodeTest, FindsAServiceThatIsOfferedLater) {
 }
 
 TEST_F(NodeTest, StaysSubscribedBeyondTheTtlAndSubscribesAgainAfterAWithdrawal) {
-  Node server{io, config(server_address)};
-  Node client{io, config(client_address), into(client_log)};
+  NodeConfig brief_client = config(client_address);
+  brief_client.timing.ttl_s = 1;
+  Node server{io, config(server_address), into(server_log)};
+  Node client{io, brief_client, into(client_log)};
   OfferHandle offer = server.offer(service);
   const SubscriptionId subscription = client.subscribe(wanted, collect());
   ASSERT_TRUE(run_until([&] { return client.subscribed(subscription); }));
-  run_for(1200ms);
-  EXPECT_EQ(server.subscribers(offer, small), 1U);
+  for (int tries = 0; tries < 20; ++tries) {  // until the machine lets us renew it in time
+    longest_stall = {};
+    server_log.clear();
+    run_for(1200ms);
+    if (longest_stall < 500ms) {
+      EXPECT_THAT(server_log, Not(Contains(HasSubstr("no longer subscribed"))));
+      EXPECT_EQ(server.subscribers(offer, small), 1U);
+      break;
+    }
+  }
   server.withdraw(offer);
   EXPECT_TRUE(run_until([&] { return !client.subscribed(subscription); }));
   EXPECT_THAT(client_log, Contains(HasSubstr("is gone: stopped")));
@@ -230,7 +248,7 @@ TEST_F(NodeTest, WithdrawsEverythingOnShutdown) {
   ASSERT_TRUE(run_until([&] { return client->subscribed(subscription); }));
   client->shutdown();
   client.reset();
-  EXPECT_TRUE(run_until([&] { return server.subscribers(offer, small) == 0; }, 500ms)) << "no StopSubscribe";
+  EXPECT_TRUE(run_until([&] { return server.subscribers(offer, small) == 0; })) << "no StopSubscribe";
 }
 
 TEST_F(NodeTest, SharesOneSubscriptionAmongListeners) {
@@ -326,7 +344,7 @@ TEST_F(NodeTest, SaysOnceThatItCannotReachItsGroup) {
   if (node->counters().discovery_not_sent == 0) {
     GTEST_SKIP() << "this host can send multicast over IPv6 loopback";
   }
-  EXPECT_GT(node->counters().discovery_not_sent, 1U);
+  EXPECT_TRUE(run_until([&] { return node->counters().discovery_not_sent > 1; }));
   EXPECT_THAT(server_log,
               Contains(HasSubstr("discovery cannot send to its group [ff05::1234]:30490: ")).Times(1));
 }

@@ -18,7 +18,7 @@ TEST_F(RefusedTcpTest, ProbesTheConnectionAndMakesItAnew) {
   Node client{io, config};
   client.subscribe(wanted, collect());
   send(offer);
-  const auto subscribes = [this] { return count("060000101234000101000001"); };
+  const auto subscribes = [this] { return count("060000101234000101000258"); };
   ASSERT_TRUE(run_until([&] { return subscribes() == 1; }));
   ASSERT_EQ(accepted, 1U);
   std::array<std::byte, 64> room{};

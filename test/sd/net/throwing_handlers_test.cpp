@@ -128,7 +128,7 @@ TEST_F(ThrowingHandlers, OfCallsDoNotKeepOthersFromEnding) {
                 [](const CallResult& result) { throw std::runtime_error{to_string(result.error().fault)}; });
   }
   client.call(found, {.method = call, .timeout = 60ms}, {}, note());
-  ASSERT_TRUE(run_on_until([&] { return outcomes.size() == 1; }));
+  ASSERT_TRUE(run_on_until([&] { return outcomes.size() == 1 && caught.size() == 3; }));
   EXPECT_EQ(outcomes[0].fault, CallFault::timed_out);
   EXPECT_THAT(caught, ElementsAre("timed_out", "timed_out", "timed_out"));
 }

@@ -62,7 +62,7 @@ struct Received {
 class TcpTest : public ::testing::Test {
  protected:
   template <typename Condition>
-  [[nodiscard]] bool run_until(Condition condition, std::chrono::milliseconds limit = 5000ms) {
+  [[nodiscard]] bool run_until(Condition condition, std::chrono::milliseconds limit = 60s) {
     const auto end = std::chrono::steady_clock::now() + limit;
     while (!condition() && std::chrono::steady_clock::now() < end) {
       io.run_one_for(20ms);

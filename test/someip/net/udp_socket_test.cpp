@@ -43,9 +43,9 @@ struct Inbox {
 
 class UdpSocketTest : public ::testing::Test {
  protected:
-  // Runs until `count` datagrams have come, or half a second has passed.
+  // Runs until `count` datagrams have come.
   void await(const Inbox& inbox, std::size_t count) {
-    const auto end = std::chrono::steady_clock::now() + 500ms;
+    const auto end = std::chrono::steady_clock::now() + 60s;
     while (inbox.texts.size() < count && std::chrono::steady_clock::now() < end) {
       io.run_one_for(50ms);
     }
@@ -246,7 +246,8 @@ TEST_F(UdpSocketTest, CanBeDestroyedByItsOwnHandler) {
   });
   send(sender, to, "last");
   send(sender, to, "too late");
-  io.run_for(100ms);
+  while (io.run_one_for(100ms) > 0) {
+  }
   EXPECT_EQ(calls, 1);
 }
 
@@ -259,7 +260,8 @@ TEST_F(UdpSocketTest, CountsWhatAFullReceiveBufferLoses) {
   }
   Inbox inbox;
   receiver.receive(inbox.handler());
-  io.run_for(50ms);
+  while (io.run_one_for(50ms) > 0) {
+  }
   const std::size_t kept = inbox.texts.size();
   ASSERT_LT(kept, 100U);
   send(sender, receiver.local(), text);  // brings the news
