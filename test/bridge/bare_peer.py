@@ -3,7 +3,7 @@ import socket
 import struct
 import time
 
-PATIENCE = 20  # seconds; running into it is a failure
+PATIENCE = 60  # seconds; running into it is a failure
 
 
 def someip(service, method, payload, session=1, message_type=2, interface=1):
@@ -49,11 +49,11 @@ class Peer:
         payload = struct.pack(">II", 0xC0000000, len(entry)) + entry + struct.pack(">I", len(options)) + options
         self.sd.sendto(someip(0xFFFF, 0x8100, payload, self.session), (to, 30490))
 
-    def offer(self, to, ttl=3, minor=0):
+    def offer(self, to, ttl=600, minor=0):
         self.send_sd(to, struct.pack(">BBBBHHII", 1, 0, 0, 0x10, 0x2222, 1, 1 << 24 | ttl, minor), self.endpoint(40002))
 
     def subscribe(self, to, service, eventgroup):
-        self.send_sd(to, struct.pack(">BBBBHHIHH", 6, 0, 0, 0x10, service, 1, 1 << 24 | 3, 0, eventgroup),
+        self.send_sd(to, struct.pack(">BBBBHHIHH", 6, 0, 0, 0x10, service, 1, 1 << 24 | 600, 0, eventgroup),
                      self.endpoint(40003))
 
     def ack(self, to, entry, multicast=None):

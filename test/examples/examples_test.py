@@ -6,10 +6,11 @@ import os
 import signal
 import subprocess
 import sys
+import time
 import unittest
 
 FOLDER = sys.argv.pop(1)
-PATIENCE = 30  # seconds; running into it is a failure
+PATIENCE = 60  # seconds; running into it is a failure
 
 # Addresses and a group that only this process uses.
 PID = os.getpid()
@@ -45,7 +46,11 @@ class Serving:
 class Examples(unittest.TestCase):
     def test_hello(self):
         with Serving("hello_service", 1):
-            status, out, errors = output("hello_client", 2)
+            for _ in range(10):
+                begin = time.monotonic()
+                status, out, errors = output("hello_client", 2)
+                if time.monotonic() - begin < 2:  # as long as its calls may take: else the machine may have stalled
+                    break
         self.assertEqual((status, errors), (0, ""))
         self.assertRegex(out, r"\AHello, world!\n42 / 6 = 7\n42 / 0: the answer is error 0x21.*\n\Z")
 

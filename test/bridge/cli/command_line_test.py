@@ -12,7 +12,7 @@ COMMANDS = ["bridge", "check", "decode", "find", "watch", "call", "subscribe", "
 
 
 def run(*arguments):
-    done = subprocess.run([program, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=20)
+    done = subprocess.run([program, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=60)
     return done.returncode, done.stdout, done.stderr
 
 
@@ -73,7 +73,7 @@ class CommandLine(unittest.TestCase):
         example = os.path.join(os.path.dirname(__file__), "../../../examples/bridge_a.yaml")
         for arguments in (["check", example], ["--help"], ["--version"]):
             with open("/dev/full", "w") as full:
-                done = subprocess.run([program, *arguments], stdout=full, stderr=subprocess.PIPE, text=True, timeout=20)
+                done = subprocess.run([program, *arguments], stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
             self.assertEqual(done.returncode, 1, arguments)
             self.assertIn("cannot write all of the output", done.stderr)
 

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 import xml.dom.minidom
 
@@ -113,10 +114,10 @@ class Measuring(unittest.TestCase):
                 self.assertIn("dropped_by_server", figures["counters"])
 
     def test_events_come_at_the_rate_that_is_wanted(self):
+        begin = time.monotonic()
         figures = self.measured("--events", "--rate", "200", "--window", "0")
         # What a stall takes is caught up with, also that of a stall just before.
-        self.assertLessEqual(figures["per_second"], 600)
-        self.assertGreaterEqual(figures["sent"] / figures["seconds"], 20)
+        self.assertLessEqual(figures["sent"], 200 * (time.monotonic() - begin) + 10)
         # What the numbers of the events tell is what the server has counted.
         self.assertLessEqual(figures["sent"], figures["counters"]["sent_by_server"] + 10)
         self.assertGreaterEqual(figures["sent"], figures["counters"]["sent_by_server"] / 2)
@@ -144,9 +145,9 @@ class Measuring(unittest.TestCase):
         self.assertRegex(done.stdout, r"latency    min [\d.]+ [num]?s   p50 ")
 
     def test_progress_is_told_on_standard_error(self):
-        done = client(seconds="1.2")
+        done = client(seconds="4")  # each second, but for those in which the machine stalls
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertRegex(done.stderr, r"^ +1\.\d s +\d+ /s ")
+        self.assertRegex(done.stderr, r"^ +[1-4]\.\d s +\d+ /s ")
         self.assertEqual(client("--quiet", seconds="1.2").stderr, "")
 
     def test_the_drawing_is_an_image(self):

@@ -8,6 +8,7 @@ import os
 import pty
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import time
@@ -76,6 +77,19 @@ class Recordings(unittest.TestCase):
         self.assertEqual(rows(found, "messages", "lost"), {"0x8003": (10, 0)})
         rate = found["traffic"][0]["messages_per_second"]
         self.assertTrue(9.5 < rate < 10.5, rate)
+
+    def test_a_rate_is_that_of_the_times_in_the_recording(self):
+        times = []
+        with open(f"{RECORDINGS}/sd_multicast_eventgroup.pcap", "rb") as file:
+            order = "<" if file.read(24)[:4] == bytes.fromhex("d4c3b2a1") else ">"  # microseconds
+            while head := file.read(16):
+                seconds, microseconds, length, _ = struct.unpack(order + "IIII", head)
+                if bytes.fromhex("12348003") in file.read(length):
+                    times.append(seconds + microseconds / 1e6)
+        self.assertEqual(len(times), 10)
+        event, = summary("sd_multicast_eventgroup")["traffic"]
+        self.assertAlmostEqual(event["messages_per_second"], 9 / (times[-1] - times[0]), delta=0.001)
+        self.assertAlmostEqual(event["bytes_per_second"], event["messages_per_second"] * event["bytes"] / 10, delta=0.1)
 
     def test_a_refused_subscription(self):
         found = summary("sd_subscribe_nack_unknown_eventgroup")
@@ -163,19 +177,47 @@ def watching(*arguments, **how):
                             text=True, **how)
 
 
+def captures(process):
+    """Whether it has opened what captures frames."""
+    with open("/proc/net/packet", encoding="utf-8") as file:
+        inodes = {f"socket:[{line.split()[-1]}]" for line in list(file)[1:]}
+    folder = f"/proc/{process.pid}/fd"
+    return any(os.readlink(os.path.join(folder, name)) in inodes for name in os.listdir(folder))
+
+
+def wait_until(condition, what):
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        if time.monotonic() > end:
+            raise AssertionError(what)
+        time.sleep(0.02)
+
+
 @unittest.skipIf(MISSING, MISSING)
 class Live(unittest.TestCase):
+    def look_while_it_is_called(self):
+        watch = watching("--for", "3", "--json")
+        wait_until(lambda: captures(watch), "it does not capture")
+        for _ in range(5):
+            self.assertEqual(tools.run("call", 4, "0x1235", "1", "-q").stdout, "0a\n")
+        out, log = watch.communicate(timeout=PATIENCE)
+        self.assertEqual((watch.returncode, log), (0, ""))
+        return json.loads(out)
+
+    @staticmethod
+    def is_complete(found):
+        return (len(found["services"]) == 2 and found["subscriptions"] and len(found["traffic"]) == 2
+                and found["counters"]["frames_missed"] == 0)
+
     def test_shows_subscriptions_rates_and_calls(self):
         with Running("notify", 1, "0x1234.1", "1", "0x8001", "00 01 02 03", "--rate", "50") as notify, \
                 Running("subscribe", 2, "0x1234.1", "1", "-q") as subscribe, \
                 Running("offer", 3, "0x1235.1", "--method", "1=0a"):
             subscribe.line_with("0x8001")
-            watch = watching("--for", "3", "--json")
-            for _ in range(5):
-                self.assertEqual(tools.run("call", 4, "0x1235", "1", "-q").stdout, "0a\n")
-            out, log = watch.communicate(timeout=PATIENCE)
-            self.assertEqual((watch.returncode, log), (0, ""))
-            found = json.loads(out)
+            end = time.monotonic() + PATIENCE
+            found = self.look_while_it_is_called()
+            while not self.is_complete(found) and time.monotonic() < end:  # the machine may stall meanwhile
+                found = self.look_while_it_is_called()
             self.assertEqual(found["where"], "lo")
             self.assertEqual({one["service"]: one["peer"] for one in found["services"]},
                              {"0x1234": HOST + "1:30490", "0x1235": HOST + "3:30490"})
@@ -184,7 +226,10 @@ class Live(unittest.TestCase):
                              [("0x1234", "0x0001", HOST + "2:30490", HOST + "1:30490", "acknowledged")])
             by_id = {row.get("event") or row.get("method"): row for row in found["traffic"]}
             event = by_id["0x8001"]
-            self.assertTrue(35 < event["messages_per_second"] < 60, event)
+            # The machine may make it less than the sender was asked for, but not other than what was counted.
+            self.assertLess(event["messages_per_second"], 60, event)
+            self.assertGreater(event["messages_per_second"] * found["seconds"], 0.99 * (event["messages"] - 1), found)
+            self.assertGreater(event["messages"], 1)
             self.assertEqual((event["instance"], event["lost"], event["bytes"]), ("0x0001", 0, event["messages"] * 20))
             method = by_id["0x0001"]
             self.assertEqual(method["answers"], method["messages"])
@@ -246,7 +291,7 @@ class Live(unittest.TestCase):
     def test_says_what_is_missing_without_the_right_to_capture(self):
         with Running("notify", 1, "0x1238.1", "1", "0x8001", "00", "--rate", "50"), \
                 Running("subscribe", 2, "0x1238.1", "1", "-q"):
-            watch = watching("--for", "3", preexec_fn=give_up_the_right_to_capture)
+            watch = watching("--for", "6", preexec_fn=give_up_the_right_to_capture)
             out, log = watch.communicate(timeout=PATIENCE)
             self.assertEqual(watch.returncode, 0)
             self.assertEqual(log.count("note:"), 1, log)
@@ -254,7 +299,7 @@ class Live(unittest.TestCase):
             self.assertIn("sudo setcap cap_net_raw+ep " + os.path.realpath(TRESTLE), log)
             self.assertIn("0x1238.0x0001", out)
             self.assertNotIn("SUBSCRIBER", out)
-            watch = watching("--interface", "any", "--for", "3", preexec_fn=give_up_the_right_to_capture)
+            watch = watching("--interface", "any", "--for", "1", preexec_fn=give_up_the_right_to_capture)
             watch.communicate(timeout=PATIENCE)
 
     def test_an_interface_that_is_not_there(self):
