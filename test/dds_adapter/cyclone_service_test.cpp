@@ -96,9 +96,7 @@ TEST_F(CycloneService, GetsTheVeryFirstRequest) {
     CycloneServicePeer peer{domain_.id(), Role::server};
     other_.emplace(config());
     ServiceDriver driver;
-    ServiceConfig patient = test::add_service();
-    patient.match_timeout = test::patience;
-    ServiceClient& client = driver.client(*other_, patient);
+    ServiceClient& client = driver.client(*other_);
     std::vector<Outcome> results;
     ServiceDriver::add(client, round, 1, results);
     ASSERT_TRUE(driver.until([&] {

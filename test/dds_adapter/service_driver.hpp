@@ -14,6 +14,7 @@ inline dds::ServiceConfig add_service() {
   dds::ServiceConfig config;
   config.name = "/add";
   config.type = "test_msgs/srv/Add";
+  config.match_timeout = patience;
   return config;
 }
 

@@ -128,9 +128,7 @@ TEST_F(Service, CarriesMegabytes) {
 }
 
 TEST_F(Service, WaitsForAServerThatComesInTime) {
-  ServiceConfig patient = add_service();
-  patient.match_timeout = test::patience;
-  ServiceClient& client = driver_.client(here_, patient);
+  ServiceClient& client = driver_.client(here_);
   std::vector<Outcome> results;
   ServiceDriver::add(client, 1, 2, results);
   driver_.work();
@@ -142,7 +140,9 @@ TEST_F(Service, WaitsForAServerThatComesInTime) {
 }
 
 TEST_F(Service, IsUnavailableWithoutAServer) {
-  ServiceClient& client = driver_.client(here_);
+  ServiceConfig brief = add_service();
+  brief.match_timeout = ServiceConfig{}.match_timeout;
+  ServiceClient& client = driver_.client(here_, brief);
   std::vector<Outcome> results;
   const auto now = std::chrono::steady_clock::now();
   const auto request = numbers({1, 2});

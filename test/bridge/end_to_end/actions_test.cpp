@@ -170,7 +170,7 @@ TEST_P(ActionsOver, WhatASomeipServerRefusesIsSaidAsAnActionServerSaysIt) {
 }
 
 TEST_F(ActionsEndToEnd, WhatMayHaveBeenDoneIsNotSaidToHaveFailed) {
-  start("server: someip, timeout: 300 ms, result_timeout: 300 ms");
+  start("server: someip, timeout: 3 s, result_timeout: 3 s");  // longer than a machine stalls
   sd::Node node{io_, node_config()};
   const sd::Offer offered = offer(node);
   const Clients ros = clients();
@@ -214,7 +214,7 @@ TEST_F(ActionsEndToEnd, WhatMayHaveBeenDoneIsNotSaidToHaveFailed) {
 }
 
 TEST_F(ActionsEndToEnd, ResultsThatWaitForAServerThatGoesAreNotMadeUp) {
-  start("server: someip, result_timeout: 1 s, max_calls: 2");
+  start("server: someip, result_timeout: 3 s, max_calls: 2");
   sd::Node node{io_, node_config()};
   const Clients ros = clients();
   std::vector<Answer> answers;

@@ -37,7 +37,7 @@ class BridgeTest : public DdsTest {
                        .initial_delay_max = 5ms,
                        .repetitions_base_delay = 10ms,
                        .cyclic_offer_delay = 100ms,
-                       .ttl_s = 3}};
+                       .ttl_s = 600}};
   }
 
   /// What the messages to this node came by, discovery left out: "udp", "tcp", "udp and tcp" or "".

@@ -60,7 +60,7 @@ TEST_F(ServicesEndToEnd, MethodsTellTheirStateAsDiagnosticsWhereTheyAreWanted) {
       "method: "
       "0x21, port: 40001}\n"
       "  - {ros_service: /other, type: std_srvs/srv/SetBool, server: someip, service: 0x1235, instance: 1, "
-      "method: 0x21, timeout: 300 ms}\n");
+      "method: 0x21, timeout: 3 s}\n");
   Inbox<Bytes> states;
   const auto state = reader("/state", "diagnostic_msgs/msg/DiagnosticArray", states);
   std::map<std::string, Status> last;

@@ -162,7 +162,7 @@ TEST_F(Presence, KeepsTheWriterWhenTheServerHasOnlyRestarted) {
   const auto address = to_hex(std::as_bytes(std::span{own.bytes})).substr(0, 8);
   const auto offer_for_the_first_time = [&] {
     const auto offer =
-        hex("ffff 8100 00000030 0000 0001 01 01 02 00 c0000000 00000010 01000010 1000 0001 01 000003 00000000"
+        hex("ffff 8100 00000030 0000 0001 01 01 02 00 c0000000 00000010 01000010 1000 0001 01 000258 00000000"
             "0000000c 0009 04 00" +
             address + "00 11 9d26");
     const ByteView bytes{offer};
