@@ -159,7 +159,7 @@ class Peer {
   }
 
   static CallSpec call_spec(Words& words) {
-    CallSpec spec{.method = MethodId{number(next(words))}, .timeout = 3s};
+    CallSpec spec{.method = MethodId{number(next(words))}, .timeout = 30s};
     spec.transport = next(words) == "tcp" ? Transport::tcp : Transport::udp;
     return spec;
   }

@@ -68,7 +68,7 @@ PeerProcess::PeerProcess(const std::vector<std::string>& command, const std::vec
 PeerProcess::~PeerProcess() {
   close(in_);
   if (pid_ > 0) {
-    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds{3};
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds{30};
     while (waitpid(pid_, nullptr, WNOHANG) == 0) {
       if (std::chrono::steady_clock::now() > end) {
         kill();

@@ -34,7 +34,7 @@ class Ipv6(peer.Recorded, unittest.TestCase):
 
     def events(self, group, event, transport):
         self.client.do("subscribe", peer.SERVICE, peer.INSTANCE, 1, group, event, transport)
-        for _ in range(250):
+        for _ in range(3000):
             if self.server.ask("notify", event, "0102", answer=r"notified (\d)")[1] == "1":
                 break
             time.sleep(0.02)

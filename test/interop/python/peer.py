@@ -53,7 +53,7 @@ class Node:
     def do(self, *words):
         self.process.stdin.write(" ".join(str(word) for word in words) + "\n")
 
-    def expect(self, pattern, seconds=5):
+    def expect(self, pattern, seconds=60):
         """The first line that begins as the regular expression says; it and those before it are forgotten."""
         deadline = time.monotonic() + seconds
         with self.changed:
@@ -89,8 +89,8 @@ class Node:
         self._close()
 
     def _close(self):
-        self.process.wait(10)
-        self.reader.join(5)
+        self.process.wait(60)
+        self.reader.join(60)
         self.process.stdin.close()
         self.process.stdout.close()
 
@@ -115,7 +115,7 @@ class Recorder:
             return
         time.sleep(0.5)  # until the kernel has handed over what was last seen
         self.process.terminate()
-        self.process.communicate(timeout=5)
+        self.process.communicate(timeout=60)
 
     def tshark(self, wanted, *output):
         command = ["tshark", "-r", self.path, "-Y", wanted, *output]

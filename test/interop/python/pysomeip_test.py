@@ -26,7 +26,7 @@ async def discovery():
     return protocol
 
 
-async def until(condition, what, seconds=5):
+async def until(condition, what, seconds=60):
     for _ in range(int(seconds * 100)):
         if condition():
             return
@@ -90,7 +90,7 @@ class Pysomeip(peer.Recorded, unittest.IsolatedAsyncioTestCase):
         """As Node.ask(), while pysomeip goes on in this thread."""
         return await asyncio.to_thread(self.node.ask, *words, answer=answer)
 
-    async def expect(self, pattern, seconds=5):
+    async def expect(self, pattern, seconds=60):
         return await asyncio.to_thread(self.node.expect, pattern, seconds)
 
     async def serve(self):
@@ -121,7 +121,7 @@ class Pysomeip(peer.Recorded, unittest.IsolatedAsyncioTestCase):
         served.group.values[0x0001] = b"second"
         served.group.notify_once([0x0001])
         await self.expect(f"event 8001 session . {b'second'.hex()}")
-        for _ in range(100):  # its initial event comes before its Ack
+        for _ in range(3000):  # its initial event comes before its Ack
             if (await self.ask("counters", answer="counters .*subscribed (true|false)"))[1] == "true":
                 break
             await asyncio.sleep(0.02)
@@ -166,7 +166,7 @@ class Pysomeip(peer.Recorded, unittest.IsolatedAsyncioTestCase):
         await until(lambda: listener.offered, "it does not find our service")
         return listener, listener.offered[peer.SERVICE, peer.INSTANCE]
 
-    async def call(self, offered, method, payload, kind=header.SOMEIPMessageType.REQUEST, version=1, seconds=2):
+    async def call(self, offered, method, payload, kind=header.SOMEIPMessageType.REQUEST, version=1, seconds=60):
         transport, protocol = await Events.create_unicast_endpoint(
             local_addr=(peer.THEIRS, 0), remote_addr=await offered.options_1[0].addrinfo())
         self.addCleanup(transport.close)
@@ -221,7 +221,7 @@ class Pysomeip(peer.Recorded, unittest.IsolatedAsyncioTestCase):
                          [(0x8001, 1, 0, b"\xaa"), (0x8001, 2, 0, b"\xbb"), (0x8010, 2, 0, b"\x07")])
         for group in groups:
             self.discovery.discovery.stop_find_subscribe_eventgroup(group)
-        for _ in range(100):
+        for _ in range(3000):
             if (await self.ask("notify", 0x8001, "cc", answer=r"notified (\d)"))[1] == "0":
                 return
             await asyncio.sleep(0.02)
@@ -233,7 +233,7 @@ class Pysomeip(peer.Recorded, unittest.IsolatedAsyncioTestCase):
         self.discovery.discovery.find_subscribe_eventgroup(
             config.Eventgroup(peer.SERVICE, peer.INSTANCE, 1, 0x99, sockname=(peer.THEIRS, 4711),
                               protocol=header.L4Protocols.UDP))
-        for _ in range(100):
+        for _ in range(3000):
             if (await self.ask("counters", answer=r"counters .* nacks (\d+)"))[1] != "0":
                 return
             await asyncio.sleep(0.02)

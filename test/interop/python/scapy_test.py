@@ -22,6 +22,7 @@ except ImportError:
     peer.missing("scapy")
 
 program = sys.argv.pop(1)
+PATIENCE = 60  # seconds; running into it is a failure
 SEGMENT = 1392
 EVENTS = ("224.225.226.233", 32344)  # where events go by multicast
 
@@ -57,7 +58,7 @@ class Peer:
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 8 << 20)
         sock.bind((peer.THEIRS, port))
         sock.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(peer.THEIRS))
-        sock.settimeout(3)
+        sock.settimeout(PATIENCE)
         return sock
 
     @staticmethod
@@ -65,7 +66,7 @@ class Peer:
         sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         sock.bind((group, port))
         sock.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, socket.inet_aton(group) + socket.inet_aton(peer.THEIRS))
-        sock.settimeout(3)
+        sock.settimeout(PATIENCE)
         return sock
 
     def close(self):
@@ -88,7 +89,7 @@ class Peer:
                         msg_type=SOMEIP.TYPE_NOTIFICATION, **method_fields(0x8100))
         self.discovery.sendto(bytes(header / Raw(bytes(sd))), (to, peer.SD_PORT))
 
-    def heard(self, sock, wanted, seconds=3):
+    def heard(self, sock, wanted, seconds=PATIENCE):
         """The first SD entry that arrives there and that `wanted` likes, with its message."""
         deadline = time.monotonic() + seconds
         while time.monotonic() < deadline:
@@ -165,7 +166,7 @@ class Scapy(peer.Recorded, unittest.TestCase):
         self.peer.unicast.settimeout(seconds)
         with self.assertRaises(TimeoutError):
             print(self.peer.unicast.recv(65536).hex())
-        self.peer.unicast.settimeout(3)
+        self.peer.unicast.settimeout(PATIENCE)
 
     def test_requests_and_responses_in_segments(self):
         self.serve()
@@ -208,7 +209,7 @@ class Scapy(peer.Recorded, unittest.TestCase):
 
     def test_its_events_by_multicast(self):
         self.accept_subscription(4, 0x8004, [SDOption_IP4_Multicast(addr=EVENTS[0], l4_proto=0x11, port=EVENTS[1])])
-        for _ in range(100):  # our Node opens the group some time after it has been told of it
+        for _ in range(3000):  # our Node opens the group some time after it has been told of it
             self.peer.unicast.sendto(message(0x8004, b"\x17", SOMEIP.TYPE_NOTIFICATION, client=0), EVENTS)
             time.sleep(0.02)
             if self.node.lines:
@@ -228,7 +229,7 @@ class Scapy(peer.Recorded, unittest.TestCase):
         to = self.accept_subscription(1, 0x8001)
         payload = os.urandom(1 << 20)
         self.peer.send_apart(segments(0x8001, payload, SOMEIP.TYPE_TP_NOTIFICATION, client=0), to)
-        self.node.expect(f"event 8001 session 1 {payload.hex()} ", 30)
+        self.node.expect(f"event 8001 session 1 {payload.hex()} ")
         payload = os.urandom(30_000)
         # One lost: nothing arrives, and the next is whole again.
         lost = segments(0x8001, payload, SOMEIP.TYPE_TP_NOTIFICATION, client=0, session=2)
@@ -249,7 +250,7 @@ class Scapy(peer.Recorded, unittest.TestCase):
         request, client = self.peer.unicast.recvfrom(65536)
         self.assertEqual(request[16:], b"\xca\xfe")
         self.peer.send_apart([part[:8] + request[8:12] + part[12:] for part in answer], client)
-        self.node.expect(f"response 0001 {payload.hex()}$", 30)
+        self.node.expect(f"response 0001 {payload.hex()}$")
 
     def offer(self, **more):
         self.peer.say([SDEntry_Service(type=1, n_opt_1=1, srv_id=peer.SERVICE, inst_id=peer.INSTANCE, major_ver=1, ttl=60,
@@ -317,7 +318,7 @@ class Scapy(peer.Recorded, unittest.TestCase):
         return self.open_stream(self.peer.find_us())
 
     def open_stream(self, port):
-        stream = socket.create_connection((peer.OURS, port), 3, (peer.THEIRS, 0))
+        stream = socket.create_connection((peer.OURS, port), PATIENCE, (peer.THEIRS, 0))
         self.addCleanup(stream.close)
         stream.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         return stream
@@ -379,7 +380,7 @@ class Scapy(peer.Recorded, unittest.TestCase):
         self.node.ask("notify", 0x8002, "0a" * 5000, answer="notified 1")
         self.assertEqual(self.read(stream), (SOMEIP.TYPE_NOTIFICATION, 0, 1, b"\x0a" * 5000))
         stream.close()
-        for _ in range(100):
+        for _ in range(3000):
             if self.node.ask("notify", 0x8002, "0b", answer=r"notified (\d)")[1] == "0":
                 return
             time.sleep(0.02)
@@ -402,13 +403,13 @@ class Scapy(peer.Recorded, unittest.TestCase):
     def called(self, server):
         """The connection that a call of our Node makes: some may come before there is one."""
         server.settimeout(0.05)
-        for _ in range(100):
+        for _ in range(3000):
             self.node.do("call", 0x0001, "tcp", "55")
             try:
                 stream, _ = server.accept()
             except TimeoutError:
                 continue
-            stream.settimeout(3)
+            stream.settimeout(PATIENCE)
             self.node.do("call", 0x0001, "tcp", "55")
             return stream
         raise AssertionError("it does not connect")

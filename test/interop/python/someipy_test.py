@@ -50,7 +50,7 @@ class Someipy(peer.Recorded, unittest.IsolatedAsyncioTestCase):
                        "socket_path": socket_path, "log_level": "DEBUG"}, file)
         self.process = subprocess.Popen([sys.executable, "-m", "someipy.someipyd", "--config", config],
                                         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        for _ in range(200):
+        for _ in range(3000):
             if os.path.exists(socket_path):
                 break
             await asyncio.sleep(0.02)
@@ -61,7 +61,7 @@ class Someipy(peer.Recorded, unittest.IsolatedAsyncioTestCase):
         await asyncio.to_thread(self.node.stop)
         await self.daemon.disconnect_from_daemon()
         self.process.terminate()
-        self.process.wait(5)
+        self.process.wait(60)
         try:
             os.unlink(os.path.join(self.folder.name, "someipyd.sock"))
         except FileNotFoundError:
@@ -70,7 +70,7 @@ class Someipy(peer.Recorded, unittest.IsolatedAsyncioTestCase):
     async def ask(self, *words, answer):
         return await asyncio.to_thread(self.node.ask, *words, answer=answer)
 
-    async def expect(self, pattern, seconds=5):
+    async def expect(self, pattern, seconds=60):
         return await asyncio.to_thread(self.node.expect, pattern, seconds)
 
     async def serve(self, description):
@@ -81,7 +81,7 @@ class Someipy(peer.Recorded, unittest.IsolatedAsyncioTestCase):
 
     async def client(self, description):
         client = someipy.ClientServiceInstance(self.daemon, description, peer.INSTANCE, peer.THEIRS, 30512, client_id=0x0505)
-        for _ in range(300):
+        for _ in range(6000):
             if await client.is_available():
                 return client
             await asyncio.sleep(0.01)
@@ -106,7 +106,7 @@ class Someipy(peer.Recorded, unittest.IsolatedAsyncioTestCase):
         server = await self.serve(description(transport, methods=False))
         event = 0x8000 | group
         self.node.do("subscribe", peer.SERVICE, peer.INSTANCE, 1, group, event, transport)
-        for _ in range(100):
+        for _ in range(1200):
             server.send_event(group, event, b"\x01\x02")
             await asyncio.sleep(0.05)
             if any(line.startswith("event") for line in self.node.lines):
@@ -141,17 +141,17 @@ class Someipy(peer.Recorded, unittest.IsolatedAsyncioTestCase):
         received = []
         client.register_callback(lambda event, payload: received.append((event, payload)))
         client.subscribe_eventgroup(client.service.eventgroups[group], 3)
-        for _ in range(100):
+        for _ in range(1200):
             if await self.notify(group) > 0:
                 break
             await asyncio.sleep(0.05)
-        for _ in range(100):
+        for _ in range(1200):
             if received:
                 break
             await asyncio.sleep(0.02)
         self.assertEqual(received[:1], [(0x8000 | group, b"\x0a\x0b")])
         client.unsubscribe_eventgroup(client.service.eventgroups[group])
-        for _ in range(100):
+        for _ in range(1200):
             if await self.notify(group) == 0:
                 return
             await asyncio.sleep(0.02)

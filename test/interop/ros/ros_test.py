@@ -31,7 +31,7 @@ except ImportError:
     peer.missing("ros")
 
 program = sys.argv.pop(1)
-PATIENCE = 20  # seconds; running into it is a failure
+PATIENCE = 60  # seconds; running into it is a failure
 A, B = peer.OURS, peer.THEIRS
 ROUTES = [  # topic, type, whether it goes from A to B, settings
     ("/chatter", "std_msgs/msg/String", True, ""),

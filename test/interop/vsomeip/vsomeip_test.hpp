@@ -68,7 +68,7 @@ class VsomeipTest : public ::testing::Test {
 
   /// Lets all run until the condition is met, or a process ends by itself: whether it was met.
   template <typename Condition>
-  [[nodiscard]] bool run_until(Condition condition, std::chrono::milliseconds limit = 15s) {
+  [[nodiscard]] bool run_until(Condition condition, std::chrono::milliseconds limit = 60s) {
     const auto end = std::chrono::steady_clock::now() + limit;
     while (std::chrono::steady_clock::now() < end) {
       for (PeerProcess* one : {peer.get(), node_process.get()}) {
@@ -123,7 +123,7 @@ class VsomeipServes : public VsomeipTest {
     std::vector<std::byte> payload;
   };
   Outcome call(std::uint16_t method, Transport transport, const std::vector<std::uint8_t>& payload,
-               Duration timeout = 5s);
+               Duration timeout = 30s);
   /// Has it send an event with so many bytes.
   void emit_event(std::uint16_t event, std::uint32_t size);
   sd::SubscriptionId subscribe(std::uint16_t group, std::uint16_t event, bool tcp = false);
