@@ -3,22 +3,24 @@ import contextlib
 import fcntl
 import json
 import os
+import socket
 import subprocess
 import sys
 import time
 import unittest
 
 FLOOR = sys.argv.pop()
-SECONDS = 0.2  # long beside what a busy machine may make one wait
+SECONDS = 0.2
 PATIENCE = 60
 ADDRESS = f"127.{1 + (os.getpid() >> 8) % 254}.{os.getpid() & 255}.1"
 
 
 def bound(port):
-    """Whether somebody has opened it, of either kind."""
+    """Whether somebody has opened it at our address, of either kind."""
+    here = f"{int.from_bytes(socket.inet_aton(ADDRESS), sys.byteorder):08X}:{port:04X}"
     for table in "udp", "tcp":
         with open(f"/proc/net/{table}", encoding="utf-8") as lines:
-            if any(line.split()[1].endswith(f":{port:04X}") for line in list(lines)[1:]):
+            if any(line.split()[1] == here for line in list(lines)[1:]):
                 return True
     return False
 
@@ -36,8 +38,15 @@ def domain():
 
 
 class Floors(unittest.TestCase):
-    def measure(self, server, client, port, **options):
-        """What a client prints beside its server."""
+    def measure(self, *arguments, **options):
+        """What a client prints beside its server; again, if the machine has stalled for all of that time."""
+        for _ in range(10):
+            figures = self.measure_once(*arguments, **options)
+            if figures["received"] > 0:
+                break
+        return figures
+
+    def measure_once(self, server, client, port, **options):
         options = [f"{name}={value}" for name, value in options.items()]
         at = [f"at={ADDRESS}:{port}"] if port else []
         with subprocess.Popen([FLOOR, server, *at, *options]) as serving:
