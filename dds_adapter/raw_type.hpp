@@ -1,7 +1,7 @@
 #pragma once
-#include <cstring>
 #include <string>
 
+#include "dds_adapter/copy_bytes.hpp"
 #include "dds_adapter/fastdds_compat.hpp"
 #include "dds_adapter/raw_sample.hpp"
 
@@ -22,10 +22,10 @@ class RawType final : public fast::AnyType {
     if (raw.size > payload.max_size) {
       return false;
     }
-    auto* to = payload.data;
+    auto* to = reinterpret_cast<std::byte*>(payload.data);
     for (const ByteView piece : raw.pieces) {
       if (!piece.empty()) {
-        std::memcpy(to, piece.data(), piece.size());
+        copy_bytes(to, piece.data(), piece.size());
         to += piece.size();
       }
     }

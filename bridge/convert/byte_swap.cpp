@@ -100,9 +100,10 @@ __attribute__((target("avx512bw"))) std::size_t swap_avx512(std::byte* to, const
 }
 
 Shuffle found() noexcept {
-  return __builtin_cpu_supports("avx512bw") != 0 ? Shuffle::avx512
-         : __builtin_cpu_supports("avx2") != 0   ? Shuffle::avx2
-                                                 : Shuffle::none;
+  const bool in_halves = __builtin_cpu_is("amdfam19h") != 0;  // Zen 4 does 64 bytes as twice 32
+  return __builtin_cpu_supports("avx512bw") != 0 && !in_halves ? Shuffle::avx512
+         : __builtin_cpu_supports("avx2") != 0                 ? Shuffle::avx2
+                                                               : Shuffle::none;
 }
 
 #else

@@ -16,9 +16,9 @@ namespace trestle::bridge {
   return __builtin_bswap64(number);
 }
 
-/// Instructions that reverse many numbers at once, the slowest first; one has those before it, too.
+/// Instructions that reverse many numbers at once, the slowest first.
 enum class Shuffle : std::uint8_t { none, avx2, avx512 };
-/// Of this processor.
+/// The quickest of this processor, which has those before it, too.
 extern const Shuffle best_shuffle;
 
 /// Copies `count` numbers of `width` bytes (2, 4 or 8) and reverses the bytes of each. The two places need

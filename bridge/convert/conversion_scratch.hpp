@@ -10,6 +10,7 @@
 
 #include "bridge/convert/program.hpp"
 #include "bridge/convert/shape.hpp"
+#include "dds_adapter/copy_bytes.hpp"
 #include "someip/wire/tag.hpp"
 #include "someip/wire/types.hpp"
 
@@ -27,7 +28,7 @@ struct Gathered {
 /// Copies all slices to `to`, which must have room for `gathered.bytes`.
 inline void copy_to(const Gathered& gathered, std::byte* to) noexcept {
   for (const ByteView slice : gathered.slices) {
-    std::memcpy(to, slice.data(), slice.size());
+    copy_bytes(to, slice.data(), slice.size());
     to += slice.size();
   }
 }
@@ -35,7 +36,7 @@ inline void copy_to(const Gathered& gathered, std::byte* to) noexcept {
 /// As memcpy, and quicker for the few bytes of a name or a number: for those a call costs more than the copy.
 inline void copy_few(std::byte* to, const std::byte* from, std::size_t size) noexcept {
   if (size > 16) {
-    std::memcpy(to, from, size);
+    copy_bytes(to, from, size);
   } else if (size >= 8) {  // two that may overlap
     std::memcpy(to, from, 8);
     std::memcpy(to + size - 8, from + size - 8, 8);
@@ -169,7 +170,7 @@ class ConversionScratch {
     }
   }
 
-  void reallocate(std::size_t needed) {
+  __attribute__((noinline, cold)) void reallocate(std::size_t needed) {
     const std::size_t bytes = std::max({needed, 2 * capacity_, std::size_t{4096}});
     std::unique_ptr<std::byte[]> memory{
         new std::byte[bytes]};  // not value-initialised: no page is touched early
