@@ -126,6 +126,7 @@ class SomeIpCopies : public TwoNodes, public testing::WithParamInterface<Transpo
   const ServiceId service{0x1234};
   const MethodId event{0x8001};
   const MethodId method{0x0001};
+  const MethodId sink{0x0002};
   const EventgroupId group{1};
   const std::shared_ptr<const std::vector<std::byte>> payload =
       std::make_shared<const std::vector<std::byte>>(numbers(1'000'000));
@@ -134,16 +135,21 @@ class SomeIpCopies : public TwoNodes, public testing::WithParamInterface<Transpo
   sd::Node server{io, quick(server_address)};
   sd::Node client{io, quick(client_address)};
   // Answers a request of any payload with the large one.
-  const sd::OfferHandle offer =
-      server.offer({.service = service,
-                    .instance = InstanceId{1},
-                    .udp_port = is_tcp() ? std::nullopt : std::optional<std::uint16_t>{0},
-                    .tcp_port = is_tcp() ? std::optional<std::uint16_t>{0} : std::nullopt,
-                    .methods = {{method,
-                                 [this](const someip::Message&, sd::Responder responder) {
-                                   EXPECT_TRUE(responder.respond({&bytes, 1}, payload));
-                                 }}},
-                    .eventgroups = {{.id = group, .events = {event}}}});
+  const sd::OfferHandle
+      offer = server.offer({.service = service,
+                            .instance = InstanceId{1},
+                            .udp_port = is_tcp() ? std::nullopt : std::optional<std::uint16_t>{0},
+                            .tcp_port = is_tcp() ? std::optional<std::uint16_t>{0} : std::nullopt,
+                            .methods = {{method,
+                                         [this](const someip::Message&, sd::Responder responder) {
+                                           EXPECT_TRUE(responder.respond({&bytes, 1}, payload));
+                                         }},
+                                        {sink,
+                                         [this](const someip::Message& request, sd::Responder responder) {
+                                           EXPECT_EQ(request.payload.size(), bytes.size());
+                                           EXPECT_TRUE(responder.respond());
+                                         }}},
+                            .eventgroups = {{.id = group, .events = {event}}}});
 
   [[nodiscard]] static bool is_tcp() { return GetParam() == Transport::tcp; }
 
@@ -207,6 +213,22 @@ TEST_P(SomeIpCopies, OfAnAnswerToAProxyAreOneMore) {
     EXPECT_EQ(size, bytes.size());
   });
   EXPECT_EQ(seen.ours, expected() + 1);
+  EXPECT_EQ(seen.others, 0U);
+}
+
+// The client may not keep what it is given, and has no more than a burst of segments leave at once.
+TEST_P(SomeIpCopies, OfARequestAreOneByEachEndAtMost) {
+  const sd::RequirementId required = client.require({.service = service, .instance = InstanceId{1}});
+  ASSERT_TRUE(run_until([&] { return !client.available(required).empty(); }));
+  const Copies seen = of_each([&] {
+    bool done = false;
+    client.call(required, {.method = sink}, {&bytes, 1}, [&](const sd::CallResult& result) {
+      EXPECT_TRUE(result);
+      done = true;
+    });
+    ASSERT_TRUE(run_until([&] { return done; }));
+  });
+  EXPECT_EQ(seen.ours, 2 * expected());
   EXPECT_EQ(seen.others, 0U);
 }
 

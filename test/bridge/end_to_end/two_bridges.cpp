@@ -70,6 +70,10 @@ std::future<bool> RunningBridge::busy_until(const std::string& group, const std:
   return result->get_future();
 }
 
+std::thread::id RunningBridge::thread() const {
+  return state_->thread.get_id();
+}
+
 std::vector<bridge::CounterGroup> RunningBridge::counters() {
   std::promise<std::vector<bridge::CounterGroup>> result;
   boost::asio::post(state_->io, [&] { result.set_value(state_->bridge->counters()); });

@@ -18,6 +18,7 @@ class RunningBridge {
   RunningBridge(const RunningBridge&) = delete;
   RunningBridge& operator=(const RunningBridge&) = delete;
 
+  [[nodiscard]] std::thread::id thread() const;
   [[nodiscard]] std::vector<bridge::CounterGroup> counters();
   /// The counter `name` of the group whose name begins with `group`.
   [[nodiscard]] std::uint64_t counter(const std::string& group, const std::string& name);

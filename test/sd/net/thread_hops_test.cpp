@@ -1,10 +1,5 @@
-// Which threads a message passes: all system calls of this program that send or receive are noted on their
-// way to the kernel, with the thread that makes them.
+// Which threads a message passes.
 #include <dirent.h>
-#include <sys/socket.h>
-#include <sys/syscall.h>
-#include <sys/uio.h>
-#include <unistd.h>
 
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/packaged_task.hpp>
@@ -15,7 +10,9 @@
 
 #include "sd/net/handles.hpp"
 #include "sd/net/proxy.hpp"
+#include "someip/wire/bytes.hpp"
 #include "test/sd/net/two_nodes.hpp"
+#include "test/system_calls.hpp"
 
 namespace trestle::sd::thread_hops_test {
 namespace {
@@ -41,21 +38,10 @@ struct Notes {
       steps.push_back({std::this_thread::get_id(), what});
     }
   }
-  void look_at(const char* what, const void* data, std::size_t bytes) {
+  void look_at(const char* what, ByteView bytes) {
     const std::lock_guard lock{mutex};
-    if (id == 0 || bytes < 4) {
-      return;
-    }
-    const auto* const byte = static_cast<const unsigned char*>(data);
-    if ((std::uint32_t{byte[0]} << 24U | byte[1] << 16U | byte[2] << 8U | byte[3]) == id) {
+    if (id != 0 && bytes.size() >= 4 && someip::load<std::uint32_t>(bytes.data()) == id) {
       add_locked(what);
-    }
-  }
-  void look_at(const char* what, std::span<const iovec> parts, std::size_t bytes) {
-    for (const iovec& part : parts) {
-      if (part.iov_len > 0) {
-        return look_at(what, part.iov_base, std::min(bytes, part.iov_len));
-      }
     }
   }
   [[nodiscard]] std::vector<std::string> of(std::thread::id thread) {
@@ -78,90 +64,6 @@ Notes& notes() {
   static Notes one;
   return one;
 }
-
-constexpr std::size_t all = static_cast<std::size_t>(-1);
-
-template <typename... Arguments>
-ssize_t pass(long number, Arguments... arguments) {
-  return syscall(number, arguments...);
-}
-ssize_t received(ssize_t bytes, std::span<const iovec> parts) {
-  if (bytes > 0) {
-    notes().look_at("receive", parts, static_cast<std::size_t>(bytes));
-  }
-  return bytes;
-}
-std::span<const iovec> parts_of(const msghdr& message) {
-  return {message.msg_iov, message.msg_iovlen};
-}
-std::span<const iovec> parts_of(const iovec* parts, int count) {
-  return {parts, static_cast<std::size_t>(count)};
-}
-
-}  // namespace
-}  // namespace trestle::sd::thread_hops_test
-
-// The program's own functions go before those of the C library.
-// NOLINTBEGIN(*-reserved-identifier, *-identifier-naming, cert-dcl*)
-namespace hops = trestle::sd::thread_hops_test;
-
-extern "C" {
-
-ssize_t sendmsg(int fd, const msghdr* message, int flags) {
-  hops::notes().look_at("send", hops::parts_of(*message), hops::all);
-  return hops::pass(SYS_sendmsg, fd, message, flags);
-}
-int sendmmsg(int fd, mmsghdr* messages, unsigned count, int flags) {
-  for (unsigned i = 0; i < count; ++i) {
-    hops::notes().look_at("send", hops::parts_of(messages[i].msg_hdr), hops::all);
-  }
-  return static_cast<int>(hops::pass(SYS_sendmmsg, fd, messages, count, flags));
-}
-ssize_t sendto(int fd, const void* data, size_t bytes, int flags, const sockaddr* to, socklen_t size) {
-  hops::notes().look_at("send", data, bytes);
-  return hops::pass(SYS_sendto, fd, data, bytes, flags, to, size);
-}
-ssize_t send(int fd, const void* data, size_t bytes, int flags) {
-  return sendto(fd, data, bytes, flags, nullptr, 0);
-}
-ssize_t write(int fd, const void* data, size_t bytes) {
-  hops::notes().look_at("send", data, bytes);
-  return hops::pass(SYS_write, fd, data, bytes);
-}
-ssize_t writev(int fd, const iovec* parts, int count) {
-  hops::notes().look_at("send", hops::parts_of(parts, count), hops::all);
-  return hops::pass(SYS_writev, fd, parts, count);
-}
-ssize_t recvmsg(int fd, msghdr* message, int flags) {
-  return hops::received(hops::pass(SYS_recvmsg, fd, message, flags), hops::parts_of(*message));
-}
-int recvmmsg(int fd, mmsghdr* messages, unsigned count, int flags, timespec* timeout) {
-  const auto number = static_cast<int>(hops::pass(SYS_recvmmsg, fd, messages, count, flags, timeout));
-  for (int i = 0; i < number; ++i) {
-    hops::received(messages[i].msg_len, hops::parts_of(messages[i].msg_hdr));
-  }
-  return number;
-}
-ssize_t recvfrom(int fd, void* data, size_t bytes, int flags, sockaddr* from, socklen_t* size) {
-  const iovec part{data, bytes};
-  return hops::received(hops::pass(SYS_recvfrom, fd, data, bytes, flags, from, size), {&part, 1});
-}
-ssize_t recv(int fd, void* data, size_t bytes, int flags) {
-  return recvfrom(fd, data, bytes, flags, nullptr, nullptr);
-}
-ssize_t read(int fd, void* data, size_t bytes) {
-  const iovec part{data, bytes};
-  return hops::received(hops::pass(SYS_read, fd, data, bytes), {&part, 1});
-}
-ssize_t readv(int fd, const iovec* parts, int count) {
-  return hops::received(hops::pass(SYS_readv, fd, parts, count), hops::parts_of(parts, count));
-}
-
-}  // extern "C"
-// NOLINTEND(*-reserved-identifier, *-identifier-naming, cert-dcl*)
-
-namespace trestle::sd::thread_hops_test {
-namespace {
 
 using namespace std::chrono_literals;
 using someip::EventgroupId;
@@ -257,6 +159,7 @@ class ThreadHops : public testing::Test {
   }
 
   static void watch(MethodId method) {
+    test::watch_system_calls([](const char* what, ByteView bytes) { notes().look_at(what, bytes); });
     const std::lock_guard lock{notes().mutex};
     notes().steps.clear();
     notes().id = std::uint32_t{someip::value(service)} << 16U | someip::value(method);

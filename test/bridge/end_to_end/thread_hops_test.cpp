@@ -1,0 +1,127 @@
+// Which threads a sample passes on its way through two bridges: of each system call that sends or receives a
+// mark within it the thread is noted.
+#include <algorithm>
+#include <atomic>
+#include <mutex>
+
+#include "dds_adapter/ros_names.hpp"
+#include "test/bridge/end_to_end/samples.hpp"
+#include "test/bridge/end_to_end/two_bridges.hpp"
+#include "test/system_calls.hpp"
+
+namespace trestle::test::thread_hops_test {
+namespace {
+
+struct Step {
+  std::string what;
+  std::thread::id thread;
+  bool operator==(const Step&) const = default;
+};
+
+// Of the sample that has the mark.
+struct Notes {
+  std::mutex mutex;
+  Sample mark;
+  std::vector<Step> steps;
+
+  void look_at(const char* what, ByteView bytes) {
+    const std::lock_guard lock{mutex};
+    const Step step{what, std::this_thread::get_id()};
+    if (!mark.empty() && (steps.empty() || steps.back() != step) &&
+        !std::ranges::search(bytes, mark).empty()) {
+      steps.push_back(step);
+    }
+  }
+  std::vector<Step> take() {
+    const std::lock_guard lock{mutex};
+    mark.clear();
+    return std::exchange(steps, {});
+  }
+};
+
+Notes& notes() {
+  static Notes one;
+  return one;
+}
+
+class ThreadHops : public TwoBridges {
+ protected:
+  void SetUp() override {
+    TwoBridges::SetUp();
+    watch_system_calls([](const char* what, ByteView bytes) { notes().look_at(what, bytes); });
+  }
+  void TearDown() override {
+    watch_system_calls(nullptr);
+    TwoBridges::TearDown();
+  }
+
+  // What most samples of so many points take, as DDS sends again what is not confirmed in time: the threads
+  // are numbered in the order in which they come.
+  std::vector<std::string> carry(std::uint32_t points) {
+    start({{.topic = "/cloud", .type = "sensor_msgs/msg/PointCloud2"}});
+    const dds::Qos qos{.reliable = true, .depth = 10};
+    const std::string topic = dds::ros_topic_name("/cloud");
+    const std::string type = dds::ros_type_name("sensor_msgs/msg/PointCloud2");
+    dds::Writer writer = at_a_.create_writer(topic, type, qos);
+    std::atomic<std::size_t> arrived = 0;
+    const dds::Reader reader = at_b_.create_reader(topic, type, qos, [&](const dds::Sample&) { ++arrived; });
+    Sample sample = point_cloud(1, points);
+    EXPECT_TRUE(eventually([&] {
+      static_cast<void>(writer.write(sample));
+      usleep(50'000);
+      return arrived > 0;
+    }));
+    usleep(200'000);  // what was written before is there, too
+
+    std::vector<std::vector<std::string>> ways;
+    for (int i = 0; i < 9; ++i) {
+      const Sample mark{std::byte{0xa5}, std::byte{0x3c}, std::byte{0x96}, std::byte{0xf0},
+                        std::byte{0x71}, std::byte{0x0e}, std::byte{0x5d}, static_cast<std::byte>(i)};
+      std::ranges::copy(mark, sample.end() - static_cast<std::ptrdiff_t>(sample.size() / 2));
+      {
+        const std::lock_guard lock{notes().mutex};
+        notes().mark = mark;
+      }
+      const std::size_t before = arrived;
+      EXPECT_TRUE(writer.write(sample));
+      EXPECT_TRUE(eventually([&] { return arrived > before; }));
+      ways.push_back(named(notes().take()));
+    }
+    std::ranges::sort(ways);
+    const auto most = [&](const auto& way) { return std::ranges::count(ways, way); };
+    return *std::ranges::max_element(ways, {}, most);
+  }
+
+  std::vector<std::string> named(const std::vector<Step>& steps) {
+    std::vector<std::thread::id> seen;
+    std::vector<std::string> result;
+    for (const Step& step : steps) {
+      const auto place = std::ranges::find(seen, step.thread);
+      const std::string number = std::to_string(place - seen.begin() + 1);
+      if (place == seen.end()) {
+        seen.push_back(step.thread);
+      }
+      result.push_back(step.what + " " +
+                       (step.thread == a_->thread()   ? "bridge A"
+                        : step.thread == b_->thread() ? "bridge B"
+                                                      : number));
+    }
+    return result;
+  }
+};
+
+// The bridge's own thread sends, and does what comes from SOME/IP to the end. The others are the writer's,
+// and those of DDS that receive.
+TEST_F(ThreadHops, AreOneInEachBridgeAtMost) {
+  EXPECT_EQ(carry(2'500), (std::vector<std::string>{"send 1", "receive 2", "send bridge A",
+                                                    "receive bridge B", "send bridge B", "receive 5"}));
+}
+
+// What takes long to send has a thread of its writer.
+TEST_F(ThreadHops, AreOneInEachBridgeWithLargeSamples) {
+  EXPECT_EQ(carry(60'000), (std::vector<std::string>{"send 1", "receive 2", "send bridge A",
+                                                     "receive bridge B", "send 5", "receive 6"}));
+}
+
+}  // namespace
+}  // namespace trestle::test::thread_hops_test
