@@ -57,6 +57,7 @@ fast::Guid to_fast(const Guid& guid) noexcept {
 ParticipantCore::ParticipantCore(const ParticipantConfig& config)
     : graph_{config, [this] { on_names(); }}, on_event_{config.on_event}, on_writers_{config.on_writers} {
   fast::link_type_object_guard();
+  fast::link_rediscovery_guard();
   link_sanitizer_hints();
   if (config.domain > max_domain) {
     throw DdsError{"DDS domain " + std::to_string(config.domain) + " is out of range: 0 to " +

@@ -32,6 +32,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -279,15 +280,19 @@ void ros(std::uint32_t domain) {
 void watch(std::uint32_t domain) {
   boost::asio::io_context io{1};
   std::mutex mutex;
-  std::map<std::string, std::string> told;  // by participant
+  // By participant. What was told stays: Fast DDS does not tell again when one that seemed dead comes back.
+  std::map<std::string, std::string> told;
+  std::set<std::string> there;
   dds::Participant participant{{.domain = domain,
                                 .name = "watch",
                                 .interfaces = {"127.0.0.1"},
                                 .shared_memory = false,
                                 .on_event = [&](const dds::Event& event) {
-                                  if (event.kind == dds::Event::Kind::peer_lost) {
-                                    const std::lock_guard lock{mutex};
-                                    told.erase(event.peer);
+                                  const std::lock_guard lock{mutex};
+                                  if (event.kind == dds::Event::Kind::peer_found) {
+                                    there.insert(event.peer);
+                                  } else if (event.kind == dds::Event::Kind::peer_lost) {
+                                    there.erase(event.peer);
                                   }
                                 }}};
   const auto listen = [&](const dds::Sample& sample) {
@@ -310,7 +315,9 @@ void watch(std::uint32_t domain) {
     {
       const std::lock_guard lock{mutex};
       for (const auto& [peer, entities] : told) {
-        words.push_back(entities);
+        if (there.contains(peer)) {
+          words.push_back(entities);
+        }
       }
     }
     std::ranges::sort(words);
