@@ -92,7 +92,7 @@ TEST_F(Stalls, OfOursLeaveUsWholeToOthers) {
     lines += 2;
   }
   EXPECT_TRUE(says(lines));
-  EXPECT_EQ(said().back(), "+");
+  EXPECT_TRUE(eventually([&] { return said().back() == "+"; }));
 }
 
 }  // namespace
