@@ -17,6 +17,11 @@ namespace {
 
 using someip::FieldWidth;
 
+/// Of a whole message.
+Shape::Conversion whole_to_someip(const Program& program, std::endian order) noexcept {
+  return {.program = program.number, .to_cdr = false, .order = order, .position = 0};
+}
+
 class CdrToSomeip {
  public:
   CdrToSomeip(const Program& program, ByteView body, std::endian order, ConversionScratch& out)
@@ -560,10 +565,26 @@ class CdrToSomeip {
   Failure failure_;
 };
 
+__attribute__((noinline)) tl::expected<Gathered, ConversionError> by_operations(
+    const Program& program, const Shape::Conversion& conversion, ByteView body, std::size_t reference_from,
+    ConversionScratch& scratch) {
+  scratch.begin(reference_from);
+  CdrToSomeip converter{program, body, conversion.order, scratch};
+  if (!converter.convert()) {
+    return tl::unexpected{converter.error()};
+  }
+  const Gathered made = scratch.finish();
+  if (program.array_at != 0) {
+    scratch.message().learn(program, scratch.shape(0), conversion, body, reference_from, converter.at(),
+                            made);
+  }
+  return made;
+}
+
 }  // namespace
 
-tl::expected<Gathered, ConversionError> ConversionPlan::cdr_to_someip(ByteView sample,
-                                                                      ConversionScratch& scratch) const {
+__attribute__((hot)) tl::expected<Gathered, ConversionError> ConversionPlan::cdr_to_someip(
+    ByteView sample, ConversionScratch& scratch) const {
   if (sample.size() > max_converted_bytes) {
     return tl::unexpected{ConversionError{ConversionFault::too_large, 0, {}}};
   }
@@ -574,13 +595,13 @@ tl::expected<Gathered, ConversionError> ConversionPlan::cdr_to_someip(ByteView s
         0,
         {}}};
   }
-  scratch.begin(reference_from_);
-  CdrToSomeip converter{program_, sample.subspan(encapsulation_bytes),
-                        sample[1] == std::byte{0} ? std::endian::big : std::endian::little, scratch};
-  if (!converter.convert()) {
-    return tl::unexpected{converter.error()};
+  const ByteView body = sample.subspan(encapsulation_bytes);
+  const auto conversion =
+      whole_to_someip(program_, sample[1] == std::byte{0} ? std::endian::big : std::endian::little);
+  if (Gathered made; program_.array_at != 0 && scratch.message().convert(conversion, body, made)) {
+    return made;
   }
-  return scratch.finish();
+  return by_operations(program_, conversion, body, reference_from_, scratch);
 }
 
 }  // namespace trestle::bridge

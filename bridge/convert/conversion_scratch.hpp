@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "bridge/convert/gathered.hpp"
+#include "bridge/convert/message_shape.hpp"
 #include "bridge/convert/program.hpp"
 #include "bridge/convert/shape.hpp"
 #include "dds_adapter/copy_bytes.hpp"
@@ -15,23 +17,6 @@
 #include "someip/wire/types.hpp"
 
 namespace trestle::bridge {
-
-/// The bytes of a converted message in pieces, to be sent or copied one after another.
-///
-/// Pieces point into the conversion's input and into its ConversionScratch: they live until either the input
-/// goes or the scratch is used again.
-struct Gathered {
-  std::span<const ByteView> slices;
-  std::size_t bytes = 0;  ///< of all slices together
-};
-
-/// Copies all slices to `to`, which must have room for `gathered.bytes`.
-inline void copy_to(const Gathered& gathered, std::byte* to) noexcept {
-  for (const ByteView slice : gathered.slices) {
-    copy_bytes(to, slice.data(), slice.size());
-    to += slice.size();
-  }
-}
 
 /// As memcpy, and quicker for the few bytes of a name or a number: for those a call costs more than the copy.
 inline void copy_few(std::byte* to, const std::byte* from, std::size_t size) noexcept {
@@ -141,6 +126,9 @@ class ConversionScratch {
     return *shapes_[slot];
   }
 
+  /// And of the last one as a whole.
+  [[nodiscard]] MessageShape& message() noexcept { return message_; }
+
   [[nodiscard]] Gathered finish() {
     close_slice();
     return {slices_, position()};
@@ -195,6 +183,7 @@ class ConversionScratch {
   std::vector<MemberPlace> members_;
   std::vector<ByteView> slices_;
   std::array<std::unique_ptr<Shape>, shape_slots> shapes_;
+  MessageShape message_;
 };
 
 }  // namespace trestle::bridge

@@ -45,6 +45,23 @@ bool pays(const std::vector<Op>& ops, std::size_t begin, std::size_t end) {
   return i - begin >= Shape::least_operations;
 }
 
+/// Of a message that is nothing but what repeats, and the first array of bytes among that; 0: of none.
+std::size_t array_behind_front(const Program& program) {
+  const std::vector<Op>& ops = program.ops;
+  std::size_t found = 0;
+  for (std::size_t i = program.fields; i < ops.size(); i = behind(ops, i)) {
+    const Op& op = ops[i];
+    if (!op.repeats) {
+      return 0;
+    }
+    if (found == 0 && op.kind == Op::Kind::number_sequence && op.count * op.width == 1 &&
+        op.length == someip::FieldWidth::bits32) {
+      found = i;
+    }
+  }
+  return program.fields == 0 && program.has_shape ? found : 0;
+}
+
 }  // namespace
 
 void find_stretches(Program& program) {
@@ -55,6 +72,7 @@ void find_stretches(Program& program) {
       program.rules.struct_length != someip::FieldWidth::none && ops[0].kind == Op::Kind::structure;
   program.fields = is_struct ? 1 : 0;
   program.has_shape = pays(ops, program.fields, ops.size());
+  program.array_at = array_behind_front(program);
   std::uint8_t slot = 0;
   for (std::size_t i = 0; i < ops.size() && slot + 1U < Program::slots; ++i) {
     if (ops[i].kind == Op::Kind::sequence && !ops[i].is_quick && pays(ops, i + 1, ops[i].end)) {

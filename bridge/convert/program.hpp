@@ -89,6 +89,8 @@ struct Program {
   std::size_t fields =
       0;  ///< where the message's own begin: behind the operation that puts a length in front
   bool has_shape = false;  ///< they have one in the scratch, at slot 0
+  /// The array of bytes behind that front, if a MessageShape can be made of such messages; 0: it cannot.
+  std::size_t array_at = 0;
   std::vector<Op> ops;
   std::vector<std::vector<Label>> labels;  ///< for each operation, at least one, sorted by `first`
   std::vector<DefaultValue> defaults;

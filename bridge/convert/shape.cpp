@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "bridge/convert/byte_swap.hpp"
+#include "bridge/convert/words.hpp"
 
 namespace trestle::bridge {
 namespace {
@@ -14,21 +15,13 @@ static_assert(Shape::least_bytes >= block);
 constexpr std::byte all{0xff};
 constexpr std::byte none{0};
 
-using Words = std::uint64_t __attribute__((vector_size(16)));
-
-Words words(const std::byte* from) noexcept {
-  Words numbers;
-  std::memcpy(&numbers, from, sizeof numbers);
-  return numbers;
-}
-
 /// Whether a block of `a` and `b` differs where `mask` has bits.
 bool differs(const std::byte* a, const std::byte* b, const std::byte* mask) noexcept {
   Words difference{};
   for (std::size_t i = 0; i < block; i += sizeof difference) {
     difference |= (words(a + i) ^ words(b + i)) & words(mask + i);
   }
-  return (difference[0] | difference[1]) != 0;
+  return !is_zero(difference);
 }
 
 }  // namespace

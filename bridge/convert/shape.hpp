@@ -3,6 +3,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <span>
 
 #include "someip/wire/types.hpp"
 
@@ -23,6 +24,15 @@ namespace trestle::bridge {
 /// Numbers are compared, too, until they differ for the first time: to put them in takes longer.
 class Shape {
  public:
+  /// Numbers that are put in.
+  struct Place {
+    std::uint16_t from;
+    std::uint16_t to;
+    std::uint16_t bytes;
+    std::uint8_t width;
+    bool swap;
+  };
+
   /// What the result depends on, beside the bytes.
   struct Conversion {
     std::uint64_t program = 0;  ///< its number
@@ -55,6 +65,15 @@ class Shape {
   /// @param input  which is() was true of.
   void write(const std::byte* input, std::byte* to) const noexcept;
 
+  // What is() and write() go by, for a MessageShape.
+
+  /// Whether the last stretch had this shape, or it was recorded of that one.
+  [[nodiscard]] bool fitted() const noexcept { return key_ != 0 && misses_ == 0; }
+  [[nodiscard]] ByteView input() const noexcept { return {input_.data(), reads_}; }
+  [[nodiscard]] ByteView compared() const noexcept { return {compared_.data(), reads_}; }
+  [[nodiscard]] ByteView output() const noexcept { return {output_.data(), writes_}; }
+  [[nodiscard]] std::span<const Place> loose() const noexcept { return {place_.data(), loose_}; }
+
   /// Whether to record now. Where nothing repeats that is ever more seldom.
   [[nodiscard]] bool is_due() const noexcept { return misses_ >= patience_; }
 
@@ -81,13 +100,6 @@ class Shape {
   void finish(const std::byte* input, const std::byte* output) noexcept;
 
  private:
-  struct Place {
-    std::uint16_t from;
-    std::uint16_t to;
-    std::uint16_t bytes;
-    std::uint8_t width;
-    bool swap;
-  };
   static constexpr std::size_t most_places = 64;
   /// Longer runs of numbers are quicker by themselves.
   static constexpr std::size_t most_number_bytes = 256;

@@ -19,6 +19,13 @@ namespace {
 
 using someip::FieldWidth;
 
+constexpr std::size_t to_cdr_slot = Program::slots;  ///< of shapes: the other direction has those before
+
+/// Of a whole message.
+Shape::Conversion whole_to_cdr(const Program& program) noexcept {
+  return {.program = program.number, .to_cdr = true, .position = encapsulation_bytes};
+}
+
 class SomeipToCdr {
  public:
   SomeipToCdr(const Program& program, ByteView payload, ConversionScratch& out)
@@ -34,9 +41,6 @@ class SomeipToCdr {
         defaults_{program, out} {}
 
   bool convert() {
-    constexpr std::array encapsulation{std::byte{0},
-                                       std::byte{std::endian::native == std::endian::little ? 1U : 0U},
-                                       std::byte{0}, std::byte{0}};
     write(encapsulation);
     const std::size_t end = program_.ops.size();
     return program_.fields == 0 ? fields(0, end) : block(0, end);
@@ -127,8 +131,6 @@ class SomeipToCdr {
   }
 
  private:
-  static constexpr std::size_t to_cdr_slot = Program::slots;  ///< the other direction has those before
-
   /// The fields of the message.
   bool fields(std::size_t begin, std::size_t end) {
     return program_.has_shape ? convert_stretch(*this, to_cdr_slot, begin, end) : block(begin, end);
@@ -584,19 +586,35 @@ class SomeipToCdr {
   Failure failure_;
 };
 
-}  // namespace
-
-tl::expected<Gathered, ConversionError> ConversionPlan::someip_to_cdr(ByteView payload,
-                                                                      ConversionScratch& scratch) const {
-  if (payload.size() > max_converted_bytes) {
-    return tl::unexpected{ConversionError{ConversionFault::too_large, 0, {}}};
-  }
-  scratch.begin(reference_from_);
-  SomeipToCdr converter{program_, payload, scratch};
+__attribute__((noinline)) tl::expected<Gathered, ConversionError> by_operations(const Program& program,
+                                                                                ByteView payload,
+                                                                                std::size_t reference_from,
+                                                                                ConversionScratch& scratch) {
+  scratch.begin(reference_from);
+  SomeipToCdr converter{program, payload, scratch};
   if (!converter.convert()) {
     return tl::unexpected{converter.error()};
   }
-  return scratch.finish();
+  const Gathered made = scratch.finish();
+  if (program.array_at != 0) {
+    scratch.message().learn(program, scratch.shape(to_cdr_slot), whole_to_cdr(program), payload,
+                            reference_from, converter.at(), made);
+  }
+  return made;
+}
+
+}  // namespace
+
+__attribute__((hot)) tl::expected<Gathered, ConversionError> ConversionPlan::someip_to_cdr(
+    ByteView payload, ConversionScratch& scratch) const {
+  if (payload.size() > max_converted_bytes) {
+    return tl::unexpected{ConversionError{ConversionFault::too_large, 0, {}}};
+  }
+  if (Gathered made;
+      program_.array_at != 0 && scratch.message().convert(whole_to_cdr(program_), payload, made)) {
+    return made;
+  }
+  return by_operations(program_, payload, reference_from_, scratch);
 }
 
 }  // namespace trestle::bridge

@@ -15,6 +15,9 @@ namespace trestle::bridge {
 
 /// What stands before the body of a CDR sample.
 inline constexpr std::size_t encapsulation_bytes = 4;
+/// Of plain CDR in the host's byte order.
+inline constexpr std::array<std::byte, encapsulation_bytes> encapsulation{
+    std::byte{0}, std::byte{std::endian::native == std::endian::little ? 1U : 0U}};
 
 /// Loads a number from four bytes without any alignment.
 [[nodiscard]] inline std::uint32_t load_u32(const std::byte* from, std::endian order) noexcept {

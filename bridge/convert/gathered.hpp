@@ -1,0 +1,27 @@
+#pragma once
+#include <cstddef>
+#include <span>
+
+#include "dds_adapter/copy_bytes.hpp"
+#include "someip/wire/types.hpp"
+
+namespace trestle::bridge {
+
+/// The bytes of a converted message in pieces, to be sent or copied one after another.
+///
+/// Pieces point into the conversion's input and into its ConversionScratch: they live until either the input
+/// goes or the scratch is used again.
+struct Gathered {
+  std::span<const ByteView> slices;
+  std::size_t bytes = 0;  ///< of all slices together
+};
+
+/// Copies all slices to `to`, which must have room for `gathered.bytes`.
+inline void copy_to(const Gathered& gathered, std::byte* to) noexcept {
+  for (const ByteView slice : gathered.slices) {
+    copy_bytes(to, slice.data(), slice.size());
+    to += slice.size();
+  }
+}
+
+}  // namespace trestle::bridge
