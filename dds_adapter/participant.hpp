@@ -271,7 +271,7 @@ class Writer {
 
   /// Sends a sample, given in pieces that together are the encapsulation header and body. The pieces are
   /// copied once, into DDS's own memory, and are free again on return. With no reader there it still counts
-  /// as sent. The caller sends what is small itself; large samples, above some 200 KB for all readers
+  /// as sent. The caller sends what is small itself; large samples, above some 300 KB for all readers
   /// together, are copied and sent by a thread of this writer, and of those DDS may still refuse one after
   /// this has returned. While one is being sent, the next one waits for that, and never for a reader that is
   /// slow or stuck.

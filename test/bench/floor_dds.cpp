@@ -74,7 +74,7 @@ class Peer final : private fast::DataReaderListener {
   }
 
  private:
-  // All of these are those of dds_adapter/, whose writers are synchronous up to 200 KB.
+  // All of these are those of dds_adapter/, whose writers are synchronous up to 300 KB.
   static constexpr std::uint32_t buffer_bytes = 16U << 20U;
   static constexpr std::uint32_t shared_memory_bytes = 128U << 20U;
   static constexpr std::uint32_t shared_message_bytes = 16U << 20U;

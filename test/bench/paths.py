@@ -11,6 +11,7 @@ LOOPBACK = "127.0.0.1"
 # Of plain Fast DDS: sent by a thread of its own, the same by shared memory, and sent by the thread that writes.
 HOPS = {"asynchronous": ["domain=93"], "shared": ["domain=94", "shared_memory=1"],
         "synchronous": ["domain=95", "synchronous=1"]}
+MOST = max(CLOUDS.values())
 # Topics before /there and /back, and what their messages on SOME/IP wait for.
 PACINGS = {"/perf": "0 us", "/paced": None}
 
@@ -80,8 +81,8 @@ class Paths:
                                   (f"path {name}", lambda: self.ping("/perf", size, seconds)),
                                   (f"path paced {name}", lambda: self.ping("/paced", size, seconds)),
                                   times=2 if size < 1 << 20 else 1)  # the small ones scatter more
-        for size in CLOUDS.values():
-            self.measures.take(f"cloud {size}", lambda: self.ping("/perf", size, seconds))
+        for size in CLOUDS.values():  # percentiles want many, and large ones take their time
+            self.measures.take(f"cloud {size}", lambda: self.ping("/perf", size, max(seconds, 10 * seconds * size / MOST)))
 
     def clouds(self):
         """What the bridges reported of them: conversion and transport of each message, by cloud size."""

@@ -27,7 +27,7 @@ SOME/IP, bridge, DDS, PointCloud2 of that many bytes of points. The floor is two
 samples where DDS puts them, and one bare TP transfer, all of them taken beside it. A hop is asynchronous when a thread of
 Fast DDS sends what was written, synchronous when the thread that writes sends as well, and is kept for as long as that
 takes: for each size the floor has the way that is quicker in the median of the rounds. Our writers are synchronous with
-samples of up to 200 KB; larger ones are copied and sent by a thread of the writer. Of DDS, latencies are half of the way
+samples of up to 300 KB; larger ones are copied and sent by a thread of the writer. Of DDS, latencies are half of the way
 there and back; all of it goes by UDP on loopback, but for the hop that says otherwise. The idle node offers a service,
 without DDS; the start is counted from `main()` to the first event of a service that has long been there, without initial
 delay.
