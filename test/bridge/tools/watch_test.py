@@ -182,7 +182,10 @@ def captures(process):
     with open("/proc/net/packet", encoding="utf-8") as file:
         inodes = {f"socket:[{line.split()[-1]}]" for line in list(file)[1:]}
     folder = f"/proc/{process.pid}/fd"
-    return any(os.readlink(os.path.join(folder, name)) in inodes for name in os.listdir(folder))
+    try:
+        return any(os.readlink(os.path.join(folder, name)) in inodes for name in os.listdir(folder))
+    except FileNotFoundError:  # closed since they were listed: looked at again
+        return False
 
 
 def wait_until(condition, what):

@@ -4,6 +4,7 @@
   ROS domain 1 -- (cable) -- bridge A -- (cable, SOME/IP) -- bridge B -- ROS domain 2
 """
 import array
+import contextlib
 import os
 import pathlib
 import re
@@ -240,7 +241,10 @@ while True:
         return {str(file) for file in files if re.match(r"/dev/shm/(sem\.)?fast", str(file))}
 
     def shared_memory(self, process):
-        opened = [os.readlink(link) for link in pathlib.Path(f"/proc/{process.pid}/fd").iterdir()]
+        opened = []
+        for link in pathlib.Path(f"/proc/{process.pid}/fd").iterdir():
+            with contextlib.suppress(FileNotFoundError):  # closed since it was listed
+                opened.append(os.readlink(link))
         return self.of_fast_dds(opened + pathlib.Path(f"/proc/{process.pid}/maps").read_text().split())
 
     def all_shared_memory(self):  # that of this test: the namespace has a /dev/shm of its own
