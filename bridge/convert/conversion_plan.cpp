@@ -32,4 +32,13 @@ tl::expected<ConversionPlan, std::string> ConversionPlan::compile(const TypeTree
   return ConversionPlan{std::move(*program), reference_from};
 }
 
+void ConversionPlan::expect(ByteView message, const ConversionScratch& scratch) const noexcept {
+  if (program_.array_at == 0 || message.empty()) {
+    return;
+  }
+  scratch.message().fetch();
+  __builtin_prefetch(message.data());
+  __builtin_prefetch(&message.back());
+}
+
 }  // namespace trestle::bridge

@@ -76,6 +76,9 @@ class ConversionPlan {
   [[nodiscard]] tl::expected<Gathered, ConversionError> someip_to_cdr(ByteView payload,
                                                                       ConversionScratch& scratch) const;
 
+  /// Asks for the memory that a conversion will look at, so that it comes while something else is done.
+  void expect(ByteView message, const ConversionScratch& scratch) const noexcept;
+
   /// What was compiled, for tests and curious eyes.
   [[nodiscard]] const Program& program() const noexcept { return program_; }
 

@@ -128,6 +128,7 @@ class ConversionScratch {
 
   /// And of the last one as a whole.
   [[nodiscard]] MessageShape& message() noexcept { return message_; }
+  [[nodiscard]] const MessageShape& message() const noexcept { return message_; }
 
   [[nodiscard]] Gathered finish() {
     close_slice();

@@ -24,20 +24,6 @@ constexpr std::uint64_t without_last(std::uint64_t number, unsigned bits) noexce
 
 }  // namespace
 
-/// Asks for all that a usual message needs, so that it comes at once and not one after another.
-__attribute__((always_inline)) inline void MessageShape::fetch() const noexcept {
-  constexpr std::size_t line = 64;
-  constexpr std::size_t usual_bytes = 256;
-  const auto ask = [](const void* from, std::size_t bytes) {
-    const auto* const at = static_cast<const std::byte*>(from);
-    for (std::size_t i = 0; i < bytes; i += line) {
-      __builtin_prefetch(at + i);
-    }
-  };
-  ask(this, offsetof(MessageShape, output_) + usual_bytes);
-  ask(front_.data(), 2 * usual_bytes);
-}
-
 __attribute__((always_inline)) inline bool MessageShape::is_front(const std::byte* input) const noexcept {
   Words difference{};
   const auto compare = [&](const std::byte* from, const Block& block) {
@@ -68,10 +54,6 @@ __attribute__((always_inline)) inline void MessageShape::put_numbers(const std::
 
 __attribute__((hot)) bool MessageShape::convert(const Shape::Conversion& conversion, ByteView input,
                                                 Gathered& result) noexcept {
-  fetch();
-  if (!input.empty()) {
-    __builtin_prefetch(&input.back());
-  }
   if (key(conversion) != key_ || input.size() < array_at_ || !is_front(input.data())) {
     return false;
   }

@@ -114,6 +114,7 @@ void InboundRoute::settle() {
 }
 
 void InboundRoute::carry(const someip::Message& event) {
+  plan_.expect(event.payload, scratch_);
   ++received_;
   if (e2e_ && event.check != nullptr) {
     e2e_->note(*event.check);

@@ -111,6 +111,7 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
   }
 
   void carry(dds::Sample sample) {
+    plan.expect(sample.cdr(), idle_jobs.back()->scratch);
     if (is_expired(sample)) {
       ++expired;
       return;
