@@ -575,8 +575,7 @@ __attribute__((noinline)) tl::expected<Gathered, ConversionError> by_operations(
   }
   const Gathered made = scratch.finish();
   if (program.array_at != 0) {
-    scratch.message().learn(program, scratch.shape(0), conversion, body, reference_from, converter.at(),
-                            made);
+    scratch.message().learn(program, scratch.shape(0), conversion, body.first(converter.at()), made);
   }
   return made;
 }
@@ -599,7 +598,7 @@ __attribute__((hot)) tl::expected<Gathered, ConversionError> ConversionPlan::cdr
   const auto conversion =
       whole_to_someip(program_, sample[1] == std::byte{0} ? std::endian::big : std::endian::little);
   if (Gathered made; program_.array_at != 0 && scratch.message().convert(conversion, body, made)) {
-    return made;
+    return scratch.referencing_from(reference_from_, made);
   }
   return by_operations(program_, conversion, body, reference_from_, scratch);
 }

@@ -130,6 +130,16 @@ class ConversionScratch {
   [[nodiscard]] MessageShape& message() noexcept { return message_; }
   [[nodiscard]] const MessageShape& message() const noexcept { return message_; }
 
+  /// @return the same in memory of its own if its second slice, an array, is too small to be referenced.
+  [[nodiscard]] Gathered referencing_from(std::size_t bytes, const Gathered& message) {
+    if (message.slices[1].size() >= bytes) {
+      return message;
+    }
+    begin(bytes);
+    copy_to(message, room(message.bytes));
+    return finish();
+  }
+
   [[nodiscard]] Gathered finish() {
     close_slice();
     return {slices_, position()};

@@ -16,6 +16,8 @@ namespace {
 constexpr std::size_t count_bytes = 4;
 /// More than there ever are.
 constexpr std::size_t max_array_bytes = UINT32_MAX;
+/// Numbers are read eight bytes at a time, of which the last may be the array's.
+constexpr std::size_t least_array_bytes = sizeof(std::uint64_t);
 
 /// In the byte order of memory: the last bytes of a number go, the others move up to them, or down again.
 constexpr std::uint64_t without_last(std::uint64_t number, unsigned bits) noexcept {
@@ -59,7 +61,7 @@ __attribute__((hot)) bool MessageShape::convert(const Shape::Conversion& convers
   }
   const std::size_t bytes = load_u32(&input[array_at_ - count_bytes], count_order_);
   const std::size_t left = input.size() - array_at_;
-  if (bytes < least_ || bytes > most_ || bytes > left || left - bytes < reads_behind_ ||
+  if (bytes < least_array_bytes || bytes > most_ || bytes > left || left - bytes < reads_behind_ ||
       (!may_be_longer_ && left - bytes - reads_behind_ >= 4) ||
       ((cdr_array_at_ + bytes - cdr_behind_at_) & alignment_) != 0) {
     return false;
@@ -81,41 +83,42 @@ __attribute__((hot)) bool MessageShape::convert(const Shape::Conversion& convers
 }
 
 void MessageShape::learn(const Program& program, const Shape& front, const Shape::Conversion& conversion,
-                         ByteView input, std::size_t reference_from, std::size_t read,
-                         const Gathered& made) noexcept {
+                         ByteView input, const Gathered& made) noexcept {
   key_ = 0;
   if (!front.fitted() || front.end() != program.array_at || front.reads() > most_bytes ||
-      front.writes() > most_bytes || made.slices.size() < 2 || made.slices.size() > slices_.size()) {
+      front.writes() > most_bytes || made.slices.size() > slices_.size()) {
     return;
   }
   // In CDR padding stands before the count.
   const std::size_t gap = (0 - (conversion.to_cdr ? front.writes() : front.reads())) % count_bytes;
   const std::size_t array_at = front.reads() + (conversion.to_cdr ? 0 : gap) + count_bytes;
-  const ByteView array = made.slices[1];
-  const ByteView output_behind = made.slices.size() > 2 ? made.slices[2] : ByteView{};
-  // Numbers are read eight bytes at a time.
-  const std::size_t least = std::max(reference_from, sizeof(std::uint64_t));
-  if (array.data() != input.data() + array_at || array.size() < least || least > max_array_bytes) {
+  const std::endian length = length_order(program.rules);
+  const std::endian count_order = conversion.to_cdr ? length : conversion.order;
+  const std::size_t bytes = load_u32(&input[array_at - count_bytes], count_order);
+  const bool is_copied = made.slices.size() == 1;
+  if (bytes < least_array_bytes || (!is_copied && made.slices[1].data() != &input[array_at])) {
     return;
   }
-  const ByteView behind = input.first(read).subspan(array_at + array.size());
+  const std::size_t count_to = front.writes() + (conversion.to_cdr ? encapsulation_bytes + gap : 0);
+  const ByteView behind = input.subspan(array_at + bytes);
+  const ByteView output_behind = is_copied ? made.slices[0].subspan(count_to + count_bytes + bytes)
+                                 : made.slices.size() == 3 ? made.slices[2]
+                                                           : ByteView{};
   if (behind.size() > most_bytes_behind || output_behind.size() > most_bytes_behind ||
       !learn_numbers(front.loose())) {
     return;
   }
   learn_front(front);
   array_at_ = static_cast<std::uint32_t>(array_at);
-  least_ = static_cast<std::uint32_t>(least);
   most_ = static_cast<std::uint32_t>(
       std::min<std::uint64_t>(program.ops[program.array_at].bound, max_array_bytes));
   to_cdr_ = conversion.to_cdr;
   may_be_longer_ = to_cdr_ || program.may_be_longer;
   cdr_array_at_ = static_cast<std::uint32_t>(to_cdr_ ? front.writes() + gap + count_bytes : array_at);
-  cdr_behind_at_ = static_cast<std::uint32_t>(cdr_array_at_ + array.size());
+  cdr_behind_at_ = static_cast<std::uint32_t>(cdr_array_at_ + bytes);
   alignment_ = behind.empty() ? 0 : 7;
-  count_to_ = static_cast<std::uint16_t>(room_in_front + front.writes() + (to_cdr_ ? gap : 0));
-  const std::endian length = length_order(program.rules);
-  count_order_ = to_cdr_ ? length : conversion.order;
+  count_to_ = static_cast<std::uint16_t>(count_to + (to_cdr_ ? 0 : room_in_front));
+  count_order_ = count_order;
   count_order_to_ = to_cdr_ ? std::endian::native : length;
   reads_behind_ = static_cast<std::uint8_t>(behind.size());
   writes_behind_ = static_cast<std::uint8_t>(output_behind.size());

@@ -10,8 +10,8 @@
 
 namespace trestle::bridge {
 
-/// What became of a whole message: of its front, which is a Shape, of one large array of bytes, which is
-/// referenced, and of few bytes behind it. So are clouds, images and maps.
+/// What became of a whole message: of its front, which is a Shape, of one array of bytes, which stays as it
+/// is, and of few bytes behind it. So are clouds, images and maps.
 ///
 /// In a running bridge most of what a conversion looks at comes from memory, its own code above all, as what
 /// was carried meanwhile has gone through the caches. So the usual case is done here in little code and with
@@ -42,17 +42,16 @@ class alignas(64) MessageShape {
   }
 
   /// @param input   of CDR: the body.
-  /// @param result  lives until the next one is converted or learnt.
+  /// @param result  front, array and what is behind. Lives until the next one is converted or learnt.
   /// @return false: this is another one, and nothing was done.
   [[nodiscard]] bool convert(const Shape::Conversion& conversion, ByteView input, Gathered& result) noexcept;
 
   /// Remembers a message that the operations have converted, if it is one of this kind.
-  /// @param front           of a message of this program, direction and order; of this one if it fitted().
-  /// @param reference_from  bytes of an array that is referenced.
-  /// @param read            bytes of the input that were read.
-  /// @param made            of it.
+  /// @param front  of a message of this program, direction and order; of this one if it fitted().
+  /// @param input  what was read of it.
+  /// @param made   of it.
   void learn(const Program& program, const Shape& front, const Shape::Conversion& conversion, ByteView input,
-             std::size_t reference_from, std::size_t read, const Gathered& made) noexcept;
+             const Gathered& made) noexcept;
 
  private:
   /// Of the front, on either side.
@@ -87,11 +86,10 @@ class alignas(64) MessageShape {
   [[nodiscard]] bool learn_numbers(std::span<const Shape::Place> places) noexcept;
   void learn_front(const Shape& front) noexcept;
 
-  std::uint64_t key_ = 0;       ///< 0: nothing is remembered
-  std::uint32_t reads_ = 0;     ///< bytes of the front
-  std::uint32_t array_at_ = 0;  ///< behind the front, and behind what counts its bytes
-  std::uint32_t least_ = 0;     ///< bytes of the array
-  std::uint32_t most_ = 0;
+  std::uint64_t key_ = 0;            ///< 0: nothing is remembered
+  std::uint32_t reads_ = 0;          ///< bytes of the front
+  std::uint32_t array_at_ = 0;       ///< behind the front, and behind what counts its bytes
+  std::uint32_t most_ = 0;           ///< bytes of the array
   std::uint32_t cdr_array_at_ = 0;   ///< where the array begins in CDR
   std::uint32_t cdr_behind_at_ = 0;  ///< and where it ended
   std::uint16_t count_to_ = 0;       ///< where the count stands in output_

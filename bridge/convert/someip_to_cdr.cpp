@@ -597,8 +597,8 @@ __attribute__((noinline)) tl::expected<Gathered, ConversionError> by_operations(
   }
   const Gathered made = scratch.finish();
   if (program.array_at != 0) {
-    scratch.message().learn(program, scratch.shape(to_cdr_slot), whole_to_cdr(program), payload,
-                            reference_from, converter.at(), made);
+    scratch.message().learn(program, scratch.shape(to_cdr_slot), whole_to_cdr(program),
+                            payload.first(converter.at()), made);
   }
   return made;
 }
@@ -612,7 +612,7 @@ __attribute__((hot)) tl::expected<Gathered, ConversionError> ConversionPlan::som
   }
   if (Gathered made;
       program_.array_at != 0 && scratch.message().convert(whole_to_cdr(program_), payload, made)) {
-    return made;
+    return scratch.referencing_from(reference_from_, made);
   }
   return by_operations(program_, payload, reference_from_, scratch);
 }

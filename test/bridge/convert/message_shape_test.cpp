@@ -1,5 +1,6 @@
 #include "bridge/convert/message_shape.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <random>
@@ -254,11 +255,12 @@ TEST(MessageShape, ChangesNothingOfWhatBecomesOfMessages) {
       for (const auto order : {std::endian::little, std::endian::big}) {
         SCOPED_TRACE(kind.name + " " + rules + (order == std::endian::big ? " big" : ""));
         Both conversion = both(kind.tree, order, *rules == '\0' ? PayloadRules{} : profile(rules));
-        for (unsigned i = 0; i < 200; ++i) {
+        for (unsigned i = 0; i < 300; ++i) {
           Values values{.nanosec = static_cast<std::uint32_t>(random()),
                         .width = static_cast<std::uint32_t>(random() % 4)};
           values.bytes = random() % 8 == 0 ? random() % 240 : 96;
-          values.frame = i / 50 % 2 == 0 ? "lidar_top_left" : "radar_left";
+          values.frame = i / 40 % 2 == 0 ? "lidar_top_left" : "radar_left";
+          values.frame.resize(i / 80 == 2 ? 70 : values.frame.size(), '_');  // is referenced itself
           values.is_dense = random() % 8 != 0;
           values.padding = static_cast<std::byte>(random() % 8 == 0 ? random() : 0);
           auto sample = kind.message(random() % 16 == 0 ? std::endian::big : order, values);
@@ -312,7 +314,7 @@ TEST(MessageShape, SeesEachBitThatIsAnotherOne) {
   }
 }
 
-TEST(MessageShape, LeavesArraysThatAreNotReferencedAndThoseThatAreTooLong) {
+TEST(MessageShape, LeavesArraysThatAreTooLong) {
   const Kind bounded = kinds()[3];
   Both conversion = both(bounded.tree);
   const auto convert = [&](std::size_t bytes) {
@@ -331,12 +333,87 @@ TEST(MessageShape, LeavesArraysThatAreNotReferencedAndThoseThatAreTooLong) {
   EXPECT_FALSE(conversion.is_known());
   ASSERT_FALSE(too_long);
   EXPECT_EQ(too_long.error().find("bound_exceeded"), 0U) << too_long.error();
+}
+
+// Numbers in front are read eight bytes at a time.
+TEST(MessageShape, LeavesArraysOfLessThanEightBytes) {
+  const Kind image = kinds()[1];
+  Both conversion = both(image.tree);
+  const auto is_known = [&](std::size_t bytes) {
+    EXPECT_TRUE(conversion.to_someip(image.message(std::endian::little, {.bytes = bytes})));
+    return conversion.is_known();
+  };
   for (unsigned i = 0; i < 4; ++i) {
-    ASSERT_TRUE(convert(64));
+    static_cast<void>(is_known(64));
   }
-  EXPECT_TRUE(conversion.is_known());
-  ASSERT_TRUE(convert(56));
-  EXPECT_FALSE(conversion.is_known());
+  EXPECT_TRUE(is_known(8));
+  EXPECT_FALSE(is_known(7));
+  EXPECT_FALSE(is_known(64));
+  EXPECT_TRUE(is_known(64));
+}
+
+// Whichever of them are referenced.
+TEST(MessageShape, ChangesNothingOfMessagesWithASecondArray) {
+  unsigned known = 0;
+  for (const char* const second : {"uint8[12] second", "uint8[] second"}) {
+    const TypeTree tree =
+        tree_of(std::string{"uint32 a\nstring b\nuint32[6] c\nstring d\nuint8[] data\n"} + second);
+    for (const std::size_t bytes : {8U, 10U, 12U, 40U}) {
+      for (const std::size_t least : {8U, 11U, 12U, 13U, 64U}) {
+        SCOPED_TRACE(fmt::format("{}, {} bytes, {}", second, bytes, least));
+        Both conversion{plan_of(tree, {}, least), std::endian::little};
+        for (unsigned i = 0; i < 16; ++i) {
+          Cdr cdr{std::endian::little};
+          cdr.number(i).string("text");
+          for (unsigned k = 0; k < 6; ++k) {
+            cdr.number(k);
+          }
+          cdr.string("b").array(bytes);
+          if (std::string_view{second}.find("[]") != std::string_view::npos) {
+            cdr.number(12);
+          }
+          for (unsigned k = 0; k < 12; ++k) {
+            cdr.byte(k);
+          }
+          const auto payload = conversion.to_someip(cdr.bytes());
+          ASSERT_EQ(payload, written_by_payload_writer(tree, cdr.bytes(), {}));
+          ASSERT_EQ(conversion.to_cdr(*payload),
+                    rewritten_by_fastcdr(tree, cdr.bytes(), std::endian::native));
+          known += conversion.is_known() ? 1 : 0;
+        }
+      }
+    }
+  }
+  EXPECT_GT(known, 100U);
+}
+
+// As the operations do: so that one piece is sent, or written.
+TEST(MessageShape, CopiesArraysThatAreTooSmallToBeReferenced) {
+  for (const Kind& kind : {kinds()[0], kinds()[1], kinds()[3]}) {
+    SCOPED_TRACE(kind.name);
+    for (const std::size_t least : {reference_from, SIZE_MAX}) {
+      const auto plan = plan_of(kind.tree, {}, least);
+      ConversionScratch out;
+      ConversionScratch back;
+      for (unsigned i = 0; i < 8; ++i) {
+        const std::size_t bytes = i % 2 == 0 ? 64 : 56;
+        const auto sample = kind.message(std::endian::little, {.nanosec = i, .bytes = bytes});
+        const auto payload = plan.cdr_to_someip(sample, out);
+        ASSERT_TRUE(payload);
+        EXPECT_EQ(joined(*payload), written_by_payload_writer(kind.tree, sample, {}));
+        EXPECT_EQ(payload->slices.size() == 1, bytes < least) << bytes << " bytes of at least " << least;
+        const auto exact = joined(*payload);
+        const auto cdr = plan.someip_to_cdr(exact, back);
+        ASSERT_TRUE(cdr);
+        EXPECT_EQ(joined(*cdr), rewritten_by_fastcdr(kind.tree, sample, std::endian::native));
+        EXPECT_EQ(cdr->slices.size() == 1, bytes < least) << bytes << " bytes of at least " << least;
+      }
+      Gathered result;
+      const auto sample = kind.message(std::endian::little, {.nanosec = 9});
+      EXPECT_TRUE(out.message().convert({.program = plan.program().number, .order = std::endian::little},
+                                        ByteView{sample}.subspan(4), result));
+    }
+  }
 }
 
 TEST(MessageShape, DoesNotLookAtPadding) {
