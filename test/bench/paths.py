@@ -80,7 +80,7 @@ class Paths:
                                   (f"path transfer {name}", lambda: self.measures.transfer(size, 1, seconds)),
                                   (f"path {name}", lambda: self.ping("/perf", size, seconds)),
                                   (f"path paced {name}", lambda: self.ping("/paced", size, seconds)),
-                                  times=2 if size < 1 << 20 else 1)  # the small ones scatter more
+                                  times=3 if size < 1 << 20 else 2)  # the small ones scatter more
         for size in CLOUDS.values():  # percentiles want many, and large ones take their time
             self.measures.take(f"cloud {size}", lambda: self.ping("/perf", size, max(seconds, 10 * seconds * size / MOST)))
 

@@ -17,8 +17,8 @@ from call to answer and from `notify()` to the handler. `./run bench --check` fa
 
 Each round measures a floor and ours one after the other, the next round the other way about: a ratio is the median of
 those of the rounds, and "rounds" says between which values they lay (or those of ours, where there is no ratio). Where
-some rounds met a goal and others missed it, the last column says how many. What scatters more (without UDP_SEGMENT, and
-bridges up to 256 KB) is taken twice a round.
+some rounds met a goal and others missed it, the last column says how many. What scatters more is taken twice a round
+(without UDP_SEGMENT, two bridges) or three times (two bridges, up to 256 KB).
 
 """
 
