@@ -336,10 +336,13 @@ TEST_F(Losses, NamesEventsThatNobodyReads) {
     usleep(10'000);
     return in("no_reader") > 0;
   }));
+  // Some of what was written above may still be on its way.
+  EXPECT_TRUE(eventually([&] {
+    const std::uint64_t carried = out("carried");
+    return in("no_reader") == carried && in("received") == carried &&
+           a_->counter("SOME/IP", "messages_sent") == carried;
+  }));
   EXPECT_EQ(in("carried"), 0U);
-  EXPECT_TRUE(eventually([&] { return in("received") == out("carried"); }));
-  EXPECT_EQ(in("no_reader"), in("received"));
-  EXPECT_EQ(a_->counter("SOME/IP", "messages_sent"), out("carried"));
 }
 
 TEST_F(Losses, NamesMessagesThatAreTooLargeOrNone) {
@@ -351,7 +354,6 @@ TEST_F(Losses, NamesMessagesThatAreTooLargeOrNone) {
     usleep(10'000);
     return out("carried") > 0;
   }));
-  const std::uint64_t carried = out("carried");
   Sample large = string(1);
   large.resize(8);
   large.resize(2000, std::byte{'x'});
@@ -360,9 +362,13 @@ TEST_F(Losses, NamesMessagesThatAreTooLargeOrNone) {
   large.back() = std::byte{0};
   Sample broken = string(1);
   broken[6] = std::byte{0x7f};  // a length of gigabytes
+  // What was written above may still be on its way, all of it before this.
+  ASSERT_TRUE(writer.write(broken));
+  ASSERT_TRUE(eventually([&] { return out("not_convertible") == 1; }));
+  const std::uint64_t carried = out("carried");
   ASSERT_TRUE(writer.write(large));
   ASSERT_TRUE(writer.write(broken));
-  EXPECT_TRUE(eventually([&] { return out("too_large") == 1 && out("not_convertible") == 1; }));
+  EXPECT_TRUE(eventually([&] { return out("too_large") == 1 && out("not_convertible") == 2; }));
   EXPECT_EQ(out("carried"), carried);
 }
 
