@@ -62,6 +62,12 @@ std::size_t array_behind_front(const Program& program) {
   return program.fields == 0 && program.has_shape ? found : 0;
 }
 
+bool has_only_bytes(const std::vector<Op>& ops, std::size_t begin) {
+  return std::all_of(ops.begin() + static_cast<std::ptrdiff_t>(begin), ops.end(), [](const Op& op) {
+    return (op.kind == Op::Kind::numbers && op.width == 1) || op.kind == Op::Kind::bools;
+  });
+}
+
 }  // namespace
 
 void find_stretches(Program& program) {
@@ -73,6 +79,7 @@ void find_stretches(Program& program) {
   program.fields = is_struct ? 1 : 0;
   program.has_shape = pays(ops, program.fields, ops.size());
   program.array_at = array_behind_front(program);
+  program.bytes_behind_array = program.array_at != 0 && has_only_bytes(ops, behind(ops, program.array_at));
   std::uint8_t slot = 0;
   for (std::size_t i = 0; i < ops.size() && slot + 1U < Program::slots; ++i) {
     if (ops[i].kind == Op::Kind::sequence && !ops[i].is_quick && pays(ops, i + 1, ops[i].end)) {

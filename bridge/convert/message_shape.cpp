@@ -116,7 +116,7 @@ void MessageShape::learn(const Program& program, const Shape& front, const Shape
   may_be_longer_ = to_cdr_ || program.may_be_longer;
   cdr_array_at_ = static_cast<std::uint32_t>(to_cdr_ ? front.writes() + gap + count_bytes : array_at);
   cdr_behind_at_ = static_cast<std::uint32_t>(cdr_array_at_ + bytes);
-  alignment_ = behind.empty() ? 0 : 7;
+  alignment_ = program.bytes_behind_array ? 0 : 7;
   count_to_ = static_cast<std::uint16_t>(count_to + (to_cdr_ ? 0 : room_in_front));
   count_order_ = count_order;
   count_order_to_ = to_cdr_ ? std::endian::native : length;

@@ -91,6 +91,7 @@ struct Program {
   bool has_shape = false;  ///< they have one in the scratch, at slot 0
   /// The array of bytes behind that front, if a MessageShape can be made of such messages; 0: it cannot.
   std::size_t array_at = 0;
+  bool bytes_behind_array = false;  ///< and then nothing but single bytes, whose place in CDR does not matter
   std::vector<Op> ops;
   std::vector<std::vector<Label>> labels;  ///< for each operation, at least one, sorted by `first`
   std::vector<DefaultValue> defaults;

@@ -246,6 +246,40 @@ TEST(MessageShape, IsTakenForMessagesThatDifferInNumbersAndInTheirArray) {
   }
 }
 
+// As of clouds whose points are 22 bytes, and never as many.
+TEST(MessageShape, IsTakenForAnyLengthOfTheArrayUnlessWhatIsBehindHasAnAlignment) {
+  const auto known = [](const Kind& kind) {
+    Both conversion = both(kind.tree);
+    unsigned there = 0;
+    unsigned back = 0;
+    for (unsigned i = 0; i < 24; ++i) {
+      const auto sample =
+          kind.message(std::endian::little, {.nanosec = i, .width = 1 + i, .bytes = 64 + 11 * i % 24});
+      const auto payload = conversion.to_someip(sample);
+      there += conversion.is_known() ? 1 : 0;
+      EXPECT_EQ(payload, written_by_payload_writer(kind.tree, sample, {}));
+      EXPECT_EQ(conversion.to_cdr(*payload), rewritten_by_fastcdr(kind.tree, sample, std::endian::native));
+      back += conversion.is_known() ? 1 : 0;
+    }
+    return std::pair{there, back};
+  };
+  EXPECT_EQ(known(kinds()[0]), (std::pair{21U, 21U}));  // PointCloud2: is_dense
+  EXPECT_EQ(known(kinds()[1]), (std::pair{21U, 21U}));  // CompressedImage: nothing
+  const Kind before_numbers{"two bytes, a number",
+                            tree_of("uint64 a\nuint64 b\nuint64 c\nuint64 d\n"
+                                    "uint8[] data\nbool e\nuint8[2] f\nuint16 g"),
+                            [](std::endian order, const Values& values) {
+                              Cdr cdr{order, values.padding};
+                              for (const std::uint32_t number : {1U, 2U, 3U, values.nanosec}) {
+                                cdr.number(number, 8);
+                              }
+                              return cdr.array(values.bytes).byte(1).byte(2).byte(3).number(4, 2).bytes();
+                            }};
+  const auto [there, back] = known(before_numbers);
+  EXPECT_LT(there, 12U);
+  EXPECT_LT(back, 12U);
+}
+
 // Whatever comes, in whatever order: the same as by the operations.
 TEST(MessageShape, ChangesNothingOfWhatBecomesOfMessages) {
   std::minstd_rand random{7};
@@ -258,7 +292,7 @@ TEST(MessageShape, ChangesNothingOfWhatBecomesOfMessages) {
         for (unsigned i = 0; i < 300; ++i) {
           Values values{.nanosec = static_cast<std::uint32_t>(random()),
                         .width = static_cast<std::uint32_t>(random() % 4)};
-          values.bytes = random() % 8 == 0 ? random() % 240 : 96;
+          values.bytes = random() % 3 == 0 ? random() % 240 : 96;
           values.frame = i / 40 % 2 == 0 ? "lidar_top_left" : "radar_left";
           values.frame.resize(i / 80 == 2 ? 70 : values.frame.size(), '_');  // is referenced itself
           values.is_dense = random() % 8 != 0;
