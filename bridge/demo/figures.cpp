@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 namespace trestle::bridge::demo {
@@ -68,9 +69,13 @@ void Figures::on_line(Process from, std::string_view line, std::int64_t now_ns) 
 void Figures::handle(Process from, const Json& event, std::int64_t now_ns) {
   const auto& kind = event.at("event").get_ref<const std::string&>();
   if (kind == "published") {
-    on_published(event.at("sequence"), event.at("time_ns"));
+    on_published(event);
   } else if (kind == "received") {
     on_received(event);
+  } else if (kind == "unreadable") {
+    count_corrupt(event.at("reason"));
+  } else if (kind == "finished" && from == Process::publisher) {
+    judge_waiting(std::numeric_limits<std::int64_t>::max());
   } else if (kind == "carried") {
     on_carried(from, event);
   } else if (kind == "refused") {
@@ -118,19 +123,25 @@ std::string Figures::missing() const {
   return text;
 }
 
-void Figures::on_published(std::uint64_t sequence, std::int64_t time_ns) {
-  if (discovered_ns_ && time_ns >= *discovered_ns_) {
-    first_counted_ = std::min(first_counted_, sequence);
-    outstanding_.emplace(sequence, time_ns);
-    ++counts_.sent;
-  } else {
-    ++counts_.early;
+void Figures::on_published(const Json& event) {
+  const std::int64_t time_ns = event.at("time_ns");
+  const bool counts = discovered_ns_ && time_ns >= *discovered_ns_;
+  published_[event.at("stamp_ns")] = {.checksum = event.at("checksum"), .time_ns = time_ns, .counts = counts};
+  ++(counts ? counts_.sent : counts_.early);
+  if (published_.size() > most_published) {
+    published_.erase(published_.begin());
   }
-  last_published_ = std::max(last_published_, sequence);
-  while (!ahead_of_publisher_.empty() && ahead_of_publisher_.begin()->first <= last_published_) {
-    const auto [arrived, arrival] = *ahead_of_publisher_.begin();
-    ahead_of_publisher_.erase(ahead_of_publisher_.begin());
-    count_arrival(arrived, arrival);
+  judge_waiting(time_ns);
+}
+
+/// What was received before this one was published is one of those that were reported before it.
+void Figures::judge_waiting(std::int64_t before_ns) {
+  for (const Arrival& arrival : std::exchange(waiting_, {})) {
+    if (arrival.time_ns < before_ns || published_.contains(arrival.stamp_ns)) {
+      judge(arrival);
+    } else {
+      waiting_.push_back(arrival);
+    }
   }
 }
 
@@ -142,42 +153,51 @@ void Figures::on_refused() {
 }
 
 void Figures::on_received(const Json& event) {
-  const bool intact = event.at("intact");
-  if (!intact) {
-    // Its number may be damaged too, so the cloud that it was meant to be stays outstanding.
-    ++counts_.corrupt;
-    log_.push_back("subscriber: received a damaged cloud: " + event.value("reason", "no reason given"));
-    return;
-  }
-  const std::uint64_t sequence = event.at("sequence");
-  const Arrival arrival{.bytes = event.at("bytes"),
-                        .published_ns = event.at("published_ns"),
-                        .received_ns = event.at("time_ns")};
-  if (sequence <= last_published_) {
-    count_arrival(sequence, arrival);
-  } else if (!ahead_of_publisher_.emplace(sequence, arrival).second) {
-    ++counts_.duplicates;
+  const Arrival arrival{.stamp_ns = event.at("stamp_ns"),
+                        .checksum = event.at("checksum"),
+                        .bytes = event.at("bytes"),
+                        .time_ns = event.at("time_ns")};
+  if (published_.contains(arrival.stamp_ns)) {
+    judge(arrival);
+  } else {
+    waiting_.push_back(arrival);
   }
 }
 
-void Figures::count_arrival(std::uint64_t sequence, const Arrival& arrival) {
-  if (sequence < first_counted_) {
-    return;
+void Figures::judge(const Arrival& arrival) {
+  const auto found = published_.find(arrival.stamp_ns);
+  if (found == published_.end()) {
+    return count_corrupt("none with this stamp was sent");
   }
-  if (outstanding_.erase(sequence) == 0) {
+  Published& published = found->second;
+  if (published.checksum != arrival.checksum) {
+    return count_corrupt("the checksum does not fit the content");
+  }
+  if (published.arrived) {
     ++counts_.duplicates;
-    return;
+  } else if (published.counts) {
+    count_arrival(arrival, published.time_ns);
   }
+  published.arrived = true;
+}
+
+/// Which cloud it was meant to be may be damaged too, so that one is not known to have arrived.
+void Figures::count_corrupt(const std::string& reason) {
+  ++counts_.corrupt;
+  log_.push_back("subscriber: received a damaged cloud: " + reason);
+}
+
+void Figures::count_arrival(const Arrival& arrival, std::int64_t published_ns) {
   ++counts_.arrived;
-  add(Leg::end_to_end, arrival.received_ns - arrival.published_ns);
+  add(Leg::end_to_end, arrival.time_ns - published_ns);
   if (counts_.arrived == 1) {
-    first_arrival_ns_ = arrival.received_ns;
+    first_arrival_ns_ = arrival.time_ns;
     first_arrival_bytes_ = arrival.bytes;
   }
-  last_arrival_ns_ = arrival.received_ns;
+  last_arrival_ns_ = arrival.time_ns;
   arrived_bytes_ += arrival.bytes;
-  recent_.emplace_back(arrival.received_ns, arrival.bytes);
-  while (recent_.front().first < arrival.received_ns - window_ns) {
+  recent_.emplace_back(arrival.time_ns, arrival.bytes);
+  while (recent_.front().first < arrival.time_ns - window_ns) {
     recent_.pop_front();
   }
 }
@@ -211,8 +231,10 @@ void Figures::on_carried(Process from, const Json& event) {
 }
 
 std::uint64_t Figures::lost(std::int64_t now_ns) const {
-  const auto under_way = std::ranges::count_if(
-      outstanding_, [&](const auto& cloud) { return cloud.second >= now_ns - grace_ns; });
+  const auto under_way = std::ranges::count_if(published_, [&](const auto& stamp_and_cloud) {
+    const Published& cloud = stamp_and_cloud.second;
+    return cloud.counts && !cloud.arrived && cloud.time_ns >= now_ns - grace_ns;
+  });
   return outstanding() - static_cast<std::uint64_t>(under_way);
 }
 

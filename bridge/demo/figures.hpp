@@ -68,7 +68,7 @@ class Figures {
 
   [[nodiscard]] const CloudCounts& counts() const noexcept { return counts_; }
   /// Sent, and not arrived. At the end of a run these are lost.
-  [[nodiscard]] std::uint64_t outstanding() const noexcept { return outstanding_.size() + counts_.refused; }
+  [[nodiscard]] std::uint64_t outstanding() const noexcept { return counts_.sent - counts_.arrived; }
   /// The same without those that were sent less than a second ago and may be under way.
   [[nodiscard]] std::uint64_t lost(std::int64_t now_ns) const;
   [[nodiscard]] const Samples& leg(Leg leg) const noexcept { return legs_[static_cast<std::size_t>(leg)]; }
@@ -94,19 +94,29 @@ class Figures {
 
  private:
   using Json = nlohmann::json;
+  struct Published {
+    std::uint64_t checksum = 0;
+    std::int64_t time_ns = 0;
+    bool counts = false;  ///< was sent after discovery
+    bool arrived = false;
+  };
   struct Arrival {
+    std::int64_t stamp_ns = 0;
+    std::uint64_t checksum = 0;
     std::uint64_t bytes = 0;
-    std::int64_t published_ns = 0;
-    std::int64_t received_ns = 0;
+    std::int64_t time_ns = 0;
   };
 
   void handle(Process from, const Json& event, std::int64_t now_ns);
   void on_matched(Process from, std::uint64_t count);
-  void on_published(std::uint64_t sequence, std::int64_t time_ns);
+  void on_published(const Json& event);
+  void judge_waiting(std::int64_t before_ns);
   void on_refused();
   void on_carried(Process from, const Json& event);
   void on_received(const Json& event);
-  void count_arrival(std::uint64_t sequence, const Arrival& arrival);
+  void judge(const Arrival& arrival);
+  void count_arrival(const Arrival& arrival, std::int64_t published_ns);
+  void count_corrupt(const std::string& reason);
   void update_discovered(std::int64_t now_ns);
   void add(Leg leg, std::int64_t duration_ns) { legs_[static_cast<std::size_t>(leg)].add(duration_ns); }
 
@@ -117,12 +127,11 @@ class Figures {
   std::optional<std::int64_t> discovered_ns_;
   std::vector<std::string> log_;
 
-  // Clouds. Publisher and subscriber report on their own: either may be heard of first.
+  // Clouds, by their stamps. Publisher and subscriber report on their own: either may be heard of first.
+  static constexpr std::size_t most_published = 10'000;
   CloudCounts counts_;
-  std::uint64_t last_published_ = 0;
-  std::uint64_t first_counted_ = UINT64_MAX;
-  std::map<std::uint64_t, std::int64_t> outstanding_;    ///< sequence, and when it was published
-  std::map<std::uint64_t, Arrival> ahead_of_publisher_;  ///< received, not yet reported as published
+  std::map<std::int64_t, Published> published_;  ///< the last ones
+  std::vector<Arrival> waiting_;                 ///< received, not yet reported as published
 
   // Legs. Of a message on the SOME/IP side both bridges know the session id.
   std::array<Samples, leg_count> legs_;

@@ -74,6 +74,10 @@ tl::unexpected<std::string> wrong(const char* what) {
 }  // namespace
 
 EncodedCloud encode(const Cloud& cloud, std::int64_t stamp_ns, std::string_view frame_id) {
+  return encode(cloud, cloud.data, stamp_ns, frame_id);
+}
+
+EncodedCloud encode(const Cloud& cloud, ByteView data, std::int64_t stamp_ns, std::string_view frame_id) {
   CdrWriter out;
   // Before 1970 the seconds are negative and the nanoseconds still count upwards.
   const std::int64_t nanoseconds = (stamp_ns % second_ns + second_ns) % second_ns;
@@ -92,8 +96,8 @@ EncodedCloud encode(const Cloud& cloud, std::int64_t stamp_ns, std::string_view 
   out.u8(0);  // is_bigendian
   out.u32(cloud.point_bytes);
   out.u32(cloud.point_bytes * cloud.width);
-  out.u32(static_cast<std::uint32_t>(cloud.data.size()));
-  return {out.take(), cloud.data, static_cast<std::byte>(cloud.dense)};
+  out.u32(static_cast<std::uint32_t>(data.size()));
+  return {out.take(), data, static_cast<std::byte>(cloud.dense)};
 }
 
 tl::expected<CloudView, std::string> decode(ByteView cdr) {

@@ -58,6 +58,9 @@ struct EncodedCloud {
 /// Serialises a cloud as little-endian XCDR1.
 /// @param stamp_ns  header.stamp, since 1970.
 [[nodiscard]] EncodedCloud encode(const Cloud& cloud, std::int64_t stamp_ns, std::string_view frame_id);
+/// The same of other data than the cloud's own.
+[[nodiscard]] EncodedCloud encode(const Cloud& cloud, ByteView data, std::int64_t stamp_ns,
+                                  std::string_view frame_id);
 
 /// A decoded PointCloud2; views point into the decoded bytes.
 struct CloudView {

@@ -6,16 +6,18 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "bridge/demo/checksum.hpp"
 #include "bridge/demo/lidar_scene.hpp"
 #include "bridge/demo/pcd.hpp"
 #include "bridge/demo/report.hpp"
-#include "bridge/demo/tagged_cloud.hpp"
 #include "dds_adapter/participant.hpp"
 #include "dds_adapter/ros_names.hpp"
 
 namespace trestle::bridge::demo {
 
 namespace {
+
+constexpr const char* frame_id = "lidar";
 
 /// What is published, frame by frame.
 class Source {
@@ -73,9 +75,10 @@ void run_publisher(const PublisherOptions& options) {
   const std::int64_t end = options.duration ? start + std::chrono::nanoseconds{*options.duration}.count()
                                             : std::numeric_limits<std::int64_t>::max();
   std::int64_t due = start;
+  std::int64_t stamp = 0;
   std::uint64_t published = 0;
-  for (std::uint64_t sequence = 1; due < end; ++sequence) {
-    const Cloud& cloud = source.frame(sequence);  // ahead of its time, so that rendering makes nobody wait
+  for (std::uint64_t number = 1; due < end; ++number) {
+    const Cloud& cloud = source.frame(number);  // ahead of its time, so that rendering makes nobody wait
     bool stopped = false;
     do {
       stopped = signals.wait_until(due);
@@ -83,19 +86,20 @@ void run_publisher(const PublisherOptions& options) {
     if (stopped || report.closed()) {
       break;
     }
-    const EncodedCloud encoded = encode_tagged(cloud, sequence, realtime_ns());
-    const std::size_t matched = writer.matched();
+    stamp =
+        std::max(stamp + 1, realtime_ns());  // is what a cloud is known by, also when the clock is set back
+    const EncodedCloud encoded = encode(cloud, stamp, frame_id);
     const std::array<ByteView, 3> pieces{encoded.front, encoded.data, ByteView{&encoded.tail, 1}};
     const std::int64_t time = monotonic_ns();
     if (const auto written = writer.write(pieces); written) {
       ++published;
       report.line({{"event", "published"},
-                   {"sequence", sequence},
+                   {"stamp_ns", stamp},
+                   {"checksum", checksum(encoded)},
                    {"bytes", encoded.size()},
-                   {"matched", matched},
                    {"time_ns", time}});
     } else {
-      report.line({{"event", "refused"}, {"sequence", sequence}, {"reason", to_string(written.error())}});
+      report.line({{"event", "refused"}, {"reason", to_string(written.error())}});
     }
     // After a stall the clouds must not come out in a burst.
     due = std::max(due + period, monotonic_ns());

@@ -20,14 +20,15 @@ struct PublisherOptions {
   int report_fd = 1;                             ///< where the events go
 };
 
-/// Publishes PointCloud2 messages as a ROS 2 node would, each with its sequence number and checksum in
-/// `header.frame_id` (see tagged_cloud.hpp), until its time is over or SIGINT or SIGTERM comes.
+/// Publishes PointCloud2 messages as a ROS 2 node would, of which it tells the stamps and checksums
+/// (see checksum.hpp), until its time is over or SIGINT or SIGTERM comes.
 ///
 /// Reports one JSON object a line; times are CLOCK_MONOTONIC in nanoseconds:
 ///   {"event":"ready"}                                                      inputs are read, DDS is up
 ///   {"event":"matched","count":1}                                          how many readers there are now
-///   {"event":"published","sequence":1,"bytes":3145892,"matched":1,"time_ns":...}   time: just before writing
-///   {"event":"refused","sequence":2,"reason":"timeout"}                    DDS did not take it
+///   {"event":"published","stamp_ns":...,"checksum":...,"bytes":3145892,"time_ns":...}
+///                                                                          just before it was written
+///   {"event":"refused","reason":"timeout"}                                 DDS did not take it
 ///   {"event":"finished","published":200}
 ///
 /// Blocks SIGINT and SIGTERM in the calling thread. Ends early when nobody reads the events any more.

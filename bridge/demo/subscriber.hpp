@@ -16,15 +16,14 @@ struct SubscriberOptions {
   int report_fd = 1;                             ///< where the events go
 };
 
-/// Receives what run_publisher() sends, however far it has come, and checks each cloud against its checksum.
+/// Receives what run_publisher() sends, however far it has come, and tells the stamps and checksums of it.
 ///
 /// Reports one JSON object a line; times are CLOCK_MONOTONIC in nanoseconds:
 ///   {"event":"ready"}
 ///   {"event":"matched","count":1}                                  how many writers there are now
-///   {"event":"received","sequence":1,"bytes":3145892,"intact":true,"published_ns":...,"time_ns":...}
-///   {"event":"received","bytes":3145892,"intact":false,"reason":"...","time_ns":...}
-///                                            `sequence` and `published_ns` are there when they could be read
-///   {"event":"finished","received":200,"intact":200,"lost_by_dds":0,"overrun":0}
+///   {"event":"received","stamp_ns":...,"checksum":...,"bytes":3145892,"time_ns":...}
+///   {"event":"unreadable","reason":"..."}                          it is no cloud
+///   {"event":"finished","received":200,"lost_by_dds":0,"overrun":0}
 ///                                            overrun: came while 64 others were still waiting to be checked
 ///
 /// Blocks SIGINT and SIGTERM in the calling thread. Ends early when nobody reads the events any more.

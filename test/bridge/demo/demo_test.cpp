@@ -48,13 +48,12 @@ if command == 'bridge':
 report(event='matched', count=1)
 if command == 'demo-publisher':
     signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])  # not between what it reports and what it sends
-    sequence = 0
+    stamp = 0
     while True:
-        sequence += 1
-        now = time.monotonic_ns()
-        report(event='published', sequence=sequence, bytes=1000, time_ns=now)
+        stamp += 1
+        report(event='published', stamp_ns=stamp, checksum=7 * stamp, bytes=1000, time_ns=time.monotonic_ns())
         with open('HERE/sent', 'a') as sent:
-            sent.write(f'{sequence} {now}\n')
+            sent.write(f'{stamp}\n')
         if signal.sigtimedwait([signal.SIGINT], 0.02):
             end()
 with open('HERE/sent', 'a+') as sent:
@@ -65,9 +64,9 @@ with open('HERE/sent', 'a+') as sent:
         if not partial.endswith('\n'):
             time.sleep(0.005)
             continue
-        sequence, published = partial.split()
+        stamp = int(partial)
         partial = ''
-        report(event='received', sequence=int(sequence), bytes=1000, intact=INTACT, published_ns=int(published),
+        report(event='received', stamp_ns=stamp, checksum=7 * stamp if INTACT else 5, bytes=1000,
                time_ns=time.monotonic_ns())
 )";
 

@@ -123,20 +123,18 @@ TEST(DemoEndpoints, CarryTheSceneAndFindItIntact) {
   const json first = subscriber.next("received");
   ASSERT_FALSE(first.is_null());
   json sent = publisher.next("published");
-  while (sent["sequence"] < first["sequence"]) {
+  while (sent["stamp_ns"] < first["stamp_ns"]) {
     sent = publisher.next("published");
   }
   json received = first;
   for (int i = 0; i < 5; ++i) {
-    EXPECT_EQ(received["sequence"], sent["sequence"]);
-    EXPECT_EQ(received["intact"], true) << received;
+    EXPECT_EQ(received["stamp_ns"], sent["stamp_ns"]);
+    EXPECT_EQ(received["checksum"], sent["checksum"]);
     // Three bytes of padding may be received with it.
     EXPECT_GE(received["bytes"].get<int>(), sent["bytes"].get<int>());
     EXPECT_LE(received["bytes"].get<int>(), sent["bytes"].get<int>() + 3);
     EXPECT_GT(sent["bytes"], 3'145'728);
-    // The stamp is taken before the checksum is, the time of the event after it.
-    EXPECT_LE(received["published_ns"], sent["time_ns"]);
-    EXPECT_GT(received["published_ns"], sent["time_ns"].get<std::int64_t>() - 1'000'000'000);
+    EXPECT_NEAR(sent["stamp_ns"].get<double>(), static_cast<double>(realtime_ns()), 60e9);
     EXPECT_GT(received["time_ns"], sent["time_ns"]);
     received = subscriber.next("received");
     sent = publisher.next("published");
@@ -148,7 +146,7 @@ TEST(DemoEndpoints, CarryTheSceneAndFindItIntact) {
   EXPECT_EQ(subscriber.next("matched")["count"], 0);
   subscriber.stop();
   const json finished = subscriber.next("finished");
-  EXPECT_EQ(finished["intact"], finished["received"]);
+  EXPECT_GE(finished["received"], 6);
   EXPECT_EQ(finished["overrun"], 0);
   EXPECT_EQ(subscriber.wait(), 0);
 }
@@ -165,10 +163,15 @@ TEST(DemoEndpoints, CarryRecordedCloudsInTurn) {
     options.inputs = {file};
     run_publisher(options);
   }};
+  json sent = publisher.next("published");
   for (int i = 0; i < 3; ++i) {
     const json received = subscriber.next("received");
     ASSERT_FALSE(received.is_null());
-    EXPECT_EQ(received["intact"], true) << received;
+    while (sent["stamp_ns"] < received["stamp_ns"]) {
+      sent = publisher.next("published");
+    }
+    EXPECT_EQ(received["stamp_ns"], sent["stamp_ns"]);
+    EXPECT_EQ(received["checksum"], sent["checksum"]);
     EXPECT_LT(received["bytes"], 200);
   }
   std::filesystem::remove(file);
