@@ -23,11 +23,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     require(!plans->copying.cdr_to_someip(input, scratch));
     return 0;
   }
-  const auto first = joined(*payload);
-  require(joined(plans->referencing.cdr_to_someip(input, fresh).value()) == first);
-  require(joined(plans->copying.cdr_to_someip(input, scratch).value()) == first);
-  const auto cdr = joined(plans->referencing.someip_to_cdr(first, scratch).value());
-  require(joined(plans->copying.someip_to_cdr(first, scratch).value()) == cdr);
-  require(joined(plans->referencing.cdr_to_someip(cdr, scratch).value()) == first);
+  const auto first = whole(*payload);
+  require(whole(plans->referencing.cdr_to_someip(input, fresh).value()) == first);
+  require(whole(plans->copying.cdr_to_someip(input, scratch).value()) == first);
+  const auto cdr = whole(plans->referencing.someip_to_cdr(first, scratch).value());
+  require(whole(plans->copying.someip_to_cdr(first, scratch).value()) == cdr);
+  require(whole(plans->referencing.cdr_to_someip(cdr, scratch).value()) == first);
   return 0;
 }

@@ -163,7 +163,7 @@ inline void require(bool condition) {
   }
 }
 
-inline std::vector<std::byte> joined(const bridge::Gathered& gathered) {
+inline std::vector<std::byte> whole(const bridge::Gathered& gathered) {
   std::size_t bytes = 0;
   for (const ByteView slice : gathered.slices) {
     require(!slice.empty());
@@ -191,7 +191,7 @@ template <typename Convert>
 void require_no_memory(ByteView input, const Convert& convert) {
   const auto outcome = [&](ByteView message, bridge::ConversionScratch& scratch) {
     const auto result = convert(message, scratch);
-    return result ? std::pair{joined(*result), std::string{}}
+    return result ? std::pair{whole(*result), std::string{}}
                   : std::pair{std::vector<std::byte>{}, to_string(result.error())};
   };
   std::size_t bit = input.size();

@@ -25,9 +25,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     require(!plans->copying.someip_to_cdr(input, scratch));
     return 0;
   }
-  const auto first = joined(*cdr);
-  require(joined(plans->referencing.someip_to_cdr(input, fresh).value()) == first);
-  require(joined(plans->copying.someip_to_cdr(input, scratch).value()) == first);
+  const auto first = whole(*cdr);
+  require(whole(plans->referencing.someip_to_cdr(input, fresh).value()) == first);
+  require(whole(plans->copying.someip_to_cdr(input, scratch).value()) == first);
   const auto payload = plans->copying.cdr_to_someip(first, scratch);
   if (!payload) {
     const auto fault = payload.error().fault;
@@ -36,7 +36,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     require(plans->copying.program().rules.alignment > 1 || plans->has_type_rules);
     return 0;
   }
-  const auto again = joined(*payload);
-  require(joined(plans->referencing.someip_to_cdr(again, scratch).value()) == first);
+  const auto again = whole(*payload);
+  require(whole(plans->referencing.someip_to_cdr(again, scratch).value()) == first);
   return 0;
 }

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <span>
+#include <vector>
 
 #include "dds_adapter/copy_bytes.hpp"
 #include "someip/wire/types.hpp"
@@ -22,6 +23,16 @@ inline void copy_to(const Gathered& gathered, std::byte* to) noexcept {
     copy_bytes(to, slice.data(), slice.size());
     to += slice.size();
   }
+}
+
+/// All slices in one piece of memory of its own.
+[[nodiscard]] inline std::vector<std::byte> joined(const Gathered& gathered) {
+  std::vector<std::byte> bytes;
+  bytes.reserve(gathered.bytes);
+  for (const ByteView slice : gathered.slices) {
+    bytes.insert(bytes.end(), slice.begin(), slice.end());
+  }
+  return bytes;
 }
 
 }  // namespace trestle::bridge

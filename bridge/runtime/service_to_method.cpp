@@ -174,8 +174,7 @@ void ServiceToMethod::on_request(const dds::RequestId& id, const dds::ServiceMes
     fail(id, "the request is larger than `max_message`", true);
     return;
   }
-  std::vector<std::byte> payload(converted->bytes);
-  copy_to(*converted, payload.data());
+  std::vector<std::byte> payload = joined(*converted);
   if (method_.fire_and_forget) {
     tell(id, payload);
     return;

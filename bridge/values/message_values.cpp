@@ -8,12 +8,6 @@
 namespace trestle::bridge {
 namespace {
 
-std::vector<std::byte> joined(const Gathered& gathered) {
-  std::vector<std::byte> bytes(gathered.bytes);
-  copy_to(gathered, bytes.data());
-  return bytes;
-}
-
 template <typename Printer>
 tl::expected<std::string, std::string> print_with(ByteView sample, const TypeTree& tree,
                                                   const PrintOptions& options) {

@@ -184,12 +184,6 @@ std::vector<std::byte> floats(std::size_t count) {
   return sample.bytes();
 }
 
-std::vector<std::byte> joined(const Gathered& gathered) {
-  std::vector<std::byte> bytes(gathered.bytes);
-  copy_to(gathered, bytes.data());
-  return bytes;
-}
-
 double median(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());

@@ -8,8 +8,8 @@ namespace {
 
 using test::CycloneAdd;
 using test::CycloneServicePeer;
-using test::Outcome;
 using test::ServiceDriver;
+using test::Sum;
 using Role = CycloneServicePeer::Role;
 
 class CycloneService : public test::DdsTest {
@@ -37,7 +37,7 @@ TEST_F(CycloneService, IsServedBesideAClientOfTheOtherForm) {
   other_.emplace(config());
   ServiceClient& fast = driver_.client(*other_);
   ASSERT_TRUE(driver_.until([&] { return peer.matched() && fast.ready(); }));
-  std::vector<Outcome> results;
+  std::vector<Sum> results;
   std::vector<CycloneAdd> replies;
   for (std::int64_t i = 0; i < 100; ++i) {
     peer.send({.client = 1, .number = i, .a = i, .b = 1000});
@@ -66,7 +66,7 @@ TEST_F(CycloneService, AnswersUsInItsOwnForm) {
   ServiceClient& client = driver_.client(participant_);
   CycloneServicePeer peer{domain_.id(), Role::server};
   ASSERT_TRUE(driver_.until([&] { return client.ready(); }));
-  std::vector<Outcome> results;
+  std::vector<Sum> results;
   for (std::int64_t i = 0; i < 100; ++i) {
     ServiceDriver::add(client, i, 1, results);
   }
@@ -97,7 +97,7 @@ TEST_F(CycloneService, GetsTheVeryFirstRequest) {
     other_.emplace(config());
     ServiceDriver driver;
     ServiceClient& client = driver.client(*other_);
-    std::vector<Outcome> results;
+    std::vector<Sum> results;
     ServiceDriver::add(client, round, 1, results);
     ASSERT_TRUE(driver.until([&] {
       while (const auto request = peer.take()) {
@@ -112,7 +112,7 @@ TEST_F(CycloneService, GetsTheVeryFirstRequest) {
 
 TEST_F(CycloneService, IsMissedWhenItLeaves) {
   ServiceClient& client = driver_.client(participant_);
-  std::vector<Outcome> results;
+  std::vector<Sum> results;
   {
     CycloneServicePeer peer{domain_.id(), Role::server};
     ASSERT_TRUE(driver_.until([&] { return peer.matched() && client.ready(); }));
@@ -120,7 +120,7 @@ TEST_F(CycloneService, IsMissedWhenItLeaves) {
     ASSERT_TRUE(driver_.until([&] { return peer.take().has_value(); }));
   }
   ASSERT_TRUE(driver_.until([&] { return !results.empty(); }));
-  EXPECT_EQ(results[0], Outcome{tl::unexpected{CallFault::gone}});
+  EXPECT_EQ(results[0], Sum{tl::unexpected{CallFault::gone}});
 }
 
 }  // namespace

@@ -39,7 +39,7 @@ inline std::int64_t number_at(std::span<const std::byte> message, std::size_t in
 }
 
 /// What a call came to: a sum or a fault.
-using Outcome = tl::expected<std::int64_t, dds::CallFault>;
+using Sum = tl::expected<std::int64_t, dds::CallFault>;
 
 /// Works clients and servers from one thread, as their owner has to.
 class ServiceDriver {
@@ -68,15 +68,15 @@ class ServiceDriver {
   }
   void end_servers() { servers_.clear(); }
 
-  static void add(dds::ServiceClient& client, std::int64_t a, std::int64_t b, std::vector<Outcome>& into,
+  static void add(dds::ServiceClient& client, std::int64_t a, std::int64_t b, std::vector<Sum>& into,
                   std::chrono::nanoseconds timeout = patience) {
     const auto request = numbers({a, b});
     const dds::ByteView bytes = request;
-    client.call({&bytes, 1}, timeout, std::chrono::steady_clock::now(),
-                [&into](const tl::expected<dds::ServiceMessage, dds::CallFault>& reply) {
-                  into.push_back(reply ? Outcome{number_at(reply->cdr(), 0)}
-                                       : Outcome{tl::unexpected{reply.error()}});
-                });
+    client.call(
+        {&bytes, 1}, timeout, std::chrono::steady_clock::now(),
+        [&into](const tl::expected<dds::ServiceMessage, dds::CallFault>& reply) {
+          into.push_back(reply ? Sum{number_at(reply->cdr(), 0)} : Sum{tl::unexpected{reply.error()}});
+        });
   }
 
   void work() {

@@ -17,8 +17,8 @@ using test::eventually;
 using test::hex;
 using test::Inbox;
 using test::numbers;
-using test::Outcome;
 using test::ServiceDriver;
+using test::Sum;
 using test::to_hex;
 using testing::ElementsAre;
 
@@ -43,7 +43,7 @@ TEST_F(Service, AnswersACall) {
   ServiceClient& client = driver_.client(here_);
   ASSERT_TRUE(driver_.until([&] { return client.ready(); }));
 
-  std::vector<Outcome> results;
+  std::vector<Sum> results;
   ServiceDriver::add(client, 40, 2, results);
   ASSERT_TRUE(driver_.until([&] { return !results.empty(); }));
   EXPECT_EQ(results[0], 42);
@@ -57,11 +57,11 @@ TEST_F(Service, AnswersACall) {
 TEST_F(Service, AnswersInCyclonesFormWhenTold) {
   driver_.adder(there_, in_form(RosForm::cyclonedds));
   ServiceClient& client = driver_.client(here_, in_form(RosForm::cyclonedds));
-  std::vector<Outcome> results;
+  std::vector<Sum> results;
   ServiceDriver::add(client, 40, 2, results);
   ServiceDriver::add(client, -1, -2, results);
   ASSERT_TRUE(driver_.until([&] { return results.size() == 2; }));
-  EXPECT_THAT(results, ElementsAre(Outcome{42}, Outcome{-3}));
+  EXPECT_THAT(results, ElementsAre(Sum{42}, Sum{-3}));
 }
 
 TEST_F(Service, KeepsManyCallsOfManyClientsApart) {
@@ -83,7 +83,7 @@ TEST_F(Service, KeepsManyCallsOfManyClientsApart) {
       return readers_of_replies == 3 &&
              std::ranges::all_of(clients, [](const auto* client) { return client->ready(); });
     }));
-    std::array<std::vector<Outcome>, 3> results;
+    std::array<std::vector<Sum>, 3> results;
     for (std::int64_t i = 0; i < 100; ++i) {
       for (std::size_t c = 0; c < clients.size(); ++c) {
         ServiceDriver::add(*clients[c], i, 1000 * static_cast<std::int64_t>(c + 1), results[c]);
@@ -129,7 +129,7 @@ TEST_F(Service, CarriesMegabytes) {
 
 TEST_F(Service, WaitsForAServerThatComesInTime) {
   ServiceClient& client = driver_.client(here_);
-  std::vector<Outcome> results;
+  std::vector<Sum> results;
   ServiceDriver::add(client, 1, 2, results);
   driver_.work();
   EXPECT_TRUE(results.empty());
@@ -143,7 +143,7 @@ TEST_F(Service, IsUnavailableWithoutAServer) {
   ServiceConfig brief = add_service();
   brief.match_timeout = ServiceConfig{}.match_timeout;
   ServiceClient& client = driver_.client(here_, brief);
-  std::vector<Outcome> results;
+  std::vector<Sum> results;
   const auto now = std::chrono::steady_clock::now();
   const auto request = numbers({1, 2});
   const ByteView bytes = request;
@@ -153,7 +153,7 @@ TEST_F(Service, IsUnavailableWithoutAServer) {
   client.work(now + 999ms);
   EXPECT_TRUE(results.empty());
   client.work(now + 1s);
-  EXPECT_THAT(results, ElementsAre(Outcome{tl::unexpected{CallFault::unavailable}}));
+  EXPECT_THAT(results, ElementsAre(Sum{tl::unexpected{CallFault::unavailable}}));
   EXPECT_EQ(client.counters().unavailable, 1U);
   EXPECT_EQ(client.counters().requests, 0U);
 }
@@ -164,12 +164,12 @@ TEST_F(Service, TimesOutAndDropsTheLateAnswer) {
       there_, add_service(), [&](const RequestId& id, const ServiceMessage&) { ids.push_back(id); });
   ServiceClient& client = driver_.client(here_);
   ASSERT_TRUE(driver_.until([&] { return client.ready(); }));
-  std::vector<Outcome> results;
+  std::vector<Sum> results;
   ServiceDriver::add(client, 1, 2, results, 5s);
   ASSERT_TRUE(driver_.until([&] { return !ids.empty(); }));
   EXPECT_TRUE(results.empty());
   client.work(*client.deadline());
-  EXPECT_THAT(results, ElementsAre(Outcome{tl::unexpected{CallFault::timed_out}}));
+  EXPECT_THAT(results, ElementsAre(Sum{tl::unexpected{CallFault::timed_out}}));
 
   const auto sum = numbers({3});
   const ByteView bytes = sum;
@@ -184,12 +184,12 @@ TEST_F(Service, TellsThatTheServerHasLeft) {
   bool came = false;
   driver_.server(there_, add_service(), [&](const RequestId&, const ServiceMessage&) { came = true; });
   ServiceClient& client = driver_.client(here_);
-  std::vector<Outcome> results;
+  std::vector<Sum> results;
   ServiceDriver::add(client, 1, 2, results);
   ASSERT_TRUE(driver_.until([&] { return came; }));
   driver_.end_servers();
   ASSERT_TRUE(driver_.until([&] { return !results.empty(); }));
-  EXPECT_THAT(results, ElementsAre(Outcome{tl::unexpected{CallFault::gone}}));
+  EXPECT_THAT(results, ElementsAre(Sum{tl::unexpected{CallFault::gone}}));
   EXPECT_FALSE(client.ready());
   EXPECT_EQ(client.counters().gone, 1U);
 
@@ -205,13 +205,13 @@ TEST_F(Service, RefusesCallsBeyondItsLimit) {
   ServiceConfig small = add_service();
   small.max_calls = 2;
   ServiceClient& client = driver_.client(here_, small);
-  std::vector<Outcome> results;
+  std::vector<Sum> results;
   for (int i = 0; i < 3; ++i) {
     ServiceDriver::add(client, 1, 2, results);
   }
   EXPECT_TRUE(results.empty());  // never from within call()
   client.work(std::chrono::steady_clock::now());
-  EXPECT_THAT(results, ElementsAre(Outcome{tl::unexpected{CallFault::too_many}}));
+  EXPECT_THAT(results, ElementsAre(Sum{tl::unexpected{CallFault::too_many}}));
   EXPECT_EQ(client.counters().too_many, 1U);
 }
 
@@ -221,13 +221,13 @@ TEST_F(Service, RefusesWhatDdsRefuses) {
   driver_.adder(there_);
   ServiceClient& client = driver_.client(here_, small);
   ASSERT_TRUE(driver_.until([&] { return client.ready(); }));
-  std::vector<Outcome> results;
+  std::vector<Sum> results;
   const auto large = test::make_sample(101, 1);
   const ByteView bytes = large;
   client.call({&bytes, 1}, 1s, std::chrono::steady_clock::now(),
               [&](const auto& reply) { results.push_back(tl::unexpected{reply.error()}); });
   driver_.work();
-  EXPECT_THAT(results, ElementsAre(Outcome{tl::unexpected{CallFault::not_written}}));
+  EXPECT_THAT(results, ElementsAre(Sum{tl::unexpected{CallFault::not_written}}));
 }
 
 // What rmw_fastrtps does, by hand: the request names the reader of its reply.
@@ -325,7 +325,7 @@ TEST_F(Service, CountsRepliesThatAreTooShortForTheirForm) {
       there_.create_reader(ros_request_topic("/add"), request_type, {}, [](const Sample&) {});
   Writer replies = there_.create_writer(ros_reply_topic("/add"), reply_type, {});
   ServiceClient& client = driver_.client(here_, in_form(RosForm::cyclonedds));
-  std::vector<Outcome> results;
+  std::vector<Sum> results;
   ServiceDriver::add(client, 1, 2, results);
   ASSERT_TRUE(driver_.until([&] { return client.ready() && replies.matched() == 1; }));
   ASSERT_TRUE(replies.write(hex("00010000 01020304")));
@@ -358,7 +358,7 @@ TEST_F(Service, NeedsNoWorkButWhenItWakesItsOwner) {
         server->reply(id, {&whole, 1}, std::chrono::steady_clock::now());
       });
   ServiceClient client{here_, add_service(), [&] { woken.put(Who::client); }};
-  std::vector<Outcome> results;
+  std::vector<Sum> results;
   bool called = false;
   while (results.empty()) {
     ASSERT_TRUE(woken.wait_for_count(1));
@@ -381,7 +381,7 @@ TEST_F(Service, KeepsARequestOnLoanAfterTheServerHasEnded) {
   driver_.server(there_, add_service(),
                  [&](const RequestId&, ServiceMessage request) { kept.push_back(std::move(request)); });
   ServiceClient& client = driver_.client(here_);
-  std::vector<Outcome> results;
+  std::vector<Sum> results;
   ServiceDriver::add(client, 40, 2, results);
   ASSERT_TRUE(driver_.until([&] { return !kept.empty(); }));
   driver_.end_servers();

@@ -41,12 +41,6 @@ inline bridge::ConversionPlan plan_of(
   return std::move(*plan);
 }
 
-inline std::vector<std::byte> joined(const bridge::Gathered& gathered) {
-  std::vector<std::byte> bytes(gathered.bytes);
-  copy_to(gathered, bytes.data());
-  return bytes;
-}
-
 using Converted = tl::expected<bridge::Gathered, bridge::ConversionError>;
 
 /// The result in hexadecimal, or the error in words. The input is copied to memory of exactly its size, so

@@ -2,11 +2,16 @@
 // and of the libraries that it uses. docs/performance.md tells the numbers.
 #include "test/copies.hpp"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
 
 #include "dds_adapter/ros_names.hpp"
 #include "sd/net/proxy.hpp"
 #include "test/bridge/end_to_end/samples.hpp"
+#include "test/bridge/end_to_end/services_end_to_end.hpp"
 #include "test/bridge/end_to_end/two_bridges.hpp"
 #include "test/sd/net/two_nodes.hpp"
 
@@ -19,6 +24,10 @@ using someip::MethodId;
 using someip::ServiceId;
 
 constexpr std::size_t messages = 5;
+
+const auto transport_name = [](const auto& over) {
+  return std::string{over.param == Transport::tcp ? "Tcp" : "Udp"};
+};
 
 // The whole copies of one payload, which of most were made: Fast DDS sends again what is not confirmed in
 // time.
@@ -232,10 +241,152 @@ TEST_P(SomeIpCopies, OfARequestAreOneByEachEndAtMost) {
   EXPECT_EQ(seen.others, 0U);
 }
 
-INSTANTIATE_TEST_SUITE_P(Over, SomeIpCopies, testing::Values(Transport::udp, Transport::tcp),
-                         [](const auto& over) {
-                           return std::string{over.param == Transport::tcp ? "Tcp" : "Udp"};
-                         });
+INSTANTIATE_TEST_SUITE_P(Over, SomeIpCopies, testing::Values(Transport::udp, Transport::tcp), transport_name);
+
+/// Calls through a bridge, with a request or an answer that is large.
+class MethodCopies : public ServicesEndToEnd, public testing::WithParamInterface<Transport> {
+ protected:
+  static constexpr std::size_t bytes = 1'000'000;
+  const ServiceId service{0x1234};
+  const MethodId method{0x0021};
+
+  MethodCopies() {
+    spdlog::set_level(spdlog::level::warn);
+    std::filesystem::create_directories(folder_ + "/test_msgs/srv");
+    std::ofstream{folder_ + "/test_msgs/srv/Blob.srv"} << "uint8[] data\n---\nuint8[] data\n";
+  }
+  ~MethodCopies() override { std::filesystem::remove_all(folder_); }
+
+  void start(const std::string& server) {
+    start_bridge("types: {paths: [" + folder_ +
+                 "]}\n"
+                 "methods:\n  - {ros_service: /blob, type: test_msgs/srv/Blob, service: 0x1234, instance: 1, "
+                 "method: 0x21, server: " +
+                 server + ", transport: " + (is_tcp() ? "tcp" : "udp") + "}\n");
+  }
+
+  [[nodiscard]] static bool is_tcp() { return GetParam() == Transport::tcp; }
+  /// By who receives SOME/IP.
+  [[nodiscard]] static std::size_t received() { return is_tcp() ? 0 : 1; }
+  /// Of an array of that many bytes.
+  static Bytes cdr(std::size_t size) { return message(hex("00010000"), size, std::endian::little); }
+  static Bytes payload(std::size_t size) { return message({}, size, std::endian::big); }
+
+  // What each takes, of calls that begin with `call` and end with an answer.
+  template <typename Call>
+  std::size_t of_each(const Call& call) {
+    std::size_t answered = 0;
+    std::vector<Copies> counts;
+    for (std::size_t i = 0; i <= messages; ++i) {  // one goes ahead, for which memory is made
+      call(answered);
+      EXPECT_TRUE(until([&] { return answered == i + 1; }));
+      counts.push_back(copies());
+    }
+    return of_most(counts, bytes).ours;
+  }
+  void call_method(sd::Proxy& proxy, Bytes request, std::size_t& answered) {
+    proxy.call({.method = method, .timeout = patience}, std::move(request),
+               [&answered](boost::system::error_code error, const sd::Response& response) {
+                 EXPECT_FALSE(error);
+                 answered += response.payload.size() > 4 ? 1 : 0;
+               });
+  }
+  static void call_ros(dds::ServiceClient& client, const Bytes& request, std::size_t& answered) {
+    const ByteView whole = request;
+    client.call({&whole, 1}, patience, std::chrono::steady_clock::now(),
+                [&answered](const tl::expected<dds::ServiceMessage, dds::CallFault>& reply) {
+                  answered += reply.value().cdr().size() > 8 ? 1 : 0;
+                });
+  }
+
+ private:
+  static Bytes message(Bytes front, std::size_t size, std::endian order) {
+    const std::size_t begin = front.size();
+    front.resize(begin + 4 + size);
+    someip::store(&front[begin], static_cast<std::uint32_t>(size), order);
+    return front;
+  }
+
+  std::string folder_ = testing::TempDir() + "copies_test_" + std::to_string(getpid());
+};
+
+TEST_P(MethodCopies, OfARequestToARosServiceAreTwoByTheBridgeAtMost) {
+  start("ros, port: 40001");
+  std::size_t came = 0;
+  const Bytes small = cdr(1);
+  answering(ros("/blob", "test_msgs/srv/Blob"), [&](const dds::ServiceMessage& request) {
+    came = request.cdr().size();
+    return small;
+  });
+  sd::Node node{io_, node_config()};
+  sd::Proxy proxy{node, {.service = service}};
+  const Bytes large = payload(bytes);
+  const std::size_t ours =
+      of_each([&](std::size_t& answered) { call_method(proxy, Bytes{large}, answered); });
+  EXPECT_GT(came, bytes);
+  // By the test, for the call; by the bridge, as it receives, and into the memory of DDS.
+  EXPECT_EQ(ours, 1 + received() + 1);
+}
+
+TEST_P(MethodCopies, OfAnAnswerOfARosServiceAreNoneByTheBridge) {
+  start("ros, port: 40001");
+  const Bytes large = cdr(bytes);
+  dds::ServiceServer* server = nullptr;
+  server = &driver_.server(ros_, ros("/blob", "test_msgs/srv/Blob"),
+                           [&](const dds::RequestId& id, const dds::ServiceMessage&) {
+                             const ByteView whole = large;
+                             server->reply(id, {&whole, 1}, std::chrono::steady_clock::now());
+                           });
+  sd::Node node{io_, node_config()};
+  sd::Proxy proxy{node, {.service = service}};
+  const std::size_t ours = of_each([&](std::size_t& answered) { call_method(proxy, payload(1), answered); });
+  // By the writer of the test, by its node as that receives, and by its Proxy.
+  EXPECT_EQ(ours, 1 + received() + 1);
+}
+
+TEST_P(MethodCopies, OfARequestOfARosClientAreOneByTheBridge) {
+  start("someip");
+  sd::Node node{io_, node_config()};
+  std::size_t came = 0;
+  const Bytes small = payload(1);
+  const sd::Offer offer{node,
+                        {.service = service,
+                         .instance = InstanceId{1},
+                         .tcp_port = 0,
+                         .methods = {{method, [&](const someip::Message& request, sd::Responder responder) {
+                                        came = request.payload.size();
+                                        const ByteView whole = small;
+                                        EXPECT_TRUE(responder.respond({&whole, 1}));
+                                      }}}}};
+  dds::ServiceClient& client = driver_.client(ros_, ros("/blob", "test_msgs/srv/Blob"));
+  ASSERT_TRUE(until([&] { return client.ready(); }));
+  const Bytes large = cdr(bytes);
+  const std::size_t ours = of_each([&](std::size_t& answered) { call_ros(client, large, answered); });
+  EXPECT_GT(came, bytes);
+  // By the writer of the test; by the bridge, as the Proxy keeps requests; by the node of the test.
+  EXPECT_EQ(ours, 1 + 1 + received());
+}
+
+TEST_P(MethodCopies, OfAnAnswerToARosClientAreThreeByTheBridgeAtMost) {
+  start("someip");
+  sd::Node node{io_, node_config()};
+  const auto large = std::make_shared<const Bytes>(payload(bytes));
+  const sd::Offer offer{node,
+                        {.service = service,
+                         .instance = InstanceId{1},
+                         .tcp_port = 0,
+                         .methods = {{method, [&](const someip::Message&, sd::Responder responder) {
+                                        const ByteView whole = *large;
+                                        EXPECT_TRUE(responder.respond({&whole, 1}, large));
+                                      }}}}};
+  dds::ServiceClient& client = driver_.client(ros_, ros("/blob", "test_msgs/srv/Blob"));
+  ASSERT_TRUE(until([&] { return client.ready(); }));
+  const std::size_t ours = of_each([&](std::size_t& answered) { call_ros(client, cdr(1), answered); });
+  // By the bridge, as it receives, by its Proxy, and into the memory of DDS.
+  EXPECT_EQ(ours, received() + 1 + 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(Over, MethodCopies, testing::Values(Transport::udp, Transport::tcp), transport_name);
 
 }  // namespace
 }  // namespace trestle::test::copies_test

@@ -160,7 +160,7 @@ TEST_F(CycloneThroughBridge, ItsClientCallsAMethodBesideAClientOfTheOtherForm) {
   ASSERT_TRUE(until([&] { return fast.ready(); }));
   CycloneServicePeer client{domain_.id(), Role::client};
   ASSERT_TRUE(until([&] { return client.matched(); }));
-  std::vector<Outcome> sums;
+  std::vector<Sum> sums;
   for (std::int64_t i = 0; i < 10; ++i) {
     client.send({.client = 0xfedc'ba98'7654'3210, .number = i, .a = i, .b = 100});
     ServiceDriver::add(fast, i, 200, sums);
@@ -175,7 +175,7 @@ TEST_F(CycloneThroughBridge, ItsClientCallsAMethodBesideAClientOfTheOtherForm) {
     return replies.size() == 10 && sums.size() == 10;
   }));
   std::ranges::sort(replies, {}, &CycloneAdd::number);
-  std::ranges::sort(sums, {}, [](const Outcome& sum) { return sum.value_or(-1); });
+  std::ranges::sort(sums, {}, [](const Sum& sum) { return sum.value_or(-1); });
   for (std::int64_t i = 0; i < 10; ++i) {
     const auto at = static_cast<std::size_t>(i);
     EXPECT_EQ(replies[at], (CycloneAdd{.client = 0xfedc'ba98'7654'3210, .number = i, .a = i + 100}));
