@@ -21,16 +21,24 @@ class Goals(unittest.TestCase):
 
     def test_rounds_on_the_other_side_of_a_goal_are_told(self):
         for ours, verdict in (([12, 13, 14], "met"), ([14, 16, 17], "**missed**; met 1 of 3 times"),
-                              ([16, 17, 18], "**missed**"), ([14, 15, None, 16], "met; missed 1 of 3 times")):
+                              ([16, 17, 18], "**missed**"), ([14, 15, None, 16], "met; missed 1 of 3 times; 1 of 4 rounds failed")):
             row = goals.Goal("what", goals.ns, [10] * len(ours), ours, at_most=1.5)
             self.assertEqual(row.cells()[-1], verdict)
         self.assertEqual(goals.Goal("", goals.megabytes, None, [900, 800, 1100], least=1000).cells()[-1],
                          "**missed**; met 1 of 3 times")
 
     def test_a_round_in_which_one_of_the_two_failed_has_no_ratio(self):
-        row = goals.Goal("what", goals.ns, [10, None, 10, 10], [None, 900, 12, 14], at_most=1.5)
-        self.assertEqual([round(ratio, 3) for ratio in row.ratios], [1.2, 1.4])
-        self.assertEqual(row.cells()[3:], ["1.30", "1.20 – 1.40", "≤ 1.5 ×", "met"])
+        row = goals.Goal("what", goals.ns, [10, None, 10, 10, 10], [None, 900, 12, 14, 13], at_most=1.5)
+        self.assertEqual([round(ratio, 3) for ratio in row.ratios], [1.2, 1.4, 1.3])
+        self.assertEqual(row.cells()[3:], ["1.30", "1.20 – 1.40", "≤ 1.5 ×", "met; 2 of 5 rounds failed"])
+
+    def test_a_goal_needs_more_than_half_of_the_rounds(self):
+        for ours, met in ([12, None, None], None), ([12, None], None), ([12, 13, None], True), ([None] * 3, None):
+            row = goals.Goal("what", goals.ns, None, ours, limit=20)
+            self.assertEqual(row.met, met)
+            self.assertEqual(row.cells()[-1].startswith("not measured"), met is None)
+        self.assertEqual(goals.Goal("what", goals.ns, None, [12, None], limit=20).cells()[-1],
+                         "not measured; 1 of 2 rounds failed")
 
     def test_what_has_no_goal_is_told_and_not_judged(self):
         row = goals.Goal("what", goals.per_second, [200], [100])
@@ -60,6 +68,13 @@ class Goals(unittest.TestCase):
             row = next(row for row in goals.communication(values) if row.what == "TP sustained 1 MB, not paced")
             self.assertEqual(row.cells()[-1], verdict)
 
+    def test_a_latency_with_losses_is_missed(self):
+        values = {"udp floor": [LATENCY], "udp call": [{**LATENCY, "lost": 1}], "path transfer 1 MB": [LATENCY],
+                  "dds synchronous 1 MB": [LATENCY], "path 1 MB": [{**LATENCY, "lost": 2}]}
+        rows = {row.what: row for row in goals.communication(values) + goals.paths(values)}
+        self.assertEqual(rows["UDP call 64 B, p50"].cells()[-1], "**missed**; 1 lost")
+        self.assertIn("**missed**; 2 lost", rows["DDS, SOME/IP, DDS 1 MB, p50, not paced"].cells()[-1])
+
     def test_a_flood_tells_how_much_of_it_was_lost(self):
         flood = {"per_second": 1000.0, "received": 90, "lost": 10}
         values = {"flood floor": [flood] * 2, "trains floor": [{**flood, "lost": 0}] * 2,
@@ -84,7 +99,7 @@ class Goals(unittest.TestCase):
 
     def test_values_count_by_their_median_over_the_rounds(self):
         values = {"udp floor": [LATENCY] * 3,
-                  "udp call": [{"latency_ns": {"p50": p50, "p99": 1}} for p50 in (90e3, 12e3, 13e3)]}
+                  "udp call": [{"latency_ns": {"p50": p50, "p99": 1}, "lost": 0} for p50 in (90e3, 12e3, 13e3)]}
         row = goals.communication(values)[0]
         self.assertEqual(row.cells(),
                          ["UDP call 64 B, p50", "10 µs", "13 µs", "1.30", "1.20 – 9.00", "≤ 1.5 ×",
@@ -97,7 +112,7 @@ class Goals(unittest.TestCase):
 
     def test_the_quicker_way_of_writing_is_the_floor_of_a_hop(self):
         def hops(*each):
-            return [{"latency_ns": {"p50": p50}} for p50 in each]
+            return [{"latency_ns": {"p50": p50}, "lost": 0} for p50 in each]
 
         for asynchronous, synchronous, floors, way in (
                 ((20e3, 20e3, 20e3), (30e3, 10e3, 12e3), [70e3, 30e3, 34e3], "synchronous"),
@@ -107,6 +122,15 @@ class Goals(unittest.TestCase):
             row = next(row for row in goals.paths(values) if row.what == "DDS, SOME/IP, DDS 64 KB, p50, not paced")
             self.assertEqual(row.floors, floors)
             self.assertIn(f"floor: {way} hops", row.cells()[-1])
+
+    def test_hops_by_shared_memory_are_told_and_not_judged(self):
+        by_udp, quick, slow = ({"latency_ns": {"p50": p50}} for p50 in (20e3, 5e3, 6e3))
+        values = {"dds synchronous 64 KB": [by_udp], "dds shared asynchronous 64 KB": [quick],
+                  "dds shared synchronous 64 KB": [slow], "path transfer 64 KB": [LATENCY], "path 64 KB": [LATENCY]}
+        rows = {row.what: row for row in goals.paths(values)}
+        row = rows["DDS, SOME/IP, DDS 64 KB, not paced: over hops by shared memory"]
+        self.assertEqual((row.floors, row.is_judged), ([20e3], False))
+        self.assertEqual(rows["DDS, SOME/IP, DDS 64 KB, p50, not paced"].floors, [50e3])
 
     def test_wake_ups_for_discovery_are_not_counted(self):
         idle = {"resident_kb": 6144, "seconds": 5.0, "wakeups": 11, "discovery_sent": 10}

@@ -1,4 +1,5 @@
 """The way DDS -> SOME/IP -> DDS through two bridges, beside a hop of plain Fast DDS."""
+import functools
 import json
 import os
 import tempfile
@@ -8,9 +9,10 @@ from measures import CLOUDS, SIZES
 
 DOMAINS = {"a": 91, "b": 92}
 LOOPBACK = "127.0.0.1"
-# Of plain Fast DDS: sent by a thread of its own, the same by shared memory, and sent by the thread that writes.
-HOPS = {"asynchronous": ["domain=93"], "shared": ["domain=94", "shared_memory=1"],
-        "synchronous": ["domain=95", "synchronous=1"]}
+# Of plain Fast DDS: sent by a thread of its own or by the thread that writes, and both by shared memory.
+HOPS = {"asynchronous": ["domain=93"], "synchronous": ["domain=95", "synchronous=1"],
+        "shared asynchronous": ["domain=94", "shared_memory=1"],
+        "shared synchronous": ["domain=96", "shared_memory=1", "synchronous=1"]}
 MOST = max(CLOUDS.values())
 # Topics before /there and /back, and what their messages on SOME/IP wait for.
 PACINGS = {"/perf": "0 us", "/paced": None}
@@ -74,9 +76,7 @@ class Paths:
         """With the hops and the transfer that are a way's floor."""
         seconds = self.measures.seconds
         for name, size in SIZES.items():
-            self.measures.in_turn((f"dds shared {name}", lambda: self.hop("shared", size)),
-                                  (f"dds asynchronous {name}", lambda: self.hop("asynchronous", size)),
-                                  (f"dds synchronous {name}", lambda: self.hop("synchronous", size)),
+            self.measures.in_turn(*[(f"dds {way} {name}", functools.partial(self.hop, way, size)) for way in HOPS],
                                   (f"path transfer {name}", lambda: self.measures.transfer(size, 1, seconds)),
                                   (f"path {name}", lambda: self.ping("/perf", size, seconds)),
                                   (f"path paced {name}", lambda: self.ping("/paced", size, seconds)),

@@ -28,7 +28,8 @@ samples where DDS puts them, and one bare TP transfer, all of them taken beside 
 Fast DDS sends what was written, synchronous when the thread that writes sends as well, and is kept for as long as that
 takes: for each size the floor has the way that is quicker in the median of the rounds. Our writers are synchronous with
 samples of up to 300 KB; larger ones are copied and sent by a thread of the writer. Of DDS, latencies are half of the way
-there and back; all of it goes by UDP on loopback, but for the hop that says otherwise. The idle node offers a service,
+there and back; all of it goes by UDP on loopback, but for the hops that say otherwise: a bridge does without shared
+memory ([dds.md](dds.md)). The idle node offers a service,
 without DDS; the start is counted from `main()` to the first event of a service that has long been there, without initial
 delay.
 
@@ -53,7 +54,8 @@ above. Where memory lies matters to memcpy and to us: each figure is the mean of
 TRANSFERS = (("tp floor latency {}", "bare TP loop"), ("tp latency {}", "TP events, not paced"),
              ("tp paced latency {}", "TP events, default pacing"))
 HOPS = (("dds asynchronous {}", "a hop of Fast DDS, asynchronous"), ("dds synchronous {}", "a hop of Fast DDS, synchronous"),
-        ("dds shared {}", "a hop of Fast DDS, asynchronous, by its shared memory"),
+        ("dds shared asynchronous {}", "a hop of Fast DDS, asynchronous, by its shared memory"),
+        ("dds shared synchronous {}", "a hop of Fast DDS, synchronous, by its shared memory"),
         ("path {}", "two bridges, not paced"), ("path paced {}", "two bridges, default pacing"))
 
 

@@ -50,6 +50,17 @@ class Server:
         self.process.communicate(timeout=PATIENCE)
 
 
+def check_drawing(test, file):
+    """Of latency over percentile."""
+    drawing = xml.dom.minidom.parse(file)
+    test.assertEqual(drawing.documentElement.tagName, "svg")
+    points = drawing.getElementsByTagName("polyline")[0].getAttribute("points").split()
+    test.assertGreater(len(points), 10)
+    xs, ys = zip(*(map(float, point.split(",")) for point in points))
+    test.assertEqual(list(xs), sorted(xs))
+    test.assertEqual(list(ys), sorted(ys, reverse=True))  # later percentiles are no faster
+
+
 class Measuring(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -154,13 +165,7 @@ class Measuring(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             file = os.path.join(folder, "latency.svg")
             self.assertEqual(client("--plot", file).returncode, 0)
-            drawing = xml.dom.minidom.parse(file)
-            self.assertEqual(drawing.documentElement.tagName, "svg")
-            points = drawing.getElementsByTagName("polyline")[0].getAttribute("points").split()
-            self.assertGreater(len(points), 10)
-            xs, ys = zip(*(map(float, point.split(",")) for point in points))
-            self.assertEqual(list(xs), sorted(xs))
-            self.assertEqual(list(ys), sorted(ys, reverse=True))  # later percentiles are no faster
+            check_drawing(self, file)
             self.assertEqual(client("--plot", "/proc/no/such.svg").returncode, 1)
 
 
@@ -169,10 +174,14 @@ class Bridge(unittest.TestCase):
     WHERE = ["--domain", str(1 + PID % 39), "--interface", "127.0.0.1", "--topic", f"/perf{PID}"]
 
     def test_samples_that_come_back_are_measured(self):
-        with subprocess.Popen([TRESTLE, "perf", "bridge", "--reflect", *self.WHERE]) as far:
-            done = subprocess.run([TRESTLE, "perf", "bridge", *self.WHERE, "--json", "--size", "1000", "--seconds", "0.3",
-                                   "--timeout", "30"], capture_output=True, text=True, timeout=PATIENCE, check=False)
-            far.send_signal(signal.SIGINT)
+        with tempfile.TemporaryDirectory() as folder:
+            file = os.path.join(folder, "latency.svg")
+            with subprocess.Popen([TRESTLE, "perf", "bridge", "--reflect", *self.WHERE]) as far:
+                done = subprocess.run([TRESTLE, "perf", "bridge", *self.WHERE, "--json", "--size", "1000", "--seconds",
+                                       "0.3", "--timeout", "30", "--plot", file],
+                                      capture_output=True, text=True, timeout=PATIENCE, check=False)
+                far.send_signal(signal.SIGINT)
+            check_drawing(self, file)
         self.assertEqual((done.returncode, done.stderr, far.returncode), (0, "", 0))
         figures = json.loads(done.stdout)
         self.assertEqual((figures["what"], figures["payload_bytes"]), ("bridge", 992))  # 62 points
