@@ -133,15 +133,24 @@ struct Node::State : std::enable_shared_from_this<State> {
   void say_what_is_not_granted() {
     const auto say = [this](const char* which, int granted, int wanted, const char* limit, const char* so) {
       if (granted < wanted) {
-        log("the system grants " + std::string{which} + " buffers of " + std::to_string(granted >> 10) +
-            " KB only, not " + std::to_string(wanted >> 10) + ": " + so + "; as root: sysctl -w net.core." +
-            limit + "=" + std::to_string(wanted));
+        warn("the system grants " + std::string{which} + " buffers of " + std::to_string(granted >> 10) +
+             " KB only, not " + std::to_string(wanted >> 10) + ": " + so + "; as root: sysctl -w net.core." +
+             limit + "=" + std::to_string(wanted));
       }
     };
-    say("receive", unicast.receive_buffer_bytes(), config.receive_buffer_bytes, "rmem_max",
+    say("UDP receive", unicast.receive_buffer_bytes(), config.receive_buffer_bytes, "rmem_max",
         "large events come slower, and other large messages may lose segments");
-    say("send", unicast.send_buffer_bytes(), config.send_buffer_bytes, "wmem_max",
+    say("UDP send", unicast.send_buffer_bytes(), config.send_buffer_bytes, "wmem_max",
         "large messages take longer");
+    if (config.tcp_receive_buffer_bytes != 0 || config.tcp_send_buffer_bytes != 0) {
+      const someip::TcpBuffers tcp =
+          someip::granted_buffers({.receive_buffer_bytes = config.tcp_receive_buffer_bytes,
+                                   .send_buffer_bytes = config.tcp_send_buffer_bytes});
+      say("TCP receive", tcp.receive_bytes, config.tcp_receive_buffer_bytes, "rmem_max",
+          "less may be under way to us");
+      say("TCP send", tcp.send_bytes, config.tcp_send_buffer_bytes, "wmem_max",
+          "less may be under way from us");
+    }
     if (unicast.busy_poll() < config.busy_poll) {
       log("the system does not poll the network device (SO_BUSY_POLL): it needs CAP_NET_ADMIN");
     }

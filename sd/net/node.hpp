@@ -21,8 +21,9 @@ class Node {
   /// Opens SD's sockets and starts.
   /// @throws someip::NetError when they cannot be opened; above all when another SOME/IP stack has the port.
   ///         std::invalid_argument for a configuration that makes no sense: what() names the field.
-  /// @param warn  is told, in place of `log`, what is likely to be a mistake in somebody's configuration:
-  ///              others offer less, or something else, than is wanted. Empty: `log` is.
+  /// @param warn  is told, in place of `log`, which socket buffers the system grants smaller than configured,
+  ///              and what is likely to be a mistake in somebody's configuration: others offer less, or
+  ///              something else, than is wanted. Empty: `log` is.
   Node(boost::asio::io_context& io, const NodeConfig& config, DiscoveryLog log = {}, DiscoveryLog warn = {});
   /// No handler is called any more; whoever uses the Node's services notices when their time to live is over.
   ~Node();

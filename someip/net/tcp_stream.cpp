@@ -93,6 +93,15 @@ struct Outgoing {
   }
 };
 
+void set_buffers(int fd, const TcpOptions& options) {
+  if (options.receive_buffer_bytes != 0) {
+    set_buffer(fd, SO_RCVBUFFORCE, SO_RCVBUF, options.receive_buffer_bytes);
+  }
+  if (options.send_buffer_bytes != 0) {
+    set_buffer(fd, SO_SNDBUFFORCE, SO_SNDBUF, options.send_buffer_bytes);
+  }
+}
+
 void set_up(int fd, const TcpOptions& options) {
   set_option(fd, IPPROTO_TCP, TCP_NODELAY, 1);  // [feat_req_someip_325]
   // An idle connection is probed after half of the time, then three times in the other half.
@@ -103,15 +112,19 @@ void set_up(int fd, const TcpOptions& options) {
   set_option(fd, IPPROTO_TCP, TCP_KEEPCNT, 3);
   const auto milliseconds = std::chrono::duration_cast<std::chrono::milliseconds>(options.dead_after).count();
   set_option(fd, IPPROTO_TCP, TCP_USER_TIMEOUT, static_cast<int>(milliseconds));
-  if (options.receive_buffer_bytes != 0) {
-    set_buffer(fd, SO_RCVBUFFORCE, SO_RCVBUF, options.receive_buffer_bytes);
-  }
-  if (options.send_buffer_bytes != 0) {
-    set_buffer(fd, SO_SNDBUFFORCE, SO_SNDBUF, options.send_buffer_bytes);
-  }
+  set_buffers(fd, options);
 }
 
 }  // namespace
+
+TcpBuffers granted_buffers(const TcpOptions& options) {
+  const Descriptor probe{::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
+  if (probe.get() < 0) {
+    fail(Transport::tcp, {}, "open a socket", errno);
+  }
+  set_buffers(probe.get(), options);
+  return {buffer_bytes(probe.get(), SO_RCVBUF), buffer_bytes(probe.get(), SO_SNDBUF)};
+}
 
 struct TcpStream::State : std::enable_shared_from_this<State> {
   State(boost::asio::io_context& io, Descriptor connected, StreamEnd which, const TcpOptions& tcp)

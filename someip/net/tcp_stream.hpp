@@ -38,6 +38,16 @@ struct TcpOptions {
   std::uint8_t unicast_ttl = 0;  ///< hops that packets may take; 0: as the system has it
 };
 
+/// The kernel's buffers of a connection.
+struct TcpBuffers {
+  int receive_bytes = 0;
+  int send_bytes = 0;
+};
+/// What the system grants a connection with these options, which may be less than they ask for (sysctl
+/// net.core.rmem_max, wmem_max). Found out with a socket of its own, before there is any connection.
+/// @throws NetError
+[[nodiscard]] TcpBuffers granted_buffers(const TcpOptions& options);
+
 /// An open TCP connection that carries messages, driven by an io_context. Not thread-safe: use it on the
 /// thread that runs the io_context.
 class TcpStream {

@@ -15,7 +15,9 @@ using someip::ServiceId;
 using test::quick;
 using testing::AllOf;
 using testing::Contains;
+using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::IsEmpty;
 using testing::Not;
 
 constexpr ServiceId service{0x1234};
@@ -55,10 +57,12 @@ TEST_F(SendingTest, SaysWhichBuffersTheSystemDoesNotGrant) {
   NodeConfig greedy = quick(test::server_address);
   greedy.receive_buffer_bytes = std::numeric_limits<int>::max();
   greedy.send_buffer_bytes = 64 << 10;
-  const Node node{io, greedy, into(server_log)};
-  EXPECT_THAT(server_log, Contains(AllOf(HasSubstr("receive buffers"), HasSubstr("KB only, not 2097151:"),
-                                         HasSubstr("sysctl -w net.core.rmem_max=2147483647"))));
-  EXPECT_THAT(server_log, Not(Contains(HasSubstr("wmem_max"))));
+  std::vector<std::string> warnings;
+  const Node node{io, greedy, into(server_log), into(warnings)};
+  EXPECT_THAT(warnings,
+              ElementsAre(AllOf(HasSubstr("UDP receive buffers"), HasSubstr("KB only, not 2097151:"),
+                                HasSubstr("sysctl -w net.core.rmem_max=2147483647"))));
+  EXPECT_THAT(server_log, Not(Contains(HasSubstr("grants"))));
   NodeConfig modest = quick(test::client_address);
   modest.receive_buffer_bytes = 64 << 10;
   modest.send_buffer_bytes = 64 << 10;
@@ -69,8 +73,30 @@ TEST_F(SendingTest, SaysWhichBuffersTheSystemDoesNotGrant) {
   hasty.send_buffer_bytes = std::numeric_limits<int>::max();
   std::vector<std::string> hasty_log;
   const Node third{io, hasty, into(hasty_log)};
-  EXPECT_THAT(hasty_log, Contains(AllOf(HasSubstr("send buffers"), HasSubstr("KB only, not 2097151:"),
+  EXPECT_THAT(hasty_log, Contains(AllOf(HasSubstr("UDP send buffers"), HasSubstr("KB only, not 2097151:"),
                                         HasSubstr("sysctl -w net.core.wmem_max=2147483647"))));
+}
+
+TEST_F(SendingTest, SaysWhichBuffersOfConnectionsTheSystemDoesNotGrant) {
+  const auto warnings = [this](int receive, int send) {
+    NodeConfig config = quick(test::server_address);
+    config.receive_buffer_bytes = config.send_buffer_bytes = 64 << 10;
+    config.tcp_receive_buffer_bytes = receive;
+    config.tcp_send_buffer_bytes = send;
+    std::vector<std::string> lines;
+    const Node node{io, config, {}, into(lines)};
+    return lines;
+  };
+  constexpr int modest = 64 << 10;
+  constexpr int greedy = std::numeric_limits<int>::max();
+  EXPECT_THAT(warnings(0, 0), IsEmpty());
+  EXPECT_THAT(warnings(modest, modest), IsEmpty());
+  EXPECT_THAT(warnings(greedy, modest),
+              ElementsAre(AllOf(HasSubstr("TCP receive buffers"), HasSubstr("KB only, not 2097151:"),
+                                HasSubstr("sysctl -w net.core.rmem_max=2147483647"))));
+  EXPECT_THAT(warnings(0, greedy),
+              ElementsAre(AllOf(HasSubstr("TCP send buffers"), HasSubstr("KB only, not 2097151:"),
+                                HasSubstr("sysctl -w net.core.wmem_max=2147483647"))));
 }
 
 TEST_F(SendingTest, PollsTheDeviceWhenThatIsGrantedAndElseSaysSo) {
