@@ -58,6 +58,9 @@ std::uint64_t Participant::not_remembered() const {
 bool Participant::shares_memory() const {
   return core_->shares_memory();
 }
+std::vector<std::string> Participant::buffers_not_granted() const {
+  return core_->buffers_not_granted();
+}
 Vendor Participant::vendor(const Guid& endpoint) const {
   return core_->vendor(detail::to_fast(endpoint).guidPrefix);
 }

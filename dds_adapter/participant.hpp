@@ -338,6 +338,9 @@ class Participant {
   [[nodiscard]] std::string guid() const;
   /// Whether it has shared memory, as configured or by its profile.
   [[nodiscard]] bool shares_memory() const;
+  /// What the system does not grant of the buffers that its UDP sockets ask for, for the log: one line for
+  /// receiving and one for sending, each with the sysctl that helps. Empty when all is granted.
+  [[nodiscard]] std::vector<std::string> buffers_not_granted() const;
   /// Whose the participant of a reader or writer is, by what discovery says.
   [[nodiscard]] Vendor vendor(const Guid& endpoint) const;
 

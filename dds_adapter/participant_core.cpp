@@ -8,6 +8,7 @@
 #include "dds_adapter/participant_qos.hpp"
 #include "dds_adapter/policies.hpp"
 #include "dds_adapter/raw_type.hpp"
+#include "dds_adapter/socket_buffers.hpp"
 
 namespace trestle::dds::detail {
 
@@ -108,6 +109,19 @@ bool ParticipantCore::shares_memory() const {
     return dynamic_cast<const eprosima::fastdds::rtps::SharedMemTransportDescriptor*>(transport.get()) !=
            nullptr;
   });
+}
+
+std::vector<std::string> ParticipantCore::buffers_not_granted() const {
+  std::uint32_t receive_bytes = 0;
+  std::uint32_t send_bytes = 0;
+  for (const auto& transport : participant_->get_qos().transport().user_transports) {
+    if (const auto* udp =
+            dynamic_cast<const eprosima::fastdds::rtps::UDPTransportDescriptor*>(transport.get())) {
+      receive_bytes = std::max(receive_bytes, udp->receiveBufferSize);
+      send_bytes = std::max(send_bytes, udp->sendBufferSize);
+    }
+  }
+  return detail::buffers_not_granted(receive_bytes, send_bytes);
 }
 
 fast::Topic* ParticipantCore::use_topic(const std::string& topic, const std::string& type) {

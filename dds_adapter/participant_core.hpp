@@ -78,6 +78,7 @@ class ParticipantCore final : private fast::DiscoveryListener {
   [[nodiscard]] bool is_own(const fast::Guid& guid) const noexcept { return guid.guidPrefix == prefix_; }
   [[nodiscard]] std::string guid() const { return to_hex(prefix_); }
   [[nodiscard]] bool shares_memory() const;
+  [[nodiscard]] std::vector<std::string> buffers_not_granted() const;
   [[nodiscard]] Vendor vendor(const fast::Prefix& participant) const;
   [[nodiscard]] fast::Publisher* publisher() const noexcept { return publisher_; }
   [[nodiscard]] fast::Subscriber* subscriber() const noexcept { return subscriber_; }

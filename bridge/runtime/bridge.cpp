@@ -160,6 +160,9 @@ struct Bridge::State {
                                      },
                                  .on_writers = [watched = watch] { watched->on_writers(); }});
     });
+    for (const std::string& line : participant->buffers_not_granted()) {
+      logger->warn("DDS {}", line);
+    }
     if (participant->shares_memory()) {
       logger->warn(
           "dds: shared memory is in use: a process on this host that uses it with another build of Fast DDS "

@@ -18,7 +18,10 @@ namespace trestle::test::big_systems_test {
 namespace {
 
 using namespace dds;
+using testing::AllOf;
+using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::IsEmpty;
 using Bytes = std::vector<std::byte>;
 
 constexpr const char* type = "std_msgs::msg::dds_::String_";
@@ -117,6 +120,31 @@ TEST_F(BigSystems, StartFromAProfile) {
   std::ofstream{profiled.profiles_file} << "<dds><no_such_thing/></dds>";
   EXPECT_THAT(fault(profiled),
               HasSubstr("does not take " + profiled.profiles_file + " for a file of profiles"));
+}
+
+TEST_F(BigSystems, SayWhichBuffersTheSystemDoesNotGrant) {
+  const std::string file = folder_ + "/buffers.xml";
+  std::ofstream{file} << R"(<?xml version="1.0" encoding="UTF-8" ?>
+<dds xmlns="http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles"><profiles>
+  <participant profile_name="modest"><rtps>
+    <sendSocketBufferSize>131072</sendSocketBufferSize>
+    <listenSocketBufferSize>131072</listenSocketBufferSize>
+  </rtps></participant>
+  <participant profile_name="greedy"><rtps>
+    <sendSocketBufferSize>131072</sendSocketBufferSize>
+    <listenSocketBufferSize>2147483647</listenSocketBufferSize>
+  </rtps></participant>
+</profiles></dds>)";
+  const auto not_granted = [&](const char* profile) {
+    ParticipantConfig profiled = config();
+    profiled.profiles_file = file;
+    profiled.profile = profile;
+    return Participant{profiled}.buffers_not_granted();
+  };
+  EXPECT_THAT(not_granted("modest"), IsEmpty());
+  EXPECT_THAT(not_granted("greedy"),
+              ElementsAre(AllOf(HasSubstr("UDP receive buffers"), HasSubstr("KB only, not 2097151:"),
+                                HasSubstr("sysctl -w net.core.rmem_max=2147483647"))));
 }
 
 /// Whether Fast DDS's shared memory is part of this process.

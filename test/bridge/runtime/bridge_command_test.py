@@ -17,6 +17,7 @@ import unittest
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 from bare_peer import PATIENCE, Peer, entries, receive, someip, ttl
 from bridge_program import BRIDGE, DOMAIN, GROUP, PEER, PID, head, log_until, offered, write
+from socket_buffers import limits_below, limits_told, without_net_admin
 
 TRESTLE = sys.argv.pop(1)
 
@@ -50,7 +51,8 @@ class Bridge:
         self.report, write_end = os.pipe()
         self.log = tempfile.TemporaryFile("a+")
         self.process = subprocess.Popen([TRESTLE, "bridge", "--report-fd", str(write_end), self.file.name],
-                                        stdout=subprocess.PIPE, stderr=self.log, pass_fds=[write_end], text=True)
+                                        stdout=subprocess.PIPE, stderr=self.log, pass_fds=[write_end], text=True,
+                                        preexec_fn=without_net_admin)
         os.close(write_end)
         os.set_blocking(self.process.stdout.fileno(), False)
         self.output = ""
@@ -150,6 +152,16 @@ class BridgeCommand(unittest.TestCase):
                 status, _, log, _ = bridge.finish()
             self.assertEqual(status, 0, log)
             self.assertEqual(warning in log, warns, log)
+
+    def test_warns_of_buffers_that_the_system_does_not_grant(self):
+        bridge = Bridge(CONFIG.replace("  sd:", "  receive_buffer: 32 MiB\n  send_buffer: 24 MiB\n  sd:"))
+        try:
+            bridge.log_until("Ctrl-C stops")
+        finally:
+            status, _, log, _ = bridge.finish()
+        self.assertEqual(status, 0, log)
+        self.assertEqual(limits_told(log, by="warning SD "), limits_below(32 << 20, 24 << 20))
+        self.assertEqual(limits_told(log, by="warning DDS "), limits_below(16 << 20, 16 << 20))
 
     def test_names_an_interface_that_is_not_there(self):
         done = run(CONFIG.replace("  sd:", "  interface: nope0\n  sd:"))
