@@ -63,7 +63,11 @@ struct Side {
                      .on_event = {}}},
         writer{participant.create_writer(name(options, writes), type(), qos())},
         reader{participant.create_reader(name(options, reads), type(), qos(),
-                                         [this](dds::Sample sample) { inbox.put(std::move(sample)); })} {}
+                                         [this](dds::Sample sample) { inbox.put(std::move(sample)); })} {
+    for (const std::string& line : participant.buffers_not_granted()) {
+      options.warn("DDS: " + line);
+    }
+  }
 
   static std::string name(const PathOptions& options, const char* what) {
     return dds::ros_topic_name(options.topic + "/" + what);

@@ -31,7 +31,7 @@ struct OutputOptions {
     command.add_flag("--json", json, "Print the result as JSON, and no progress");
     command.add_option("--plot", plot, "Draw latency over percentile into this file (SVG)")
         ->type_name("FILE");
-    command.add_flag("-q,--quiet", quiet, "Print the result alone");
+    command.add_flag("-q,--quiet", quiet, "Tell no progress");
   }
 
   /// What is seen once a second.
@@ -89,11 +89,13 @@ int serve(const ServerOptions& options) {
   const ServiceArgument service = parse_service(options.service, false);
   const sd::NodeConfig network = options.network.config();
   Session session{options.timeout_s};
-  sd::Node node{session.io, network, [&](const std::string& line) {
+  sd::Node node{session.io, network,
+                [&](const std::string& line) {
                   if (!options.quiet) {
                     Session::note(line);
                   }
-                }};
+                },
+                Session::warn};
   {
     const perf::Server server{node, service.service, service.instance};
     session.run(options.wait.busy_poll());
@@ -189,7 +191,7 @@ int measure(const ClientCommand& command) {
   network.timing.initial_delay_min = 0ms;
   network.timing.initial_delay_max = 0ms;
   Session session{0};
-  sd::Node node{session.io, network};
+  sd::Node node{session.io, network, {}, Session::warn};
   std::optional<std::string> fault;
   {
     perf::Client client{node, options, command.output.progress(), [&](const std::string& why) {
@@ -273,11 +275,12 @@ struct BridgeCommand {
 };
 
 int measure_bridge(const BridgeCommand& command) {
+  perf::PathOptions options = command.path;
+  options.warn = Session::warn;
   if (command.reflect) {
-    perf::reflect(command.path);
+    perf::reflect(options);
     return exit_ok;
   }
-  perf::PathOptions options = command.path;
   options.measured = seconds(command.time.seconds);
   options.warm_up = seconds(command.time.warm_up_s);
   options.patience = seconds(command.time.timeout_s);

@@ -95,11 +95,13 @@ int run(CallArguments& options) {
   const sd::NodeConfig network = options.network.config();
 
   Session session{options.forget ? options.timeout_s : 0};
-  sd::Node node{session.io, network, [&](const std::string& line) {
+  sd::Node node{session.io, network,
+                [&](const std::string& line) {
                   if (!options.quiet) {
                     Session::note(line);
                   }
-                }};
+                },
+                Session::warn};
   sd::Proxy proxy{node,
                   {.service = service.service,
                    .instance = service.instance,

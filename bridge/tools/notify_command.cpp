@@ -29,7 +29,7 @@ int run(NotifyArguments& options) {
   const sd::NodeConfig network = options.network.config();
 
   Session session{options.timeout_s};
-  sd::Node node{session.io, network, options.log()};
+  sd::Node node{session.io, network, options.log(), Session::warn};
   const sd::OfferHandle handle = node.offer(spec);
   std::uint64_t sent = 0;
   bool waiting = false;

@@ -116,7 +116,7 @@ class Service {
     const sd::NodeConfig network = options_.network.config();
     Session session{options_.timeout_s};
     session_ = &session;
-    sd::Node node{session.io, network, options_.log()};
+    sd::Node node{session.io, network, options_.log(), Session::warn};
     node_ = &node;
     offer_ = node.offer(std::move(spec_));
     session.run();
@@ -128,7 +128,7 @@ class Service {
   bool print(const someip::Message& request, const Endpoint& from, const PayloadOptions& payload) {
     const auto text = message_text(request, &from, payload);
     if (!text) {
-      Session::note("warning: " + text.error());
+      Session::warn(text.error());
       return false;
     }
     session_->print(*text);

@@ -35,6 +35,10 @@ void Session::note(const std::string& line) {
   std::fprintf(stderr, "%s\n", line.c_str());
 }
 
+void Session::warn(const std::string& line) {
+  note("warning: " + line);
+}
+
 void Session::every(Duration period, std::function<void()> tick) {
   tick_ = std::move(tick);
   ticker_.expires_after(period);

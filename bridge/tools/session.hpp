@@ -29,6 +29,8 @@ class Session {
   void print(const std::string& text);
   /// A line on standard error.
   static void note(const std::string& line);
+  /// Likewise, of what is wrong: also for who wants to be told nothing else.
+  static void warn(const std::string& line);
 
   /// Calls `tick` every `period`, for the first time after one.
   void every(Duration period, std::function<void()> tick);

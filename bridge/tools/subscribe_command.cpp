@@ -47,11 +47,13 @@ int run(SubscribeArguments& options) {
   options.payload.resolve();
   const sd::NodeConfig network = options.network.config();
   Session session{options.timeout_s};
-  sd::Node node{session.io, network, [&](const std::string& line) {
+  sd::Node node{session.io, network,
+                [&](const std::string& line) {
                   if (!options.quiet) {
                     Session::note(line);
                   }
-                }};
+                },
+                Session::warn};
   std::uint64_t received = 0;
   std::uint64_t unprintable = 0;
   node.subscribe({.service = service.service,
@@ -70,7 +72,7 @@ int run(SubscribeArguments& options) {
                      session.print(*text);
                    } else {
                      ++unprintable;
-                     Session::note("warning: " + text.error());
+                     Session::warn(text.error());
                    }
                    if (++received == options.count) {
                      session.finish();

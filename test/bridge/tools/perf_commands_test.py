@@ -2,6 +2,7 @@
 
 Usage: perf_commands_test.py TRESTLE
 """
+import contextlib
 import json
 import os
 import re
@@ -12,6 +13,9 @@ import tempfile
 import time
 import unittest
 import xml.dom.minidom
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from socket_buffers import limits_below, limits_told, of_others, without_net_admin
 
 TRESTLE = sys.argv.pop(1)
 PATIENCE = 60  # seconds; running into it is a failure
@@ -31,8 +35,20 @@ def client_command(*arguments, seconds="0.3"):
 
 
 def client(*arguments, **how):
-    return subprocess.run(client_command(*arguments, **how), capture_output=True, text=True, timeout=PATIENCE,
+    done = subprocess.run(client_command(*arguments, **how), capture_output=True, text=True, timeout=PATIENCE,
                           check=False)
+    done.stderr = of_others(done.stderr)
+    return done
+
+
+@contextlib.contextmanager
+def running(*arguments):
+    """Until it is stopped, and whatever it says."""
+    with subprocess.Popen([TRESTLE, *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+        try:
+            yield process
+        finally:
+            process.send_signal(signal.SIGINT)
 
 
 class Server:
@@ -176,13 +192,12 @@ class Bridge(unittest.TestCase):
     def test_samples_that_come_back_are_measured(self):
         with tempfile.TemporaryDirectory() as folder:
             file = os.path.join(folder, "latency.svg")
-            with subprocess.Popen([TRESTLE, "perf", "bridge", "--reflect", *self.WHERE]) as far:
+            with running("perf", "bridge", "--reflect", *self.WHERE) as far:
                 done = subprocess.run([TRESTLE, "perf", "bridge", *self.WHERE, "--json", "--size", "1000", "--seconds",
                                        "0.3", "--timeout", "30", "--plot", file],
                                       capture_output=True, text=True, timeout=PATIENCE, check=False)
-                far.send_signal(signal.SIGINT)
             check_drawing(self, file)
-        self.assertEqual((done.returncode, done.stderr, far.returncode), (0, "", 0))
+        self.assertEqual((done.returncode, of_others(done.stderr), far.returncode), (0, "", 0))
         figures = json.loads(done.stdout)
         self.assertEqual((figures["what"], figures["payload_bytes"]), ("bridge", 992))  # 62 points
         self.assertEqual(list(figures["cpu_percent"]), ["this_end"])
@@ -194,11 +209,10 @@ class Bridge(unittest.TestCase):
         self.assertLessEqual(2 * latency["mean"] * figures["received"], 1.01 * figures["seconds"] * 1e9)
 
     def test_samples_under_way_overlap(self):
-        with subprocess.Popen([TRESTLE, "perf", "bridge", "--reflect", *self.WHERE]) as far:
+        with running("perf", "bridge", "--reflect", *self.WHERE) as far:
             done = subprocess.run([TRESTLE, "perf", "bridge", *self.WHERE, "--json", "--window", "8", "--seconds", "0.3",
                                    "--timeout", "30"], capture_output=True, text=True, timeout=PATIENCE, check=False)
-            far.send_signal(signal.SIGINT)
-        self.assertEqual((done.returncode, done.stderr, far.returncode), (0, "", 0))
+        self.assertEqual((done.returncode, of_others(done.stderr), far.returncode), (0, "", 0))
         figures = json.loads(done.stdout)
         self.assertGreater(2 * figures["latency_ns"]["mean"] * figures["received"], 2 * figures["seconds"] * 1e9)
 
@@ -208,6 +222,13 @@ class Bridge(unittest.TestCase):
         self.assertEqual((done.returncode, done.stdout), (1, ""))
         self.assertIn("error: nothing came back", done.stderr)
 
+    def test_buffers_that_the_system_does_not_grant_are_told(self):
+        for end in [], ["--reflect"]:
+            with subprocess.Popen([TRESTLE, "perf", "bridge", *self.WHERE, *end], stderr=subprocess.PIPE, text=True) as run:
+                told = [limits_told(run.stderr.readline(), by="warning: DDS: ") for _ in limits_below(16 << 20, 16 << 20)]
+                run.send_signal(signal.SIGINT)
+            self.assertEqual([limit for line in told for limit in line], limits_below(16 << 20, 16 << 20))
+
 
 class Failing(unittest.TestCase):
     def test_a_missing_service_is_told(self):
@@ -216,9 +237,15 @@ class Failing(unittest.TestCase):
         self.assertEqual(done.stderr, "error: nobody offers the service\n")
 
     def test_what_can_wait_to_be_sent_is_not_refused(self):
-        for arguments in ["--in-flight", "3", "--size", "16MB"], ["--in-flight", "4", "--size", "16MB", "--events"]:
-            done = client("0x7e58.1", "--timeout", "0.3", *arguments)
-            self.assertEqual((done.returncode, done.stderr), (1, "error: nobody offers the service\n"))
+        done = client("0x7e58.1", "--timeout", "0.3", "--in-flight", "3", "--size", "16MB")
+        self.assertEqual((done.returncode, done.stderr), (1, "error: nobody offers the service\n"))
+
+    def test_buffers_that_the_system_does_not_grant_are_told(self):
+        for command in [*client_command("0x7e58.1", "--json")], [TRESTLE, "perf", "server", *network(4)]:
+            done = subprocess.run([*command, "--quiet", "--timeout", "0.3"], preexec_fn=without_net_admin,
+                                  capture_output=True, text=True, timeout=PATIENCE, check=False)
+            self.assertEqual(limits_told(done.stderr, by="warning: "), limits_below(8 << 20, 4 << 20))
+            self.assertEqual(done.stdout, "")
 
     def test_another_service_is_told(self):
         other = subprocess.Popen([TRESTLE, "offer", "0x7e59.1", "--udp", "--tcp", "--method", "1", *network(3)],
@@ -235,7 +262,7 @@ class Failing(unittest.TestCase):
         with Server("0x7e5a.1"):
             started = subprocess.Popen(client_command("0x7e5a.1", "--timeout", "30", seconds="30"), stdout=subprocess.PIPE,
                                        stderr=subprocess.PIPE, text=True)
-            self.assertIn(" /s ", started.stderr.readline())  # it measures
+            self.assertIn(" /s ", next(line for line in started.stderr if of_others(line)))  # it measures
         out, log = started.communicate(timeout=PATIENCE)
         self.assertEqual((started.returncode, out), (1, ""))
         self.assertIn("error: the service is gone\n", log)

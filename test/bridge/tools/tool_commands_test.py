@@ -16,6 +16,7 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 from bare_peer import PATIENCE, Peer, entries, receive, someip
+from socket_buffers import limits_below, limits_told, of_others, without_net_admin
 
 TRESTLE = sys.argv.pop(1)
 
@@ -31,8 +32,10 @@ def command(name, host, *arguments):
 
 
 def run(name, host, *arguments, stdin=None):
-    return subprocess.run(command(name, host, *arguments), input=stdin, capture_output=True, text=True,
+    done = subprocess.run(command(name, host, *arguments), input=stdin, capture_output=True, text=True,
                           timeout=PATIENCE)
+    done.stderr = of_others(done.stderr)
+    return done
 
 
 class Running:
@@ -80,7 +83,7 @@ class Running:
         """Waits for the end. Status, output and log, as far as they have not been read yet."""
         out, log = self.process.communicate(timeout=PATIENCE)
         before_out, before_log = self.read.values()
-        return self.process.returncode, (before_out + out).decode(), (before_log + log).decode()
+        return self.process.returncode, (before_out + out).decode(), of_others((before_log + log).decode())
 
     def stop(self):
         self.process.send_signal(signal.SIGINT)
@@ -239,7 +242,7 @@ class Calls(unittest.TestCase):
             # Neither side takes what is no message of the type.
             done = run("call", 2, "0x1241", "1", "00", "-q")
             self.assertEqual((done.returncode, done.stderr), (3, "error: the answer is E_MALFORMED_MESSAGE\n"))
-            self.assertIn("not a std_msgs/msg/String", offer.line_with("warning", of_log=True))
+            offer.line_with("warning: not a std_msgs/msg/String", of_log=True)
             done = run("call", 2, "0x1241", "1", "{data: hi}", "--type", "std_msgs/String", "-q")
             self.assertEqual((done.returncode, done.stdout), (1, ""))
             self.assertIn("error: not a std_msgs/msg/String", done.stderr)
@@ -330,8 +333,17 @@ class Calls(unittest.TestCase):
                 subscribe.line_with(other[:-1], of_log=True)
                 self.assertEqual(subscribe.stop()[0], 0)
             done = run("call", 2, "0x1249", "1", "--major", "2", "--timeout", "4", "--fire-and-forget", "-q")
-            self.assertEqual((done.returncode, done.stderr), (1, error))
+            self.assertEqual(done.returncode, 1)
+            self.assertRegex(done.stderr, rf"^warning: 0x1249.0x0001 is wanted in version 2.any, but .*\n{error}$")
             self.assertNotIn("note:", run("call", 2, "0x1249", "1").stderr)
+
+    def test_tell_which_buffers_the_system_does_not_grant(self):
+        for name, *arguments in [("call", "0x124b", "1"), ("subscribe", "0x124b.1", "1"), ("offer", "0x124b.1"),
+                                 ("notify", "0x124b.1", "1", "0x8001", "00")]:
+            done = subprocess.run(command(name, 2, *arguments, "--quiet", "--timeout", "0.2"), capture_output=True,
+                                  preexec_fn=without_net_admin, text=True, timeout=PATIENCE)
+            self.assertEqual(limits_told(done.stderr, by="warning: "), limits_below(8 << 20, 4 << 20), name)
+            self.assertEqual(done.stdout, "", name)
 
     def test_a_refusal_for_want_of_a_protocol_says_so_at_both_ends(self):
         with Running("offer", 1, "0x124a.1", "--udp", "--tcp", "--field", "1/-/0x8001=0a") as offer:
