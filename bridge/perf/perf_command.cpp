@@ -230,28 +230,33 @@ void add_client(CLI::App& perf, int& status) {
       "  trestle perf client --events --rate 1000 --window 0 --plot latency.svg");
   const auto options = std::make_shared<ClientCommand>();
   command->add_option("SERVICE.INSTANCE", options->service, "Of the server")->capture_default_str();
-  command->add_flag("--events", options->client.events, "Measure events, not calls");
+  CLI::Option* const events =
+      command->add_flag("--events", options->client.events, "Measure events, not calls");
   command->add_option("--size", options->client.plan.bytes, "Bytes of payload; 64KB, 4MB: of 1024")
       ->type_name("BYTES")
       ->transform(CLI::AsSizeValue(false))
       ->check(CLI::Range(std::uint32_t{0}, perf::max_event_bytes))
       ->capture_default_str();
-  command->add_flag("--tcp", options->tcp, "By TCP, not UDP");
+  CLI::Option* const tcp = command->add_flag("--tcp", options->tcp, "By TCP, not UDP");
   command->add_option("--in-flight", options->client.in_flight, "Calls at a time")
       ->type_name("N")
       ->check(CLI::Range(1, 1000))
+      ->excludes(events)  // refused, as are those below, where it would have no effect
       ->capture_default_str();
   command->add_option("--window", options->window, "Events under way at a time; 0: no limit")
       ->type_name("N")
       ->check(CLI::Range(0, 1'000'000))
+      ->needs(events)
       ->capture_default_str();
   command->add_option("--rate", options->rate_hz, "Events a second; 0: as the window lets them")
       ->type_name("HZ")
       ->check(number_between(0, 1e7))
+      ->needs(events)
       ->capture_default_str();
   command->add_option("--separation", options->separation_us, "Time between two bursts of segments")
       ->type_name("MICROSECONDS")
       ->check(number_between(0, 1e6))
+      ->excludes(tcp)
       ->capture_default_str();
   command
       ->add_option("--burst", options->client.plan.burst,
@@ -259,6 +264,7 @@ void add_client(CLI::App& perf, int& status) {
                    "calls 45")
       ->type_name("N")
       ->check(CLI::Range(0, 10'000))
+      ->excludes(tcp)
       ->capture_default_str();
   options->time.add_to(*command, "For finding the service, and for each answer");
   options->output.add_to(*command);
@@ -309,7 +315,8 @@ void add_bridge(CLI::App& perf, int& status) {
       "  trestle perf bridge --domain 0 --size 1MB --seconds 10 --json\n"
       "  trestle perf bridge --domain 0 --size 1MB --window 4");
   const auto options = std::make_shared<BridgeCommand>();
-  command->add_flag("--reflect", options->reflect, "Be the other end, until Ctrl-C");
+  CLI::Option* const reflect =
+      command->add_flag("--reflect", options->reflect, "Be the other end, until Ctrl-C");
   command->add_option("--domain", options->path.domain, "DDS domain")
       ->type_name("N")
       ->check(CLI::Range(0, 232))
@@ -330,6 +337,10 @@ void add_bridge(CLI::App& perf, int& status) {
       ->capture_default_str();
   options->time.add_to(*command, "For the first message to come back");
   options->output.add_to(*command);
+  for (const char* of_who_measures :
+       {"--size", "--window", "--seconds", "--warm-up", "--timeout", "--json", "--plot"}) {
+    reflect->excludes(command->get_option(of_who_measures));
+  }
   command->callback([options, &status] { status = measure_bridge(*options); });
 }
 

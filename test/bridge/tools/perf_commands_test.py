@@ -274,6 +274,11 @@ class Failing(unittest.TestCase):
             (["perf", "client", "--size", "some"], "--size"),
             (["perf", "client", "--events", "--size", "8"], "events have at least 16 bytes"),
             (["perf", "client", "--in-flight", "0"], "--in-flight"),
+            (["perf", "client", "--in-flight", "4", "--events"], "--events excludes --in-flight"),
+            (["perf", "client", "--rate", "100"], "--rate requires --events"),
+            (["perf", "client", "--window", "4"], "--window requires --events"),
+            (["perf", "client", "--separation", "0", "--tcp"], "--tcp excludes --separation"),
+            (["perf", "client", "--burst", "4", "--tcp", "--events"], "--tcp excludes --burst"),
             (["perf", "client", "--in-flight", "4", "--size", "16MB"],
              "--in-flight, --size: 4 calls of 16777216 bytes at a time: no more than 67108864 bytes can wait"),
             (["perf", "client", "--seconds", "0"], "--seconds"),
@@ -281,6 +286,8 @@ class Failing(unittest.TestCase):
             (["perf", "server", "0x1234"], "names no instance"),
             (["perf", "bridge", "--domain", "233"], "--domain"),
             (["perf", "bridge", "--size", "15"], "--size"),
+            (["perf", "bridge", "--reflect", "--size", "1MB"], "--reflect excludes --size"),
+            (["perf", "bridge", "--json", "--reflect"], "--reflect excludes --json"),
         ]:
             with self.subTest(arguments):
                 done = subprocess.run([TRESTLE, *arguments], capture_output=True, text=True, timeout=PATIENCE,
