@@ -305,15 +305,15 @@ void add_bridge(CLI::App& perf, int& status) {
       "Writes PointCloud2 messages to TOPIC/there and waits for them on TOPIC/back, where 'trestle perf "
       "bridge\n"
       "--reflect' at the other end writes them. The latency is half of the time there and back. With a\n"
-      "--window of more than 1 it is throughput that is measured. What is\n"
-      "between both ends, say two bridges that carry both topics, is up to you; nothing: a hop of DDS "
-      "alone.\n"
+      "--window of more than 1 it is throughput that is measured. Between both ends are two bridges that "
+      "carry\n"
+      "both topics, as examples/perf_bridge_a.yaml and _b.yaml do, or nothing: a hop of DDS alone.\n"
       "CPU time is that of this end alone, without the other end and the bridges.\n"
       "Exit status: 0; 1 when nothing came back; 2 for a wrong command line.\n\n"
       "Examples:\n"
-      "  trestle perf bridge --domain 1 --reflect\n"
-      "  trestle perf bridge --domain 0 --size 1MB --seconds 10 --json\n"
-      "  trestle perf bridge --domain 0 --size 1MB --window 4");
+      "  trestle perf bridge --domain 92 --interface 127.0.0.1 --reflect\n"
+      "  trestle perf bridge --domain 91 --interface 127.0.0.1 --size 1MB --seconds 10 --json\n"
+      "  trestle perf bridge --domain 91 --interface 127.0.0.1 --size 1MB --window 4");
   const auto options = std::make_shared<BridgeCommand>();
   CLI::Option* const reflect =
       command->add_flag("--reflect", options->reflect, "Be the other end, until Ctrl-C");

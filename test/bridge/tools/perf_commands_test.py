@@ -24,6 +24,7 @@ PATIENCE = 60  # seconds; running into it is a failure
 PID = os.getpid()
 HOST = f"127.{1 + (PID >> 8) % 254}.{PID & 255}."
 GROUP = f"239.252.{PID >> 8 & 255}.{PID & 255}"
+EXAMPLES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../examples")
 
 
 def network(host):
@@ -215,6 +216,35 @@ class Bridge(unittest.TestCase):
         self.assertEqual((done.returncode, of_others(done.stderr), far.returncode), (0, "", 0))
         figures = json.loads(done.stdout)
         self.assertGreater(2 * figures["latency_ns"]["mean"] * figures["received"], 2 * figures["seconds"] * 1e9)
+
+    def test_the_examples_are_a_way_that_can_be_measured(self):
+        def own(text):
+            """With addresses, domains and topics of this process alone."""
+            for pattern, ours in [(r"192\.168\.1\.", HOST), (r"(domain:? )91", rf"\g<1>{1 + PID % 39}"),
+                                  (r"(domain:? )92", rf"\g<1>{1 + (PID + 1) % 39}"), (r"/perf/", f"/perf{PID}/"),
+                                  (r"^dds:", f"  sd: {{multicast: {GROUP}}}\ndds:")]:
+                text = re.sub(pattern, ours, text, flags=re.MULTILINE)
+            return text
+
+        measuring, reflecting = "--size 1MB", "--reflect"
+        with contextlib.ExitStack() as stack:
+            folder = stack.enter_context(tempfile.TemporaryDirectory())
+            for side, what in ("b", reflecting), ("a", measuring):
+                with open(os.path.join(EXAMPLES, f"perf_bridge_{side}.yaml"), encoding="utf-8") as file:
+                    text = own(file.read())
+                with open(os.path.join(folder, side), "w", encoding="utf-8") as file:
+                    file.write(text)
+                stack.enter_context(running("bridge", "--quiet", file.name))
+                perf = re.search(rf"^#   trestle (perf bridge .* {what})$", text, re.MULTILINE).group(1).split()
+                perf += ["--topic", f"/perf{PID}"]
+                if what == reflecting:
+                    stack.enter_context(running(*perf))
+            done = subprocess.run([TRESTLE, *perf, "--json", "--seconds", "0.3", "--timeout", "30"], capture_output=True,
+                                  text=True, timeout=PATIENCE, check=False)
+        self.assertEqual((done.returncode, of_others(done.stderr)), (0, ""))
+        figures = json.loads(done.stdout)
+        self.assertEqual(figures["payload_bytes"], 1 << 20)
+        self.assertGreater(figures["received"], 0)
 
     def test_nobody_at_the_other_end_is_told(self):
         done = subprocess.run([TRESTLE, "perf", "bridge", *self.WHERE, "--timeout", "0.2"], capture_output=True,
