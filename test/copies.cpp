@@ -3,6 +3,8 @@
 #include <atomic>
 #include <cstdint>
 
+#include "bridge/convert/byte_swap.hpp"
+
 // From the linker: where the code of this program is.
 extern "C" const char __executable_start;  // NOLINT
 extern "C" const char etext;
@@ -69,6 +71,21 @@ void __wrap__ZN7trestle10copy_bytesEPSt4bytePKS0_mb(std::byte* to, const std::by
                                                     std::size_t bytes, bool /*blocks*/) {
   count(bytes, __builtin_return_address(0));
   copy_up(to, from, bytes);
+}
+
+// Our own, trestle::bridge::copy_swapped(), likewise; the second one is the name that it has then.
+void __real__ZN7trestle6bridge12copy_swappedEPSt4bytePKS1_mmNS0_7ShuffleE(std::byte* to,  // NOLINT
+                                                                          const std::byte* from,
+                                                                          std::size_t count,
+                                                                          std::size_t width,
+                                                                          trestle::bridge::Shuffle shuffle);
+void __wrap__ZN7trestle6bridge12copy_swappedEPSt4bytePKS1_mmNS0_7ShuffleE(std::byte* to,  // NOLINT
+                                                                          const std::byte* from,
+                                                                          std::size_t numbers,
+                                                                          std::size_t width,
+                                                                          trestle::bridge::Shuffle shuffle) {
+  count(numbers * width, __builtin_return_address(0));
+  __real__ZN7trestle6bridge12copy_swappedEPSt4bytePKS1_mmNS0_7ShuffleE(to, from, numbers, width, shuffle);
 }
 
 // What the C library's headers make of them where the size of the destination is known.

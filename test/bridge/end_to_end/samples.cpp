@@ -110,6 +110,15 @@ Sample string(std::uint32_t number) {
   return (out << std::string("gr\xc3\xbc\xc3\x9f " + std::to_string(number))).finish();
 }
 
+Sample floats(std::uint32_t number, std::uint32_t count) {
+  Writer out;
+  out << std::uint32_t{0} << number << count;  // no dimensions, then the offset of the data
+  for (std::uint32_t i = 0; i < count; ++i) {
+    out << 0.25F * static_cast<float>(number + i);
+  }
+  return out.finish();
+}
+
 Sample tracks(std::uint32_t number) {
   Writer out;
   out.header(number, "base") << std::uint32_t{2};

@@ -15,6 +15,8 @@ using Sample = std::vector<std::byte>;
 [[nodiscard]] Sample point(std::uint32_t number);
 [[nodiscard]] Sample image(std::uint32_t number);
 [[nodiscard]] Sample string(std::uint32_t number);
+/// Of std_msgs/msg/Float32MultiArray.
+[[nodiscard]] Sample floats(std::uint32_t number, std::uint32_t count);
 /// Of test_msgs/msg/Tracks, see tracks_package().
 [[nodiscard]] Sample tracks(std::uint32_t number);
 
