@@ -367,14 +367,21 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     return true;
   }
 
+  // Leaves the timer alone if it is to wake us earlier: pump() finds out what is due.
   void wait_until(TimePoint time) {
+    if (wakes && *wakes <= time) {
+      return;
+    }
     timer.expires_at(time);
-    timer.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
-      const auto self = weak.lock();
-      if (!error && self && self->socket != nullptr) {
-        self->pump();
-      }
-    });
+    timer.async_wait(
+        memory->pace.hold([weak = weak_from_this(), keep = memory](const boost::system::error_code& error) {
+          const auto self = weak.lock();
+          if (!error && self && self->socket != nullptr) {
+            self->wakes.reset();
+            self->pump();
+          }
+        }));
+    wakes = time;
   }
 
   bool enqueue(const Endpoint& to, const Header& header, std::span<const ByteView> payload, std::size_t bytes,
@@ -415,6 +422,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   struct Memory {
     HandlerMemory collect;
     HandlerMemory defer;
+    HandlerMemory pace;
   };
 
   boost::asio::io_context& io;
@@ -423,6 +431,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   Duration collect_for;
   std::shared_ptr<Memory> memory = std::make_shared<Memory>();  ///< the handlers keep it
   boost::asio::steady_timer timer;
+  std::optional<TimePoint> wakes;  ///< when the timer calls pump()
   boost::asio::steady_timer collect_timer;
   bool collects = false;  ///< collect_timer runs; what is collected meanwhile may leave earlier
   std::list<Collection> collections;

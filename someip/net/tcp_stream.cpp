@@ -405,13 +405,14 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
       return;
     }
     waiting = true;
-    descriptor.async_wait(boost::asio::posix::stream_descriptor::wait_write,
-                          [self = shared_from_this()](const boost::system::error_code& error) {
-                            self->waiting = false;
-                            if (!error && !self->closed) {
-                              self->pump();
-                            }
-                          });
+    descriptor.async_wait(
+        boost::asio::posix::stream_descriptor::wait_write,
+        write_memory.hold([self = shared_from_this()](const boost::system::error_code& error) {
+          self->waiting = false;
+          if (!error && !self->closed) {
+            self->pump();
+          }
+        }));
   }
 
   // --- the end ---
@@ -447,6 +448,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   }
 
   HandlerMemory read_memory;
+  HandlerMemory write_memory;
   boost::asio::posix::stream_descriptor descriptor;
   boost::asio::steady_timer message_timer;
   /// When the message under way was first seen, and how many were complete then.

@@ -107,12 +107,12 @@ struct UdpSocket::State : std::enable_shared_from_this<State> {
   }
 
   void wait_writable() {
-    auto done = [self = shared_from_this()](const boost::system::error_code& error) {
+    auto done = write_memory.hold([self = shared_from_this()](const boost::system::error_code& error) {
       self->waiting = false;
       if (const auto ready = std::exchange(self->writable, nullptr); ready && !error && !self->closed) {
         ready();
       }
-    };
+    });
     if (transmitter.interface_full()) {
       pause.expires_after(interface_pause);
       pause.async_wait(std::move(done));
@@ -200,6 +200,7 @@ struct UdpSocket::State : std::enable_shared_from_this<State> {
 
   UdpOptions options;
   HandlerMemory read_memory;
+  HandlerMemory write_memory;
   boost::asio::posix::stream_descriptor descriptor;
   boost::asio::steady_timer pause;  ///< while the network interface is full
   int fd;
