@@ -35,7 +35,8 @@ struct NodeConfig {
   bool watch_link = true;
   Limits limits{};                                         ///< of service discovery
   std::size_t max_message_bytes = std::size_t{16} << 20U;  ///< payload of a received message
-  /// That may wait to be sent at one UDP port or TCP connection; a message beyond them is dropped.
+  /// That may wait to be sent at one UDP port or TCP connection; a message beyond them is dropped. Of the
+  /// memory for copies of it, as much stays for the next ones.
   std::size_t max_queued_bytes = std::size_t{64} << 20U;
   /// Large messages that may be under way at once over UDP; their memory is only taken as they fill it.
   std::size_t max_reassemblies = 32;

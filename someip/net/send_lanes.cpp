@@ -6,9 +6,8 @@
 namespace trestle::someip {
 namespace {
 
-constexpr std::size_t max_unused = 64;        // places that are kept for reuse
-constexpr std::size_t max_kept_copy = 65536;  // bytes of such a one
-constexpr std::size_t max_idle_lanes = 64;    // receivers whose last burst is remembered
+constexpr std::size_t max_unused = 64;      // places that are kept for reuse
+constexpr std::size_t max_idle_lanes = 64;  // receivers whose last burst is remembered
 // That a message takes beside its payload: many without any must not take memory without end.
 constexpr std::size_t place_bytes = sizeof(PendingMessage);
 
@@ -76,6 +75,7 @@ PendingMessage* SendLanes::add(const Endpoint& to, std::span<const ByteView> par
   if (keep) {
     place.slices.assign(parts.begin(), parts.end());
   } else {
+    place.copy = copies_.take(bytes);
     for (const ByteView part : parts) {
       place.copy.insert(place.copy.end(), part.begin(), part.end());
     }
@@ -89,13 +89,10 @@ void SendLanes::finish(SendLane& lane) {
   const auto done = lane.queue.begin();
   bytes_ -= done->bytes + place_bytes;
   const std::shared_ptr<const void> kept = std::move(done->keep_alive);
-  done->copy.clear();
+  copies_.give_back(std::move(done->copy));
   if (unused_.size() == max_unused) {
     lane.queue.erase(done);
     return;
-  }
-  if (done->copy.capacity() > max_kept_copy) {
-    done->copy = std::vector<std::byte>{};  // "= {}" would keep its memory
   }
   unused_.splice(unused_.begin(), lane.queue, done);
 }

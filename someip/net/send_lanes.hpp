@@ -6,6 +6,7 @@
 
 #include "someip/core/tp_pacing.hpp"
 #include "someip/core/tp_segmenter.hpp"
+#include "someip/net/copy_pool.hpp"
 #include "someip/wire/bytes.hpp"
 #include "someip/wire/endpoint.hpp"
 #include "someip/wire/header.hpp"
@@ -48,8 +49,9 @@ struct SendLane {
 /// What waits to be sent, in a lane for each receiver. Keeps its memory for what comes later.
 class SendLanes {
  public:
-  /// @param max_bytes  of payload that may wait, and of the places that messages take while they do.
-  explicit SendLanes(std::size_t max_bytes) noexcept : max_bytes_{max_bytes} {}
+  /// @param max_bytes  of payload that may wait, and of the places that messages take while they do. Of the
+  ///                   memory for copies as much is kept when nothing waits.
+  explicit SendLanes(std::size_t max_bytes) noexcept : max_bytes_{max_bytes}, copies_{max_bytes} {}
 
   /// In turn: each lane is served before one is served again.
   [[nodiscard]] std::list<SendLane>& all() noexcept { return lanes_; }
@@ -79,6 +81,7 @@ class SendLanes {
   std::size_t bytes_ = 0;  // exceeds max_bytes_ by the last message's place at most
   std::list<SendLane> lanes_;
   std::list<PendingMessage> unused_;
+  CopyPool copies_;
 };
 
 }  // namespace trestle::someip

@@ -13,6 +13,7 @@
 
 #include "someip/net/address_text.hpp"
 #include "someip/net/addresses.hpp"
+#include "someip/net/copy_pool.hpp"
 #include "someip/net/socket_calls.hpp"
 
 namespace trestle::someip {
@@ -95,7 +96,7 @@ struct TcpClient::State : std::enable_shared_from_this<State> {
     attempting = false;
     ++counters.connections;
     since = std::chrono::steady_clock::now();
-    stream = std::make_shared<TcpStream>(io, std::move(socket), StreamEnd::client, options.tcp);
+    stream = std::make_shared<TcpStream>(io, std::move(socket), StreamEnd::client, options.tcp, copies);
     stream->receive(
         [weak = weak_from_this()](const Message& message) {
           if (const auto self = weak.lock()) {  // also keeps it while its handler destroys the client
@@ -180,6 +181,7 @@ struct TcpClient::State : std::enable_shared_from_this<State> {
 
   boost::asio::io_context& io;
   TcpClientOptions options;
+  std::shared_ptr<CopyPool> copies = std::make_shared<CopyPool>(options.tcp.max_queued_bytes);
   Handlers handlers;
   boost::asio::posix::stream_descriptor connecting;
   boost::asio::steady_timer timer;

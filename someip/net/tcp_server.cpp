@@ -10,6 +10,7 @@
 #include <map>
 
 #include "someip/net/addresses.hpp"
+#include "someip/net/copy_pool.hpp"
 #include "someip/net/socket_calls.hpp"
 
 namespace trestle::someip {
@@ -102,7 +103,8 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
       return;
     }
     ++counters.accepted;
-    const auto stream = std::make_shared<TcpStream>(io, std::move(client), StreamEnd::server, options.tcp);
+    const auto stream =
+        std::make_shared<TcpStream>(io, std::move(client), StreamEnd::server, options.tcp, copies);
     clients.emplace(from, stream);
     stream->receive(
         [weak = weak_from_this(), from](const Message& message) {
@@ -133,6 +135,7 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
 
   boost::asio::io_context& io;
   TcpServerOptions options;
+  std::shared_ptr<CopyPool> copies = std::make_shared<CopyPool>(options.tcp.max_queued_bytes);
   boost::asio::posix::stream_descriptor listener;
   boost::asio::steady_timer retry;
   Endpoint local;

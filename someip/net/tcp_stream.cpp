@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "someip/net/addresses.hpp"
+#include "someip/net/copy_pool.hpp"
 #include "someip/net/handler_memory.hpp"
 #include "someip/net/socket_calls.hpp"
 #include "someip/wire/slices.hpp"
@@ -28,7 +29,6 @@ constexpr int stream_rounds = 16;                // before other handlers get th
 constexpr std::size_t max_slices = 64;           // of one system call
 constexpr std::size_t small_bytes = 4096;        // of a message that is worth a copy to save a system call
 constexpr std::size_t max_unused_messages = 64;  // places of the queue that are kept for reuse
-constexpr std::size_t max_kept_bytes = 65536;    // bytes of such a one
 
 /// A message on its way out: a Magic Cookie perhaps, the header, the payload.
 struct Outgoing {
@@ -78,8 +78,9 @@ struct Outgoing {
     }
     return bytes;
   }
-  /// Makes what is left our own.
-  void copy_rest() {
+  /// Makes what is left our own, in `memory`.
+  void copy_rest(std::vector<std::byte> memory) {
+    copy = std::move(memory);
     const std::size_t first = part == 0 ? 1 : part;
     for (std::size_t i = first, skip = part == 0 ? 0 : offset; i <= payload.size(); ++i) {
       const ByteView rest = at(i).subspan(std::exchange(skip, 0));
@@ -127,12 +128,14 @@ TcpBuffers granted_buffers(const TcpOptions& options) {
 }
 
 struct TcpStream::State : std::enable_shared_from_this<State> {
-  State(boost::asio::io_context& io, Descriptor connected, StreamEnd which, const TcpOptions& tcp)
+  State(boost::asio::io_context& io, Descriptor connected, StreamEnd which, const TcpOptions& tcp,
+        std::shared_ptr<CopyPool> pool)
       : descriptor{io, connected.get()},
         message_timer{io},
         fd{connected.release()},
         own{which},
         options{tcp},
+        copies{std::move(pool)},
         // Not zeroed: the system commits the pages as messages need them.
         buffer{new std::byte[header_bytes + options.max_message_bytes]},
         parser{ByteSpan{buffer.get(), header_bytes + options.max_message_bytes}},
@@ -287,6 +290,8 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   // `sent` bytes of it have left already.
   void enqueue(const Outgoing& head, std::span<const ByteView> payload,
                std::shared_ptr<const void>&& keep_alive, std::size_t bytes, std::size_t sent) {
+    // For all of it, whatever is left: so the next one of this size finds enough.
+    std::vector<std::byte> memory = keep_alive ? std::vector<std::byte>{} : copies->take(head.payload_bytes);
     if (unused.empty()) {
       unused.emplace_front();
     }
@@ -301,7 +306,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     last.keep_alive = std::move(keep_alive);
     static_cast<void>(last.sent(sent));
     if (!last.keep_alive) {
-      last.copy_rest();  // its slices may not live any longer
+      last.copy_rest(std::move(memory));  // its slices may not live any longer
     }
     queued_bytes += bytes - sent;
   }
@@ -309,10 +314,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   void dispose_first() {
     Outgoing& first = queue.front();
     first.keep_alive.reset();
-    first.copy.clear();
-    if (first.copy.capacity() > max_kept_bytes) {
-      first.copy = std::vector<std::byte>{};  // "= {}" would keep its memory
-    }
+    copies->give_back(std::move(first.copy));
     if (unused.size() == max_unused_messages) {
       queue.pop_front();
     } else {
@@ -458,6 +460,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   int fd;
   StreamEnd own;
   TcpOptions options;
+  std::shared_ptr<CopyPool> copies;
   std::unique_ptr<std::byte[]> buffer;
   StreamParser parser;
   std::unique_ptr<std::byte[]> room;
@@ -488,8 +491,8 @@ TcpStream::Counters& TcpStream::Counters::operator+=(const Counters& other) noex
 }
 
 TcpStream::TcpStream(boost::asio::io_context& io, Descriptor connected, StreamEnd own,
-                     const TcpOptions& options)
-    : state_{std::make_shared<State>(io, std::move(connected), own, options)} {}
+                     const TcpOptions& options, std::shared_ptr<CopyPool> copies)
+    : state_{std::make_shared<State>(io, std::move(connected), own, options, std::move(copies))} {}
 
 TcpStream::~TcpStream() {
   state_->release();

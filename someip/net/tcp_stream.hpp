@@ -13,12 +13,14 @@ class io_context;
 
 namespace trestle::someip {
 
+class CopyPool;
 class Descriptor;
 
 /// How TCP connections are kept, on either end.
 struct TcpOptions {
   std::size_t max_message_bytes = std::size_t{16} << 20U;  ///< payload of a received message
-  /// Bytes that may wait to be sent; a message beyond them is dropped.
+  /// Bytes that may wait to be sent; a message beyond them is dropped. Of the memory for copies of them, a
+  /// client or a server keeps as much for the next ones.
   std::size_t max_queued_bytes = std::size_t{64} << 20U;
   /// A peer that acknowledges nothing for so long, data or the probes of an idle connection, is given up.
   Duration dead_after = std::chrono::seconds{10};
@@ -68,7 +70,9 @@ class TcpStream {
 
   /// @param connected  a connected socket.
   /// @param own        which end of the connection we are.
-  TcpStream(boost::asio::io_context& io, Descriptor connected, StreamEnd own, const TcpOptions& options);
+  /// @param copies     memory for what has to wait to be sent; other streams may have the same.
+  TcpStream(boost::asio::io_context& io, Descriptor connected, StreamEnd own, const TcpOptions& options,
+            std::shared_ptr<CopyPool> copies);
   /// Closes the connection; what waits to be sent is lost.
   ~TcpStream();
   TcpStream(const TcpStream&) = delete;

@@ -27,7 +27,8 @@ constexpr std::size_t warm_up = 500;
 NodeConfig calm(const IpAddress& address, Duration collect_for = Duration::zero()) {
   NodeConfig config = test::quick(address);
   config.collect_for = collect_for;
-  config.timing.repetitions_max = 0;  // discovery has its say before, and after
+  config.tcp_send_buffer_bytes = 65'536;  // so that large messages have to wait
+  config.timing.repetitions_max = 0;      // discovery has its say before, and after
   config.timing.cyclic_offer_delay = 1h;
   config.timing.ttl_s = 10'000;
   return config;
@@ -63,6 +64,11 @@ class NoAllocationTest : public test::TwoNodes {
     run_for(50ms);  // discovery's delays of up to 5 ms are over
   }
 
+  void enlarge(std::size_t to) {
+    large = std::make_shared<const std::vector<std::byte>>(to, std::byte{7});
+    bytes = to;
+  }
+
   void call() {
     const ByteView payload{large->data(), bytes};
     client.call(requirement, {.method = echo, .transport = transport}, {&payload, 1},
@@ -75,7 +81,7 @@ class NoAllocationTest : public test::TwoNodes {
   void notify() {
     const ByteView payload{large->data(), bytes};
     const Notified notified =
-        server.notify(offer, event, {&payload, 1}, keep ? large : nullptr, {.separation = 0us});
+        server.notify(offer, event, {&payload, 1}, keep ? large : nullptr, {.separation = separation});
     EXPECT_EQ(notified.subscribers, 1U);
   }
   void notify_of_both_sizes() {
@@ -123,6 +129,7 @@ class NoAllocationTest : public test::TwoNodes {
   Transport transport = Transport::udp;
   MethodId event = udp_event;
   bool keep = false;
+  std::chrono::microseconds separation{0};
   bool both_sizes = false;
   std::size_t begun = 0;
   std::size_t wanted = 0;
@@ -149,6 +156,17 @@ TEST_F(NoAllocationTest, HappensInManyCallsAtATimeOverTcp) {
   EXPECT_EQ(allocations_of(&NoAllocationTest::call, 32, 10'000), 0U);
 }
 
+TEST_F(NoAllocationTest, HappensInLargeCallsOverUdp) {
+  enlarge(200'000);
+  EXPECT_EQ(allocations_of(&NoAllocationTest::call, 1, 500), 0U);
+}
+
+TEST_F(NoAllocationTest, HappensInLargeCallsOverTcp) {
+  transport = Transport::tcp;
+  enlarge(200'000);
+  EXPECT_EQ(allocations_of(&NoAllocationTest::call, 1, 2'000), 0U);
+}
+
 TEST_F(NoAllocationTest, HappensInEventsOverUdp) {
   EXPECT_EQ(allocations_of(&NoAllocationTest::notify, 1, 10'000), 0U);
 }
@@ -162,6 +180,19 @@ TEST_F(NoAllocationTest, HappensInEventsInSegments) {
   bytes = large->size();
   keep = true;
   EXPECT_EQ(allocations_of(&NoAllocationTest::notify, 1, 2'000), 0U);
+}
+
+// As many wait from the beginning as ever will.
+TEST_F(NoAllocationTest, HappensInManyLargeEventsAtATimeOverUdp) {
+  enlarge(200'000);
+  separation = 100us;
+  EXPECT_EQ(allocations_of(&NoAllocationTest::notify, 8, 2'000), 0U);
+}
+
+TEST_F(NoAllocationTest, HappensInManyLargeEventsAtATimeOverTcp) {
+  event = tcp_event;
+  enlarge(200'000);
+  EXPECT_EQ(allocations_of(&NoAllocationTest::notify, 8, 2'000), 0U);
 }
 
 class ProxyAllocationTest : public NoAllocationTest {
