@@ -214,6 +214,19 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
 
   // --- sending ---
 
+  // While it lives, a message is sent from where the caller of send() has it. What waits then is copied.
+  struct Lending {
+    Lending(State& of, PendingMessage& message) : state{of.shared_from_this()} { state->lent = &message; }
+    ~Lending() {
+      if (state->lent != nullptr) {
+        SendLanes::own(*std::exchange(state->lent, nullptr));
+      }
+    }
+    Lending(const Lending&) = delete;
+    Lending& operator=(const Lending&) = delete;
+    std::shared_ptr<State> state;  // the owner of another message may destroy the sender
+  };
+
   SendStatus send_datagram(const Endpoint& to, std::span<const ByteView> parts, std::size_t messages) {
     const SendStatus status = counted([&] { return socket->send(to, parts); });
     if (status == SendStatus::sent) {
@@ -362,6 +375,9 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
         }
         ++counters.messages;
       }
+      if (&message == lent) {
+        lent = nullptr;
+      }
       lanes.finish(lane);
     }
     return true;
@@ -395,10 +411,17 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     place->keep_alive = std::move(keep_alive);
     place->pacing = pacing;
     place->segments = TpSegmenter{header, bytes, pacing.segment_bytes};
-    place->cursor = {};
     place->messages = 1;
     place->datagram = false;
-    start();
+    if (place->keep_alive == nullptr && !pumping && !blocked) {
+      const Lending lending{*this, *place};
+      pump();
+    } else {
+      if (place->keep_alive == nullptr) {
+        SendLanes::own(*place);  // nothing of it leaves during this call
+      }
+      start();
+    }
     return true;
   }
 
@@ -410,6 +433,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     }
     place->messages = messages;
     place->datagram = true;
+    SendLanes::own(*place);
     start();
   }
 
@@ -439,6 +463,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   bool pumping = false;                     ///< pump() is being called
   bool again = false;                       ///< and has more to do
   bool blocked = false;                     ///< the socket is full and will call pump()
+  PendingMessage* lent = nullptr;           ///< waits, and lies in memory of who is calling send()
   DatagramBatch batch;
   bool turn_open = false;  ///< a small message has left, further ones wait for each other in the batch
   bool deferred = false;   ///< end_turn() is on its way
@@ -482,6 +507,7 @@ void MessageSender::close() {
   state.socket = nullptr;
   state.timer.cancel();
   state.collect_timer.cancel();
+  state.lent = nullptr;
   state.counters.abandoned += state.lanes.clear();
 }
 

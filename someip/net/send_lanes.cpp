@@ -68,21 +68,27 @@ PendingMessage* SendLanes::add(const Endpoint& to, std::span<const ByteView> par
   if (unused_.empty()) {
     unused_.emplace_front();
   }
-  std::list<PendingMessage>& queue = lane_of(to).queue;
-  queue.splice(queue.end(), unused_, unused_.begin());  // the one last used, which is warm
-  PendingMessage& place = queue.back();
+  PendingMessage& place = unused_.front();  // the one last used, which is warm
   place.bytes = bytes;
-  if (keep) {
-    place.slices.assign(parts.begin(), parts.end());
-  } else {
+  place.slices.assign(parts.begin(), parts.end());
+  place.cursor = {};
+  if (!keep) {
+    // For all of it, whatever is left when it has to wait: so the next one of this size finds enough.
     place.copy = copies_.take(bytes);
-    for (const ByteView part : parts) {
-      place.copy.insert(place.copy.end(), part.begin(), part.end());
-    }
-    place.slices.assign(1, ByteView{place.copy});
   }
+  std::list<PendingMessage>& queue = lane_of(to).queue;
+  queue.splice(queue.end(), unused_, unused_.begin());
   bytes_ += bytes + place_bytes;
   return &place;
+}
+
+void SendLanes::own(PendingMessage& message) {
+  for (std::size_t i = message.cursor.slice; i < message.slices.size(); ++i) {
+    const ByteView rest = message.slices[i].subspan(std::exchange(message.cursor.offset, 0));
+    message.copy.insert(message.copy.end(), rest.begin(), rest.end());
+  }
+  message.slices.assign(1, ByteView{message.copy});
+  message.cursor = {};
 }
 
 void SendLanes::finish(SendLane& lane) {

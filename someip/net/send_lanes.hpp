@@ -27,7 +27,7 @@ void take(const std::vector<ByteView>& slices, SliceCursor& cursor, std::size_t 
 struct PendingMessage {
   Header header;
   std::vector<ByteView> slices{};
-  std::vector<std::byte> copy{};  ///< of what they point to, when nobody else keeps it
+  std::vector<std::byte> copy{};  ///< has room for what they point to, unless somebody else keeps it
   std::size_t bytes = 0;
   std::shared_ptr<const void> keep_alive{};
   TpPacing pacing{};
@@ -63,11 +63,13 @@ class SendLanes {
   /// Whether something waits that a message with this header must not overtake.
   [[nodiscard]] bool must_wait(const Endpoint& to, const Header& header) const;
 
-  /// A place at the end of the receiver's lane, with `parts` or, unless they are to be kept as they lie, a
-  /// copy of them.
+  /// A place at the end of the receiver's lane, with `parts` as they lie. Unless they are kept, own() has to
+  /// be called while they live, if the message still waits then.
   /// @return nothing if so much may not wait.
   [[nodiscard]] PendingMessage* add(const Endpoint& to, std::span<const ByteView> parts, std::size_t bytes,
                                     bool keep);
+  /// Copies what of the message, which is not kept by anybody else, is left from its cursor on.
+  static void own(PendingMessage& message);
   /// The first message of the lane is sent or dropped. Its owner is let go last, and may call us.
   void finish(SendLane& lane);
   /// Drops everything.

@@ -198,6 +198,34 @@ TEST_F(FullInterfaceTest, LosesNothingAndKeepsTheOrderOfEachReceiver) {
   }
 }
 
+// The interface is full in the middle of a message, of which the caller keeps nothing.
+TEST_F(FullInterfaceTest, CopiesWhatFindsNoRoom) {
+  boost::asio::io_context io;
+  UdpSocket socket{io, {.local = {IpAddress::v4(10, 9, 0, 1), 0}}};
+  socket.receive([](ByteView, const Endpoint&) {});
+  socket.report_unreachable([](const Endpoint& to) { ADD_FAILURE() << to.port; });
+  MessageSender sender{io, socket};
+  Wire wire;
+  ASSERT_TRUE(wire.opened);
+  std::vector<std::byte> payload(50'000);
+  for (std::size_t i = 0; i < payload.size(); ++i) {
+    payload[i] = static_cast<std::byte>(i * 131 >> 3U);
+  }
+  const std::vector<std::byte> original = payload;
+  const std::array halves{ByteView{payload}.first(25'000), ByteView{payload}.subspan(25'000)};
+  EXPECT_TRUE(sender.send(receivers[0], {.type = MessageType::notification}, halves, nullptr,
+                          {.burst = 1, .separation = Duration{0}}));
+  EXPECT_GT(sender.counters().datagrams, 0U);
+  EXPECT_FALSE(sender.idle());
+  std::ranges::fill(payload, std::byte{0});
+  EXPECT_TRUE(run(io, [&] {
+    wire.read();
+    return wire.at[2].size() == 36;
+  }));
+  EXPECT_TRUE(wire.payloads(2) == original);
+  EXPECT_EQ(sender.counters().messages, 1U);
+}
+
 // Of another kind, so that it need not wait for what is on its way: but there is no room for it.
 TEST_F(FullInterfaceTest, TakesASmallMessageWhileALargeOneWaits) {
   boost::asio::io_context io;

@@ -68,6 +68,20 @@ class MessageSenderTest : public ::testing::Test {
     return payload;
   }
   Message arrival(std::size_t i) { return *decode(arrived.at(i)); }
+  // What arrived of one message.
+  std::vector<std::byte> payload_of(SessionId session) {
+    std::vector<std::byte> payload;
+    for (const auto& datagram : arrived) {
+      const auto message = decode(datagram);
+      if (message->header.session == session) {
+        const auto segment = decode_tp(*message);
+        EXPECT_TRUE(segment);
+        EXPECT_EQ(segment->header.offset, payload.size());
+        payload.insert(payload.end(), segment->slice.begin(), segment->slice.end());
+      }
+    }
+    return payload;
+  }
 
   boost::asio::io_context io;
   UdpSocket socket{io, {.local = {IpAddress::v4(127, 0, 0, 1), 0}}};
@@ -288,6 +302,85 @@ TEST_F(MessageSenderTest, CopiesWhatHasToWaitWhenNobodyKeepsItAlive) {
   std::ranges::fill(payload, std::byte{0});
   await_datagrams(72);
   EXPECT_EQ(joined(event), original);
+}
+
+// The first burst ends within a piece.
+TEST_F(MessageSenderTest, CopiesWhatIsLeftOfPiecesAfterTheFirstBurst) {
+  auto payload = numbers(10'000);
+  const auto original = payload;
+  for (const std::size_t burst : {1U, 10U, 60U, 62U}) {
+    arrived.clear();
+    payload = original;
+    {
+      std::vector<ByteView> slices;
+      for (std::size_t at = 0; at < payload.size(); at += 300) {
+        slices.push_back(ByteView{payload}.subspan(at, std::min<std::size_t>(300, payload.size() - at)));
+        slices.emplace_back();
+      }
+      const std::uint64_t before = sender.counters().datagrams;
+      EXPECT_TRUE(sender.send(receiver.local(), event, slices, nullptr,
+                              {.segment_bytes = 160, .burst = burst, .separation = 1us}));
+      EXPECT_EQ(sender.counters().datagrams - before, burst);
+    }
+    std::ranges::fill(payload, std::byte{0});
+    await_datagrams(63);
+    EXPECT_EQ(joined(event), original);
+  }
+}
+
+TEST_F(MessageSenderTest, NeedsNoCopyOfWhatLeavesAtOnce) {
+  auto payload = numbers(20'000);
+  const auto original = payload;
+  const ByteView slice{payload};
+  EXPECT_TRUE(sender.send(receiver.local(), event, {&slice, 1}));
+  EXPECT_TRUE(sender.idle());
+  std::ranges::fill(payload, std::byte{0});
+  await_datagrams(15);
+  EXPECT_EQ(joined(event), original);
+}
+
+// While a message leaves from memory that is the caller's, one before it ends, whose owner sends a third.
+TEST_F(MessageSenderTest, CopiesWhatIsSentWhileAnotherLeaves) {
+  const TpPacing pacing{.segment_bytes = 16, .burst = 60, .separation = 1us};
+  const auto send = [&](std::uint16_t session, std::vector<std::byte> payload,
+                        std::shared_ptr<const void> owner) {
+    Header header = event;
+    header.session = SessionId{session};
+    const ByteView slice{payload};
+    EXPECT_TRUE(sender.send(receiver.local(), header, {&slice, 1}, std::move(owner), pacing));
+    std::ranges::fill(payload, std::byte{0});
+  };
+  const auto kept = numbers(16 * 100);
+  const auto second = numbers(16 * 101);
+  const auto third = numbers(16 * 102);
+  {
+    Header header = event;
+    header.session = SessionId{1};
+    const ByteView slice{kept};
+    const std::shared_ptr<const void> owner{&kept, [&](const void*) { send(3, third, nullptr); }};
+    EXPECT_TRUE(sender.send(receiver.local(), header, {&slice, 1}, owner, pacing));
+  }
+  EXPECT_EQ(sender.counters().messages, 0U);
+  send(2, second, nullptr);
+  EXPECT_EQ(sender.counters().messages, 1U);
+  await_datagrams(303);
+  EXPECT_EQ(payload_of(SessionId{1}), kept);
+  EXPECT_EQ(payload_of(SessionId{2}), second);
+  EXPECT_EQ(payload_of(SessionId{3}), third);
+}
+
+TEST_F(MessageSenderTest, CanBeDestroyedByTheOwnerOfAMessageWhileAnotherLeaves) {
+  const auto payload = numbers(16 * 100);
+  const ByteView slice{payload};
+  const TpPacing pacing{.segment_bytes = 16, .burst = 60, .separation = 1us};
+  auto brief = std::make_unique<MessageSender>(io, socket);
+  brief->send(receiver.local(), event, {&slice, 1},
+              std::shared_ptr<const void>{&payload, [&](const void*) { brief.reset(); }}, pacing);
+  brief->send(receiver.local(), event, {&slice, 1}, nullptr, pacing);
+  EXPECT_EQ(brief, nullptr);
+  await_datagrams(100);
+  io.run_for(5ms);
+  EXPECT_EQ(arrived.size(), 100U);
 }
 
 TEST_F(MessageSenderTest, KeepsTheOrderOfOneEventAndLetsOthersPass) {

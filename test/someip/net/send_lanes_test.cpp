@@ -118,15 +118,36 @@ TEST_F(SendLanesTest, ReuseThePlacesOfMessagesWithoutTheirBytes) {
   const auto second = test::hex("0a0b");
   PendingMessage* const place = add(receiver(1), first);
   ASSERT_NE(place, nullptr);
+  EXPECT_EQ(place->slices.at(0).data(), first.data()) << "where it lies";
+  SendLanes::own(*place);
   EXPECT_EQ(test::to_hex(place->slices.at(0)), "0102030405");
   EXPECT_NE(place->slices.at(0).data(), first.data()) << "a copy";
   lanes.finish(lane(receiver(1)));
-  ASSERT_EQ(add(receiver(1), second), place) << "its memory again";
+  ASSERT_EQ(add(receiver(1), second), place) << "its place again";
+  SendLanes::own(*place);
   ASSERT_EQ(place->slices.size(), 1U);
   EXPECT_EQ(test::to_hex(place->slices[0]), "0a0b");
   lanes.finish(lane(receiver(1)));
   ASSERT_EQ(add(receiver(1), second, true), place);
-  EXPECT_EQ(place->slices.at(0).data(), second.data()) << "where it lies";
+  EXPECT_EQ(place->slices.at(0).data(), second.data());
+  EXPECT_EQ(place->copy.capacity(), 0U) << "somebody keeps it";
+}
+
+TEST_F(SendLanesTest, OwnWhatIsLeftOfAMessage) {
+  const auto bytes = test::hex("0102030405060708090a");
+  const ByteView all{bytes};
+  const std::vector<ByteView> parts{all.first(3), {}, all.subspan(3, 4), all.subspan(7)};
+  PendingMessage* const place = lanes.add(receiver(1), parts, bytes.size(), false);
+  ASSERT_NE(place, nullptr);
+  std::vector<ByteView> taken;
+  take(place->slices, place->cursor, 5, taken);
+  SendLanes::own(*place);
+  ASSERT_EQ(place->slices.size(), 1U);
+  EXPECT_EQ(test::to_hex(place->slices[0]), "060708090a");
+  taken.clear();
+  take(place->slices, place->cursor, 5, taken);
+  ASSERT_EQ(taken.size(), 1U);
+  EXPECT_EQ(taken[0].data(), place->slices[0].data()) << "the cursor is at the front of it";
 }
 
 TEST_F(SendLanesTest, UseTheMemoryOfLargeCopiesAgain) {
@@ -169,11 +190,12 @@ TEST_F(SendLanesTest, LetGoOfTheOwnerLast) {
   const std::shared_ptr<int> number = std::make_shared<int>(7);
   bool empty_then = false;
   bool taken_then = false;
+  const auto second = test::hex("02");
   PendingMessage* const place = add(receiver(1), test::hex("01"));
   ASSERT_NE(place, nullptr);
   place->keep_alive = std::shared_ptr<const void>{number.get(), [&](const void*) {
                                                     empty_then = lanes.empty();
-                                                    taken_then = add(receiver(1), test::hex("02")) == place;
+                                                    taken_then = add(receiver(1), second) == place;
                                                   }};
   lanes.finish(lane(receiver(1)));
   EXPECT_TRUE(empty_then);
