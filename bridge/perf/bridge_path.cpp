@@ -56,14 +56,16 @@ class Inbox {
 
 /// One side of the way.
 struct Side {
-  Side(const PathOptions& options, const char* writes, const char* reads)
+  /// @param on_sample  on a thread of DDS.
+  Side(const PathOptions& options, const char* writes, const char* reads,
+       std::function<void(dds::Sample)> on_sample)
       : participant{{.domain = options.domain,
                      .name = "trestle perf",
                      .interfaces = options.interfaces,
+                     .shared_memory = options.shared_memory ? std::optional{true} : std::nullopt,
                      .on_event = {}}},
         writer{participant.create_writer(name(options, writes), type(), qos())},
-        reader{participant.create_reader(name(options, reads), type(), qos(),
-                                         [this](dds::Sample sample) { inbox.put(std::move(sample)); })} {
+        reader{participant.create_reader(name(options, reads), type(), qos(), std::move(on_sample))} {
     for (const std::string& line : participant.buffers_not_granted()) {
       options.warn("DDS: " + line);
     }
@@ -75,8 +77,6 @@ struct Side {
   static dds::Qos qos() { return {.depth = max_path_window}; }
   static std::string type() { return dds::ros_type_name("sensor_msgs/msg/PointCloud2"); }
 
-  demo::StopSignals signals;
-  Inbox inbox{signals};
   dds::Participant participant;
   dds::Writer writer;
   dds::Reader reader;
@@ -88,7 +88,9 @@ class Pinger {
   /// Told how long a cloud was on its way, both ways; nothing: it has not come back in time.
   using Done = std::function<void(std::optional<std::int64_t> trip_ns)>;
 
-  explicit Pinger(const PathOptions& options) : side_{options, "there", "back"}, window_{options.window} {
+  explicit Pinger(const PathOptions& options)
+      : side_{options, "there", "back", [this](dds::Sample sample) { inbox_.put(std::move(sample)); }},
+        window_{options.window} {
     cloud_.width = std::max(options.bytes / point_bytes, 1U);
     cloud_.point_bytes = point_bytes;
     cloud_.data.resize(std::size_t{cloud_.width} * point_bytes, std::byte{0x5a});
@@ -107,8 +109,8 @@ class Pinger {
       send(limit_ns);
     }
     const std::int64_t until = under_way_.front().lost_at_ns;
-    stopped_ = side_.signals.wait_until(until);
-    for (const Received& one : side_.inbox.take()) {
+    stopped_ = signals_.wait_until(until);
+    for (const Received& one : inbox_.take()) {
       const auto cloud = demo::decode(one.sample.cdr());
       if (!cloud || cloud->data.size() != cloud_.data.size()) {
         continue;
@@ -145,6 +147,8 @@ class Pinger {
     (void)side_.writer.write(pieces);  // what is refused does not come back
   }
 
+  demo::StopSignals signals_;
+  Inbox inbox_{signals_};
   Side side_;
   demo::Cloud cloud_;
   std::size_t window_;
@@ -207,11 +211,12 @@ std::optional<Result> measure_path(const PathOptions& options,
 }
 
 void reflect(const PathOptions& options) {
-  Side side{options, "back", "there"};
-  while (!side.signals.wait_until(std::numeric_limits<std::int64_t>::max())) {
-    for (const Received& one : side.inbox.take()) {
-      (void)side.writer.write(one.sample.cdr());  // what is refused is lost, and so counted
-    }
+  demo::StopSignals signals;
+  // By the thread that brings them; the writer is there before the reader.
+  Side side{options, "back", "there", [&side](const dds::Sample& sample) {
+              (void)side.writer.write(sample.cdr());  // what is refused is lost, and so counted
+            }};
+  while (!signals.wait_until(std::numeric_limits<std::int64_t>::max())) {
   }
 }
 

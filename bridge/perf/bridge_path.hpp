@@ -16,6 +16,7 @@ inline constexpr std::uint32_t max_path_window = 32;
 struct PathOptions {
   std::uint32_t domain = 0;
   std::vector<std::string> interfaces{};  ///< as in dds::ParticipantConfig
+  bool shared_memory = false;             ///< beside UDP
   std::string topic = "/perf";
   std::uint32_t bytes = 65536;  ///< of the clouds' data; rounded down to whole points of 16
   std::uint32_t window = 1;     ///< clouds under way at a time, up to max_path_window

@@ -259,9 +259,9 @@ void add_client(CLI::App& perf, int& status) {
       ->excludes(tcp)
       ->capture_default_str();
   command
-      ->add_option("--burst", options->client.plan.burst,
-                   "Segments in a burst; 0: of events as many as we can take, as our subscription tells, of "
-                   "calls 45")
+      ->add_option(
+          "--burst", options->client.plan.burst,
+          "Segments in a burst; 0: as many as the other end can take, as a subscription or offer tells")
       ->type_name("N")
       ->check(CLI::Range(0, 10'000))
       ->excludes(tcp)
@@ -325,6 +325,8 @@ void add_bridge(CLI::App& perf, int& status) {
       ->add_option("--interface", options->path.interfaces, "Own addresses that DDS may use (default: all)")
       ->type_name("IP")
       ->allow_extra_args(false);
+  command->add_flag("--shared-memory", options->path.shared_memory,
+                    "Let DDS use shared memory, as the bridges' `shared_memory: true`");
   command->add_option("--topic", options->path.topic, "Before /there and /back")->capture_default_str();
   command->add_option("--size", options->path.bytes, "Bytes of points, 16 each; 64KB, 4MB: of 1024")
       ->type_name("BYTES")

@@ -48,6 +48,7 @@ Server::Server(sd::Node& node, someip::ServiceId service, someip::InstanceId ins
   spec.eventgroups = {{.id = udp_eventgroup, .events = {udp_event}},
                       {.id = tcp_eventgroup, .events = {tcp_event}}};
   spec.tcp_events = {tcp_event};
+  spec.segmented = {{echo_method, udp_event}};  // so that the offer tells how large bursts of requests may be
   offer_ = node_.offer(std::move(spec));
   events_ = std::make_unique<EventSource>(node_, offer_);
 }

@@ -64,6 +64,7 @@ def measure(chosen):
         taken.backwards = number % 2 == 0
         say(f"round {number} of {chosen.rounds}: small messages")
         taken.small()
+        taken.busy()
         say(f"round {number} of {chosen.rounds}: large messages")
         taken.large()
         say(f"round {number} of {chosen.rounds}: two bridges")

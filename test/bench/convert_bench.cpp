@@ -184,6 +184,28 @@ std::vector<std::byte> floats(std::size_t count) {
   return sample.bytes();
 }
 
+/// As a scanner of 270 degrees with a quarter of a degree between two rays sends it.
+std::vector<std::byte> laser_scan() {
+  constexpr std::uint32_t rays = 1081;
+  Sample sample;
+  sample.header().numbers(7, 0.25F);
+  for (const float step : {0.01F, 1.0F}) {  // ranges and intensities
+    sample.number(rays);
+    for (std::uint32_t i = 0; i < rays; ++i) {
+      sample.number(step * static_cast<float>(i));
+    }
+  }
+  return sample.bytes();
+}
+
+std::vector<std::byte> image() {
+  constexpr std::uint32_t height = 1080;
+  constexpr std::uint32_t step = 1920 * 3;
+  Sample sample;
+  sample.header().number(height).number(step / 3).text("bgr8").number(std::uint8_t{0});
+  return sample.number(step).number(height * step).noise(height * step).bytes();
+}
+
 double median(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -409,18 +431,33 @@ void float_array_swapped_to_someip(benchmark::State& state) {
 void float_array_swapped_to_cdr(benchmark::State& state) {
   to_cdr(state, plan_of("std_msgs/Float32MultiArray"), at_front(floats(points(state))));
 }
-BENCHMARK(float_array_swapped_to_someip)
-    ->UseManualTime()
-    ->ArgName("floats")
-    ->Arg(4'000)
-    ->Arg(100'000)
-    ->Arg(2'000'000);
-BENCHMARK(float_array_swapped_to_cdr)
-    ->UseManualTime()
-    ->ArgName("floats")
-    ->Arg(4'000)
-    ->Arg(100'000)
-    ->Arg(2'000'000);
+void lengths(benchmark::internal::Benchmark* bench) {
+  bench->ArgName("floats");
+  bench->UseManualTime();
+  for (const int count : {1'000, 4'000, 100'000, 2'000'000}) {
+    bench->Arg(count);
+  }
+}
+BENCHMARK(float_array_swapped_to_someip)->Apply(lengths);
+BENCHMARK(float_array_swapped_to_cdr)->Apply(lengths);
+
+void laser_scan_to_someip(benchmark::State& state) {
+  to_someip(state, plan_of("sensor_msgs/LaserScan"), at_front(laser_scan()));
+}
+void laser_scan_to_cdr(benchmark::State& state) {
+  to_cdr(state, plan_of("sensor_msgs/LaserScan"), at_front(laser_scan()));
+}
+BENCHMARK(laser_scan_to_someip)->UseManualTime();
+BENCHMARK(laser_scan_to_cdr)->UseManualTime();
+
+void image_to_someip(benchmark::State& state) {
+  to_someip(state, plan_of("sensor_msgs/Image"), at_front(image()));
+}
+void image_to_cdr(benchmark::State& state) {
+  to_cdr(state, plan_of("sensor_msgs/Image"), at_front(image()));
+}
+BENCHMARK(image_to_someip)->UseManualTime();
+BENCHMARK(image_to_cdr)->UseManualTime();
 
 void transforms_to_someip(benchmark::State& state) {
   to_someip(state, plan_of("tf2_msgs/TFMessage"), in_first_element(transforms(1000)));
@@ -480,12 +517,8 @@ void point_cloud_of_changing_frame_to_cdr(benchmark::State& state) {
   const auto plan = plan_of("sensor_msgs/PointCloud2");
   to_cdr(state, plan, payload_of(plan, cloud(points(state))), Changes::of_text(cloud_frame_at + 3));
 }
-BENCHMARK(point_cloud_of_changing_frame_to_someip)
-    ->UseManualTime()
-    ->ArgName("points")
-    ->Arg(1'000)
-    ->Arg(500'000);
-BENCHMARK(point_cloud_of_changing_frame_to_cdr)->UseManualTime()->ArgName("points")->Arg(1'000)->Arg(500'000);
+BENCHMARK(point_cloud_of_changing_frame_to_someip)->Apply(sizes);
+BENCHMARK(point_cloud_of_changing_frame_to_cdr)->Apply(sizes);
 
 std::string own_space(std::size_t of) {
   return "objects_" + std::to_string(of);

@@ -23,6 +23,7 @@ struct Options {
   std::uint32_t domain = 0;  ///< of DDS
   bool shared_memory = false;
   bool synchronous = false;  ///< the thread that writes a sample of DDS sends it, too
+  bool busy = false;         ///< looks for what comes over and over, and does not wait for it
 };
 
 /// A descriptor that is closed at the end.

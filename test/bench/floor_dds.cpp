@@ -1,7 +1,10 @@
 // A sample there and back between two processes that use Fast DDS and nothing else: samples stay on loan
-// where DDS received them, and are written from there; with the buffers, transports and QoS of our own ends.
+// where DDS received them, and are written from there, by the thread that received them; with the buffers,
+// transports and QoS of our own ends.
 // Which way of writing is the quicker one depends on the size: with `synchronous=1` the thread that writes
 // sends as well, else a thread of DDS does. Both are measured, and the quicker one is the floor of a DDS hop.
+#include <unistd.h>
+
 #include <condition_variable>
 #include <cstdio>
 #include <deque>
@@ -33,7 +36,8 @@ struct Received {
 /// Both ends of the two topics, "there" and "back".
 class Peer final : private fast::DataReaderListener {
  public:
-  Peer(const Options& options, const char* writes, const char* reads) {
+  /// @param reflects  writes what comes, and has nothing to take.
+  Peer(const Options& options, const char* writes, const char* reads, bool reflects) : reflects_{reflects} {
     auto* factory = fast::DomainParticipantFactory::get_instance();
     participant_ = factory->create_participant(options.domain, participant_qos(options.shared_memory));
     fast::TypeSupport type{new RawType{"trestle::floor::Bytes"}};
@@ -139,6 +143,11 @@ class Peer final : private fast::DataReaderListener {
         continue;
       }
       received->at_ns = now_ns();
+      if (reflects_) {
+        write(received->bytes());
+        give_back(*received);
+        continue;
+      }
       {
         const std::lock_guard lock{mutex_};
         waiting_.push_back(std::move(received));
@@ -147,6 +156,7 @@ class Peer final : private fast::DataReaderListener {
     }
   }
 
+  const bool reflects_;
   fast::DomainParticipant* participant_ = nullptr;
   fast::DataWriter* writer_ = nullptr;
   fast::DataReader* reader_ = nullptr;
@@ -158,18 +168,15 @@ class Peer final : private fast::DataReaderListener {
 }  // namespace
 
 void reflect_dds(const Options& options) {
-  Peer peer{options, "back", "there"};
+  const Peer peer{options, "back", "there", true};
   for (;;) {
-    if (const auto received = peer.take(std::chrono::seconds{1})) {
-      peer.write(received->bytes());
-      peer.give_back(*received);
-    }
+    pause();
   }
 }
 
 /// Latencies are those of one way: half of the way there and back.
 void ping_dds(const Options& options) {
-  Peer peer{options, "there", "back"};
+  Peer peer{options, "there", "back", false};
   for (int i = 0; !peer.matched(); ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds{10});
     if (i > 1000) {

@@ -29,7 +29,7 @@ constexpr std::array<Role, 10> roles{{{"serve-udp", trestle::floor::serve_udp},
 int usage() {
   std::fputs(
       "Usage: trestle_floor ROLE [at=ADDRESS:PORT] [bytes=N] [window=N] [seconds=S] [segmentation=0]\n"
-      "                     [domain=N] [shared_memory=1] [synchronous=1]\nRoles:",
+      "                     [domain=N] [shared_memory=1] [synchronous=1] [busy=1]\nRoles:",
       stderr);
   for (const Role& role : roles) {
     std::fprintf(stderr, " %s", role.name.data());
@@ -60,6 +60,8 @@ bool set(Options& options, std::string_view name, const std::string& value) {
     options.shared_memory = value != "0";
   } else if (name == "synchronous") {
     options.synchronous = value != "0";
+  } else if (name == "busy") {
+    options.busy = value != "0";
   } else {
     return false;
   }

@@ -3,6 +3,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <cerrno>
+
 #include "test/bench/floor.hpp"
 
 namespace trestle::floor {
@@ -32,10 +34,22 @@ void measure(const Options& options, Trip&& trip) {
   figures.print();
 }
 
+/// What `call` brings; a busy one does not wait in the kernel, but calls again.
+template <typename Call>
+std::int64_t brought(const Options& options, const char* what, Call&& call) {
+  std::int64_t got = 0;
+  do {
+    got = call(options.busy ? MSG_DONTWAIT : 0);
+  } while (got < 0 && options.busy && (errno == EAGAIN || errno == EWOULDBLOCK));
+  return check(got, what);
+}
+
 /// All of it; false when the other side has closed.
-bool read_all(int fd, std::vector<std::byte>& bytes) {
+bool read_all(const Options& options, int fd, std::vector<std::byte>& bytes) {
   for (std::size_t done = 0; done < bytes.size();) {
-    const std::int64_t got = check(recv(fd, bytes.data() + done, bytes.size() - done, 0), "recv");
+    const std::int64_t got = brought(options, "recv", [&](int flags) {
+      return recv(fd, bytes.data() + done, bytes.size() - done, flags);
+    });
     if (got == 0) {
       return false;
     }
@@ -54,7 +68,9 @@ void serve_udp(const Options& options) {
     sockaddr_in from{};
     socklen_t size = sizeof from;
     auto* address = reinterpret_cast<sockaddr*>(&from);
-    const auto got = check(recvfrom(socket.fd(), bytes.data(), bytes.size(), 0, address, &size), "recvfrom");
+    const auto got = brought(options, "recvfrom", [&](int flags) {
+      return recvfrom(socket.fd(), bytes.data(), bytes.size(), flags, address, &size);
+    });
     check(sendto(socket.fd(), bytes.data(), static_cast<std::size_t>(got), 0, address, size), "sendto");
   }
 }
@@ -65,7 +81,9 @@ void ping_udp(const Options& options) {
   const auto* to = reinterpret_cast<const sockaddr*>(&options.at);
   measure(options, [&] {
     check(sendto(socket.fd(), bytes.data(), bytes.size(), 0, to, sizeof options.at), "sendto");
-    return recvfrom(socket.fd(), bytes.data(), bytes.size(), 0, nullptr, nullptr) > 0;
+    return brought(options, "recv", [&](int flags) {
+             return recv(socket.fd(), bytes.data(), bytes.size(), flags);
+           }) > 0;
   });
 }
 
@@ -79,7 +97,7 @@ void serve_tcp(const Options& options) {
     const auto fd = static_cast<int>(check(accept(socket.fd(), nullptr, nullptr), "accept"));
     const int on = 1;
     check(setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on), "setsockopt");
-    while (read_all(fd, bytes)) {
+    while (read_all(options, fd, bytes)) {
       check(send(fd, bytes.data(), bytes.size(), 0), "send");
     }
     close(fd);
@@ -93,7 +111,7 @@ void ping_tcp(const Options& options) {
   std::vector<std::byte> bytes(options.bytes);
   measure(options, [&] {
     check(send(socket.fd(), bytes.data(), bytes.size(), 0), "send");
-    return read_all(socket.fd(), bytes);
+    return read_all(options, socket.fd(), bytes);
   });
 }
 

@@ -112,6 +112,12 @@ class Goal:
                 "; ".join([verdict] * bool(verdict) + remarks)]
 
 
+def sound(values, name, *path):
+    """As series(), of a floor: what has lost something on the way is slower by its waiting for that, and no floor."""
+    return [None if value and value.get("lost") else number
+            for value, number in zip(values.get(name, []), series(values, name, *path))]
+
+
 def lost_in_words(values, **names):
     """What part of all that was sent, in all rounds, did not come: who by name of a measure."""
     found = {}
@@ -129,6 +135,15 @@ def communication(values):
     def latency(name, percentile):
         return at(name, "latency_ns", percentile)
 
+    def floor_of(name, percentile):
+        return sound(values, name, "latency_ns", percentile)
+
+    def floor_rate(name):
+        return sound(values, name, "megabytes_per_second")
+
+    def both_ways(name):
+        return [None if one_way is None else 2 * one_way for one_way in floor_of(name, "p50")]
+
     def rate(name):
         return at(name, "per_second")
 
@@ -139,10 +154,11 @@ def communication(values):
     lost, lost_beside_trains = (lost_in_words(values, floor=floor, ours="events 64 B")
                                 for floor in ("flood floor", "trains floor"))
     rows = [
-        Goal("UDP call 64 B, p50", ns, latency("udp floor", "p50"), latency("udp call", "p50"), at_most=1.5,
+        Goal("UDP call 64 B, p50", ns, floor_of("udp floor", "p50"), latency("udp call", "p50"), at_most=1.5,
              lost=lost_of("udp call")),
-        Goal("UDP call 64 B, p99", ns, latency("udp floor", "p99"), latency("udp call", "p99"), at_most=2),
-        Goal("TCP call 64 B, p50", ns, latency("tcp floor", "p50"), latency("tcp call", "p50"), at_most=1.5,
+        Goal("UDP call 64 B, p99", ns, floor_of("udp floor", "p99"), latency("udp call", "p99"), at_most=2,
+             lost=lost_of("udp call")),
+        Goal("TCP call 64 B, p50", ns, floor_of("tcp floor", "p50"), latency("tcp call", "p50"), at_most=1.5,
              lost=lost_of("tcp call")),
         Goal("calls, 32 in flight: over sendmmsg", per_second, rate("flood floor"), rate("calls 32"), at_least=0.6,
              lost=lost_of("calls 32")),
@@ -152,24 +168,34 @@ def communication(values):
         Goal(f"events 64 B, received: over trains of {WIRE} B", per_second, rate("trains floor"), rate("events 64 B"),
              remark=lost_beside_trains),
     ]
-    rows += [Goal(f"{kind.upper()} call {size}, p50" + (", default pacing" if kind == "udp" else ""), ns, None,
-                  latency(f"{kind} call {size}", "p50")) for kind in ("udp", "tcp") for size in LARGE_CALLS]
+    rows += [Goal(f"{kind.upper()} call 64 B, p50, both ends polling", ns, floor_of(f"{kind} busy floor", "p50"),
+                  latency(f"{kind} busy call", "p50"), lost=lost_of(f"{kind} busy call")) for kind in ("udp", "tcp")]
+    for size in LARGE_CALLS:
+        rows += [Goal(f"UDP call {size}, p50, {words}", ns, both_ways(f"transfer {size}"), latency(f"{kind} call {size}", "p50"),
+                      lost=lost_of(f"{kind} call {size}"))
+                 for kind, words in (("udp", "not paced"), ("udp paced", "default pacing"))]
+        rows.append(Goal(f"TCP call {size}, p50", ns, floor_of(f"tcp floor {size}", "p50"), latency(f"tcp call {size}", "p50"),
+                         lost=lost_of(f"tcp call {size}")))
     rows.append(Goal(f"bare TP loop 1 MB: over trains of {FULL} B, received", megabytes,
                      at("bulk floor", "megabytes_per_second"), at("tp floor rate 1 MB", "megabytes_per_second"),
                      remark=lost_in_words(values, floor="bulk floor")))
     for kind, words in ("tp", "not paced"), ("tp paced", "default pacing"):
         for size in SIZES:
-            rows.append(Goal(f"TP event {size}, p50, {words}", ns, latency(f"tp floor latency {size}", "p50"),
+            rows.append(Goal(f"TP event {size}, p50, {words}", ns, floor_of(f"tp floor latency {size}", "p50"),
                              latency(f"{kind} latency {size}", "p50"), at_most=1.5,
                              lost=lost_of(f"{kind} latency {size}")))
         for size in SIZES:
             rows.append(Goal(f"TP sustained {size}, {words}", megabytes,
-                             at(f"tp floor rate {size}", "megabytes_per_second"),
+                             floor_rate(f"tp floor rate {size}"),
                              at(f"{kind} rate {size}", "megabytes_per_second"), at_least=0.7,
                              lost=lost_of(f"{kind} rate {size}")))
+    rows.append(Goal("TP sustained 1 MB, default pacing, no acknowledgements", megabytes,
+                     at("tp flood 1 MB floor", "megabytes_per_second"), at("tp flood 1 MB", "megabytes_per_second"),
+                     at_least=0.7, lost=lost_of("tp flood 1 MB"),
+                     remark=lost_in_words(values, floor="tp flood 1 MB floor")))
     for size in SIZES:
         rows.append(Goal(f"TP sustained {size}, no UDP_SEGMENT: over sendmmsg", megabytes,
-                         at(f"tp floor rate {size} sendmmsg", "megabytes_per_second"),
+                         floor_rate(f"tp floor rate {size} sendmmsg"),
                          at(f"tp rate {size} sendmmsg", "megabytes_per_second"), at_least=0.8,
                          lost=lost_of(f"tp rate {size} sendmmsg")))
     return rows
@@ -180,12 +206,15 @@ def paths(values):
     def p50(name):
         return series(values, name, "latency_ns", "p50")
 
+    def floor_of(name):
+        return sound(values, name, "latency_ns", "p50")
+
     def floor(size, by=""):
         """Of the two ways to write a sample by this transport the one with the smaller median, for this size."""
-        found = {way: middle(p50(f"dds {by}{way} {size}")) for way in ("asynchronous", "synchronous")}
+        found = {way: middle(floor_of(f"dds {by}{way} {size}")) for way in ("asynchronous", "synchronous")}
         way = min((way for way in found if found[way]), key=found.get, default="synchronous")
         times = [2 * hop + transfer if hop and transfer else None
-                 for hop, transfer in zip(p50(f"dds {by}{way} {size}"), p50(f"path transfer {size}"))]
+                 for hop, transfer in zip(floor_of(f"dds {by}{way} {size}"), floor_of(f"path transfer {size}"))]
         return times, f"floor: {way} hops" if middle(times) else ""
 
     rows = []
@@ -195,17 +224,21 @@ def paths(values):
             times, remark = floor(size)
             rows.append(Goal(f"DDS, SOME/IP, DDS {size}, p50, {words}", ns, times, p50(f"{kind} {size}"), at_most=1.3,
                              lost=series(values, f"{kind} {size}", "lost"), remark=remark))
-    for kind, words in kinds:
-        for size in SIZES:
-            times, remark = floor(size, "shared ")
-            rows.append(Goal(f"DDS, SOME/IP, DDS {size}, {words}: over hops by shared memory", ns, times, p50(f"{kind} {size}"),
-                             remark=remark))
-    rows.append(Goal("idle node, memory (RSS)", lambda kb: f"{kb / 1024:.1f} MB", None,
-                     series(values, "idle", "resident_kb"), limit=6 * 1024))
-    # It hears nobody, so each of them but the last one, which ends the measurement, has to send an offer.
-    wakeups = [(idle["wakeups"] - 1 - idle["discovery_sent"]) / idle["seconds"] for idle in values.get("idle", [])
-               if idle]
-    rows.append(Goal("idle node, wake-ups beside SD", "{:.1f} /s".format, None, wakeups, limit=0))
+    for size in SIZES:
+        times, remark = floor(size, "shared ")
+        rows.append(Goal(f"the same {size} by shared memory, p50, default pacing", ns, times, p50(f"path shared {size}"), at_most=1.3,
+                         lost=series(values, f"path shared {size}", "lost"), remark=remark))
+    for size in SIZES:
+        times, remark = floor(size, "shared ")
+        rows.append(Goal(f"the bridges by UDP, hops by shared memory {size}, default pacing", ns, times, p50(f"path paced {size}"),
+                         remark=remark))
+    for kind, words in ("idle", "alone"), ("idle beside", "with a subscription"):
+        rows.append(Goal(f"idle node {words}, memory (RSS)", lambda kb: f"{kb / 1024:.1f} MB", None,
+                         series(values, kind, "resident_kb"), limit=6 * 1024))
+        # The last one ends the measurement.
+        wakeups = [max(0, idle["wakeups"] - 1 - idle["discovery_datagrams"]) / idle["seconds"]
+                   for idle in values.get(kind, []) if idle]
+        rows.append(Goal(f"idle node {words}, wake-ups beside SD", "{:.1f} /s".format, None, wakeups, limit=0))
     rows.append(Goal("start to first event", ns, None, series(values, "first event", "first_event_ns"), limit=30e6))
     return rows
 
@@ -246,8 +279,10 @@ def conversion(values):
                          slowest(at(f"point_cloud_{way}/points:{points}", "ns") for points in POINTS), limit=3000))
     for way in "to_someip", "to_cdr":
         rows.append(Goal(f"the same {words(way)} with another `frame_id` each time, slowest size", ns, None,
-                         slowest(at(f"point_cloud_of_changing_frame_{way}/points:{points}", "ns")
-                                 for points in (POINTS[0], POINTS[-1])), limit=3000))
+                         slowest(at(f"point_cloud_of_changing_frame_{way}/points:{points}", "ns") for points in POINTS),
+                         limit=3000))
+    for way in "to_someip", "to_cdr":
+        rows.append(Goal(f"Image of 1920 x 1080 {words(way)} by reference, alone", ns, None, at(f"image_{way}", "ns"), limit=3000))
     for way in "to_someip", "to_cdr":
         for part, percent in ("p50", 50), ("p99", 99):
             # A number for each size, not each round: what counts is the largest.
@@ -261,7 +296,8 @@ def conversion(values):
     for way in "to_someip", "to_cdr":
         rows += [beside_memcpy(f"{floats:,} floats swapped {words(way)}",
                                f"float_array_swapped_{way}/floats:{floats}", 1.5)
-                 for floats in (4000, 100_000, 2_000_000)]
+                 for floats in (1000, 4000, 100_000, 2_000_000)]
+        rows.append(beside_memcpy(f"LaserScan of 1,081 ranges and intensities {words(way)}", f"laser_scan_{way}", 1.5))
     for kind, what in NESTED.items():
         for way in "to_someip", "to_cdr":
             name, _, argument = kind.partition("/")

@@ -123,23 +123,42 @@ class Goals(unittest.TestCase):
             self.assertEqual(row.floors, floors)
             self.assertIn(f"floor: {way} hops", row.cells()[-1])
 
-    def test_hops_by_shared_memory_are_told_and_not_judged(self):
-        by_udp, quick, slow = ({"latency_ns": {"p50": p50}} for p50 in (20e3, 5e3, 6e3))
+    def test_bridges_that_use_shared_memory_are_compared_with_hops_that_do(self):
+        by_udp, quick, slow, ours = ({"latency_ns": {"p50": p50}, "lost": 0} for p50 in (20e3, 5e3, 6e3, 30e3))
         values = {"dds synchronous 64 KB": [by_udp], "dds shared asynchronous 64 KB": [quick],
-                  "dds shared synchronous 64 KB": [slow], "path transfer 64 KB": [LATENCY], "path 64 KB": [LATENCY]}
+                  "dds shared synchronous 64 KB": [slow], "path transfer 64 KB": [LATENCY], "path paced 64 KB": [LATENCY],
+                  "path shared 64 KB": [ours]}
         rows = {row.what: row for row in goals.paths(values)}
-        row = rows["DDS, SOME/IP, DDS 64 KB, not paced: over hops by shared memory"]
-        self.assertEqual((row.floors, row.is_judged), ([20e3], False))
-        self.assertEqual(rows["DDS, SOME/IP, DDS 64 KB, p50, not paced"].floors, [50e3])
+        row = rows["the same 64 KB by shared memory, p50, default pacing"]
+        self.assertEqual((row.floors, row.ours, row.met), ([20e3], 30e3, False))
+        row = rows["the bridges by UDP, hops by shared memory 64 KB, default pacing"]
+        self.assertEqual((row.floors, row.ours, row.is_judged), ([20e3], 10e3, False))
+        self.assertEqual(rows["DDS, SOME/IP, DDS 64 KB, p50, default pacing"].floors, [50e3])
+
+    def test_a_floor_that_lost_something_is_none(self):
+        lossy = {**LATENCY, "lost": 1}
+        values = {"tp floor latency 1 MB": [LATENCY, lossy, LATENCY], "tp latency 1 MB": [LATENCY] * 3,
+                  "dds synchronous 1 MB": [LATENCY, LATENCY, lossy], "path transfer 1 MB": [lossy, LATENCY, LATENCY],
+                  "path 1 MB": [LATENCY] * 3}
+        rows = {row.what: row for row in goals.communication(values) + goals.paths(values)}
+        self.assertEqual(rows["TP event 1 MB, p50, not paced"].floors, [10e3, None, 10e3])
+        self.assertEqual(rows["DDS, SOME/IP, DDS 1 MB, p50, not paced"].floors, [None, 30e3, None])
+
+    def test_a_large_call_is_compared_with_the_way_there_and_back(self):
+        values = {"transfer 1 MB": [LATENCY], "udp call 1 MB": [LATENCY], "tcp floor 1 MB": [LATENCY], "tcp call 1 MB": [LATENCY]}
+        rows = {row.what: row for row in goals.communication(values)}
+        self.assertEqual(rows["UDP call 1 MB, p50, not paced"].floors, [20e3])
+        self.assertEqual(rows["TCP call 1 MB, p50"].floors, [10e3])
 
     def test_wake_ups_for_discovery_are_not_counted(self):
-        idle = {"resident_kb": 6144, "seconds": 5.0, "wakeups": 11, "discovery_sent": 10}
-        rows = {row.what: row for row in goals.paths({"idle": [idle]})}
-        self.assertTrue(rows["idle node, wake-ups beside SD"].met)
-        self.assertTrue(rows["idle node, memory (RSS)"].met)
-        rows = {row.what: row for row in goals.paths({"idle": [{**idle, "wakeups": 12, "resident_kb": 6145}]})}
-        self.assertFalse(rows["idle node, wake-ups beside SD"].met)
-        self.assertFalse(rows["idle node, memory (RSS)"].met)
+        idle = {"resident_kb": 6144, "seconds": 5.0, "wakeups": 11, "discovery_datagrams": 10}
+        for kind, words in ("idle", "alone"), ("idle beside", "with a subscription"):
+            rows = {row.what: row for row in goals.paths({kind: [idle]})}
+            self.assertTrue(rows[f"idle node {words}, wake-ups beside SD"].met)
+            self.assertTrue(rows[f"idle node {words}, memory (RSS)"].met)
+            rows = {row.what: row for row in goals.paths({kind: [{**idle, "wakeups": 12, "resident_kb": 6145}]})}
+            self.assertFalse(rows[f"idle node {words}, wake-ups beside SD"].met)
+            self.assertFalse(rows[f"idle node {words}, memory (RSS)"].met)
 
     def test_times_have_three_digits_that_matter(self):
         for value, text in ((812, "812 ns"), (3456, "3.46 µs"), (33.1e6, "33.1 ms"), (123e6, "123 ms"), (2e9, "2 s"),

@@ -6,15 +6,19 @@ import time
 import lab
 
 SIZES = {"64 KB": 65536, "256 KB": 262144, "1 MB": 1048576, "4 MB": 4194304}
-LARGE_CALLS = ("64 KB", "1 MB")
+LARGE_CALLS = {"64 KB": 5006, "1 MB": 5007}  # and the ports of their floors
 # Point counts of the published bridge's figures, of 24 bytes each.
 POINTS = (1_000, 5_000, 10_000, 50_000, 100_000, 200_000, 500_000)
 CLOUDS = {f"{points // 1000}k": points * 24 for points in POINTS}
-WIRE = 80  # bytes of a message with a payload of 64
+HEADER = 16
+WIRE = HEADER + 64  # bytes of a message with such a payload
+FLOOD_SECONDS = 3  # many times what the buffers between two ends hold
 FULL = 1472  # bytes of a datagram that fills a frame of Ethernet
 SERVICE = "0x7e57.1"
 SERVICE_2 = "0x7e57.2"  # without UDP segmentation offload
-CONVERSIONS = "point_cloud|float_array|transforms|path|markers|diagnostics|objects"
+SERVICE_3 = "0x7e57.3"  # that polls
+BUSY = ["--busy-poll", 1_000_000]  # as long as anything is measured
+CONVERSIONS = "point_cloud|image|float_array|laser_scan|transforms|path|markers|diagnostics|objects"
 
 
 def window(size):
@@ -41,8 +45,9 @@ class Measures:
                             f"seconds={seconds or self.seconds}",
                             *[f"{name}={value}" for name, value in options.items()])
 
-    def perf_client(self, *arguments, seconds=None, segmentation=True):
-        service, address, environment = (SERVICE, "b", {}) if segmentation else (SERVICE_2, "b2", self.preload)
+    def perf_client(self, *arguments, seconds=None, segmentation=True, busy=False):
+        service, address, environment = ((SERVICE_3, "b5", {}) if busy else (SERVICE, "b", {}) if segmentation else
+                                         (SERVICE_2, "b2", self.preload))
         return self.lab.run("b", self.programs["trestle"], "perf", "client", service, "--json", "--address",
                             self.lab.address[address], "--seconds", seconds or self.seconds, "--warm-up", "0.1",
                             *arguments, environment=environment)
@@ -71,12 +76,20 @@ class Measures:
     def start_servers(self):
         address = self.lab.address["a"]
         for role, port, size in (("serve-udp", 5001, WIRE), ("serve-tcp", 5002, WIRE), ("serve-flood", 5003, WIRE),
-                                 ("serve-tp", 5004, WIRE), ("serve-flood", 5005, FULL)):
-            self.lab.start("a", self.programs["floor"], role, f"at={address}:{port}", f"bytes={size}")
+                                 ("serve-tp", 5004, WIRE), ("serve-flood", 5005, FULL),
+                                 *[("serve-tcp", port, HEADER + SIZES[name]) for name, port in LARGE_CALLS.items()]):
+            self.start_floor(role, port, size)
         for service, address, environment in (SERVICE, "a", {}), (SERVICE_2, "a2", self.preload):
-            self.lab.start("a", self.programs["trestle"], "perf", "server", service, "--address",
-                           self.lab.address[address], "--quiet", environment=environment)
+            self.start_server(service, address, environment=environment)
         lab.settle()
+
+    def start_floor(self, role, port, size, *options):
+        return self.lab.start("a", self.programs["floor"], role, f"at={self.lab.address['a']}:{port}", f"bytes={size}",
+                              *options)
+
+    def start_server(self, service, address, *options, environment=None):
+        return self.lab.start("a", self.programs["trestle"], "perf", "server", service, "--address",
+                              self.lab.address[address], "--quiet", *options, environment=environment)
 
     def small(self):
         """Calls and events of 64 bytes."""
@@ -95,6 +108,24 @@ class Measures:
                      ("events 64 B", lambda: self.perf_client("--events", "--size", 64, "--window", 0,
                                                               seconds=seconds)))
 
+    def busy(self):
+        """Calls again, of two that do not wait but look. Each server takes a core, and so is there only for its turn."""
+        def with_server(start, client):
+            server = start()
+            lab.settle()
+            try:
+                return client()
+            finally:
+                self.lab.stop(server)
+
+        for kind, port in ("udp", 5008), ("tcp", 5009):
+            self.in_turn((f"{kind} busy floor", lambda: with_server(
+                             lambda: self.start_floor(f"serve-{kind}", port, WIRE, "busy=1"),
+                             lambda: self.floor_client(f"ping-{kind}", port, bytes=WIRE, busy=1))),
+                         (f"{kind} busy call", lambda: with_server(
+                             lambda: self.start_server(SERVICE_3, "a5", *BUSY),
+                             lambda: self.perf_client("--size", 64, *BUSY, *["--tcp"] * (kind == "tcp"), busy=True))))
+
     def transfer(self, size, under_way, seconds, segmentation=1):
         """Bare TP."""
         return self.floor_client("receive-tp", 5004, seconds, bytes=size, window=under_way, segmentation=segmentation)
@@ -102,13 +133,19 @@ class Measures:
     def large(self):
         """Events in TP segments: one at a time, and as many as arrive, which are what full datagrams could carry. Then
         large calls, as segments and as a stream."""
-        self.take("bulk floor", lambda: self.floor_client("receive-flood", 5005, self.rate_seconds, bytes=FULL))
         for name, size in SIZES.items():
             for kind, under_way in ("latency", 1), ("rate", window(size)):
                 self.transfers(f"{kind} {name}", size, under_way)
-        for name in LARGE_CALLS:
-            self.take(f"udp call {name}", lambda: self.perf_client("--size", SIZES[name]))
-            self.take(f"tcp call {name}", lambda: self.perf_client("--size", SIZES[name], "--tcp"))
+        for name, port in LARGE_CALLS.items():
+            size = SIZES[name]
+            self.in_turn((f"transfer {name}", lambda: self.transfer(size, 1, self.seconds)),
+                         (f"udp call {name}", lambda: self.perf_client("--size", size, "--separation", 0)),
+                         (f"udp paced call {name}", lambda: self.perf_client("--size", size)))
+            self.in_turn((f"tcp floor {name}", lambda: self.floor_client("ping-tcp", port, bytes=HEADER + size)),
+                         (f"tcp call {name}", lambda: self.perf_client("--size", size, "--tcp")))
+        self.in_turn(("tp flood 1 MB floor", lambda: self.transfer(SIZES["1 MB"], 0, FLOOD_SECONDS)),
+                     ("tp flood 1 MB", lambda: self.perf_client("--events", "--size", SIZES["1 MB"], "--window", 0,
+                                                                seconds=FLOOD_SECONDS)))
 
     def transfers(self, name, size, under_way):
         is_rate = name.startswith("rate")
@@ -118,7 +155,9 @@ class Measures:
             return self.perf_client("--events", "--size", size, "--window", under_way, *arguments, seconds=seconds,
                                     segmentation=segmentation)
 
-        self.in_turn((f"tp floor {name}", lambda: self.transfer(size, under_way, seconds)),
+        bulk = ("bulk floor", lambda: self.floor_client("receive-flood", 5005, seconds, bytes=FULL))
+        self.in_turn(*[bulk] * (name == "rate 1 MB"),
+                     (f"tp floor {name}", lambda: self.transfer(size, under_way, seconds)),
                      (f"tp {name}", lambda: events("--separation", 0)),
                      (f"tp paced {name}", events))
         if is_rate:

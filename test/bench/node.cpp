@@ -19,6 +19,7 @@ using namespace trestle;
 using namespace std::chrono_literals;
 
 constexpr someip::ServiceId service{0x7e60};
+constexpr someip::ServiceId offered{0x7e5f};
 constexpr someip::EventgroupId eventgroup{1};
 constexpr someip::MethodId notifier{0x8001};
 
@@ -63,31 +64,40 @@ long resident_kb() {
   return 0;
 }
 
-/// With a service on offer, in its main phase, and nobody else there. Wake-ups are the times that the process
-/// slept.
+/// With a service on offer by UDP and TCP and a subscription of another one, all of it in its main phase.
+/// Wake-ups are the times that the process slept; each datagram of discovery that it sends or gets is one.
 void idle(const sd::NodeConfig& config, double seconds) {
   boost::asio::io_context io{1};
   sd::Node node{io, config};
-  const sd::Offer offer{node, {.service = service, .instance = someip::InstanceId{1}}};
+  const sd::Offer offer{node, {.service = offered, .instance = someip::InstanceId{1}, .tcp_port = 0}};
+  std::uint64_t events = 0;
+  const sd::Subscription subscription{
+      node,
+      {.service = service, .eventgroup = eventgroup, .events = {notifier}},
+      [&](const someip::Message& /*event*/, const Endpoint& /*from*/) { ++events; }};
   boost::asio::steady_timer timer{io};
-  timer.expires_after(1s);  // the repetition phase is over by then
-  timer.async_wait([&](const boost::system::error_code& /*none*/) { io.stop(); });
-  io.run();
-  io.restart();
+  const auto run_for = [&](Duration time) {
+    timer.expires_after(time);
+    timer.async_wait([&](const boost::system::error_code& /*none*/) { io.stop(); });
+    io.run();
+    io.restart();
+  };
+  run_for(1s);  // the repetition phase is over by then
 
+  const sd::Counters& counters = node.discovery_counters();
+  const auto datagrams = [&] { return counters.datagrams_sent + counters.datagrams_received; };
   rusage before{};
   getrusage(RUSAGE_SELF, &before);
-  const sd::Counters& counters = node.discovery_counters();
-  const std::uint64_t sent_before = counters.datagrams_sent;
-  timer.expires_after(std::chrono::duration_cast<Duration>(std::chrono::duration<double>{seconds}));
-  timer.async_wait([&](const boost::system::error_code& /*none*/) { io.stop(); });
-  io.run();
+  const std::uint64_t datagrams_before = datagrams();
+  run_for(std::chrono::duration_cast<Duration>(std::chrono::duration<double>{seconds}));
   rusage after{};
   getrusage(RUSAGE_SELF, &after);
-  std::printf(R"({"resident_kb":%ld,"seconds":%.3f,"wakeups":%ld,"discovery_sent":%llu})"
-              "\n",
-              resident_kb(), seconds, after.ru_nvcsw - before.ru_nvcsw,
-              static_cast<unsigned long long>(counters.datagrams_sent - sent_before));
+  std::printf(
+      R"({"resident_kb":%ld,"seconds":%.3f,"wakeups":%ld,"discovery_datagrams":%llu,"events":%llu})"
+      "\n",
+      resident_kb(), seconds, after.ru_nvcsw - before.ru_nvcsw,
+      static_cast<unsigned long long>(datagrams() - datagrams_before),
+      static_cast<unsigned long long>(events));
 }
 
 }  // namespace

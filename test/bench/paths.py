@@ -8,26 +8,29 @@ import time
 from measures import CLOUDS, SIZES
 
 DOMAINS = {"a": 91, "b": 92}
+DOMAINS_OF_SHARED_MEMORY = {"a": 97, "b": 98}
 LOOPBACK = "127.0.0.1"
 # Of plain Fast DDS: sent by a thread of its own or by the thread that writes, and both by shared memory.
 HOPS = {"asynchronous": ["domain=93"], "synchronous": ["domain=95", "synchronous=1"],
         "shared asynchronous": ["domain=94", "shared_memory=1"],
         "shared synchronous": ["domain=96", "shared_memory=1", "synchronous=1"]}
 MOST = max(CLOUDS.values())
+IDLE_SECONDS = 20  # with several timers of every kind that discovery has
 # Topics before /there and /back, and what their messages on SOME/IP wait for.
 PACINGS = {"/perf": "0 us", "/paced": None}
 
 
-def bridge_yaml(side, address):
+def bridge_yaml(side, address, shared_memory):
     """Bridge a carries TOPIC/there to SOME/IP and TOPIC/back to DDS; bridge b the other way."""
-    lines = ["someip:", f"  address: {address}",
-             "dds:", f"  domain: {DOMAINS[side]}", f"  interfaces: [{LOOPBACK}]", "routes:"]
+    domains, first_service = (DOMAINS_OF_SHARED_MEMORY, 0x7e71) if shared_memory else (DOMAINS, 0x7e61)
+    lines = ["someip:", f"  address: {address}", "dds:", f"  domain: {domains[side]}", f"  interfaces: [{LOOPBACK}]",
+             *["  shared_memory: true"] * shared_memory, "routes:"]
     for number, (topic, separation) in enumerate(PACINGS.items()):
         for way in "there", "back":
             out = (way == "there") == (side == "a")
             lines += [f"  - topic: {topic}/{way}", "    type: sensor_msgs/msg/PointCloud2",
                       f"    direction: {'dds_to_someip' if out else 'someip_to_dds'}",
-                      f"    service: {0x7e61 + 2 * number + (way == 'back'):#06x}", "    instance: 0x0001",
+                      f"    service: {first_service + 2 * number + (way == 'back'):#06x}", "    instance: 0x0001",
                       "    eventgroup: 0x0001", "    event: 0x8001"]
             if out:
                 lines.append(f"    port: {40001 + 2 * number + (way == 'back')}")
@@ -43,29 +46,34 @@ class Paths:
         self.folder = tempfile.TemporaryDirectory(prefix="trestle-bench-")
 
     def start(self):
-        """Two bridges with what they report, and at side b somebody who reflects."""
+        """Two bridges with what they report, and at side b somebody who reflects. Two others that use shared memory."""
         for side in "ab":
-            config = os.path.join(self.folder.name, side + ".yaml")
-            with open(config, "w", encoding="utf-8") as file:
-                file.write(bridge_yaml(side, self.lab.address[side + "3"]))
             with open(self.report(side), "wb") as report:
-                self.lab.start(side, self.measures.programs["trestle"], "bridge", "--quiet", "--report-fd",
-                               report.fileno(), config, pass_fds=[report.fileno()])
+                self.start_bridge(side, "3", False, "--report-fd", report.fileno(), pass_fds=[report.fileno()])
+            self.start_bridge(side, "6", True)
         for topic in PACINGS:
             self.lab.start("b", *self.perf("b", topic), "--reflect")
+        self.lab.start("b", *self.perf("b", "/paced", shared_memory=True), "--reflect")
         for hop in HOPS.values():
             self.lab.start("a", self.measures.programs["floor"], "reflect-dds", *hop)
         time.sleep(1)
 
+    def start_bridge(self, side, address, shared_memory, *options, **how):
+        config = os.path.join(self.folder.name, f"{side}{address}.yaml")
+        with open(config, "w", encoding="utf-8") as file:
+            file.write(bridge_yaml(side, self.lab.address[side + address], shared_memory))
+        self.lab.start(side, self.measures.programs["trestle"], "bridge", "--quiet", *options, config, **how)
+
     def report(self, side):
         return os.path.join(self.folder.name, side + ".jsonl")
 
-    def perf(self, side, topic):
-        return [self.measures.programs["trestle"], "perf", "bridge", "--domain", DOMAINS[side], "--interface", LOOPBACK,
-                "--topic", topic]
+    def perf(self, side, topic, shared_memory=False):
+        domains = DOMAINS_OF_SHARED_MEMORY if shared_memory else DOMAINS
+        return [self.measures.programs["trestle"], "perf", "bridge", "--domain", domains[side], "--interface", LOOPBACK,
+                "--topic", topic, *["--shared-memory"] * shared_memory]
 
-    def ping(self, topic, size, seconds):
-        return self.lab.run("a", *self.perf("a", topic), "--json", "--size", size, "--seconds", seconds, "--warm-up",
+    def ping(self, topic, size, seconds, shared_memory=False):
+        return self.lab.run("a", *self.perf("a", topic, shared_memory), "--json", "--size", size, "--seconds", seconds, "--warm-up",
                             "0.1", "--timeout", "5")
 
     def hop(self, kind, size):
@@ -80,6 +88,7 @@ class Paths:
                                   (f"path transfer {name}", lambda: self.measures.transfer(size, 1, seconds)),
                                   (f"path {name}", lambda: self.ping("/perf", size, seconds)),
                                   (f"path paced {name}", lambda: self.ping("/paced", size, seconds)),
+                                  (f"path shared {name}", lambda: self.ping("/paced", size, seconds, True)),
                                   times=3 if size < 1 << 20 else 2)  # the small ones scatter more
         for size in CLOUDS.values():  # percentiles want many, and large ones take their time
             self.measures.take(f"cloud {size}", lambda: self.ping("/perf", size, max(seconds, 10 * seconds * size / MOST)))
@@ -110,11 +119,12 @@ class Paths:
                  "communication_ns": came["after_ns"] - sent["before_ns"]})
 
     def nodes(self):
-        """A node without DDS."""
+        """A node without DDS: alone, beside one whose service it has subscribed to, and as it starts."""
         program, address = self.measures.programs["node"], self.lab.address
-        for _ in range(3):
-            self.measures.take("idle", lambda: self.lab.run("b", program, "idle", address["b"], 5))
+        self.measures.take("idle", lambda: self.lab.run("b", program, "idle", address["b"], IDLE_SECONDS, patience=60))
         self.lab.start("a", program, "serve", address["a2"])
         time.sleep(1)
+        self.measures.take("idle beside", lambda: self.lab.run("b", program, "idle", address["b"], IDLE_SECONDS,
+                                                               patience=60))
         for _ in range(5):
             self.measures.take("first event", lambda: self.lab.run("b", program, "first-event", address["b"]))

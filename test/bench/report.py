@@ -17,8 +17,8 @@ from call to answer and from `notify()` to the handler. `./run bench --check` fa
 
 Each round measures a floor and ours one after the other, the next round the other way about: a ratio is the median of
 those of the rounds, and "rounds" says between which values they lay (or those of ours, where there is no ratio). Where
-some rounds met a goal and others missed it, the last column says how many. What scatters more is taken twice a round
-(without UDP_SEGMENT, two bridges) or three times (two bridges, up to 256 KB).
+some rounds met a goal and others missed it, the last column says how many; a round in which a floor lost something failed.
+What scatters more is taken twice a round (without UDP_SEGMENT, two bridges) or three times (two bridges, up to 256 KB).
 
 """
 
@@ -28,10 +28,13 @@ samples where DDS puts them, and one bare TP transfer, all of them taken beside 
 Fast DDS sends what was written, synchronous when the thread that writes sends as well, and is kept for as long as that
 takes: for each size the floor has the way that is quicker in the median of the rounds. Our writers are synchronous with
 samples of up to 300 KB; larger ones are copied and sent by a thread of the writer. Of DDS, latencies are half of the way
-there and back; all of it goes by UDP on loopback, but for the hops that say otherwise: a bridge does without shared
-memory ([dds.md](dds.md)). The idle node offers a service,
-without DDS; the start is counted from `main()` to the first event of a service that has long been there, without initial
-delay.
+there and back, and who reflects does so on the thread that received. All of it goes by UDP on loopback, unless it says
+otherwise: by default a bridge does without shared memory, since Fast DDS recovers badly from the end of a process that
+used it ([dds.md](dds.md)). With `shared_memory: true` both ends and both bridges use it, and so do the hops of their floor.
+Last, for who would compare a bridge as it comes with hops of that kind, the two of these. The idle node, without DDS, offers
+a service by UDP and TCP, with nobody else there or subscribed to the service of another one; wake-ups are those that no
+datagram of discovery, sent or received, is the reason of. The start is counted from `main()` to the first event of a service
+that has long been there, without initial delay.
 
 """
 CLOUDS_TEXT = """Time between the checkpoints of the published bridge: just before and after the conversion of DDS to
@@ -56,7 +59,8 @@ TRANSFERS = (("tp floor latency {}", "bare TP loop"), ("tp latency {}", "TP even
 HOPS = (("dds asynchronous {}", "a hop of Fast DDS, asynchronous"), ("dds synchronous {}", "a hop of Fast DDS, synchronous"),
         ("dds shared asynchronous {}", "a hop of Fast DDS, asynchronous, by its shared memory"),
         ("dds shared synchronous {}", "a hop of Fast DDS, synchronous, by its shared memory"),
-        ("path {}", "two bridges, not paced"), ("path paced {}", "two bridges, default pacing"))
+        ("path {}", "two bridges, not paced"), ("path paced {}", "two bridges, default pacing"),
+        ("path shared {}", "two bridges that use shared memory, default pacing"))
 
 
 def table(header, rows):
