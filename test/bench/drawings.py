@@ -38,8 +38,7 @@ def latency_by_size(values, path, lines, sizes=None):
 def latencies(values, folder):
     latency_by_size(values, folder / "calls.svg", [("udp floor {}", "UDP, bare system calls", "#888888"),
                                                    ("tcp floor {}", "TCP, bare system calls", "#444444"),
-                                                   ("udp call {}", "UDP call, not paced", "#ff9896"),
-                                                   ("udp paced call {}", "UDP call, default pacing", "#d62728"),
+                                                   ("udp call {}", "UDP call, default pacing", "#d62728"),
                                                    ("tcp call {}", "TCP call", "#1f77b4"),
                                                    ("vsomeip udp call {}", "vsomeip, UDP", "#2ca02c"),
                                                    ("vsomeip tcp call {}", "vsomeip, TCP", "#98df8a")], CALLS)

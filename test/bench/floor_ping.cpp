@@ -81,9 +81,8 @@ void ping_udp(const Options& options) {
   const auto* to = reinterpret_cast<const sockaddr*>(&options.at);
   measure(options, [&] {
     check(sendto(socket.fd(), bytes.data(), bytes.size(), 0, to, sizeof options.at), "sendto");
-    return brought(options, "recv", [&](int flags) {
-             return recv(socket.fd(), bytes.data(), bytes.size(), flags);
-           }) > 0;
+    return brought(options, "recv",
+                   [&](int flags) { return recv(socket.fd(), bytes.data(), bytes.size(), flags); }) > 0;
   });
 }
 

@@ -147,7 +147,7 @@ class Goals(unittest.TestCase):
     def test_a_large_call_is_compared_with_the_way_there_and_back(self):
         values = {"transfer 1 MB": [LATENCY], "udp call 1 MB": [LATENCY], "tcp floor 1 MB": [LATENCY], "tcp call 1 MB": [LATENCY]}
         rows = {row.what: row for row in goals.communication(values)}
-        self.assertEqual(rows["UDP call 1 MB, p50, not paced"].floors, [20e3])
+        self.assertEqual(rows["UDP call 1 MB, p50, default pacing"].floors, [20e3])
         self.assertEqual(rows["TCP call 1 MB, p50"].floors, [10e3])
 
     def test_wake_ups_for_discovery_are_not_counted(self):

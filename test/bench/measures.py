@@ -139,8 +139,7 @@ class Measures:
         for name, port in LARGE_CALLS.items():
             size = SIZES[name]
             self.in_turn((f"transfer {name}", lambda: self.transfer(size, 1, self.seconds)),
-                         (f"udp call {name}", lambda: self.perf_client("--size", size, "--separation", 0)),
-                         (f"udp paced call {name}", lambda: self.perf_client("--size", size)))
+                         (f"udp call {name}", lambda: self.perf_client("--size", size)))
             self.in_turn((f"tcp floor {name}", lambda: self.floor_client("ping-tcp", port, bytes=HEADER + size)),
                          (f"tcp call {name}", lambda: self.perf_client("--size", size, "--tcp")))
         self.in_turn(("tp flood 1 MB floor", lambda: self.transfer(SIZES["1 MB"], 0, FLOOD_SECONDS)),

@@ -92,12 +92,11 @@ void idle(const sd::NodeConfig& config, double seconds) {
   run_for(std::chrono::duration_cast<Duration>(std::chrono::duration<double>{seconds}));
   rusage after{};
   getrusage(RUSAGE_SELF, &after);
-  std::printf(
-      R"({"resident_kb":%ld,"seconds":%.3f,"wakeups":%ld,"discovery_datagrams":%llu,"events":%llu})"
-      "\n",
-      resident_kb(), seconds, after.ru_nvcsw - before.ru_nvcsw,
-      static_cast<unsigned long long>(datagrams() - datagrams_before),
-      static_cast<unsigned long long>(events));
+  std::printf(R"({"resident_kb":%ld,"seconds":%.3f,"wakeups":%ld,"discovery_datagrams":%llu,"events":%llu})"
+              "\n",
+              resident_kb(), seconds, after.ru_nvcsw - before.ru_nvcsw,
+              static_cast<unsigned long long>(datagrams() - datagrams_before),
+              static_cast<unsigned long long>(events));
 }
 
 }  // namespace
