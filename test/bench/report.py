@@ -30,8 +30,9 @@ takes: for each size the floor has the way that is quicker in the median of the 
 samples of up to 300 KB; larger ones are copied and sent by a thread of the writer. Of DDS, latencies are half of the way
 there and back, and who reflects does so on the thread that received. All of it goes by UDP on loopback, unless it says
 otherwise: by default a bridge does without shared memory, since Fast DDS recovers badly from the end of a process that
-used it ([dds.md](dds.md)). With `shared_memory: true` both ends and both bridges use it, and so do the hops of their floor.
-Last, for who would compare a bridge as it comes with hops of that kind, the two of these. The idle node, without DDS, offers
+used it ([dds.md](dds.md)); the goal is of that default. "The same by shared memory" has `shared_memory: true` in both
+ends and both bridges, beside hops that use it, too. Last, for who would compare bridges as they come with hops of that kind,
+those two. The idle node, without DDS, offers
 a service by UDP and TCP, with nobody else there or subscribed to the service of another one; wake-ups are those that no
 datagram of discovery, sent or received, is the reason of. The start is counted from `main()` to the first event of a service
 that has long been there, without initial delay.

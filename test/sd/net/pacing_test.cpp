@@ -100,7 +100,7 @@ TEST_F(Pacing, IsTheDefaultForASubscriberThatDoesNotTell) {
   const OfferHandle offer = server.offer(spec());
   subscribe(client);
   EXPECT_THAT(told_to(server, offer), ElementsAre(0));
-  EXPECT_EQ(burst_of(server, offer), 45U);
+  EXPECT_EQ(burst_of(server, offer), 48U);
 }
 
 // Each at its own pace, and no one's pauses are another one's.
@@ -133,7 +133,7 @@ TEST_F(Pacing, IsOfEachSubscriberByItself) {
 TEST_F(Pacing, IsThatOfTheLeastInAGroup) {
   Node server{io, quick(test::server_address)};
   NodeConfig silent = quick(test::client_address);
-  silent.discovery.tell_receive_buffer = false;  // 45 segments
+  silent.discovery.tell_receive_buffer = false;  // 48 segments
   Node client{io, silent};
   Node small{io, with_buffer(test::other_address, 150'000)};  // 32
   ServiceSpec service = spec();
@@ -151,7 +151,7 @@ TEST_F(Pacing, IsThatOfTheLeastInAGroup) {
     return sent;
   };
   subscribe(client);
-  EXPECT_EQ(burst(), 45U);
+  EXPECT_EQ(burst(), 48U);
   subscribe(small);
   EXPECT_EQ(burst(), 32U);
 }
@@ -275,7 +275,7 @@ TEST_F(RequestPacing, IsTheDefaultForAServerThatDoesNotTell) {
   Node server{io, config};
   Node client{io, quick(test::client_address)};
   server.offer(taking_large_requests());
-  EXPECT_EQ(burst_of_request(client), 45U);
+  EXPECT_EQ(burst_of_request(client), 48U);
   EXPECT_THAT(configuration, IsEmpty());
 }
 
@@ -286,7 +286,7 @@ TEST_F(RequestPacing, IsOnlyToldWhereLargeRequestsAreExpected) {
   ServiceSpec open = taking_large_requests();
   open.segmented.reset();
   const OfferHandle first = server.offer(std::move(open));
-  EXPECT_EQ(burst_of_request(client), 45U);
+  EXPECT_EQ(burst_of_request(client), 48U);
   EXPECT_THAT(configuration, IsEmpty());
   const RequirementId required = client.require({.service = ServiceId{0x1234}});
   ASSERT_TRUE(run_until([&] { return !client.available(required).empty(); }));
@@ -295,7 +295,7 @@ TEST_F(RequestPacing, IsOnlyToldWhereLargeRequestsAreExpected) {
   ServiceSpec own = taking_large_requests();
   own.configuration = {{"key", "value"}};
   server.offer(std::move(own));
-  EXPECT_EQ(burst_of_request(client), 45U);
+  EXPECT_EQ(burst_of_request(client), 48U);
   EXPECT_THAT(configuration, ElementsAre(ConfigurationText{"key", "value"}));
 }
 
