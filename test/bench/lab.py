@@ -15,7 +15,7 @@ class Failed(Exception):
 
 
 class Lab:
-    """Two sides, "a" where servers run and "b" where clients run, with six addresses each."""
+    """Two sides, "a" where servers run and "b" where clients run, with seven addresses each."""
 
     def __init__(self):
         self.spaces = {}
@@ -31,7 +31,7 @@ class Lab:
         self.priority = self._become_real_time()
         # A stack has an address of its own: "a" of side a, "a2" for the second one there.
         self.address = {side + number: f"{own}{host + 2 * i}" for side, host in (("a", 1), ("b", 2))
-                        for i, number in enumerate(("", "2", "3", "4", "5", "6"))}
+                        for i, number in enumerate(("", "2", "3", "4", "5", "6", "7"))}
 
     @staticmethod
     def _become_real_time():
@@ -48,7 +48,7 @@ class Lab:
         commands = [f"ip netns add {names[side]}" for side in "ab"]
         commands += [f"ip link add {links['a']} netns {names['a']} type veth peer name {links['b']} netns {names['b']}"]
         for side, host in ("a", 1), ("b", 2):
-            settings = [f"address add 10.83.7.{host + 2 * i}/24 dev {links[side]}" for i in range(6)]
+            settings = [f"address add 10.83.7.{host + 2 * i}/24 dev {links[side]}" for i in range(7)]
             settings += [f"link set {links[side]} up", "link set lo up", f"route add 224.0.0.0/4 dev {links[side]}"]
             commands += [f"ip -n {names[side]} {setting}" for setting in settings]
         for command in commands:

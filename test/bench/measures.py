@@ -12,7 +12,6 @@ POINTS = (1_000, 5_000, 10_000, 50_000, 100_000, 200_000, 500_000)
 CLOUDS = {f"{points // 1000}k": points * 24 for points in POINTS}
 HEADER = 16
 WIRE = HEADER + 64  # bytes of a message with such a payload
-FLOOD_SECONDS = 3  # many times what the buffers between two ends hold
 FULL = 1472  # bytes of a datagram that fills a frame of Ethernet
 SERVICE = "0x7e57.1"
 SERVICE_2 = "0x7e57.2"  # without UDP segmentation offload
@@ -142,9 +141,9 @@ class Measures:
                          (f"udp call {name}", lambda: self.perf_client("--size", size)))
             self.in_turn((f"tcp floor {name}", lambda: self.floor_client("ping-tcp", port, bytes=HEADER + size)),
                          (f"tcp call {name}", lambda: self.perf_client("--size", size, "--tcp")))
-        self.in_turn(("tp flood 1 MB floor", lambda: self.transfer(SIZES["1 MB"], 0, FLOOD_SECONDS)),
+        self.in_turn(("tp flood 1 MB floor", lambda: self.transfer(SIZES["1 MB"], 0, self.rate_seconds)),
                      ("tp flood 1 MB", lambda: self.perf_client("--events", "--size", SIZES["1 MB"], "--window", 0,
-                                                                seconds=FLOOD_SECONDS)))
+                                                                seconds=self.rate_seconds)))
 
     def transfers(self, name, size, under_way):
         is_rate = name.startswith("rate")

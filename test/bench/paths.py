@@ -1,4 +1,5 @@
 """The way DDS -> SOME/IP -> DDS through two bridges, beside a hop of plain Fast DDS."""
+import dataclasses
 import functools
 import json
 import os
@@ -7,8 +8,6 @@ import time
 
 from measures import CLOUDS, SIZES
 
-DOMAINS = {"a": 91, "b": 92}
-DOMAINS_OF_SHARED_MEMORY = {"a": 97, "b": 98}
 LOOPBACK = "127.0.0.1"
 # Of plain Fast DDS: sent by a thread of its own or by the thread that writes, and both by shared memory.
 HOPS = {"asynchronous": ["domain=93"], "synchronous": ["domain=95", "synchronous=1"],
@@ -20,23 +19,36 @@ IDLE_SECONDS = 20  # with several timers of every kind that discovery has
 PACINGS = {"/perf": "0 us", "/paced": None}
 
 
-def bridge_yaml(side, address, shared_memory):
-    """Bridge a carries TOPIC/there to SOME/IP and TOPIC/back to DDS; bridge b the other way."""
-    domains, first_service = (DOMAINS_OF_SHARED_MEMORY, 0x7e71) if shared_memory else (DOMAINS, 0x7e61)
-    lines = ["someip:", f"  address: {address}", "dds:", f"  domain: {domains[side]}", f"  interfaces: [{LOOPBACK}]",
-             *["  shared_memory: true"] * shared_memory, "routes:"]
-    for number, (topic, separation) in enumerate(PACINGS.items()):
-        for way in "there", "back":
-            out = (way == "there") == (side == "a")
-            lines += [f"  - topic: {topic}/{way}", "    type: sensor_msgs/msg/PointCloud2",
-                      f"    direction: {'dds_to_someip' if out else 'someip_to_dds'}",
-                      f"    service: {first_service + 2 * number + (way == 'back'):#06x}", "    instance: 0x0001",
-                      "    eventgroup: 0x0001", "    event: 0x8001"]
-            if out:
-                lines.append(f"    port: {40001 + 2 * number + (way == 'back')}")
-            if separation:
-                lines.append(f"    tp: {{separation: {separation}}}")
-    return "\n".join(lines) + "\n"
+@dataclasses.dataclass(frozen=True)
+class Pair:
+    """Two bridges, and who measures them."""
+    domains: dict
+    service: int  # the first of its routes
+    address: str
+    shared_memory: bool = False
+    reports: bool = False  # each message, which takes time
+
+    def yaml(self, side, address):
+        """Bridge a carries TOPIC/there to SOME/IP and TOPIC/back to DDS; bridge b the other way."""
+        lines = ["someip:", f"  address: {address}", "dds:", f"  domain: {self.domains[side]}", f"  interfaces: [{LOOPBACK}]",
+                 *["  shared_memory: true"] * self.shared_memory, "routes:"]
+        for number, (topic, separation) in enumerate(PACINGS.items()):
+            for way in "there", "back":
+                out = (way == "there") == (side == "a")
+                lines += [f"  - topic: {topic}/{way}", "    type: sensor_msgs/msg/PointCloud2",
+                          f"    direction: {'dds_to_someip' if out else 'someip_to_dds'}",
+                          f"    service: {self.service + 2 * number + (way == 'back'):#06x}", "    instance: 0x0001",
+                          "    eventgroup: 0x0001", "    event: 0x8001"]
+                if out:
+                    lines.append(f"    port: {40001 + 2 * number + (way == 'back')}")
+                if separation:
+                    lines.append(f"    tp: {{separation: {separation}}}")
+        return "\n".join(lines) + "\n"
+
+
+PLAIN = Pair({"a": 91, "b": 92}, 0x7e61, "3")
+SHARED = Pair({"a": 97, "b": 98}, 0x7e71, "6", shared_memory=True)
+REPORTING = Pair({"a": 89, "b": 90}, 0x7e81, "7", reports=True)
 
 
 class Paths:
@@ -46,34 +58,36 @@ class Paths:
         self.folder = tempfile.TemporaryDirectory(prefix="trestle-bench-")
 
     def start(self):
-        """Two bridges with what they report, and at side b somebody who reflects. Two others that use shared memory."""
-        for side in "ab":
-            with open(self.report(side), "wb") as report:
-                self.start_bridge(side, "3", False, "--report-fd", report.fileno(), pass_fds=[report.fileno()])
-            self.start_bridge(side, "6", True)
-        for topic in PACINGS:
-            self.lab.start("b", *self.perf("b", topic), "--reflect")
-        self.lab.start("b", *self.perf("b", "/paced", shared_memory=True), "--reflect")
+        """All bridges, and at side b somebody who reflects for each of them."""
+        for pair in PLAIN, SHARED, REPORTING:
+            for side in "ab":
+                self.start_bridge(pair, side)
+            for topic in PACINGS:
+                self.lab.start("b", *self.perf(pair, "b", topic), "--reflect")
         for hop in HOPS.values():
             self.lab.start("a", self.measures.programs["floor"], "reflect-dds", *hop)
         time.sleep(1)
 
-    def start_bridge(self, side, address, shared_memory, *options, **how):
-        config = os.path.join(self.folder.name, f"{side}{address}.yaml")
+    def start_bridge(self, pair, side):
+        config = os.path.join(self.folder.name, f"{side}{pair.address}.yaml")
         with open(config, "w", encoding="utf-8") as file:
-            file.write(bridge_yaml(side, self.lab.address[side + address], shared_memory))
-        self.lab.start(side, self.measures.programs["trestle"], "bridge", "--quiet", *options, config, **how)
+            file.write(pair.yaml(side, self.lab.address[side + pair.address]))
+        command = [self.measures.programs["trestle"], "bridge", "--quiet", config]
+        if pair.reports:
+            with open(self.report(side), "wb") as report:
+                self.lab.start(side, *command, "--report-fd", report.fileno(), pass_fds=[report.fileno()])
+        else:
+            self.lab.start(side, *command)
 
     def report(self, side):
         return os.path.join(self.folder.name, side + ".jsonl")
 
-    def perf(self, side, topic, shared_memory=False):
-        domains = DOMAINS_OF_SHARED_MEMORY if shared_memory else DOMAINS
-        return [self.measures.programs["trestle"], "perf", "bridge", "--domain", domains[side], "--interface", LOOPBACK,
-                "--topic", topic, *["--shared-memory"] * shared_memory]
+    def perf(self, pair, side, topic):
+        return [self.measures.programs["trestle"], "perf", "bridge", "--domain", pair.domains[side], "--interface", LOOPBACK,
+                "--topic", topic, *["--shared-memory"] * pair.shared_memory]
 
-    def ping(self, topic, size, seconds, shared_memory=False):
-        return self.lab.run("a", *self.perf("a", topic, shared_memory), "--json", "--size", size, "--seconds", seconds, "--warm-up",
+    def ping(self, pair, topic, size, seconds):
+        return self.lab.run("a", *self.perf(pair, "a", topic), "--json", "--size", size, "--seconds", seconds, "--warm-up",
                             "0.1", "--timeout", "5")
 
     def hop(self, kind, size):
@@ -86,12 +100,12 @@ class Paths:
         for name, size in SIZES.items():
             self.measures.in_turn(*[(f"dds {way} {name}", functools.partial(self.hop, way, size)) for way in HOPS],
                                   (f"path transfer {name}", lambda: self.measures.transfer(size, 1, seconds)),
-                                  (f"path {name}", lambda: self.ping("/perf", size, seconds)),
-                                  (f"path paced {name}", lambda: self.ping("/paced", size, seconds)),
-                                  (f"path shared {name}", lambda: self.ping("/paced", size, seconds, True)),
+                                  (f"path {name}", lambda: self.ping(PLAIN, "/perf", size, seconds)),
+                                  (f"path paced {name}", lambda: self.ping(PLAIN, "/paced", size, seconds)),
+                                  (f"path shared {name}", lambda: self.ping(SHARED, "/paced", size, seconds)),
                                   times=3 if size < 1 << 20 else 2)  # the small ones scatter more
         for size in CLOUDS.values():  # percentiles want many, and large ones take their time
-            self.measures.take(f"cloud {size}", lambda: self.ping("/perf", size, max(seconds, 10 * seconds * size / MOST)))
+            self.measures.take(f"cloud {size}", lambda: self.ping(REPORTING, "/perf", size, max(seconds, 10 * seconds * size / MOST)))
 
     def clouds(self):
         """What the bridges reported of them: conversion and transport of each message, by cloud size."""

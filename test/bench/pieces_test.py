@@ -31,7 +31,7 @@ class Nowhere:
 
     def __init__(self):
         self.address = {side + number: f"192.0.2.{i}" for i, (side, number) in
-                        enumerate((side, number) for side in "ab" for number in ("", "2", "3", "4", "5", "6"))}
+                        enumerate((side, number) for side in "ab" for number in ("", "2", "3", "4", "5", "6", "7"))}
         self.commands = []
         self.failing = None
         self.failures = None  # how often; nothing: always

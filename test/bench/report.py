@@ -32,7 +32,7 @@ there and back, and who reflects does so on the thread that received. All of it 
 otherwise: by default a bridge does without shared memory, since Fast DDS recovers badly from the end of a process that
 used it ([dds.md](dds.md)); the goal is of that default. "The same by shared memory" has `shared_memory: true` in both
 ends and both bridges, beside hops that use it, too. Last, for who would compare bridges as they come with hops of that kind,
-those two. The idle node, without DDS, offers
+those two. Nobody reports single messages there; the bridges of the checkpoints below do, which takes time. The idle node, without DDS, offers
 a service by UDP and TCP, with nobody else there or subscribed to the service of another one; wake-ups are those that no
 datagram of discovery, sent or received, is the reason of. The start is counted from `main()` to the first event of a service
 that has long been there, without initial delay.
