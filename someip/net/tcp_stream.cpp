@@ -238,6 +238,9 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
       return false;
     }
     pump_if_ready();
+    if (closed) {
+      return false;
+    }
     if (parser.lost() && !options.magic_cookies && parser.counters().cookies == 0) {
       close(parser.counters().too_large != 0
                 ? "a message larger than is allowed, or something that is no SOME/IP, came"
@@ -311,9 +314,10 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     queued_bytes += bytes - sent;
   }
 
+  // Its owner is let go last, and may send another message, or destroy the stream.
   void dispose_first() {
     Outgoing& first = queue.front();
-    first.keep_alive.reset();
+    const std::shared_ptr<const void> kept = std::move(first.keep_alive);
     copies->give_back(std::move(first.copy));
     if (unused.size() == max_unused_messages) {
       queue.pop_front();
@@ -328,9 +332,18 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     }
   }
 
-  // Sends what waits, several messages at a time, until the system takes no more.  [feat_req_someip_702]
   void pump() {
-    while (!queue.empty()) {
+    if (std::exchange(pumping, true)) {
+      return;  // the owner of a message that has left sends another one: the loop below goes on
+    }
+    const auto self = shared_from_this();
+    send_what_waits();
+    pumping = false;
+  }
+
+  // Several messages at a time, until the system takes no more.  [feat_req_someip_702]
+  void send_what_waits() {
+    while (!queue.empty() && !broken) {
       std::array<iovec, max_slices> parts;
       msghdr message{};
       message.msg_iov = parts.data();
@@ -354,6 +367,9 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
         }
         ++messages_sent;
         dispose_first();
+        if (closed) {
+          return;
+        }
       }
     }
   }
@@ -425,7 +441,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     }
     const auto self = shared_from_this();
     release();
-    if (on_closed) {
+    if (on_closed && !gone) {
       on_closed(why);
     }
   }
@@ -446,7 +462,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     message_timer.cancel();
     boost::system::error_code ignored;
     descriptor.close(ignored);
-    queue.clear();
+    const std::list<Outgoing> dropped = std::exchange(queue, {});  // their owners may call us
   }
 
   HandlerMemory read_memory;
@@ -475,9 +491,11 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   std::uint64_t messages_sent = 0;
   std::uint64_t queue_full = 0;
   std::uint64_t timed_out = 0;
+  bool pumping = false;  ///< pump() is being called
   bool waiting = false;  ///< for room to send
   bool broken = false;   ///< sending failed: about to be closed
   bool closed = false;
+  bool gone = false;        ///< the TcpStream
   bool delivering = false;  ///< handlers are being called with what was received at once
   bool answered = false;    ///< one of them has sent something
 };
@@ -495,6 +513,7 @@ TcpStream::TcpStream(boost::asio::io_context& io, Descriptor connected, StreamEn
     : state_{std::make_shared<State>(io, std::move(connected), own, options, std::move(copies))} {}
 
 TcpStream::~TcpStream() {
+  state_->gone = true;
   state_->release();
 }
 
@@ -506,7 +525,8 @@ void TcpStream::receive(MessageHandler on_message, CloseHandler on_closed) {
 
 bool TcpStream::send(const Header& header, std::span<const ByteView> payload,
                      std::shared_ptr<const void> keep_alive) {
-  State& state = *state_;
+  const std::shared_ptr<State> held = state_;  // the owner of another message may destroy this
+  State& state = *held;
   if (state.closed || state.broken) {
     return false;
   }
@@ -539,7 +559,7 @@ bool TcpStream::send(const Header& header, std::span<const ByteView> payload,
       state.pump();
     }
   }
-  return !state.broken;
+  return !state.broken && !state.closed;
 }
 
 void TcpStream::probe() {

@@ -199,6 +199,62 @@ TEST_F(TcpTest, KeepsTheOrderAndBoundsWhatWaitsForASlowReceiver) {
   EXPECT_EQ(server.counters().streams.messages_sent, taken);
 }
 
+// The owner of a message that has waited is let go when it has left: it may send the next one there and then.
+TEST_F(TcpTest, SendsWhatTheOwnerOfAMessageThatHasLeftSends) {
+  tcp_options.send_buffer_bytes = 8192;
+  TcpServer server{io, {.local = {server_address, 0}, .tcp = tcp_options}};
+  start(server);
+  TcpClient client{io, to(server), handlers()};
+  ASSERT_TRUE(run_until([&] { return connected_from.size() == 1; }));
+  const auto large = numbers(4'000'000);
+  const ByteView slice{large};
+  const auto next = numbers(300'000, 1);
+  const ByteView next_slice{next};
+  bool sent = false;
+  client.send(request(1), {&slice, 1},
+              std::shared_ptr<const void>{&large, [&](const void*) {
+                                            sent = client.send(request(3), {&next_slice, 1});
+                                            EXPECT_TRUE(client.send(request(4), {}));
+                                          }});
+  EXPECT_TRUE(client.send(request(2), {}));
+  ASSERT_FALSE(sent) << "it does not wait";
+  ASSERT_TRUE(run_until([&] { return at_server.size() == 4; }));
+  EXPECT_TRUE(sent);
+  for (std::uint16_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(at_server[i].header, request(static_cast<std::uint16_t>(i + 1)));
+  }
+  EXPECT_EQ(at_server[0].payload, large);
+  EXPECT_EQ(at_server[2].payload, next);
+  EXPECT_EQ(client.counters().streams.messages_sent, 4U);
+}
+
+// Or end the connection, with others still waiting, whose owners are then let go, too, and may ask for more.
+TEST_F(TcpTest, MayBeDestroyedByTheOwnerOfAMessageThatHasLeft) {
+  tcp_options.send_buffer_bytes = 8192;
+  TcpServer server{io, {.local = {server_address, 0}, .tcp = tcp_options}};
+  start(server);
+  auto client = std::make_unique<TcpClient>(io, to(server), handlers());
+  ASSERT_TRUE(run_until([&] { return connected_from.size() == 1; }));
+  const auto large = numbers(4'000'000);
+  const ByteView slice{large};
+  unsigned released = 0;
+  const auto owner = [&](auto then) {
+    return std::shared_ptr<const void>{&large, [&released, then](const void*) {
+                                         ++released;
+                                         then();
+                                       }};
+  };
+  client->send(request(1), {&slice, 1}, owner([&] { client.reset(); }));
+  client->send(request(2), {&slice, 1}, owner([] {}));
+  client->send(request(3), {&slice, 1}, owner([] {}));
+  ASSERT_EQ(released, 0U) << "none of them waits";
+  ASSERT_TRUE(run_until([&] { return gone.size() == 1; }));
+  EXPECT_EQ(client, nullptr);
+  EXPECT_EQ(released, 3U);
+  EXPECT_THAT(lost, IsEmpty()) << "who has destroyed it is not told";
+  EXPECT_THAT(at_server, SizeIs(1));
+}
+
 // Who asks us much that is answered with nothing, and does not read it.
 TEST_F(TcpTest, BoundsTheMemoryOfMessagesWithoutPayload) {
   tcp_options.max_queued_bytes = 1 << 20;
