@@ -3,6 +3,9 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <limits>
+
 namespace trestle::dds::detail {
 namespace {
 
@@ -10,7 +13,7 @@ namespace {
 /// @return what is granted of so many bytes; all of them when that cannot be found out.
 std::uint32_t granted(int name, std::uint32_t bytes) {
   const int probe = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  const int wanted = static_cast<int>(bytes);
+  const int wanted = static_cast<int>(std::min<std::uint32_t>(bytes, std::numeric_limits<int>::max()));
   int charged = 0;
   socklen_t size = sizeof charged;
   const bool known = setsockopt(probe, SOL_SOCKET, name, &wanted, sizeof wanted) == 0 &&

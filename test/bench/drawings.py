@@ -49,6 +49,7 @@ def latencies(values, folder):
     latency_by_size(values, folder / "bridges.svg", [("dds asynchronous {}", "an asynchronous hop of Fast DDS", "#888888"),
                                                      ("dds synchronous {}", "a synchronous hop", "#2ca02c"),
                                                      ("dds shared synchronous {}", "the same by shared memory", "#98df8a"),
+                                                     ("path shared {}", "two bridges by shared memory", "#ff7f0e"),
                                                      ("path {}", "two bridges, not paced", "#1f77b4"),
                                                      ("path paced {}", "two bridges, default pacing", "#d62728")])
 

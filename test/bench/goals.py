@@ -234,10 +234,10 @@ def paths(values):
     for kind, words in ("idle", "alone"), ("idle beside", "with a subscription"):
         rows.append(Goal(f"idle node {words}, memory (RSS)", lambda kb: f"{kb / 1024:.1f} MB", None,
                          series(values, kind, "resident_kb"), limit=6 * 1024))
-        # The last one ends the measurement.
-        wakeups = [max(0, idle["wakeups"] - 1 - idle["discovery_datagrams"]) / idle["seconds"]
+        # The last one ends the measurement; below 0: one was for more than one datagram.
+        wakeups = [(idle["wakeups"] - 1 - idle["discovery_datagrams"]) / idle["seconds"]
                    for idle in values.get(kind, []) if idle]
-        rows.append(Goal(f"idle node {words}, wake-ups beside SD", "{:.1f} /s".format, None, wakeups, limit=0))
+        rows.append(Goal(f"idle node {words}, wake-ups beside SD", "{:.2f} /s".format, None, wakeups, limit=0))
     rows.append(Goal("start to first event", ns, None, series(values, "first event", "first_event_ns"), limit=30e6))
     return rows
 
@@ -269,14 +269,14 @@ def conversion(values):
     def at(name, *path):
         return series(values, "conversion " + name, *path)
 
-    def beside_memcpy(what, name, at_most=None):
+    def beside_memcpy(what, name, at_most):
         return Goal(what, ns, at(name, "floor", "ns"), at(name, "ns"), at_most=at_most)
 
-    def beside_little(what, name):
-        """Of so few bytes that what does not depend on their number is a good part of it: not judged, but told."""
-        row = beside_memcpy(what, name)
-        if row.ratio is not None and row.ratio > 1.5:
-            row.remark = f"above 1.5 ×, by {row.ours - 1.5 * row.floor:.0f} ns"
+    def swapped(what, name):
+        """Of few numbers what does not depend on their number is a good part of it."""
+        row = beside_memcpy(what, name, 1.5)
+        if row.met is False:
+            row.remark = f"by {row.ours - 1.5 * row.floor:.0f} ns"
         return row
 
     rows = []
@@ -300,11 +300,9 @@ def conversion(values):
         rows += [beside_memcpy(f"PointCloud2 of {points:,} points {way}", f"point_cloud_{name}/points:{points}", 1.15)
                  for points in POINTS]
     for way in "to_someip", "to_cdr":
-        rows += [beside_memcpy(f"{floats:,} floats swapped {words(way)}",
-                               f"float_array_swapped_{way}/floats:{floats}", 1.5)
-                 for floats in (4000, 100_000, 2_000_000)]
-        rows += [beside_little(f"1,000 floats swapped {words(way)}", f"float_array_swapped_{way}/floats:1000"),
-                 beside_little(f"LaserScan of 1,081 ranges and intensities {words(way)}", f"laser_scan_{way}")]
+        rows += [swapped(f"{floats:,} floats swapped {words(way)}", f"float_array_swapped_{way}/floats:{floats}")
+                 for floats in (1000, 4000, 100_000, 2_000_000)]
+        rows.append(swapped(f"LaserScan of 1,081 ranges and intensities {words(way)}", f"laser_scan_{way}"))
     for kind, what in NESTED.items():
         for way in "to_someip", "to_cdr":
             name, _, argument = kind.partition("/")

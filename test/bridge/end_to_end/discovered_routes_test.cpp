@@ -62,6 +62,16 @@ class DiscoveredRoutes : public BridgeTest {
     return bridge_->counter("pattern /s/**", name);
   }
 
+  /// What was logged, but for the buffers that the machine does not grant.
+  [[nodiscard]] std::string logged() const {
+    std::istringstream all{log_.str()};
+    std::string rest;
+    for (std::string line; std::getline(all, line);) {
+      rest += line.find("the system grants") == std::string::npos ? line + "\n" : "";
+    }
+    return rest;
+  }
+
   const std::string folder_ = testing::TempDir() + "trestle-discovered-" + std::to_string(getpid());
   const std::string lock_file_ = folder_ + "/trestle.lock";
   std::ostringstream log_;
@@ -104,7 +114,7 @@ TEST_F(DiscoveredRoutes, CarryATopicThatIsPublishedLater) {
   EXPECT_EQ(of_pattern("routes_made"), 3U);
   EXPECT_EQ(locked(), (std::map<std::string, int>{{"/s/a", id_of_a}}));
   bridge_.reset();
-  EXPECT_EQ(log_.str(), "");
+  EXPECT_EQ(logged(), "");
 }
 
 TEST_F(DiscoveredRoutes, FindWhoWasThereBefore) {
@@ -262,7 +272,7 @@ TEST_F(DiscoveredRoutes, LeaveIdsToOthersWhoOfferThem) {
   ASSERT_TRUE(until([&] { return of_pattern("routes") == 2; }));
   EXPECT_EQ(locked(), (std::map<std::string, int>{{"/s/a", id_of_a + 1}, {"/s/b", id_of_b}}));
   bridge_.reset();
-  EXPECT_EQ(log_.str(), "");
+  EXPECT_EQ(logged(), "");
 }
 
 TEST_F(DiscoveredRoutes, SayWhenSomebodyElseOffersTheirs) {
