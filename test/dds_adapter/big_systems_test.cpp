@@ -67,16 +67,22 @@ class BigSystems : public DdsTest {
   const std::string folder_ = testing::TempDir() + "trestle-big-" + std::to_string(getpid());
 };
 
-/// A UDP port of 127.0.0.1 that nobody has at the moment.
+/// A UDP port of 127.0.0.1 that nobody has at the moment. None of those that the system gives to whoever asks
+/// for any, or another test could have it before it is used.
 std::uint16_t free_port() {
-  const int fd = socket(AF_INET, SOCK_DGRAM, 0);
+  constexpr unsigned first = 20'000;
+  constexpr unsigned count = 10'000;
+  static unsigned tries = static_cast<unsigned>(getpid()) * 8;
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof(address);
-  bind(fd, reinterpret_cast<const sockaddr*>(&address), size);    // NOLINT(*-reinterpret-cast)
-  getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size);  // NOLINT(*-reinterpret-cast)
-  close(fd);
+  bool free = false;
+  while (!free) {
+    address.sin_port = htons(static_cast<std::uint16_t>(first + ++tries % count));
+    const int fd = socket(AF_INET, SOCK_DGRAM, 0);
+    free = bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;  // NOLINT(*-cast)
+    close(fd);
+  }
   return ntohs(address.sin_port);
 }
 
