@@ -66,8 +66,10 @@ struct Side {
                      .on_event = {}}},
         writer{participant.create_writer(name(options, writes), type(), qos())},
         reader{participant.create_reader(name(options, reads), type(), qos(), std::move(on_sample))} {
-    for (const std::string& line : participant.buffers_not_granted()) {
-      options.warn("DDS: " + line);
+    if (options.warn) {
+      for (const std::string& line : participant.buffers_not_granted()) {
+        options.warn("DDS: " + line);
+      }
     }
   }
 

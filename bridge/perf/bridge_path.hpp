@@ -23,7 +23,7 @@ struct PathOptions {
   Duration warm_up{};
   Duration measured{};
   Duration patience{};  ///< for the first sample to come back; and for a later one, at most a second
-  std::function<void(const std::string& line)> warn{};  ///< of what may spoil the figures
+  std::function<void(const std::string& line)> warn{};  ///< of what may spoil the figures; empty: nobody
 };
 
 /// Sends clouds, a further one whenever there is room in the window, and counts half of the time until they
