@@ -22,6 +22,8 @@
 #include <fastdds/dds/topic/TopicDataType.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
 #include <fastdds/rtps/common/WriteParams.hpp>
+#include <fastdds/rtps/transport/ChainingTransport.hpp>
+#include <fastdds/rtps/transport/ChainingTransportDescriptor.hpp>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.hpp>
 #include <fastdds/rtps/transport/UDPv6TransportDescriptor.hpp>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.hpp>
@@ -32,6 +34,8 @@
 #define TRESTLE_FASTDDS_VERSION \
   (FASTRTPS_VERSION_MAJOR * 10000 + FASTRTPS_VERSION_MINOR * 100 + FASTRTPS_VERSION_MICRO)
 #include <fastdds/rtps/attributes/ServerAttributes.h>
+#include <fastdds/rtps/transport/ChainingTransport.h>
+#include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastdds/rtps/transport/UDPv6TransportDescriptor.h>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
@@ -157,6 +161,51 @@ inline void link_rediscovery_guard() noexcept {}
 #else
 void link_rediscovery_guard() noexcept;
 #endif
+
+using Locator = eprosima::fastdds::rtps::Locator;
+using LocatorList = eprosima::fastdds::rtps::LocatorList;
+using Transport = eprosima::fastdds::rtps::TransportInterface;
+using TransportDescriptor = eprosima::fastdds::rtps::TransportDescriptorInterface;
+using TransportReceiver = eprosima::fastdds::rtps::TransportReceiverInterface;
+using ForwardingDescriptor = eprosima::fastdds::rtps::ChainingTransportDescriptor;
+using UdpDescriptor = eprosima::fastdds::rtps::UDPTransportDescriptor;
+using UdpV4Descriptor = eprosima::fastdds::rtps::UDPv4TransportDescriptor;
+
+/// Does what another transport does. Channels and senders are that one's own: Fast DDS's base class would
+/// wrap them, and open a new sender for each peer, as it does not know the wrapped ones again.
+class ForwardingTransport : public eprosima::fastdds::rtps::ChainingTransport {
+ public:
+  using ChainingTransport::ChainingTransport;
+  bool OpenInputChannel(const Locator& locator, TransportReceiver* receiver,
+                        std::uint32_t max_bytes) override {
+    return low_level_transport_->OpenInputChannel(locator, receiver, max_bytes);
+  }
+  bool OpenOutputChannel(eprosima::fastdds::rtps::SendResourceList& senders,
+                         const Locator& locator) override {
+    return low_level_transport_->OpenOutputChannel(senders, locator);
+  }
+  TransportDescriptor* get_configuration() override { return low_level_transport_->get_configuration(); }
+
+ private:
+  // Of what is wrapped: never called.
+#if TRESTLE_FASTDDS_3
+  bool send(rtps::SenderResource* sender, const std::vector<rtps::NetworkBuffer>& buffers,
+            std::uint32_t bytes, rtps::LocatorsIterator* begin, rtps::LocatorsIterator* end,
+            const std::chrono::steady_clock::time_point& until) override {
+    return sender->send(buffers, bytes, begin, end, until);
+  }
+#else
+  bool send(rtps::SenderResource* sender, const rtps::octet* data, std::uint32_t bytes,
+            rtps::LocatorsIterator* begin, rtps::LocatorsIterator* end,
+            const std::chrono::steady_clock::time_point& until) override {
+    return sender->send(data, bytes, begin, end, until);
+  }
+#endif
+  void receive(TransportReceiver* receiver, const rtps::octet* data, std::uint32_t bytes,
+               const Locator& local, const Locator& remote) override {
+    receiver->OnDataReceived(data, bytes, local, remote);
+  }
+};
 
 using Guid = rtps::GUID_t;
 using Prefix = decltype(Guid::guidPrefix);

@@ -46,6 +46,14 @@ Participant::~Participant() {
   }
 }
 
+int Participant::incoming() const noexcept {
+  return core_->sockets() != nullptr ? core_->sockets()->incoming() : -1;
+}
+void Participant::receive() {
+  if (core_->sockets() != nullptr) {
+    core_->sockets()->receive();
+  }
+}
 std::string Participant::guid() const {
   return core_->guid();
 }

@@ -19,11 +19,11 @@
 /// A sample is CDR as it is on the wire: a 4-byte encapsulation header (`00 00` big endian, `00 01` little
 /// endian, then two option bytes), then the XCDR1 body. All types are keyless, as those of ROS 2 are.
 ///
-/// Threads: all functions may be called from any thread. Callbacks come on threads of DDS, or, between two
-/// participants of one process, on the thread that calls create_… or write(), and while DDS holds locks of
-/// the reader: they must be quick and never wait for something, and they must not create or destroy a
-/// participant, reader or writer. Don't hold a lock that a callback takes while calling in here (which
-/// includes releasing a Sample).
+/// Threads: all functions may be called from any thread. Callbacks come on threads of DDS, on the one that
+/// calls Participant::receive(), or, between two participants of one process, on the thread that calls
+/// create_… or write(), and while DDS holds locks of the reader: they must be quick and never wait for
+/// something, and they must not create or destroy a participant, reader or writer. Don't hold a lock that a
+/// callback takes while calling in here (which includes releasing a Sample).
 namespace trestle::dds {
 
 using ByteView = std::span<const std::byte>;
@@ -95,6 +95,11 @@ struct ParticipantConfig {
   /// The folder of an enclave of ROS 2's security: certificates, key, governance and permissions. Empty: no
   /// security.
   std::string security_folder{};
+  /// What comes by UDP for readers and writers is received by Participant::receive(), which has to be called
+  /// whenever incoming() is readable, and by no thread of DDS: so samples need not be handed to the thread
+  /// that works with them. Discovery, multicast, shared memory and what transports or locators of a profile
+  /// receive is left to the threads of DDS.
+  bool polled = false;
   std::function<void(const Event&)> on_event;  ///< may be empty; see "Threads" above
   /// Participant::writers() has changed. As on_event.
   std::function<void()> on_writers{};
@@ -290,7 +295,8 @@ class Writer {
 
   /// Readers that receive from this writer, those of the own participant not counted.
   [[nodiscard]] std::size_t matched() const;
-  /// Waits until all matched reliable readers have acknowledged everything; false when time ran out.
+  /// Waits until all matched reliable readers have acknowledged everything; false when time ran out. (Of a
+  /// participant that is polled somebody else has to receive() meanwhile.)
   [[nodiscard]] bool wait_until_received(std::chrono::nanoseconds limit) const;
   [[nodiscard]] WriterCounters counters() const;
   [[nodiscard]] Guid guid() const;
@@ -333,6 +339,12 @@ class Participant {
   [[nodiscard]] std::vector<FoundWriter> writers() const;
   /// How many readers and writers were discovered when there was no room to remember them.
   [[nodiscard]] std::uint64_t not_remembered() const;
+
+  /// A descriptor that is readable when receive() has something to do; -1: never, see
+  /// ParticipantConfig::polled. Valid as long as the participant, its readers or its writers.
+  [[nodiscard]] int incoming() const noexcept;
+  /// Receives some of what has come: callbacks of samples come within it. Not to be called within a callback.
+  void receive();
 
   /// GUID prefix of this participant, as hexadecimal digits: what others see as `peer`.
   [[nodiscard]] std::string guid() const;

@@ -7,6 +7,7 @@
 #include "dds_adapter/link.hpp"
 #include "dds_adapter/participant_qos.hpp"
 #include "dds_adapter/policies.hpp"
+#include "dds_adapter/polled_udp.hpp"
 #include "dds_adapter/raw_type.hpp"
 #include "dds_adapter/socket_buffers.hpp"
 
@@ -56,7 +57,10 @@ fast::Guid to_fast(const Guid& guid) noexcept {
 }
 
 ParticipantCore::ParticipantCore(const ParticipantConfig& config)
-    : graph_{config, [this] { on_names(); }}, on_event_{config.on_event}, on_writers_{config.on_writers} {
+    : sockets_{config.polled ? std::make_shared<SampleSockets>() : nullptr},
+      graph_{config, [this] { on_names(); }},
+      on_event_{config.on_event},
+      on_writers_{config.on_writers} {
   fast::link_type_object_guard();
   fast::link_rediscovery_guard();
   link_sanitizer_hints();
@@ -68,7 +72,7 @@ ParticipantCore::ParticipantCore(const ParticipantConfig& config)
     throw DdsError{"the lease of a DDS participant is from 100 ms to 24 h"};
   }
   check_interfaces(config.interfaces);
-  const fast::DomainParticipantQos qos = participant_qos(config);
+  const fast::DomainParticipantQos qos = participant_qos(config, sockets_);
   // The callbacks of discovery come whatever the mask says, and from now on.
   auto* factory = fast::DomainParticipantFactory::get_instance();
   participant_ = factory->create_participant(config.domain, qos, this, fast::StatusMask::none());
@@ -115,8 +119,7 @@ std::vector<std::string> ParticipantCore::buffers_not_granted() const {
   std::uint32_t receive_bytes = 0;
   std::uint32_t send_bytes = 0;
   for (const auto& transport : participant_->get_qos().transport().user_transports) {
-    if (const auto* udp =
-            dynamic_cast<const eprosima::fastdds::rtps::UDPTransportDescriptor*>(transport.get())) {
+    if (const auto* udp = udp_of(*transport)) {
       receive_bytes = std::max(receive_bytes, udp->receiveBufferSize);
       send_bytes = std::max(send_bytes, udp->sendBufferSize);
     }

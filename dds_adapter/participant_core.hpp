@@ -10,6 +10,7 @@
 #include "dds_adapter/fastdds_compat.hpp"
 #include "dds_adapter/participant.hpp"
 #include "dds_adapter/ros_graph.hpp"
+#include "dds_adapter/sample_sockets.hpp"
 
 namespace trestle::dds::detail {
 
@@ -79,6 +80,7 @@ class ParticipantCore final : private fast::DiscoveryListener {
   [[nodiscard]] std::string guid() const { return to_hex(prefix_); }
   [[nodiscard]] bool shares_memory() const;
   [[nodiscard]] std::vector<std::string> buffers_not_granted() const;
+  [[nodiscard]] SampleSockets* sockets() const noexcept { return sockets_.get(); }
   [[nodiscard]] Vendor vendor(const fast::Prefix& participant) const;
   [[nodiscard]] fast::Publisher* publisher() const noexcept { return publisher_; }
   [[nodiscard]] fast::Subscriber* subscriber() const noexcept { return subscriber_; }
@@ -109,6 +111,7 @@ class ParticipantCore final : private fast::DiscoveryListener {
     std::size_t users = 0;
   };
 
+  const std::shared_ptr<SampleSockets> sockets_;  ///< of one that is polled
   RosGraph graph_;
   fast::DomainParticipant* participant_ = nullptr;
   fast::Publisher* publisher_ = nullptr;

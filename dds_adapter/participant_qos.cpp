@@ -7,6 +7,8 @@
 #include <memory>
 #include <utility>
 
+#include "dds_adapter/polled_udp.hpp"
+
 namespace trestle::dds::detail {
 
 namespace {
@@ -32,7 +34,8 @@ void load_profile(const ParticipantConfig& config, fast::DomainParticipantQos& q
 }
 
 /// `qos`: by default, or as a profile has it.
-void set_transports(const ParticipantConfig& config, fast::DomainParticipantQos& qos) {
+void set_transports(const ParticipantConfig& config, const std::shared_ptr<SampleSockets>& sockets,
+                    fast::DomainParticipantQos& qos) {
   auto& transport = qos.transport();
   // Fast DDS's own built-in ones are never used: shared memory is among them.
   bool wants_udp = std::exchange(transport.use_builtin_transports, false);
@@ -46,11 +49,11 @@ void set_transports(const ParticipantConfig& config, fast::DomainParticipantQos&
   const auto or_ours = [](std::uint32_t of_profile) {
     return of_profile != 0 ? of_profile : socket_buffer_bytes;
   };
-  const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+  const auto udp = std::make_shared<fast::UdpV4Descriptor>();
   udp->interfaceWhiteList = config.interfaces;
   udp->sendBufferSize = or_ours(transport.send_socket_buffer_size);
   udp->receiveBufferSize = or_ours(transport.listen_socket_buffer_size);
-  transport.user_transports.push_back(udp);
+  transport.user_transports.push_back(sockets ? received_by(sockets, udp) : udp);
   if (config.shared_memory == true) {
     const auto shared = std::make_shared<eprosima::fastdds::rtps::SharedMemTransportDescriptor>();
     shared->segment_size(shared_memory_bytes);
@@ -95,14 +98,15 @@ void set_security(const std::string& folder, fast::DomainParticipantQos& qos) {
 
 }  // namespace
 
-fast::DomainParticipantQos participant_qos(const ParticipantConfig& config) {
+fast::DomainParticipantQos participant_qos(const ParticipantConfig& config,
+                                           const std::shared_ptr<SampleSockets>& sockets) {
   fast::DomainParticipantQos qos;
   const bool has_profile = !config.profiles_file.empty();
   if (has_profile) {
     load_profile(config, qos);
   }
   qos.name(config.name);
-  set_transports(config, qos);
+  set_transports(config, sockets, qos);
   // A profile's lease stays, unless one is asked for.
   if (!has_profile || config.lease != ParticipantConfig{}.lease) {
     set_lease(config.lease, qos);

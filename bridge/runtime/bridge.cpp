@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "bridge/config/ros_environment.hpp"
+#include "bridge/runtime/dds_receiver.hpp"
 #include "bridge/runtime/dds_words.hpp"
 #include "bridge/runtime/discovered_routes.hpp"
 #include "bridge/runtime/inbound_route.hpp"
@@ -138,7 +139,7 @@ struct Bridge::State {
                                             log_at(spdlog::level::warn));
         })} {}
 
-  void join_dds(const BridgeConfig& config) {
+  void join_dds(boost::asio::io_context& io, const BridgeConfig& config) {
     participant = start_at(config, config.dds.mark, [&] {
       return std::make_unique<dds::Participant>(
           dds::ParticipantConfig{.domain = config.dds.domain.value_or(0),
@@ -153,6 +154,7 @@ struct Bridge::State {
                                  .profile = config.dds.profile,
                                  .discovery_servers = servers(config.dds.discovery_servers),
                                  .security_folder = security_folder(config.dds.security),
+                                 .polled = true,
                                  .on_event =
                                      [log = logger, watched = watch](const dds::Event& event) {
                                        log_dds(*log, event);
@@ -160,6 +162,7 @@ struct Bridge::State {
                                      },
                                  .on_writers = [watched = watch] { watched->on_writers(); }});
     });
+    receiver.emplace(io, *participant);
     for (const std::string& line : participant->buffers_not_granted()) {
       logger->warn("DDS {}", line);
     }
@@ -231,6 +234,7 @@ struct Bridge::State {
   std::shared_ptr<spdlog::logger> logger = spdlog::default_logger();
   std::shared_ptr<TopicWatch> watch;
   std::unique_ptr<dds::Participant> participant;
+  std::optional<DdsReceiver> receiver;
   std::unique_ptr<sd::Node> node;
   std::vector<std::unique_ptr<RouteGetter>> getters;
   std::vector<std::unique_ptr<ServiceOffer>> offers;
@@ -283,7 +287,7 @@ Bridge::Bridge(boost::asio::io_context& io, const BridgeConfig& config, TypeLibr
     state_->discovered = std::make_unique<DiscoveredRoutes>(io, *state_->node, config, types, report);
     state_->watch->watch_writers([discovered = state_->discovered.get()] { discovered->changed(); });
   }
-  state_->join_dds(config);
+  state_->join_dds(io, config);
   auto inbound = state_->inbound.begin();
   auto getter = state_->getters.begin();
   for (std::size_t i = 0; i < config.routes.size(); ++i) {

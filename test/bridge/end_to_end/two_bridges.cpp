@@ -61,13 +61,10 @@ std::uint64_t counter_of(const std::vector<bridge::CounterGroup>& groups, const 
 
 }  // namespace
 
-std::future<bool> RunningBridge::busy_until(const std::string& group, const std::string& name,
-                                            std::uint64_t value) {
-  const auto result = std::make_shared<std::promise<bool>>();
-  boost::asio::post(state_->io, [result, group, name, value, &bridge = *state_->bridge] {
-    result->set_value(eventually([&] { return counter_of(bridge.counters(), group, name) == value; }));
-  });
-  return result->get_future();
+std::promise<void> RunningBridge::busy() {
+  std::promise<void> over;
+  boost::asio::post(state_->io, [is_over = over.get_future()] { is_over.wait(); });
+  return over;
 }
 
 std::thread::id RunningBridge::thread() const {

@@ -22,10 +22,8 @@ class RunningBridge {
   [[nodiscard]] std::vector<bridge::CounterGroup> counters();
   /// The counter `name` of the group whose name begins with `group`.
   [[nodiscard]] std::uint64_t counter(const std::string& group, const std::string& name);
-  /// Keeps its thread from all else until the counter has this value: what arrives meanwhile has to wait.
-  /// @return false when it never got there.
-  [[nodiscard]] std::future<bool> busy_until(const std::string& group, const std::string& name,
-                                             std::uint64_t value);
+  /// Keeps its thread from all else until the promise is kept or gone: what arrives meanwhile has to wait.
+  [[nodiscard]] std::promise<void> busy();
 
  private:
   struct State;

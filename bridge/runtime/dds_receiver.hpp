@@ -1,0 +1,27 @@
+#pragma once
+#include <memory>
+
+#include "dds_adapter/participant.hpp"
+
+namespace boost::asio {
+class io_context;
+}
+
+namespace trestle::bridge {
+
+/// Receives what comes for a participant that is polled, on the thread that runs the io_context: a sample
+/// does not change threads on its way through the bridge.
+class DdsReceiver {
+ public:
+  /// @param participant  outlives it.
+  DdsReceiver(boost::asio::io_context& io, dds::Participant& participant);
+  ~DdsReceiver();
+  DdsReceiver(const DdsReceiver&) = delete;
+  DdsReceiver& operator=(const DdsReceiver&) = delete;
+
+ private:
+  struct State;
+  std::shared_ptr<State> state_;
+};
+
+}  // namespace trestle::bridge
