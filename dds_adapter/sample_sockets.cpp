@@ -107,12 +107,12 @@ bool SampleSockets::is_open(std::uint16_t port) const {
 
 bool SampleSockets::close(std::uint16_t port) {
   const std::lock_guard lock{mutex_};
-  const auto closed =
-      std::ranges::stable_partition(sockets_, [&](const Socket& one) { return one.port != port; });
-  close_all({closed.begin(), closed.end()});
-  const bool was_open = !closed.empty();
-  sockets_.erase(closed.begin(), closed.end());
-  return was_open;
+  const auto kept =
+      std::partition(sockets_.begin(), sockets_.end(), [&](const Socket& one) { return one.port != port; });
+  const std::vector<Socket> closed{kept, sockets_.end()};
+  sockets_.erase(kept, sockets_.end());
+  close_all(closed);
+  return !closed.empty();
 }
 
 void SampleSockets::receive() {

@@ -3,6 +3,7 @@
 #include <poll.h>
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <atomic>
 #include <fstream>
 #include <memory>
@@ -170,27 +171,31 @@ TEST_F(PolledParticipant, ReceivesBurstsCompletely) {
   EXPECT_TRUE(inbox.wait_for_count(topics * samples));
 }
 
-// Binds a port of loopback, or finds it taken: -1.
-int bind_port(std::uint32_t port) {
-  const int descriptor = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  sockaddr_in at{};
-  at.sin_family = AF_INET;
-  at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  at.sin_port = htons(static_cast<std::uint16_t>(port));
-  if (bind(descriptor, reinterpret_cast<const sockaddr*>(&at), sizeof at) != 0) {
-    close(descriptor);
-    return -1;
+// The first ports that participants try for their readers and writers, of which others come to have them.
+class TakenPorts {
+ public:
+  explicit TakenPorts(std::uint32_t domain) {
+    for (std::uint32_t number = 0; number < 40; ++number) {
+      const int descriptor = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+      sockaddr_in at{};
+      at.sin_family = AF_INET;
+      at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+      at.sin_port = htons(static_cast<std::uint16_t>(7400 + 250 * domain + 11 + 2 * number));
+      EXPECT_EQ(bind(descriptor, reinterpret_cast<const sockaddr*>(&at), sizeof at), 0);
+      descriptors_.push_back(descriptor);
+    }
   }
-  return descriptor;
-}
+  ~TakenPorts() { std::ranges::for_each(descriptors_, close); }
+  TakenPorts(const TakenPorts&) = delete;
+  TakenPorts& operator=(const TakenPorts&) = delete;
+
+ private:
+  std::vector<int> descriptors_;
+};
 
 TEST_F(PolledParticipant, TakesALaterPortWhereTheFirstIsTaken) {
-  const std::uint32_t first = 7400 + 250 * domain_.id() + 11;
-  const int taken = bind_port(first);
-  ASSERT_GE(taken, 0);
+  const TakenPorts taken{domain_.id()};
   Participant to{polled()};
-  EXPECT_EQ(bind_port(first + 2), -1);
-  close(taken);
   const Loop loop{to};
   Participant from{config()};
   Inbox<Bytes> inbox;
