@@ -78,7 +78,9 @@ void Client::on_service(const sd::RemoteService& service, bool available) {
     return;
   }
   phase_ = Phase::preparing;
-  if (options_.events) {
+  // Who calls subscribes, too, as applications do that have both: so the server knows what our socket can
+  // take of its answers.
+  if (options_.events || !options_.plan.tcp) {
     subscription_ = node_.subscribe(
         {.service = options_.service,
          .instance = service.instance,

@@ -204,6 +204,15 @@ void ServiceDiscovery::unreachable(const Endpoint& subscriber) noexcept {
   }
 }
 
+std::uint32_t ServiceDiscovery::receive_buffer_of(const Endpoint& client) const noexcept {
+  for (const slots::Subscription& slot : subscribers_) {
+    if (slot.udp == client && slot.receive_buffer_bytes != 0) {
+      return slot.receive_buffer_bytes;
+    }
+  }
+  return 0;
+}
+
 bool ServiceDiscovery::tcp_ready(const slots::Offer& offer, const Endpoint& client) const noexcept {
   return !settings_.check_tcp_connections || tcp_connections_.find_if([&](const slots::TcpConnection& c) {
     return c.own == offer.tcp && c.remote == client;

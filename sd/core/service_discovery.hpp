@@ -170,6 +170,10 @@ class ServiceDiscovery {
     }
   }
 
+  /// How many bytes of datagrams the socket at this UDP endpoint has room for, as a subscription from there
+  /// tells (of whatever service); 0: none does.
+  [[nodiscard]] std::uint32_t receive_buffer_of(const Endpoint& client) const noexcept;
+
   /// The subscription in this place, below max_subscribers, of the table of all; null when there is none, or
   /// it is to another offer. Valid until the next call that is told the time.
   [[nodiscard]] const slots::Subscription* subscription(OfferHandle offer, std::size_t place) const noexcept;

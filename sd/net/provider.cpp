@@ -439,7 +439,8 @@ ReplyPath Provider::reply_path(const Source& source, bool in_segments) {
           .tcp = source.tcp,
           .in_segments = in_segments,
           .pacing = config_.pacing,
-          .counters = &counters_};
+          .counters = &counters_,
+          .discovery = &discovery_};
 }
 
 // Holds the offer: a handler may withdraw it.

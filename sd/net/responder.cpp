@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "sd/core/service_discovery.hpp"
 #include "sd/net/ports.hpp"
 #include "someip/wire/slices.hpp"
 
@@ -29,7 +30,12 @@ bool ReplyPath::send_bytes(const someip::Header& header, std::span<const ByteVie
     port->sender.send(to, failed, {});
     return false;
   }
-  return port->sender.send(to, header, payload, std::move(keep_alive), pacing);
+  someip::TpPacing paced = pacing;
+  // As the application wants, else as the client can take it, if it tells that in a subscription.
+  if (bytes > someip::max_plain_payload_bytes && !paced.burst) {
+    paced.burst = someip::burst_into(discovery->receive_buffer_of(to));
+  }
+  return port->sender.send(to, header, payload, std::move(keep_alive), paced);
 }
 
 Responder::Responder(Responder&& other) noexcept

@@ -12,6 +12,7 @@ namespace trestle::sd {
 
 struct E2eReply;
 struct NodeCounters;
+class ServiceDiscovery;
 struct TcpPort;
 struct UdpPort;
 
@@ -24,6 +25,7 @@ struct ReplyPath {
   bool in_segments = true;           ///< whether a large answer may go over UDP  [feat_req_someiptp_788]
   someip::TpPacing pacing{};         ///< of a large answer over UDP
   NodeCounters* counters = nullptr;  ///< of the node, which no port outlives
+  const ServiceDiscovery* discovery = nullptr;   ///< likewise
   std::shared_ptr<const E2eReply> protection{};  ///< none: without end-to-end protection
 
   /// Sends header and payload; false when that is not possible. What must not be sent in segments becomes an

@@ -1,5 +1,5 @@
-// Large events leave in bursts of what each subscriber can take, as its subscription tells; large requests in
-// those of what the server can, if its offer tells.
+// Large events leave in bursts of what each subscriber can take, as its subscription tells, and answers to a
+// client that has subscribed likewise; large requests in those of what the server can, if its offer tells.
 #include "test/covers.hpp"
 #include "test/sd/net/two_nodes.hpp"
 
@@ -297,6 +297,67 @@ TEST_F(RequestPacing, IsOnlyToldWhereLargeRequestsAreExpected) {
   server.offer(std::move(own));
   EXPECT_EQ(burst_of_request(client), 48U);
   EXPECT_THAT(configuration, ElementsAre(ConfigurationText{"key", "value"}));
+}
+
+// Of an answer of 200 segments.
+class AnswerPacing : public Pacing {
+ protected:
+  static constexpr MethodId give{0x0002};
+  static constexpr MethodId give_slowly{0x0003};
+
+  static ServiceSpec giving_large_answers() {
+    const RequestHandler handler = [](const Message&, Responder responder) {
+      const auto answer = numbers(200 * 1392);
+      responder.respond(answer);
+    };
+    ServiceSpec service = spec();
+    service.methods = {{.id = give, .handler = handler},
+                       {.id = give_slowly, .handler = handler, .pacing = someip::TpPacing{.burst = 7}}};
+    return service;
+  }
+  std::uint64_t burst_of_answer(Node& server, Node& client, MethodId method = give) {
+    const RequirementId required = client.require({.service = ServiceId{0x1234}});
+    EXPECT_TRUE(run_until([&] { return !client.available(required).empty(); }));
+    run_for(2ms);  // from the burst before
+    const std::uint64_t before = server.sender_counters().datagrams;
+    outcomes.clear();
+    client.call(required, {.method = method}, {}, note());
+    EXPECT_TRUE(run_until([&] { return server.sender_counters().datagrams > before; }));
+    const std::uint64_t burst = server.sender_counters().datagrams - before;
+    EXPECT_TRUE(run_until([&] { return outcomes.size() == 1; }));
+    EXPECT_EQ(outcomes.at(0).payload, numbers(200 * 1392));
+    return burst;
+  }
+};
+
+TEST_F(AnswerPacing, IsThatOfTheClientsBufferIfItHasSubscribed) {
+  covers({"feat_req_someiptp_801", "feat_req_someipsd_946"});
+  Node server{io, quick(test::server_address)};
+  Node client{io, with_buffer(test::client_address, 100'000)};
+  server.offer(giving_large_answers());
+  EXPECT_EQ(burst_of_answer(server, client), 48U) << "it has not told";
+  subscribe(client);
+  EXPECT_EQ(burst_of_answer(server, client), 21U);
+  EXPECT_EQ(burst_of_answer(server, client, give_slowly), 7U) << "as the application wants";
+}
+
+TEST_F(AnswerPacing, IsNotThatOfAnotherClient) {
+  Node server{io, quick(test::server_address)};
+  Node client{io, quick(test::client_address)};
+  Node other{io, with_buffer(test::other_address, 100'000)};
+  server.offer(giving_large_answers());
+  subscribe(other);
+  EXPECT_EQ(burst_of_answer(server, client), 48U);
+}
+
+TEST_F(AnswerPacing, IsTheDefaultForAClientThatDoesNotTell) {
+  Node server{io, quick(test::server_address)};
+  NodeConfig config = with_buffer(test::client_address, 100'000);
+  config.discovery.tell_receive_buffer = false;
+  Node client{io, config};
+  server.offer(giving_large_answers());
+  subscribe(client);
+  EXPECT_EQ(burst_of_answer(server, client), 48U);
 }
 
 }  // namespace
