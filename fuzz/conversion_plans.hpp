@@ -126,25 +126,28 @@ struct Plans {
 /// Takes the two bytes from `input`; nothing when there are none.
 inline const Plans* choose(ByteView& input) {
   static const std::vector<std::vector<Plans>> all = [] {
-    std::vector<bridge::TypeTree> trees{everything()};
-    bridge::TypeLibrary library;
-    for (const char* const name : {"sensor_msgs/PointCloud2", "tf2_msgs/TFMessage", "sensor_msgs/NavSatFix",
-                                   "nav_msgs/Path", "std_msgs/Empty", "sensor_msgs/CameraInfo"}) {
-      trees.push_back(std::move(*library.resolve(name)));
-    }
     std::vector<std::vector<Plans>> result;
-    for (const auto& tree : trees) {
+    const auto add = [&](const bridge::TypeTree& tree) {
       auto& of_type = result.emplace_back();
       for (const auto& rules : all_rules()) {
         of_type.push_back({std::move(*bridge::ConversionPlan::compile(tree, rules, 1)),
                            std::move(*bridge::ConversionPlan::compile(tree, rules, SIZE_MAX))});
       }
+    };
+    add(everything());
+    bridge::TypeLibrary library;
+    for (const char* const name : {"sensor_msgs/PointCloud2", "tf2_msgs/TFMessage", "sensor_msgs/NavSatFix",
+                                   "nav_msgs/Path", "std_msgs/Empty", "sensor_msgs/CameraInfo"}) {
+      add(*library.resolve(name));
     }
     auto& with_rules = result.emplace_back();
     for (const auto& rules : all_type_rules()) {
       const auto tree = everything_with_rules();
       with_rules.push_back({std::move(*bridge::ConversionPlan::compile(tree, rules, 1)),
                             std::move(*bridge::ConversionPlan::compile(tree, rules, SIZE_MAX)), true});
+    }
+    for (const char* const name : {"sensor_msgs/LaserScan", "std_msgs/Float64MultiArray"}) {
+      add(*library.resolve(name));  // behind the others, between which the seeds choose
     }
     return result;
   }();

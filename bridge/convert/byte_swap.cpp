@@ -24,30 +24,36 @@ void swap_each(std::byte* to, const std::byte* from, std::size_t count) noexcept
 
 #if defined(__x86_64__)
 
-/// Where each byte of a block comes from, within its 16.
-template <std::size_t block>
-std::array<std::uint8_t, block> sources(std::size_t width) noexcept {
-  std::array<std::uint8_t, block> from_byte;
-  for (std::size_t i = 0; i < block; ++i) {
-    from_byte[i] = static_cast<std::uint8_t>((i ^ (width - 1)) % 16);
+constexpr std::size_t avx2_block = 32;
+constexpr std::size_t avx512_block = 64;
+
+/// Where each byte of a block comes from, within its 16, for numbers of 2, 4 and 8 bytes.
+constexpr auto sources = [] {
+  std::array<std::array<std::uint8_t, avx512_block>, 3> from_byte{};
+  for (std::size_t k = 0; k < from_byte.size(); ++k) {
+    for (std::size_t i = 0; i < avx512_block; ++i) {
+      from_byte[k][i] = static_cast<std::uint8_t>((i ^ ((2U << k) - 1)) % 16);
+    }
   }
   return from_byte;
+}();
+/// For numbers of `width` bytes.
+const void* sources_of(std::size_t width) noexcept {
+  return sources[width / 4].data();
 }
 
 // Two functions that are alike: a template cannot have the instructions of one or the other.
 //
 // From the first block boundary of the target on no store crosses two lines of the cache, if numbers can be
-// there: what is before it is done once more by the block at the front. Four blocks a turn: how fast a loop
-// of one is depends on where the linker puts it.
+// there: what is before it is done once more by the block at the front, and what is left at the end by one
+// that ends there. Four blocks a turn: how fast a loop of one is depends on where the linker puts it.
 
-/// Reverses the bytes of each number in whole blocks.
-/// @return bytes done, at the front.
-__attribute__((target("avx2"))) std::size_t swap_avx2(std::byte* to, const std::byte* from, std::size_t bytes,
-                                                      std::size_t width) noexcept {
-  constexpr std::size_t block = 32;
-  const auto order = sources<block>(width);
-  const void* const order_at = order.data();
-  const __m256i shuffle = _mm256_loadu_si256(static_cast<const __m256i*>(order_at));
+/// Reverses the bytes of each number.
+/// @param bytes  at least a block.
+__attribute__((target("avx2"))) void swap_avx2(std::byte* to, const std::byte* from, std::size_t bytes,
+                                               std::size_t width) noexcept {
+  constexpr std::size_t block = avx2_block;
+  const __m256i shuffle = _mm256_loadu_si256(static_cast<const __m256i*>(sources_of(width)));
   const auto swap_block = [&](std::size_t at) __attribute__((target("avx2"), always_inline)) {
     const void* const source = from + at;
     void* const target = to + at;
@@ -56,7 +62,7 @@ __attribute__((target("avx2"))) std::size_t swap_avx2(std::byte* to, const std::
   };
   std::size_t done = 0;
   const std::size_t to_boundary = (0 - reinterpret_cast<std::uintptr_t>(to)) & (block - 1);
-  if (bytes >= block && to_boundary % width == 0) {
+  if (to_boundary % width == 0) {
     swap_block(0);
     done = to_boundary;
   }
@@ -69,21 +75,22 @@ __attribute__((target("avx2"))) std::size_t swap_avx2(std::byte* to, const std::
   for (; bytes - done >= block; done += block) {
     swap_block(done);
   }
-  return done;
+  if (done != bytes) {
+    swap_block(bytes - block);
+  }
 }
 
 /// The same with half as many instructions.
-__attribute__((target("avx512bw"))) std::size_t swap_avx512(std::byte* to, const std::byte* from,
-                                                            std::size_t bytes, std::size_t width) noexcept {
-  constexpr std::size_t block = 64;
-  const auto order = sources<block>(width);
-  const __m512i shuffle = _mm512_loadu_si512(order.data());
+__attribute__((target("avx512bw"))) void swap_avx512(std::byte* to, const std::byte* from, std::size_t bytes,
+                                                     std::size_t width) noexcept {
+  constexpr std::size_t block = avx512_block;
+  const __m512i shuffle = _mm512_loadu_si512(sources_of(width));
   const auto swap_block = [&](std::size_t at) __attribute__((target("avx512bw"), always_inline)) {
     _mm512_storeu_si512(to + at, _mm512_shuffle_epi8(_mm512_loadu_si512(from + at), shuffle));
   };
   std::size_t done = 0;
   const std::size_t to_boundary = (0 - reinterpret_cast<std::uintptr_t>(to)) & (block - 1);
-  if (bytes >= block && to_boundary % width == 0) {
+  if (to_boundary % width == 0) {
     swap_block(0);
     done = to_boundary;
   }
@@ -96,7 +103,9 @@ __attribute__((target("avx512bw"))) std::size_t swap_avx512(std::byte* to, const
   for (; bytes - done >= block; done += block) {
     swap_block(done);
   }
-  return done;
+  if (done != bytes) {
+    swap_block(bytes - block);
+  }
 }
 
 Shuffle found() noexcept {
@@ -123,12 +132,9 @@ void copy_swapped(std::byte* to, const std::byte* from, std::size_t count, std::
   assert(width == 2 || width == 4 || width == 8);
 #if defined(__x86_64__)
   const std::size_t bytes = count * width;
-  if (bytes >= 64 && shuffle != Shuffle::none) {
-    const std::size_t done = shuffle == Shuffle::avx512 && bytes >= 256 ? swap_avx512(to, from, bytes, width)
-                                                                        : swap_avx2(to, from, bytes, width);
-    to += done;
-    from += done;
-    count -= done / width;
+  if (bytes >= avx2_block && shuffle != Shuffle::none) {
+    return shuffle == Shuffle::avx512 && bytes >= 4 * avx512_block ? swap_avx512(to, from, bytes, width)
+                                                                   : swap_avx2(to, from, bytes, width);
   }
 #else
   static_cast<void>(shuffle);

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -26,28 +27,49 @@ extern const Shuffle best_shuffle;
 void copy_swapped(std::byte* to, const std::byte* from, std::size_t count, std::size_t width,
                   Shuffle shuffle = best_shuffle) noexcept;
 
+/// Copies few bytes: for those a call of memcpy takes longer than the copy.
+__attribute__((always_inline)) inline void copy_few_bytes(std::byte* to, const std::byte* from,
+                                                          std::size_t size) noexcept {
+  // Words, of which the last may overlap the one before.
+  const auto copy = [=](auto word) __attribute__((always_inline)) {
+    for (std::size_t at = 0;; at = std::min(at + sizeof word, size - sizeof word)) {
+      std::memcpy(&word, from + at, sizeof word);
+      std::memcpy(to + at, &word, sizeof word);
+      if (at == size - sizeof word) {
+        return;
+      }
+    }
+  };
+  if (size >= 8) {
+    copy(std::uint64_t{});
+  } else if (size >= 4) {
+    copy(std::uint32_t{});
+  } else if (size >= 2) {
+    copy(std::uint16_t{});
+  } else if (size == 1) {
+    *to = *from;
+  }
+}
+
 /// Copies few numbers of `width` bytes (1, 2, 4 or 8), and reverses the bytes of each if `swap`.
 __attribute__((always_inline)) inline void copy_few_numbers(std::byte* to, const std::byte* from,
                                                             std::size_t count, std::size_t width,
                                                             bool swap) noexcept {
-  const auto copy = [&](auto number) {
-    for (std::size_t i = 0; i < count; ++i, from += sizeof number, to += sizeof number) {
-      std::memcpy(&number, from, sizeof number);
-      if constexpr (sizeof number > 1) {
-        number = swap ? swapped(number) : number;
-      }
-      std::memcpy(to, &number, sizeof number);
+  const auto copy = [=](auto number) __attribute__((always_inline)) {
+    for (std::size_t i = 0; i < count; ++i) {
+      std::memcpy(&number, from + i * sizeof number, sizeof number);
+      number = swapped(number);
+      std::memcpy(to + i * sizeof number, &number, sizeof number);
     }
   };
-  switch (width) {
-    case 1:
-      return copy(std::uint8_t{});
-    case 2:
-      return copy(std::uint16_t{});
-    case 4:
-      return copy(std::uint32_t{});
-    default:
-      return copy(std::uint64_t{});
+  if (!swap || width == 1) {
+    copy_few_bytes(to, from, count * width);
+  } else if (width == 4) {
+    copy(std::uint32_t{});
+  } else if (width == 8) {
+    copy(std::uint64_t{});
+  } else {
+    copy(std::uint16_t{});
   }
 }
 

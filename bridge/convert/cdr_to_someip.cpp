@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cstring>
-#include <limits>
 #include <utility>
 
 #include "bridge/convert/byte_swap.hpp"
@@ -22,27 +21,34 @@ Shape::Conversion whole_to_someip(const Program& program, std::endian order) noe
   return {.program = program.number, .to_cdr = false, .order = order, .position = 0};
 }
 
+/// Whether so many bytes may follow the last field: RTPS pads samples to a multiple of four.
+bool may_follow(const Program& program, std::size_t left) noexcept {
+  return left < 4 || program.may_be_longer;
+}
+
 class CdrToSomeip {
  public:
-  CdrToSomeip(const Program& program, ByteView body, std::endian order, ConversionScratch& out)
-      : program_{program},
-        rules_{program.rules},
-        in_{body},
-        order_{order},
-        swap_{order != rules_.byte_order},
-        strings_{program.strings},
-        wide_strings_{program.wide_strings},
-        quick_{program, body, order, swap_},
+  /// @param at  in the body, where to begin.
+  CdrToSomeip(const QuickToSomeip& quick, std::size_t at, ConversionScratch& out)
+      : program_{quick.program},
+        rules_{program_.rules},
+        in_{quick.body},
+        at_{at},
+        order_{quick.order},
+        swap_{quick.swap},
+        strings_{program_.strings},
+        wide_strings_{program_.wide_strings},
+        quick_{quick},
         out_{out} {}
 
-  bool convert() {
+  /// @param begin  the first operation that is left to do.
+  bool convert(std::size_t begin) {
     const std::size_t end = program_.ops.size();
-    if (!(program_.fields == 0 ? fields(0, end) : block(0, end))) {
+    if (!(begin == 0 && program_.fields == 0 ? fields(0, end) : block(begin, end))) {
       return false;
     }
-    // RTPS pads samples to a multiple of four.
-    return in_.size() - at_ < 4 || program_.may_be_longer ||
-           failure_.set(ConversionFault::trailing_bytes, at_, no_op);
+    return may_follow(program_, in_.size() - at_) ||
+           failure_.set(ConversionFault::trailing_bytes, at_, Program::no_op);
   }
 
   /// After convert() was false; its offset counts from the encapsulation header on.
@@ -59,9 +65,7 @@ class CdrToSomeip {
   [[nodiscard]] std::size_t at() const noexcept { return at_; }
   void skip(std::size_t bytes) noexcept { at_ += bytes; }
   std::size_t quick(std::size_t begin, std::size_t end, std::uint64_t& times) {
-    return program_.quick_strings == usual_strings
-               ? quick_to_someip<true>(quick_, begin, end, times, at_, out_)
-               : quick_to_someip<false>(quick_, begin, end, times, at_, out_);
+    return quick_to_someip<false>(quick_, begin, end, times, at_, out_);
   }
   [[nodiscard]] Shape* recording() const noexcept { return recording_; }
   void recording(Shape* shape) noexcept { recording_ = shape; }
@@ -133,8 +137,6 @@ class CdrToSomeip {
   }
 
  private:
-  static constexpr std::size_t no_op = std::numeric_limits<std::size_t>::max();
-
   struct LengthField {
     std::size_t place;  ///< in the scratch
     std::size_t begin;  ///< position of what it counts
@@ -156,7 +158,9 @@ class CdrToSomeip {
 
   std::size_t quick(std::size_t i, std::size_t end) {
     std::uint64_t once = 1;
-    return i == end || !may_be_quick(program_.ops[i]) || is_recorded() ? i : quick(i, end, once);
+    return i == end || !may_begin_quick(program_, i) || is_recorded() ? i
+           : program_.quick_arrays ? quick_to_someip<true>(quick_, i, end, once, at_, out_)
+                                   : quick(i, end, once);
   }
 
   bool numbers(std::size_t i, const Op& op) {
@@ -553,13 +557,13 @@ class CdrToSomeip {
 
   const Program& program_;
   const someip::PayloadRules& rules_;
-  ByteView in_;         ///< the body: alignment counts from its front
-  std::size_t at_ = 0;  ///< may lie behind the end after align()
-  std::endian order_;   ///< of the CDR
-  bool swap_;           ///< numbers differ in byte order, unless the operation's is the other one
+  ByteView in_;        ///< the body: alignment counts from its front
+  std::size_t at_;     ///< may lie behind the end after align()
+  std::endian order_;  ///< of the CDR
+  bool swap_;          ///< numbers differ in byte order, unless the operation's is the other one
   const StringFrame& strings_;
   const StringFrame& wide_strings_;
-  QuickToSomeip quick_;
+  const QuickToSomeip& quick_;
   ConversionScratch& out_;
   Shape* recording_ = nullptr;
   Failure failure_;
@@ -569,8 +573,16 @@ __attribute__((noinline)) tl::expected<Gathered, ConversionError> by_operations(
     const Program& program, const Shape::Conversion& conversion, ByteView body, std::size_t reference_from,
     ConversionScratch& scratch) {
   scratch.begin(reference_from);
-  CdrToSomeip converter{program, body, conversion.order, scratch};
-  if (!converter.convert()) {
+  const QuickToSomeip quick{program, body, conversion.order, conversion.order != program.rules.byte_order};
+  const auto [begin, at] =
+      begin_quickly(program, body, scratch, [&](std::uint64_t& times, std::size_t& place) {
+        return quick_to_someip<true>(quick, 0, program.ops.size(), times, place, scratch);
+      });
+  if (begin == program.ops.size() && may_follow(program, body.size() - at)) {
+    return scratch.finish();
+  }
+  CdrToSomeip converter{quick, at, scratch};
+  if (!converter.convert(begin)) {
     return tl::unexpected{converter.error()};
   }
   const Gathered made = scratch.finish();

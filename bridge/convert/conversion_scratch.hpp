@@ -68,6 +68,8 @@ class ConversionScratch {
     members_.clear();
   }
 
+  [[nodiscard]] std::size_t reference_from() const noexcept { return reference_from_; }
+
   /// The next `size` bytes of the result, for the caller to fill at once: the next call may move them.
   [[nodiscard]] std::byte* room(std::size_t size) {
     if (size > capacity_ - used_) {

@@ -24,16 +24,17 @@ void find_repeating(Program& program) {
   }
 }
 
+bool is_quick(const Program& program, const Op& op) {
+  return may_be_quick(op) &&
+         (op.kind != Op::Kind::string || (op.fixed_bytes == 0 && program.quick_strings.is_plain));
+}
+
 void find_quick(Program& program) {
   std::vector<Op>& ops = program.ops;
   for (std::size_t i = 0; i < ops.size(); ++i) {
-    ops[i].is_quick =
-        (ops[i].kind == Op::Kind::sequence || ops[i].kind == Op::Kind::repeat) &&
-        std::all_of(
-            ops.begin() + static_cast<std::ptrdiff_t>(i) + 1, ops.begin() + ops[i].end, [&](const Op& op) {
-              return may_be_quick(op) &&
-                     (op.kind != Op::Kind::string || (op.fixed_bytes == 0 && program.quick_strings.is_plain));
-            });
+    ops[i].is_quick = (ops[i].kind == Op::Kind::sequence || ops[i].kind == Op::Kind::repeat) &&
+                      std::all_of(ops.begin() + static_cast<std::ptrdiff_t>(i) + 1, ops.begin() + ops[i].end,
+                                  [&](const Op& op) { return is_quick(program, op); });
   }
 }
 
@@ -68,6 +69,24 @@ bool has_only_bytes(const std::vector<Op>& ops, std::size_t begin) {
   });
 }
 
+/// The first array of numbers of a message that is quick operations and arrays, if it has at most one text or
+/// array of anything else: more of them are quicker compared with those of the message before.
+std::size_t numbers_with_little_else(const Program& program) {
+  std::size_t found = Program::no_op;
+  std::size_t others = 0;
+  for (std::size_t i = 0; i < program.ops.size(); i = behind(program.ops, i)) {
+    const Op& op = program.ops[i];
+    if (op.kind == Op::Kind::number_sequence) {
+      found = std::min(found, i);
+    } else if (op.kind == Op::Kind::sequence || (op.kind == Op::Kind::string && is_quick(program, op))) {
+      ++others;
+    } else if (!is_quick(program, op)) {
+      return Program::no_op;
+    }
+  }
+  return others <= 1 ? found : Program::no_op;
+}
+
 }  // namespace
 
 void find_stretches(Program& program) {
@@ -80,6 +99,10 @@ void find_stretches(Program& program) {
   program.has_shape = pays(ops, program.fields, ops.size());
   program.array_at = array_behind_front(program);
   program.bytes_behind_array = program.array_at != 0 && has_only_bytes(ops, behind(ops, program.array_at));
+  program.quick_arrays = program.quick_strings.is_plain &&
+                         std::ranges::find(ops, Op::Kind::number_sequence, &Op::kind) != ops.end();
+  program.numbers_at =
+      program.quick_arrays && program.array_at == 0 ? numbers_with_little_else(program) : Program::no_op;
   std::uint8_t slot = 0;
   for (std::size_t i = 0; i < ops.size() && slot + 1U < Program::slots; ++i) {
     if (ops[i].kind == Op::Kind::sequence && !ops[i].is_quick && pays(ops, i + 1, ops[i].end)) {

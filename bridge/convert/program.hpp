@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -78,10 +79,12 @@ struct MemberId {
 /// A compiled type. Every converter only reads it, so one program may serve many threads.
 struct Program {
   static constexpr std::size_t slots = 4;
+  static constexpr std::size_t no_op = std::numeric_limits<std::size_t>::max();
 
   explicit Program(const someip::PayloadRules& payload_rules = {})
       : rules{payload_rules},
         quick_strings{rules},
+        is_usual{quick_strings == usual_strings && rules.array_length == someip::FieldWidth::bits32},
         strings{string_frame(rules, rules.string_encoding)},
         wide_strings{string_frame(rules, wide_encoding(rules))} {}
 
@@ -92,12 +95,16 @@ struct Program {
   /// The array of bytes behind that front, if a MessageShape can be made of such messages; 0: it cannot.
   std::size_t array_at = 0;
   bool bytes_behind_array = false;  ///< and then nothing but single bytes, whose place in CDR does not matter
+  bool quick_arrays = false;        ///< there are arrays of numbers, and no padding behind them
+  /// The first of them, if a message has little else; else no_op.
+  std::size_t numbers_at = no_op;
   std::vector<Op> ops;
   std::vector<std::vector<Label>> labels;  ///< for each operation, at least one, sorted by `first`
   std::vector<DefaultValue> defaults;
   std::vector<std::vector<MemberId>> members;  ///< of each tagged struct, sorted by id
   someip::PayloadRules rules;
   QuickFrame quick_strings;
+  bool is_usual;  ///< they are usual_strings, and arrays have length fields of 32 bits
   StringFrame strings;
   StringFrame wide_strings;
   /// CDR samples may be longer than the message: rmw_fastrtps writes down its estimate of their size where an

@@ -1,7 +1,11 @@
 #pragma once
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+
+#include "bridge/convert/byte_swap.hpp"
+#include "dds_adapter/copy_bytes.hpp"
 
 #if defined(__SSE2__)
 #include <emmintrin.h>
@@ -73,6 +77,16 @@ __attribute__((always_inline)) inline bool copy_bools(std::byte* to, const std::
     to[i] = from[i];
   }
   return seen <= std::byte{1};
+}
+
+/// Copies the numbers of an array, of `size` bytes together, and reverses the bytes of each if `swap`.
+inline void copy_array(std::byte* to, const std::byte* from, std::size_t size, std::size_t width,
+                       bool swap) noexcept {
+  if (swap) {
+    copy_swapped(to, from, size >> static_cast<unsigned>(std::countr_zero(width)), width);
+  } else {
+    copy_bytes(to, from, size);
+  }
 }
 
 }  // namespace trestle::bridge

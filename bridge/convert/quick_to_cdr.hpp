@@ -15,18 +15,21 @@ struct QuickToCdr {
 };
 
 /// Does what most operations are, few numbers, booleans and short strings, with everything in registers:
-/// stores of bytes make the compiler doubt all members. For the same reason it is not inlined.
+/// stores of bytes make the compiler doubt all members. For the same reason it is not inlined. It begins a
+/// line of the cache: how fast its loops are depends on their places in one.
 /// @tparam is_usual  the strings are usual_strings, with length fields of 32 bits, or left to others.
+/// @tparam with_arrays  does also arrays of numbers, and empty ones of anything, of programs that have
+///                      Program::quick_arrays; texts take longer then.
 /// @param times     how often to do all of them, one after another; on return, how often is left, with the
 ///                  time that has begun.
 /// @param begin_at  where the operation's fields begin; on return, those of the one that is returned.
 /// @param limit     where they end at the latest.
 /// @return the first operation that it left to do: of another kind, long, or not good.
-template <bool is_usual>
-__attribute__((noinline)) std::size_t quick_to_cdr(const QuickToCdr& source, std::size_t begin,
-                                                   std::size_t end, std::uint64_t& times,
-                                                   std::size_t& begin_at, std::size_t limit,
-                                                   ConversionScratch& out) {
+template <bool is_usual, bool with_arrays>
+__attribute__((noinline, aligned(64))) std::size_t quick_to_cdr(const QuickToCdr& source, std::size_t begin,
+                                                                std::size_t end, std::uint64_t& times,
+                                                                std::size_t& begin_at, std::size_t limit,
+                                                                ConversionScratch& out) {
   constexpr std::size_t most_padding = 7;
   const Program& program = source.program;
   const std::byte* const in = source.in;
@@ -97,6 +100,37 @@ __attribute__((noinline)) std::size_t quick_to_cdr(const QuickToCdr& source, std
       }
       at += count;
       to += count;
+    } else if (with_arrays && (!is_usual || op->length == someip::FieldWidth::bits32) &&
+               (op->kind == Op::Kind::number_sequence || op->kind == Op::Kind::sequence)) {
+      const someip::FieldWidth width = is_usual ? someip::FieldWidth::bits32 : op->length;
+      const std::size_t ahead = bytes(width);
+      if (ahead > limit - at) {
+        break;
+      }
+      const std::size_t length = load_length(in + at, width, strings.length_order);
+      if (length > limit - at - ahead || 4 + length + 2 * most_padding + 1 > space) {
+        break;
+      }
+      std::uint64_t elements = 0;
+      const bool is_swapped = op->width > 1 && swap != op->other_order;
+      if (length != 0) {
+        const std::uint64_t element_bytes = op->count * op->width;
+        elements = op->count == 1 ? length >> std::countr_zero(op->width) : length / element_bytes;
+        if (op->kind == Op::Kind::sequence || elements > op->bound || elements * element_bytes != length ||
+            (!is_swapped && length >= out.reference_from())) {
+          break;
+        }
+      }
+      align_to(4);
+      store_u32(to, static_cast<std::uint32_t>(elements), std::endian::native);
+      to += 4;
+      if (length != 0) {
+        align_to(op->width);
+        copy_array(to, in + at + ahead, length, op->width, is_swapped);
+      }
+      to += length;
+      at += ahead + length;
+      op = op->kind == Op::Kind::sequence ? program.ops.data() + op->end - 1 : op;
     } else {
       break;
     }
@@ -111,6 +145,15 @@ __attribute__((noinline)) std::size_t quick_to_cdr(const QuickToCdr& source, std
   begin_at = at;
   out.use(static_cast<std::size_t>(to - room.data()));
   return left == 0 ? end : static_cast<std::size_t>(op - program.ops.data());
+}
+
+/// The same, whatever the strings are.
+template <bool with_arrays>
+std::size_t quick_to_cdr(const QuickToCdr& source, std::size_t begin, std::size_t end, std::uint64_t& times,
+                         std::size_t& begin_at, std::size_t limit, ConversionScratch& out) {
+  return source.program.is_usual
+             ? quick_to_cdr<true, with_arrays>(source, begin, end, times, begin_at, limit, out)
+             : quick_to_cdr<false, with_arrays>(source, begin, end, times, begin_at, limit, out);
 }
 
 }  // namespace trestle::bridge

@@ -16,16 +16,21 @@ struct QuickToSomeip {
 };
 
 /// Does what most operations are, few numbers, booleans and short strings, with everything in registers:
-/// stores of bytes make the compiler doubt all members. For the same reason it is not inlined.
+/// stores of bytes make the compiler doubt all members. For the same reason it is not inlined. It begins a
+/// line of the cache: how fast its loops are depends on their places in one.
 /// @tparam is_usual  the strings are usual_strings, with length fields of 32 bits, or left to others.
+/// @tparam with_arrays  does also arrays of numbers, and empty ones of anything, of programs that have
+///                      Program::quick_arrays; texts take longer then.
 /// @param times     how often to do all of them, one after another; on return, how often is left, with the
 ///                  time that has begun.
 /// @param begin_at  where the operation's fields begin; on return, those of the one that is returned.
 /// @return the first operation that it left to do: of another kind, long, or not good.
-template <bool is_usual>
-__attribute__((noinline)) std::size_t quick_to_someip(const QuickToSomeip& source, std::size_t begin,
-                                                      std::size_t end, std::uint64_t& times,
-                                                      std::size_t& begin_at, ConversionScratch& out) {
+template <bool is_usual, bool with_arrays>
+__attribute__((noinline, aligned(64))) std::size_t quick_to_someip(const QuickToSomeip& source,
+                                                                   std::size_t begin, std::size_t end,
+                                                                   std::uint64_t& times,
+                                                                   std::size_t& begin_at,
+                                                                   ConversionScratch& out) {
   constexpr std::size_t surplus = 4;  // that a store may write beyond the end of a string
   const Program& program = source.program;
   const std::endian order = source.order;
@@ -92,6 +97,34 @@ __attribute__((noinline)) std::size_t quick_to_someip(const QuickToSomeip& sourc
       }
       at += count;
       to += count;
+    } else if (with_arrays && (!is_usual || op->length == someip::FieldWidth::bits32) &&
+               (op->kind == Op::Kind::number_sequence || op->kind == Op::Kind::sequence)) {
+      const std::size_t behind_count = aligned(at, 4) + 4;
+      if (behind_count > size) {
+        break;
+      }
+      const someip::FieldWidth width = is_usual ? someip::FieldWidth::bits32 : op->length;
+      const std::size_t ahead = bytes(width);
+      const std::uint64_t elements = load_u32(in + behind_count - 4, order);
+      const std::uint64_t element_bytes = op->count * op->width;
+      const std::size_t from = elements == 0 ? behind_count : aligned(behind_count, op->width);
+      if (ahead > space ||
+          (elements != 0 && (op->kind == Op::Kind::sequence || elements > op->bound || from > size ||
+                             exceed(elements, element_bytes, std::min(size - from, space - ahead))))) {
+        break;
+      }
+      const auto length = static_cast<std::size_t>(elements * element_bytes);
+      if (length != 0) {
+        const bool is_swapped = op->width > 1 && swap != op->other_order;
+        if (!fits(width, length) || (!is_swapped && length >= out.reference_from())) {
+          break;
+        }
+        copy_array(to + ahead, in + from, length, op->width, is_swapped);
+      }
+      store_length(to, width, length, strings.length_order);
+      to += ahead + length;
+      at = from + length;
+      op = op->kind == Op::Kind::sequence ? program.ops.data() + op->end - 1 : op;
     } else {
       break;
     }
@@ -106,6 +139,15 @@ __attribute__((noinline)) std::size_t quick_to_someip(const QuickToSomeip& sourc
   begin_at = at;
   out.use(static_cast<std::size_t>(to - room.data()));
   return left == 0 ? end : static_cast<std::size_t>(op - program.ops.data());
+}
+
+/// The same, whatever the strings are.
+template <bool with_arrays>
+std::size_t quick_to_someip(const QuickToSomeip& source, std::size_t begin, std::size_t end,
+                            std::uint64_t& times, std::size_t& begin_at, ConversionScratch& out) {
+  return source.program.is_usual
+             ? quick_to_someip<true, with_arrays>(source, begin, end, times, begin_at, out)
+             : quick_to_someip<false, with_arrays>(source, begin, end, times, begin_at, out);
 }
 
 }  // namespace trestle::bridge

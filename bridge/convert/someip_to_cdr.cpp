@@ -28,22 +28,24 @@ Shape::Conversion whole_to_cdr(const Program& program) noexcept {
 
 class SomeipToCdr {
  public:
-  SomeipToCdr(const Program& program, ByteView payload, ConversionScratch& out)
-      : program_{program},
-        rules_{program.rules},
-        in_{payload.data()},
-        limit_{payload.size()},
-        swap_{rules_.byte_order != std::endian::native},
-        strings_{program.strings},
-        wide_strings_{program.wide_strings},
-        quick_{program, in_, swap_},
+  /// @param at  in the payload, where to begin.
+  SomeipToCdr(const QuickToCdr& quick, std::size_t size, std::size_t at, ConversionScratch& out)
+      : program_{quick.program},
+        rules_{program_.rules},
+        in_{quick.in},
+        at_{at},
+        limit_{size},
+        swap_{quick.swap},
+        strings_{program_.strings},
+        wide_strings_{program_.wide_strings},
+        quick_{quick},
         out_{out},
-        defaults_{program, out} {}
+        defaults_{program_, out} {}
 
-  bool convert() {
-    write(encapsulation);
+  /// @param begin  the first operation that is left to do.
+  bool convert(std::size_t begin) {
     const std::size_t end = program_.ops.size();
-    return program_.fields == 0 ? fields(0, end) : block(0, end);
+    return begin == 0 && program_.fields == 0 ? fields(0, end) : block(begin, end);
   }
 
   /// After convert() was false.
@@ -56,10 +58,7 @@ class SomeipToCdr {
   [[nodiscard]] std::size_t at() const noexcept { return at_; }
   void skip(std::size_t bytes) noexcept { at_ += bytes; }
   std::size_t quick(std::size_t begin, std::size_t end, std::uint64_t& times) {
-    return announced_ ? begin
-           : program_.quick_strings == usual_strings
-               ? quick_to_cdr<true>(quick_, begin, end, times, at_, limit_, out_)
-               : quick_to_cdr<false>(quick_, begin, end, times, at_, limit_, out_);
+    return announced_ ? begin : quick_to_cdr<false>(quick_, begin, end, times, at_, limit_, out_);
   }
   [[nodiscard]] Shape* recording() const noexcept { return recording_; }
   void recording(Shape* shape) noexcept { recording_ = shape; }
@@ -146,8 +145,9 @@ class SomeipToCdr {
 
   std::size_t quick(std::size_t i, std::size_t end) {
     std::uint64_t once = 1;
-    return i == end || !may_be_quick(program_.ops[i]) || announced_ || is_recorded() ? i
-                                                                                     : quick(i, end, once);
+    return i == end || !may_begin_quick(program_, i) || announced_ || is_recorded() ? i
+           : program_.quick_arrays ? quick_to_cdr<true>(quick_, i, end, once, at_, limit_, out_)
+                                   : quick(i, end, once);
   }
 
   bool numbers(std::size_t i, const Op& op) {
@@ -573,13 +573,13 @@ class SomeipToCdr {
   const Program& program_;
   const someip::PayloadRules& rules_;
   const std::byte* in_;
-  std::size_t at_ = 0;
+  std::size_t at_;
   std::size_t limit_;  ///< end of the array or struct that is being read, else of the payload
   std::optional<FieldWidth> announced_;  ///< by a tag: of the length field that comes next
   bool swap_;  ///< numbers differ in byte order, unless the operation's is the other one
   const StringFrame& strings_;
   const StringFrame& wide_strings_;
-  QuickToCdr quick_;
+  const QuickToCdr& quick_;
   ConversionScratch& out_;
   Shape* recording_ = nullptr;
   DefaultWriter defaults_;
@@ -591,8 +591,18 @@ __attribute__((noinline)) tl::expected<Gathered, ConversionError> by_operations(
                                                                                 std::size_t reference_from,
                                                                                 ConversionScratch& scratch) {
   scratch.begin(reference_from);
-  SomeipToCdr converter{program, payload, scratch};
-  if (!converter.convert()) {
+  std::ranges::copy(encapsulation, scratch.room(encapsulation_bytes));
+  const QuickToCdr quick{program, payload.data(), program.rules.byte_order != std::endian::native};
+  const std::size_t size = payload.size();
+  const auto [begin, at] =
+      begin_quickly(program, payload, scratch, [&](std::uint64_t& times, std::size_t& place) {
+        return quick_to_cdr<true>(quick, 0, program.ops.size(), times, place, size, scratch);
+      });
+  if (begin == program.ops.size()) {
+    return scratch.finish();
+  }
+  SomeipToCdr converter{quick, size, at, scratch};
+  if (!converter.convert(begin)) {
     return tl::unexpected{converter.error()};
   }
   const Gathered made = scratch.finish();

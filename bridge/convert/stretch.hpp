@@ -3,8 +3,15 @@
 
 #include "bridge/convert/conversion_scratch.hpp"
 #include "bridge/convert/program.hpp"
+#include "bridge/convert/wire_forms.hpp"
 
 namespace trestle::bridge {
+
+/// How far the conversion of a message has come.
+struct Progress {
+  std::size_t op = 0;  ///< the next one
+  std::size_t at = 0;  ///< in the input
+};
 
 /// Runs the operations from `i` on, up to `end`, and tells `shape` what they do.
 /// @param i  on return, the first operation that is no part of the shape and has not run.
@@ -54,6 +61,30 @@ bool convert_stretch(Converter& converter, std::size_t slot, std::size_t begin, 
     }
   }
   return i == end || converter.block(i, end);
+}
+
+/// Begins a message that has little else than arrays of numbers, and mostly ends it. All that others need for
+/// it would take as long again.
+/// @param quick  (times, at): a quick loop with arrays over all operations.
+/// @return how far it came, in the scratch, too.
+template <typename Quick>
+Progress begin_quickly(const Program& program, ByteView input, ConversionScratch& out, const Quick& quick) {
+  // Elements of another array in front would end it at once.
+  const bool is_to_no_avail = program.ops[0].kind == Op::Kind::sequence && input.size() >= 4 &&
+                              load_u32(input.data(), std::endian::native) != 0;
+  if (program.numbers_at == Program::no_op || is_to_no_avail) {
+    return {};
+  }
+  const std::size_t before = out.copied();
+  std::uint64_t once = 1;
+  std::size_t at = 0;
+  const std::size_t op = quick(once, at);
+  if (op < program.numbers_at && program.has_shape) {
+    // It is little, and may be known from the message before.
+    out.give_back(out.copied() - before);
+    return {};
+  }
+  return {op, at};
 }
 
 /// Converts elements, if they are nothing but quick operations, and as long as they are.

@@ -139,5 +139,10 @@ inline constexpr std::size_t most_quick_bytes = 64;
   return op.kind == Op::Kind::string || ((op.kind == Op::Kind::numbers || op.kind == Op::Kind::bools) &&
                                          !exceed(op.count, op.width, most_quick_bytes));
 }
+/// Whether to try them from an operation on. Arrays of structs are left to others: most are not empty.
+[[nodiscard]] inline bool may_begin_quick(const Program& program, std::size_t op) noexcept {
+  return may_be_quick(program.ops[op]) ||
+         (program.quick_arrays && program.ops[op].kind == Op::Kind::number_sequence);
+}
 
 }  // namespace trestle::bridge
