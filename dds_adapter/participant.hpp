@@ -110,6 +110,10 @@ struct ParticipantConfig {
 /// while it holds a lock in there. We cannot help it: the exception arises in a thread of Fast DDS's own.
 [[nodiscard]] bool shared_memory_can_abort() noexcept;
 
+/// How many bytes the system grants for the samples that wait for Participant::receive(), of 16 MB that are
+/// asked for: all of them to a process that may go beyond net.core.rmem_max (CAP_NET_ADMIN).
+[[nodiscard]] std::uint32_t polled_buffer_bytes() noexcept;
+
 /// Whether Writer::reaches() knows: so it does with Fast DDS before 2.10. With later ones it only waits.
 [[nodiscard]] bool sees_readers_begin() noexcept;
 

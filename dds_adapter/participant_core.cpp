@@ -120,7 +120,9 @@ std::vector<std::string> ParticipantCore::buffers_not_granted() const {
   std::uint32_t send_bytes = 0;
   for (const auto& transport : participant_->get_qos().transport().user_transports) {
     if (const auto* udp = udp_of(*transport)) {
-      receive_bytes = std::max(receive_bytes, udp->receiveBufferSize);
+      const std::uint32_t wanted = udp->receiveBufferSize;
+      const bool has_all = is_polled(*transport) && granted_receive_buffer(wanted) >= wanted;
+      receive_bytes = std::max(receive_bytes, has_all ? 0 : wanted);
       send_bytes = std::max(send_bytes, udp->sendBufferSize);
     }
   }

@@ -8,13 +8,12 @@
 #include <utility>
 
 #include "dds_adapter/polled_udp.hpp"
+#include "dds_adapter/socket_buffers.hpp"
 
 namespace trestle::dds::detail {
 
 namespace {
 
-// Asked for; buffers_not_granted() tells what of it is not given. A 4 MB sample is 64 datagrams at once.
-constexpr std::uint32_t socket_buffer_bytes = 16U << 20U;
 // A segment must hold several of the largest samples or it becomes the bottleneck.
 constexpr std::uint32_t shared_memory_bytes = 128U << 20U;
 constexpr std::uint32_t shared_message_bytes = 16U << 20U;
@@ -126,6 +125,10 @@ fast::DomainParticipantQos participant_qos(const ParticipantConfig& config,
 }  // namespace trestle::dds::detail
 
 namespace trestle::dds {
+
+std::uint32_t polled_buffer_bytes() noexcept {
+  return detail::granted_receive_buffer(detail::socket_buffer_bytes);
+}
 
 bool sees_readers_begin() noexcept {
   return fast::HiddenSamples::are_possible;

@@ -80,6 +80,10 @@ std::shared_ptr<fast::TransportDescriptor> received_by(std::shared_ptr<SampleSoc
   return std::make_shared<PolledDescriptor>(std::move(sockets), std::move(udp));
 }
 
+bool is_polled(const fast::TransportDescriptor& transport) {
+  return dynamic_cast<const PolledDescriptor*>(&transport) != nullptr;
+}
+
 const fast::UdpDescriptor* udp_of(const fast::TransportDescriptor& transport) {
   const auto* polled = dynamic_cast<const PolledDescriptor*>(&transport);
   return polled != nullptr ? polled->udp.get() : dynamic_cast<const fast::UdpDescriptor*>(&transport);

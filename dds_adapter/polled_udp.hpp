@@ -13,5 +13,7 @@ namespace trestle::dds::detail {
 
 /// Nothing, if it is not of UDP.
 [[nodiscard]] const fast::UdpDescriptor* udp_of(const fast::TransportDescriptor& transport);
+/// Whether received_by() made it.
+[[nodiscard]] bool is_polled(const fast::TransportDescriptor& transport);
 
 }  // namespace trestle::dds::detail

@@ -9,9 +9,9 @@
 #include <cerrno>
 #include <cstring>
 #include <iterator>
-#include <limits>
 
 #include "dds_adapter/participant.hpp"
+#include "dds_adapter/socket_buffers.hpp"
 
 namespace trestle::dds::detail {
 namespace {
@@ -31,9 +31,8 @@ int open_at(sockaddr_in at, std::uint32_t buffer_bytes) {
   if (descriptor < 0) {
     return -1;
   }
-  const int wanted = static_cast<int>(std::min<std::uint32_t>(buffer_bytes, std::numeric_limits<int>::max()));
-  if (wanted > 0) {
-    setsockopt(descriptor, SOL_SOCKET, SO_RCVBUF, &wanted, sizeof wanted);
+  if (buffer_bytes > 0) {
+    set_receive_buffer(descriptor, buffer_bytes);
   }
   if (bind(descriptor, as_address(at), sizeof at) != 0) {
     ::close(descriptor);

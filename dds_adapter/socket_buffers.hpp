@@ -10,4 +10,9 @@ namespace trestle::dds::detail {
 [[nodiscard]] std::vector<std::string> buffers_not_granted(std::uint32_t receive_bytes,
                                                            std::uint32_t send_bytes);
 
+/// Asks for a receive buffer, beyond the system's limit where the process may.
+void set_receive_buffer(int socket, std::uint32_t bytes) noexcept;
+/// What it gets so of these bytes.
+[[nodiscard]] std::uint32_t granted_receive_buffer(std::uint32_t bytes) noexcept;
+
 }  // namespace trestle::dds::detail

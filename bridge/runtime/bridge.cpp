@@ -154,7 +154,7 @@ struct Bridge::State {
                                  .profile = config.dds.profile,
                                  .discovery_servers = servers(config.dds.discovery_servers),
                                  .security_folder = security_folder(config.dds.security),
-                                 .polled = true,
+                                 .polled = receives_samples(),
                                  .on_event =
                                      [log = logger, watched = watch](const dds::Event& event) {
                                        log_dds(*log, event);
@@ -162,7 +162,9 @@ struct Bridge::State {
                                      },
                                  .on_writers = [watched = watch] { watched->on_writers(); }});
     });
-    receiver.emplace(io, *participant);
+    if (participant->incoming() >= 0) {
+      receiver.emplace(io, *participant);
+    }
     for (const std::string& line : participant->buffers_not_granted()) {
       logger->warn("DDS {}", line);
     }

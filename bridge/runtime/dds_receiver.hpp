@@ -9,6 +9,11 @@ class io_context;
 
 namespace trestle::bridge {
 
+/// Whether the thread of a bridge is to receive the samples of DDS: where the system lets enough of them wait
+/// while that thread sends others, which takes a millisecond at most. Else a thread of DDS is always there to
+/// take them.
+[[nodiscard]] bool receives_samples() noexcept;
+
 /// Receives what comes for a participant that is polled, on the thread that runs the io_context: a sample
 /// does not change threads on its way through the bridge.
 class DdsReceiver {

@@ -231,6 +231,33 @@ TEST_F(PolledParticipant, EndsWhileSomebodyReceives) {
   busy.join();
 }
 
+// As many as wait are not lost while nobody receives.
+TEST_F(PolledParticipant, HasWhatFitsIntoTheBufferWait) {
+  constexpr std::uint32_t sample_bytes = 60'000;
+  const std::uint32_t samples = std::min(polled_buffer_bytes() / sample_bytes, 60U);
+  Participant from{config()};
+  Participant to{polled()};
+  Inbox<Bytes> inbox;
+  const Qos qos{.reliable = false, .depth = 100};  // nothing is sent again
+  Writer writer = from.create_writer(topic, type, qos);
+  const Reader reader = to.create_reader(topic, type, qos, into(inbox));
+  ASSERT_TRUE(matched(writer, reader));
+  for (std::uint32_t i = 0; i < samples; ++i) {
+    ASSERT_TRUE(writer.write(make_sample(sample_bytes, i)));
+  }
+  const Loop loop{to};
+  EXPECT_TRUE(inbox.wait_for_count(samples));
+}
+
+TEST_F(PolledParticipant, HasNoWarningWhereTheBufferIsGranted) {
+  const auto warns = [](const Participant& participant) {
+    return std::ranges::any_of(participant.buffers_not_granted(), [](const std::string& line) {
+      return line.find("receive") != std::string::npos;
+    });
+  };
+  EXPECT_EQ(warns(Participant{polled()}), polled_buffer_bytes() < 16U << 20U);
+}
+
 // A profile that says where readers and writers are is left to the threads of DDS.
 TEST_F(PolledParticipant, LeavesLocatorsOfAProfileToThreadsOfDds) {
   ParticipantConfig configured = polled();
