@@ -98,7 +98,8 @@ struct ParticipantConfig {
   /// What comes by UDP for readers and writers is received by Participant::receive(), which has to be called
   /// whenever incoming() is readable, and by no thread of DDS: so samples need not be handed to the thread
   /// that works with them. Discovery, multicast, shared memory and what transports or locators of a profile
-  /// receive is left to the threads of DDS.
+  /// receive is left to the threads of DDS. (A profile that gives discovery a port of readers and writers
+  /// mixes both.)
   bool polled = false;
   std::function<void(const Event&)> on_event;  ///< may be empty; see "Threads" above
   /// Participant::writers() has changed. As on_event.

@@ -17,7 +17,8 @@ namespace trestle::dds::detail {
 namespace {
 
 constexpr std::size_t largest_datagram = 65536;
-// Of what is taken at once: two of the largest, as a sample of 64 KB comes in two, or some small ones.
+// Of what is taken of a socket at once: two of the largest, as a sample of 64 KB comes in two, or some small
+// ones.
 constexpr std::size_t most_bytes = 2 * largest_datagram;
 constexpr std::size_t most_datagrams = 32;
 
@@ -116,9 +117,9 @@ bool SampleSockets::close(std::uint16_t port) {
 
 void SampleSockets::receive() {
   const std::lock_guard lock{mutex_};
-  std::size_t bytes = 0;
-  std::size_t datagrams = 0;
   for (const Socket& socket : sockets_) {
+    std::size_t bytes = 0;
+    std::size_t datagrams = 0;
     while (bytes < most_bytes && datagrams < most_datagrams) {
       sockaddr_in from{};
       socklen_t from_bytes = sizeof from;

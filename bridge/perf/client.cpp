@@ -78,9 +78,7 @@ void Client::on_service(const sd::RemoteService& service, bool available) {
     return;
   }
   phase_ = Phase::preparing;
-  // Who calls subscribes, too, as applications do that have both: so the server knows what our socket can
-  // take of its answers.
-  if (options_.events || !options_.plan.tcp) {
+  if (options_.events) {
     subscription_ = node_.subscribe(
         {.service = options_.service,
          .instance = service.instance,
@@ -89,6 +87,12 @@ void Client::on_service(const sd::RemoteService& service, bool available) {
          .udp = !options_.plan.tcp,
          .tcp = options_.plan.tcp},
         [this](const someip::Message& message, const Endpoint& /*from*/) { on_event(message); });
+  } else if (!options_.plan.tcp) {
+    subscription_ = node_.subscribe({.service = options_.service,
+                                     .instance = service.instance,
+                                     .eventgroup = callers_eventgroup,
+                                     .events = {no_event}},
+                                    [](const someip::Message& /*event*/, const Endpoint& /*from*/) {});
   }
   compare_clocks();
 }
@@ -277,7 +281,7 @@ void Client::stop_measuring() {
   ended_ns_ = monotonic_ns();
   client_after_ = own_status();
   phase_ = Phase::stopping;
-  ask(stop_method, &Client::finish, options_.patience);
+  ask(options_.events ? stop_method : status_method, &Client::finish, options_.patience);
 }
 
 void Client::finish(const Status& status) {

@@ -25,6 +25,9 @@ inline constexpr someip::EventgroupId udp_eventgroup{0x0001};
 inline constexpr someip::EventgroupId tcp_eventgroup{0x0002};
 inline constexpr someip::MethodId udp_event{0x8001};
 inline constexpr someip::MethodId tcp_event{0x8002};
+/// Of who calls, so that the server knows what the caller's socket can take: its event is never sent.
+inline constexpr someip::EventgroupId callers_eventgroup{0x0003};
+inline constexpr someip::MethodId no_event{0x8003};
 
 /// Events begin with their sequence number from 1, and the time just before notify(), or at a fixed rate the
 /// time at which they were due (Status::now_ns): uint64 each.

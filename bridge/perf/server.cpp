@@ -46,7 +46,8 @@ Server::Server(sd::Node& node, someip::ServiceId service, someip::InstanceId ins
            },
        .kind = someip::MethodKind::fire_and_forget}};
   spec.eventgroups = {{.id = udp_eventgroup, .events = {udp_event}},
-                      {.id = tcp_eventgroup, .events = {tcp_event}}};
+                      {.id = tcp_eventgroup, .events = {tcp_event}},
+                      {.id = callers_eventgroup, .events = {no_event}}};
   spec.tcp_events = {tcp_event};
   spec.segmented = {{echo_method, udp_event}};  // so that the offer tells how large bursts of requests may be
   offer_ = node_.offer(std::move(spec));

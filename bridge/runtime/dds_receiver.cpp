@@ -19,10 +19,16 @@ struct DdsReceiver::State : std::enable_shared_from_this<State> {
     incoming.async_wait(boost::asio::posix::stream_descriptor::wait_read,
                         [weak = weak_from_this()](const boost::system::error_code& error) {
                           const auto self = weak.lock();
-                          if (!error && self) {
-                            self->participant.receive();
-                            self->wait();
+                          if (error || !self) {
+                            return;
                           }
+                          try {
+                            self->participant.receive();
+                          } catch (...) {
+                            self->wait();
+                            throw;
+                          }
+                          self->wait();
                         });
   }
 

@@ -163,6 +163,16 @@ class Measuring(unittest.TestCase):
         self.assertEqual(self.measured("--events", "--size", "1000")["payload_bytes"], 1000)
         self.assertEqual(self.measured("--events", "--size", "2000")["payload_bytes"], 2000)
 
+    def test_calls_and_events_beside_each_other_do_not_mix(self):
+        events = subprocess.Popen([TRESTLE, "perf", "client", *network(3), "--json", "--events", "--size", "64", "--rate",
+                                   "1000", "--window", "0", "--seconds", "2", "--warm-up", "0.05"],
+                                  stdout=subprocess.PIPE, text=True)
+        time.sleep(0.5)
+        self.assertEqual(self.measured("--size", "64")["what"], "calls")
+        figures = json.loads(events.communicate(timeout=PATIENCE)[0])
+        self.assertEqual((events.returncode, figures["failed"]), (0, 0))
+        self.assertGreater(figures["received"], 1500)  # to the end, though the calls have ended
+
     def test_the_text_for_people_has_the_same_figures(self):
         done = client()
         self.assertEqual(done.returncode, 0, done.stderr)
