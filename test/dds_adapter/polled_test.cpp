@@ -48,7 +48,6 @@ class Loop {
   }
   Loop(const Loop&) = delete;
   Loop& operator=(const Loop&) = delete;
-  [[nodiscard]] std::thread::id id() const { return thread_.get_id(); }
 
  private:
   std::atomic<bool> is_over_ = false;
@@ -61,6 +60,17 @@ class PolledParticipant : public test::Participants {
     ParticipantConfig result = config();
     result.polled = true;
     return result;
+  }
+
+  /// To one that somebody receives for, or DDS does.
+  void expect_a_sample_at(Participant& to) const {
+    Participant from{config()};
+    Inbox<Bytes> inbox;
+    Writer writer = from.create_writer(topic, type, {});
+    const Reader reader = to.create_reader(topic, type, {}, into(inbox));
+    ASSERT_TRUE(matched(writer, reader));
+    ASSERT_TRUE(writer.write(make_sample(1000, 1)));
+    EXPECT_TRUE(inbox.wait_for_count(1));
   }
 };
 
@@ -197,13 +207,7 @@ TEST_F(PolledParticipant, TakesALaterPortWhereTheFirstIsTaken) {
   const TakenPorts taken{domain_.id()};
   Participant to{polled()};
   const Loop loop{to};
-  Participant from{config()};
-  Inbox<Bytes> inbox;
-  Writer writer = from.create_writer(topic, type, {});
-  const Reader reader = to.create_reader(topic, type, {}, into(inbox));
-  ASSERT_TRUE(matched(writer, reader));
-  ASSERT_TRUE(writer.write(make_sample(1000, 1)));
-  EXPECT_TRUE(inbox.wait_for_count(1));
+  expect_a_sample_at(to);
 }
 
 TEST_F(PolledParticipant, EndsWhileSomebodyReceives) {
@@ -270,14 +274,8 @@ TEST_F(PolledParticipant, LeavesLocatorsOfAProfileToThreadsOfDds) {
                                           << R"(</port><address>127.0.0.1</address></udpv4></locator>
   </defaultUnicastLocatorList></rtps></participant>
 </profiles></dds>)";
-  Participant from{config()};
   Participant to{configured};
-  Inbox<Bytes> inbox;
-  Writer writer = from.create_writer(topic, type, {});
-  const Reader reader = to.create_reader(topic, type, {}, into(inbox));
-  ASSERT_TRUE(matched(writer, reader));
-  ASSERT_TRUE(writer.write(make_sample(1000, 1)));
-  EXPECT_TRUE(inbox.wait_for_count(1));
+  expect_a_sample_at(to);
 }
 
 }  // namespace
