@@ -18,6 +18,7 @@ void ServiceDiscovery::release(RequirementHandle handle, TimePoint now) noexcept
       withdraw(subscription, now);
     }
   }
+  untold_ -= requirement->told != slots::Requirement::all ? 1 : 0;
   requirements_.remove(*requirement);
 }
 
@@ -237,6 +238,7 @@ void ServiceDiscovery::withdraw(OwnSubscription& subscription, TimePoint now) no
       send_subscribe(subscription, now, 0, false);  // [feat_req_someipsd_1177]
     }
   }
+  untold_ -= subscription.loss != SlotBase::no_loss ? 1 : 0;
   subscriptions_.remove(subscription);
 }
 
@@ -244,7 +246,7 @@ void ServiceDiscovery::withdraw(OwnSubscription& subscription, TimePoint now) no
 void ServiceDiscovery::unbind(OwnSubscription& subscription, LossReason reason) noexcept {
   cancel_requests(subscription);
   if (subscription.state == State::subscribed) {
-    tell(SubscriptionLost{subscriptions_.handle_of<SubscriptionHandle>(subscription), reason});
+    lose(subscription, reason);
   }
   subscription.remote = OwnSubscription::no_remote;
   subscription.state = State::idle;
@@ -296,7 +298,7 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
     count(counters_.ignored_unexpected_ack);
     return;
   }
-  if (events_.free_places() == 0) {
+  if (event_places() == 0) {
     count(counters_.ignored_no_room);
     return;
   }
@@ -337,12 +339,11 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
 // Ends own subscriptions whose time is over, and renews those whose events are missing.
 void ServiceDiscovery::watch(TimePoint now) noexcept {
   for (OwnSubscription& subscription : subscriptions_) {
-    if (is_due(subscription.expiry, now) && events_.free_places() > 0) {
+    if (is_due(subscription.expiry, now)) {
       subscription.expiry = never;
       subscription.silent_at = never;
       if (subscription.state == State::subscribed) {
-        tell(SubscriptionLost{subscriptions_.handle_of<SubscriptionHandle>(subscription),
-                              LossReason::expired});
+        lose(subscription, LossReason::expired);
       }
       if (subscription.state != State::refused) {
         subscription.state = State::idle;

@@ -25,14 +25,17 @@ slots::Peer* ServiceDiscovery::forget_a_peer() noexcept {
   for (slots::Peer& peer : peers_) {
     peer.referenced = false;
   }
-  for (const slots::Subscription& subscription : subscribers_) {
-    if (subscription.peer != slots::Subscription::nobody) {
-      peers_[subscription.peer].referenced = true;
+  const auto mark_all = [this](const auto& slots) {
+    for (const auto& slot : slots) {
+      if (slot.peer != slots::Subscription::nobody) {
+        peers_[slot.peer].referenced = true;
+      }
     }
-  }
-  for (const slots::Remote& remote : remotes_) {
-    peers_[remote.peer].referenced = true;
-  }
+  };
+  mark_all(subscribers_);
+  mark_all(subscribers_.lost());
+  mark_all(remotes_);
+  mark_all(remotes_.lost());
   for (std::size_t i = 0; i < pending_.size(); ++i) {
     const std::uint16_t peer = pending_[i].peer;
     if (peer != slots::PendingEntry::to_multicast) {
@@ -64,28 +67,13 @@ bool ServiceDiscovery::is_outdated(const slots::TcpConnection& connection,
          }) != nullptr;
 }
 
-std::size_t ServiceDiscovery::events_of_reboot(std::uint16_t peer) const noexcept {
-  std::size_t events = 0;
-  for (const slots::Subscription& subscription : subscribers_) {
-    events += subscription.peer == peer ? 1 : 0;
-  }
-  for (const slots::Remote& remote : remotes_) {
-    events += remote.peer == peer ? events_of_loss(remote) : 0;
-  }
-  for (const slots::TcpConnection& connection : tcp_connections_) {
-    events += is_outdated(connection, peer) ? 1 : 0;
-  }
-  return events;
-}
-
 // What the peer had with us is gone with its former life; the message that showed the reboot may already
 // start anew.  [feat_req_someipsd_871]
 void ServiceDiscovery::on_reboot(std::uint16_t peer, TimePoint now) noexcept {
   count(counters_.reboots_detected);
   for (slots::TcpConnection& connection : tcp_connections_) {
     if (is_outdated(connection, peer)) {
-      tell(ConnectionOutdated{connection.own, connection.remote});  // [feat_req_someipsd_872]
-      tcp_connections_.remove(connection);
+      lose(connection);
     }
   }
   for (slots::Subscription& subscription : subscribers_) {

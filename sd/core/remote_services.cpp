@@ -4,7 +4,6 @@
 namespace trestle::sd {
 
 using slots::OwnSubscription;
-using State = OwnSubscription::State;
 
 bool ServiceDiscovery::fits(const slots::Requirement& requirement,
                             const slots::Remote& remote) const noexcept {
@@ -40,14 +39,6 @@ std::size_t ServiceDiscovery::requirements_of(const slots::Remote& remote) const
     count += fits(requirement, remote) ? 1 : 0;
   }
   return count;
-}
-
-std::size_t ServiceDiscovery::events_of_loss(const slots::Remote& remote) const noexcept {
-  std::size_t events = requirements_of(remote);
-  for (const OwnSubscription& subscription : subscriptions_) {
-    events += subscription.remote == remote.index && subscription.state == State::subscribed ? 1 : 0;
-  }
-  return events;
 }
 
 // --- Calls of the application -----------------------------------------------------------------------------
@@ -93,11 +84,11 @@ Result<RequirementHandle, SdError> ServiceDiscovery::require(const RequiredServi
   } else if (link_up_) {
     start(slot->schedule, now);
   }
-  const auto handle = requirements_.handle_of<RequirementHandle>(*slot);
-  for (const slots::Remote& remote : remotes_) {
-    tell_available(*slot, remote);
+  slot->told = 0;
+  if (untold_++ == 0) {
+    tell_known(*slot);
   }
-  return handle;
+  return requirements_.handle_of<RequirementHandle>(*slot);
 }
 
 // A Find for one instance is over with its offer [feat_req_someipsd_238]; one for all instances cannot know
@@ -248,14 +239,13 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
   const bool replaced = remote != nullptr && !same_access(*remote, offered);
   const bool updated = remote != nullptr && (remote->configuration != offered.configuration ||
                                              remote->load_balancing != offered.load_balancing);
-  if ((remote == nullptr || replaced || updated) &&
-      events_.free_places() < wanting + (replaced ? events_of_loss(*remote) : 0)) {
-    count(counters_.ignored_no_room);
-    return;
-  }
   if (replaced) {
     lose(*remote, LossReason::replaced, arrival.now);
     remote = nullptr;
+  }
+  if ((remote == nullptr || updated) && event_places() < wanting) {
+    count(counters_.ignored_no_room);
+    return;
   }
   const bool is_new = remote == nullptr;
   if (is_new) {
@@ -314,10 +304,6 @@ void ServiceDiscovery::on_stop_offer(const Entry& entry, const Arrival& arrival)
   if (remote == nullptr || remote->peer != arrival.peer) {
     return;
   }
-  if (events_.free_places() < events_of_loss(*remote)) {
-    count(counters_.ignored_no_room);
-    return;
-  }
   lose(*remote, LossReason::stopped, arrival.now);  // [feat_req_someipsd_831]
 }
 
@@ -327,25 +313,23 @@ void ServiceDiscovery::lose(slots::Remote& remote, LossReason reason, TimePoint 
       unbind(subscription, reason);
     }
   }
-  remotes_.remove(remote);  // what it says stays until the slot is used again
+  Table<slots::Remote>::lose(remote, reason);
+  ++untold_;
+  // After a StopOffer wait for the next offer without asking.  [feat_req_someipsd_834]
+  const bool ask = link_up_ && (reason == LossReason::expired || reason == LossReason::rebooted);
   for (slots::Requirement& requirement : requirements_) {
-    if (!fits(requirement, remote)) {
-      continue;
-    }
-    tell(ServiceLost{requirements_.handle_of<RequirementHandle>(requirement), service_of(remote), reason});
-    // After a StopOffer wait for the next offer without asking.  [feat_req_someipsd_834]
-    const bool ask = link_up_ && (reason == LossReason::expired || reason == LossReason::rebooted);
-    if (ask &&
+    if (ask && fits(requirement, remote) &&
         remotes_.find_if([&](const slots::Remote& other) { return fits(requirement, other); }) == nullptr) {
       start(requirement.schedule, now);
     }
   }
+  tell_loss(remote);
 }
 
 // Advances finds and ends offers whose time is over. What finds no room stays due.
 void ServiceDiscovery::seek(TimePoint now) noexcept {
   for (slots::Remote& remote : remotes_) {
-    if (is_due(remote.expiry, now) && events_.free_places() >= events_of_loss(remote)) {
+    if (is_due(remote.expiry, now)) {
       lose(remote, LossReason::expired, now);
     }
   }

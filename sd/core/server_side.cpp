@@ -137,6 +137,12 @@ void ServiceDiscovery::stop_offer(OfferHandle handle, TimePoint now) noexcept {
       subscribers_.remove(subscription);
     }
   }
+  for (slots::Subscription& subscription : subscribers_.lost()) {
+    if (subscription.offer == handle.index) {
+      subscribers_.remove(subscription);
+      --untold_;
+    }
+  }
   for (slots::OfferedEventgroup& eventgroup : eventgroups_) {
     if (eventgroup.offer == handle.index) {
       eventgroups_.remove(eventgroup);
@@ -231,14 +237,7 @@ const slots::Subscription* ServiceDiscovery::subscription(OfferHandle offer,
     return nullptr;
   }
   const slots::Subscription& slot = subscribers_[static_cast<std::uint16_t>(place)];
-  return slot.in_use && slot.offer == offer.index ? &slot : nullptr;
-}
-
-void ServiceDiscovery::lose(slots::Subscription& subscription, LossReason reason) noexcept {
-  const slots::Offer& offer = offers_[subscription.offer];
-  tell(SubscriberRemoved{offers_.handle_of<OfferHandle>(offer), subscription.eventgroup,
-                         subscriber_of(subscription), reason});
-  subscribers_.remove(subscription);
+  return slot.slot_state == SlotBase::State::in_use && slot.offer == offer.index ? &slot : nullptr;
 }
 
 void ServiceDiscovery::send_offer(const slots::Offer& offer, std::uint16_t to, TimePoint due,
@@ -287,7 +286,7 @@ std::optional<Endpoint> ServiceDiscovery::multicast_of(const slots::Offer& offer
 // Advances offers and ends subscriptions whose time is over. What finds no room stays due.
 void ServiceDiscovery::serve(TimePoint now) noexcept {
   for (slots::Subscription& subscription : subscribers_) {
-    if (is_due(subscription.expiry, now) && events_.free_places() > 0) {
+    if (is_due(subscription.expiry, now)) {
       lose(subscription, LossReason::expired);  // [feat_req_someipsd_445]
     }
   }
@@ -398,7 +397,7 @@ void ServiceDiscovery::on_subscribe(const Entry& entry, const Arrival& arrival) 
     count(counters_.ignored_wrong_transport);  // [feat_req_someipsd_818]
     return;
   }
-  if (pending_.free_places() == 0 || events_.free_places() == 0) {
+  if (pending_.free_places() == 0 || event_places() == 0) {
     count(counters_.ignored_no_room);
     return;
   }
@@ -531,10 +530,6 @@ void ServiceDiscovery::on_stop_subscribe(const Entry& entry, const Arrival& arri
   const slots::Offer* const offer = offered(entry, arrival);
   const Eventgroup* const eventgroup = offer != nullptr ? eventgroup_of(*offer, entry.eventgroup()) : nullptr;
   if (eventgroup == nullptr) {
-    return;
-  }
-  if (events_.free_places() == 0) {
-    count(counters_.ignored_no_room);
     return;
   }
   keep_needed(*options, *eventgroup);

@@ -213,10 +213,6 @@ void ServiceDiscovery::on_message(const someip::Message& bytes, const Endpoint& 
     const auto channel =
         via_multicast ? RebootDetector::Channel::multicast : RebootDetector::Channel::unicast;
     if (peer->reboots.shows_reboot(channel, session, message->reboot())) {
-      if (events_.free_places() < events_of_reboot(peer_index)) {
-        count(counters_.dropped_no_room);
-        return;
-      }
       on_reboot(peer_index, now);
     }
     peer->reboots.observe(channel, session, message->reboot());
@@ -262,6 +258,7 @@ std::optional<std::uint16_t> ServiceDiscovery::keep_configuration(bool important
     mark_all(offers_);
     mark_all(requirements_);
     mark_all(remotes_);
+    mark_all(remotes_.lost());
     for (std::size_t i = 0; i < pending_.size(); ++i) {
       in_use(pending_[i].configuration);
     }
@@ -391,6 +388,9 @@ std::optional<Transmit> ServiceDiscovery::poll_transmit(ByteSpan room, TimePoint
 }
 
 std::optional<Event> ServiceDiscovery::poll_event() noexcept {
+  if (untold_ > 0 && events_.empty()) {
+    tell_what_is_untold();
+  }
   return events_.empty() ? std::nullopt : std::optional{events_.pop()};
 }
 

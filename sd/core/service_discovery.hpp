@@ -104,7 +104,7 @@ struct Counters {
   std::uint64_t dropped_source = 0;     ///< from an address that cannot be a peer's
   std::uint64_t dropped_not_sd = 0;     ///< other SOME/IP messages
   std::uint64_t dropped_malformed = 0;  ///< SOME/IP or SD framing broken
-  std::uint64_t dropped_no_room = 0;    ///< no room for the peer, or for what its reboot entails
+  std::uint64_t dropped_no_room = 0;    ///< no room for the peer
 
   // Entries that were ignored, or answered with a Nack.
   std::uint64_t ignored_unknown_type = 0;
@@ -318,6 +318,8 @@ class ServiceDiscovery {
   // An entry that is about to be sent, to be filled in; nothing when there is no room, which is counted.
   [[nodiscard]] slots::PendingEntry* send(std::uint16_t to, TimePoint due) noexcept;
   [[nodiscard]] Event* next_event() noexcept;
+  // For what is new. Losses that are still to be told come before it.
+  [[nodiscard]] std::size_t event_places() const noexcept { return untold_ == 0 ? events_.free_places() : 0; }
   template <typename What>
   void tell(const What& what) noexcept {
     if (Event* const event = next_event()) {
@@ -329,7 +331,6 @@ class ServiceDiscovery {
   [[nodiscard]] slots::Peer* peer_at(const Endpoint& endpoint, TimePoint now) noexcept;
   [[nodiscard]] slots::Peer* forget_a_peer() noexcept;
   [[nodiscard]] bool is_outdated(const slots::TcpConnection& connection, std::uint16_t peer) const noexcept;
-  [[nodiscard]] std::size_t events_of_reboot(std::uint16_t peer) const noexcept;
   void on_reboot(std::uint16_t peer, TimePoint now) noexcept;
 
   // server_side.cpp
@@ -352,6 +353,7 @@ class ServiceDiscovery {
   void acknowledge(const slots::Offer* offer, const Entry& entry, const Arrival& arrival,
                    const Accepted& accepted) noexcept;
   void lose(slots::Subscription& subscription, LossReason reason) noexcept;
+  void tell_loss(slots::Subscription& subscription) noexcept;
   void send_offer(const slots::Offer& offer, std::uint16_t to, TimePoint due, std::uint32_t ttl_s) noexcept;
   [[nodiscard]] Subscriber subscriber_of(const slots::Subscription& slot) const noexcept;
   [[nodiscard]] bool tcp_ready(const slots::Offer& offer, const Endpoint& client) const noexcept;
@@ -366,9 +368,10 @@ class ServiceDiscovery {
   [[nodiscard]] slots::Remote* remote_of(const Entry& entry, std::string_view name) const noexcept;
   [[nodiscard]] slots::Remote* new_remote(bool required) noexcept;
   [[nodiscard]] std::size_t requirements_of(const slots::Remote& remote) const noexcept;
-  [[nodiscard]] std::size_t events_of_loss(const slots::Remote& remote) const noexcept;
   void announce(const slots::Remote& remote) noexcept;
   void tell_available(slots::Requirement& requirement, const slots::Remote& remote) noexcept;
+  void tell_known(slots::Requirement& requirement) noexcept;
+  void tell_loss(slots::Remote& remote) noexcept;
   void settle(slots::Requirement& requirement) noexcept;
   void lose(slots::Remote& remote, LossReason reason, TimePoint now) noexcept;
   [[nodiscard]] bool fits(const slots::Requirement& requirement, const slots::Remote& remote) const noexcept;
@@ -390,12 +393,20 @@ class ServiceDiscovery {
   void watch(TimePoint now) noexcept;
   slots::PendingEntry* send_subscribe(const slots::OwnSubscription& subscription, TimePoint due,
                                       std::uint32_t ttl_s, bool initial_data) noexcept;
+  void lose(slots::OwnSubscription& subscription, LossReason reason) noexcept;
+  void tell_loss(slots::OwnSubscription& subscription) noexcept;
+
+  // losses.cpp
+  void tell_what_is_untold() noexcept;
+  void lose(slots::TcpConnection& connection) noexcept;
+  void tell_loss(slots::TcpConnection& connection) noexcept;
 
   Settings settings_;
   OptionRules rules_;
   Random random_;
   Counters counters_;
   bool link_up_ = true;
+  std::uint32_t untold_ = 0;  // losses, and requirements, that wait for room among the events
   someip::SessionCounter multicast_sessions_;
 
   Table<slots::Offer> offers_;

@@ -30,8 +30,8 @@ struct Limits {
   /// Of one of them, the whole body of its option: two bytes and one more for each item. Items of a peer that
   /// do not fit are left out.
   std::uint16_t max_configuration_bytes = 256;
-  /// Events waiting for poll_event(). A peer's reboot needs one for each of its subscriptions, services and
-  /// connections.
+  /// Events waiting for poll_event(). What ends waits in its own place when they are too few, so no loss is
+  /// untold; what is new is refused. An offer needs one for each requirement that it fits.
   std::uint16_t max_pending_events = 512;
 };
 
@@ -94,7 +94,10 @@ struct Requirement : SlotBase {
   std::uint8_t major = 0;
   std::uint32_t minor = 0;
   std::uint16_t configuration = ConfigurationPool::none;  // the name of what is not SOME/IP
+  std::uint16_t told = all;                               // of the remote services, those before this index
   FindSchedule schedule;
+
+  static constexpr std::uint16_t all = 0xffff;
 };
 
 /// A peer's offer.
@@ -104,6 +107,7 @@ struct Remote : SlotBase {
   std::uint8_t major = 0;
   std::uint32_t minor = 0;
   std::uint16_t peer = 0;
+  std::uint16_t told = 0;  // of its loss, the requirements before this index
   std::optional<Endpoint> udp;
   std::optional<Endpoint> tcp;
   std::optional<LoadBalancingOption> load_balancing;

@@ -5,10 +5,11 @@ namespace trestle::sd {
 SlotBase* TableBase::take() noexcept {
   for (std::uint16_t index = 0; index < size_; ++index) {
     SlotBase& empty = slot(index);
-    if (!empty.in_use) {
+    if (empty.slot_state == SlotBase::State::empty) {
       empty.index = index;
       empty.generation = static_cast<std::uint16_t>(empty.generation == 0xffff ? 1 : empty.generation + 1);
-      empty.in_use = true;
+      empty.slot_state = SlotBase::State::in_use;
+      empty.loss = SlotBase::no_loss;
       if (used_end_ <= index) {
         used_end_ = static_cast<std::uint16_t>(index + 1);
       }
@@ -19,8 +20,8 @@ SlotBase* TableBase::take() noexcept {
 }
 
 void TableBase::remove(SlotBase& slot_of_this) noexcept {
-  slot_of_this.in_use = false;
-  while (used_end_ > 0 && !slot(used_end_ - 1U).in_use) {
+  slot_of_this.slot_state = SlotBase::State::empty;
+  while (used_end_ > 0 && slot(used_end_ - 1U).slot_state == SlotBase::State::empty) {
     --used_end_;
   }
 }
@@ -28,13 +29,14 @@ void TableBase::remove(SlotBase& slot_of_this) noexcept {
 std::size_t TableBase::free_slots() const noexcept {
   std::size_t free = 0;
   for (std::size_t index = 0; index < size_; ++index) {
-    free += slot(index).in_use ? 0 : 1;
+    free += slot(index).slot_state == SlotBase::State::empty ? 1 : 0;
   }
   return free;
 }
 
 bool TableBase::is_valid(std::uint16_t index, std::uint16_t generation) const noexcept {
-  return index < size_ && slot(index).in_use && slot(index).generation == generation;
+  return index < size_ && slot(index).slot_state == SlotBase::State::in_use &&
+         slot(index).generation == generation;
 }
 
 }  // namespace trestle::sd

@@ -10,15 +10,34 @@ namespace trestle::sd {
 
 /// What every slot of a Table begins with.
 struct SlotBase {
+  enum class State : std::uint8_t {
+    empty,
+    in_use,
+    lost,  // nobody finds it any more, but its end is still to be told
+  };
+  static constexpr std::uint8_t no_loss = 0;
+
+  /// Its end, or that of something it stands for, is to be told as soon as there is room for the event.
+  void set_loss(LossReason reason) noexcept {
+    loss = static_cast<std::uint8_t>(1U + static_cast<unsigned>(reason));
+  }
+  [[nodiscard]] LossReason loss_reason() const noexcept { return static_cast<LossReason>(loss - 1U); }
+
   std::uint16_t index = 0;
   std::uint16_t generation = 0;
-  bool in_use = false;
+  State slot_state = State::empty;
+  std::uint8_t loss = no_loss;
 };
 
 /// What of a Table does not depend on the type of its slots, and so is in a program once.
 class TableBase {
  public:
   void remove(SlotBase& slot) noexcept;
+  /// Takes it out of what the table shows, but keeps what it says until remove().
+  static void lose(SlotBase& slot, LossReason reason) noexcept {
+    slot.slot_state = SlotBase::State::lost;
+    slot.set_loss(reason);
+  }
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
   [[nodiscard]] std::size_t free_slots() const noexcept;
 
@@ -33,10 +52,10 @@ class TableBase {
   [[nodiscard]] SlotBase& slot(std::size_t index) const noexcept {
     return *static_cast<SlotBase*>(static_cast<void*>(slots_ + index * slot_bytes_));
   }
-  /// The first slot in use, and the one after another; nothing when there is none.
-  TRESTLE_ONCE [[nodiscard]] SlotBase* first() const noexcept { return used_from(0); }
-  TRESTLE_ONCE [[nodiscard]] SlotBase* after(const SlotBase& slot) const noexcept {
-    return used_from(std::size_t{slot.index} + 1);
+  /// The first slot in this state, and the one after another; nothing when there is none.
+  TRESTLE_ONCE [[nodiscard]] SlotBase* first(SlotBase::State state) const noexcept { return next(0, state); }
+  TRESTLE_ONCE [[nodiscard]] SlotBase* after(const SlotBase& slot, SlotBase::State state) const noexcept {
+    return next(std::size_t{slot.index} + 1, state);
   }
   /// Whether it is that of a slot in use.
   [[nodiscard]] bool is_valid(std::uint16_t index, std::uint16_t generation) const noexcept;
@@ -46,9 +65,9 @@ class TableBase {
   std::byte* slots_;
 
  private:
-  [[nodiscard]] SlotBase* used_from(std::size_t index) const noexcept {
+  [[nodiscard]] SlotBase* next(std::size_t index, SlotBase::State state) const noexcept {
     for (; index < used_end_; ++index) {
-      if (slot(index).in_use) {
+      if (slot(index).slot_state == state) {
         return &slot(index);
       }
     }
@@ -57,7 +76,7 @@ class TableBase {
 
   std::uint16_t size_;
   std::uint16_t slot_bytes_;
-  std::uint16_t used_end_ = 0;  // no slot from here on is in use
+  std::uint16_t used_end_ = 0;  // all slots from here on are empty
 };
 
 /// Slots in the caller's memory, taken and freed; walking over it meets those in use.
@@ -70,10 +89,11 @@ class Table : public TableBase {
   /// Stays valid whichever slots are freed.
   class Iterator {
    public:
-    Iterator(const Table& table, SlotBase* at) noexcept : table_{&table}, at_{at} {}
+    Iterator(const Table& table, SlotBase* at, SlotBase::State state) noexcept
+        : table_{&table}, at_{at}, state_{state} {}
     Slot& operator*() const noexcept { return static_cast<Slot&>(*at_); }
     TRESTLE_INLINE Iterator& operator++() noexcept {
-      at_ = table_->after(*at_);
+      at_ = table_->after(*at_, state_);
       return *this;
     }
     friend bool operator==(const Iterator& a, std::default_sentinel_t /*end*/) noexcept {
@@ -83,11 +103,28 @@ class Table : public TableBase {
    private:
     const Table* table_;
     SlotBase* at_;
+    SlotBase::State state_;
   };
 
   // A table is a view, as a span is: its slots may be changed through a const one.
-  TRESTLE_INLINE [[nodiscard]] Iterator begin() const noexcept { return {*this, first()}; }
+  TRESTLE_INLINE [[nodiscard]] Iterator begin() const noexcept {
+    return {*this, first(SlotBase::State::in_use), SlotBase::State::in_use};
+  }
   [[nodiscard]] std::default_sentinel_t end() const noexcept { return {}; }
+
+  /// Those whose end is still to be told.
+  class Lost {
+   public:
+    explicit Lost(const Table& table) noexcept : table_{&table} {}
+    TRESTLE_INLINE [[nodiscard]] Iterator begin() const noexcept {
+      return {*table_, table_->first(SlotBase::State::lost), SlotBase::State::lost};
+    }
+    [[nodiscard]] std::default_sentinel_t end() const noexcept { return {}; }
+
+   private:
+    const Table* table_;
+  };
+  [[nodiscard]] Lost lost() const noexcept { return Lost{*this}; }
 
   /// The first slot in use that `wanted` is true for; nothing when there is none.
   template <typename Wanted>

@@ -221,62 +221,6 @@ TEST_F(Limited, ChangesNothingWhenItCouldNotTell) {
   EXPECT_THAT(machine.events(), SizeIs(1));
 }
 
-TEST_F(Limited, SeesARebootLaterWhenItCouldNotTellOfItAtOnce) {
-  ASSERT_TRUE(machine.discovery.offer(service, machine.now));
-  FakePeer peer{host(2)};
-  FakePeer other{host(3)};
-  for (int i = 0; i < 5; ++i) {
-    machine.unicast(peer, {subscribe(1, {udp(host(2, 1))}, infinite_ttl_s)});
-  }
-  machine.events();
-  for (int i = 0; i < 2; ++i) {
-    machine.unicast(other, {subscribe(2, {udp(host(3, 1))}), subscribe(2, {udp(host(3, 1))}, 0)});
-  }
-  peer.reboot();
-  machine.unicast(peer, {find(0x9999)});
-  EXPECT_EQ(machine.discovery.counters().dropped_no_room, 1U);
-  EXPECT_THAT(machine.events(), SizeIs(4));
-  machine.unicast(peer, {find(0x9999)});
-  EXPECT_THAT(machine.events(), ElementsAre(HasSubstr("rebooted")));
-}
-
-TEST_F(Limited, KeepsWhatExpiresUntilItCanTell) {
-  ASSERT_TRUE(machine.discovery.offer(service, machine.now));
-  FakePeer peer{host(2)};
-  machine.unicast(peer, {subscribe(1, {udp(host(2, 1))}, 1)});
-  FakePeer other{host(3)};
-  machine.unicast(other, {subscribe(2, {udp(host(3, 1))}), subscribe(2, {udp(host(3, 1))}, 0),
-                          subscribe(2, {udp(host(3, 1))})});
-  machine.discovery.on_time(start + 2s);
-  EXPECT_LE(machine.discovery.deadline(), start + 2s);  // not forgotten
-  EXPECT_THAT(machine.events(), SizeIs(4));
-  machine.discovery.on_time(start + 2s);
-  EXPECT_THAT(machine.events(), ElementsAre("removed 0001 udp 10.0.0.2:1 at 10.0.0.2:30490 expired"));
-}
-
-TEST_F(Limited, KeepsAServiceThatIsSubscribedToUntilItCanTellOfBothLosses) {
-  const auto requirement =
-      machine.discovery.require({.service = ServiceId{0x1234}, .instance = InstanceId{0x5678}}, machine.now);
-  ASSERT_TRUE(requirement);
-  ASSERT_TRUE(machine.discovery.subscribe(
-      *requirement, {.eventgroup = EventgroupId{1}, .udp = host(1, 40000), .ttl_s = infinite_ttl_s},
-      machine.now));
-  FakePeer server{host(2)};
-  machine.multicast(server, {offer({udp(host(2, 30509))}, 1)});
-  machine.run_to(100ms);
-  machine.unicast(server, {ack(1, {}, infinite_ttl_s)});
-  ASSERT_THAT(machine.events(), ElementsAre(HasSubstr("available"), "subscribed"));
-  // Three events that nobody takes leave room for one.
-  ASSERT_TRUE(machine.discovery.offer(service, machine.now));
-  FakePeer other{host(3)};
-  machine.unicast(other, {subscribe(2, {udp(host(3, 1))}), subscribe(2, {udp(host(3, 1))}, 0),
-                          subscribe(2, {udp(host(3, 1))})});
-  machine.discovery.on_time(start + 2s);
-  EXPECT_THAT(machine.events(), SizeIs(3));
-  machine.discovery.on_time(start + 2s);
-  EXPECT_THAT(machine.events(), ElementsAre(HasSubstr("subscription lost"), HasSubstr("lost 1234.5678")));
-}
-
 TEST_F(Limited, RefusesCallsBeyondItsTables) {
   for (std::uint16_t instance = 1; instance <= 2; ++instance) {
     OfferedService one = service;

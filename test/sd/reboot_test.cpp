@@ -87,31 +87,5 @@ TEST_F(ServerOfRebootedClients, GivesUpNothingWithoutAReboot) {
   EXPECT_THAT(machine.events(), IsEmpty());
 }
 
-TEST(ServerOfRebootedClientsWithLittleRoom, SeesTheRebootLaterWhenItCannotTellOfAllConnections) {
-  covers({"feat_req_someipsd_872"});
-  Machine<Limits{.max_pending_events = 2}> machine;
-  FakePeer client{{IpAddress::v4(10, 0, 0, 2), 30490}};
-  const Endpoint service{own.address, 30510};
-  const auto connect = [&](std::uint8_t host, std::uint16_t port) {
-    ASSERT_TRUE(machine.discovery.tcp_connected(service, {IpAddress::v4(10, 0, 0, host), port}));
-  };
-  connect(2, 1);
-  connect(2, 2);
-  const auto requirement = machine.discovery.require({.service = ServiceId{0x1234}}, machine.now);
-  ASSERT_TRUE(requirement);
-  FakePeer server{{IpAddress::v4(10, 0, 0, 3), 30490}};
-  machine.unicast(server, {offer({udp({IpAddress::v4(10, 0, 0, 3), 30509})})});  // one event waits
-  for (int i = 0; i < 5; ++i) {
-    machine.unicast(client, {find(0x9999)});
-  }
-  client.reboot();
-  machine.unicast(client, {find(0x9999)});
-  EXPECT_EQ(machine.discovery.counters().dropped_no_room, 1U);
-  EXPECT_THAT(machine.events(), ElementsAre(HasSubstr("available")));
-  machine.unicast(client, {find(0x9999)});
-  EXPECT_THAT(machine.events(), ElementsAre(HasSubstr("outdated"), HasSubstr("outdated")));
-  EXPECT_EQ(machine.discovery.counters().lost_events, 0U);
-}
-
 }  // namespace
 }  // namespace trestle::sd::reboot_test
