@@ -26,11 +26,17 @@ void fail(Transport transport, const Endpoint& endpoint, const char* what, int e
   std::string text =
       (udp ? "UDP " : "TCP ") + to_string(endpoint) + ": cannot " + what + ": " + std::strerror(error);
   if (error == EADDRINUSE) {
-    text += "; another program has this port (find it with: ss -";
-    text += udp ? "ulpn" : "tlpn";
-    text +=
-        " 'sport = :" + std::to_string(endpoint.port) + "'): stop it, or use another address of this host";
-    text += endpoint.address.v6 ? "" : ", such as 127.0.0.2 for tests on one machine";
+    const bool group = endpoint.address.is_multicast();
+    text += group ? "; another program has this multicast group's port, and does not share it"
+                  : "; another program has this port of this address";
+    text += udp ? " (find it with: ss -ulpn" : " (find it with: ss -tlpn";
+    text += " 'sport = :" + std::to_string(endpoint.port) + "'): stop it";
+    if (group) {
+      text += ", or let it set SO_REUSEADDR; another address of this host would not help";
+    } else {
+      text += ", or use another address of this host";
+      text += endpoint.address.v6 ? "" : ", such as 127.0.0.2 for tests on one machine";
+    }
   } else if (error == EADDRNOTAVAIL) {
     text += "; no interface of this host has this address (see: ip address)";
   } else if (error == EACCES) {

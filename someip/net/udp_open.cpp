@@ -109,6 +109,12 @@ int open_udp(const UdpOptions& options) {
       fail(options.local, "bind", EADDRINUSE);
     }
     set_option(fd, SOL_SOCKET, SO_REUSEADDR, 1);
+    // Two sockets share a port when both ask for it in the same way. Most stacks ask for SO_REUSEADDR, some,
+    // as pysomeip, for SO_REUSEPORT alone. A group's datagrams reach each socket; those to an address would
+    // be divided among the sockets that have it.
+    if (options.local.address.is_multicast()) {
+      set_option(fd, SOL_SOCKET, SO_REUSEPORT, 1);
+    }
   }
   set_buffer(fd, SO_RCVBUFFORCE, SO_RCVBUF, options.receive_buffer_bytes);
   set_buffer(fd, SO_SNDBUFFORCE, SO_SNDBUF, options.send_buffer_bytes);

@@ -17,9 +17,9 @@ program = sys.argv.pop(1)
 logging.disable(logging.CRITICAL)
 
 
-async def discovery():
+async def discovery(address=peer.THEIRS):
     unicast, multicast, protocol = await sd.ServiceDiscoveryProtocol.create_endpoints(
-        socket.AF_INET, peer.THEIRS, peer.GROUP, multicast_interface=peer.THEIRS)
+        socket.AF_INET, address, peer.GROUP, multicast_interface=address)
     protocol.timings.INITIAL_DELAY_MAX = protocol.timings.REQUEST_RESPONSE_DELAY_MAX = 0.02
     protocol.transports = [unicast, multicast]
     protocol.start()
@@ -253,6 +253,41 @@ class Pysomeip(peer.Recorded, unittest.IsolatedAsyncioTestCase):
         self.node.do("offer", peer.SERVICE, peer.INSTANCE, "udp")
         await until(lambda: events.messages, "no initial event after our return")
         self.assertEqual((await self.ask("notify", 0x8001, "00", answer=r"notified (\d)"))[1], "0")
+
+
+class OnOneHost(unittest.IsolatedAsyncioTestCase):
+    """Both in one network namespace, where they share the port of the group: whoever starts first."""
+    THEIRS, OURS = "127.0.0.1", "127.0.0.2"
+
+    async def meet(self, node, their_discovery):
+        served = await Service.start_datagram_endpoint(peer.INSTANCE, their_discovery.announcer,
+                                                       local_addr=(self.THEIRS, 0))
+        self.addCleanup(served.stop)
+        listener = Listener()
+        their_discovery.discovery.watch_service(config.Service(0x4321, 1, 1), listener)
+        node.do("offer", 0x4321, 1, "udp")
+        await asyncio.to_thread(node.ask, "require", peer.SERVICE, peer.INSTANCE, 1,
+                                answer="available 1234.5678 v1.7 udp " + self.THEIRS)
+        await until(lambda: listener.offered, "it does not find our service")
+
+    async def close(self, their_discovery):
+        their_discovery.stop()
+        for transport in their_discovery.transports:
+            transport.close()
+
+    async def test_pysomeip_first(self):
+        theirs = await discovery(self.THEIRS)
+        self.addAsyncCleanup(self.close, theirs)
+        node = peer.Node(program, address=self.OURS, here=True)
+        self.addCleanup(node.stop)
+        await self.meet(node, theirs)
+
+    async def test_trestle_first(self):
+        node = peer.Node(program, address=self.OURS, here=True)
+        self.addCleanup(node.stop)
+        theirs = await discovery(self.THEIRS)
+        self.addAsyncCleanup(self.close, theirs)
+        await self.meet(node, theirs)
 
 
 if __name__ == "__main__":

@@ -1,12 +1,16 @@
 #include "someip/net/udp_socket.hpp"
 
 #include <gmock/gmock.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
 
 #include <boost/asio/io_context.hpp>
 #include <string>
 #include <vector>
 
 #include "someip/net/address_text.hpp"
+#include "someip/net/addresses.hpp"
+#include "someip/net/socket_calls.hpp"
 
 namespace trestle::someip::udp_socket_test {
 namespace {
@@ -14,6 +18,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using namespace std::chrono_literals;
 
 const IpAddress first = IpAddress::v4(127, 0, 0, 1);
@@ -172,6 +177,74 @@ TEST_F(UdpSocketTest, SharesAPortByAddressWithASocketThatHasItOnAllAddresses) {
   EXPECT_THAT(inbox.texts, ElementsAre("mine"));
   EXPECT_THROW((UdpSocket{io, {.local = own, .sharing = PortSharing::by_address}}), NetError);
   EXPECT_NO_THROW((UdpSocket{io, {.local = {first, own.port}, .sharing = PortSharing::by_address}}));
+}
+
+// A socket of another stack, that shares the group's port by one socket option.
+Descriptor foreign_member(const Endpoint& at, int option) {
+  Descriptor socket{::socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK, 0)};
+  EXPECT_EQ(option == 0 ? 0 : set_option(socket.get(), SOL_SOCKET, option, 1), 0);
+  SocketAddress address{at};
+  EXPECT_EQ(bind(socket.get(), address.data(), address.size()), 0) << std::strerror(errno);
+  ip_mreqn request{};
+  std::memcpy(&request.imr_multiaddr, at.address.bytes.data(), sizeof request.imr_multiaddr);
+  request.imr_ifindex = static_cast<int>(interface_of(first));
+  EXPECT_EQ(setsockopt(socket.get(), IPPROTO_IP, IP_ADD_MEMBERSHIP, &request, sizeof request), 0);
+  return socket;
+}
+
+TEST_F(UdpSocketTest, SharesAGroupWithOtherStacksWhoeverIsFirst) {
+  // vsomeip and most others set SO_REUSEADDR; pysomeip sets SO_REUSEPORT alone.
+  std::uint16_t port = 31321;
+  for (const int option : {SO_REUSEADDR, SO_REUSEPORT}) {
+    for (const bool they_are_first : {true, false}) {
+      const Endpoint at{group, ++port};
+      std::optional<Descriptor> theirs;
+      if (they_are_first) {
+        theirs.emplace(foreign_member(at, option));
+      }
+      UdpSocket ours{io,
+                     {.local = at,
+                      .join = group,
+                      .interface = MulticastInterface{first},
+                      .sharing = PortSharing::shared}};
+      if (!theirs) {
+        theirs.emplace(foreign_member(at, option));
+      }
+      UdpSocket sender{io, {.local = {first, 0}, .interface = MulticastInterface{first}}};
+      Inbox inbox;
+      ours.receive(inbox.handler());
+      for (const char* text : {"one", "two", "three", "four"}) {  // each reaches both
+        send(sender, at, text);
+      }
+      await(inbox, 4);
+      EXPECT_THAT(inbox.texts, ElementsAre("one", "two", "three", "four"));
+      std::array<char, 8> byte{};
+      for (int i = 0; i < 4; ++i) {
+        EXPECT_GT(recv(theirs->get(), byte.data(), byte.size(), 0), 0);
+      }
+    }
+  }
+}
+
+TEST_F(UdpSocketTest, SaysWhetherTheAddressOrTheGroupIsTaken) {
+  const auto words_of = [&](const UdpOptions& options) -> std::string {
+    try {
+      UdpSocket late{io, options};
+    } catch (const NetError& error) {
+      return error.what();
+    }
+    return "opened";
+  };
+  const Endpoint at{group, 31331};
+  const Descriptor theirs = foreign_member(at, 0);  // that shares it with nobody
+  const std::string of_group = words_of(
+      {.local = at, .join = group, .interface = MulticastInterface{first}, .sharing = PortSharing::shared});
+  EXPECT_THAT(of_group, AllOf(HasSubstr("UDP 224.244.224.7:31331"), HasSubstr("multicast group"),
+                              HasSubstr("ss -ulpn 'sport = :31331'"), HasSubstr("SO_REUSEADDR"),
+                              Not(HasSubstr("127.0.0.2"))));
+  UdpSocket owner{io, {.local = {first, 0}, .sharing = PortSharing::by_address}};
+  EXPECT_THAT(words_of({.local = owner.local(), .sharing = PortSharing::by_address}),
+              AllOf(HasSubstr("port of this address"), HasSubstr("127.0.0.2"), Not(HasSubstr("group"))));
 }
 
 TEST_F(UdpSocketTest, SeesThatAnIpv6AddressIsTaken) {
