@@ -169,12 +169,6 @@ device::Settings settings_of(const trestle_settings& from, const c::Tables& tabl
   return settings;
 }
 
-bool are_possible(const trestle_settings& settings) noexcept {
-  return settings.initial_delay_min_ms <= settings.initial_delay_max_ms &&
-         settings.request_response_delay_min_ms <= settings.request_response_delay_max_ms &&
-         settings.ttl_s >= 1 && settings.ttl_s <= sd::infinite_ttl_s && settings.tp_burst >= 1;
-}
-
 // --- Happenings -------------------------------------------------------------------------------------------
 
 class Translator {
@@ -233,6 +227,11 @@ class Translator {
   void operator()(const device::SendFinished& from) noexcept {
     to_.kind = TRESTLE_SEND_FINISHED;
     to_.payload = bytes_of(from.payload);
+  }
+
+  void operator()(const device::UnusualId& from) noexcept {
+    place(TRESTLE_UNUSUAL_ID, from.service, 0);
+    to_.method = someip::value(from.id);
   }
 
  private:
@@ -307,7 +306,7 @@ trestle_status trestle_init(void* memory, size_t bytes, const trestle_limits* li
   if (!device::are_possible(core)) {
     return TRESTLE_BAD_LIMITS;
   }
-  if (!are_possible(*settings)) {
+  if (trestle_bad_setting(settings) != TRESTLE_ARGUMENT_NONE) {
     return TRESTLE_BAD_ARGUMENT;
   }
   const c::Sizes sizes = c::sizes_of(*settings);
@@ -325,6 +324,43 @@ trestle_status trestle_init(void* memory, size_t bytes, const trestle_limits* li
   const c::Tables tables = c::copy_tables(*settings, sizes, all.subspan(object_bytes + core_bytes(core)));
   *device = std::construct_at(static_cast<trestle_device*>(memory), settings_of(*settings, tables), *view);
   return TRESTLE_OK;
+}
+
+static_assert(TRESTLE_ARGUMENT_FIELD_INITIAL_BYTES ==
+              static_cast<int>(device::Argument::field_initial_bytes));  // they are in the same order
+
+trestle_argument trestle_bad(const trestle_device* device, size_t* index) {
+  const device::BadArgument& bad = device->core.bad_argument();
+  if (index != nullptr) {
+    *index = bad.index;
+  }
+  return static_cast<trestle_argument>(bad.argument);
+}
+
+trestle_argument trestle_bad_setting(const trestle_settings* settings) {
+  if (settings->initial_delay_min_ms > settings->initial_delay_max_ms) {
+    return TRESTLE_ARGUMENT_INITIAL_DELAY;
+  }
+  if (settings->request_response_delay_min_ms > settings->request_response_delay_max_ms) {
+    return TRESTLE_ARGUMENT_REQUEST_RESPONSE_DELAY;
+  }
+  if (settings->ttl_s < 1 || settings->ttl_s > sd::infinite_ttl_s) {
+    return TRESTLE_ARGUMENT_TTL;
+  }
+  return settings->tp_burst < 1 ? TRESTLE_ARGUMENT_TP_BURST : TRESTLE_ARGUMENT_NONE;
+}
+
+const char* trestle_argument_name(trestle_argument argument) {
+  switch (argument) {
+    case TRESTLE_ARGUMENT_INITIAL_DELAY:
+      return "initial_delay";
+    case TRESTLE_ARGUMENT_REQUEST_RESPONSE_DELAY:
+      return "request_response_delay";
+    case TRESTLE_ARGUMENT_TP_BURST:
+      return "tp_burst";
+    default:
+      return device::to_string(static_cast<device::Argument>(argument));
+  }
 }
 
 trestle_status trestle_offer(trestle_device* device, size_t service, uint64_t now_ns) {

@@ -40,7 +40,8 @@ typedef struct trestle_device trestle_device;
 
 typedef enum trestle_status {
   TRESTLE_OK = 0,
-  TRESTLE_BAD_ARGUMENT, /* no such service, method, event, field or need, or one that cannot be */
+  TRESTLE_BAD_ARGUMENT, /* no such service, method, event, field or need, or one that cannot be: trestle_bad()
+                         */
   TRESTLE_TABLE_FULL,   /* a limit for it is reached */
   TRESTLE_DUPLICATE,    /* it is offered or needed already */
   TRESTLE_NOT_OFFERED,  /* the service is not offered now */
@@ -51,6 +52,40 @@ typedef enum trestle_status {
   TRESTLE_BAD_LIMITS,   /* limits that break their own rules, see trestle_limits */
   TRESTLE_NO_MEMORY     /* the memory is too small, or not aligned to 8 bytes */
 } trestle_status;
+
+/* Which argument of a call cannot be, or which member of the service or need that the call is about. */
+typedef enum trestle_argument {
+  TRESTLE_ARGUMENT_NONE = 0,
+  /* Of a call. */
+  TRESTLE_ARGUMENT_SERVICE, /* a place in trestle_settings.services */
+  TRESTLE_ARGUMENT_NEED,    /* a place in trestle_settings.needs */
+  TRESTLE_ARGUMENT_FIELD,   /* a place in trestle_service.fields */
+  TRESTLE_ARGUMENT_EVENT,   /* the id of an event of the service; a notifier goes by trestle_set_field() */
+  TRESTLE_ARGUMENT_REQUEST, /* trestle_accept(): of a setter of the service */
+  TRESTLE_ARGUMENT_RETURN_CODE, /* trestle_respond_error(): not TRESTLE_E_OK */
+  /* Of a service or need. */
+  TRESTLE_ARGUMENT_SERVICE_ID,   /* 0x0001 to 0xfffd */
+  TRESTLE_ARGUMENT_INSTANCE,     /* not 0; and not 0xffff, to offer it or to subscribe */
+  TRESTLE_ARGUMENT_MAJOR,        /* of an offered service: not 0xff */
+  TRESTLE_ARGUMENT_PORT,         /* not 0, and not the port of discovery */
+  TRESTLE_ARGUMENT_TTL,          /* trestle_settings.ttl_s */
+  TRESTLE_ARGUMENT_SUBSCRIPTION, /* of a need: eventgroups[index] is 0x0001 to 0xfffe */
+  TRESTLE_ARGUMENT_DISCOVERY,    /* trestle_settings.own: a unicast address */
+  /* Of a service, its member `index`. No id may be that of another member. [feat_req_someip_625] */
+  TRESTLE_ARGUMENT_EVENTGROUP,          /* eventgroups[index]: 0x0001 to 0xfffe */
+  TRESTLE_ARGUMENT_METHOD,              /* methods[index]: an id, and a kind */
+  TRESTLE_ARGUMENT_LISTED_EVENT,        /* events[index]: an id */
+  TRESTLE_ARGUMENT_EVENT_EVENTGROUPS,   /* events[index]: all among those of the service */
+  TRESTLE_ARGUMENT_FIELD_GETTER,        /* fields[index]: an id, or 0 */
+  TRESTLE_ARGUMENT_FIELD_SETTER,        /* likewise */
+  TRESTLE_ARGUMENT_FIELD_NOTIFIER,      /* likewise */
+  TRESTLE_ARGUMENT_FIELD_EVENTGROUPS,   /* fields[index]: all among those of the service */
+  TRESTLE_ARGUMENT_FIELD_INITIAL_BYTES, /* fields[index]: at most room_bytes */
+  /* Of trestle_settings. */
+  TRESTLE_ARGUMENT_INITIAL_DELAY,          /* initial_delay_min_ms: at most initial_delay_max_ms */
+  TRESTLE_ARGUMENT_REQUEST_RESPONSE_DELAY, /* request_response_delay_min_ms: likewise */
+  TRESTLE_ARGUMENT_TP_BURST                /* tp_burst: at least 1 */
+} trestle_argument;
 
 /* Some return codes; 0x20 to 0x5e are the application's. */
 enum {
@@ -107,13 +142,13 @@ typedef enum trestle_method_kind {
 } trestle_method_kind;
 
 typedef struct trestle_method {
-  uint16_t id; /* 0x0001 to 0x7fff */
+  uint16_t id; /* best 0x0001 to 0x7ffe, see TRESTLE_UNUSUAL_ID */
   trestle_method_kind kind;
 } trestle_method;
 
 /* An event, and the eventgroups whose subscribers get it: the first 0 ends the list. */
 typedef struct trestle_event {
-  uint16_t id; /* 0x8000 and above */
+  uint16_t id; /* best 0x8001 to 0xfffe, see TRESTLE_UNUSUAL_ID */
   uint16_t eventgroups[TRESTLE_EVENTGROUPS_PER_EVENT];
 } trestle_event;
 
@@ -192,6 +227,14 @@ void trestle_default_settings(trestle_settings* settings);
  * TRESTLE_BAD_LIMITS, TRESTLE_NO_MEMORY, or TRESTLE_TABLE_FULL: the tables are larger than the limits. */
 trestle_status trestle_init(void* memory, size_t bytes, const trestle_limits* limits,
                             const trestle_settings* settings, trestle_device** device);
+
+/* Which argument was wrong of the last call that returned TRESTLE_BAD_ARGUMENT for this device.
+ * @param index  is told which member of a table, where it is one; may be null. */
+trestle_argument trestle_bad(const trestle_device* device, size_t* index);
+/* The same of trestle_init(), when it returns TRESTLE_BAD_ARGUMENT; else TRESTLE_ARGUMENT_NONE. */
+trestle_argument trestle_bad_setting(const trestle_settings* settings);
+/* Its name, for logs, such as "field_getter". */
+const char* trestle_argument_name(trestle_argument argument);
 
 /* ---- Server. Services and fields are named by their place in the tables. ---- */
 
@@ -299,7 +342,9 @@ typedef enum trestle_happening_kind {
   TRESTLE_SUBSCRIPTION_LOST,    /* index, part */
   TRESTLE_SUBSCRIBER_ADDED,     /* index: the service; eventgroup; peer */
   TRESTLE_SUBSCRIBER_REMOVED,   /* likewise */
-  TRESTLE_SEND_FINISHED /* payload: where one began that is not needed any more; its size is not told */
+  TRESTLE_SEND_FINISHED, /* payload: where one began that is not needed any more; its size is not told */
+  TRESTLE_UNUSUAL_ID     /* index: the service, now offered; method: an id of it that is reserved or meant for
+                            the other kind, as that of an event below 0x8000 [feat_req_someip_626] */
 } trestle_happening_kind;
 
 /* What happened; members that the kind does not name are 0. `payload` is valid until the next call of

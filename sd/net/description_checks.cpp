@@ -13,7 +13,6 @@ using someip::MethodKind;
 namespace {
 
 constexpr std::uint16_t discovery_port = 30490;
-constexpr std::uint16_t first_event_id = 0x8000;
 
 bool is_for_discovery(std::uint16_t port, const NodeConfig& config) {
   return port == discovery_port || port == config.port;
@@ -332,17 +331,15 @@ std::string mistake_in(const SubscribeSpec& spec, const NodeConfig& config) {
   return mistake_in_ttl(spec.ttl_s);
 }
 
-// The specification recommends to split the ids [feat_req_someip_626], and says "should".
-// [feat_req_someip_60] [feat_req_someip_67]
 std::vector<std::string> doubts_about(const ServiceSpec& spec) {
   std::vector<std::string> doubts;
   const auto method = [&](MethodId id) {
-    if (value(id) >= first_event_id) {
+    if (is_for_other_kind(id, IdKind::method)) {
       doubts.push_back("method " + hexadecimal(value(id)) + ": ids from 0x8000 on are meant for events");
     }
   };
   const auto event = [&](MethodId id) {
-    if (value(id) < first_event_id) {
+    if (is_for_other_kind(id, IdKind::event)) {
       doubts.push_back("event " + hexadecimal(value(id)) + ": ids below 0x8000 are meant for methods");
     }
   };

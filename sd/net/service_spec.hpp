@@ -2,18 +2,13 @@
 #include <vector>
 
 #include "sd/core/events.hpp"
+#include "sd/core/method_ids.hpp"
 #include "sd/net/e2e_spec.hpp"
 #include "sd/net/responder.hpp"
 #include "someip/core/tp_pacing.hpp"
 #include "someip/core/update_schedule.hpp"
 
 namespace trestle::sd {
-
-/// Whether no method and no event may have this id.  [feat_req_someipids_636]
-[[nodiscard]] constexpr bool is_reserved(someip::MethodId id) noexcept {
-  return id == someip::MethodId{0} || id == someip::MethodId{0x7fff} || id == someip::MethodId{0x8000} ||
-         id == someip::MethodId{0xffff};
-}
 
 /// Called with each request, which is valid during the call; `responder` may be kept and used later.
 using RequestHandler = std::function<void(const someip::Message& request, Responder responder)>;

@@ -7,17 +7,18 @@ using someip::Header;
 using someip::Message;
 using someip::MessageType;
 
-Error Device::error_of(sd::SdError error) noexcept {
+// Ids, ports and times were looked at before: what discovery still does not take, its own settings say.
+tl::unexpected<Error> Device::refused(sd::SdError error) noexcept {
   switch (error) {
     case sd::SdError::table_full:
-      return Error::table_full;
+      return tl::unexpected{Error::table_full};
     case sd::SdError::duplicate:
-      return Error::duplicate;
+      return tl::unexpected{Error::duplicate};
     case sd::SdError::bad_argument:
     case sd::SdError::unknown_handle:
       break;
   }
-  return Error::bad_argument;
+  return bad(Argument::discovery);
 }
 
 bool Device::is_needed(std::size_t need) const noexcept {
@@ -34,11 +35,14 @@ std::span<slots::Subscription> Device::subscriptions_of(std::size_t need) const 
 
 Result<void> Device::require(std::size_t index, TimePoint now) noexcept {
   if (index >= needs_.size()) {
-    return tl::unexpected{Error::bad_argument};
+    return bad(Argument::need);
   }
   const Need& need = needs_[index];
-  if (!may_be_port(need.port) || (need.instance == someip::any_instance && !need.subscriptions.empty())) {
-    return tl::unexpected{Error::bad_argument};
+  if (!may_be_port(need.port)) {
+    return bad(Argument::port);
+  }
+  if (const BadArgument mistake = mistake_in(need); mistake.argument != Argument::none) {
+    return bad(mistake);
   }
   if (is_needed(index)) {
     return tl::unexpected{Error::duplicate};
@@ -53,7 +57,7 @@ Result<void> Device::require(std::size_t index, TimePoint now) noexcept {
   const auto requirement = discovery_.require(
       {.service = need.service, .instance = need.instance, .major = need.major, .minor = need.minor}, now);
   if (!requirement) {
-    return tl::unexpected{error_of(requirement.error())};
+    return refused(requirement.error());
   }
   const std::span<slots::Subscription> slots = subscriptions_of(index);
   for (std::size_t i = 0; i < need.subscriptions.size(); ++i) {
@@ -68,7 +72,7 @@ Result<void> Device::require(std::size_t index, TimePoint now) noexcept {
     if (!subscription) {
       discovery_.release(*requirement, now);
       std::ranges::fill(slots, slots::Subscription{});
-      return tl::unexpected{error_of(subscription.error())};
+      return refused(subscription.error());
     }
     slots[i].handle = *subscription;
   }
@@ -106,7 +110,7 @@ bool Device::available(std::size_t need) noexcept {
 
 Result<sd::RemoteService> Device::way_to(std::size_t need, ByteView payload) noexcept {
   if (need >= needs_.size()) {
-    return tl::unexpected{Error::bad_argument};
+    return bad(Argument::need);
   }
   const auto server = server_of(need);
   if (!server) {

@@ -52,6 +52,11 @@ Device::Device(const Settings& settings, const MemoryView& memory) noexcept
   }
 }
 
+tl::unexpected<Error> Device::bad(const BadArgument& argument) noexcept {
+  bad_argument_ = argument;
+  return tl::unexpected{Error::bad_argument};
+}
+
 bool Device::may_be_port(std::uint16_t port) const noexcept {
   return port != 0 && port != own_.port;
 }
@@ -190,6 +195,9 @@ std::optional<Happening> Device::poll_happening() noexcept {
     if (const std::uint16_t generation = std::exchange(timed_out_[i], std::uint16_t{0})) {
       return CallEnded{.call = {static_cast<std::uint16_t>(i), generation}};
     }
+  }
+  if (const auto unusual = next_unusual_id()) {
+    return unusual;
   }
   while (const auto event = discovery_.poll_event()) {
     if (const auto what = happening_of(*event)) {

@@ -1,4 +1,5 @@
 #pragma once
+#include "sd/core/device/argument.hpp"
 #include "sd/core/device/happenings.hpp"
 #include "sd/core/device/memory.hpp"
 #include "sd/core/device/send_queue.hpp"
@@ -55,9 +56,11 @@ class Device {
   // --- Server ---------------------------------------------------------------------------------------------
 
   /// Starts to offer the service at this place of Settings::services.  [feat_req_someipsd_22]
+  /// Ids that are reserved or meant for the other kind, such as that of an event below 0x8000, are taken:
+  /// UnusualId tells of them.
   /// @return bad_argument  no such service, or its description cannot be: an id or port that is none, SD's
   ///                       port, an eventgroup by TCP or multicast, an event in an eventgroup that the
-  ///                       service has not, an initial value larger than its room;
+  ///                       service has not, an initial value larger than its room, an id that is there twice;
   ///         duplicate     it is offered already, or another instance of it at that port;
   ///         table_full    more services, eventgroups, or events and fields than Limits have.
   [[nodiscard]] Result<void> offer(std::size_t service, TimePoint now) noexcept;
@@ -161,6 +164,10 @@ class Device {
   /// a datagram arrives or a call is made.
   [[nodiscard]] std::optional<TimePoint> deadline() const noexcept;
 
+  /// Which argument was wrong of the last call that was refused as bad_argument, or which member of the
+  /// description that the call was about.
+  [[nodiscard]] const BadArgument& bad_argument() const noexcept { return bad_argument_; }
+
   [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
   [[nodiscard]] const sd::Counters& discovery() const noexcept { return discovery_.counters(); }
   [[nodiscard]] const someip::TpCounters& reassembly() const noexcept { return reassembler_.counters(); }
@@ -179,6 +186,8 @@ class Device {
   static constexpr std::size_t max_payload_bytes = 0xffff'ffff - someip::length_covered_header_bytes;
 
   // device.cpp
+  tl::unexpected<Error> bad(const BadArgument& argument) noexcept;
+  tl::unexpected<Error> bad(Argument argument) noexcept { return bad(BadArgument{argument}); }
   [[nodiscard]] bool may_be_port(std::uint16_t port) const noexcept;
   void drop_rest() noexcept;
   bool take_message(TimePoint now) noexcept;
@@ -210,13 +219,14 @@ class Device {
   void refuse(const Request& request, someip::ReturnCode code) noexcept;
   void set(const Request& request, std::size_t field) noexcept;
   void accept_value(const Request& request, std::size_t field, ByteView value) noexcept;
+  std::optional<Happening> next_unusual_id() noexcept;
   [[nodiscard]] std::optional<std::size_t> service_of(sd::OfferHandle offer) const noexcept;
   std::optional<Happening> on_event(const sd::SubscriberAdded& event) noexcept;
   std::optional<Happening> on_event(const sd::InitialDataRequested& event) noexcept;
   std::optional<Happening> on_event(const sd::SubscriberRemoved& event) noexcept;
 
   // client.cpp
-  [[nodiscard]] static Error error_of(sd::SdError error) noexcept;
+  tl::unexpected<Error> refused(sd::SdError error) noexcept;
   [[nodiscard]] bool is_needed(std::size_t need) const noexcept;
   [[nodiscard]] std::span<slots::Subscription> subscriptions_of(std::size_t need) const noexcept;
   [[nodiscard]] std::optional<sd::RemoteService> server_of(std::size_t need) noexcept;
@@ -248,6 +258,7 @@ class Device {
   someip::TpReassembler reassembler_;
   SendQueue queue_;
   Counters counters_;
+  BadArgument bad_argument_;
   someip::SessionCounter tell_sessions_;
   // The datagram that is being polled.
   Endpoint from_;

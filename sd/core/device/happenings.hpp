@@ -83,18 +83,27 @@ struct SubscriberRemoved {
   sd::LossReason reason{};
 };
 
+/// A service that is now offered has an id that others may take amiss: one that is reserved, of an event or
+/// notifier below 0x8000, or of a method, getter or setter from there on. It works with who does not mind.
+/// [feat_req_someip_626] [feat_req_someipids_636]
+struct UnusualId {
+  std::size_t service = 0;
+  MethodId id{};
+};
+
 /// A large payload is not needed any more: it was sent, or there is nobody to send it to.
 struct SendFinished {
   const std::byte* payload = nullptr;  ///< where the one given began
 };
 
-using Happening =
-    std::variant<Request, FieldSet, EventReceived, CallEnded, ServiceAvailable, ServiceLost, Subscribed,
-                 SubscriptionRefused, SubscriptionLost, SubscriberAdded, SubscriberRemoved, SendFinished>;
+using Happening = std::variant<Request, FieldSet, EventReceived, CallEnded, ServiceAvailable, ServiceLost,
+                               Subscribed, SubscriptionRefused, SubscriptionLost, SubscriberAdded,
+                               SubscriberRemoved, SendFinished, UnusualId>;
 
 /// Why a call of the application was refused; nothing has changed then.
 enum class Error : std::uint8_t {
-  bad_argument,  ///< no such service, method, event, field or need, or a description that cannot be
+  bad_argument,  ///< no such service, method, event, field or need, or a description that cannot be:
+                 ///< Device::bad_argument() says which
   table_full,    ///< a limit for it is reached
   duplicate,     ///< it is offered or needed already
   not_offered,   ///< the service is not offered now

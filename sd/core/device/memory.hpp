@@ -11,6 +11,7 @@ namespace slots {
 /// One service of Settings, while it is offered.
 struct Service {
   sd::OfferHandle offer{};
+  std::optional<std::uint16_t> unusual_told{};  // how many of its unusual ids; nothing: all
 };
 
 /// An event or a field.

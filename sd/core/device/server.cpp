@@ -13,18 +13,8 @@ using someip::ReturnCode;
 
 namespace {
 
-constexpr bool is_event_id(MethodId id) noexcept {
-  return someip::value(id) >= 0x8000;
-}
-
 bool contains(std::span<const EventgroupId> groups, EventgroupId id) noexcept {
   return std::ranges::find(groups, id) != groups.end();
-}
-
-bool are_of(std::span<const EventgroupId> groups, const Service& service) noexcept {
-  return std::ranges::all_of(groups, [&](EventgroupId id) {
-    return std::ranges::find(service.eventgroups, id, &sd::Eventgroup::id) != service.eventgroups.end();
-  });
 }
 
 // The field with this getter or setter.
@@ -43,23 +33,6 @@ MethodKind kind_of(const Service& service, MethodId id) noexcept {
     return method->kind;
   }
   return accessed_field(service, id) ? MethodKind::request_response : MethodKind::unknown;
-}
-
-// Whether a description can be offered at all.
-bool is_possible(const Service& service) noexcept {
-  const bool groups = std::ranges::all_of(
-      service.eventgroups, [](const sd::Eventgroup& one) { return one.udp && !one.tcp && !one.multicast; });
-  const bool methods = std::ranges::none_of(
-      service.methods, [](const Method& one) { return one.id == MethodId{0} || is_event_id(one.id); });
-  const bool events = std::ranges::all_of(service.events, [&](const Event& one) {
-    return is_event_id(one.id) && are_of(one.eventgroups, service);
-  });
-  const bool fields = std::ranges::all_of(service.fields, [&](const Field& one) {
-    return !is_event_id(one.getter) && !is_event_id(one.setter) &&
-           (one.notifier == MethodId{0} || is_event_id(one.notifier)) && are_of(one.eventgroups, service) &&
-           one.initial_bytes.value_or(0) <= one.room.size();
-  });
-  return groups && methods && events && fields;
 }
 
 }  // namespace
@@ -84,11 +57,14 @@ slots::Event& Device::field_slot(std::size_t service, std::size_t field) const n
 
 Result<void> Device::offer(std::size_t index, TimePoint now) noexcept {
   if (index >= services_.size()) {
-    return tl::unexpected{Error::bad_argument};
+    return bad(Argument::service);
   }
   const Service& service = services_[index];
-  if (!may_be_port(service.port) || !is_possible(service)) {
-    return tl::unexpected{Error::bad_argument};
+  if (!may_be_port(service.port)) {
+    return bad(Argument::port);
+  }
+  if (const BadArgument mistake = mistake_in(service); mistake.argument != Argument::none) {
+    return bad(mistake);
   }
   // Only the endpoint tells which instance a message is for.  [feat_req_someip_445] [feat_req_someip_967]
   for (std::size_t i = 0; i < services_.size(); ++i) {
@@ -111,9 +87,9 @@ Result<void> Device::offer(std::size_t index, TimePoint now) noexcept {
                                        .ttl_s = service.ttl_s},
                                       now);
   if (!offer) {
-    return tl::unexpected{error_of(offer.error())};
+    return refused(offer.error());
   }
-  service_slots_[index].offer = *offer;
+  service_slots_[index] = {.offer = *offer, .unusual_told = 0};
   for (std::size_t i = 0; i < service.fields.size(); ++i) {
     slots::Event& slot = field_slot(index, i);
     if (!slot.has_value && service.fields[i].initial_bytes) {
@@ -126,7 +102,7 @@ Result<void> Device::offer(std::size_t index, TimePoint now) noexcept {
 
 void Device::withdraw(std::size_t service, TimePoint now) noexcept {
   if (is_offered(service)) {
-    discovery_.stop_offer(std::exchange(service_slots_[service].offer, {}), now);
+    discovery_.stop_offer(std::exchange(service_slots_[service], {}).offer, now);
   }
 }
 
@@ -184,12 +160,12 @@ Header Device::event_header(std::size_t service, MethodId event, slots::Event& s
 
 Result<void> Device::notify(std::size_t index, MethodId id, ByteView payload) noexcept {
   if (index >= services_.size()) {
-    return tl::unexpected{Error::bad_argument};
+    return bad(Argument::service);
   }
   const Service& service = services_[index];
   const auto event = std::ranges::find(service.events, id, &Event::id);
   if (event == service.events.end()) {
-    return tl::unexpected{Error::bad_argument};
+    return bad(Argument::event);
   }
   if (!is_offered(index)) {
     return tl::unexpected{Error::not_offered};
@@ -285,8 +261,11 @@ void Device::store(std::size_t service, std::size_t index, ByteView value) noexc
 }
 
 Result<void> Device::set_field(std::size_t service, std::size_t field, ByteView value) noexcept {
-  if (service >= services_.size() || field >= services_[service].fields.size()) {
-    return tl::unexpected{Error::bad_argument};
+  if (service >= services_.size()) {
+    return bad(Argument::service);
+  }
+  if (field >= services_[service].fields.size()) {
+    return bad(Argument::field);
   }
   if (!is_offered(service)) {
     return tl::unexpected{Error::not_offered};
@@ -399,11 +378,12 @@ void Device::accept_value(const Request& request, std::size_t index, ByteView va
 }
 
 Result<void> Device::accept(const Request& request, ByteView value) noexcept {
-  const auto index = request.service < services_.size()
-                         ? accessed_field(services_[request.service], request.header.method)
-                         : std::nullopt;
+  if (request.service >= services_.size()) {
+    return bad(Argument::service);
+  }
+  const auto index = accessed_field(services_[request.service], request.header.method);
   if (!index || services_[request.service].fields[*index].setter != request.header.method) {
-    return tl::unexpected{Error::bad_argument};
+    return bad(Argument::request);
   }
   if (!is_offered(request.service)) {
     return tl::unexpected{Error::not_offered};
@@ -417,7 +397,7 @@ Result<void> Device::accept(const Request& request, ByteView value) noexcept {
 
 Result<void> Device::respond(const Request& request, ByteView payload) noexcept {
   if (request.service >= services_.size()) {
-    return tl::unexpected{Error::bad_argument};
+    return bad(Argument::service);
   }
   if (request.header.type != MessageType::request) {
     return {};
@@ -432,8 +412,11 @@ Result<void> Device::respond(const Request& request, ByteView payload) noexcept 
 }
 
 Result<void> Device::respond_error(const Request& request, ReturnCode code, ByteView payload) noexcept {
-  if (request.service >= services_.size() || code == ReturnCode::ok) {
-    return tl::unexpected{Error::bad_argument};
+  if (request.service >= services_.size()) {
+    return bad(Argument::service);
+  }
+  if (code == ReturnCode::ok) {
+    return bad(Argument::return_code);
   }
   const Service& service = services_[request.service];
   const auto header = someip::error_answer(request.header, code, service.answers);
@@ -457,6 +440,20 @@ std::optional<std::size_t> Device::service_of(sd::OfferHandle offer) const noexc
   return found == service_slots_.end()
              ? std::nullopt
              : std::optional{static_cast<std::size_t>(found - service_slots_.begin())};
+}
+
+std::optional<Happening> Device::next_unusual_id() noexcept {
+  for (std::size_t i = 0; i < service_slots_.size(); ++i) {
+    std::optional<std::uint16_t>& told = service_slots_[i].unusual_told;
+    if (!told) {
+      continue;
+    }
+    if (const auto id = unusual_id(services_[i], (*told)++)) {
+      return UnusualId{i, *id};
+    }
+    told.reset();
+  }
+  return std::nullopt;
 }
 
 std::optional<Happening> Device::on_event(const sd::SubscriberAdded& event) noexcept {

@@ -84,10 +84,19 @@ TEST_F(TrestleC, RefusesWhatCannotBe) {
   limits.sends = 2;
   settings.ttl_s = 0;
   EXPECT_EQ(init(sizeof memory), TRESTLE_BAD_ARGUMENT);
+  EXPECT_EQ(trestle_bad_setting(&settings), TRESTLE_ARGUMENT_TTL);
   settings.ttl_s = 3;
   settings.tp_burst = 0;
   EXPECT_EQ(init(sizeof memory), TRESTLE_BAD_ARGUMENT);
+  EXPECT_STREQ(trestle_argument_name(trestle_bad_setting(&settings)), "tp_burst");
   settings.tp_burst = 1;
+  settings.initial_delay_min_ms = settings.initial_delay_max_ms + 1;
+  EXPECT_STREQ(trestle_argument_name(trestle_bad_setting(&settings)), "initial_delay");
+  settings.initial_delay_min_ms = 0;
+  settings.request_response_delay_min_ms = settings.request_response_delay_max_ms + 1;
+  EXPECT_STREQ(trestle_argument_name(trestle_bad_setting(&settings)), "request_response_delay");
+  settings.request_response_delay_min_ms = 0;
+  EXPECT_EQ(trestle_bad_setting(&settings), TRESTLE_ARGUMENT_NONE);
   ASSERT_EQ(init(sizeof memory), TRESTLE_OK);
   EXPECT_EQ(trestle_notify(device, 0, 0x8001, nullptr, 0), TRESTLE_NOT_OFFERED);
   ASSERT_EQ(trestle_offer(device, 0, 1'000'000'000), TRESTLE_OK);
@@ -96,6 +105,35 @@ TEST_F(TrestleC, RefusesWhatCannotBe) {
   EXPECT_EQ(trestle_require(device, 0, 1'000'000'000), TRESTLE_BAD_ARGUMENT);
   std::uint32_t call = 0;
   EXPECT_EQ(trestle_call(device, 0, 1, nullptr, 0, 1, 1'000'000'000, &call), TRESTLE_BAD_ARGUMENT);
+}
+
+TEST_F(TrestleC, SaysWhichArgumentIsWrong) {
+  ASSERT_EQ(init(sizeof memory), TRESTLE_OK);
+  EXPECT_EQ(trestle_bad(device, nullptr), TRESTLE_ARGUMENT_NONE);
+  EXPECT_EQ(trestle_notify(device, 0, 0x8003, nullptr, 0), TRESTLE_BAD_ARGUMENT);
+  EXPECT_EQ(trestle_bad(device, nullptr), TRESTLE_ARGUMENT_EVENT);
+  EXPECT_EQ(trestle_require(device, 0, 1'000'000'000), TRESTLE_BAD_ARGUMENT);
+  EXPECT_STREQ(trestle_argument_name(trestle_bad(device, nullptr)), "need");
+  const std::array<trestle_event, 2> in_no_group{{{0x8001, {1}}, {0x8002, {2}}}};
+  service.events = in_no_group.data();
+  ASSERT_EQ(init(sizeof memory), TRESTLE_OK);
+  EXPECT_EQ(trestle_offer(device, 0, 1'000'000'000), TRESTLE_BAD_ARGUMENT);
+  std::size_t index = 99;
+  EXPECT_STREQ(trestle_argument_name(trestle_bad(device, &index)), "event_eventgroups");
+  EXPECT_EQ(index, 1U);
+}
+
+TEST_F(TrestleC, OffersAnEventBelow0x8000AndTellsOfIt) {
+  const std::array<trestle_event, 2> low{{{0x8001, {1}}, {0x0123, {1}}}};
+  service.events = low.data();
+  ASSERT_EQ(init(sizeof memory), TRESTLE_OK);
+  ASSERT_EQ(trestle_offer(device, 0, 1'000'000'000), TRESTLE_OK);
+  trestle_happening what{};
+  ASSERT_TRUE(trestle_poll_happening(device, &what));
+  EXPECT_EQ(what.kind, TRESTLE_UNUSUAL_ID);
+  EXPECT_EQ(what.index, 0U);
+  EXPECT_EQ(what.method, 0x0123);
+  EXPECT_FALSE(trestle_poll_happening(device, &what));
 }
 
 TEST_F(TrestleC, TellsTheValueOfAField) {

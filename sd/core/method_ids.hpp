@@ -1,0 +1,21 @@
+#pragma once
+#include "someip/wire/types.hpp"
+
+namespace trestle::sd {
+
+/// Whether no method and no event may have this id.  [feat_req_someipids_636]
+[[nodiscard]] constexpr bool is_reserved(someip::MethodId id) noexcept {
+  return id == someip::MethodId{0} || id == someip::MethodId{0x7fff} || id == someip::MethodId{0x8000} ||
+         id == someip::MethodId{0xffff};
+}
+
+enum class IdKind : std::uint8_t { method, event };  // also a getter or setter; also a notifier
+
+/// Whether the id is in the range that is meant for the other kind: methods are below 0x8000, events from
+/// there on. The specification says "should" [feat_req_someip_626], so it can be used. [feat_req_someip_60]
+/// [feat_req_someip_67]
+[[nodiscard]] constexpr bool is_for_other_kind(someip::MethodId id, IdKind kind) noexcept {
+  return (someip::value(id) >= 0x8000) != (kind == IdKind::event);
+}
+
+}  // namespace trestle::sd
