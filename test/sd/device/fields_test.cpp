@@ -322,7 +322,6 @@ TEST(DeviceLimits, RefuseADescriptionThatCannotBe) {
   EXPECT_TRUE(refused([](device::Service& one, Tables&) { one.instance = InstanceId{0}; }));
   EXPECT_TRUE(refused([](device::Service& one, Tables&) { one.eventgroups = one.eventgroups.first(1); }));
   EXPECT_TRUE(refused([](device::Service&, Tables& tables) { tables.fields[0].initial_bytes = 5; }));
-  EXPECT_TRUE(refused([](device::Service&, Tables& tables) { tables.fields[0].getter = MethodId{0x8011}; }));
   EXPECT_TRUE(refused([](device::Service&, Tables& tables) { tables.fields[0].notifier = MethodId{0x11}; }));
 }
 
