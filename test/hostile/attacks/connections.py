@@ -1,0 +1,57 @@
+"""TCP connections that take places or memory."""
+import socket
+import time
+
+from attacker import CAR
+from figures import holds
+from lab import ATTACKERS
+from scenario import scenario
+from wire import REQUEST, someip
+
+
+def _connect(address, port):
+    connection = socket.socket()
+    connection.bind((address, 0))
+    connection.settimeout(2)
+    connection.connect((CAR, port))
+    return connection
+
+
+def keep_idle(port, each, say):
+    """Connections that say nothing, from every address there is; again when they are closed."""
+    held = []
+    while True:
+        for address in ATTACKERS:
+            mine = [one for one in held if one[0] == address]
+            while len(mine) < each:
+                try:
+                    mine.append((address, _connect(address, port)))
+                    if say:
+                        mine[-1][1].send(say)
+                except OSError:
+                    break
+                held.append(mine[-1])
+        time.sleep(0.5)
+        for one in list(held):
+            one[1].setblocking(False)
+            try:
+                if one[1].recv(4096) == b"":
+                    held.remove(one)
+            except BlockingIOError:
+                pass
+            except OSError:
+                held.remove(one)
+
+
+@scenario("tcp-idle", 6, "4 addresses with 16 idle TCP connections each")
+def idle(world):
+    world.honest("clouds_out_tcp", "calls_tcp")
+    world.beside(keep_idle, 40011, 16, b"", newcomer="new=listen:0x4011:1:tcp")
+
+
+@scenario("tcp-announced", 6, "12 TCP connections that announce 16 MB each, 100 MB of memory")
+def announced(world):
+    world.honest("events_out", "calls_tcp")
+    world.car.limit_memory(100_000_000)
+    say = someip(0x4004, 1, b"", kind=REQUEST, length=(16 << 20) - 8) + bytes(1000)
+    world.beside(keep_idle, 40004, 3, say)

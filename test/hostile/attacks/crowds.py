@@ -1,0 +1,59 @@
+"""So many of everything that no room is left for others."""
+import socket
+import time
+
+from attacker import CAR, Attacker, open_udp, pace
+from figures import at_most, holds
+from lab import ADDRESS, ATTACKERS, MANY, SILENT, Failed
+from scenario import scenario
+from wire import ENDLESS, GROUP, endpoint, sd, service_entry, subscribe_entry
+import flows
+
+
+def many_hosts(rate):
+    """Ordinary hosts, each of which offers and subscribes; their sessions count up as they should."""
+    hosts = [Attacker(address) for address in MANY]
+    sinks = [open_udp(address, 6000) for address in MANY]
+    for i in pace(rate * len(hosts)):
+        host = hosts[i % len(hosts)]
+        host.say(subscribe_entry(0x4002, ttl=10), endpoint(host.address, 6000))
+        host.say(service_entry(1, 0x6000 + i % len(hosts), ttl=10, options=1), endpoint(host.address, 6001), to=GROUP)
+        for _ in host.heard():
+            pass
+    del sinks
+
+
+@scenario("120-peers", 11, "120 ordinary hosts that offer and subscribe")
+def many_peers(world):
+    world.honest("events_out", "events_in", "calls_udp")
+    world.beside(many_hosts, 0.5, newcomer="new=listen:0x4002:1:udp")
+
+
+def pretend_hosts(rate):
+    """Peers that nobody ever hears of again."""
+    attacker = Attacker()
+    for i in pace(rate):
+        silent = SILENT[i % len(SILENT)]
+        attacker.say_as(silent, service_entry(1, 0x6000 + i % 4000, ttl=ENDLESS, options=1), endpoint(silent, 6000))
+
+
+@scenario("endless-offers", 11, "300 forged offers/s with endless TTL, each from another address")
+def endless_offers(world):
+    """The tables are full then; a new honest service has to be found all the same."""
+    world.honest("events_out", "events_in", routes=world.route_of("late_in"), ends=["late_in=read:/late_in:cloud"])
+    world.beside(pretend_hosts, 300, newcomer=f"late_in=notify:0x5009:1:200:{world.scale.event_hz}",
+                 newcomer_is_heard="late_in")
+
+
+def many_subscriptions(rate, count):
+    """As many subscriptions as can be from one host, to one eventgroup."""
+    attacker = Attacker()
+    sinks = [open_udp(attacker.address) for _ in range(count)]
+    for i in pace(rate):
+        attacker.subscribe(0x4002, endpoint(*sinks[i % count].getsockname()), ttl=ENDLESS)
+
+
+@scenario("64-subscriptions", 11, "64 subscriptions of one host to one eventgroup")
+def subscriptions(world):
+    world.honest("events_out", "clouds_out")
+    world.beside(many_subscriptions, 100, 64, newcomer="new=listen:0x4002:1:udp")

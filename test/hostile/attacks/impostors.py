@@ -1,0 +1,126 @@
+"""Hosts that say they are others."""
+import time
+
+import flows
+from attacker import CAR, Attacker, open_udp, pace
+from figures import Figure, at_least, at_most
+from lab import ADDRESS
+from scenario import scenario
+from wire import GROUP, cloud, endpoint, load_balancing, sd_endpoint, service_entry, someip
+
+HONEST = ADDRESS["honest"]
+FORGED_STAMP = 10**9  # which no message of ours has
+
+
+def forged_cloud():
+    return someip(0x5002, 0x8001, cloud(FORGED_STAMP, 200))
+
+
+def reboot_as_honest(rate):
+    """Empty SD messages that name the honest host as their SD endpoint, each with its first session again."""
+    attacker = Attacker()
+    for _ in pace(rate):
+        attacker.say(b"", sd_endpoint(HONEST), session=1)
+
+
+@scenario("named-endpoint-reboots", 7, "2 empty SD messages/s that name the honest host by an SD Endpoint option")
+def named_reboots(world):
+    world.honest("clouds_in", "events_in", "clouds_out", "clouds_out_tcp")
+    world.beside(reboot_as_honest, 2)
+
+
+def offer_and_forge(rate, sd_option, first):
+    """Offers the honest host's service at the attacker's endpoint, and sends events of it."""
+    attacker = Attacker()
+    source = open_udp(attacker.address, 41002)
+    for i in pace(rate):
+        if i % max(rate // 4, 1) == 0:
+            entry = service_entry(1, 0x5002, ttl=3, options=1, first=1 if sd_option else 0)
+            option = (sd_endpoint(HONEST) if sd_option else b"") + endpoint(attacker.address, 41002)
+            attacker.say(entry, option, session=None)
+            attacker.say(entry, option, to=GROUP)
+        for entries, _, sender in attacker.heard():
+            for entry in entries:
+                if entry[0] == 6 and first:
+                    attacker.say(bytes([7, 0, 0, 0]) + entry[4:], to=sender[0])
+        source.sendto(forged_cloud(), (CAR, 45002))
+
+
+@scenario("named-endpoint-offers", 7, "an Offer as of the honest host, with the attacker's endpoint, and events from there")
+def named_offers(world):
+    world.honest("events_in", "clouds_in")
+    world.beside(offer_and_forge, 20, True, False, forging=True)
+
+
+@scenario("second-offer", 10, "an impostor offers an instance of the honest host second, and sends events")
+def second_offer(world):
+    world.honest("events_in", "clouds_in")
+    world.beside(offer_and_forge, 20, False, True, forging=True)
+
+
+def offer_only(rate):
+    attacker = Attacker()
+    sink = open_udp(attacker.address, 41002)
+    for _ in pace(rate):
+        attacker.offer(0x5002, 41002)
+        attacker.offer(0x5002, 41002, to=CAR)
+    sink.close()
+
+
+@scenario("first-offer", 10, "an impostor offers an instance first, and does not answer")
+def first_offer(world):
+    """The honest host comes while the impostor is there; its events have to come through all the same."""
+    world.honest(routes=world.route_of("events_in"), ends=["events_in=read:/events_in:cloud"])
+    child = world.lab.fork("attacker", offer_only, 2)
+    world.pass_time(2, "the impostor alone")
+    begin = time.monotonic_ns()
+    end = world.end("honest", "honest-end", "peer", HONEST, f"events_in=notify:0x5002:1:200:{world.scale.event_hz}")
+    world.pass_time(world.scale.attack_s, "both offer")
+    world.lab.end(child)
+    here, there = flows.read(world.car_end.out)[0]["events_in"], flows.read(end.out)[0]["events_in"]
+    first = min((came for _, came in here.received), default=None)
+    wait = (first - begin) / 1e9 if first else float("inf")
+    world.figures.append(at_most("the honest one is carried after", wait, 3, "s", timed=bool(first)))
+    seen = flows.events(there, here, begin + int(3e9), time.monotonic_ns() - int(1e9))
+    world.figures.append(at_least("events_in kept from then on", seen.percent, 95, "%"))
+
+
+def offer_better(rate, service, instance):
+    attacker = Attacker()
+    sink = open_udp(attacker.address, 41003)
+    for _ in pace(rate):
+        attacker.offer(service, 41003, more=load_balancing(0, 65535), options=2, instance=instance)
+    sink.close()
+
+
+@scenario("better-priority", 10, "an impostor offers another instance with a better priority")
+def better_priority(world):
+    server = world.end("honest", "server", "peer", HONEST, "served=serve:0x5100:1:200")
+    client = world.end("second", "client", "peer", ADDRESS["second"],
+                       f"calls=call:0x5100:0xffff:1:16:{world.scale.call_hz}:udp")
+    world.wait(lambda: any(answered for _, answered in flows.read(client.out)[0]["calls"].calls), "no call is answered")
+    world.pass_time(world.scale.quiet_s, "without the attack")
+    began = time.monotonic_ns()
+    child = world.lab.fork("attacker", offer_better, 2, 0x5100, 0x77)
+    world.pass_time(world.scale.attack_s, "attacked")
+    ended = time.monotonic_ns()
+    world.lab.end(child)
+    world.pass_time(1.5, "what comes late")
+    seen = flows.calls(flows.read(client.out)[0]["calls"], began, ended)
+    world.figures.append(at_least("calls answered by the honest one", seen.percent, 95, "%"))
+    assert server.running()
+
+
+@scenario("better-priority-first", 10, "the same, to a client that comes when both are there: told, not judged")
+def better_priority_first(world):
+    """Nobody can tell at first which of two instances is the honest one."""
+    world.end("honest", "server", "peer", HONEST, "served=serve:0x5100:1:200")
+    child = world.lab.fork("attacker", offer_better, 2, 0x5100, 0x77)
+    world.pass_time(2, "both offer")
+    client = world.end("second", "client", "peer", ADDRESS["second"],
+                       f"calls=call:0x5100:0xffff:1:16:{world.scale.call_hz}:udp")
+    world.pass_time(world.scale.attack_s, "attacked")
+    world.lab.end(child)
+    calls = flows.read(client.out)[0]["calls"].calls
+    answered = sum(1 for _, answer in calls if answer)
+    world.figures.append(Figure("calls answered by the honest one", 100 * answered / max(len(calls), 1), "%"))

@@ -1,0 +1,150 @@
+"""Bridges that close a ring: what one sends, another brings back."""
+import flows
+from figures import Figure, at_least, at_most, holds
+from lab import CARS
+from scenario import scenario
+from world import route
+
+STRING = "std_msgs/msg/String"
+COUNT = 10
+LOOP_WORDS = "seems to loop"
+OUT, IN = "dds_to_someip", "someip_to_dds"
+
+
+def out(topic, service, port, more=""):
+    return route(topic, service, OUT, port, STRING, more)
+
+
+def back(topic, service):
+    return route(topic, service, IN, None, STRING)
+
+
+def method(service, server, port=None, name="/actuate"):
+    where = f", port: {port}, offer: always" if port else ""
+    return (f"  - {{ros_service: {name}, type: std_srvs/srv/SetBool, server: {server}, service: {service}, instance: 1, "
+            f"method: 1{where}}}\n")
+
+
+def _start(world, bridges, kind="routes"):
+    """Bridges in the car, each at an address of its own: (what is in its file, its DDS domain)."""
+    for number, (body, domain) in enumerate(bridges):
+        world.bridge("car", f"bridge-{number + 1}", f"{kind}:\n{body}", domain, address=CARS[number])
+
+
+def _strings(world, bridges, parts=("chatter=read:/chatter:string",), relay="", readers=2):
+    """Publishes 10 Strings on /chatter and gives what is read in the same domain, beside those that were published.
+
+    readers: of /chatter, bridges and ours."""
+    _start(world, bridges)
+    if relay:
+        world.end("honest", "relay", "peer", "10.84.0.2", relay)
+    reader = world.end("car", "reader", "dds", 80, *parts)
+    world.pass_time(2 if world.scale.short else 3, "bridges find each other")
+    writer = world.end("car", "writer", "dds", 80, f"chatter=publish:/chatter:string:0:5:reliable:{COUNT}:{readers}")
+    world.wait(lambda: len(flows.read(writer.out)[0]["chatter"].sent) == COUNT, "nobody reads what is published")
+    world.pass_time(2 if world.scale.short else 5, "what comes back")
+    sent = set(flows.read(writer.out)[0]["chatter"].sent)
+    seen = flows.read(reader.out)[0]
+    came = [stamp for stamp, _ in seen["chatter"].received]
+    world.figures.append(at_least("Strings that came", len(set(came) & sent), COUNT))
+    return len(came) - len(set(came) & sent), seen, sent
+
+
+def _no_more(world, extra):
+    world.figures.append(at_most("Strings more than published", extra, 0))
+
+
+@scenario("loop-two-bridges", 1, "two bridges in one DDS domain carry a String in a ring")
+def two(world):
+    extra, _, _ = _strings(world, [(out("/chatter", 0x4101, 40101), 80), (back("/chatter", 0x4101), 80)])
+    _no_more(world, extra)
+
+
+@scenario("loop-three-bridges", 1, "three bridges, two topics and two services in a ring")
+def three(world):
+    extra, seen, _ = _strings(world, [(out("/chatter", 0x4101, 40101), 80),
+                                      (back("/other", 0x4101) + back("/chatter", 0x4102), 80),
+                                      (out("/other", 0x4102, 40102), 80)],
+                              ("chatter=read:/chatter:string", "other=read:/other:string"))
+    _no_more(world, extra + max(0, len(seen["other"].received) - COUNT))
+
+
+@scenario("loop-over-both-networks", 1, "two pairs of bridges between two DDS domains, a ring over both networks")
+def both(world):
+    extra, _, _ = _strings(world, [(out("/chatter", 0x4101, 40101), 80), (back("/chatter", 0x4101), 81),
+                                   (out("/chatter", 0x4102, 40102), 81), (back("/chatter", 0x4102), 80)])
+    _no_more(world, extra)
+
+
+@scenario("loop-patterns", 1, "two bridges with patterns, each with the lock file of the other")
+def patterns(world):
+    folder = world.lab.folder
+    # The id of /chatter is chosen by its name, so it is known to both from the start.
+    for number in 1, 2:
+        (folder / f"{number}.lock").write_text(
+            "version: 1\ntopics:\n  - {service: 0x6001, topic: /chatter, type: std_msgs/msg/String}\n", encoding="utf-8")
+    ways = ["direction: dds_to_someip, services: 0x6000-0x6fff, port: 40060", "direction: someip_to_dds"]
+    for number, way in enumerate(ways, 1):
+        world.bridge("car", f"bridge-{number}",
+                     f"lock_file: {folder}/{number}.lock\npatterns:\n  - {{topics: /**, {way}}}\n", 80, address=CARS[number])
+    extra, _, _ = _strings(world, [])
+    _no_more(world, extra)
+
+
+@scenario("loop-another-maker", 1, "a ring that something else closes in SOME/IP: bounded, and told of")
+def foreign(world):
+    extra, _, _ = _strings(world, [(out("/chatter", 0x4101, 40101), 80), (back("/chatter", 0x4102), 80)],
+                           relay="relay=relay:0x4101:0x4102")
+    world.figures.append(Figure("Strings more than published", extra))
+    told = [program.text() for program in world.lab.programs if LOOP_WORDS in program.text()]
+    # One String in the ring is a String that never ends; told of, or not there at all.
+    world.figures.append(holds(f'nothing, or told of: "{LOOP_WORDS}"', extra == 0 or told))
+    rate = extra / (4 if world.scale.short else 7)
+    world.figures.append(at_most("Strings a second in the ring", rate, 200, "/s"))
+
+
+@scenario("two-side-by-side", 1, "two bridges on purpose, split by service: all is carried, once")
+def beside(world):
+    far = world.end("car", "far", "dds", 81, "one=read:/one:string", "two=read:/two:string")
+    _, _, sent = _strings(world, [(out("/chatter", 0x4101, 40101), 80), (out("/chatter", 0x4103, 40103), 80),
+                                  (back("/one", 0x4101) + back("/two", 0x4103), 81)], readers=3)
+    seen = flows.read(far.out)[0]
+    for name in "one", "two":
+        came = [stamp for stamp, _ in seen[name].received]
+        world.figures.append(at_least(f"Strings by bridge {name}", len(set(came) & sent), COUNT))
+        _no_more(world, len(came) - len(set(came) & sent))
+    world.figures.append(holds("no word of a loop", not any(LOOP_WORDS in one.text() for one in world.lab.programs)))
+
+
+def _calls(world, calls, parts):
+    """Calls the service of the car, and counts what its server is asked."""
+    server = world.end("car", "server", "dds", 80, "actuate=answer:/actuate")
+    world.pass_time(3 if world.scale.short else 4, "bridges find each other")
+    client = world.end(*parts)
+    world.wait(lambda: len(flows.read(client.out)[0]["calls"].calls) >= calls, "the calls do not end")
+    world.pass_time(2 if world.scale.short else 4, "what comes back")
+    asked = len(flows.read(server.out)[0]["actuate"].asked)
+    world.figures.append(at_most("requests at the server more than calls", max(0, asked - calls), 0))
+    answered = sum(1 for _, answer in flows.read(client.out)[0]["calls"].calls[:calls] if answer)
+    world.figures.append(at_least("calls answered", answered, calls))
+
+
+@scenario("loop-service", 1, "two bridges carry a service in a ring, a ROS client calls once")
+def service(world):
+    _start(world, [(method(0x4201, "ros", 40201), 80), (method(0x4201, "someip"), 80)], "methods")
+    _calls(world, 1, ("car", "client", "dds", 80, "calls=ask:/actuate:10:1"))
+
+
+@scenario("loop-service-called", 1, "the same ring, called once by SOME/IP")
+def called(world):
+    _start(world, [(method(0x4201, "ros", 40201), 80), (method(0x4201, "someip"), 80)], "methods")
+    server = world.end("car", "server", "dds", 80, "actuate=answer:/actuate")
+    world.pass_time(3 if world.scale.short else 4, "bridges find each other")
+    # A payload of one byte: true.
+    client = world.lab.start("honest", "call", world.trestle, "call", "--address", "10.84.0.2", "0x4201.1", "1", "01")
+    client.process.wait(60)
+    world.lab.programs.remove(client)
+    world.pass_time(2 if world.scale.short else 4, "what comes back")
+    asked = len(flows.read(server.out)[0]["actuate"].asked)
+    world.figures.append(at_most("requests at the server more than calls", max(0, asked - 1), 0))
+    world.figures.append(at_least("requests at the server", asked, 1))

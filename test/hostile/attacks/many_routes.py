@@ -1,0 +1,132 @@
+"""A thousand routes of a thousand services between two bridges."""
+import signal
+import time
+
+import flows
+from attacker import Attacker, open_udp, pace
+from figures import Figure, at_least, at_most, holds
+from lab import ADDRESS, PATIENCE, Failed
+from scenario import scenario
+from wire import GROUP, endpoint, service_entry
+from world import route
+
+MESSAGE = "std_msgs/msg/String"
+SAMPLED = 20  # topics that are published and read
+
+
+def _subscribed(bridge):
+    """How many of its routes have their subscription, as its counters say."""
+    before = bridge.out.stat().st_size
+    bridge.send_signal(signal.SIGUSR1)
+    end = time.monotonic() + PATIENCE
+    while time.monotonic() < end:
+        time.sleep(0.05)
+        text = bridge.out.read_bytes()[before:]
+        if b"SOME/IP-SD: " in text and text.endswith(b"\n"):
+            return text.count(b"subscribed 1")
+    raise Failed("the bridge does not tell its counters")
+
+
+def _wait(world, bridge, count, begin, patience):
+    """Seconds from `begin` until it has so many, and how many it has."""
+    while True:
+        have = _subscribed(bridge)
+        if have >= count or time.monotonic() > begin + patience:
+            return time.monotonic() - begin, have
+        world.progress(f"{have} of {count} subscribed, {begin + patience - time.monotonic():.0f} s to go")
+        world.check()
+        time.sleep(0.1)
+
+
+def _carrying(world, bridge, times=1):
+    world.wait(lambda: bridge.text().count("info carrying ") >= times, f"{bridge.name} does not start")
+    return time.monotonic()
+
+
+def _bridges(world, count):
+    offers = "".join(route(f"/t{i}", 0x1000 + i, "dds_to_someip", 40001, MESSAGE) for i in range(count))
+    wants = "".join(route(f"/t{i}", 0x1000 + i, "someip_to_dds", None, MESSAGE) for i in range(count))
+
+    def start(name):
+        host = "car" if name.startswith("offering") else "honest"
+        return world.bridge(host, name, "routes:\n" + (offers if host == "car" else wants))
+    return start
+
+
+def _judge(world, what, waited, have, count, bridge):
+    world.figures.append(at_least(f"{what}: subscribed", have, count))
+    world.figures.append(at_most(f"{what}: after", waited if have >= count else float("inf"), 1, "s", timed=True))
+    if have < count:
+        world.figures.append(holds(f"{what}: the log says that some are not", "max_remote_services" in bridge.text()
+                                   or "no room" in bridge.text()))
+
+
+@scenario("1000-routes", 11, "1,000 routes of 1,000 services: start, restarts, idle")
+def many(world):
+    count = 300 if world.scale.short else 1000  # 256 was the limit once
+    patience = 20 if world.scale.short else 10
+    start = _bridges(world, count)
+    server, client = start("offering"), start("wanting")
+    _carrying(world, server)
+    began = _carrying(world, client)
+    _judge(world, "start", *_wait(world, client, count, began, patience), count, client)
+
+    step = count // SAMPLED
+    topics = [f"t{i}" for i in range(step - 1, count, step)]
+    reader = world.end("honest", "reader", "dds", 80, *[f"{topic}=read:/{topic}:string" for topic in topics])
+    world.pass_time(1.5, "who reads")
+    writer = world.end("car", "writer", "dds", 80, *[f"{topic}=publish:/{topic}:string:0:5:reliable:{10}" for topic in topics])
+    world.pass_time(5, "messages of some routes")
+    sent, came = flows.read(writer.out)[0], flows.read(reader.out)[0]
+    all_sent = sum(len(sent[topic].sent) for topic in topics)
+    kept = sum(1 for topic in topics for stamp in sent[topic].sent if stamp in came[topic].came)
+    world.figures.append(at_least("messages kept", 100 * kept / max(all_sent, 1), 95, "%"))
+    for program in reader, writer:
+        world.lab.programs.remove(program)
+        program.stop()
+
+    if not world.scale.short:
+        world.pass_time(2, "calm")
+        for bridge in server, client:
+            before = bridge.cpu_ms()
+            world.pass_time(5, "idle")
+            world.figures.append(at_most(f"idle, {bridge.name}", (bridge.cpu_ms() - before) / 5, 15, "ms/s", timed=True))
+
+    for name, number in ("offering", signal.SIGKILL), ("wanting", signal.SIGKILL), ("offering", signal.SIGTERM):
+        old = server if name == "offering" else client
+        world.lab.programs.remove(old)
+        old.stop(number)
+        again = start(name)
+        began = _carrying(world, again, again.text().count("info carrying ") + 1)
+        if name == "offering":
+            server = again
+        else:
+            client = again
+        how = "killed" if number == signal.SIGKILL else "stopped"
+        _judge(world, f"{name} {how} and started", *_wait(world, client, count, began, patience), count, client)
+    world.car = None
+
+
+def offer_many(count):
+    attacker = Attacker()
+    sink = open_udp(attacker.address, 41004)
+    for _ in pace(1):
+        for first in range(0, count, 60):
+            entries = b"".join(service_entry(1, 0x8000 + first + i, options=1) for i in range(60))
+            attacker.say(entries, endpoint(attacker.address, 41004), to=GROUP)
+    sink.close()
+
+
+@scenario("1000-foreign-offers", 11, "1,000 offers of others each second beside 1,000 routes: told")
+def foreign(world):
+    start = _bridges(world, 1000)
+    server, client = start("offering"), start("wanting")
+    _carrying(world, server)
+    began = _carrying(world, client)
+    _wait(world, client, 1000, began, 10)
+    child = world.lab.fork("attacker", offer_many, 1000)
+    world.pass_time(3, "foreign offers")
+    before = client.cpu_ms()
+    world.pass_time(5, "foreign offers")
+    world.figures.append(at_most("the wanting bridge", (client.cpu_ms() - before) / 5, 60, "ms/s", timed=True))
+    world.lab.end(child)

@@ -1,0 +1,103 @@
+"""Receivers that take little, nothing, or are not there: what they cost the others."""
+import socket
+import time
+
+from attacker import CAR, Attacker, open_udp, pace
+from lab import MANY, SILENT
+from scenario import scenario
+from wire import TCP, configuration, endpoint, service_entry, subscribe_entry
+
+NEW_TCP = "new=listen:0x4011:1:tcp"
+NEW_UDP = "new=listen:0x4001:1:udp"
+
+
+def subscribe_over_tcp(bytes_a_second):
+    attacker = Attacker()
+    connection = socket.socket()
+    connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 65536)
+    connection.bind((attacker.address, 0))
+    connection.connect((CAR, 40011))
+    for _ in pace(10):
+        attacker.subscribe(0x4011, endpoint(attacker.address, connection.getsockname()[1], TCP))
+        if bytes_a_second:
+            connection.recv(bytes_a_second // 10)
+
+
+def subscribe_over_udp(told):
+    attacker = Attacker()
+    sink = open_udp(attacker.address)
+    options = endpoint(*sink.getsockname()) + configuration(f"trestle.rcvbuf={told}")
+    for _ in pace(1):
+        attacker.subscribe(0x4001, options, number=2)
+
+
+@scenario("tcp-reads-20kB", 2, "a TCP subscriber that reads 20 kB/s")
+def tcp_reads_slowly(world):
+    world.honest("clouds_out_tcp", "events_out")
+    world.beside(subscribe_over_tcp, 20_000, newcomer=NEW_TCP)
+
+
+@scenario("tcp-never-reads", 2, "a TCP subscriber that never reads")
+def tcp_never_reads(world):
+    world.honest("clouds_out_tcp", "events_out")
+    world.beside(subscribe_over_tcp, 0, newcomer=NEW_TCP)
+
+
+@scenario("udp-takes-1-byte", 2, "a UDP subscriber that says it takes 1 byte")
+def udp_takes_a_byte(world):
+    world.honest("clouds_out", "events_out", "clouds_in")
+    world.beside(subscribe_over_udp, 1, newcomer=NEW_UDP)
+
+
+def subscribe_silent(rate, services, pretend):
+    """From or for addresses that nobody has: no answer to ARP ever comes."""
+    attacker = Attacker()
+    for i in pace(rate):
+        silent = SILENT[i % len(SILENT)]
+        for service in services:
+            entry, option = subscribe_entry(service, ttl=0xFFFFFF), endpoint(silent, 5000 + i % 100)
+            if pretend:
+                attacker.say_as(silent, entry, option)
+            else:
+                attacker.say(entry, option)
+
+
+def _silent(world, more, pretend):
+    world.honest("clouds_out", "events_out", "clouds_in", "calls_udp", more=more)
+    world.beside(subscribe_silent, 60, (0x4001, 0x4002), pretend, newcomer=NEW_UDP)
+
+
+@scenario("silent-endpoints", 3, "60 Subscribes/s that name silent addresses")
+def silent_endpoints(world):
+    _silent(world, "", False)
+
+
+@scenario("silent-senders", 3, "60 Subscribes/s that say they come from silent addresses")
+def silent_senders(world):
+    _silent(world, "", True)
+
+
+@scenario("silent-small-buffer", 3, "the same, and a send buffer as ordinary users get it")
+def silent_small_buffer(world):
+    _silent(world, "\n  send_buffer: 208 KiB", True)
+
+
+def find_as_silent(rate, addresses):
+    """Each Find is answered to an address that nobody has."""
+    attacker = Attacker()
+    for i in pace(rate):
+        silent = SILENT[i % addresses]
+        for service in 0x4001, 0x4002:
+            attacker.say_as(silent, service_entry(0, service))
+
+
+@scenario("sd-send-buffer-full", 4, "Finds from silent addresses fill the send buffer of discovery")
+def discovery_buffer(world):
+    world.honest("events_out", "events_in", more="\n  send_buffer: 8 KiB")
+    world.beside(find_as_silent, 300, 300, newcomer="new=listen:0x4002:1:udp")
+
+
+@scenario("neighbour-table-full", 4, "Finds from 2,000 silent addresses fill the table of neighbours")
+def neighbour_table(world):
+    world.honest("events_out", "events_in")
+    world.beside(find_as_silent, 400, 2000, newcomer="new=listen:0x4002:1:udp")
