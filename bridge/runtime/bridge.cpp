@@ -372,6 +372,7 @@ std::vector<CounterGroup> Bridge::counters() const {
                      {"unexpected", node.unexpected, loss},
                      {"unknown_sender", node.unknown_sender, loss},
                      {"queue_full", sender.queue_full, loss},
+                     {"slow_subscriber", sender.overtaken, loss},
                      {"refused_by_system", sender.refused, loss},
                      {"abandoned", sender.abandoned, loss},
                      {"bad_return_code", node.bad_return_code, loss},
@@ -391,6 +392,7 @@ std::vector<CounterGroup> Bridge::counters() const {
                      {"bad_framing", server.bad_framing, loss},
                      {"timed_out", streams.timed_out, loss},
                      {"queue_full", streams.queue_full, loss},
+                     {"slow_subscriber", streams.overtaken, loss},
                      {"not_connected", client.not_connected, loss}}});
   const someip::TpCounters& tp = state_->node->reassembly_counters();
   CounterGroup segments{"SOME/IP-TP",

@@ -44,6 +44,9 @@ std::vector<OfferedService> offered_services(const std::vector<Route>& routes) {
       group->multicast_threshold = route.multicast->threshold;
     }
     group->events.push_back(route.event);
+    service.spec.waits.push_back(
+        {.id = route.event,
+         .rule = {.most = std::max<std::size_t>(1, route.qos.depth), .keep_oldest = route.qos.keep_all}});
     if (route.e2e) {
       service.spec.e2e.push_back(
           {.id = route.event, .protect = route.e2e->profile, .payload_only = route.e2e->payload_only});

@@ -19,8 +19,10 @@
 namespace trestle::bridge {
 namespace {
 
-// Samples that may be on their way through the sender at once: one that leaves, one that is ready behind it.
-constexpr std::size_t jobs_at_once = 2;
+// Samples that may be lent out at once, beside as many as the QoS depth. For a subscriber who is slow the
+// newest wait, as many as the depth, which are the same for all who are slow; and the one which it has begun
+// to take may be an old one. So this is how many slow subscribers cost no copy.
+constexpr std::size_t lent_to_slow = 8;
 
 // A sample while it is converted and sent. Reused, so that the converter's memory is.
 struct Job {
@@ -41,11 +43,8 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
         report{watcher},
         log{what.topic},
         pacing{pacing_of(what.tp)},
-        waiting{std::max<std::size_t>(1, what.qos.depth)} {
-    for (std::size_t i = 0; i < jobs_at_once; ++i) {
-      idle_jobs.push_back(std::make_unique<Job>());
-    }
-  }
+        max_lent{what.qos.depth + lent_to_slow},
+        waiting{std::max<std::size_t>(1, what.qos.depth)} {}
 
   // On a thread of DDS.
   void on_sample(dds::Sample sample) {
@@ -89,7 +88,7 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
 
   std::optional<dds::Sample> next_sample() {
     const std::lock_guard lock{mutex};
-    if (waiting.empty() || idle_jobs.empty() || node == nullptr) {
+    if (waiting.empty() || node == nullptr) {
       woken = false;
       return std::nullopt;
     }
@@ -111,6 +110,10 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
   }
 
   void carry(dds::Sample sample) {
+    if (idle_jobs.empty()) {
+      idle_jobs.push_back(std::make_unique<Job>());
+      ++jobs;
+    }
     plan.expect(sample.cdr(), idle_jobs.back()->scratch);
     if (is_expired(sample)) {
       ++expired;
@@ -121,6 +124,9 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
       ++no_subscriber;
       return;
     }
+    // Where too many are lent out to who does not take them, what has to wait of this one is copied, to
+    // memory that has a bound of its own: NodeConfig::max_queued_bytes.
+    const bool lend = jobs - idle_jobs.size() < max_lent;
     const auto job = take_job();
     job->sample = std::move(sample);
     const auto before = Clock::now();
@@ -139,8 +145,11 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
     const auto source_time = job->sample.source_time();
     const auto sent = route.qos.transient_local
                           ? offer.set(route.event, gathered(*payload))
-                          : node->notify(*offer.handle(), route.event, payload->slices, job, pacing);
+                          : node->notify(*offer.handle(), route.event, payload->slices,
+                                         lend ? job : std::shared_ptr<const void>{}, pacing);
+    copied += lend || route.qos.transient_local ? 0 : 1;
     send_dropped += sent.dropped;
+    slow_subscriber += sent.overtaken;
     if (sent.subscribers == 0 && route.qos.transient_local) {
       ++kept;
     }
@@ -198,7 +207,9 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
   ConversionLog log;
   const someip::TpPacing pacing;
   const someip::PoolAllocator<std::byte> memory;  ///< of what comes and goes with each sample
+  const std::size_t max_lent;
   std::vector<std::unique_ptr<Job>> idle_jobs;
+  std::size_t jobs = 0;  ///< those that are idle, and one for each sample that is lent out
   bool draining = false;
   std::uint64_t carried = 0;
   std::uint64_t carried_bytes = 0;
@@ -208,6 +219,8 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
   std::uint64_t not_convertible = 0;
   std::uint64_t too_large = 0;
   std::uint64_t send_dropped = 0;
+  std::uint64_t slow_subscriber = 0;
+  std::uint64_t copied = 0;  ///< samples that could not be lent out
 
   mutable std::mutex mutex;  // of what follows
   boost::circular_buffer<dds::Sample> waiting;
@@ -264,6 +277,8 @@ CounterGroup OutboundRoute::counters() const {
            {"not_convertible", state.not_convertible, loss},
            {"too_large", state.too_large, loss},
            {"not_sent", state.send_dropped, loss},
+           {"slow_subscriber", state.slow_subscriber, loss},
+           {"copied", state.copied},
            {"stopped", state.stopped, loss},
            {"dds_own", dds.own, loss},
            {"dds_bad_encapsulation", dds.bad_encapsulation, loss},

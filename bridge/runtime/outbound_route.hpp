@@ -14,6 +14,9 @@ namespace trestle::bridge {
 /// Carries a DDS topic to a SOME/IP event. Samples arrive on threads of DDS and wait, at most as many as the
 /// route's QoS depth, for the thread that runs the io_context; there they are converted and sent. A sample's
 /// memory stays on loan from DDS until the last byte of it has been sent: nothing is copied on the way.
+///
+/// A subscriber who takes them more slowly than they come gets the newest, as many as the depth: what is
+/// dropped is dropped for that subscriber alone.
 class OutboundRoute {
  public:
   /// @param offer  the service of the route, on `node`; outlives the route.

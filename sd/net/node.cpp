@@ -470,6 +470,9 @@ NodeCounters Node::counters() const {
       state_->unicast.receive_overflows() + state_->multicast.receive_overflows() + state_->ports.overflows();
   return sum;
 }
+std::vector<SlowSubscriber> Node::slow_subscribers() const {
+  return state_->provider.slow_subscribers();
+}
 const Counters& Node::discovery_counters() const noexcept {
   return state_->discovery.counters();
 }

@@ -141,6 +141,8 @@ class Node {
   // --- What it has done -----------------------------------------------------------------------------------
 
   [[nodiscard]] NodeCounters counters() const;
+  /// The last 32 subscribers for whom events were dropped as they take them too slowly, EventWait.
+  [[nodiscard]] std::vector<SlowSubscriber> slow_subscribers() const;
   [[nodiscard]] const Counters& discovery_counters() const noexcept;
   [[nodiscard]] const someip::TpCounters& reassembly_counters() const noexcept;
   [[nodiscard]] const someip::CallCounters& call_counters() const noexcept;

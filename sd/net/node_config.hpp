@@ -35,8 +35,9 @@ struct NodeConfig {
   bool watch_link = true;
   Limits limits{};                                         ///< of service discovery
   std::size_t max_message_bytes = std::size_t{16} << 20U;  ///< payload of a received message
-  /// That may wait to be sent at one UDP port or TCP connection; a message beyond them is dropped. Of the
-  /// memory for copies of it, as much stays for the next ones.
+  /// That may wait to be sent at one UDP port or TCP connection; beyond them messages are dropped, at a UDP
+  /// port those of the receiver for whom the most waits. Of the memory for copies of it, as much stays for
+  /// the next ones.
   std::size_t max_queued_bytes = std::size_t{64} << 20U;
   /// Large messages that may be under way at once over UDP; their memory is only taken as they fill it.
   std::size_t max_reassemblies = 32;
@@ -85,7 +86,9 @@ struct NodeCounters {
   std::uint64_t e2e_failed = 0;           ///< events, requests and answers that failed their end-to-end check
   /// Events, requests and answers of another size than their E2E profile has: not sent.
   std::uint64_t e2e_not_protected = 0;
-  std::uint64_t offered_twice = 0;       ///< instances of ours that somebody else began to offer, too
+  std::uint64_t offered_twice = 0;  ///< instances of ours that somebody else began to offer, too
+  /// Events that were dropped for subscribers that take them too slowly, EventWait.
+  std::uint64_t overtaken = 0;
   std::uint64_t discovery_not_sent = 0;  ///< SD datagrams that the system would not take
   std::uint64_t unreachable = 0;  ///< errors of the network (ICMP): a UDP receiver of ours is not there
 };

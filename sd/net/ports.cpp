@@ -37,6 +37,7 @@ void add(someip::MessageSender::Counters& sum, const someip::MessageSender::Coun
   sum.messages += one.messages;
   sum.datagrams += one.datagrams;
   sum.queue_full += one.queue_full;
+  sum.overtaken += one.overtaken;
   sum.refused += one.refused;
   sum.abandoned += one.abandoned;
   sum.system_calls += one.system_calls;

@@ -5,6 +5,7 @@
 
 #include "sd/core/receive_buffer.hpp"
 #include "sd/net/checks.hpp"
+#include "sd/net/clock.hpp"
 #include "sd/net/discovery_text.hpp"
 #include "someip/net/address_text.hpp"
 #include "someip/wire/slices.hpp"
@@ -19,6 +20,9 @@ using someip::MethodKind;
 using someip::ReturnCode;
 
 namespace {
+
+constexpr std::size_t max_slow = 32;                       // slow subscribers that are remembered
+constexpr Duration slow_pause = std::chrono::seconds{10};  // from one line about one of them to the next
 
 bool contains(const std::vector<MethodId>& ids, MethodId id) {
   return std::ranges::find(ids, id) != ids.end();
@@ -136,6 +140,9 @@ OfferHandle Provider::offer(ServiceSpec spec, TimePoint now) {
     }
   }
   offer->values = values_of(spec, now);
+  for (const EventWait& wait : spec.waits) {
+    offer->events[wait.id].waits = wait.rule;
+  }
   log_("offering " + to_string(spec.service, spec.instance) + at);
   for (const std::string& doubt : doubts_about(spec)) {
     log_(std::string{name}.append(": ").append(doubt));
@@ -297,7 +304,7 @@ Header event_header(const ServiceSpec& spec, MethodId event, someip::SessionId s
 someip::SessionId Provider::session_of(Offer& offer, MethodId event, std::size_t bytes) {
   const bool none =
       contains(offer.spec.events_without_session, event) && bytes <= someip::max_plain_payload_bytes;
-  return none ? someip::SessionId{0} : offer.sessions[event].next();
+  return none ? someip::SessionId{0} : offer.events[event].session.next();
 }
 
 Notified Provider::notify(OfferHandle handle, MethodId event, const SubscriberFilter& wanted,
@@ -342,19 +349,74 @@ Notified Provider::send_to_receivers(Offer& offer, const Header& header, std::sp
                                      const std::shared_ptr<const void>& keep_alive,
                                      const someip::TpPacing& pacing) {
   Notified result{.session = header.session};
-  for (const Receiver& receiver : receivers_) {
-    bool taken = false;
-    if (receiver.transport == Transport::tcp) {
-      taken = offer.tcp->server.send(receiver.to, header, payload, keep_alive);
-    } else if (may_be_sent(offer.spec, header.method, size_of(payload))) {
-      taken = offer.udp->sender.send(receiver.to, header, payload, keep_alive,
-                                     with_burst(pacing, receiver.burst));
-    } else {
-      ++counters_.not_to_be_segmented;
-    }
-    ++(taken ? result.subscribers : result.dropped);
+  // The owner of a message that has left may send another one.
+  std::vector<Receiver> receivers = std::move(receivers_);
+  for (const Receiver& receiver : receivers) {
+    send_to_receiver(offer, receiver, header, payload, keep_alive, pacing, result);
   }
+  receivers_ = std::move(receivers);
   return result;
+}
+
+void Provider::send_to_receiver(Offer& offer, const Receiver& receiver, const Header& header,
+                                std::span<const ByteView> payload,
+                                const std::shared_ptr<const void>& keep_alive, const someip::TpPacing& pacing,
+                                Notified& result) {
+  const bool by_tcp = receiver.transport == Transport::tcp;
+  if (!by_tcp && !may_be_sent(offer.spec, header.method, size_of(payload))) {
+    ++counters_.not_to_be_segmented;
+    ++result.dropped;
+    return;
+  }
+  if (!offer.spec.waits.empty()) {
+    const someip::WaitRule& rule = offer.events[header.method].waits;
+    const someip::Room room = by_tcp ? offer.tcp->server.make_room(receiver.to, header, rule)
+                                     : offer.udp->sender.make_room(receiver.to, header, rule);
+    if (room.dropped != 0) {
+      result.overtaken += room.dropped;
+      note_slow(offer, receiver, header, room.dropped);
+    }
+    if (!room.granted) {
+      return;
+    }
+  }
+  const bool taken = by_tcp ? offer.tcp->server.send(receiver.to, header, payload, keep_alive)
+                            : offer.udp->sender.send(receiver.to, header, payload, keep_alive,
+                                                     with_burst(pacing, receiver.burst));
+  ++(taken ? result.subscribers : result.dropped);
+}
+
+void Provider::note_slow(const Offer& offer, const Receiver& receiver, const Header& header,
+                         std::size_t overtaken) {
+  counters_.overtaken += overtaken;
+  const auto found = std::ranges::find_if(slow_, [&](const Slow& one) {
+    return one.subscriber.at == receiver.to && one.subscriber.transport == receiver.transport;
+  });
+  if (found != slow_.end()) {
+    std::rotate(found, found + 1, slow_.end());
+  } else {
+    if (slow_.size() == max_slow) {
+      slow_.erase(slow_.begin());
+    }
+    slow_.push_back({.subscriber = {receiver.to, receiver.transport}});
+  }
+  Slow& slow = slow_.back();
+  slow.subscriber.overtaken += overtaken;
+  slow.unsaid += overtaken;
+  if (now() >= slow.next_line && now() >= next_slow_line_) {
+    next_slow_line_ = now() + std::chrono::seconds{1};
+    slow.next_line = now() + slow_pause;
+    warn_(someip::to_string(receiver.to) + (receiver.transport == Transport::tcp ? " (TCP)" : " (UDP)") +
+          " takes events more slowly than they come, the last was " + hexadecimal(value(header.method)) +
+          " of " + to_string(offer.spec.service, offer.spec.instance) + ": " +
+          std::to_string(std::exchange(slow.unsaid, 0)) + " dropped for it, none for others");
+  }
+}
+
+std::vector<SlowSubscriber> Provider::slow_subscribers() const {
+  std::vector<SlowSubscriber> all(slow_.size());
+  std::ranges::transform(slow_, all.begin(), &Slow::subscriber);
+  return all;
 }
 
 // --- Requests ---------------------------------------------------------------------------------------------
@@ -493,16 +555,11 @@ void Provider::send_initial_values(OfferHandle handle, EventgroupId eventgroup,
       }
     }
     const ByteView bytes{*value};
-    if (transport_of(offer->spec, event) == Transport::tcp) {
-      if (subscriber.tcp) {
-        offer->tcp->server.send(*subscriber.tcp, header, {&bytes, 1}, value);
-      }
-    } else if (subscriber.udp && !may_be_sent(offer->spec, event, bytes.size())) {
-      ++counters_.not_to_be_segmented;
-    } else if (subscriber.udp) {
-      offer->udp->sender.send(
-          *subscriber.udp, header, {&bytes, 1}, value,
-          with_burst(offer->values[*field].pacing, someip::burst_into(subscriber.receive_buffer_bytes)));
+    const Transport transport = transport_of(offer->spec, event);
+    if (const auto& to = transport == Transport::tcp ? subscriber.tcp : subscriber.udp) {
+      Notified result;
+      send_to_receiver(*offer, {*to, transport, someip::burst_into(subscriber.receive_buffer_bytes)}, header,
+                       {&bytes, 1}, value, offer->values[*field].pacing, result);
     }
   }
 }

@@ -48,6 +48,7 @@ class Provider {
   void on_event(const SubscriberRemoved& event);
   /// Warns of instances that somebody else offers, too.
   void note_rivals();
+  [[nodiscard]] std::vector<SlowSubscriber> slow_subscribers() const;
 
  private:
   /// What is sent by a rule: the value of a field, the last payload of an event that has a rule.
@@ -59,12 +60,23 @@ class Provider {
     Value value{};  ///< nothing: none yet
     Value sent{};   ///< with the last notification
   };
+  /// What is known of an event.
+  struct Sending {
+    someip::SessionCounter session;
+    someip::WaitRule waits;
+  };
+  /// A subscriber that was too slow.
+  struct Slow {
+    SlowSubscriber subscriber;
+    std::uint64_t unsaid = 0;
+    TimePoint next_line{};
+  };
   struct Offer {
     OfferHandle handle;
     ServiceSpec spec;
     std::shared_ptr<UdpPort> udp;
     std::shared_ptr<TcpPort> tcp;
-    std::map<someip::MethodId, someip::SessionCounter> sessions;  ///< of each event
+    std::map<someip::MethodId, Sending> events;
     std::vector<Ruled> values;  ///< of the fields as in `spec`, then of the events as in `spec`
     E2eChannels e2e;
   };
@@ -87,6 +99,12 @@ class Provider {
   [[nodiscard]] static someip::SessionId session_of(Offer& offer, someip::MethodId event, std::size_t bytes);
   Notified send_to_receivers(Offer& offer, const someip::Header& header, std::span<const ByteView> payload,
                              const std::shared_ptr<const void>& keep_alive, const someip::TpPacing& pacing);
+  /// By the event's rule for those who are slow.
+  void send_to_receiver(Offer& offer, const Receiver& receiver, const someip::Header& header,
+                        std::span<const ByteView> payload, const std::shared_ptr<const void>& keep_alive,
+                        const someip::TpPacing& pacing, Notified& result);
+  void note_slow(const Offer& offer, const Receiver& receiver, const someip::Header& header,
+                 std::size_t overtaken);
   [[nodiscard]] ReplyPath reply_path(const Source& source, bool in_segments);
   [[nodiscard]] someip::MethodKind kind_of(const Offer& offer, someip::MethodId method) const;
   /// Of what a method, getter or setter answers.
@@ -121,8 +139,10 @@ class Provider {
   std::vector<std::shared_ptr<Offer>> offers_;
   std::unordered_set<std::uint64_t> offered_;  ///< the instances of offers_, but for other protocols
   std::vector<RemoteHandle> rivals_;           ///< offers of the same by others, of which has been warned
+  std::vector<Slow> slow_;                     ///< the one that was so last is last
+  TimePoint next_slow_line_{};                 ///< about any of them
   DeadlineTimer cycle_;                        ///< of all values that are sent cyclically
-  // Of one event; kept to reuse their memory.
+  // Of one event; kept to reuse their memory, empty while it is sent.
   mutable std::vector<Receiver> receivers_;
   /// Who gets it by multicast: the UDP endpoint, or SD's of a subscriber that needs none.
   mutable std::vector<Endpoint> by_multicast_;

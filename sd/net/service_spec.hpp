@@ -7,6 +7,7 @@
 #include "sd/net/responder.hpp"
 #include "someip/core/tp_pacing.hpp"
 #include "someip/core/update_schedule.hpp"
+#include "someip/net/wait_rule.hpp"
 
 namespace trestle::sd {
 
@@ -57,6 +58,12 @@ struct EventSpec {
   DifferenceCheck differs{};    ///< nothing: by any byte
 };
 
+/// How many messages of an event may wait for one subscriber that takes them more slowly than they come.
+struct EventWait {
+  someip::MethodId id{};  ///< an event, or the notifier of a field
+  someip::WaitRule rule{};
+};
+
 /// An item of a service's configuration: `key`, `key=` or `key=value`.
 struct ConfigurationText {
   std::string key;
@@ -102,6 +109,8 @@ struct ServiceSpec {
   /// much its socket has room for, DiscoveryRules::tell_receive_buffer, unless it has a `configuration` of
   /// its own.
   std::optional<std::vector<someip::MethodId>> segmented{};
+  /// Of events that are not listed as many messages may wait as NodeConfig::max_queued_bytes has room for.
+  std::vector<EventWait> waits{};
   std::vector<E2eSpec> e2e{};  ///< events, methods, getters, setters and notifiers with protection
   /// What else discovery tells of it, in this order.  [feat_req_someipsd_857] A service of other_protocols is
   /// named by its item `otherserv`.  [feat_req_someipsd_500]
@@ -123,6 +132,16 @@ struct Notified {
   someip::SessionId session{};  ///< of the message that was sent
   std::size_t subscribers = 0;  ///< endpoints that it was sent to, or queued for
   std::size_t dropped = 0;      ///< those that did not get it, as the counters tell
+  /// Messages of this event that were dropped as a subscriber takes them too slowly, EventWait: older ones,
+  /// or this one.
+  std::size_t overtaken = 0;
+};
+
+/// A subscriber for whom events were dropped as it takes them too slowly, EventWait.
+struct SlowSubscriber {
+  Endpoint at;
+  Transport transport = Transport::udp;
+  std::uint64_t overtaken = 0;  ///< messages
 };
 
 /// A service to call methods of.

@@ -195,6 +195,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
 
   void flush() {
     const auto entries = batch.entries();
+    bool some_wait = false;
     for (std::size_t next = 0; next < entries.size();) {
       const UdpSocket::Batch sent = counted([&] { return socket->send_trains(batch.trains(next)); });
       for (const std::size_t end = next + sent.sent; next < end; ++next) {
@@ -205,20 +206,28 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
         counters.refused += entries[next++].messages;
       } else if (sent.status == SendStatus::would_block) {
         for (; next < entries.size(); ++next) {
-          enqueue_datagram(entries[next].to, batch.bytes_of(entries[next]), entries[next].messages);
+          put_datagram(entries[next].to, batch.bytes_of(entries[next]), entries[next].messages);
+          some_wait = true;
         }
       }
     }
     batch.clear();
+    if (some_wait) {
+      start();  // not before: the owner of a message that leaves may send others
+    }
   }
 
   // --- sending ---
 
   // While it lives, a message is sent from where the caller of send() has it. What waits then is copied.
   struct Lending {
-    Lending(State& of, PendingMessage& message) : state{of.shared_from_this()} { state->lent = &message; }
+    Lending(State& of, PendingMessage& message) : state{of.shared_from_this()} {
+      state->lent = &message;
+      message.lent = true;
+    }
     ~Lending() {
       if (state->lent != nullptr) {
+        state->lent->lent = false;
         SendLanes::own(*std::exchange(state->lent, nullptr));
       }
     }
@@ -286,6 +295,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
         counted([&] { return socket->send_segments(lane.to, slices, slice_counts, datagram_bytes); });
     counters.datagrams += result.sent;
     lane.pace.sent(result.sent);
+    message.begun |= result.sent > 0;
     if (result.sent < slice_counts.size()) {  // go back to the first segment that was not sent
       message.segments = segments_before;
       message.cursor = cursor_before;
@@ -402,9 +412,11 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
 
   bool enqueue(const Endpoint& to, const Header& header, std::span<const ByteView> payload, std::size_t bytes,
                std::shared_ptr<const void> keep_alive, const TpPacing& pacing) {
+    const auto self = shared_from_this();  // the owner of another message may destroy the sender
     PendingMessage* const place = lanes.add(to, payload, bytes, keep_alive != nullptr);
     if (place == nullptr) {
       ++counters.queue_full;
+      let_go();
       return false;
     }
     place->header = header;
@@ -422,10 +434,24 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
       }
       start();
     }
+    let_go();
     return true;
   }
 
+  // Of messages that gave way.
+  void let_go() {
+    if (lanes.some_gave_way()) {
+      const auto self = shared_from_this();
+      lanes.let_go();
+    }
+  }
+
   void enqueue_datagram(const Endpoint& to, ByteView datagram, std::size_t messages) {
+    put_datagram(to, datagram, messages);
+    start();
+  }
+
+  void put_datagram(const Endpoint& to, ByteView datagram, std::size_t messages) {
     PendingMessage* const place = lanes.add(to, {&datagram, 1}, datagram.size(), false);
     if (place == nullptr) {
       counters.queue_full += messages;
@@ -434,13 +460,14 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     place->messages = messages;
     place->datagram = true;
     SendLanes::own(*place);
-    start();
   }
 
   void start() {
+    const auto self = shared_from_this();
     if (!blocked) {
       pump();
     }
+    let_go();
   }
 
   struct Memory {
@@ -545,11 +572,20 @@ bool MessageSender::send(const Endpoint& to, const Header& header, std::span<con
   return state.enqueue(to, header, payload, bytes, std::move(keep_alive), pacing);
 }
 
+Room MessageSender::make_room(const Endpoint& to, const Header& newer, const WaitRule& rule) {
+  const Room room = state_->lanes.make_room(to, newer, rule);
+  state_->counters.overtaken += room.dropped;
+  state_->let_go();
+  return room;
+}
+
 bool MessageSender::idle() const noexcept {
   return state_->lanes.empty() && state_->collections.empty() && state_->batch.empty();
 }
-const MessageSender::Counters& MessageSender::counters() const noexcept {
-  return state_->counters;
+MessageSender::Counters MessageSender::counters() const noexcept {
+  Counters result = state_->counters;
+  result.queue_full += state_->lanes.gave_way();
+  return result;
 }
 
 }  // namespace trestle::someip

@@ -18,13 +18,14 @@ namespace trestle::someip {
 /// are 64; in a handler of what `socket` has received, when all has been handled that came with it.
 ///
 /// The large messages to one receiver share its bursts, in the order in which they were sent. Those to
-/// another one do not wait for its pauses.
+/// another one do not wait for its pauses, and where too much waits, it is dropped where the most does.
 class MessageSender {
  public:
   struct Counters {
     std::uint64_t messages = 0;         ///< sent, whole
     std::uint64_t datagrams = 0;        ///< sent
     std::uint64_t queue_full = 0;       ///< messages dropped because too much was waiting
+    std::uint64_t overtaken = 0;        ///< messages dropped by make_room()
     std::uint64_t refused = 0;          ///< messages lost because the system would not send them
     std::uint64_t abandoned = 0;        ///< messages dropped by close()
     std::uint64_t system_calls = 0;     ///< that sending needed
@@ -32,7 +33,7 @@ class MessageSender {
   };
 
   /// @param socket  outlives the sender, and has no other one.
-  /// @param max_queued_bytes  payload that may wait for its turn; a message beyond it is dropped. Each
+  /// @param max_queued_bytes  payload that may wait for its turn; beyond it messages are dropped. Each
   ///                          message that waits counts some hundred bytes more, for its place. Memory for
   ///                          copies of what waits is kept up to as many bytes.
   /// @param collect_for  how long a small message may wait for others to the same receiver, to share one
@@ -54,6 +55,10 @@ class MessageSender {
   bool send(const Endpoint& to, const Header& header, std::span<const ByteView> payload,
             std::shared_ptr<const void> keep_alive = nullptr, const TpPacing& pacing = {});
 
+  /// To be called before send() for a message that a rule is for: drops the oldest one with its Message ID
+  /// when too many wait for the receiver, or says that the new one is not to be sent.
+  Room make_room(const Endpoint& to, const Header& newer, const WaitRule& rule);
+
   /// Sends now what waits to leave together with others.
   void flush();
 
@@ -63,7 +68,7 @@ class MessageSender {
 
   /// Whether nothing waits to be sent.
   [[nodiscard]] bool idle() const noexcept;
-  [[nodiscard]] const Counters& counters() const noexcept;
+  [[nodiscard]] Counters counters() const noexcept;
 
  private:
   struct State;

@@ -62,7 +62,7 @@ SendLane& SendLanes::lane_of(const Endpoint& to) {
 
 PendingMessage* SendLanes::add(const Endpoint& to, std::span<const ByteView> parts, std::size_t bytes,
                                bool keep) {
-  if (bytes_ > max_bytes_ || bytes > max_bytes_ - bytes_) {
+  if (!make_way(to, bytes)) {
     return nullptr;
   }
   if (unused_.empty()) {
@@ -72,14 +72,77 @@ PendingMessage* SendLanes::add(const Endpoint& to, std::span<const ByteView> par
   place.bytes = bytes;
   place.slices.assign(parts.begin(), parts.end());
   place.cursor = {};
+  place.begun = false;
+  place.lent = false;
   if (!keep) {
     // For all of it, whatever is left when it has to wait: so the next one of this size finds enough.
     place.copy = copies_.take(bytes);
   }
-  std::list<PendingMessage>& queue = lane_of(to).queue;
-  queue.splice(queue.end(), unused_, unused_.begin());
+  SendLane& lane = lane_of(to);
+  lane.queue.splice(lane.queue.end(), unused_, unused_.begin());
+  lane.bytes += bytes + place_bytes;
   bytes_ += bytes + place_bytes;
   return &place;
+}
+
+bool SendLanes::make_way(const Endpoint& to, std::size_t bytes) {
+  while (bytes_ > max_bytes_ || bytes > max_bytes_ - bytes_) {
+    const auto own = std::ranges::find(lanes_, to, &SendLane::to);
+    const std::size_t own_bytes = own == lanes_.end() ? 0 : own->bytes;
+    const auto most = std::ranges::max_element(lanes_, {}, &SendLane::bytes);
+    if (most == lanes_.end() || most->bytes <= own_bytes + bytes + place_bytes) {
+      return false;
+    }
+    const auto oldest = std::ranges::find(most->queue, true, &PendingMessage::may_go);
+    if (oldest == most->queue.end()) {
+      return false;
+    }
+    gave_way_ += oldest->messages;
+    drop(*most, oldest);
+  }
+  return true;
+}
+
+Room SendLanes::make_room(const Endpoint& to, const Header& newer, const WaitRule& rule) {
+  if (rule.most == 0 || bytes_ == 0) {
+    return {};
+  }
+  const auto lane = std::ranges::find(lanes_, to, &SendLane::to);
+  if (lane == lanes_.end() || lane->queue.size() < rule.most) {
+    return {};
+  }
+  if (lane->queue.size() > max_looked_through) {
+    return {false, 1};
+  }
+  std::size_t like_it = 0;
+  auto oldest = lane->queue.end();
+  for (auto one = lane->queue.begin(); one != lane->queue.end(); ++one) {
+    if (one->may_go() && !one->datagram && one->header.service == newer.service &&
+        one->header.method == newer.method) {
+      oldest = like_it++ == 0 ? one : oldest;
+    }
+  }
+  if (like_it < rule.most) {
+    return {};
+  }
+  if (rule.keep_oldest) {
+    return {false, 1};
+  }
+  drop(*lane, oldest);
+  return {true, 1};
+}
+
+void SendLanes::drop(SendLane& lane, Queue::iterator message) {
+  const std::size_t bytes = message->bytes + place_bytes;
+  lane.bytes -= bytes;
+  bytes_ -= bytes;
+  dropped_.splice(dropped_.end(), lane.queue, message);
+}
+
+void SendLanes::let_go() {
+  while (!dropped_.empty()) {
+    reuse(dropped_);
+  }
 }
 
 void SendLanes::own(PendingMessage& message) {
@@ -92,15 +155,22 @@ void SendLanes::own(PendingMessage& message) {
 }
 
 void SendLanes::finish(SendLane& lane) {
-  const auto done = lane.queue.begin();
-  bytes_ -= done->bytes + place_bytes;
+  const std::size_t bytes = lane.queue.front().bytes + place_bytes;
+  lane.bytes -= bytes;
+  bytes_ -= bytes;
+  reuse(lane.queue);
+}
+
+// The place of the first of these, whose owner is let go last.
+void SendLanes::reuse(Queue& from) {
+  const auto done = from.begin();
   const std::shared_ptr<const void> kept = std::move(done->keep_alive);
   copies_.give_back(std::move(done->copy));
   if (unused_.size() == max_unused) {
-    lane.queue.erase(done);
+    from.erase(done);
     return;
   }
-  unused_.splice(unused_.begin(), lane.queue, done);
+  unused_.splice(unused_.begin(), from, done);
 }
 
 std::size_t SendLanes::clear() {
@@ -111,6 +181,7 @@ std::size_t SendLanes::clear() {
       messages += message.messages;
     }
     dropped.splice(dropped.end(), lane.queue);
+    lane.bytes = 0;
   }
   bytes_ = 0;
   return messages;

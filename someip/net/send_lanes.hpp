@@ -7,6 +7,7 @@
 #include "someip/core/tp_pacing.hpp"
 #include "someip/core/tp_segmenter.hpp"
 #include "someip/net/copy_pool.hpp"
+#include "someip/net/wait_rule.hpp"
 #include "someip/wire/bytes.hpp"
 #include "someip/wire/endpoint.hpp"
 #include "someip/wire/header.hpp"
@@ -35,7 +36,11 @@ struct PendingMessage {
   SliceCursor cursor{};
   std::size_t messages = 1;
   bool datagram = false;  ///< the slices are a datagram with so many messages, headers and all
+  bool begun = false;     ///< a part of it has left
+  bool lent = false;      ///< the slices are the caller's, who is waiting
 
+  /// Whether it may give way to others.
+  [[nodiscard]] bool may_go() const noexcept { return !begun && !lent; }
   [[nodiscard]] bool plain() const noexcept { return datagram || bytes <= max_plain_payload_bytes; }
 };
 
@@ -44,6 +49,7 @@ struct SendLane {
   Endpoint to;
   std::list<PendingMessage> queue{};
   PaceWindow pace{};
+  std::size_t bytes = 0;  ///< that wait, with the places of their messages
 };
 
 /// What waits to be sent, in a lane for each receiver. Keeps its memory for what comes later.
@@ -65,9 +71,20 @@ class SendLanes {
 
   /// A place at the end of the receiver's lane, with `parts` as they lie. Unless they are kept, own() has to
   /// be called while they live, if the message still waits then.
+  /// When too much waits, messages of those for whom the most waits give way, the oldest first that have not
+  /// begun to leave, as long as more waits for them than for this receiver: who takes slowly, or nothing,
+  /// leaves room for the others. To be followed by let_go().
   /// @return nothing if so much may not wait.
   [[nodiscard]] PendingMessage* add(const Endpoint& to, std::span<const ByteView> parts, std::size_t bytes,
                                     bool keep);
+  /// To be called before add() for a message that a rule is for: drops the oldest one with its Message ID
+  /// when too many wait for the receiver, or says that the new one is not to be sent. As with add().
+  Room make_room(const Endpoint& to, const Header& newer, const WaitRule& rule);
+  /// Ends the messages that gave way. Their owners are let go, and may call us.
+  void let_go();
+  [[nodiscard]] bool some_gave_way() const noexcept { return !dropped_.empty(); }
+  /// How many messages gave way in add().
+  [[nodiscard]] std::uint64_t gave_way() const noexcept { return gave_way_; }
   /// Copies what of the message, which is not kept by anybody else, is left from its cursor on.
   static void own(PendingMessage& message);
   /// The first message of the lane is sent or dropped. Its owner is let go last, and may call us.
@@ -78,11 +95,18 @@ class SendLanes {
 
  private:
   [[nodiscard]] SendLane& lane_of(const Endpoint& to);
+  using Queue = std::list<PendingMessage>;
+  void drop(SendLane& lane, Queue::iterator message);
+  /// Whether so many more bytes may wait for this receiver, after others have given way.
+  [[nodiscard]] bool make_way(const Endpoint& to, std::size_t bytes);
+  void reuse(Queue& from);
 
   std::size_t max_bytes_;
   std::size_t bytes_ = 0;  // exceeds max_bytes_ by the last message's place at most
   std::list<SendLane> lanes_;
   std::list<PendingMessage> unused_;
+  std::list<PendingMessage> dropped_;  // their owners are not let go yet
+  std::uint64_t gave_way_ = 0;
   CopyPool copies_;
 };
 

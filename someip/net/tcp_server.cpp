@@ -167,6 +167,11 @@ bool TcpServer::send(const Endpoint& to, const Header& header, std::span<const B
   return client != state_->clients.end() && client->second->send(header, payload, std::move(keep_alive));
 }
 
+Room TcpServer::make_room(const Endpoint& to, const Header& newer, const WaitRule& rule) {
+  const auto client = state_->clients.find(to);
+  return client == state_->clients.end() ? Room{} : client->second->make_room(newer, rule);
+}
+
 void TcpServer::disconnect(const Endpoint& client, const std::string& why) {
   const std::shared_ptr<State> state = state_;  // the handler may destroy this
   if (state->clients.contains(client)) {

@@ -47,6 +47,9 @@ class TcpServer {
   bool send(const Endpoint& to, const Header& header, std::span<const ByteView> payload,
             std::shared_ptr<const void> keep_alive = nullptr);
 
+  /// As that of TcpStream, for the client that is connected from `to`.
+  Room make_room(const Endpoint& to, const Header& newer, const WaitRule& rule);
+
   /// Closes the connection of a client, if there is one; Handlers::closed is told `why`.
   void disconnect(const Endpoint& client, const std::string& why);
 

@@ -29,6 +29,7 @@ constexpr int stream_rounds = 16;                // before other handlers get th
 constexpr std::size_t max_slices = 64;           // of one system call
 constexpr std::size_t small_bytes = 4096;        // of a message that is worth a copy to save a system call
 constexpr std::size_t max_unused_messages = 64;  // places of the queue that are kept for reuse
+constexpr std::size_t message_id_bytes = 4;      // of a header: Service ID and Method ID
 
 /// A message on its way out: a Magic Cookie perhaps, the header, the payload.
 struct Outgoing {
@@ -46,6 +47,11 @@ struct Outgoing {
     return index == 0 ? ByteView{head}.subspan(head_start) : payload[index - 1];
   }
   [[nodiscard]] std::size_t bytes() const noexcept { return head.size() - head_start + payload_bytes; }
+  /// Whether its Message ID is that of this header.
+  [[nodiscard]] bool has_id_of(ByteView header) const noexcept {
+    return std::ranges::equal(ByteView{head}.subspan(header_bytes, message_id_bytes),
+                              header.first(message_id_bytes));
+  }
   /// Puts a Magic Cookie before the message, of which nothing has been sent.
   void prepend_cookie(StreamEnd sender) noexcept {
     const auto cookie = magic_cookie(sender);
@@ -314,16 +320,49 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     queued_bytes += bytes - sent;
   }
 
-  // Its owner is let go last, and may send another message, or destroy the stream.
-  void dispose_first() {
-    Outgoing& first = queue.front();
+  // The first of these. Its owner is let go last, and may send another message, or destroy the stream.
+  void dispose_first(std::list<Outgoing>& of) {
+    Outgoing& first = of.front();
     const std::shared_ptr<const void> kept = std::move(first.keep_alive);
     copies->give_back(std::move(first.copy));
     if (unused.size() == max_unused_messages) {
-      queue.pop_front();
+      of.pop_front();
     } else {
-      unused.splice(unused.begin(), queue, queue.begin());
+      unused.splice(unused.begin(), of, of.begin());
     }
+  }
+
+  // What is in a segment with a cookie counts as having begun to leave.
+  Room make_room(const Header& newer, const WaitRule& rule) {
+    if (rule.most == 0 || queue.size() < rule.most) {
+      return {};
+    }
+    std::array<std::byte, 2 * header_bytes> id;
+    if (queue.size() > max_looked_through || !encode_header(newer, 0, id)) {
+      ++overtaken;
+      return {false, 1};
+    }
+    std::size_t like_it = 0;
+    std::size_t before = 0;  // bytes of those before it, but for the first one, of which some may have left
+    auto oldest = queue.end();
+    for (auto one = queue.begin(); one != queue.end(); ++one) {
+      if (one->part == 0 && one->offset == 0 && before >= segment_left && one->has_id_of(id)) {
+        oldest = like_it++ == 0 ? one : oldest;
+      }
+      before += one == queue.begin() ? 0 : one->bytes();
+    }
+    if (like_it < rule.most) {
+      return {};
+    }
+    ++overtaken;
+    if (rule.keep_oldest) {
+      return {false, 1};
+    }
+    queued_bytes -= oldest->bytes();
+    std::list<Outgoing> dropped;
+    dropped.splice(dropped.end(), queue, oldest);
+    dispose_first(dropped);
+    return {true, 1};
   }
 
   void pump_if_ready() {
@@ -360,13 +399,18 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
       auto bytes = static_cast<std::size_t>(sent);
       queued_bytes -= bytes;
       segment_left -= std::min(segment_left, bytes);
+      // All that have left are known before an owner is let go, who may have others dropped.
+      std::list<Outgoing> done;
       while (!queue.empty()) {
         bytes = queue.front().sent(bytes);
         if (!queue.front().done()) {
           break;
         }
         ++messages_sent;
-        dispose_first();
+        done.splice(done.end(), queue, queue.begin());
+      }
+      while (!done.empty()) {
+        dispose_first(done);
         if (closed) {
           return;
         }
@@ -490,6 +534,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   CookieSchedule cookies;
   std::uint64_t messages_sent = 0;
   std::uint64_t queue_full = 0;
+  std::uint64_t overtaken = 0;
   std::uint64_t timed_out = 0;
   bool pumping = false;  ///< pump() is being called
   bool waiting = false;  ///< for room to send
@@ -504,6 +549,7 @@ TcpStream::Counters& TcpStream::Counters::operator+=(const Counters& other) noex
   received += other.received;
   messages_sent += other.messages_sent;
   queue_full += other.queue_full;
+  overtaken += other.overtaken;
   timed_out += other.timed_out;
   return *this;
 }
@@ -562,6 +608,11 @@ bool TcpStream::send(const Header& header, std::span<const ByteView> payload,
   return !state.broken && !state.closed;
 }
 
+Room TcpStream::make_room(const Header& newer, const WaitRule& rule) {
+  const std::shared_ptr<State> held = state_;  // the owner of what is dropped may destroy this
+  return held->make_room(newer, rule);
+}
+
 void TcpStream::probe() {
   State& state = *state_;
   if (state.closed || state.broken || !state.queue.empty()) {
@@ -580,7 +631,8 @@ bool TcpStream::idle() const noexcept {
   return state_->queue.empty();
 }
 TcpStream::Counters TcpStream::counters() const noexcept {
-  return {state_->parser.counters(), state_->messages_sent, state_->queue_full, state_->timed_out};
+  return {state_->parser.counters(), state_->messages_sent, state_->queue_full, state_->overtaken,
+          state_->timed_out};
 }
 
 }  // namespace trestle::someip

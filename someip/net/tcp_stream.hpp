@@ -5,6 +5,7 @@
 
 #include "someip/core/magic_cookie.hpp"
 #include "someip/core/stream_parser.hpp"
+#include "someip/net/wait_rule.hpp"
 #include "someip/wire/endpoint.hpp"
 
 namespace boost::asio {
@@ -64,6 +65,7 @@ class TcpStream {
     StreamCounters received;
     std::uint64_t messages_sent = 0;  ///< handed to the system, whole
     std::uint64_t queue_full = 0;     ///< messages dropped because too much was waiting
+    std::uint64_t overtaken = 0;      ///< messages dropped by make_room()
     std::uint64_t timed_out = 0;      ///< messages that were not whole after TcpOptions::message_timeout
     Counters& operator+=(const Counters& other) noexcept;
   };
@@ -89,6 +91,10 @@ class TcpStream {
   /// @return false when the message was dropped: the queue is full, or the connection is over.
   bool send(const Header& header, std::span<const ByteView> payload,
             std::shared_ptr<const void> keep_alive = nullptr);
+
+  /// To be called before send() for a message that a rule is for: drops the oldest one with its Message ID
+  /// when too many wait, or says that the new one is not to be sent.
+  Room make_room(const Header& newer, const WaitRule& rule);
 
   /// Finds out whether the peer still knows the connection, by a Magic Cookie: if it does not, the connection
   /// is over soon. Counts as a message that was sent.

@@ -118,6 +118,66 @@ TEST_F(RouteQos, SaysWhichSamplesMakeRoomWhenTheBridgeIsTooSlow) {
   }
 }
 
+// One subscriber reads nothing, with small buffers between: another one gets all, latched or not.
+TEST_F(RouteQos, LetsNoSubscriberWaitForASlowOne) {
+  for (const std::string durability : {"volatile", "transient_local"}) {
+    SCOPED_TRACE(durability);
+    start_bridge(
+        "routes:\n  - {topic: /bytes, type: std_msgs/msg/UInt8MultiArray, service: 0x1234, instance: 1, "
+        "eventgroup: 1, event: 0x8001, direction: dds_to_someip, transport: tcp, port: 40001, qos: {depth: "
+        "3, "
+        "durability: " +
+        durability + "}}\n");
+    boost::asio::io_context slow_io;
+    sd::NodeConfig slow_config = peer_config();
+    slow_config.address = own_address(4);
+    slow_config.tcp_receive_buffer_bytes = 16 << 10;
+    sd::Node slow{slow_io, slow_config};
+    sd::Node node{io_, peer_config()};
+    const sd::SubscribeSpec wanted{.service = someip::ServiceId{0x1234},
+                                   .instance = someip::InstanceId{1},
+                                   .eventgroup = someip::EventgroupId{1},
+                                   .events = {someip::MethodId{0x8001}},
+                                   .udp = false,
+                                   .tcp = true};
+    std::vector<someip::SessionId> at_slow;
+    std::size_t received = 0;
+    const sd::Subscription of_slow{slow, wanted, [&](const someip::Message& event, const Endpoint&) {
+                                     at_slow.push_back(event.header.session);
+                                   }};
+    const sd::Subscription subscription{node, wanted,
+                                        [&](const someip::Message&, const Endpoint&) { ++received; }};
+    dds::Writer from = writer("/bytes", "std_msgs/msg/UInt8MultiArray",
+                              {.transient_local = durability == "transient_local", .depth = 3});
+    ASSERT_TRUE(until([&] {
+      slow_io.poll();
+      return subscription.active() && of_slow.active() && from.matched() == 1;
+    }));
+    ASSERT_TRUE(until_counter("route /bytes", "publishers", 1));
+    constexpr std::size_t size = 4 << 20;  // more than the system has room for on the way
+    Bytes cdr = hex("00010000 00000000 00000000 00004000");
+    cdr.resize(cdr.size() + size);
+    constexpr std::size_t messages = 20;
+    for (std::size_t i = 1; i <= messages; ++i) {
+      ASSERT_TRUE(from.write(cdr));
+      ASSERT_TRUE(until([&] { return received == i; })) << i;
+    }
+    EXPECT_EQ(bridge_->counter("route /bytes", "carried"), messages);
+    EXPECT_EQ(bridge_->counter("route /bytes", "overtaken"), 0U);
+    EXPECT_EQ(bridge_->counter("route /bytes", "not_sent"), 0U);
+    const std::uint64_t lost = bridge_->counter("route /bytes", "slow_subscriber");
+    EXPECT_GE(lost, messages - 3 - 2) << "but for those that wait, and what is under way";
+    EXPECT_LE(lost, messages - 3);
+    EXPECT_EQ(bridge_->counter("SOME/IP over TCP", "slow_subscriber"), lost);
+    ASSERT_TRUE(until([&] {
+      slow_io.poll();
+      return at_slow.size() + lost == messages;
+    }));
+    EXPECT_EQ(value(at_slow.back()), messages) << "the newest";
+    bridge_.reset();
+  }
+}
+
 TEST_F(RouteQos, KeepsFromLateReadersWhatHasExpired) {
   const auto route = [](const char* topic, const char* event, const char* more) {
     return fmt::format(

@@ -407,6 +407,55 @@ TEST_F(MessageSenderTest, DropsAndCountsWhatWouldOverfillTheQueue) {
   EXPECT_TRUE(sender.send(receiver.local(), event, {&slice, 1}));
 }
 
+// The first message to a receiver that is slow has begun to leave, and the newest one waits behind it.
+TEST_F(MessageSenderTest, DropsForASlowReceiverWhatANewerOneOvertakes) {
+  const auto payload = numbers(5 * 1392);
+  const ByteView slice{payload};
+  const TpPacing hours{.burst = 2, .separation = 1h};
+  std::size_t alive = 0;
+  const WaitRule rule{.most = 1};
+  for (std::uint16_t i = 1; i <= 4; ++i) {
+    Header header = event;
+    header.session = SessionId{i};
+    const Room room = sender.make_room(receiver.local(), header, rule);
+    EXPECT_TRUE(room.granted);
+    EXPECT_EQ(room.dropped, i < 3 ? 0U : 1U) << i;
+    ++alive;
+    const std::shared_ptr<const void> owner{&alive, [&](const void*) { --alive; }};
+    EXPECT_TRUE(sender.send(receiver.local(), header, {&slice, 1}, owner, hours));
+  }
+  EXPECT_EQ(alive, 2U) << "the first and the last";
+  EXPECT_EQ(sender.counters().overtaken, 2U);
+  EXPECT_EQ(sender.counters().queue_full, 0U);
+  EXPECT_FALSE(sender.make_room(receiver.local(), event, {.most = 1, .keep_oldest = true}).granted);
+  EXPECT_EQ(sender.counters().overtaken, 3U);
+  EXPECT_EQ(alive, 2U);
+  sender.close();
+  EXPECT_EQ(alive, 0U);
+}
+
+// Whose owner sends another one then.
+TEST_F(MessageSenderTest, SendsOnWhenAMessageThatGaveWayBringsForthAnother) {
+  const auto payload = numbers(5 * 1392);
+  const ByteView slice{payload};
+  const TpPacing hours{.burst = 2, .separation = 1h};
+  UdpSocket other{io, {.local = {IpAddress::v4(127, 0, 0, 1), 0}}};
+  std::size_t brought = 0;
+  const auto owner = [&]() -> std::shared_ptr<const void> {
+    return {&brought, [&](const void*) {
+              if (++brought == 1) {
+                EXPECT_TRUE(sender.send(other.local(), event, {&slice, 1}, nullptr, slow));
+              }
+            }};
+  };
+  EXPECT_TRUE(sender.send(receiver.local(), event, {&slice, 1}, owner(), hours));
+  EXPECT_TRUE(sender.send(receiver.local(), event, {&slice, 1}, owner(), hours));
+  EXPECT_EQ(sender.make_room(receiver.local(), event, {.most = 1}).dropped, 1U);
+  EXPECT_EQ(brought, 1U);
+  EXPECT_EQ(sender.counters().datagrams, 2U + 5U);
+  sender.close();
+}
+
 TEST_F(MessageSenderTest, CountsWhatTheSystemRefuses) {
   const Endpoint nowhere{IpAddress::v4(255, 255, 255, 255), 9};  // broadcast needs a permission it has not
   EXPECT_FALSE(sender.send(nowhere, event, {}));

@@ -169,11 +169,93 @@ TEST_F(SendLanesTest, TakeNoMoreThanMayWait) {
   EXPECT_EQ(add(receiver(1), std::vector<std::byte>(1001)), nullptr);
   EXPECT_TRUE(lanes.empty());
   ASSERT_NE(add(receiver(1), std::vector<std::byte>(1000)), nullptr);
+  lane(receiver(1)).queue.front().begun = true;
   EXPECT_EQ(add(receiver(2), std::vector<std::byte>(1)), nullptr);
   lanes.finish(lane(receiver(1)));
   ASSERT_NE(add(receiver(1), std::vector<std::byte>(1000)), nullptr);
   EXPECT_EQ(lanes.clear(), 1U);
   ASSERT_NE(add(receiver(1), std::vector<std::byte>(1000)), nullptr);
+}
+
+// A receiver that takes nothing has filled what may wait.
+TEST_F(SendLanesTest, MakeTheOneForWhomTheMostWaitsGiveWay) {
+  lanes = SendLanes{100'000};
+  const std::vector<std::byte> payload(10'000);
+  PendingMessage* const begun = add(receiver(1), payload);
+  ASSERT_NE(begun, nullptr);
+  begun->begun = true;
+  PendingMessage* const oldest = add(receiver(1), payload);
+  ASSERT_NE(oldest, nullptr);
+  bool let_go = false;
+  oldest->keep_alive = std::shared_ptr<const void>{&let_go, [&](const void*) { let_go = true; }};
+  while (lanes.gave_way() == 0 && lane(receiver(1)).queue.size() < 20) {
+    if (add(receiver(1), payload) == nullptr) {
+      break;
+    }
+  }
+  const std::size_t full = lane(receiver(1)).queue.size();
+  EXPECT_EQ(lanes.gave_way(), 0U) << "nothing of one's own gives way";
+  EXPECT_LT(full, 11U);
+
+  ASSERT_NE(add(receiver(2), payload), nullptr);
+  EXPECT_EQ(lanes.gave_way(), 1U);
+  EXPECT_EQ(lane(receiver(1)).queue.size(), full - 1);
+  EXPECT_EQ(&lane(receiver(1)).queue.front(), begun) << "it has begun to leave";
+  EXPECT_FALSE(let_go) << "not before the new one has its place";
+  ASSERT_TRUE(lanes.some_gave_way());
+  lanes.let_go();
+  EXPECT_TRUE(let_go);
+  EXPECT_FALSE(lanes.some_gave_way());
+
+  // In the end both have the same.
+  std::size_t more = 1;
+  while (add(receiver(2), payload) != nullptr) {
+    ++more;
+  }
+  EXPECT_LE(lane(receiver(1)).queue.size(), more + 1);
+  EXPECT_GE(lane(receiver(1)).queue.size() + 1, more);
+}
+
+TEST_F(SendLanesTest, MakeTheOldestOfAnEventGiveWayToANewOneByItsRule) {
+  const Header of_event = header(0x1234, 0x8001);
+  const auto put = [&](const Header& what) {
+    PendingMessage* const place = add(receiver(1), test::hex("01"));
+    place->header = what;
+    return place;
+  };
+  const WaitRule rule{.most = 2};
+  EXPECT_TRUE(lanes.make_room(receiver(1), of_event, rule).granted);
+  put(of_event)->begun = true;
+  PendingMessage* const other = put(header(0x1234, 0x8002));
+  put(of_event);
+  EXPECT_EQ(lanes.make_room(receiver(1), of_event, rule).dropped, 0U) << "only one waits";
+  PendingMessage* const second = put(of_event);
+  EXPECT_EQ(lanes.make_room(receiver(2), of_event, rule).dropped, 0U) << "of another receiver";
+  EXPECT_EQ(lanes.make_room(receiver(1), of_event, {.most = 3}).dropped, 0U);
+  EXPECT_EQ(lanes.make_room(receiver(1), of_event, {}).dropped, 0U) << "no limit";
+
+  Room room = lanes.make_room(receiver(1), of_event, {.most = 2, .keep_oldest = true});
+  EXPECT_FALSE(room.granted);
+  EXPECT_EQ(room.dropped, 1U);
+  EXPECT_EQ(lane(receiver(1)).queue.size(), 4U);
+
+  room = lanes.make_room(receiver(1), of_event, rule);
+  EXPECT_TRUE(room.granted);
+  EXPECT_EQ(room.dropped, 1U);
+  lanes.let_go();
+  ASSERT_EQ(lane(receiver(1)).queue.size(), 3U);
+  EXPECT_TRUE(lane(receiver(1)).queue.front().begun);
+  EXPECT_EQ(&*std::next(lane(receiver(1)).queue.begin()), other);
+  EXPECT_EQ(&lane(receiver(1)).queue.back(), second);
+}
+
+// Answers, say, of which somebody takes none.
+TEST_F(SendLanesTest, LookThroughNoMoreMessagesThanIsQuick) {
+  const Header of_event = header(0x1234, 0x8001);
+  for (std::size_t i = 0; i <= max_looked_through; ++i) {
+    ASSERT_NE(add(receiver(1), {}), nullptr);
+  }
+  EXPECT_FALSE(lanes.make_room(receiver(1), of_event, {.most = 2}).granted);
 }
 
 // Who asks us much that is answered with nothing, while a large answer of the same kind is on its way.

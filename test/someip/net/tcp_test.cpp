@@ -117,6 +117,52 @@ class TcpTest : public ::testing::Test {
 const std::string event = "1234 8001 0000000b 0000 0007 01 01 02 00 010203";
 const std::string cookie = "ffff 0000 00000008 dead beef 01 01 01 00";
 
+// A client that reads nothing for a while: what it has begun to take comes whole, and then the newest.
+TEST_F(TcpTest, DropsForASlowClientWhatNewerMessagesOvertake) {
+  TcpServerOptions options{.local = {server_address, 0}, .tcp = tcp_options};
+  options.tcp.send_buffer_bytes = 16 << 10;
+  TcpServer server{io, options};
+  start(server);
+  tcp::socket client{io, tcp::v4()};
+  client.set_option(boost::asio::socket_base::receive_buffer_size{16 << 10});
+  client.connect({boost::asio::ip::make_address(to_string(server.local().address)), server.local().port});
+  ASSERT_TRUE(run_until([&] { return !clients.empty(); }));
+  const auto payload = numbers(1'000'000);
+  const ByteView slice{payload};
+  const WaitRule rule{.most = 2};
+  std::vector<std::uint16_t> alive;
+  std::size_t dropped = 0;
+  constexpr std::uint16_t last = 10;
+  for (std::uint16_t i = 1; i <= last; ++i) {
+    const Room room = server.make_room(clients.front(), response(i), rule);
+    EXPECT_TRUE(room.granted);
+    dropped += room.dropped;
+    alive.push_back(i);
+    const std::shared_ptr<const void> owner{&alive, [&alive, i](const void*) { std::erase(alive, i); }};
+    EXPECT_TRUE(server.send(clients.front(), response(i), {&slice, 1}, owner));
+  }
+  EXPECT_THAT(alive, ElementsAre(1, last - 1, last));
+  EXPECT_EQ(dropped, last - 3U);
+  EXPECT_EQ(server.counters().streams.overtaken, last - 3U);
+  EXPECT_TRUE(server.make_room(clients.front(), {.method = MethodId{1}}, rule).granted) << "another kind";
+  const Room none = server.make_room(clients.front(), response(0), {.most = 2, .keep_oldest = true});
+  EXPECT_FALSE(none.granted);
+  EXPECT_EQ(none.dropped, 1U);
+
+  std::vector<std::byte> stream(3 * (16 + payload.size()));
+  bool whole = false;
+  boost::asio::async_read(client, boost::asio::buffer(stream), [&](auto error, auto) { whole = !error; });
+  ASSERT_TRUE(run_until([&] { return whole; }));
+  MessageCursor cursor{stream};
+  for (const std::uint16_t session : {std::uint16_t{1}, std::uint16_t{last - 1}, last}) {
+    const auto message = cursor.next();
+    ASSERT_TRUE(message);
+    EXPECT_EQ(value(message->header.session), session);
+    EXPECT_TRUE(std::ranges::equal(message->payload, payload));
+  }
+  EXPECT_THAT(alive, IsEmpty());
+}
+
 TEST_F(TcpTest, CarriesMessagesBothWays) {
   covers({"feat_req_someip_585", "feat_req_someip_49"});
   TcpServer server{io, {.local = {server_address, 0}, .tcp = tcp_options}};
