@@ -171,7 +171,7 @@ void ServiceDiscovery::request(OwnSubscription& subscription, TimePoint due, Cau
     return;
   }
   if (pending_.free_places() < 2) {
-    count(counters_.ignored_no_room);
+    refuse(Limit::pending_entries);
     return;
   }
   // A Subscribe that went unanswered may be lost, or its answer, or the initial events after it. Only
@@ -299,7 +299,7 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
     return;
   }
   if (event_places() == 0) {
-    count(counters_.ignored_no_room);
+    refuse(Limit::pending_events);
     return;
   }
   OwnSubscription& subscription = *meant;

@@ -28,6 +28,7 @@ enum class LossReason : std::uint8_t {
   replaced,     ///< the service is offered with other endpoints or another minor version
   link_down,    ///< our own link went down
   unreachable,  ///< tcp_closed() or unreachable() told so  [feat_req_someipsd_435]
+  displaced,    ///< the table is full, and it had to make room: see DiscoveryRules::silent_after
 };
 
 /// The reason's name as it stands above, for logs.

@@ -28,7 +28,7 @@ void ServiceDiscovery::tell_loss(slots::Subscription& subscription) noexcept {
   if (events_.free_places() > 0) {
     tell(SubscriberRemoved{offers_.handle_of<OfferHandle>(offers_[subscription.offer]),
                            subscription.eventgroup, subscriber_of(subscription), subscription.loss_reason()});
-    subscribers_.remove(subscription);
+    remove(subscription);
     --untold_;
   }
 }
@@ -62,7 +62,7 @@ void ServiceDiscovery::tell_loss(slots::Remote& remote) noexcept {
     tell(ServiceLost{requirements_.handle_of<RequirementHandle>(requirement), service_of(remote),
                      remote.loss_reason()});
   }
-  remotes_.remove(remote);
+  remove(remote);
   --untold_;
 }
 

@@ -3,56 +3,248 @@
 
 namespace trestle::sd {
 
-slots::Peer* ServiceDiscovery::peer_at(const Endpoint& endpoint, TimePoint now) noexcept {
-  slots::Peer* found = peers_.find_if([&](const slots::Peer& peer) { return peer.endpoint == endpoint; });
-  if (found == nullptr) {
-    found = peers_.add();
+// Never nothing: who finds no place that is kept is a guest.
+slots::Peer& ServiceDiscovery::peer_at(const Endpoint& endpoint, TimePoint now) noexcept {
+  slots::Peer* const known =
+      peers_.find_if([&](const slots::Peer& peer) { return peer.endpoint == endpoint; });
+  if (known != nullptr && !is_guest(known->index)) {
+    return *known;
   }
-  if (found == nullptr) {
-    found = forget_a_peer();
+  slots::Peer* place = place_for(endpoint, now);
+  if (place == nullptr) {
+    if (known != nullptr) {
+      return *known;
+    }
+    place = guest();
+    place->sessions = forgotten_sessions_;
+  } else if (known != nullptr) {  // it need not be a guest any more
+    const SlotBase base = *place;
+    *place = *known;
+    static_cast<SlotBase&>(*place) = base;
+    for (std::size_t i = 0; i < pending_.size(); ++i) {
+      std::uint16_t& to = pending_[i].peer;
+      to = to == known->index ? place->index : to;
+    }
+    peers_.remove(*known);
+    return *place;
+  } else {
+    // Somebody forgotten may be back. A session that it has had before would look like a reboot of ours, so
+    // its sessions go on behind all that were forgotten; the flag says on which side of 0xffff.
+    // [feat_req_someipsd_41] [feat_req_someipsd_765] [feat_req_someipsd_764]
+    place->sessions = forgotten_sessions_;
   }
-  if (found != nullptr) {
-    found->endpoint = endpoint;
-    found->last_seen = now;
-  }
-  return found;
+  place->endpoint = endpoint;
+  place->last_seen = now;
+  return *place;
 }
 
-// When the table is full, the peer that was silent the longest and has nothing with us makes room. Should it
-// come back, our session towards it starts again, which it takes for a reboot of ours: it then asks us anew,
-// no more.
-slots::Peer* ServiceDiscovery::forget_a_peer() noexcept {
-  for (slots::Peer& peer : peers_) {
-    peer.referenced = false;
+// A place that is kept, if need be that of another peer, which is then forgotten.
+slots::Peer* ServiceDiscovery::place_for(const Endpoint& endpoint, TimePoint now) noexcept {
+  std::size_t all = 0;
+  std::size_t there = 0;
+  for (const slots::Peer& peer : peers_) {
+    all += is_guest(peer.index) ? 0 : 1;
+    there += peer.endpoint.address == endpoint.address ? 1 : 0;
   }
-  const auto mark_all = [this](const auto& slots) {
-    for (const auto& slot : slots) {
-      if (slot.peer != slots::Subscription::nobody) {
-        peers_[slot.peer].referenced = true;
-      }
-    }
-  };
-  mark_all(subscribers_);
-  mark_all(subscribers_.lost());
-  mark_all(remotes_);
-  mark_all(remotes_.lost());
-  for (std::size_t i = 0; i < pending_.size(); ++i) {
-    const std::uint16_t peer = pending_[i].peer;
-    if (peer != slots::PendingEntry::to_multicast) {
-      peers_[peer].referenced = true;
-    }
+  const bool too_many_there = there >= settings_.max_peers_per_address;
+  if (all + 1 < peers_.size() && !too_many_there) {
+    return peers_.add();
   }
-  slots::Peer* oldest = nullptr;
-  for (slots::Peer& peer : peers_) {
-    if (!peer.referenced && (oldest == nullptr || !is_due(oldest->last_seen, peer.last_seen))) {
-      oldest = &peer;
-    }
-  }
+  slots::Peer* const oldest = who_is_forgotten(too_many_there ? &endpoint.address : nullptr, now);
   if (oldest == nullptr) {
     return nullptr;
   }
-  peers_.remove(*oldest);
-  return peers_.add();
+  // Whoever changes its address for each message must not have a new allowance each time.
+  const RateLimit entries = oldest->entries;
+  forget(*oldest);
+  if (oldest->slot_state == SlotBase::State::in_use) {
+    return nullptr;  // it cannot be told yet that what belongs to it has ended
+  }
+  slots::Peer* const place = peers_.add();
+  place->entries = entries;
+  return place;
+}
+
+// Of the peers, or of those at one address: the one that has nothing with us, else the one whose services
+// nobody requires; of several the one that was silent the longest. What is in use has to make room for others
+// only when its peer has been silent for long.
+slots::Peer* ServiceDiscovery::who_is_forgotten(const IpAddress* among, TimePoint now) noexcept {
+  const auto oldest = [&](auto may_be) {
+    slots::Peer* best = nullptr;
+    for (slots::Peer& peer : peers_) {
+      const bool is_meant = !is_guest(peer.index) && (among == nullptr || peer.endpoint.address == *among);
+      if (is_meant && may_be(peer) && (best == nullptr || peer.last_seen < best->last_seen)) {
+        best = &peer;
+      }
+    }
+    return best;
+  };
+  for (slots::Peer& peer : peers_) {
+    peer.is_used = peer.subscribers > 0 || peer.remotes > 0;
+  }
+  for (std::size_t i = 0; i < pending_.size(); ++i) {
+    if (const std::uint16_t to = pending_[i].peer; to != slots::PendingEntry::to_multicast) {
+      peers_[to].is_used = true;  // an answer is still to be sent there
+    }
+  }
+  slots::Peer* found = oldest([](const slots::Peer& peer) { return !peer.is_used; });
+  if (found != nullptr) {
+    return found;
+  }
+  for (slots::Peer& peer : peers_) {
+    peer.is_used = peer.subscribers > 0;
+  }
+  for (const slots::Remote& remote : remotes_) {
+    slots::Peer& peer = peers_[remote.peer];
+    peer.is_used = peer.is_used || requirements_of(remote) > 0;
+  }
+  found = oldest([](const slots::Peer& peer) { return !peer.is_used; });
+  return found != nullptr ? found : oldest([&](const slots::Peer& peer) { return is_silent(peer, now); });
+}
+
+// With all that it has with us, and what waits to be sent there. Stays when the end of some of that cannot be
+// told yet.
+void ServiceDiscovery::forget(slots::Peer& peer) noexcept {
+  for (slots::Subscription& subscription : subscribers_) {
+    if (peer.subscribers > 0 && subscription.peer == peer.index) {
+      count(counters_.displaced);
+      lose(subscription, LossReason::displaced);
+    }
+  }
+  for (slots::Remote& remote : remotes_) {
+    if (peer.remotes > 0 && remote.peer == peer.index) {
+      lose(remote, LossReason::displaced, {});
+    }
+  }
+  pending_.remove_if([&](const slots::PendingEntry& pending) { return pending.peer == peer.index; });
+  if (peer.sessions.is_ahead_of(forgotten_sessions_)) {
+    forgotten_sessions_ = peer.sessions;
+  }
+  if (peer.subscribers == 0 && peer.remotes == 0) {
+    peers_.remove(peer);
+  }
+}
+
+// The last place, whose peer never has anything with us.
+slots::Peer* ServiceDiscovery::guest() noexcept {
+  slots::Peer& last = peers_[static_cast<std::uint16_t>(peers_.size() - 1)];
+  if (last.slot_state == SlotBase::State::in_use) {
+    const RateLimit entries = last.entries;
+    forget(last);
+    last.entries = entries;
+  }
+  return peers_.add_at(last);
+}
+
+// Whether another entry of the peer is to be looked at.
+bool ServiceDiscovery::may_go_on(std::uint16_t peer, std::uint32_t cost, TimePoint now) noexcept {
+  const Duration pause = std::chrono::nanoseconds{std::chrono::seconds{1}} / settings_.max_entries_per_second;
+  if (peers_[peer].entries.take(now, pause, settings_.max_entries_at_once, cost)) {
+    return true;
+  }
+  note(Limit::entries_per_second);
+  count(counters_.ignored_too_many);
+  return false;
+}
+
+// --- Who makes room in a full table -----------------------------------------------------------------------
+
+// Of what Peer::held counts, all that is of one address is put together; the newcomer's own is left alone if
+// nobody has clearly more.
+const slots::Peer* ServiceDiscovery::who_holds_most(std::uint16_t newcomer) noexcept {
+  const slots::Peer* most = nullptr;
+  std::size_t own = 0;
+  for (slots::Peer& peer : peers_) {
+    for (slots::Peer& later : peers_) {
+      if (later.index > peer.index && later.endpoint.address == peer.endpoint.address) {
+        peer.held = static_cast<std::uint16_t>(peer.held + std::exchange(later.held, std::uint16_t{0}));
+      }
+    }
+    if (peer.endpoint.address == peers_[newcomer].endpoint.address) {
+      own = std::max<std::size_t>(own, peer.held);
+    }
+    if (most == nullptr || most->held < peer.held) {
+      most = &peer;
+    }
+  }
+  return most != nullptr && most->held >= own + 2 ? most : nullptr;
+}
+
+template <typename Slot, typename Candidate>
+Slot* ServiceDiscovery::who_gives_way(const Table<Slot>& table, std::uint16_t newcomer, TimePoint now,
+                                      Candidate is_candidate) noexcept {
+  for (slots::Peer& peer : peers_) {
+    peer.held = 0;
+  }
+  Slot* silent = nullptr;
+  for (Slot& slot : table) {
+    if (is_candidate(slot)) {
+      slots::Peer& peer = peers_[slot.peer];
+      ++peer.held;
+      if (is_silent(peer, now) && (silent == nullptr || peer.last_seen < peers_[silent->peer].last_seen)) {
+        silent = &slot;
+      }
+    }
+  }
+  if (silent != nullptr) {
+    return silent;
+  }
+  const slots::Peer* const most = who_holds_most(newcomer);
+  Slot* last = nullptr;
+  for (Slot& slot : table) {
+    if (most != nullptr && is_candidate(slot) &&
+        peers_[slot.peer].endpoint.address == most->endpoint.address) {
+      last = &slot;
+    }
+  }
+  return last;
+}
+
+// What keeps another subscription out, if not even others make room for it.
+std::optional<Limit> ServiceDiscovery::make_room(const slots::Offer& offer, EventgroupId eventgroup,
+                                                 const Arrival& arrival) noexcept {
+  if (is_guest(arrival.peer)) {
+    return Limit::peers;
+  }
+  const IpAddress& address = peers_[arrival.peer].endpoint.address;
+  if (subscribers_of(offer.index, eventgroup, &address) >=
+      settings_.max_subscribers_per_eventgroup_and_address) {
+    return Limit::subscribers_per_eventgroup_and_address;
+  }
+  const bool group_is_full =
+      subscribers_of(offer.index, eventgroup, nullptr) >= settings_.max_subscribers_per_eventgroup;
+  if (!group_is_full && subscribers_.free_slots() > 0) {
+    return std::nullopt;
+  }
+  slots::Subscription* const other =
+      who_gives_way(subscribers_, arrival.peer, arrival.now, [&](const slots::Subscription& one) {
+        const bool is_here = one.offer == offer.index && one.eventgroup == eventgroup;
+        return one.peer != slots::Subscription::nobody && (is_here || !group_is_full);
+      });
+  if (other == nullptr) {
+    return group_is_full ? Limit::subscribers_per_eventgroup : Limit::subscribers;
+  }
+  count(counters_.displaced);
+  lose(*other, LossReason::displaced);
+  return event_places() > 0 ? std::nullopt : std::optional{Limit::pending_events};
+}
+
+// Services that nobody requires are remembered too, as long as there is room: a later requirement then need
+// not look for them. They make room for those that are required.  [feat_req_someipsd_17]
+slots::Remote* ServiceDiscovery::new_remote(std::size_t wanting, const Arrival& arrival) noexcept {
+  slots::Remote* slot = is_guest(arrival.peer) ? nullptr : remotes_.add();
+  if (slot != nullptr || wanting == 0 || is_guest(arrival.peer)) {
+    return slot;
+  }
+  if (slots::Remote* const unneeded =
+          remotes_.find_if([this](const slots::Remote& remote) { return requirements_of(remote) == 0; })) {
+    remove(*unneeded);
+  } else if (slots::Remote* const other = who_gives_way(remotes_, arrival.peer, arrival.now,
+                                                        [](const slots::Remote& /*any*/) { return true; })) {
+    count(counters_.displaced);
+    lose(*other, LossReason::displaced, arrival.now);
+  }
+  return event_places() >= wanting ? remotes_.add() : nullptr;
 }
 
 // Whether a connection is of the former life of a peer that was started anew: a subscription of that life

@@ -184,6 +184,7 @@ bool ServiceDiscovery::read_offer(const Entry& entry, const Arrival& arrival,
   const MergedConfiguration merged = merge_configurations(arrival.message, entry, configurations_.room());
   if (!merged.whole) {
     count(counters_.configurations_cut);
+    note(Limit::configuration_bytes);
   }
   offered.service = entry.service;
   offered.instance = entry.instance;
@@ -212,6 +213,7 @@ bool ServiceDiscovery::keep_configuration_of(slots::Remote& offered, bool requir
   const auto kept = keep_configuration(required);
   if (!kept) {
     count(counters_.configurations_cut);
+    note(Limit::configurations);
   }
   offered.configuration = kept.value_or(ConfigurationPool::none);
   return kept || offered.service != other_protocols;
@@ -226,7 +228,7 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
   const std::size_t wanting = requirements_of(offered);
   // May forget services that nobody requires: before looking for this one.
   if (!keep_configuration_of(offered, wanting > 0)) {
-    count(counters_.ignored_no_room);
+    refuse(Limit::configurations);
     return;
   }
   slots::Remote* remote = remote_of(entry, otherserv_of(configurations_[offered.configuration]));
@@ -244,18 +246,19 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
     remote = nullptr;
   }
   if ((remote == nullptr || updated) && event_places() < wanting) {
-    count(counters_.ignored_no_room);
+    refuse(Limit::pending_events);
     return;
   }
   const bool is_new = remote == nullptr;
   if (is_new) {
-    remote = new_remote(wanting > 0);
+    remote = new_remote(wanting, arrival);
     if (remote == nullptr) {
-      count(counters_.ignored_no_room);
+      refuse(is_guest(arrival.peer) ? Limit::peers : Limit::remote_services);
       return;
     }
     static_cast<SlotBase&>(offered) = static_cast<const SlotBase&>(*remote);
     *remote = offered;
+    ++peers_[remote->peer].remotes;
   }
   remote->load_balancing = offered.load_balancing;
   remote->configuration = offered.configuration;
@@ -267,22 +270,9 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
   renew_subscriptions(*remote, arrival);
 }
 
-// Services that nobody requires are remembered too, as long as there is room: a later requirement then need
-// not look for them.  [feat_req_someipsd_17]
-slots::Remote* ServiceDiscovery::new_remote(bool required) noexcept {
-  if (slots::Remote* const slot = remotes_.add()) {
-    return slot;
-  }
-  if (!required) {
-    return nullptr;
-  }
-  for (slots::Remote& remote : remotes_) {
-    if (requirements_of(remote) == 0) {
-      remotes_.remove(remote);
-      return remotes_.add();
-    }
-  }
-  return nullptr;
+void ServiceDiscovery::remove(slots::Remote& remote) noexcept {
+  --peers_[remote.peer].remotes;
+  remotes_.remove(remote);
 }
 
 void ServiceDiscovery::announce(const slots::Remote& remote) noexcept {

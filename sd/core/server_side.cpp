@@ -134,12 +134,12 @@ void ServiceDiscovery::stop_offer(OfferHandle handle, TimePoint now) noexcept {
   }
   for (slots::Subscription& subscription : subscribers_) {
     if (subscription.offer == handle.index) {
-      subscribers_.remove(subscription);
+      remove(subscription);
     }
   }
   for (slots::Subscription& subscription : subscribers_.lost()) {
     if (subscription.offer == handle.index) {
-      subscribers_.remove(subscription);
+      remove(subscription);
       --untold_;
     }
   }
@@ -168,10 +168,15 @@ Result<void, SdError> ServiceDiscovery::add_subscriber(OfferHandle handle, Event
   if (subscribers_.find_if(is_same) != nullptr) {
     return tl::unexpected{SdError::duplicate};
   }
-  slots::Subscription* const slot = new_subscription(handle.index, id);
+  slots::Subscription* const slot =
+      subscribers_of(handle.index, id, nullptr) < settings_.max_subscribers_per_eventgroup
+          ? subscribers_.add()
+          : nullptr;
   if (slot == nullptr) {
     return tl::unexpected{SdError::table_full};
   }
+  slot->offer = handle.index;
+  slot->eventgroup = id;
   slot->configured_at = client;
   if (eventgroup->udp) {
     slot->udp = client;
@@ -182,6 +187,7 @@ Result<void, SdError> ServiceDiscovery::add_subscriber(OfferHandle handle, Event
 bool ServiceDiscovery::tcp_connected(const Endpoint& own, const Endpoint& client) noexcept {
   slots::TcpConnection* const connection = tcp_connections_.add();
   if (connection == nullptr) {
+    note(Limit::tcp_connections);
     return false;
   }
   connection->own = own;
@@ -300,8 +306,9 @@ void ServiceDiscovery::serve(TimePoint now) noexcept {
 
 // Endpoint and multicast options of a Find mean nothing and are not even looked at.  [feat_req_someipsd_878]
 void ServiceDiscovery::on_find(const Entry& entry, const Arrival& arrival) noexcept {
-  if (entry.ttl_s == 0) {
-    return;  // a Find must not have it  [feat_req_someipsd_239]
+  if (entry.ttl_s == 0 ||  // a Find must not have it  [feat_req_someipsd_239]
+      !may_go_on(arrival.peer, 1, arrival.now)) {
+    return;
   }
   const std::string_view name = name_in(entry, arrival);
   for (slots::Offer& offer : offers_) {
@@ -336,7 +343,7 @@ void ServiceDiscovery::on_find(const Entry& entry, const Arrival& arrival) noexc
     // Delayed answers may take half of the queue: a flood of Finds must not keep back what else is to be
     // sent.
     if (pending_.free_places() <= pending_.size()) {
-      count(counters_.ignored_no_room);
+      refuse(Limit::pending_entries);
       continue;
     }
     // The figure of the server's states would restart the offer's timer here. We don't: whoever asks often
@@ -397,8 +404,11 @@ void ServiceDiscovery::on_subscribe(const Entry& entry, const Arrival& arrival) 
     count(counters_.ignored_wrong_transport);  // [feat_req_someipsd_818]
     return;
   }
+  if (!may_go_on(arrival.peer, 1, arrival.now)) {
+    return;
+  }
   if (pending_.free_places() == 0 || event_places() == 0) {
-    count(counters_.ignored_no_room);
+    refuse(pending_.free_places() == 0 ? Limit::pending_entries : Limit::pending_events);
     return;
   }
   const slots::Offer* const offer = offered(entry, arrival);
@@ -442,19 +452,37 @@ std::optional<NackReason> ServiceDiscovery::lack_of(const slots::Offer& offer, c
   return std::nullopt;
 }
 
-slots::Subscription* ServiceDiscovery::new_subscription(std::uint16_t offer,
-                                                        EventgroupId eventgroup) noexcept {
-  std::size_t others = 0;
+std::size_t ServiceDiscovery::subscribers_of(std::uint16_t offer, EventgroupId eventgroup,
+                                             const IpAddress* from) const noexcept {
+  std::size_t count = 0;
   for (const slots::Subscription& other : subscribers_) {
-    others += other.offer == offer && other.eventgroup == eventgroup ? 1 : 0;
+    const bool is_meant = from == nullptr || (other.peer != slots::Subscription::nobody &&
+                                              peers_[other.peer].endpoint.address == *from);
+    count += is_meant && other.offer == offer && other.eventgroup == eventgroup ? 1 : 0;
   }
-  slots::Subscription* const slot =
-      others < settings_.max_subscribers_per_eventgroup ? subscribers_.add() : nullptr;
-  if (slot != nullptr) {
-    slot->offer = offer;
-    slot->eventgroup = eventgroup;
+  return count;
+}
+
+slots::Subscription* ServiceDiscovery::new_subscription(const slots::Offer& offer, EventgroupId eventgroup,
+                                                        const Arrival& arrival) noexcept {
+  std::optional<Limit> full = make_room(offer, eventgroup, arrival);
+  slots::Subscription* const slot = full ? nullptr : subscribers_.add();
+  if (slot == nullptr) {
+    refuse(full.value_or(Limit::subscribers));
+    return nullptr;
   }
+  slot->offer = offer.index;
+  slot->eventgroup = eventgroup;
+  slot->peer = arrival.peer;
+  ++peers_[arrival.peer].subscribers;
   return slot;
+}
+
+void ServiceDiscovery::remove(slots::Subscription& subscription) noexcept {
+  if (subscription.peer != slots::Subscription::nobody) {
+    --peers_[subscription.peer].subscribers;
+  }
+  subscribers_.remove(subscription);
 }
 
 // Enters or renews the subscription, unless it is to be refused.  [feat_req_someipsd_1164]
@@ -472,12 +500,10 @@ ServiceDiscovery::Accepted ServiceDiscovery::accept(const slots::Offer& offer, c
   slots::Subscription* slot = subscription_of(offer, entry, arrival.peer, *options);
   const bool is_new = slot == nullptr;
   if (is_new) {
-    slot = new_subscription(offer.index, entry.eventgroup());
+    slot = new_subscription(offer, entry.eventgroup(), arrival);
     if (slot == nullptr) {
-      count(counters_.ignored_no_room);
       return tl::unexpected{NackReason::no_room};
     }
-    slot->peer = arrival.peer;
     slot->counter = entry.counter();
     slot->udp = options->udp;
     slot->tcp = options->tcp;
@@ -501,6 +527,9 @@ ServiceDiscovery::Accepted ServiceDiscovery::accept(const slots::Offer& offer, c
 // [feat_req_someipsd_619]
 void ServiceDiscovery::acknowledge(const slots::Offer* offer, const Entry& entry, const Arrival& arrival,
                                    const Accepted& accepted) noexcept {
+  if (!accepted && !may_go_on(arrival.peer, 3, arrival.now)) {
+    return;
+  }
   slots::PendingEntry* const pending = send(arrival.peer, arrival.answer_due);
   pending->entry = entry;
   pending->entry.type = EntryType::subscribe_eventgroup_ack;

@@ -17,6 +17,8 @@ const char* to_string(LossReason reason) noexcept {
       return "replaced";
     case LossReason::link_down:
       return "link down";
+    case LossReason::displaced:
+      return "displaced";
     case LossReason::unreachable:
       break;
   }
@@ -57,6 +59,36 @@ const char* to_string(NackReason reason) noexcept {
       break;
   }
   return "no room";
+}
+
+const char* to_string(Limit limit) noexcept {
+  switch (limit) {
+    case Limit::peers:
+      return "max_peers";
+    case Limit::subscribers:
+      return "max_subscribers";
+    case Limit::subscribers_per_eventgroup:
+      return "max_subscribers_per_eventgroup";
+    case Limit::subscribers_per_eventgroup_and_address:
+      return "max_subscribers_per_eventgroup_and_address";
+    case Limit::remote_services:
+      return "max_remote_services";
+    case Limit::tcp_connections:
+      return "max_tcp_connections";
+    case Limit::configurations:
+      return "max_configurations";
+    case Limit::configuration_bytes:
+      return "max_configuration_bytes";
+    case Limit::pending_entries:
+      return "max_pending_entries";
+    case Limit::pending_events:
+      return "max_pending_events";
+    case Limit::entries_per_second:
+      return "max_entries_per_second";
+    case Limit::reboots:
+      break;
+  }
+  return "max_reboots_at_once";
 }
 
 ServiceDiscovery::ServiceDiscovery(const Settings& settings, const StorageView& storage) noexcept
@@ -105,7 +137,7 @@ TimePoint ServiceDiscovery::first_due(TimePoint now) noexcept {
 slots::PendingEntry* ServiceDiscovery::send(std::uint16_t to, TimePoint due) noexcept {
   slots::PendingEntry* const pending = pending_.append();
   if (pending == nullptr) {
-    count(counters_.ignored_no_room);
+    refuse(Limit::pending_entries);
     return nullptr;
   }
   *pending = {};
@@ -118,6 +150,7 @@ Event* ServiceDiscovery::next_event() noexcept {
   Event* const event = events_.append();
   if (event == nullptr) {
     count(counters_.lost_events);
+    note(Limit::pending_events);
   }
   return event;
 }
@@ -163,7 +196,7 @@ void ServiceDiscovery::shutdown(TimePoint now) noexcept {
     stop_offer(offers_.handle_of<OfferHandle>(offer), now);
   }
   for (slots::Remote& remote : remotes_) {
-    remotes_.remove(remote);
+    remove(remote);
   }
   link_up_ = false;
 }
@@ -202,25 +235,27 @@ void ServiceDiscovery::on_message(const someip::Message& bytes, const Endpoint& 
     return;
   }
   const std::optional<Endpoint> named = sd_endpoint(*message, rules_);
-  slots::Peer* const peer = peer_at(named ? *named : from, now);
-  if (peer == nullptr) {
-    count(counters_.dropped_no_room);
-    return;
-  }
-  const std::uint16_t peer_index = peer->index;
+  slots::Peer& peer = peer_at(named ? *named : from, now);
+  const std::uint16_t peer_index = peer.index;
   // Session 0 says that the sender does not count its messages.
   if (const SessionId session = bytes.header.session; session != someip::no_session) {
     const auto channel =
         via_multicast ? RebootDetector::Channel::multicast : RebootDetector::Channel::unicast;
-    if (peer->reboots.shows_reboot(channel, session, message->reboot())) {
+    if (peer.reboots.shows_reboot(channel, session, message->reboot())) {
+      if (!peer.real_reboots.take(now, settings_.reboot_pause, settings_.max_reboots_at_once)) {
+        count(counters_.dropped_reboots);
+        note(Limit::reboots);
+        return;
+      }
       on_reboot(peer_index, now);
     }
-    peer->reboots.observe(channel, session, message->reboot());
+    peer.reboots.observe(channel, session, message->reboot());
   }
   for (slots::TcpConnection& connection : tcp_connections_) {
-    connection.peer_spoke = connection.peer_spoke || connection.remote.address == peer->endpoint.address;
+    connection.peer_spoke = connection.peer_spoke || connection.remote.address == peer.endpoint.address;
   }
-  peer->explicit_initial_data = message->explicit_initial_data();  // [feat_req_someipsd_1188]
+  peer.last_seen = now;
+  peer.explicit_initial_data = message->explicit_initial_data();  // [feat_req_someipsd_1188]
   count(counters_.messages_received);
   // One delay for the whole message, so that the answers share a message too. Only what came to many at once
   // needs one.  [feat_req_someipsd_83] [feat_req_someipsd_766] [feat_req_someipsd_624]
@@ -269,7 +304,7 @@ std::optional<std::uint16_t> ServiceDiscovery::keep_configuration(bool important
       break;
     }
     if (remote.configuration != ConfigurationPool::none && requirements_of(remote) == 0) {
-      remotes_.remove(remote);
+      remove(remote);
       kept = configurations_.keep(mark);
     }
   }

@@ -34,6 +34,26 @@ inline constexpr std::size_t nack_reasons = 8;
 /// The reason in words, for logs.
 [[nodiscard]] const char* to_string(NackReason reason) noexcept;
 
+/// What may not be exceeded, each by its own setting.
+enum class Limit : std::uint8_t {
+  peers,
+  subscribers,
+  subscribers_per_eventgroup,
+  subscribers_per_eventgroup_and_address,
+  remote_services,
+  tcp_connections,
+  configurations,
+  configuration_bytes,
+  pending_entries,
+  pending_events,
+  entries_per_second,
+  reboots,
+};
+inline constexpr std::size_t limit_count = 12;
+
+/// The name of the setting that raises it, as in Limits or DiscoveryRules: "max_peers".
+[[nodiscard]] const char* to_string(Limit limit) noexcept;
+
 /// A service instance of ours.
 struct OfferedService {
   ServiceId service{};
@@ -104,7 +124,7 @@ struct Counters {
   std::uint64_t dropped_source = 0;     ///< from an address that cannot be a peer's
   std::uint64_t dropped_not_sd = 0;     ///< other SOME/IP messages
   std::uint64_t dropped_malformed = 0;  ///< SOME/IP or SD framing broken
-  std::uint64_t dropped_no_room = 0;    ///< no room for the peer
+  std::uint64_t dropped_reboots = 0;    ///< showed another reboot than may be taken for real
 
   // Entries that were ignored, or answered with a Nack.
   std::uint64_t ignored_unknown_type = 0;
@@ -115,6 +135,10 @@ struct Counters {
   std::uint64_t ignored_conflicting_offer = 0;  ///< the service is offered by another peer already
   std::uint64_t ignored_unexpected_ack = 0;     ///< for nothing we subscribed to
   std::uint64_t ignored_no_room = 0;            ///< some table or queue is full
+  std::uint64_t ignored_too_many = 0;           ///< Finds and Subscribes beyond max_entries_per_second
+  std::uint64_t displaced = 0;  ///< subscribers, services and peers in use that had to make room for others
+  /// How often each limit kept something out; indexed by Limit.
+  std::array<std::uint64_t, limit_count> limits_reached{};
   std::uint64_t configurations_cut = 0;  ///< offers whose configuration found no room, or not all of it
   std::uint64_t nacks_sent = 0;
   std::array<std::uint64_t, nack_reasons> nacks_by_reason{};  ///< indexed by NackReason
@@ -305,6 +329,12 @@ class ServiceDiscovery {
   [[nodiscard]] std::optional<std::uint16_t> keep_configuration(bool important) noexcept;
 
   TRESTLE_ONCE static void count(std::uint64_t& counter) noexcept { ++counter; }
+  void note(Limit limit) noexcept { ++counters_.limits_reached[static_cast<std::size_t>(limit)]; }
+  // An entry finds no room.
+  void refuse(Limit limit) noexcept {
+    note(limit);
+    count(counters_.ignored_no_room);
+  }
 
   // service_discovery.cpp
   void on_message(const someip::Message& message, const Endpoint& from, bool via_multicast,
@@ -328,8 +358,23 @@ class ServiceDiscovery {
   }
 
   // peers.cpp
-  [[nodiscard]] slots::Peer* peer_at(const Endpoint& endpoint, TimePoint now) noexcept;
-  [[nodiscard]] slots::Peer* forget_a_peer() noexcept;
+  [[nodiscard]] slots::Peer& peer_at(const Endpoint& endpoint, TimePoint now) noexcept;
+  [[nodiscard]] slots::Peer* place_for(const Endpoint& endpoint, TimePoint now) noexcept;
+  [[nodiscard]] slots::Peer* who_is_forgotten(const IpAddress* among, TimePoint now) noexcept;
+  void forget(slots::Peer& peer) noexcept;
+  [[nodiscard]] slots::Peer* guest() noexcept;
+  // In the place that is never kept.
+  [[nodiscard]] bool is_guest(std::uint16_t peer) const noexcept {
+    return peer + std::size_t{1} == peers_.size();
+  }
+  [[nodiscard]] bool is_silent(const slots::Peer& peer, TimePoint now) const noexcept {
+    return is_due(peer.last_seen + settings_.silent_after, now);
+  }
+  template <typename Slot, typename Candidate>
+  [[nodiscard]] Slot* who_gives_way(const Table<Slot>& table, std::uint16_t newcomer, TimePoint now,
+                                    Candidate is_candidate) noexcept;
+  [[nodiscard]] const slots::Peer* who_holds_most(std::uint16_t newcomer) noexcept;
+  [[nodiscard]] bool may_go_on(std::uint16_t peer, std::uint32_t cost, TimePoint now) noexcept;
   [[nodiscard]] bool is_outdated(const slots::TcpConnection& connection, std::uint16_t peer) const noexcept;
   void on_reboot(std::uint16_t peer, TimePoint now) noexcept;
 
@@ -348,7 +393,13 @@ class ServiceDiscovery {
                                                   const EntryOptions& needed) const noexcept;
   [[nodiscard]] Accepted accept(const slots::Offer& offer, const Eventgroup& eventgroup, const Entry& entry,
                                 const Arrival& arrival) noexcept;
-  [[nodiscard]] slots::Subscription* new_subscription(std::uint16_t offer, EventgroupId eventgroup) noexcept;
+  [[nodiscard]] slots::Subscription* new_subscription(const slots::Offer& offer, EventgroupId eventgroup,
+                                                      const Arrival& arrival) noexcept;
+  [[nodiscard]] std::optional<Limit> make_room(const slots::Offer& offer, EventgroupId eventgroup,
+                                               const Arrival& arrival) noexcept;
+  [[nodiscard]] std::size_t subscribers_of(std::uint16_t offer, EventgroupId eventgroup,
+                                           const IpAddress* from) const noexcept;
+  void remove(slots::Subscription& subscription) noexcept;
   [[nodiscard]] std::optional<Endpoint> multicast_of(const slots::Offer& offer) const noexcept;
   void acknowledge(const slots::Offer* offer, const Entry& entry, const Arrival& arrival,
                    const Accepted& accepted) noexcept;
@@ -366,7 +417,8 @@ class ServiceDiscovery {
   [[nodiscard]] bool read_offer(const Entry& entry, const Arrival& arrival, slots::Remote& offered) noexcept;
   [[nodiscard]] bool keep_configuration_of(slots::Remote& offered, bool required) noexcept;
   [[nodiscard]] slots::Remote* remote_of(const Entry& entry, std::string_view name) const noexcept;
-  [[nodiscard]] slots::Remote* new_remote(bool required) noexcept;
+  [[nodiscard]] slots::Remote* new_remote(std::size_t wanting, const Arrival& arrival) noexcept;
+  void remove(slots::Remote& remote) noexcept;
   [[nodiscard]] std::size_t requirements_of(const slots::Remote& remote) const noexcept;
   void announce(const slots::Remote& remote) noexcept;
   void tell_available(slots::Requirement& requirement, const slots::Remote& remote) noexcept;
@@ -408,6 +460,7 @@ class ServiceDiscovery {
   bool link_up_ = true;
   std::uint32_t untold_ = 0;  // losses, and requirements, that wait for room among the events
   someip::SessionCounter multicast_sessions_;
+  someip::SessionCounter forgotten_sessions_;  // no peer that was forgotten has heard of a later one
 
   Table<slots::Offer> offers_;
   Table<slots::OfferedEventgroup> eventgroups_;

@@ -85,6 +85,22 @@ struct DiscoveryRules {
   /// their methods take large requests.  [feat_req_someipsd_946]
   bool tell_receive_buffer = true;
   std::uint16_t max_subscribers_per_eventgroup = 64;
+  /// Of them, from one address: as many as have different counters.  [feat_req_someipsd_322]
+  std::uint16_t max_subscribers_per_eventgroup_and_address = 16;
+  /// Peers at one address, at different ports: one more takes the place of another one there.
+  std::uint16_t max_peers_per_address = 16;
+  /// When a table is full, what belongs to a peer that has said nothing for so long makes room for who
+  /// speaks, whatever TTL it named; and after that one entry of the address that has most, if the newcomer's
+  /// has less.
+  Duration silent_after = std::chrono::seconds{10};
+  /// FindService and SubscribeEventgroup entries that are taken from one peer: on average, and in a row. One
+  /// that is refused counts as four. What is beyond is ignored.
+  std::uint32_t max_entries_per_second = 2000;
+  std::uint32_t max_entries_at_once = 10'000;
+  /// Reboots of one peer that are taken for real: on average one in each such pause, and so many in a row.
+  /// Messages that show one too many are dropped.
+  Duration reboot_pause = std::chrono::seconds{5};
+  std::uint16_t max_reboots_at_once = 8;
   /// How a service counts that is offered without load balancing option: by default after all others.
   /// [feat_req_someipsd_174]
   LoadBalancingOption unranked{.priority = 0xffff, .weight = 0};

@@ -4,6 +4,7 @@
 
 #include "sd/core/configuration.hpp"
 #include "sd/core/find_schedule.hpp"
+#include "sd/core/rate_limit.hpp"
 #include "sd/core/reboot_detector.hpp"
 #include "sd/core/table.hpp"
 #include "sd/wire/option.hpp"
@@ -20,6 +21,8 @@ struct Limits {
   std::uint16_t max_requirements = 64;    ///< required services
   std::uint16_t max_subscriptions = 128;  ///< own ones
   std::uint16_t max_remote_services = 256;
+  /// Others that have said something. There is one more place, for who comes when the others are taken by
+  /// peers that have something with us and go on speaking: it is answered, but refused.
   std::uint16_t max_peers = 64;
   std::uint16_t max_tcp_connections = 64;  ///< of clients, for TCP events
   /// Entries waiting to be sent. A shutdown needs one for each offer and subscription.
@@ -149,8 +152,13 @@ struct Peer : SlotBase {
   RebootDetector reboots;
   someip::SessionCounter sessions{};  // of what we send there by unicast  [feat_req_someipsd_765]
   bool explicit_initial_data = false;
-  bool referenced = false;  // scratch of the search for one to forget
+  bool is_used = false;           // scratch of the search for one to forget
+  std::uint16_t held = 0;         // scratch of the search for who holds most
+  std::uint16_t subscribers = 0;  // slots that name it, lost ones included
+  std::uint16_t remotes = 0;      // likewise
   TimePoint last_seen{};
+  RateLimit entries;
+  RateLimit real_reboots;
 };
 
 /// A connection of a client to one of our services, which subscriptions may need.
@@ -234,7 +242,7 @@ class Storage {
     Slots<slots::Requirement, limits.max_requirements> requirements;
     Slots<slots::OwnSubscription, limits.max_subscriptions> subscriptions;
     Slots<slots::Remote, limits.max_remote_services> remotes;
-    Slots<slots::Peer, limits.max_peers> peers;
+    Slots<slots::Peer, limits.max_peers + std::size_t{1}> peers;
     Slots<slots::TcpConnection, limits.max_tcp_connections> tcp_connections;
     Slots<slots::PendingEntry, limits.max_pending_entries> pending;
     Slots<Event, limits.max_pending_events> pending_events;

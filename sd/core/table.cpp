@@ -6,17 +6,21 @@ SlotBase* TableBase::take() noexcept {
   for (std::uint16_t index = 0; index < size_; ++index) {
     SlotBase& empty = slot(index);
     if (empty.slot_state == SlotBase::State::empty) {
-      empty.index = index;
-      empty.generation = static_cast<std::uint16_t>(empty.generation == 0xffff ? 1 : empty.generation + 1);
-      empty.slot_state = SlotBase::State::in_use;
-      empty.loss = SlotBase::no_loss;
-      if (used_end_ <= index) {
-        used_end_ = static_cast<std::uint16_t>(index + 1);
-      }
+      take(empty, index);
       return &empty;
     }
   }
   return nullptr;
+}
+
+void TableBase::take(SlotBase& empty, std::size_t index) noexcept {
+  empty.index = static_cast<std::uint16_t>(index);
+  empty.generation = static_cast<std::uint16_t>(empty.generation == 0xffff ? 1 : empty.generation + 1);
+  empty.slot_state = SlotBase::State::in_use;
+  empty.loss = SlotBase::no_loss;
+  if (used_end_ <= index) {
+    used_end_ = static_cast<std::uint16_t>(index + 1);
+  }
 }
 
 void TableBase::remove(SlotBase& slot_of_this) noexcept {

@@ -61,6 +61,7 @@ class TableBase {
   [[nodiscard]] bool is_valid(std::uint16_t index, std::uint16_t generation) const noexcept;
   /// Takes an empty slot; nothing when there is none.
   [[nodiscard]] SlotBase* take() noexcept;
+  void take(SlotBase& empty, std::size_t index) noexcept;
 
   std::byte* slots_;
 
@@ -145,6 +146,15 @@ class Table : public TableBase {
     }
     const SlotBase base = *taken;
     Slot& slot = static_cast<Slot&>(*taken);
+    slot = Slot{};
+    static_cast<SlotBase&>(slot) = base;
+    return &slot;
+  }
+
+  /// An empty slot of the caller's choice, now in use.
+  [[nodiscard]] Slot* add_at(Slot& slot) noexcept {
+    take(slot, static_cast<std::size_t>(&slot - &(*this)[0]));
+    const SlotBase base = slot;
     slot = Slot{};
     static_cast<SlotBase&>(slot) = base;
     return &slot;

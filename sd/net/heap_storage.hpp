@@ -15,7 +15,7 @@ class HeapStorage {
         requirements_(limits.max_requirements),
         subscriptions_(limits.max_subscriptions),
         remotes_(limits.max_remote_services),
-        peers_(limits.max_peers),
+        peers_(limits.max_peers + std::size_t{1}),
         tcp_connections_(limits.max_tcp_connections),
         pending_entries_(limits.max_pending_entries),
         pending_events_(limits.max_pending_events),

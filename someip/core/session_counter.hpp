@@ -28,7 +28,16 @@ class SessionCounter {
   /// long as this is false.  [feat_req_someipsd_41]
   [[nodiscard]] constexpr bool wrapped() const noexcept { return wrapped_; }
 
+  /// Whether this one goes on from a later id than `other`, or has come after 0xffff and the other has not.
+  [[nodiscard]] constexpr bool is_ahead_of(const SessionCounter& other) const noexcept {
+    return place() > other.place();
+  }
+
  private:
+  [[nodiscard]] constexpr std::uint32_t place() const noexcept {
+    return (wrapped_ || wraps_next_ ? 0x10000U : 0U) + value(next_);
+  }
+
   SessionId next_;
   bool wraps_next_ = false;
   bool wrapped_ = false;

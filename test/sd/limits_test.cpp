@@ -79,7 +79,7 @@ TEST_F(Limited, CountsConfiguredSubscribersToo) {
     machine.multicast(other, {find(0x9999)});
     machine.now += 1ms;
   }
-  EXPECT_EQ(machine.discovery.counters().dropped_no_room, 0U);
+  EXPECT_THAT(machine.discovery.counters().limits_reached, testing::Each(0U));
 }
 
 TEST_F(Limited, ForgetsThePeerThatWasSilentTheLongestAndHasNothingWithUs) {
@@ -95,7 +95,7 @@ TEST_F(Limited, ForgetsThePeerThatWasSilentTheLongestAndHasNothingWithUs) {
     machine.multicast(other, {find(0x9999)});
     machine.now += 1ms;
   }
-  EXPECT_EQ(machine.discovery.counters().dropped_no_room, 0U);
+  EXPECT_THAT(machine.discovery.counters().limits_reached, testing::Each(0U));
   subscriber.reboot();
   machine.unicast(subscriber, {find(0x9999)});
   EXPECT_THAT(machine.events(), ElementsAre("removed 0001 udp 10.0.0.2:1 at 10.0.0.2:30490 rebooted"));
@@ -127,17 +127,6 @@ TEST_F(Limited, KeepsAPeerWhoseServiceIsKnown) {
   server.reboot();
   machine.multicast(server, {find(0x9999)});
   EXPECT_THAT(machine.events(), ElementsAre("lost 1234.5678 v1 rebooted"));
-}
-
-TEST_F(Limited, DropsWhatComesFromAPeerTooMany) {
-  ASSERT_TRUE(machine.discovery.offer(service, machine.now));
-  for (std::uint8_t number = 2; number <= 5; ++number) {
-    FakePeer peer{host(number)};
-    machine.unicast(peer, {subscribe(1, {udp(host(number, 1))})});
-    machine.events();
-  }
-  EXPECT_THAT(machine.sent(), SizeIs(3));
-  EXPECT_EQ(machine.discovery.counters().dropped_no_room, 1U);
 }
 
 TEST_F(Limited, PrefersRequiredServices) {

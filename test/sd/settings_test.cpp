@@ -37,6 +37,13 @@ TEST(Settings, AreTheUsualOnesOfTheIndustry) {
   EXPECT_EQ(settings.client_id_prefix, 0);
   EXPECT_TRUE(settings.renew_infinite_subscriptions);
   EXPECT_EQ(settings.max_subscribers_per_eventgroup, 64);
+  EXPECT_EQ(settings.max_subscribers_per_eventgroup_and_address, 16);
+  EXPECT_EQ(settings.max_peers_per_address, 16);
+  EXPECT_EQ(settings.silent_after, std::chrono::seconds{10});
+  EXPECT_EQ(settings.max_entries_per_second, 2000U);
+  EXPECT_EQ(settings.max_entries_at_once, 10'000U);
+  EXPECT_EQ(settings.reboot_pause, std::chrono::seconds{5});
+  EXPECT_EQ(settings.max_reboots_at_once, 8);
   EXPECT_EQ(settings.unranked, (LoadBalancingOption{.priority = 0xffff, .weight = 0}));
 }
 
@@ -68,7 +75,7 @@ TEST(Counters, BeginAtZero) {
                                     counters.dropped_source,
                                     counters.dropped_not_sd,
                                     counters.dropped_malformed,
-                                    counters.dropped_no_room,
+                                    counters.dropped_reboots,
                                     counters.ignored_unknown_type,
                                     counters.ignored_wrong_transport,
                                     counters.ignored_unknown_subscriptions,
@@ -76,6 +83,8 @@ TEST(Counters, BeginAtZero) {
                                     counters.ignored_conflicting_offer,
                                     counters.ignored_unexpected_ack,
                                     counters.ignored_no_room,
+                                    counters.ignored_too_many,
+                                    counters.displaced,
                                     counters.configurations_cut,
                                     counters.nacks_sent,
                                     counters.silences,
@@ -84,6 +93,7 @@ TEST(Counters, BeginAtZero) {
     EXPECT_EQ(count, 0U);
   }
   EXPECT_THAT(counters.nacks_by_reason, testing::Each(0U));
+  EXPECT_THAT(counters.limits_reached, testing::Each(0U));
 }
 
 TEST(Names, TellEachReasonAndErrorApart) {
@@ -93,6 +103,7 @@ TEST(Names, TellEachReasonAndErrorApart) {
   EXPECT_STREQ(to_string(LossReason::replaced), "replaced");
   EXPECT_STREQ(to_string(LossReason::link_down), "link down");
   EXPECT_STREQ(to_string(LossReason::unreachable), "unreachable");
+  EXPECT_STREQ(to_string(LossReason::displaced), "displaced");
   EXPECT_STREQ(to_string(NackReason::unknown_service), "unknown service");
   EXPECT_STREQ(to_string(NackReason::unknown_instance), "unknown instance");
   EXPECT_STREQ(to_string(NackReason::unknown_major), "unknown major version");

@@ -98,7 +98,7 @@ constexpr void for_each_table(const Limits& limits, MemoryView& memory, Visit vi
   visit(limits.needs, memory.discovery.requirements);
   visit(limits.subscriptions, memory.discovery.subscriptions);
   visit(limits.remote_services, memory.discovery.remotes);
-  visit(limits.peers, memory.discovery.peers);
+  visit(limits.peers + std::size_t{1}, memory.discovery.peers);  // as Storage has it
   visit(limits.pending_entries, memory.discovery.pending_entries);
   visit(limits.pending_events, memory.discovery.pending_events);
   visit(limits.services, memory.services);

@@ -296,12 +296,13 @@ TEST(DeviceLimits, RefuseASubscriberTooManyWithANack) {
   ASSERT_TRUE(rig.device().offer(0, rig.now));
   rig.run_for(100ms);
   FakePeer peer{peer_at};
-  rig.receive(peer.unicast({subscribe(1, {udp(peer_udp)}), subscribe(2, {udp(peer_udp)})}), peer_at, own);
-  rig.discovery.clear();
+  rig.receive(peer.unicast({subscribe(1, {udp(peer_udp)})}), peer_at, own);
   FakePeer other{other_peer_at};
   rig.receive(other.unicast({subscribe(1, {udp(other_peer_udp)})}), other_peer_at, own);
+  rig.discovery.clear();
+  rig.receive(other.unicast({subscribe(2, {udp(other_peer_udp)})}), other_peer_at, own);
   EXPECT_THAT(rig.take_discovery(),
-              ElementsAre("10.0.0.3:30490 < s1 reboot: nack 1234.5678 v1 group 0001 ttl 0 counter 0"));
+              ElementsAre("10.0.0.3:30490 < s2 reboot: nack 1234.5678 v1 group 0002 ttl 0 counter 0"));
   EXPECT_EQ(rig.device().discovery().nacks_by_reason[static_cast<std::size_t>(sd::NackReason::no_room)], 1U);
 }
 

@@ -1,0 +1,165 @@
+// How often a peer may ask, and be started anew.
+#include <gmock/gmock.h>
+
+#include "sd/core/rate_limit.hpp"
+#include "test/covers.hpp"
+#include "test/sd/server_fixture.hpp"
+
+namespace trestle::sd::rates_test {
+namespace {
+using namespace test;
+using testing::Each;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+TEST(RateLimit, LetsSoManyThroughAtOnceAndThenOneInEachPause) {
+  RateLimit limit;
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_TRUE(limit.take(start, 1s, 3));
+  }
+  EXPECT_FALSE(limit.take(start, 1s, 3));
+  EXPECT_FALSE(limit.take(start + 999ms, 1s, 3));
+  EXPECT_TRUE(limit.take(start + 1s, 1s, 3));
+  EXPECT_FALSE(limit.take(start + 1s, 1s, 3));
+  EXPECT_FALSE(limit.take(start + 3s, 1s, 3, 3));  // two pauses for three
+  EXPECT_TRUE(limit.take(start + 4s, 1s, 3, 3));
+  EXPECT_TRUE(limit.take(start + 1000s, 1s, 3, 3));  // what was not used is not saved up
+  EXPECT_FALSE(limit.take(start + 1000s, 1s, 3));
+}
+
+class Rates : public testing::Test {
+ protected:
+  static Settings few() {
+    Settings settings = fixed_settings();
+    settings.max_entries_per_second = 10;
+    settings.max_entries_at_once = 20;
+    settings.reboot_pause = 5s;
+    settings.max_reboots_at_once = 2;
+    return settings;
+  }
+  void SetUp() override {
+    ASSERT_TRUE(machine.discovery.offer(udp_service, machine.now));
+    machine.run_to(200ms);
+  }
+  Machine<> machine{few()};
+  FakePeer client{client_sd};
+  FakePeer other{Endpoint{IpAddress::v4(10, 0, 0, 3), 30490}};
+};
+
+TEST_F(Rates, LimitFindsAndSubscribesOfEachPeer) {
+  std::size_t answers = 0;
+  for (int i = 0; i < 50; ++i) {
+    machine.unicast(client, {i % 2 == 0 ? find(0x1234) : subscribe(1, {udp(client_udp)})});
+    answers += machine.sent().size();
+  }
+  EXPECT_EQ(answers, 20U);
+  EXPECT_EQ(machine.discovery.counters().ignored_too_many, 30U);
+  EXPECT_EQ(machine.discovery.counters().limits_reached[static_cast<std::size_t>(Limit::entries_per_second)],
+            30U);
+  machine.unicast(other, {find(0x1234)});  // has a measure of its own
+  EXPECT_THAT(machine.sent(), SizeIs(1));
+  machine.run_to(300ms);
+  machine.unicast(client, {find(0x1234), find(0x1234)});
+  EXPECT_EQ(machine.discovery.counters().ignored_too_many, 31U);
+}
+
+TEST_F(Rates, CountARefusedSubscriptionAsFour) {
+  covers({"feat_req_someipsd_1137"});
+  std::size_t nacks = 0;
+  for (int i = 0; i < 50; ++i) {
+    machine.unicast(client, {subscribe(0x99, {udp(client_udp)})});
+    nacks += machine.sent().size();
+  }
+  EXPECT_EQ(nacks, 5U);
+}
+
+// By its ports: a peer that is forgotten leaves no new allowance behind.
+TEST_F(Rates, AreNotEscapedByChangingThePort) {
+  std::size_t answers = 0;
+  for (std::uint16_t port = 1; port <= 2000; ++port) {
+    FakePeer one{Endpoint{client_sd.address, port}};
+    machine.unicast(one, {find(0x1234)});
+    answers += machine.sent().size();
+    machine.now += 1us;
+  }
+  EXPECT_LE(answers, 16U * 20U);
+}
+
+TEST_F(Rates, LimitRebootsOfEachPeer) {
+  machine.unicast(client, {subscribe(1, {udp(client_udp)}, infinite_ttl_s)});
+  machine.events();
+  std::size_t reboots = 0;
+  for (int i = 0; i < 20; ++i) {
+    client.reboot();
+    machine.unicast(client, {subscribe(1, {udp(client_udp)}, infinite_ttl_s)});
+    reboots += machine.events().empty() ? 0 : 1;
+  }
+  EXPECT_EQ(reboots, 2U);
+  EXPECT_EQ(machine.discovery.counters().reboots_detected, 2U);
+  EXPECT_EQ(machine.discovery.counters().dropped_reboots, 18U);
+  machine.run_to(6s);
+  client.reboot();
+  machine.unicast(client, {subscribe(1, {udp(client_udp)}, infinite_ttl_s)});
+  EXPECT_THAT(machine.events(), ElementsAre(HasSubstr("rebooted"), HasSubstr("added")));
+}
+
+// Somebody who sends in a peer's name cannot end what that has with us again and again: its own messages are
+// none of a reboot.
+TEST_F(Rates, KeepWhatAPeerHasFromForgedReboots) {
+  machine.unicast(client, {subscribe(1, {udp(client_udp)}, infinite_ttl_s)});
+  for (int i = 0; i < 10; ++i) {
+    machine.unicast(client, {find(0x9999)});
+  }
+  machine.events();
+  FakePeer forger{client_sd};
+  for (int i = 0; i < 100; ++i) {
+    forger.reboot();
+    machine.unicast(forger, {find(0x9999)});
+    machine.unicast(client, {subscribe(1, {udp(client_udp)}, infinite_ttl_s)});
+    machine.now += 10ms;
+  }
+  EXPECT_EQ(machine.discovery.counters().reboots_detected, 2U);
+}
+
+TEST(UsualTraffic, StaysBelowTheRates) {
+  Machine<Limits{.max_offers = 1000,
+                 .max_eventgroups = 1000,
+                 .max_subscribers = 2000,
+                 .max_pending_entries = 4000,
+                 .max_pending_events = 4000}>
+      machine;
+  std::vector<OfferHandle> offers;
+  const std::array group{Eventgroup{.id = EventgroupId{1}}};
+  for (std::uint16_t i = 1; i <= 1000; ++i) {
+    OfferedService service = udp_service;
+    service.service = ServiceId{i};
+    service.eventgroups = group;
+    ASSERT_TRUE(machine.discovery.offer(service, machine.now));
+  }
+  machine.run_to(200ms);
+  // A client of all services: it looks for them as often as the specification lets it, subscribes with each
+  // offer, of the repetition phase too, and is started anew some times.
+  FakePeer client{client_sd};
+  for (int life = 0; life < 3; ++life) {
+    client.reboot();
+    for (int repetition = 0; repetition < 4; ++repetition) {
+      for (std::uint16_t i = 1; i <= 1000; ++i) {
+        machine.multicast(client, {find(i)});
+        FakePeer::Said said = subscribe(1, {udp(client_udp)});
+        said.entry.service = ServiceId{i};
+        machine.unicast(client, {said});
+        machine.sent();
+        machine.events();
+      }
+      machine.now += 60ms;
+    }
+    machine.now += 4s;
+  }
+  EXPECT_EQ(machine.discovery.counters().ignored_too_many, 0U);
+  EXPECT_EQ(machine.discovery.counters().dropped_reboots, 0U);
+}
+
+}  // namespace
+}  // namespace trestle::sd::rates_test
