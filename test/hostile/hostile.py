@@ -77,10 +77,12 @@ def main():
         for one in chosen([]):
             print(f"{one.name:24} point {one.point:2}  {one.what}")
         return 0
-    why_not = lab.enter()
-    if why_not:
+    outcome = lab.enter()
+    if isinstance(outcome, int):
+        return outcome
+    if outcome:
         required = os.environ.get("TRESTLE_REQUIRE_PEERS", "0") not in ("", "0")
-        print(f"{'failed' if required else 'skipped'}: {why_not}")
+        print(f"{'failed' if required else 'skipped'}: {outcome}")
         return 1 if required else SKIPPED
     lab.mount()
     options.out = options.out.resolve()

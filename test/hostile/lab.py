@@ -24,6 +24,7 @@ SILENT = [f"{NET}{200 + i // 250}.{1 + i % 250}" for i in range(2500)]  # addres
 MANY = [f"{NET}7.{1 + i}" for i in range(120)]  # as many hosts as somebody pretends to be
 PATIENCE = 60  # seconds for what should be over long before
 CLONE_NEWNET = 0x40000000
+INSIDE = "TRESTLE_HOSTILE_INSIDE"
 
 
 class Failed(Exception):
@@ -31,23 +32,32 @@ class Failed(Exception):
 
 
 def enter():
-    """Starts this program again where it can make namespaces, or says why that cannot be: a text."""
-    if os.environ.get("TRESTLE_HOSTILE_LAB") == str(os.getppid()):
+    """Runs this program again where it can make namespaces, and gives its exit status; a text says why that cannot be.
+
+    Nothing: it runs there already."""
+    if INSIDE in os.environ:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # the one outside ends us
         return None
-    for program in "unshare", "nsenter", "ip":
+    for program in "unshare", "nsenter", "setpriv", "ip":
         if not shutil.which(program):
             return f"there is no program '{program}'"
-    spaces = ["--net", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc"]
+    spaces = ["unshare", "--net", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc"]
     if os.geteuid() != 0:
         spaces += ["--user", "--map-root-user"]
-    tried = subprocess.run(["unshare", *spaces, "sh", "-c", "mount -t tmpfs none /mnt && ip link add type bridge"],
+    tried = subprocess.run([*spaces, "sh", "-c", "mount -t tmpfs none /mnt && ip link add type bridge"],
                            capture_output=True, text=True, check=False)
     if tried.returncode:
         return "cannot make namespaces: " + (tried.stderr.strip() or str(tried.returncode))
-    # Its parent has number 0 in there.
-    os.execvpe("unshare", ["unshare", *spaces, sys.executable, "-B", *sys.argv],
-               {**os.environ, "TRESTLE_HOSTILE_LAB": "0"})
-    return None
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
+    signal.signal(signal.SIGINT, lambda *_: sys.exit(130))
+    # It dies with us, whatever we die of, and all that it has started with it.
+    inside = subprocess.Popen(["setpriv", "--pdeathsig", "KILL", *spaces, sys.executable, "-B", *sys.argv],
+                              env={**os.environ, INSIDE: "1"})
+    try:
+        return inside.wait()
+    finally:
+        inside.kill()
+        inside.wait()
 
 
 def _run(command):
