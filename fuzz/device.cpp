@@ -21,8 +21,7 @@ constexpr device::Limits limits{.services = 1,
                                 .subscriptions = 1,
                                 .remote_services = 1,
                                 .calls = 2,
-                                .tp_buffer_bytes = 256,
-                                .tp_gaps = 2};
+                                .tp_buffer_bytes = 256};
 
 void check(bool good) {
   if (!good) {

@@ -24,8 +24,8 @@ using namespace std::chrono_literals;
 namespace {
 
 constexpr std::size_t max_messages = 3;
-constexpr std::size_t max_gaps = 3;
-constexpr TpReassemblyLimits limits{.max_message_bytes = 600, .max_per_sender = 2, .max_age = 200ms};
+constexpr TpReassemblyLimits limits{
+    .max_message_bytes = 600, .max_per_sender = 2, .max_age = 200ms, .protected_bytes_per_s = 20'000};
 constexpr std::size_t record_bytes = 8;
 
 void require(bool holds) {
@@ -35,9 +35,9 @@ void require(bool holds) {
 }
 
 struct Peer {
-  test::TpSlots memory{max_messages, limits.max_message_bytes, max_gaps};
+  test::TpSlots memory{max_messages, limits.max_message_bytes};
   TpReassembler reassembler{memory.slots(), limits};
-  test::TpModel model{max_messages, max_gaps, limits};
+  test::TpModel model{max_messages, limits};
 
   void offer(const Endpoint& from, const Message& message, TimePoint now) {
     const auto ours = reassembler.on_segment(from, message, now);

@@ -5,18 +5,19 @@ namespace {
 
 constexpr std::size_t max_message_bytes = std::size_t{64} << 20U;
 constexpr std::size_t max_messages = 16;  // under way at a time
-constexpr std::size_t max_gaps = 1024;    // of one message
 constexpr std::size_t max_flows = 65536;
 constexpr Duration max_age = std::chrono::seconds{10};
 
 }  // namespace
 
-TpAssembly::TpAssembly() : gaps_(max_messages * max_gaps) {
+TpAssembly::TpAssembly() {
+  constexpr std::size_t map_words = someip::tp_map_words(max_message_bytes);
   for (std::size_t i = 0; i < max_messages; ++i) {
     // Not cleared, so memory that no message reaches is never touched and costs nothing.
     buffers_.push_back(std::make_unique_for_overwrite<std::byte[]>(max_message_bytes));
+    maps_.push_back(std::make_unique_for_overwrite<std::uint32_t[]>(map_words));
     slots_.emplace_back(ByteSpan{buffers_.back().get(), max_message_bytes},
-                        std::span{gaps_}.subspan(i * max_gaps, max_gaps));
+                        std::span{maps_.back().get(), map_words});
   }
   reassembler_.emplace(slots_, someip::TpReassemblyLimits{.max_message_bytes = max_message_bytes,
                                                           .max_per_sender = max_messages,
@@ -40,7 +41,8 @@ someip::Result<std::optional<someip::Reassembled>, someip::TpDrop> TpAssembly::a
 
 std::uint64_t TpAssembly::incomplete() const noexcept {
   const someip::TpCounters& counters = reassembler_->counters();
-  return reassembler_->size() + counters[someip::TpDrop::replaced] + counters[someip::TpDrop::aged_out];
+  return reassembler_->size() + counters[someip::TpDrop::replaced] + counters[someip::TpDrop::aged_out] +
+         counters[someip::TpDrop::gave_way];
 }
 
 }  // namespace trestle::bridge

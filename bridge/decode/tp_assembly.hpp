@@ -32,7 +32,7 @@ class TpAssembly {
 
  private:
   std::vector<std::unique_ptr<std::byte[]>> buffers_;
-  std::vector<someip::TpGap> gaps_;
+  std::vector<std::unique_ptr<std::uint32_t[]>> maps_;
   std::vector<someip::TpSlot> slots_;
   std::map<Flow, std::uint32_t> flows_;
   std::optional<someip::TpReassembler> reassembler_;

@@ -394,7 +394,7 @@ std::vector<CounterGroup> Bridge::counters() const {
                      {"queue_full", streams.queue_full, loss},
                      {"slow_subscriber", streams.overtaken, loss},
                      {"not_connected", client.not_connected, loss}}});
-  const someip::TpCounters& tp = state_->node->reassembly_counters();
+  const someip::TpCounters tp = state_->node->reassembly_counters();
   CounterGroup segments{"SOME/IP-TP",
                         {{"segments_received", tp.segments}, {"messages_received", tp.messages}}};
   for (std::size_t i = 0; i < someip::tp_drop_count; ++i) {

@@ -92,8 +92,8 @@ static void send_datagram(const trestle_transmit* out) {
 /* ---- The device: what it is ---- */
 
 /* services, eventgroups, events, subscribers, peers, needs, subscriptions, remote services, calls, pending
- * entries and events, sends, bytes of them, TP buffers, bytes of them, gaps, methods */
-#define LIMITS 1, 2, 3, 8, 8, 1, 1, 1, 2, 8, 8, 8, 1400, 1, 8192, 4, 1
+ * entries and events, sends, bytes of them, TP buffers, bytes of them, methods */
+#define LIMITS 1, 2, 3, 8, 8, 1, 1, 1, 2, 8, 8, 8, 1400, 1, 8192, 1
 
 static const trestle_limits limits = {LIMITS};
 static uint64_t memory[TRESTLE_MEMORY_BYTES(LIMITS) / 8];

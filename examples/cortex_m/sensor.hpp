@@ -11,8 +11,7 @@ inline constexpr device::Limits limits{.services = 1,
                                        .subscribers = 12,
                                        .peers = 8,
                                        .tp_buffers = 0,
-                                       .tp_buffer_bytes = 0,
-                                       .tp_gaps = 0};
+                                       .tp_buffer_bytes = 0};
 
 /// The application: a sensor that answers calls and sends events.
 class Sensor {

@@ -131,8 +131,7 @@ device::Limits limits_of(const trestle_limits& from) noexcept {
           .sends = from.sends,
           .send_bytes = from.send_bytes,
           .tp_buffers = from.tp_buffers,
-          .tp_buffer_bytes = from.tp_buffer_bytes,
-          .tp_gaps = from.tp_gaps};
+          .tp_buffer_bytes = from.tp_buffer_bytes};
 }
 
 constexpr std::size_t object_bytes = device::aligned(sizeof(trestle_device), device::memory_alignment);

@@ -120,7 +120,6 @@ typedef struct trestle_limits {
   uint16_t send_bytes;      /* payload of them that is copied, in bytes */
   uint16_t tp_buffers;      /* large messages being received at a time */
   uint32_t tp_buffer_bytes; /* the largest of them */
-  uint16_t tp_gaps;         /* by how many segments they may be reordered */
   uint16_t methods;         /* of all services */
 } trestle_limits;
 
@@ -408,18 +407,18 @@ void trestle_get_counters(const trestle_device* device, trestle_counters* counte
 #define TRESTLE_SEND_BYTES_ TRESTLE_SLOT_(56, 4)
 #define TRESTLE_TP_BYTES_ TRESTLE_SLOT_(64, 6)
 #define TRESTLE_METHOD_BYTES_ TRESTLE_SLOT_(4, 0)
-#define TRESTLE_MEMORY_BYTES_(services, eventgroups, events, subscribers, peers, needs, subscriptions,       \
-                              remote_services, calls, pending_entries, pending_events, sends, send_bytes,    \
-                              tp_buffers, tp_buffer_bytes, tp_gaps, methods)                                 \
-  ((TRESTLE_OBJECT_BYTES_ + 256U + (services)*TRESTLE_SERVICE_BYTES_ +                                       \
-    (eventgroups)*TRESTLE_EVENTGROUP_BYTES_ + (events)*TRESTLE_EVENT_BYTES_ +                                \
-    (subscribers)*TRESTLE_SUBSCRIBER_BYTES_ + ((peers) + 1) * TRESTLE_PEER_BYTES_ +                          \
-    (needs)*TRESTLE_NEED_BYTES_ + (subscriptions)*TRESTLE_SUBSCRIPTION_BYTES_ +                              \
-    (remote_services)*TRESTLE_REMOTE_BYTES_ + (calls)*TRESTLE_CALL_BYTES_ +                                  \
-    (pending_entries)*TRESTLE_ENTRY_BYTES_ + (pending_events)*TRESTLE_NOTE_BYTES_ +                          \
-    (sends) * (TRESTLE_SEND_BYTES_ + ((subscribers) + 7U) / 8U) + (send_bytes) +                             \
-    (tp_buffers) * (TRESTLE_TP_BYTES_ + (tp_gaps)*8 + (tp_buffer_bytes)) + (methods)*TRESTLE_METHOD_BYTES_ + \
-    7) /                                                                                                     \
+#define TRESTLE_MEMORY_BYTES_(services, eventgroups, events, subscribers, peers, needs, subscriptions,    \
+                              remote_services, calls, pending_entries, pending_events, sends, send_bytes, \
+                              tp_buffers, tp_buffer_bytes, methods)                                       \
+  ((TRESTLE_OBJECT_BYTES_ + 256U + (services)*TRESTLE_SERVICE_BYTES_ +                                    \
+    (eventgroups)*TRESTLE_EVENTGROUP_BYTES_ + (events)*TRESTLE_EVENT_BYTES_ +                             \
+    (subscribers)*TRESTLE_SUBSCRIBER_BYTES_ + ((peers) + 1) * TRESTLE_PEER_BYTES_ +                       \
+    (needs)*TRESTLE_NEED_BYTES_ + (subscriptions)*TRESTLE_SUBSCRIPTION_BYTES_ +                           \
+    (remote_services)*TRESTLE_REMOTE_BYTES_ + (calls)*TRESTLE_CALL_BYTES_ +                               \
+    (pending_entries)*TRESTLE_ENTRY_BYTES_ + (pending_events)*TRESTLE_NOTE_BYTES_ +                       \
+    (sends) * (TRESTLE_SEND_BYTES_ + ((subscribers) + 7U) / 8U) + (send_bytes) +                          \
+    (tp_buffers) * (TRESTLE_TP_BYTES_ + ((tp_buffer_bytes) + 511U) / 512U * 4U + (tp_buffer_bytes)) +     \
+    (methods)*TRESTLE_METHOD_BYTES_ + 7) /                                                                \
    8 * 8)
 
 #ifdef __cplusplus

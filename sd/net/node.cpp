@@ -72,7 +72,8 @@ struct Node::State : std::enable_shared_from_this<State> {
             io,
             config,
             counters,
-            {.wanted = [this](const Header& header, const Source& source) { return wants(header, source); },
+            {.wanted = [this](const Message& segment,
+                              const Source& source) { return wants(segment, source); },
              .message = [this](const Message& message, const Source& source) { on_message(message, source); },
              .tcp_client = [this](const Endpoint& own, const Endpoint& client,
                                   bool connected) { on_tcp_client(own, client, connected); },
@@ -245,14 +246,14 @@ struct Node::State : std::enable_shared_from_this<State> {
   void on_event(const SubscriptionRefused& event) { consumer.on_event(event); }
   void on_event(const SubscriptionLost& event) { consumer.on_event(event); }
 
-  bool wants(const Header& header, const Source& source) {
-    switch (someip::without_tp(header.type)) {
+  bool wants(const Message& segment, const Source& source) {
+    switch (someip::without_tp(segment.header.type)) {
       case MessageType::notification:
       case MessageType::response:
       case MessageType::error:
-        return consumer.wants(header, source);
+        return consumer.wants(segment.header, source);
       default:
-        return provider.wants(header, source);
+        return provider.wants(segment, source);
     }
   }
 
@@ -476,7 +477,7 @@ std::vector<SlowSubscriber> Node::slow_subscribers() const {
 const Counters& Node::discovery_counters() const noexcept {
   return state_->discovery.counters();
 }
-const someip::TpCounters& Node::reassembly_counters() const noexcept {
+someip::TpCounters Node::reassembly_counters() const {
   return state_->ports.reassembly_counters();
 }
 const someip::CallCounters& Node::call_counters() const noexcept {

@@ -144,7 +144,7 @@ class Node {
   /// The last 32 subscribers for whom events were dropped as they take them too slowly, EventWait.
   [[nodiscard]] std::vector<SlowSubscriber> slow_subscribers() const;
   [[nodiscard]] const Counters& discovery_counters() const noexcept;
-  [[nodiscard]] const someip::TpCounters& reassembly_counters() const noexcept;
+  [[nodiscard]] someip::TpCounters reassembly_counters() const;
   [[nodiscard]] const someip::CallCounters& call_counters() const noexcept;
   [[nodiscard]] someip::MessageSender::Counters sender_counters() const;
   [[nodiscard]] someip::TcpServer::Counters tcp_server_counters() const;

@@ -39,10 +39,14 @@ struct NodeConfig {
   /// port those of the receiver for whom the most waits. Of the memory for copies of it, as much stays for
   /// the next ones.
   std::size_t max_queued_bytes = std::size_t{64} << 20U;
-  /// Large messages that may be under way at once over UDP; their memory is only taken as they fill it.
+  /// Large messages that may be under way at once to one UDP port: so many requests, and so many events and
+  /// answers. Their memory is taken as they fill it, and given back when none came for reassembly_timeout.
   std::size_t max_reassemblies = 32;
-  std::size_t max_reassemblies_per_sender = 16;
+  std::size_t max_reassemblies_per_sender = 16;           ///< of them, from one address
   Duration reassembly_timeout = std::chrono::seconds{5};  ///< a message not whole by then never will be
+  /// Bytes per second. A large message that comes at least this fast keeps its place. When all are taken, the
+  /// slowest of the others gives way to one that begins. 0: none does.
+  std::uint32_t reassembly_protected_rate = 1'000'000;
   /// Names this client among those of the same address.  [feat_req_someip_699] [feat_req_someip_701]
   someip::ClientId client{1};
   std::uint16_t max_calls = 1024;    ///< that may be outstanding at once

@@ -44,6 +44,18 @@ void add(someip::MessageSender::Counters& sum, const someip::MessageSender::Coun
   sum.offload_refused += one.offload_refused;
 }
 
+void add(someip::TpCounters& sum, const LargeMessages& one) {
+  for (const auto* large : {one.requests.get(), one.expected.get()}) {
+    if (large != nullptr) {
+      sum.segments += large->counters().segments;
+      sum.messages += large->counters().messages;
+      for (std::size_t i = 0; i < sum.drops.size(); ++i) {
+        sum.drops[i] += large->counters().drops[i];
+      }
+    }
+  }
+}
+
 void add(someip::TcpServer::Counters& sum, const someip::TcpServer::Counters& one) {
   sum.streams += one.streams;
   sum.open += one.open;
@@ -70,14 +82,7 @@ Ports::Ports(boost::asio::io_context& io, const NodeConfig& config, NodeCounters
       config_{config},
       counters_{counters},
       handlers_{std::move(handlers)},
-      reassembly_{config.max_reassemblies,
-                  {.max_message_bytes = config.max_message_bytes,
-                   .max_per_sender = config.max_reassemblies_per_sender,
-                   .max_age = config.reassembly_timeout}},
-      reassembly_timer_{io, [this] {
-                          reassembly_.machine().on_time(now());
-                          reassembly_timer_.arm(reassembly_.machine().deadline());
-                        }} {}
+      reassembly_timer_{io, [this] { on_reassembly_time(); }} {}
 
 std::shared_ptr<UdpPort> Ports::udp(std::uint16_t number, const std::function<bool(const UdpPort&)>& usable) {
   auto port = find_port(udp_, [&](const UdpPort& one) { return one.number == number && usable(one); });
@@ -87,7 +92,8 @@ std::shared_ptr<UdpPort> Ports::udp(std::uint16_t number, const std::function<bo
     udp_.push_back(port);
     port->socket.receive_trains([this, weak = udp_.back()](const someip::Train& train) {
       if (auto alive = weak.lock()) {  // also keeps it during the call
-        on_train(train, {.from = train.peer, .udp = std::move(alive), .tcp = nullptr}, weak);
+        LargeMessages& large = alive->large;
+        on_train(train, {.from = train.peer, .udp = std::move(alive), .tcp = nullptr}, large, weak);
       }
     });
     port->socket.report_unreachable([this, weak = udp_.back()](const Endpoint& receiver) {
@@ -134,7 +140,7 @@ std::shared_ptr<GroupPort> Ports::group(const Endpoint& endpoint) {
     groups_.push_back(port);
     port->socket.receive_trains([this, weak = groups_.back()](const someip::Train& train) {
       if (const auto alive = weak.lock()) {
-        on_train(train, {.from = train.peer, .udp = nullptr, .tcp = nullptr}, weak);
+        on_train(train, {.from = train.peer, .udp = nullptr, .tcp = nullptr}, alive->large, weak);
       }
     });
   }
@@ -178,12 +184,12 @@ void Ports::disconnect(const Endpoint& own, const Endpoint& client, const std::s
   }
 }
 
-void Ports::on_train(const someip::Train& train, const Source& source,
+void Ports::on_train(const someip::Train& train, const Source& source, LargeMessages& large,
                      const std::weak_ptr<const void>& port) {
   const TimePoint time = now();
   // Of the last segment; the next one is most likely of the same message.
   someip::Header wanted;
-  bool known = false;
+  someip::Reassembly* known = nullptr;  ///< where that one is put together
   for (std::size_t i = 0; i < train.size(); ++i) {
     if (i > 0 && port.use_count() == 1) {
       return;  // a handler has let go of it, only we still hold it
@@ -194,30 +200,65 @@ void Ports::on_train(const someip::Train& train, const Source& source,
     while (const auto message = cursor.next()) {
       if (!someip::is_tp(message->header.type)) {
         handlers_.message(*message, source);
-        known = false;
+        known = nullptr;
         continue;
       }
-      if (!known || message->header != wanted) {
-        known = handlers_.wanted(message->header, source);
-        if (!known) {
+      if (known == nullptr || message->header != wanted) {
+        known = handlers_.wanted(*message, source) ? &reassembly_of(message->header.type, large) : nullptr;
+        if (known == nullptr) {
           continue;
         }
         wanted = message->header;
       }
-      const auto whole = reassembly_.machine().on_segment(source.from, *message, time);
-      if (whole && *whole) {
-        handlers_.message({(*whole)->header, (*whole)->payload}, source);
-        known = false;
-      }
+      const auto whole = known->on_segment(source.from, *message, time);
       // Armed, it wakes us before any message that begins now is too old.
       if (!reassembly_timer_.armed()) {
-        reassembly_timer_.arm(reassembly_.machine().deadline());
+        reassembly_timer_.arm(known->deadline());
+      }
+      if (whole && *whole) {
+        handlers_.message({(*whole)->header, (*whole)->payload}, source);
+        known = nullptr;
       }
     }
     if (cursor.error() || datagram.empty()) {
       ++counters_.malformed;
     }
   }
+}
+
+someip::Reassembly& Ports::reassembly_of(someip::MessageType type, LargeMessages& large) {
+  const someip::MessageType whole = someip::without_tp(type);
+  const bool expected = whole == someip::MessageType::notification ||
+                        whole == someip::MessageType::response || whole == someip::MessageType::error;
+  auto& reassembly = expected ? large.expected : large.requests;
+  if (!reassembly) {
+    reassembly = std::make_unique<someip::Reassembly>(
+        config_.max_reassemblies,
+        someip::TpReassemblyLimits{.max_message_bytes = config_.max_message_bytes,
+                                   .max_per_sender = config_.max_reassemblies_per_sender,
+                                   .max_age = config_.reassembly_timeout,
+                                   .protected_bytes_per_s = config_.reassembly_protected_rate});
+  }
+  return *reassembly;
+}
+
+void Ports::on_reassembly_time() {
+  const TimePoint time = now();
+  std::optional<TimePoint> next;
+  const auto visit = [&](const auto& port) {
+    for (someip::Reassembly* const one : {port.large.requests.get(), port.large.expected.get()}) {
+      if (one == nullptr) {
+        continue;
+      }
+      one->on_time(time);
+      if (const auto due = one->deadline()) {
+        next = next ? earlier(*next, *due) : *due;
+      }
+    }
+  };
+  for_each(udp_, visit);
+  for_each(groups_, visit);
+  reassembly_timer_.arm(next);
 }
 
 someip::TcpOptions Ports::tcp_options() const {
@@ -254,16 +295,25 @@ std::shared_ptr<Port> Ports::share(std::unique_ptr<Port> port) {
 void Ports::keep_counters(UdpPort& last) {
   last.sender.close();
   add(past_sent_, last.sender.counters());
+  add(past_reassembly_, last.large);
   past_overflows_ += last.socket.receive_overflows();
 }
 
 void Ports::keep_counters(GroupPort& last) {
+  add(past_reassembly_, last.large);
   past_overflows_ += last.socket.receive_overflows();
 }
 
 void Ports::keep_counters(TcpPort& last) {
   add(past_tcp_, last.server.counters());
   past_tcp_.open = 0;
+}
+
+someip::TpCounters Ports::reassembly_counters() const {
+  someip::TpCounters sum = past_reassembly_;
+  for_each(udp_, [&](const UdpPort& port) { add(sum, port.large); });
+  for_each(groups_, [&](const GroupPort& port) { add(sum, port.large); });
+  return sum;
 }
 
 someip::MessageSender::Counters Ports::sender_counters() const {

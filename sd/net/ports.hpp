@@ -10,6 +10,13 @@
 
 namespace trestle::sd {
 
+/// Where the segments that come to a port are put together. Requests have places of their own: whoever asks
+/// cannot take those of the events and answers that we wait for. Made when the first one comes.
+struct LargeMessages {
+  std::unique_ptr<someip::Reassembly> requests;
+  std::unique_ptr<someip::Reassembly> expected;
+};
+
 /// A UDP port that services are offered at, calls are made from, or events arrive at.
 struct UdpPort {
   UdpPort(boost::asio::io_context& io, std::uint16_t wanted, const someip::UdpOptions& options,
@@ -18,6 +25,7 @@ struct UdpPort {
   std::uint16_t number;  ///< that was asked for; 0: any
   someip::UdpSocket socket;
   someip::MessageSender sender;
+  LargeMessages large;
 };
 
 /// A TCP port that services are offered at.
@@ -34,6 +42,7 @@ struct GroupPort {
       : group{at}, socket{io, options} {}
   Endpoint group;
   someip::UdpSocket socket;
+  LargeMessages large;
 };
 
 /// Where a message came from, and by which of our ports: one of `udp` and `tcp`, or neither for what came by
@@ -53,9 +62,9 @@ struct Source {
 class Ports {
  public:
   struct Handlers {
-    /// Whether to put a message together of which a segment came: so nobody can fill the places with what
+    /// Whether to put a message together of which this segment came: so nobody can fill the places with what
     /// nobody waits for.
-    std::function<bool(const someip::Header&, const Source&)> wanted;
+    std::function<bool(const someip::Message& segment, const Source&)> wanted;
     std::function<void(const someip::Message&, const Source&)> message;
     /// A client connected to our TCP endpoint `own`, or is gone.
     std::function<void(const Endpoint& own, const Endpoint& client, bool connected)> tcp_client;
@@ -89,10 +98,8 @@ class Ports {
   /// Sends now what waits to leave together with others.
   void flush();
 
-  [[nodiscard]] const someip::TpCounters& reassembly_counters() const {
-    return reassembly_.machine().counters();
-  }
   // What was counted, also by ports that are closed.
+  [[nodiscard]] someip::TpCounters reassembly_counters() const;
   [[nodiscard]] someip::MessageSender::Counters sender_counters() const;
   [[nodiscard]] someip::TcpServer::Counters tcp_counters() const;
   /// Datagrams that the system dropped as a receive buffer was full.
@@ -100,7 +107,11 @@ class Ports {
 
  private:
   /// @param port  that it came to: no more is handed out once that is closed.
-  void on_train(const someip::Train& train, const Source& source, const std::weak_ptr<const void>& port);
+  void on_train(const someip::Train& train, const Source& source, LargeMessages& large,
+                const std::weak_ptr<const void>& port);
+  /// The place for a message of this type; made if there is none yet.
+  someip::Reassembly& reassembly_of(someip::MessageType type, LargeMessages& large);
+  void on_reassembly_time();
   [[nodiscard]] someip::TcpOptions tcp_options() const;
   /// Its owner's counters outlive it.
   template <typename Port>
@@ -116,13 +127,13 @@ class Ports {
   // Of closed ports.
   someip::MessageSender::Counters past_sent_;
   someip::TcpServer::Counters past_tcp_;
+  someip::TpCounters past_reassembly_;
   std::uint64_t past_overflows_ = 0;
   std::vector<std::weak_ptr<UdpPort>> udp_;
   std::vector<std::weak_ptr<TcpPort>> tcp_;
   std::vector<std::weak_ptr<GroupPort>> groups_;
   std::list<std::pair<DeadlineTimer, std::shared_ptr<TcpPort>>> leaving_;
-  someip::Reassembly reassembly_;
-  DeadlineTimer reassembly_timer_;
+  DeadlineTimer reassembly_timer_;  ///< of all ports
 };
 
 }  // namespace trestle::sd

@@ -441,12 +441,65 @@ someip::TpPacing Provider::pacing_of(const ServiceSpec& spec, MethodId id) const
   return field == spec.fields.end() ? config_.pacing : field->pacing.value_or(config_.pacing);
 }
 
-bool Provider::wants(const Header& header, const Source& source) {
-  const bool offered = std::ranges::any_of(offers_, [&](const auto& offer) {
-    return source.udp && offer->udp == source.udp && offer->spec.service == header.service;
-  });
-  counters_.unexpected += offered ? 0 : 1;
-  return offered;
+Provider::Judged Provider::judge(const Header& header, const Source& source) const {
+  someip::RequestTarget target;
+  Judged judged{.offer = nullptr, .rules = &config_.answers, .check = {}};
+  // Those of the interface that the request is for, if it has any.  [feat_req_someip_726]
+  // [feat_req_someip_106]
+  for (const auto& one : offers_) {
+    const bool here = source.udp ? one->udp == source.udp : one->tcp == source.tcp;
+    if (!here || one->spec.service != header.service) {
+      continue;
+    }
+    target.service = true;
+    if (!judged.offer && one->spec.answers) {
+      judged.rules = &*one->spec.answers;
+    }
+    if (one->spec.major == header.interface_version) {
+      target.interface_version = true;
+      target.method = kind_of(*one, header.method);
+      judged.offer = one;
+      judged.rules = one->spec.answers ? &*one->spec.answers : &config_.answers;
+    }
+  }
+  judged.check = someip::check_request(header, target, *judged.rules);
+  return judged;
+}
+
+void Provider::refuse(const someip::RequestCheck& check, const Source& source) {
+  if (check.answer) {
+    ++counters_.requests_answered;
+    reply_path(source, true).send(*check.answer, {}, nullptr);
+  } else {
+    ++counters_.unexpected;
+  }
+}
+
+bool Provider::wants(const Message& segment, const Source& source) {
+  if (!source.udp) {
+    ++counters_.unexpected;  // by multicast
+    return false;
+  }
+  Header header = segment.header;
+  header.type = someip::without_tp(header.type);
+  Judged judged = judge(header, source);
+  if (!judged.check.fault) {
+    const ServiceSpec& spec = judged.offer->spec;
+    const bool is_getter = std::ranges::any_of(
+        spec.fields, [&](const FieldSpec& field) { return field.getter == header.method; });
+    if (!is_getter && may_be_sent(spec, header.method, someip::max_plain_payload_bytes + 1)) {
+      return true;
+    }
+    // [feat_req_someiptp_788] A getter is called with nothing.  [feat_req_someip_633]
+    judged.check = {ReturnCode::not_ok, someip::error_answer(header, ReturnCode::not_ok, *judged.rules)};
+  }
+  // One answer to all segments: to the one that is there whatever the size.
+  const auto tp = someip::decode_tp(segment);
+  if (!tp || tp->header.offset != 0) {
+    judged.check.answer.reset();
+  }
+  refuse(judged.check, source);
+  return false;
 }
 
 void Provider::on_request(const Message& message, const Source& source) {
@@ -454,45 +507,21 @@ void Provider::on_request(const Message& message, const Source& source) {
     ++counters_.unexpected;  // by multicast, or over a connection that is ours to call through
     return;
   }
-  someip::RequestTarget target;
-  std::shared_ptr<Offer> offer;
-  // Those of the interface that the request is for, if it has any.  [feat_req_someip_726]
-  // [feat_req_someip_106]
-  const someip::AnswerRules* rules = &config_.answers;
-  for (const auto& one : offers_) {
-    const bool here = source.udp ? one->udp == source.udp : one->tcp == source.tcp;
-    if (!here || one->spec.service != message.header.service) {
-      continue;
-    }
-    target.service = true;
-    if (!offer && one->spec.answers) {
-      rules = &*one->spec.answers;
-    }
-    if (one->spec.major == message.header.interface_version) {
-      target.interface_version = true;
-      target.method = kind_of(*one, message.header.method);
-      offer = one;
-      rules = one->spec.answers ? &*one->spec.answers : &config_.answers;
-    }
+  const Judged judged = judge(message.header, source);
+  if (judged.check.fault) {
+    refuse(judged.check, source);
+    return;
   }
-  const someip::RequestCheck check = someip::check_request(message.header, target, *rules);
-  if (!check.fault) {
-    const bool answered = message.header.type == MessageType::request;
-    ReplyPath path = reply_path(
-        source, may_be_sent(offer->spec, message.header.method, someip::max_plain_payload_bytes + 1));
-    path.pacing = pacing_of(offer->spec, message.header.method);
-    if (E2eChannel* const channel = offer->e2e.find(message.header.method)) {
-      handle_checked(offer, *channel, message, source, std::move(path));
-      return;
-    }
-    ++counters_.requests;
-    handle(offer, message, {message.header, *rules, std::move(path), answered});
-  } else if (check.answer) {
-    ++counters_.requests_answered;
-    reply_path(source, true).send(*check.answer, {}, nullptr);
-  } else {
-    ++counters_.unexpected;
+  const bool answered = message.header.type == MessageType::request;
+  ReplyPath path = reply_path(
+      source, may_be_sent(judged.offer->spec, message.header.method, someip::max_plain_payload_bytes + 1));
+  path.pacing = pacing_of(judged.offer->spec, message.header.method);
+  if (E2eChannel* const channel = judged.offer->e2e.find(message.header.method)) {
+    handle_checked(judged.offer, *channel, message, source, std::move(path));
+    return;
   }
+  ++counters_.requests;
+  handle(judged.offer, message, {message.header, *judged.rules, std::move(path), answered});
 }
 
 ReplyPath Provider::reply_path(const Source& source, bool in_segments) {

@@ -38,10 +38,10 @@ class Provider {
   Notified set_field(OfferHandle offer, someip::MethodId field, Value value);
   [[nodiscard]] Value field(OfferHandle offer, someip::MethodId field) const;
 
+  /// Whether this request, of which a segment has come, is to a method that is offered where it came, and may
+  /// be large. If not, it is answered once or counted.
+  [[nodiscard]] bool wants(const someip::Message& segment, const Source& source);
   /// A message that is neither a notification nor an answer.
-  /// Whether this request, of which a segment has come, is to a service that is offered where it came. If
-  /// not, counts it.
-  [[nodiscard]] bool wants(const someip::Header& header, const Source& source);
   void on_request(const someip::Message& message, const Source& source);
   void on_event(const SubscriberAdded& event);
   void on_event(const InitialDataRequested& event);
@@ -105,6 +105,14 @@ class Provider {
                         const someip::TpPacing& pacing, Notified& result);
   void note_slow(const Offer& offer, const Receiver& receiver, const someip::Header& header,
                  std::size_t overtaken);
+  /// A request as it is judged by its header.
+  struct Judged {
+    std::shared_ptr<Offer> offer;      ///< that it is to, if it has no fault
+    const someip::AnswerRules* rules;  ///< of the interface that it is for, if there is any
+    someip::RequestCheck check;
+  };
+  [[nodiscard]] Judged judge(const someip::Header& header, const Source& source) const;
+  void refuse(const someip::RequestCheck& check, const Source& source);
   [[nodiscard]] ReplyPath reply_path(const Source& source, bool in_segments);
   [[nodiscard]] someip::MethodKind kind_of(const Offer& offer, someip::MethodId method) const;
   /// Of what a method, getter or setter answers.

@@ -1,6 +1,7 @@
 #include "someip/core/tp_reassembler.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cstring>
 #include <utility>
@@ -22,6 +23,51 @@ void copy(ByteSpan buffer, std::uint32_t begin, std::uint32_t end, std::uint32_t
   std::memcpy(buffer.data() + begin, slice.data() + (begin - offset), end - begin);
 }
 
+// A bit of a map stands for so many bytes. All segments but the last are a multiple of them long
+// [feat_req_someiptp_772], so they are there all or not at all; of the last ones, all that the message has.
+constexpr std::uint32_t unit_bytes = 16;
+constexpr std::uint32_t word_units = 32;
+
+constexpr std::uint32_t units(std::uint32_t bytes) noexcept {
+  return bytes / unit_bytes + (bytes % unit_bytes == 0 ? 0U : 1U);
+}
+
+/// Sets units [from, to) to be there or missing.
+void mark(std::span<std::uint32_t> map, std::uint32_t from, std::uint32_t to, bool there) noexcept {
+  constexpr std::uint32_t all = ~std::uint32_t{0};
+  while (from < to) {
+    const std::uint32_t bit = from % word_units;
+    if (bit == 0 && to - from >= word_units) {
+      const std::uint32_t words = (to - from) / word_units;
+      std::fill_n(map.begin() + from / word_units, words, there ? all : 0U);
+      from += words * word_units;
+      continue;
+    }
+    const std::uint32_t count = std::min(word_units - bit, to - from);
+    const std::uint32_t mask = (all >> (word_units - count)) << bit;
+    std::uint32_t& word = map[from / word_units];
+    word = there ? word | mask : word & ~mask;
+    from += count;
+  }
+}
+
+/// The first unit in [from, to) that is there, or missing; `to` if none is.
+std::uint32_t first_unit(std::span<const std::uint32_t> map, std::uint32_t from, std::uint32_t to,
+                         bool there) noexcept {
+  while (from < to) {
+    const std::uint32_t word = map[from / word_units];
+    const std::uint32_t rest = (there ? word : ~word) >> from % word_units;
+    if (rest != 0) {
+      return std::min(from + static_cast<std::uint32_t>(std::countr_zero(rest)), to);
+    }
+    from += word_units - from % word_units;
+  }
+  return to;
+}
+
+// The share of the protected rate below which a message has as good as stopped.
+constexpr std::uint32_t stopped_share = 64;
+
 }  // namespace
 
 const char* to_string(TpDrop reason) noexcept {
@@ -38,8 +84,6 @@ const char* to_string(TpDrop reason) noexcept {
       return "too_many_from_sender";
     case TpDrop::no_slot:
       return "no_slot";
-    case TpDrop::too_many_gaps:
-      return "too_many_gaps";
     case TpDrop::inconsistent_end:
       return "inconsistent_end";
     case TpDrop::overlap:
@@ -50,6 +94,8 @@ const char* to_string(TpDrop reason) noexcept {
       return "replaced";
     case TpDrop::aged_out:
       return "aged_out";
+    case TpDrop::gave_way:
+      return "gave_way";
   }
   return "unknown";
 }
@@ -59,6 +105,7 @@ TpReassembler::TpReassembler(std::span<TpSlot> slots, const TpReassemblyLimits& 
   limits_.max_message_bytes = std::min(limits.max_message_bytes, largest_payload_bytes);
   for (const TpSlot& slot : slots_) {
     assert(slot.buffer_.size() >= limits.max_message_bytes && "a buffer is smaller than max_message_bytes");
+    assert(slot.map_.size() >= tp_map_words(limits.max_message_bytes) && "a map is too small");
     limits_.max_message_bytes = std::min(limits_.max_message_bytes, slot.buffer_.size());
   }
 }
@@ -97,16 +144,20 @@ TpReassembler::Outcome TpReassembler::on_segment(const Endpoint& from, const Mes
       segment->header.offset + std::uint64_t{segment->slice.size()} > limits_.max_message_bytes) {
     return drop(TpDrop::too_large);
   }
-  if (const auto reason = refusal(from, slot)) {
-    return drop(*reason);
+  const bool at_start = segment->header.offset == 0;
+  if (slot != nullptr && slot->state_ == TpSlot::State::collecting) {
+    count(TpDrop::replaced);  // the new message takes the old one's place, so their number stays
+  } else if (!within_share(from.address, at_start, now)) {
+    return drop(TpDrop::too_many_from_sender);
   }
   if (slot == nullptr) {
     slot = vacant();
-    if (slot == nullptr) {
-      return drop(TpDrop::no_slot);
-    }
-  } else if (slot->state_ == TpSlot::State::collecting) {
-    count(TpDrop::replaced);
+  }
+  if (slot == nullptr) {
+    slot = make_way(nullptr, at_start, now);
+  }
+  if (slot == nullptr) {
+    return drop(TpDrop::no_slot);
   }
   begin(*slot, from, message.header, now);
   return add(*slot, *segment, message.header.return_code, now);
@@ -134,17 +185,46 @@ TpSlot* TpReassembler::find(const Endpoint& from, const Header& header, TimePoin
   return &*found;
 }
 
-std::optional<TpDrop> TpReassembler::refusal(const Endpoint& from, const TpSlot* slot) const noexcept {
-  if (slot != nullptr && slot->state_ == TpSlot::State::collecting) {
-    return std::nullopt;  // the new message takes the old one's place, so their number stays
-  }
-  const auto under_way = std::ranges::count_if(slots_, [&](const TpSlot& other) {
-    return other.state_ == TpSlot::State::collecting && other.from_.address == from.address;
+bool TpReassembler::within_share(const IpAddress& address, bool at_start, TimePoint now) noexcept {
+  const auto under_way = std::ranges::count_if(slots_, [&](const TpSlot& slot) {
+    return slot.state_ == TpSlot::State::collecting && slot.from_.address == address;
   });
-  if (static_cast<std::size_t>(under_way) >= limits_.max_per_sender) {
-    return TpDrop::too_many_from_sender;
+  if (static_cast<std::size_t>(under_way) < limits_.max_per_sender) {
+    return true;
   }
-  return std::nullopt;
+  TpSlot* const slowest = make_way(&address, at_start, now);
+  if (slowest != nullptr) {
+    finish(*slowest, now);  // so that its rest is stale
+  }
+  return slowest != nullptr;
+}
+
+TpSlot* TpReassembler::make_way(const IpAddress* sender, bool at_start, TimePoint now) noexcept {
+  TpSlot* slowest = nullptr;
+  for (TpSlot& slot : slots_) {
+    if (slot.state_ == TpSlot::State::collecting && (sender == nullptr || slot.from_.address == *sender) &&
+        (slowest == nullptr || slot.received_ * age(*slowest, now) < slowest->received_ * age(slot, now))) {
+      slowest = &slot;
+    }
+  }
+  if (slowest == nullptr) {
+    return nullptr;
+  }
+  constexpr std::uint64_t ages_per_s = 1'000'000'000 / 1024;
+  const std::uint64_t needed =
+      at_start ? limits_.protected_bytes_per_s : limits_.protected_bytes_per_s / stopped_share;
+  if (slowest->received_ * ages_per_s >= needed * age(*slowest, now)) {
+    return nullptr;
+  }
+  count(TpDrop::gave_way);
+  slowest->state_ = TpSlot::State::unused;
+  return slowest;
+}
+
+std::uint64_t TpReassembler::age(const TpSlot& slot, TimePoint now) const noexcept {
+  const auto began = slot.until_ - limits_.max_age;
+  const auto elapsed = now > began ? static_cast<std::uint64_t>((now - began).count()) >> 10U : 0U;
+  return std::clamp(elapsed, std::uint64_t{1}, std::uint64_t{1} << 31U);  // so that no product overflows
 }
 
 TpSlot* TpReassembler::vacant() noexcept {
@@ -169,9 +249,10 @@ void TpReassembler::begin(TpSlot& slot, const Endpoint& from, const Header& head
   slot.from_ = from;
   slot.header_ = header;
   slot.state_ = TpSlot::State::collecting;
+  slot.written_ = true;
   slot.end_.reset();
+  slot.received_ = 0;
   slot.high_water_ = 0;
-  slot.gap_count_ = 0;
   slot.until_ = now + limits_.max_age;
   earliest_ = earlier(earliest_, slot.until_);
   recent_ = static_cast<std::size_t>(&slot - slots_.data());
@@ -186,24 +267,23 @@ TpReassembler::Outcome TpReassembler::add(TpSlot& slot, const TpView& segment, R
   const std::uint32_t end = begin + static_cast<std::uint32_t>(segment.slice.size());
   std::uint32_t fresh_bytes = 0;
   if (begin < slot.high_water_) {
-    const auto filled = fill_gaps(slot, begin, segment.slice);
-    if (!filled) {
-      return give_up(slot, TpDrop::too_many_gaps, now);
-    }
-    fresh_bytes = *filled;
+    fresh_bytes = fill_gaps(slot, begin, segment.slice);
   } else if (begin > slot.high_water_) {
-    if (slot.gap_count_ == slot.gaps_.size()) {
-      return give_up(slot, TpDrop::too_many_gaps, now);
+    if (!slot.has_gaps()) {
+      slot.mapped_from_ = slot.high_water_;
     }
-    slot.gaps_[slot.gap_count_] = TpGap{slot.high_water_, begin};
-    ++slot.gap_count_;
+    mark(slot.map_, units(slot.high_water_), units(begin), false);
     slot.high_water_ = begin;
   }
   if (end > slot.high_water_) {  // the usual case: all of the segment, right behind the one before
     copy(slot.buffer_, slot.high_water_, end, begin, segment.slice);
+    if (slot.has_gaps()) {
+      mark(slot.map_, units(slot.high_water_), units(end), true);
+    }
     fresh_bytes += end - slot.high_water_;
     slot.high_water_ = end;
   }
+  slot.received_ += fresh_bytes;
 
   const bool tells_end = !segment.header.more && !slot.end_;
   if (tells_end) {
@@ -213,9 +293,9 @@ TpReassembler::Outcome TpReassembler::add(TpSlot& slot, const TpView& segment, R
   if (fresh_bytes < segment.slice.size() && used) {
     count(TpDrop::overlap);
   }
-  // No gap below the furthest byte, and that is the last one: every byte was received.
+  // No byte is beyond the end, so every byte was received.
   // [feat_req_someiptp_783]
-  if (slot.gap_count_ == 0 && slot.end_ == slot.high_water_) {
+  if (slot.end_ == slot.received_) {
     finish(slot, now);
     ++counters_.messages;
     Reassembled whole{slot.header_, ByteView{slot.buffer_.first(slot.high_water_)}, slot.from_,
@@ -245,41 +325,23 @@ std::optional<TpDrop> TpReassembler::contradiction(const TpSlot& slot, const TpV
   return std::nullopt;
 }
 
-std::optional<std::uint32_t> TpReassembler::fill_gaps(TpSlot& slot, std::uint32_t offset,
-                                                      ByteView slice) noexcept {
-  const std::uint32_t end = offset + static_cast<std::uint32_t>(slice.size());
+std::uint32_t TpReassembler::fill_gaps(TpSlot& slot, std::uint32_t offset, ByteView slice) noexcept {
   std::uint32_t filled = 0;
-  std::size_t kept = 0;  // gaps [0, kept) are done; gaps [i, gap_count_) are still to be looked at
-  for (std::size_t i = 0; i < slot.gap_count_; ++i) {
-    const TpGap gap = slot.gaps_[i];
-    const std::uint32_t from = std::max(gap.begin, offset);
-    const std::uint32_t to = std::min(gap.end, end);
-    if (from >= to) {
-      slot.gaps_[kept++] = gap;
-      continue;
-    }
-    const bool left = gap.begin < from;
-    const bool right = to < gap.end;
-    if (left && right) {  // the segment lies within this gap, so no other was or will be touched
-      if (slot.gap_count_ == slot.gaps_.size()) {
-        return std::nullopt;
-      }
-      const auto at = slot.gaps_.begin() + static_cast<std::ptrdiff_t>(i);
-      const auto last = slot.gaps_.begin() + static_cast<std::ptrdiff_t>(slot.gap_count_);
-      std::move_backward(at + 1, last, last + 1);
-      at[0].end = from;
-      at[1] = TpGap{to, gap.end};
-      ++slot.gap_count_;
-      copy(slot.buffer_, from, to, offset, slice);
-      return to - from;
-    }
-    copy(slot.buffer_, from, to, offset, slice);
-    filled += to - from;
-    if (left || right) {
-      slot.gaps_[kept++] = left ? TpGap{gap.begin, from} : TpGap{to, gap.end};
-    }
+  if (!slot.has_gaps()) {
+    return filled;
   }
-  slot.gap_count_ = kept;
+  const std::uint32_t end = std::min(offset + static_cast<std::uint32_t>(slice.size()), slot.high_water_);
+  const std::uint32_t last = units(end);
+  std::uint32_t unit = units(std::max(offset, slot.mapped_from_));
+  while ((unit = first_unit(slot.map_, unit, last, false)) < last) {
+    const std::uint32_t next = first_unit(slot.map_, unit, last, true);
+    const std::uint32_t from = unit * unit_bytes;
+    const std::uint32_t to = std::min(next * unit_bytes, end);
+    copy(slot.buffer_, from, to, offset, slice);
+    mark(slot.map_, unit, next, true);
+    filled += to - from;
+    unit = next;
+  }
   return filled;
 }
 
@@ -305,6 +367,29 @@ std::optional<TimePoint> TpReassembler::deadline() const noexcept {
   std::optional<TimePoint> first;
   for (const TpSlot& slot : slots_) {
     if (slot.state_ == TpSlot::State::collecting && (!first || !is_due(*first, slot.until_))) {
+      first = slot.until_;
+    }
+  }
+  return first;
+}
+
+std::optional<std::size_t> TpReassembler::forget(TimePoint now) noexcept {
+  for (TpSlot& slot : slots_) {
+    if (slot.state_ == TpSlot::State::finished && is_due(slot.until_, now)) {
+      slot.state_ = TpSlot::State::unused;
+    }
+    if (slot.state_ == TpSlot::State::unused && slot.written_) {
+      slot.written_ = false;
+      return static_cast<std::size_t>(&slot - slots_.data());
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<TimePoint> TpReassembler::forget_deadline() const noexcept {
+  std::optional<TimePoint> first;
+  for (const TpSlot& slot : slots_) {
+    if (slot.state_ == TpSlot::State::finished && (!first || !is_due(*first, slot.until_))) {
       first = slot.until_;
     }
   }

@@ -13,16 +13,16 @@ enum class TpDrop : std::uint8_t {
   unaligned,             ///< length no multiple of 16 in a segment that is not the last
   session_zero,          ///< Session ID 0: nothing tells this message from the next  [feat_req_someiptp_762]
   too_large,             ///< reaches beyond max_message_bytes  [feat_req_someiptp_782]
-  too_many_from_sender,  ///< the sender has max_per_sender messages under way: a further one is refused
-  no_slot,               ///< all slots are under way: a further message is refused
-  too_many_gaps,         ///< more gaps than a slot can note  [feat_req_someiptp_796]
+  too_many_from_sender,  ///< the sender has max_per_sender messages under way, and none of them gives way
+  no_slot,               ///< all slots are under way, and none of their messages gives way
   inconsistent_end,      ///< contradicts an earlier segment about where the message ends
   overlap,               ///< brings bytes that have come before; those are kept  [feat_req_someiptp_797]
   stale,                 ///< of a message that is already complete, given up or replaced
   replaced,              ///< message lost: the next one of its kind began  [feat_req_someiptp_793]
   aged_out,              ///< message lost: not complete after max_age
+  gave_way,              ///< message lost: another one needed its place, and it came slowest
 };
-inline constexpr std::size_t tp_drop_count = 12;
+inline constexpr std::size_t tp_drop_count = 13;
 
 /// The reason's name as it stands above, for logs and reports.
 [[nodiscard]] const char* to_string(TpDrop reason) noexcept;
@@ -40,33 +40,39 @@ struct TpCounters {
   friend constexpr bool operator==(const TpCounters&, const TpCounters&) = default;
 };
 
-/// Bytes of a message that are missing although later ones are there.
-struct TpGap {
-  std::uint32_t begin = 0;
-  std::uint32_t end = 0;
-};
+/// How many words of `map` a TpSlot needs for messages of this size: a bit for each 16 bytes.
+[[nodiscard]] constexpr std::size_t tp_map_words(std::size_t max_message_bytes) noexcept {
+  constexpr std::size_t bytes_per_word = 16 * 32;
+  return max_message_bytes / bytes_per_word + (max_message_bytes % bytes_per_word == 0 ? 0 : 1);
+}
 
 /// Room for one message while it is reassembled. All memory is the caller's and outlives the reassembler.
 class TpSlot {
  public:
-  /// @param buffer  at least max_message_bytes; never read before written, so it need not be cleared.
-  /// @param gaps    how many gaps one message may have at a time. In order none is needed, in descending
-  ///                order one, for a reorder distance of 3 three.  [feat_req_someiptp_790]
-  constexpr TpSlot(ByteSpan buffer, std::span<TpGap> gaps) noexcept : buffer_{buffer}, gaps_{gaps} {}
+  /// Neither memory is read before it is written, so it need not be cleared.
+  ///
+  /// @param buffer  at least max_message_bytes.
+  /// @param map     at least tp_map_words() of them: it tells which bytes are there while others before them
+  ///                are missing.  [feat_req_someiptp_789] [feat_req_someiptp_820] [feat_req_someiptp_790]
+  constexpr TpSlot(ByteSpan buffer, std::span<std::uint32_t> map) noexcept : buffer_{buffer}, map_{map} {}
 
  private:
   friend class TpReassembler;
   enum class State : std::uint8_t { unused, collecting, finished };
 
+  [[nodiscard]] constexpr bool has_gaps() const noexcept { return received_ != high_water_; }
+
   ByteSpan buffer_;
-  std::span<TpGap> gaps_;
+  std::span<std::uint32_t> map_;  ///< from mapped_from_ to high_water_, and while there are gaps
   Endpoint from_;
   Header header_;         ///< with TP flag and the session of the message
   SessionId previous_{};  ///< the session before that one
   State state_ = State::unused;
+  bool written_ = false;              ///< since forget() has named it
   std::optional<std::uint32_t> end_;  ///< where the message ends, once the last segment has told
+  std::uint32_t received_ = 0;        ///< bytes that are there
   std::uint32_t high_water_ = 0;      ///< where the furthest received byte ends
-  std::size_t gap_count_ = 0;         ///< the first gaps_, ascending, all below high_water_
+  std::uint32_t mapped_from_ = 0;     ///< all before it is there
   TimePoint until_{};                 ///< collecting: when it is too old; finished: when it is forgotten
 };
 
@@ -86,6 +92,9 @@ struct TpReassemblyLimits {
   /// From a message's first segment to its last. For as long again after that its Session ID is remembered,
   /// so that stragglers and duplicates do not begin it anew.
   Duration max_age;
+  /// A message that comes at least this fast, from its first segment to now, keeps its slot; the slowest of
+  /// the others gives way to a message that begins when no slot is free. 0: none does.
+  std::uint32_t protected_bytes_per_s = 1'000'000;
 };
 
 /// Puts SOME/IP-TP segments together again.
@@ -93,20 +102,23 @@ struct TpReassemblyLimits {
 /// A message is told from others by sender, Message ID, Client ID, versions and type
 /// [feat_req_someiptp_781] [feat_req_someiptp_787]; another Session ID begins the next one of its kind and
 /// ends the wait for the old one [feat_req_someiptp_795]. Segments may come in any order
-/// [feat_req_someiptp_789] [feat_req_someiptp_820] that leaves no more gaps than a slot can note. A segment
-/// in order costs a comparison of headers and one copy, others look at each gap; nothing is done byte by
-/// byte.
+/// [feat_req_someiptp_789] [feat_req_someiptp_820] [feat_req_someiptp_790]. A segment in order costs a
+/// comparison of headers and one copy; one that leaves a gap or fills one, some words of a map beside.
+/// Nothing is done byte by byte.
 ///
-/// At most slots.size() messages are under way, and nothing is ever stored outside the slots.
+/// At most slots.size() messages are under way, and nothing is ever stored outside the slots. Whoever begins
+/// many messages and leaves them unfinished, be it in the name of others, keeps nobody out: when no slot is
+/// free, or the sender has its share, the slowest message gives way, unless all are fast. Only the segment
+/// that begins a message, at offset 0, has that effect, so that the rest of those that gave way does not
+/// drive out others; a segment in the middle takes the place only of what has as good as stopped.
 class TpReassembler {
  public:
   TpReassembler(std::span<TpSlot> slots, const TpReassemblyLimits& limits) noexcept;
 
   /// Takes one received segment: a message whose type has the TP flag.
   /// @return the message if the segment made it complete, nothing if others are awaited, or why the segment
-  ///         was dropped. too_large, too_many_gaps, inconsistent_end, malformed and unaligned also give up
-  ///         the message that the segment belongs to, the rest of which is then stale.
-  ///         [feat_req_someiptp_792]
+  ///         was dropped. too_large, inconsistent_end, malformed and unaligned also give up the message that
+  ///         the segment belongs to, the rest of which is then stale.  [feat_req_someiptp_792]
   [[nodiscard]] Result<std::optional<Reassembled>, TpDrop> on_segment(const Endpoint& from,
                                                                       const Message& segment,
                                                                       TimePoint now) noexcept;
@@ -120,18 +132,36 @@ class TpReassembler {
   /// Messages under way.
   [[nodiscard]] std::size_t size() const noexcept;
 
+  // For who takes the memory of slots from a system, and gives it back.
+
+  /// Other slots: the same, and some more or some less at the end, where used() tells which have to stay.
+  void use(std::span<TpSlot> slots) noexcept { slots_ = slots; }
+  /// Whether the slot has a message under way, or remembers one.
+  [[nodiscard]] bool used(std::size_t slot) const noexcept {
+    return slots_[slot].state_ != TpSlot::State::unused;
+  }
+  /// Forgets messages whose time is over.
+  /// @return a slot that was written and is not used() any more: each once, then nothing.
+  std::optional<std::size_t> forget(TimePoint now) noexcept;
+  /// When forget() has something to do, if nothing else happens.
+  [[nodiscard]] std::optional<TimePoint> forget_deadline() const noexcept;
+
  private:
   using Outcome = Result<std::optional<Reassembled>, TpDrop>;
 
   TpSlot* find(const Endpoint& from, const Header& header, TimePoint now) noexcept;
-  /// Why no message from `from` may begin now, given the slot it would take; nothing if it may.
-  std::optional<TpDrop> refusal(const Endpoint& from, const TpSlot* slot) const noexcept;
+  /// Whether one more message from this address may be under way; if need be, another one of it gives way.
+  bool within_share(const IpAddress& address, bool at_start, TimePoint now) noexcept;
+  /// Ends the slowest message, of all or of this sender. Nothing if none gives way.
+  TRESTLE_ONCE TpSlot* make_way(const IpAddress* sender, bool at_start, TimePoint now) noexcept;
+  /// Since the message began, in units of 1024 ns; at least 1.
+  [[nodiscard]] std::uint64_t age(const TpSlot& slot, TimePoint now) const noexcept;
   TpSlot* vacant() noexcept;
   void begin(TpSlot& slot, const Endpoint& from, const Header& header, TimePoint now) noexcept;
   Outcome add(TpSlot& slot, const TpView& segment, ReturnCode code, TimePoint now) noexcept;
   std::optional<TpDrop> contradiction(const TpSlot& slot, const TpView& segment) const noexcept;
-  /// Copies what falls into gaps. How many bytes did, or nothing when a gap cannot be noted.
-  static std::optional<std::uint32_t> fill_gaps(TpSlot& slot, std::uint32_t offset, ByteView slice) noexcept;
+  /// Copies what is missing and lies before high_water_. How many bytes that was.
+  static std::uint32_t fill_gaps(TpSlot& slot, std::uint32_t offset, ByteView slice) noexcept;
   void finish(TpSlot& slot, TimePoint now) const noexcept;
   TRESTLE_ONCE Outcome give_up(TpSlot& slot, TpDrop reason, TimePoint now) noexcept;
   TRESTLE_ONCE Outcome drop(TpDrop reason) noexcept;

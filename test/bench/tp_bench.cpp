@@ -61,8 +61,8 @@ void tp_reassembly(benchmark::State& state) {
   const auto size = static_cast<std::size_t>(state.range(0));
   std::vector<std::byte> datagrams = segmented(size);
   std::vector<std::byte> buffer(size);
-  std::array<TpGap, 8> gaps{};
-  std::array<TpSlot, 1> slots{TpSlot{buffer, gaps}};
+  std::vector<std::uint32_t> map(tp_map_words(size));
+  std::array<TpSlot, 1> slots{TpSlot{buffer, map}};
   using namespace std::chrono_literals;
   TpReassembler reassembler{slots, {.max_message_bytes = size, .max_per_sender = 1, .max_age = 1s}};
   TimePoint now{};

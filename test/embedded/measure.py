@@ -207,7 +207,7 @@ def block():
     buffer = memory.pop("tp_buffer")
     lines += ["", "| RAM of the stated configuration | bytes |", "| --- | ---: |"]
     lines += [f"| `sd::Storage` | {memory['sd_storage']} |", f"| `sd::ServiceDiscovery` | {memory['sd']} |",
-              f"| `TpReassembler`, a slot, 4 gaps | {memory['tp'] + memory['tp_slots'] + memory['tp_gaps']} |",
+              f"| `TpReassembler`, a slot, its map | {memory['tp'] + memory['tp_slots'] + memory['tp_map']} |",
               f"| besides the TP buffer | {sum(memory.values())} |", f"| TP buffer | {buffer} |"]
     if sum(memory.values()) > RAM_GOAL:
         faults.append(f"{sum(memory.values())} bytes of RAM are more than the goal of {RAM_GOAL}")

@@ -26,7 +26,6 @@ using Storage = sd::Storage<sd::Limits{.max_offers = 4,
                                        .max_configuration_bytes = 32,
                                        .max_pending_events = 8}>;
 constexpr std::size_t tp_message_bytes = 8192;
-constexpr std::size_t tp_gaps = 4;
 
 volatile bool running;
 volatile std::int64_t clock_ns;
@@ -45,8 +44,8 @@ volatile std::size_t sent_bytes;
 extern "C" {
 alignas(Storage) std::array<std::byte, sizeof(Storage)> ram_sd_storage;
 std::array<std::byte, tp_message_bytes> ram_tp_buffer;
-std::array<someip::TpGap, tp_gaps> ram_tp_gaps;
-std::array<someip::TpSlot, 1> ram_tp_slots{someip::TpSlot{ram_tp_buffer, ram_tp_gaps}};
+std::array<std::uint32_t, someip::tp_map_words(tp_message_bytes)> ram_tp_map;
+std::array<someip::TpSlot, 1> ram_tp_slots{someip::TpSlot{ram_tp_buffer, ram_tp_map}};
 alignas(sd::ServiceDiscovery) std::array<std::byte, sizeof(sd::ServiceDiscovery)> ram_sd;
 alignas(someip::TpReassembler) std::array<std::byte, sizeof(someip::TpReassembler)> ram_tp;
 }

@@ -102,7 +102,7 @@ class Conversation {
   }
 
   Recording recording_;
-  TpSlots slots_{8, std::size_t{1} << 21U, 4};
+  TpSlots slots_{8, std::size_t{1} << 21U};
   TpReassembler reassembler_{
       slots_.slots(), {.max_message_bytes = std::size_t{1} << 21U, .max_per_sender = 8, .max_age = 20s}};
   std::map<Key, std::vector<std::vector<std::byte>>> segments_;

@@ -82,8 +82,8 @@ TEST(NoAllocation, HappensInEndToEndProtection) {
 TEST(NoAllocation, HappensInSegmentationAndReassembly) {
   static std::array<std::byte, 1U << 16U> payload{};
   static std::array<std::byte, 1U << 16U> buffer{};
-  std::array<TpGap, 4> gaps{};
-  std::array<TpSlot, 1> slots{TpSlot{buffer, gaps}};
+  std::array<std::uint32_t, tp_map_words(buffer.size())> map{};
+  std::array<TpSlot, 1> slots{TpSlot{buffer, map}};
   std::array<std::byte, 1500> datagram{};
   std::size_t completed = 0;
   EXPECT_EQ(allocations_of([&] {

@@ -11,8 +11,8 @@ namespace trestle::test {
 /// not. Slow, and it allocates as it likes; tests and fuzzing compare the reassembler with it.
 class TpModel {
  public:
-  TpModel(std::size_t max_messages, std::size_t max_gaps, const someip::TpReassemblyLimits& limits)
-      : slots_(max_messages), max_gaps_{max_gaps}, limits_{limits} {}
+  TpModel(std::size_t max_messages, const someip::TpReassemblyLimits& limits)
+      : slots_(max_messages), limits_{limits} {}
 
   struct Completed {
     someip::Header header;
@@ -80,14 +80,24 @@ class TpModel {
       }
       const bool replaces = slot != nullptr && slot->state == State::collecting;
       if (!replaces && under_way(from.address) >= limits_.max_per_sender) {
-        return refuse(TpDrop::too_many_from_sender);
+        Slot* const slowest =
+            slow_one(begin == 0, now, [&](const Slot& one) { return one.from.address == from.address; });
+        if (slowest == nullptr) {
+          return refuse(TpDrop::too_many_from_sender);
+        }
+        ++drops[static_cast<std::size_t>(TpDrop::gave_way)];
+        finish(*slowest, now);
       }
       const auto previous = slot != nullptr ? slot->header.session : someip::SessionId{0};
       if (slot == nullptr) {
         slot = vacant();
       }
       if (slot == nullptr) {
-        return refuse(TpDrop::no_slot);
+        slot = slow_one(begin == 0, now, [](const Slot& /*any*/) { return true; });
+        if (slot == nullptr) {
+          return refuse(TpDrop::no_slot);
+        }
+        ++drops[static_cast<std::size_t>(TpDrop::gave_way)];
       }
       if (replaces) {
         ++drops[static_cast<std::size_t>(TpDrop::replaced)];
@@ -111,9 +121,6 @@ class TpModel {
         place = slice[i];
         ++fresh;
       }
-    }
-    if (gaps(there) > max_gaps_) {
-      return give_up(TpDrop::too_many_gaps);
     }
     const bool tells_end = !more && !slot->end;
     if (!more) {
@@ -168,12 +175,24 @@ class TpModel {
     header.return_code = someip::ReturnCode::ok;
     return header;
   }
-  static std::size_t gaps(const std::vector<std::optional<std::byte>>& bytes) {
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < bytes.size(); ++i) {
-      count += !bytes[i] && (i == 0 || bytes[i - 1]) ? 1 : 0;
+  /// Bytes per second since the message began.
+  [[nodiscard]] double rate(const Slot& slot, TimePoint now) const {
+    const auto there = std::ranges::count_if(slot.bytes, &std::optional<std::byte>::has_value);
+    const auto age = std::max<Duration::rep>((now - (slot.until - limits_.max_age)).count() / 1024, 1);
+    return static_cast<double>(there) * (1'000'000'000 / 1024) / static_cast<double>(age);
+  }
+  /// The slowest message that gives way to a segment, nothing if all of those that `may` are too fast.
+  template <typename May>
+  Slot* slow_one(bool at_start, TimePoint now, May may) {
+    Slot* slowest = nullptr;
+    for (Slot& slot : slots_) {
+      if (slot.state == State::collecting && may(slot) &&
+          (slowest == nullptr || rate(slot, now) < rate(*slowest, now))) {
+        slowest = &slot;
+      }
     }
-    return count;
+    const std::uint32_t needed = limits_.protected_bytes_per_s / (at_start ? 1 : 64);
+    return slowest != nullptr && rate(*slowest, now) < needed ? slowest : nullptr;
   }
   void finish(Slot& slot, TimePoint now) const {
     slot.state = State::finished;
@@ -199,7 +218,6 @@ class TpModel {
   }
 
   std::vector<Slot> slots_;
-  std::size_t max_gaps_;
   someip::TpReassemblyLimits limits_;
 };
 

@@ -68,10 +68,10 @@ std::vector<Datagram> segments(const Endpoint& from, const Header& header, ByteV
 /// Gives a datagram to the reassembler and the model, and holds one against the other.
 class Pair {
  public:
-  Pair(std::size_t max_messages, std::size_t max_gaps, const TpReassemblyLimits& limits)
-      : slots_{max_messages, limits.max_message_bytes, max_gaps},
+  Pair(std::size_t max_messages, const TpReassemblyLimits& limits)
+      : slots_{max_messages, limits.max_message_bytes},
         reassembler_{slots_.slots(), limits},
-        model_{max_messages, max_gaps, limits} {}
+        model_{max_messages, limits} {}
 
   /// The completed payload; "" if there is none.
   std::optional<std::vector<std::byte>> offer(const Datagram& datagram, TimePoint now) {
@@ -130,8 +130,7 @@ void restores_every_message(Random random) {
   }
   random.shuffle(wire);
 
-  // 700 bytes in segments of 16 can have 22 gaps at most.
-  Pair pair{senders, 22, {.max_message_bytes = 700, .max_per_sender = 1, .max_age = 1s}};
+  Pair pair{senders, {.max_message_bytes = 700, .max_per_sender = 1, .max_age = 1s}};
   std::vector<std::size_t> arrivals(senders, 0);
   for (const Datagram& datagram : wire) {
     if (const auto payload = pair.offer(datagram, start)) {
@@ -151,8 +150,10 @@ TEST(TpProperty, RestoresEveryMessageWhateverOrderDuplicatesAndInterleaving) {
 void does_what_the_model_does(Random random) {
   const std::size_t max_messages = 1 + random.below(4);
   Pair pair{max_messages,
-            random.below(4),
-            {.max_message_bytes = 100, .max_per_sender = 1 + random.below(2), .max_age = 100ms}};
+            {.max_message_bytes = 100,
+             .max_per_sender = 1 + random.below(2),
+             .max_age = 100ms,
+             .protected_bytes_per_s = random.one_in(4) ? 0U : 20'000U}};
   TimePoint now = start;
   for (int step = 0; step < 300; ++step) {
     now +=
@@ -195,7 +196,7 @@ void misses_a_segment(Random random) {
   const auto again = wire;
   wire.insert(wire.end(), again.begin(), again.end());
   random.shuffle(wire);
-  Pair pair{1, 30, {.max_message_bytes = 500, .max_per_sender = 1, .max_age = 1s}};
+  Pair pair{1, {.max_message_bytes = 500, .max_per_sender = 1, .max_age = 1s}};
   for (const Datagram& datagram : wire) {
     EXPECT_FALSE(pair.offer(datagram, start));
   }
@@ -212,7 +213,7 @@ TEST(TpDamage, IsRefusedOrLeadsToNothingAtEveryTruncation) {
   const auto whole = segments(host(1), {.session = SessionId{1}}, payload, 16);
   for (std::size_t damaged = 0; damaged < whole.size(); ++damaged) {
     for (std::size_t size = 0; size < whole[damaged].bytes.size(); ++size) {
-      Pair pair{1, 4, {.max_message_bytes = 48, .max_per_sender = 1, .max_age = 1s}};
+      Pair pair{1, {.max_message_bytes = 48, .max_per_sender = 1, .max_age = 1s}};
       auto wire = whole;
       wire[damaged].bytes.resize(size);
       for (const Datagram& datagram : wire) {
@@ -229,7 +230,7 @@ TEST(TpDamage, IsRefusedWhenALengthIsOffByOne) {
   const auto whole = segments(host(1), {.session = SessionId{1}}, payload, 16);
   for (std::size_t damaged = 0; damaged < whole.size(); ++damaged) {
     for (const int change : {-1, 1}) {
-      Pair pair{1, 4, {.max_message_bytes = 48, .max_per_sender = 1, .max_age = 1s}};
+      Pair pair{1, {.max_message_bytes = 48, .max_per_sender = 1, .max_age = 1s}};
       auto wire = whole;
       auto& length = wire[damaged].bytes[7];
       length = static_cast<std::byte>(std::to_integer<int>(length) + change);

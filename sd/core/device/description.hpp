@@ -114,7 +114,6 @@ struct Limits {
   std::uint16_t send_bytes = 512;
   std::uint16_t tp_buffers = 1;          ///< large messages being received at a time
   std::uint32_t tp_buffer_bytes = 8192;  ///< the largest of them
-  std::uint16_t tp_gaps = 4;             ///< see TpSlot: by how much segments may be reordered
 
   friend constexpr bool operator==(const Limits&, const Limits&) = default;
 };

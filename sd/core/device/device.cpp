@@ -121,7 +121,7 @@ bool Device::wants(const Header& header) noexcept {
       }
       break;
     default:
-      if (has_service(header.service)) {
+      if (takes(header)) {
         return true;
       }
   }

@@ -213,7 +213,8 @@ class Device {
   [[nodiscard]] Result<void> check_value(std::size_t service, std::size_t field, ByteView value,
                                          std::size_t answers) const noexcept;
   void store(std::size_t service, std::size_t field, ByteView value) noexcept;
-  [[nodiscard]] bool has_service(ServiceId id) const noexcept;
+  /// Whether this is a request, or a segment of one, to a method that is offered where it came.
+  [[nodiscard]] bool takes(const someip::Header& header) const noexcept;
   void on_request(const someip::Message& message) noexcept;
   void handle(const Request& request) noexcept;
   void refuse(const Request& request, someip::ReturnCode code) noexcept;

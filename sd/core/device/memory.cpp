@@ -26,10 +26,11 @@ std::optional<MemoryView> lay_out(const Limits& limits, ByteSpan memory) noexcep
     }
     table = {slots, count};  // the TP slots are made below
   });
+  const std::size_t map_words = someip::tp_map_words(limits.tp_buffer_bytes);
   for (std::size_t i = 0; i < limits.tp_buffers; ++i) {
     std::construct_at(&view.tp_slots[i],
                       view.tp_bytes.subspan(i * limits.tp_buffer_bytes, limits.tp_buffer_bytes),
-                      view.tp_gaps.subspan(i * limits.tp_gaps, limits.tp_gaps));
+                      view.tp_maps.subspan(i * map_words, map_words));
   }
   return view;
 }

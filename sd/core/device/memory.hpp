@@ -64,7 +64,7 @@ struct MemoryView {
   std::span<std::uint8_t> receivers{};  // of each send, a bit for each subscriber
   ByteSpan send_bytes{};
   std::span<someip::TpSlot> tp_slots{};
-  std::span<someip::TpGap> tp_gaps{};
+  std::span<std::uint32_t> tp_maps{};
   ByteSpan tp_bytes{};
 };
 
@@ -111,7 +111,7 @@ constexpr void for_each_table(const Limits& limits, MemoryView& memory, Visit vi
   visit(limits.sends * receiver_bytes(limits), memory.receivers);
   visit(limits.send_bytes, memory.send_bytes);
   visit(limits.tp_buffers, memory.tp_slots);
-  visit(std::size_t{limits.tp_buffers} * limits.tp_gaps, memory.tp_gaps);
+  visit(limits.tp_buffers * someip::tp_map_words(limits.tp_buffer_bytes), memory.tp_maps);
   visit(std::size_t{limits.tp_buffers} * limits.tp_buffer_bytes, memory.tp_bytes);
 }
 

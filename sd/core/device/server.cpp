@@ -279,10 +279,12 @@ Result<void> Device::set_field(std::size_t service, std::size_t field, ByteView 
 
 // --- Requests ---------------------------------------------------------------------------------------------
 
-bool Device::has_service(ServiceId id) const noexcept {
+bool Device::takes(const Header& header) const noexcept {
   for (std::size_t i = 0; i < services_.size(); ++i) {
-    if (is_offered(i) && services_[i].port == to_.port && services_[i].service == id) {
-      return !to_.address.is_multicast();
+    const Service& one = services_[i];
+    if (is_offered(i) && one.port == to_.port && one.service == header.service &&
+        one.major == header.interface_version) {
+      return !to_.address.is_multicast() && kind_of(one, header.method) != someip::MethodKind::unknown;
     }
   }
   return false;

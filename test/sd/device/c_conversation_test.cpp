@@ -13,8 +13,8 @@
 
 namespace {
 
-#define SERVER_LIMITS 1, 2, 4, 2, 2, 0, 0, 0, 0, 4, 4, 4, 256, 1, 4096, 2, 2
-#define CLIENT_LIMITS 0, 0, 0, 0, 2, 2, 3, 2, 4, 8, 8, 4, 256, 1, 4096, 2, 0
+#define SERVER_LIMITS 1, 2, 4, 2, 2, 0, 0, 0, 0, 4, 4, 4, 256, 1, 4096, 2
+#define CLIENT_LIMITS 0, 0, 0, 0, 2, 2, 3, 2, 4, 8, 8, 4, 256, 1, 4096, 0
 
 using Bytes = std::vector<std::uint8_t>;
 

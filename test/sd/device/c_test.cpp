@@ -8,7 +8,7 @@
 
 namespace {
 
-#define SMALL_LIMITS 1, 1, 2, 2, 2, 1, 1, 1, 2, 4, 4, 2, 64, 1, 256, 2, 1
+#define SMALL_LIMITS 1, 1, 2, 2, 2, 1, 1, 1, 2, 4, 4, 2, 64, 1, 256, 1
 
 const std::array<std::uint16_t, 1> eventgroups{1};
 const std::array<trestle_method, 1> methods{{{0x0001, TRESTLE_REQUEST_RESPONSE}}};

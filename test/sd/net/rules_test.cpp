@@ -26,6 +26,7 @@ using namespace std::chrono_literals;
 
 constexpr MethodId echo{0x0001};
 constexpr MethodId tell{0x0002};
+constexpr MethodId grow{0x0003};
 constexpr MethodId event{0x8001};
 constexpr MethodId notifier{0x8002};
 constexpr EventgroupId group{1};
@@ -38,6 +39,8 @@ class RulesTest : public test::TwoNodes {
         .instance = InstanceId{1},
         .methods = {{echo, [this](const Message& request,
                                   Responder responder) { sent = responder.respond(request.payload); }},
+                    {grow, [this](const auto& /*request*/,
+                                  Responder responder) { sent = responder.respond(numbers(1401)); }},
                     {tell,
                      [this](const Message& request, const Responder&) { requests.push_back(request.header); },
                      someip::MethodKind::fire_and_forget}},
@@ -329,12 +332,15 @@ TEST_F(RulesTest, SegmentOnlyWhatMayBeSegmented) {
   run_for(20ms);
   EXPECT_THAT(events, SizeIs(1));
 
-  // A response, and a request.
+  // A response, a request that comes, and one that does not leave.
   const RequirementId all = found(client);
-  const test::Outcome outcome = call(client, all, {.method = echo}, large);
+  const test::Outcome outcome = call(client, all, {.method = grow});
   EXPECT_EQ(sent, false);
   EXPECT_EQ(outcome.fault, CallFault::error) << "rather than no answer";
   EXPECT_EQ(outcome.code, ReturnCode::not_ok);
+  sent.reset();
+  EXPECT_EQ(call(client, all, {.method = echo}, large).code, ReturnCode::not_ok);
+  EXPECT_EQ(sent, std::nullopt) << "nobody is asked";
   EXPECT_EQ(call(client, all, {.method = echo}, slice.first(1400)).payload, numbers(1400));
   const RequirementId none =
       found(client, {.service = ServiceId{0x1234}, .segmented = std::vector<MethodId>{}});

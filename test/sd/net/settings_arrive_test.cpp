@@ -433,22 +433,23 @@ TEST_F(SettingsTest, LimitTheReassembliesOfASenderAndTheirTime) {
   NodeConfig config = quick(test::server_address);
   config.max_reassemblies_per_sender = 1;
   config.reassembly_timeout = 60ms;
+  config.reassembly_protected_rate = 0;  // none gives way
   Node node{io, config};
   node.offer(spec());
   someip::UdpSocket socket{io, {.local = {test::other_address, 0}}};
-  const auto begin = [&](const std::string& method) {
-    const auto first = test::hex("1234" + method + "0000001c 0005 0009 01 01 20 00 00000001" +
+  const auto begin = [&](const std::string& client) {
+    const auto first = test::hex("1234 0001 0000001c" + client + "0009 01 01 20 00 00000001" +
                                  "00112233445566778899aabbccddeeff");
     const ByteView view{first};
     EXPECT_EQ(socket.send(udp_at(test::server_address), {&view, 1}), someip::SendStatus::sent);
   };
-  const auto& counted = node.reassembly_counters();
   begin("0001");
   begin("0002");
   ASSERT_TRUE(run_until([&] { return node.counters().datagrams == 2; }));
-  EXPECT_EQ(counted[someip::TpDrop::too_many_from_sender], 1U) << "the second, while the first is under way";
-  EXPECT_EQ(counted[someip::TpDrop::aged_out], 0U);
-  EXPECT_TRUE(run_until([&] { return counted[someip::TpDrop::aged_out] == 1; }));
+  EXPECT_EQ(node.reassembly_counters()[someip::TpDrop::too_many_from_sender], 1U)
+      << "the second, while the first is under way";
+  EXPECT_EQ(node.reassembly_counters()[someip::TpDrop::aged_out], 0U);
+  EXPECT_TRUE(run_until([&] { return node.reassembly_counters()[someip::TpDrop::aged_out] == 1; }));
 }
 
 // --- The server that is called ----------------------------------------------------------------------------

@@ -171,21 +171,25 @@ TEST_F(LimitsArrive, AtWhatWaitsToBeSent) {
 }
 
 TEST_F(LimitsArrive, AtReassemblies) {
-  NodeConfig config = quick(test::server_address);
-  config.max_reassemblies = 1;
-  Node node{io, config};
-  node.offer(service_with_both());
-  const auto first_segment = test::hex(
-      "1234 0001 0000001c 0005 0009 01 01 20 00 00000001"
-      "00112233445566778899aabbccddeeff");
-  const ByteView view{first_segment};
-  std::list<someip::UdpSocket> senders;
-  for (const IpAddress& from : {test::other_address, test::client_address}) {
-    senders.emplace_back(io, someip::UdpOptions{.local = {from, 0}});
-    EXPECT_EQ(senders.back().send({config.address, udp_port}, {&view, 1}), someip::SendStatus::sent);
+  for (const bool gives_way : {false, true}) {
+    NodeConfig config = quick(test::server_address);
+    config.max_reassemblies = 1;
+    config.reassembly_protected_rate = gives_way ? 1'000'000'000 : 0;
+    Node node{io, config};
+    node.offer(service_with_both());
+    const auto first_segment = test::hex(
+        "1234 0001 0000001c 0005 0009 01 01 20 00 00000001"
+        "00112233445566778899aabbccddeeff");
+    const ByteView view{first_segment};
+    std::list<someip::UdpSocket> senders;
+    for (const IpAddress& from : {test::other_address, test::client_address}) {
+      senders.emplace_back(io, someip::UdpOptions{.local = {from, 0}});
+      EXPECT_EQ(senders.back().send({config.address, udp_port}, {&view, 1}), someip::SendStatus::sent);
+    }
+    ASSERT_TRUE(run_until([&] { return node.counters().datagrams == 2; }));
+    EXPECT_EQ(node.reassembly_counters()[someip::TpDrop::no_slot], gives_way ? 0U : 1U);
+    EXPECT_EQ(node.reassembly_counters()[someip::TpDrop::gave_way], gives_way ? 1U : 0U);
   }
-  ASSERT_TRUE(run_until([&] { return node.counters().datagrams == 2; }));
-  EXPECT_EQ(node.reassembly_counters()[someip::TpDrop::no_slot], 1U);
 }
 
 // --- Of TCP connections -----------------------------------------------------------------------------------

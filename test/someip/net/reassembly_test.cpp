@@ -1,0 +1,118 @@
+// The memory of large messages: what the system gives, and gets back.
+#include "someip/net/reassembly.hpp"
+
+#include <gmock/gmock.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+
+namespace trestle::someip::reassembly_test {
+namespace {
+using namespace std::chrono_literals;
+
+constexpr TimePoint start{1000s};
+constexpr std::size_t message_bytes = std::size_t{1} << 20U;
+constexpr std::size_t slice_bytes = 32768;
+constexpr TpReassemblyLimits limits{.max_message_bytes = message_bytes, .max_per_sender = 4, .max_age = 5s};
+
+Endpoint host(std::size_t number) {
+  return {IpAddress::v4(10, 0, 0, static_cast<std::uint8_t>(number)), 30501};
+}
+
+/// Of the whole process: in memory, and addresses.
+struct Pages {
+  std::size_t addresses = 0;
+  std::size_t resident = 0;
+};
+Pages pages() {
+  Pages result;
+  std::ifstream{"/proc/self/statm"} >> result.addresses >> result.resident;
+  return result;
+}
+std::size_t resident_bytes() {
+  return pages().resident * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+}
+
+/// Offers the segments in [from, to) of a message of message_bytes; whether it became whole.
+bool offer(Reassembly& reassembly, const Endpoint& sender, std::uint16_t session, std::size_t from,
+           std::size_t to, TimePoint now) {
+  const Header header{.session = SessionId{session}, .type = MessageType::tp_notification};
+  std::vector<std::byte> payload(4 + slice_bytes, std::byte{0x5a});
+  bool whole = false;
+  for (std::size_t offset = from; offset < to; offset += slice_bytes) {
+    const std::size_t word = offset | (offset + slice_bytes < message_bytes ? 1U : 0U);
+    for (std::size_t i = 0; i < 4; ++i) {
+      payload[i] = static_cast<std::byte>(word >> (24 - 8 * i));
+    }
+    const auto outcome = reassembly.on_segment(sender, {header, payload}, now);
+    whole = outcome && *outcome;
+  }
+  return whole;
+}
+
+TEST(Reassembly, GivesTheMemoryOfMessagesThatNeverBecameWholeBack) {
+  Reassembly reassembly{16, limits};
+  EXPECT_TRUE(offer(reassembly, host(0), 1, 0, message_bytes, start));
+  const std::size_t before = resident_bytes();
+  for (std::size_t i = 1; i <= 40; ++i) {
+    EXPECT_FALSE(offer(reassembly, host(i), 1, 0, message_bytes - slice_bytes, start + i * 1ms));
+  }
+  EXPECT_EQ(reassembly.places(), 16U);
+  EXPECT_GT(resident_bytes(), before + 12 * message_bytes);
+  TimePoint now = start;
+  while (const auto due = reassembly.deadline()) {
+    ASSERT_GT(*due, now);
+    now = *due;
+    reassembly.on_time(now);
+  }
+  EXPECT_LE(now, start + 11s) << "max_age, and as long again";
+  EXPECT_EQ(reassembly.places(), 1U);
+  EXPECT_LT(resident_bytes(), before + message_bytes / 2);
+  EXPECT_TRUE(offer(reassembly, host(0), 2, 0, message_bytes, now));
+}
+
+TEST(Reassembly, KeepsTheMemoryOfMessagesThatComeSteadily) {
+  const auto faults = [] {
+    rusage usage{};
+    ::getrusage(RUSAGE_SELF, &usage);
+    return usage.ru_minflt;
+  };
+  Reassembly reassembly{16, limits};
+  TimePoint now = start;
+  std::uint16_t session = 0;
+  const auto one = [&] {
+    EXPECT_TRUE(offer(reassembly, host(1), ++session, 0, message_bytes, now));
+    now += 4s;
+    reassembly.on_time(now);
+  };
+  one();
+  const auto before = faults();
+  for (int i = 0; i < 16; ++i) {
+    one();
+  }
+  EXPECT_LT(faults() - before, 128) << "one message fills 256 pages";
+}
+
+TEST(Reassembly, GoesOnWithWhatTheSystemHasMemoryFor) {
+  const auto with_little_memory = [] {
+    Reassembly reassembly{16, limits};
+    offer(reassembly, host(0), 1, 0, slice_bytes, start);
+    const std::size_t room =
+        pages().addresses * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE)) + 3 * message_bytes;
+    const rlimit little{room, room};
+    if (::setrlimit(RLIMIT_AS, &little) != 0) {
+      std::exit(1);
+    }
+    for (std::size_t i = 1; i < 10; ++i) {  // more than there is memory for
+      offer(reassembly, host(i), 1, 0, slice_bytes, start + 1ms * i);
+    }
+    const bool whole = offer(reassembly, host(1), 2, 0, message_bytes, start + 1s);
+    std::exit(whole && reassembly.places() < 10 ? 0 : 2);
+  };
+  EXPECT_EXIT(with_little_memory(), testing::ExitedWithCode(0), "");
+}
+
+}  // namespace
+}  // namespace trestle::someip::reassembly_test
