@@ -138,7 +138,7 @@ bool OptionRules::allow(const IpAddress& address) const noexcept {
   if (address.v6 != own().v6 || address == own() || !address.is_unicast()) {
     return false;
   }
-  if (is_loopback(address) && !is_loopback(own())) {
+  if (settings_.refuse_loopback && is_loopback(address) && !is_loopback(own())) {
     return false;
   }
   if (is_subnet_broadcast(address, 0)) {  // 255.255.255.255

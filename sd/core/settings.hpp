@@ -42,6 +42,9 @@ struct DiscoveryRules {
   /// Peers and the endpoints they name must be in the subnet that `unicast` is in, of this prefix length;
   /// nothing: any subnet.  [feat_req_someipsd_1135] [feat_req_someipsd_1149]
   std::optional<std::uint8_t> subnet_prefix_bits{};
+  /// Loopback addresses of peers, and of endpoints they name, are wrong unless our own is one; false: another
+  /// stack of the same host may be there.  [feat_req_someipsd_1233] [feat_req_someipsd_1149]
+  bool refuse_loopback = true;
   FindAnswer find_answer = FindAnswer::unicast;
   /// Whether a Find is answered in the repetition phase too, in which the next offers are near anyway.
   /// [feat_req_someipsd_811]

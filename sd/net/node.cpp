@@ -39,6 +39,7 @@ Settings discovery_settings(const NodeConfig& config) {
   if (config.check_subnet && !settings.subnet_prefix_bits) {
     settings.subnet_prefix_bits = someip::subnet_prefix_bits(config.address);
   }
+  settings.refuse_loopback = settings.refuse_loopback && config.check_subnet;
   settings.unicast = {config.address, config.port};
   settings.multicast = {config.multicast, config.port};
   settings.timing = config.timing;

@@ -28,7 +28,8 @@ struct NodeConfig {
   Timing timing{};
   DiscoveryRules discovery{};  ///< see docs/sd_options.md
   /// Where `discovery` names no prefix: take that of the interface which has `address`, so that peers outside
-  /// of its subnet are not heard. False: all are.  [feat_req_someipsd_1135] [feat_req_someipsd_1149]
+  /// of its subnet are not heard. False: all are, those at loopback addresses of this host, too.
+  /// [feat_req_someipsd_1135] [feat_req_someipsd_1149]
   bool check_subnet = true;
   /// Follow the link: the interface for multicast, and that it or another one has `address`. False: only
   /// Node::link() tells.  [feat_req_someipsd_23]

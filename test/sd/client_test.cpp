@@ -217,6 +217,20 @@ TEST(ClientOnLoopback, HearsOtherLoopbackAddresses) {
   EXPECT_THAT(machine.events(), SizeIs(1));
 }
 
+TEST(ClientBesideLoopback, HearsItsAddressesWhereThatIsNotChecked) {
+  covers({"feat_req_someipsd_1149", "feat_req_someipsd_1233"});
+  for (const bool check : {true, false}) {
+    Settings settings = fixed_settings();  // of 10.0.0.1
+    settings.refuse_loopback = check;
+    Machine<> machine{settings};
+    FakePeer server{{IpAddress::v4(127, 0, 0, 2), 30490}};
+    ASSERT_TRUE(machine.discovery.require(any_required, machine.now));
+    machine.multicast(server, {offer({udp({IpAddress::v4(127, 0, 0, 2), 30509})})});
+    EXPECT_THAT(machine.events(), SizeIs(check ? 0 : 1));
+    EXPECT_EQ(machine.discovery.counters().dropped_source, check ? 1U : 0U);
+  }
+}
+
 TEST_F(Client, IgnoresWhatItSentItself) {
   require(any_required);
   FakePeer self{own};

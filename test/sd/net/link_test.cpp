@@ -14,6 +14,7 @@
 #include <cstdlib>
 #include <optional>
 
+#include "test/bytes.hpp"
 #include "test/covers.hpp"
 #include "test/interop/suite_namespaces.hpp"
 #include "test/sd/net/two_nodes.hpp"
@@ -293,6 +294,27 @@ TEST_F(LinkTest, IsLeftAloneAfterTheShutdown) {
   run("ip link set eth0 down && ip link set eth0 up");
   both_for(100ms);
   EXPECT_THAT(server_log, Not(Contains(HasSubstr("link eth0"))));
+}
+
+TEST_F(LinkTest, IsNoReasonToIgnoreLoopbackWhereSubnetsAreNotChecked) {
+  covers({"feat_req_someipsd_1149", "feat_req_someipsd_1233"});
+  run("ip link set lo up");
+  const auto subscribe = test::hex(
+      "ffff8100 00000030 00000000 01010200 c0000000"
+      "00000010 06000010 12340001 01000003 00000001"
+      "0000000c 000904007f00000500119c40");  // 127.0.0.5:40000
+  for (const bool check : {true, false}) {
+    NodeConfig config = slow_to_expire(Namespaces::own);
+    config.check_subnet = check;
+    start_server(config);
+    someip::UdpSocket stranger{io, {.local = {IpAddress::v4(127, 0, 0, 5), 0}}};
+    const ByteView view{subscribe};
+    ASSERT_EQ(stranger.send({Namespaces::own, config.port}, {&view, 1}), someip::SendStatus::sent);
+    ASSERT_TRUE(run_until([&] { return server->discovery_counters().datagrams_received != 0; }));
+    EXPECT_EQ(server->discovery_counters().dropped_source, check ? 1U : 0U);
+    EXPECT_EQ(server->subscribers(offer, event), check ? 0U : 1U);
+    server.reset();
+  }
 }
 
 using LinkWithoutNetlink = test::TwoNodes;
