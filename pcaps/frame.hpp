@@ -17,6 +17,8 @@ enum class LinkType : std::uint8_t {
   linux_sll2,     ///< the same, 20 byte header
   raw_ip,         ///< nothing: IPv4 or IPv6 at once
   null_loopback,  ///< BSD loopback: address family in either byte order
+  wlan,           ///< 802.11: of data frames what is neither encrypted nor in pieces
+  ppi,            ///< Per-Packet Information, then any other of these, as it says
   unsupported,
 };
 

@@ -1,7 +1,6 @@
 #include "pcaps/link_type.hpp"
 
 namespace trestle::pcaps {
-namespace {
 
 LinkType link_type(int data_link) noexcept {
   switch (data_link) {
@@ -18,12 +17,14 @@ LinkType link_type(int data_link) noexcept {
     case DLT_NULL:
     case DLT_LOOP:
       return LinkType::null_loopback;
+    case DLT_IEEE802_11:
+      return LinkType::wlan;
+    case DLT_PPI:
+      return LinkType::ppi;
     default:
       return LinkType::unsupported;
   }
 }
-
-}  // namespace
 
 LinkType link_type_of(pcap* handle, const std::string& name) {
   const int data_link = pcap_datalink(handle);
@@ -32,7 +33,8 @@ LinkType link_type_of(pcap* handle, const std::string& name) {
     const char* known = pcap_datalink_val_to_name(data_link);
     throw std::runtime_error{"cannot read frames from " + name + ": link type " +
                              (known != nullptr ? std::string{known} : std::to_string(data_link)) +
-                             " is none of Ethernet, Linux cooked (1 and 2), raw IP and null/loopback"};
+                             " is none of Ethernet, Linux cooked (1 and 2), raw IP, null/loopback, 802.11 "
+                             "and PPI"};
   }
   return link;
 }

@@ -8,6 +8,9 @@
 
 namespace trestle::pcaps {
 
+/// What a number of libpcap (DLT_...) means.
+[[nodiscard]] LinkType link_type(int data_link) noexcept;
+
 /// What stands before the network layer of the frames that a handle gives.
 /// @param name  of the capture, for the error.
 /// @throws std::runtime_error when we cannot read such frames.

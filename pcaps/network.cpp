@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "pcaps/link_type.hpp"
 #include "someip/wire/bytes.hpp"
 
 namespace trestle::pcaps {
@@ -22,39 +23,98 @@ tl::unexpected<FrameError> fault(FrameFault what, std::size_t offset) noexcept {
   return tl::unexpected{FrameError{what, offset}};
 }
 
-/// Where the IP header begins; nothing when something else than IP follows.
-FrameResult<std::optional<std::size_t>> skip_link_header(const Frame& frame) noexcept {
-  ByteReader in{frame.bytes};
+std::uint32_t little_endian(ByteReader& in, unsigned bytes) noexcept {
+  std::uint32_t number = 0;
+  for (unsigned i = 0; i < bytes; ++i) {
+    number |= std::uint32_t{in.u8()} << (8 * i);
+  }
+  return number;
+}
+
+/// Reads up to what an 802.11 frame carries; 0 when that is nothing that we can read.
+std::uint16_t wlan_ethertype(ByteReader& in) noexcept {
+  const std::uint8_t kind = in.u8();  // version, type, subtype
+  const std::uint8_t flags = in.u8();
+  in.skip(20);  // duration, three addresses
+  const std::uint32_t sequence = little_endian(in, 2);
+  const bool is_data = (kind & 0x0fU) == 0x08U;  // of version 0
+  const bool is_empty = (kind & 0x40U) != 0;
+  const bool is_qos = (kind & 0x80U) != 0;
+  const bool is_piece = (flags & 0x04U) != 0 || (sequence & 0x0fU) != 0;
+  const bool is_encrypted = (flags & 0x40U) != 0;
+  if (!is_data || is_empty || is_piece || is_encrypted) {
+    return 0;
+  }
+  if ((flags & 0x03U) == 0x03U) {
+    in.skip(6);  // a fourth address, between access points
+  }
+  if (is_qos) {
+    const std::uint8_t control = in.u8();
+    in.skip((flags & 0x80U) != 0 ? 5 : 1);  // the control's rest, and that of 802.11n if it is there
+    if ((control & 0x80U) != 0) {
+      return 0;  // several packets in one frame
+    }
+  }
+  const std::uint32_t llc = in.u32();
+  const std::uint32_t organisation = std::uint32_t{in.u8()} << 8U | in.u8();
+  const std::uint16_t ethertype = in.u16();
+  return llc == 0xaaaa0300U && (organisation == 0 || organisation == 0xf8U) ? ethertype : std::uint16_t{0};
+}
+
+/// What comes after the header of Per-Packet Information, which is passed over.
+LinkType ppi_link(ByteReader& in) noexcept {
+  in.skip(2);  // version, flags
+  const std::uint32_t size = little_endian(in, 2);
+  const std::uint32_t data_link = little_endian(in, 4);
+  constexpr std::uint32_t own_size = 8;
+  in.skip(size < own_size ? in.rest().size() + 1 : size - own_size);
+  constexpr std::uint32_t raw_ip_in_files = 101;  // libpcap has another number for it
+  const LinkType link =
+      data_link == raw_ip_in_files ? LinkType::raw_ip : link_type(static_cast<int>(data_link));
+  return link == LinkType::ppi ? LinkType::unsupported : link;
+}
+
+/// Reads the link header.
+/// @return what follows it: an ethertype, or 0.
+std::uint16_t ethertype_after(LinkType link, ByteReader& in) noexcept {
   std::uint16_t ethertype = 0;
-  switch (frame.link) {
+  switch (link) {
     case LinkType::ethernet:
       in.skip(12);
-      ethertype = in.u16();
-      break;
+      return in.u16();
     case LinkType::linux_sll:
       in.skip(14);
-      ethertype = in.u16();
-      break;
+      return in.u16();
     case LinkType::linux_sll2:
       ethertype = in.u16();
       in.skip(18);
-      break;
+      return ethertype;
     case LinkType::null_loopback: {
       // The family is in the byte order of whoever recorded; 2 is IPv4 everywhere, IPv6 differs by system.
       const std::uint32_t family = in.u32();
       const std::uint32_t number = family > 0xffff ? family >> 24U : family;
-      ethertype = number == 2                                                    ? ethertype_ipv4
-                  : number == 10 || number == 24 || number == 28 || number == 30 ? ethertype_ipv6
-                                                                                 : std::uint16_t{0};
-      break;
+      return number == 2                                                    ? ethertype_ipv4
+             : number == 10 || number == 24 || number == 28 || number == 30 ? ethertype_ipv6
+                                                                            : std::uint16_t{0};
     }
     case LinkType::raw_ip:
-      ethertype =
-          frame.bytes.empty() || (frame.bytes[0] >> 4U) != std::byte{6} ? ethertype_ipv4 : ethertype_ipv6;
-      break;
+      return in.rest().empty() || (in.rest()[0] >> 4U) != std::byte{6} ? ethertype_ipv4 : ethertype_ipv6;
+    case LinkType::wlan:
+      return wlan_ethertype(in);
+    case LinkType::ppi: {
+      const LinkType inner = ppi_link(in);
+      return ethertype_after(inner, in);  // which is no PPI again
+    }
     case LinkType::unsupported:
-      return std::nullopt;
+      break;
   }
+  return 0;
+}
+
+/// Where the IP header begins; nothing when something else than IP follows.
+FrameResult<std::optional<std::size_t>> skip_link_header(const Frame& frame) noexcept {
+  ByteReader in{frame.bytes};
+  std::uint16_t ethertype = ethertype_after(frame.link, in);
   for (std::size_t tags = 0; is_vlan_tag(ethertype) && tags < max_vlan_tags; ++tags) {
     in.skip(2);
     ethertype = in.u16();

@@ -76,8 +76,8 @@ TEST(CaptureFile, SaysWhyItCannotBeOpened) {
   EXPECT_EQ(opening_error("/nowhere/x.pcap"),
             "cannot read a capture from /nowhere/x.pcap: No such file or directory");
   EXPECT_THAT(opening_error(captures + "README.md"), HasSubstr("README.md: unknown file format"));
-  const TemporaryFile ieee802_11{hex("4d3cb2a1 0200 0400 00000000 00000000 00000400 69000000")};
-  EXPECT_THAT(opening_error(ieee802_11.path), HasSubstr("link type IEEE802_11 is none of Ethernet"));
+  const TemporaryFile radiotap{hex("4d3cb2a1 0200 0400 00000000 00000000 00000400 7f000000")};
+  EXPECT_THAT(opening_error(radiotap.path), HasSubstr("link type IEEE802_11_RADIO is none of Ethernet"));
 }
 
 }  // namespace

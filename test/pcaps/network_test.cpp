@@ -57,6 +57,43 @@ TEST(Network, ReadsEveryLinkType) {
   EXPECT_EQ(payload_of("02000000" + ipv4_udp, LinkType::null_loopback), "cafebabe");
 }
 
+// Frame control, duration, addresses, sequence control; then what `qos` says, and LLC.
+std::string wlan(const std::string& control, const std::string& qos = "",
+                 const std::string& sequence = "1000") {
+  return control + "0000 020000000002 020000000001 020000000003" + sequence + qos + "aaaa03 000000 0800";
+}
+
+TEST(Network, ReadsWlan) {
+  EXPECT_EQ(payload_of(wlan("0801") + ipv4_udp, LinkType::wlan), "cafebabe");
+  EXPECT_EQ(payload_of(wlan("8802", "0000") + ipv4_udp, LinkType::wlan), "cafebabe");           // QoS
+  EXPECT_EQ(payload_of(wlan("8882", "0000 00000000") + ipv4_udp, LinkType::wlan), "cafebabe");  // 802.11n
+  EXPECT_EQ(payload_of(wlan("0803", "020000000004") + ipv4_udp, LinkType::wlan), "cafebabe");   // 4 addresses
+  EXPECT_EQ(payload_of(wlan("0801") + ipv4_udp + "01020304", LinkType::wlan), "cafebabe");      // checksum
+  EXPECT_EQ(payload_of(wlan("0841") + ipv4_udp, LinkType::wlan), "no IP");                      // encrypted
+  EXPECT_EQ(payload_of(wlan("4801") + ipv4_udp, LinkType::wlan), "no IP");                      // no data
+  EXPECT_EQ(payload_of(wlan("8000") + ipv4_udp, LinkType::wlan), "no IP");                      // a beacon
+  EXPECT_EQ(payload_of(wlan("0805") + ipv4_udp, LinkType::wlan), "no IP");                      // in pieces
+  EXPECT_EQ(payload_of(wlan("0801", "", "1100") + ipv4_udp, LinkType::wlan), "no IP");          // likewise
+  EXPECT_EQ(payload_of(wlan("8801", "8000") + ipv4_udp, LinkType::wlan), "no IP");              // several
+  EXPECT_EQ(payload_of("0801 0000 020000000002", LinkType::wlan), "link_header");
+}
+
+TEST(Network, ReadsWhatPerPacketInformationPrecedes) {
+  EXPECT_EQ(payload_of("00 00 0800 69000000" + wlan("0801") + ipv4_udp, LinkType::ppi), "cafebabe");
+  const std::string field = "0200 0400 01020304";
+  EXPECT_EQ(payload_of("00 00 1000 69000000" + field + wlan("0801") + ipv4_udp, LinkType::ppi), "cafebabe");
+  EXPECT_EQ(payload_of("00 00 1000 01000000" + field + ethernet + "8100 0049 0800" + ipv4_udp, LinkType::ppi),
+            "cafebabe");
+  EXPECT_EQ(payload_of("00 00 0800 65000000" + ipv4_udp, LinkType::ppi), "cafebabe");
+  EXPECT_EQ(payload_of("00 00 0800 0c000000" + ipv4_udp, LinkType::ppi), "cafebabe");
+  EXPECT_EQ(
+      payload_of("00 00 0800 c0000000 00 00 0800 01000000" + ethernet + "0800" + ipv4_udp, LinkType::ppi),
+      "no IP");  // in itself
+  EXPECT_EQ(payload_of("00 00 0700 01000000" + ethernet + "0800" + ipv4_udp, LinkType::ppi), "link_header");
+  EXPECT_EQ(payload_of("00 00 ff7f 01000000" + ethernet + "0800" + ipv4_udp, LinkType::ppi), "link_header");
+  EXPECT_EQ(payload_of("00 00 08", LinkType::ppi), "link_header");
+}
+
 TEST(Network, PassesOverVlanTags) {
   EXPECT_EQ(payload_of(ethernet + "8100 0049 0800" + ipv4_udp), "cafebabe");
   EXPECT_EQ(payload_of(ethernet + "88a8 0001 8100 0002 0800" + ipv4_udp), "cafebabe");

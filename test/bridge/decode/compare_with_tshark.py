@@ -2,7 +2,8 @@
 """compare_with_tshark.py TRESTLE FOLDER SHARED_FOLDER
 
 Every capture below the folders must decode to the same SOME/IP messages, frame by frame and in order, as tshark
-reports when it takes every port for SOME/IP. The second folder need not exist; the environment variable
+reports when it takes every port for SOME/IP; and so must copies of those of the first folder, with frames of 802.11 and
+Ethernet below PPI headers. The second folder need not exist; the environment variable
 TRESTLE_SHARED_PCAPS names another one. Exit status 77: no tshark.
 """
 import concurrent.futures
@@ -11,8 +12,10 @@ import os
 import pathlib
 import re
 import shutil
+import struct
 import subprocess
 import sys
+import tempfile
 
 # Name in our objects, field of tshark, how to compare them.
 HEADER = [
@@ -131,6 +134,34 @@ def compare(program, path):
     return messages, faults
 
 
+def wlan_copy(path, folder):
+    """The Ethernet capture as one of 802.11 and Ethernet frames, by turns, with Per-Packet Information in front; nothing
+    for one of another kind."""
+    data = path.read_bytes()
+    order = {b"\xd4\xc3\xb2\xa1": "<", b"\x4d\x3c\xb2\xa1": "<", b"\xa1\xb2\xc3\xd4": ">"}.get(data[:4])
+    if order is None or struct.unpack_from(order + "I", data, 20)[0] != 1:
+        return None
+    copy = bytearray(data[:20] + struct.pack(order + "I", 192))
+    at, number = 24, 0
+    while at < len(data):
+        seconds, fraction, size, wire_size = struct.unpack_from(order + "IIII", data, at)
+        frame = data[at + 16:at + 16 + size]
+        at, number = at + 16 + size, number + 1
+        # A field of 802.11, "common": no flags, a rate and a channel.
+        common = struct.pack("<HHQHHHHBBbb", 2, 20, 0, 0, 12, 2412, 0xa0, 0, 0, -40, -90)
+        inner = frame
+        if number % 2:
+            wlan = b"\x88\x02" if number % 4 == 1 else b"\x08\x02"  # with and without quality of service
+            inner = (wlan + b"\0\0" + frame[:6] + frame[6:12] + frame[6:12] + struct.pack("<H", number << 4 & 0xffff) +
+                     (b"\0\0" if number % 4 == 1 else b"") + b"\xaa\xaa\x03\0\0\0" + frame[12:])
+        header = struct.pack("<BBHI", 0, 0, 8 + len(common), 105 if number % 2 else 1) + common
+        grown = len(header) + len(inner) - size
+        copy += struct.pack(order + "IIII", seconds, fraction, size + grown, wire_size + grown) + header + inner
+    made = pathlib.Path(folder) / ("wlan_" + path.name)
+    made.write_bytes(copy)
+    return made
+
+
 def main():
     if shutil.which("tshark") is None:
         print("skipped: tshark is not installed")
@@ -142,6 +173,12 @@ def main():
     if not captures:
         print("no captures found")
         return 1
+    made = tempfile.TemporaryDirectory()
+    copies = [copy for path in pathlib.Path(folders[0]).rglob("*.pcap") if (copy := wlan_copy(path, made.name))]
+    if not copies:
+        print("no capture could be made into one of 802.11")
+        return 1
+    captures += copies
     failed = False
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
         for path, (messages, faults) in zip(captures, pool.map(lambda path: compare(program, path), captures)):
