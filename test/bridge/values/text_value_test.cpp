@@ -63,6 +63,18 @@ TEST(JsonText, SaysWhereItIsNotJson) {
   EXPECT_THAT(json_shown("[1e999]"), testing::HasSubstr("1e999"));
 }
 
+TEST(YamlText, SaysWhereABracketIsMissing) {
+  EXPECT_EQ(yaml_shown("{gear: 2"), "1:9: not valid YAML: '{' of 1:1 is not closed; expected '}'");
+  EXPECT_EQ(yaml_shown("\xef\xbb\xbf{gear: 2 \n\n"),
+            "1:9: not valid YAML: '{' of 1:1 is not closed; expected '}'");
+  EXPECT_EQ(yaml_shown("{a: 1, b: [2, 3"), "1:16: not valid YAML: '[' of 1:11 is not closed; expected ']'");
+  EXPECT_EQ(yaml_shown("{a: 1, b: {c: [2]}"), "1:19: not valid YAML: '{' of 1:1 is not closed; expected '}'");
+  EXPECT_EQ(yaml_shown("a:\n  b: [1,\n      2\n"),
+            "3:8: not valid YAML: '[' of 2:6 is not closed; expected ']'");
+  EXPECT_EQ(yaml_shown("[a: 1"), "1:6: not valid YAML: '[' of 1:1 is not closed; expected ']'");
+  EXPECT_EQ(yaml_shown("[{a: 1]"), "1:7: not valid YAML: illegal flow end");
+}
+
 TEST(YamlText, HasThePlaceOfEveryToken) {
   EXPECT_EQ(yaml_shown("a: 1\nb:\n- x\n- 'y z'\nc: {d: ~, e: [true, \"f\"]}\ng:\n  h: !!binary AAEC\n"),
             "mapping@1:1(a@1:1=plain@1:4 1, b@2:1=list@3:1(plain@3:3 x, quoted@4:3 y z), "
