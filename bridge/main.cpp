@@ -12,6 +12,7 @@
 #include "bridge/check/check_command.hpp"
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/terminal.hpp"
+#include "bridge/config/section.hpp"
 #include "bridge/decode/decode_command.hpp"
 #include "bridge/demo/demo_command.hpp"
 #include "bridge/perf/perf_command.hpp"
@@ -46,6 +47,22 @@ class HelpFormatter : public CLI::Formatter {
   }
 };
 
+/// The program, or the command of those that were given whose own commands come next.
+const CLI::App& asked_command(const CLI::App& app) {
+  const std::vector<CLI::App*> given = app.get_subcommands();
+  return given.empty() ? app : asked_command(*given.front());
+}
+
+std::vector<std::string> command_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    if (!command->get_group().empty()) {  // else it is not for people
+      names.push_back(command->get_name());
+    }
+  }
+  return names;
+}
+
 /// Each command lives in a folder of its own, which has `add_X_command(app, status)`: that makes the
 /// subcommand, whose callback runs it and leaves an exit status (exit_status.hpp) in `status`.
 int run(int argc, char** argv) {
@@ -73,13 +90,17 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::RequiredError& error) {
-    if (!app.get_subcommands().empty()) {
+    const CLI::App& asked = asked_command(app);
+    const std::vector<std::string> commands = command_names(asked);
+    if (commands.empty()) {
       app.exit(error);
       return exit_usage;
     }
     // CLI11 only says that a command is missing, also to one that does not exist.
-    if (const std::vector<std::string> unknown = app.remaining(); !unknown.empty()) {
-      std::fprintf(stderr, "There is no command or option '%s'\n\n", unknown.front().c_str());
+    if (const std::vector<std::string> unknown = asked.remaining(); !unknown.empty()) {
+      const std::string likely = nearest(unknown.front(), commands);
+      std::fprintf(stderr, "There is no command or option '%s'%s\n\n", printable(unknown.front()).c_str(),
+                   likely.empty() ? "" : ("; did you mean '" + likely + "'?").c_str());
     }
     std::fputs(app.help().c_str(), stderr);
     return exit_usage;

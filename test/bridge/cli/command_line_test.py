@@ -26,7 +26,18 @@ class CommandLine(unittest.TestCase):
     def test_an_unknown_command_is_an_error_and_names_it(self):
         status, output, errors = run("bride")
         self.assertEqual((status, output), (2, ""))
-        self.assertEqual(errors, "There is no command or option 'bride'\n\n" + run("--help")[1])
+        self.assertEqual(errors, "There is no command or option 'bride'; did you mean 'bridge'?\n\n" + run("--help")[1])
+        status, output, errors = run("brigde", "drive.yaml")
+        self.assertEqual((status, output), (2, ""))
+        self.assertIn("There is no command or option 'brigde'; did you mean 'bridge'?\n", errors)
+        status, output, errors = run("something-else")
+        self.assertEqual((status, output), (2, ""))
+        self.assertEqual(errors, "There is no command or option 'something-else'\n\n" + run("--help")[1])
+        status, output, errors = run("perf", "clint")
+        self.assertEqual((status, output), (2, ""))
+        self.assertEqual(errors, "There is no command or option 'clint'; did you mean 'client'?\n\n" +
+                         run("perf", "--help")[1])
+        self.assertNotIn("did you mean", run("demo-publishe")[2])  # a part of the demo, that nobody starts by hand
         status, output, errors = run("--bridge")
         self.assertEqual((status, output), (2, ""))
         self.assertIn("--bridge", errors)
