@@ -89,8 +89,10 @@ int run(CallArguments& options) {
   if (options.udp || options.tcp) {
     spec.transport = options.tcp ? Transport::tcp : Transport::udp;
   }
+  const std::string response = options.payload.take_request_of_service();
   options.payload.resolve();
-  const PayloadOptions answer = options.payload.of_type("--answer-type", options.answer_type);
+  const PayloadOptions answer =
+      options.payload.of_type("--answer-type", options.answer_type.empty() ? response : options.answer_type);
   Bytes payload = options.value.empty() ? Bytes{} : options.payload.parse(options.value);
   const sd::NodeConfig network = options.network.config();
 
@@ -123,7 +125,8 @@ void add_call_command(CLI::App& app, int& status) {
       "too. PAYLOAD is text, @FILE or @- (standard input): hexadecimal, or values with --type; without it "
       "the "
       "request\n"
-      "has none. Goes by UDP or TCP, whichever is offered; if both are, TCP for what does not fit a "
+      "has none. With --type of a service, PKG/SRV/TYPE, they are its request and its response. Goes by UDP "
+      "or TCP, whichever is offered; if both are, TCP for what does not fit a "
       "datagram.\n"
       "Exit status: 0 when it was answered, or sent with --fire-and-forget; 1 when there was no service, no "
       "answer in\n"
@@ -133,7 +136,8 @@ void add_call_command(CLI::App& app, int& status) {
       "  trestle call 0x1234 0x0001 '00 01 02'\n"
       "  trestle call 0x1234.1 2 --type std_msgs/msg/Float64 --tcp\n"
       "  trestle call 0x1234.1 3 '{data: 21.5}' --type std_msgs/msg/Float64 --answer-type std_msgs/msg/Bool\n"
-      "  trestle call 0x1234 4 @image.bin.hex --fire-and-forget");
+      "  trestle call 0x1234.1 4 '{data: true}' --type std_srvs/srv/SetBool\n"
+      "  trestle call 0x1234 5 @image.bin.hex --fire-and-forget");
   const auto options = std::make_shared<CallArguments>();
   command->add_option("SERVICE", options->service, "SERVICE or SERVICE.INSTANCE, such as 0x1234.0x0001")
       ->required();

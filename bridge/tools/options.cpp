@@ -168,6 +168,22 @@ void PayloadOptions::resolve() {
   find_type("--type");
 }
 
+std::string PayloadOptions::take_request_of_service() {
+  const auto name = interface_name(type_);
+  if (!name || defining_interface(*name)) {
+    return {};
+  }
+  const bool of_action = name->kind == InterfaceKind::action &&
+                         std::ranges::any_of(action_services, [&](std::string_view suffix) {
+                           return name->type.ends_with(suffix);
+                         });
+  if (name->kind != InterfaceKind::service && !of_action) {
+    return {};
+  }
+  const std::string service = std::exchange(type_, name->full() + std::string{service_suffixes[0]});
+  return service + std::string{service_suffixes[1]};
+}
+
 PayloadOptions PayloadOptions::of_type(const std::string& option, const std::string& type) const {
   PayloadOptions other = *this;
   if (!type.empty()) {

@@ -34,6 +34,9 @@ class PayloadOptions {
 
   /// Finds the type. Call once, before the others.
   void resolve();
+  /// Before that, for a call: takes a service, "pkg/srv/Name", for its request.
+  /// @return its response; nothing when the type is no service.
+  std::string take_request_of_service();
   /// The same with the type that another option names; none: with the same type.
   [[nodiscard]] PayloadOptions of_type(const std::string& option, const std::string& type) const;
   /// The payload that an argument means: the text itself, or what stands in the file behind '@'; "@-" is

@@ -247,6 +247,24 @@ class Calls(unittest.TestCase):
             self.assertEqual((done.returncode, done.stdout), (1, ""))
             self.assertIn("error: not a std_msgs/msg/String", done.stderr)
 
+    def test_call_by_the_type_of_a_service(self):
+        with Running("offer", 1, "0x1255.1", "--method", '1:std_msgs/msg/Bool:std_srvs/srv/SetBool_Response='
+                     '{"success": true, "message": "on"}', "--json") as offer:
+            for of_service in (["--type", "std_srvs/srv/SetBool"],
+                               ["--type", "std_srvs/srv/SetBool_Request", "--answer-type", "std_srvs/srv/SetBool_Response"]):
+                done = run("call", 2, "0x1255", "1", "{data: true}", *of_service, "-q")
+                self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "success: true\nmessage: \"on\"\n", ""))
+                self.assertEqual(json.loads(offer.line_with("method"))["values"], {"data": True})
+        done = run("call", 2, "0x1255", "1", "{data: true}", "--type", "std_srvs/srv/SetBol", "-q")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("--type: ", done.stderr)
+        self.assertIn("std_srvs/srv/SetBol", done.stderr)
+
+    def test_what_is_wrong_in_values_is_told_where_it_is(self):
+        done = run("call", 2, "0x1255", "1", "{gear: 2", "--type", "std_msgs/msg/Int32", "-q")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("PAYLOAD: payload:1:9: not valid YAML: '{' of 1:1 is not closed; expected '}'", done.stderr)
+
     def test_get_and_set_fields(self):
         with Running("offer", 1, "0x1242.1", "--field", "1/2/0x8001={data: 20}", "--type",
                      "std_msgs/msg/Float64") as offer:
