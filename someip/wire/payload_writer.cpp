@@ -88,6 +88,7 @@ void PayloadWriter::put_text(std::string_view text, StringEncoding encoding) noe
 
 PayloadWriter::Open PayloadWriter::begin_union(std::uint32_t type, std::size_t longest) noexcept {
   Open open;
+  const std::size_t start = position_;
   if (type == 0 && !rules_.union_null) {
     fail(WireError::bad_union_type);
   }
@@ -103,6 +104,7 @@ PayloadWriter::Open PayloadWriter::begin_union(std::uint32_t type, std::size_t l
   if (!rules_.union_length_first) {
     open = begin(rules_.union_length, true);
   }
+  open.start_ = start;
   open.contents_at_ = position_;  // Length leaves out the type field.  [feat_req_someip_272]
   open.padded_bytes_ = longest;
   open.variable_ = rules_.union_length != FieldWidth::none;
@@ -115,6 +117,8 @@ PayloadWriter::Open PayloadWriter::begin(FieldWidth width, bool variable) noexce
   }
   Open open;
   open.variable_ = variable;
+  open.is_element_ = std::exchange(in_array_, false);
+  open.start_ = position_;
   open.length_ = reserve(someip::bytes(width));
   open.contents_at_ = position_;
   return open;
@@ -124,6 +128,8 @@ PayloadWriter::Open PayloadWriter::begin_tagged() noexcept {
   Open open;
   open.shrinks_ = rules_.smallest_tagged_length;
   open.id_ = *tag_;
+  open.is_element_ = std::exchange(in_array_, false);
+  open.start_ = position_;
   const FieldWidth width = open.shrinks_ ? FieldWidth::bits32 : rules_.tagged_length;
   if (width == FieldWidth::none) {
     fail(WireError::bad_tag);
@@ -159,6 +165,10 @@ void PayloadWriter::end(const Open& element) noexcept {
     }
     zeros(element.padded_bytes_ - used);
   }
+  if (element.is_element_ && position_ == element.start_) {
+    return fail(WireError::bad_length);
+  }
+  in_array_ = element.is_element_;
   const std::size_t size = position_ - element.contents_at_;
   put_field(element.shrinks_ ? shrink(element) : element.length_, size, WireError::bad_length);
   // Alignment counts from the start of the message, so the header takes part.  [feat_req_someip_711]

@@ -30,11 +30,13 @@ class PayloadWriter {
    private:
     friend class PayloadWriter;
     ByteSpan length_;  ///< where the length field goes; empty without one
+    std::size_t start_ = 0;
     std::size_t contents_at_ = 0;
     std::size_t padded_bytes_ = 0;
     bool variable_ = false;
-    bool shrinks_ = false;  ///< the length field becomes the smallest that does, and the tag says which
-    DataId id_{};           ///< if so
+    bool is_element_ = false;  ///< of an array of any size
+    bool shrinks_ = false;     ///< the length field becomes the smallest that does, and the tag says which
+    DataId id_{};              ///< if so
   };
 
   explicit PayloadWriter(ByteSpan room, const PayloadRules& rules = {}) noexcept
@@ -76,8 +78,13 @@ class PayloadWriter {
   /// WireError::bad_length when BOM, text and terminator take more.  [feat_req_someip_233]
   void fixed_string(std::string_view text, std::size_t size) noexcept;
 
-  /// Between begin and end stand the elements.  [feat_req_someip_254] [feat_req_someip_257]
-  [[nodiscard]] Open begin_array() noexcept { return begin(rules_.array_length, true); }
+  /// Between begin and end stand the elements, each of a byte at least: nothing else tells how many there
+  /// are. [feat_req_someip_254] [feat_req_someip_257]
+  [[nodiscard]] Open begin_array() noexcept {
+    const Open array = begin(rules_.array_length, true);
+    in_array_ = true;
+    return array;
+  }
   /// An array whose size the interface fixes.  [feat_req_someip_241] [feat_req_someip_621]
   [[nodiscard]] Open begin_fixed_array() noexcept { return begin(rules_.fixed_array_length, false); }
   /// [feat_req_someip_600] [feat_req_someip_602]
@@ -89,7 +96,7 @@ class PayloadWriter {
   ///                 unions have no length field.  [feat_req_someip_572] [feat_req_someip_583]
   [[nodiscard]] Open begin_union(std::uint32_t type, std::size_t longest = 0) noexcept;
   /// Ends the element that began last. Fails with WireError::bad_length when the contents are longer than the
-  /// length field, or `longest`, can say.
+  /// length field, or `longest`, can say; or when an element of an array took no bytes.
   void end(const Open& element) noexcept;
 
   /// @return what was written, at the front of the buffer, or
@@ -135,6 +142,7 @@ class PayloadWriter {
   std::size_t position_ = 0;
   std::optional<WireError> error_;
   std::optional<DataId> tag_;  ///< of the element that comes next
+  bool in_array_ = false;      ///< of any size: what comes next is an element of it
 };
 
 }  // namespace trestle::someip

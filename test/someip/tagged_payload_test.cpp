@@ -460,5 +460,56 @@ TEST(PayloadReader, CutsLongerArraysUnlessTheRulesForbidIt) {
       "bad_length at 2");
 }
 
+// Nothing but the bytes tells how many elements an array has: a reader would find none there.
+TEST(PayloadWriter, RefusesAnElementOfAnArrayThatTakesNoBytes) {
+  const auto outcome_of = [](const PayloadRules& rules, const auto& write) {
+    std::array<std::byte, 64> room{};
+    PayloadWriter out{room, rules};
+    write(out);
+    const auto payload = out.finish();
+    return payload ? to_hex(*payload) : std::string{to_string(payload.error())};
+  };
+  const auto without_members = [](PayloadWriter& out) {
+    const auto array = out.begin_array();
+    const auto one = out.begin_struct();  // whose tagged members are all optional, and not there
+    out.end(one);
+    out.end(array);
+  };
+  EXPECT_EQ(outcome_of({}, without_members), "bad_length");
+  EXPECT_EQ(outcome_of({.struct_length = FieldWidth::bits8}, without_members), "0000000100");
+  const auto second = [](PayloadWriter& out) {
+    const auto array = out.begin_array();
+    const auto one = out.begin_struct();
+    out.u8(7);
+    out.end(one);
+    const auto two = out.begin_fixed_array();
+    const auto none = out.begin_struct();
+    out.end(none);
+    out.end(two);
+    out.end(array);
+  };
+  EXPECT_EQ(outcome_of({}, second), "bad_length");
+  const auto elsewhere = [](PayloadWriter& out) {
+    const auto none = out.begin_struct();
+    out.end(none);
+    const auto fixed = out.begin_fixed_array();  // the interface says how many
+    out.end(out.begin_struct());
+    out.end(out.begin_struct());
+    out.end(fixed);
+    const auto array = out.begin_array();
+    const auto one = out.begin_struct();
+    out.end(out.begin_struct());  // a member, beside which there are others
+    out.u8(7);
+    out.end(one);
+    out.end(out.begin_array());
+    out.end(array);
+    out.end(out.begin_struct());
+  };
+  EXPECT_EQ(outcome_of({}, elsewhere),
+            "00000005"
+            "07"
+            "00000000");
+}
+
 }  // namespace
 }  // namespace trestle::someip::tagged_payload_test
