@@ -40,6 +40,23 @@ if(TRESTLE_SANITIZE)
   target_link_options(trestle_flags INTERFACE -fsanitize=${TRESTLE_SANITIZE})
 endif()
 
+# What is built to be used on a network that cannot be trusted: a mistake in our code ends the process instead of serving an
+# attacker. Sanitizers find more, and get in the way of these; a microcontroller has no libc and no loader for them.
+if(NOT CMAKE_CROSSCOMPILING AND NOT TRESTLE_SANITIZE AND NOT TRESTLE_FUZZ)
+  include(CheckPIESupported)
+  check_pie_supported(LANGUAGES CXX)
+  set(optimised $<NOT:$<CONFIG:Debug>>)  # without that, glibc has no checks
+  # Level 3 also looks at sizes that only the running program knows.
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 12)
+    set(fortify_level 2)
+  else()
+    set(fortify_level 3)
+  endif()
+  target_compile_options(trestle_flags INTERFACE
+    $<${optimised}:-fstack-protector-strong> $<${optimised}:-U_FORTIFY_SOURCE> $<${optimised}:-D_FORTIFY_SOURCE=${fortify_level}>)
+  target_link_options(trestle_flags INTERFACE $<${optimised}:-Wl,-z,relro,-z,now>)
+endif()
+
 # trestle_stack_usage(<target>): beside each object a .ci file tells how much stack its functions need, and whom they
 # call. Not by way of ccache, which would keep the object alone.
 function(trestle_stack_usage target)

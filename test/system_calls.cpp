@@ -1,3 +1,4 @@
+#undef _FORTIFY_SOURCE  // whose headers have these functions already
 #include "test/system_calls.hpp"
 
 #include <sys/socket.h>
@@ -97,6 +98,17 @@ ssize_t recv(int fd, void* data, size_t bytes, int flags) {
 ssize_t read(int fd, void* data, size_t bytes) {
   const iovec part{data, bytes};
   return received(syscall(SYS_read, fd, data, bytes), {&part, 1});
+}
+// What the C library's headers make of them where the size of the room is known.
+ssize_t __recvfrom_chk(int fd, void* data, size_t bytes, size_t /*room*/, int flags, sockaddr* from,
+                       socklen_t* size) {
+  return recvfrom(fd, data, bytes, flags, from, size);
+}
+ssize_t __recv_chk(int fd, void* data, size_t bytes, size_t /*room*/, int flags) {
+  return recv(fd, data, bytes, flags);
+}
+ssize_t __read_chk(int fd, void* data, size_t bytes, size_t /*room*/) {
+  return read(fd, data, bytes);
 }
 ssize_t readv(int fd, const iovec* parts, int count) {
   return received(syscall(SYS_readv, fd, parts, count), parts_of(parts, count));
