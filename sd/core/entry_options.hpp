@@ -12,7 +12,8 @@ class OptionRules {
 
   /// Whether `address` can be a peer's: of our IP version, unicast, not unspecified, not broadcast, not our
   /// own, in our subnet where that is checked. Loopback addresses are those of other nodes on the same host
-  /// when our own address is one, and wrong otherwise, where that is checked.  [feat_req_someipsd_1233] [feat_req_someipsd_1135]
+  /// when our own address is one, and wrong otherwise, where that is checked.  [feat_req_someipsd_1233]
+  /// [feat_req_someipsd_1135]
   [[nodiscard]] bool allow(const IpAddress& address) const noexcept;
   [[nodiscard]] bool v6() const noexcept { return own().v6; }
   /// Whether `endpoint`, if there is one, can be what the application says: of our IP version, unicast, not
