@@ -101,6 +101,8 @@ int run(int argc, char** argv) {
       const std::string likely = nearest(unknown.front(), commands);
       std::fprintf(stderr, "There is no command or option '%s'%s\n\n", printable(unknown.front()).c_str(),
                    likely.empty() ? "" : ("; did you mean '" + likely + "'?").c_str());
+    } else if (&asked != &app) {
+      std::fprintf(stderr, "'%s' needs a subcommand\n\n", asked.get_name().c_str());
     }
     std::fputs(app.help().c_str(), stderr);
     return exit_usage;
