@@ -2,6 +2,8 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -59,6 +61,8 @@ struct SomeipSettings {
   std::optional<std::size_t> send_buffer;     ///< likewise, by what is sent
   Duration busy_poll{0};                      ///< SO_BUSY_POLL of each UDP socket; 0: none
   SdSettings sd;
+  /// Limits that are given, by name: load_limits.hpp. The others are sized by what is carried.
+  std::map<std::string, std::uint64_t, std::less<>> limits{};
   Mark mark;            ///< of the address
   Mark interface_mark;  ///< of the interface, if there is one
 };

@@ -12,6 +12,7 @@
 #include "bridge/config/load_action.hpp"
 #include "bridge/config/load_dds.hpp"
 #include "bridge/config/load_field.hpp"
+#include "bridge/config/load_limits.hpp"
 #include "bridge/config/load_pattern.hpp"
 #include "bridge/config/lock_file.hpp"
 #include "bridge/config/method_conflicts.hpp"
@@ -120,6 +121,7 @@ void load_someip(const YAML::Node& node, SomeipSettings& into, Problems& problem
     }
   }
   someip.read("busy_poll", duration(0s, 1s), into.busy_poll);
+  load_limits(someip, into.limits, problems);
   load_sd(someip, into, address_is_good, problems);
   someip.finish();
 }

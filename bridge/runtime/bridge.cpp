@@ -14,6 +14,7 @@
 #include "bridge/runtime/discovered_routes.hpp"
 #include "bridge/runtime/inbound_route.hpp"
 #include "bridge/runtime/methods.hpp"
+#include "bridge/runtime/node_config.hpp"
 #include "bridge/runtime/offered_services.hpp"
 #include "bridge/runtime/outbound_route.hpp"
 #include "bridge/runtime/route_getter.hpp"
@@ -27,77 +28,6 @@
 
 namespace trestle::bridge {
 namespace {
-
-// Of a socket, for a message that comes or goes at once, but for the largest.
-int room_for(std::size_t message, int least) {
-  constexpr std::size_t most = std::size_t{32} << 20U;
-  return std::max(least, static_cast<int>(std::min(message, most)));
-}
-
-sd::NodeConfig node_config(const BridgeConfig& config) {
-  const SdSettings& sd = config.someip.sd;
-  sd::NodeConfig node{.address = config.someip.address,
-                      .multicast_interface = config.someip.interface,
-                      .multicast = sd.multicast,
-                      .port = sd.port};
-  node.timing = {.initial_delay_min = sd.initial_delay_min,
-                 .initial_delay_max = sd.initial_delay_max,
-                 .repetitions_base_delay = sd.repetitions_base_delay,
-                 .repetitions_max = sd.repetitions_max,
-                 .cyclic_offer_delay = sd.cyclic_offer_delay,
-                 .request_response_delay_min = sd.request_response_delay_min,
-                 .request_response_delay_max = sd.request_response_delay_max,
-                 .ttl_s = static_cast<std::uint32_t>(sd.ttl.count())};
-  node.check_subnet = sd.check_subnet;
-  // One offer or subscription a route at most, as of a method; of peers, room for many.
-  const std::size_t all = config.routes.size() + config.methods.size();
-  std::size_t discovered = config.locked.size();
-  for (const TopicPattern& pattern : config.patterns) {
-    discovered += pattern.route.direction == Direction::dds_to_someip ? pattern.max_routes : 0;
-  }
-  const auto routes = static_cast<std::uint16_t>(std::min<std::size_t>(all + discovered, 4000));
-  sd::Limits& limits = node.limits;
-  limits.max_offers = std::max(limits.max_offers, routes);
-  limits.max_eventgroups = std::max(limits.max_eventgroups, routes);
-  limits.max_subscribers =
-      std::max<std::uint16_t>(limits.max_subscribers, static_cast<std::uint16_t>(4 * routes));
-  limits.max_requirements =
-      std::max<std::uint16_t>(limits.max_requirements,
-                              static_cast<std::uint16_t>(2 * routes));  // two, to follow
-  limits.max_subscriptions = std::max(limits.max_subscriptions, routes);
-  limits.max_pending_entries =
-      std::max<std::uint16_t>(limits.max_pending_entries, static_cast<std::uint16_t>(4 * routes));
-  // Large messages of all routes may be under way at once, even if one server has them all.
-  node.max_reassemblies_per_sender = std::max(node.max_reassemblies_per_sender, all);
-  node.max_reassemblies = std::max(node.max_reassemblies, all + 16);
-  std::size_t received = 0;
-  std::size_t sent = 0;
-  for (const Route& route : config.routes) {
-    std::size_t& most = route.direction == Direction::someip_to_dds ? received : sent;
-    most = std::max(most, route.tp.max_message);
-  }
-  for (const TopicPattern& pattern : config.patterns) {
-    std::size_t& most = pattern.route.direction == Direction::someip_to_dds ? received : sent;
-    most = std::max(most, pattern.route.tp.max_message);
-  }
-  std::size_t calls = node.max_calls;
-  for (const MethodRoute& method : config.methods) {  // both have requests or answers
-    received = std::max(received, method.tp.max_message);
-    sent = std::max(sent, method.tp.max_message);
-    calls += method.server == Server::someip ? method.max_calls : 0;
-  }
-  node.max_message_bytes = std::max(received, sent);
-  node.receive_buffer_bytes = config.someip.receive_buffer ? static_cast<int>(*config.someip.receive_buffer)
-                                                           : room_for(received, node.receive_buffer_bytes);
-  node.send_buffer_bytes = config.someip.send_buffer ? static_cast<int>(*config.someip.send_buffer)
-                                                     : room_for(sent, node.send_buffer_bytes);
-  node.busy_poll = std::chrono::ceil<std::chrono::microseconds>(config.someip.busy_poll);
-  node.max_calls = static_cast<std::uint16_t>(std::min<std::size_t>(calls, 0xffff));
-  // A route has up to two messages on their way at once.
-  node.max_queued_bytes =
-      std::max(node.max_queued_bytes, 2 * (node.max_message_bytes + someip::header_bytes));
-  return node;
-}
 
 // A name that is wrong is better said here than by the socket that needs it first.
 void check_interface(const std::string& name) {

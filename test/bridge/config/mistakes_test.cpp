@@ -50,6 +50,14 @@ INSTANTIATE_TEST_SUITE_P(
             "192.0.2.256",
             {"b.yaml:2:12: error: address: expected this host's own IPv4 or IPv6 address, which services are "
              "offered at, found '192.0.2.256'"}},
+        Mistake{"LimitIsUnknown",
+                "  address: 192.0.2.1\n",
+                "  address: 192.0.2.1\n  limits: {max_peer: 5}\n",
+                {"b.yaml:3:12: error: unknown key 'max_peer' in limits; did you mean 'max_peers'?"}},
+        Mistake{"LimitIsNone",
+                "  address: 192.0.2.1\n",
+                "  address: 192.0.2.1\n  limits: {max_peers: 0}\n",
+                {"b.yaml:3:23: error: max_peers: expected a whole number from 1 to 60000, found '0'"}},
         Mistake{
             "AddressIsMulticast",
             "192.0.2.1",

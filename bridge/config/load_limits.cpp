@@ -1,0 +1,65 @@
+#include "bridge/config/load_limits.hpp"
+
+#include <yaml-cpp/yaml.h>
+
+#include <array>
+
+#include "bridge/config/section.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+constexpr std::uint64_t slots_max = 60'000;  // a table has a little less than 65535
+constexpr std::uint64_t gibibyte = std::uint64_t{1} << 30U;
+
+constexpr std::array keys{
+    LimitKey{"max_peers", 1, slots_max},
+    LimitKey{"max_peers_per_address", 1, slots_max},
+    LimitKey{"max_remote_services", 1, slots_max},
+    LimitKey{"max_subscribers", 1, slots_max},
+    LimitKey{"max_subscribers_per_eventgroup", 1, slots_max},
+    LimitKey{"max_subscribers_per_eventgroup_and_address", 1, slots_max},
+    LimitKey{"max_offers", 1, slots_max},
+    LimitKey{"max_eventgroups", 1, slots_max},
+    LimitKey{"max_requirements", 1, slots_max},
+    LimitKey{"max_subscriptions", 1, slots_max},
+    LimitKey{"max_tcp_connections", 1, slots_max},
+    LimitKey{"max_configurations", 1, slots_max},
+    LimitKey{"max_configuration_bytes", 16, 1024},
+    LimitKey{"max_pending_entries", 16, slots_max},
+    LimitKey{"max_pending_events", 16, slots_max},
+    LimitKey{"max_entries_per_second", 1, 1'000'000},
+    LimitKey{"max_entries_at_once", 1, 1'000'000},
+    LimitKey{"max_reboots_at_once", 1, 1000},
+    LimitKey{"max_calls", 1, 32'768},
+    LimitKey{"max_tcp_clients", 1, slots_max},
+    LimitKey{"max_tcp_clients_per_address", 1, slots_max},
+    LimitKey{"max_reassemblies", 1, slots_max},
+    LimitKey{"max_reassemblies_per_sender", 1, slots_max},
+    LimitKey{"max_queued_bytes", 4096, gibibyte * 16, true},
+};
+
+}  // namespace
+
+std::span<const LimitKey> limit_keys() noexcept {
+  return keys;
+}
+
+void load_limits(Section& someip, std::map<std::string, std::uint64_t, std::less<>>& into,
+                 Problems& problems) {
+  const YAML::Node node = someip.child("limits");
+  if (!node) {
+    return;
+  }
+  Section limits{node, "limits", problems};
+  for (const LimitKey& key : keys) {
+    std::uint64_t value = 0;
+    if (limits.read(key.name, key.is_bytes ? byte_size(key.min, key.max) : whole_number(key.min, key.max),
+                    value)) {
+      into[key.name] = value;
+    }
+  }
+  limits.finish();
+}
+
+}  // namespace trestle::bridge

@@ -1,0 +1,27 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <span>
+#include <string>
+
+namespace trestle::bridge {
+
+class Problems;
+class Section;
+
+/// A limit of the SOME/IP side that a configuration may set; the name is that of the stack's own setting.
+struct LimitKey {
+  const char* name;
+  std::uint64_t min;
+  std::uint64_t max;
+  bool is_bytes = false;
+};
+/// All of them, as docs/configuration.md lists them.
+[[nodiscard]] std::span<const LimitKey> limit_keys() noexcept;
+
+/// Reads `limits` of `someip`: those that are given, by name.
+void load_limits(Section& someip, std::map<std::string, std::uint64_t, std::less<>>& into,
+                 Problems& problems);
+
+}  // namespace trestle::bridge
