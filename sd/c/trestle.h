@@ -5,7 +5,7 @@
  * large messages in segments, both ways. It has no I/O, clock, threads or heap: the caller gives the memory,
  * passes in what arrives and what time it is, and asks what to send, what happened, and when to ask again.
  *
- *     #define LIMITS 1, 1, 1, 4, 4, 0, 0, 0, 0, 8, 8, 4, 512, 1, 8192, 4, 1
+ *     #define LIMITS 1, 1, 1, 4, 4, 0, 0, 0, 0, 8, 8, 4, 512, 1, 8192, 1
  *     static const trestle_limits limits = {LIMITS};
  *     static uint64_t memory[TRESTLE_MEMORY_BYTES(LIMITS) / 8];
  *     trestle_device *device;

@@ -2,7 +2,7 @@
  * comes from, and what it has to say goes to, variables that the compiler knows nothing of. */
 #include "trestle.h"
 
-#define LIMITS 1, 1, 1, 4, 4, 1, 1, 1, 1, 8, 8, 4, 512, 1, 8192, 4, 1
+#define LIMITS 1, 1, 1, 4, 4, 1, 1, 1, 1, 8, 8, 4, 512, 1, 8192, 1
 static const trestle_limits limits = {LIMITS};
 static uint64_t memory[TRESTLE_MEMORY_BYTES(LIMITS) / 8];
 static uint8_t room[TRESTLE_DATAGRAM_BYTES];
