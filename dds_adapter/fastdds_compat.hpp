@@ -546,6 +546,12 @@ class AnyType : public TopicDataType {
 #endif
 };
 
+template <typename Policy>
+std::string user_data_text(const Policy& policy) {
+  const auto& octets = policy.data_vec();
+  return {octets.begin(), octets.end()};
+}
+
 /// What is to be known of a discovered reader or writer.
 struct FoundEndpoint {
   Guid guid;
@@ -554,6 +560,7 @@ struct FoundEndpoint {
   bool writer = false;
   bool there = false;  ///< else it has left
   Qos qos;             ///< what must go together with that of its counterparts
+  std::string user_data;
 };
 
 /// What is to be known of a discovered participant.
@@ -582,12 +589,14 @@ class DiscoveryListener : public DomainParticipantListener {
   void on_data_reader_discovery(DomainParticipant*, rtps::ReaderDiscoveryStatus status,
                                 const SubscriptionBuiltinTopicData& data, bool&) final {
     on_endpoint({data.guid, data.topic_name.to_string(), data.type_name.to_string(), false,
-                 status != rtps::ReaderDiscoveryStatus::REMOVED_READER, found_qos(data)});
+                 status != rtps::ReaderDiscoveryStatus::REMOVED_READER, found_qos(data),
+                 user_data_text(data.user_data)});
   }
   void on_data_writer_discovery(DomainParticipant*, rtps::WriterDiscoveryStatus status,
                                 const PublicationBuiltinTopicData& data, bool&) final {
     on_endpoint({data.guid, data.topic_name.to_string(), data.type_name.to_string(), true,
-                 status != rtps::WriterDiscoveryStatus::REMOVED_WRITER, found_qos(data)});
+                 status != rtps::WriterDiscoveryStatus::REMOVED_WRITER, found_qos(data),
+                 user_data_text(data.user_data)});
   }
 #else
   void on_participant_discovery(DomainParticipant*, rtps::ParticipantDiscoveryInfo&& found) final {
@@ -600,12 +609,12 @@ class DiscoveryListener : public DomainParticipantListener {
   void on_subscriber_discovery(DomainParticipant*, rtps::ReaderDiscoveryInfo&& found) final {
     on_endpoint({found.info.guid(), found.info.topicName().to_string(), found.info.typeName().to_string(),
                  false, found.status != rtps::ReaderDiscoveryInfo::REMOVED_READER,
-                 found_qos(found.info.m_qos)});
+                 found_qos(found.info.m_qos), user_data_text(found.info.m_qos.m_userData)});
   }
   void on_publisher_discovery(DomainParticipant*, rtps::WriterDiscoveryInfo&& found) final {
     on_endpoint({found.info.guid(), found.info.topicName().to_string(), found.info.typeName().to_string(),
-                 true, found.status != rtps::WriterDiscoveryInfo::REMOVED_WRITER,
-                 found_qos(found.info.m_qos)});
+                 true, found.status != rtps::WriterDiscoveryInfo::REMOVED_WRITER, found_qos(found.info.m_qos),
+                 user_data_text(found.info.m_qos.m_userData)});
   }
 #endif
   void peer(const Guid& guid, std::string name, bool found, bool lost,

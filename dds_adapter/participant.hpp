@@ -34,6 +34,22 @@ class DdsError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Quality of service of a reader or writer. Of times, 0 is none: for ever.
+struct Qos {
+  bool reliable = true;          ///< else best effort
+  bool transient_local = false;  ///< else volatile; transient-local needs `reliable`
+  std::uint32_t depth = 10;      ///< samples kept, at least 1
+  /// Of a full history of a writer: refuse the newest sample while a reader lacks the oldest (keep-all),
+  /// instead of overwriting the oldest (keep-last).
+  bool keep_all = false;
+  std::chrono::nanoseconds deadline{0};  ///< a sample comes at least this often
+  std::chrono::nanoseconds lifespan{0};  ///< of a writer: older samples are not delivered any more
+  /// Writers show that they are alive by writing (MANUAL_BY_TOPIC), else by being there (AUTOMATIC) ...
+  bool manual_liveliness = false;
+  std::chrono::nanoseconds liveliness_lease{0};  ///< ... at least this often
+  friend constexpr bool operator==(const Qos&, const Qos&) = default;
+};
+
 /// Something that happened in the DDS network, for the log. Endpoints of the own participant never count.
 struct Event {
   enum class Kind : std::uint8_t {
@@ -48,12 +64,14 @@ struct Event {
     liveliness_lost,    ///< a writer has not shown itself for its lease: one of theirs, or ours
   };
   Kind kind{};
-  std::string topic;        ///< DDS name; empty for peers
-  std::string type;         ///< DDS name; empty for peers
-  std::string peer;         ///< GUID of the peer's participant or endpoint, as hexadecimal digits
-  std::string detail;       ///< see Kind
-  std::size_t matched = 0;  ///< matched, unmatched: how many counterparts there are now
-  std::string node{};       ///< incompatible_qos: the peer's ROS 2 node, once it is known
+  std::string topic;            ///< DDS name; empty for peers
+  std::string type;             ///< DDS name; empty for peers
+  std::string peer;             ///< GUID of the peer's participant or endpoint, as hexadecimal digits
+  std::string detail;           ///< see Kind
+  std::size_t matched = 0;      ///< matched, unmatched: how many counterparts there are now
+  std::string node{};           ///< incompatible_qos: the peer's ROS 2 node, once it is known
+  bool ours_reads = false;      ///< incompatible_qos: our end is a reader, else a writer
+  std::optional<Qos> theirs{};  ///< incompatible_qos: the peer's, where it is known
 };
 
 /// The kind's name as it stands above, for logs.
@@ -117,22 +135,6 @@ struct ParticipantConfig {
 
 /// Whether Writer::reaches() knows: so it does with Fast DDS before 2.10. With later ones it only waits.
 [[nodiscard]] bool sees_readers_begin() noexcept;
-
-/// Quality of service of a reader or writer. Of times, 0 is none: for ever.
-struct Qos {
-  bool reliable = true;          ///< else best effort
-  bool transient_local = false;  ///< else volatile; transient-local needs `reliable`
-  std::uint32_t depth = 10;      ///< samples kept, at least 1
-  /// Of a full history of a writer: refuse the newest sample while a reader lacks the oldest (keep-all),
-  /// instead of overwriting the oldest (keep-last).
-  bool keep_all = false;
-  std::chrono::nanoseconds deadline{0};  ///< a sample comes at least this often
-  std::chrono::nanoseconds lifespan{0};  ///< of a writer: older samples are not delivered any more
-  /// Writers show that they are alive by writing (MANUAL_BY_TOPIC), else by being there (AUTOMATIC) ...
-  bool manual_liveliness = false;
-  std::chrono::nanoseconds liveliness_lease{0};  ///< ... at least this often
-  friend constexpr bool operator==(const Qos&, const Qos&) = default;
-};
 
 /// The largest sample, header included, that a reader or writer takes unless told otherwise.
 inline constexpr std::size_t default_max_sample_bytes = std::size_t{64} << 20U;

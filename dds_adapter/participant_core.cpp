@@ -9,6 +9,7 @@
 #include "dds_adapter/policies.hpp"
 #include "dds_adapter/polled_udp.hpp"
 #include "dds_adapter/raw_type.hpp"
+#include "dds_adapter/ros_names.hpp"
 #include "dds_adapter/socket_buffers.hpp"
 
 namespace trestle::dds::detail {
@@ -305,6 +306,8 @@ Event ParticipantCore::incompatible(const Endpoint& endpoint, Found& found) cons
               unmet_policies(endpoint, found.endpoint),
               0};
   event.node = graph_.node_of(found.endpoint.guid);
+  event.ours_reads = !endpoint.writer;
+  event.theirs = found.endpoint.qos;
   found.needs_name = event.node.empty();
   return event;
 }
@@ -328,7 +331,15 @@ std::vector<Event> ParticipantCore::newly_incompatible(const Endpoint& endpoint,
   // By a policy that ROS 2 does not use, or of one that we have no room to remember. Nobody at all: Fast
   // DDS has met a peer that it has not told of yet, and will call again when it has.
   if (events.empty() && is_of_others) {
-    events.push_back({Event::Kind::incompatible_qos, endpoint.topic, endpoint.type, "", policies, 0});
+    events.push_back({Event::Kind::incompatible_qos,
+                      endpoint.topic,
+                      endpoint.type,
+                      "",
+                      policies,
+                      0,
+                      "",
+                      !endpoint.writer,
+                      {}});
   }
   return events;
 }
@@ -442,6 +453,9 @@ std::vector<FoundWriter> ParticipantCore::writers() const {
   for (const auto& [guid, found] : found_) {
     if (found.endpoint.writer && !is_own(guid)) {
       result.push_back({found.endpoint.topic, found.endpoint.type, found.endpoint.qos});
+      Qos& qos = result.back().qos;
+      qos.transient_local =
+          qos.transient_local && user_data_value(found.endpoint.user_data, "durability") != "volatile";
     }
   }
   return result;

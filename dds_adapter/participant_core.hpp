@@ -21,6 +21,9 @@ namespace trestle::dds::detail {
 [[nodiscard]] Guid to_guid(const fast::Guid& guid) noexcept;
 [[nodiscard]] fast::Guid to_fast(const Guid& guid) noexcept;
 
+/// In the user data of a writer that announces itself as transient local but keeps nothing for late readers.
+inline constexpr const char* forgets_entry = "durability=volatile;";
+
 /// The DDS entities that all readers and writers share. Each of them, and each sample on loan, keeps it.
 ///
 /// Locks: `mutex_` guards the tables below and is never held while DDS is called in a way that can call back.

@@ -78,4 +78,15 @@ std::string ros_service_hash_entry(std::string_view service_hash) {
   return "sertypehash=" + std::string{service_hash} + ";";
 }
 
+std::string_view user_data_value(std::string_view user_data, std::string_view key) noexcept {
+  while (!user_data.empty()) {
+    const std::string_view entry = user_data.substr(0, user_data.find(';'));
+    if (entry.size() > key.size() && entry.starts_with(key) && entry[key.size()] == '=') {
+      return entry.substr(key.size() + 1);
+    }
+    user_data.remove_prefix(std::min(user_data.size(), entry.size() + 1));
+  }
+  return {};
+}
+
 }  // namespace trestle::dds

@@ -32,4 +32,7 @@ namespace trestle::dds {
 /// pass over it.
 [[nodiscard]] std::string ros_service_hash_entry(std::string_view service_hash);
 
+/// What stands behind "key=" in user data such as "typehash=RIHS01_...;key=value;"; empty if nothing does.
+[[nodiscard]] std::string_view user_data_value(std::string_view user_data, std::string_view key) noexcept;
+
 }  // namespace trestle::dds

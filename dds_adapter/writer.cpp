@@ -31,7 +31,7 @@ class WriterCore final : private fast::WriterListener {
         large_{[this](RawSample& sample) { send_given(sample); }} {
     fast::Topic* topic = participant_->use_topic(endpoint_.topic, endpoint_.type);
     fast::DataWriterQos qos = writer_qos();
-    fast::set_user_data(qos, extras.user_data);
+    fast::set_user_data(qos, forgets_ ? extras.user_data + forgets_entry : extras.user_data);
     participant_->count_own_matches(endpoint_);
     writer_ = participant_->publisher()->create_datawriter(topic, qos, this);
     if (writer_ == nullptr) {

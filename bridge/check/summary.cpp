@@ -93,9 +93,9 @@ std::string describe(const TpSettings& tp) {
 
 /// @param pattern  whose settings these are, or nothing.
 std::string describe(const QosSettings& qos, const TopicPattern* pattern = nullptr) {
-  const bool reliability_follows = pattern != nullptr && pattern->follow_reliability;
-  const bool durability_follows = pattern != nullptr && pattern->follow_durability;
   const bool is_locked = pattern != nullptr && pattern->route.direction == Direction::someip_to_dds;
+  const bool reliability_follows = qos.reliability_as_published;
+  const bool durability_follows = qos.durability_as_published || (is_locked && pattern->follow_durability);
   std::string text =
       fmt::format("{}, {}, keep {} {}",
                   reliability_follows ? "reliability as published"

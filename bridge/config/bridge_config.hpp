@@ -106,6 +106,9 @@ struct QosSettings {
   Duration lifespan{0};          ///< older samples are not carried
   bool manual_liveliness = false;
   Duration liveliness_lease{0};
+  /// dds_to_someip: what stands above holds until a publisher is known; then it is what all of them offer.
+  bool reliability_as_published = false;
+  bool durability_as_published = false;  ///< likewise
   friend constexpr bool operator==(const QosSettings&, const QosSettings&) = default;
 };
 

@@ -42,14 +42,12 @@ Format<ServiceRange> service_range() {
 }
 
 /// @param qos  of the pattern's routes.
-void load_pattern_qos(const YAML::Node& node, QosSettings& qos, TopicPattern& pattern, Problems& problems) {
-  load_qos(node, qos, problems);
+void load_pattern_qos(const YAML::Node& node, QosSettings& qos, TopicPattern& pattern, bool inbound,
+                      Problems& problems) {
+  load_qos(node, qos, !inbound, problems);
   Problems told_already{""};
   const Section given{node, "qos", told_already};
-  // What is transient local is reliable.
-  pattern.follow_reliability =
-      given.is_missing("reliability") && !qos.transient_local && pattern.follow_reliability;
-  pattern.follow_durability = given.is_missing("durability") && pattern.follow_durability;
+  pattern.follow_durability = inbound && given.is_missing("durability");
 }
 
 }  // namespace
@@ -79,7 +77,8 @@ PatternInFile load_pattern(const YAML::Node& node, Problems& problems) {
   if (outbound) {
     require("services", service_range(), pattern.services);
     section.read("max_routes", as<std::size_t>(whole_number(1, 1000)), pattern.max_routes);
-    pattern.follow_reliability = true;
+    route.qos.reliability_as_published = true;
+    route.qos.durability_as_published = true;
     route.presence.offer_while_published = true;
   }
   pattern.follow_durability = true;
@@ -96,8 +95,10 @@ PatternInFile load_pattern(const YAML::Node& node, Problems& problems) {
     load_presence(section, route.direction, route.presence, problems);
   }
   if (const YAML::Node qos = section.child("qos")) {
-    load_pattern_qos(qos, route.qos, pattern, problems);
+    load_pattern_qos(qos, route.qos, pattern, inbound, problems);
   }
+  pattern.follow_reliability = route.qos.reliability_as_published;
+  pattern.follow_durability = inbound ? pattern.follow_durability : route.qos.durability_as_published;
   if (common.good.contains("direction")) {
     section.finish();  // which keys there are depends on it
   }

@@ -119,10 +119,30 @@ void load_carriage(Section& section, RouteInFile& into, Problems& problems) {
   }
 }
 
-void load_qos(const YAML::Node& node, QosSettings& settings, Problems& problems) {
+void load_qos(const YAML::Node& node, QosSettings& settings, bool can_follow, Problems& problems) {
   Section qos{node, "qos", problems};
-  qos.read("reliability", one_of<bool>({{"reliable", true}, {"best_effort", false}}), settings.reliable);
-  qos.read("durability", durability(), settings.transient_local);
+  // Nothing: as published.
+  const auto read = [&](const char* key, const Format<std::optional<bool>>& format, bool& value,
+                        bool& follows) {
+    std::optional<bool> given;
+    if (!qos.read(key, format, given)) {
+      return;
+    }
+    if (!given && !can_follow) {
+      problems.error(qos.value_mark(key),
+                     std::string{key} + ": as_published is for direction: dds_to_someip");
+    }
+    follows = !given;
+    value = given.value_or(value);
+  };
+  read("reliability",
+       one_of<std::optional<bool>>(
+           {{"as_published", std::nullopt}, {"reliable", true}, {"best_effort", false}}),
+       settings.reliable, settings.reliability_as_published);
+  read("durability",
+       one_of<std::optional<bool>>(
+           {{"as_published", std::nullopt}, {"volatile", false}, {"transient_local", true}}),
+       settings.transient_local, settings.durability_as_published);
   qos.read("depth", as<std::uint32_t>(whole_number(1, 10'000)), settings.depth);
   qos.read("history", one_of<bool>({{"keep_last", false}, {"keep_all", true}}), settings.keep_all);
   const Format<Duration> time = duration(std::chrono::milliseconds{1}, std::chrono::hours{24});
@@ -131,6 +151,9 @@ void load_qos(const YAML::Node& node, QosSettings& settings, Problems& problems)
   qos.read("liveliness", one_of<bool>({{"automatic", false}, {"manual_by_topic", true}}),
            settings.manual_liveliness);
   qos.read("liveliness_lease", time, settings.liveliness_lease);
+  // What is transient local is reliable, and what is best effort is volatile.
+  settings.reliability_as_published = settings.reliability_as_published && !settings.transient_local;
+  settings.durability_as_published = settings.durability_as_published && settings.reliable;
   if (settings.transient_local && !settings.reliable) {
     problems.error(qos.use_mark("durability"), "durability: transient_local needs reliability: reliable");
   }
@@ -196,8 +219,11 @@ RouteInFile load_route(const YAML::Node& node, Problems& problems) {
   }
 
   load_carriage(section, result, problems);
+  const bool outbound = result.good.contains("direction") && route.direction == Direction::dds_to_someip;
+  route.qos.reliability_as_published = outbound;
+  route.qos.durability_as_published = outbound;
   if (const YAML::Node qos = section.child("qos")) {
-    load_qos(qos, route.qos, problems);
+    load_qos(qos, route.qos, outbound || !result.good.contains("direction"), problems);
   }
   load_transport(
       section,
@@ -206,6 +232,9 @@ RouteInFile load_route(const YAML::Node& node, Problems& problems) {
                          {"by_reliability", route.qos.reliable ? Transport::tcp : Transport::udp}}),
       route, problems);
   load_multicast(section, result, problems);
+  if (route.multicast && route.multicast->threshold == 1) {
+    route.qos.durability_as_published = false;  // a field would need subscribers that have unicast, too
+  }
   if (const YAML::Node e2e = section.child("e2e")) {
     route.e2e = load_e2e(
         e2e, result.good.contains("direction") ? std::optional{route.direction} : std::nullopt, problems);

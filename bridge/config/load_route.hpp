@@ -43,7 +43,8 @@ void load_pacing(Section& tp, TpSettings& settings);
 void load_carriage(Section& section, RouteInFile& into, Problems& problems);
 /// After the port. @param format  of the words that there are.
 void load_transport(Section& section, const Format<Transport>& format, Route& route, Problems& problems);
-void load_qos(const YAML::Node& node, QosSettings& settings, Problems& problems);
+/// @param can_follow  whether there are publishers that `as_published` can mean.
+void load_qos(const YAML::Node& node, QosSettings& settings, bool can_follow, Problems& problems);
 /// @param known  the route's direction, if it is good.
 void load_presence(Section& section, std::optional<Direction> known, Presence& into, Problems& problems);
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
+#include <map>
 #include <stdexcept>
 
 #include "bridge/config/ros_environment.hpp"
@@ -17,6 +18,7 @@
 #include "bridge/runtime/node_config.hpp"
 #include "bridge/runtime/offered_services.hpp"
 #include "bridge/runtime/outbound_route.hpp"
+#include "bridge/runtime/publisher_watch.hpp"
 #include "bridge/runtime/route_getter.hpp"
 #include "bridge/runtime/route_parts.hpp"
 #include "bridge/runtime/service_offer.hpp"
@@ -45,6 +47,23 @@ std::vector<dds::ParticipantConfig::Server> servers(const std::vector<DiscoveryS
   return result;
 }
 
+bool is_as_published(const QosSettings& qos) {
+  return qos.reliability_as_published || qos.durability_as_published;
+}
+
+// A reader that follows its publishers is about to ask for what they offer: nothing to warn of.
+bool is_followed(const std::map<std::string, QosSettings>& following, const dds::Event& event) {
+  if (event.kind != dds::Event::Kind::incompatible_qos || !event.ours_reads) {
+    return false;
+  }
+  const auto route = following.find(event.topic);
+  return route != following.end() &&
+         ((event.detail == "reliability" && route->second.reliability_as_published) ||
+          (event.detail == "durability" && route->second.durability_as_published) ||
+          (event.detail == "durability, reliability" && route->second.durability_as_published &&
+           route->second.reliability_as_published));
+}
+
 void log_dds(spdlog::logger& logger, const dds::Event& event) {
   using Kind = dds::Event::Kind;
   const bool bad = event.kind == Kind::incompatible_qos || event.kind == Kind::incompatible_type ||
@@ -58,6 +77,7 @@ struct Bridge::State {
   State(boost::asio::io_context& io, const BridgeConfig& config, Report& watcher)
       : report{watcher},
         watch{std::make_shared<TopicWatch>(io)},
+        publishers{io},
         node{start_at(config, config.someip.mark, [&] {
           const auto log_at = [this](spdlog::level::level_enum level) {
             return [this, level](const std::string& line) {
@@ -70,27 +90,38 @@ struct Bridge::State {
         })} {}
 
   void join_dds(boost::asio::io_context& io, const BridgeConfig& config) {
+    std::map<std::string, QosSettings> following;  // by topic
+    for (const Route& route : config.routes) {
+      if (is_as_published(route.qos)) {
+        following.emplace(dds::ros_topic_name(route.topic), route.qos);
+      }
+    }
+    if (!following.empty()) {
+      watch->watch_writers([this] { publishers.changed(); });
+    }
     participant = start_at(config, config.dds.mark, [&] {
-      return std::make_unique<dds::Participant>(
-          dds::ParticipantConfig{.domain = config.dds.domain.value_or(0),
-                                 .name = "trestle",
-                                 .interfaces = config.dds.interfaces,
-                                 .shared_memory = config.dds.shared_memory,
-                                 .lease = config.dds.lease,
-                                 .node = config.dds.node,
-                                 .enclave = config.dds.security.enclave,
-                                 .gid_bytes = gid_bytes(config.dds.ros_distro),
-                                 .profiles_file = config.dds.profiles,
-                                 .profile = config.dds.profile,
-                                 .discovery_servers = servers(config.dds.discovery_servers),
-                                 .security_folder = security_folder(config.dds.security),
-                                 .polled = receives_samples(),
-                                 .on_event =
-                                     [log = logger, watched = watch](const dds::Event& event) {
-                                       log_dds(*log, event);
-                                       watched->on_event(event);
-                                     },
-                                 .on_writers = [watched = watch] { watched->on_writers(); }});
+      return std::make_unique<dds::Participant>(dds::ParticipantConfig{
+          .domain = config.dds.domain.value_or(0),
+          .name = "trestle",
+          .interfaces = config.dds.interfaces,
+          .shared_memory = config.dds.shared_memory,
+          .lease = config.dds.lease,
+          .node = config.dds.node,
+          .enclave = config.dds.security.enclave,
+          .gid_bytes = gid_bytes(config.dds.ros_distro),
+          .profiles_file = config.dds.profiles,
+          .profile = config.dds.profile,
+          .discovery_servers = servers(config.dds.discovery_servers),
+          .security_folder = security_folder(config.dds.security),
+          .polled = receives_samples(),
+          .on_event =
+              [log = logger, watched = watch, following = std::move(following)](const dds::Event& event) {
+                if (!is_followed(following, event)) {
+                  log_dds(*log, event);
+                }
+                watched->on_event(event);
+              },
+          .on_writers = [watched = watch] { watched->on_writers(); }});
     });
     if (participant->incoming() >= 0) {
       receiver.emplace(io, *participant);
@@ -165,6 +196,7 @@ struct Bridge::State {
   /// For the threads of DDS, which are started after it has been fetched.
   std::shared_ptr<spdlog::logger> logger = spdlog::default_logger();
   std::shared_ptr<TopicWatch> watch;
+  PublisherWatch publishers;  ///< of routes whose quality of service is as published
   std::unique_ptr<dds::Participant> participant;
   std::optional<DdsReceiver> receiver;
   std::unique_ptr<sd::Node> node;
@@ -237,11 +269,18 @@ Bridge::Bridge(boost::asio::io_context& io, const BridgeConfig& config, TypeLibr
       state_->outbound.push_back(std::make_unique<OutboundRoute>(
           io, *state_->node, offer, *state_->participant, route, std::move(plans[i]), user_data[i], report));
       state_->follow(offer, *state_->outbound.back(), route);
+      if (is_as_published(route.qos)) {
+        state_->publishers.add(dds::ros_topic_name(route.topic), dds::ros_type_name(route.type),
+                               [&opened = *state_->outbound.back()](const PublishedQos& published) {
+                                 opened.follow(published);
+                               });
+      }
       if (route.getter) {
         (*getter++)->open(offer);
       }
     });
   }
+  state_->publishers.open(*state_->participant);
   state_->methods->join_dds(*state_->participant, state_->offers);
   state_->publish_diagnostics(io, config, types);
   if (state_->discovered) {
@@ -257,6 +296,7 @@ Bridge::~Bridge() = default;
 
 void Bridge::stop() {
   state_->watch->stop();
+  state_->publishers.stop();
   for (const auto& offer : state_->offers) {
     offer->stop();
   }

@@ -2,7 +2,50 @@
 
 #include <fmt/format.h>
 
+#include "bridge/config/format.hpp"
+
 namespace trestle::bridge {
+namespace {
+
+/// What to write in the configuration so that both go together: "write `qos: {...}`"; empty if the peer's
+/// quality of service is not known.
+std::string mend(const dds::Event& event) {
+  if (!event.theirs) {
+    return {};
+  }
+  const dds::Qos& theirs = *event.theirs;
+  std::string keys;
+  std::string without;
+  const auto write = [&](const std::string& key, const std::string& value) {
+    keys += (keys.empty() ? "" : ", ") + key + ": " + value;
+  };
+  const auto time = [&](const std::string& key, std::chrono::nanoseconds of_peer) {
+    if (of_peer.count() > 0) {
+      write(key, to_string(of_peer));
+    } else {
+      without += (without.empty() ? "`" : ", `") + key + "`";
+    }
+  };
+  const auto differs = [&](const char* policy) { return event.detail.find(policy) != std::string::npos; };
+  if (differs("reliability")) {
+    write("reliability", event.ours_reads ? "best_effort" : "reliable");
+  }
+  if (differs("durability")) {
+    write("durability", event.ours_reads ? "volatile" : "transient_local");
+  }
+  if (differs("deadline")) {
+    time("deadline", theirs.deadline);
+  }
+  if (differs("liveliness")) {
+    write("liveliness", theirs.manual_liveliness ? "manual_by_topic" : "automatic");
+    time("liveliness_lease", theirs.liveliness_lease);
+  }
+  const std::string to_write = keys.empty() ? "" : "write `qos: {" + keys + "}`";
+  const std::string to_leave = without.empty() ? "" : "leave out " + without;
+  return to_write + (to_write.empty() || to_leave.empty() ? "" : " and ") + to_leave;
+}
+
+}  // namespace
 
 std::string in_words(const dds::Event& event) {
   using Kind = dds::Event::Kind;
@@ -21,12 +64,12 @@ std::string in_words(const dds::Event& event) {
       return fmt::format("{}: lost a {} ({}); there {} {} now", event.topic, theirs, event.peer,
                          event.matched == 1 ? "is" : "are", event.matched);
     case Kind::incompatible_qos:
-      return fmt::format("{}: the quality of service of {} does not go with the route's `qos`: {}",
+      return fmt::format("{}: the quality of service of {} does not go with the route's `qos`: {}{}{}",
                          event.topic,
                          event.peer.empty()   ? "a peer"
                          : event.node.empty() ? fmt::format("a peer ({})", event.peer)
                                               : fmt::format("node {} ({})", event.node, event.peer),
-                         event.detail);
+                         event.detail, mend(event).empty() ? "" : "; ", mend(event));
     case Kind::deadline_missed:
       return fmt::format("{}: nothing was {} for longer than the deadline in the route's `qos`", event.topic,
                          ours_reads ? "published" : "carried");

@@ -37,10 +37,6 @@ LockFile read_lock(const std::string& file) {
   return std::move(*lock);
 }
 
-bool asks_for_more(const QosSettings& settings, const QosSettings& than) {
-  return (settings.reliable && !than.reliable) || (settings.transient_local && !than.transient_local);
-}
-
 std::string in_words(const Route& route) {
   return fmt::format("service 0x{:04x} instance 0x{:04x}", someip::value(route.service),
                      someip::value(route.instance));
@@ -143,6 +139,9 @@ void DiscoveredRoutes::settle() {
     make(candidate);
   }
   for (auto& [topic, live] : live_) {
+    if (const auto how = found.find({topic, live.route.type}); how != found.end()) {
+      live.carrier->follow(how->second.offers);
+    }
     live.offer->update();
   }
 }
@@ -170,8 +169,7 @@ std::map<DiscoveredRoutes::TopicAndType, DiscoveredRoutes::Found> DiscoveredRout
     owner->second->topics += is_new ? 1U : 0U;
     Found& one = found[{*topic, dds::type_of_ros(writer.type).value_or(writer.type)}];
     one.pattern = owner->second;
-    one.reliable &= writer.qos.reliable;
-    one.transient_local &= writer.qos.transient_local;
+    one.offers.add(writer.qos);
   }
   owners_ = std::move(owners);
   return found;
@@ -215,16 +213,9 @@ void DiscoveredRoutes::consider(const TopicAndType& what, const Found& found,
   Route route = pattern.settings->route;
   route.topic = topic;
   route.type = type;
-  route.qos.reliable = pattern.settings->follow_reliability ? found.reliable : route.qos.reliable;
-  route.qos.transient_local = pattern.settings->follow_durability
-                                  ? found.transient_local && route.qos.reliable
-                                  : route.qos.transient_local;
+  route.qos = followed(route.qos, found.offers);
   if (const auto live = live_.find(topic); live != live_.end() && live->second.route.type == type) {
-    if (!asks_for_more(live->second.route.qos, route.qos)) {
-      return;
-    }
-    // A publisher has come that offers less: it would not be heard by who asks for more.
-    drop(live);
+    return;
   }
   if (const auto known = refused_.find(what);
       known != refused_.end() &&

@@ -64,11 +64,10 @@ class DiscoveredRoutes {
     std::uint64_t made = 0;
     std::array<std::uint64_t, refusals> refused{};
   };
-  /// What discovery says of a topic's writers that have one type: the least that any of them offers.
+  /// What discovery says of a topic's writers that have one type.
   struct Found {
     Pattern* pattern = nullptr;
-    bool reliable = true;
-    bool transient_local = true;
+    PublishedQos offers;
   };
   using TopicAndType = std::pair<std::string, std::string>;
   struct Live {

@@ -51,7 +51,8 @@ std::vector<OfferedService> offered_services(const std::vector<Route>& routes) {
       service.spec.e2e.push_back(
           {.id = route.event, .protect = route.e2e->profile, .payload_only = route.e2e->payload_only});
     }
-    if (route.qos.transient_local) {  // late subscribers get the last value, as late readers do
+    // Late subscribers get the last value, as late readers do; none while the topic is not latched.
+    if (route.qos.transient_local || route.qos.durability_as_published) {
       service.spec.fields.push_back({.notifier = route.event,
                                      .differs = [](ByteView, ByteView) { return true; },
                                      .pacing = pacing_of(route.tp)});

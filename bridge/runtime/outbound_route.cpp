@@ -1,5 +1,8 @@
 #include "bridge/runtime/outbound_route.hpp"
 
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
 #include <boost/asio/bind_allocator.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
@@ -33,9 +36,11 @@ struct Job {
 }  // namespace
 
 struct OutboundRoute::State : std::enable_shared_from_this<State> {
-  State(boost::asio::io_context& context, sd::Node& sender, ServiceOffer& offered, const Route& what,
-        ConversionPlan how, Report& watcher)
+  State(boost::asio::io_context& context, sd::Node& sender, ServiceOffer& offered, dds::Participant& joined,
+        const Route& what, ConversionPlan how, std::string told, Report& watcher)
       : io{context},
+        participant{joined},
+        user_data{std::move(told)},
         node{&sender},
         offer{offered},
         route{what},
@@ -44,7 +49,9 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
         log{what.topic},
         pacing{pacing_of(what.tp)},
         max_lent{what.qos.depth + lent_to_slow},
-        waiting{std::max<std::size_t>(1, what.qos.depth)} {}
+        qos{what.qos},
+        waiting{std::max<std::size_t>(1, what.qos.depth)},
+        held{what.qos.durability_as_published} {}
 
   // On a thread of DDS.
   void on_sample(dds::Sample sample) {
@@ -52,6 +59,9 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
     bool wake = false;
     {
       const std::lock_guard lock{mutex};
+      if (!seen.empty() && was_seen(sample.id())) {
+        return;
+      }
       ++received;
       if (is_stopped) {
         ++stopped;
@@ -67,15 +77,32 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
         ++overtaken;
       }
       waiting.push_back(std::move(sample));
-      wake = !std::exchange(woken, true);
+      wake = !held && !std::exchange(woken, true);
     }
     if (wake) {
-      boost::asio::post(io, boost::asio::bind_allocator(memory, [weak = weak_from_this()] {
-                          if (const auto self = weak.lock()) {
-                            self->drain();
-                          }
-                        }));
+      drain_soon();
     }
+  }
+
+  void drain_soon() {
+    boost::asio::post(io, boost::asio::bind_allocator(memory, [weak = weak_from_this()] {
+                        if (const auto self = weak.lock()) {
+                          self->drain();
+                        }
+                      }));
+  }
+
+  // Whether the reader before had it already: who asks for what was published before gets that again.
+  bool was_seen(const dds::SampleId& id) {
+    const auto last = std::ranges::find(seen, id.writer, &dds::SampleId::writer);
+    if (last == seen.end()) {
+      return false;
+    }
+    if (id.sequence <= last->sequence) {
+      return true;
+    }
+    seen.erase(last);
+    return false;
   }
 
   void stop() {
@@ -88,7 +115,7 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
 
   std::optional<dds::Sample> next_sample() {
     const std::lock_guard lock{mutex};
-    if (waiting.empty() || node == nullptr) {
+    if (waiting.empty() || node == nullptr || held) {
       woken = false;
       return std::nullopt;
     }
@@ -98,6 +125,78 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
   }
 
   // From here on: on the thread that runs the io_context.
+  void open_reader() {
+    reader =
+        participant.create_reader(dds::ros_topic_name(route.topic), dds::ros_type_name(route.type),
+                                  dds_qos(qos), [this](dds::Sample sample) { on_sample(std::move(sample)); },
+                                  max_sample_bytes(route), {.user_data = user_data});
+  }
+
+  void follow(const PublishedQos& published) {
+    const QosSettings wanted = followed(route.qos, published);
+    if (published.publishers > 0 && wanted != qos) {
+      exchange_reader(wanted);
+    }
+    between_readers = between_readers && published.publishers > 0;
+    // What publishes nothing yet may be latched when it does. Of one that matches and is not known, as there
+    // are more than can be remembered, that will never be known.
+    hold(route.qos.durability_as_published && published.publishers == 0 &&
+         (!reader || reader->matched() == 0));
+  }
+
+  void exchange_reader(const QosSettings& wanted) {
+    if (reader) {
+      between_readers = reader->matched() > 0;
+      const dds::ReaderCounters last = reader->counters();
+      past.own += last.own;
+      past.bad_encapsulation += last.bad_encapsulation;
+      past.oversize += last.oversize;
+      past.lost += last.lost;
+      past.rejected += last.rejected;
+      past.deadlines_missed += last.deadlines_missed;
+      past.liveliness_lost += last.liveliness_lost;
+      reader.reset();
+    }
+    const bool begins_to_latch = wanted.transient_local && !qos.transient_local;
+    if (qos.transient_local && !wanted.transient_local) {
+      offer.forget(route.event);
+    }
+    qos = wanted;
+    {
+      const std::lock_guard lock{mutex};
+      seen.clear();
+      for (const dds::Sample& sample : waiting) {
+        const dds::SampleId id = sample.id();
+        const auto known = std::ranges::find(seen, id.writer, &dds::SampleId::writer);
+        if (known != seen.end()) {
+          known->sequence = std::max(known->sequence, id.sequence);
+        } else if (begins_to_latch) {
+          seen.push_back(id);
+        }
+      }
+    }
+    spdlog::info("{}: asks for what its publishers offer: {}, {}", route.topic,
+                 qos.reliable ? "reliable" : "best_effort",
+                 qos.transient_local ? "transient_local" : "volatile");
+    try {
+      open_reader();
+    } catch (const std::exception& error) {  // tried again when publishers come or go
+      spdlog::error("{}: {}", route.topic, error.what());
+    }
+  }
+
+  void hold(bool now) {
+    bool wake = false;
+    {
+      const std::lock_guard lock{mutex};
+      held = now;
+      wake = !held && !waiting.empty() && !std::exchange(woken, true);
+    }
+    if (wake) {
+      drain_soon();
+    }
+  }
+
   void drain() {
     if (draining) {
       return;  // a job that was done at once: the loop below goes on
@@ -119,8 +218,7 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
       ++expired;
       return;
     }
-    if (!route.qos.transient_local &&
-        (!offer.handle() || node->subscribers(*offer.handle(), route.event) == 0)) {
+    if (!qos.transient_local && (!offer.handle() || node->subscribers(*offer.handle(), route.event) == 0)) {
       ++no_subscriber;
       return;
     }
@@ -143,14 +241,13 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
     }
     const std::size_t bytes = payload->bytes;
     const auto source_time = job->sample.source_time();
-    const auto sent = route.qos.transient_local
-                          ? offer.set(route.event, gathered(*payload))
-                          : node->notify(*offer.handle(), route.event, payload->slices,
-                                         lend ? job : std::shared_ptr<const void>{}, pacing);
-    copied += lend || route.qos.transient_local ? 0 : 1;
+    const auto sent = qos.transient_local ? offer.set(route.event, gathered(*payload))
+                                          : node->notify(*offer.handle(), route.event, payload->slices,
+                                                         lend ? job : std::shared_ptr<const void>{}, pacing);
+    copied += lend || qos.transient_local ? 0 : 1;
     send_dropped += sent.dropped;
     slow_subscriber += sent.overtaken;
-    if (sent.subscribers == 0 && route.qos.transient_local) {
+    if (sent.subscribers == 0 && qos.transient_local) {
       ++kept;
     }
     if (sent.subscribers > 0) {
@@ -199,6 +296,8 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
   }
 
   boost::asio::io_context& io;
+  dds::Participant& participant;
+  const std::string user_data;
   sd::Node* node;
   ServiceOffer& offer;
   const Route route;
@@ -208,6 +307,9 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
   const someip::TpPacing pacing;
   const someip::PoolAllocator<std::byte> memory;  ///< of what comes and goes with each sample
   const std::size_t max_lent;
+  QosSettings qos;               ///< of the reader
+  bool between_readers = false;  ///< the reader is new, and matches again what the one before did
+  dds::ReaderCounters past;      ///< of readers before
   std::vector<std::unique_ptr<Job>> idle_jobs;
   std::size_t jobs = 0;  ///< those that are idle, and one for each sample that is lent out
   bool draining = false;
@@ -224,7 +326,9 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
 
   mutable std::mutex mutex;  // of what follows
   boost::circular_buffer<dds::Sample> waiting;
-  bool woken = false;  ///< drain() has been asked for
+  bool held;                        ///< what comes waits until it is known whether the topic is latched
+  std::vector<dds::SampleId> seen;  ///< the last of each writer that the reader before had
+  bool woken = false;               ///< drain() has been asked for
   std::uint64_t received = 0;
   std::uint64_t overtaken = 0;
   bool is_stopped = false;
@@ -236,11 +340,9 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
 OutboundRoute::OutboundRoute(boost::asio::io_context& io, sd::Node& node, ServiceOffer& offer,
                              dds::Participant& participant, const Route& route, ConversionPlan plan,
                              const std::string& user_data, Report& report)
-    : state_{std::make_shared<State>(io, node, offer, route, std::move(plan), report)} {
-  state_->reader = participant.create_reader(
-      dds::ros_topic_name(route.topic), dds::ros_type_name(route.type), dds_qos(route.qos),
-      [state = state_.get()](dds::Sample sample) { state->on_sample(std::move(sample)); },
-      max_sample_bytes(route), {.user_data = user_data});
+    : state_{
+          std::make_shared<State>(io, node, offer, participant, route, std::move(plan), user_data, report)} {
+  state_->open_reader();
 }
 
 OutboundRoute::~OutboundRoute() {
@@ -253,15 +355,23 @@ void OutboundRoute::stop() {
   state_->stop();
 }
 
+void OutboundRoute::follow(const PublishedQos& published) {
+  state_->follow(published);
+}
+
 bool OutboundRoute::published() const {
-  return state_->reader->matched() > 0;
+  State& state = *state_;
+  const bool matches = state.reader && state.reader->matched() > 0;
+  state.between_readers = state.between_readers && !matches;
+  return matches || state.between_readers;
 }
 
 CounterGroup OutboundRoute::counters() const {
   using enum Counter::Kind;
   const State& state = *state_;
-  const dds::ReaderCounters dds = state.reader->counters();
-  const std::uint64_t publishers = state.reader->matched();
+  const dds::ReaderCounters dds = state.reader ? state.reader->counters() : dds::ReaderCounters{};
+  const dds::ReaderCounters& past = state.past;
+  const std::uint64_t publishers = state.reader ? state.reader->matched() : 0;
   const std::uint64_t offered = state.offer.handle() ? 1 : 0;
   const std::lock_guard lock{state.mutex};
   return {"route " + state.route.topic + " to SOME/IP",
@@ -280,14 +390,14 @@ CounterGroup OutboundRoute::counters() const {
            {"slow_subscriber", state.slow_subscriber, loss},
            {"copied", state.copied},
            {"stopped", state.stopped, loss},
-           {"dds_own", dds.own, loss},
-           {"dds_bad_encapsulation", dds.bad_encapsulation, loss},
-           {"dds_oversize", dds.oversize, loss},
-           {"dds_lost", dds.lost, loss},
-           {"dds_rejected", dds.rejected, loss},
+           {"dds_own", past.own + dds.own, loss},
+           {"dds_bad_encapsulation", past.bad_encapsulation + dds.bad_encapsulation, loss},
+           {"dds_oversize", past.oversize + dds.oversize, loss},
+           {"dds_lost", past.lost + dds.lost, loss},
+           {"dds_rejected", past.rejected + dds.rejected, loss},
            {"dds_incompatible_qos", dds.incompatible_qos, loss},
-           {"dds_deadlines_missed", dds.deadlines_missed, loss},
-           {"dds_liveliness_lost", dds.liveliness_lost, loss}}};
+           {"dds_deadlines_missed", past.deadlines_missed + dds.deadlines_missed, loss},
+           {"dds_liveliness_lost", past.liveliness_lost + dds.liveliness_lost, loss}}};
 }
 
 }  // namespace trestle::bridge

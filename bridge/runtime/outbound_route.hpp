@@ -4,6 +4,7 @@
 #include "bridge/config/bridge_config.hpp"
 #include "bridge/convert/conversion_plan.hpp"
 #include "bridge/runtime/counters.hpp"
+#include "bridge/runtime/published_qos.hpp"
 #include "bridge/runtime/report.hpp"
 #include "bridge/runtime/service_offer.hpp"
 #include "dds_adapter/participant.hpp"
@@ -31,6 +32,11 @@ class OutboundRoute {
 
   /// From now on nothing is carried: what waits or comes is counted as `stopped`.
   void stop();
+
+  /// Where the quality of service is to be as published: asks for the least that the publishers offer.
+  /// Until this has been called samples wait, as they may be those of a latched topic. To be called when
+  /// publishers have come or gone; on the thread that runs the io_context.
+  void follow(const PublishedQos& published);
 
   /// Whether the topic has a publisher now.
   [[nodiscard]] bool published() const;

@@ -46,6 +46,16 @@ void ServiceOffer::withdraw() {
   }
 }
 
+void ServiceOffer::forget(someip::MethodId notifier) {
+  if (handle_) {
+    node_.forget_field(*handle_, notifier);
+  }
+  const auto field = std::ranges::find(spec_.fields, std::optional{notifier}, &sd::FieldSpec::notifier);
+  if (field != spec_.fields.end()) {
+    field->value.reset();
+  }
+}
+
 sd::Notified ServiceOffer::set(someip::MethodId notifier,
                                std::shared_ptr<const std::vector<std::byte>> value) {
   if (handle_) {

@@ -27,6 +27,8 @@ class ServiceOffer {
   /// Gives the field with this notifier a value, also while it is not offered: it is offered with it then.
   /// What was published goes with its publishers: a withdrawn offer forgets its values.
   sd::Notified set(someip::MethodId notifier, std::shared_ptr<const std::vector<std::byte>> value);
+  /// The field with this notifier has no value any more.
+  void forget(someip::MethodId notifier);
   /// The value of the field with this notifier; nothing while it has none.
   [[nodiscard]] std::shared_ptr<const std::vector<std::byte>> value(someip::MethodId notifier) const {
     return handle_ ? node_.field(*handle_, notifier) : nullptr;

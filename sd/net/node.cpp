@@ -381,6 +381,10 @@ std::shared_ptr<const std::vector<std::byte>> Node::field(OfferHandle offer, som
   return state_->provider.field(offer, field);
 }
 
+void Node::forget_field(OfferHandle offer, someip::MethodId field) {
+  state_->provider.forget_field(offer, field);
+}
+
 RequirementId Node::require(const RequireSpec& spec, AvailabilityHandler handler) {
   const RequirementId id = state_->consumer.require(spec, std::move(handler), now());
   state_->drain_later();

@@ -78,6 +78,9 @@ class Node {
   /// The field's value; nothing if it has none yet.
   [[nodiscard]] std::shared_ptr<const std::vector<std::byte>> field(OfferHandle offer,
                                                                     someip::MethodId field) const;
+  /// The field has no value any more, as before the first one: new subscribers are told of none. Not for
+  /// a field with a cycle, which goes on.
+  void forget_field(OfferHandle offer, someip::MethodId field);
 
   // --- Services of others ---------------------------------------------------------------------------------
 

@@ -37,6 +37,7 @@ class Provider {
   using Value = std::shared_ptr<const std::vector<std::byte>>;
   Notified set_field(OfferHandle offer, someip::MethodId field, Value value);
   [[nodiscard]] Value field(OfferHandle offer, someip::MethodId field) const;
+  void forget_field(OfferHandle offer, someip::MethodId field);
 
   /// Whether this request, of which a segment has come, is to a method that is offered where it came, and may
   /// be large. If not, it is answered once or counted.

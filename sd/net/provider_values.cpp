@@ -66,6 +66,15 @@ Provider::Value Provider::field(OfferHandle handle, MethodId id) const {
   return field ? offer->values[*field].value : nullptr;
 }
 
+void Provider::forget_field(OfferHandle handle, MethodId id) {
+  const auto offer = find(handle);
+  const auto field = offer ? field_of(*offer, id) : std::nullopt;
+  if (field && !offer->values[*field].schedule.deadline()) {
+    offer->values[*field].value = nullptr;
+    offer->values[*field].sent = nullptr;
+  }
+}
+
 // --- Values -----------------------------------------------------------------------------------------------
 
 std::vector<Provider::Ruled> Provider::values_of(ServiceSpec& spec, TimePoint now) const {

@@ -385,11 +385,11 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"Reliability",
                 "reliability: reliable",
                 "reliability: best",
-                {"b.yaml:64:20: error: reliability: expected one of reliable, best_effort, found 'best'"}},
+                {"b.yaml:64:20: error: reliability: expected one of as_published, reliable, best_effort, found 'best'"}},
         Mistake{"Durability",
                 "transient_local",
                 "persistent",
-                {"b.yaml:65:19: error: durability: expected one of volatile, transient_local, found "
+                {"b.yaml:65:19: error: durability: expected one of as_published, volatile, transient_local, found "
                  "'persistent'"}},
         Mistake{"LatchedButNotReliable",
                 "reliability: reliable",

@@ -90,7 +90,9 @@ TEST(PatternKeys, FollowThePublishersInWhatIsNotGiven) {
     return std::pair{pattern.follow_reliability, pattern.follow_durability};
   };
   EXPECT_EQ(follows("depth: 1"), (std::pair{true, true}));
-  EXPECT_EQ(follows("reliability: best_effort"), (std::pair{false, true}));
+  EXPECT_EQ(follows("reliability: best_effort"), (std::pair{false, false})) << "is volatile";
+  EXPECT_EQ(follows("reliability: reliable"), (std::pair{false, true}));
+  EXPECT_EQ(follows("reliability: as_published, durability: as_published"), (std::pair{true, true}));
   EXPECT_EQ(follows("durability: volatile"), (std::pair{true, false}));
   EXPECT_EQ(follows("durability: transient_local"), (std::pair{false, false}));
 }

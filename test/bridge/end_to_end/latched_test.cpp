@@ -64,8 +64,9 @@ TEST_F(Latched, ValuesAreOfferedWithTheServiceThatFollowsItsPublisher) {
   }
 }
 
-TEST_F(Latched, EventsOfAVolatileTopicHaveNoInitialValue) {
-  const std::vector<TestRoute> routes{{"/text", "std_msgs/msg/String", true, ""}};
+TEST_F(Latched, EventsOfARouteThatIsToBeVolatileHaveNoInitialValue) {
+  const std::vector<TestRoute> routes{
+      {"/text", "std_msgs/msg/String", true, "    qos: {durability: volatile}\n"}};
   a_ = std::make_unique<RunningBridge>(yaml(true, routes, ""));
   dds::Writer writer = publisher(at_a_);
   ASSERT_TRUE(eventually([&] { return writer.matched() == 1; }));

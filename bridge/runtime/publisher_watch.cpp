@@ -1,0 +1,58 @@
+#include "bridge/runtime/publisher_watch.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+// A look at all writers costs up to some milliseconds, and others decide how often they change.
+constexpr auto pause_between_looks = std::chrono::milliseconds{50};
+
+}  // namespace
+
+void PublisherWatch::open(const dds::Participant& participant) {
+  participant_ = &participant;
+  look();
+}
+
+void PublisherWatch::changed() {
+  if (participant_ == nullptr || std::exchange(due_, true)) {
+    return;
+  }
+  const auto now = std::chrono::steady_clock::now();
+  if (now >= last_ + pause_between_looks) {
+    look();
+    return;
+  }
+  timer_.expires_at(last_ + pause_between_looks);
+  timer_.async_wait([this](const boost::system::error_code& cancelled) {
+    if (!cancelled) {  // else this object may be gone
+      look();
+    }
+  });
+}
+
+void PublisherWatch::stop() {
+  participant_ = nullptr;
+  timer_.cancel();
+}
+
+void PublisherWatch::look() {
+  due_ = false;
+  if (participant_ == nullptr) {
+    return;
+  }
+  last_ = std::chrono::steady_clock::now();
+  std::map<std::pair<std::string, std::string>, PublishedQos> published;
+  for (const auto& [what, tell] : told_) {
+    published.try_emplace(what);
+  }
+  for (const dds::FoundWriter& writer : participant_->writers()) {
+    if (const auto found = published.find({writer.topic, writer.type}); found != published.end()) {
+      found->second.add(writer.qos);
+    }
+  }
+  for (const auto& [what, tell] : told_) {
+    tell(published[what]);
+  }
+}
+
+}  // namespace trestle::bridge
