@@ -11,7 +11,7 @@ using sd::IdKind;
 
 namespace {
 
-constexpr BadArgument none{};
+constexpr BadArgument no_fault{};
 
 constexpr BadArgument bad(Argument argument, std::size_t index = 0) noexcept {
   return {argument, static_cast<std::uint16_t>(index)};
@@ -77,7 +77,7 @@ BadArgument mistake_in_ids(const Service& service) noexcept {
       }
     }
   }
-  return none;
+  return no_fault;
 }
 
 BadArgument mistake_in_members(const Service& service) noexcept {
@@ -106,7 +106,7 @@ BadArgument mistake_in_members(const Service& service) noexcept {
       return bad(Argument::field_initial_bytes, i);
     }
   }
-  return none;
+  return no_fault;
 }
 
 bool is_someip_service(ServiceId id) noexcept {
@@ -181,7 +181,7 @@ BadArgument mistake_in(const Service& service) noexcept {
     return bad(Argument::ttl_s);
   }
   const BadArgument member = mistake_in_members(service);
-  return member == none ? mistake_in_ids(service) : member;
+  return member == no_fault ? mistake_in_ids(service) : member;
 }
 
 BadArgument mistake_in(const Need& need) noexcept {
@@ -202,7 +202,7 @@ BadArgument mistake_in(const Need& need) noexcept {
       return bad(Argument::subscription, i);
     }
   }
-  return none;
+  return no_fault;
 }
 
 std::optional<MethodId> unusual_id(const Service& service, std::size_t number) noexcept {
