@@ -3,43 +3,59 @@
 
 namespace trestle::sd {
 
-// Never nothing: who finds no place that is kept is a guest.
-slots::Peer& ServiceDiscovery::peer_at(const Endpoint& endpoint, TimePoint now) noexcept {
+slots::Peer* ServiceDiscovery::peer_at(const Endpoint& endpoint, TimePoint now) noexcept {
   slots::Peer* const known =
       peers_.find_if([&](const slots::Peer& peer) { return peer.endpoint == endpoint; });
   if (known != nullptr && !is_guest(known->index)) {
-    return *known;
+    return known;
   }
   slots::Peer* place = place_for(endpoint, now);
-  if (place == nullptr) {
+  if constexpr (guards) {
     if (known != nullptr) {
-      return *known;
+      return place == nullptr ? known : &move_guest(*known, *place);
     }
-    place = guest();
-    place->sessions = forgotten_sessions_;
-  } else if (known != nullptr) {  // it need not be a guest any more
-    const SlotBase base = *place;
-    *place = *known;
-    static_cast<SlotBase&>(*place) = base;
-    for (std::size_t i = 0; i < pending_.size(); ++i) {
-      std::uint16_t& to = pending_[i].peer;
-      to = to == known->index ? place->index : to;
+    if (place == nullptr) {
+      place = guest();
     }
-    peers_.remove(*known);
-    return *place;
-  } else {
+  }
+  if (place != nullptr) {
     // Somebody forgotten may be back. A session that it has had before would look like a reboot of ours, so
     // its sessions go on behind all that were forgotten; the flag says on which side of 0xffff.
     // [feat_req_someipsd_41] [feat_req_someipsd_765] [feat_req_someipsd_764]
     place->sessions = forgotten_sessions_;
+    place->endpoint = endpoint;
+    place->last_seen = now;
   }
-  place->endpoint = endpoint;
-  place->last_seen = now;
-  return *place;
+  return place;
+}
+
+// It need not be a guest any more.
+slots::Peer& ServiceDiscovery::move_guest(slots::Peer& guest, slots::Peer& place) noexcept {
+  const SlotBase base = place;
+  place = guest;
+  static_cast<SlotBase&>(place) = base;
+  for (std::size_t i = 0; i < pending_.size(); ++i) {
+    std::uint16_t& to = pending_[i].peer;
+    to = to == guest.index ? place.index : to;
+  }
+  peers_.remove(guest);
+  return place;
 }
 
 // A place that is kept, if need be that of another peer, which is then forgotten.
 slots::Peer* ServiceDiscovery::place_for(const Endpoint& endpoint, TimePoint now) noexcept {
+  if constexpr (!guards) {
+    if (slots::Peer* const place = peers_.add()) {
+      return place;
+    }
+    slots::Peer* const oldest = who_is_forgotten(nullptr, now);
+    if (oldest == nullptr) {
+      return nullptr;
+    }
+    note_sessions(*oldest);
+    peers_.remove(*oldest);
+    return peers_.add();
+  }
   std::size_t all = 0;
   std::size_t there = 0;
   for (const slots::Peer& peer : peers_) {
@@ -88,7 +104,7 @@ slots::Peer* ServiceDiscovery::who_is_forgotten(const IpAddress* among, TimePoin
     }
   }
   slots::Peer* found = oldest([](const slots::Peer& peer) { return !peer.is_used; });
-  if (found != nullptr) {
+  if (!guards || found != nullptr) {
     return found;
   }
   for (slots::Peer& peer : peers_) {
@@ -117,9 +133,7 @@ void ServiceDiscovery::forget(slots::Peer& peer) noexcept {
     }
   }
   pending_.remove_if([&](const slots::PendingEntry& pending) { return pending.peer == peer.index; });
-  if (peer.sessions.is_ahead_of(forgotten_sessions_)) {
-    forgotten_sessions_ = peer.sessions;
-  }
+  note_sessions(peer);
   if (peer.subscribers == 0 && peer.remotes == 0) {
     peers_.remove(peer);
   }
@@ -137,8 +151,8 @@ slots::Peer* ServiceDiscovery::guest() noexcept {
 }
 
 // Whether another entry of the peer is to be looked at.
-bool ServiceDiscovery::may_go_on(std::uint16_t peer, std::uint32_t cost, TimePoint now) noexcept {
-  const Duration pause = std::chrono::nanoseconds{std::chrono::seconds{1}} / settings_.max_entries_per_second;
+bool ServiceDiscovery::within_rate(std::uint16_t peer, std::uint32_t cost, TimePoint now) noexcept {
+  const Duration pause{1'000'000'000U / settings_.max_entries_per_second};
   if (peers_[peer].entries.take(now, pause, settings_.max_entries_at_once, cost)) {
     return true;
   }
@@ -232,19 +246,31 @@ std::optional<Limit> ServiceDiscovery::make_room(const slots::Offer& offer, Even
 // Services that nobody requires are remembered too, as long as there is room: a later requirement then need
 // not look for them. They make room for those that are required.  [feat_req_someipsd_17]
 slots::Remote* ServiceDiscovery::new_remote(std::size_t wanting, const Arrival& arrival) noexcept {
-  slots::Remote* slot = is_guest(arrival.peer) ? nullptr : remotes_.add();
-  if (slot != nullptr || wanting == 0 || is_guest(arrival.peer)) {
+  if (is_guest(arrival.peer)) {
+    return nullptr;
+  }
+  slots::Remote* const slot = remotes_.add();
+  if (slot != nullptr || wanting == 0) {
     return slot;
   }
   if (slots::Remote* const unneeded =
           remotes_.find_if([this](const slots::Remote& remote) { return requirements_of(remote) == 0; })) {
     remove(*unneeded);
-  } else if (slots::Remote* const other = who_gives_way(remotes_, arrival.peer, arrival.now,
-                                                        [](const slots::Remote& /*any*/) { return true; })) {
+  } else if constexpr (guards) {
+    make_room_for_remote(arrival);
+    if (event_places() < wanting) {
+      return nullptr;
+    }
+  }
+  return remotes_.add();
+}
+
+void ServiceDiscovery::make_room_for_remote(const Arrival& arrival) noexcept {
+  if (slots::Remote* const other = who_gives_way(remotes_, arrival.peer, arrival.now,
+                                                 [](const slots::Remote& /*any*/) { return true; })) {
     count(counters_.displaced);
     lose(*other, LossReason::displaced, arrival.now);
   }
-  return event_places() >= wanting ? remotes_.add() : nullptr;
 }
 
 // Whether a connection is of the former life of a peer that was started anew: a subscription of that life

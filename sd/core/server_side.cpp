@@ -456,8 +456,9 @@ std::size_t ServiceDiscovery::subscribers_of(std::uint16_t offer, EventgroupId e
                                              const IpAddress* from) const noexcept {
   std::size_t count = 0;
   for (const slots::Subscription& other : subscribers_) {
-    const bool is_meant = from == nullptr || (other.peer != slots::Subscription::nobody &&
-                                              peers_[other.peer].endpoint.address == *from);
+    const bool is_meant =
+        !guards || from == nullptr ||
+        (other.peer != slots::Subscription::nobody && peers_[other.peer].endpoint.address == *from);
     count += is_meant && other.offer == offer && other.eventgroup == eventgroup ? 1 : 0;
   }
   return count;
@@ -465,7 +466,12 @@ std::size_t ServiceDiscovery::subscribers_of(std::uint16_t offer, EventgroupId e
 
 slots::Subscription* ServiceDiscovery::new_subscription(const slots::Offer& offer, EventgroupId eventgroup,
                                                         const Arrival& arrival) noexcept {
-  std::optional<Limit> full = make_room(offer, eventgroup, arrival);
+  std::optional<Limit> full;
+  if constexpr (guards) {
+    full = make_room(offer, eventgroup, arrival);
+  } else if (subscribers_of(offer.index, eventgroup, nullptr) >= settings_.max_subscribers_per_eventgroup) {
+    full = Limit::subscribers_per_eventgroup;
+  }
   slots::Subscription* const slot = full ? nullptr : subscribers_.add();
   if (slot == nullptr) {
     refuse(full.value_or(Limit::subscribers));

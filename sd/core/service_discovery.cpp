@@ -235,7 +235,12 @@ void ServiceDiscovery::on_message(const someip::Message& bytes, const Endpoint& 
     return;
   }
   const std::optional<Endpoint> named = sd_endpoint(*message, rules_);
-  slots::Peer& peer = peer_at(named ? *named : from, now);
+  slots::Peer* const place = peer_at(named ? *named : from, now);
+  if (!guards && place == nullptr) {
+    refuse(Limit::peers);
+    return;
+  }
+  slots::Peer& peer = *place;
   const std::uint16_t peer_index = peer.index;
   // Session 0 says that the sender does not count its messages.
   if (const SessionId session = bytes.header.session; session != someip::no_session) {

@@ -358,14 +358,21 @@ class ServiceDiscovery {
   }
 
   // peers.cpp
-  [[nodiscard]] slots::Peer& peer_at(const Endpoint& endpoint, TimePoint now) noexcept;
+  // With guards, never nothing.
+  [[nodiscard]] slots::Peer* peer_at(const Endpoint& endpoint, TimePoint now) noexcept;
   [[nodiscard]] slots::Peer* place_for(const Endpoint& endpoint, TimePoint now) noexcept;
   [[nodiscard]] slots::Peer* who_is_forgotten(const IpAddress* among, TimePoint now) noexcept;
   void forget(slots::Peer& peer) noexcept;
+  void note_sessions(const slots::Peer& peer) noexcept {
+    if (peer.sessions.is_ahead_of(forgotten_sessions_)) {
+      forgotten_sessions_ = peer.sessions;
+    }
+  }
+  slots::Peer& move_guest(slots::Peer& guest, slots::Peer& place) noexcept;
   [[nodiscard]] slots::Peer* guest() noexcept;
   // In the place that is never kept.
   [[nodiscard]] bool is_guest(std::uint16_t peer) const noexcept {
-    return peer + std::size_t{1} == peers_.size();
+    return guards && peer + std::size_t{1} == peers_.size();
   }
   [[nodiscard]] bool is_silent(const slots::Peer& peer, TimePoint now) const noexcept {
     return is_due(peer.last_seen + settings_.silent_after, now);
@@ -374,7 +381,10 @@ class ServiceDiscovery {
   [[nodiscard]] Slot* who_gives_way(const Table<Slot>& table, std::uint16_t newcomer, TimePoint now,
                                     Candidate is_candidate) noexcept;
   [[nodiscard]] const slots::Peer* who_holds_most(std::uint16_t newcomer) noexcept;
-  [[nodiscard]] bool may_go_on(std::uint16_t peer, std::uint32_t cost, TimePoint now) noexcept;
+  [[nodiscard]] bool may_go_on(std::uint16_t peer, std::uint32_t cost, TimePoint now) noexcept {
+    return !guards || within_rate(peer, cost, now);
+  }
+  [[nodiscard]] bool within_rate(std::uint16_t peer, std::uint32_t cost, TimePoint now) noexcept;
   [[nodiscard]] bool is_outdated(const slots::TcpConnection& connection, std::uint16_t peer) const noexcept;
   void on_reboot(std::uint16_t peer, TimePoint now) noexcept;
 
@@ -418,6 +428,7 @@ class ServiceDiscovery {
   [[nodiscard]] bool keep_configuration_of(slots::Remote& offered, bool required) noexcept;
   [[nodiscard]] slots::Remote* remote_of(const Entry& entry, std::string_view name) const noexcept;
   [[nodiscard]] slots::Remote* new_remote(std::size_t wanting, const Arrival& arrival) noexcept;
+  void make_room_for_remote(const Arrival& arrival) noexcept;
   void remove(slots::Remote& remote) noexcept;
   [[nodiscard]] std::size_t requirements_of(const slots::Remote& remote) const noexcept;
   void announce(const slots::Remote& remote) noexcept;

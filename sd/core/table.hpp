@@ -53,8 +53,12 @@ class TableBase {
     return *static_cast<SlotBase*>(static_cast<void*>(slots_ + index * slot_bytes_));
   }
   /// The first slot in this state, and the one after another; nothing when there is none.
-  TRESTLE_ONCE [[nodiscard]] SlotBase* first(SlotBase::State state) const noexcept { return next(0, state); }
-  TRESTLE_ONCE [[nodiscard]] SlotBase* after(const SlotBase& slot, SlotBase::State state) const noexcept {
+  template <SlotBase::State state>
+  TRESTLE_ONCE [[nodiscard]] SlotBase* first() const noexcept {
+    return next(0, state);
+  }
+  template <SlotBase::State state>
+  TRESTLE_ONCE [[nodiscard]] SlotBase* after(const SlotBase& slot) const noexcept {
     return next(std::size_t{slot.index} + 1, state);
   }
   /// Whether it is that of a slot in use.
@@ -88,13 +92,14 @@ class Table : public TableBase {
   explicit Table(std::span<Slot> slots) noexcept : TableBase{slots.data(), slots.size(), sizeof(Slot)} {}
 
   /// Stays valid whichever slots are freed.
+  template <SlotBase::State state>
   class Iterator {
    public:
-    Iterator(const Table& table, SlotBase* at, SlotBase::State state) noexcept
-        : table_{&table}, at_{at}, state_{state} {}
+    TRESTLE_INLINE explicit Iterator(const Table& table) noexcept
+        : table_{&table}, at_{table.template first<state>()} {}
     Slot& operator*() const noexcept { return static_cast<Slot&>(*at_); }
     TRESTLE_INLINE Iterator& operator++() noexcept {
-      at_ = table_->after(*at_, state_);
+      at_ = table_->template after<state>(*at_);
       return *this;
     }
     friend bool operator==(const Iterator& a, std::default_sentinel_t /*end*/) noexcept {
@@ -104,12 +109,11 @@ class Table : public TableBase {
    private:
     const Table* table_;
     SlotBase* at_;
-    SlotBase::State state_;
   };
 
   // A table is a view, as a span is: its slots may be changed through a const one.
-  TRESTLE_INLINE [[nodiscard]] Iterator begin() const noexcept {
-    return {*this, first(SlotBase::State::in_use), SlotBase::State::in_use};
+  TRESTLE_INLINE [[nodiscard]] auto begin() const noexcept {
+    return Iterator<SlotBase::State::in_use>{*this};
   }
   [[nodiscard]] std::default_sentinel_t end() const noexcept { return {}; }
 
@@ -117,8 +121,8 @@ class Table : public TableBase {
   class Lost {
    public:
     explicit Lost(const Table& table) noexcept : table_{&table} {}
-    TRESTLE_INLINE [[nodiscard]] Iterator begin() const noexcept {
-      return {*table_, table_->first(SlotBase::State::lost), SlotBase::State::lost};
+    TRESTLE_INLINE [[nodiscard]] auto begin() const noexcept {
+      return Iterator<SlotBase::State::lost>{*table_};
     }
     [[nodiscard]] std::default_sentinel_t end() const noexcept { return {}; }
 

@@ -6,6 +6,8 @@
 #include <cstring>
 #include <utility>
 
+#include "someip/core/guards.hpp"
+
 namespace trestle::someip {
 namespace {
 
@@ -153,7 +155,7 @@ TpReassembler::Outcome TpReassembler::on_segment(const Endpoint& from, const Mes
   if (slot == nullptr) {
     slot = vacant();
   }
-  if (slot == nullptr) {
+  if (guards && slot == nullptr) {
     slot = make_way(nullptr, at_start, now);
   }
   if (slot == nullptr) {
@@ -191,6 +193,9 @@ bool TpReassembler::within_share(const IpAddress& address, bool at_start, TimePo
   });
   if (static_cast<std::size_t>(under_way) < limits_.max_per_sender) {
     return true;
+  }
+  if constexpr (!guards) {
+    return false;
   }
   TpSlot* const slowest = make_way(&address, at_start, now);
   if (slowest != nullptr) {

@@ -5,10 +5,10 @@
 #include <span>
 #include <tl/expected.hpp>
 
-// Where size counts, GCC has to be told what is to be in a program once, and what is smaller when it is
-// inlined.
-#ifdef __OPTIMIZE_SIZE__
-#define TRESTLE_ONCE [[gnu::noinline]]
+// Where size counts, GCC has to be told what is to be in a program once, without variants for each unit, and
+// what is smaller when it is inlined.
+#if defined __OPTIMIZE_SIZE__ && !defined __clang__
+#define TRESTLE_ONCE [[gnu::noinline, gnu::noclone]]
 #define TRESTLE_INLINE [[gnu::always_inline]]
 #else
 #define TRESTLE_ONCE
