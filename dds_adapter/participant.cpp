@@ -18,6 +18,8 @@ const char* to_string(Event::Kind kind) noexcept {
       return "incompatible_qos";
     case Event::Kind::incompatible_type:
       return "incompatible_type";
+    case Event::Kind::other_type_hash:
+      return "other_type_hash";
     case Event::Kind::deadline_missed:
       return "deadline_missed";
     case Event::Kind::liveliness_lost:

@@ -60,6 +60,7 @@ struct Event {
     incompatible_qos,   ///< a counterpart of the same topic and type will not match, or miss what was
                         ///< written before it came; `detail` names the policies
     incompatible_type,  ///< the same topic with another type; `detail` is the peer's type
+    other_type_hash,    ///< a type of the same name that is another; `detail` is the peer's hash
     deadline_missed,    ///< longer than its deadline nothing came, or was written: the first time in a row
     liveliness_lost,    ///< a writer has not shown itself for its lease: one of theirs, or ours
   };
@@ -71,6 +72,7 @@ struct Event {
   std::size_t matched = 0;      ///< matched, unmatched: how many counterparts there are now
   std::string node{};           ///< incompatible_qos: the peer's ROS 2 node, once it is known
   bool ours_reads = false;      ///< incompatible_qos: our end is a reader, else a writer
+  std::string hash{};           ///< other_type_hash: that of ours, from the user data
   std::optional<Qos> theirs{};  ///< incompatible_qos: the peer's, where it is known
 };
 
@@ -119,6 +121,8 @@ struct ParticipantConfig {
   /// receive is left to the threads of DDS. (A profile that gives discovery a port of readers and writers
   /// mixes both.)
   bool polled = false;
+  /// Readers take nothing from writers whose user data says that their type is another one by its hash.
+  bool strict_types = false;
   std::function<void(const Event&)> on_event;  ///< may be empty; see "Threads" above
   /// Participant::writers() has changed. As on_event.
   std::function<void()> on_writers{};
@@ -219,6 +223,7 @@ struct ReaderCounters {
   std::uint64_t received = 0;  ///< given to the callback
   std::uint64_t received_bytes = 0;
   std::uint64_t own = 0;                ///< written by the own participant
+  std::uint64_t other_type = 0;         ///< of a type with another hash, ParticipantConfig::strict_types
   std::uint64_t bad_encapsulation = 0;  ///< too short for a header, or not plain XCDR1
   std::uint64_t oversize = 0;           ///< more than `max_sample_bytes`
   std::uint64_t lost = 0;              ///< DDS says that they will never arrive (best effort, or overwritten)

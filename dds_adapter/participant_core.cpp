@@ -60,6 +60,7 @@ fast::Guid to_fast(const Guid& guid) noexcept {
 ParticipantCore::ParticipantCore(const ParticipantConfig& config)
     : sockets_{config.polled ? std::make_shared<SampleSockets>() : nullptr},
       graph_{config, [this] { on_names(); }},
+      strict_types_{config.strict_types},
       on_event_{config.on_event},
       on_writers_{config.on_writers} {
   fast::link_type_object_guard();
@@ -205,6 +206,7 @@ void ParticipantCore::add(const Endpoint* endpoint, const fast::Guid& guid) {
     for (auto& [peer, known] : found_) {
       const fast::FoundEndpoint& found = known.endpoint;
       note_unserved(*endpoint, known, events);
+      note_hash(*endpoint, known, events);
       if (found.topic == endpoint->topic && found.type != endpoint->type &&
           found.writer != endpoint->writer) {
         events.push_back(
@@ -287,6 +289,32 @@ void ParticipantCore::note_unserved(const Endpoint& endpoint, Found& found,
   found.told.push_back(&endpoint);
   ++*endpoint.unserved;
   events.push_back(incompatible(endpoint, found));
+}
+
+void ParticipantCore::note_hash(const Endpoint& endpoint, Found& found, std::vector<Event>& events) {
+  const fast::FoundEndpoint& peer = found.endpoint;
+  if (found.other_hash || endpoint.type_hash.empty() || is_own(peer.guid) ||
+      !are_counterparts(endpoint, peer)) {
+    return;
+  }
+  const std::string_view theirs = user_data_value(peer.user_data, "typehash");
+  if (theirs.empty() || theirs == endpoint.type_hash) {
+    return;
+  }
+  found.other_hash = true;
+  refused_writers_ += strict_types_ && peer.writer ? 1U : 0U;
+  Event event{
+      Event::Kind::other_type_hash, endpoint.topic, endpoint.type, to_hex(peer.guid), std::string{theirs}, 0};
+  event.node = graph_.node_of(peer.guid);
+  event.ours_reads = !endpoint.writer;
+  event.hash = endpoint.type_hash;
+  events.push_back(std::move(event));
+}
+
+bool ParticipantCore::is_refused(const fast::Guid& writer) const {
+  const std::lock_guard lock{mutex_};
+  const auto found = found_.find(writer);
+  return found != found_.end() && found->second.other_hash;
 }
 
 bool ParticipantCore::has_reliable_reader(const Endpoint& writer) const {
@@ -420,7 +448,10 @@ void ParticipantCore::on_endpoint(const fast::FoundEndpoint& endpoint) {
 std::vector<Event> ParticipantCore::remember(const fast::FoundEndpoint& endpoint) {
   const std::lock_guard lock{mutex_};
   if (!endpoint.there) {
-    found_.erase(endpoint.guid);
+    if (const auto gone = found_.find(endpoint.guid); gone != found_.end()) {
+      refused_writers_ -= strict_types_ && gone->second.other_hash && gone->second.endpoint.writer ? 1U : 0U;
+      found_.erase(gone);
+    }
     return {};
   }
   std::vector<Event> events;
@@ -435,6 +466,7 @@ std::vector<Event> ParticipantCore::remember(const fast::FoundEndpoint& endpoint
   if (known != found_.end()) {
     for (const Endpoint* own : endpoints_) {
       note_unserved(*own, known->second, events);
+      note_hash(*own, known->second, events);
     }
   }
   const auto ours = std::ranges::find_if(endpoints_, [&](const Endpoint* own) {

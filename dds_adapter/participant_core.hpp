@@ -41,6 +41,7 @@ class ParticipantCore final : private fast::DiscoveryListener {
     std::string type;
     Qos qos;  ///< as announced
     bool writer = false;
+    std::string type_hash{};  ///< in its user data; empty: it says nothing of it
     /// Of a volatile writer that announces itself as transient local: counts the readers that match it and
     /// will miss what was written before they came. DDS does not tell of these.
     std::atomic<std::uint64_t>* unserved = nullptr;
@@ -79,6 +80,11 @@ class ParticipantCore final : private fast::DiscoveryListener {
   [[nodiscard]] std::vector<FoundWriter> writers() const;
   [[nodiscard]] std::uint64_t not_remembered() const;
 
+  /// Whether samples of this writer are refused for the hash of their type.
+  [[nodiscard]] bool refuses(const fast::Guid& writer) const {
+    return refused_writers_ > 0 && is_refused(writer);
+  }
+
   [[nodiscard]] bool is_own(const fast::Guid& guid) const noexcept { return guid.guidPrefix == prefix_; }
   [[nodiscard]] std::string guid() const { return to_hex(prefix_); }
   [[nodiscard]] bool shares_memory() const;
@@ -96,12 +102,16 @@ class ParticipantCore final : private fast::DiscoveryListener {
     fast::FoundEndpoint endpoint;
     std::vector<const Endpoint*> told;  ///< ours that it does not match, which has been reported
     bool needs_name = false;            ///< ... but not yet of which node
+    bool other_hash = false;            ///< its type is not ours, which has been reported
   };
 
   /// What discovery tells, and what is to be reported of it.
   [[nodiscard]] std::vector<Event> remember(const fast::FoundEndpoint& endpoint);
   /// Adds what a writer of ours that announces too much is to report of this reader.
   void note_unserved(const Endpoint& endpoint, Found& found, std::vector<Event>& events) const;
+  /// Adds what is to report of a counterpart whose type is another one of the same name.
+  void note_hash(const Endpoint& endpoint, Found& found, std::vector<Event>& events);
+  [[nodiscard]] bool is_refused(const fast::Guid& writer) const;
   void destroy() noexcept;
   /// A peer has told of its nodes: those that were reported without one are reported again.
   void on_names();
@@ -128,6 +138,8 @@ class ParticipantCore final : private fast::DiscoveryListener {
   /// Readers and writers, our own among them: for who asks, and for telling of another type on a topic that
   /// we begin to use later.
   std::map<fast::Guid, Found> found_;
+  const bool strict_types_;
+  std::atomic<std::size_t> refused_writers_ = 0;                 ///< of found_, if types are strict
   std::uint64_t not_remembered_ = 0;                             ///< as there was no room
   std::map<fast::Prefix, std::array<std::uint8_t, 2>> vendors_;  ///< of foreign participants
 

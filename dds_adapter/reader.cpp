@@ -6,6 +6,7 @@
 #include "dds_adapter/participant_core.hpp"
 #include "dds_adapter/policies.hpp"
 #include "dds_adapter/raw_type.hpp"
+#include "dds_adapter/ros_names.hpp"
 
 namespace trestle::dds {
 
@@ -31,7 +32,9 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
         on_sample_{std::move(on_sample)},
         max_sample_bytes_{max_sample_bytes},
         user_data_{std::move(extras.user_data)},
-        on_match_{std::move(extras.on_match)} {}
+        on_match_{std::move(extras.on_match)} {
+    endpoint_.type_hash = user_data_value(user_data_, "typehash");
+  }
 
   ReaderCore(const ReaderCore&) = delete;
   ReaderCore& operator=(const ReaderCore&) = delete;
@@ -143,6 +146,8 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
     const std::lock_guard lock{counters_mutex_};
     if (participant_->is_own(info.sample_identity.writer_guid())) {
       ++counters_.own;
+    } else if (participant_->refuses(info.sample_identity.writer_guid())) {
+      ++counters_.other_type;
     } else if (!is_plain_cdr(bytes)) {
       ++counters_.bad_encapsulation;
     } else if (bytes.size() > max_sample_bytes_) {
@@ -215,7 +220,7 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
   }
 
   const std::shared_ptr<ParticipantCore> participant_;
-  const ParticipantCore::Endpoint endpoint_;
+  ParticipantCore::Endpoint endpoint_;  ///< does not change once it is open
   /// Held while the callback runs, so that closing waits for it.
   std::mutex gate_;
   OnSample on_sample_;

@@ -10,6 +10,7 @@
 #include "dds_adapter/participant_core.hpp"
 #include "dds_adapter/policies.hpp"
 #include "dds_adapter/raw_type.hpp"
+#include "dds_adapter/ros_names.hpp"
 #include "dds_adapter/sending_thread.hpp"
 #include "dds_adapter/session_start.hpp"
 
@@ -30,6 +31,7 @@ class WriterCore final : private fast::WriterListener {
         on_match_{std::move(extras.on_match)},
         large_{[this](RawSample& sample) { send_given(sample); }} {
     fast::Topic* topic = participant_->use_topic(endpoint_.topic, endpoint_.type);
+    endpoint_.type_hash = user_data_value(extras.user_data, "typehash");
     fast::DataWriterQos qos = writer_qos();
     fast::set_user_data(qos, forgets_ ? extras.user_data + forgets_entry : extras.user_data);
     participant_->count_own_matches(endpoint_);
@@ -325,7 +327,7 @@ class WriterCore final : private fast::WriterListener {
   /// of readers that want what is not kept for them: the participant does.
   const bool forgets_;
   std::atomic<std::uint64_t> unserved_ = 0;
-  const ParticipantCore::Endpoint endpoint_;
+  ParticipantCore::Endpoint endpoint_;  ///< does not change once it is open
   std::mutex write_mutex_;
   const std::size_t max_sample_bytes_;
   /// DDS's own thread sends, which costs small samples a change of threads: where the caller must be told at

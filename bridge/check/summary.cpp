@@ -418,6 +418,9 @@ std::string summary(const BridgeConfig& config, const Colours& colours) {
                   config.dds.interfaces.empty() ? "all interfaces"
                                                 : fmt::format("on {}", fmt::join(config.dds.interfaces, " ")),
                   config.dds.shared_memory == true ? ", shared memory" : "");
+  if (config.dds.strict_types) {
+    out.insert(out.size() - 1, ", strict types");
+  }
   if (config.dds.lease != DdsSettings{}.lease) {
     out.insert(out.size() - 1, fmt::format(", lease {}", to_string(config.dds.lease)));
   }

@@ -92,8 +92,9 @@ struct DdsSettings {
   std::string profile = "trestle";                   ///< the participant profile in it
   std::vector<DiscoveryServer> discovery_servers{};  ///< number 0 first; empty: discovery is by multicast
   SecuritySettings security{};
-  std::string ros_distro{};  ///< of the nodes in the domain, "jazzy"; empty: not known
-  Mark mark;                 ///< of the interfaces, or where all of this begins
+  bool strict_types = false;  ///< nothing is taken from publishers whose type has another hash
+  std::string ros_distro{};   ///< of the nodes in the domain, "jazzy"; empty: not known
+  Mark mark;                  ///< of the interfaces, or where all of this begins
 };
 
 /// Quality of service of a route's DDS reader or writer.

@@ -201,6 +201,7 @@ void load_dds(const YAML::Node& node, const std::string& file, DdsSettings& into
   if (bool shared_memory = false; dds.read("shared_memory", truth(), shared_memory)) {
     into.shared_memory = shared_memory;
   }
+  dds.read("types", one_of<bool>({{"warn", false}, {"strict", true}}), into.strict_types);
   dds.read("lease", duration(std::chrono::seconds{1}, std::chrono::hours{1}), into.lease);
   dds.read("node", node_name(), into.node);
   dds.read("ros_distro", ros_distro(), into.ros_distro);

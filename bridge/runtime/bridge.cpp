@@ -67,7 +67,8 @@ bool is_followed(const std::map<std::string, QosSettings>& following, const dds:
 void log_dds(spdlog::logger& logger, const dds::Event& event) {
   using Kind = dds::Event::Kind;
   const bool bad = event.kind == Kind::incompatible_qos || event.kind == Kind::incompatible_type ||
-                   event.kind == Kind::deadline_missed || event.kind == Kind::liveliness_lost;
+                   event.kind == Kind::other_type_hash || event.kind == Kind::deadline_missed ||
+                   event.kind == Kind::liveliness_lost;
   logger.log(bad ? spdlog::level::warn : spdlog::level::info, "DDS {}", in_words(event));
 }
 
@@ -114,6 +115,7 @@ struct Bridge::State {
           .discovery_servers = servers(config.dds.discovery_servers),
           .security_folder = security_folder(config.dds.security),
           .polled = receives_samples(),
+          .strict_types = config.dds.strict_types,
           .on_event =
               [log = logger, watched = watch, following = std::move(following)](const dds::Event& event) {
                 if (!is_followed(following, event)) {

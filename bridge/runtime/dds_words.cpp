@@ -78,6 +78,14 @@ std::string in_words(const dds::Event& event) {
                  ? fmt::format("{}: a publisher ({}) has not shown that it is alive for its lease",
                                event.topic, event.peer)
                  : fmt::format("{}: nothing was carried for longer than `liveliness_lease`", event.topic);
+    case Kind::other_type_hash:
+      return fmt::format(
+          "{}: the {} of this topic in {} has another definition of {}: its hash is {}, the route's is {}; "
+          "fields may be mixed up. Give the bridge the same definition (`types`){}",
+          event.topic, event.ours_reads ? "publisher" : "subscriber",
+          event.node.empty() ? event.peer : fmt::format("node {} ({})", event.node, event.peer), event.type,
+          event.detail, event.hash,
+          event.ours_reads ? ", or refuse what it publishes: write `dds: {types: strict}`" : "");
     case Kind::incompatible_type:
       return fmt::format("{}: a peer ({}) has this topic with type {}, the route has {}: they don't meet",
                          event.topic, event.peer, event.detail, event.type);

@@ -149,6 +149,7 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
       between_readers = reader->matched() > 0;
       const dds::ReaderCounters last = reader->counters();
       past.own += last.own;
+      past.other_type += last.other_type;
       past.bad_encapsulation += last.bad_encapsulation;
       past.oversize += last.oversize;
       past.lost += last.lost;
@@ -391,6 +392,7 @@ CounterGroup OutboundRoute::counters() const {
            {"copied", state.copied},
            {"stopped", state.stopped, loss},
            {"dds_own", past.own + dds.own, loss},
+           {"dds_other_type", past.other_type + dds.other_type, loss},
            {"dds_bad_encapsulation", past.bad_encapsulation + dds.bad_encapsulation, loss},
            {"dds_oversize", past.oversize + dds.oversize, loss},
            {"dds_lost", past.lost + dds.lost, loss},

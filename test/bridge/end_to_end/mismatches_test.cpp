@@ -75,5 +75,61 @@ TEST_F(Mismatches, ThatTheServerRefuses) {
               HasSubstr("SD subscription to eventgroup 0x0001 of 0x1234.0x0001 refused by the server"));
 }
 
+/// A route of a type whose fields a peer has in another order, with the same name.
+class TypeMismatches : public Mismatches {
+ protected:
+  void start(const std::string& direction, const std::string& types) {
+    bridge_ = std::make_unique<RunningBridge>(
+        with_types(bridge_head(1, domain_.id()), types) +
+        "routes:\n  - {topic: /text, type: std_msgs/msg/String, service: 0x1234, instance: 1, eventgroup: 1, "
+        "event: 0x8001, direction: " +
+        direction + "}\n");
+  }
+  static std::string with_types(std::string head, const std::string& types) {
+    const std::string key = "domain:";
+    return types.empty() ? head : head.replace(head.find(key), key.size(), "types: " + types + ", domain:");
+  }
+  static constexpr const char* other =
+      "RIHS01_00000000000000000000000000000000000000000000000000000000000000aa";
+  const dds::EndpointExtras extras_{.user_data = std::string{"typehash="} + other + ";"};
+};
+
+TEST_F(TypeMismatches, OfAPublisherAreNamed) {
+  start("dds_to_someip, port: 40001", "");
+  dds::Writer same = writer("/text");
+  dds::Writer from = ros_.create_writer(dds::ros_topic_name("/text"), dds::ros_type_name(string_type), {},
+                                        dds::default_max_sample_bytes, extras_);
+  ASSERT_TRUE(until_counter("route /text", "publishers", 2));
+  ASSERT_TRUE(from.write(hello_cdr));
+  ASSERT_TRUE(until_counter("route /text", "received", 1)) << "is carried unless types are strict";
+  const std::string told = log();
+  EXPECT_THAT(told, HasSubstr("DDS rt/text: the publisher of this topic in "));
+  EXPECT_THAT(told, HasSubstr(std::string{"its hash is "} + other + ", the route's is RIHS01_df668c74"));
+  EXPECT_THAT(told, HasSubstr("write `dds: {types: strict}`"));
+  EXPECT_EQ(told.find("its hash is", told.find("its hash is") + 1), std::string::npos) << "once";
+}
+
+TEST_F(TypeMismatches, OfAPublisherAreRefusedWhereTypesAreStrict) {
+  start("dds_to_someip, port: 40001", "strict");
+  dds::Writer same = writer("/text");
+  std::optional from{ros_.create_writer(dds::ros_topic_name("/text"), dds::ros_type_name(string_type), {},
+                                        dds::default_max_sample_bytes, extras_)};
+  ASSERT_TRUE(until_counter("route /text", "publishers", 2));
+  ASSERT_TRUE(from->write(hello_cdr));
+  ASSERT_TRUE(until_counter("route /text", "dds_other_type", 1));
+  EXPECT_EQ(bridge_->counter("route /text", "received"), 0U);
+  ASSERT_TRUE(same.write(hello_cdr));
+  ASSERT_TRUE(until_counter("route /text", "received", 1)) << "others are heard";
+}
+
+TEST_F(TypeMismatches, OfASubscriberAreNamed) {
+  start("someip_to_dds", "strict");
+  const dds::Reader to = ros_.create_reader(
+      dds::ros_topic_name("/text"), dds::ros_type_name(string_type), {}, [](const dds::Sample&) {},
+      dds::default_max_sample_bytes, extras_);
+  ASSERT_TRUE(until_counter("route /text", "readers", 1));
+  EXPECT_THAT(log(), HasSubstr("DDS rt/text: the subscriber of this topic in "));
+}
+
 }  // namespace
 }  // namespace trestle::test::mismatches_test
