@@ -18,7 +18,6 @@ void ServiceDiscovery::release(RequirementHandle handle, TimePoint now) noexcept
       withdraw(subscription, now);
     }
   }
-  untold_ -= requirement->told != slots::Requirement::all ? 1 : 0;
   requirements_.remove(*requirement);
 }
 
@@ -238,7 +237,6 @@ void ServiceDiscovery::withdraw(OwnSubscription& subscription, TimePoint now) no
       send_subscribe(subscription, now, 0, false);  // [feat_req_someipsd_1177]
     }
   }
-  untold_ -= subscription.loss != SlotBase::no_loss ? 1 : 0;
   subscriptions_.remove(subscription);
 }
 
@@ -311,7 +309,7 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
     const bool was_refused = std::exchange(subscription.state, State::refused) == State::refused;
     amend_request(subscription);
     if (!was_refused) {
-      tell(SubscriptionRefused{handle});
+      tell([&] { return SubscriptionRefused{handle}; });
     }
     return;
   }
@@ -332,7 +330,7 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
   }
   if (!was_subscribed || !are_same(subscription.multicast, options->multicast)) {
     subscription.multicast = options->multicast;
-    tell(Subscribed{handle, subscription.multicast});
+    tell([&] { return Subscribed{handle, subscription.multicast}; });
   }
 }
 

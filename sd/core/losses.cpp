@@ -6,46 +6,52 @@ namespace trestle::sd {
 
 void ServiceDiscovery::lose(slots::TcpConnection& connection) noexcept {
   Table<slots::TcpConnection>::lose(connection, LossReason::rebooted);
-  ++untold_;
   tell_loss(connection);
 }
 
+// What finds none is told later.
+bool ServiceDiscovery::has_place_to_tell() noexcept {
+  const bool has_place = events_.free_places() > 0;
+  is_some_untold_ = is_some_untold_ || !has_place;
+  return has_place;
+}
+
 void ServiceDiscovery::tell_loss(slots::TcpConnection& connection) noexcept {
-  if (events_.free_places() > 0) {
-    tell(ConnectionOutdated{connection.own, connection.remote});  // [feat_req_someipsd_872]
+  if (has_place_to_tell()) {
+    tell([&] { return ConnectionOutdated{connection.own, connection.remote}; });  // [feat_req_someipsd_872]
     tcp_connections_.remove(connection);
-    --untold_;
   }
 }
 
 void ServiceDiscovery::lose(slots::Subscription& subscription, LossReason reason) noexcept {
   Table<slots::Subscription>::lose(subscription, reason);
-  ++untold_;
   tell_loss(subscription);
 }
 
 void ServiceDiscovery::tell_loss(slots::Subscription& subscription) noexcept {
-  if (events_.free_places() > 0) {
-    tell(SubscriberRemoved{offers_.handle_of<OfferHandle>(offers_[subscription.offer]),
-                           subscription.eventgroup, subscriber_of(subscription), subscription.loss_reason()});
+  if (has_place_to_tell()) {
+    tell([&] {
+      return SubscriberRemoved{offers_.handle_of<OfferHandle>(offers_[subscription.offer]),
+                               subscription.eventgroup, subscriber_of(subscription),
+                               subscription.loss_reason()};
+    });
     remove(subscription);
-    --untold_;
   }
 }
 
 // The subscription itself stays: the application still wishes for it.
 void ServiceDiscovery::lose(slots::OwnSubscription& subscription, LossReason reason) noexcept {
   subscription.set_loss(reason);
-  ++untold_;
   tell_loss(subscription);
 }
 
 void ServiceDiscovery::tell_loss(slots::OwnSubscription& subscription) noexcept {
-  if (events_.free_places() > 0) {
-    tell(SubscriptionLost{subscriptions_.handle_of<SubscriptionHandle>(subscription),
-                          subscription.loss_reason()});
+  if (has_place_to_tell()) {
+    tell([&] {
+      return SubscriptionLost{subscriptions_.handle_of<SubscriptionHandle>(subscription),
+                              subscription.loss_reason()};
+    });
     subscription.loss = SlotBase::no_loss;
-    --untold_;
   }
 }
 
@@ -55,15 +61,16 @@ void ServiceDiscovery::tell_loss(slots::Remote& remote) noexcept {
     if (requirement.index < remote.told || requirement.told <= remote.index || !fits(requirement, remote)) {
       continue;
     }
-    if (events_.free_places() == 0) {
+    if (!has_place_to_tell()) {
       remote.told = requirement.index;
       return;
     }
-    tell(ServiceLost{requirements_.handle_of<RequirementHandle>(requirement), service_of(remote),
-                     remote.loss_reason()});
+    tell([&] {
+      return ServiceLost{requirements_.handle_of<RequirementHandle>(requirement), service_of(remote),
+                         remote.loss_reason()};
+    });
   }
   remove(remote);
-  --untold_;
 }
 
 // Of the services that were known before it.
@@ -72,33 +79,30 @@ void ServiceDiscovery::tell_known(slots::Requirement& requirement) noexcept {
     if (remote.index < requirement.told || !fits(requirement, remote)) {
       continue;
     }
-    if (events_.free_places() == 0) {
+    if (!has_place_to_tell()) {
       requirement.told = remote.index;
       return;
     }
     tell_available(requirement, remote);
   }
   requirement.told = slots::Requirement::all;
-  --untold_;
 }
 
 // Whose subscriptions end is told before the service is lost; what is new comes last, for it may be what was
 // lost before.
 void ServiceDiscovery::tell_what_is_untold() noexcept {
-  for (slots::TcpConnection& connection : tcp_connections_.lost()) {
-    tell_loss(connection);
-  }
-  for (slots::Subscription& subscription : subscribers_.lost()) {
-    tell_loss(subscription);
-  }
-  for (slots::OwnSubscription& subscription : subscriptions_) {
-    if (subscription.loss != SlotBase::no_loss) {
-      tell_loss(subscription);
+  is_some_untold_ = false;  // until it turns out that there is more
+  const auto tell_losses = [this](auto&& slots) {
+    for (auto& slot : slots) {
+      if (slot.loss != SlotBase::no_loss) {
+        tell_loss(slot);
+      }
     }
-  }
-  for (slots::Remote& remote : remotes_.lost()) {
-    tell_loss(remote);
-  }
+  };
+  tell_losses(tcp_connections_.all());
+  tell_losses(subscribers_.all());
+  tell_losses(subscriptions_);
+  tell_losses(remotes_.all());
   for (slots::Requirement& requirement : requirements_) {
     if (requirement.told != slots::Requirement::all) {
       tell_known(requirement);

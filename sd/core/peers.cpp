@@ -89,7 +89,7 @@ slots::Peer* ServiceDiscovery::who_is_forgotten(const IpAddress* among, TimePoin
     slots::Peer* best = nullptr;
     for (slots::Peer& peer : peers_) {
       const bool is_meant = !is_guest(peer.index) && (among == nullptr || peer.endpoint.address == *among);
-      if (is_meant && may_be(peer) && (best == nullptr || peer.last_seen < best->last_seen)) {
+      if (is_meant && may_be(peer) && (best == nullptr || !is_due(best->last_seen, peer.last_seen))) {
         best = &peer;
       }
     }
@@ -195,7 +195,8 @@ Slot* ServiceDiscovery::who_gives_way(const Table<Slot>& table, std::uint16_t ne
     if (is_candidate(slot)) {
       slots::Peer& peer = peers_[slot.peer];
       ++peer.held;
-      if (is_silent(peer, now) && (silent == nullptr || peer.last_seen < peers_[silent->peer].last_seen)) {
+      if (is_silent(peer, now) &&
+          (silent == nullptr || !is_due(peers_[silent->peer].last_seen, peer.last_seen))) {
         silent = &slot;
       }
     }

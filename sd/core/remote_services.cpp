@@ -85,7 +85,7 @@ Result<RequirementHandle, SdError> ServiceDiscovery::require(const RequiredServi
     start(slot->schedule, now);
   }
   slot->told = 0;
-  if (untold_++ == 0) {
+  if (!is_some_untold_) {
     tell_known(*slot);
   }
   return requirements_.handle_of<RequirementHandle>(*slot);
@@ -285,7 +285,9 @@ void ServiceDiscovery::announce(const slots::Remote& remote) noexcept {
 void ServiceDiscovery::tell_available(slots::Requirement& requirement, const slots::Remote& remote) noexcept {
   if (fits(requirement, remote)) {
     settle(requirement);
-    tell(ServiceAvailable{requirements_.handle_of<RequirementHandle>(requirement), service_of(remote)});
+    tell([&] {
+      return ServiceAvailable{requirements_.handle_of<RequirementHandle>(requirement), service_of(remote)};
+    });
   }
 }
 
@@ -304,7 +306,6 @@ void ServiceDiscovery::lose(slots::Remote& remote, LossReason reason, TimePoint 
     }
   }
   Table<slots::Remote>::lose(remote, reason);
-  ++untold_;
   // After a StopOffer wait for the next offer without asking.  [feat_req_someipsd_834]
   const bool ask = link_up_ && (reason == LossReason::expired || reason == LossReason::rebooted);
   for (slots::Requirement& requirement : requirements_) {

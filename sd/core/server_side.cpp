@@ -132,15 +132,9 @@ void ServiceDiscovery::stop_offer(OfferHandle handle, TimePoint now) noexcept {
   if (link_up_) {
     send_offer(*offer, slots::PendingEntry::to_multicast, now, 0);
   }
-  for (slots::Subscription& subscription : subscribers_) {
+  for (slots::Subscription& subscription : subscribers_.all()) {
     if (subscription.offer == handle.index) {
       remove(subscription);
-    }
-  }
-  for (slots::Subscription& subscription : subscribers_.lost()) {
-    if (subscription.offer == handle.index) {
-      remove(subscription);
-      --untold_;
     }
   }
   for (slots::OfferedEventgroup& eventgroup : eventgroups_) {
@@ -522,9 +516,9 @@ ServiceDiscovery::Accepted ServiceDiscovery::accept(const slots::Offer& offer, c
   const bool initial_data = asks ? entry.initial_data_requested() : is_new;
   const auto handle = offers_.handle_of<OfferHandle>(offer);
   if (is_new) {
-    tell(SubscriberAdded{handle, slot->eventgroup, subscriber_of(*slot), initial_data});
+    tell([&] { return SubscriberAdded{handle, slot->eventgroup, subscriber_of(*slot), initial_data}; });
   } else if (initial_data) {
-    tell(InitialDataRequested{handle, slot->eventgroup, subscriber_of(*slot)});
+    tell([&] { return InitialDataRequested{handle, slot->eventgroup, subscriber_of(*slot)}; });
   }
   return &eventgroup;
 }

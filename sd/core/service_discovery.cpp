@@ -92,20 +92,20 @@ const char* to_string(Limit limit) noexcept {
 }
 
 ServiceDiscovery::ServiceDiscovery(const Settings& settings, const StorageView& storage) noexcept
-    : settings_{settings},
-      rules_{settings_},
-      random_{settings.seed},
-      offers_{storage.offers},
-      eventgroups_{storage.eventgroups},
-      subscribers_{storage.subscribers},
+    : pending_{storage.pending_entries},
+      events_{storage.pending_events},
+      peers_{storage.peers},
+      remotes_{storage.remotes},
       requirements_{storage.requirements},
       subscriptions_{storage.subscriptions},
-      remotes_{storage.remotes},
-      peers_{storage.peers},
+      offers_{storage.offers},
+      subscribers_{storage.subscribers},
+      eventgroups_{storage.eventgroups},
       tcp_connections_{storage.tcp_connections},
-      pending_{storage.pending_entries},
-      events_{storage.pending_events},
-      configurations_{storage.configuration_bytes, storage.configurations} {
+      configurations_{storage.configuration_bytes, storage.configurations},
+      settings_{settings},
+      rules_{settings_},
+      random_{settings.seed} {
   assert(settings.timing.ttl_s >= 1 && settings.timing.ttl_s <= infinite_ttl_s);
   assert(settings.timing.initial_delay_min <= settings.timing.initial_delay_max);
   assert(settings.timing.request_response_delay_min <= settings.timing.request_response_delay_max);
@@ -297,8 +297,7 @@ std::optional<std::uint16_t> ServiceDiscovery::keep_configuration(bool important
     };
     mark_all(offers_);
     mark_all(requirements_);
-    mark_all(remotes_);
-    mark_all(remotes_.lost());
+    mark_all(remotes_.all());
     for (std::size_t i = 0; i < pending_.size(); ++i) {
       in_use(pending_[i].configuration);
     }
@@ -428,7 +427,7 @@ std::optional<Transmit> ServiceDiscovery::poll_transmit(ByteSpan room, TimePoint
 }
 
 std::optional<Event> ServiceDiscovery::poll_event() noexcept {
-  if (untold_ > 0 && events_.empty()) {
+  if (is_some_untold_ && events_.empty()) {
     tell_what_is_untold();
   }
   return events_.empty() ? std::nullopt : std::optional{events_.pop()};

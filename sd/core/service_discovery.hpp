@@ -329,7 +329,7 @@ class ServiceDiscovery {
   [[nodiscard]] std::optional<std::uint16_t> keep_configuration(bool important) noexcept;
 
   TRESTLE_ONCE static void count(std::uint64_t& counter) noexcept { ++counter; }
-  void note(Limit limit) noexcept { ++counters_.limits_reached[static_cast<std::size_t>(limit)]; }
+  void note(Limit limit) noexcept { count(counters_.limits_reached[static_cast<std::size_t>(limit)]); }
   // An entry finds no room.
   void refuse(Limit limit) noexcept {
     note(limit);
@@ -349,11 +349,19 @@ class ServiceDiscovery {
   [[nodiscard]] slots::PendingEntry* send(std::uint16_t to, TimePoint due) noexcept;
   [[nodiscard]] Event* next_event() noexcept;
   // For what is new. Losses that are still to be told come before it.
-  [[nodiscard]] std::size_t event_places() const noexcept { return untold_ == 0 ? events_.free_places() : 0; }
-  template <typename What>
-  void tell(const What& what) noexcept {
+  [[nodiscard]] std::size_t event_places() const noexcept {
+    return is_some_untold_ ? 0 : events_.free_places();
+  }
+  // What `make` returns is made where the event is.
+  template <typename Make>
+  void tell(Make make) noexcept {
+    using What = std::invoke_result_t<Make>;
+    struct Made {
+      explicit operator What() const noexcept { return make(); }
+      const Make& make;
+    };
     if (Event* const event = next_event()) {
-      event->emplace<What>(what);
+      event->emplace<What>(Made{make});
     }
   }
 
@@ -461,29 +469,30 @@ class ServiceDiscovery {
 
   // losses.cpp
   void tell_what_is_untold() noexcept;
+  [[nodiscard]] bool has_place_to_tell() noexcept;
   void lose(slots::TcpConnection& connection) noexcept;
   void tell_loss(slots::TcpConnection& connection) noexcept;
 
+  // What is used most stands first, where small processors reach it with short instructions.
+  bool link_up_ = true;
+  bool is_some_untold_ = false;  // losses, or known services, wait for room among the events
+  someip::SessionCounter multicast_sessions_;
+  someip::SessionCounter forgotten_sessions_;  // no peer that was forgotten has heard of a later one
+  BoundedQueue<slots::PendingEntry> pending_;
+  BoundedQueue<Event> events_;
+  Table<slots::Peer> peers_;
+  Table<slots::Remote> remotes_;
+  Table<slots::Requirement> requirements_;
+  Table<slots::OwnSubscription> subscriptions_;
+  Table<slots::Offer> offers_;
+  Table<slots::Subscription> subscribers_;
+  Table<slots::OfferedEventgroup> eventgroups_;
+  Table<slots::TcpConnection> tcp_connections_;
+  ConfigurationPool configurations_;
   Settings settings_;
   OptionRules rules_;
   Random random_;
   Counters counters_;
-  bool link_up_ = true;
-  std::uint32_t untold_ = 0;  // losses, and requirements, that wait for room among the events
-  someip::SessionCounter multicast_sessions_;
-  someip::SessionCounter forgotten_sessions_;  // no peer that was forgotten has heard of a later one
-
-  Table<slots::Offer> offers_;
-  Table<slots::OfferedEventgroup> eventgroups_;
-  Table<slots::Subscription> subscribers_;
-  Table<slots::Requirement> requirements_;
-  Table<slots::OwnSubscription> subscriptions_;
-  Table<slots::Remote> remotes_;
-  Table<slots::Peer> peers_;
-  Table<slots::TcpConnection> tcp_connections_;
-  BoundedQueue<slots::PendingEntry> pending_;
-  BoundedQueue<Event> events_;
-  ConfigurationPool configurations_;
 };
 
 }  // namespace trestle::sd

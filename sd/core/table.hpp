@@ -12,8 +12,8 @@ namespace trestle::sd {
 struct SlotBase {
   enum class State : std::uint8_t {
     empty,
-    in_use,
     lost,  // nobody finds it any more, but its end is still to be told
+    in_use,
   };
   static constexpr std::uint8_t no_loss = 0;
 
@@ -52,7 +52,7 @@ class TableBase {
   [[nodiscard]] SlotBase& slot(std::size_t index) const noexcept {
     return *static_cast<SlotBase*>(static_cast<void*>(slots_ + index * slot_bytes_));
   }
-  /// The first slot in this state, and the one after another; nothing when there is none.
+  /// The first slot in this state or a later one, and the one after another; nothing when there is none.
   template <SlotBase::State state>
   TRESTLE_ONCE [[nodiscard]] SlotBase* first() const noexcept {
     return next(0, state);
@@ -72,7 +72,7 @@ class TableBase {
  private:
   [[nodiscard]] SlotBase* next(std::size_t index, SlotBase::State state) const noexcept {
     for (; index < used_end_; ++index) {
-      if (slot(index).slot_state == state) {
+      if (slot(index).slot_state >= state) {
         return &slot(index);
       }
     }
@@ -117,10 +117,10 @@ class Table : public TableBase {
   }
   [[nodiscard]] std::default_sentinel_t end() const noexcept { return {}; }
 
-  /// Those whose end is still to be told.
-  class Lost {
+  /// Those in use, and those whose end is still to be told.
+  class All {
    public:
-    explicit Lost(const Table& table) noexcept : table_{&table} {}
+    explicit All(const Table& table) noexcept : table_{&table} {}
     TRESTLE_INLINE [[nodiscard]] auto begin() const noexcept {
       return Iterator<SlotBase::State::lost>{*table_};
     }
@@ -129,7 +129,7 @@ class Table : public TableBase {
    private:
     const Table* table_;
   };
-  [[nodiscard]] Lost lost() const noexcept { return Lost{*this}; }
+  [[nodiscard]] All all() const noexcept { return All{*this}; }
 
   /// The first slot in use that `wanted` is true for; nothing when there is none.
   template <typename Wanted>
