@@ -62,6 +62,12 @@ std::string Participant::guid() const {
 std::vector<FoundWriter> Participant::writers() const {
   return core_->writers();
 }
+std::vector<BridgeEnd> Participant::bridge_ends(std::string_view topic) const {
+  return core_->bridge_ends().of_topic(topic);
+}
+std::uint64_t Participant::bridge_changes() const noexcept {
+  return core_->bridge_ends().changes();
+}
 std::uint64_t Participant::not_remembered() const {
   return core_->not_remembered();
 }

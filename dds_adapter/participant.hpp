@@ -161,13 +161,33 @@ struct FoundWriter {
   std::string topic{};
   std::string type{};
   Qos qos{};  ///< of which discovery tells neither depth nor history nor lifespan: those are as by default
+  bool bridge = false;  ///< the end of another bridge
 };
 
 /// What a reader or writer may have beside its quality of service.
 struct EndpointExtras {
-  OnMatch on_match{};           ///< a callback as any other; never called again once the endpoint is gone
-  std::string user_data{};      ///< told to everybody by discovery
+  OnMatch on_match{};       ///< a callback as any other; never called again once the endpoint is gone
+  std::string user_data{};  ///< told to everybody by discovery
+  /// Not empty: this is the end of a bridge, and of what, as others read it in Participant::bridge_ends().
+  /// Two such ends of different participants have nothing to do with each other, though DDS matches them: the
+  /// reader takes nothing from the writer, neither counts as a counterpart, and on_match is not called. So
+  /// nothing that one bridge brought in is carried out by another. Letters, digits, and what else is printed
+  /// but `;`; at most `max_bridge_text` characters.
+  std::string bridge{};
+  /// Of such a reader: told of each sample that it does not take for that, which is valid during the call. A
+  /// callback as that of samples.
+  std::function<void(ByteView cdr, const Guid& writer)> on_bridged{};
   bool writes_related = false;  ///< of a writer: Writer::write_related() is used, and no other write()
+};
+
+/// Of EndpointExtras::bridge; what is longer when it comes is cut.
+inline constexpr std::size_t max_bridge_text = 96;
+
+/// The end of another bridge, EndpointExtras::bridge.
+struct BridgeEnd {
+  std::string text{};
+  bool writer = false;
+  Guid guid{};
 };
 
 /// Whose DDS a participant is.
@@ -223,6 +243,7 @@ struct ReaderCounters {
   std::uint64_t received = 0;  ///< given to the callback
   std::uint64_t received_bytes = 0;
   std::uint64_t own = 0;                ///< written by the own participant
+  std::uint64_t from_bridge = 0;        ///< written by the end of another bridge, EndpointExtras::bridge
   std::uint64_t other_type = 0;         ///< of a type with another hash, ParticipantConfig::strict_types
   std::uint64_t bad_encapsulation = 0;  ///< too short for a header, or not plain XCDR1
   std::uint64_t oversize = 0;           ///< more than `max_sample_bytes`
@@ -349,6 +370,10 @@ class Participant {
   /// The writers of others that are there now, also those of topics that nobody here reads; in no order that
   /// means anything. At most 4096 readers and writers are remembered.
   [[nodiscard]] std::vector<FoundWriter> writers() const;
+  /// The ends of other bridges on this topic. At most 4096 are remembered, of all topics.
+  [[nodiscard]] std::vector<BridgeEnd> bridge_ends(std::string_view topic) const;
+  /// Another number when ends of other bridges have come or gone. Cheap: takes no lock.
+  [[nodiscard]] std::uint64_t bridge_changes() const noexcept;
   /// How many readers and writers were discovered when there was no room to remember them.
   [[nodiscard]] std::uint64_t not_remembered() const;
 

@@ -180,8 +180,9 @@ bool are_matched(const ParticipantCore::Endpoint& one, const ParticipantCore::En
 
 std::size_t ParticipantCore::Endpoint::foreign(std::int32_t count) const noexcept {
   const std::size_t own = *own_matches;
+  const std::size_t not_counted = own + (bridge_matches ? bridge_matches->count() : 0);
   const auto all = static_cast<std::size_t>(std::max(count, 0));
-  return all > own ? all - own : 0;
+  return all > not_counted ? all - not_counted : 0;
 }
 
 void ParticipantCore::count_own_matches(const Endpoint& endpoint) const {
@@ -434,6 +435,10 @@ void ParticipantCore::on_peer(const fast::FoundPeer& peer) {
 }
 
 void ParticipantCore::on_endpoint(const fast::FoundEndpoint& endpoint) {
+  // Before it is matched, which Fast DDS does after this: no sample comes of one that is not known yet.
+  if (!is_own(endpoint.guid)) {
+    bridge_ends_.note(endpoint);
+  }
   for (const Event& event : remember(endpoint)) {
     report(event);
   }
@@ -484,7 +489,8 @@ std::vector<FoundWriter> ParticipantCore::writers() const {
   std::vector<FoundWriter> result;
   for (const auto& [guid, found] : found_) {
     if (found.endpoint.writer && !is_own(guid)) {
-      result.push_back({found.endpoint.topic, found.endpoint.type, found.endpoint.qos});
+      result.push_back(
+          {found.endpoint.topic, found.endpoint.type, found.endpoint.qos, bridge_ends_.contains(guid)});
       Qos& qos = result.back().qos;
       qos.transient_local =
           qos.transient_local && user_data_value(found.endpoint.user_data, "durability") != "volatile";

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "dds_adapter/bridge_ends.hpp"
 #include "dds_adapter/fastdds_compat.hpp"
 #include "dds_adapter/participant.hpp"
 #include "dds_adapter/ros_graph.hpp"
@@ -48,8 +49,10 @@ class ParticipantCore final : private fast::DiscoveryListener {
     /// How many of our own endpoints match this one: they are no counterparts. Kept by the participant, for
     /// who asks before each sample.
     std::unique_ptr<std::atomic<std::size_t>> own_matches = std::make_unique<std::atomic<std::size_t>>(0);
+    /// Those that are ends of other bridges; nothing unless this is the end of one.
+    std::unique_ptr<BridgeMatches> bridge_matches{};
 
-    /// How many of `count` matched endpoints are not our own.
+    /// How many of `count` matched endpoints are not our own, nor ends of other bridges if this is one.
     [[nodiscard]] std::size_t foreign(std::int32_t count) const noexcept;
   };
 
@@ -77,6 +80,7 @@ class ParticipantCore final : private fast::DiscoveryListener {
   /// No more events after this.
   void silence();
 
+  [[nodiscard]] const FoundBridgeEnds& bridge_ends() const noexcept { return bridge_ends_; }
   [[nodiscard]] std::vector<FoundWriter> writers() const;
   [[nodiscard]] std::uint64_t not_remembered() const;
 
@@ -131,6 +135,7 @@ class ParticipantCore final : private fast::DiscoveryListener {
   fast::Subscriber* subscriber_ = nullptr;
   fast::Prefix prefix_;
 
+  FoundBridgeEnds bridge_ends_;  ///< of others
   mutable std::mutex mutex_;
   static constexpr std::size_t max_found = 4096;
   std::map<std::string, UsedTopic> topics_;

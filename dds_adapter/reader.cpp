@@ -31,9 +31,13 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
         endpoint_{std::move(endpoint)},
         on_sample_{std::move(on_sample)},
         max_sample_bytes_{max_sample_bytes},
-        user_data_{std::move(extras.user_data)},
-        on_match_{std::move(extras.on_match)} {
+        user_data_{with_bridge_entry(extras.user_data, extras.bridge)},
+        on_match_{std::move(extras.on_match)},
+        on_bridged_{std::move(extras.on_bridged)} {
     endpoint_.type_hash = user_data_value(user_data_, "typehash");
+    if (!extras.bridge.empty()) {
+      endpoint_.bridge_matches = std::make_unique<BridgeMatches>();
+    }
   }
 
   ReaderCore(const ReaderCore&) = delete;
@@ -57,6 +61,7 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
     {
       const std::lock_guard lock{gate_};
       on_sample_ = nullptr;
+      on_bridged_ = nullptr;
     }
     const std::lock_guard lock{match_gate_};
     on_match_ = nullptr;
@@ -128,12 +133,28 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
       }
       loan->from = reader;
       loan->keeps = shared_from_this();
-      if (is_wanted(*loan)) {
+      if (is_bridged(*loan)) {
+        if (on_bridged_) {
+          on_bridged_(loan->samples[0].received, to_guid(loan->infos[0].sample_identity.writer_guid()));
+        }
+        give_back(std::move(loan));
+      } else if (is_wanted(*loan)) {
         on_sample_(Sample{std::move(loan)});
       } else {
         give_back(std::move(loan));
       }
     }
+  }
+
+  /// Counts what another bridge brought in.
+  bool is_bridged(const Loan& loan) {
+    if (!endpoint_.bridge_matches || !loan.infos[0].valid_data ||
+        !bridge_check_.is_bridge(participant_->bridge_ends(), loan.infos[0].sample_identity.writer_guid())) {
+      return false;
+    }
+    const std::lock_guard lock{counters_mutex_};
+    ++counters_.from_bridge;
+    return true;
   }
 
   /// Judges and counts a sample.
@@ -163,14 +184,17 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
 
   void on_subscription_matched(fast::DataReader* /*reader*/,
                                const fast::SubscriptionMatchedStatus& status) override {
-    matched_ = status.current_count;
     const fast::Guid peer = fast::guid_of(status.last_publication_handle);
+    const bool bridge =
+        endpoint_.bridge_matches &&
+        endpoint_.bridge_matches->change(participant_->bridge_ends(), peer, status.current_count_change > 0);
+    matched_ = status.current_count;
     if (!participant_->is_own(peer)) {
       const auto kind = status.current_count_change > 0 ? Event::Kind::matched : Event::Kind::unmatched;
       participant_->report({kind, endpoint_.topic, endpoint_.type, to_hex(peer), "reader",
                             endpoint_.foreign(status.current_count)});
       const std::lock_guard lock{match_gate_};
-      if (on_match_) {
+      if (on_match_ && !bridge) {
         on_match_(to_guid(peer), kind == Event::Kind::matched);
       }
     }
@@ -228,6 +252,8 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
   const std::string user_data_;
   std::mutex match_gate_;  ///< held while on_match_ runs, as gate_
   OnMatch on_match_;
+  std::function<void(ByteView, const Guid&)> on_bridged_;  ///< under gate_
+  BridgeCheck bridge_check_;                               ///< likewise
   /// To ask DDS would take what has changed from under the listener, who could not tell a match from its end.
   std::atomic<std::int32_t> matched_ = 0;
   fast::DataReader* reader_ = nullptr;

@@ -47,6 +47,8 @@ struct ServiceConfig {
   std::string
       request_user_data{};        ///< of the reader or writer of requests, beside what the class sets itself
   std::string reply_user_data{};  ///< of that of replies
+  /// EndpointExtras::bridge of both: servers and clients of different bridges do not see each other.
+  std::string bridge{};
 };
 
 /// A request or reply as CDR with its encapsulation header, whatever form it came in: on loan from DDS, or

@@ -108,6 +108,7 @@ struct ServiceClient::State {
                changed([&] { servers.reader(peer, matched, vendor); });
              },
          .user_data = config.request_user_data + user_data,
+         .bridge = config.bridge,
          .writes_related = true}));
     {
       const std::lock_guard lock{mutex};
@@ -119,7 +120,8 @@ struct ServiceClient::State {
         [this](Sample sample) { on_reply(std::move(sample)); }, config.max_sample_bytes,
         {.on_match = [this](const Guid& peer,
                             bool matched) { changed([&] { servers.writer(peer, matched); }); },
-         .user_data = config.reply_user_data + user_data}));
+         .user_data = config.reply_user_data + user_data,
+         .bridge = config.bridge}));
     const std::lock_guard lock{mutex};
     reader_guid = reader->guid();
   }

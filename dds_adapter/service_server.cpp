@@ -39,6 +39,7 @@ struct ServiceServer::State {
                changed([&] { reply_readers.change(peer, matched, vendor); });
              },
          .user_data = config.reply_user_data + user_data,
+         .bridge = config.bridge,
          .writes_related = true}));
     reader.emplace(participant.create_reader(
         ros_request_topic(config.name), ros_type_name(config.type + "_Request"), qos,
@@ -53,7 +54,8 @@ struct ServiceServer::State {
                  }
                });
              },
-         .user_data = config.request_user_data + user_data}));
+         .user_data = config.request_user_data + user_data,
+         .bridge = config.bridge}));
   }
 
   // --- On threads of DDS ----------------------------------------------------------------------------------

@@ -33,7 +33,11 @@ class WriterCore final : private fast::WriterListener {
     fast::Topic* topic = participant_->use_topic(endpoint_.topic, endpoint_.type);
     endpoint_.type_hash = user_data_value(extras.user_data, "typehash");
     fast::DataWriterQos qos = writer_qos();
-    fast::set_user_data(qos, forgets_ ? extras.user_data + forgets_entry : extras.user_data);
+    fast::set_user_data(qos, with_bridge_entry(forgets_ ? extras.user_data + forgets_entry : extras.user_data,
+                                               extras.bridge));
+    if (!extras.bridge.empty()) {
+      endpoint_.bridge_matches = std::make_unique<BridgeMatches>();
+    }
     participant_->count_own_matches(endpoint_);
     writer_ = participant_->publisher()->create_datawriter(topic, qos, this);
     if (writer_ == nullptr) {
@@ -260,8 +264,11 @@ class WriterCore final : private fast::WriterListener {
 
   void on_publication_matched(fast::DataWriter* /*writer*/,
                               const fast::PublicationMatchedStatus& status) override {
-    matched_ = status.current_count;
     const fast::Guid peer = fast::guid_of(status.last_subscription_handle);
+    const bool bridge =
+        endpoint_.bridge_matches &&
+        endpoint_.bridge_matches->change(participant_->bridge_ends(), peer, status.current_count_change > 0);
+    matched_ = status.current_count;
     if (!participant_->is_own(peer)) {
       const auto kind = status.current_count_change > 0 ? Event::Kind::matched : Event::Kind::unmatched;
       participant_->report({kind, endpoint_.topic, endpoint_.type, to_hex(peer), "writer",
@@ -272,7 +279,7 @@ class WriterCore final : private fast::WriterListener {
           session_start_->forget(peer);
         }
       }
-      if (on_match_) {
+      if (on_match_ && !bridge) {
         on_match_(to_guid(peer), kind == Event::Kind::matched);
       }
     }

@@ -186,6 +186,10 @@ struct Bridge::State {
       watch->watch(dds::ros_topic_name(route.topic), TopicWatch::End::writer,
                    [&inbound_route] { inbound_route.readers_changed(); });
     }
+    if (route.qos.transient_local) {
+      watch->watch(dds::ros_topic_name(route.topic), TopicWatch::End::writer,
+                   [&inbound_route] { inbound_route.bridges_changed(); });
+    }
   }
   void follow(ServiceOffer& offer, OutboundRoute& outbound_route, const Route& route) {
     if (route.presence.offer_while_published) {
@@ -261,15 +265,16 @@ Bridge::Bridge(boost::asio::io_context& io, const BridgeConfig& config, TypeLibr
     start_at(config, route.mark, [&] {
       if (route.direction == Direction::someip_to_dds) {
         state_->follow(**inbound, route);
-        (*inbound++)->open(*state_->participant, user_data[i]);
+        (*inbound++)->open(*state_->participant, user_data[i], config.someip.address);
         return;
       }
       const auto service = std::ranges::find_if(services, [&](const OfferedService& offered) {
         return offered.spec.service == route.service && offered.spec.instance == route.instance;
       });
       ServiceOffer& offer = *state_->offers[static_cast<std::size_t>(service - services.begin())];
-      state_->outbound.push_back(std::make_unique<OutboundRoute>(
-          io, *state_->node, offer, *state_->participant, route, std::move(plans[i]), user_data[i], report));
+      state_->outbound.push_back(
+          std::make_unique<OutboundRoute>(io, *state_->node, offer, *state_->participant, route,
+                                          std::move(plans[i]), user_data[i], config.someip.address, report));
       state_->follow(offer, *state_->outbound.back(), route);
       if (is_as_published(route.qos)) {
         state_->publishers.add(dds::ros_topic_name(route.topic), dds::ros_type_name(route.type),
@@ -284,6 +289,7 @@ Bridge::Bridge(boost::asio::io_context& io, const BridgeConfig& config, TypeLibr
   }
   state_->publishers.open(*state_->participant);
   state_->methods->join_dds(*state_->participant, state_->offers);
+  state_->watch->watch_writers([methods = state_->methods.get()] { methods->bridges_changed(); });
   state_->publish_diagnostics(io, config, types);
   if (state_->discovered) {
     state_->discovered->open(*state_->participant);

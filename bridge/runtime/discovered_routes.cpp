@@ -154,7 +154,7 @@ std::map<DiscoveredRoutes::TopicAndType, DiscoveredRoutes::Found> DiscoveredRout
   std::map<std::string, Pattern*> owners;
   for (const dds::FoundWriter& writer : participant_->writers()) {
     const auto topic = dds::topic_of_ros(writer.topic);
-    if (!topic || !is_topic_name(*topic) || own_topics_.contains(*topic)) {
+    if (writer.bridge || !topic || !is_topic_name(*topic) || own_topics_.contains(*topic)) {
       continue;
     }
     const auto [owner, is_new] = owners.try_emplace(*topic, nullptr);
@@ -192,7 +192,7 @@ void DiscoveredRoutes::drop(std::map<std::string, Live>::iterator live) {
   live->second.offer->withdraw();
   for (const Counter& counter : live->second.carrier->counters().counters) {
     const std::string_view name = counter.name;
-    if (name == "publishers" || name == "offered") {  // now, which is over
+    if (name == "publishers" || name == "bridges" || name == "offered") {  // now, which is over
       continue;
     }
     const auto sum = std::ranges::find(past_.counters, name,
@@ -345,7 +345,7 @@ void DiscoveredRoutes::make(Candidate& candidate) {
     auto offer = std::make_unique<ServiceOffer>(node_, service.spec, service.while_there);
     auto carrier =
         std::make_unique<OutboundRoute>(io_, node_, *offer, *participant_, route, std::move(candidate.plan),
-                                        user_data_of(route.type, types_), report_);
+                                        user_data_of(route.type, types_), config_.someip.address, report_);
     offer->needs([published = carrier.get()] { return published->published(); });
     spdlog::info("discovered {} ({}): {}, event 0x{:04x}", route.topic, route.type, in_words(route),
                  someip::value(route.event));

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
 #include <utility>
@@ -10,6 +11,7 @@
 #include "bridge/runtime/dds_qos.hpp"
 #include "bridge/runtime/sample_limit.hpp"
 #include "dds_adapter/ros_names.hpp"
+#include "someip/net/address_text.hpp"
 
 namespace trestle::bridge {
 
@@ -39,22 +41,25 @@ InboundRoute::InboundRoute(sd::Node& node, const Route& route, const sd::Subscri
 }
 
 void InboundRoute::subscribe() {
-  subscription_ = node_.subscribe(subscription_spec_,
-                                  [this](const someip::Message& event, const Endpoint&) { carry(event); });
+  subscription_ = node_.subscribe(
+      subscription_spec_, [this](const someip::Message& event, const Endpoint& from) { carry(event, from); });
 }
 
-void InboundRoute::open(dds::Participant& participant, const std::string& user_data) {
+void InboundRoute::open(dds::Participant& participant, const std::string& user_data,
+                        const IpAddress& address) {
   participant_ = &participant;
   user_data_ = user_data;
+  bridge_ = to_text(mark_of(address, route_));
+  returns_.emplace(dds::ros_topic_name(route_.topic), mark_of(address, route_));
   if (!requirement_) {
     make_writer();
   }
 }
 
 void InboundRoute::make_writer() {
-  writer_ =
-      participant_->create_writer(dds::ros_topic_name(route_.topic), dds::ros_type_name(route_.type),
-                                  dds_qos(route_.qos), max_sample_bytes(route_), {.user_data = user_data_});
+  writer_ = participant_->create_writer(dds::ros_topic_name(route_.topic), dds::ros_type_name(route_.type),
+                                        dds_qos(route_.qos), max_sample_bytes(route_),
+                                        {.user_data = user_data_, .bridge = bridge_});
 }
 
 void InboundRoute::drop_writer() {
@@ -81,6 +86,19 @@ void InboundRoute::settle_soon() {
       settle();
     }
   });
+}
+
+// What was written before the other bridge was known is forgotten: who comes late has it from its publisher.
+void InboundRoute::bridges_changed() {
+  if (stopped_ || !returns_->update(*participant_) || returns_->none() || !writer_) {
+    return;
+  }
+  try {
+    drop_writer();
+    make_writer();
+  } catch (const std::exception& error) {
+    spdlog::error("{}: {}", route_.topic, error.what());
+  }
 }
 
 void InboundRoute::settle() {
@@ -113,9 +131,30 @@ void InboundRoute::settle() {
   }
 }
 
-void InboundRoute::carry(const someip::Message& event) {
+bool InboundRoute::comes_back(const Endpoint& from) {
+  if (returns_) {
+    if (!route_.qos.transient_local) {  // else by bridges_changed()
+      returns_->update(*participant_);
+    }
+    if (returns_->has(from.address)) {
+      ++returned_;
+      if (told_returns_.size() < 8 && std::ranges::find(told_returns_, from.address) == told_returns_.end()) {
+        told_returns_.push_back(from.address);
+        spdlog::warn("{}: what comes from {} is not carried: the bridge there takes it from this topic",
+                     route_.topic, someip::to_string(from.address));
+      }
+      return true;
+    }
+  }
+  return false;
+}
+
+void InboundRoute::carry(const someip::Message& event, const Endpoint& from) {
   plan_.expect(event.payload, scratch_);
   ++received_;
+  if (comes_back(from)) {
+    return;
+  }
   if (e2e_ && event.check != nullptr) {
     e2e_->note(*event.check);
     if (!e2e_->passes()) {
@@ -175,6 +214,11 @@ sd::SubscriptionFaults InboundRoute::faults() const {
   return sum;
 }
 
+// Ends of other bridges on the topic.
+std::uint64_t InboundRoute::bridges() const {
+  return participant_ != nullptr ? participant_->bridge_ends(dds::ros_topic_name(route_.topic)).size() : 0;
+}
+
 CounterGroup InboundRoute::counters() const {
   using enum Counter::Kind;
   const sd::SubscriptionFaults sd = faults();
@@ -185,11 +229,13 @@ CounterGroup InboundRoute::counters() const {
                       {"carried", carried_},
                       {"bytes", carried_bytes_},
                       {"readers", writer_ ? writer_->matched() : 0},
+                      {"bridges", bridges()},
                       {"written", writer_ ? 1U : 0U},
                       {"subscribed", subscription_ && node_.subscribed(*subscription_) ? 1U : 0U},
                       {"refused", sd.refused, loss},
                       {"other_transport", sd.other_transport, loss},
                       {"other_version", sd.other_version, loss},
+                      {"returned", returned_, loss},
                       {"no_reader", no_reader_, loss},
                       {"not_convertible", not_convertible_, loss},
                       {"too_large", too_large_, loss},

@@ -5,6 +5,7 @@
 
 #include "bridge/config/bridge_config.hpp"
 #include "bridge/convert/conversion_plan.hpp"
+#include "bridge/runtime/bridge_mark.hpp"
 #include "bridge/runtime/conversion_log.hpp"
 #include "bridge/runtime/counters.hpp"
 #include "bridge/runtime/e2e_status.hpp"
@@ -16,7 +17,8 @@ namespace trestle::bridge {
 
 /// Carries a SOME/IP event to a DDS topic, on the thread that runs the io_context: the reassembled payload is
 /// converted where it lies and written to DDS, which copies it once. As the route's presence says, it writes
-/// to the topic only while the service is offered, and subscribes only while somebody reads.
+/// to the topic only while the service is offered, and subscribes only while somebody reads. What another
+/// bridge takes from the very topic is not written there again.
 class InboundRoute {
  public:
   /// Opens sockets on `node`; subscribes, or looks for the service.  @throws someip::NetError
@@ -29,8 +31,9 @@ class InboundRoute {
   /// To be called before the first event comes, that is, before the io_context runs.
   /// @param participant  outlives the route.
   /// @param user_data  of the writer.
+  /// @param address  of the bridge in SOME/IP.
   /// @throws dds::DdsError
-  void open(dds::Participant& participant, const std::string& user_data);
+  void open(dds::Participant& participant, const std::string& user_data, const IpAddress& address);
   /// Calls `changed` when the state of the end-to-end protection has.
   void on_e2e_change(std::function<void()> changed) {
     if (e2e_) {
@@ -44,19 +47,24 @@ class InboundRoute {
   [[nodiscard]] std::optional<Diagnosis> diagnosis() const;
   /// To be called when the topic's readers have come or gone.
   void readers_changed() { settle(); }
+  /// To be called when those may be ends of other bridges.
+  void bridges_changed();
   /// Nothing begins or ends any more.
   void stop() { stopped_ = true; }
 
   [[nodiscard]] CounterGroup counters() const;
 
  private:
-  void carry(const someip::Message& event);
+  void carry(const someip::Message& event, const Endpoint& from);
+  /// Whether the event was on the topic before.
+  [[nodiscard]] bool comes_back(const Endpoint& from);
   void subscribe();
   void settle_soon();
   void settle();
   void make_writer();
   void drop_writer();
   [[nodiscard]] sd::SubscriptionFaults faults() const;
+  [[nodiscard]] std::uint64_t bridges() const;
 
   sd::Node& node_;
   const sd::SubscribeSpec subscription_spec_;
@@ -67,6 +75,9 @@ class InboundRoute {
   ConversionLog log_;
   dds::Participant* participant_ = nullptr;
   std::string user_data_;
+  std::string bridge_;
+  std::optional<Returns> returns_;
+  std::vector<IpAddress> told_returns_;
   std::optional<dds::Writer> writer_;
   dds::WriterCounters past_writers_;
   std::optional<sd::RequirementId> requirement_;  ///< to write while the service is offered
@@ -81,6 +92,7 @@ class InboundRoute {
   std::uint64_t received_ = 0;
   std::uint64_t carried_ = 0;
   std::uint64_t carried_bytes_ = 0;
+  std::uint64_t returned_ = 0;
   std::uint64_t no_reader_ = 0;
   std::uint64_t not_convertible_ = 0;
   std::uint64_t too_large_ = 0;

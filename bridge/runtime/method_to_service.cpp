@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "bridge/runtime/pacing.hpp"
+#include "dds_adapter/ros_names.hpp"
 
 namespace trestle::bridge {
 namespace {
@@ -33,11 +34,12 @@ ReturnCode code_of(dds::CallFault fault) {
 }  // namespace
 
 MethodToService::MethodToService(boost::asio::io_context& io, const MethodRoute& method, ServicePlans plans,
-                                 dds::ServiceConfig ros)
+                                 dds::ServiceConfig ros, const IpAddress& address)
     : method_{method},
       plans_{std::move(plans)},
       ros_{std::move(ros)},
       log_{method.ros_service},
+      returns_{dds::ros_request_topic(method.ros_service), mark_of(address, method)},
       work_{std::make_shared<ServiceWork>(
           io, [this](dds::TimePoint now) { work(now); }, [this] { return client_->deadline(); })} {
   if (method_.e2e) {
@@ -59,6 +61,7 @@ sd::MethodSpec MethodToService::spec() {
 }
 
 void MethodToService::open(dds::Participant& participant, std::function<void()> ready_changed) {
+  participant_ = &participant;
   ready_changed_ = std::move(ready_changed);
   client_.emplace(participant, ros_, work_->waker());
 }
@@ -80,6 +83,13 @@ void MethodToService::work(dds::TimePoint now) {
 
 void MethodToService::on_request(const someip::Message& request, sd::Responder responder) {
   ++received_;
+  // Its server asks us what our ROS service was asked, as long as it does not know us yet.
+  returns_.update(*participant_);
+  if (returns_.has(responder.caller().address)) {
+    ++returned_;
+    responder.error(ReturnCode::not_ok);
+    return;
+  }
   if (const auto refused = refused_by(e2e_, request)) {
     responder.error(*refused);
     return;
@@ -144,6 +154,7 @@ CounterGroup MethodToService::counters() const {
                       {"ready", was_ready_ ? 1U : 0U},
                       {"not_convertible", not_convertible_, loss},
                       {"too_large", too_large_, loss},
+                      {"returned", returned_, loss},
                       {"unavailable", ros.unavailable, loss},
                       {"gone", ros.gone, loss},
                       {"timed_out", ros.timed_out, loss},

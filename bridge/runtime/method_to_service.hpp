@@ -4,6 +4,7 @@
 
 #include "bridge/config/bridge_config.hpp"
 #include "bridge/convert/service_plans.hpp"
+#include "bridge/runtime/bridge_mark.hpp"
 #include "bridge/runtime/conversion_log.hpp"
 #include "bridge/runtime/counters.hpp"
 #include "bridge/runtime/e2e_status.hpp"
@@ -18,8 +19,9 @@ namespace trestle::bridge {
 /// calls that go wrong.
 class MethodToService {
  public:
+  /// @param address  of the bridge in SOME/IP.
   MethodToService(boost::asio::io_context& io, const MethodRoute& method, ServicePlans plans,
-                  dds::ServiceConfig ros);
+                  dds::ServiceConfig ros, const IpAddress& address);
   ~MethodToService();
   MethodToService(const MethodToService&) = delete;
   MethodToService& operator=(const MethodToService&) = delete;
@@ -52,11 +54,14 @@ class MethodToService {
   const dds::ServiceConfig ros_;
   ConversionScratch scratch_;
   ConversionLog log_;
+  dds::Participant* participant_ = nullptr;
+  Returns returns_;
   std::optional<E2eStatus> e2e_;
   std::shared_ptr<ServiceWork> work_;
   std::function<void()> ready_changed_;
   std::function<void()> changed_;
   bool was_ready_ = false;
+  std::uint64_t returned_ = 0;
   std::uint64_t received_ = 0;
   std::uint64_t answered_ = 0;
   std::uint64_t in_flight_ = 0;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "bridge/runtime/bridge_mark.hpp"
 #include "bridge/runtime/route_parts.hpp"
 #include "bridge/runtime/start_at.hpp"
 #include "dds_adapter/ros_names.hpp"
@@ -63,6 +64,7 @@ Methods::Compiled Methods::compile(const MethodRoute& method, TypeLibrary& types
 Methods::Methods(const BridgeConfig& config, TypeLibrary& types) : config_{config} {
   for (const MethodRoute& method : config.methods) {
     compiled_.push_back(start_at(config, method.mark, [&] { return compile(method, types); }));
+    compiled_.back().ros.bridge = to_text(mark_of(config.someip.address, method));
   }
 }
 
@@ -73,13 +75,13 @@ void Methods::join_someip(boost::asio::io_context& io, sd::Node& node,
     if (method.server == Server::someip) {
       to_someip_.push_back(start_at(config_, method.mark, [&] {
         return std::make_unique<ServiceToMethod>(node, method, std::move(compiled_[i].plans),
-                                                 std::move(compiled_[i].ros),
-                                                 std::move(compiled_[i].failure));
+                                                 std::move(compiled_[i].ros), std::move(compiled_[i].failure),
+                                                 config_.someip.address);
       }));
       continue;
     }
     to_ros_.push_back(std::make_unique<MethodToService>(io, method, std::move(compiled_[i].plans),
-                                                        std::move(compiled_[i].ros)));
+                                                        std::move(compiled_[i].ros), config_.someip.address));
     OfferedService& service = offered_service(services,
                                               {.service = method.service,
                                                .instance = method.instance,
@@ -122,6 +124,12 @@ void Methods::join_dds(dds::Participant& participant,
       offer.needs([&opened] { return opened.ready(); });
     }
     start_at(config_, method.mark, [&] { opened.open(participant, [&offer] { offer.update(); }); });
+  }
+}
+
+void Methods::bridges_changed() {
+  for (const auto& method : to_someip_) {
+    method->bridges_changed();
   }
 }
 

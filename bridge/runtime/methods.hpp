@@ -31,6 +31,9 @@ class Methods {
   /// @throws std::runtime_error  as above.
   void join_dds(dds::Participant& participant, const std::vector<std::unique_ptr<ServiceOffer>>& offers);
 
+  /// To be called when writers of others in DDS have come or gone, among which may be those of bridges.
+  void bridges_changed();
+
   /// Nothing is carried any more.
   void stop();
 

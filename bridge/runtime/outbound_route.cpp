@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <atomic>
 #include <boost/asio/bind_allocator.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
@@ -12,11 +13,14 @@
 #include <optional>
 #include <vector>
 
+#include "bridge/runtime/bridge_mark.hpp"
 #include "bridge/runtime/conversion_log.hpp"
 #include "bridge/runtime/dds_qos.hpp"
+#include "bridge/runtime/loop_guard.hpp"
 #include "bridge/runtime/pacing.hpp"
 #include "bridge/runtime/sample_limit.hpp"
 #include "dds_adapter/ros_names.hpp"
+#include "someip/net/address_text.hpp"
 #include "someip/net/pool_allocator.hpp"
 
 namespace trestle::bridge {
@@ -26,6 +30,9 @@ namespace {
 // newest wait, as many as the depth, which are the same for all who are slow; and the one which it has begun
 // to take may be an old one. So this is how many slow subscribers cost no copy.
 constexpr std::size_t lent_to_slow = 8;
+
+// So many samples that other bridges bring back from SOME/IP show that the route is part of a ring.
+constexpr std::uint64_t returned_in_ring = 3;
 
 // A sample while it is converted and sent. Reused, so that the converter's memory is.
 struct Job {
@@ -47,6 +54,7 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
         plan{std::move(how)},
         report{watcher},
         log{what.topic},
+        loop{context, what.topic, {}, &mutex},
         pacing{pacing_of(what.tp)},
         max_lent{what.qos.depth + lent_to_slow},
         qos{what.qos},
@@ -57,6 +65,9 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
   void on_sample(dds::Sample sample) {
     std::optional<dds::Sample> oldest;  // released without the lock: DDS has locks of its own
     bool wake = false;
+    const std::uint64_t hash = message_hash(sample.cdr());
+    const std::uint64_t from = message_hash(sample.id().writer);
+    const auto now = std::chrono::steady_clock::now();
     {
       const std::lock_guard lock{mutex};
       if (!seen.empty() && was_seen(sample.id())) {
@@ -67,17 +78,41 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
         ++stopped;
         return;
       }
-      if (route.qos.keep_all && waiting.full()) {
+      if (!loop.may_carry(hash, from, now, [&] { return "the DDS writer " + sample.writer(); })) {
+        look_at_rings = true;
+        wake = !std::exchange(woken, true);
+        oldest = std::move(sample);
+      } else if (route.qos.keep_all && waiting.full()) {
         ++overtaken;
         return;
+      } else {
+        if (waiting.full()) {
+          oldest = std::move(waiting.front());
+          waiting.pop_front();
+          ++overtaken;
+        }
+        waiting.push_back(std::move(sample));
+        wake = !held && !std::exchange(woken, true);
       }
-      if (waiting.full()) {
-        oldest = std::move(waiting.front());
-        waiting.pop_front();
-        ++overtaken;
-      }
-      waiting.push_back(std::move(sample));
-      wake = !held && !std::exchange(woken, true);
+    }
+    if (wake) {
+      drain_soon();
+    }
+  }
+
+  // Likewise: what another bridge brought in, which is not carried. If it was here before, there is a ring,
+  // which something closes on the way that is no bridge of ours.
+  void on_bridged(ByteView cdr, const dds::Guid& writer) {
+    const std::uint64_t hash = message_hash(cdr);
+    const auto now = std::chrono::steady_clock::now();
+    bool wake = false;
+    {
+      const std::lock_guard lock{mutex};
+      bridged_by = writer;
+      returned += loop.is_repeat(hash, now) ? 1U : 0U;
+      wake = !told_bridged || (!told_returned && returned >= returned_in_ring);
+      look_at_rings = look_at_rings || wake;
+      wake = wake && !std::exchange(woken, true);
     }
     if (wake) {
       drain_soon();
@@ -126,10 +161,12 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
 
   // From here on: on the thread that runs the io_context.
   void open_reader() {
-    reader =
-        participant.create_reader(dds::ros_topic_name(route.topic), dds::ros_type_name(route.type),
-                                  dds_qos(qos), [this](dds::Sample sample) { on_sample(std::move(sample)); },
-                                  max_sample_bytes(route), {.user_data = user_data});
+    reader = participant.create_reader(
+        dds::ros_topic_name(route.topic), dds::ros_type_name(route.type), dds_qos(qos),
+        [this](dds::Sample sample) { on_sample(std::move(sample)); }, max_sample_bytes(route),
+        {.user_data = user_data,
+         .bridge = bridge,
+         .on_bridged = [this](ByteView cdr, const dds::Guid& writer) { on_bridged(cdr, writer); }});
   }
 
   void follow(const PublishedQos& published) {
@@ -149,6 +186,7 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
       between_readers = reader->matched() > 0;
       const dds::ReaderCounters last = reader->counters();
       past.own += last.own;
+      past.from_bridge += last.from_bridge;
       past.other_type += last.other_type;
       past.bad_encapsulation += last.bad_encapsulation;
       past.oversize += last.oversize;
@@ -198,7 +236,44 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
     }
   }
 
+  void tell_of_rings() {
+    loop.settle();
+    std::optional<dds::Guid> by;
+    bool in_ring = false;
+    {
+      const std::lock_guard lock{mutex};
+      in_ring = !told_returned && returned >= returned_in_ring;
+      if (bridged_by && (!told_bridged || in_ring)) {
+        by = bridged_by;
+        told_bridged = true;
+        told_returned = told_returned || in_ring;
+      }
+    }
+    if (by && in_ring) {
+      spdlog::error(
+          "{}: this route seems to loop through {}: what it carries comes back from there. It is not carried "
+          "again; end the ring (docs/several_bridges.md)",
+          route.topic, name_of(*by));
+    } else if (by) {
+      spdlog::info("{}: what {} brings from SOME/IP is not carried there again", route.topic, name_of(*by));
+    }
+  }
+
+  // Of the bridge whose writer it is.
+  [[nodiscard]] std::string name_of(const dds::Guid& writer) const {
+    for (const dds::BridgeEnd& end : participant.bridge_ends(dds::ros_topic_name(route.topic))) {
+      const auto mark = end.guid == writer ? parse_bridge_mark(end.text) : std::nullopt;
+      if (mark) {
+        return "the bridge " + someip::to_string(mark->address);
+      }
+    }
+    return "another bridge";
+  }
+
   void drain() {
+    if (look_at_rings.exchange(false)) {
+      tell_of_rings();
+    }
     if (draining) {
       return;  // a job that was done at once: the loop below goes on
     }
@@ -305,6 +380,9 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
   ConversionPlan plan;
   Report& report;
   ConversionLog log;
+  std::string bridge;  ///< what the reader says of itself
+  std::atomic<bool> look_at_rings = false;
+  LoopGuard loop;  ///< but for its timer under the mutex
   const someip::TpPacing pacing;
   const someip::PoolAllocator<std::byte> memory;  ///< of what comes and goes with each sample
   const std::size_t max_lent;
@@ -334,15 +412,20 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
   std::uint64_t overtaken = 0;
   bool is_stopped = false;
   std::uint64_t stopped = 0;
+  std::optional<dds::Guid> bridged_by;  ///< the last one
+  std::uint64_t returned = 0;           ///< what others brought back that was carried before
+  bool told_bridged = false;
+  bool told_returned = false;
 
   std::optional<dds::Reader> reader;  // last: its destructor waits for callbacks that use the above
 };
 
 OutboundRoute::OutboundRoute(boost::asio::io_context& io, sd::Node& node, ServiceOffer& offer,
                              dds::Participant& participant, const Route& route, ConversionPlan plan,
-                             const std::string& user_data, Report& report)
+                             const std::string& user_data, const IpAddress& address, Report& report)
     : state_{
           std::make_shared<State>(io, node, offer, participant, route, std::move(plan), user_data, report)} {
+  state_->bridge = to_text(mark_of(address, route));
   state_->open_reader();
 }
 
@@ -373,6 +456,7 @@ CounterGroup OutboundRoute::counters() const {
   const dds::ReaderCounters dds = state.reader ? state.reader->counters() : dds::ReaderCounters{};
   const dds::ReaderCounters& past = state.past;
   const std::uint64_t publishers = state.reader ? state.reader->matched() : 0;
+  const std::uint64_t bridges = state.participant.bridge_ends(dds::ros_topic_name(state.route.topic)).size();
   const std::uint64_t offered = state.offer.handle() ? 1 : 0;
   const std::lock_guard lock{state.mutex};
   return {"route " + state.route.topic + " to SOME/IP",
@@ -380,6 +464,7 @@ CounterGroup OutboundRoute::counters() const {
            {"carried", state.carried},
            {"bytes", state.carried_bytes},
            {"publishers", publishers},
+           {"bridges", bridges},
            {"offered", offered},
            {"no_subscriber", state.no_subscriber, loss},
            {"kept", state.kept},
@@ -391,7 +476,9 @@ CounterGroup OutboundRoute::counters() const {
            {"slow_subscriber", state.slow_subscriber, loss},
            {"copied", state.copied},
            {"stopped", state.stopped, loss},
+           {"looped", state.loop.looped(), loss},
            {"dds_own", past.own + dds.own, loss},
+           {"dds_from_bridge", past.from_bridge + dds.from_bridge, loss},
            {"dds_other_type", past.other_type + dds.other_type, loss},
            {"dds_bad_encapsulation", past.bad_encapsulation + dds.bad_encapsulation, loss},
            {"dds_oversize", past.oversize + dds.oversize, loss},

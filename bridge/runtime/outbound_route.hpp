@@ -16,16 +16,19 @@ namespace trestle::bridge {
 /// route's QoS depth, for the thread that runs the io_context; there they are converted and sent. A sample's
 /// memory stays on loan from DDS until the last byte of it has been sent: nothing is copied on the way.
 ///
+/// What other bridges brought to the topic from SOME/IP is not carried.
+///
 /// A subscriber who takes them more slowly than they come gets the newest, as many as the depth: what is
 /// dropped is dropped for that subscriber alone.
 class OutboundRoute {
  public:
   /// @param offer  the service of the route, on `node`; outlives the route.
   /// @param user_data  of the reader.
+  /// @param address  of the bridge in SOME/IP.
   /// @throws dds::DdsError
   OutboundRoute(boost::asio::io_context& io, sd::Node& node, ServiceOffer& offer,
                 dds::Participant& participant, const Route& route, ConversionPlan plan,
-                const std::string& user_data, Report& report);
+                const std::string& user_data, const IpAddress& address, Report& report);
   ~OutboundRoute();
   OutboundRoute(const OutboundRoute&) = delete;
   OutboundRoute& operator=(const OutboundRoute&) = delete;

@@ -46,6 +46,9 @@ void PublisherWatch::look() {
     published.try_emplace(what);
   }
   for (const dds::FoundWriter& writer : participant_->writers()) {
+    if (writer.bridge) {  // of which nothing is carried
+      continue;
+    }
     if (const auto found = published.find({writer.topic, writer.type}); found != published.end()) {
       found->second.add(writer.qos);
     }

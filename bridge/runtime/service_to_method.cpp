@@ -8,6 +8,8 @@
 #include <boost/asio/post.hpp>
 
 #include "bridge/runtime/pacing.hpp"
+#include "dds_adapter/ros_names.hpp"
+#include "someip/net/address_text.hpp"
 
 namespace trestle::bridge {
 namespace {
@@ -23,6 +25,7 @@ void add_to(dds::ServiceServerCounters& sum, const dds::ServiceServerCounters& m
   sum.not_written += more.not_written;
   sum.reader.bad_encapsulation += more.reader.bad_encapsulation;
   sum.reader.oversize += more.reader.oversize;
+  sum.reader.from_bridge += more.reader.from_bridge;
   sum.reader.lost += more.reader.lost;
   sum.reader.rejected += more.reader.rejected;
   sum.writer.overwritten += more.writer.overwritten;
@@ -59,13 +62,16 @@ std::vector<sd::E2eSpec> protection(const MethodRoute& method) {
 }  // namespace
 
 ServiceToMethod::ServiceToMethod(sd::Node& node, const MethodRoute& method, ServicePlans plans,
-                                 dds::ServiceConfig ros, std::optional<FailureReply> failure)
+                                 dds::ServiceConfig ros, std::optional<FailureReply> failure,
+                                 const IpAddress& address)
     : node_{node},
       method_{method},
       plans_{std::move(plans)},
       ros_{std::move(ros)},
       log_{method.ros_service},
       failure_{std::move(failure)},
+      returns_{dds::ros_request_topic(method.ros_service), mark_of(address, method)},
+      loop_{node.io(), method.ros_service, limits_of_calls},
       work_{std::make_shared<ServiceWork>(
           node.io(),
           [this](dds::TimePoint now) {
@@ -105,10 +111,41 @@ void ServiceToMethod::stop() {
   }
 }
 
-bool ServiceToMethod::offered() const {
-  return std::ranges::any_of(proxy_->available(), [&](const sd::RemoteService& server) {
-    return !method_.transport || (*method_.transport == Transport::tcp ? server.tcp : server.udp).has_value();
-  });
+bool ServiceToMethod::look_for_servers() {
+  chosen_.reset();
+  returns_.update(*participant_);
+  bool any = false;
+  bool all = true;
+  std::optional<someip::InstanceId> first;
+  for (const sd::RemoteService& server : proxy_->available()) {
+    if (method_.transport && !(*method_.transport == Transport::tcp ? server.tcp : server.udp)) {
+      continue;
+    }
+    const auto& at = server.udp ? server.udp : server.tcp;
+    if (at && returns_.has(at->address)) {
+      all = false;
+      if (!std::exchange(told_returns_, true)) {
+        spdlog::warn(
+            "ROS service {}: the SOME/IP service at {} is not called for it: the bridge there calls this "
+            "very "
+            "ROS service",
+            method_.ros_service, someip::to_string(at->address));
+      }
+      continue;
+    }
+    any = true;
+    first = first ? first : server.instance;
+  }
+  if (!all) {
+    chosen_ = first;
+  }
+  return any;
+}
+
+void ServiceToMethod::bridges_changed() {
+  if (!stopped_ && participant_ != nullptr && returns_.update(*participant_)) {
+    settle_soon();
+  }
 }
 
 // Later, as this may come while the ROS service hands over a request.
@@ -121,7 +158,7 @@ void ServiceToMethod::settle_soon() {
 }
 
 void ServiceToMethod::settle() {
-  const bool wanted = offered();
+  const bool wanted = look_for_servers();
   if (wanted == server_.has_value()) {
     return;
   }
@@ -158,6 +195,13 @@ void ServiceToMethod::tell_change() const {
 
 void ServiceToMethod::on_request(const dds::RequestId& id, const dds::ServiceMessage& request) {
   ++received_;
+  const auto through = [&] { return "who else answers " + method_.ros_service; };
+  if (!loop_.may_carry(message_hash(request.cdr()), message_hash(id.request.writer),
+                       std::chrono::steady_clock::now(), through)) {
+    loop_.settle();
+    fail(id, "this route seems to loop", true);
+    return;
+  }
   if (outstanding_ >= method_.max_calls) {
     ++too_many_;
     fail(id, "as many as `max_calls` wait for an answer", true);
@@ -184,6 +228,7 @@ void ServiceToMethod::on_request(const dds::RequestId& id, const dds::ServiceMes
   proxy_->call({.method = method_.method,
                 .timeout = method_.timeout,
                 .transport = method_.transport,
+                .instance = chosen_,
                 .pacing = pacing_of(method_.tp)},
                std::move(payload),
                [this, id, wanted = std::move(wanted), weak = std::weak_ptr{alive_}](
@@ -196,9 +241,11 @@ void ServiceToMethod::on_request(const dds::RequestId& id, const dds::ServiceMes
 
 // ROS clients wait for an answer also where the method has none: they get the defaults of the response.
 void ServiceToMethod::tell(const dds::RequestId& id, const std::vector<std::byte>& payload) {
-  if (!proxy_->send(
-          {.method = method_.method, .transport = method_.transport, .pacing = pacing_of(method_.tp)},
-          payload)) {
+  if (!proxy_->send({.method = method_.method,
+                     .transport = method_.transport,
+                     .instance = chosen_,
+                     .pacing = pacing_of(method_.tp)},
+                    payload)) {
     ++not_sent_;
     fail(id, "the request could not be sent", true);
     return;
@@ -270,7 +317,11 @@ void ServiceToMethod::on_refused(const dds::RequestId& id, ByteView wanted,
 void ServiceToMethod::ask_getter(const dds::RequestId& id, const std::string& refusal) {
   ++outstanding_;
   proxy_->call(
-      {.method = method_.getter->id, .timeout = method_.timeout, .transport = method_.transport}, {},
+      {.method = method_.getter->id,
+       .timeout = method_.timeout,
+       .transport = method_.transport,
+       .instance = chosen_},
+      {},
       [this, id, refusal, weak = std::weak_ptr{alive_}](boost::system::error_code error,
                                                         const sd::Response& value) {
         if (weak.expired()) {
@@ -343,6 +394,8 @@ CounterGroup ServiceToMethod::counters() const {
                       {"ready", ready() ? 1U : 0U},
                       {"not_convertible", not_convertible_, loss},
                       {"too_large", too_large_, loss},
+                      {"looped", loop_.looped(), loss},
+                      {"dds_from_bridge", ros.reader.from_bridge, loss},
                       {"too_many", too_many_, loss},
                       {"unavailable", unavailable_, loss},
                       {"timed_out", timed_out_, loss},

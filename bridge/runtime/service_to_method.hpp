@@ -4,10 +4,12 @@
 
 #include "bridge/config/bridge_config.hpp"
 #include "bridge/convert/service_plans.hpp"
+#include "bridge/runtime/bridge_mark.hpp"
 #include "bridge/runtime/conversion_log.hpp"
 #include "bridge/runtime/counters.hpp"
 #include "bridge/runtime/e2e_status.hpp"
 #include "bridge/runtime/failure_reply.hpp"
+#include "bridge/runtime/loop_guard.hpp"
 #include "bridge/runtime/service_work.hpp"
 #include "dds_adapter/service.hpp"
 #include "sd/net/proxy.hpp"
@@ -15,15 +17,17 @@
 namespace trestle::bridge {
 
 /// A method as a ROS service: requests of ROS clients are converted, put to the SOME/IP service, and answered
-/// with what that answers. The ROS service is there only while the SOME/IP service is. On the thread that
+/// with what that answers. The ROS service is there only while the SOME/IP service is; one by which another
+/// bridge offers the very ROS service is none. On the thread that
 /// runs the io_context. docs/services.md tells what becomes of calls that go wrong.
 class ServiceToMethod {
  public:
   /// Looks for the SOME/IP service.
   /// @param node  outlives this object.
   /// @param failure  what is answered when a call goes wrong; nothing if the type cannot say so.
+  /// @param address  of the bridge in SOME/IP.
   ServiceToMethod(sd::Node& node, const MethodRoute& method, ServicePlans plans, dds::ServiceConfig ros,
-                  std::optional<FailureReply> failure);
+                  std::optional<FailureReply> failure, const IpAddress& address);
   ~ServiceToMethod();
   ServiceToMethod(const ServiceToMethod&) = delete;
   ServiceToMethod& operator=(const ServiceToMethod&) = delete;
@@ -33,6 +37,8 @@ class ServiceToMethod {
   void open(dds::Participant& participant) { participant_ = &participant; }
   /// The value that the field has, as its notifier tells; nothing: not known any more.
   void note_value(std::optional<ByteView> value);
+  /// To be called when clients of other bridges may have come or gone.
+  void bridges_changed();
   /// Nothing is called any more, and the ROS service ends.
   void stop();
 
@@ -50,7 +56,8 @@ class ServiceToMethod {
   void settle();
   void settle_soon();
   void tell_change() const;
-  [[nodiscard]] bool offered() const;
+  /// Looks for servers that are not ourselves by way of another bridge.
+  [[nodiscard]] bool look_for_servers();
   void on_request(const dds::RequestId& id, const dds::ServiceMessage& request);
   void tell(const dds::RequestId& id, const std::vector<std::byte>& payload);
   /// @param wanted  the value, of a setter that has no getter to ask.
@@ -76,6 +83,10 @@ class ServiceToMethod {
       value_;  ///< of the field, if it is a setter that has no getter to ask
   std::function<void()> changed_;
   dds::Participant* participant_ = nullptr;
+  Returns returns_;
+  std::optional<someip::InstanceId> chosen_;  ///< where not all servers may be called
+  bool told_returns_ = false;
+  LoopGuard loop_;
   std::shared_ptr<ServiceWork> work_;
   dds::ServiceServerCounters past_;  ///< of servers that have ended
   std::uint64_t received_ = 0;

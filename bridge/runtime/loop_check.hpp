@@ -1,0 +1,69 @@
+#pragma once
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <optional>
+
+#include "someip/wire/types.hpp"
+
+namespace trestle::bridge {
+
+/// Names a message by its length and up to 256 of its bytes. Others may have the same.
+[[nodiscard]] std::uint64_t message_hash(ByteView message) noexcept;
+/// Finds out that a route is part of a ring that something closes which does not say that it is a bridge: an
+/// older version, or another maker's. In a ring the same messages come again and again, from another sender
+/// than who sent them first, but only as long as they are carried. So when many such ones come, for a moment
+/// they are not carried. If they stop coming, it was a ring, which is empty then; if not, several senders
+/// just have the same to say, and may go on, also with twice as many.
+///
+/// No clock, no memory but its own. docs/several_bridges.md has the figures.
+class LoopCheck {
+ public:
+  using TimePoint = std::chrono::steady_clock::time_point;
+
+  struct Limits {
+    /// Messages in a second that others sent in the second before: from so many on it is tried.
+    std::uint32_t repeats = 100;
+    /// The same, in the minute after a ring was found.
+    std::uint32_t repeats_in_ring = 10;
+  };
+
+  LoopCheck() = default;
+  explicit LoopCheck(const Limits& limits) : limits_{limits}, allowed_{limits.repeats} {}
+
+  /// Of each message that the route is to carry: whether it may.
+  /// @param from  names its sender.
+  [[nodiscard]] bool may_carry(std::uint64_t hash, std::uint64_t from, TimePoint now) noexcept;
+  /// Whether such a message was to be carried in the last second.
+  [[nodiscard]] bool is_repeat(std::uint64_t hash, TimePoint now) const noexcept;
+
+  /// When to judge(); nothing: there is no trial.
+  [[nodiscard]] std::optional<TimePoint> deadline() const noexcept { return trial_end_; }
+  /// To be called at the deadline, or later.
+  /// @return whether the route is part of a ring.
+  [[nodiscard]] bool judge(TimePoint now) noexcept;
+
+ private:
+  struct Seen {
+    std::uint64_t hash = 0;
+    std::uint64_t first_from = 0;
+    std::optional<TimePoint> last{};
+  };
+  void begin_trial(TimePoint now) noexcept;
+
+  Limits limits_{};
+  std::uint32_t allowed_ = limits_.repeats;  ///< repeats in a second
+  std::optional<TimePoint> allowed_until_{};
+  std::array<Seen, 64> seen_{};
+  TimePoint window_begin_{};
+  std::uint32_t repeats_ = 0;  ///< since then
+  std::optional<TimePoint> trial_end_{};
+  std::uint32_t rate_ = 0;      ///< repeats a second before the trial
+  std::uint32_t expected_ = 0;  ///< repeats during the trial, unless it is a ring
+  std::uint32_t came_ = 0;
+};
+
+/// Of calls: many clients may have the same question at once.
+inline constexpr LoopCheck::Limits limits_of_calls{.repeats = 300, .repeats_in_ring = 10};
+
+}  // namespace trestle::bridge

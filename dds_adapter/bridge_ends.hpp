@@ -1,0 +1,79 @@
+#pragma once
+#include <atomic>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "dds_adapter/fastdds_compat.hpp"
+#include "dds_adapter/participant.hpp"
+
+/// How bridges recognise each other's readers and writers, EndpointExtras::bridge: by an entry of the user
+/// data that discovery tells of each, `trestle=TEXT;`, beside those of ROS 2.
+namespace trestle::dds::detail {
+
+/// User data with the entry; without one if `bridge` is empty.
+/// @throws DdsError  when others could not read it.
+[[nodiscard]] std::string with_bridge_entry(const std::string& user_data, const std::string& bridge);
+/// The text of the entry; nothing: there is none.
+[[nodiscard]] std::optional<std::string> bridge_entry(std::string_view user_data);
+
+/// The ends of other bridges in the domain. For all threads.
+class FoundBridgeEnds {
+ public:
+  /// Of an endpoint that has been found, told of again, or has left.
+  void note(const fast::FoundEndpoint& endpoint);
+
+  [[nodiscard]] bool contains(const fast::Guid& guid) const;
+  [[nodiscard]] std::vector<BridgeEnd> of_topic(std::string_view topic) const;
+  [[nodiscard]] std::uint64_t changes() const noexcept { return changes_; }
+
+ private:
+  static constexpr std::size_t max_ends = 4096;
+  struct End {
+    std::string topic;
+    std::string text;
+    bool writer;
+  };
+  mutable std::mutex mutex_;
+  std::map<fast::Guid, End> ends_;
+  std::atomic<std::uint64_t> changes_ = 0;
+};
+
+/// Those that match an endpoint of ours. For all threads.
+class BridgeMatches {
+ public:
+  /// Whether the peer is the end of another bridge, or was when it matched.
+  bool change(const FoundBridgeEnds& ends, const fast::Guid& peer, bool matched);
+  [[nodiscard]] std::size_t count() const noexcept { return count_; }
+
+ private:
+  std::mutex mutex_;
+  std::set<fast::Guid> peers_;
+  std::atomic<std::size_t> count_ = 0;
+};
+
+/// Whether a sample's writer is the end of another bridge. Asks again only for another writer, or when ends
+/// have come or gone: as a rule it takes no lock. For one thread at a time.
+class BridgeCheck {
+ public:
+  [[nodiscard]] bool is_bridge(const FoundBridgeEnds& ends, const fast::Guid& writer) {
+    const std::uint64_t changes = ends.changes();
+    if (changes != changes_ || writer != writer_) {
+      changes_ = changes;
+      writer_ = writer;
+      is_bridge_ = changes != 0 && ends.contains(writer);
+    }
+    return is_bridge_;
+  }
+
+ private:
+  std::uint64_t changes_ = 0;
+  fast::Guid writer_;
+  bool is_bridge_ = false;
+};
+
+}  // namespace trestle::dds::detail

@@ -1,0 +1,342 @@
+// Bridges that close a ring between DDS and SOME/IP, and those that stand side by side on purpose.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "test/bridge/end_to_end/services_end_to_end.hpp"
+
+namespace trestle::test::rings_test {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+constexpr dds::Qos latched{.reliable = true, .transient_local = true, .depth = 1};
+constexpr auto a_while = 500ms;
+
+std::string out(const std::string& topic, int service, const std::string& more = "") {
+  return fmt::format(
+      "  - {{topic: {}, type: std_msgs/msg/String, direction: dds_to_someip, service: {}, instance: 1, "
+      "eventgroup: 1, event: 0x8001, port: {}{}}}\n",
+      topic, service, 40000 + service, more);
+}
+std::string in(const std::string& topic, int service, const std::string& more = "") {
+  return fmt::format(
+      "  - {{topic: {}, type: std_msgs/msg/String, direction: someip_to_dds, service: {}, instance: 1, "
+      "eventgroup: 1, event: 0x8001{}}}\n",
+      topic, service, more);
+}
+std::string method(const std::string& server, int service) {
+  return fmt::format(
+      "  - {{ros_service: /actuate, type: std_srvs/srv/SetBool, server: {}, service: {}, instance: 1, "
+      "method: 1{}}}\n",
+      server, service, server == "ros" ? fmt::format(", port: {}", 40000 + service) : "");
+}
+
+/// Several bridges, and a ROS peer in the first domain.
+class Rings : public ServicesEndToEnd {
+ protected:
+  RunningBridge& add(const std::string& lists) { return add(lists, domain_); }
+  RunningBridge& add(const std::string& lists, const TestDomain& domain) {
+    const auto host = static_cast<std::uint8_t>(bridges_.size() + 3);
+    bridges_.push_back(std::make_unique<RunningBridge>(bridge_head(host, domain.id()) + lists));
+    return *bridges_.back();
+  }
+  dds::Reader read(const std::string& topic, const dds::Qos& qos = {}) {
+    return reader_elsewhere(topic, string_type, seen_, qos);
+  }
+  /// Of a participant of its own, as one does not hear itself.
+  dds::Reader reader_elsewhere(const std::string& topic, const char* type, Inbox<Bytes>& into,
+                               const dds::Qos& qos = {}) {
+    return listener_.create_reader(dds::ros_topic_name(topic), dds::ros_type_name(type), qos,
+                                   [&into](const dds::Sample& sample) { into.put(copy(sample.cdr())); });
+  }
+  /// Writes a String when so many readers are there, that of ours among them, and gives how often it comes.
+  std::size_t copies_of(dds::Writer& writer, std::size_t readers) {
+    EXPECT_TRUE(until([&] { return writer.matched() == readers; }));
+    EXPECT_TRUE(writer.write(hello_cdr));
+    EXPECT_TRUE(until([&] { return seen_.size() > 0; }));
+    run_for(a_while);
+    return seen_.take().size();
+  }
+  /// Whether it knows so many ends of others on a topic.
+  bool knows(RunningBridge& bridge, const std::string& topic, std::uint64_t others) {
+    return until([&] { return bridge.counter("route " + topic, "bridges") == others; });
+  }
+  bool subscribed(RunningBridge& bridge, const std::string& topic) {
+    return until([&] { return bridge.counter("route " + topic + " from SOME/IP", "subscribed") == 1; });
+  }
+
+  dds::Participant listener_{config()};
+  std::vector<std::unique_ptr<RunningBridge>> bridges_;
+  Inbox<Bytes> seen_;
+};
+
+TEST_F(Rings, OfTwoBridgesCarryATopicOnceAndNotBack) {
+  RunningBridge& there = add("routes:\n" + out("/chatter", 1));
+  RunningBridge& back = add("routes:\n" + in("/chatter", 1));
+  const auto reader = read("/chatter");
+  auto writer = BridgeTest::writer("/chatter");
+  ASSERT_TRUE(subscribed(back, "/chatter") && knows(back, "/chatter", 1));
+  EXPECT_EQ(copies_of(writer, 2), 1U);
+  EXPECT_EQ(there.counter("route /chatter", "carried"), 1U);
+  EXPECT_EQ(back.counter("route /chatter", "received"), 1U);
+  EXPECT_EQ(back.counter("route /chatter", "returned"), 1U);
+  EXPECT_EQ(back.counter("route /chatter", "carried"), 0U);
+}
+
+TEST_F(Rings, CarryALatchedTopicOnce) {
+  const std::string kept = ", qos: {durability: transient_local, depth: 1}";
+  add("routes:\n" + out("/chatter", 1, kept));
+  RunningBridge& back = add("routes:\n" + in("/chatter", 1, kept));
+  auto writer = BridgeTest::writer("/chatter", string_type, latched);
+  ASSERT_TRUE(writer.write(hello_cdr));
+  ASSERT_TRUE(subscribed(back, "/chatter") && knows(back, "/chatter", 1));
+  // It may have come back before they knew each other.
+  run_for(a_while);
+  const auto reader = read("/chatter", latched);  // who comes late gets it from the publisher alone
+  ASSERT_TRUE(until([&] { return seen_.size() > 0; }));
+  run_for(a_while);
+  EXPECT_EQ(seen_.take().size(), 1U);
+}
+
+TEST_F(Rings, OfThreeBridgesAndTwoTopicsEnd) {
+  RunningBridge& first = add("routes:\n" + out("/chatter", 1));
+  RunningBridge& second = add("routes:\n" + in("/other", 1) + in("/chatter", 2));
+  RunningBridge& third = add("routes:\n" + out("/other", 2));
+  const auto reader = read("/chatter");
+  Inbox<Bytes> others;
+  const auto other = reader_elsewhere("/other", string_type, others);
+  auto writer = BridgeTest::writer("/chatter");
+  ASSERT_TRUE(subscribed(second, "/other") && subscribed(second, "/chatter"));
+  ASSERT_TRUE(knows(second, "/other", 1) && knows(third, "/other", 1));
+  EXPECT_EQ(copies_of(writer, 2), 1U);
+  EXPECT_EQ(others.take().size(), 1U);  // another topic may have it
+  EXPECT_EQ(first.counter("route /chatter", "carried"), 1U);
+  EXPECT_EQ(third.counter("route /other", "carried"), 0U);
+  EXPECT_EQ(third.counter("route /other", "dds_from_bridge"), 1U);
+}
+
+TEST_F(Rings, OverTwoDomainsEndInTheOtherOne) {
+  const TestDomain far;
+  add("routes:\n" + out("/chatter", 1));
+  RunningBridge& to_far = add("routes:\n" + in("/chatter", 1), far);
+  RunningBridge& from_far = add("routes:\n" + out("/chatter", 2), far);
+  RunningBridge& back = add("routes:\n" + in("/chatter", 2));
+  const auto reader = read("/chatter");
+  auto writer = BridgeTest::writer("/chatter");
+  ASSERT_TRUE(subscribed(to_far, "/chatter") && subscribed(back, "/chatter"));
+  ASSERT_TRUE(knows(from_far, "/chatter", 1) && knows(back, "/chatter", 1));
+  EXPECT_EQ(copies_of(writer, 2), 1U);
+  EXPECT_EQ(to_far.counter("route /chatter", "received"), 1U);
+  EXPECT_EQ(from_far.counter("route /chatter", "carried"), 0U);
+  EXPECT_EQ(back.counter("route /chatter", "received"), 0U);
+}
+
+TEST_F(Rings, OfPatternsCarryATopicOnce) {
+  const std::string folder = testing::TempDir() + "trestle-rings-" + std::to_string(getpid());
+  std::filesystem::create_directories(folder);
+  const auto pattern = [&](int number, const std::string& way) {
+    const std::string file = folder + "/" + std::to_string(number) + ".lock";
+    // The id of /chatter is chosen by its name.
+    std::ofstream{file} << "version: 1\ntopics:\n  - {service: 0x6001, topic: /chatter, type: "
+                           "std_msgs/msg/String}\n";
+    return "lock_file: " + file + "\npatterns:\n  - {topics: /**, " + way + "}\n";
+  };
+  RunningBridge& there = add(pattern(1, "direction: dds_to_someip, services: 0x6000-0x6fff, port: 40060"));
+  RunningBridge& back = add(pattern(2, "direction: someip_to_dds"));
+  const auto reader = read("/chatter");
+  // What only bridges publish gets no route.
+  run_for(a_while);
+  EXPECT_EQ(there.counter("pattern /**", "routes"), 0U);
+  auto writer = std::make_optional(BridgeTest::writer("/chatter"));
+  ASSERT_TRUE(until([&] { return there.counter("pattern /**", "routes") == 1; }));
+  ASSERT_TRUE(subscribed(back, "/chatter") && knows(back, "/chatter", 1));
+  EXPECT_EQ(copies_of(*writer, 2), 1U);
+  writer.reset();
+  EXPECT_TRUE(until([&] { return there.counter("pattern /**", "routes") == 0; }));
+  bridges_.clear();
+  std::filesystem::remove_all(folder);
+}
+
+TEST_F(Rings, KeepNoOfferAliveByThemselves) {
+  RunningBridge& there = add("routes:\n" + out("/chatter", 1, ", offer: while_published"));
+  RunningBridge& back = add("routes:\n" + in("/chatter", 1));
+  auto writer = std::make_optional(BridgeTest::writer("/chatter"));
+  ASSERT_TRUE(until([&] { return there.counter("route /chatter", "offered") == 1; }));
+  ASSERT_TRUE(subscribed(back, "/chatter"));
+  writer.reset();
+  EXPECT_TRUE(until([&] { return there.counter("route /chatter", "offered") == 0; }));
+}
+
+TEST_F(Rings, AskARosServiceOnce) {
+  int asked = 0;
+  answering(ros("/actuate", "std_srvs/srv/SetBool"), [&](const dds::ServiceMessage&) {
+    ++asked;
+    return hex("00010000 01000000 01000000 00");
+  });
+  RunningBridge& there = add("methods:\n" + method("ros", 1));
+  RunningBridge& back = add("methods:\n" + method("someip", 1));
+  ASSERT_TRUE(until([&] { return there.counter("method of ROS service /actuate", "ready") == 1; }));
+  run_for(a_while);
+  EXPECT_EQ(back.counter("ROS service of method /actuate", "ready"), 0U);
+  dds::ServiceClient& client = driver_.client(listener_, ros("/actuate", "std_srvs/srv/SetBool"));
+  ASSERT_TRUE(until([&] { return client.ready(); }));
+  std::vector<Answer> answers;
+  ros_call(client, hex("00010000 01"), answers);
+  ASSERT_TRUE(until([&] { return !answers.empty(); }));
+  EXPECT_FALSE(answers[0].error);
+  run_for(a_while);
+  EXPECT_EQ(asked, 1);
+
+  // And called by SOME/IP.
+  sd::Node node{io_, node_config()};
+  sd::Proxy proxy{node, {.service = someip::ServiceId{1}}};
+  call(proxy, someip::MethodId{1}, hex("01"), answers);
+  ASSERT_TRUE(until([&] { return answers.size() == 2; }));
+  EXPECT_FALSE(answers[1].error);
+  run_for(a_while);
+  EXPECT_EQ(asked, 2);
+}
+
+TEST_F(Rings, KeepNoServiceAliveByThemselves) {
+  RunningBridge& there = add("methods:\n" + method("ros", 1));
+  RunningBridge& back = add("methods:\n" + method("someip", 1));
+  run_for(a_while);
+  EXPECT_EQ(there.counter("method of ROS service /actuate", "ready"), 0U);
+  EXPECT_EQ(back.counter("ROS service of method /actuate", "ready"), 0U);
+}
+
+TEST_F(Rings, SetAndTellAFieldOnce) {
+  const std::string field =
+      "fields:\n  - {topic: /light, type: std_msgs/msg/Int32, service: 1, instance: 1, event: 0x8044, "
+      "eventgroup: 3, getter: 0x41, setter: 0x42, ";
+  RunningBridge& there = add(field + "server: ros, port: 40001}\n");
+  RunningBridge& back = add(field + "server: someip}\n");
+  Inbox<Bytes> seen;
+  const auto reader = reader_elsewhere("/light", "std_msgs/msg/Int32", seen, latched);
+  auto writer = BridgeTest::writer("/light", "std_msgs/msg/Int32", latched);
+  int asked = 0;
+  const auto set = ros("/light/set", "std_msgs_fields/srv/SetInt32");
+  answering(set, [&](const dds::ServiceMessage& request) {
+    ++asked;
+    return copy(request.cdr().first(8));
+  });
+  ASSERT_TRUE(knows(back, "/light", 1));
+  ASSERT_TRUE(until([&] { return writer.matched() == 2; }));
+  ASSERT_TRUE(writer.write(hex("00010000 07000000")));
+  run_for(a_while);
+  EXPECT_EQ(seen.take().size(), 1U);
+  EXPECT_EQ(there.counter("route /light", "carried") + there.counter("route /light", "kept"), 1U);
+  dds::ServiceClient& client = driver_.client(listener_, set);
+  ASSERT_TRUE(until([&] { return client.ready(); }));
+  std::vector<Answer> answers;
+  ros_call(client, hex("00010000 05000000"), answers);
+  ASSERT_TRUE(until([&] { return !answers.empty(); }));
+  EXPECT_FALSE(answers[0].error);
+  run_for(a_while);
+  EXPECT_EQ(asked, 1);
+}
+
+TEST_F(Rings, ChainsAreNone) {
+  const TestDomain far;
+  add("routes:\n" + out("/chatter", 1) + in("/answers", 2));
+  RunningBridge& other = add("routes:\n" + in("/chatter", 1) + out("/answers", 2), far);
+  dds::ParticipantConfig settings = config();
+  settings.domain = far.id();
+  dds::Participant at_far{settings};
+  Inbox<Bytes> heard;
+  const auto far_reader =
+      at_far.create_reader(dds::ros_topic_name("/chatter"), dds::ros_type_name(string_type), {},
+                           [&](const dds::Sample& sample) { heard.put(copy(sample.cdr())); });
+  ASSERT_TRUE(subscribed(other, "/chatter"));
+  auto writer = BridgeTest::writer("/chatter");
+  ASSERT_TRUE(until([&] { return writer.matched() == 1 && far_reader.matched() == 1; }));
+  ASSERT_TRUE(writer.write(hello_cdr));
+  ASSERT_TRUE(until([&] { return heard.size() == 1; }));
+}
+
+TEST_F(Rings, SideBySideAreNone) {
+  const TestDomain far;
+  RunningBridge& one = add("routes:\n" + out("/chatter", 1));
+  RunningBridge& two = add("routes:\n" + out("/chatter", 2));
+  RunningBridge& other = add("routes:\n" + in("/one", 1) + in("/two", 2), far);
+  ASSERT_TRUE(subscribed(other, "/one") && subscribed(other, "/two"));
+  auto writer = BridgeTest::writer("/chatter");
+  ASSERT_TRUE(until([&] { return writer.matched() == 2; }));
+  ASSERT_TRUE(writer.write(hello_cdr));
+  ASSERT_TRUE(until([&] {
+    return one.counter("route /chatter", "carried") == 1 && two.counter("route /chatter", "carried") == 1;
+  }));
+  EXPECT_TRUE(until([&] {
+    return other.counter("route /one", "received") == 1 && other.counter("route /two", "received") == 1;
+  }));
+}
+
+/// Somebody copies events of one service to another, as a gateway of another maker in a ring.
+class ForeignRings : public Rings {
+ protected:
+  void relay(int from, int to) {
+    node_ = std::make_unique<sd::Node>(io_, node_config());
+    sd::ServiceSpec spec{.service = someip::ServiceId{static_cast<std::uint16_t>(to)},
+                         .instance = someip::InstanceId{1}};
+    spec.udp_port = 0;
+    spec.eventgroups = {{.id = someip::EventgroupId{1}, .events = {someip::MethodId{0x8001}}}};
+    offer_.emplace(*node_, spec);
+    subscription_.emplace(
+        *node_,
+        sd::SubscribeSpec{.service = someip::ServiceId{static_cast<std::uint16_t>(from)},
+                          .eventgroup = someip::EventgroupId{1},
+                          .events = {someip::MethodId{0x8001}}},
+        [this](const someip::Message& event, const Endpoint&) {
+          node_->notify(offer_->handle(), someip::MethodId{0x8001}, std::span{&event.payload, 1});
+        });
+  }
+  std::unique_ptr<sd::Node> node_;
+  std::optional<sd::Offer> offer_;
+  std::optional<sd::Subscription> subscription_;
+};
+
+TEST_F(ForeignRings, BringAMessageBackOnce) {
+  RunningBridge& there = add("routes:\n" + out("/chatter", 1));
+  RunningBridge& back = add("routes:\n" + in("/chatter", 2));
+  relay(1, 2);
+  const auto reader = read("/chatter");
+  auto writer = BridgeTest::writer("/chatter");
+  ASSERT_TRUE(until([&] { return subscription_->active(); }));
+  ASSERT_TRUE(subscribed(back, "/chatter") && knows(back, "/chatter", 1) && knows(there, "/chatter", 1));
+  EXPECT_LE(copies_of(writer, 2), 2U);
+  EXPECT_EQ(there.counter("route /chatter", "carried"), 1U);
+  EXPECT_EQ(there.counter("route /chatter", "dds_from_bridge"), 1U);
+}
+
+/// Something in DDS that is no bridge of ours closes the ring.
+TEST_F(ForeignRings, AreKeptFromGoingRoundForLong) {
+  RunningBridge& there = add("routes:\n" + out("/chatter", 1));
+  node_ = std::make_unique<sd::Node>(io_, node_config());
+  auto foreign = BridgeTest::writer("/chatter");
+  std::uint64_t rounds = 0;
+  subscription_.emplace(*node_,
+                        sd::SubscribeSpec{.service = someip::ServiceId{1},
+                                          .eventgroup = someip::EventgroupId{1},
+                                          .events = {someip::MethodId{0x8001}}},
+                        [&](const someip::Message&, const Endpoint&) {
+                          ++rounds;
+                          static_cast<void>(foreign.write(hello_cdr));
+                        });
+  auto writer = listener_.create_writer(dds::ros_topic_name("/chatter"), dds::ros_type_name(string_type), {});
+  ASSERT_TRUE(
+      until([&] { return subscription_->active() && foreign.matched() == 1 && writer.matched() == 1; }));
+  ASSERT_TRUE(writer.write(hello_cdr));
+  ASSERT_TRUE(until([&] { return there.counter("route /chatter", "looped") > 0; }));
+  run_for(a_while);
+  const std::uint64_t before = rounds;
+  EXPECT_LE(before, 110U);
+  run_for(a_while);
+  EXPECT_EQ(rounds, before);
+}
+
+}  // namespace
+}  // namespace trestle::test::rings_test
