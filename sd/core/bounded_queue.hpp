@@ -20,7 +20,8 @@ class BoundedQueue {
   [[nodiscard]] std::size_t free_places() const noexcept { return room_.size() - size_; }
   TRESTLE_ONCE [[nodiscard]] T& operator[](std::size_t index) const noexcept {
     assert(index < size_);
-    return room_[(head_ + index) % room_.size()];
+    const std::size_t at = head_ + index;
+    return room_[at < room_.size() ? at : at - room_.size()];
   }
 
   /// The next free place, now the last of the queue, for the caller to fill; nothing when it is full.

@@ -19,6 +19,11 @@ void ServiceDiscovery::release(RequirementHandle handle, TimePoint now) noexcept
     }
   }
   requirements_.remove(*requirement);
+  for (slots::Remote& remote : remotes_) {
+    if (fits(*requirement, remote)) {  // what was removed still says what it was
+      remote.is_wanted = requirements_of(remote) > 0;
+    }
+  }
 }
 
 std::optional<RemoteService> ServiceDiscovery::server_of(SubscriptionHandle handle) const noexcept {
@@ -102,8 +107,9 @@ void ServiceDiscovery::event_received(SubscriptionHandle handle, TimePoint now) 
 // Ties the subscription to the offer it is for, if that is known.
 void ServiceDiscovery::bind(OwnSubscription& subscription, TimePoint now) noexcept {
   for (slots::Remote& remote : remotes_) {
-    if (remote.instance == subscription.instance && fits(requirements_[subscription.requirement], remote)) {
-      subscription.remote = remote.index;
+    if (remote.instance == subscription.instance && remote.is_wanted &&
+        fits(requirements_[subscription.requirement], remote)) {
+      attach(subscription, remote);
       // An application that subscribes on ServiceAvailable answers the offer: it waits as long as we would
       // have. [feat_req_someipsd_766]
       request(subscription, is_due(remote.answer_due, now) ? now : remote.answer_due,
@@ -128,6 +134,7 @@ slots::PendingEntry* ServiceDiscovery::send_subscribe(const OwnSubscription& sub
       .major = remote.major,
       .ttl_s = ttl_s,
       .tail = Entry::eventgroup_tail(subscription.eventgroup, subscription.counter, initial_data)};
+  pending->subscription = subscription.index;
   pending->add(EndpointRole::unicast, subscription.udp, Transport::udp);
   pending->add(EndpointRole::unicast, subscription.tcp, Transport::tcp);
   pending->configuration = requirements_[subscription.requirement].configuration;
@@ -139,34 +146,36 @@ slots::PendingEntry* ServiceDiscovery::send_subscribe(const OwnSubscription& sub
   return pending;
 }
 
-bool ServiceDiscovery::is_for(const slots::PendingEntry& pending,
-                              const OwnSubscription& subscription) const noexcept {
-  const Entry& entry = pending.entry;
-  const slots::Remote& remote = remotes_[subscription.remote];
-  return pending.peer == remote.peer && entry.type == EntryType::subscribe_eventgroup &&
-         entry.service == remote.service && entry.instance == remote.instance &&
-         entry.major == remote.major && entry.eventgroup() == subscription.eventgroup &&
-         entry.counter() == subscription.counter &&
-         pending.configuration == requirements_[subscription.requirement].configuration;
-}
-
-bool ServiceDiscovery::is_requested(const OwnSubscription& subscription) const noexcept {
-  for (std::size_t i = 0; i < pending_.size(); ++i) {
-    const slots::PendingEntry& pending = pending_[i];
-    if (pending.entry.ttl_s != 0 && is_for(pending, subscription)) {
-      return true;
-    }
+void ServiceDiscovery::cancel_requests(OwnSubscription& subscription) noexcept {
+  if (std::exchange(subscription.is_requested, false)) {
+    pending_.remove_if(
+        [&](const slots::PendingEntry& pending) { return pending.subscription == subscription.index; });
   }
-  return false;
 }
 
-void ServiceDiscovery::cancel_requests(const OwnSubscription& subscription) noexcept {
-  pending_.remove_if([&](const slots::PendingEntry& pending) { return is_for(pending, subscription); });
+// The subscriptions to one offer are in a list, for it is renewed every second.
+void ServiceDiscovery::attach(OwnSubscription& subscription, slots::Remote& remote) noexcept {
+  std::uint16_t* end = &remote.subscribed_by;
+  while (*end != slots::Remote::none) {
+    end = &subscriptions_[*end].next;
+  }
+  *end = subscription.index;
+  subscription.remote = remote.index;
+  subscription.next = slots::Remote::none;
+}
+
+void ServiceDiscovery::detach(OwnSubscription& subscription) noexcept {
+  std::uint16_t* at = &remotes_[subscription.remote].subscribed_by;
+  while (*at != subscription.index) {
+    at = &subscriptions_[*at].next;
+  }
+  *at = subscription.next;
+  subscription.remote = OwnSubscription::no_remote;
 }
 
 // Queues a Subscribe to the offer the subscription is tied to.
 void ServiceDiscovery::request(OwnSubscription& subscription, TimePoint due, Cause cause) noexcept {
-  if (is_requested(subscription)) {
+  if (subscription.is_requested) {
     return;
   }
   if (pending_.free_places() < 2) {
@@ -193,6 +202,7 @@ void ServiceDiscovery::request(OwnSubscription& subscription, TimePoint due, Cau
                      (unanswered || (subscription.state == State::subscribed && subscription.initial_open));
   const bool initial_data = settings_.explicit_initial_data && (first || again || cause == Cause::silence);
   send_subscribe(subscription, due, subscription.ttl_s, initial_data)->first = first;
+  subscription.is_requested = true;
   if (cause != Cause::silence) {
     subscription.ack_overdue = cause == Cause::multicast_offer;
   }
@@ -212,15 +222,18 @@ void ServiceDiscovery::request(OwnSubscription& subscription, TimePoint due, Cau
 // already queued: that is now an additional one, or the first.
 void ServiceDiscovery::amend_request(OwnSubscription& subscription) noexcept {
   const bool first = subscription.state != State::subscribed;
+  subscription.asked = !first;
+  if (!subscription.is_requested) {
+    return;
+  }
   if (!first) {
     pending_.remove_if([&](const slots::PendingEntry& pending) {
-      return pending.entry.ttl_s == 0 && is_for(pending, subscription);
+      return pending.entry.ttl_s == 0 && pending.subscription == subscription.index;
     });
   }
-  subscription.asked = !first;
   for (std::size_t i = 0; i < pending_.size(); ++i) {
     slots::PendingEntry& pending = pending_[i];
-    if (pending.entry.ttl_s != 0 && is_for(pending, subscription)) {
+    if (pending.entry.ttl_s != 0 && pending.subscription == subscription.index) {
       subscription.asked = true;
       pending.first = first || pending.first;  // an answer to what has not been sent means nothing
       pending.entry.tail = Entry::eventgroup_tail(subscription.eventgroup, subscription.counter,
@@ -234,8 +247,11 @@ void ServiceDiscovery::withdraw(OwnSubscription& subscription, TimePoint now) no
   if (subscription.remote != OwnSubscription::no_remote) {
     cancel_requests(subscription);
     if (link_up_ && subscription.state != State::idle && subscription.state != State::refused) {
-      send_subscribe(subscription, now, 0, false);  // [feat_req_someipsd_1177]
+      if (slots::PendingEntry* const stop = send_subscribe(subscription, now, 0, false)) {
+        stop->subscription = slots::Remote::none;  // [feat_req_someipsd_1177]
+      }
     }
+    detach(subscription);
   }
   subscriptions_.remove(subscription);
 }
@@ -246,7 +262,7 @@ void ServiceDiscovery::unbind(OwnSubscription& subscription, LossReason reason) 
   if (subscription.state == State::subscribed) {
     lose(subscription, reason);
   }
-  subscription.remote = OwnSubscription::no_remote;
+  detach(subscription);
   subscription.state = State::idle;
   // A reboot may be a false alarm, after which the server still has the subscription and would take the next
   // Subscribe for a renewal: as after a missing Ack, a StopSubscribe before it brings the initial events.
@@ -259,16 +275,24 @@ void ServiceDiscovery::unbind(OwnSubscription& subscription, LossReason reason) 
 }
 
 // [feat_req_someipsd_431] [feat_req_someipsd_812]
-void ServiceDiscovery::renew_subscriptions(slots::Remote& remote, const Arrival& arrival) noexcept {
+void ServiceDiscovery::renew_subscriptions(slots::Remote& remote, bool is_new,
+                                           const Arrival& arrival) noexcept {
   for (OwnSubscription& subscription : subscriptions_) {
+    if (!is_new || !remote.is_wanted) {
+      break;
+    }
     const bool unbound = subscription.remote == OwnSubscription::no_remote;
     if (unbound && !subscription.needs_connection && subscription.instance == remote.instance &&
         fits(requirements_[subscription.requirement], remote)) {
-      subscription.remote = remote.index;
+      attach(subscription, remote);
     }
+  }
+  for (std::uint16_t at = remote.subscribed_by; at != slots::Remote::none;) {
+    OwnSubscription& subscription = subscriptions_[at];
+    at = subscription.next;
     const bool lasts = subscription.state == State::subscribed && subscription.ttl_s == infinite_ttl_s &&
                        !settings_.renew_infinite_subscriptions;
-    if (subscription.remote == remote.index && !lasts) {
+    if (!lasts) {
       request(subscription, arrival.answer_due,
               arrival.via_multicast ? Cause::multicast_offer : Cause::application_or_unicast_offer);
     }
@@ -291,7 +315,7 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
            subscription.eventgroup == entry.eventgroup() && subscription.counter == entry.counter() &&
            (name.empty() || has_name(remote.service, remote.configuration, name));
   };
-  OwnSubscription* const meant = subscriptions_.find_if(is_meant);
+  OwnSubscription* const meant = subscriptions_.search(is_meant);
   if (meant == nullptr) {
     count(counters_.ignored_unexpected_ack);
     return;

@@ -1,5 +1,6 @@
-// Losses are never untold: what ended keeps its slot, unseen by everybody else, until there is room for the
-// event. Then a reboot, or a link that goes down, may end more than there are places for events.
+// Losses and new services are never untold: what ended keeps its slot, unseen by everybody else, until there
+// is room for the event. Then a reboot, or a link that goes down, may end more than there are places for
+// events.
 #include "sd/core/service_discovery.hpp"
 
 namespace trestle::sd {
@@ -58,7 +59,8 @@ void ServiceDiscovery::tell_loss(slots::OwnSubscription& subscription) noexcept 
 // Of a service: each requirement that it was for, but none that has not been told of it yet.
 void ServiceDiscovery::tell_loss(slots::Remote& remote) noexcept {
   for (const slots::Requirement& requirement : requirements_) {
-    if (requirement.index < remote.told || requirement.told <= remote.index || !fits(requirement, remote)) {
+    if (requirement.index < remote.told || remote.announced <= requirement.index ||
+        requirement.told <= remote.index || !fits(requirement, remote)) {
       continue;
     }
     if (!has_place_to_tell()) {
@@ -71,6 +73,22 @@ void ServiceDiscovery::tell_loss(slots::Remote& remote) noexcept {
     });
   }
   remove(remote);
+}
+
+// Each requirement that it is for, but none that is told of all services later.
+void ServiceDiscovery::tell_new(slots::Remote& remote) noexcept {
+  for (slots::Requirement& requirement : requirements_) {
+    if (requirement.index < remote.announced || requirement.told <= remote.index ||
+        !fits(requirement, remote)) {
+      continue;
+    }
+    if (!has_place_to_tell()) {
+      remote.announced = requirement.index;
+      return;
+    }
+    tell_available(requirement, remote);
+  }
+  remote.announced = slots::Requirement::all;
 }
 
 // Of the services that were known before it.
@@ -103,6 +121,11 @@ void ServiceDiscovery::tell_what_is_untold() noexcept {
   tell_losses(subscribers_.all());
   tell_losses(subscriptions_);
   tell_losses(remotes_.all());
+  for (slots::Remote& remote : remotes_) {
+    if (remote.announced != slots::Requirement::all) {
+      tell_new(remote);
+    }
+  }
   for (slots::Requirement& requirement : requirements_) {
     if (requirement.told != slots::Requirement::all) {
       tell_known(requirement);

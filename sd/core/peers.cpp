@@ -112,7 +112,7 @@ slots::Peer* ServiceDiscovery::who_is_forgotten(const IpAddress* among, TimePoin
   }
   for (const slots::Remote& remote : remotes_) {
     slots::Peer& peer = peers_[remote.peer];
-    peer.is_used = peer.is_used || requirements_of(remote) > 0;
+    peer.is_used = peer.is_used || remote.is_wanted;
   }
   found = oldest([](const slots::Peer& peer) { return !peer.is_used; });
   return found != nullptr ? found : oldest([&](const slots::Peer& peer) { return is_silent(peer, now); });
@@ -255,13 +255,10 @@ slots::Remote* ServiceDiscovery::new_remote(std::size_t wanting, const Arrival& 
     return slot;
   }
   if (slots::Remote* const unneeded =
-          remotes_.find_if([this](const slots::Remote& remote) { return requirements_of(remote) == 0; })) {
+          remotes_.find_if([](const slots::Remote& remote) { return !remote.is_wanted; })) {
     remove(*unneeded);
   } else if constexpr (guards) {
     make_room_for_remote(arrival);
-    if (event_places() < wanting) {
-      return nullptr;
-    }
   }
   return remotes_.add();
 }

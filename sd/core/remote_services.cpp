@@ -84,6 +84,9 @@ Result<RequirementHandle, SdError> ServiceDiscovery::require(const RequiredServi
   } else if (link_up_) {
     start(slot->schedule, now);
   }
+  for (slots::Remote& remote : remotes_) {
+    remote.is_wanted = remote.is_wanted || fits(*slot, remote);
+  }
   slot->told = 0;
   if (!is_some_untold_) {
     tell_known(*slot);
@@ -166,13 +169,13 @@ TRESTLE_ONCE bool same_access(const slots::Remote& a, const slots::Remote& b) no
 
 // Offers repeat the name of a service of another protocol; other entries may leave it out.
 slots::Remote* ServiceDiscovery::remote_of(const Entry& entry, std::string_view name) const noexcept {
-  for (slots::Remote& remote : remotes_) {
-    if (remote.service == entry.service && remote.instance == entry.instance && remote.major == entry.major &&
-        (name.empty() || has_name(remote.service, remote.configuration, name))) {
-      return &remote;
-    }
-  }
-  return nullptr;
+  return remotes_.search(
+      [&](const slots::Remote& remote) {
+        return remote.service == entry.service && remote.instance == entry.instance &&
+               remote.major == entry.major &&
+               (name.empty() || has_name(remote.service, remote.configuration, name));
+      },
+      name.empty() && entry.service == other_protocols);
 }
 
 bool ServiceDiscovery::read_offer(const Entry& entry, const Arrival& arrival,
@@ -207,9 +210,6 @@ bool ServiceDiscovery::read_offer(const Entry& entry, const Arrival& arrival,
 
 // False when the service cannot be known without its configuration, and that finds no room.
 bool ServiceDiscovery::keep_configuration_of(slots::Remote& offered, bool required) noexcept {
-  if (offered.configuration == ConfigurationPool::none) {
-    return true;
-  }
   const auto kept = keep_configuration(required);
   if (!kept) {
     count(counters_.configurations_cut);
@@ -225,9 +225,9 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
     count(counters_.ignored_bad_options);
     return;
   }
-  const std::size_t wanting = requirements_of(offered);
   // May forget services that nobody requires: before looking for this one.
-  if (!keep_configuration_of(offered, wanting > 0)) {
+  if (offered.configuration != ConfigurationPool::none &&
+      !keep_configuration_of(offered, requirements_of(offered) > 0)) {
     refuse(Limit::configurations);
     return;
   }
@@ -245,12 +245,13 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
     lose(*remote, LossReason::replaced, arrival.now);
     remote = nullptr;
   }
-  if ((remote == nullptr || updated) && event_places() < wanting) {
+  if (remote != nullptr && updated && event_places() < requirements_of(*remote)) {
     refuse(Limit::pending_events);
     return;
   }
   const bool is_new = remote == nullptr;
   if (is_new) {
+    const std::size_t wanting = requirements_of(offered);
     remote = new_remote(wanting, arrival);
     if (remote == nullptr) {
       refuse(is_guest(arrival.peer) ? Limit::peers : Limit::remote_services);
@@ -258,6 +259,7 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
     }
     static_cast<SlotBase&>(offered) = static_cast<const SlotBase&>(*remote);
     *remote = offered;
+    remote->is_wanted = wanting > 0;
     ++peers_[remote->peer].remotes;
   }
   remote->load_balancing = offered.load_balancing;
@@ -265,12 +267,21 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
   remote->expiry = end_of(entry.ttl_s, arrival.now);
   remote->answer_due = arrival.answer_due;
   if (is_new || updated) {
+    ++remote_changes_;
+  }
+  if (is_new && remote->is_wanted) {
+    remote->announced = 0;
+    if (!is_some_untold_) {
+      tell_new(*remote);
+    }
+  } else if (updated) {
     announce(*remote);
   }
-  renew_subscriptions(*remote, arrival);
+  renew_subscriptions(*remote, is_new, arrival);
 }
 
 void ServiceDiscovery::remove(slots::Remote& remote) noexcept {
+  ++remote_changes_;
   --peers_[remote.peer].remotes;
   remotes_.remove(remote);
 }
@@ -300,16 +311,19 @@ void ServiceDiscovery::on_stop_offer(const Entry& entry, const Arrival& arrival)
 }
 
 void ServiceDiscovery::lose(slots::Remote& remote, LossReason reason, TimePoint now) noexcept {
-  for (OwnSubscription& subscription : subscriptions_) {
-    if (subscription.remote == remote.index) {
-      unbind(subscription, reason);
-    }
+  while (remote.subscribed_by != slots::Remote::none) {
+    unbind(subscriptions_[remote.subscribed_by], reason);
   }
+  remote.told = 0;
   Table<slots::Remote>::lose(remote, reason);
+  ++remote_changes_;
   // After a StopOffer wait for the next offer without asking.  [feat_req_someipsd_834]
   const bool ask = link_up_ && (reason == LossReason::expired || reason == LossReason::rebooted);
   for (slots::Requirement& requirement : requirements_) {
-    if (ask && fits(requirement, remote) &&
+    if (!ask || !remote.is_wanted) {
+      break;
+    }
+    if (fits(requirement, remote) &&
         remotes_.find_if([&](const slots::Remote& other) { return fits(requirement, other); }) == nullptr) {
       start(requirement.schedule, now);
     }

@@ -349,27 +349,26 @@ void ServiceDiscovery::on_find(const Entry& entry, const Arrival& arrival) noexc
 // The offer that an eventgroup entry is about. Those of other protocols need not repeat the name.
 const slots::Offer* ServiceDiscovery::offered(const Entry& entry, const Arrival& arrival) noexcept {
   const std::string_view name = name_in(entry, arrival);
-  for (const slots::Offer& offer : offers_) {
-    if (same_instance(entry, offer) && (name.empty() || has_name(offer.service, offer.configuration, name))) {
-      return &offer;
-    }
-  }
-  return nullptr;
+  return offers_.search(
+      [&](const slots::Offer& offer) {
+        return same_instance(entry, offer) &&
+               (name.empty() || has_name(offer.service, offer.configuration, name));
+      },
+      name.empty() && entry.service == other_protocols);
 }
 
 const Eventgroup* ServiceDiscovery::eventgroup_of(const slots::Offer& offer, EventgroupId id) const noexcept {
-  for (const slots::OfferedEventgroup& slot : eventgroups_) {
-    if (slot.offer == offer.index && slot.eventgroup.id == id) {
-      return &slot.eventgroup;
-    }
-  }
-  return nullptr;
+  const slots::OfferedEventgroup* const found =
+      eventgroups_.search([&](const slots::OfferedEventgroup& slot) {
+        return slot.offer == offer.index && slot.eventgroup.id == id;
+      });
+  return found == nullptr ? nullptr : &found->eventgroup;
 }
 
 slots::Subscription* ServiceDiscovery::subscription_of(const slots::Offer& offer, const Entry& entry,
                                                        std::uint16_t peer,
                                                        const EntryOptions& options) const noexcept {
-  return subscribers_.find_if([&](const slots::Subscription& slot) {
+  return subscribers_.search([&](const slots::Subscription& slot) {
     return slot.offer == offer.index && slot.peer == peer && slot.eventgroup == entry.eventgroup() &&
            slot.counter == entry.counter() && are_same(slot.udp, options.udp) &&
            are_same(slot.tcp, options.tcp);

@@ -143,6 +143,7 @@ slots::PendingEntry* ServiceDiscovery::send(std::uint16_t to, TimePoint due) noe
   *pending = {};
   pending->peer = to;
   pending->due = due;
+  transmit_due_ = earlier(transmit_due_, due);
   return pending;
 }
 
@@ -307,7 +308,7 @@ std::optional<std::uint16_t> ServiceDiscovery::keep_configuration(bool important
     if (kept || !important) {
       break;
     }
-    if (remote.configuration != ConfigurationPool::none && requirements_of(remote) == 0) {
+    if (remote.configuration != ConfigurationPool::none && !remote.is_wanted) {
       remove(remote);
       kept = configurations_.keep(mark);
     }
@@ -377,7 +378,7 @@ struct OptionList {
 
 std::optional<Transmit> ServiceDiscovery::poll_transmit(ByteSpan room, TimePoint now) noexcept {
   constexpr std::uint16_t nobody = 0xfffe;
-  if (room.size() < SdWriter::min_room_bytes) {
+  if (room.size() < SdWriter::min_room_bytes || !is_due(transmit_due_, now)) {
     return std::nullopt;
   }
   SdWriter writer{room};
@@ -387,27 +388,35 @@ std::optional<Transmit> ServiceDiscovery::poll_transmit(ByteSpan room, TimePoint
       return std::nullopt;
     }
   }
+  transmit_due_ = never;
+  const auto keep = [this](const slots::PendingEntry& pending) {
+    transmit_due_ = earlier(transmit_due_, pending.due);
+    return false;
+  };
   std::uint16_t destination = nobody;
   bool full = false;
   pending_.remove_if([&](const slots::PendingEntry& pending) {
     if (full || !is_due(pending.due, now) || (destination != nobody && pending.peer != destination)) {
-      return false;
+      return keep(pending);
     }
     // A StopSubscribe that must stand before its Subscribe starts the next message if only it fits into this
     // one.
     const OptionList options{pending, configurations_[pending.configuration]};
     const bool pair_fits =
         !pending.with_next || writer.entry_count() == 0 || writer.fits(2, 2 * options.bytes);
-    if (pair_fits && writer.add(pending.entry, options.view())) {
+    const bool written = pair_fits && writer.add(pending.entry, options.view());
+    if (written) {
       destination = pending.peer;
-      return true;
-    }
-    if (writer.entry_count() == 0) {
+    } else if (writer.entry_count() == 0) {
       count(counters_.unsendable_entries);  // waiting would not help it
-      return true;
+    } else {
+      full = true;
+      return keep(pending);
     }
-    full = true;
-    return false;
+    if (pending.subscription != slots::Remote::none && pending.entry.ttl_s != 0) {
+      subscriptions_[pending.subscription].is_requested = false;
+    }
+    return true;
   });
   if (writer.entry_count() == 0) {
     return std::nullopt;

@@ -307,6 +307,10 @@ class ServiceDiscovery {
   /// When to call on_time() and poll_transmit() again; nothing: when a datagram arrives or a call is made.
   [[nodiscard]] std::optional<TimePoint> deadline() const noexcept;
 
+  /// Another value whenever a service of a peer was added, changed or lost: then for_each_remote() shows
+  /// others.
+  [[nodiscard]] std::uint32_t remote_changes() const noexcept { return remote_changes_; }
+
   [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
 
  private:
@@ -442,6 +446,7 @@ class ServiceDiscovery {
   void announce(const slots::Remote& remote) noexcept;
   void tell_available(slots::Requirement& requirement, const slots::Remote& remote) noexcept;
   void tell_known(slots::Requirement& requirement) noexcept;
+  void tell_new(slots::Remote& remote) noexcept;
   void tell_loss(slots::Remote& remote) noexcept;
   void settle(slots::Requirement& requirement) noexcept;
   void lose(slots::Remote& remote, LossReason reason, TimePoint now) noexcept;
@@ -450,17 +455,16 @@ class ServiceDiscovery {
 
   // client_side.cpp
   void on_ack(const Entry& entry, const Arrival& arrival) noexcept;
-  void renew_subscriptions(slots::Remote& remote, const Arrival& arrival) noexcept;
+  void renew_subscriptions(slots::Remote& remote, bool is_new, const Arrival& arrival) noexcept;
   enum class Cause : std::uint8_t { application_or_unicast_offer, multicast_offer, silence };
   void request(slots::OwnSubscription& subscription, TimePoint due, Cause cause) noexcept;
   void withdraw(slots::OwnSubscription& subscription, TimePoint now) noexcept;
   void unbind(slots::OwnSubscription& subscription, LossReason reason) noexcept;
   void bind(slots::OwnSubscription& subscription, TimePoint now) noexcept;
-  void cancel_requests(const slots::OwnSubscription& subscription) noexcept;
+  void cancel_requests(slots::OwnSubscription& subscription) noexcept;
   void amend_request(slots::OwnSubscription& subscription) noexcept;
-  [[nodiscard]] bool is_requested(const slots::OwnSubscription& subscription) const noexcept;
-  [[nodiscard]] bool is_for(const slots::PendingEntry& pending,
-                            const slots::OwnSubscription& subscription) const noexcept;
+  void attach(slots::OwnSubscription& subscription, slots::Remote& remote) noexcept;
+  void detach(slots::OwnSubscription& subscription) noexcept;
   void watch(TimePoint now) noexcept;
   slots::PendingEntry* send_subscribe(const slots::OwnSubscription& subscription, TimePoint due,
                                       std::uint32_t ttl_s, bool initial_data) noexcept;
@@ -475,7 +479,9 @@ class ServiceDiscovery {
 
   // What is used most stands first, where small processors reach it with short instructions.
   bool link_up_ = true;
-  bool is_some_untold_ = false;  // losses, or known services, wait for room among the events
+  bool is_some_untold_ = false;  // losses, or services, wait for room among the events
+  std::uint32_t remote_changes_ = 0;
+  TimePoint transmit_due_ = never;  // nothing that is pending is due before it
   someip::SessionCounter multicast_sessions_;
   someip::SessionCounter forgotten_sessions_;  // no peer that was forgotten has heard of a later one
   BoundedQueue<slots::PendingEntry> pending_;

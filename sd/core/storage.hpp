@@ -105,17 +105,24 @@ struct Requirement : SlotBase {
 
 /// A peer's offer.
 struct Remote : SlotBase {
+  static constexpr std::uint16_t none = 0xffff;
+
   ServiceId service{};
   InstanceId instance{};
   std::uint8_t major = 0;
+  bool is_wanted = false;  // it fits a requirement
   std::uint32_t minor = 0;
   std::uint16_t peer = 0;
-  std::uint16_t told = 0;  // of its loss, the requirements before this index
+  std::uint16_t configuration = ConfigurationPool::none;
+  std::uint16_t announced = Requirement::all;  // to the requirements before this index
+  union {
+    std::uint16_t subscribed_by = none;  // the first of our subscriptions to it
+    std::uint16_t told;                  // once it is lost: of that, the requirements before this index
+  };
   std::optional<Endpoint> udp;
   std::optional<Endpoint> tcp;
   std::optional<LoadBalancingOption> load_balancing;
   std::optional<MacGroupcastOption> mac_groupcast;
-  std::uint16_t configuration = ConfigurationPool::none;
   TimePoint expiry = never;  // which is at the next reboot
   TimePoint answer_due{};    // when to react to the last offer
 };
@@ -129,13 +136,15 @@ struct OwnSubscription : SlotBase {
   InstanceId instance{};
   EventgroupId eventgroup{};
   std::uint8_t counter = 0;
+  State state = State::idle;
+  bool needs_connection = false;  // waits for reconnected()
+  bool is_requested = false;      // a Subscribe waits to be sent
   std::uint32_t ttl_s = 0;
   std::optional<Endpoint> udp;
   std::optional<Endpoint> tcp;
   std::uint32_t receive_buffer_bytes = 0;  // of `udp`, to be told; 0: not
   std::uint16_t remote = no_remote;        // the offer it is for
-  State state = State::idle;
-  bool needs_connection = false;  // waits for reconnected()
+  std::uint16_t next = Remote::none;       // of those that are for it
   bool ack_overdue = false;  // the last Subscribe was the answer to a multicast offer, and is not answered
   bool asked = false;        // a Subscribe was sent that is neither refused nor, with its TTL, over
   bool initial_open =
@@ -176,6 +185,7 @@ struct PendingEntry {
   std::uint16_t peer = to_multicast;
   bool with_next = false;  // must stand in the same message as the next one  [feat_req_someipsd_1178]
   bool first = false;      // of a Subscribe: not the renewal of another one
+  std::uint16_t subscription = Remote::none;  // whose it is, unless that has ended
   std::uint8_t option_count = 0;
   std::uint16_t configuration = ConfigurationPool::none;
   std::uint32_t receive_buffer_bytes = 0;  // to be told in a configuration option, if there is no other one

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <iterator>
 #include <span>
+#include <utility>
 
 #include "sd/core/events.hpp"
 
@@ -67,6 +68,17 @@ class TableBase {
   [[nodiscard]] SlotBase* take() noexcept;
   void take(SlotBase& empty, std::size_t index) noexcept;
 
+  /// The one in use behind which all slots were searched last, or the first; nothing when there is none.
+  TRESTLE_ONCE [[nodiscard]] SlotBase* first_to_search() const noexcept {
+    SlotBase* const found = next(found_, SlotBase::State::in_use);
+    return found != nullptr ? found : next(0, SlotBase::State::in_use);
+  }
+  TRESTLE_ONCE [[nodiscard]] SlotBase* next_to_search(const SlotBase& slot) const noexcept {
+    SlotBase* const found = after<SlotBase::State::in_use>(slot);
+    return found != nullptr ? found : next(0, SlotBase::State::in_use);
+  }
+  void note_found(const SlotBase& slot) const noexcept { found_ = slot.index; }
+
   std::byte* slots_;
 
  private:
@@ -81,7 +93,8 @@ class TableBase {
 
   std::uint16_t size_;
   std::uint16_t slot_bytes_;
-  std::uint16_t used_end_ = 0;  // all slots from here on are empty
+  std::uint16_t used_end_ = 0;       // all slots from here on are empty
+  mutable std::uint16_t found_ = 0;  // by the last search()
 };
 
 /// Slots in the caller's memory, taken and freed; walking over it meets those in use.
@@ -138,6 +151,22 @@ class Table : public TableBase {
       if (wanted(slot)) {
         return &slot;
       }
+    }
+    return nullptr;
+  }
+
+  /// As find_if(), where one at most is wanted, unless `in_order`: begins at the one that was found last, for
+  /// peers name things in the order in which they named them before.
+  template <typename Wanted>
+  [[nodiscard]] Slot* search(Wanted wanted, bool in_order = false) const noexcept {
+    SlotBase* const first = in_order ? this->template first<SlotBase::State::in_use>() : first_to_search();
+    for (SlotBase* at = first; at != nullptr;) {
+      if (wanted(std::as_const(static_cast<Slot&>(*at)))) {
+        note_found(*at);
+        return static_cast<Slot*>(at);
+      }
+      at = next_to_search(*at);
+      at = at == first ? nullptr : at;
     }
     return nullptr;
   }

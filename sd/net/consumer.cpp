@@ -52,9 +52,7 @@ RequirementHandle Consumer::look_for(const RequireSpec& spec, TimePoint now) {
     throw std::invalid_argument{"requirement of " + to_string(spec.service, spec.instance) +
                                 ": refused by service discovery: " + to_string(handle.error())};
   }
-  if (!any_need([&](const Need& need) {
-        return need.spec.service == spec.service && need.spec.instance == spec.instance;
-      })) {
+  if (!any_need(spec.service, [&](const Need& need) { return need.spec.instance == spec.instance; })) {
     log_("looking for " + to_string(spec.service, spec.instance));
   }
   return *handle;
@@ -74,12 +72,14 @@ RequirementId Consumer::require(const RequireSpec& spec, AvailabilityHandler han
   requirement->id = RequirementId{next_id_++};
   requirement->handler = std::move(handler);
   requirements_.push_back(requirement);
+  add(*requirement, {.requirement = requirement});
   return requirement->id;
 }
 
 void Consumer::release(RequirementId id, TimePoint now) {
   if (const auto requirement = find(id)) {
     discovery_.release(requirement->handle, now);
+    remove(*requirement);
     std::erase(requirements_, requirement);
   }
 }
@@ -90,8 +90,35 @@ std::vector<RemoteService> Consumer::available(RequirementId id) const {
 }
 
 std::shared_ptr<Consumer::Requirement> Consumer::find(RequirementId id) const {
-  const auto found = std::ranges::find(requirements_, id, &Requirement::id);
-  return found == requirements_.end() ? nullptr : *found;
+  const auto found = std::ranges::lower_bound(requirements_, id, {}, &Requirement::id);
+  return found == requirements_.end() || (*found)->id != id ? nullptr : *found;
+}
+
+Consumer::Requirer Consumer::find(RequirementHandle handle) const {
+  if (handle.index >= requirers_.size()) {
+    return {};
+  }
+  const Requirer& there = requirers_[handle.index];
+  const Need* const need =
+      there.subscription ? static_cast<const Need*>(there.subscription.get()) : there.requirement.get();
+  return need != nullptr && need->handle == handle ? there : Requirer{};
+}
+
+void Consumer::add(Need& need, Requirer requirer) {
+  needs_[need.spec.service].push_back(&need);
+  requirers_.resize(std::max<std::size_t>(requirers_.size(), need.handle.index + 1U));
+  requirers_[need.handle.index] = std::move(requirer);
+}
+
+void Consumer::remove(Need& need) {
+  unsettled_ = true;
+  std::erase(with_others_, &need);
+  const auto needs = needs_.find(need.spec.service);
+  std::erase(needs->second, &need);
+  if (needs->second.empty()) {
+    needs_.erase(needs);
+  }
+  requirers_[need.handle.index] = {};  // may end it
 }
 
 // --- TCP connections --------------------------------------------------------------------------------------
@@ -156,6 +183,9 @@ bool Consumer::is_needed(const Endpoint& remote, const Connection& connection) c
 }
 
 void Consumer::settle(TimePoint now) {
+  if (!std::exchange(unsettled_, false)) {
+    return;
+  }
   // What is subscribed to wherever it is offered is forgotten where it is not offered any more: instances
   // that come and go must not fill our tables.
   for (const auto& subscription : subscriptions_) {
@@ -183,6 +213,10 @@ void Consumer::settle(TimePoint now) {
 }
 
 void Consumer::clear() {
+  needs_.clear();
+  with_others_.clear();
+  requirers_.clear();
+  bound_to_.clear();
   requirements_.clear();
   for (const auto& subscription : subscriptions_) {
     for (const auto& listener : subscription->listeners) {
@@ -197,37 +231,46 @@ void Consumer::clear() {
 // --- Other versions ---------------------------------------------------------------------------------------
 
 void Consumer::note_other_versions() {
-  for (const auto& subscription : subscriptions_) {
-    subscription->faults.other_version += note_other_versions(*subscription);
-  }
-  for (const auto& requirement : requirements_) {
-    note_other_versions(*requirement);
+  std::vector<Need*> concerned = std::exchange(with_others_, {});
+  discovery_.for_each_remote([&](const slots::Remote& remote) {
+    const auto needs = needs_.find(remote.service);
+    if (needs == needs_.end()) {
+      return;
+    }
+    for (Need* const need : needs->second) {
+      const RequireSpec& wanted = need->spec;
+      const bool is_right = (wanted.major == any_major || wanted.major == remote.major) &&
+                            (wanted.minor == any_minor || wanted.minor == remote.minor);
+      if (is_right || !need->servers.empty() || !wanted.otherserv.empty() ||
+          (wanted.instance != someip::any_instance && wanted.instance != remote.instance)) {
+        continue;
+      }
+      if (need->others.empty() && need->seen.empty()) {
+        concerned.push_back(need);
+      }
+      need->seen.push_back(discovery_.service_of(remote));
+    }
+  });
+  for (Need* const need : concerned) {
+    warn_of_others(*need);
+    if (!need->others.empty()) {
+      with_others_.push_back(need);
+    }
   }
 }
 
-std::uint64_t Consumer::note_other_versions(Need& need) {
+void Consumer::warn_of_others(Need& need) {
   const RequireSpec& wanted = need.spec;
-  std::vector<RemoteService> others;
-  if (need.servers.empty() && wanted.otherserv.empty()) {
-    discovery_.for_each_remote([&](const slots::Remote& remote) {
-      const bool is_right = (wanted.major == any_major || wanted.major == remote.major) &&
-                            (wanted.minor == any_minor || wanted.minor == remote.minor);
-      if (remote.service == wanted.service && !is_right &&
-          (wanted.instance == someip::any_instance || wanted.instance == remote.instance)) {
-        others.push_back(discovery_.service_of(remote));
-      }
-    });
-  }
+  const std::vector<RemoteService> others = std::exchange(need.seen, {});
   std::vector<RemoteHandle> handles(others.size());
   std::ranges::transform(others, handles.begin(), &RemoteService::handle);
   const std::vector<RemoteHandle> known = std::exchange(need.others, std::move(handles));
-  std::uint64_t found = 0;
   for (const RemoteService& other : others) {
     if (std::ranges::find(known, other.handle) != known.end()) {
       continue;
     }
-    ++found;
-    const bool is_said = any_need([&](const Need& one) {
+    ++need.faults.other_version;
+    const bool is_said = any_need(wanted.service, [&](const Need& one) {
       return &one != &need && one.spec.major == wanted.major && one.spec.minor == wanted.minor &&
              std::ranges::find(one.others, other.handle) != one.others.end();
     });
@@ -237,13 +280,13 @@ std::uint64_t Consumer::note_other_versions(Need& need) {
             " offers it in version " + version_text(other.major, other.minor));
     }
   }
-  return found;
 }
 
 // --- What discovery tells ---------------------------------------------------------------------------------
 
 void Consumer::on_event(const ServiceAvailable& event, TimePoint now) {
-  if (!any_need([&](const Need& need) {
+  unsettled_ = true;
+  if (!any_need(event.service.service, [&](const Need& need) {
         return std::ranges::find(need.servers, event.service) != need.servers.end();
       })) {
     log_(describe(event.service));
@@ -252,14 +295,12 @@ void Consumer::on_event(const ServiceAvailable& event, TimePoint now) {
     std::erase_if(need.servers, [&](const RemoteService& known) { return same(known, event.service); });
     need.servers.push_back(event.service);
   };
-  const auto subscription = std::ranges::find(subscriptions_, event.requirement, &Subscription::handle);
-  if (subscription != subscriptions_.end()) {
-    note(**subscription);
-    bind(**subscription, event.service, now);
+  const auto [subscription, requirement] = find(event.requirement);  // kept: a handler may end it
+  if (subscription) {
+    note(*subscription);
+    bind(*subscription, event.service, now);
   }
-  const auto found = std::ranges::find(requirements_, event.requirement, &Requirement::handle);
-  if (found != requirements_.end()) {
-    const auto requirement = *found;  // its handler may release it
+  if (requirement) {
     note(*requirement);
     if (requirement->handler) {
       requirement->handler(event.service, true);
@@ -269,25 +310,25 @@ void Consumer::on_event(const ServiceAvailable& event, TimePoint now) {
 
 void Consumer::on_event(const ServiceLost& event) {
   const auto is_it = [&](const RemoteService& known) { return same(known, event.service); };
-  const auto subscription = std::ranges::find(subscriptions_, event.requirement, &Subscription::handle);
-  if (subscription != subscriptions_.end()) {
-    std::erase_if((*subscription)->servers, is_it);
+  unsettled_ = true;
+  const auto [subscription, requirement] = find(event.requirement);  // kept: a handler may end it
+  if (subscription) {
+    std::erase_if(subscription->servers, is_it);
     const auto binding =
-        std::ranges::find((*subscription)->bindings, event.service.instance, &Binding::instance);
-    if (binding != (*subscription)->bindings.end()) {
+        std::ranges::find(subscription->bindings, event.service.instance, &Binding::instance);
+    if (binding != subscription->bindings.end()) {
       binding->not_over_tcp = false;
     }
-    for (const auto& listener : (*subscription)->listeners) {
+    for (const auto& listener : subscription->listeners) {
       listener->e2e.forget(event.service.udp, event.service.tcp);
     }
   }
-  const auto found = std::ranges::find(requirements_, event.requirement, &Requirement::handle);
-  const auto requirement = found == requirements_.end() ? nullptr : *found;  // its handler may release it
   if (requirement) {
     std::erase_if(requirement->servers, is_it);
     requirement->e2e.forget(event.service.udp, event.service.tcp);
   }
-  if (!any_need([&](const Need& need) { return std::ranges::any_of(need.servers, is_it); })) {
+  if (!any_need(event.service.service,
+                [&](const Need& need) { return std::ranges::any_of(need.servers, is_it); })) {
     log_("service " + to_string(event.service.service, event.service.instance) + " of " +
          someip::to_string(event.service.peer.address) + " is gone: " + to_string(event.reason));
   }

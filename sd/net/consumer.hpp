@@ -67,6 +67,8 @@ class Consumer {
     std::vector<RemoteService> servers{};
     std::optional<someip::InstanceId> chosen{};  ///< where calls go that name none
     std::vector<RemoteHandle> others{};          ///< offers in another version, of which has been warned
+    std::vector<RemoteService> seen{};           ///< those that are there now; only while they are compared
+    SubscriptionFaults faults{};                 ///< of a subscription
   };
   struct Requirement : Need {
     RequirementId id{};
@@ -90,12 +92,16 @@ class Consumer {
     bool not_over_tcp = false;  ///< the server does not offer that, of which has been warned
     std::shared_ptr<GroupPort> group{};
   };
-  struct Subscription : Need {
+  struct Subscription : Need, std::enable_shared_from_this<Subscription> {
     SubscribeSpec wanted{};  ///< whose events count for nothing: each listener has its own
     std::shared_ptr<UdpPort> port{};
     std::vector<std::shared_ptr<Listener>> listeners{};
     std::vector<Binding> bindings{};
-    SubscriptionFaults faults{};
+  };
+  /// What is to be told of a requirement of discovery: one of the two.
+  struct Requirer {
+    std::shared_ptr<Subscription> subscription{};
+    std::shared_ptr<Requirement> requirement{};
   };
   /// That a listener wants an event.
   struct Wish {
@@ -124,15 +130,18 @@ class Consumer {
   [[nodiscard]] std::shared_ptr<Subscription> find(SubscriptionId id) const;
   [[nodiscard]] Binding* find(SubscriptionHandle handle, Subscription** owner = nullptr) const;
   [[nodiscard]] RequirementHandle look_for(const RequireSpec& spec, TimePoint now);
-  /// Whether `is_true` for any service that is looked for. What concerns several is logged once.
+  [[nodiscard]] Requirer find(RequirementHandle handle) const;
+  void add(Need& need, Requirer requirer);
+  void remove(Need& need);
+  /// Whether `is_true` for anybody who looks for the service. What concerns several is logged once.
   template <typename Test>
-  [[nodiscard]] bool any_need(Test is_true) const {
-    const auto of = [&](const auto& one) { return is_true(static_cast<const Need&>(*one)); };
-    return std::ranges::any_of(requirements_, of) || std::ranges::any_of(subscriptions_, of);
+  [[nodiscard]] bool any_need(someip::ServiceId service, Test is_true) const {
+    const auto found = needs_.find(service);
+    return found != needs_.end() &&
+           std::ranges::any_of(found->second, [&](const Need* need) { return is_true(*need); });
   }
 
-  /// @return how many are new, of which it has warned.
-  std::uint64_t note_other_versions(Need& need);
+  void warn_of_others(Need& need);
 
   [[nodiscard]] std::optional<Route> route(Need& need, const CallSpec& spec, std::size_t bytes);
   void choose(Need& need);
@@ -176,8 +185,13 @@ class Consumer {
   DiscoveryLog log_;
   DiscoveryLog warn_;
   std::function<void()> changed_;
-  std::vector<std::shared_ptr<Requirement>> requirements_;
+  std::vector<std::shared_ptr<Requirement>> requirements_;  ///< by id
   std::vector<std::shared_ptr<Subscription>> subscriptions_;
+  std::vector<Requirer> requirers_;                    ///< by the index of a handle, as those below
+  std::vector<std::weak_ptr<Subscription>> bound_to_;  ///< who a subscription of discovery is of, or was
+  std::unordered_map<someip::ServiceId, std::vector<Need*>> needs_;
+  std::vector<Need*> with_others_;                               ///< needs whose `others` are not empty
+  bool unsettled_ = false;                                       ///< something may be unneeded now
   std::unordered_map<std::uint32_t, std::vector<Wish>> wishes_;  ///< by event: asked for each segment
   std::map<Endpoint, Connection> connections_;  ///< by the server's end  [feat_req_someip_645]
   someip::TcpClient::Counters past_connections_;

@@ -56,6 +56,7 @@ SubscriptionId Consumer::subscribe(const SubscribeSpec& spec, EventHandler handl
     }
     subscription->handle = look_for(subscription->spec, now);
     subscriptions_.push_back(subscription);
+    add(*subscription, {.subscription = subscription});
   }
   const SubscriptionId id{next_id_++};
   const auto listener =
@@ -90,6 +91,7 @@ void Consumer::unsubscribe(SubscriptionId id, TimePoint now) {
   }
   if (subscription->listeners.empty()) {
     discovery_.release(subscription->handle, now);
+    remove(*subscription);
     std::erase(subscriptions_, subscription);
   }
 }
@@ -114,17 +116,18 @@ std::shared_ptr<Consumer::Subscription> Consumer::find(SubscriptionId id) const 
 }
 
 Consumer::Binding* Consumer::find(SubscriptionHandle handle, Subscription** owner) const {
-  for (const auto& subscription : subscriptions_) {
-    for (Binding& binding : subscription->bindings) {
-      if (binding.handle == handle) {
-        if (owner != nullptr) {
-          *owner = subscription.get();
-        }
-        return &binding;
-      }
-    }
+  const auto subscription = handle.index < bound_to_.size() ? bound_to_[handle.index].lock() : nullptr;
+  if (!subscription) {
+    return nullptr;
   }
-  return nullptr;
+  const auto found = std::ranges::find(subscription->bindings, handle, &Binding::handle);
+  if (found == subscription->bindings.end()) {
+    return nullptr;
+  }
+  if (owner != nullptr) {
+    *owner = subscription.get();
+  }
+  return &*found;
 }
 
 // Subscribes at this server, as soon as the connection is there if that is needed.
@@ -172,6 +175,8 @@ void Consumer::bind(Subscription& subscription, const RemoteService& server, Tim
       now);
   if (handle) {
     binding->handle = *handle;
+    bound_to_.resize(std::max<std::size_t>(bound_to_.size(), handle->index + 1U));
+    bound_to_[handle->index] = subscription.weak_from_this();
   } else {
     warn_("cannot subscribe to " + name_of(subscription.wanted, server.instance) + ": " +
           to_string(handle.error()));

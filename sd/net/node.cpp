@@ -185,26 +185,32 @@ struct Node::State : std::enable_shared_from_this<State> {
     }
   }
 
-  // After each call of discovery: does what it wants done. What it has to send goes before each of its
-  // events: an Ack is to leave before the initial events.  [feat_req_someipsd_107]
+  // After each call of discovery: does what it wants done. An Ack leaves before the initial events
+  // [feat_req_someipsd_107]; what else is to be sent waits for all that happened at once, to share datagrams.
   void drain() {
     if (draining) {
       return;  // called from a handler of the loop below
     }
     draining = true;
     for (bool settled = false;;) {
-      transmit();
       if (const auto event = discovery.poll_event()) {
+        if (std::holds_alternative<SubscriberAdded>(*event) ||
+            std::holds_alternative<InitialDataRequested>(*event)) {
+          transmit();
+        }
         shielded(io, [&] { std::visit([this](const auto& what) { on_event(what); }, *event); });
         settled = false;
       } else if (std::exchange(settled, true)) {
         break;
       } else {
         consumer.settle(now());
+        transmit();
       }
     }
-    shielded(io, [this] { provider.note_rivals(); });
-    shielded(io, [this] { consumer.note_other_versions(); });
+    if (std::exchange(noted, discovery.remote_changes()) != discovery.remote_changes()) {
+      shielded(io, [this] { provider.note_rivals(); });
+      shielded(io, [this] { consumer.note_other_versions(); });
+    }
     draining = false;
     timer.arm(discovery.deadline());
   }
@@ -307,6 +313,8 @@ struct Node::State : std::enable_shared_from_this<State> {
   Consumer consumer;
   DeadlineTimer timer;
   bool draining = false;
+  /// The services of others that offers and needs of ours were compared with; nothing after one is new.
+  std::optional<std::uint32_t> noted{};
   std::optional<LinkWatch> watch;
   bool link_seen = true;  ///< up, by what the system says
   bool link_told = true;  ///< up, by what the application says
@@ -331,6 +339,7 @@ boost::asio::io_context& Node::io() const noexcept {
 
 OfferHandle Node::offer(ServiceSpec spec) {
   const OfferHandle handle = state_->provider.offer(std::move(spec), now());
+  state_->noted.reset();
   state_->drain();
   return handle;
 }
@@ -387,6 +396,7 @@ void Node::forget_field(OfferHandle offer, someip::MethodId field) {
 
 RequirementId Node::require(const RequireSpec& spec, AvailabilityHandler handler) {
   const RequirementId id = state_->consumer.require(spec, std::move(handler), now());
+  state_->noted.reset();
   state_->drain_later();
   return id;
 }
@@ -422,6 +432,7 @@ bool Node::send(RequirementId requirement, const CallSpec& spec, std::span<const
 
 SubscriptionId Node::subscribe(const SubscribeSpec& spec, EventHandler handler) {
   const SubscriptionId id = state_->consumer.subscribe(spec, std::move(handler), now());
+  state_->noted.reset();
   state_->drain();
   return id;
 }

@@ -34,6 +34,45 @@ TEST(Table, GivesOutItsSlotsEmptyAndOnce) {
   EXPECT_EQ(first->value, 7);
 }
 
+TEST(Table, SearchesEachSlotFromTheLastFoundOn) {
+  std::array<Slot, 3> slots;
+  Table<Slot> table{slots};
+  for (int value = 0; value < 3; ++value) {
+    table.add()->value = value;
+  }
+  int looked_at = 0;
+  const auto search = [&](int wanted, bool in_order = false) {
+    looked_at = 0;
+    const Slot* const found = table.search(
+        [&](const Slot& slot) {
+          ++looked_at;
+          return slot.value == wanted;
+        },
+        in_order);
+    return found == nullptr ? -1 : found->value;
+  };
+  EXPECT_EQ(search(1), 1);
+  EXPECT_EQ(search(2), 2);
+  EXPECT_EQ(looked_at, 2);  // the one before, and itself
+  EXPECT_EQ(search(2), 2);
+  EXPECT_EQ(looked_at, 1);
+  EXPECT_EQ(search(0), 0);
+  EXPECT_EQ(search(3), -1);
+  EXPECT_EQ(looked_at, 3);
+  EXPECT_EQ(search(2), 2);
+  EXPECT_EQ(search(2, true), 2);
+  EXPECT_EQ(looked_at, 3);
+  table.remove(slots[2]);  // where the next search would begin
+  EXPECT_EQ(search(1), 1);
+  table.remove(slots[0]);
+  table.remove(slots[1]);
+  EXPECT_EQ(search(1), -1);
+  EXPECT_EQ(table.free_slots(), 3U);
+  EXPECT_EQ(table.add(), &slots[0]);
+  EXPECT_EQ(table.add(), &slots[1]);
+  EXPECT_EQ(table.free_slots(), 1U);
+}
+
 TEST(Table, KnowsOldHandlesFromNewOnesForLong) {
   std::array<Slot, 1> slots;
   Table<Slot> table{slots};
