@@ -17,12 +17,12 @@ slots::Peer* ServiceDiscovery::peer_at(const Endpoint& endpoint, TimePoint now) 
     if (place == nullptr) {
       place = guest();
     }
-  }
-  if (place != nullptr) {
     // Somebody forgotten may be back. A session that it has had before would look like a reboot of ours, so
     // its sessions go on behind all that were forgotten; the flag says on which side of 0xffff.
     // [feat_req_someipsd_41] [feat_req_someipsd_765] [feat_req_someipsd_764]
     place->sessions = forgotten_sessions_;
+  }
+  if (place != nullptr) {
     place->endpoint = endpoint;
     place->last_seen = now;
   }
@@ -52,7 +52,6 @@ slots::Peer* ServiceDiscovery::place_for(const Endpoint& endpoint, TimePoint now
     if (oldest == nullptr) {
       return nullptr;
     }
-    note_sessions(*oldest);
     peers_.remove(*oldest);
     return peers_.add();
   }
@@ -88,7 +87,8 @@ slots::Peer* ServiceDiscovery::who_is_forgotten(const IpAddress* among, TimePoin
   const auto oldest = [&](auto may_be) {
     slots::Peer* best = nullptr;
     for (slots::Peer& peer : peers_) {
-      const bool is_meant = !is_guest(peer.index) && (among == nullptr || peer.endpoint.address == *among);
+      const bool is_meant =
+          !is_guest(peer.index) && (!guards || among == nullptr || peer.endpoint.address == *among);
       if (is_meant && may_be(peer) && (best == nullptr || !is_due(best->last_seen, peer.last_seen))) {
         best = &peer;
       }
