@@ -90,16 +90,17 @@ def modules():
 
 
 def linked(program):
-    """Where the bytes in flash memory of a linked program come from: each library, libgcc, its own objects, and what of
-    headers the compiler has put into these."""
+    """Where the bytes of the core in flash memory of a linked program come from: each library, libgcc, and what of headers
+    the compiler has put into its own objects. And the sum."""
     found = collections.Counter()
     text = pathlib.Path(f"{program}.map").read_text(encoding="utf-8")
     text = text[text.index("Linker script and memory map"):]
     for section, size, origin in SECTION.findall(text):
-        library = re.search(r"lib(?:trestle_)?(\w+)\.a\(", origin)
+        library = re.search(r"lib(?:trestle_|closed_)?(\w+)\.a\(", origin)
         inline = section.startswith("text._Z") and not PROGRAM.search(section)
         found[library[1] if library else INLINE if inline else pathlib.Path(origin).name] += int(size, 16)
-    return found
+    core = {name: size for name, size in found.items() if name in MODULES + [INLINE, "gcc"]}
+    return core, sum(core.values())
 
 
 def call_graph(files):
@@ -187,16 +188,17 @@ def block():
     lines += [f"| `{name}` | {text} | {data} | {bss} |" for name, (text, data, bss) in modules()]
 
     program = BUILD / "test" / "embedded" / "core_typical"
-    found = linked(program)
-    own = [name for name in found if name not in MODULES + [INLINE, "gcc"]]
-    core = {name: size for name, size in found.items() if name not in own}
-    total = sum(core.values())
-    lines += ["", "| linked into a device with header codec, SD server, SD client and TP | text |", "| --- | ---: |"]
-    lines += [f"| `{'libgcc' if name == 'gcc' else name}` | {size} |" for name, size in sorted(core.items())]
+    full, all_of_it = linked(program)
+    core, total = linked(BUILD / "test" / "embedded" / "core_closed")
+    lines += ["", "| linked into a device with header codec, SD server, SD client and TP | text without guards | with guards |",
+              "| --- | ---: | ---: |"]
+    lines += [f"| `{'libgcc' if name == 'gcc' else name}` | {core.get(name, 0)} | {full.get(name, 0)} |"
+              for name in sorted(core.keys() | full.keys())]
     if total > TEXT_GOAL:
-        faults.append(f"{total} bytes of text are more than the goal of {TEXT_GOAL}")
+        faults.append(f"{total} bytes of text without guards are more than the goal of {TEXT_GOAL}")
     missed = f"{total - TEXT_GOAL} more than" if total > TEXT_GOAL else "within"
-    lines += [f"| together | {total} |", "", f"That is {missed} the goal of {TEXT_GOAL}."]
+    lines += [f"| together | {total} | {all_of_it} |", "",
+              f"Without guards that is {missed} the goal of {TEXT_GOAL}; with them it is {all_of_it - TEXT_GOAL:+} of it."]
 
     lines += ["", "| whole program, linked with `Device` | text | data | bss |", "| --- | ---: | ---: | ---: |"]
     for label, path in PROGRAMS.items():

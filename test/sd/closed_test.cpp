@@ -1,0 +1,135 @@
+// The core without guards, for a closed network: a full table refuses who comes next, and counts that.
+#include <gmock/gmock.h>
+
+#include "someip/core/guards.hpp"
+#include "someip/core/tp_reassembler.hpp"
+#include "test/covers.hpp"
+#include "test/sd/machine.hpp"
+#include "test/someip/tp_slots.hpp"
+
+namespace trestle::sd::closed_test {
+namespace {
+using namespace test;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+static_assert(!guards, "this program is to be built without");
+
+constexpr Limits small{.max_offers = 1,
+                       .max_eventgroups = 1,
+                       .max_subscribers = 2,
+                       .max_requirements = 1,
+                       .max_subscriptions = 1,
+                       .max_remote_services = 1,
+                       .max_peers = 2,
+                       .max_tcp_connections = 1,
+                       .max_pending_entries = 32,
+                       .max_pending_events = 16};
+constexpr std::array groups{Eventgroup{.id = EventgroupId{1}}};
+constexpr OfferedService service{.service = ServiceId{0x1234},
+                                 .instance = InstanceId{0x5678},
+                                 .udp = Endpoint{IpAddress::v4(10, 0, 0, 1), 30509},
+                                 .eventgroups = groups};
+
+Endpoint host(std::uint8_t number, std::uint16_t port = 30490) {
+  return {IpAddress::v4(10, 0, 0, number), port};
+}
+
+class Closed : public testing::Test {
+ protected:
+  void offer() { ASSERT_TRUE(machine.discovery.offer(service, machine.now)); }
+  [[nodiscard]] std::uint64_t reached(Limit limit) const {
+    return machine.discovery.counters().limits_reached[static_cast<std::size_t>(limit)];
+  }
+  Machine<small> machine;
+};
+
+TEST_F(Closed, RefusesTheSubscriberTooMany) {
+  covers({"feat_req_someipsd_1137"});
+  offer();
+  FakePeer first{host(2)};
+  FakePeer second{host(3)};
+  machine.unicast(first, {subscribe(1, {udp(host(2, 1))}, infinite_ttl_s)});
+  machine.unicast(first, {subscribe(1, {udp(host(2, 2))}, infinite_ttl_s)});
+  EXPECT_THAT(machine.events(), SizeIs(2));
+  machine.run_to(60s);  // who is silent keeps its places
+  machine.sent();
+  machine.unicast(second, {subscribe(1, {udp(host(3, 1))})});
+  EXPECT_THAT(machine.sent(), ElementsAre(HasSubstr(": nack")));
+  EXPECT_THAT(machine.events(), IsEmpty());
+  EXPECT_EQ(reached(Limit::subscribers), 1U);
+  EXPECT_EQ(machine.discovery.counters().displaced, 0U);
+  machine.unicast(first, {subscribe(1, {udp(host(2, 1))}, 0)});
+  machine.unicast(second, {subscribe(1, {udp(host(3, 1))})});
+  EXPECT_THAT(machine.sent(), ElementsAre(HasSubstr(": ack")));
+}
+
+// max_peers and one more place, which with guards is that of guests.
+TEST_F(Closed, CountsThePeerTooManyAndForgetsThoseThatHaveNothingHere) {
+  offer();
+  std::vector<FakePeer> peers;
+  for (std::uint8_t number = 2; number <= 5; ++number) {
+    peers.emplace_back(host(number));
+  }
+  machine.unicast(peers[0], {subscribe(1, {udp(host(2, 1))})});
+  machine.unicast(peers[1], {subscribe(1, {udp(host(3, 1))})});
+  machine.unicast(peers[2], {find(0x1234)});
+  machine.sent();
+  machine.unicast(peers[3], {find(0x1234)});  // in the place of the one before
+  EXPECT_THAT(machine.sent(), ElementsAre(HasSubstr("offer")));
+  EXPECT_EQ(reached(Limit::peers), 0U);
+}
+
+TEST_F(Closed, RefusesTheServiceTooMany) {
+  FakePeer first{host(2)};
+  FakePeer second{host(3)};
+  ASSERT_TRUE(machine.discovery.require({.service = ServiceId{0x1234}}, machine.now));
+  const auto offered = [](std::uint8_t number) { return test::offer({udp(host(number, 30509))}); };
+  machine.unicast(first, {offered(2)});
+  EXPECT_THAT(machine.events(), ElementsAre(HasSubstr("available")));
+  auto other = offered(3);
+  other.entry.instance = InstanceId{0x5679};
+  machine.unicast(second, {other});
+  EXPECT_THAT(machine.events(), IsEmpty());
+  EXPECT_EQ(reached(Limit::remote_services), 1U);
+}
+
+TEST_F(Closed, TakesEntriesAndRebootsAtAnyRate) {
+  offer();
+  machine.run_to(200ms);
+  machine.sent();
+  FakePeer peer{host(2)};
+  for (int i = 0; i < 100; ++i) {
+    peer.reboot();
+    machine.unicast(peer, {subscribe(1, {udp(host(2, 1))})});
+    machine.events();
+    machine.sent();
+  }
+  EXPECT_EQ(machine.discovery.counters().reboots_detected, 99U);
+  EXPECT_EQ(machine.discovery.counters().dropped_reboots, 0U);
+}
+
+TEST(ClosedTp, RefusesTheMessageTooManyHoweverSlowTheOthersAre) {
+  TpSlots slots{1, 64};
+  someip::TpReassembler tp{slots.slots(), {.max_message_bytes = 64, .max_per_sender = 1, .max_age = 5s}};
+  const std::array<std::byte, 4 + 16> first{std::byte{}, std::byte{}, std::byte{}, std::byte{1}};
+  const auto segment = [&](std::uint16_t method) {
+    return someip::Message{.header = {.service = someip::ServiceId{1},
+                                      .method = someip::MethodId{method},
+                                      .session = someip::SessionId{1},
+                                      .type = someip::MessageType::tp_notification},
+                           .payload = first};
+  };
+  ASSERT_TRUE(tp.on_segment(host(2), segment(0x8001), TimePoint{1s}));
+  const auto other = tp.on_segment(host(3), segment(0x8002), TimePoint{4s});
+  ASSERT_FALSE(other);
+  EXPECT_EQ(other.error(), someip::TpDrop::no_slot);
+  const auto own = tp.on_segment(host(2), segment(0x8003), TimePoint{4s});
+  ASSERT_FALSE(own);
+  EXPECT_EQ(own.error(), someip::TpDrop::too_many_from_sender);
+}
+
+}  // namespace
+}  // namespace trestle::sd::closed_test
