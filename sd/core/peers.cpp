@@ -31,7 +31,7 @@ slots::Peer* ServiceDiscovery::peer_at(const Endpoint& endpoint, TimePoint now) 
 
 // It need not be a guest any more.
 slots::Peer& ServiceDiscovery::move_guest(slots::Peer& guest, slots::Peer& place) noexcept {
-  const SlotBase base = place;
+  const SlotBase base = static_cast<const SlotBase&>(place);
   place = guest;
   static_cast<SlotBase&>(place) = base;
   for (std::size_t i = 0; i < pending_.size(); ++i) {

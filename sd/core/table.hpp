@@ -187,7 +187,7 @@ class Table : public TableBase {
   /// An empty slot of the caller's choice, now in use.
   [[nodiscard]] Slot* add_at(Slot& slot) noexcept {
     take(slot, static_cast<std::size_t>(&slot - &(*this)[0]));
-    const SlotBase base = slot;
+    const SlotBase base = static_cast<const SlotBase&>(slot);
     slot = Slot{};
     static_cast<SlotBase&>(slot) = base;
     return &slot;

@@ -42,7 +42,7 @@ struct TpCounters {
 
 /// How many words of `map` a TpSlot needs for messages of this size: a bit for each 16 bytes.
 [[nodiscard]] constexpr std::size_t tp_map_words(std::size_t max_message_bytes) noexcept {
-  constexpr std::size_t bytes_per_word = 16 * 32;
+  constexpr std::size_t bytes_per_word = std::size_t{16} * 32;
   return max_message_bytes / bytes_per_word + (max_message_bytes % bytes_per_word == 0 ? 0 : 1);
 }
 
