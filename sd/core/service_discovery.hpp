@@ -477,14 +477,14 @@ class ServiceDiscovery {
   void tell_loss(slots::TcpConnection& connection) noexcept;
 
   // What is used most stands first, where small processors reach it with short instructions.
+  BoundedQueue<slots::PendingEntry> pending_;
+  BoundedQueue<Event> events_;
   bool link_up_ = true;
   bool is_some_untold_ = false;  // losses, or services, wait for room among the events
   std::uint32_t remote_changes_ = 0;
   TimePoint transmit_due_ = never;  // nothing that is pending is due before it
   someip::SessionCounter multicast_sessions_;
   someip::SessionCounter forgotten_sessions_;  // no peer that was forgotten has heard of a later one
-  BoundedQueue<slots::PendingEntry> pending_;
-  BoundedQueue<Event> events_;
   Table<slots::Peer> peers_;
   Table<slots::Remote> remotes_;
   Table<slots::Requirement> requirements_;
