@@ -110,32 +110,33 @@ struct Transmit {
   ByteView bytes;  ///< at the front of the room given to poll_transmit()
 };
 
-/// What happened since construction. Made by `Counters{}`, all are 0.
+/// What happened since construction.
 struct Counters {
-  std::uint64_t datagrams_received;
-  std::uint64_t messages_received;  ///< SD messages that were processed
-  std::uint64_t datagrams_sent;
-  std::uint64_t entries_sent;
-  std::uint64_t reboots_detected;
+  std::uint64_t datagrams_received = 0;
+  std::uint64_t messages_received = 0;  ///< SD messages that were processed
+  std::uint64_t datagrams_sent = 0;
+  std::uint64_t entries_sent = 0;
+  std::uint64_t reboots_detected = 0;
 
   // Datagrams and messages that were dropped as a whole.
-  std::uint64_t dropped_down;       ///< came while the link was down
-  std::uint64_t dropped_own;        ///< our own, come back
-  std::uint64_t dropped_source;     ///< from an address that cannot be a peer's
-  std::uint64_t dropped_not_sd;     ///< other SOME/IP messages
-  std::uint64_t dropped_malformed;  ///< SOME/IP or SD framing broken
-  std::uint64_t dropped_reboots;    ///< showed another reboot than may be taken for real
+  std::uint64_t dropped_down = 0;       ///< came while the link was down
+  std::uint64_t dropped_own = 0;        ///< our own, come back
+  std::uint64_t dropped_source = 0;     ///< from an address that cannot be a peer's
+  std::uint64_t dropped_not_sd = 0;     ///< other SOME/IP messages
+  std::uint64_t dropped_malformed = 0;  ///< SOME/IP or SD framing broken
+  std::uint64_t dropped_reboots = 0;    ///< showed another reboot than may be taken for real
 
   // Entries that were ignored, or answered with a Nack.
-  std::uint64_t ignored_unknown_type;
-  std::uint64_t ignored_wrong_transport;  ///< came by multicast where only unicast is allowed, or unannounced
-  std::uint64_t ignored_unknown_subscriptions;  ///< see DiscoveryRules::answer_unknown_subscriptions
-  std::uint64_t ignored_bad_options;
-  std::uint64_t ignored_conflicting_offer;  ///< the service is offered by another peer already
-  std::uint64_t ignored_unexpected_ack;     ///< for nothing we subscribed to
-  std::uint64_t ignored_no_room;            ///< some table or queue is full
-  std::uint64_t ignored_too_many;           ///< Finds and Subscribes beyond max_entries_per_second
-  std::uint64_t displaced;  ///< subscribers, services and peers in use that had to make room for others
+  std::uint64_t ignored_unknown_type = 0;
+  std::uint64_t ignored_wrong_transport =
+      0;  ///< came by multicast where only unicast is allowed, or unannounced
+  std::uint64_t ignored_unknown_subscriptions = 0;  ///< see DiscoveryRules::answer_unknown_subscriptions
+  std::uint64_t ignored_bad_options = 0;
+  std::uint64_t ignored_conflicting_offer = 0;  ///< the service is offered by another peer already
+  std::uint64_t ignored_unexpected_ack = 0;     ///< for nothing we subscribed to
+  std::uint64_t ignored_no_room = 0;            ///< some table or queue is full
+  std::uint64_t ignored_too_many = 0;           ///< Finds and Subscribes beyond max_entries_per_second
+  std::uint64_t displaced = 0;  ///< subscribers, services and peers in use that had to make room for others
   /// How often each limit kept something out; indexed by Limit.
   std::array<std::uint64_t, limit_count> limits_reached{};
   std::uint64_t configurations_cut = 0;  ///< offers whose configuration found no room, or not all of it

@@ -1,6 +1,8 @@
 // The core without guards, for a closed network: a full table refuses who comes next, and counts that.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+
 #include "someip/core/guards.hpp"
 #include "someip/core/tp_reassembler.hpp"
 #include "test/covers.hpp"
@@ -69,6 +71,7 @@ TEST_F(Closed, RefusesTheSubscriberTooMany) {
 // max_peers and one more place, which with guards is that of guests.
 TEST_F(Closed, CountsThePeerTooManyAndForgetsThoseThatHaveNothingHere) {
   offer();
+  machine.run_to(200ms);
   std::vector<FakePeer> peers;
   for (std::uint8_t number = 2; number <= 5; ++number) {
     peers.emplace_back(host(number));
@@ -111,22 +114,54 @@ TEST_F(Closed, TakesEntriesAndRebootsAtAnyRate) {
   EXPECT_EQ(machine.discovery.counters().dropped_reboots, 0U);
 }
 
-TEST(ClosedTp, RefusesTheMessageTooManyHoweverSlowTheOthersAre) {
+// A segment of 16 bytes that all have the number of the segment.
+std::array<std::byte, 4 + 16> segment_bytes(std::uint8_t number, bool more) {
+  std::array<std::byte, 4 + 16> bytes{};
+  bytes.fill(std::byte{number});
+  const std::array offset{std::byte{}, std::byte{}, std::byte{},
+                          static_cast<std::byte>(16 * number + (more ? 1 : 0))};
+  std::ranges::copy(offset, bytes.begin());
+  return bytes;
+}
+
+class ClosedTp : public testing::Test {
+ protected:
+  auto offer(const Endpoint& from, std::uint16_t event, std::uint8_t number, bool more, TimePoint now) {
+    const auto bytes = segment_bytes(number, more);
+    return tp.on_segment(from,
+                         someip::Message{.header = {.service = ServiceId{1},
+                                                    .method = someip::MethodId{event},
+                                                    .session = someip::SessionId{1},
+                                                    .type = someip::MessageType::tp_notification},
+                                         .payload = bytes},
+                         now);
+  }
   TpSlots slots{1, 64};
   someip::TpReassembler tp{slots.slots(), {.max_message_bytes = 64, .max_per_sender = 1, .max_age = 5s}};
-  const std::array<std::byte, 4 + 16> first{std::byte{}, std::byte{}, std::byte{}, std::byte{1}};
-  const auto segment = [&](std::uint16_t method) {
-    return someip::Message{.header = {.service = someip::ServiceId{1},
-                                      .method = someip::MethodId{method},
-                                      .session = someip::SessionId{1},
-                                      .type = someip::MessageType::tp_notification},
-                           .payload = first};
-  };
-  ASSERT_TRUE(tp.on_segment(host(2), segment(0x8001), TimePoint{1s}));
-  const auto other = tp.on_segment(host(3), segment(0x8002), TimePoint{4s});
+};
+
+TEST_F(ClosedTp, PutsSegmentsTogetherThatComeInAnyOrder) {
+  covers({"feat_req_someiptp_789", "feat_req_someiptp_820", "feat_req_someiptp_790"});
+  for (const std::uint8_t number : {2, 0, 3}) {
+    const auto part = offer(host(2), 0x8001, number, number != 3, TimePoint{1s});
+    ASSERT_TRUE(part);
+    EXPECT_FALSE(*part);
+  }
+  const auto whole = offer(host(2), 0x8001, 1, true, TimePoint{1s});
+  ASSERT_TRUE(whole);
+  ASSERT_TRUE(*whole);
+  ASSERT_THAT((*whole)->payload, SizeIs(64));
+  for (std::size_t at = 0; at < 64; ++at) {
+    EXPECT_EQ((*whole)->payload[at], static_cast<std::byte>(at / 16)) << at;
+  }
+}
+
+TEST_F(ClosedTp, RefusesTheMessageTooManyHoweverSlowTheOthersAre) {
+  ASSERT_TRUE(offer(host(2), 0x8001, 0, true, TimePoint{1s}));
+  const auto other = offer(host(3), 0x8002, 0, true, TimePoint{4s});
   ASSERT_FALSE(other);
   EXPECT_EQ(other.error(), someip::TpDrop::no_slot);
-  const auto own = tp.on_segment(host(2), segment(0x8003), TimePoint{4s});
+  const auto own = offer(host(2), 0x8003, 0, true, TimePoint{4s});
   ASSERT_FALSE(own);
   EXPECT_EQ(own.error(), someip::TpDrop::too_many_from_sender);
 }
