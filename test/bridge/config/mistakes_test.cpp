@@ -436,7 +436,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "domain: 7",
                 "colour: 7",
                 {"b.yaml:16:3: error: unknown key 'colour' in dds; known here: domain, interfaces, "
-                 "shared_memory, lease, node, ros_distro, profiles, profile, discovery_server, security"}},
+                 "shared_memory, types, lease, node, ros_distro, profiles, profile, discovery_server, security"}},
         Mistake{"UnknownKeyOfTheFile",
                 "types:",
                 "type:",
