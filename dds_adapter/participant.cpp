@@ -68,6 +68,9 @@ std::vector<BridgeEnd> Participant::bridge_ends(std::string_view topic) const {
 std::uint64_t Participant::bridge_changes() const noexcept {
   return core_->bridge_ends().changes();
 }
+std::size_t Participant::peers() const {
+  return core_->peers();
+}
 std::uint64_t Participant::not_remembered() const {
   return core_->not_remembered();
 }

@@ -374,6 +374,8 @@ class Participant {
   [[nodiscard]] std::vector<BridgeEnd> bridge_ends(std::string_view topic) const;
   /// Another number when ends of other bridges have come or gone. Cheap: takes no lock.
   [[nodiscard]] std::uint64_t bridge_changes() const noexcept;
+  /// How many other participants are there now, as far as they are remembered.
+  [[nodiscard]] std::size_t peers() const;
   /// How many readers and writers were discovered when there was no room to remember them.
   [[nodiscard]] std::uint64_t not_remembered() const;
 

@@ -499,6 +499,11 @@ std::vector<FoundWriter> ParticipantCore::writers() const {
   return result;
 }
 
+std::size_t ParticipantCore::peers() const {
+  const std::lock_guard lock{mutex_};
+  return vendors_.size();
+}
+
 std::uint64_t ParticipantCore::not_remembered() const {
   const std::lock_guard lock{mutex_};
   return not_remembered_;

@@ -82,6 +82,7 @@ class ParticipantCore final : private fast::DiscoveryListener {
 
   [[nodiscard]] const FoundBridgeEnds& bridge_ends() const noexcept { return bridge_ends_; }
   [[nodiscard]] std::vector<FoundWriter> writers() const;
+  [[nodiscard]] std::size_t peers() const;
   [[nodiscard]] std::uint64_t not_remembered() const;
 
   /// Whether samples of this writer are refused for the hash of their type.

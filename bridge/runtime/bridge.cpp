@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <array>
 #include <boost/asio/io_context.hpp>
 #include <map>
 #include <stdexcept>
@@ -22,11 +23,13 @@
 #include "bridge/runtime/route_getter.hpp"
 #include "bridge/runtime/route_parts.hpp"
 #include "bridge/runtime/service_offer.hpp"
+#include "bridge/runtime/silence_watch.hpp"
 #include "bridge/runtime/start_at.hpp"
 #include "bridge/runtime/topic_watch.hpp"
 #include "bridge/types/type_library.hpp"
 #include "dds_adapter/ros_names.hpp"
 #include "someip/net/address_text.hpp"
+#include "someip/net/addresses.hpp"
 
 namespace trestle::bridge {
 namespace {
@@ -62,6 +65,17 @@ bool is_followed(const std::map<std::string, QosSettings>& following, const dds:
           (event.detail == "durability" && route->second.durability_as_published) ||
           (event.detail == "durability, reliability" && route->second.durability_as_published &&
            route->second.reliability_as_published));
+}
+
+// The interface that has our address, if it is not the configured one; as SilenceReason wants it.
+std::string other_interface(const SomeipSettings& settings) {
+  const unsigned found = someip::interface_of(settings.address);
+  if (settings.interface.empty() || found == 0 || found == if_nametoindex(settings.interface.c_str())) {
+    return {};
+  }
+  std::array<char, IF_NAMESIZE> name{};
+  return fmt::format("{} is not that of `interface` {}, but of {}", someip::to_string(settings.address),
+                     settings.interface, if_indextoname(found, name.data()) == nullptr ? "?" : name.data());
 }
 
 void log_dds(spdlog::logger& logger, const dds::Event& event) {
@@ -198,6 +212,47 @@ struct Bridge::State {
     }
   }
 
+  // Says why nothing comes.
+  void watch_silence(boost::asio::io_context& io, const BridgeConfig& config) {
+    silence.emplace(
+        io,
+        [this] {
+          offered.clear();
+          for (const sd::SeenOffer& one : node->seen_offers()) {
+            offered[one.service].push_back(one);
+          }
+          published.clear();
+          for (dds::FoundWriter& one : participant->writers()) {
+            if (!one.bridge) {
+              published[one.topic].push_back(std::move(one));
+            }
+          }
+          return SilenceWatch::Heard{.someip = node->seen_hosts(), .dds = participant->peers()};
+        },
+        [log = logger](const std::string& line) { log->warn("{}", line); });
+    auto in = inbound.begin();
+    auto out = outbound.begin();
+    for (const Route& route : config.routes) {
+      if (route.direction == Direction::someip_to_dds) {
+        silence->add({.topic = route.topic,
+                      .silent = [&one = **in] { return one.received() == 0; },
+                      .reason = [this, &one = **in, service = route.service,
+                                 other = other_interface(
+                                     config.someip)] { return one.silence(offered[service], other); }});
+        ++in;
+      } else {
+        silence->add({.topic = route.topic,
+                      .silent = [&one = **out] { return one.received() == 0; },
+                      .reason =
+                          [this, &one = **out, topic = dds::ros_topic_name(route.topic)] {
+                            return one.silence(published[topic], participant->peers());
+                          }});
+        ++out;
+      }
+    }
+    silence->start();
+  }
+
   Report& report;
   /// For the threads of DDS, which are started after it has been fetched.
   std::shared_ptr<spdlog::logger> logger = spdlog::default_logger();
@@ -212,6 +267,10 @@ struct Bridge::State {
   std::vector<std::unique_ptr<InboundRoute>> inbound;
   std::unique_ptr<DiscoveredRoutes> discovered;  ///< if there are patterns
   std::unique_ptr<Methods> methods;
+  std::optional<SilenceWatch> silence;
+  // What the routes to which nothing comes ask for, of the last look.
+  std::map<someip::ServiceId, std::vector<sd::SeenOffer>> offered;
+  std::map<std::string, std::vector<dds::FoundWriter>> published;
   std::unique_ptr<Diagnostics> diagnostics;  ///< if there is something to tell
 };
 
@@ -294,6 +353,7 @@ Bridge::Bridge(boost::asio::io_context& io, const BridgeConfig& config, TypeLibr
   if (state_->discovered) {
     state_->discovered->open(*state_->participant);
   }
+  state_->watch_silence(io, config);
   // Who has been found before somebody was told of it.
   for (const auto& offer : state_->offers) {
     offer->update();
@@ -305,6 +365,7 @@ Bridge::~Bridge() = default;
 void Bridge::stop() {
   state_->watch->stop();
   state_->publishers.stop();
+  state_->silence->stop();
   for (const auto& offer : state_->offers) {
     offer->stop();
   }

@@ -219,6 +219,18 @@ std::uint64_t InboundRoute::bridges() const {
   return participant_ != nullptr ? participant_->bridge_ends(dds::ros_topic_name(route_.topic)).size() : 0;
 }
 
+SilenceReason InboundRoute::silence(std::span<const sd::SeenOffer> offers,
+                                    const std::string& other_interface) const {
+  const sd::SubscriptionFaults sd = faults();
+  return why_silent(route_, SomeipSilence{.other_interface = other_interface,
+                                          .offers = offers,
+                                          .subscription = subscription_.has_value(),
+                                          .subscribed = subscription_ && node_.subscribed(*subscription_),
+                                          .refused = sd.refused > 0,
+                                          .over_tcp_only = sd.other_transport > 0,
+                                          .others = node_.other_events(route_.service)});
+}
+
 CounterGroup InboundRoute::counters() const {
   using enum Counter::Kind;
   const sd::SubscriptionFaults sd = faults();
@@ -236,6 +248,7 @@ CounterGroup InboundRoute::counters() const {
                       {"other_transport", sd.other_transport, loss},
                       {"other_version", sd.other_version, loss},
                       {"returned", returned_, loss},
+                      {"unexpected", node_.other_events(route_.service).count, loss},
                       {"no_reader", no_reader_, loss},
                       {"not_convertible", not_convertible_, loss},
                       {"too_large", too_large_, loss},

@@ -10,6 +10,7 @@
 #include "bridge/runtime/counters.hpp"
 #include "bridge/runtime/e2e_status.hpp"
 #include "bridge/runtime/report.hpp"
+#include "bridge/runtime/silence_reasons.hpp"
 #include "dds_adapter/participant.hpp"
 #include "sd/net/node.hpp"
 
@@ -53,6 +54,10 @@ class InboundRoute {
   void stop() { stopped_ = true; }
 
   [[nodiscard]] CounterGroup counters() const;
+  [[nodiscard]] std::uint64_t received() const noexcept { return received_; }
+  /// Why nothing has come. @param offers  of the service, as in SomeipSilence; likewise `other_interface`.
+  [[nodiscard]] SilenceReason silence(std::span<const sd::SeenOffer> offers,
+                                      const std::string& other_interface) const;
 
  private:
   void carry(const someip::Message& event, const Endpoint& from);

@@ -450,6 +450,18 @@ bool OutboundRoute::published() const {
   return matches || state.between_readers;
 }
 
+std::uint64_t OutboundRoute::received() const {
+  const std::lock_guard lock{state_->mutex};
+  return state_->received;
+}
+
+SilenceReason OutboundRoute::silence(std::span<const dds::FoundWriter> writers,
+                                     std::size_t participants) const {
+  return why_silent(state_->route, DdsSilence{.participants = participants,
+                                              .writers = writers,
+                                              .matched = state_->reader ? state_->reader->matched() : 0});
+}
+
 CounterGroup OutboundRoute::counters() const {
   using enum Counter::Kind;
   const State& state = *state_;

@@ -7,6 +7,7 @@
 #include "bridge/runtime/published_qos.hpp"
 #include "bridge/runtime/report.hpp"
 #include "bridge/runtime/service_offer.hpp"
+#include "bridge/runtime/silence_reasons.hpp"
 #include "dds_adapter/participant.hpp"
 #include "sd/net/node.hpp"
 
@@ -45,6 +46,10 @@ class OutboundRoute {
   [[nodiscard]] bool published() const;
 
   [[nodiscard]] CounterGroup counters() const;
+  [[nodiscard]] std::uint64_t received() const;
+  /// Why nothing has come. @param writers  of the topic. @param participants  others in the domain.
+  [[nodiscard]] SilenceReason silence(std::span<const dds::FoundWriter> writers,
+                                      std::size_t participants) const;
 
  private:
   struct State;

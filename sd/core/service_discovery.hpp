@@ -246,6 +246,8 @@ class ServiceDiscovery {
     }
   }
   [[nodiscard]] RemoteService service_of(const slots::Remote& remote) const noexcept;
+  /// How many others are known that take part in discovery.
+  [[nodiscard]] std::size_t known_peers() const noexcept { return peers_.size(); }
   /// A peer's service; nothing when it is gone.
   [[nodiscard]] std::optional<RemoteService> remote(RemoteHandle service) const noexcept;
   /// The service that a subscription is to; nothing while there is none.

@@ -225,6 +225,7 @@ void Consumer::clear() {
   }
   subscriptions_.clear();
   wishes_.clear();
+  others_.clear();
   connections_.clear();
 }
 

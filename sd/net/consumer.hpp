@@ -38,6 +38,7 @@ class Consumer {
   void unsubscribe(SubscriptionId id, TimePoint now);
   [[nodiscard]] bool subscribed(SubscriptionId id) const;
   [[nodiscard]] SubscriptionFaults faults(SubscriptionId id) const;
+  [[nodiscard]] OtherEvents other_events(someip::ServiceId service) const;
   void clear();
 
   /// Whether it waits for this event or answer, of which a segment has come. If not, counts why.
@@ -124,6 +125,7 @@ class Consumer {
                                                       someip::MethodId event) noexcept {
     return std::uint32_t{value(service)} << 16U | value(event);
   }
+  void note_other_event(const someip::Header& header);
   /// Puts into called_ who wants this event. If nobody does, counts why.
   [[nodiscard]] bool find_listeners(const someip::Header& header, const Source& source);
   [[nodiscard]] std::shared_ptr<Requirement> find(RequirementId id) const;
@@ -193,6 +195,7 @@ class Consumer {
   std::vector<Need*> with_others_;                               ///< needs whose `others` are not empty
   bool unsettled_ = false;                                       ///< something may be unneeded now
   std::unordered_map<std::uint32_t, std::vector<Wish>> wishes_;  ///< by event: asked for each segment
+  std::unordered_map<someip::ServiceId, OtherEvents> others_;    ///< of each service that is subscribed to
   std::map<Endpoint, Connection> connections_;  ///< by the server's end  [feat_req_someip_645]
   someip::TcpClient::Counters past_connections_;
   std::shared_ptr<UdpPort> call_port_;

@@ -57,6 +57,7 @@ SubscriptionId Consumer::subscribe(const SubscribeSpec& spec, EventHandler handl
     subscription->handle = look_for(subscription->spec, now);
     subscriptions_.push_back(subscription);
     add(*subscription, {.subscription = subscription});
+    others_.try_emplace(spec.service);
   }
   const SubscriptionId id{next_id_++};
   const auto listener =
@@ -93,7 +94,17 @@ void Consumer::unsubscribe(SubscriptionId id, TimePoint now) {
     discovery_.release(subscription->handle, now);
     remove(*subscription);
     std::erase(subscriptions_, subscription);
+    if (std::ranges::none_of(subscriptions_, [&](const auto& one) {
+          return one->spec.service == subscription->spec.service;
+        })) {
+      others_.erase(subscription->spec.service);
+    }
   }
+}
+
+OtherEvents Consumer::other_events(someip::ServiceId service) const {
+  const auto found = others_.find(service);
+  return found == others_.end() ? OtherEvents{} : found->second;
 }
 
 bool Consumer::subscribed(SubscriptionId id) const {
@@ -190,6 +201,19 @@ void Consumer::unbind(Binding& binding, TimePoint now) {
   binding = {.instance = binding.instance};
 }
 
+void Consumer::note_other_event(const Header& header) {
+  const auto found = others_.find(header.service);
+  if (found == others_.end()) {
+    return;
+  }
+  OtherEvents& others = found->second;
+  ++others.count;
+  if (others.ids.size() < OtherEvents::max_ids &&
+      std::ranges::find(others.ids, header.method) == others.ids.end()) {
+    others.ids.push_back(header.method);
+  }
+}
+
 bool Consumer::find_listeners(const Header& header, const Source& source) {
   called_.clear();
   if (header.return_code != someip::ReturnCode::ok) {  // [feat_req_someip_683] [feat_req_someip_367]
@@ -199,6 +223,7 @@ bool Consumer::find_listeners(const Header& header, const Source& source) {
   const auto wishes = wishes_.find(key_of(header.service, header.method));
   if (wishes == wishes_.end()) {
     ++counters_.unexpected;
+    note_other_event(header);
     return false;
   }
   bool right_sender = false;

@@ -457,6 +457,23 @@ bool Node::is_offered_by_others(someip::ServiceId service) const {
   return found;
 }
 
+std::vector<SeenOffer> Node::seen_offers() const {
+  std::vector<SeenOffer> result;
+  state_->discovery.for_each_remote([&](const slots::Remote& remote) {
+    result.push_back({remote.service, remote.instance, remote.major, remote.minor,
+                      state_->discovery.service_of(remote).peer.address});
+  });
+  return result;
+}
+
+std::size_t Node::seen_hosts() const {
+  return state_->discovery.known_peers();
+}
+
+OtherEvents Node::other_events(someip::ServiceId service) const {
+  return state_->consumer.other_events(service);
+}
+
 void Node::link(bool up) {
   state_->link_told = up;
   state_->follow_link();

@@ -95,6 +95,12 @@ class Node {
   /// Whether anybody else offers any instance of the service now, as far as it has been heard: for who
   /// chooses ids. Of services that nobody here looks for, only as many are remembered as there is room for.
   [[nodiscard]] bool is_offered_by_others(someip::ServiceId service) const;
+  /// All that others offer now, as far as above. For who tells why a service is not there.
+  [[nodiscard]] std::vector<SeenOffer> seen_offers() const;
+  /// How many others are known that take part in discovery.
+  [[nodiscard]] std::size_t seen_hosts() const;
+  /// What came of a service that is subscribed to now, but of other events.
+  [[nodiscard]] OtherEvents other_events(someip::ServiceId service) const;
 
   /// What a server says about its service: the items of its configuration, in their order, equal keys
   /// included. Nothing once the service is gone.  [feat_req_someipsd_1146] [feat_req_someipsd_1147]

@@ -190,6 +190,22 @@ struct SubscriptionFaults {
   std::uint64_t other_version = 0;    ///< the service is only offered in another version
 };
 
+/// A service that somebody else offers now.
+struct SeenOffer {
+  someip::ServiceId service{};
+  someip::InstanceId instance{};
+  std::uint8_t major = 0;
+  std::uint32_t minor = 0;
+  IpAddress host;
+};
+
+/// Events of a service that is subscribed to which nobody here has asked for.
+struct OtherEvents {
+  static constexpr std::size_t max_ids = 8;
+  std::uint64_t count = 0;              ///< of a message in segments each
+  std::vector<someip::MethodId> ids{};  ///< the first that came, each once
+};
+
 /// Why a call was not answered as it should be.
 enum class CallFault : std::uint8_t {
   unavailable,     ///< nobody offers the service now

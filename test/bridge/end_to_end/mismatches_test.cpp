@@ -75,6 +75,21 @@ TEST_F(Mismatches, ThatTheServerRefuses) {
               HasSubstr("SD subscription to eventgroup 0x0001 of 0x1234.0x0001 refused by the server"));
 }
 
+TEST_F(Mismatches, OfTheEventsId) {
+  start("");
+  const auto handle =
+      peer_.offer({.service = someip::ServiceId{0x1234},
+                   .instance = someip::InstanceId{1},
+                   .eventgroups = {{.id = someip::EventgroupId{1}, .events = {someip::MethodId{0x8002}}}}});
+  ASSERT_TRUE(until_counter("route /text", "subscribed", 1));
+  const ByteView payload{hello};
+  peer_.notify(handle, someip::MethodId{0x8002}, {&payload, 1});
+  ASSERT_TRUE(until_counter("route /text", "unexpected", 1));
+  run_for(6s);  // it is said after 5 s; nothing else can be asked meanwhile
+  EXPECT_THAT(log(), HasSubstr("/text: nothing has come yet: of 0x1234.0x0001 came event 0x8002; the route "
+                               "waits for 0x8001"));
+}
+
 /// A route of a type whose fields a peer has in another order, with the same name.
 class TypeMismatches : public Mismatches {
  protected:

@@ -1,0 +1,57 @@
+#pragma once
+#include <boost/asio/steady_timer.hpp>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "bridge/runtime/silence_reasons.hpp"
+
+namespace trestle::bridge {
+
+/// Says of routes to which nothing has ever come why that is: 5 s after the start, and every 5 s what has
+/// changed. Some lines at most, however many routes there are: where there are many, those with one kind of
+/// reason share a line. On the thread that runs the io_context, with one timer for all.
+class SilenceWatch {
+ public:
+  static constexpr std::chrono::seconds period{5};
+  /// Of one look, beside one for each kind of reason.
+  static constexpr std::size_t most_lines = 5;
+
+  /// A route, as it is looked at.
+  struct Watched {
+    std::string topic;
+    std::function<bool()> silent;  ///< nothing has come yet
+    std::function<SilenceReason()> reason;
+    SilenceReason told{};
+  };
+  struct Heard {
+    std::size_t someip = 0;
+    std::size_t dds = 0;
+  };
+
+  /// @param prepare  is called before the reasons of a look are asked for: what is known that all need.
+  /// @param tell  a line for the log.
+  SilenceWatch(boost::asio::io_context& io, std::function<Heard()> prepare,
+               std::function<void(const std::string&)> tell)
+      : prepare_{std::move(prepare)}, tell_{std::move(tell)}, timer_{io} {}
+  SilenceWatch(const SilenceWatch&) = delete;
+  SilenceWatch& operator=(const SilenceWatch&) = delete;
+
+  void add(Watched route) { routes_.push_back(std::move(route)); }
+  void start();
+  void stop() {
+    routes_.clear();
+    timer_.cancel();
+  }
+  /// What the timer does. Forgets the routes that something has come to.
+  void look();
+
+ private:
+  std::function<Heard()> prepare_;
+  std::function<void(const std::string&)> tell_;
+  std::vector<Watched> routes_;
+  boost::asio::steady_timer timer_;
+};
+
+}  // namespace trestle::bridge
