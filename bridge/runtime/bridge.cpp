@@ -157,8 +157,14 @@ struct Bridge::State {
 
   // What the checks of end-to-end protection find is published, if there are any, and how methods are.
   void publish_diagnostics(boost::asio::io_context& io, const BridgeConfig& config, TypeLibrary& types) {
-    const auto look = [this] {
+    const auto look = [this, routes = config.diagnostics.wanted] {
       std::vector<Diagnosis> found;
+      if (routes) {
+        std::ranges::transform(outbound, std::back_inserter(found),
+                               [](const auto& one) { return one->state(); });
+        std::ranges::transform(inbound, std::back_inserter(found),
+                               [](const auto& one) { return one->state(); });
+      }
       for (const auto& route : inbound) {
         if (auto one = route->diagnosis()) {
           found.push_back(std::move(*one));

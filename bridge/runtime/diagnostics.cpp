@@ -1,5 +1,7 @@
 #include "bridge/runtime/diagnostics.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "bridge/values/cdr.hpp"
@@ -11,7 +13,7 @@ namespace {
 // A state that goes to and fro with every message must not be published as often.
 constexpr auto soonest = std::chrono::milliseconds{100};
 
-constexpr std::size_t max_sample = std::size_t{1} << 20U;  // far more than the bridge has to say
+constexpr std::size_t max_sample = std::size_t{4} << 20U;  // far more than the bridge has to say
 
 void write_text(CdrWriter& out, const std::string& text) {
   out.number(static_cast<std::uint32_t>(text.size() + 1));
@@ -31,6 +33,15 @@ Diagnosis method_state(const CounterGroup& counters, bool is_there, const char* 
     result.values.emplace_back(counter.name, std::to_string(counter.count));
   }
   return result;
+}
+
+Diagnosis route_state(const CounterGroup& counters, bool is_there, const char* missing, const Route& route) {
+  CounterGroup some = counters;
+  std::erase_if(some.counters,
+                [](const Counter& one) { return one.kind != Counter::Kind::traffic && one.count == 0; });
+  return method_state(some, is_there, missing,
+                      fmt::format("0x{:04x}.0x{:04x} event 0x{:04x}", value(route.service),
+                                  value(route.instance), value(route.event)));
 }
 
 std::vector<std::byte> diagnostic_array(std::chrono::nanoseconds stamp, std::span<const Diagnosis> statuses) {

@@ -29,6 +29,11 @@ struct Diagnosis {
 [[nodiscard]] Diagnosis method_state(const CounterGroup& counters, bool is_there, const char* missing,
                                      const std::string& at);
 
+/// The state of a route of a topic, likewise. Of its losses those are left out that there are none of: there
+/// may be a thousand routes.
+[[nodiscard]] Diagnosis route_state(const CounterGroup& counters, bool is_there, const char* missing,
+                                    const Route& route);
+
 /// A diagnostic_msgs/msg/DiagnosticArray as CDR, with its encapsulation header.
 /// @param stamp  since 1970.
 [[nodiscard]] std::vector<std::byte> diagnostic_array(std::chrono::nanoseconds stamp,

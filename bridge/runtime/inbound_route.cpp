@@ -203,6 +203,13 @@ std::optional<Diagnosis> InboundRoute::diagnosis() const {
               : std::nullopt;
 }
 
+Diagnosis InboundRoute::state() const {
+  const bool waits = !subscription_ && route_.presence.subscribe_while_read &&
+                     (!requirement_ || !node_.available(*requirement_).empty());
+  return route_state(counters(), waits || (subscription_ && node_.subscribed(*subscription_)),
+                     "the SOME/IP service is not there, or not subscribed to", route_);
+}
+
 sd::SubscriptionFaults InboundRoute::faults() const {
   sd::SubscriptionFaults sum = past_faults_;
   if (subscription_) {

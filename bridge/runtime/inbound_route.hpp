@@ -46,6 +46,8 @@ class InboundRoute {
   void on_value(std::function<void(std::optional<ByteView> payload)> told) { on_value_ = std::move(told); }
   /// Of the end-to-end protection; nothing without.
   [[nodiscard]] std::optional<Diagnosis> diagnosis() const;
+  /// OK while it is subscribed, or need not be as nobody reads.
+  [[nodiscard]] Diagnosis state() const;
   /// To be called when the topic's readers have come or gone.
   void readers_changed() { settle(); }
   /// To be called when those may be ends of other bridges.

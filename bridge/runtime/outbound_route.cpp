@@ -450,6 +450,10 @@ bool OutboundRoute::published() const {
   return matches || state.between_readers;
 }
 
+Diagnosis OutboundRoute::state() const {
+  return route_state(counters(), published(), "nobody publishes the topic", state_->route);
+}
+
 std::uint64_t OutboundRoute::received() const {
   const std::lock_guard lock{state_->mutex};
   return state_->received;

@@ -4,6 +4,7 @@
 #include "bridge/config/bridge_config.hpp"
 #include "bridge/convert/conversion_plan.hpp"
 #include "bridge/runtime/counters.hpp"
+#include "bridge/runtime/diagnostics.hpp"
 #include "bridge/runtime/published_qos.hpp"
 #include "bridge/runtime/report.hpp"
 #include "bridge/runtime/service_offer.hpp"
@@ -47,6 +48,8 @@ class OutboundRoute {
 
   [[nodiscard]] CounterGroup counters() const;
   [[nodiscard]] std::uint64_t received() const;
+  /// OK while somebody publishes the topic.
+  [[nodiscard]] Diagnosis state() const;
   /// Why nothing has come. @param writers  of the topic. @param participants  others in the domain.
   [[nodiscard]] SilenceReason silence(std::span<const dds::FoundWriter> writers,
                                       std::size_t participants) const;

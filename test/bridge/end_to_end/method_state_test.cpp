@@ -52,6 +52,43 @@ std::map<std::string, Status> statuses_of(const Bytes& cdr) {
   return result;
 }
 
+TEST_F(ServicesEndToEnd, RoutesTellTheirStateAsDiagnosticsWhereTheyAreWanted) {
+  start_bridge(
+      "diagnostics: {topic: /state, period: 200 ms}\n"
+      "routes:\n"
+      "  - {topic: /out, type: std_msgs/msg/String, direction: dds_to_someip, service: 0x1234, instance: 1, "
+      "eventgroup: 1, event: 0x8001, port: 40001}\n"
+      "  - {topic: /in, type: std_msgs/msg/String, direction: someip_to_dds, service: 0x1235, instance: 1, "
+      "eventgroup: 1, event: 0x8002}\n");
+  Inbox<Bytes> states;
+  const auto state = reader("/state", "diagnostic_msgs/msg/DiagnosticArray", states);
+  std::map<std::string, Status> last;
+  const auto told = [&](const std::string& name, const std::string& says) {
+    return until([&] {
+      for (const Bytes& one : states.take()) {
+        last = statuses_of(one);
+      }
+      return last[name].says == says;
+    });
+  };
+  const std::string out = "trestle: route /out to SOME/IP";
+  const std::string in = "trestle: route /in from SOME/IP";
+  EXPECT_TRUE(told(out, "WARN nobody publishes the topic"));
+  EXPECT_TRUE(told(in, "WARN the SOME/IP service is not there, or not subscribed to"));
+  EXPECT_EQ(last[out].at, "SOME/IP 0x1234.0x0001 event 0x8001");
+  EXPECT_EQ(last[out].values.at("received"), "0");
+  EXPECT_FALSE(last[out].values.contains("too_large")) << "there are none";
+  dds::Writer from = writer("/out");
+  sd::Node node{io_, node_config()};
+  const sd::Offer offer{
+      node,
+      {.service = someip::ServiceId{0x1235},
+       .instance = someip::InstanceId{1},
+       .eventgroups = {{.id = someip::EventgroupId{1}, .events = {someip::MethodId{0x8002}}}}}};
+  EXPECT_TRUE(told(out, "OK ready"));
+  EXPECT_TRUE(told(in, "OK ready"));
+}
+
 TEST_F(ServicesEndToEnd, MethodsTellTheirStateAsDiagnosticsWhereTheyAreWanted) {
   start_bridge(
       "diagnostics: {topic: /state, period: 500 ms}\n"
