@@ -2,12 +2,15 @@
 
 #include <spdlog/spdlog.h>
 
-#include "bridge/convert/conversion_plan.hpp"
-
 namespace trestle::bridge {
 
-void ConversionLog::refused(const ConversionError& error) {
-  tell("dropped a message that cannot be converted: " + to_string(error));
+void ConversionLog::refused(const ConversionError& error, ByteView input, const someip::PayloadRules* rules) {
+  if (std::chrono::steady_clock::now() < next_) {
+    ++passed_over_;
+    return;
+  }
+  tell("dropped a message that cannot be converted: " +
+       (rules != nullptr ? in_words(error, input, *rules) : in_words(error, input)));
 }
 
 void ConversionLog::tell(std::string_view what) {

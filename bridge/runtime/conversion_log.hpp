@@ -4,16 +4,17 @@
 #include <string>
 #include <string_view>
 
-namespace trestle::bridge {
+#include "bridge/runtime/conversion_words.hpp"
 
-struct ConversionError;
+namespace trestle::bridge {
 
 /// Logs what went wrong with messages of one route, above all those that could not be converted: the first,
 /// then at most one a second, with how many were passed over in between.
 class ConversionLog {
  public:
   explicit ConversionLog(std::string topic) : topic_{std::move(topic)} {}
-  void refused(const ConversionError& error);
+  /// @param rules  of a SOME/IP payload: for a guess at those of its sender.
+  void refused(const ConversionError& error, ByteView input, const someip::PayloadRules* rules = nullptr);
   /// Of anything else.
   void tell(std::string_view what);
 

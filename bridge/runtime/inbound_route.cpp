@@ -179,7 +179,7 @@ void InboundRoute::carry(const someip::Message& event, const Endpoint& from) {
   const auto after = Clock::now();
   if (!sample) {
     ++not_convertible_;
-    log_.refused(sample.error());
+    log_.refused(sample.error(), event.payload, &route_.rules.payload);
     return;
   }
   if (!writer_->write(sample->slices)) {

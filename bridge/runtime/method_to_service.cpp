@@ -102,7 +102,7 @@ void MethodToService::on_request(const someip::Message& request, sd::Responder r
   const auto sample = plans_.request.someip_to_cdr(request.payload, scratch_);
   if (!sample) {
     ++not_convertible_;
-    log_.refused(sample.error());
+    log_.refused(sample.error(), request.payload, &method_.rules.payload);
     responder.error(ReturnCode::malformed_message);
     return;
   }
@@ -132,7 +132,7 @@ void MethodToService::on_reply(tl::expected<dds::ServiceMessage, dds::CallFault>
   const auto payload = plans_.response.cdr_to_someip(answer->message.cdr(), answer->scratch);
   if (!payload) {
     ++answers_not_convertible_;
-    log_.refused(payload.error());
+    log_.refused(payload.error(), answer->message.cdr());
     responder.error(ReturnCode::not_ok);
     return;
   }

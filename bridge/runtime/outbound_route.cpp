@@ -308,7 +308,7 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
     const auto after = Clock::now();
     if (!payload) {
       ++not_convertible;
-      log.refused(payload.error());
+      log.refused(payload.error(), job->sample.cdr());
       return;
     }
     if (payload->bytes > route.tp.max_message) {

@@ -4,7 +4,7 @@ namespace trestle::bridge {
 namespace {
 
 // A look at all writers costs up to some milliseconds, and others decide how often they change.
-constexpr auto pause_between_looks = std::chrono::milliseconds{50};
+constexpr auto soonest_next_look = std::chrono::milliseconds{50};
 
 }  // namespace
 
@@ -18,11 +18,11 @@ void PublisherWatch::changed() {
     return;
   }
   const auto now = std::chrono::steady_clock::now();
-  if (now >= last_ + pause_between_looks) {
+  if (now >= last_ + soonest_next_look) {
     look();
     return;
   }
-  timer_.expires_at(last_ + pause_between_looks);
+  timer_.expires_at(last_ + soonest_next_look);
   timer_.async_wait([this](const boost::system::error_code& cancelled) {
     if (!cancelled) {  // else this object may be gone
       look();
