@@ -361,7 +361,7 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
 // Ends own subscriptions whose time is over, and renews those whose events are missing.
 void ServiceDiscovery::watch(TimePoint now) noexcept {
   for (OwnSubscription& subscription : subscriptions_) {
-    if (is_due(subscription.expiry, now)) {
+    if (is_due(subscription.expiry, now) && (guards || events_.free_places() > 0)) {
       subscription.expiry = never;
       subscription.silent_at = never;
       if (subscription.state == State::subscribed) {

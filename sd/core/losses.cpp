@@ -1,6 +1,6 @@
 // Losses and new services are never untold: what ended keeps its slot, unseen by everybody else, until there
 // is room for the event. Then a reboot, or a link that goes down, may end more than there are places for
-// events.
+// events. That is a guard: else the queue has to be large enough, and what it has no room for is counted.
 #include "sd/core/service_discovery.hpp"
 
 namespace trestle::sd {
@@ -10,8 +10,7 @@ void ServiceDiscovery::lose(slots::TcpConnection& connection) noexcept {
   tell_loss(connection);
 }
 
-// What finds none is told later.
-bool ServiceDiscovery::has_place_to_tell() noexcept {
+bool ServiceDiscovery::has_place_or_waits() noexcept {
   const bool has_place = events_.free_places() > 0;
   is_some_untold_ = is_some_untold_ || !has_place;
   return has_place;
@@ -59,8 +58,10 @@ void ServiceDiscovery::tell_loss(slots::OwnSubscription& subscription) noexcept 
 // Of a service: each requirement that it was for, but none that has not been told of it yet.
 void ServiceDiscovery::tell_loss(slots::Remote& remote) noexcept {
   for (const slots::Requirement& requirement : requirements_) {
-    if (requirement.index < remote.told || remote.announced <= requirement.index ||
-        requirement.told <= remote.index || !fits(requirement, remote)) {
+    const bool is_told =
+        guards && (requirement.index < remote.told || remote.announced <= requirement.index ||
+                   requirement.told <= remote.index);
+    if (is_told || !fits(requirement, remote)) {
       continue;
     }
     if (!has_place_to_tell()) {
@@ -78,8 +79,8 @@ void ServiceDiscovery::tell_loss(slots::Remote& remote) noexcept {
 // Each requirement that it is for, but none that is told of all services later.
 void ServiceDiscovery::tell_new(slots::Remote& remote) noexcept {
   for (slots::Requirement& requirement : requirements_) {
-    if (requirement.index < remote.announced || requirement.told <= remote.index ||
-        !fits(requirement, remote)) {
+    const bool is_told = guards && (requirement.index < remote.announced || requirement.told <= remote.index);
+    if (is_told || !fits(requirement, remote)) {
       continue;
     }
     if (!has_place_to_tell()) {
@@ -94,7 +95,7 @@ void ServiceDiscovery::tell_new(slots::Remote& remote) noexcept {
 // Of the services that were known before it.
 void ServiceDiscovery::tell_known(slots::Requirement& requirement) noexcept {
   for (const slots::Remote& remote : remotes_) {
-    if (remote.index < requirement.told || !fits(requirement, remote)) {
+    if ((guards && remote.index < requirement.told) || !fits(requirement, remote)) {
       continue;
     }
     if (!has_place_to_tell()) {

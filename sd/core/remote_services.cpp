@@ -252,6 +252,10 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
   const bool is_new = remote == nullptr;
   if (is_new) {
     const std::size_t wanting = requirements_of(offered);
+    if (!guards && event_places() < wanting) {
+      refuse(Limit::pending_events);
+      return;
+    }
     remote = new_remote(wanting, arrival);
     if (remote == nullptr) {
       refuse(is_guest(arrival.peer) ? Limit::peers : Limit::remote_services);
@@ -334,7 +338,7 @@ void ServiceDiscovery::lose(slots::Remote& remote, LossReason reason, TimePoint 
 // Advances finds and ends offers whose time is over. What finds no room stays due.
 void ServiceDiscovery::seek(TimePoint now) noexcept {
   for (slots::Remote& remote : remotes_) {
-    if (is_due(remote.expiry, now)) {
+    if (is_due(remote.expiry, now) && (guards || events_.free_places() > requirements_of(remote))) {
       lose(remote, LossReason::expired, now);
     }
   }

@@ -286,7 +286,7 @@ std::optional<Endpoint> ServiceDiscovery::multicast_of(const slots::Offer& offer
 // Advances offers and ends subscriptions whose time is over. What finds no room stays due.
 void ServiceDiscovery::serve(TimePoint now) noexcept {
   for (slots::Subscription& subscription : subscribers_) {
-    if (is_due(subscription.expiry, now)) {
+    if (is_due(subscription.expiry, now) && (guards || events_.free_places() > 0)) {
       lose(subscription, LossReason::expired);  // [feat_req_someipsd_445]
     }
   }

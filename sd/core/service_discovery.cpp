@@ -143,7 +143,7 @@ slots::PendingEntry* ServiceDiscovery::send(std::uint16_t to, TimePoint due) noe
   *pending = {};
   pending->peer = to;
   pending->due = due;
-  transmit_due_ = earlier(transmit_due_, due);
+  note_due(due);
   return pending;
 }
 
@@ -248,6 +248,10 @@ void ServiceDiscovery::on_message(const someip::Message& bytes, const Endpoint& 
     const auto channel =
         via_multicast ? RebootDetector::Channel::multicast : RebootDetector::Channel::unicast;
     if (peer.reboots.shows_reboot(channel, session, message->reboot())) {
+      if (!guards && !events_.empty()) {  // the next message shows it as well
+        refuse(Limit::pending_events);
+        return;
+      }
       if (!peer.real_reboots.take(now, settings_.reboot_pause, settings_.max_reboots_at_once)) {
         count(counters_.dropped_reboots);
         note(Limit::reboots);
@@ -378,7 +382,7 @@ struct OptionList {
 
 std::optional<Transmit> ServiceDiscovery::poll_transmit(ByteSpan room, TimePoint now) noexcept {
   constexpr std::uint16_t nobody = 0xfffe;
-  if (room.size() < SdWriter::min_room_bytes || !is_due(transmit_due_, now)) {
+  if (room.size() < SdWriter::min_room_bytes || (optimised_for_many && !is_due(transmit_due_, now))) {
     return std::nullopt;
   }
   SdWriter writer{room};
@@ -390,7 +394,7 @@ std::optional<Transmit> ServiceDiscovery::poll_transmit(ByteSpan room, TimePoint
   }
   transmit_due_ = never;
   const auto keep = [this](const slots::PendingEntry& pending) {
-    transmit_due_ = earlier(transmit_due_, pending.due);
+    note_due(pending.due);
     return false;
   };
   std::uint16_t destination = nobody;
@@ -436,7 +440,7 @@ std::optional<Transmit> ServiceDiscovery::poll_transmit(ByteSpan room, TimePoint
 }
 
 std::optional<Event> ServiceDiscovery::poll_event() noexcept {
-  if (is_some_untold_ && events_.empty()) {
+  if (guards && is_some_untold_ && events_.empty()) {
     tell_what_is_untold();
   }
   return events_.empty() ? std::nullopt : std::optional{events_.pop()};

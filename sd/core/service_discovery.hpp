@@ -353,10 +353,15 @@ class ServiceDiscovery {
   }
   // An entry that is about to be sent, to be filled in; nothing when there is no room, which is counted.
   [[nodiscard]] slots::PendingEntry* send(std::uint16_t to, TimePoint due) noexcept;
+  void note_due(TimePoint due) noexcept {
+    if constexpr (optimised_for_many) {
+      transmit_due_ = earlier(transmit_due_, due);
+    }
+  }
   [[nodiscard]] Event* next_event() noexcept;
   // For what is new. Losses that are still to be told come before it.
   [[nodiscard]] std::size_t event_places() const noexcept {
-    return is_some_untold_ ? 0 : events_.free_places();
+    return guards && is_some_untold_ ? 0 : events_.free_places();
   }
   // What `make` returns is made where the event is.
   template <typename Make>
@@ -475,7 +480,9 @@ class ServiceDiscovery {
 
   // losses.cpp
   void tell_what_is_untold() noexcept;
-  [[nodiscard]] bool has_place_to_tell() noexcept;
+  // What finds none is told later, with guards.
+  [[nodiscard]] bool has_place_to_tell() noexcept { return !guards || has_place_or_waits(); }
+  [[nodiscard]] bool has_place_or_waits() noexcept;
   void lose(slots::TcpConnection& connection) noexcept;
   void tell_loss(slots::TcpConnection& connection) noexcept;
 

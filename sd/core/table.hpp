@@ -159,6 +159,9 @@ class Table : public TableBase {
   /// peers name things in the order in which they named them before.
   template <typename Wanted>
   [[nodiscard]] Slot* search(Wanted wanted, bool in_order = false) const noexcept {
+    if constexpr (!optimised_for_many) {
+      return find_if(wanted);
+    }
     SlotBase* const first = in_order ? this->template first<SlotBase::State::in_use>() : first_to_search();
     for (SlotBase* at = first; at != nullptr;) {
       if (wanted(std::as_const(static_cast<Slot&>(*at)))) {

@@ -17,6 +17,13 @@
 
 namespace trestle {
 
+// Where size counts, there is little of everything: what pays only with hundreds of services is left out.
+#ifdef __OPTIMIZE_SIZE__
+constexpr bool optimised_for_many = false;
+#else
+constexpr bool optimised_for_many = true;
+#endif
+
 using ByteView = std::span<const std::byte>;
 using ByteSpan = std::span<std::byte>;
 

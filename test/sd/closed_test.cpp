@@ -99,6 +99,22 @@ TEST_F(Closed, RefusesTheServiceTooMany) {
   EXPECT_EQ(reached(Limit::remote_services), 1U);
 }
 
+TEST_F(Closed, LetsARebootWaitUntilThereIsRoomToTellWhatItEnds) {
+  offer();
+  machine.run_to(200ms);
+  FakePeer peer{host(2)};
+  machine.unicast(peer, {subscribe(1, {udp(host(2, 1))})});
+  machine.unicast(peer, {subscribe(1, {udp(host(2, 2))})});  // whose events are not fetched yet
+  peer.reboot();
+  machine.unicast(peer, {subscribe(1, {udp(host(2, 1))})});
+  EXPECT_EQ(reached(Limit::pending_events), 1U);
+  EXPECT_THAT(machine.events(), SizeIs(2));
+  machine.unicast(peer, {subscribe(1, {udp(host(2, 1))})});
+  EXPECT_THAT(machine.events(),
+              ElementsAre(HasSubstr("rebooted"), HasSubstr("rebooted"), HasSubstr("added")));
+  EXPECT_EQ(machine.discovery.counters().lost_events, 0U);
+}
+
 TEST_F(Closed, TakesEntriesAndRebootsAtAnyRate) {
   offer();
   machine.run_to(200ms);
