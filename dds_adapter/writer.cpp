@@ -30,11 +30,12 @@ class WriterCore final : private fast::WriterListener {
                        (endpoint_.qos.keep_all || extras.writes_related)},
         on_match_{std::move(extras.on_match)},
         large_{[this](RawSample& sample) { send_given(sample); }} {
+    const std::string user_data =
+        with_bridge_entry(forgets_ ? extras.user_data + forgets_entry : extras.user_data, extras.bridge);
     fast::Topic* topic = participant_->use_topic(endpoint_.topic, endpoint_.type);
     endpoint_.type_hash = user_data_value(extras.user_data, "typehash");
     fast::DataWriterQos qos = writer_qos();
-    fast::set_user_data(qos, with_bridge_entry(forgets_ ? extras.user_data + forgets_entry : extras.user_data,
-                                               extras.bridge));
+    fast::set_user_data(qos, user_data);
     if (!extras.bridge.empty()) {
       endpoint_.bridge_matches = std::make_unique<BridgeMatches>();
     }
