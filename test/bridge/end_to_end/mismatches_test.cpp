@@ -114,6 +114,7 @@ TEST_F(TypeMismatches, OfAPublisherAreNamed) {
   dds::Writer same = writer("/text");
   dds::Writer from = ros_.create_writer(dds::ros_topic_name("/text"), dds::ros_type_name(string_type), {},
                                         dds::default_max_sample_bytes, extras_);
+  ASSERT_TRUE(until([&] { return from.matched() == 1 && same.matched() == 1; }));
   ASSERT_TRUE(until_counter("route /text", "publishers", 2));
   ASSERT_TRUE(from.write(hello_cdr));
   ASSERT_TRUE(until_counter("route /text", "received", 1)) << "is carried unless types are strict";
@@ -129,6 +130,7 @@ TEST_F(TypeMismatches, OfAPublisherAreRefusedWhereTypesAreStrict) {
   dds::Writer same = writer("/text");
   std::optional from{ros_.create_writer(dds::ros_topic_name("/text"), dds::ros_type_name(string_type), {},
                                         dds::default_max_sample_bytes, extras_)};
+  ASSERT_TRUE(until([&] { return from->matched() == 1 && same.matched() == 1; }));
   ASSERT_TRUE(until_counter("route /text", "publishers", 2));
   ASSERT_TRUE(from->write(hello_cdr));
   ASSERT_TRUE(until_counter("route /text", "dds_other_type", 1));
