@@ -19,6 +19,7 @@
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/on_signal.hpp"
 #include "bridge/runtime/bridge.hpp"
+#include "bridge/runtime/limited_sink.hpp"
 #include "bridge/types/type_library.hpp"
 #include "sd/net/busy_run.hpp"
 
@@ -101,7 +102,8 @@ int run(const Options& options) {
     return exit_usage;
   }
   // Logs go to standard error, counters to standard output.
-  auto logger = spdlog::stderr_color_mt("trestle");
+  auto logger = std::make_shared<spdlog::logger>(
+      "trestle", std::make_shared<LimitedSink>(std::make_shared<spdlog::sinks::stderr_color_sink_mt>()));
   logger->set_pattern("%H:%M:%S.%e %^%l%$ %v");
   logger->set_level(options.quiet ? spdlog::level::warn : spdlog::level::info);
   spdlog::set_default_logger(logger);
@@ -125,6 +127,7 @@ int run(const Options& options) {
   runner.emplace(io, options, std::move(*config));
   sd::run_busy(io, runner->busy_poll());
   runner->show();
+  logger->flush();
   return exit_ok;
 }
 

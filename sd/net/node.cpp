@@ -185,6 +185,21 @@ struct Node::State : std::enable_shared_from_this<State> {
     }
   }
 
+  // Somebody was refused or ignored, and with a larger limit would not have been.
+  void say_which_limits_were_reached() {
+    const auto& reached = discovery.counters().limits_reached;
+    for (std::size_t i = 0; i < limit_count; ++i) {
+      Refusals& limit = limits[i];
+      if (reached[i] > limit.unsaid && now() >= limit.next_line) {
+        limit.next_line = now() + std::chrono::seconds{10};
+        const std::uint64_t times = reached[i] - std::exchange(limit.unsaid, reached[i]);
+        const std::string name = to_string(static_cast<Limit>(i));
+        warn("no room for " + std::to_string(times) + " entries or peers: " + name +
+             " is reached; more need a larger one (of a bridge: someip: limits: " + name + ")");
+      }
+    }
+  }
+
   // After each call of discovery: does what it wants done. An Ack leaves before the initial events
   // [feat_req_someipsd_107]; what else is to be sent waits for all that happened at once, to share datagrams.
   void drain() {
@@ -211,6 +226,7 @@ struct Node::State : std::enable_shared_from_this<State> {
       shielded(io, [this] { provider.note_rivals(); });
       shielded(io, [this] { consumer.note_other_versions(); });
     }
+    shielded(io, [this] { say_which_limits_were_reached(); });
     draining = false;
     timer.arm(discovery.deadline());
   }
@@ -324,6 +340,7 @@ struct Node::State : std::enable_shared_from_this<State> {
     std::uint64_t unsaid = 0;
   };
   std::array<Refusals, nack_reasons> refusals{};
+  std::array<Refusals, limit_count> limits{};  ///< here `unsaid` is up to where it has been said
 };
 
 Node::Node(boost::asio::io_context& io, const NodeConfig& config, DiscoveryLog log, DiscoveryLog warn) {

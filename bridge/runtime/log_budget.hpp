@@ -1,0 +1,40 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "someip/wire/types.hpp"
+
+namespace trestle::bridge {
+
+/// How much may be logged, so that nobody fills a disk from outside: in ten seconds 16 kB of lines of one
+/// kind, and 56 kB in all, of which 16 kB are for kinds that say little. Lines are of one kind when they
+/// differ in numbers alone.
+class LogBudget {
+ public:
+  static constexpr Duration window = std::chrono::seconds{10};
+  static constexpr std::size_t most_of_a_kind = 16'000;
+  static constexpr std::size_t most_of_talkers = 40'000;
+  static constexpr std::size_t most = 56'000;
+
+  /// Whether the line may be logged; what may not is counted.
+  [[nodiscard]] bool take(std::string_view line, TimePoint now);
+  /// What is to be said of lines that were left out in a window that is over, once; call it before take().
+  [[nodiscard]] std::vector<std::string> left_out(TimePoint now);
+  /// The same at the end, when no window will follow.
+  [[nodiscard]] std::vector<std::string> left_out();
+
+ private:
+  struct Kind {
+    std::size_t bytes = 0;
+    std::uint64_t left_out = 0;
+    std::string example;
+  };
+  std::array<Kind, 64> kinds_{};
+  std::size_t bytes_ = 0;
+  TimePoint begin_{};
+};
+
+}  // namespace trestle::bridge
