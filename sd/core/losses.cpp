@@ -59,13 +59,13 @@ void ServiceDiscovery::tell_loss(slots::OwnSubscription& subscription) noexcept 
 void ServiceDiscovery::tell_loss(slots::Remote& remote) noexcept {
   for (const slots::Requirement& requirement : requirements_) {
     const bool is_told =
-        guards && (requirement.index < remote.told || remote.announced <= requirement.index ||
+        guards && (requirement.index < remote.told() || remote.announced <= requirement.index ||
                    requirement.told <= remote.index);
     if (is_told || !fits(requirement, remote)) {
       continue;
     }
     if (!has_place_to_tell()) {
-      remote.told = requirement.index;
+      remote.told() = requirement.index;
       return;
     }
     tell([&] {

@@ -318,7 +318,7 @@ void ServiceDiscovery::lose(slots::Remote& remote, LossReason reason, TimePoint 
   while (remote.subscribed_by != slots::Remote::none) {
     unbind(subscriptions_[remote.subscribed_by], reason);
   }
-  remote.told = 0;
+  remote.told() = 0;
   Table<slots::Remote>::lose(remote, reason);
   ++remote_changes_;
   // After a StopOffer wait for the next offer without asking.  [feat_req_someipsd_834]

@@ -115,16 +115,16 @@ struct Remote : SlotBase {
   std::uint16_t peer = 0;
   std::uint16_t configuration = ConfigurationPool::none;
   std::uint16_t announced = Requirement::all;  // to the requirements before this index
-  union {
-    std::uint16_t subscribed_by = none;  // the first of our subscriptions to it
-    std::uint16_t told;                  // once it is lost: of that, the requirements before this index
-  };
+  std::uint16_t subscribed_by = none;          // the first of our subscriptions to it
   std::optional<Endpoint> udp;
   std::optional<Endpoint> tcp;
   std::optional<LoadBalancingOption> load_balancing;
   std::optional<MacGroupcastOption> mac_groupcast;
   TimePoint expiry = never;  // which is at the next reboot
   TimePoint answer_due{};    // when to react to the last offer
+
+  // Once it is lost, and has no subscriptions: of that, the requirements before this index.
+  [[nodiscard]] std::uint16_t& told() noexcept { return subscribed_by; }
 };
 
 /// Our subscription to an eventgroup of a peer.
