@@ -158,7 +158,7 @@ class ClosedTp : public testing::Test {
 
 TEST_F(ClosedTp, PutsSegmentsTogetherThatComeInAnyOrder) {
   covers({"feat_req_someiptp_789", "feat_req_someiptp_820", "feat_req_someiptp_790"});
-  for (const std::uint8_t number : {2, 0, 3}) {
+  for (const std::uint8_t number : std::array<std::uint8_t, 3>{2, 0, 3}) {
     const auto part = offer(host(2), 0x8001, number, number != 3, TimePoint{1s});
     ASSERT_TRUE(part);
     EXPECT_FALSE(*part);
