@@ -60,6 +60,7 @@ struct SomeipSettings {
   std::optional<std::size_t> receive_buffer;  ///< bytes, of each UDP socket; nothing: by what may come
   std::optional<std::size_t> send_buffer;     ///< likewise, by what is sent
   Duration busy_poll{0};                      ///< SO_BUSY_POLL of each UDP socket; 0: none
+  Duration tcp_idle_timeout = std::chrono::minutes{5};  ///< of clients' connections; 0: they stay
   SdSettings sd;
   /// Limits that are given, by name: load_limits.hpp. The others are sized by what is carried.
   std::map<std::string, std::uint64_t, std::less<>> limits{};

@@ -121,6 +121,7 @@ void load_someip(const YAML::Node& node, SomeipSettings& into, Problems& problem
     }
   }
   someip.read("busy_poll", duration(0s, 1s), into.busy_poll);
+  someip.read("tcp_idle_timeout", duration(0s, 24h), into.tcp_idle_timeout);
   load_limits(someip, into.limits, problems);
   load_sd(someip, into, address_is_good, problems);
   someip.finish();

@@ -88,6 +88,7 @@ void set_limit(sd::NodeConfig& node, std::string_view name, std::uint64_t limit)
   set("max_calls", node.max_calls);
   set("max_tcp_clients", node.max_tcp_clients);
   set("max_tcp_clients_per_address", node.max_tcp_clients_per_address);
+  set("max_tcp_receive_bytes", node.max_tcp_receive_bytes);
   set("max_reassemblies", node.max_reassemblies);
   set("max_reassemblies_per_sender", node.max_reassemblies_per_sender);
   set("max_queued_bytes", node.max_queued_bytes);
@@ -136,6 +137,7 @@ sd::NodeConfig node_config(const BridgeConfig& config) {
                                                            : room_for(received, node.receive_buffer_bytes);
   node.send_buffer_bytes = config.someip.send_buffer ? static_cast<int>(*config.someip.send_buffer)
                                                      : room_for(sent, node.send_buffer_bytes);
+  node.tcp_idle_timeout = config.someip.tcp_idle_timeout;
   node.busy_poll = std::chrono::ceil<std::chrono::microseconds>(config.someip.busy_poll);
   node.max_calls = static_cast<std::uint16_t>(std::min(calls, most_calls));
   // A route has up to two messages on their way at once.

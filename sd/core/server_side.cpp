@@ -202,6 +202,12 @@ void ServiceDiscovery::tcp_closed(const Endpoint& own, const Endpoint& client) n
   }
 }
 
+bool ServiceDiscovery::tcp_needed(const Endpoint& own, const Endpoint& client) const noexcept {
+  return subscribers_.find_if([&](const slots::Subscription& subscription) {
+    return subscription.tcp == client && offers_[subscription.offer].tcp == own;
+  }) != nullptr;
+}
+
 void ServiceDiscovery::unreachable(const Endpoint& subscriber) noexcept {
   for (slots::Subscription& subscription : subscribers_) {
     if (subscription.udp == subscriber && subscription.peer != slots::Subscription::nobody) {

@@ -215,6 +215,8 @@ class ServiceDiscovery {
   /// @return false when there is no room to remember it: its subscriptions will be refused.
   bool tcp_connected(const Endpoint& own, const Endpoint& client) noexcept;
   void tcp_closed(const Endpoint& own, const Endpoint& client) noexcept;
+  /// Whether a subscription needs the connection of this client to `own`.
+  [[nodiscard]] bool tcp_needed(const Endpoint& own, const Endpoint& client) const noexcept;
 
   /// Sending an event by UDP failed because `subscriber` cannot be reached: its subscriptions end.
   /// [feat_req_someipsd_435]

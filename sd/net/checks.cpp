@@ -102,11 +102,13 @@ void check(const NodeConfig& config) {
   at_most(int{most_calls}, int{config.max_calls}, "max_calls");
   at_least<std::size_t>(1, config.max_tcp_clients, "max_tcp_clients");
   at_least<std::size_t>(1, config.max_tcp_clients_per_address, "max_tcp_clients_per_address");
+  at_least<std::size_t>(1, config.max_tcp_receive_bytes, "max_tcp_receive_bytes");
   if (const std::string mistake = mistake_in(config.answers); !mistake.empty()) {
     throw std::invalid_argument{mistake};
   }
   check(config.pacing, "pacing");
   in_order("collect_for", "", config.collect_for, Duration::max());
+  in_order("tcp_idle_timeout", "", config.tcp_idle_timeout, Duration::max());
   in_order("tcp_message_timeout", "", config.tcp_message_timeout, Duration::max());
   in_order("reassembly_timeout", "", config.reassembly_timeout, Duration::max());
   at_least(0, config.tcp_receive_buffer_bytes, "tcp_receive_buffer_bytes");

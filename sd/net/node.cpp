@@ -78,6 +78,10 @@ struct Node::State : std::enable_shared_from_this<State> {
              .message = [this](const Message& message, const Source& source) { on_message(message, source); },
              .tcp_client = [this](const Endpoint& own, const Endpoint& client,
                                   bool connected) { on_tcp_client(own, client, connected); },
+             .tcp_needed = [this](const Endpoint& own,
+                                  const Endpoint& client) { return discovery.tcp_needed(own, client); },
+             .tcp_refused = [this](const Endpoint& client,
+                                   const std::string& why) { on_tcp_refused(client, why); },
              .unreachable = [this](const Endpoint& receiver) { on_unreachable(receiver); }}},
         provider{io, discovery, ports, config, counters, log, warn},
         consumer{io, discovery, ports, config, counters, log, warn, [this] { drain(); }},
@@ -307,6 +311,13 @@ struct Node::State : std::enable_shared_from_this<State> {
     drain();
   }
 
+  void on_tcp_refused(const Endpoint& client, const std::string& why) {
+    if (now() >= next_tcp_line) {
+      next_tcp_line = now() + std::chrono::seconds{10};
+      warn("no TCP connection for " + someip::to_string(client.address) + ": " + why);
+    }
+  }
+
   // Its subscriptions end.  [feat_req_someipsd_435]
   void on_unreachable(const Endpoint& receiver) {
     ++counters.unreachable;
@@ -332,8 +343,9 @@ struct Node::State : std::enable_shared_from_this<State> {
   /// The services of others that offers and needs of ours were compared with; nothing after one is new.
   std::optional<std::uint32_t> noted{};
   std::optional<LinkWatch> watch;
-  bool link_seen = true;  ///< up, by what the system says
-  bool link_told = true;  ///< up, by what the application says
+  TimePoint next_tcp_line{};  ///< when another one about connections may be written
+  bool link_seen = true;      ///< up, by what the system says
+  bool link_told = true;      ///< up, by what the application says
   /// Of one reason: a peer must not fill the log by being refused.
   struct Refusals {
     TimePoint next_line{};

@@ -54,6 +54,13 @@ struct NodeConfig {
   std::size_t max_tcp_clients = 64;  ///< connections at a time to one TCP port of ours
   /// Of them, from one address: nobody can keep all others out.
   std::size_t max_tcp_clients_per_address = 16;
+  /// A connection of a client that no subscription needs and over which no message goes for so long is
+  /// closed, at most a quarter of the time later. 0: none is.
+  Duration tcp_idle_timeout = std::chrono::minutes{5};
+  /// Memory that all TCP connections together may take for messages that come in pieces, besides 64 KiB of
+  /// each; never less than for one message. Where it does not suffice, the connection ends that holds the
+  /// most for the longest time.
+  std::size_t max_tcp_receive_bytes = std::size_t{256} << 20U;
   someip::AnswerRules answers{};  ///< to requests that are in error, where a service has none of its own
   someip::TpPacing pacing{};      ///< of large requests and responses over UDP
   /// How long a small message over UDP may wait for others from the same port to the same receiver, to share

@@ -61,6 +61,8 @@ void add(someip::TcpServer::Counters& sum, const someip::TcpServer::Counters& on
   sum.open += one.open;
   sum.accepted += one.accepted;
   sum.refused += one.refused;
+  sum.gave_way += one.gave_way;
+  sum.idle += one.idle;
   sum.bad_framing += one.bad_framing;
 }
 
@@ -82,6 +84,8 @@ Ports::Ports(boost::asio::io_context& io, const NodeConfig& config, NodeCounters
       config_{config},
       counters_{counters},
       handlers_{std::move(handlers)},
+      receive_budget_{std::make_shared<someip::ReceiveBudget>(
+          std::max(config.max_tcp_receive_bytes, config.max_message_bytes + someip::header_bytes))},
       reassembly_timer_{io, [this] { on_reassembly_time(); }} {}
 
 std::shared_ptr<UdpPort> Ports::udp(std::uint16_t number, const std::function<bool(const UdpPort&)>& usable) {
@@ -113,6 +117,7 @@ std::shared_ptr<TcpPort> Ports::tcp(std::uint16_t number, const std::function<bo
         someip::TcpServerOptions{.local = {config_.address, number},
                                  .max_connections = config_.max_tcp_clients,
                                  .max_connections_per_address = config_.max_tcp_clients_per_address,
+                                 .idle_timeout = config_.tcp_idle_timeout,
                                  .tcp = tcp_options()}));
     tcp_.push_back(port);
     const Endpoint own = port->server.local();
@@ -124,8 +129,16 @@ std::shared_ptr<TcpPort> Ports::tcp(std::uint16_t number, const std::function<bo
                }
              },
          .connected = [this, own](const Endpoint& client) { handlers_.tcp_client(own, client, true); },
-         .closed = [this, own](const Endpoint& client,
-                               const std::string&) { handlers_.tcp_client(own, client, false); }});
+         .closed =
+             [this, own](const Endpoint& client, const std::string& why) {
+               if (why == someip::no_memory_for_a_message) {
+                 handlers_.tcp_refused(client, why);
+               }
+               handlers_.tcp_client(own, client, false);
+             },
+         .in_use = [this, own](const Endpoint& client) { return handlers_.tcp_needed(own, client); },
+         .refused = [this](const Endpoint& client,
+                           const std::string& why) { handlers_.tcp_refused(client, why); }});
   }
   return port;
 }
@@ -263,6 +276,7 @@ void Ports::on_reassembly_time() {
 
 someip::TcpOptions Ports::tcp_options() const {
   return {.max_message_bytes = config_.max_message_bytes,
+          .receive_budget = receive_budget_,
           .max_queued_bytes = config_.max_queued_bytes,
           .dead_after = config_.tcp_dead_after,
           .message_timeout = config_.tcp_message_timeout,

@@ -5,6 +5,7 @@
 #include "sd/net/deadline_timer.hpp"
 #include "sd/net/node_config.hpp"
 #include "someip/net/reassembly.hpp"
+#include "someip/net/receive_memory.hpp"
 #include "someip/net/tcp_client.hpp"
 #include "someip/net/tcp_server.hpp"
 
@@ -68,6 +69,10 @@ class Ports {
     std::function<void(const someip::Message&, const Source&)> message;
     /// A client connected to our TCP endpoint `own`, or is gone.
     std::function<void(const Endpoint& own, const Endpoint& client, bool connected)> tcp_client;
+    /// Whether a client's connection to `own` is needed although nothing is said.
+    std::function<bool(const Endpoint& own, const Endpoint& client)> tcp_needed;
+    /// A client was refused a connection, or lost it as a limit of ours was reached.
+    std::function<void(const Endpoint& client, const std::string& why)> tcp_refused;
     /// What was sent to this UDP endpoint found nobody there.
     std::function<void(const Endpoint& receiver)> unreachable;
   };
@@ -124,6 +129,7 @@ class Ports {
   const NodeConfig& config_;
   NodeCounters& counters_;
   Handlers handlers_;
+  std::shared_ptr<someip::ReceiveBudget> receive_budget_;  ///< of all TCP connections
   // Of closed ports.
   someip::MessageSender::Counters past_sent_;
   someip::TcpServer::Counters past_tcp_;

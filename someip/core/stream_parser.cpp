@@ -36,7 +36,8 @@ std::optional<std::size_t> cookie_in(ByteView bytes) noexcept {
 
 }  // namespace
 
-StreamParser::StreamParser(ByteSpan buffer) noexcept : buffer_{buffer} {
+StreamParser::StreamParser(ByteSpan buffer, std::size_t max_bytes) noexcept
+    : buffer_{buffer}, max_bytes_{max_bytes} {
   assert(buffer.size() >= header_bytes);
 }
 
@@ -104,7 +105,7 @@ bool StreamParser::framed(ByteView header) noexcept {
   if (length < length_covered_header_bytes) {
     ++counters_.bad_length;
     lost_ = true;
-  } else if (length - length_covered_header_bytes > buffer_.size() - header_bytes) {
+  } else if (length - length_covered_header_bytes > max_bytes_ - header_bytes) {
     ++counters_.too_large;
     lost_ = true;
   } else {
@@ -115,7 +116,7 @@ bool StreamParser::framed(ByteView header) noexcept {
 
 // Moves bytes from the chunk to the buffer until it holds so many. False if there were not enough.
 bool StreamParser::hold(std::size_t until) noexcept {
-  const std::size_t moved = std::min(until - held_, chunk_.size());
+  const std::size_t moved = std::min({until - held_, chunk_.size(), buffer_.size() - held_});
   if (moved != 0) {
     std::memcpy(buffer_.data() + held_, chunk_.data(), moved);
     held_ += moved;
@@ -170,7 +171,7 @@ void StreamParser::find_cookie() noexcept {
 }
 
 ByteSpan StreamParser::missing() const noexcept {
-  return lost_ || needed_ == 0 ? ByteSpan{} : buffer_.subspan(held_, needed_ - held_);
+  return lost_ || needed_ == 0 ? ByteSpan{} : buffer_.first(std::min(needed_, buffer_.size())).subspan(held_);
 }
 
 std::size_t StreamParser::filled(std::size_t bytes) noexcept {

@@ -45,11 +45,17 @@ struct StreamCounters {
 /// Where a message ends is only known from its Length. If that cannot be true, there is no telling where the
 /// next message begins until a Magic Cookie says so; without them the connection is of no more use.
 /// [feat_req_someip_586] No payload is searched for cookies while framing holds: it could forge messages.
+///
+/// The buffer may be smaller than the largest message, so that a peer cannot take memory by announcing much:
+/// when next() has returned nothing and waiting() is not 0, the message under way fills it, and use() has to
+/// bring a larger one before next() goes on.
 class StreamParser {
  public:
   /// @param buffer  takes a message, header and payload, that comes in pieces; at least 16 bytes. Its size is
   ///                also the limit for those that don't. Outlives the parser.
-  explicit StreamParser(ByteSpan buffer) noexcept;
+  explicit StreamParser(ByteSpan buffer) noexcept : StreamParser{buffer, buffer.size()} {}
+  /// @param max_bytes  the largest message, header and payload, instead of the size of the buffer.
+  StreamParser(ByteSpan buffer, std::size_t max_bytes) noexcept;
 
   /// The next bytes of the stream. They must live until next() has returned nothing, which must have been so
   /// before the next call.
@@ -66,6 +72,15 @@ class StreamParser {
   /// @return how many of them that were; the others are to be fed.
   std::size_t filled(std::size_t bytes) noexcept;
 
+  /// Bytes of the chunk that the buffer has no room for.
+  [[nodiscard]] std::size_t waiting() const noexcept { return chunk_.size(); }
+  /// Bytes in the buffer that are still needed.
+  [[nodiscard]] std::size_t held() const noexcept { return held_; }
+  /// Header and payload of the message under way; 0 while its header is not complete.
+  [[nodiscard]] std::size_t needed() const noexcept { return needed_; }
+  /// Goes on in another buffer, that begins with the held() bytes of this one.
+  void use(ByteSpan buffer) noexcept { buffer_ = buffer; }
+
   /// Whether framing is lost, and a cookie is being looked for.
   [[nodiscard]] bool lost() const noexcept { return lost_; }
   /// Whether a message has begun and is not complete: a stream that ends here was cut off.
@@ -79,6 +94,7 @@ class StreamParser {
   void find_cookie() noexcept;
 
   ByteSpan buffer_;
+  std::size_t max_bytes_;
   ByteView chunk_;          ///< not yet looked at
   std::size_t held_ = 0;    ///< bytes at the front of the buffer that came before the chunk
   std::size_t needed_ = 0;  ///< size of the message that begins with them; 0: its header is not complete

@@ -9,6 +9,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <cerrno>
 #include <cstring>
+#include <new>
 #include <vector>
 
 #include "someip/net/address_text.hpp"
@@ -93,10 +94,16 @@ struct TcpClient::State : std::enable_shared_from_this<State> {
       attempt_failed(ECONNREFUSED);
       return;
     }
+    try {
+      stream = std::make_shared<TcpStream>(io, std::move(socket), StreamEnd::client, options.tcp, copies);
+    } catch (const std::bad_alloc&) {
+      ++counters.streams.no_memory;
+      attempt_failed(ENOMEM);
+      return;
+    }
     attempting = false;
     ++counters.connections;
     since = std::chrono::steady_clock::now();
-    stream = std::make_shared<TcpStream>(io, std::move(socket), StreamEnd::client, options.tcp, copies);
     stream->receive(
         [weak = weak_from_this()](const Message& message) {
           if (const auto self = weak.lock()) {  // also keeps it while its handler destroys the client

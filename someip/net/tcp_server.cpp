@@ -8,6 +8,9 @@
 #include <boost/asio/steady_timer.hpp>
 #include <cerrno>
 #include <map>
+#include <new>
+#include <optional>
+#include <vector>
 
 #include "someip/net/addresses.hpp"
 #include "someip/net/copy_pool.hpp"
@@ -17,6 +20,7 @@ namespace trestle::someip {
 namespace {
 
 constexpr int backlog = 64;
+constexpr auto time_to_speak = std::chrono::seconds{1};  // before a connection may have to give way
 constexpr auto pause_after_error = std::chrono::milliseconds{100};  // until the next attempt to accept
 
 int listen_at(const Endpoint& local, const TcpOptions& options) {
@@ -45,8 +49,30 @@ int listen_at(const Endpoint& local, const TcpOptions& options) {
 }  // namespace
 
 struct TcpServer::State : std::enable_shared_from_this<State> {
+  using Clock = std::chrono::steady_clock;
+
+  struct Client {
+    std::shared_ptr<TcpStream> stream;
+    Clock::time_point since = Clock::now();
+    Clock::time_point last = since;  ///< when something was first seen to have changed
+    std::uint64_t messages = 0;      ///< that had gone either way by then
+
+    void look(Clock::time_point now) {
+      const auto counted = stream->counters();
+      const auto all = counted.received.messages + counted.received.cookies + counted.messages_sent;
+      if (all != messages) {
+        messages = all;
+        last = now;
+      }
+    }
+  };
+
   State(boost::asio::io_context& context, const TcpServerOptions& wanted)
-      : io{context}, options{wanted}, listener{io, listen_at(options.local, options.tcp)}, retry{io} {
+      : io{context},
+        options{wanted},
+        listener{io, listen_at(options.local, options.tcp)},
+        retry{io},
+        idle_timer{io} {
     SocketAddress own;
     getsockname(listener.native_handle(), own.data(), &own.size());
     local = own.endpoint();
@@ -95,17 +121,19 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
         return;  // its handler has destroyed the server
       }
     }
-    const auto of_address =
-        std::ranges::count_if(clients, [&](const auto& one) { return one.first.address == from.address; });
-    if (clients.size() >= options.max_connections ||
-        static_cast<std::size_t>(of_address) >= options.max_connections_per_address) {
-      ++counters.refused;
+    if (!make_room(from)) {
+      return;
+    }
+    std::shared_ptr<TcpStream> stream;
+    try {
+      stream = std::make_shared<TcpStream>(io, std::move(client), StreamEnd::server, options.tcp, copies);
+      clients.emplace(from, Client{stream});
+    } catch (const std::bad_alloc&) {
+      ++counters.streams.no_memory;
       return;
     }
     ++counters.accepted;
-    const auto stream =
-        std::make_shared<TcpStream>(io, std::move(client), StreamEnd::server, options.tcp, copies);
-    clients.emplace(from, stream);
+    watch_idle();
     stream->receive(
         [weak = weak_from_this(), from](const Message& message) {
           if (const auto self = weak.lock()) {  // also keeps it while its handler destroys the server
@@ -122,9 +150,109 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
     }
   }
 
+  [[nodiscard]] std::size_t connections_of(const IpAddress& address) const {
+    return static_cast<std::size_t>(
+        std::ranges::count_if(clients, [&](const auto& one) { return one.first.address == address; }));
+  }
+
+  // For one more of this client, or tells why there is none.
+  bool make_room(const Endpoint& from) {
+    const std::size_t own = connections_of(from.address);
+    if (own >= options.max_connections_per_address) {
+      refuse(from, "its address has all that one may have (max_tcp_clients_per_address)");
+      return false;
+    }
+    if (clients.size() < options.max_connections) {
+      return true;
+    }
+    const auto worst = who_gives_way(own);
+    if (!worst) {
+      refuse(from, "all are taken (max_tcp_clients)");
+      return false;
+    }
+    ++counters.gave_way;
+    closed(*worst, "it gave way to another one");
+    return !stopped;
+  }
+
+  void refuse(const Endpoint& from, const char* why) {
+    ++counters.refused;
+    if (handlers.refused) {
+      handlers.refused(from, why);
+    }
+  }
+
+  // For one of an address that has `own`: so each address comes to as many as the others.
+  std::optional<Endpoint> who_gives_way(std::size_t own) {
+    const auto now = Clock::now();
+    std::size_t most = 0;
+    IpAddress address{};
+    for (auto first = clients.begin(); first != clients.end();) {  // sorted by address
+      const auto next = std::find_if(
+          first, clients.end(), [&](const auto& one) { return one.first.address != first->first.address; });
+      const auto count = static_cast<std::size_t>(std::distance(first, next));
+      if (count > most) {
+        most = count;
+        address = first->first.address;
+      }
+      first = next;
+    }
+    const bool by_address = own + 1 < most;
+    std::vector<std::pair<Clock::time_point, Endpoint>> candidates;
+    for (auto& [endpoint, client] : clients) {
+      client.look(now);
+      if (by_address ? endpoint.address == address
+                     : client.messages == 0 && now - client.since >= time_to_speak) {
+        candidates.emplace_back(client.last, endpoint);
+      }
+    }
+    std::ranges::sort(candidates);
+    for (const auto& [last, endpoint] : candidates) {
+      if (!handlers.in_use || !handlers.in_use(endpoint)) {
+        return endpoint;
+      }
+    }
+    // All are needed: the one that is so for the least time.
+    return by_address ? std::optional{candidates.back().second} : std::nullopt;
+  }
+
+  void watch_idle() {
+    if (options.idle_timeout == Duration::zero() || std::exchange(watching, true)) {
+      return;
+    }
+    idle_timer.expires_after(std::max<Duration>(options.idle_timeout / 4, std::chrono::milliseconds{1}));
+    idle_timer.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
+      const auto self = weak.lock();
+      if (!error && self && !self->stopped) {
+        self->close_idle();
+      }
+    });
+  }
+
+  void close_idle() {
+    watching = false;
+    const auto now = Clock::now();
+    std::vector<Endpoint> idle;
+    for (auto& [endpoint, client] : clients) {
+      client.look(now);
+      if (now - client.last >= options.idle_timeout && !(handlers.in_use && handlers.in_use(endpoint))) {
+        idle.push_back(endpoint);
+      }
+    }
+    for (const Endpoint& one : idle) {
+      if (!stopped && clients.contains(one)) {
+        ++counters.idle;
+        closed(one, "it was idle");
+      }
+    }
+    if (!stopped && !clients.empty()) {
+      watch_idle();
+    }
+  }
+
   void closed(const Endpoint& client, const std::string& why) {
     const auto found = clients.find(client);
-    const TcpStream::Counters last = found->second->counters();
+    const TcpStream::Counters last = found->second.stream->counters();
     counters.streams += last;
     counters.bad_framing += last.received.bad_length + last.received.too_large != 0 ? 1 : 0;
     clients.erase(found);
@@ -138,9 +266,11 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
   std::shared_ptr<CopyPool> copies = std::make_shared<CopyPool>(options.tcp.max_queued_bytes);
   boost::asio::posix::stream_descriptor listener;
   boost::asio::steady_timer retry;
+  boost::asio::steady_timer idle_timer;
+  bool watching = false;  ///< idle_timer is armed
   Endpoint local;
   Handlers handlers;
-  std::map<Endpoint, std::shared_ptr<TcpStream>> clients;
+  std::map<Endpoint, Client> clients;
   Counters counters;
   bool stopped = false;
 };
@@ -151,6 +281,7 @@ TcpServer::TcpServer(boost::asio::io_context& io, const TcpServerOptions& option
 TcpServer::~TcpServer() {
   state_->stopped = true;
   state_->retry.cancel();
+  state_->idle_timer.cancel();
   state_->clients.clear();
   boost::system::error_code ignored;
   state_->listener.close(ignored);
@@ -164,12 +295,13 @@ void TcpServer::start(Handlers handlers) {
 bool TcpServer::send(const Endpoint& to, const Header& header, std::span<const ByteView> payload,
                      std::shared_ptr<const void> keep_alive) {
   const auto client = state_->clients.find(to);
-  return client != state_->clients.end() && client->second->send(header, payload, std::move(keep_alive));
+  return client != state_->clients.end() &&
+         client->second.stream->send(header, payload, std::move(keep_alive));
 }
 
 Room TcpServer::make_room(const Endpoint& to, const Header& newer, const WaitRule& rule) {
   const auto client = state_->clients.find(to);
-  return client == state_->clients.end() ? Room{} : client->second->make_room(newer, rule);
+  return client == state_->clients.end() ? Room{} : client->second.stream->make_room(newer, rule);
 }
 
 void TcpServer::disconnect(const Endpoint& client, const std::string& why) {
@@ -188,8 +320,8 @@ bool TcpServer::connected(const Endpoint& client) const {
 TcpServer::Counters TcpServer::counters() const {
   Counters sum = state_->counters;
   sum.open = state_->clients.size();
-  for (const auto& [endpoint, stream] : state_->clients) {
-    sum.streams += stream->counters();
+  for (const auto& [endpoint, client] : state_->clients) {
+    sum.streams += client.stream->counters();
   }
   return sum;
 }

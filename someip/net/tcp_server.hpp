@@ -6,10 +6,14 @@ namespace trestle::someip {
 
 struct TcpServerOptions {
   Endpoint local = {};  ///< port 0: any dynamic port that is free
-  /// Clients at a time; one more is disconnected at once. It takes max_message_bytes for each.
+  /// Clients at a time. One more takes the place of one of the address that has the most, or else of one that
+  /// has said nothing for a second since it came; if there is neither it is disconnected at once.
   std::size_t max_connections = 64;
   /// Of them, from one address: nobody can keep all others out.
   std::size_t max_connections_per_address = 64;
+  /// A connection over which no message goes for so long, either way, is closed unless Handlers::in_use says
+  /// that it is needed; at most a quarter of the time later. 0: none is.
+  Duration idle_timeout{0};
   TcpOptions tcp = {};
 };
 
@@ -22,12 +26,18 @@ class TcpServer {
     std::function<void(const Message& message, const Endpoint& client)> message;  ///< valid during the call
     std::function<void(const Endpoint& client)> connected = {};
     std::function<void(const Endpoint& client, const std::string& why)> closed = {};
+    /// Whether a connection is needed even if it is idle, as for events. Must not destroy the server.
+    std::function<bool(const Endpoint& client)> in_use = {};
+    /// A connection of this client was refused, in words. Must not destroy the server.
+    std::function<void(const Endpoint& client, const std::string& why)> refused = {};
   };
   struct Counters {
     TcpStream::Counters streams;  ///< of all connections, also past ones
     std::uint64_t open = 0;       ///< connections that stand now
     std::uint64_t accepted = 0;
-    std::uint64_t refused = 0;  ///< connections that were one too many, of all or of one address
+    std::uint64_t refused = 0;   ///< connections that were one too many, of all or of one address
+    std::uint64_t gave_way = 0;  ///< connections that were closed to make room for others
+    std::uint64_t idle = 0;      ///< connections that were closed after TcpServerOptions::idle_timeout
     /// Connections that were closed because something came that is no SOME/IP, or too large.
     std::uint64_t bad_framing = 0;
   };

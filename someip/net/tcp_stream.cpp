@@ -11,13 +11,16 @@
 #include <boost/asio/steady_timer.hpp>
 #include <cerrno>
 #include <cstring>
+#include <limits>
 #include <list>
+#include <new>
 #include <utility>
 #include <vector>
 
 #include "someip/net/addresses.hpp"
 #include "someip/net/copy_pool.hpp"
 #include "someip/net/handler_memory.hpp"
+#include "someip/net/receive_memory.hpp"
 #include "someip/net/socket_calls.hpp"
 #include "someip/wire/slices.hpp"
 
@@ -138,18 +141,25 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
         std::shared_ptr<CopyPool> pool)
       : descriptor{io, connected.get()},
         message_timer{io},
-        fd{connected.release()},
+        fd{connected.release()},  // which the descriptor closes, also if what follows throws
         own{which},
         options{tcp},
         copies{std::move(pool)},
-        // Not zeroed: the system commits the pages as messages need them.
-        buffer{new std::byte[header_bytes + options.max_message_bytes]},
-        parser{ByteSpan{buffer.get(), header_bytes + options.max_message_bytes}},
+        // A message that begins in what was received at once always fits.
+        place{tcp.receive_budget ? tcp.receive_budget : no_bound(),
+              std::min(header_bytes + options.max_message_bytes, header_bytes + stream_room),
+              [this] { return use_of_memory(); }, [this] { memory_taken(); },
+              [this](ByteSpan bytes) { parser.use(bytes); }},
+        parser{place.bytes(), header_bytes + options.max_message_bytes},
         room{new std::byte[stream_room]} {
     set_up(fd, options);
     SocketAddress address;
     getsockname(fd, address.data(), &address.size());
     local = address.endpoint();
+  }
+
+  static std::shared_ptr<ReceiveBudget> no_bound() {
+    return std::make_shared<ReceiveBudget>(std::numeric_limits<std::size_t>::max() / 2);
   }
 
   // --- receiving ---
@@ -158,7 +168,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     descriptor.async_wait(
         boost::asio::posix::stream_descriptor::wait_read,
         read_memory.hold([self = shared_from_this()](const boost::system::error_code& error) {
-          if (!error && !self->closed) {
+          if (!error && !self->closed && !self->taken) {
             self->drain();
           }
         }));
@@ -170,10 +180,36 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
         break;
       }
     }
-    if (!closed) {
+    if (!closed && !taken) {
       watch_message();
       wait_readable();
     }
+  }
+
+  [[nodiscard]] ReceiveMemory::Use use_of_memory() const {
+    return {.may_be_taken = !delivering && !closed && !taken,
+            .held_bytes = parser.held(),
+            .held_for = message_since && messages_before() == message_number
+                            ? std::chrono::steady_clock::now() - *message_since
+                            : std::chrono::steady_clock::duration::zero()};
+  }
+
+  // Another connection needs it.
+  void memory_taken() {
+    taken = true;
+    ++no_memory;
+    close_later(no_memory_for_a_message);
+  }
+
+  // Twice of what has come, so that a peer only takes memory by filling it.
+  bool make_room_for_message() {
+    const std::size_t all = parser.held() + parser.waiting();
+    if (place.grow(std::min(parser.needed(), std::max(2 * parser.held(), all)))) {
+      return true;
+    }
+    ++no_memory;
+    close(no_memory_for_a_message);
+    return false;
   }
 
   // --- a message that takes too long ---
@@ -186,14 +222,14 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
 
   // The timer is not touched for each message: it looks how long the one under way is when it fires.
   void watch_message() {
-    if (!message_under_way() || options.message_timeout == Duration::zero()) {
+    if (!message_under_way()) {
       return;
     }
     if (!message_since || messages_before() != message_number) {
       message_since = std::chrono::steady_clock::now();
       message_number = messages_before();
     }
-    if (!watching) {
+    if (!watching && options.message_timeout != Duration::zero()) {
       watching = true;
       wait_for_message();
     }
@@ -235,11 +271,11 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
       return false;
     }
     const auto bytes = static_cast<std::size_t>(received);
-    const std::size_t taken = parser.filled(bytes);
+    const std::size_t direct_bytes = parser.filled(bytes);
     if (!deliver()) {
       return false;
     }
-    parser.feed({room.get(), bytes - taken});
+    parser.feed({room.get(), bytes - direct_bytes});
     if (!deliver()) {
       return false;
     }
@@ -262,14 +298,23 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
       explicit Delivering(State& of) : state{of} { state.delivering = true; }
       ~Delivering() { state.delivering = state.answered = false; }
     };
-    const Delivering now{*this};
-    while (const auto message = parser.next()) {
-      on_message(*message);
-      if (closed) {
+    for (;;) {
+      {
+        const Delivering now{*this};
+        while (const auto message = parser.next()) {
+          on_message(*message);
+          if (closed || taken) {
+            return false;
+          }
+        }
+      }
+      if (parser.waiting() == 0) {
+        return true;
+      }
+      if (!make_room_for_message()) {
         return false;
       }
     }
-    return true;
   }
 
   // --- sending ---
@@ -521,7 +566,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   StreamEnd own;
   TcpOptions options;
   std::shared_ptr<CopyPool> copies;
-  std::unique_ptr<std::byte[]> buffer;
+  ReceiveMemory place;
   StreamParser parser;
   std::unique_ptr<std::byte[]> room;
   Endpoint local;
@@ -536,6 +581,8 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   std::uint64_t queue_full = 0;
   std::uint64_t overtaken = 0;
   std::uint64_t timed_out = 0;
+  std::uint64_t no_memory = 0;
+  bool taken = false;    ///< the place: nothing is received any more, and it is about to be closed
   bool pumping = false;  ///< pump() is being called
   bool waiting = false;  ///< for room to send
   bool broken = false;   ///< sending failed: about to be closed
@@ -551,6 +598,7 @@ TcpStream::Counters& TcpStream::Counters::operator+=(const Counters& other) noex
   queue_full += other.queue_full;
   overtaken += other.overtaken;
   timed_out += other.timed_out;
+  no_memory += other.no_memory;
   return *this;
 }
 
@@ -597,13 +645,18 @@ bool TcpStream::send(const Header& header, std::span<const ByteView> payload,
   const std::size_t bytes = message.bytes();
   // What answers several messages that came together leaves together, but for the first.
   const bool wait = state.delivering && std::exchange(state.answered, true) && bytes <= small_bytes;
-  if (state.queue.empty() && !wait && !by_segment) {
-    state.send_now(message, payload, std::move(keep_alive), bytes);
-  } else {
-    state.enqueue(message, payload, std::move(keep_alive), bytes, 0);
-    if (!wait && !state.waiting) {
-      state.pump();
+  try {
+    if (state.queue.empty() && !wait && !by_segment) {
+      state.send_now(message, payload, std::move(keep_alive), bytes);
+    } else {
+      state.enqueue(message, payload, std::move(keep_alive), bytes, 0);
+      if (!wait && !state.waiting) {
+        state.pump();
+      }
     }
+  } catch (const std::bad_alloc&) {  // half of it may have left
+    ++state.no_memory;
+    state.close_later("there is no memory for a message that has to wait");
   }
   return !state.broken && !state.closed;
 }
@@ -631,8 +684,8 @@ bool TcpStream::idle() const noexcept {
   return state_->queue.empty();
 }
 TcpStream::Counters TcpStream::counters() const noexcept {
-  return {state_->parser.counters(), state_->messages_sent, state_->queue_full, state_->overtaken,
-          state_->timed_out};
+  return {state_->parser.counters(), state_->messages_sent, state_->queue_full,
+          state_->overtaken,         state_->timed_out,     state_->no_memory};
 }
 
 }  // namespace trestle::someip

@@ -16,10 +16,14 @@ namespace trestle::someip {
 
 class CopyPool;
 class Descriptor;
+class ReceiveBudget;
 
 /// How TCP connections are kept, on either end.
 struct TcpOptions {
-  std::size_t max_message_bytes = std::size_t{16} << 20U;  ///< payload of a received message
+  /// Payload of a received message. Memory for one is taken as it comes.
+  std::size_t max_message_bytes = std::size_t{16} << 20U;
+  /// What all connections that have it may take together for messages that come; none: no bound.
+  std::shared_ptr<ReceiveBudget> receive_budget = nullptr;
   /// Bytes that may wait to be sent; a message beyond them is dropped. Of the memory for copies of them, a
   /// client or a server keeps as much for the next ones.
   std::size_t max_queued_bytes = std::size_t{64} << 20U;
@@ -40,6 +44,10 @@ struct TcpOptions {
   std::uint8_t dscp = 0;         ///< class of service of what is sent, 0 to 63
   std::uint8_t unicast_ttl = 0;  ///< hops that packets may take; 0: as the system has it
 };
+
+/// Why a connection is over that held too much for too long, or for which the system has no memory.
+inline constexpr const char* no_memory_for_a_message =
+    "there is no memory for a message that comes (max_tcp_receive_bytes)";
 
 /// The kernel's buffers of a connection.
 struct TcpBuffers {
@@ -67,12 +75,16 @@ class TcpStream {
     std::uint64_t queue_full = 0;     ///< messages dropped because too much was waiting
     std::uint64_t overtaken = 0;      ///< messages dropped by make_room()
     std::uint64_t timed_out = 0;      ///< messages that were not whole after TcpOptions::message_timeout
+    /// Connections that ended as there was no memory for what came or was to be sent: the system had none, or
+    /// others needed that of a message which had held the most for the longest time.
+    std::uint64_t no_memory = 0;
     Counters& operator+=(const Counters& other) noexcept;
   };
 
   /// @param connected  a connected socket.
   /// @param own        which end of the connection we are.
   /// @param copies     memory for what has to wait to be sent; other streams may have the same.
+  /// @throws std::bad_alloc
   TcpStream(boost::asio::io_context& io, Descriptor connected, StreamEnd own, const TcpOptions& options,
             std::shared_ptr<CopyPool> copies);
   /// Closes the connection; what waits to be sent is lost.

@@ -119,6 +119,32 @@ TEST_F(StreamParserTest, HandsOutAWholeMessageWhereItLies) {
   EXPECT_FALSE(parser.next());
 }
 
+TEST_F(StreamParserTest, WaitsForALargerBufferWhereAMessageFillsIt) {
+  std::vector<std::byte> first(20);
+  StreamParser growing{first, 32};
+  const auto bytes = hex("1234 8001 00000013 0000 0007 01 01 02 00 0102030405060708090a0b" + event);
+  growing.feed(ByteView{bytes}.first(18));  // what is whole stays where it lies
+  EXPECT_FALSE(growing.next());
+  growing.feed(ByteView{bytes}.subspan(18));
+  EXPECT_FALSE(growing.next());
+  EXPECT_EQ(growing.held(), 20U);
+  EXPECT_EQ(growing.needed(), 27U);
+  EXPECT_EQ(growing.waiting(), bytes.size() - 20);
+  EXPECT_THAT(growing.missing(), IsEmpty());
+  std::vector<std::byte> second(first);
+  second.resize(27);
+  growing.use(second);
+  const auto message = growing.next();
+  ASSERT_TRUE(message);
+  EXPECT_EQ(to_hex(message->payload), "0102030405060708090a0b");
+  EXPECT_TRUE(growing.next());
+  EXPECT_FALSE(growing.next());
+  EXPECT_EQ(growing.waiting(), 0U);
+  growing.feed(hex("1234 8001 00000019 0000 0007 01 01 02 00"));
+  EXPECT_FALSE(growing.next());
+  EXPECT_EQ(growing.counters().too_large, 1U) << "33 bytes";
+}
+
 TEST_F(StreamParserTest, TakesTheRestOfAMessageStraightIntoItsBuffer) {
   EXPECT_THAT(parser.missing(), IsEmpty());
   const auto stream = hex(response + event);

@@ -221,11 +221,14 @@ TEST(LoadConfig, LeavesBuffersToTheSizeOfMessagesUnlessTold) {
   EXPECT_EQ(by_size.someip.receive_buffer, std::nullopt);
   EXPECT_EQ(by_size.someip.send_buffer, std::nullopt);
   EXPECT_EQ(by_size.someip.busy_poll, Duration{0});
-  const BridgeConfig told = load_good(replaced(
-      smallest, "127.0.0.1", "127.0.0.1, receive_buffer: 1 MiB, send_buffer: 64 KiB, busy_poll: 50 us"));
+  EXPECT_EQ(by_size.someip.tcp_idle_timeout, std::chrono::minutes{5});
+  const BridgeConfig told = load_good(replaced(smallest, "127.0.0.1",
+                                               "127.0.0.1, receive_buffer: 1 MiB, send_buffer: 64 KiB, "
+                                               "busy_poll: 50 us, tcp_idle_timeout: 60 s"));
   EXPECT_EQ(told.someip.receive_buffer, std::size_t{1} << 20U);
   EXPECT_EQ(told.someip.send_buffer, std::size_t{64} << 10U);
   EXPECT_EQ(told.someip.busy_poll, std::chrono::microseconds{50});
+  EXPECT_EQ(told.someip.tcp_idle_timeout, std::chrono::minutes{1});
 }
 
 TEST(LoadConfig, LetsReliabilityChooseTheTransport) {

@@ -103,6 +103,7 @@ TEST(NodeConfigOfABridge, KnowsEachKey) {
                                                                node.max_calls,
                                                                node.max_tcp_clients,
                                                                node.max_tcp_clients_per_address,
+                                                               node.max_tcp_receive_bytes,
                                                                node.max_reassemblies,
                                                                node.max_reassemblies_per_sender,
                                                                node.max_queued_bytes});

@@ -202,6 +202,45 @@ TEST_F(SettingsTest, LimitTheTcpClientsOfOneAddress) {
   EXPECT_TRUE(run_until([&] { return node.tcp_server_counters().open == 3; })) << "there is room again";
 }
 
+TEST_F(SettingsTest, EndIdleConnections) {
+  NodeConfig config = quick(test::server_address);
+  config.tcp_idle_timeout = 200ms;
+  Node node{io, config};
+  ServiceSpec reliable = spec();
+  reliable.tcp_events = {event};
+  node.offer(std::move(reliable));
+  tcp::socket& idle = connect();
+  Node client{io, quick(test::client_address)};
+  client.subscribe(
+      {.service = ServiceId{0x1234}, .eventgroup = group, .events = {event}, .udp = false, .tcp = true},
+      collect());
+  ASSERT_TRUE(run_until([&] { return node.tcp_server_counters().accepted == 2; }));
+  EXPECT_TRUE(is_closed(idle));
+  run_for(600ms);
+  EXPECT_EQ(node.tcp_server_counters().idle, 1U);
+  EXPECT_EQ(node.tcp_server_counters().open, 1U) << "that of the subscription";
+}
+
+TEST_F(SettingsTest, EndConnectionsWithoutMemoryForTheirMessages) {
+  NodeConfig config = quick(test::server_address);
+  config.max_message_bytes = 300'000;
+  config.max_tcp_receive_bytes = 300'000;
+  std::vector<std::string> warned;
+  Node node{io, config, {}, [&](const std::string& line) { warned.push_back(line); }};
+  node.offer(spec());
+  std::vector<std::byte> half = test::hex("1234 0001 00040000 0001 0001 01 01 00 00");
+  half.resize(200'000);
+  tcp::socket& first = connect();
+  boost::asio::write(first, boost::asio::buffer(half));
+  run_for(50ms);
+  tcp::socket& second = connect();
+  boost::asio::write(second, boost::asio::buffer(half));
+  EXPECT_TRUE(is_closed(first));
+  EXPECT_FALSE(is_closed(second, 10ms));
+  EXPECT_EQ(node.tcp_server_counters().streams.no_memory, 1U);
+  EXPECT_THAT(warned, testing::Contains(testing::HasSubstr("max_tcp_receive_bytes")));
+}
+
 TEST_F(SettingsTest, EndConnectionsWithHalfMessages) {
   NodeConfig config = quick(test::server_address);
   config.tcp_message_timeout = 150ms;
@@ -303,6 +342,8 @@ TEST_F(SettingsTest, SetThePaceOfConnecting) {
   busy.offer(one);
   tcp::socket place{io};
   place.connect({boost::asio::ip::make_address(someip::to_string(test::other_address)), tcp_port});
+  // Who says nothing would have to give way.
+  boost::asio::write(place, boost::asio::buffer(test::hex("1234 0001 00000008 0001 0001 01 01 00 00")));
   ASSERT_TRUE(run_until([&] { return busy.tcp_server_counters().open == 1; }));
   client.subscribe(
       {.service = ServiceId{0x1234}, .eventgroup = group, .events = {event}, .udp = false, .tcp = true},

@@ -1,0 +1,256 @@
+// TCP: what clients may take of our places and memory.
+#include <gmock/gmock.h>
+#include <sys/resource.h>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/write.hpp>
+#include <fstream>
+#include <list>
+#include <set>
+
+#include "someip/net/address_text.hpp"
+#include "someip/net/receive_memory.hpp"
+#include "someip/net/tcp_server.hpp"
+#include "test/bytes.hpp"
+#include "test/loopback.hpp"
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool sanitized = true;
+#else
+constexpr bool sanitized = false;
+#endif
+
+namespace trestle::someip::tcp_limits_test {
+namespace {
+
+using boost::asio::ip::tcp;
+using namespace std::chrono_literals;
+
+constexpr std::size_t mebibyte = std::size_t{1} << 20U;
+const std::string small = "1234 0001 00000008 0001 0001 01 01 00 00";
+
+/// An event of so many bytes of payload, or the front of it.
+std::vector<std::byte> event(std::size_t payload_bytes, std::size_t front_bytes) {
+  std::vector<std::byte> whole(header_bytes + payload_bytes);
+  for (std::size_t i = 0; i < payload_bytes; ++i) {
+    whole[header_bytes + i] = static_cast<std::byte>(i * 131 >> 3U);
+  }
+  const Header header{.service = ServiceId{0x1234}, .method = MethodId{0x8001}, .interface_version = 1};
+  EXPECT_TRUE(encode_header(header, payload_bytes, whole));
+  whole.resize(front_bytes);
+  return whole;
+}
+
+class TcpLimitsTest : public testing::Test {
+ protected:
+  void open(TcpServerOptions options) {
+    options.local = {test::own_address(1), 0};
+    options.tcp.max_message_bytes = 16 * mebibyte;
+    options.tcp.receive_budget = budget;
+    server = std::make_unique<TcpServer>(io, options);
+    server->start({.message =
+                       [this](const Message& message, const Endpoint& from) {
+                         received.emplace_back(message.payload.begin(), message.payload.end());
+                         spoke.insert(from);
+                       },
+                   .closed = [this](const Endpoint& client,
+                                    const std::string& why) { gone.emplace_back(client.address, why); },
+                   .in_use = [this](const Endpoint& client) { return needed.contains(client); },
+                   .refused = [this](const Endpoint&, const std::string& why) { refused.push_back(why); }});
+  }
+  /// A client of bare sockets, which is never waited for.
+  tcp::socket& connect(unsigned address) {
+    tcp::socket& socket = clients.emplace_back(io);
+    const auto of = [](const Endpoint& one) {
+      return tcp::endpoint{boost::asio::ip::make_address(to_string(one.address)), one.port};
+    };
+    socket.open(tcp::v4());
+    socket.bind(of({test::own_address(static_cast<std::uint8_t>(address)), 0}));
+    socket.connect(of(server->local()));
+    const auto before = handled();
+    EXPECT_TRUE(run_until([&] { return handled() > before; }));
+    return socket;
+  }
+  std::uint64_t handled() const { return server->counters().accepted + server->counters().refused; }
+  static Endpoint end_of(const tcp::socket& socket, unsigned address) {
+    return {test::own_address(static_cast<std::uint8_t>(address)), socket.local_endpoint().port()};
+  }
+  /// Goes on in the background: we are also who receives it.
+  void write(tcp::socket& socket, const std::vector<std::byte>& bytes) {
+    const auto kept = std::make_shared<std::vector<std::byte>>(bytes);
+    boost::asio::async_write(socket, boost::asio::buffer(*kept),
+                             [this, kept](const boost::system::error_code&, std::size_t) { ++written; });
+  }
+  template <typename Condition>
+  bool run_until(Condition condition, std::chrono::milliseconds limit = 60s) {
+    const auto end = std::chrono::steady_clock::now() + limit;
+    while (!condition() && std::chrono::steady_clock::now() < end) {
+      io.run_one_for(20ms);
+    }
+    return condition();
+  }
+
+  boost::asio::io_context io;
+  std::shared_ptr<ReceiveBudget> budget = std::make_shared<ReceiveBudget>(8 * mebibyte);
+  std::unique_ptr<TcpServer> server;
+  std::list<tcp::socket> clients;
+  std::vector<std::vector<std::byte>> received;
+  std::set<Endpoint> spoke;
+  std::set<Endpoint> needed;
+  std::vector<std::pair<IpAddress, std::string>> gone;
+  std::vector<std::string> refused;
+  int written = 0;
+};
+
+// --- Memory -----------------------------------------------------------------------------------------------
+
+TEST_F(TcpLimitsTest, MemoryIsTakenAsAMessageComes) {
+  open({});
+  for (int i = 0; i < 12; ++i) {
+    write(connect(2), event(16 * mebibyte - 8, 1000));
+  }
+  ASSERT_TRUE(run_until([&] { return written == 12; }));
+  EXPECT_EQ(budget->used_bytes(), 0U) << "what is announced is not there yet";
+  tcp::socket& large = connect(3);
+  write(large, event(5 * mebibyte, header_bytes + 5 * mebibyte));
+  ASSERT_TRUE(run_until([&] { return received.size() == 1; }));
+  const auto expected = event(5 * mebibyte, header_bytes + 5 * mebibyte);
+  EXPECT_TRUE(std::ranges::equal(received[0], ByteView{expected}.subspan(header_bytes)));
+  EXPECT_GE(budget->used_bytes(), 4 * mebibyte);
+  EXPECT_LE(budget->used_bytes(), 5 * mebibyte + 8192) << "not more than the message has";
+  const auto kept = budget->used_bytes();
+  write(large, event(5 * mebibyte, header_bytes + 5 * mebibyte));
+  ASSERT_TRUE(run_until([&] { return received.size() == 2; }));
+  EXPECT_EQ(budget->used_bytes(), kept) << "the next one finds it";
+  large.close();
+  EXPECT_TRUE(run_until([&] { return budget->used_bytes() == 0; }));
+}
+
+TEST_F(TcpLimitsTest, WhoHoldsMostForLongestEndsWhereMemoryIsShort) {
+  open({});
+  for (const unsigned address : {2U, 3U}) {  // 4 MB of each are there
+    write(connect(address), event(16 * mebibyte - 8, 3 * mebibyte));
+    ASSERT_TRUE(run_until([&] { return budget->used_bytes() >= (address - 1) * 3 * mebibyte; }));
+    run_until([] { return false; }, 50ms);
+  }
+  write(connect(4), event(3 * mebibyte, header_bytes + 3 * mebibyte));
+  ASSERT_TRUE(run_until([&] { return received.size() == 1; }));
+  ASSERT_TRUE(run_until([&] { return !gone.empty(); }));
+  EXPECT_EQ(gone[0], std::pair(test::own_address(2), std::string{no_memory_for_a_message}));
+  EXPECT_EQ(gone.size(), 1U);
+  EXPECT_EQ(server->counters().streams.no_memory, 1U);
+  EXPECT_EQ(server->counters().open, 2U);
+}
+
+TEST_F(TcpLimitsTest, MemoryThatNobodyUsesIsTakenFirst) {
+  open({});
+  write(connect(2), event(5 * mebibyte, header_bytes + 5 * mebibyte));
+  ASSERT_TRUE(run_until([&] { return received.size() == 1; }));
+  write(connect(3), event(6 * mebibyte, header_bytes + 6 * mebibyte));
+  ASSERT_TRUE(run_until([&] { return received.size() == 2; }));
+  EXPECT_EQ(server->counters().open, 2U);
+  EXPECT_EQ(server->counters().streams.no_memory, 0U);
+}
+
+TEST_F(TcpLimitsTest, AConnectionEndsForWhichTheSystemHasNoMemory) {
+  if (sanitized) {
+    GTEST_SKIP() << "a sanitizer does not run with little memory";
+  }
+  open({});
+  tcp::socket& large = connect(2);
+  tcp::socket& other = connect(3);
+  write(large, event(16 * mebibyte - 8, mebibyte));
+  ASSERT_TRUE(run_until([&] { return written == 1; }));
+  std::size_t pages = 0;
+  std::ifstream{"/proc/self/statm"} >> pages;
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_AS, &before), 0);
+  rlimit little = before;
+  little.rlim_cur = pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE)) + 600'000;
+  const auto rest = event(mebibyte, header_bytes + mebibyte);
+  ASSERT_EQ(setrlimit(RLIMIT_AS, &little), 0);
+  boost::system::error_code ignored;
+  large.non_blocking(true);
+  for (int i = 0; i < 1000 && gone.empty(); ++i) {
+    large.write_some(boost::asio::buffer(rest), ignored);
+    io.poll();
+  }
+  setrlimit(RLIMIT_AS, &before);
+  ASSERT_EQ(gone.size(), 1U);
+  EXPECT_EQ(gone[0].second, no_memory_for_a_message);
+  EXPECT_EQ(server->counters().streams.no_memory, 1U);
+  write(other, test::hex(small));
+  EXPECT_TRUE(run_until([&] { return received.size() == 1; }));
+}
+
+// --- Places -----------------------------------------------------------------------------------------------
+
+TEST_F(TcpLimitsTest, IdleConnectionsEndUnlessTheyAreNeeded) {
+  open({.idle_timeout = 200ms});
+  connect(2);
+  tcp::socket& for_events = connect(3);
+  needed.insert(end_of(for_events, 3));
+  tcp::socket& busy = connect(4);
+  const auto end = std::chrono::steady_clock::now() + 600ms;
+  while (std::chrono::steady_clock::now() < end) {
+    write(busy, test::hex(small));
+    run_until([] { return false; }, 20ms);
+  }
+  ASSERT_TRUE(run_until([&] { return !gone.empty(); }));
+  EXPECT_EQ(gone[0], std::pair(test::own_address(2), std::string{"it was idle"}));
+  EXPECT_TRUE(server->connected(end_of(for_events, 3)));
+  needed.clear();
+  ASSERT_TRUE(run_until([&] { return server->counters().open == 0; }));
+  EXPECT_EQ(server->counters().idle, 3U);
+}
+
+TEST_F(TcpLimitsTest, PlacesAreSharedByAddress) {
+  open({.max_connections = 8, .max_connections_per_address = 4});
+  for (int i = 0; i < 4; ++i) {
+    for (const unsigned address : {2U, 3U}) {
+      connect(address);
+    }
+  }
+  tcp::socket& newcomer = connect(4);
+  EXPECT_EQ(server->counters().gave_way, 1U);
+  EXPECT_EQ(server->counters().refused, 0U);
+  write(newcomer, test::hex(small));
+  ASSERT_TRUE(run_until([&] { return received.size() == 1; }));
+  connect(4);
+  EXPECT_EQ(server->counters().gave_way, 2U);
+  connect(4);  // all of them have 2 or 3
+  EXPECT_EQ(server->counters().gave_way, 2U);
+  EXPECT_THAT(refused, testing::ElementsAre(testing::HasSubstr("max_tcp_clients")));
+  EXPECT_THAT(gone, testing::Each(testing::Pair(testing::Ne(test::own_address(4)), testing::_)));
+}
+
+TEST_F(TcpLimitsTest, WhatIsNeededKeepsItsPlaceWhereAnotherIsNot) {
+  open({.max_connections = 3});
+  tcp::socket& first = connect(2);
+  needed.insert(end_of(first, 2));
+  connect(2);
+  tcp::socket& last = connect(2);
+  write(last, test::hex(small));
+  ASSERT_TRUE(run_until([&] { return received.size() == 1; }));
+  connect(3);
+  EXPECT_EQ(server->counters().gave_way, 1U);
+  EXPECT_TRUE(server->connected(end_of(first, 2)));
+  EXPECT_TRUE(server->connected(end_of(last, 2))) << "the second was idle for longer";
+}
+
+TEST_F(TcpLimitsTest, WhoNeverSaysAnythingKeepsNobodyOut) {
+  open({.max_connections = 2});
+  tcp::socket& speaks = connect(2);
+  write(speaks, test::hex(small));
+  ASSERT_TRUE(run_until([&] { return received.size() == 1; }));
+  connect(3);
+  run_until([] { return false; }, 1100ms);
+  connect(4);
+  EXPECT_EQ(server->counters().gave_way, 1U);
+  ASSERT_EQ(gone.size(), 1U);
+  EXPECT_EQ(gone[0].first, test::own_address(3));
+}
+
+}  // namespace
+}  // namespace trestle::someip::tcp_limits_test
