@@ -34,6 +34,8 @@ constexpr std::array keys{
     LimitKey{"max_calls", 1, 32'768},
     LimitKey{"max_tcp_clients", 1, slots_max},
     LimitKey{"max_tcp_clients_per_address", 1, slots_max},
+    LimitKey{"unproven_answer_bytes", 0, gibibyte * 16, true},
+    LimitKey{"unproven_answer_rate", 0, gibibyte * 16, true},
     LimitKey{"max_tcp_receive_bytes", 4096, gibibyte * 16, true},
     LimitKey{"max_reassemblies", 1, slots_max},
     LimitKey{"max_reassemblies_per_sender", 1, slots_max},

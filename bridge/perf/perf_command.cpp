@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <fstream>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -87,7 +88,8 @@ struct ServerOptions {
 
 int serve(const ServerOptions& options) {
   const ServiceArgument service = parse_service(options.service, false);
-  const sd::NodeConfig network = options.network.config();
+  sd::NodeConfig network = options.network.config();
+  network.unproven_answer_bytes = std::numeric_limits<std::size_t>::max();  // it is there to answer much
   Session session{options.timeout_s};
   sd::Node node{session.io, network,
                 [&](const std::string& line) {

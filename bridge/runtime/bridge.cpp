@@ -412,6 +412,7 @@ std::vector<CounterGroup> Bridge::counters() const {
                      {"datagrams_sent", sender.datagrams},
                      {"messages_sent", sender.messages},
                      {"calls_answered_with_an_error", node.requests_answered},
+                     {"answers_refused", node.answers_refused, loss},
                      {"malformed", node.malformed, loss},
                      {"wrong_version", node.wrong_version, loss},
                      {"unexpected", node.unexpected, loss},

@@ -88,6 +88,8 @@ void set_limit(sd::NodeConfig& node, std::string_view name, std::uint64_t limit)
   set("max_calls", node.max_calls);
   set("max_tcp_clients", node.max_tcp_clients);
   set("max_tcp_clients_per_address", node.max_tcp_clients_per_address);
+  set("unproven_answer_bytes", node.unproven_answer_bytes);
+  set("unproven_answer_rate", node.unproven_answer_rate);
   set("max_tcp_receive_bytes", node.max_tcp_receive_bytes);
   set("max_reassemblies", node.max_reassemblies);
   set("max_reassemblies_per_sender", node.max_reassemblies_per_sender);

@@ -208,6 +208,16 @@ bool ServiceDiscovery::tcp_needed(const Endpoint& own, const Endpoint& client) c
   }) != nullptr;
 }
 
+bool ServiceDiscovery::is_proven(const IpAddress& client) const noexcept {
+  return tcp_connections_.find_if([&](const slots::TcpConnection& connection) {
+    return connection.remote.address == client;
+  }) != nullptr ||
+         subscribers_.find_if([&](const slots::Subscription& subscription) {
+           return (subscription.udp && subscription.udp->address == client) ||
+                  (subscription.tcp && subscription.tcp->address == client);
+         }) != nullptr;
+}
+
 void ServiceDiscovery::unreachable(const Endpoint& subscriber) noexcept {
   for (slots::Subscription& subscription : subscribers_) {
     if (subscription.udp == subscriber && subscription.peer != slots::Subscription::nobody) {

@@ -218,6 +218,9 @@ class ServiceDiscovery {
   /// Whether a subscription needs the connection of this client to `own`.
   [[nodiscard]] bool tcp_needed(const Endpoint& own, const Endpoint& client) const noexcept;
 
+  /// Whether this address has shown to receive what we send: it has a subscription here, or a TCP connection.
+  [[nodiscard]] bool is_proven(const IpAddress& client) const noexcept;
+
   /// Sending an event by UDP failed because `subscriber` cannot be reached: its subscriptions end.
   /// [feat_req_someipsd_435]
   void unreachable(const Endpoint& subscriber) noexcept;

@@ -61,6 +61,11 @@ struct NodeConfig {
   /// each; never less than for one message. Where it does not suffice, the connection ends that holds the
   /// most for the longest time.
   std::size_t max_tcp_receive_bytes = std::size_t{256} << 20U;
+  /// Answers in segments over UDP to an address of another host that has neither a subscription here nor a
+  /// TCP connection: somebody may have asked in its name. So many bytes may go there at once, and so many
+  /// more each second; beyond them it is answered with ReturnCode::not_ok.
+  std::size_t unproven_answer_bytes = std::size_t{64} << 10U;
+  std::size_t unproven_answer_rate = std::size_t{2} << 10U;  ///< bytes per second
   someip::AnswerRules answers{};  ///< to requests that are in error, where a service has none of its own
   someip::TpPacing pacing{};      ///< of large requests and responses over UDP
   /// How long a small message over UDP may wait for others from the same port to the same receiver, to share
@@ -95,7 +100,9 @@ struct NodeCounters {
   std::uint64_t unknown_sender = 0;  ///< a subscribed event from an endpoint that does not offer it
   std::uint64_t requests_answered = 0;    ///< with an error, without asking a method
   std::uint64_t not_to_be_segmented = 0;  ///< not sent over UDP: too large for one datagram
-  std::uint64_t e2e_failed = 0;           ///< events, requests and answers that failed their end-to-end check
+  /// Large answers over UDP beyond NodeConfig::unproven_answer_bytes: an error was sent instead.
+  std::uint64_t answers_refused = 0;
+  std::uint64_t e2e_failed = 0;  ///< events, requests and answers that failed their end-to-end check
   /// Events, requests and answers of another size than their E2E profile has: not sent.
   std::uint64_t e2e_not_protected = 0;
   std::uint64_t offered_twice = 0;  ///< instances of ours that somebody else began to offer, too

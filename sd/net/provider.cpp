@@ -60,6 +60,8 @@ Provider::Provider(boost::asio::io_context& io, ServiceDiscovery& discovery, Por
       ports_{ports},
       config_{config},
       counters_{counters},
+      unproven_{config.unproven_answer_bytes, config.unproven_answer_rate},
+      may_be_sent_{[this](const Endpoint& to, std::size_t bytes) { return may_receive(to, bytes); }},
       log_{std::move(log)},
       warn_{std::move(warn)},
       cycle_{io, [this] { send_cyclic_values(); }} {}
@@ -531,7 +533,24 @@ ReplyPath Provider::reply_path(const Source& source, bool in_segments) {
           .in_segments = in_segments,
           .pacing = config_.pacing,
           .counters = &counters_,
-          .discovery = &discovery_};
+          .discovery = &discovery_,
+          .may_be_sent = &may_be_sent_};
+}
+
+bool Provider::may_receive(const Endpoint& to, std::size_t bytes) {
+  const TimePoint time = now();
+  if (is_of_this_host(to.address, config_.address) || discovery_.is_proven(to.address) ||
+      unproven_.take(to.address, bytes, time)) {
+    return true;
+  }
+  if (time >= next_refused_line_) {
+    next_refused_line_ = time + slow_pause;
+    warn_("refused an answer of " + std::to_string(bytes) + " bytes over UDP to " +
+          someip::to_string(to.address) +
+          ", in whose name somebody else may have asked: it has no subscription here and no TCP connection "
+          "(unproven_answer_bytes, unproven_answer_rate)");
+  }
+  return false;
 }
 
 // Holds the offer: a handler may withdraw it.

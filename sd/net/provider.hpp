@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <map>
 #include <unordered_set>
 
@@ -6,6 +7,7 @@
 #include "sd/net/e2e_channel.hpp"
 #include "sd/net/ports.hpp"
 #include "sd/net/service_spec.hpp"
+#include "sd/net/unproven_receivers.hpp"
 #include "someip/core/session_counter.hpp"
 
 namespace trestle::sd {
@@ -115,6 +117,8 @@ class Provider {
   [[nodiscard]] Judged judge(const someip::Header& header, const Source& source) const;
   void refuse(const someip::RequestCheck& check, const Source& source);
   [[nodiscard]] ReplyPath reply_path(const Source& source, bool in_segments);
+  /// Whether so large an answer may go there over UDP: nobody gets much in whose name others may have asked.
+  [[nodiscard]] bool may_receive(const Endpoint& to, std::size_t bytes);
   [[nodiscard]] someip::MethodKind kind_of(const Offer& offer, someip::MethodId method) const;
   /// Of what a method, getter or setter answers.
   [[nodiscard]] someip::TpPacing pacing_of(const ServiceSpec& spec, someip::MethodId method) const;
@@ -143,6 +147,9 @@ class Provider {
   Ports& ports_;
   const NodeConfig& config_;
   NodeCounters& counters_;
+  UnprovenReceivers unproven_;
+  std::function<bool(const Endpoint& to, std::size_t bytes)> may_be_sent_;  ///< for each ReplyPath
+  TimePoint next_refused_line_{};
   DiscoveryLog log_;
   DiscoveryLog warn_;
   std::vector<std::shared_ptr<Offer>> offers_;

@@ -23,8 +23,10 @@ bool ReplyPath::send_bytes(const someip::Header& header, std::span<const ByteVie
     return false;
   }
   const std::size_t bytes = size_of(payload);
-  if (!in_segments && bytes > someip::max_plain_payload_bytes) {
-    ++counters->not_to_be_segmented;
+  const bool large = bytes > someip::max_plain_payload_bytes;
+  const bool refused = large && in_segments && may_be_sent != nullptr && !(*may_be_sent)(to, bytes);
+  if (refused || (large && !in_segments)) {
+    ++(refused ? counters->answers_refused : counters->not_to_be_segmented);
     someip::Header failed = header;
     failed.return_code = someip::ReturnCode::not_ok;
     port->sender.send(to, failed, {});
@@ -32,7 +34,7 @@ bool ReplyPath::send_bytes(const someip::Header& header, std::span<const ByteVie
   }
   someip::TpPacing paced = pacing;
   // As the application wants, else as the client can take it, if it tells that in a subscription.
-  if (bytes > someip::max_plain_payload_bytes && !paced.burst) {
+  if (large && !paced.burst) {
     paced.burst = someip::burst_into(discovery->receive_buffer_of(to));
   }
   return port->sender.send(to, header, payload, std::move(keep_alive), paced);

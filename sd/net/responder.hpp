@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -25,7 +26,9 @@ struct ReplyPath {
   bool in_segments = true;           ///< whether a large answer may go over UDP  [feat_req_someiptp_788]
   someip::TpPacing pacing{};         ///< of a large answer over UDP
   NodeCounters* counters = nullptr;  ///< of the node, which no port outlives
-  const ServiceDiscovery* discovery = nullptr;   ///< likewise
+  const ServiceDiscovery* discovery = nullptr;  ///< likewise
+  /// Likewise: whether so large an answer may go there over UDP; none: it may.
+  const std::function<bool(const Endpoint& to, std::size_t bytes)>* may_be_sent = nullptr;
   std::shared_ptr<const E2eReply> protection{};  ///< none: without end-to-end protection
 
   /// Sends header and payload; false when that is not possible. What must not be sent in segments becomes an
