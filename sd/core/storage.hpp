@@ -86,8 +86,8 @@ struct Subscription : SlotBase {
   std::optional<Endpoint> udp;
   std::optional<Endpoint> tcp;
   std::uint32_t receive_buffer_bytes = 0;  // 0: not told
-  TimePoint expiry = never;                // which is at the next reboot
   Endpoint configured_at;                  // of a configured one, instead of a peer
+  TimePoint expiry = never;                // which is at the next reboot
 };
 
 /// A service that the application needs.
