@@ -10,6 +10,7 @@
 
 #include "bridge/convert/message_rules.hpp"
 #include "bridge/types/field_service.hpp"
+#include "sd/core/settings.hpp"
 #include "someip/core/e2e/config.hpp"
 #include "someip/core/e2e/state_machine.hpp"
 #include "someip/wire/endpoint.hpp"
@@ -49,7 +50,9 @@ struct SdSettings {
   Duration request_response_delay_max = std::chrono::milliseconds{10};
   /// Of offers and subscriptions: whole seconds, 1 to 0xFFFFFE; 0xFFFFFF is "until the next reboot".
   std::chrono::seconds ttl{3};
-  bool check_subnet = true;  ///< peers outside of the subnet of our address are not heard
+  bool check_subnet = true;        ///< peers outside of the subnet of our address are not heard
+  bool own_endpoints_only = true;  ///< peers may name endpoints at their own address alone, but for these
+  std::vector<sd::ForeignEndpoints> foreign_endpoints{};
   friend bool operator==(const SdSettings&, const SdSettings&) = default;
 };
 

@@ -41,6 +41,21 @@ Format<std::chrono::seconds> time_to_live() {
           }};
 }
 
+// "192.168.1.2 -> 10.0.0.2": the first may name endpoints at the second.
+Format<sd::ForeignEndpoints> foreign_endpoints() {
+  return {"two addresses, as in 192.168.1.2 -> 10.0.0.2: who may name endpoints, and where",
+          [](std::string_view text) -> std::optional<sd::ForeignEndpoints> {
+            constexpr std::string_view arrow = " -> ";
+            const std::size_t end = text.find(arrow);
+            if (end == std::string_view::npos) {
+              return std::nullopt;
+            }
+            const auto peer = someip::parse_address(std::string{text.substr(0, end)});
+            const auto named = someip::parse_address(std::string{text.substr(end + arrow.size())});
+            return peer && named ? std::optional{sd::ForeignEndpoints{*peer, *named}} : std::nullopt;
+          }};
+}
+
 void load_sd(Section& someip, SomeipSettings& settings, bool address_is_good, Problems& problems) {
   SdSettings& into = settings.sd;
   const YAML::Node node = someip.child("sd");
@@ -58,6 +73,15 @@ void load_sd(Section& someip, SomeipSettings& settings, bool address_is_good, Pr
     sd.read("request_response_delay_max", delay, into.request_response_delay_max);
     sd.read("ttl", time_to_live(), into.ttl);
     sd.read("check_subnet", truth(), into.check_subnet);  // [feat_req_someipsd_1149]
+    sd.read("own_endpoints_only", truth(), into.own_endpoints_only);
+    std::vector<Mark> marks;
+    sd.read_list("foreign_endpoints", foreign_endpoints(), into.foreign_endpoints, marks);
+    for (std::size_t i = 0; i < into.foreign_endpoints.size(); ++i) {
+      const auto& [peer, named] = into.foreign_endpoints[i];
+      if (peer.v6 != into.multicast.v6 || named.v6 != into.multicast.v6) {
+        problems.error(marks[i], "foreign_endpoints: not of the IP version of the multicast address of sd");
+      }
+    }
     sd.finish();
     if (into.initial_delay_min > into.initial_delay_max) {
       problems.error(sd.value_mark("initial_delay_min"),

@@ -113,6 +113,8 @@ sd::NodeConfig node_config(const BridgeConfig& config) {
                  .request_response_delay_max = sd.request_response_delay_max,
                  .ttl_s = static_cast<std::uint32_t>(sd.ttl.count())};
   node.check_subnet = sd.check_subnet;
+  node.discovery.own_endpoints_only = sd.own_endpoints_only;
+  node.foreign_endpoints = sd.foreign_endpoints;
   const std::size_t all = config.routes.size() + config.methods.size();
   size_discovery(config, node);
   // Large messages of all routes may be under way at once, even if one server has them all.

@@ -122,6 +122,7 @@ sd::NodeConfig NetworkOptions::config_without_address() const {
   }
   config.port = sd_port_;
   config.check_subnet = false;  // a tool shows whoever is there
+  config.discovery.own_endpoints_only = false;
   if (address_.empty()) {
     config.address.v6 = config.multicast.v6;
     return config;

@@ -1,6 +1,7 @@
 #pragma once
 #include <cassert>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <utility>
 
@@ -36,7 +37,7 @@ class BoundedQueue {
   T pop() noexcept {
     assert(size_ > 0);
     T item = std::move(room_[head_]);
-    head_ = (head_ + 1) % room_.size();
+    head_ = static_cast<std::uint32_t>((head_ + 1) % room_.size());
     --size_;
     return item;
   }
@@ -49,7 +50,7 @@ class BoundedQueue {
         keep(i, kept++);
       }
     }
-    size_ = kept;
+    size_ = static_cast<std::uint32_t>(kept);
   }
   void clear() noexcept { size_ = 0; }
 
@@ -61,8 +62,8 @@ class BoundedQueue {
   }
 
   std::span<T> room_;
-  std::size_t head_ = 0;
-  std::size_t size_ = 0;
+  std::uint32_t head_ = 0;
+  std::uint32_t size_ = 0;
 };
 
 }  // namespace trestle::sd

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "sd/core/receive_buffer.hpp"
+#include "someip/core/guards.hpp"
 
 namespace trestle::sd {
 namespace {
@@ -147,6 +148,14 @@ bool OptionRules::allow(const IpAddress& address) const noexcept {
   const auto& prefix_bits = settings_.subnet_prefix_bits;
   return !prefix_bits ||
          (same_prefix(address, own(), *prefix_bits) && !is_subnet_broadcast(address, *prefix_bits));
+}
+
+bool OptionRules::may_name(const IpAddress& peer, const IpAddress& named) const noexcept {
+  if (!guards || !settings_.own_endpoints_only || peer == named) {
+    return true;
+  }
+  const auto* const allowed = settings_.foreign_endpoints;
+  return allowed != nullptr && std::ranges::find(*allowed, ForeignEndpoints{peer, named}) != allowed->end();
 }
 
 tl::expected<EntryOptions, OptionFault> read_options(const SdMessage& message, const Entry& entry,

@@ -182,6 +182,11 @@ bool ServiceDiscovery::read_offer(const Entry& entry, const Arrival& arrival,
                                   slots::Remote& offered) noexcept {
   const auto options = read_options(arrival.message, entry, rules_);
   if (!options || entry.instance == someip::any_instance) {
+    count(counters_.ignored_bad_options);
+    return false;
+  }
+  if (guards && is_foreign(*options, arrival)) {
+    count(counters_.ignored_foreign_endpoints);
     return false;
   }
   const MergedConfiguration merged = merge_configurations(arrival.message, entry, configurations_.room());
@@ -198,14 +203,16 @@ bool ServiceDiscovery::read_offer(const Entry& entry, const Arrival& arrival,
   offered.tcp = options->tcp;
   offered.load_balancing = options->load_balancing;
   offered.configuration = configurations_.take(merged.body);
-  if (entry.service == other_protocols) {
+  const bool is_other = entry.service == other_protocols;
+  if (is_other) {
     offered.mac_groupcast = options->mac_groupcast;
-    if (otherserv_of(merged.body).empty()) {
-      return false;  // [feat_req_someipsd_500] [feat_req_someipsd_503]
-    }
   }
-  // An offer without endpoint tells nobody how to reach the service.  [feat_req_someipsd_681]
-  return offered.udp || offered.tcp || offered.mac_groupcast;
+  const bool is_named = !is_other || !otherserv_of(merged.body).empty();  // [feat_req_someipsd_500]
+  // An offer without endpoint tells nobody how to reach the service. [feat_req_someipsd_503]
+  // [feat_req_someipsd_681]
+  const bool is_good = is_named && (offered.udp || offered.tcp || offered.mac_groupcast);
+  counters_.ignored_bad_options += is_good ? 0 : 1;
+  return is_good;
 }
 
 // False when the service cannot be known without its configuration, and that finds no room.
@@ -222,7 +229,6 @@ bool ServiceDiscovery::keep_configuration_of(slots::Remote& offered, bool requir
 void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noexcept {
   slots::Remote offered;
   if (!read_offer(entry, arrival, offered)) {
-    count(counters_.ignored_bad_options);
     return;
   }
   // May forget services that nobody requires: before looking for this one.

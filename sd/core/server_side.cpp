@@ -509,6 +509,10 @@ ServiceDiscovery::Accepted ServiceDiscovery::accept(const slots::Offer& offer, c
     return tl::unexpected{NackReason::bad_options};
   }
   keep_needed(*options, eventgroup);
+  if (guards && is_foreign(*options, arrival)) {
+    count(counters_.ignored_foreign_endpoints);
+    return tl::unexpected{NackReason::bad_options};
+  }
   if (const auto reason = lack_of(offer, eventgroup, *options)) {
     return tl::unexpected{*reason};
   }

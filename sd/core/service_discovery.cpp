@@ -235,7 +235,11 @@ void ServiceDiscovery::on_message(const someip::Message& bytes, const Endpoint& 
                                                      : counters_.dropped_malformed);
     return;
   }
-  const std::optional<Endpoint> named = sd_endpoint(*message, rules_);
+  std::optional<Endpoint> named = sd_endpoint(*message, rules_);
+  if (named && !rules_.may_name(from.address, named->address)) {
+    count(counters_.ignored_foreign_endpoints);
+    named.reset();
+  }
   slots::Peer* const place = peer_at(named ? *named : from, now);
   if (!guards && place == nullptr) {
     refuse(Limit::peers);
@@ -273,10 +277,21 @@ void ServiceDiscovery::on_message(const someip::Message& bytes, const Endpoint& 
   const Duration delay =
       via_multicast ? random_.between(timing.request_response_delay_min, timing.request_response_delay_max)
                     : Duration{};
-  const Arrival arrival{*message, peer_index, via_multicast, now + delay, now};
+  const Arrival arrival{*message, from.address, peer_index, via_multicast, now + delay, now};
   for (std::size_t i = 0; i < message->entry_count(); ++i) {  // in their order  [feat_req_someipsd_862]
     on_entry(message->entry(i), arrival);
   }
+}
+
+// A peer that may name its SD endpoint may name others there, too.
+bool ServiceDiscovery::is_foreign(const EntryOptions& options, const Arrival& arrival) const noexcept {
+  for (const std::optional<Endpoint>* const one : {&options.udp, &options.tcp}) {
+    if (*one && (*one)->address != peers_[arrival.peer].endpoint.address &&
+        !rules_.may_name(arrival.source, (*one)->address)) {
+      return true;
+    }
+  }
+  return false;
 }
 
 bool ServiceDiscovery::has_name(ServiceId service, std::uint16_t configuration,

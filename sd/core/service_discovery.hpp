@@ -24,7 +24,8 @@ enum class NackReason : std::uint8_t {
   unknown_instance,
   unknown_major,
   unknown_eventgroup,
-  bad_options,        ///< an option that is missing, malformed, impossible or in conflict with another
+  bad_options,        ///< an option that is missing, malformed, impossible, in conflict with another, or of a
+                      ///< foreign endpoint: DiscoveryRules::foreign_endpoints
   missing_endpoint,   ///< none where the eventgroup's events could be sent to
   no_tcp_connection,  ///< it names one that is not open
   no_room,
@@ -132,6 +133,9 @@ struct Counters {
       0;  ///< came by multicast where only unicast is allowed, or unannounced
   std::uint64_t ignored_unknown_subscriptions = 0;  ///< see DiscoveryRules::answer_unknown_subscriptions
   std::uint64_t ignored_bad_options = 0;
+  /// Offers and SD endpoints, see DiscoveryRules::foreign_endpoints; for the latter the sender's address
+  /// counts.
+  std::uint64_t ignored_foreign_endpoints = 0;
   std::uint64_t ignored_conflicting_offer = 0;  ///< the service is offered by another peer already
   std::uint64_t ignored_unexpected_ack = 0;     ///< for nothing we subscribed to
   std::uint64_t ignored_no_room = 0;            ///< some table or queue is full
@@ -324,6 +328,7 @@ class ServiceDiscovery {
   // A message being processed, and what is known about its sender.
   struct Arrival {
     const SdMessage& message;
+    const IpAddress& source;  // of the datagram
     std::uint16_t peer = 0;
     bool via_multicast = false;
     TimePoint answer_due;
@@ -350,6 +355,8 @@ class ServiceDiscovery {
   // service_discovery.cpp
   void on_message(const someip::Message& message, const Endpoint& from, bool via_multicast,
                   TimePoint now) noexcept;
+  // Whether it names other hosts than may be.
+  [[nodiscard]] bool is_foreign(const EntryOptions& options, const Arrival& arrival) const noexcept;
   void on_entry(const Entry& entry, const Arrival& arrival) noexcept;
   [[nodiscard]] TimePoint first_due(TimePoint now) noexcept;
   template <typename Schedule>

@@ -1,5 +1,6 @@
 #pragma once
 #include <optional>
+#include <span>
 
 #include "sd/wire/option.hpp"
 #include "someip/wire/endpoint.hpp"
@@ -36,6 +37,13 @@ enum class FindAnswer : std::uint8_t {
   optimised,
 };
 
+/// That messages from the host `peer` may name endpoints of the host `named`.
+struct ForeignEndpoints {
+  IpAddress peer;
+  IpAddress named;
+  friend constexpr bool operator==(const ForeignEndpoints&, const ForeignEndpoints&) = default;
+};
+
 /// Where the specification leaves a choice. The defaults are what it asks for, or asks for first;
 /// docs/sd_options.md tells the reasons.
 struct DiscoveryRules {
@@ -45,6 +53,10 @@ struct DiscoveryRules {
   /// Loopback addresses of peers, and of endpoints they name, are wrong unless our own is one; false: another
   /// stack of the same host may be there.  [feat_req_someipsd_1233] [feat_req_someipsd_1149]
   bool refuse_loopback = true;
+  /// Whether a peer may name endpoints only at its own address, from which its datagram comes: as its SD
+  /// endpoint, in offers and in subscriptions. Else anybody speaks in the name of others, and sends them what
+  /// they did not ask for.  [feat_req_someipsd_1149]
+  bool own_endpoints_only = true;
   FindAnswer find_answer = FindAnswer::unicast;
   /// Whether a Find is answered in the repetition phase too, in which the next offers are near anyway.
   /// [feat_req_someipsd_811]
@@ -92,6 +104,10 @@ struct DiscoveryRules {
   std::uint16_t max_subscribers_per_eventgroup_and_address = 16;
   /// Peers at one address, at different ports: one more takes the place of another one there.
   std::uint16_t max_peers_per_address = 16;
+  std::uint16_t max_reboots_at_once = 8;  ///< see reboot_pause
+  /// Exceptions from own_endpoints_only: hosts with several addresses, or behind a NAT. Read later: must
+  /// outlive this.
+  const std::span<const ForeignEndpoints>* foreign_endpoints = nullptr;
   /// When a table is full, what belongs to a peer that has said nothing for so long makes room for who
   /// speaks, whatever TTL it named; and after that one entry of the address that has most, if the newcomer's
   /// has less.
@@ -100,10 +116,9 @@ struct DiscoveryRules {
   /// that is refused counts as four. What is beyond is ignored.
   std::uint32_t max_entries_per_second = 2000;
   std::uint32_t max_entries_at_once = 10'000;
-  /// Reboots of one peer that are taken for real: on average one in each such pause, and so many in a row.
-  /// Messages that show one too many are dropped.
+  /// Reboots of one peer that are taken for real: on average one in each such pause, and max_reboots_at_once
+  /// in a row. Messages that show one too many are dropped.
   Duration reboot_pause = std::chrono::seconds{5};
-  std::uint16_t max_reboots_at_once = 8;
   /// How a service counts that is offered without load balancing option: by default after all others.
   /// [feat_req_someipsd_174]
   LoadBalancingOption unranked{.priority = 0xffff, .weight = 0};

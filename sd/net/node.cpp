@@ -33,9 +33,12 @@ std::uint64_t random_seed() {
   return (std::uint64_t{device()} << 32U) | device();
 }
 
-Settings discovery_settings(const NodeConfig& config) {
+Settings discovery_settings(const NodeConfig& config, const std::span<const ForeignEndpoints>& foreign) {
   Settings settings;
   static_cast<DiscoveryRules&>(settings) = config.discovery;
+  if (!foreign.empty()) {
+    settings.foreign_endpoints = &foreign;
+  }
   if (config.check_subnet && !settings.subnet_prefix_bits) {
     settings.subnet_prefix_bits = someip::subnet_prefix_bits(config.address);
   }
@@ -68,7 +71,7 @@ struct Node::State : std::enable_shared_from_this<State> {
         unicast{io, sd_socket(config, config.address, someip::PortSharing::by_address)},
         multicast{io, sd_socket(config, config.multicast, someip::PortSharing::shared)},
         storage{config.limits},
-        discovery{discovery_settings(config), storage.view()},
+        discovery{discovery_settings(config, foreign_endpoints), storage.view()},
         ports{
             io,
             config,
@@ -176,6 +179,7 @@ struct Node::State : std::enable_shared_from_this<State> {
     if (after.reboots_detected > before.reboots_detected) {
       log(someip::to_string(from.address) + " was started anew");
     }
+    say_what_is_foreign(before, after, from);
     for (std::size_t i = 0; i < nack_reasons; ++i) {
       Refusals& of_reason = refusals[i];
       of_reason.unsaid += after.nacks_by_reason[i] - before.nacks_by_reason[i];
@@ -201,6 +205,19 @@ struct Node::State : std::enable_shared_from_this<State> {
         warn("no room for " + std::to_string(times) + " entries or peers: " + name +
              " is reached; more need a larger one (of a bridge: someip: limits: " + name + ")");
       }
+    }
+  }
+
+  // Mostly a lie, but hosts with several addresses may mean it.
+  void say_what_is_foreign(const Counters& before, const Counters& after, const Endpoint& from) {
+    const std::uint64_t ignored = after.ignored_foreign_endpoints - before.ignored_foreign_endpoints;
+    foreign.unsaid += ignored;
+    if (ignored > 0 && now() >= foreign.next_line) {
+      foreign.next_line = now() + std::chrono::seconds{1};
+      const std::uint64_t others = std::exchange(foreign.unsaid, 0) - 1;
+      warn("ignored an offer, subscription or SD endpoint of " + someip::to_string(from.address) +
+           ": it is at another address, which foreign_endpoints would allow" +
+           (others == 0 ? "" : " (and " + std::to_string(others) + " others before)"));
     }
   }
 
@@ -334,6 +351,7 @@ struct Node::State : std::enable_shared_from_this<State> {
   someip::UdpSocket unicast;
   someip::UdpSocket multicast;
   HeapStorage storage;
+  std::span<const ForeignEndpoints> foreign_endpoints{config.foreign_endpoints};
   ServiceDiscovery discovery;
   Ports ports;
   Provider provider;
@@ -353,6 +371,7 @@ struct Node::State : std::enable_shared_from_this<State> {
   };
   std::array<Refusals, nack_reasons> refusals{};
   std::array<Refusals, limit_count> limits{};  ///< here `unsaid` is up to where it has been said
+  Refusals foreign{};
 };
 
 Node::Node(boost::asio::io_context& io, const NodeConfig& config, DiscoveryLog log, DiscoveryLog warn) {

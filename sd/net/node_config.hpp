@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "sd/core/settings.hpp"
 #include "sd/core/storage.hpp"
@@ -27,6 +28,9 @@ struct NodeConfig {
   std::uint16_t port = 30490;  ///< SD's port, of all nodes  [feat_req_someip_676]
   Timing timing{};
   DiscoveryRules discovery{};  ///< see docs/sd_options.md
+  /// Hosts that may name endpoints of other hosts, DiscoveryRules::own_endpoints_only; if there are any,
+  /// they stand for those of `discovery`.
+  std::vector<ForeignEndpoints> foreign_endpoints{};
   /// Where `discovery` names no prefix: take that of the interface which has `address`, so that peers outside
   /// of its subnet are not heard. False: all are, those at loopback addresses of this host, too.
   /// [feat_req_someipsd_1135] [feat_req_someipsd_1149]

@@ -167,6 +167,7 @@ TEST(ClientInASubnet, ChecksItOnlyWhenTold) {
   covers({"feat_req_someipsd_1135", "feat_req_someipsd_1149"});
   for (const bool check : {false, true}) {
     Settings settings = fixed_settings();
+    settings.own_endpoints_only = false;
     if (check) {
       settings.subnet_prefix_bits = 24;
     }

@@ -67,9 +67,18 @@ TEST_F(ServerOfRebootedClients, KeepsTheConnectionsOfTheirNewLife) {
 }
 
 // As its subscriptions tell: the connection comes from another address than its messages.
-TEST_F(ServerOfRebootedClients, GivesUpConnectionsFromTheirOtherAddresses) {
+TEST(ServerOfRebootedClientsElsewhere, GivesUpConnectionsFromTheirOtherAddresses) {
   covers({"feat_req_someipsd_872"});
-  const Endpoint elsewhere{IpAddress::v4(10, 0, 0, 77), 41000};
+  constexpr Endpoint elsewhere{IpAddress::v4(10, 0, 0, 77), 41000};
+  static constexpr std::array both{ForeignEndpoints{client_sd.address, elsewhere.address}};
+  static constexpr std::span<const ForeignEndpoints> allowed{both};
+  Settings settings = fixed_settings();
+  settings.foreign_endpoints = &allowed;
+  Machine<> machine{settings};
+  FakePeer client{client_sd};
+  ASSERT_TRUE(machine.discovery.offer(tcp_service, machine.now));
+  machine.run_to(200ms);
+  machine.unicast(client, {find(0x9999)});
   EXPECT_TRUE(machine.discovery.tcp_connected(service_tcp, elsewhere));
   machine.unicast(client, {subscribe(4, {tcp(elsewhere)})});
   EXPECT_THAT(machine.events(), ElementsAre(HasSubstr("added 0004")));

@@ -389,10 +389,16 @@ TEST_F(Server, DropsTheSubscriptionsOfARebootedClient) {
   EXPECT_EQ(machine.discovery.counters().reboots_detected, 1U);
 }
 
-TEST_F(Server, TakesTheSdEndpointOptionForTheSender) {
+TEST(ServerBehindANat, TakesTheSdEndpointOptionForTheSender) {
   covers(
       {"feat_req_someipsd_1084", "feat_req_someipsd_1152", "feat_req_someipsd_809", "feat_req_someipsd_814"});
-  offer(udp_service);
+  static constexpr std::array behind{ForeignEndpoints{client_sd.address, IpAddress::v4(10, 0, 0, 9)}};
+  static constexpr std::span<const ForeignEndpoints> allowed{behind};
+  Settings settings = fixed_settings();
+  settings.foreign_endpoints = &allowed;
+  Machine<> machine{settings};
+  ASSERT_TRUE(machine.discovery.offer(udp_service, machine.now));
+  machine.run_to(200ms);
   // First option: SD endpoint 10.0.0.9:30490; a second one, 10.0.0.8, does not count.
   machine.receive(hex("ffff8100 00000048 00000001 01010200 c0000000 00000010"
                       "06020010 12345678 01000003 00000001 00000024"
@@ -433,6 +439,7 @@ TEST(ServerOnIpv6, UsesIpv6Options) {
   settings.unicast = {address(1), 30490};
   settings.multicast = {IpAddress{{0xff, 0x14, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 4}, true}, 30490};
   settings.subnet_prefix_bits = 64;
+  settings.own_endpoints_only = false;
   Machine<> machine{settings};
   const std::array v6_groups{Eventgroup{.id = EventgroupId{1}, .multicast = Endpoint{multicast, 32344}}};
   ASSERT_TRUE(machine.discovery.offer({.service = ServiceId{0x1234},
@@ -476,6 +483,7 @@ TEST(ServerOnIpv6, TakesTheFirstSdEndpointOptionAlone) {
   };
   Settings settings = fixed_settings();
   settings.unicast = {address(1), 30490};
+  settings.own_endpoints_only = false;
   Machine<> machine{settings};
   // A subscription to nothing we have: its Nack shows where we answer.
   machine.receive(hex("ffff8100 0000006c 00000001 01010200 c0000000 00000010"

@@ -250,6 +250,20 @@ TEST(LoadConfig, TurnsTheCheckOfTheSubnetOff) {
   EXPECT_FALSE(config.someip.sd.check_subnet);
 }
 
+TEST(Load, ReadsWhoMayNameEndpointsOfOthers) {
+  EXPECT_TRUE(load_good(good_config).someip.sd.own_endpoints_only);
+  const BridgeConfig config = load_good(
+      replaced(good_config, "ttl: 10 s",
+               "ttl: 10 s\n    own_endpoints_only: false\n    foreign_endpoints: [10.0.0.1 -> 10.0.0.7]"));
+  EXPECT_FALSE(config.someip.sd.own_endpoints_only);
+  ASSERT_EQ(config.someip.sd.foreign_endpoints.size(), 1U);
+  EXPECT_EQ(config.someip.sd.foreign_endpoints[0].peer, IpAddress::v4(10, 0, 0, 1));
+  EXPECT_EQ(config.someip.sd.foreign_endpoints[0].named, IpAddress::v4(10, 0, 0, 7));
+  EXPECT_THAT(problems_of(replaced(good_config, "ttl: 10 s",
+                                   "ttl: 10 s\n    foreign_endpoints: [10.0.0.1 10.0.0.7]")),
+              testing::Contains(testing::HasSubstr("192.168.1.2 -> 10.0.0.2")));
+}
+
 TEST(LoadConfig, LetsServicesShareAPort) {
   covers({"feat_req_someip_445"});
   const BridgeConfig config = load_good(R"(
