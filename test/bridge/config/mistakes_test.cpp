@@ -385,11 +385,13 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"Reliability",
                 "reliability: reliable",
                 "reliability: best",
-                {"b.yaml:64:20: error: reliability: expected one of as_published, reliable, best_effort, found 'best'"}},
+                {"b.yaml:64:20: error: reliability: expected one of as_published, reliable, best_effort, "
+                 "found 'best'"}},
         Mistake{"Durability",
                 "transient_local",
                 "persistent",
-                {"b.yaml:65:19: error: durability: expected one of as_published, volatile, transient_local, found "
+                {"b.yaml:65:19: error: durability: expected one of as_published, volatile, transient_local, "
+                 "found "
                  "'persistent'"}},
         Mistake{"LatchedButNotReliable",
                 "reliability: reliable",
@@ -432,11 +434,12 @@ INSTANTIATE_TEST_SUITE_P(
                 "domain: 7",
                 "domian: 7",
                 {"b.yaml:16:3: error: unknown key 'domian' in dds; did you mean 'domain'?"}},
-        Mistake{"UnknownKey",
-                "domain: 7",
-                "colour: 7",
-                {"b.yaml:16:3: error: unknown key 'colour' in dds; known here: domain, interfaces, "
-                 "shared_memory, types, lease, node, ros_distro, profiles, profile, discovery_server, security"}},
+        Mistake{
+            "UnknownKey",
+            "domain: 7",
+            "colour: 7",
+            {"b.yaml:16:3: error: unknown key 'colour' in dds; known here: domain, interfaces, "
+             "shared_memory, types, lease, node, ros_distro, profiles, profile, discovery_server, security"}},
         Mistake{"UnknownKeyOfTheFile",
                 "types:",
                 "type:",
