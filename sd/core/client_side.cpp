@@ -186,6 +186,9 @@ void ServiceDiscovery::request(OwnSubscription& subscription, TimePoint due, Cau
   // Subscribes that answer multicast offers are watched for that.  [feat_req_someipsd_844]
   // [feat_req_someipsd_1169] [feat_req_someipsd_1176]
   const bool unanswered = cause == Cause::multicast_offer && subscription.ack_overdue;
+  if (guards && cause != Cause::silence && subscription.state == State::requested) {
+    not_answered(remotes_[subscription.remote]);
+  }
   const bool server_is_asked =
       settings_.explicit_initial_data && peers_[remotes_[subscription.remote].peer].explicit_initial_data;
   if (unanswered && !server_is_asked) {
@@ -325,6 +328,7 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
     return;
   }
   OwnSubscription& subscription = *meant;
+  remotes_[subscription.remote].unanswered = 0;
   const auto handle = subscriptions_.handle_of<SubscriptionHandle>(subscription);
   if (entry.ttl_s == 0) {
     subscription.ack_overdue = false;

@@ -33,6 +33,25 @@ std::optional<RemoteService> ServiceDiscovery::remote(RemoteHandle service) cons
   return slot == nullptr ? std::nullopt : std::optional{service_of(*slot)};
 }
 
+std::optional<RemoteService> ServiceDiscovery::contested() const noexcept {
+  if (contested_ >= remotes_.size() || remotes_[contested_].slot_state != SlotBase::State::in_use) {
+    return std::nullopt;
+  }
+  return service_of(remotes_[contested_]);
+}
+
+void ServiceDiscovery::not_answered(RemoteHandle service) noexcept {
+  if (slots::Remote* const remote = remotes_.find(service)) {
+    not_answered(*remote);
+  }
+}
+
+void ServiceDiscovery::answered(RemoteHandle service) noexcept {
+  if (slots::Remote* const remote = remotes_.find(service)) {
+    remote->unanswered = 0;
+  }
+}
+
 std::size_t ServiceDiscovery::requirements_of(const slots::Remote& remote) const noexcept {
   std::size_t count = 0;
   for (const slots::Requirement& requirement : requirements_) {
@@ -240,9 +259,15 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
   slots::Remote* remote = remote_of(entry, otherserv_of(configurations_[offered.configuration]));
   if (remote != nullptr && remote->peer != arrival.peer) {
     // Two servers claim the same service. Whom we know stays until its TTL is over: changing over with every
-    // offer would help nobody.
+    // offer would help nobody. Only who does not answer has to go.
+    contested_ = remote->index;
     count(counters_.ignored_conflicting_offer);
-    return;
+    if (!guards || remote->unanswered < slots::Remote::is_mute) {
+      return;
+    }
+    contested_ = slots::Remote::none;
+    lose(*remote, LossReason::replaced, arrival.now);
+    remote = nullptr;
   }
   const bool replaced = remote != nullptr && !same_access(*remote, offered);
   const bool updated = remote != nullptr && (remote->configuration != offered.configuration ||

@@ -259,6 +259,14 @@ class ServiceDiscovery {
   [[nodiscard]] std::size_t known_peers() const noexcept { return peers_.size(); }
   /// A peer's service; nothing when it is gone.
   [[nodiscard]] std::optional<RemoteService> remote(RemoteHandle service) const noexcept;
+  /// Whether who offers a service is there decides, when somebody else offers the same instance, who is kept:
+  /// whoever was asked some times in a row and has not answered gives way. Subscriptions count by themselves;
+  /// of calls the application tells. Services that are gone are left alone.
+  void not_answered(RemoteHandle service) noexcept;
+  void answered(RemoteHandle service) noexcept;
+  /// The service that somebody else offered last while it was there, as Counters::ignored_conflicting_offer
+  /// counts; nothing when it had to give way.
+  [[nodiscard]] std::optional<RemoteService> contested() const noexcept;
   /// The service that a subscription is to; nothing while there is none.
   [[nodiscard]] std::optional<RemoteService> server_of(SubscriptionHandle subscription) const noexcept;
 
@@ -462,6 +470,11 @@ class ServiceDiscovery {
   void make_room_for_remote(const Arrival& arrival) noexcept;
   void remove(slots::Remote& remote) noexcept;
   [[nodiscard]] std::size_t requirements_of(const slots::Remote& remote) const noexcept;
+  static void not_answered(slots::Remote& remote) noexcept {
+    if (remote.unanswered < slots::Remote::is_mute) {
+      ++remote.unanswered;
+    }
+  }
   void announce(const slots::Remote& remote) noexcept;
   void tell_available(slots::Requirement& requirement, const slots::Remote& remote) noexcept;
   void tell_known(slots::Requirement& requirement) noexcept;
@@ -503,6 +516,7 @@ class ServiceDiscovery {
   BoundedQueue<Event> events_;
   bool link_up_ = true;
   bool is_some_untold_ = false;  // losses, or services, wait for room among the events
+  std::uint16_t contested_ = slots::Remote::none;
   std::uint32_t remote_changes_ = 0;
   TimePoint transmit_due_ = never;  // nothing that is pending is due before it
   someip::SessionCounter multicast_sessions_;

@@ -110,7 +110,9 @@ struct Remote : SlotBase {
   ServiceId service{};
   InstanceId instance{};
   std::uint8_t major = 0;
-  bool is_wanted = false;  // it fits a requirement
+  bool is_wanted : 1 = false;       // it fits a requirement
+  std::uint8_t unanswered : 2 = 0;  // see ServiceDiscovery::not_answered(); up to is_mute
+  static constexpr std::uint8_t is_mute = 3;
   std::uint32_t minor = 0;
   std::uint16_t peer = 0;
   std::uint16_t configuration = ConfigurationPool::none;

@@ -34,6 +34,7 @@ Consumer::Consumer(boost::asio::io_context& io, ServiceDiscovery& discovery, Por
       call_slots_(config.max_calls),
       calls_{call_slots_, config.client},
       waiting_(config.max_calls),
+      asked_(config.max_calls),
       call_timer_{io, [this] {
                     calls_.on_time(now(), [this](CallHandle call) { time_out(call); });
                     call_timer_.arm(calls_.deadline());

@@ -202,6 +202,7 @@ class Consumer {
   std::vector<someip::CallSlot> call_slots_;
   someip::CallTable calls_;
   std::vector<ResponseHandler> waiting_;  ///< of each outstanding call, by its index
+  std::vector<RemoteHandle> asked_;       ///< likewise
   DeadlineTimer call_timer_;
   someip::SessionCounter tell_sessions_;  ///< of fire and forget
   std::uint32_t next_id_ = 1;

@@ -140,6 +140,7 @@ someip::Result<CallId, CallFault> Consumer::try_call(RequirementId id, const Cal
     return tl::unexpected{*fault};
   }
   E2eChannel* const channel = requirement->e2e.find(spec.method);
+  asked_[started->call.index] = way->server->handle;
   waiting_[started->call.index] = channel != nullptr && channel->checks()
                                       ? checked(*channel, way->target, std::move(handler))
                                       : std::move(handler);
@@ -194,6 +195,7 @@ void Consumer::finish(CallHandle call, const CallResult& result) {
 }
 
 void Consumer::time_out(CallHandle call) {
+  discovery_.not_answered(asked_[call.index]);
   shielded(io_, [&] {
     finish(call, tl::unexpected{CallError{.fault = CallFault::timed_out, .code = ReturnCode::timeout}});
   });
@@ -215,6 +217,7 @@ void Consumer::on_answer(const Message& message, const Source& source) {
     return;
   }
   call_timer_.arm(calls_.deadline());
+  discovery_.answered(asked_[answer->call.index]);
   if (answer->code == ReturnCode::ok) {
     finish(answer->call, message);
   } else {

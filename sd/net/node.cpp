@@ -14,6 +14,7 @@
 #include "sd/net/checks.hpp"
 #include "sd/net/clock.hpp"
 #include "sd/net/consumer.hpp"
+#include "sd/net/discovery_text.hpp"
 #include "sd/net/heap_storage.hpp"
 #include "sd/net/link_watch.hpp"
 #include "sd/net/provider.hpp"
@@ -180,6 +181,7 @@ struct Node::State : std::enable_shared_from_this<State> {
       log(someip::to_string(from.address) + " was started anew");
     }
     say_what_is_foreign(before, after, from);
+    say_who_offers_the_same(before, after, from);
     for (std::size_t i = 0; i < nack_reasons; ++i) {
       Refusals& of_reason = refusals[i];
       of_reason.unsaid += after.nacks_by_reason[i] - before.nacks_by_reason[i];
@@ -204,6 +206,23 @@ struct Node::State : std::enable_shared_from_this<State> {
         const std::string name = to_string(static_cast<Limit>(i));
         warn("no room for " + std::to_string(times) + " entries or peers: " + name +
              " is reached; more need a larger one (of a bridge: someip: limits: " + name + ")");
+      }
+    }
+  }
+
+  void say_who_offers_the_same(const Counters& before, const Counters& after, const Endpoint& from) {
+    const std::uint64_t times = after.ignored_conflicting_offer - before.ignored_conflicting_offer;
+    contested.unsaid += times;
+    if (times > 0 && now() >= contested.next_line) {
+      contested.next_line = now() + std::chrono::seconds{10};
+      const std::uint64_t offers = std::exchange(contested.unsaid, 0);
+      const std::string who = someip::to_string(from.address) + " offers ";
+      if (const auto kept = discovery.contested()) {
+        warn(who + "service " + hexadecimal(value(kept->service)) + " instance " +
+             hexadecimal(value(kept->instance)) + ", which " + someip::to_string(kept->peer.address) +
+             " offers, too, and keeps while it answers; " + std::to_string(offers) + " such offers");
+      } else {
+        warn(who + "a service that another host has offered and does not answer for, and is used now");
       }
     }
   }
@@ -372,6 +391,7 @@ struct Node::State : std::enable_shared_from_this<State> {
   std::array<Refusals, nack_reasons> refusals{};
   std::array<Refusals, limit_count> limits{};  ///< here `unsaid` is up to where it has been said
   Refusals foreign{};
+  Refusals contested{};
 };
 
 Node::Node(boost::asio::io_context& io, const NodeConfig& config, DiscoveryLog log, DiscoveryLog warn) {
