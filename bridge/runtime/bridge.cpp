@@ -159,12 +159,6 @@ struct Bridge::State {
   void publish_diagnostics(boost::asio::io_context& io, const BridgeConfig& config, TypeLibrary& types) {
     const auto look = [this, routes = config.diagnostics.wanted] {
       std::vector<Diagnosis> found;
-      if (routes) {
-        std::ranges::transform(outbound, std::back_inserter(found),
-                               [](const auto& one) { return one->state(); });
-        std::ranges::transform(inbound, std::back_inserter(found),
-                               [](const auto& one) { return one->state(); });
-      }
       for (const auto& route : inbound) {
         if (auto one = route->diagnosis()) {
           found.push_back(std::move(*one));
@@ -176,6 +170,12 @@ struct Bridge::State {
         }
       }
       methods->append_diagnoses(found);
+      if (routes) {
+        std::ranges::transform(outbound, std::back_inserter(found),
+                               [](const auto& one) { return one->state(); });
+        std::ranges::transform(inbound, std::back_inserter(found),
+                               [](const auto& one) { return one->state(); });
+      }
       return found;
     };
     const bool has_checks =

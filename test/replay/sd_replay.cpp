@@ -80,6 +80,7 @@ class Life {
     settings.unicast = {who_, sd_port};
     settings.multicast = wishes_.group;
     settings.explicit_initial_data = false;  // which vsomeip does not know
+    settings.own_endpoints_only = false;     // nor does it look at that
     settings.timing.initial_delay_min = settings.timing.initial_delay_max = first_delay();
     settings.timing.repetitions_base_delay = timing.repetitions_base_delay;
     settings.timing.cyclic_offer_delay = timing.cyclic_offer_delay;

@@ -375,7 +375,7 @@ TEST_F(Losses, NamesMessagesThatAreTooLargeOrNone) {
 TEST_F(Losses, NamesSamplesThatTheSystemWouldNotSend) {
   const TestRoute route{"/text", text_type};
   std::string description = yaml(true, {route}, "");
-  description.insert(description.find("sd: {") + 5, "check_subnet: false, ");
+  description.insert(description.find("sd: {") + 5, "check_subnet: false, own_endpoints_only: false, ");
   a_ = std::make_unique<RunningBridge>(description);
   dds::Writer writer = publisher(route);
   // Somebody on loopback wants its events elsewhere, whereto nothing leads from there.

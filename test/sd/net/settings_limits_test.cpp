@@ -98,6 +98,7 @@ TEST_F(LimitsArrive, AtTheSubnet) {
   const auto answer = [&](bool check) {
     NodeConfig config = quick(test::server_address);
     config.check_subnet = check;
+    config.discovery.own_endpoints_only = false;
     Node node{io, config};
     node.offer(service_with_both());
     const auto received = answers_to(subscribe, {config.address, config.port});
@@ -209,6 +210,7 @@ TEST_F(LimitsArrive, AtAttemptsToConnect) {
     static_cast<void>(connect(waiting.back().native_handle(), at.data(), at.size()));
   }
   NodeConfig config = quick(test::client_address);
+  config.discovery.own_endpoints_only = false;  // for an offer in the server's name
   config.tcp_connect_timeout = 50ms;
   config.tcp_retry_min = 10ms;
   config.tcp_retry_max = 10ms;
