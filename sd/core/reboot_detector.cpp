@@ -5,17 +5,17 @@ namespace trestle::sd {
 // Reordered and duplicated datagrams look like a reboot to these rules, which are the specification's; peers
 // renew what is lost by them with the next offer.
 bool RebootDetector::shows_reboot(Channel channel, SessionId session, bool reboot) const noexcept {
-  const std::optional<Last>& last = channel == Channel::unicast ? unicast_ : multicast_;
-  if (!last || !reboot) {
+  const Last& last = channel == Channel::unicast ? unicast_ : multicast_;
+  if (last.session == someip::no_session || !reboot) {
     return false;
   }
-  return !last->reboot_flag || last->session >= session;  // [feat_req_someipsd_764]
+  return !last.reboot_flag || last.session >= session;  // [feat_req_someipsd_764]
 }
 
 void RebootDetector::observe(Channel channel, SessionId session, bool reboot) noexcept {
   if (shows_reboot(channel, session, reboot)) {
-    unicast_.reset();
-    multicast_.reset();
+    unicast_ = {};
+    multicast_ = {};
   }
   (channel == Channel::unicast ? unicast_ : multicast_) = Last{session, reboot};
 }

@@ -1,7 +1,6 @@
 #pragma once
-#include <optional>
-
 #include "sd/wire/entry.hpp"
+#include "someip/core/session_counter.hpp"
 
 namespace trestle::sd {
 
@@ -13,17 +12,17 @@ class RebootDetector {
 
   /// Whether a message with this session and flag shows a reboot since the last one of its channel.
   [[nodiscard]] bool shows_reboot(Channel channel, SessionId session, bool reboot) const noexcept;
-  /// Takes the message as the last one. When it shows a reboot, the other channel starts anew too: its
-  /// counter restarted at the same time, which must not be taken for a second reboot.
+  /// Takes the message as the last one, which has a session. When it shows a reboot, the other channel starts
+  /// anew too: its counter restarted at the same time, which must not be taken for a second reboot.
   void observe(Channel channel, SessionId session, bool reboot) noexcept;
 
  private:
   struct Last {
-    SessionId session{};
+    SessionId session = someip::no_session;  // none has come
     bool reboot_flag = false;
   };
-  std::optional<Last> unicast_;
-  std::optional<Last> multicast_;
+  Last unicast_;
+  Last multicast_;
 };
 
 }  // namespace trestle::sd

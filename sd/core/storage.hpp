@@ -159,14 +159,14 @@ struct OwnSubscription : SlotBase {
 
 /// Somebody who has sent SD messages, or whom we send some.
 struct Peer : SlotBase {
+  std::uint16_t subscribers = 0;  // slots that name it, lost ones included
+  std::uint16_t remotes = 0;      // likewise
   Endpoint endpoint;
   RebootDetector reboots;
   someip::SessionCounter sessions{};  // of what we send there by unicast  [feat_req_someipsd_765]
   bool explicit_initial_data = false;
-  bool is_used = false;           // scratch of the search for one to forget
-  std::uint16_t held = 0;         // scratch of the search for who holds most
-  std::uint16_t subscribers = 0;  // slots that name it, lost ones included
-  std::uint16_t remotes = 0;      // likewise
+  bool is_used = false;    // scratch of the search for one to forget
+  std::uint16_t held = 0;  // scratch of the search for who holds most
   TimePoint last_seen{};
   RateLimit entries;
   RateLimit real_reboots;
