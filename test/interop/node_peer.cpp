@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <functional>
 #include <iostream>
+#include <limits>
 #include <map>
 #include <sstream>
 
@@ -257,6 +258,7 @@ int run(const std::vector<std::string>& arguments) {
   boost::asio::io_context io;
   NodeConfig config{.address = *address, .multicast = *group};
   config.timing.initial_delay_max = 20ms;
+  config.unproven_answer_bytes = std::numeric_limits<std::size_t>::max();  // peers that only call
   Peer peer{io, config};
   const Commands commands{io, peer};
   tell("ready");

@@ -227,7 +227,7 @@ def main():
                 + [f"(method of ROS service|ROS service of method) {name % n}: .*{method}\\b" for name in calls])
 
     def all_there(n):
-        return those_of(n, "publishers 1, offered 1", "readers 1, written 1, subscribed 1", "ready 1")
+        return those_of(n, "publishers 1, bridges 0, offered 1", "readers 1, bridges 0, written 1, subscribed 1", "ready 1")
     try:
         heal(ros, peer, parties)
         counters(witness, *all_there(1))
@@ -272,7 +272,8 @@ def main():
         # Without the others: nothing is offered, written or subscribed to, and no call waits for ever.
         ros.end(signal.SIGKILL)
         peer.end(signal.SIGKILL)
-        counters(witness, *those_of(1, "publishers 0, offered 0", "readers 0, written 0, subscribed 0", "in_flight 0, ready 0"))
+        counters(witness, *those_of(1, "publishers 0, bridges 0, offered 0",
+                                     "readers 0, bridges 0, written 0, subscribed 0", "in_flight 0, ready 0"))
     finally:
         for party in parties:
             if party.process.poll() is None:

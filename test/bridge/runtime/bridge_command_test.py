@@ -196,7 +196,7 @@ class BridgeCommand(unittest.TestCase):
             for segment in segments:
                 peer.service.sendto(someip(0x2222, 0x8001, segment, session=2, message_type=0x22), to)
             printed = bridge.counters_until("received 3, carried 1,")
-            self.assertRegex(printed, "route /in from SOME/IP: received 3, carried 1, bytes 28, readers 0, written 1, subscribed 1; lost: too_large 2\n")
+            self.assertRegex(printed, "route /in from SOME/IP: received 3, carried 1, bytes 28, readers 0, bridges 0, written 1, subscribed 1; lost: too_large 2\n")
             # Being refused does not fill the log.
             for _ in range(50):
                 peer.subscribe(BRIDGE, 0x1111, 0x0077)
@@ -307,7 +307,7 @@ class BridgeCommand(unittest.TestCase):
                 stranger.sendto(good, to)
             peer.service.sendto(good, to)
             printed = bridge.counters_until("carried 3,", "unknown_sender 1", "too_large 1")
-            self.assertIn("received 4, carried 3, bytes 84, readers 0, written 1, subscribed 1; lost: not_convertible 1", printed)  # 4 + 24 bytes each
+            self.assertIn("received 4, carried 3, bytes 84, readers 0, bridges 0, written 1, subscribed 1; lost: unexpected 1, not_convertible 1", printed)  # 4 + 24 bytes each
             self.assertIn(f"malformed {len(good)}, wrong_version 1, unexpected 1, unknown_sender 1", printed)
             self.assertIn("unaligned 1, too_large 1", printed.replace("session_zero 0, ", ""))
 
