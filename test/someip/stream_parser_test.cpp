@@ -140,7 +140,8 @@ TEST_F(StreamParserTest, WaitsForALargerBufferWhereAMessageFillsIt) {
   EXPECT_TRUE(growing.next());
   EXPECT_FALSE(growing.next());
   EXPECT_EQ(growing.waiting(), 0U);
-  growing.feed(hex("1234 8001 00000019 0000 0007 01 01 02 00"));
+  const auto larger = hex("1234 8001 00000019 0000 0007 01 01 02 00");
+  growing.feed(larger);
   EXPECT_FALSE(growing.next());
   EXPECT_EQ(growing.counters().too_large, 1U) << "33 bytes";
 }
