@@ -15,7 +15,12 @@
 #include "test/bytes.hpp"
 #include "test/loopback.hpp"
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define TRESTLE_TEST_IS_SANITIZED
+#endif
+#endif
+#ifdef TRESTLE_TEST_IS_SANITIZED
 constexpr bool sanitized = true;
 #else
 constexpr bool sanitized = false;
