@@ -5,20 +5,10 @@
 #include "dds_adapter/ros_names.hpp"
 #include "test/bridge/end_to_end/samples.hpp"
 #include "test/bridge/end_to_end/two_bridges.hpp"
+#include "test/sanitized.hpp"
 
 namespace trestle::test::many_routes_test {
 namespace {
-
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define TRESTLE_SANITIZED
-#endif
-#endif
-#ifdef TRESTLE_SANITIZED
-constexpr bool sanitized = true;  // freed memory is kept for a while, and all memory has shadows
-#else
-constexpr bool sanitized = false;
-#endif
 
 /// A number from /proc/self/status: "Threads", or "VmRSS" in KiB.
 std::size_t status(const std::string& name) {

@@ -8,21 +8,11 @@
 #include <cstdlib>
 #include <fstream>
 
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define TRESTLE_TEST_IS_SANITIZED
-#endif
-#endif
+#include "test/sanitized.hpp"
 
 namespace trestle::someip::reassembly_test {
 namespace {
 using namespace std::chrono_literals;
-
-#ifdef TRESTLE_TEST_IS_SANITIZED
-constexpr bool sanitized = true;  // all memory has shadows, and takes pages of its own
-#else
-constexpr bool sanitized = false;
-#endif
 
 constexpr TimePoint start{1000s};
 constexpr std::size_t message_bytes = std::size_t{1} << 20U;
@@ -81,7 +71,7 @@ TEST(Reassembly, GivesTheMemoryOfMessagesThatNeverBecameWholeBack) {
   }
   EXPECT_LE(now, start + 11s) << "max_age, and as long again";
   EXPECT_EQ(reassembly.places(), 1U);
-  EXPECT_LT(resident_bytes(), before + (sanitized ? 4 : 1) * message_bytes / 2);
+  EXPECT_LT(resident_bytes(), before + (test::sanitized ? 4 : 1) * message_bytes / 2);
   EXPECT_TRUE(offer(reassembly, host(0), 2, 0, message_bytes, now));
 }
 
@@ -104,11 +94,11 @@ TEST(Reassembly, KeepsTheMemoryOfMessagesThatComeSteadily) {
   for (int i = 0; i < 16; ++i) {
     one();
   }
-  EXPECT_LT(faults() - before, sanitized ? 512 : 128) << "one message fills 256 pages";
+  EXPECT_LT(faults() - before, test::sanitized ? 512 : 128) << "one message fills 256 pages";
 }
 
 TEST(Reassembly, GoesOnWithWhatTheSystemHasMemoryFor) {
-  if (sanitized) {
+  if (test::sanitized) {
     GTEST_SKIP() << "a sanitizer does not run with little memory";
   }
   const auto with_little_memory = [] {

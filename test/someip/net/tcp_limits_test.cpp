@@ -14,17 +14,7 @@
 #include "someip/net/tcp_server.hpp"
 #include "test/bytes.hpp"
 #include "test/loopback.hpp"
-
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define TRESTLE_TEST_IS_SANITIZED
-#endif
-#endif
-#ifdef TRESTLE_TEST_IS_SANITIZED
-constexpr bool sanitized = true;
-#else
-constexpr bool sanitized = false;
-#endif
+#include "test/sanitized.hpp"
 
 namespace trestle::someip::tcp_limits_test {
 namespace {
@@ -159,7 +149,7 @@ TEST_F(TcpLimitsTest, MemoryThatNobodyUsesIsTakenFirst) {
 }
 
 TEST_F(TcpLimitsTest, AConnectionEndsForWhichTheSystemHasNoMemory) {
-  if (sanitized) {
+  if (test::sanitized) {
     GTEST_SKIP() << "a sanitizer does not run with little memory";
   }
   open({});
