@@ -35,10 +35,6 @@ constexpr OfferedService service{.service = ServiceId{0x1234},
                                  .udp = Endpoint{IpAddress::v4(10, 0, 0, 1), 30509},
                                  .eventgroups = groups};
 
-Endpoint host(std::uint8_t number, std::uint16_t port = 30490) {
-  return {IpAddress::v4(10, 0, 0, number), port};
-}
-
 class Closed : public testing::Test {
  protected:
   void offer() { ASSERT_TRUE(machine.discovery.offer(service, machine.now)); }

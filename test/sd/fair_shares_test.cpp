@@ -32,10 +32,6 @@ constexpr OfferedService service{.service = ServiceId{0x1234},
                                  .udp = Endpoint{IpAddress::v4(10, 0, 0, 1), 30509},
                                  .eventgroups = groups};
 
-Endpoint host(std::uint8_t number, std::uint16_t port = 30490) {
-  return {IpAddress::v4(10, 0, 0, number), port};
-}
-
 template <Limits limits>
 std::uint64_t reached(const Machine<limits>& machine, Limit limit) {
   return machine.discovery.counters().limits_reached[static_cast<std::size_t>(limit)];

@@ -19,6 +19,11 @@ inline constexpr Endpoint own{IpAddress::v4(10, 0, 0, 1), 30490};
 inline constexpr Endpoint own_udp{IpAddress::v4(10, 0, 0, 1), 40000};
 inline constexpr Endpoint group{IpAddress::v4(224, 244, 224, 245), 30490};
 
+/// Of the host with this number in the same subnet.
+inline Endpoint host(std::uint8_t number, std::uint16_t port = 30490) {
+  return {IpAddress::v4(10, 0, 0, number), port};
+}
+
 /// No randomness, so that tests can state times: first messages after 10 ms, answers to multicast after 5 ms.
 inline constexpr sd::Timing fixed_timing{.initial_delay_min = 10ms,
                                          .initial_delay_max = 10ms,
