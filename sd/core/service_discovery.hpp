@@ -25,7 +25,7 @@ enum class NackReason : std::uint8_t {
   unknown_major,
   unknown_eventgroup,
   bad_options,        ///< an option that is missing, malformed, impossible, in conflict with another, or of a
-                      ///< foreign endpoint: DiscoveryRules::foreign_endpoints
+                      ///< foreign endpoint: DiscoveryRules::own_endpoints_only
   missing_endpoint,   ///< none where the eventgroup's events could be sent to
   no_tcp_connection,  ///< it names one that is not open
   no_room,
@@ -133,7 +133,7 @@ struct Counters {
       0;  ///< came by multicast where only unicast is allowed, or unannounced
   std::uint64_t ignored_unknown_subscriptions = 0;  ///< see DiscoveryRules::answer_unknown_subscriptions
   std::uint64_t ignored_bad_options = 0;
-  /// Offers and SD endpoints, see DiscoveryRules::foreign_endpoints; for the latter the sender's address
+  /// Offers and SD endpoints, see DiscoveryRules::own_endpoints_only; for the latter the sender's address
   /// counts.
   std::uint64_t ignored_foreign_endpoints = 0;
   std::uint64_t ignored_conflicting_offer = 0;  ///< the service is offered by another peer already

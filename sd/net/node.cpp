@@ -34,6 +34,11 @@ std::uint64_t random_seed() {
   return (std::uint64_t{device()} << 32U) | device();
 }
 
+// Behind what a line tells of one of them.
+std::string and_others(std::uint64_t times) {
+  return times == 1 ? "" : " (and " + std::to_string(times - 1) + " others before)";
+}
+
 Settings discovery_settings(const NodeConfig& config, const std::span<const ForeignEndpoints>& foreign) {
   Settings settings;
   static_cast<DiscoveryRules&>(settings) = config.discovery;
@@ -183,14 +188,10 @@ struct Node::State : std::enable_shared_from_this<State> {
     say_what_is_foreign(before, after, from);
     say_who_offers_the_same(before, after, from);
     for (std::size_t i = 0; i < nack_reasons; ++i) {
-      Refusals& of_reason = refusals[i];
-      of_reason.unsaid += after.nacks_by_reason[i] - before.nacks_by_reason[i];
-      if (after.nacks_by_reason[i] > before.nacks_by_reason[i] && now() >= of_reason.next_line) {
-        of_reason.next_line = now() + std::chrono::seconds{1};
-        const std::uint64_t others = std::exchange(of_reason.unsaid, 0) - 1;
+      const std::uint64_t more = after.nacks_by_reason[i] - before.nacks_by_reason[i];
+      if (const std::uint64_t times = refusals[i].to_tell(more, now(), std::chrono::seconds{1})) {
         log("refused a subscription of " + someip::to_string(from.address) + ": " +
-            to_string(static_cast<NackReason>(i)) +
-            (others == 0 ? "" : " (and " + std::to_string(others) + " others before)"));
+            to_string(static_cast<NackReason>(i)) + and_others(times));
       }
     }
   }
@@ -211,11 +212,8 @@ struct Node::State : std::enable_shared_from_this<State> {
   }
 
   void say_who_offers_the_same(const Counters& before, const Counters& after, const Endpoint& from) {
-    const std::uint64_t times = after.ignored_conflicting_offer - before.ignored_conflicting_offer;
-    contested.unsaid += times;
-    if (times > 0 && now() >= contested.next_line) {
-      contested.next_line = now() + std::chrono::seconds{10};
-      const std::uint64_t offers = std::exchange(contested.unsaid, 0);
+    const std::uint64_t more = after.ignored_conflicting_offer - before.ignored_conflicting_offer;
+    if (const std::uint64_t offers = contested.to_tell(more, now(), std::chrono::seconds{10})) {
       const std::string who = someip::to_string(from.address) + " offers ";
       if (const auto kept = discovery.contested()) {
         warn(who + "service " + hexadecimal(value(kept->service)) + " instance " +
@@ -229,14 +227,10 @@ struct Node::State : std::enable_shared_from_this<State> {
 
   // Mostly a lie, but hosts with several addresses may mean it.
   void say_what_is_foreign(const Counters& before, const Counters& after, const Endpoint& from) {
-    const std::uint64_t ignored = after.ignored_foreign_endpoints - before.ignored_foreign_endpoints;
-    foreign.unsaid += ignored;
-    if (ignored > 0 && now() >= foreign.next_line) {
-      foreign.next_line = now() + std::chrono::seconds{1};
-      const std::uint64_t others = std::exchange(foreign.unsaid, 0) - 1;
+    const std::uint64_t more = after.ignored_foreign_endpoints - before.ignored_foreign_endpoints;
+    if (const std::uint64_t times = foreign.to_tell(more, now(), std::chrono::seconds{1})) {
       warn("ignored an offer, subscription or SD endpoint of " + someip::to_string(from.address) +
-           ": it is at another address, which foreign_endpoints would allow" +
-           (others == 0 ? "" : " (and " + std::to_string(others) + " others before)"));
+           ": it is at another address, which foreign_endpoints would allow" + and_others(times));
     }
   }
 
@@ -385,6 +379,16 @@ struct Node::State : std::enable_shared_from_this<State> {
   bool link_told = true;      ///< up, by what the application says
   /// Of one reason: a peer must not fill the log by being refused.
   struct Refusals {
+    /// Takes note of so many more. How many a line is to tell of now; 0: none is to be written.
+    std::uint64_t to_tell(std::uint64_t more, TimePoint time, Duration pause) {
+      unsaid += more;
+      if (more == 0 || time < next_line) {
+        return 0;
+      }
+      next_line = time + pause;
+      return std::exchange(unsaid, 0);
+    }
+
     TimePoint next_line{};
     std::uint64_t unsaid = 0;
   };
