@@ -252,6 +252,9 @@ struct ReaderCounters {
   std::uint64_t incompatible_qos = 0;  ///< writers that don't match for their quality of service
   std::uint64_t deadlines_missed = 0;  ///< how often the deadline passed without a sample
   std::uint64_t liveliness_lost = 0;   ///< how often a writer did not show itself for its lease
+
+  /// With what another reader has done.
+  ReaderCounters& operator+=(const ReaderCounters& other) noexcept;
 };
 
 /// What a writer has done since it was made. What was refused was not sent.
@@ -267,6 +270,9 @@ struct WriterCounters {
   std::uint64_t incompatible_qos = 0;  ///< readers that don't get all they want, by quality of service
   std::uint64_t deadlines_missed = 0;  ///< how often the deadline passed without a sample
   std::uint64_t liveliness_lost = 0;   ///< how often we did not show ourselves for the lease
+
+  /// With what another writer has done.
+  WriterCounters& operator+=(const WriterCounters& other) noexcept;
 };
 
 /// Why a sample was not written. Nothing of it has been sent.

@@ -366,4 +366,20 @@ Reader Participant::create_reader(std::string_view topic, std::string_view type,
   return Reader{std::move(core)};
 }
 
+ReaderCounters& ReaderCounters::operator+=(const ReaderCounters& other) noexcept {
+  received += other.received;
+  received_bytes += other.received_bytes;
+  own += other.own;
+  from_bridge += other.from_bridge;
+  other_type += other.other_type;
+  bad_encapsulation += other.bad_encapsulation;
+  oversize += other.oversize;
+  lost += other.lost;
+  rejected += other.rejected;
+  incompatible_qos += other.incompatible_qos;
+  deadlines_missed += other.deadlines_missed;
+  liveliness_lost += other.liveliness_lost;
+  return *this;
+}
+
 }  // namespace trestle::dds

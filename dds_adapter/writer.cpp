@@ -413,4 +413,17 @@ Writer Participant::create_writer(std::string_view topic, std::string_view type,
       max_sample_bytes, std::move(extras))};
 }
 
+WriterCounters& WriterCounters::operator+=(const WriterCounters& other) noexcept {
+  sent += other.sent;
+  sent_bytes += other.sent_bytes;
+  bad_encapsulation += other.bad_encapsulation;
+  oversize += other.oversize;
+  refused += other.refused;
+  overwritten += other.overwritten;
+  incompatible_qos += other.incompatible_qos;
+  deadlines_missed += other.deadlines_missed;
+  liveliness_lost += other.liveliness_lost;
+  return *this;
+}
+
 }  // namespace trestle::dds

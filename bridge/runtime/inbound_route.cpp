@@ -63,14 +63,7 @@ void InboundRoute::make_writer() {
 }
 
 void InboundRoute::drop_writer() {
-  const dds::WriterCounters last = writer_->counters();
-  past_writers_.bad_encapsulation += last.bad_encapsulation;
-  past_writers_.oversize += last.oversize;
-  past_writers_.refused += last.refused;
-  past_writers_.overwritten += last.overwritten;
-  past_writers_.incompatible_qos += last.incompatible_qos;
-  past_writers_.deadlines_missed += last.deadlines_missed;
-  past_writers_.liveliness_lost += last.liveliness_lost;
+  past_writers_ += writer_->counters();
   writer_.reset();
 }
 
@@ -241,8 +234,10 @@ SilenceReason InboundRoute::silence(std::span<const sd::SeenOffer> offers,
 CounterGroup InboundRoute::counters() const {
   using enum Counter::Kind;
   const sd::SubscriptionFaults sd = faults();
-  const dds::WriterCounters dds = writer_ ? writer_->counters() : dds::WriterCounters{};
-  const dds::WriterCounters& past = past_writers_;
+  dds::WriterCounters dds = past_writers_;
+  if (writer_) {
+    dds += writer_->counters();
+  }
   CounterGroup group{"route " + route_.topic + " from SOME/IP",
                      {{"received", received_},
                       {"carried", carried_},
@@ -259,13 +254,13 @@ CounterGroup InboundRoute::counters() const {
                       {"no_reader", no_reader_, loss},
                       {"not_convertible", not_convertible_, loss},
                       {"too_large", too_large_, loss},
-                      {"dds_bad_encapsulation", past.bad_encapsulation + dds.bad_encapsulation, loss},
-                      {"dds_oversize", past.oversize + dds.oversize, loss},
-                      {"dds_refused", past.refused + dds.refused, loss},
-                      {"dds_overwritten", past.overwritten + dds.overwritten, doubt},
-                      {"dds_incompatible_qos", past.incompatible_qos + dds.incompatible_qos, loss},
-                      {"dds_deadlines_missed", past.deadlines_missed + dds.deadlines_missed, loss},
-                      {"dds_liveliness_lost", past.liveliness_lost + dds.liveliness_lost, loss}}};
+                      {"dds_bad_encapsulation", dds.bad_encapsulation, loss},
+                      {"dds_oversize", dds.oversize, loss},
+                      {"dds_refused", dds.refused, loss},
+                      {"dds_overwritten", dds.overwritten, doubt},
+                      {"dds_incompatible_qos", dds.incompatible_qos, loss},
+                      {"dds_deadlines_missed", dds.deadlines_missed, loss},
+                      {"dds_liveliness_lost", dds.liveliness_lost, loss}}};
   append_e2e(group, e2e_);
   return group;
 }
