@@ -236,6 +236,7 @@ struct Bridge::State {
           return SilenceWatch::Heard{.someip = node->seen_hosts(), .dds = participant->peers()};
         },
         [log = logger](const std::string& line) { log->warn("{}", line); });
+    const std::string other = other_interface(config.someip);
     auto in = inbound.begin();
     auto out = outbound.begin();
     for (const Route& route : config.routes) {
@@ -243,8 +244,7 @@ struct Bridge::State {
         silence->add({.topic = route.topic,
                       .silent = [&one = **in] { return one.received() == 0; },
                       .reason = [this, &one = **in, service = route.service,
-                                 other = other_interface(
-                                     config.someip)] { return one.silence(offered[service], other); }});
+                                 other] { return one.silence(offered[service], other); }});
         ++in;
       } else {
         silence->add({.topic = route.topic,
