@@ -40,6 +40,7 @@ constexpr std::array keys{
     LimitKey{"max_reassemblies", 1, slots_max},
     LimitKey{"max_reassemblies_per_sender", 1, slots_max},
     LimitKey{"max_queued_bytes", 4096, gibibyte * 16, true},
+    LimitKey{"max_waiting_discovery", 0, slots_max},
 };
 
 }  // namespace

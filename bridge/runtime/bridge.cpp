@@ -474,7 +474,10 @@ std::vector<CounterGroup> Bridge::counters() const {
                      {"conflicting_offer", sd.ignored_conflicting_offer, loss},
                      {"unexpected_ack", sd.ignored_unexpected_ack, loss},
                      {"unsendable", sd.unsendable_entries, loss},
-                     {"not_sent", node.discovery_not_sent, loss}}});
+                     {"not_sent", node.discovery_not_sent, loss},
+                     {"waited_to_be_sent", node.discovery_waited},
+                     {"not_sent_no_room", node.discovery_no_room, loss},
+                     {"not_sent_in_time", node.discovery_outdated, loss}}});
   return groups;
 }
 

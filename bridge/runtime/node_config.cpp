@@ -94,6 +94,7 @@ void set_limit(sd::NodeConfig& node, std::string_view name, std::uint64_t limit)
   set("max_reassemblies", node.max_reassemblies);
   set("max_reassemblies_per_sender", node.max_reassemblies_per_sender);
   set("max_queued_bytes", node.max_queued_bytes);
+  set("max_waiting_discovery", node.max_waiting_discovery);
 }
 
 }  // namespace

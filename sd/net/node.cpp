@@ -14,6 +14,7 @@
 #include "sd/net/checks.hpp"
 #include "sd/net/clock.hpp"
 #include "sd/net/consumer.hpp"
+#include "sd/net/discovery_sender.hpp"
 #include "sd/net/discovery_text.hpp"
 #include "sd/net/heap_storage.hpp"
 #include "sd/net/link_watch.hpp"
@@ -21,6 +22,7 @@
 #include "sd/net/shielded.hpp"
 #include "someip/net/address_text.hpp"
 #include "someip/net/addresses.hpp"
+#include "someip/net/neighbours.hpp"
 
 namespace trestle::sd {
 namespace {
@@ -60,6 +62,7 @@ someip::UdpOptions sd_socket(const NodeConfig& config, const IpAddress& at, some
   someip::UdpOptions options = udp_options(config, {at, config.port});
   if (at == config.multicast) {
     options.join = at;
+    options.source = config.address;
   }
   options.sharing = sharing;
   return options;
@@ -94,12 +97,34 @@ struct Node::State : std::enable_shared_from_this<State> {
              .unreachable = [this](const Endpoint& receiver) { on_unreachable(receiver); }}},
         provider{io, discovery, ports, config, counters, log, warn},
         consumer{io, discovery, ports, config, counters, log, warn, [this] { drain(); }},
+        neighbours{config.address, config.multicast_interface},
+        sender{{.single =
+                    [this](const Endpoint& to, ByteView bytes) {
+                      return unicast.send(to, {&bytes, 1});
+                    },
+                .group =
+                    [this](const Endpoint& to, ByteView bytes) {
+                      return multicast.send(to, {&bytes, 1});
+                    },
+                .known = [this](const IpAddress& host) { return neighbours.known(host); }},
+               config.max_waiting_discovery,
+               counters},
+        retry_timer{io,
+                    [this] {
+                      sender.on_time(now());
+                      say_what_was_not_sent();
+                      retry_timer.arm(sender.deadline());
+                    }},
         timer{io, [this] {
                 discovery.on_time(now());
                 drain();
               }} {
     unicast.receive(feed(false));
     multicast.receive(feed(true));
+    // Only a socket that takes note of errors is told when the table of neighbours is full. Who is not there
+    // says nothing new to discovery.
+    unicast.report_unreachable([](const Endpoint&) {});
+    multicast.report_unreachable([](const Endpoint&) {});
     say_what_is_not_granted();
     watch_link();
   }
@@ -140,6 +165,7 @@ struct Node::State : std::enable_shared_from_this<State> {
       discovery.link_up(now());  // [feat_req_someipsd_436] [feat_req_someipsd_440]
     } else {
       discovery.link_down();  // [feat_req_someipsd_437]
+      sender.forget();
     }
     drain();
   }
@@ -278,16 +304,30 @@ struct Node::State : std::enable_shared_from_this<State> {
     std::array<std::byte, someip::max_plain_payload_bytes> room;
     while (const auto datagram = discovery.poll_transmit(room, now())) {
       ports.flush();  // events first: whoever hears that the service ends takes no more of them
-      const bool sent =
-          unicast.send(datagram->destination, {&datagram->bytes, 1}) == someip::SendStatus::sent;
-      const int why = errno;
-      counters.discovery_not_sent += sent ? 0 : 1;
+      const int why = sender.send(datagram->destination, datagram->bytes, now());
+      const bool sent = why == 0;
       if (datagram->destination.address == config.multicast && sent != multicast_works) {
         multicast_works = sent;
         log(sent ? "discovery reaches its group again"
                  : "discovery cannot send to its group " + someip::to_string(datagram->destination) + ": " +
                        std::generic_category().message(why) + "; nobody can find us");
       }
+    }
+    say_what_was_not_sent();
+    retry_timer.arm(sender.deadline());
+  }
+
+  void say_what_was_not_sent() {
+    const std::uint64_t all = counters.discovery_no_room + counters.discovery_outdated;
+    const std::uint64_t more = all - std::exchange(not_sent_said, all);
+    if (const std::uint64_t times = not_sent.to_tell(more, now(), std::chrono::seconds{10})) {
+      shielded(io, [&] {
+        warn(std::to_string(times) +
+             " datagrams of discovery could not be sent in time: the send buffer is full, as hosts do not "
+             "answer to their addresses (send_buffer_bytes; of a bridge: someip: send_buffer), or the table "
+             "of "
+             "neighbours is (as root: sysctl net.ipv4.neigh.default.gc_thresh3)");
+      });
     }
   }
 
@@ -369,6 +409,9 @@ struct Node::State : std::enable_shared_from_this<State> {
   Ports ports;
   Provider provider;
   Consumer consumer;
+  someip::Neighbours neighbours;
+  DiscoverySender sender;
+  DeadlineTimer retry_timer;
   DeadlineTimer timer;
   bool draining = false;
   /// The services of others that offers and needs of ours were compared with; nothing after one is new.
@@ -396,6 +439,8 @@ struct Node::State : std::enable_shared_from_this<State> {
   std::array<Refusals, limit_count> limits{};  ///< here `unsaid` is up to where it has been said
   Refusals foreign{};
   Refusals contested{};
+  Refusals not_sent{};
+  std::uint64_t not_sent_said = 0;
 };
 
 Node::Node(boost::asio::io_context& io, const NodeConfig& config, DiscoveryLog log, DiscoveryLog warn) {
@@ -566,6 +611,7 @@ void Node::shutdown() {
   state_->discovery.shutdown(now());
   state_->transmit();  // at once, also when a handler that drain() has called does this
   state_->drain();
+  state_->sender.finish(now());
   state_->provider.clear();
   state_->consumer.clear();
 }

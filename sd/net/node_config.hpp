@@ -38,7 +38,10 @@ struct NodeConfig {
   /// Follow the link: the interface for multicast, and that it or another one has `address`. False: only
   /// Node::link() tells.  [feat_req_someipsd_23]
   bool watch_link = true;
-  Limits limits{};                                         ///< of service discovery
+  Limits limits{};  ///< of service discovery
+  /// SD datagrams that may wait for 3 s when the system cannot take them: its buffer is full, or its table of
+  /// neighbours. Those for the group, and for hosts that have answered to their address, go first.
+  std::size_t max_waiting_discovery = 256;
   std::size_t max_message_bytes = std::size_t{16} << 20U;  ///< payload of a received message
   /// That may wait to be sent at one UDP port or TCP connection; beyond them messages are dropped, at a UDP
   /// port those of the receiver for whom the most waits. Of the memory for copies of it, as much stays for
@@ -112,7 +115,11 @@ struct NodeCounters {
   std::uint64_t offered_twice = 0;  ///< instances of ours that somebody else began to offer, too
   /// Events that were dropped for subscribers that take them too slowly, EventWait.
   std::uint64_t overtaken = 0;
-  std::uint64_t discovery_not_sent = 0;  ///< SD datagrams that the system would not take
+  // SD datagrams.
+  std::uint64_t discovery_not_sent = 0;  ///< the system refused them: no way, no link
+  std::uint64_t discovery_waited = 0;    ///< it could not take them at once
+  std::uint64_t discovery_no_room = 0;   ///< of them dropped: more waited than max_waiting_discovery
+  std::uint64_t discovery_outdated = 0;  ///< likewise: for 3 s, until the link went down, or to the end
   std::uint64_t unreachable = 0;  ///< errors of the network (ICMP): a UDP receiver of ours is not there
 };
 

@@ -94,6 +94,9 @@ struct UdpSocket::State : std::enable_shared_from_this<State> {
     SocketAddress own;
     getsockname(fd, own.data(), &own.size());
     local = own.endpoint();
+    if (options.source) {
+      transmitter.send_from(*options.source);
+    }
   }
 
   void wait_readable() {

@@ -37,6 +37,8 @@ struct UdpOptions {
   /// Group to receive from, on `interface`; `local` is then the group itself.
   std::optional<IpAddress> join = std::nullopt;
   std::optional<MulticastInterface> interface = std::nullopt;
+  /// Where `local` is a group: the own address that what is sent comes from. Only send() has it.
+  std::optional<IpAddress> source = std::nullopt;
   PortSharing sharing = PortSharing::exclusive;
   int multicast_ttl = 1;         ///< hops that multicast may take
   std::uint8_t unicast_ttl = 0;  ///< hops that unicast may take; 0: as the system has it

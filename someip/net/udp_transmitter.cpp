@@ -48,8 +48,35 @@ SendStatus UdpTransmitter::send(const Endpoint& to, std::span<const ByteView> sl
   assert(slices.size() <= max_slices);
   std::transform(slices.begin(), slices.end(), parts_.begin(), to_iovec);
   SocketAddress address{to, scope_};
-  message(0, address, parts_.data(), slices.size());
+  msghdr& header = message(0, address, parts_.data(), slices.size()).msg_hdr;
+  if (source_bytes_ != 0) {
+    header.msg_control = source_.data();
+    header.msg_controllen = source_bytes_;
+  }
   return transmit_all(1).status;
+}
+
+void UdpTransmitter::send_from(const IpAddress& source) noexcept {
+  const auto put = [this](int level, int type, const auto& info) {
+    static_assert(CMSG_SPACE(sizeof info) <= sizeof source_);
+    msghdr message{};
+    message.msg_control = source_.data();
+    message.msg_controllen = source_bytes_ = CMSG_SPACE(sizeof info);
+    cmsghdr* const header = CMSG_FIRSTHDR(&message);
+    header->cmsg_level = level;
+    header->cmsg_type = type;
+    header->cmsg_len = CMSG_LEN(sizeof info);
+    std::memcpy(CMSG_DATA(header), &info, sizeof info);
+  };
+  if (source.v6) {
+    in6_pktinfo info{};
+    std::memcpy(&info.ipi6_addr, source.bytes.data(), sizeof info.ipi6_addr);
+    put(IPPROTO_IPV6, IPV6_PKTINFO, info);
+  } else {
+    in_pktinfo info{};
+    std::memcpy(&info.ipi_spec_dst, source.bytes.data(), sizeof info.ipi_spec_dst);
+    put(IPPROTO_IP, IP_PKTINFO, info);
+  }
 }
 
 UdpTransmitter::Batch UdpTransmitter::send_segments(const Endpoint& to, std::span<const ByteView> slices,

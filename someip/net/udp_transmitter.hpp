@@ -1,6 +1,8 @@
 #pragma once
 #include <sys/socket.h>
 
+#include <array>
+#include <cstddef>
 #include <utility>
 #include <vector>
 
@@ -26,6 +28,9 @@ class UdpTransmitter {
 
   /// @param scope  of link-local IPv6 receivers, else 0.
   UdpTransmitter(int fd, unsigned scope);
+
+  /// From now on send() gives the datagrams this address as their source.
+  void send_from(const IpAddress& source) noexcept;
 
   /// The socket tells the errors that earlier datagrams met, see keep_udp_errors(): what it then does not
   /// send is tried again.
@@ -63,6 +68,9 @@ class UdpTransmitter {
   bool told_errors_ = false;
   bool told_error_ = false;
   bool interface_full_ = false;
+  /// What says so (IP_PKTINFO); empty: the socket's own.
+  alignas(std::max_align_t) std::array<std::byte, 64> source_{};
+  std::size_t source_bytes_ = 0;
   std::vector<Refusal> refusals_;
   std::size_t next_refusal_ = 0;  ///< to be forgotten, when there are max_refusals
   UdpSendCounters counters_;

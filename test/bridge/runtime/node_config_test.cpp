@@ -108,7 +108,8 @@ TEST(NodeConfigOfABridge, KnowsEachKey) {
                                                                node.max_tcp_receive_bytes,
                                                                node.max_reassemblies,
                                                                node.max_reassemblies_per_sender,
-                                                               node.max_queued_bytes});
+                                                               node.max_queued_bytes,
+                                                               node.max_waiting_discovery});
     };
     EXPECT_NE(text_of(key.max), text_of(key.max - 1)) << key.name;
   }

@@ -152,6 +152,27 @@ TEST_F(UdpSocketTest, DeliversUnicastNotToTheGroupSocket) {
   EXPECT_THAT(from_group.texts, ElementsAre("for all"));
 }
 
+TEST_F(UdpSocketTest, SendsFromTheGroupSocketAsFromTheAddressOfItsOwner) {
+  UdpSocket receiver{io, {.local = {first, 0}}};
+  const std::uint16_t port = receiver.local().port;
+  UdpSocket member{io,
+                   {.local = {group, port},
+                    .join = group,
+                    .interface = MulticastInterface{second},
+                    .source = second,
+                    .sharing = PortSharing::shared}};
+  Inbox from_unicast;
+  Inbox from_group;
+  receiver.receive(from_unicast.handler());
+  member.receive(from_group.handler());
+  EXPECT_EQ(send(member, {first, port}, "for one"), SendStatus::sent);
+  EXPECT_EQ(send(member, {group, port}, "for all"), SendStatus::sent);
+  await(from_unicast, 1);
+  await(from_group, 1);
+  EXPECT_THAT(from_unicast.senders, ElementsAre(Endpoint{second, port}));
+  EXPECT_THAT(from_group.senders, ElementsAre(Endpoint{second, port}));
+}
+
 TEST_F(UdpSocketTest, NamesAddressPortAndRemedyWhenThePortIsTaken) {
   UdpSocket owner{io, {.local = {first, 0}}};
   const std::string port = std::to_string(owner.local().port);

@@ -1,0 +1,59 @@
+#pragma once
+#include <functional>
+#include <optional>
+
+#include "sd/net/node_config.hpp"
+#include "sd/net/waiting_datagrams.hpp"
+
+namespace trestle::sd {
+
+/// Sends the datagrams of discovery. What the system does not take now waits and is tried again: its buffer
+/// is full, or its table of neighbours, which says nothing of the receiver.
+///
+/// Who does not answer to his address has what is sent to him stay in the send buffer for seconds. So there
+/// are two: one of the group, and one for single receivers; when that is full, who is known to be there gets
+/// his datagrams by that of the group.
+class DiscoverySender {
+ public:
+  /// How the two buffers are reached; each leaves errno when it does not send.
+  struct Ways {
+    std::function<someip::SendStatus(const Endpoint& to, ByteView bytes)> single;
+    std::function<someip::SendStatus(const Endpoint& to, ByteView bytes)> group;
+    std::function<bool(const IpAddress& host)> known;
+  };
+  static constexpr Duration retry_min = std::chrono::milliseconds{2};
+  static constexpr Duration retry_max = std::chrono::milliseconds{32};
+  /// For which a datagram may wait: as long as the system looks for a neighbour. Discovery repeats what
+  /// counts.
+  static constexpr Duration max_age = std::chrono::seconds{3};
+
+  /// @param counters  those of discovery's datagrams are kept there.
+  DiscoverySender(Ways ways, std::size_t max_waiting, NodeCounters& counters)
+      : ways_{std::move(ways)}, waiting_{max_waiting, max_age}, counters_{counters} {}
+
+  /// Sends it now, or later.
+  /// @return 0, or the error for which the system refused it: it is lost.
+  int send(const Endpoint& to, ByteView bytes, TimePoint now);
+  /// Tries again what waits, if it is time.
+  void on_time(TimePoint now);
+  /// When to call on_time(); nothing: nothing waits.
+  [[nodiscard]] std::optional<TimePoint> deadline() const noexcept;
+  /// Tries once more what waits, and drops the rest.
+  void finish(TimePoint now);
+  /// Drops what waits: it would be outdated.
+  void forget() noexcept;
+
+ private:
+  someip::SendStatus attempt(const Endpoint& to, ByteView bytes);
+  std::size_t retry(TimePoint now);
+  void take_drops() noexcept;
+
+  Ways ways_;
+  WaitingDatagrams waiting_;
+  NodeCounters& counters_;
+  bool single_full_ = false;  ///< in this round of tries
+  Duration pause_ = retry_min;
+  TimePoint next_try_{};
+};
+
+}  // namespace trestle::sd

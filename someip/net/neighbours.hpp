@@ -1,0 +1,26 @@
+#pragma once
+#include <string>
+
+#include "someip/net/socket_calls.hpp"
+#include "someip/wire/endpoint.hpp"
+
+namespace trestle::someip {
+
+/// Whom the system knows on the link: what is sent there leaves at once, and does not wait in the send buffer
+/// until somebody answers or, for seconds, nobody.
+class Neighbours {
+ public:
+  /// @param own        an own address: the interface that has it, unless `interface` says otherwise.
+  /// @param interface  its name, or empty.
+  Neighbours(const IpAddress& own, std::string interface);
+
+  /// Whether the host has answered to its address (ARP). False where nobody can tell: behind a router, on a
+  /// loopback interface, and over IPv6.
+  [[nodiscard]] bool known(const IpAddress& host) const noexcept;
+
+ private:
+  std::string interface_;
+  Descriptor socket_;
+};
+
+}  // namespace trestle::someip
