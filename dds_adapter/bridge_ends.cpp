@@ -63,12 +63,12 @@ std::vector<BridgeEnd> FoundBridgeEnds::of_topic(std::string_view topic) const {
   return result;
 }
 
-bool BridgeMatches::change(const FoundBridgeEnds& ends, const fast::Guid& peer, bool matched) {
-  const bool is_bridge = matched && ends.contains(peer);
+bool IgnoredMatches::change(const fast::Guid& peer, bool matched, bool ignored) {
+  ignored = ignored && matched;
   const std::lock_guard lock{mutex_};
-  const bool known = is_bridge ? !peers_.insert(peer).second : peers_.erase(peer) != 0;
+  const bool known = ignored ? !peers_.insert(peer).second : peers_.erase(peer) != 0;
   count_ = peers_.size();
-  return is_bridge || (known && !matched);
+  return ignored || (known && !matched);
 }
 
 }  // namespace trestle::dds::detail

@@ -43,11 +43,12 @@ class FoundBridgeEnds {
   std::atomic<std::uint64_t> changes_ = 0;
 };
 
-/// Those that match an endpoint of ours. For all threads.
-class BridgeMatches {
+/// Those that match an endpoint of ours and are no counterparts. For all threads.
+class IgnoredMatches {
  public:
-  /// Whether the peer is the end of another bridge, or was when it matched.
-  bool change(const FoundBridgeEnds& ends, const fast::Guid& peer, bool matched);
+  /// @param ignored  the peer is none.
+  /// @return whether it is, or was when it matched.
+  bool change(const fast::Guid& peer, bool matched, bool ignored);
   [[nodiscard]] std::size_t count() const noexcept { return count_; }
 
  private:

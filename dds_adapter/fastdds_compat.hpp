@@ -576,7 +576,8 @@ struct FoundPeer {
 class DiscoveryListener : public DomainParticipantListener {
  protected:
   virtual void on_peer(const FoundPeer& peer) = 0;
-  virtual void on_endpoint(const FoundEndpoint& endpoint) = 0;
+  /// @return  whether to ignore it, if Fast DDS can: 3.x.
+  virtual bool on_endpoint(const FoundEndpoint& endpoint) = 0;
 
  private:
 #if TRESTLE_FASTDDS_3
@@ -587,10 +588,10 @@ class DiscoveryListener : public DomainParticipantListener {
          status == Status::REMOVED_PARTICIPANT || status == Status::DROPPED_PARTICIPANT, data.vendor_id);
   }
   void on_data_reader_discovery(DomainParticipant*, rtps::ReaderDiscoveryStatus status,
-                                const SubscriptionBuiltinTopicData& data, bool&) final {
-    on_endpoint({data.guid, data.topic_name.to_string(), data.type_name.to_string(), false,
-                 status != rtps::ReaderDiscoveryStatus::REMOVED_READER, found_qos(data),
-                 user_data_text(data.user_data)});
+                                const SubscriptionBuiltinTopicData& data, bool& ignore) final {
+    ignore = on_endpoint({data.guid, data.topic_name.to_string(), data.type_name.to_string(), false,
+                          status != rtps::ReaderDiscoveryStatus::REMOVED_READER, found_qos(data),
+                          user_data_text(data.user_data)});
   }
   void on_data_writer_discovery(DomainParticipant*, rtps::WriterDiscoveryStatus status,
                                 const PublicationBuiltinTopicData& data, bool&) final {

@@ -70,9 +70,10 @@ struct Event {
   std::string peer;             ///< GUID of the peer's participant or endpoint, as hexadecimal digits
   std::string detail;           ///< see Kind
   std::size_t matched = 0;      ///< matched, unmatched: how many counterparts there are now
-  std::string node{};           ///< incompatible_qos: the peer's ROS 2 node, once it is known
-  bool ours_reads = false;      ///< incompatible_qos: our end is a reader, else a writer
+  std::string node{};           ///< incompatible_qos, other_type_hash: the peer's ROS 2 node, once known
+  bool ours_reads = false;      ///< likewise: our end is a reader, else a writer
   std::string hash{};           ///< other_type_hash: that of ours, from the user data
+  bool refused = false;         ///< likewise: ParticipantConfig::strict_types
   std::optional<Qos> theirs{};  ///< incompatible_qos: the peer's, where it is known
 };
 
@@ -121,7 +122,10 @@ struct ParticipantConfig {
   /// receive is left to the threads of DDS. (A profile that gives discovery a port of readers and writers
   /// mixes both.)
   bool polled = false;
-  /// Readers take nothing from writers whose user data says that their type is another one by its hash.
+  /// Those whose user data says that their type is another one by its hash have nothing to do with ours:
+  /// readers take nothing from such writers, writers send nothing to such readers, and neither counts as a
+  /// counterpart. (Built with Fast DDS 2.10 to 2.14, writers cannot help sending. With 3.x they do to those
+  /// that are found before the first writer of the topic is made.)
   bool strict_types = false;
   std::function<void(const Event&)> on_event;  ///< may be empty; see "Threads" above
   /// Participant::writers() has changed. As on_event.
@@ -153,7 +157,8 @@ struct SampleId {
   friend constexpr bool operator==(const SampleId&, const SampleId&) = default;
 };
 
-/// Told of each counterpart that a reader or writer finds and loses, those of the own participant left out.
+/// Told of each counterpart that a reader or writer finds and loses. Endpoints of the own participant are
+/// none.
 using OnMatch = std::function<void(const Guid& peer, bool matched)>;
 
 /// Somebody else's writer, as discovery tells of it. The names are those on the DDS wire.
@@ -161,7 +166,8 @@ struct FoundWriter {
   std::string topic{};
   std::string type{};
   Qos qos{};  ///< of which discovery tells neither depth nor history nor lifespan: those are as by default
-  bool bridge = false;  ///< the end of another bridge
+  bool bridge = false;   ///< the end of another bridge
+  bool refused = false;  ///< by a reader of ours, for the hash of its type: ParticipantConfig::strict_types
 };
 
 /// What a reader or writer may have beside its quality of service.
@@ -267,6 +273,7 @@ struct WriterCounters {
   /// Sent, but overwritten by a newer one before every matched reliable reader had acknowledged it: a reader
   /// that is stuck or too slow lacks it. (One that got it and was only late to say so counts too.)
   std::uint64_t overwritten = 0;
+  std::uint64_t other_type = 0;        ///< readers that get nothing, ParticipantConfig::strict_types
   std::uint64_t incompatible_qos = 0;  ///< readers that don't get all they want, by quality of service
   std::uint64_t deadlines_missed = 0;  ///< how often the deadline passed without a sample
   std::uint64_t liveliness_lost = 0;   ///< how often we did not show ourselves for the lease

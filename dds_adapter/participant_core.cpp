@@ -5,6 +5,7 @@
 
 #include "dds_adapter/interfaces.hpp"
 #include "dds_adapter/link.hpp"
+#include "dds_adapter/match_guard.hpp"
 #include "dds_adapter/participant_qos.hpp"
 #include "dds_adapter/policies.hpp"
 #include "dds_adapter/polled_udp.hpp"
@@ -83,6 +84,9 @@ ParticipantCore::ParticipantCore(const ParticipantConfig& config)
                    "; its own message stands on standard error (are all ports of the domain taken?)"};
   }
   prefix_ = participant_->guid().guidPrefix;
+  if (strict_types_) {
+    fast::refuse_readers_of_other_types(prefix_);
+  }
   publisher_ = participant_->create_publisher(fast::PUBLISHER_QOS_DEFAULT);
   subscriber_ = participant_->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT);
   if (publisher_ == nullptr || subscriber_ == nullptr) {
@@ -104,6 +108,7 @@ ParticipantCore::~ParticipantCore() {
 }
 
 void ParticipantCore::destroy() noexcept {
+  fast::forget_refusals(prefix_);
   graph_.close();
   participant_->set_listener(nullptr);
   participant_->delete_contained_entities();
@@ -179,8 +184,7 @@ bool are_matched(const ParticipantCore::Endpoint& one, const ParticipantCore::En
 }  // namespace
 
 std::size_t ParticipantCore::Endpoint::foreign(std::int32_t count) const noexcept {
-  const std::size_t own = *own_matches;
-  const std::size_t not_counted = own + (bridge_matches ? bridge_matches->count() : 0);
+  const std::size_t not_counted = *own_matches + ignored_matches->count();
   const auto all = static_cast<std::size_t>(std::max(count, 0));
   return all > not_counted ? all - not_counted : 0;
 }
@@ -232,6 +236,7 @@ void ParticipantCore::remove(const Endpoint* endpoint, const fast::Guid& guid) n
   }
   for (auto& [peer, found] : found_) {
     std::erase(found.told, endpoint);
+    std::erase(found.refused_by, endpoint);
   }
 }
 
@@ -294,35 +299,51 @@ void ParticipantCore::note_unserved(const Endpoint& endpoint, Found& found,
 
 void ParticipantCore::note_hash(const Endpoint& endpoint, Found& found, std::vector<Event>& events) {
   const fast::FoundEndpoint& peer = found.endpoint;
-  if (found.other_hash || endpoint.type_hash.empty() || is_own(peer.guid) ||
-      !are_counterparts(endpoint, peer)) {
+  if (is_own(peer.guid) || !are_counterparts(endpoint, peer) ||
+      !have_other_type_hashes(endpoint.user_data, peer.user_data)) {
     return;
   }
-  const std::string_view theirs = user_data_value(peer.user_data, "typehash");
-  if (theirs.empty() || theirs == endpoint.type_hash) {
+  if (strict_types_ && std::ranges::find(found.refused_by, &endpoint) == found.refused_by.end()) {
+    found.refused_by.push_back(&endpoint);
+    if (endpoint.refused != nullptr) {
+      ++*endpoint.refused;
+    }
+  }
+  if (found.other_hash) {
     return;
   }
-  found.other_hash = true;
-  refused_writers_ += strict_types_ && peer.writer ? 1U : 0U;
-  Event event{
-      Event::Kind::other_type_hash, endpoint.topic, endpoint.type, to_hex(peer.guid), std::string{theirs}, 0};
+  Event event{Event::Kind::other_type_hash,
+              endpoint.topic,
+              endpoint.type,
+              to_hex(peer.guid),
+              std::string{user_data_value(peer.user_data, "typehash")},
+              0};
   event.node = graph_.node_of(peer.guid);
   event.ours_reads = !endpoint.writer;
-  event.hash = endpoint.type_hash;
+  event.hash = user_data_value(endpoint.user_data, "typehash");
+  event.refused = strict_types_;
+  found.other_hash = event;
   events.push_back(std::move(event));
 }
 
-bool ParticipantCore::is_refused(const fast::Guid& writer) const {
+bool ParticipantCore::refuses(const Endpoint& ours, const fast::Guid& peer) const {
+  if (!strict_types_ || is_own(peer)) {
+    return false;
+  }
   const std::lock_guard lock{mutex_};
-  const auto found = found_.find(writer);
-  return found != found_.end() && found->second.other_hash;
+  const auto found = found_.find(peer);
+  return found != found_.end() && have_other_type_hashes(ours.user_data, found->second.endpoint.user_data);
+}
+
+bool ParticipantCore::ignores(const Endpoint& ours, const fast::Guid& peer) const {
+  return (ours.bridge && bridge_ends_.contains(peer)) || refuses(ours, peer);
 }
 
 bool ParticipantCore::has_reliable_reader(const Endpoint& writer) const {
   const std::lock_guard lock{mutex_};
   return not_remembered_ > 0 || std::ranges::any_of(found_, [&](const auto& known) {
            const fast::FoundEndpoint& peer = known.second.endpoint;
-           return peer.qos.reliable && are_counterparts(writer, peer) &&
+           return peer.qos.reliable && known.second.refused_by.empty() && are_counterparts(writer, peer) &&
                   policies_between(writer, peer).empty();
          });
 }
@@ -401,6 +422,12 @@ void ParticipantCore::on_names() {
           events.push_back(incompatible(*ours, found));
         }
       }
+      if (found.other_hash && found.other_hash->node.empty()) {
+        found.other_hash->node = graph_.node_of(guid);
+        if (!found.other_hash->node.empty()) {
+          events.push_back(*found.other_hash);
+        }
+      }
     }
   }
   for (const Event& event : events) {
@@ -434,7 +461,7 @@ void ParticipantCore::on_peer(const fast::FoundPeer& peer) {
   report({kind, "", "", to_hex(peer.guid.guidPrefix), peer.name, 0});
 }
 
-void ParticipantCore::on_endpoint(const fast::FoundEndpoint& endpoint) {
+bool ParticipantCore::on_endpoint(const fast::FoundEndpoint& endpoint) {
   // Before it is matched, which Fast DDS does after this: no sample comes of one that is not known yet.
   if (!is_own(endpoint.guid)) {
     bridge_ends_.note(endpoint);
@@ -448,15 +475,15 @@ void ParticipantCore::on_endpoint(const fast::FoundEndpoint& endpoint) {
       on_writers_();
     }
   }
+  const std::lock_guard lock{mutex_};
+  const auto found = found_.find(endpoint.guid);
+  return found != found_.end() && !endpoint.writer && !found->second.refused_by.empty();
 }
 
 std::vector<Event> ParticipantCore::remember(const fast::FoundEndpoint& endpoint) {
   const std::lock_guard lock{mutex_};
   if (!endpoint.there) {
-    if (const auto gone = found_.find(endpoint.guid); gone != found_.end()) {
-      refused_writers_ -= strict_types_ && gone->second.other_hash && gone->second.endpoint.writer ? 1U : 0U;
-      found_.erase(gone);
-    }
+    found_.erase(endpoint.guid);
     return {};
   }
   std::vector<Event> events;
@@ -489,8 +516,8 @@ std::vector<FoundWriter> ParticipantCore::writers() const {
   std::vector<FoundWriter> result;
   for (const auto& [guid, found] : found_) {
     if (found.endpoint.writer && !is_own(guid)) {
-      result.push_back(
-          {found.endpoint.topic, found.endpoint.type, found.endpoint.qos, bridge_ends_.contains(guid)});
+      result.push_back({found.endpoint.topic, found.endpoint.type, found.endpoint.qos,
+                        bridge_ends_.contains(guid), !found.refused_by.empty()});
       Qos& qos = result.back().qos;
       qos.transient_local =
           qos.transient_local && user_data_value(found.endpoint.user_data, "durability") != "volatile";

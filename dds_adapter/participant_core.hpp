@@ -42,17 +42,20 @@ class ParticipantCore final : private fast::DiscoveryListener {
     std::string type;
     Qos qos;  ///< as announced
     bool writer = false;
-    std::string type_hash{};  ///< in its user data; empty: it says nothing of it
+    std::string user_data{};
+    bool bridge = false;  ///< the end of one
     /// Of a volatile writer that announces itself as transient local: counts the readers that match it and
     /// will miss what was written before they came. DDS does not tell of these.
     std::atomic<std::uint64_t>* unserved = nullptr;
+    /// Of a writer: counts the readers that get nothing for the hash of their type.
+    std::atomic<std::uint64_t>* refused = nullptr;
     /// How many of our own endpoints match this one: they are no counterparts. Kept by the participant, for
     /// who asks before each sample.
     std::unique_ptr<std::atomic<std::size_t>> own_matches = std::make_unique<std::atomic<std::size_t>>(0);
-    /// Those that are ends of other bridges; nothing unless this is the end of one.
-    std::unique_ptr<BridgeMatches> bridge_matches{};
+    /// Those that ParticipantCore::ignores().
+    std::unique_ptr<IgnoredMatches> ignored_matches = std::make_unique<IgnoredMatches>();
 
-    /// How many of `count` matched endpoints are not our own, nor ends of other bridges if this is one.
+    /// How many of `count` matched endpoints are counterparts: not our own, and not ignored.
     [[nodiscard]] std::size_t foreign(std::int32_t count) const noexcept;
   };
 
@@ -85,10 +88,12 @@ class ParticipantCore final : private fast::DiscoveryListener {
   [[nodiscard]] std::size_t peers() const;
   [[nodiscard]] std::uint64_t not_remembered() const;
 
-  /// Whether samples of this writer are refused for the hash of their type.
-  [[nodiscard]] bool refuses(const fast::Guid& writer) const {
-    return refused_writers_ > 0 && is_refused(writer);
-  }
+  [[nodiscard]] bool strict_types() const noexcept { return strict_types_; }
+  /// Whether the peer is refused for the hash of its type.
+  [[nodiscard]] bool refuses(const Endpoint& ours, const fast::Guid& peer) const;
+  /// Whether this endpoint has nothing to do with one that it matches: that is refused, or both are ends of
+  /// bridges.
+  [[nodiscard]] bool ignores(const Endpoint& ours, const fast::Guid& peer) const;
 
   [[nodiscard]] bool is_own(const fast::Guid& guid) const noexcept { return guid.guidPrefix == prefix_; }
   [[nodiscard]] std::string guid() const { return to_hex(prefix_); }
@@ -102,12 +107,13 @@ class ParticipantCore final : private fast::DiscoveryListener {
  private:
   // May come before the constructor has finished. Fast DDS also tells of our own endpoints.
   void on_peer(const fast::FoundPeer& peer) override;
-  void on_endpoint(const fast::FoundEndpoint& endpoint) override;
+  bool on_endpoint(const fast::FoundEndpoint& endpoint) override;
   struct Found {
     fast::FoundEndpoint endpoint;
-    std::vector<const Endpoint*> told;  ///< ours that it does not match, which has been reported
-    bool needs_name = false;            ///< ... but not yet of which node
-    bool other_hash = false;            ///< its type is not ours, which has been reported
+    std::vector<const Endpoint*> told;          ///< ours that it does not match, which has been reported
+    bool needs_name = false;                    ///< ... but not yet of which node
+    std::optional<Event> other_hash{};          ///< that its type is not ours, which has been reported
+    std::vector<const Endpoint*> refused_by{};  ///< ours that have counted it
   };
 
   /// What discovery tells, and what is to be reported of it.
@@ -116,7 +122,6 @@ class ParticipantCore final : private fast::DiscoveryListener {
   void note_unserved(const Endpoint& endpoint, Found& found, std::vector<Event>& events) const;
   /// Adds what is to report of a counterpart whose type is another one of the same name.
   void note_hash(const Endpoint& endpoint, Found& found, std::vector<Event>& events);
-  [[nodiscard]] bool is_refused(const fast::Guid& writer) const;
   void destroy() noexcept;
   /// A peer has told of its nodes: those that were reported without one are reported again.
   void on_names();
@@ -145,7 +150,6 @@ class ParticipantCore final : private fast::DiscoveryListener {
   /// we begin to use later.
   std::map<fast::Guid, Found> found_;
   const bool strict_types_;
-  std::atomic<std::size_t> refused_writers_ = 0;                 ///< of found_, if types are strict
   std::uint64_t not_remembered_ = 0;                             ///< as there was no room
   std::map<fast::Prefix, std::array<std::uint8_t, 2>> vendors_;  ///< of foreign participants
 

@@ -34,10 +34,8 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
         user_data_{with_bridge_entry(extras.user_data, extras.bridge)},
         on_match_{std::move(extras.on_match)},
         on_bridged_{std::move(extras.on_bridged)} {
-    endpoint_.type_hash = user_data_value(user_data_, "typehash");
-    if (!extras.bridge.empty()) {
-      endpoint_.bridge_matches = std::make_unique<BridgeMatches>();
-    }
+    endpoint_.user_data = user_data_;
+    endpoint_.bridge = !extras.bridge.empty();
   }
 
   ReaderCore(const ReaderCore&) = delete;
@@ -148,7 +146,7 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
 
   /// Counts what another bridge brought in.
   bool is_bridged(const Loan& loan) {
-    if (!endpoint_.bridge_matches || !loan.infos[0].valid_data ||
+    if (!endpoint_.bridge || !loan.infos[0].valid_data ||
         !bridge_check_.is_bridge(participant_->bridge_ends(), loan.infos[0].sample_identity.writer_guid())) {
       return false;
     }
@@ -167,7 +165,7 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
     const std::lock_guard lock{counters_mutex_};
     if (participant_->is_own(info.sample_identity.writer_guid())) {
       ++counters_.own;
-    } else if (participant_->refuses(info.sample_identity.writer_guid())) {
+    } else if (participant_->strict_types() && is_refused(info.sample_identity.writer_guid())) {
       ++counters_.other_type;
     } else if (!is_plain_cdr(bytes)) {
       ++counters_.bad_encapsulation;
@@ -182,19 +180,27 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
     return false;
   }
 
+  /// Takes no lock as long as one writer's samples come.
+  bool is_refused(const fast::Guid& writer) {
+    if (writer != last_writer_) {
+      refuses_last_ = participant_->refuses(endpoint_, writer);
+      last_writer_ = writer;
+    }
+    return refuses_last_;
+  }
+
   void on_subscription_matched(fast::DataReader* /*reader*/,
                                const fast::SubscriptionMatchedStatus& status) override {
     const fast::Guid peer = fast::guid_of(status.last_publication_handle);
-    const bool bridge =
-        endpoint_.bridge_matches &&
-        endpoint_.bridge_matches->change(participant_->bridge_ends(), peer, status.current_count_change > 0);
+    const bool ignored = endpoint_.ignored_matches->change(peer, status.current_count_change > 0,
+                                                           participant_->ignores(endpoint_, peer));
     matched_ = status.current_count;
     if (!participant_->is_own(peer)) {
       const auto kind = status.current_count_change > 0 ? Event::Kind::matched : Event::Kind::unmatched;
       participant_->report({kind, endpoint_.topic, endpoint_.type, to_hex(peer), "reader",
                             endpoint_.foreign(status.current_count)});
       const std::lock_guard lock{match_gate_};
-      if (on_match_ && !bridge) {
+      if (on_match_ && !ignored) {
         on_match_(to_guid(peer), kind == Event::Kind::matched);
       }
     }
@@ -254,6 +260,8 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
   OnMatch on_match_;
   std::function<void(ByteView, const Guid&)> on_bridged_;  ///< under gate_
   BridgeCheck bridge_check_;                               ///< likewise
+  fast::Guid last_writer_;                                 ///< likewise
+  bool refuses_last_ = false;
   /// To ask DDS would take what has changed from under the listener, who could not tell a match from its end.
   std::atomic<std::int32_t> matched_ = 0;
   fast::DataReader* reader_ = nullptr;

@@ -89,4 +89,10 @@ std::string_view user_data_value(std::string_view user_data, std::string_view ke
   return {};
 }
 
+bool have_other_type_hashes(std::string_view one_user_data, std::string_view other_user_data) noexcept {
+  const std::string_view one = user_data_value(one_user_data, "typehash");
+  const std::string_view other = user_data_value(other_user_data, "typehash");
+  return !one.empty() && !other.empty() && one != other;
+}
+
 }  // namespace trestle::dds

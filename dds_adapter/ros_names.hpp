@@ -35,4 +35,8 @@ namespace trestle::dds {
 /// What stands behind "key=" in user data such as "typehash=RIHS01_...;key=value;"; empty if nothing does.
 [[nodiscard]] std::string_view user_data_value(std::string_view user_data, std::string_view key) noexcept;
 
+/// Whether both user data tell of a type by its hash, and of another one each.
+[[nodiscard]] bool have_other_type_hashes(std::string_view one_user_data,
+                                          std::string_view other_user_data) noexcept;
+
 }  // namespace trestle::dds

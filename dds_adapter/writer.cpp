@@ -33,12 +33,11 @@ class WriterCore final : private fast::WriterListener {
     const std::string user_data =
         with_bridge_entry(forgets_ ? extras.user_data + forgets_entry : extras.user_data, extras.bridge);
     fast::Topic* topic = participant_->use_topic(endpoint_.topic, endpoint_.type);
-    endpoint_.type_hash = user_data_value(extras.user_data, "typehash");
+    endpoint_.user_data = user_data;
+    endpoint_.bridge = !extras.bridge.empty();
+    endpoint_.refused = &refused_;
     fast::DataWriterQos qos = writer_qos();
     fast::set_user_data(qos, user_data);
-    if (!extras.bridge.empty()) {
-      endpoint_.bridge_matches = std::make_unique<BridgeMatches>();
-    }
     participant_->count_own_matches(endpoint_);
     writer_ = participant_->publisher()->create_datawriter(topic, qos, this);
     if (writer_ == nullptr) {
@@ -124,6 +123,7 @@ class WriterCore final : private fast::WriterListener {
     const std::lock_guard lock{counters_mutex_};
     WriterCounters counters = counters_;
     counters.incompatible_qos += unserved_;
+    counters.other_type = refused_;
     return counters;
   }
 
@@ -266,9 +266,8 @@ class WriterCore final : private fast::WriterListener {
   void on_publication_matched(fast::DataWriter* /*writer*/,
                               const fast::PublicationMatchedStatus& status) override {
     const fast::Guid peer = fast::guid_of(status.last_subscription_handle);
-    const bool bridge =
-        endpoint_.bridge_matches &&
-        endpoint_.bridge_matches->change(participant_->bridge_ends(), peer, status.current_count_change > 0);
+    const bool ignored = endpoint_.ignored_matches->change(peer, status.current_count_change > 0,
+                                                           participant_->ignores(endpoint_, peer));
     matched_ = status.current_count;
     if (!participant_->is_own(peer)) {
       const auto kind = status.current_count_change > 0 ? Event::Kind::matched : Event::Kind::unmatched;
@@ -280,7 +279,7 @@ class WriterCore final : private fast::WriterListener {
           session_start_->forget(peer);
         }
       }
-      if (on_match_ && !bridge) {
+      if (on_match_ && !ignored) {
         on_match_(to_guid(peer), kind == Event::Kind::matched);
       }
     }
@@ -335,6 +334,7 @@ class WriterCore final : private fast::WriterListener {
   /// of readers that want what is not kept for them: the participant does.
   const bool forgets_;
   std::atomic<std::uint64_t> unserved_ = 0;
+  std::atomic<std::uint64_t> refused_ = 0;
   ParticipantCore::Endpoint endpoint_;  ///< does not change once it is open
   std::mutex write_mutex_;
   const std::size_t max_sample_bytes_;
@@ -419,6 +419,7 @@ WriterCounters& WriterCounters::operator+=(const WriterCounters& other) noexcept
   bad_encapsulation += other.bad_encapsulation;
   oversize += other.oversize;
   refused += other.refused;
+  other_type += other.other_type;
   overwritten += other.overwritten;
   incompatible_qos += other.incompatible_qos;
   deadlines_missed += other.deadlines_missed;

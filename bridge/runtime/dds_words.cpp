@@ -81,11 +81,12 @@ std::string in_words(const dds::Event& event) {
     case Kind::other_type_hash:
       return fmt::format(
           "{}: the {} of this topic in {} has another definition of {}: its hash is {}, the route's is {}; "
-          "fields may be mixed up. Give the bridge the same definition (`types`){}",
+          "{}. Give the bridge the same definition (`types`){}",
           event.topic, event.ours_reads ? "publisher" : "subscriber",
           event.node.empty() ? event.peer : fmt::format("node {} ({})", event.node, event.peer), event.type,
           event.detail, event.hash,
-          event.ours_reads ? ", or refuse what it publishes: write `dds: {types: strict}`" : "");
+          event.refused ? "it is refused (`dds: {types: strict}`)" : "fields may be mixed up",
+          event.refused ? "" : ", or refuse it: write `dds: {types: strict}`");
     case Kind::incompatible_type:
       return fmt::format("{}: a peer ({}) has this topic with type {}, the route has {}: they don't meet",
                          event.topic, event.peer, event.detail, event.type);

@@ -169,7 +169,9 @@ std::map<DiscoveredRoutes::TopicAndType, DiscoveredRoutes::Found> DiscoveredRout
     owner->second->topics += is_new ? 1U : 0U;
     Found& one = found[{*topic, dds::type_of_ros(writer.type).value_or(writer.type)}];
     one.pattern = owner->second;
-    one.offers.add(writer.qos);
+    if (!writer.refused) {
+      one.offers.add(writer.qos);
+    }
   }
   owners_ = std::move(owners);
   return found;

@@ -257,6 +257,7 @@ CounterGroup InboundRoute::counters() const {
                       {"dds_bad_encapsulation", dds.bad_encapsulation, loss},
                       {"dds_oversize", dds.oversize, loss},
                       {"dds_refused", dds.refused, loss},
+                      {"dds_other_type", dds.other_type, loss},
                       {"dds_overwritten", dds.overwritten, doubt},
                       {"dds_incompatible_qos", dds.incompatible_qos, loss},
                       {"dds_deadlines_missed", dds.deadlines_missed, loss},

@@ -169,6 +169,7 @@ CounterGroup MethodToService::counters() const {
                       {"dds_late", ros.late, loss},
                       {"dds_malformed", ros.malformed + ros.reader.bad_encapsulation, loss},
                       {"dds_dropped", ros.dropped, loss},
+                      {"dds_other_type", ros.reader.other_type + ros.writer.other_type, loss},
                       {"dds_oversize", ros.reader.oversize, loss},
                       {"dds_lost", ros.reader.lost + ros.reader.rejected, loss},
                       {"dds_overwritten", ros.writer.overwritten, doubt}}};

@@ -46,7 +46,7 @@ void PublisherWatch::look() {
     published.try_emplace(what);
   }
   for (const dds::FoundWriter& writer : participant_->writers()) {
-    if (writer.bridge) {  // of which nothing is carried
+    if (writer.bridge || writer.refused) {  // of which nothing is carried
       continue;
     }
     if (const auto found = published.find({writer.topic, writer.type}); found != published.end()) {

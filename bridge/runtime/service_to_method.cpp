@@ -26,6 +26,8 @@ void add_to(dds::ServiceServerCounters& sum, const dds::ServiceServerCounters& m
   sum.reader.bad_encapsulation += more.reader.bad_encapsulation;
   sum.reader.oversize += more.reader.oversize;
   sum.reader.from_bridge += more.reader.from_bridge;
+  sum.reader.other_type += more.reader.other_type;
+  sum.writer.other_type += more.writer.other_type;
   sum.reader.lost += more.reader.lost;
   sum.reader.rejected += more.reader.rejected;
   sum.writer.overwritten += more.writer.overwritten;
@@ -406,6 +408,7 @@ CounterGroup ServiceToMethod::counters() const {
                       {"dds_replies", ros.replies},
                       {"dds_malformed", ros.malformed + ros.reader.bad_encapsulation, loss},
                       {"dds_dropped", ros.dropped, loss},
+                      {"dds_other_type", ros.reader.other_type + ros.writer.other_type, loss},
                       {"dds_client_gone", ros.client_gone, loss},
                       {"dds_unmatched", ros.unmatched + ros.too_many, loss},
                       {"dds_not_written", ros.not_written, loss},

@@ -95,8 +95,16 @@ SilenceReason why_silent(const Route& route, const DdsSilence& known) {
     return {Kind::no_publisher, {}};
   }
   const std::string type = dds::ros_type_name(route.type);
-  if (std::ranges::any_of(known.writers, [&](const dds::FoundWriter& one) { return one.type == type; })) {
+  const auto has = [&](bool refused) {
+    return std::ranges::any_of(known.writers, [&](const dds::FoundWriter& one) {
+      return one.type == type && one.refused == refused;
+    });
+  };
+  if (has(false)) {
     return {Kind::other_qos, {}};
+  }
+  if (has(true)) {
+    return {Kind::refused_type, {}};
   }
   return {Kind::other_type, fmt::format("it is published with type {}; the route has {}",
                                         list(known.writers,
@@ -135,6 +143,8 @@ std::string in_words(const SilenceReason& reason, std::size_t routes, std::size_
                          heard, heard == 1 ? "" : "s");
     case Kind::other_type:
       return one ? reason.details : "they are published with other types";
+    case Kind::refused_type:
+      return "a publisher is there, but is refused: its definition of the type is another (`types: strict`)";
     case Kind::other_qos:
       return fmt::format(
           "a publisher is there, but its quality of service does not go with the route's `qos`");

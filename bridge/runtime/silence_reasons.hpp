@@ -22,6 +22,7 @@ struct SilenceReason {
     no_participant,
     no_publisher,
     other_type,
+    refused_type,  ///< `types: strict`
     other_qos,
     no_sample,
   };
@@ -29,7 +30,7 @@ struct SilenceReason {
   std::string details;  ///< of this route; another one is told of again
   friend bool operator==(const SilenceReason&, const SilenceReason&) = default;
 };
-inline constexpr std::size_t silence_kinds = 12;
+inline constexpr std::size_t silence_kinds = 13;
 
 /// What the SOME/IP side knows of a route from there.
 struct SomeipSilence {

@@ -131,21 +131,49 @@ TEST_F(TypeMismatches, OfAPublisherAreRefusedWhereTypesAreStrict) {
   std::optional from{ros_.create_writer(dds::ros_topic_name("/text"), dds::ros_type_name(string_type), {},
                                         dds::default_max_sample_bytes, extras_)};
   ASSERT_TRUE(until([&] { return from->matched() == 1 && same.matched() == 1; }));
-  ASSERT_TRUE(until_counter("route /text", "publishers", 2));
+  ASSERT_TRUE(until_counter("route /text", "publishers", 1)) << "one that is refused is none";
   ASSERT_TRUE(from->write(hello_cdr));
   ASSERT_TRUE(until_counter("route /text", "dds_other_type", 1));
   EXPECT_EQ(bridge_->counter("route /text", "received"), 0U);
   ASSERT_TRUE(same.write(hello_cdr));
   ASSERT_TRUE(until_counter("route /text", "received", 1)) << "others are heard";
+  EXPECT_THAT(log(), HasSubstr("it is refused (`dds: {types: strict}`)"));
 }
 
 TEST_F(TypeMismatches, OfASubscriberAreNamed) {
-  start("someip_to_dds", "strict");
+  start("someip_to_dds", "");
   const dds::Reader to = ros_.create_reader(
       dds::ros_topic_name("/text"), dds::ros_type_name(string_type), {}, [](const dds::Sample&) {},
       dds::default_max_sample_bytes, extras_);
   ASSERT_TRUE(until_counter("route /text", "readers", 1));
   EXPECT_THAT(log(), HasSubstr("DDS rt/text: the subscriber of this topic in "));
+}
+
+TEST_F(TypeMismatches, OfASubscriberAreRefusedWhereTypesAreStrict) {
+  start("someip_to_dds", "strict");
+  const auto handle =
+      peer_.offer({.service = someip::ServiceId{0x1234},
+                   .instance = someip::InstanceId{1},
+                   .eventgroups = {{.id = someip::EventgroupId{1}, .events = {someip::MethodId{0x8001}}}}});
+  Inbox<Bytes> other_inbox;
+  Inbox<Bytes> inbox;
+  const dds::Reader to = ros_.create_reader(
+      dds::ros_topic_name("/text"), dds::ros_type_name(string_type), {},
+      [&](const dds::Sample& sample) { other_inbox.put(copy(sample.cdr())); }, dds::default_max_sample_bytes,
+      extras_);
+  const dds::Reader same = reader("/text", string_type, inbox);
+  ASSERT_TRUE(until_counter("route /text", "subscribed", 1));
+  ASSERT_TRUE(until_counter("route /text", "dds_other_type", 1));
+  ASSERT_TRUE(until([&] { return to.matched() == 1 && same.matched() == 1; })) << "as they see it";
+  ASSERT_TRUE(until_counter("route /text", "readers", 1));
+  const ByteView payload{hello};
+  peer_.notify(handle, someip::MethodId{0x8001}, {&payload, 1});
+  ASSERT_TRUE(until([&] { return inbox.size() == 1; }));
+  run_for(300ms);
+  EXPECT_EQ(other_inbox.size(), 0U);
+  const std::string told = log();
+  EXPECT_THAT(told, HasSubstr("DDS rt/text: the subscriber of this topic in "));
+  EXPECT_THAT(told, HasSubstr("it is refused (`dds: {types: strict}`)"));
 }
 
 }  // namespace
