@@ -20,6 +20,7 @@
 #include "bridge/cli/on_signal.hpp"
 #include "bridge/runtime/bridge.hpp"
 #include "bridge/runtime/limited_sink.hpp"
+#include "bridge/runtime/spare_memory.hpp"
 #include "bridge/types/type_library.hpp"
 #include "sd/net/busy_run.hpp"
 
@@ -125,6 +126,7 @@ int run(const Options& options) {
                            }
                          }};
   runner.emplace(io, options, std::move(*config));
+  const SpareMemory spare_memory{io};
   sd::run_busy(io, runner->busy_poll());
   runner->show();
   logger->flush();

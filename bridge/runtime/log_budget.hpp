@@ -9,15 +9,15 @@
 
 namespace trestle::bridge {
 
-/// How much may be logged, so that nobody fills a disk from outside: in ten seconds 16 kB of lines of one
-/// kind, and 56 kB in all, of which 16 kB are for kinds that say little. Lines are of one kind when they
-/// differ in numbers alone.
+/// How much may be logged, so that nobody fills a disk from outside: at most 56 kB in any ten seconds, which
+/// two windows touch. In a window 8 kB are for lines of one kind, and 28 kB for all, of which 8 kB are for
+/// kinds that say little. Lines are of one kind when they differ in numbers alone.
 class LogBudget {
  public:
   static constexpr Duration window = std::chrono::seconds{10};
-  static constexpr std::size_t most_of_a_kind = 16'000;
-  static constexpr std::size_t most_of_talkers = 40'000;
-  static constexpr std::size_t most = 56'000;
+  static constexpr std::size_t most_of_a_kind = 8'000;
+  static constexpr std::size_t most_of_talkers = 20'000;
+  static constexpr std::size_t most = 28'000;
 
   /// Whether the line may be logged; what may not is counted.
   [[nodiscard]] bool take(std::string_view line, TimePoint now);
