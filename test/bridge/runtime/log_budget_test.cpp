@@ -52,6 +52,22 @@ TEST(LogBudget, IsBoundedHoweverManyKindsThereAre) {
   EXPECT_LE(bytes, 64'000U);
 }
 
+TEST(LogBudget, IsBoundedInAnyTenSeconds) {
+  LogBudget budget;
+  EXPECT_TRUE(budget.take("begins the window", start));
+  std::size_t bytes = 0;
+  for (int i = 0; i < 10'000; ++i) {
+    const TimePoint now = start + 5s + std::chrono::milliseconds{i};
+    for (const std::string& line : budget.left_out(now)) {
+      bytes += line.size() + 24;
+    }
+    const std::string line(100, static_cast<char>('p' + i % 10));
+    bytes += budget.take(line, now) ? line.size() + 24 : 0;
+  }
+  EXPECT_LE(bytes, 64'000U);
+  EXPECT_GT(bytes, 32'000U);
+}
+
 TEST(LogBudget, KeepsSomeForWhatIsSaidSeldom) {
   LogBudget budget;
   for (int i = 0; i < 4; ++i) {
