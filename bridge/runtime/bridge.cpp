@@ -175,6 +175,9 @@ struct Bridge::State {
                                [](const auto& one) { return one->state(); });
         std::ranges::transform(inbound, std::back_inserter(found),
                                [](const auto& one) { return one->state(); });
+        if (discovered) {
+          discovered->append_diagnoses(found);
+        }
       }
       return found;
     };
@@ -198,6 +201,10 @@ struct Bridge::State {
       }
     }
     methods->on_change([this] { diagnostics->changed(); });
+    if (config.diagnostics.wanted) {
+      watch->watch_writers(diagnostics->asker());
+      node->on_subscriptions(diagnostics->asker());
+    }
   }
 
   // Who wants to know of the topic's publishers or readers is told of them from now on.
@@ -237,6 +244,14 @@ struct Bridge::State {
         },
         [log = logger](const std::string& line) { log->warn("{}", line); });
     const std::string other = other_interface(config.someip);
+    const auto watch_outbound = [this](const std::string& name, const OutboundRoute& one) {
+      silence->add({.topic = name,
+                    .silent = [&one] { return one.received() == 0; },
+                    .reason =
+                        [this, &one, topic = dds::ros_topic_name(name)] {
+                          return one.silence(published[topic], participant->peers());
+                        }});
+    };
     auto in = inbound.begin();
     auto out = outbound.begin();
     for (const Route& route : config.routes) {
@@ -247,14 +262,16 @@ struct Bridge::State {
                                  other] { return one.silence(offered[service], other); }});
         ++in;
       } else {
-        silence->add({.topic = route.topic,
-                      .silent = [&one = **out] { return one.received() == 0; },
-                      .reason =
-                          [this, &one = **out, topic = dds::ros_topic_name(route.topic)] {
-                            return one.silence(published[topic], participant->peers());
-                          }});
+        watch_outbound(route.topic, **out);
         ++out;
       }
+    }
+    if (discovered) {
+      discovered->append_silence(*silence);
+      discovered->watched_by({.made = watch_outbound,
+                              .ends = [this](const std::string& topic) { silence->remove(topic); },
+                              .looked = diagnostics && config.diagnostics.wanted ? diagnostics->asker()
+                                                                                 : std::function<void()>{}});
     }
     silence->start();
   }

@@ -73,27 +73,54 @@ Diagnostics::Diagnostics(boost::asio::io_context& io, dds::Participant& particip
       writer_{participant.create_writer(dds::ros_topic_name(settings.topic), dds::ros_type_name(type), {},
                                         max_sample, {.user_data = user_data})},
       timer_{io} {
-  publish_at(std::chrono::steady_clock::now() + period_);
+  due_ = std::chrono::steady_clock::now() + period_;
+  look_at(due_);
 }
 
 void Diagnostics::changed() {
+  has_changed_ = true;
+  look_soon();
+}
+
+std::function<void()> Diagnostics::asker() {
+  return [this, alive = std::weak_ptr{alive_}] {
+    if (!alive.expired()) {
+      perhaps_changed();
+    }
+  };
+}
+
+void Diagnostics::look_soon() {
   const auto when = std::max(std::chrono::steady_clock::now(), last_ + soonest);
   if (when < timer_.expiry()) {
-    publish_at(when);
+    look_at(when);
   }
 }
 
-void Diagnostics::publish_at(std::chrono::steady_clock::time_point when) {
+void Diagnostics::look_at(std::chrono::steady_clock::time_point when) {
   timer_.expires_at(when);
   timer_.async_wait([this, alive = std::weak_ptr{alive_}](const boost::system::error_code& error) {
-    if (error || alive.expired()) {
-      return;
+    if (!error && !alive.expired()) {
+      look();
     }
-    last_ = std::chrono::steady_clock::now();
-    const auto sample = diagnostic_array(std::chrono::system_clock::now().time_since_epoch(), look_());
-    static_cast<void>(writer_.write(ByteView{sample}));  // with the next one all is said again
-    publish_at(last_ + period_);
   });
+}
+
+void Diagnostics::look() {
+  last_ = std::chrono::steady_clock::now();
+  const std::vector<Diagnosis> found = look_();
+  Said now;
+  now.reserve(found.size());
+  for (const Diagnosis& one : found) {  // a level has a message of its own
+    now.emplace_back(one.name, one.message);
+  }
+  const bool is_other = std::exchange(said_, std::move(now)) != said_;
+  if (std::exchange(has_changed_, false) || is_other || last_ >= due_) {
+    const auto sample = diagnostic_array(std::chrono::system_clock::now().time_since_epoch(), found);
+    static_cast<void>(writer_.write(ByteView{sample}));  // with the next one all is said again
+    due_ = last_ + period_;
+  }
+  look_at(due_);
 }
 
 }  // namespace trestle::bridge

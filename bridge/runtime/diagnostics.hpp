@@ -54,15 +54,25 @@ class Diagnostics {
 
   /// To be called when a state has changed: it is published soon, and together with others that change now.
   void changed();
+  /// To be called when one may have: it is published soon if a level or message is another than before.
+  void perhaps_changed() { look_soon(); }
+  /// perhaps_changed(), to be called also after the end of this object.
+  [[nodiscard]] std::function<void()> asker();
 
  private:
-  void publish_at(std::chrono::steady_clock::time_point when);
+  using Said = std::vector<std::pair<std::string, std::string>>;
+  void look_soon();
+  void look_at(std::chrono::steady_clock::time_point when);
+  void look();
 
   const Duration period_;
   std::function<std::vector<Diagnosis>()> look_;
   dds::Writer writer_;
   boost::asio::steady_timer timer_;
   std::chrono::steady_clock::time_point last_{};
+  std::chrono::steady_clock::time_point due_;  ///< when all is published again, whatever has changed
+  bool has_changed_ = false;
+  Said said_;  ///< names and messages, as they were published
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };
 

@@ -144,17 +144,21 @@ void DiscoveredRoutes::settle() {
     }
     live.offer->update();
   }
+  if (watcher_.looked) {
+    watcher_.looked();
+  }
 }
 
 std::map<DiscoveredRoutes::TopicAndType, DiscoveredRoutes::Found> DiscoveredRoutes::look() {
   for (Pattern& pattern : patterns_) {
     pattern.topics = 0;
+    pattern.brought = false;
   }
   std::map<TopicAndType, Found> found;
   std::map<std::string, Pattern*> owners;
   for (const dds::FoundWriter& writer : participant_->writers()) {
     const auto topic = dds::topic_of_ros(writer.topic);
-    if (writer.bridge || !topic || !is_topic_name(*topic) || own_topics_.contains(*topic)) {
+    if (!topic || !is_topic_name(*topic) || own_topics_.contains(*topic)) {
       continue;
     }
     const auto [owner, is_new] = owners.try_emplace(*topic, nullptr);
@@ -166,7 +170,10 @@ std::map<DiscoveredRoutes::TopicAndType, DiscoveredRoutes::Found> DiscoveredRout
     if (owner->second == nullptr) {
       continue;
     }
-    owner->second->topics += is_new ? 1U : 0U;
+    if (writer.bridge) {
+      owner->second->brought = true;
+      continue;
+    }
     Found& one = found[{*topic, dds::type_of_ros(writer.type).value_or(writer.type)}];
     one.pattern = owner->second;
     if (!writer.refused) {
@@ -174,6 +181,11 @@ std::map<DiscoveredRoutes::TopicAndType, DiscoveredRoutes::Found> DiscoveredRout
     }
   }
   owners_ = std::move(owners);
+  const std::string* last = nullptr;
+  for (const auto& [what, one] : found) {
+    one.pattern->topics += last == nullptr || *last != what.first ? 1U : 0U;
+    last = &what.first;
+  }
   return found;
 }
 
@@ -191,6 +203,9 @@ void DiscoveredRoutes::drop_what_is_gone(const std::map<TopicAndType, Found>& fo
 }
 
 void DiscoveredRoutes::drop(std::map<std::string, Live>::iterator live) {
+  if (watcher_.ends) {
+    watcher_.ends(live->first);
+  }
   live->second.offer->withdraw();
   for (const Counter& counter : live->second.carrier->counters().counters) {
     const std::string_view name = counter.name;
@@ -353,7 +368,11 @@ void DiscoveredRoutes::make(Candidate& candidate) {
                  someip::value(route.event));
     ++candidate.pattern->made;
     refused_.erase({route.topic, route.type});
-    live_.insert_or_assign(route.topic, Live{candidate.pattern, route, std::move(offer), std::move(carrier)});
+    const auto [live, is_new] = live_.insert_or_assign(
+        route.topic, Live{candidate.pattern, route, std::move(offer), std::move(carrier)});
+    if (watcher_.made) {
+      watcher_.made(live->first, *live->second.carrier);
+    }
   } catch (const std::exception& error) {
     refuse({route.topic, route.type}, *candidate.pattern, Refusal::not_opened,
            fmt::format("{} gets no route: {}", route.topic, error.what()));
@@ -375,10 +394,77 @@ void DiscoveredRoutes::refuse(const TopicAndType& what, Pattern& pattern, Refusa
   }
 }
 
-void DiscoveredRoutes::append_counters(std::vector<CounterGroup>& groups) const {
-  using enum Counter::Kind;
+void DiscoveredRoutes::watched_by(Watcher watcher) {
+  watcher_ = std::move(watcher);
+  for (const auto& [topic, live] : live_) {
+    watcher_.made(topic, *live.carrier);
+  }
+}
+
+void DiscoveredRoutes::append_silence(SilenceWatch& silence) {
+  for (Pattern& pattern : patterns_) {
+    const TopicPattern& settings = *pattern.settings;
+    const std::string name = "pattern " + settings.topics;
+    if (settings.route.direction == Direction::dds_to_someip) {
+      silence.add({.topic = name,
+                   .silent = [&pattern] { return pattern.made == 0; },
+                   .reason =
+                       [this, &pattern] {
+                         return why_silent(PatternSilence{.participants = participant_->peers(),
+                                                          .topics = pattern.topics,
+                                                          .brought = pattern.brought});
+                       }});
+    } else if (std::ranges::none_of(config_.locked, [&](const LockedTopic& locked) {
+                 return pattern_of(config_.patterns, locked.topic) == &settings;
+               })) {
+      silence.add({.topic = name,
+                   .silent = [] { return true; },
+                   .reason = [this]() -> SilenceReason {
+                     return {SilenceReason::Kind::not_locked,
+                             config_.lock_file +
+                                 " has no topic that matches: copy it from the bridge at the other end, and "
+                                 "start this one again"};
+                   }});
+    }
+  }
+}
+
+void DiscoveredRoutes::append_diagnoses(std::vector<Diagnosis>& diagnoses) const {
+  for (const auto& [topic, live] : live_) {
+    diagnoses.push_back(live.carrier->state());
+  }
+  for (const Pattern& pattern : patterns_) {
+    const TopicPattern& settings = *pattern.settings;
+    if (settings.route.direction == Direction::dds_to_someip) {
+      diagnoses.push_back(method_state(
+          counters_of(pattern), routes_of(pattern) > 0,
+          pattern.topics > 0 ? "no topic that matches gets a route" : "nobody publishes a topic that matches",
+          fmt::format("0x{:04x}-0x{:04x}", value(settings.services.first), value(settings.services.last))));
+    }
+  }
+}
+
+std::size_t DiscoveredRoutes::routes_of(const Pattern& pattern) const {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(live_, [&](const auto& one) { return one.second.pattern == &pattern; }));
+}
+
+CounterGroup DiscoveredRoutes::counters_of(const Pattern& pattern) const {
   constexpr std::array names{"unknown_type", "other_type", "too_many", "no_id", "not_locked", "not_opened"};
   static_assert(names.size() == refusals);
+  CounterGroup group{"pattern " + pattern.settings->topics,
+                     {{"topics", pattern.topics},
+                      {"routes", routes_of(pattern)},
+                      {"routes_made", pattern.made},
+                      {"locked", pattern.locked}}};
+  for (std::size_t i = 0; i < refusals; ++i) {
+    group.counters.push_back({names.at(i), pattern.refused.at(i), Counter::Kind::loss});
+  }
+  return group;
+}
+
+void DiscoveredRoutes::append_counters(std::vector<CounterGroup>& groups) const {
+  using enum Counter::Kind;
   for (const auto& [topic, live] : live_) {
     groups.push_back(live.carrier->counters());
   }
@@ -386,20 +472,9 @@ void DiscoveredRoutes::append_counters(std::vector<CounterGroup>& groups) const 
     groups.push_back(past_);
   }
   for (const Pattern& pattern : patterns_) {
-    if (pattern.settings->route.direction != Direction::dds_to_someip) {
-      continue;
+    if (pattern.settings->route.direction == Direction::dds_to_someip) {
+      groups.push_back(counters_of(pattern));
     }
-    const auto routes = static_cast<std::uint64_t>(
-        std::ranges::count_if(live_, [&](const auto& one) { return one.second.pattern == &pattern; }));
-    CounterGroup group{"pattern " + pattern.settings->topics,
-                       {{"topics", pattern.topics},
-                        {"routes", routes},
-                        {"routes_made", pattern.made},
-                        {"locked", pattern.locked}}};
-    for (std::size_t i = 0; i < refusals; ++i) {
-      group.counters.push_back({names.at(i), pattern.refused.at(i), loss});
-    }
-    groups.push_back(std::move(group));
   }
   groups.push_back({"DDS discovery", {{"not_remembered", participant_->not_remembered(), loss}}});
 }

@@ -14,6 +14,7 @@
 #include "bridge/runtime/counters.hpp"
 #include "bridge/runtime/outbound_route.hpp"
 #include "bridge/runtime/service_offer.hpp"
+#include "bridge/runtime/silence_watch.hpp"
 #include "bridge/types/type_library.hpp"
 
 namespace trestle::bridge {
@@ -41,6 +42,19 @@ class DiscoveredRoutes {
   /// Nothing begins or ends any more.
   void stop();
 
+  /// Told of routes: of each that is there, and of those that are made; and of the topics of those that end.
+  /// Also after each look at what is there, by which the state of a pattern may have become another.
+  struct Watcher {
+    std::function<void(const std::string& topic, const OutboundRoute& route)> made;
+    std::function<void(const std::string& topic)> ends;
+    std::function<void()> looked;
+  };
+  void watched_by(Watcher watcher);
+  /// Why a pattern has had no route yet, of either direction.
+  void append_silence(SilenceWatch& silence);
+  /// The state of each route, and of each pattern to SOME/IP: OK while it has a route.
+  void append_diagnoses(std::vector<Diagnosis>& diagnoses) const;
+
   /// Those of the patterns, of the routes there are, and of all those there were.
   void append_counters(std::vector<CounterGroup>& groups) const;
 
@@ -60,6 +74,7 @@ class DiscoveredRoutes {
     const TopicPattern* settings = nullptr;
     std::shared_ptr<const void> port;  ///< held also while there are no routes
     std::size_t topics = 0;            ///< that match now
+    bool brought = false;              ///< other bridges publish some that match
     std::size_t locked = 0;            ///< that have an id
     std::uint64_t made = 0;
     std::array<std::uint64_t, refusals> refused{};
@@ -100,6 +115,8 @@ class DiscoveredRoutes {
   /// What is new has its place in `file` now, or has none.
   void locked(LockFile file, const tl::expected<void, std::string>& written);
   void make(Candidate& candidate);
+  [[nodiscard]] std::size_t routes_of(const Pattern& pattern) const;
+  [[nodiscard]] CounterGroup counters_of(const Pattern& pattern) const;
   void refuse(const TopicAndType& what, Pattern& pattern, Refusal why, const std::string& told);
 
   boost::asio::io_context& io_;
@@ -117,6 +134,7 @@ class DiscoveredRoutes {
   std::map<TopicAndType, Refusal> refused_;  ///< of what is there
   std::set<std::string> told_;               ///< lines that need not be logged again
   CounterGroup past_;                        ///< sums of the routes that there were
+  Watcher watcher_;
   boost::asio::steady_timer timer_;
   std::chrono::steady_clock::time_point last_{};
   bool due_ = false;

@@ -114,6 +114,15 @@ SilenceReason why_silent(const Route& route, const DdsSilence& known) {
                                         route.type)};
 }
 
+SilenceReason why_silent(const PatternSilence& known) {
+  using Kind = SilenceReason::Kind;
+  return {known.topics > 0         ? Kind::no_route
+          : known.brought          ? Kind::only_bridges
+          : known.participants > 0 ? Kind::no_match
+                                   : Kind::no_participant,
+          {}};
+}
+
 std::string in_words(const SilenceReason& reason, std::size_t routes, std::size_t heard) {
   using Kind = SilenceReason::Kind;
   const bool one = routes == 1;
@@ -150,6 +159,15 @@ std::string in_words(const SilenceReason& reason, std::size_t routes, std::size_
           "a publisher is there, but its quality of service does not go with the route's `qos`");
     case Kind::no_sample:
       return "a publisher is there, but has published nothing since";
+    case Kind::not_locked:
+      return one ? reason.details : "their lock file has no topics for them";
+    case Kind::no_match:
+      return fmt::format("nobody publishes a topic that matches ({} participant{} in the DDS domain)", heard,
+                         heard == 1 ? "" : "s");
+    case Kind::only_bridges:
+      return "what matches is brought in by other bridges, and not carried again";
+    case Kind::no_route:
+      return "topics that match are published, but none gets a route: the warnings before this say why";
   }
   return {};
 }

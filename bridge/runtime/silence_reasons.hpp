@@ -25,12 +25,16 @@ struct SilenceReason {
     refused_type,  ///< `types: strict`
     other_qos,
     no_sample,
+    not_locked,    ///< of a pattern from SOME/IP: the lock file has no topic for it
+    no_match,      ///< of a pattern to SOME/IP
+    only_bridges,  ///< likewise
+    no_route,      ///< likewise: what matches is refused
   };
   Kind kind = Kind::none;
   std::string details;  ///< of this route; another one is told of again
   friend bool operator==(const SilenceReason&, const SilenceReason&) = default;
 };
-inline constexpr std::size_t silence_kinds = 13;
+inline constexpr std::size_t silence_kinds = 17;
 
 /// What the SOME/IP side knows of a route from there.
 struct SomeipSilence {
@@ -51,6 +55,14 @@ struct DdsSilence {
   std::size_t matched = 0;
 };
 [[nodiscard]] SilenceReason why_silent(const Route& route, const DdsSilence& known);
+
+/// What the DDS side knows of a pattern that has had no route yet.
+struct PatternSilence {
+  std::size_t participants = 0;  ///< others
+  std::size_t topics = 0;        ///< that match, and that others publish
+  bool brought = false;          ///< what matches comes from other bridges
+};
+[[nodiscard]] SilenceReason why_silent(const PatternSilence& known);
 
 /// The reason in words. @param routes  how many have it: with more than one without what is the route's own.
 /// @param heard  hosts that take part in discovery, on the side where nothing comes from.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
 namespace trestle::bridge {
 namespace {
@@ -12,17 +13,23 @@ constexpr std::size_t most_topics = 3;
 
 }  // namespace
 
-void SilenceWatch::start() {
-  if (routes_.empty()) {
+void SilenceWatch::arm() {
+  if (!started_ || armed_ || routes_.empty()) {
     return;
   }
+  armed_ = true;
   timer_.expires_after(period);
   timer_.async_wait([this](const boost::system::error_code& cancelled) {
     if (!cancelled) {  // else this object may be gone
+      armed_ = false;
       look();
-      start();
+      arm();
     }
   });
+}
+
+void SilenceWatch::remove(const std::string& topic) {
+  std::erase_if(routes_, [&](const Watched& one) { return one.topic == topic; });
 }
 
 void SilenceWatch::look() {
@@ -35,6 +42,9 @@ void SilenceWatch::look() {
   std::map<Kind, std::vector<const Watched*>> changed;
   std::size_t lines = 0;
   for (Watched& one : routes_) {
+    if (std::exchange(one.is_new, false)) {
+      continue;
+    }
     SilenceReason reason = one.reason();
     if (reason == one.told) {
       continue;

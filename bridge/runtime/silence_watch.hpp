@@ -10,8 +10,9 @@
 namespace trestle::bridge {
 
 /// Says of routes to which nothing has ever come why that is: 5 s after the start, and every 5 s what has
-/// changed. Some lines at most, however many routes there are: where there are many, those with one kind of
-/// reason share a line. On the thread that runs the io_context, with one timer for all.
+/// changed. Of those that begin later, after 5 to 10 s. Some lines at most, however many routes there are:
+/// where there are many, those with one kind of reason share a line. On the thread that runs the io_context,
+/// with one timer for all.
 class SilenceWatch {
  public:
   static constexpr std::chrono::seconds period{5};
@@ -24,6 +25,7 @@ class SilenceWatch {
     std::function<bool()> silent;  ///< nothing has come yet
     std::function<SilenceReason()> reason;
     SilenceReason told{};
+    bool is_new = false;  ///< too short a time there to be told of
   };
   struct Heard {
     std::size_t someip = 0;
@@ -38,9 +40,19 @@ class SilenceWatch {
   SilenceWatch(const SilenceWatch&) = delete;
   SilenceWatch& operator=(const SilenceWatch&) = delete;
 
-  void add(Watched route) { routes_.push_back(std::move(route)); }
-  void start();
+  void add(Watched route) {
+    route.is_new = started_;
+    routes_.push_back(std::move(route));
+    arm();
+  }
+  /// Of a route that ends.
+  void remove(const std::string& topic);
+  void start() {
+    started_ = true;
+    arm();
+  }
   void stop() {
+    started_ = false;
     routes_.clear();
     timer_.cancel();
   }
@@ -48,9 +60,13 @@ class SilenceWatch {
   void look();
 
  private:
+  void arm();
+
   std::function<Heard()> prepare_;
   std::function<void(const std::string&)> tell_;
   std::vector<Watched> routes_;
+  bool started_ = false;
+  bool armed_ = false;
   boost::asio::steady_timer timer_;
 };
 

@@ -338,10 +338,17 @@ struct Node::State : std::enable_shared_from_this<State> {
     ports.disconnect(event.own, event.client, "the client was started anew");
   }
   void on_event(const ServiceAvailable& event) { consumer.on_event(event, now()); }
-  void on_event(const ServiceLost& event) { consumer.on_event(event); }
-  void on_event(const Subscribed& event) { consumer.on_event(event); }
-  void on_event(const SubscriptionRefused& event) { consumer.on_event(event); }
-  void on_event(const SubscriptionLost& event) { consumer.on_event(event); }
+  void on_event(const ServiceLost& event) { on_subscription(event); }
+  void on_event(const Subscribed& event) { on_subscription(event); }
+  void on_event(const SubscriptionRefused& event) { on_subscription(event); }
+  void on_event(const SubscriptionLost& event) { on_subscription(event); }
+  template <typename Event>
+  void on_subscription(const Event& event) {
+    consumer.on_event(event);
+    if (subscriptions_changed) {
+      subscriptions_changed();
+    }
+  }
 
   bool wants(const Message& segment, const Source& source) {
     switch (someip::without_tp(segment.header.type)) {
@@ -400,6 +407,7 @@ struct Node::State : std::enable_shared_from_this<State> {
   DiscoveryLog log;
   DiscoveryLog warn;
   NodeCounters counters;
+  std::function<void()> subscriptions_changed;
   bool multicast_works = true;  ///< as far as the system says when we send
   someip::UdpSocket unicast;
   someip::UdpSocket multicast;
@@ -557,6 +565,10 @@ SubscriptionId Node::subscribe(const SubscribeSpec& spec, EventHandler handler) 
 void Node::unsubscribe(SubscriptionId subscription) {
   state_->consumer.unsubscribe(subscription, now());
   state_->drain();
+}
+
+void Node::on_subscriptions(std::function<void()> changed) {
+  state_->subscriptions_changed = std::move(changed);
 }
 
 bool Node::subscribed(SubscriptionId subscription) const {

@@ -133,6 +133,9 @@ class Node {
   void unsubscribe(SubscriptionId subscription);
   /// Whether the eventgroup is subscribed to now: a server has acknowledged it.
   [[nodiscard]] bool subscribed(SubscriptionId subscription) const;
+  /// Calls `changed` whenever that may have become another for some subscription, or a server has refused
+  /// one.
+  void on_subscriptions(std::function<void()> changed);
   /// Subscriptions that share one on the wire share these, too.
   [[nodiscard]] SubscriptionFaults subscription_faults(SubscriptionId subscription) const;
 

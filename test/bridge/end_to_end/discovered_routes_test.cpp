@@ -397,6 +397,22 @@ TEST_F(DiscoveredRoutes, GoOverTcpToo) {
   EXPECT_EQ(received.front(), hello);
 }
 
+// The lines are as those of configured routes, after 5 s; and after 10 s at most of routes that begin later.
+TEST_F(DiscoveredRoutes, SayWhyNothingComes) {
+  start(many_ids, "  - {topics: /t/**, direction: someip_to_dds}\n");
+  run_for(6s);
+  const auto a = writer("/s/a");
+  ASSERT_TRUE(until([&] { return a.matched() == 1; }));
+  run_for(10s);
+  bridge_.reset();
+  const std::string log = logged();
+  EXPECT_THAT(log, HasSubstr("pattern /s/**: nothing has come yet: nobody publishes a topic that matches (1 "
+                             "participant in the DDS domain)"));
+  EXPECT_THAT(log, HasSubstr("pattern /t/**: nothing has come yet: " + lock_file_ +
+                             " has no topic that matches: copy it"));
+  EXPECT_THAT(log, HasSubstr("/s/a: nothing has come yet: a publisher is there, but has published nothing"));
+}
+
 /// The lock file copied to a bridge at the other end.
 class DiscoveredAtBothEnds : public DiscoveredRoutes {
  protected:

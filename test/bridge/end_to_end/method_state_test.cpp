@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <map>
 
 #include "test/bridge/end_to_end/services_end_to_end.hpp"
@@ -87,6 +88,76 @@ TEST_F(ServicesEndToEnd, RoutesTellTheirStateAsDiagnosticsWhereTheyAreWanted) {
        .eventgroups = {{.id = someip::EventgroupId{1}, .events = {someip::MethodId{0x8002}}}}}};
   EXPECT_TRUE(told(out, "OK ready"));
   EXPECT_TRUE(told(in, "OK ready"));
+}
+
+/// What was told last, of a bridge that repeats nothing: each change is to be told at once.
+class StateChanges : public ServicesEndToEnd {
+ protected:
+  void start(const std::string& lists) {
+    start_bridge("diagnostics: {topic: /state, period: 3600 s}\n" + lists);
+    state_ = reader("/state", "diagnostic_msgs/msg/DiagnosticArray", states_);
+    ASSERT_TRUE(until([&] { return state_->matched() == 1; }));
+  }
+  bool told(const std::string& name, const std::string& says) {
+    return until([&] {
+      for (const Bytes& one : states_.take()) {
+        last_ = statuses_of(one);
+      }
+      const auto found = last_.find(name);
+      return found == last_.end() ? says.empty() : found->second.says == says;
+    });
+  }
+  Inbox<Bytes> states_;
+  std::optional<dds::Reader> state_;
+  std::map<std::string, Status> last_;
+};
+
+TEST_F(StateChanges, OfRoutesAreToldAtOnce) {
+  start(
+      "routes:\n"
+      "  - {topic: /out, type: std_msgs/msg/String, direction: dds_to_someip, service: 0x1234, instance: 1, "
+      "eventgroup: 1, event: 0x8001, port: 40001}\n"
+      "  - {topic: /in, type: std_msgs/msg/String, direction: someip_to_dds, service: 0x1235, instance: 1, "
+      "eventgroup: 1, event: 0x8002}\n");
+  const std::string out = "trestle: route /out to SOME/IP";
+  const std::string in = "trestle: route /in from SOME/IP";
+  {
+    const dds::Writer from = writer("/out");
+    EXPECT_TRUE(told(out, "OK ready"));
+  }
+  EXPECT_TRUE(told(out, "WARN nobody publishes the topic"));
+  sd::Node node{io_, node_config()};
+  {
+    const sd::Offer offer{
+        node,
+        {.service = someip::ServiceId{0x1235},
+         .instance = someip::InstanceId{1},
+         .eventgroups = {{.id = someip::EventgroupId{1}, .events = {someip::MethodId{0x8002}}}}}};
+    EXPECT_TRUE(told(in, "OK ready"));
+  }
+  EXPECT_TRUE(told(in, "WARN the SOME/IP service is not there, or not subscribed to"));
+}
+
+TEST_F(StateChanges, OfDiscoveredRoutesAreToldAtOnce) {
+  const std::string lock = testing::TempDir() + "trestle-states-" + std::to_string(getpid()) + ".lock";
+  start("lock_file: " + lock +
+        "\npatterns:\n  - {topics: /s/**, direction: dds_to_someip, port: 40001, services: "
+        "0x6000-0x6fff}\n");
+  const std::string route = "trestle: route /s/a to SOME/IP";
+  const std::string pattern = "trestle: pattern /s/**";
+  {
+    const dds::Writer from = writer("/s/a");
+    EXPECT_TRUE(told(route, "OK ready"));
+    EXPECT_TRUE(told(pattern, "OK ready"));
+    EXPECT_EQ(last_[pattern].at, "SOME/IP 0x6000-0x6fff");
+    EXPECT_EQ(last_[pattern].values.at("routes"), "1");
+    EXPECT_TRUE(last_[route].values.contains("received"));
+  }
+  EXPECT_TRUE(told(route, "")) << "it has ended";
+  EXPECT_TRUE(told(pattern, "WARN nobody publishes a topic that matches"));
+  const dds::Writer unknown = writer("/s/b", "nowhere_msgs/msg/Unknown");
+  EXPECT_TRUE(told(pattern, "WARN no topic that matches gets a route"));
+  std::remove(lock.c_str());
 }
 
 TEST_F(ServicesEndToEnd, MethodsTellTheirStateAsDiagnosticsWhereTheyAreWanted) {

@@ -107,6 +107,17 @@ TEST(Silence, OfATopic) {
             "a publisher is there, but has published nothing since");
 }
 
+TEST(Silence, OfAPattern) {
+  const auto of = [](const bridge::PatternSilence& known, std::size_t heard) {
+    return said(why_silent(known), heard);
+  };
+  EXPECT_THAT(of({}, 0), HasSubstr("nobody else is in the DDS domain"));
+  EXPECT_EQ(of({.participants = 3}, 3),
+            "nobody publishes a topic that matches (3 participants in the DDS domain)");
+  EXPECT_THAT(of({.participants = 3, .brought = true}, 3), HasSubstr("is brought in by other bridges"));
+  EXPECT_THAT(of({.participants = 3, .topics = 2, .brought = true}, 3), HasSubstr("none gets a route"));
+}
+
 class Watch : public testing::Test {
  protected:
   void add(std::size_t routes) {
@@ -147,6 +158,30 @@ TEST_F(Watch, TellsOnceAndAgainWhenTheReasonChanges) {
   state_[0] = {};
   EXPECT_THAT(lines(), IsEmpty());
   EXPECT_EQ(looks_, 4U) << "nothing is looked at when no route is silent";
+}
+
+TEST_F(Watch, GivesTimeToRoutesThatBeginLater) {
+  add(1);
+  watch_.start();
+  EXPECT_THAT(lines(), SizeIs(1));
+  state_.push_back({Kind::no_sample, {}});
+  watch_.add({.topic = "/late", .silent = [] { return true; }, .reason = [this] { return state_[1]; }});
+  EXPECT_THAT(lines(), IsEmpty());
+  EXPECT_THAT(lines(), ElementsAre(testing::StartsWith("/late: ")));
+  watch_.remove("/late");
+  state_[1] = {Kind::no_publisher, {}};
+  EXPECT_THAT(lines(), IsEmpty());
+  watch_.stop();
+}
+
+TEST_F(Watch, BeginsToLookWhenThereIsSomethingToLookAt) {
+  watch_.start();
+  io_.run();  // which ends: no timer
+  add(1);
+  io_.restart();
+  EXPECT_EQ(io_.run_for(std::chrono::milliseconds{1}), 0U);
+  EXPECT_FALSE(io_.stopped()) << "one is armed";
+  watch_.stop();
 }
 
 TEST_F(Watch, TellsOfAThousandRoutesInAFewLines) {
