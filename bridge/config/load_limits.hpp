@@ -12,10 +12,11 @@ class Section;
 
 /// A limit of the SOME/IP side that a configuration may set; the name is that of the stack's own setting.
 struct LimitKey {
+  enum class Kind : std::uint8_t { number, bytes, time };  ///< time: in nanoseconds
   const char* name;
   std::uint64_t min;
   std::uint64_t max;
-  bool is_bytes = false;
+  Kind kind = Kind::number;
 };
 /// All of them, as docs/configuration.md lists them.
 [[nodiscard]] std::span<const LimitKey> limit_keys() noexcept;

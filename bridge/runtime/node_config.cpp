@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <map>
 
 #include "someip/wire/header.hpp"
 
@@ -58,6 +59,29 @@ void size_discovery(const BridgeConfig& config, sd::NodeConfig& node) {
       static_cast<std::uint32_t>(std::max<std::size_t>(rules.max_entries_at_once, 20 * parts));
 }
 
+// Messages that may come to one UDP port, of events and answers or of requests.
+std::size_t most_kinds_at_one_port(const BridgeConfig& config) {
+  // All events without a port of their own come to one, the answers to calls to another or the same.
+  std::map<std::uint16_t, std::size_t> expected;
+  std::map<std::uint16_t, std::size_t> requests;
+  for (const Route& route : config.routes) {
+    if (route.direction == Direction::someip_to_dds && route.transport == Transport::udp) {
+      ++expected[route.port];
+    }
+  }
+  for (const MethodRoute& method : config.methods) {
+    ++(method.server == Server::someip ? expected[0] : requests[method.port]);
+  }
+  std::size_t most = 0;
+  for (const auto& [port, count] : expected) {
+    most = std::max(most, count);
+  }
+  for (const auto& [port, count] : requests) {
+    most = std::max(most, count);
+  }
+  return most;
+}
+
 // By the name that limit_keys() has.
 void set_limit(sd::NodeConfig& node, std::string_view name, std::uint64_t limit) {
   const auto set = [&](const char* key, auto& into) {
@@ -93,6 +117,12 @@ void set_limit(sd::NodeConfig& node, std::string_view name, std::uint64_t limit)
   set("max_tcp_receive_bytes", node.max_tcp_receive_bytes);
   set("max_reassemblies", node.max_reassemblies);
   set("max_reassemblies_per_sender", node.max_reassemblies_per_sender);
+  set("max_udp_receive_bytes", node.max_udp_receive_bytes);
+  set("reassembly_protected_rate", node.reassembly_protected_rate);
+  set("reassembly_timeout", node.reassembly_timeout);
+  set("tcp_message_timeout", node.tcp_message_timeout);
+  set("silent_after", rules.silent_after);
+  set("reboot_pause", rules.reboot_pause);
   set("max_queued_bytes", node.max_queued_bytes);
   set("max_waiting_discovery", node.max_waiting_discovery);
 }
@@ -116,11 +146,11 @@ sd::NodeConfig node_config(const BridgeConfig& config) {
   node.check_subnet = sd.check_subnet;
   node.discovery.own_endpoints_only = sd.own_endpoints_only;
   node.foreign_endpoints = sd.foreign_endpoints;
-  const std::size_t all = config.routes.size() + config.methods.size();
   size_discovery(config, node);
   // Large messages of all routes may be under way at once, even if one server has them all.
-  node.max_reassemblies_per_sender = std::max(node.max_reassemblies_per_sender, all);
-  node.max_reassemblies = std::max(node.max_reassemblies, all + 16);
+  const std::size_t kinds = most_kinds_at_one_port(config);
+  node.max_reassemblies_per_sender = std::max(node.max_reassemblies_per_sender, kinds);
+  node.max_reassemblies = std::max(node.max_reassemblies, kinds + 16);
   std::size_t received = 0;
   std::size_t sent = 0;
   for (const Route& route : config.routes) {

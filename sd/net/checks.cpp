@@ -98,6 +98,7 @@ void check(const NodeConfig& config) {
   at_least<std::size_t>(1, config.max_queued_bytes, "max_queued_bytes");
   at_least<std::size_t>(1, config.max_reassemblies, "max_reassemblies");
   at_least<std::size_t>(1, config.max_reassemblies_per_sender, "max_reassemblies_per_sender");
+  at_least<std::size_t>(1, config.max_udp_receive_bytes, "max_udp_receive_bytes");
   at_least(1, int{config.max_calls}, "max_calls");
   at_most(int{most_calls}, int{config.max_calls}, "max_calls");
   at_least<std::size_t>(1, config.max_tcp_clients, "max_tcp_clients");

@@ -94,6 +94,8 @@ struct Node::State : std::enable_shared_from_this<State> {
                                   const Endpoint& client) { return discovery.tcp_needed(own, client); },
              .tcp_refused = [this](const Endpoint& client,
                                    const std::string& why) { on_tcp_refused(client, why); },
+             .large_lost = [this](const Endpoint& from,
+                                  const std::string& what) { on_large_lost(from, what); },
              .unreachable = [this](const Endpoint& receiver) { on_unreachable(receiver); }}},
         provider{io, discovery, ports, config, counters, log, warn},
         consumer{io, discovery, ports, config, counters, log, warn, [this] { drain(); }},
@@ -395,6 +397,14 @@ struct Node::State : std::enable_shared_from_this<State> {
     }
   }
 
+  void on_large_lost(const Endpoint& from, const std::string& what) {
+    if (now() >= next_large_line) {
+      next_large_line = now() + std::chrono::seconds{10};
+      warn("large messages over UDP were lost, the last one while " + someip::to_string(from.address) +
+           " sent; of one port so far: " + what);
+    }
+  }
+
   // Its subscriptions end.  [feat_req_someipsd_435]
   void on_unreachable(const Endpoint& receiver) {
     ++counters.unreachable;
@@ -425,9 +435,10 @@ struct Node::State : std::enable_shared_from_this<State> {
   /// The services of others that offers and needs of ours were compared with; nothing after one is new.
   std::optional<std::uint32_t> noted{};
   std::optional<LinkWatch> watch;
-  TimePoint next_tcp_line{};  ///< when another one about connections may be written
-  bool link_seen = true;      ///< up, by what the system says
-  bool link_told = true;      ///< up, by what the application says
+  TimePoint next_tcp_line{};    ///< when another one about connections may be written
+  TimePoint next_large_line{};  ///< when another one about large messages may be written
+  bool link_seen = true;        ///< up, by what the system says
+  bool link_told = true;        ///< up, by what the application says
   /// Of one reason: a peer must not fill the log by being refused.
   struct Refusals {
     /// Takes note of so many more. How many a line is to tell of now; 0: none is to be written.

@@ -50,7 +50,10 @@ struct NodeConfig {
   /// Large messages that may be under way at once to one UDP port: so many requests, and so many events and
   /// answers. Their memory is taken as they fill it, and given back when none came for reassembly_timeout.
   std::size_t max_reassemblies = 32;
-  std::size_t max_reassemblies_per_sender = 16;           ///< of them, from one address
+  std::size_t max_reassemblies_per_sender = 16;  ///< of them, from one address
+  /// Memory that all large messages over UDP together may use, at all ports, counted as it is filled; never
+  /// less than for two of them. Where it does not suffice, the one gives way that comes slowest.
+  std::size_t max_udp_receive_bytes = std::size_t{512} << 20U;
   Duration reassembly_timeout = std::chrono::seconds{5};  ///< a message not whole by then never will be
   /// Bytes per second. A large message that comes at least this fast keeps its place. When all are taken, the
   /// slowest of the others gives way to one that begins. 0: none does.

@@ -86,6 +86,9 @@ Ports::Ports(boost::asio::io_context& io, const NodeConfig& config, NodeCounters
       handlers_{std::move(handlers)},
       receive_budget_{std::make_shared<someip::ReceiveBudget>(
           std::max(config.max_tcp_receive_bytes, config.max_message_bytes + someip::header_bytes))},
+      // Of a message the last chunk counts in full.
+      reassembly_budget_{std::make_shared<someip::ReassemblyBudget>(
+          std::max(config.max_udp_receive_bytes, 2 * config.max_message_bytes + (std::size_t{64} << 10U)))},
       reassembly_timer_{io, [this] { on_reassembly_time(); }} {}
 
 std::shared_ptr<UdpPort> Ports::udp(std::uint16_t number, const std::function<bool(const UdpPort&)>& usable) {
@@ -237,6 +240,42 @@ void Ports::on_train(const someip::Train& train, const Source& source, LargeMess
       ++counters_.malformed;
     }
   }
+  if (port.use_count() > 1 && (large.requests || large.expected)) {
+    tell_losses(large, source.from);
+  }
+}
+
+void Ports::tell_losses(LargeMessages& large, const Endpoint& from) {
+  using enum someip::TpDrop;
+  const auto count = [&large](someip::TpDrop reason) {
+    return (large.requests ? large.requests->counters()[reason] : 0) +
+           (large.expected ? large.expected->counters()[reason] : 0);
+  };
+  const std::uint64_t no_place = count(no_slot);
+  const std::uint64_t no_share = count(too_many_from_sender);
+  const std::uint64_t slow = count(gave_way);
+  const std::uint64_t too_much = count(no_memory);
+  const std::uint64_t lost = no_place + no_share + slow + too_much;
+  if (lost == large.lost) {
+    return;
+  }
+  large.lost = lost;
+  std::string what;
+  const auto add = [&what](std::uint64_t times, const char* words, const char* limit, std::size_t is) {
+    if (times != 0) {
+      what += (what.empty() ? "" : "; ") + std::to_string(times) + words + limit + " (" + std::to_string(is) +
+              ")";
+    }
+  };
+  add(slow, " gave way to others: raise ", "max_reassemblies", config_.max_reassemblies);
+  if (slow != 0) {
+    what += " or max_reassemblies_per_sender (" + std::to_string(config_.max_reassemblies_per_sender) + ")";
+  }
+  add(no_place, " segments found no place: raise ", "max_reassemblies", config_.max_reassemblies);
+  add(no_share, " segments were more than a sender's share: raise ", "max_reassemblies_per_sender",
+      config_.max_reassemblies_per_sender);
+  add(too_much, " had no memory: raise ", "max_udp_receive_bytes", config_.max_udp_receive_bytes);
+  handlers_.large_lost(from, what);
 }
 
 someip::Reassembly& Ports::reassembly_of(someip::MessageType type, LargeMessages& large) {
@@ -250,7 +289,8 @@ someip::Reassembly& Ports::reassembly_of(someip::MessageType type, LargeMessages
         someip::TpReassemblyLimits{.max_message_bytes = config_.max_message_bytes,
                                    .max_per_sender = config_.max_reassemblies_per_sender,
                                    .max_age = config_.reassembly_timeout,
-                                   .protected_bytes_per_s = config_.reassembly_protected_rate});
+                                   .protected_bytes_per_s = config_.reassembly_protected_rate},
+        reassembly_budget_);
   }
   return *reassembly;
 }

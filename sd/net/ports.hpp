@@ -16,6 +16,7 @@ namespace trestle::sd {
 struct LargeMessages {
   std::unique_ptr<someip::Reassembly> requests;
   std::unique_ptr<someip::Reassembly> expected;
+  std::uint64_t lost = 0;  ///< messages, as limits were reached; as far as was told
 };
 
 /// A UDP port that services are offered at, calls are made from, or events arrive at.
@@ -73,6 +74,9 @@ class Ports {
     std::function<bool(const Endpoint& own, const Endpoint& client)> tcp_needed;
     /// A client was refused a connection, or lost it as a limit of ours was reached.
     std::function<void(const Endpoint& client, const std::string& why)> tcp_refused;
+    /// Large messages were lost as a limit of ours was reached: what happened, with the limit's name. `from`
+    /// has sent the last one that came.
+    std::function<void(const Endpoint& from, const std::string& what)> large_lost;
     /// What was sent to this UDP endpoint found nobody there.
     std::function<void(const Endpoint& receiver)> unreachable;
   };
@@ -116,6 +120,8 @@ class Ports {
                 const std::weak_ptr<const void>& port);
   /// The place for a message of this type; made if there is none yet.
   someip::Reassembly& reassembly_of(someip::MessageType type, LargeMessages& large);
+  /// Tells if messages were lost as limits were reached.
+  void tell_losses(LargeMessages& large, const Endpoint& from);
   void on_reassembly_time();
   [[nodiscard]] someip::TcpOptions tcp_options() const;
   /// Its owner's counters outlive it.
@@ -129,7 +135,8 @@ class Ports {
   const NodeConfig& config_;
   NodeCounters& counters_;
   Handlers handlers_;
-  std::shared_ptr<someip::ReceiveBudget> receive_budget_;  ///< of all TCP connections
+  std::shared_ptr<someip::ReceiveBudget> receive_budget_;        ///< of all TCP connections
+  std::shared_ptr<someip::ReassemblyBudget> reassembly_budget_;  ///< of all UDP ports
   // Of closed ports.
   someip::MessageSender::Counters past_sent_;
   someip::TcpServer::Counters past_tcp_;

@@ -67,6 +67,8 @@ std::uint32_t first_unit(std::span<const std::uint32_t> map, std::uint32_t from,
   return to;
 }
 
+constexpr std::uint64_t ages_per_s = 1'000'000'000 / 1024;
+
 // The share of the protected rate below which a message has as good as stopped.
 constexpr std::uint32_t stopped_share = 64;
 
@@ -98,6 +100,8 @@ const char* to_string(TpDrop reason) noexcept {
       return "aged_out";
     case TpDrop::gave_way:
       return "gave_way";
+    case TpDrop::no_memory:
+      return "no_memory";
   }
   return "unknown";
 }
@@ -215,7 +219,6 @@ TpSlot* TpReassembler::make_way(const IpAddress* sender, bool at_start, TimePoin
   if (slowest == nullptr) {
     return nullptr;
   }
-  constexpr std::uint64_t ages_per_s = 1'000'000'000 / 1024;
   const std::uint64_t needed =
       at_start ? limits_.protected_bytes_per_s : limits_.protected_bytes_per_s / stopped_share;
   if (slowest->received_ * ages_per_s >= needed * age(*slowest, now)) {
@@ -230,6 +233,10 @@ std::uint64_t TpReassembler::age(const TpSlot& slot, TimePoint now) const noexce
   const auto began = slot.until_ - limits_.max_age;
   const auto elapsed = now > began ? static_cast<std::uint64_t>((now - began).count()) >> 10U : 0U;
   return std::clamp(elapsed, std::uint64_t{1}, std::uint64_t{1} << 31U);  // so that no product overflows
+}
+
+std::uint64_t TpReassembler::rate(std::size_t slot, TimePoint now) const noexcept {
+  return slots_[slot].received_ * ages_per_s / age(slots_[slot], now);
 }
 
 TpSlot* TpReassembler::vacant() noexcept {

@@ -21,6 +21,7 @@ enum class TpDrop : std::uint8_t {
   replaced,              ///< message lost: the next one of its kind began  [feat_req_someiptp_793]
   aged_out,              ///< message lost: not complete after max_age
   gave_way,              ///< message lost: another one needed its place, and it came slowest
+  no_memory,             ///< message lost: the memory of all was used up, and it came slowest; see end()
 };
 inline constexpr std::size_t tp_drop_count = 13;
 
@@ -145,6 +146,29 @@ class TpReassembler {
   std::optional<std::size_t> forget(TimePoint now) noexcept;
   /// When forget() has something to do, if nothing else happens.
   [[nodiscard]] std::optional<TimePoint> forget_deadline() const noexcept;
+  /// The slot that the last segment went to which was not dropped.
+  [[nodiscard]] std::size_t recent() const noexcept { return recent_; }
+  [[nodiscard]] bool under_way(std::size_t slot) const noexcept {
+    return slots_[slot].state_ == TpSlot::State::collecting;
+  }
+  /// Since when a slot that is not under way is of no use any more, or will be.
+  [[nodiscard]] TimePoint until(std::size_t slot) const noexcept { return slots_[slot].until_; }
+  /// How fast a message under way comes, in bytes per second from its first segment to now.
+  [[nodiscard]] std::uint64_t rate(std::size_t slot, TimePoint now) const noexcept;
+  /// Whether a message under way keeps its slot.
+  [[nodiscard]] bool is_protected(std::size_t slot, TimePoint now) const noexcept {
+    return rate(slot, now) >= limits_.protected_bytes_per_s;
+  }
+  /// Ends a message under way; what still comes of it is stale.
+  /// @return for on_segment() to return, if the segment was of it.
+  Result<std::optional<Reassembled>, TpDrop> end(std::size_t slot, TpDrop reason, TimePoint now) noexcept {
+    return give_up(slots_[slot], reason, now);
+  }
+  /// Counts a segment that is not taken.
+  Result<std::optional<Reassembled>, TpDrop> refuse(TpDrop reason) noexcept {
+    ++counters_.segments;
+    return drop(reason);
+  }
 
  private:
   using Outcome = Result<std::optional<Reassembled>, TpDrop>;

@@ -101,6 +101,7 @@ TEST(TpDrop, HasTheNameOfTheEnumerator) {
   EXPECT_STREQ(to_string(TpDrop::replaced), "replaced");
   EXPECT_STREQ(to_string(TpDrop::aged_out), "aged_out");
   EXPECT_STREQ(to_string(TpDrop::gave_way), "gave_way");
+  EXPECT_STREQ(to_string(TpDrop::no_memory), "no_memory");
 }
 
 TEST_F(TpReassemblerTest, JoinsSegmentsInAscendingOrder) {

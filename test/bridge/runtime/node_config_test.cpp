@@ -10,6 +10,7 @@ namespace trestle::test::node_config_test {
 namespace {
 
 using namespace bridge;
+using namespace std::chrono_literals;
 
 BridgeConfig load(const std::string& text) {
   const auto loaded = parse_config(text, "bridge.yaml", {});
@@ -73,43 +74,85 @@ TEST(NodeConfigOfABridge, HasTheLimitsThatAreGiven) {
   EXPECT_EQ(node.limits.max_pending_entries, node.limits.max_offers + node.limits.max_subscriptions);
 }
 
+TEST(NodeConfigOfABridge, HasTheTimesThatAreGiven) {
+  const sd::NodeConfig node = node_config(
+      load("someip: {address: 127.0.0.1, limits: {reassembly_timeout: 200 ms, tcp_message_timeout: 2 s, "
+           "silent_after: 20 s, reboot_pause: 0 s, reassembly_protected_rate: 2 MiB, "
+           "max_udp_receive_bytes: 64 MiB}}\n" +
+           one_route));
+  EXPECT_EQ(node.reassembly_timeout, 200ms);
+  EXPECT_EQ(node.tcp_message_timeout, 2s);
+  EXPECT_EQ(node.discovery.silent_after, 20s);
+  EXPECT_EQ(node.discovery.reboot_pause, 0s);
+  EXPECT_EQ(node.reassembly_protected_rate, std::uint32_t{2} << 20U);
+  EXPECT_EQ(node.max_udp_receive_bytes, std::size_t{64} << 20U);
+}
+
+// A thousand services of one method each have a thousand ports, and events a direction of their own.
+TEST(NodeConfigOfABridge, HasPlacesForLargeMessagesByTheRoutesOfAPort) {
+  const auto places = [](const std::string& text) {
+    return node_config(load("someip: {address: 127.0.0.1}\n" + text)).max_reassemblies;
+  };
+  EXPECT_EQ(places(routes(1000, "dds_to_someip")), sd::NodeConfig{}.max_reassemblies) << "nothing comes";
+  EXPECT_EQ(places(routes(1000, "someip_to_dds")), 1016U) << "all come to one port";
+  const auto services = [](const std::string& server, const std::string& more) {
+    std::string text = "methods:\n";
+    for (int i = 0; i < 100; ++i) {
+      text += "  - {ros_service: /s" + std::to_string(i) + ", type: std_srvs/srv/SetBool, server: " + server +
+              ", service: " + std::to_string(0x1000 + i) + ", instance: 1, method: 1" +
+              (more.ends_with('#') ? more.substr(0, more.size() - 1) + std::to_string(1000 + i) : more) +
+              "}\n";
+    }
+    return text;
+  };
+  EXPECT_EQ(places(services("ros", ", port: 4#")), sd::NodeConfig{}.max_reassemblies);
+  EXPECT_EQ(places(services("ros", ", port: 40001")), 116U);
+  EXPECT_EQ(places(services("someip", "")), 116U);
+}
+
 // Each key must change something, so that none is forgotten.
 TEST(NodeConfigOfABridge, KnowsEachKey) {
   for (const LimitKey& key : limit_keys()) {
     BridgeConfig config = load("someip: {address: 127.0.0.1}\n" + one_route);
+    const auto ns = [](Duration time) { return static_cast<std::uint64_t>(time.count()); };
     const auto text_of = [&](std::uint64_t value) {
       config.someip.limits[key.name] = value;
       const sd::NodeConfig node = node_config(config);
       const sd::Limits& l = node.limits;
       const sd::DiscoveryRules& d = node.discovery;
-      return testing::PrintToString(std::vector<std::uint64_t>{l.max_peers,
-                                                               l.max_remote_services,
-                                                               l.max_subscribers,
-                                                               l.max_offers,
-                                                               l.max_eventgroups,
-                                                               l.max_requirements,
-                                                               l.max_subscriptions,
-                                                               l.max_tcp_connections,
-                                                               l.max_configurations,
-                                                               l.max_configuration_bytes,
-                                                               l.max_pending_entries,
-                                                               l.max_pending_events,
-                                                               d.max_peers_per_address,
-                                                               d.max_subscribers_per_eventgroup,
-                                                               d.max_subscribers_per_eventgroup_and_address,
-                                                               d.max_entries_per_second,
-                                                               d.max_entries_at_once,
-                                                               d.max_reboots_at_once,
-                                                               node.max_calls,
-                                                               node.max_tcp_clients,
-                                                               node.max_tcp_clients_per_address,
-                                                               node.unproven_answer_bytes,
-                                                               node.unproven_answer_rate,
-                                                               node.max_tcp_receive_bytes,
-                                                               node.max_reassemblies,
-                                                               node.max_reassemblies_per_sender,
-                                                               node.max_queued_bytes,
-                                                               node.max_waiting_discovery});
+      return std::vector<std::uint64_t>{l.max_peers,
+                                        l.max_remote_services,
+                                        l.max_subscribers,
+                                        l.max_offers,
+                                        l.max_eventgroups,
+                                        l.max_requirements,
+                                        l.max_subscriptions,
+                                        l.max_tcp_connections,
+                                        l.max_configurations,
+                                        l.max_configuration_bytes,
+                                        l.max_pending_entries,
+                                        l.max_pending_events,
+                                        d.max_peers_per_address,
+                                        d.max_subscribers_per_eventgroup,
+                                        d.max_subscribers_per_eventgroup_and_address,
+                                        d.max_entries_per_second,
+                                        d.max_entries_at_once,
+                                        d.max_reboots_at_once,
+                                        node.max_calls,
+                                        node.max_tcp_clients,
+                                        node.max_tcp_clients_per_address,
+                                        node.unproven_answer_bytes,
+                                        node.unproven_answer_rate,
+                                        node.max_tcp_receive_bytes,
+                                        node.max_reassemblies,
+                                        node.max_reassemblies_per_sender,
+                                        node.max_queued_bytes,
+                                        node.max_udp_receive_bytes,
+                                        node.reassembly_protected_rate,
+                                        ns(node.reassembly_timeout),
+                                        ns(node.tcp_message_timeout),
+                                        ns(d.silent_after),
+                                        ns(d.reboot_pause)};
     };
     EXPECT_NE(text_of(key.max), text_of(key.max - 1)) << key.name;
   }

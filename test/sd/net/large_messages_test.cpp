@@ -107,6 +107,60 @@ TEST_F(LargeMessagesTest, ToMethodsThatDoNotTakeThemGetOneAnswerAndNoPlace) {
   EXPECT_EQ(node.reassembly_counters().messages, 2U);
 }
 
+// The same of as many clients, each at the first of its segments.
+TEST_F(LargeMessagesTest, ThatAreLostAtALimitAreToldOfWithItsName) {
+  const auto half_requests = [this](NodeConfig config, std::uint8_t clients) {
+    std::vector<std::string> warnings;
+    Node node{io, config, {}, [&warnings](const std::string& line) { warnings.push_back(line); }};
+    node.offer(service(ServiceId{0x1234}, port));
+    std::vector<std::vector<std::byte>> datagrams;
+    for (std::uint8_t client = 1; client <= clients; ++client) {
+      datagrams.push_back(segment("0001"));
+      datagrams.back()[9] = std::byte{client};
+    }
+    answers_to(node, datagrams, 0);
+    std::erase_if(warnings, [](const std::string& line) { return line.find("large messages") == line.npos; });
+    EXPECT_EQ(warnings.size(), 1U) << "at most one in ten seconds";
+    return warnings.empty() ? "" : warnings.front();
+  };
+  using ::testing::HasSubstr;
+  NodeConfig config = quick(test::server_address);
+  config.max_message_bytes = 65536;
+  config.max_udp_receive_bytes = 1;  // which is three pieces of 64 KiB
+  EXPECT_THAT(half_requests(config, 6), HasSubstr("had no memory: raise max_udp_receive_bytes"));
+  config = quick(test::server_address);
+  config.max_reassemblies = 4;
+  config.reassembly_protected_rate = 0;  // none gives way
+  EXPECT_THAT(half_requests(config, 6), HasSubstr("raise max_reassemblies (4)"));
+  config.max_reassemblies = 32;
+  config.max_reassemblies_per_sender = 4;
+  EXPECT_THAT(half_requests(config, 6), HasSubstr("raise max_reassemblies_per_sender (4)"));
+  config.reassembly_protected_rate = 4'000'000'000;  // each does
+  EXPECT_THAT(half_requests(config, 6), HasSubstr("gave way to others"));
+}
+
+// A method at each of two ports: what one has taken the other cannot have.
+TEST_F(LargeMessagesTest, ShareTheirMemoryBetweenPorts) {
+  NodeConfig config = quick(test::server_address);
+  config.max_message_bytes = 65536;
+  config.max_udp_receive_bytes = 1;
+  Node node{io, config};
+  node.offer(service(ServiceId{0x1234}, port));
+  node.offer(service(ServiceId{0x1235}, port + 1));
+  std::vector<std::vector<std::byte>> datagrams(3, segment("0001"));
+  for (std::uint8_t i = 0; i < 3; ++i) {
+    datagrams[i][9] = std::byte{i};
+  }
+  answers_to(node, datagrams, 0);
+  EXPECT_EQ(node.reassembly_counters()[someip::TpDrop::no_memory], 0U);
+  someip::UdpSocket socket{io, {.local = {test::other_address, 0}}};
+  auto other = segment("0001");
+  other[1] = std::byte{0x35};
+  const ByteView view{other};
+  EXPECT_EQ(socket.send({test::server_address, port + 1}, {&view, 1}), someip::SendStatus::sent);
+  EXPECT_TRUE(run_until([&] { return node.reassembly_counters()[someip::TpDrop::no_memory] == 1; }));
+}
+
 TEST_F(LargeMessagesTest, AreCountedAlsoOncePortsAreClosed) {
   Node node{io, quick(test::server_address)};
   const OfferHandle offered = node.offer(service(ServiceId{0x1234}, port));

@@ -97,6 +97,83 @@ TEST(Reassembly, KeepsTheMemoryOfMessagesThatComeSteadily) {
   EXPECT_LT(faults() - before, test::sanitized ? 512 : 128) << "one message fills 256 pages";
 }
 
+// Two ports, and memory for four messages.
+class BudgetOfReassembliesTest : public testing::Test {
+ protected:
+  static constexpr std::size_t budget_bytes = 4 * message_bytes;
+
+  std::shared_ptr<ReassemblyBudget> budget = std::make_shared<ReassemblyBudget>(budget_bytes);
+  Reassembly here{64, limits, budget};
+  Reassembly there{64, limits, budget};
+};
+
+TEST_F(BudgetOfReassembliesTest, CountsWhatIsFilledAndNoMore) {
+  EXPECT_FALSE(offer(here, host(1), 1, 0, slice_bytes, start));
+  EXPECT_EQ(budget->used_bytes(), std::size_t{64} << 10U);
+  EXPECT_FALSE(offer(there, host(1), 1, message_bytes / 2, message_bytes / 2 + slice_bytes, start));
+  EXPECT_EQ(budget->used_bytes(), std::size_t{128} << 10U);
+  EXPECT_TRUE(offer(here, host(1), 1, slice_bytes, message_bytes, start));
+  EXPECT_EQ(budget->used_bytes(), message_bytes + (std::size_t{64} << 10U));
+  here.on_time(start + 20s);
+  there.on_time(start + 5s);
+  there.on_time(start + 20s);
+  EXPECT_EQ(budget->used_bytes(), 0U);
+  {
+    Reassembly other{4, limits, budget};
+    EXPECT_FALSE(offer(other, host(1), 1, 0, slice_bytes, start + 20s));
+    EXPECT_NE(budget->used_bytes(), 0U);
+  }
+  EXPECT_EQ(budget->used_bytes(), 0U);
+}
+
+TEST_F(BudgetOfReassembliesTest, TakesTheSlowestAtAnyPortForWhatComesFaster) {
+  const std::size_t before = resident_bytes();
+  // Each has half a megabyte and 5 s of patience: 20 MB without a limit.
+  TimePoint now = start;
+  for (std::size_t i = 1; i <= 40; ++i) {
+    EXPECT_FALSE(offer(i % 2 == 0 ? here : there, host(i), 1, 0, message_bytes / 2, now));
+    now += 100ms;
+    ASSERT_LE(budget->used_bytes(), budget_bytes);
+  }
+  EXPECT_LT(resident_bytes(), before + (test::sanitized ? 4 : 1) * (budget_bytes + message_bytes));
+  EXPECT_EQ(here.counters()[TpDrop::no_memory] + there.counters()[TpDrop::no_memory], 32U);
+  EXPECT_TRUE(offer(here, host(50), 1, 0, message_bytes, now)) << "who is honest comes through";
+  EXPECT_EQ(here.counters()[TpDrop::no_memory] + there.counters()[TpDrop::no_memory], 34U);
+  EXPECT_FALSE(offer(here, host(2), 1, message_bytes / 2, message_bytes, now))
+      << "the rest of one that gave way";
+  EXPECT_GT(here.counters()[TpDrop::stale], 0U);
+}
+
+TEST_F(BudgetOfReassembliesTest, GivesBackFirstWhatIsOnlyKept) {
+  for (std::size_t i = 1; i <= 20; ++i) {
+    EXPECT_TRUE(offer(i % 2 == 0 ? here : there, host(i), 1, 0, message_bytes, start + i * 1ms));
+    EXPECT_LE(budget->used_bytes(), budget_bytes);
+  }
+  EXPECT_EQ(here.counters()[TpDrop::no_memory] + there.counters()[TpDrop::no_memory], 0U);
+}
+
+TEST_F(BudgetOfReassembliesTest, RefusesTheNextWhereAllAreFast) {
+  for (std::size_t i = 1; i <= 4; ++i) {
+    EXPECT_FALSE(offer(here, host(i), 1, 0, message_bytes - slice_bytes, start));
+  }
+  EXPECT_FALSE(offer(there, host(5), 1, 0, slice_bytes, start));
+  EXPECT_EQ(there.counters()[TpDrop::no_memory], 1U);
+  EXPECT_TRUE(offer(here, host(1), 1, message_bytes - slice_bytes, message_bytes, start));
+  EXPECT_TRUE(offer(there, host(5), 2, 0, message_bytes, start + 1ms)) << "in place of the one that is whole";
+}
+
+TEST(Reassembly, TakesNoPlaceForAMessageLargerThanItCanBe) {
+  Reassembly reassembly{4, limits};
+  const Header header{.session = SessionId{1}, .type = MessageType::tp_request};
+  std::vector<std::byte> payload(4 + 2000);
+  payload[3] = std::byte{1};
+  EXPECT_EQ(reassembly.on_segment(host(1), {header, payload}, start, 1999),
+            tl::unexpected{TpDrop::too_large});
+  EXPECT_EQ(reassembly.places(), 0U);
+  EXPECT_EQ(reassembly.counters()[TpDrop::too_large], 1U);
+  EXPECT_TRUE(reassembly.on_segment(host(1), {header, payload}, start, 2000));
+}
+
 TEST(Reassembly, GoesOnWithWhatTheSystemHasMemoryFor) {
   if (test::sanitized) {
     GTEST_SKIP() << "a sanitizer does not run with little memory";
