@@ -147,6 +147,7 @@ TEST(NodeConfigOfABridge, KnowsEachKey) {
                                         node.max_reassemblies,
                                         node.max_reassemblies_per_sender,
                                         node.max_queued_bytes,
+                                        node.max_waiting_discovery,
                                         node.max_udp_receive_bytes,
                                         node.reassembly_protected_rate,
                                         ns(node.reassembly_timeout),
