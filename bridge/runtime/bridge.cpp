@@ -482,6 +482,7 @@ std::vector<CounterGroup> Bridge::counters() const {
                      {"no_room", sd.ignored_no_room, loss},
                      {"too_many", sd.ignored_too_many, loss},
                      {"too_many_reboots", sd.dropped_reboots, loss},
+                     {"duplicates", sd.dropped_duplicates},
                      {"displaced", sd.displaced, loss},
                      {"unknown_type", sd.ignored_unknown_type, loss},
                      {"wrong_transport", sd.ignored_wrong_transport, loss},

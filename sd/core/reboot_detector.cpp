@@ -2,8 +2,8 @@
 
 namespace trestle::sd {
 
-// Reordered and duplicated datagrams look like a reboot to these rules, which are the specification's; peers
-// renew what is lost by them with the next offer.
+// Reordered datagrams look like a reboot to these rules, which are the specification's; peers renew what is
+// lost by them with the next offer. Of duplicates see RecentMessages.
 bool RebootDetector::shows_reboot(Channel channel, SessionId session, bool reboot) const noexcept {
   const Last& last = channel == Channel::unicast ? unicast_ : multicast_;
   if (last.session == someip::no_session || !reboot) {

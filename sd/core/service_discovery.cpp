@@ -251,6 +251,17 @@ void ServiceDiscovery::on_message(const someip::Message& bytes, const Endpoint& 
   if (const SessionId session = bytes.header.session; session != someip::no_session) {
     const auto channel =
         via_multicast ? RebootDetector::Channel::multicast : RebootDetector::Channel::unicast;
+    std::uint32_t content = 0;
+    if constexpr (guards) {
+      if (is_due(peer.last_seen + settings_.duplicate_window, now)) {
+        peer.recent = {};
+      }
+      content = RecentMessages::hash(channel, session, bytes.payload);
+      if (peer.recent.has(content) && peer.reboots.is_repeated(channel, session)) {
+        count(counters_.dropped_duplicates);
+        return;
+      }
+    }
     if (peer.reboots.shows_reboot(channel, session, message->reboot())) {
       if (!guards && !events_.empty()) {  // the next message shows it as well
         refuse(Limit::pending_events);
@@ -262,8 +273,10 @@ void ServiceDiscovery::on_message(const someip::Message& bytes, const Endpoint& 
         return;
       }
       on_reboot(peer_index, now);
+      peer.recent = {};
     }
     peer.reboots.observe(channel, session, message->reboot());
+    peer.recent.add(content);
   }
   for (slots::TcpConnection& connection : tcp_connections_) {
     connection.peer_spoke = connection.peer_spoke || connection.remote.address == peer.endpoint.address;

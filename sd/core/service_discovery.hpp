@@ -120,12 +120,13 @@ struct Counters {
   std::uint64_t reboots_detected = 0;
 
   // Datagrams and messages that were dropped as a whole.
-  std::uint64_t dropped_down = 0;       ///< came while the link was down
-  std::uint64_t dropped_own = 0;        ///< our own, come back
-  std::uint64_t dropped_source = 0;     ///< from an address that cannot be a peer's
-  std::uint64_t dropped_not_sd = 0;     ///< other SOME/IP messages
-  std::uint64_t dropped_malformed = 0;  ///< SOME/IP or SD framing broken
-  std::uint64_t dropped_reboots = 0;    ///< showed another reboot than may be taken for real
+  std::uint64_t dropped_down = 0;        ///< came while the link was down
+  std::uint64_t dropped_own = 0;         ///< our own, come back
+  std::uint64_t dropped_source = 0;      ///< from an address that cannot be a peer's
+  std::uint64_t dropped_not_sd = 0;      ///< other SOME/IP messages
+  std::uint64_t dropped_malformed = 0;   ///< SOME/IP or SD framing broken
+  std::uint64_t dropped_reboots = 0;     ///< showed another reboot than may be taken for real
+  std::uint64_t dropped_duplicates = 0;  ///< came again: see DiscoveryRules::duplicate_window
 
   // Entries that were ignored, or answered with a Nack.
   std::uint64_t ignored_unknown_type = 0;

@@ -119,6 +119,12 @@ struct DiscoveryRules {
   /// Reboots of one peer that are taken for real: on average one in each such pause, and max_reboots_at_once
   /// in a row. Messages that show one too many are dropped.
   Duration reboot_pause = std::chrono::seconds{5};
+  /// A message that is, byte for byte and in its session, one of the last four of its peer, which was never
+  /// silent for so long since, is one that the network has brought twice. It is dropped, where else it would
+  /// show a reboot; session 1 does so after others. A peer that has said one message, is started anew within
+  /// this time and says the same is not noticed: then its subscriptions go on, and so do ours to it, which
+  /// the next offer renews. 0: all are taken for new.  [feat_req_someipsd_863]
+  Duration duplicate_window = std::chrono::milliseconds{500};
   /// How a service counts that is offered without load balancing option: by default after all others.
   /// [feat_req_someipsd_174]
   LoadBalancingOption unranked{.priority = 0xffff, .weight = 0};

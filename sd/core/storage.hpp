@@ -6,6 +6,7 @@
 #include "sd/core/find_schedule.hpp"
 #include "sd/core/rate_limit.hpp"
 #include "sd/core/reboot_detector.hpp"
+#include "sd/core/recent_messages.hpp"
 #include "sd/core/table.hpp"
 #include "sd/wire/option.hpp"
 #include "someip/core/session_counter.hpp"
@@ -163,6 +164,7 @@ struct Peer : SlotBase {
   std::uint16_t remotes = 0;      // likewise
   Endpoint endpoint;
   RebootDetector reboots;
+  [[no_unique_address]] RecentMessages recent;
   someip::SessionCounter sessions{};  // of what we send there by unicast  [feat_req_someipsd_765]
   bool explicit_initial_data = false;
   bool is_used = false;    // scratch of the search for one to forget

@@ -380,6 +380,7 @@ TEST_F(Server, DropsTheSubscriptionsOfARebootedClient) {
   machine.unicast(client, {subscribe(1, {udp(client_udp)}, infinite_ttl_s)});
   machine.multicast(client, {find(0x9999)});
   machine.events();
+  machine.multicast(client, {find(0x9999)});  // else its first message would come twice
   client.reboot();
   machine.multicast(client, {find(0x9999)});
   EXPECT_THAT(machine.events(), ElementsAre("removed 0001 udp 10.0.0.2:40000 at 10.0.0.2:30490 rebooted"));

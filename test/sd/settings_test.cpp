@@ -44,6 +44,7 @@ TEST(Settings, AreTheUsualOnesOfTheIndustry) {
   EXPECT_EQ(settings.max_entries_at_once, 10'000U);
   EXPECT_EQ(settings.reboot_pause, std::chrono::seconds{5});
   EXPECT_EQ(settings.max_reboots_at_once, 8);
+  EXPECT_EQ(settings.duplicate_window, 500ms);
   EXPECT_EQ(settings.unranked, (LoadBalancingOption{.priority = 0xffff, .weight = 0}));
 }
 
@@ -76,6 +77,7 @@ TEST(Counters, BeginAtZero) {
                                     counters.dropped_not_sd,
                                     counters.dropped_malformed,
                                     counters.dropped_reboots,
+                                    counters.dropped_duplicates,
                                     counters.ignored_unknown_type,
                                     counters.ignored_wrong_transport,
                                     counters.ignored_unknown_subscriptions,
