@@ -24,6 +24,8 @@ const char* to_string(Event::Kind kind) noexcept {
       return "deadline_missed";
     case Event::Kind::liveliness_lost:
       return "liveliness_lost";
+    case Event::Kind::small_send_buffer:
+      return "small_send_buffer";
   }
   return "?";
 }

@@ -63,6 +63,8 @@ struct Event {
     other_type_hash,    ///< a type of the same name that is another; `detail` is the peer's hash
     deadline_missed,    ///< longer than its deadline nothing came, or was written: the first time in a row
     liveliness_lost,    ///< a writer has not shown itself for its lease: one of theirs, or ours
+    small_send_buffer,  ///< a sample is written for which the system should grant larger UDP send buffers:
+                        ///< the first one; `detail` says so in words, with the sysctl that helps
   };
   Kind kind{};
   std::string topic;            ///< DDS name; empty for peers
@@ -402,8 +404,9 @@ class Participant {
   [[nodiscard]] std::string guid() const;
   /// Whether it has shared memory, as configured or by its profile.
   [[nodiscard]] bool shares_memory() const;
-  /// What the system does not grant of the buffers that its UDP sockets ask for, for the log: one line for
-  /// receiving and one for sending, each with the sysctl that helps. Empty when all is granted.
+  /// What the system does not grant of the buffers that its UDP sockets ask for to receive, for the log: a
+  /// line with the sysctl that helps. Empty when all is granted. Those for sending matter only to who writes
+  /// large samples: Event::Kind::small_send_buffer.
   [[nodiscard]] std::vector<std::string> buffers_not_granted() const;
   /// Whose the participant of a reader or writer is, by what discovery says.
   [[nodiscard]] Vendor vendor(const Guid& endpoint) const;

@@ -87,6 +87,7 @@ ParticipantCore::ParticipantCore(const ParticipantConfig& config)
   if (strict_types_) {
     fast::refuse_readers_of_other_types(prefix_);
   }
+  large_sample_ = needs_larger_send_buffer(send_buffer_wanted()).value_or(never_large);
   publisher_ = participant_->create_publisher(fast::PUBLISHER_QOS_DEFAULT);
   subscriber_ = participant_->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT);
   if (publisher_ == nullptr || subscriber_ == nullptr) {
@@ -122,18 +123,35 @@ bool ParticipantCore::shares_memory() const {
   });
 }
 
+std::uint32_t ParticipantCore::send_buffer_wanted() const {
+  std::uint32_t bytes = 0;
+  for (const auto& transport : participant_->get_qos().transport().user_transports) {
+    if (const auto* udp = udp_of(*transport)) {
+      bytes = std::max(bytes, udp->sendBufferSize);
+    }
+  }
+  return bytes;
+}
+
+void ParticipantCore::on_large_sample() {
+  if (large_sample_.exchange(never_large) != never_large) {
+    if (const auto line = detail::send_buffer_not_granted(send_buffer_wanted())) {
+      report({Event::Kind::small_send_buffer, "", "", "", *line, 0});
+    }
+  }
+}
+
 std::vector<std::string> ParticipantCore::buffers_not_granted() const {
   std::uint32_t receive_bytes = 0;
-  std::uint32_t send_bytes = 0;
   for (const auto& transport : participant_->get_qos().transport().user_transports) {
     if (const auto* udp = udp_of(*transport)) {
       const std::uint32_t wanted = udp->receiveBufferSize;
       const bool has_all = is_polled(*transport) && granted_receive_buffer(wanted) >= wanted;
       receive_bytes = std::max(receive_bytes, has_all ? 0 : wanted);
-      send_bytes = std::max(send_bytes, udp->sendBufferSize);
     }
   }
-  return detail::buffers_not_granted(receive_bytes, send_bytes);
+  const auto line = detail::receive_buffer_not_granted(receive_bytes);
+  return line ? std::vector{*line} : std::vector<std::string>{};
 }
 
 fast::Topic* ParticipantCore::use_topic(const std::string& topic, const std::string& type) {

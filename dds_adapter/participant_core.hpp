@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <atomic>
+#include <limits>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -99,6 +100,12 @@ class ParticipantCore final : private fast::DiscoveryListener {
   [[nodiscard]] std::string guid() const { return to_hex(prefix_); }
   [[nodiscard]] bool shares_memory() const;
   [[nodiscard]] std::vector<std::string> buffers_not_granted() const;
+  /// To be called for each sample that is written, without a lock.
+  void note_size(std::size_t bytes) {
+    if (bytes > large_sample_.load(std::memory_order_relaxed)) {
+      on_large_sample();
+    }
+  }
   [[nodiscard]] SampleSockets* sockets() const noexcept { return sockets_.get(); }
   [[nodiscard]] Vendor vendor(const fast::Prefix& participant) const;
   [[nodiscard]] fast::Publisher* publisher() const noexcept { return publisher_; }
@@ -122,6 +129,8 @@ class ParticipantCore final : private fast::DiscoveryListener {
   void note_unserved(const Endpoint& endpoint, Found& found, std::vector<Event>& events) const;
   /// Adds what is to report of a counterpart whose type is another one of the same name.
   void note_hash(const Endpoint& endpoint, Found& found, std::vector<Event>& events);
+  void on_large_sample();
+  [[nodiscard]] std::uint32_t send_buffer_wanted() const;
   void destroy() noexcept;
   /// A peer has told of its nodes: those that were reported without one are reported again.
   void on_names();
@@ -150,7 +159,9 @@ class ParticipantCore final : private fast::DiscoveryListener {
   /// we begin to use later.
   std::map<fast::Guid, Found> found_;
   const bool strict_types_;
-  std::uint64_t not_remembered_ = 0;                             ///< as there was no room
+  static constexpr std::size_t never_large = std::numeric_limits<std::size_t>::max();
+  std::atomic<std::size_t> large_sample_ = never_large;  ///< to be told of when a larger one is written
+  std::uint64_t not_remembered_ = 0;                     ///< as there was no room
   std::map<fast::Prefix, std::array<std::uint8_t, 2>> vendors_;  ///< of foreign participants
 
   std::mutex event_gate_;

@@ -9,6 +9,9 @@
 namespace trestle::dds::detail {
 namespace {
 
+// Of which some would fill any send buffer that is smaller than asked for.
+constexpr std::size_t large_sample = std::size_t{1} << 20U;
+
 int as_option(std::uint32_t bytes) noexcept {
   return static_cast<int>(std::min<std::uint32_t>(bytes, std::numeric_limits<int>::max()));
 }
@@ -33,22 +36,30 @@ std::uint32_t granted(int name, std::uint32_t bytes) noexcept {
   });
 }
 
+std::optional<std::string> not_granted(const char* which, int name, std::uint32_t wanted, const char* limit,
+                                       const char* so) {
+  const std::uint32_t got = granted(name, wanted);
+  if (got >= wanted) {
+    return std::nullopt;
+  }
+  return "the system grants UDP " + std::string{which} + " buffers of " + std::to_string(got >> 10U) +
+         " KB only, not " + std::to_string(wanted >> 10U) + ": " + so + "; as root: sysctl -w net.core." +
+         limit + "=" + std::to_string(wanted);
+}
+
 }  // namespace
 
-std::vector<std::string> buffers_not_granted(std::uint32_t receive_bytes, std::uint32_t send_bytes) {
-  std::vector<std::string> lines;
-  const auto look = [&](const char* which, int name, std::uint32_t wanted, const char* limit,
-                        const char* so) {
-    const std::uint32_t got = granted(name, wanted);
-    if (got < wanted) {
-      lines.push_back("the system grants UDP " + std::string{which} + " buffers of " +
-                      std::to_string(got >> 10U) + " KB only, not " + std::to_string(wanted >> 10U) + ": " +
-                      so + "; as root: sysctl -w net.core." + limit + "=" + std::to_string(wanted));
-    }
-  };
-  look("receive", SO_RCVBUF, receive_bytes, "rmem_max", "packets of large samples may be lost");
-  look("send", SO_SNDBUF, send_bytes, "wmem_max", "large samples take longer");
-  return lines;
+std::optional<std::string> receive_buffer_not_granted(std::uint32_t bytes) {
+  return not_granted("receive", SO_RCVBUF, bytes, "rmem_max", "packets of large samples may be lost");
+}
+
+std::optional<std::string> send_buffer_not_granted(std::uint32_t bytes) {
+  return not_granted("send", SO_SNDBUF, bytes, "wmem_max", "large samples take longer");
+}
+
+std::optional<std::size_t> needs_larger_send_buffer(std::uint32_t bytes) noexcept {
+  const std::uint32_t got = granted(SO_SNDBUF, bytes);
+  return got < bytes ? std::optional{std::min(std::size_t{got} / 2, large_sample)} : std::nullopt;
 }
 
 void set_receive_buffer(int socket, std::uint32_t bytes) noexcept {

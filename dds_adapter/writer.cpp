@@ -74,6 +74,7 @@ class WriterCore final : private fast::WriterListener {
       ++(good.error() == WriteError::oversize ? counters_.oversize : counters_.bad_encapsulation);
       return tl::unexpected{good.error()};
     }
+    participant_->note_size(sample.size);
     if (related == nullptr && is_large(sample)) {
       return give(sample);
     }

@@ -63,7 +63,12 @@ struct Side {
                      .name = "trestle perf",
                      .interfaces = options.interfaces,
                      .shared_memory = options.shared_memory ? std::optional{true} : std::nullopt,
-                     .on_event = {}}},
+                     .on_event =
+                         [warn = options.warn](const dds::Event& event) {
+                           if (warn && event.kind == dds::Event::Kind::small_send_buffer) {
+                             warn("DDS: " + event.detail);
+                           }
+                         }}},
         writer{participant.create_writer(name(options, writes), type(), qos())},
         reader{participant.create_reader(name(options, reads), type(), qos(), std::move(on_sample))} {
     if (options.warn) {

@@ -82,7 +82,7 @@ void log_dds(spdlog::logger& logger, const dds::Event& event) {
   using Kind = dds::Event::Kind;
   const bool bad = event.kind == Kind::incompatible_qos || event.kind == Kind::incompatible_type ||
                    event.kind == Kind::other_type_hash || event.kind == Kind::deadline_missed ||
-                   event.kind == Kind::liveliness_lost;
+                   event.kind == Kind::liveliness_lost || event.kind == Kind::small_send_buffer;
   logger.log(bad ? spdlog::level::warn : spdlog::level::info, "DDS {}", in_words(event));
 }
 

@@ -78,6 +78,8 @@ std::string in_words(const dds::Event& event) {
                  ? fmt::format("{}: a publisher ({}) has not shown that it is alive for its lease",
                                event.topic, event.peer)
                  : fmt::format("{}: nothing was carried for longer than `liveliness_lease`", event.topic);
+    case Kind::small_send_buffer:
+      return event.detail;
     case Kind::other_type_hash:
       return fmt::format(
           "{}: the {} of this topic in {} has another definition of {}: its hash is {}, the route's is {}; "

@@ -96,7 +96,8 @@ struct Node::State : std::enable_shared_from_this<State> {
                                    const std::string& why) { on_tcp_refused(client, why); },
              .large_lost = [this](const Endpoint& from,
                                   const std::string& what) { on_large_lost(from, what); },
-             .unreachable = [this](const Endpoint& receiver) { on_unreachable(receiver); }}},
+             .unreachable = [this](const Endpoint& receiver) { on_unreachable(receiver); },
+             .send_buffer_is_small = [this](int granted) { say_that_sending_is_slow(granted); }}},
         provider{io, discovery, ports, config, counters, log, warn},
         consumer{io, discovery, ports, config, counters, log, warn, [this] { drain(); }},
         neighbours{config.address, config.multicast_interface},
@@ -173,26 +174,34 @@ struct Node::State : std::enable_shared_from_this<State> {
   }
 
   // The node's other sockets ask for the same, and get the same.
+  void say_buffer(const char* which, int granted, int wanted, const char* limit, const char* so) {
+    if (granted < wanted) {
+      warn("the system grants " + std::string{which} + " buffers of " + std::to_string(granted >> 10) +
+           " KB only, not " + std::to_string(wanted >> 10) + ": " + so + "; as root: sysctl -w net.core." +
+           limit + "=" + std::to_string(wanted));
+    }
+  }
+
+  // Only who sends large messages needs a large one.
+  void say_that_sending_is_slow(int granted) {
+    if (!std::exchange(slow_sending_said, true)) {
+      shielded(io, [&] {
+        say_buffer("UDP send", granted, config.send_buffer_bytes, "wmem_max", "large messages take longer");
+      });
+    }
+  }
+
   void say_what_is_not_granted() {
-    const auto say = [this](const char* which, int granted, int wanted, const char* limit, const char* so) {
-      if (granted < wanted) {
-        warn("the system grants " + std::string{which} + " buffers of " + std::to_string(granted >> 10) +
-             " KB only, not " + std::to_string(wanted >> 10) + ": " + so + "; as root: sysctl -w net.core." +
-             limit + "=" + std::to_string(wanted));
-      }
-    };
-    say("UDP receive", unicast.receive_buffer_bytes(), config.receive_buffer_bytes, "rmem_max",
-        "large events come slower, and other large messages may lose segments");
-    say("UDP send", unicast.send_buffer_bytes(), config.send_buffer_bytes, "wmem_max",
-        "large messages take longer");
+    say_buffer("UDP receive", unicast.receive_buffer_bytes(), config.receive_buffer_bytes, "rmem_max",
+               "large events come slower, and other large messages may lose segments");
     if (config.tcp_receive_buffer_bytes != 0 || config.tcp_send_buffer_bytes != 0) {
       const someip::TcpBuffers tcp =
           someip::granted_buffers({.receive_buffer_bytes = config.tcp_receive_buffer_bytes,
                                    .send_buffer_bytes = config.tcp_send_buffer_bytes});
-      say("TCP receive", tcp.receive_bytes, config.tcp_receive_buffer_bytes, "rmem_max",
-          "less may be under way to us");
-      say("TCP send", tcp.send_bytes, config.tcp_send_buffer_bytes, "wmem_max",
-          "less may be under way from us");
+      say_buffer("TCP receive", tcp.receive_bytes, config.tcp_receive_buffer_bytes, "rmem_max",
+                 "less may be under way to us");
+      say_buffer("TCP send", tcp.send_bytes, config.tcp_send_buffer_bytes, "wmem_max",
+                 "less may be under way from us");
     }
     if (unicast.busy_poll() < config.busy_poll) {
       log("the system does not poll the network device (SO_BUSY_POLL): it needs CAP_NET_ADMIN");
@@ -459,6 +468,7 @@ struct Node::State : std::enable_shared_from_this<State> {
   Refusals foreign{};
   Refusals contested{};
   Refusals not_sent{};
+  bool slow_sending_said = false;
   std::uint64_t not_sent_said = 0;
 };
 

@@ -11,6 +11,9 @@ namespace {
 // Longer than it takes a client to learn that the service is gone and to close its connection.
 constexpr Duration leaving_time = std::chrono::seconds{3};
 
+// Of which some would fill any send buffer that is smaller than asked for.
+constexpr std::size_t large_message = std::size_t{1} << 20U;
+
 /// The live one that fits; forgets those that are gone.
 template <typename Port, typename Fits>
 std::shared_ptr<Port> find_port(std::vector<std::weak_ptr<Port>>& ports, Fits fits) {
@@ -103,6 +106,10 @@ std::shared_ptr<UdpPort> Ports::udp(std::uint16_t number, const std::function<bo
         on_train(train, {.from = train.peer, .udp = std::move(alive), .tcp = nullptr}, large, weak);
       }
     });
+    if (const int granted = port->socket.send_buffer_bytes(); granted < config_.send_buffer_bytes) {
+      port->sender.tell_large(std::min(static_cast<std::size_t>(granted) / 2, large_message),
+                              [this, granted] { handlers_.send_buffer_is_small(granted); });
+    }
     port->socket.report_unreachable([this, weak = udp_.back()](const Endpoint& receiver) {
       if (const auto alive = weak.lock()) {
         handlers_.unreachable(receiver);

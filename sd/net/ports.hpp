@@ -79,6 +79,9 @@ class Ports {
     std::function<void(const Endpoint& from, const std::string& what)> large_lost;
     /// What was sent to this UDP endpoint found nobody there.
     std::function<void(const Endpoint& receiver)> unreachable;
+    /// A message is sent by UDP for which the send buffer is small, as the system grants no larger one: so
+    /// many bytes.
+    std::function<void(int granted)> send_buffer_is_small;
   };
 
   Ports(boost::asio::io_context& io, const NodeConfig& config, NodeCounters& counters, Handlers handlers);

@@ -7,6 +7,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <cstring>
 #include <iterator>
+#include <limits>
 #include <list>
 #include <optional>
 #include <utility>
@@ -413,6 +414,10 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   bool enqueue(const Endpoint& to, const Header& header, std::span<const ByteView> payload, std::size_t bytes,
                std::shared_ptr<const void> keep_alive, const TpPacing& pacing) {
     const auto self = shared_from_this();  // the owner of another message may destroy the sender
+    if (bytes > large_above) {
+      large_above = std::numeric_limits<std::size_t>::max();
+      std::exchange(on_large, nullptr)();
+    }
     PendingMessage* const place = lanes.add(to, payload, bytes, keep_alive != nullptr);
     if (place == nullptr) {
       ++counters.queue_full;
@@ -495,6 +500,8 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   bool turn_open = false;  ///< a small message has left, further ones wait for each other in the batch
   bool deferred = false;   ///< end_turn() is on its way
   Counters counters;
+  std::size_t large_above = std::numeric_limits<std::size_t>::max();
+  std::function<void()> on_large;
   // Of one batch; kept to reuse their memory.
   std::array<std::array<std::byte, header_bytes + tp_header_bytes>, batch_segments> headers{};
   std::vector<ByteView> slices;
@@ -536,6 +543,11 @@ void MessageSender::close() {
   state.collect_timer.cancel();
   state.lent = nullptr;
   state.counters.abandoned += state.lanes.clear();
+}
+
+void MessageSender::tell_large(std::size_t above, std::function<void()> told) {
+  state_->large_above = above;
+  state_->on_large = std::move(told);
 }
 
 bool MessageSender::send(const Endpoint& to, const Header& header, std::span<const ByteView> payload,

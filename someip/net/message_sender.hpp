@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 
@@ -58,6 +59,10 @@ class MessageSender {
   /// To be called before send() for a message that a rule is for: drops the oldest one with its Message ID
   /// when too many wait for the receiver, or says that the new one is not to be sent.
   Room make_room(const Endpoint& to, const Header& newer, const WaitRule& rule);
+
+  /// Calls `told` once, when the first message of more bytes than this is to be sent. Not to destroy the
+  /// sender.
+  void tell_large(std::size_t above, std::function<void()> told);
 
   /// Sends now what waits to leave together with others.
   void flush();

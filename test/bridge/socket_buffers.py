@@ -11,7 +11,7 @@ def without_net_admin():
 
 
 def limits_below(receive, send):
-    """What is to be set so that a socket gets buffers of these sizes, as sysctl takes it."""
+    """What is to be set so that a socket gets buffers of these sizes, as sysctl takes it. 0: it needs none."""
     settings = []
     for name, wanted in ("rmem_max", receive), ("wmem_max", send):
         try:

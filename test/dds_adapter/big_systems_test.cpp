@@ -153,6 +153,46 @@ TEST_F(BigSystems, SayWhichBuffersTheSystemDoesNotGrant) {
                                 HasSubstr("sysctl -w net.core.rmem_max=2147483647"))));
 }
 
+TEST_F(BigSystems, SayThatTheSendBufferIsSmallWithTheFirstLargeSampleAndOnce) {
+  const std::string file = folder_ + "/send_buffer.xml";
+  std::ofstream{file} << R"(<?xml version="1.0" encoding="UTF-8" ?>
+<dds xmlns="http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles"><profiles>
+  <participant profile_name="generous"><rtps>
+    <sendSocketBufferSize>2147483647</sendSocketBufferSize>
+    <listenSocketBufferSize>131072</listenSocketBufferSize>
+  </rtps></participant>
+</profiles></dds>)";
+  std::mutex guard;
+  std::vector<std::string> lines;
+  ParticipantConfig profiled = config();
+  profiled.profiles_file = file;
+  profiled.profile = "generous";
+  profiled.on_event = [&](const Event& event) {
+    const std::lock_guard lock{guard};
+    if (event.kind == Event::Kind::small_send_buffer) {
+      lines.push_back(event.detail);
+    }
+  };
+  Participant participant{profiled};
+  EXPECT_THAT(participant.buffers_not_granted(), IsEmpty());
+  Writer writer = participant.create_writer("rt/large", "std_msgs::msg::dds_::ByteMultiArray_", {});
+  const auto write = [&](std::size_t bytes) {
+    std::vector<std::byte> sample(bytes);
+    sample[1] = std::byte{1};  // CDR, little endian
+    return writer.write(sample).has_value();
+  };
+  ASSERT_TRUE(write(60'000));
+  {
+    const std::lock_guard lock{guard};
+    EXPECT_THAT(lines, IsEmpty()) << "it needs none";
+  }
+  ASSERT_TRUE(write((1 << 20) + 4));
+  ASSERT_TRUE(write((1 << 20) + 4));
+  const std::lock_guard lock{guard};
+  EXPECT_THAT(lines, ElementsAre(AllOf(HasSubstr("UDP send buffers"), HasSubstr("KB only, not 2097151:"),
+                                       HasSubstr("sysctl -w net.core.wmem_max=2147483647"))));
+}
+
 /// Whether Fast DDS's shared memory is part of this process.
 bool has_shared_memory() {
   std::ifstream maps{"/proc/self/maps"};

@@ -160,8 +160,8 @@ class BridgeCommand(unittest.TestCase):
         finally:
             status, _, log, _ = bridge.finish()
         self.assertEqual(status, 0, log)
-        self.assertEqual(limits_told(log, by="warning SD "), limits_below(32 << 20, 24 << 20))
-        self.assertEqual(limits_told(log, by="warning DDS "), limits_below(16 << 20, 16 << 20))
+        self.assertEqual(limits_told(log, by="warning SD "), limits_below(32 << 20, 0))
+        self.assertEqual(limits_told(log, by="warning DDS "), limits_below(16 << 20, 0))
 
     def test_names_an_interface_that_is_not_there(self):
         done = run(CONFIG.replace("  sd:", "  interface: nope0\n  sd:"))

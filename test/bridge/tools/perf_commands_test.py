@@ -265,9 +265,9 @@ class Bridge(unittest.TestCase):
     def test_buffers_that_the_system_does_not_grant_are_told(self):
         for end in [], ["--reflect"]:
             with subprocess.Popen([TRESTLE, "perf", "bridge", *self.WHERE, *end], stderr=subprocess.PIPE, text=True) as run:
-                told = [limits_told(run.stderr.readline(), by="warning: DDS: ") for _ in limits_below(16 << 20, 16 << 20)]
+                told = [limits_told(run.stderr.readline(), by="warning: DDS: ") for _ in limits_below(16 << 20, 0)]
                 run.send_signal(signal.SIGINT)
-            self.assertEqual([limit for line in told for limit in line], limits_below(16 << 20, 16 << 20))
+            self.assertEqual([limit for line in told for limit in line], limits_below(16 << 20, 0))
 
 
 class Failing(unittest.TestCase):
@@ -284,7 +284,7 @@ class Failing(unittest.TestCase):
         for command in [*client_command("0x7e58.1", "--json")], [TRESTLE, "perf", "server", *network(4)]:
             done = subprocess.run([*command, "--quiet", "--timeout", "0.3"], preexec_fn=without_net_admin,
                                   capture_output=True, text=True, timeout=PATIENCE, check=False)
-            self.assertEqual(limits_told(done.stderr, by="warning: "), limits_below(8 << 20, 4 << 20))
+            self.assertEqual(limits_told(done.stderr, by="warning: "), limits_below(8 << 20, 0))
             self.assertEqual(done.stdout, "")
 
     def test_another_service_is_told(self):
