@@ -110,6 +110,7 @@ void check(const NodeConfig& config) {
   check(config.pacing, "pacing");
   in_order("collect_for", "", config.collect_for, Duration::max());
   in_order("tcp_idle_timeout", "", config.tcp_idle_timeout, Duration::max());
+  in_order("tcp_unanswered_timeout", "", config.tcp_unanswered_timeout, Duration::max());
   in_order("tcp_message_timeout", "", config.tcp_message_timeout, Duration::max());
   in_order("reassembly_timeout", "", config.reassembly_timeout, Duration::max());
   at_least(0, config.tcp_receive_buffer_bytes, "tcp_receive_buffer_bytes");

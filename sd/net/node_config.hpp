@@ -67,6 +67,8 @@ struct NodeConfig {
   /// A connection of a client that no subscription needs and over which no message goes for so long is
   /// closed, at most a quarter of the time later. 0: none is.
   Duration tcp_idle_timeout = std::chrono::minutes{5};
+  /// The same for a connection with a request that a method of ours has not answered yet, if it is longer.
+  Duration tcp_unanswered_timeout = std::chrono::hours{1};
   /// Memory that all TCP connections together may take for messages that come in pieces, besides 64 KiB of
   /// each; never less than for one message. Where it does not suffice, the connection ends that holds the
   /// most for the longest time.

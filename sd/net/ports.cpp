@@ -128,6 +128,7 @@ std::shared_ptr<TcpPort> Ports::tcp(std::uint16_t number, const std::function<bo
                                  .max_connections = config_.max_tcp_clients,
                                  .max_connections_per_address = config_.max_tcp_clients_per_address,
                                  .idle_timeout = config_.tcp_idle_timeout,
+                                 .unanswered_timeout = config_.tcp_unanswered_timeout,
                                  .tcp = tcp_options()}));
     tcp_.push_back(port);
     const Endpoint own = port->server.local();

@@ -40,6 +40,22 @@ bool ReplyPath::send_bytes(const someip::Header& header, std::span<const ByteVie
   return port->sender.send(to, header, payload, std::move(keep_alive), paced);
 }
 
+Responder::Responder(const someip::Header& request, const someip::AnswerRules& rules, ReplyPath path,
+                     bool answered)
+    : request_{request}, rules_{rules}, path_{std::move(path)}, pending_{answered} {
+  if (const auto port = path_.tcp.lock(); port && pending_) {
+    port->server.await_answer(path_.to);
+  }
+}
+
+bool Responder::settle() {
+  const bool was = std::exchange(pending_, false);
+  if (const auto port = path_.tcp.lock(); port && was) {
+    port->server.answered(path_.to);
+  }
+  return was;
+}
+
 Responder::Responder(Responder&& other) noexcept
     : request_{other.request_},
       rules_{other.rules_},
@@ -64,14 +80,14 @@ bool Responder::respond(std::span<const ByteView> payload, std::shared_ptr<const
 bool Responder::error(someip::ReturnCode code, ByteView payload) {
   // An error never answers an error.  [feat_req_someip_704]
   if (request_.return_code != someip::ReturnCode::ok) {
-    pending_ = false;
+    settle();
   }
   return answer(code, {&payload, 1}, nullptr);
 }
 
 bool Responder::answer(someip::ReturnCode code, std::span<const ByteView> payload,
                        std::shared_ptr<const void> keep_alive) {
-  return std::exchange(pending_, false) &&
+  return settle() &&
          path_.send(someip::answer_header(request_, code, rules_), payload, std::move(keep_alive));
 }
 

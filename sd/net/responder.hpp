@@ -49,8 +49,7 @@ class Responder {
  public:
   Responder() = default;
   /// @param answered  false for fire and forget.
-  Responder(const someip::Header& request, const someip::AnswerRules& rules, ReplyPath path, bool answered)
-      : request_{request}, rules_{rules}, path_{std::move(path)}, pending_{answered} {}
+  Responder(const someip::Header& request, const someip::AnswerRules& rules, ReplyPath path, bool answered);
   ~Responder() { error(someip::ReturnCode::not_ok); }
   Responder(Responder&& other) noexcept;
   Responder& operator=(Responder&& other) noexcept;
@@ -72,6 +71,8 @@ class Responder {
   bool error(someip::ReturnCode code, ByteView payload = {});
 
  private:
+  /// Whether it was pending; it is no more.
+  bool settle();
   bool answer(someip::ReturnCode code, std::span<const ByteView> payload,
               std::shared_ptr<const void> keep_alive);
 

@@ -56,6 +56,7 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
     Clock::time_point since = Clock::now();
     Clock::time_point last = since;  ///< when something was first seen to have changed
     std::uint64_t messages = 0;      ///< that had gone either way by then
+    std::size_t unanswered = 0;      ///< requests
 
     void look(Clock::time_point now) {
       const auto counted = stream->counters();
@@ -235,7 +236,10 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
     std::vector<Endpoint> idle;
     for (auto& [endpoint, client] : clients) {
       client.look(now);
-      if (now - client.last >= options.idle_timeout && !(handlers.in_use && handlers.in_use(endpoint))) {
+      const Duration limit = client.unanswered == 0
+                                 ? options.idle_timeout
+                                 : std::max(options.idle_timeout, options.unanswered_timeout);
+      if (now - client.last >= limit && !(handlers.in_use && handlers.in_use(endpoint))) {
         idle.push_back(endpoint);
       }
     }
@@ -302,6 +306,19 @@ bool TcpServer::send(const Endpoint& to, const Header& header, std::span<const B
 Room TcpServer::make_room(const Endpoint& to, const Header& newer, const WaitRule& rule) {
   const auto client = state_->clients.find(to);
   return client == state_->clients.end() ? Room{} : client->second.stream->make_room(newer, rule);
+}
+
+void TcpServer::await_answer(const Endpoint& client) {
+  if (const auto found = state_->clients.find(client); found != state_->clients.end()) {
+    ++found->second.unanswered;
+  }
+}
+
+void TcpServer::answered(const Endpoint& client) {
+  const auto found = state_->clients.find(client);
+  if (found != state_->clients.end() && found->second.unanswered > 0) {
+    --found->second.unanswered;
+  }
 }
 
 void TcpServer::disconnect(const Endpoint& client, const std::string& why) {

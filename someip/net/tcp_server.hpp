@@ -14,6 +14,8 @@ struct TcpServerOptions {
   /// A connection over which no message goes for so long, either way, is closed unless Handlers::in_use says
   /// that it is needed; at most a quarter of the time later. 0: none is.
   Duration idle_timeout{0};
+  /// One with a request that waits for its answer, see await_answer(), is only so after this time.
+  Duration unanswered_timeout{0};
   TcpOptions tcp = {};
 };
 
@@ -59,6 +61,11 @@ class TcpServer {
 
   /// As that of TcpStream, for the client that is connected from `to`.
   Room make_room(const Endpoint& to, const Header& newer, const WaitRule& rule);
+
+  /// A request of this client will be answered later: until then its connection is not taken for idle.
+  void await_answer(const Endpoint& client);
+  /// It is answered, or will not be.
+  void answered(const Endpoint& client);
 
   /// Closes the connection of a client, if there is one; Handlers::closed is told `why`.
   void disconnect(const Endpoint& client, const std::string& why);

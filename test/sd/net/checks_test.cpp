@@ -134,6 +134,8 @@ INSTANTIATE_TEST_SUITE_P(
         Nonsense{"Burst", [](NodeConfig& c) { c.pacing.burst = 0; }, "pacing.burst: must be at least 1"},
         Nonsense{"Separation", [](NodeConfig& c) { c.pacing.separation = -1us; },
                  "pacing.separation: a time cannot be negative"},
+        Nonsense{"UnansweredFor", [](NodeConfig& c) { c.tcp_unanswered_timeout = -1us; },
+                 "tcp_unanswered_timeout: a time"},
         Nonsense{"CollectFor", [](NodeConfig& c) { c.collect_for = -1us; }, "collect_for: a time"},
         Nonsense{"DeadAtOnce", [](NodeConfig& c) { c.tcp_dead_after = 999ms; },
                  "tcp_dead_after: must be from 1 second to 24 days"},

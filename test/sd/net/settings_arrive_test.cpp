@@ -221,6 +221,35 @@ TEST_F(SettingsTest, EndIdleConnections) {
   EXPECT_EQ(node.tcp_server_counters().open, 1U) << "that of the subscription";
 }
 
+TEST_F(SettingsTest, KeepConnectionsWhileAMethodHasNotAnswered) {
+  NodeConfig config = quick(test::server_address);
+  config.tcp_idle_timeout = 40ms;
+  std::vector<Responder> waiting;
+  ServiceSpec slow = spec();
+  slow.udp_port.reset();
+  slow.methods = {
+      {echo, [&](const Message&, Responder responder) { waiting.push_back(std::move(responder)); }}};
+  slow.eventgroups = {};
+  Node node{io, config};
+  node.offer(std::move(slow));
+  Node client{io, quick(test::client_address)};
+  const RequirementId service = client.require({.service = ServiceId{0x1234}});
+  ASSERT_TRUE(run_until([&] { return !client.available(service).empty(); }));
+  const auto ask = [&] { client.call(service, {.method = echo, .timeout = 1h}, {}, note()); };
+  ask();
+  ask();
+  ASSERT_TRUE(run_until([&] { return waiting.size() == 2; }));
+  for (std::uint64_t i = 1; i <= 2; ++i) {  // it looks at all again and again
+    EXPECT_TRUE(is_closed(connect()));
+    EXPECT_EQ(node.tcp_server_counters().idle, i);
+  }
+  EXPECT_TRUE(waiting[0].respond());
+  EXPECT_TRUE(waiting[1].error(ReturnCode::not_ok));
+  ASSERT_TRUE(run_until([&] { return outcomes.size() == 2; }));
+  EXPECT_EQ(outcomes[0].fault, std::nullopt);
+  EXPECT_TRUE(run_until([&] { return node.tcp_server_counters().idle == 3; })) << "now nobody needs it";
+}
+
 TEST_F(SettingsTest, EndConnectionsWithoutMemoryForTheirMessages) {
   NodeConfig config = quick(test::server_address);
   config.max_message_bytes = 300'000;

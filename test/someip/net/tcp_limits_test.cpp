@@ -200,6 +200,32 @@ TEST_F(TcpLimitsTest, IdleConnectionsEndUnlessTheyAreNeeded) {
   EXPECT_EQ(server->counters().idle, 3U);
 }
 
+TEST_F(TcpLimitsTest, AConnectionThatWaitsForAnAnswerIsNotIdleForAWhile) {
+  open({.idle_timeout = 40ms, .unanswered_timeout = 1h});
+  const Endpoint waits = end_of(connect(2), 2);
+  const Endpoint waits_twice = end_of(connect(3), 3);
+  server->await_answer(waits);
+  server->await_answer(waits_twice);
+  server->await_answer(waits_twice);
+  connect(4);
+  ASSERT_TRUE(run_until([&] { return server->counters().idle == 1; }));
+  connect(4);
+  ASSERT_TRUE(run_until([&] { return server->counters().idle == 2; })) << "it has looked at all again";
+  EXPECT_TRUE(server->connected(waits));
+  server->answered(waits);
+  server->answered(waits_twice);
+  ASSERT_TRUE(run_until([&] { return server->counters().idle == 3; }));
+  EXPECT_FALSE(server->connected(waits));
+  EXPECT_TRUE(server->connected(waits_twice)) << "one is still to come";
+}
+
+TEST_F(TcpLimitsTest, AnAnswerThatNeverComesKeepsNoConnectionForEver) {
+  open({.idle_timeout = 20ms, .unanswered_timeout = 60ms});
+  server->await_answer(end_of(connect(2), 2));
+  server->answered({test::own_address(9), 1});  // nobody
+  EXPECT_TRUE(run_until([&] { return server->counters().idle == 1; }));
+}
+
 TEST_F(TcpLimitsTest, PlacesAreSharedByAddress) {
   open({.max_connections = 8, .max_connections_per_address = 4});
   for (int i = 0; i < 4; ++i) {
