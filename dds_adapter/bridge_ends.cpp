@@ -52,6 +52,17 @@ bool FoundBridgeEnds::contains(const fast::Guid& guid) const {
   return ends_.contains(guid);
 }
 
+std::optional<std::string> FoundBridgeEnds::text_of(const fast::Guid& guid) const {
+  const std::lock_guard lock{mutex_};
+  const auto known = ends_.find(guid);
+  return known == ends_.end() ? std::nullopt : std::optional{known->second.text};
+}
+
+OtherEnd judge(const FoundBridgeEnds& ends, const fast::Guid& peer, const TakesBridge& takes) {
+  const auto text = ends.text_of(peer);
+  return !text ? OtherEnd::none : takes && takes(*text) ? OtherEnd::taken : OtherEnd::ignored;
+}
+
 std::vector<BridgeEnd> FoundBridgeEnds::of_topic(std::string_view topic) const {
   std::vector<BridgeEnd> result;
   const std::lock_guard lock{mutex_};

@@ -1,5 +1,6 @@
 #pragma once
 #include <atomic>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -28,6 +29,8 @@ class FoundBridgeEnds {
   void note(const fast::FoundEndpoint& endpoint);
 
   [[nodiscard]] bool contains(const fast::Guid& guid) const;
+  /// The text of an end; nothing: it is none.
+  [[nodiscard]] std::optional<std::string> text_of(const fast::Guid& guid) const;
   [[nodiscard]] std::vector<BridgeEnd> of_topic(std::string_view topic) const;
   [[nodiscard]] std::uint64_t changes() const noexcept { return changes_; }
 
@@ -57,24 +60,36 @@ class IgnoredMatches {
   std::atomic<std::size_t> count_ = 0;
 };
 
+/// EndpointExtras::takes_bridge.
+using TakesBridge = std::function<bool(std::string_view)>;
+
+/// What the end of a bridge makes of another one.
+enum class OtherEnd : std::uint8_t {
+  none,     ///< it is no end of a bridge
+  ignored,  ///< they have nothing to do with each other
+  taken,    ///< it is as any other
+};
+[[nodiscard]] OtherEnd judge(const FoundBridgeEnds& ends, const fast::Guid& peer, const TakesBridge& takes);
+
 /// Whether a sample's writer is the end of another bridge. Asks again only for another writer, or when ends
 /// have come or gone: as a rule it takes no lock. For one thread at a time.
 class BridgeCheck {
  public:
-  [[nodiscard]] bool is_bridge(const FoundBridgeEnds& ends, const fast::Guid& writer) {
+  [[nodiscard]] OtherEnd judge(const FoundBridgeEnds& ends, const fast::Guid& writer,
+                               const TakesBridge& takes) {
     const std::uint64_t changes = ends.changes();
     if (changes != changes_ || writer != writer_) {
       changes_ = changes;
       writer_ = writer;
-      is_bridge_ = changes != 0 && ends.contains(writer);
+      judged_ = changes != 0 ? detail::judge(ends, writer, takes) : OtherEnd::none;
     }
-    return is_bridge_;
+    return judged_;
   }
 
  private:
   std::uint64_t changes_ = 0;
   fast::Guid writer_;
-  bool is_bridge_ = false;
+  OtherEnd judged_ = OtherEnd::none;
 };
 
 }  // namespace trestle::dds::detail

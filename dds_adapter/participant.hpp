@@ -168,7 +168,8 @@ struct FoundWriter {
   std::string topic{};
   std::string type{};
   Qos qos{};  ///< of which discovery tells neither depth nor history nor lifespan: those are as by default
-  bool bridge = false;   ///< the end of another bridge
+  bool bridge = false;        ///< the end of another bridge ...
+  std::string bridge_text{};  ///< ... and its EndpointExtras::bridge
   bool refused = false;  ///< by a reader of ours, for the hash of its type: ParticipantConfig::strict_types
 };
 
@@ -182,6 +183,9 @@ struct EndpointExtras {
   /// nothing that one bridge brought in is carried out by another. Letters, digits, and what else is printed
   /// but `;`; at most `max_bridge_text` characters.
   std::string bridge{};
+  /// The exception: such an end of another participant, by the text that it has, is a counterpart as any
+  /// other if this is true. Called on threads of DDS, of several at once. Empty: there is none.
+  std::function<bool(std::string_view bridge)> takes_bridge{};
   /// Of such a reader: told of each sample that it does not take for that, which is valid during the call. A
   /// callback as that of samples.
   std::function<void(ByteView cdr, const Guid& writer)> on_bridged{};
@@ -189,7 +193,7 @@ struct EndpointExtras {
 };
 
 /// Of EndpointExtras::bridge; what is longer when it comes is cut.
-inline constexpr std::size_t max_bridge_text = 96;
+inline constexpr std::size_t max_bridge_text = 448;
 
 /// The end of another bridge, EndpointExtras::bridge.
 struct BridgeEnd {
@@ -217,7 +221,8 @@ struct Loan;
 class Sample {
  public:
   Sample() noexcept;
-  explicit Sample(std::unique_ptr<detail::Loan> loan) noexcept;
+  /// @param from_bridge  see below.
+  explicit Sample(std::unique_ptr<detail::Loan> loan, bool from_bridge = false) noexcept;
   Sample(Sample&&) noexcept;
   Sample& operator=(Sample&&) noexcept;
   ~Sample();
@@ -236,6 +241,9 @@ class Sample {
   /// The sample that the writer says this one belongs to, see Writer::write_related(). No writer: none.
   [[nodiscard]] SampleId related() const noexcept;
 
+  /// Whether its writer is the end of another bridge, which the reader takes: EndpointExtras::takes_bridge.
+  [[nodiscard]] bool from_bridge() const noexcept { return from_bridge_; }
+
   /// Gives the memory back to DDS early; cdr() is empty from then on.
   void release() noexcept;
 
@@ -243,6 +251,7 @@ class Sample {
   ByteView cdr_;
   std::chrono::nanoseconds source_time_{0};
   std::uint64_t sequence_ = 0;
+  bool from_bridge_ = false;
   std::unique_ptr<detail::Loan> loan_;
 };
 

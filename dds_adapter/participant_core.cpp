@@ -354,7 +354,8 @@ bool ParticipantCore::refuses(const Endpoint& ours, const fast::Guid& peer) cons
 }
 
 bool ParticipantCore::ignores(const Endpoint& ours, const fast::Guid& peer) const {
-  return (ours.bridge && bridge_ends_.contains(peer)) || refuses(ours, peer);
+  return (ours.bridge && judge(bridge_ends_, peer, ours.takes_bridge) == OtherEnd::ignored) ||
+         refuses(ours, peer);
 }
 
 bool ParticipantCore::has_reliable_reader(const Endpoint& writer) const {
@@ -534,8 +535,9 @@ std::vector<FoundWriter> ParticipantCore::writers() const {
   std::vector<FoundWriter> result;
   for (const auto& [guid, found] : found_) {
     if (found.endpoint.writer && !is_own(guid)) {
-      result.push_back({found.endpoint.topic, found.endpoint.type, found.endpoint.qos,
-                        bridge_ends_.contains(guid), !found.refused_by.empty()});
+      const auto bridge = bridge_ends_.text_of(guid);
+      result.push_back({found.endpoint.topic, found.endpoint.type, found.endpoint.qos, bridge.has_value(),
+                        bridge.value_or(std::string{}), !found.refused_by.empty()});
       Qos& qos = result.back().qos;
       qos.transient_local =
           qos.transient_local && user_data_value(found.endpoint.user_data, "durability") != "volatile";

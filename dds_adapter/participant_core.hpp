@@ -44,7 +44,8 @@ class ParticipantCore final : private fast::DiscoveryListener {
     Qos qos;  ///< as announced
     bool writer = false;
     std::string user_data{};
-    bool bridge = false;  ///< the end of one
+    bool bridge = false;         ///< the end of one ...
+    TakesBridge takes_bridge{};  ///< ... and which others are none to it
     /// Of a volatile writer that announces itself as transient local: counts the readers that match it and
     /// will miss what was written before they came. DDS does not tell of these.
     std::atomic<std::uint64_t>* unserved = nullptr;

@@ -36,6 +36,7 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
         on_bridged_{std::move(extras.on_bridged)} {
     endpoint_.user_data = user_data_;
     endpoint_.bridge = !extras.bridge.empty();
+    endpoint_.takes_bridge = std::move(extras.takes_bridge);
   }
 
   ReaderCore(const ReaderCore&) = delete;
@@ -131,13 +132,14 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
       }
       loan->from = reader;
       loan->keeps = shared_from_this();
-      if (is_bridged(*loan)) {
+      const OtherEnd writer = judge(*loan);
+      if (writer == OtherEnd::ignored) {
         if (on_bridged_) {
           on_bridged_(loan->samples[0].received, to_guid(loan->infos[0].sample_identity.writer_guid()));
         }
         give_back(std::move(loan));
       } else if (is_wanted(*loan)) {
-        on_sample_(Sample{std::move(loan)});
+        on_sample_(Sample{std::move(loan), writer == OtherEnd::taken});
       } else {
         give_back(std::move(loan));
       }
@@ -145,14 +147,17 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
   }
 
   /// Counts what another bridge brought in.
-  bool is_bridged(const Loan& loan) {
-    if (!endpoint_.bridge || !loan.infos[0].valid_data ||
-        !bridge_check_.is_bridge(participant_->bridge_ends(), loan.infos[0].sample_identity.writer_guid())) {
-      return false;
+  OtherEnd judge(const Loan& loan) {
+    if (!endpoint_.bridge || !loan.infos[0].valid_data) {
+      return OtherEnd::none;
     }
-    const std::lock_guard lock{counters_mutex_};
-    ++counters_.from_bridge;
-    return true;
+    const OtherEnd judged = bridge_check_.judge(
+        participant_->bridge_ends(), loan.infos[0].sample_identity.writer_guid(), endpoint_.takes_bridge);
+    if (judged == OtherEnd::ignored) {
+      const std::lock_guard lock{counters_mutex_};
+      ++counters_.from_bridge;
+    }
+    return judged;
   }
 
   /// Judges and counts a sample.
@@ -283,7 +288,8 @@ void give_back(std::unique_ptr<Loan> loan) noexcept {
 
 Sample::Sample() noexcept = default;
 
-Sample::Sample(std::unique_ptr<detail::Loan> loan) noexcept : loan_{std::move(loan)} {
+Sample::Sample(std::unique_ptr<detail::Loan> loan, bool from_bridge) noexcept
+    : from_bridge_{from_bridge}, loan_{std::move(loan)} {
   const auto& info = loan_->infos[0];
   cdr_ = loan_->samples[0].received;
   source_time_ = std::chrono::nanoseconds{fast::nanoseconds_of(info.source_timestamp)};
@@ -294,6 +300,7 @@ Sample::Sample(Sample&& other) noexcept
     : cdr_{std::exchange(other.cdr_, {})},
       source_time_{other.source_time_},
       sequence_{other.sequence_},
+      from_bridge_{other.from_bridge_},
       loan_{std::move(other.loan_)} {}
 
 Sample& Sample::operator=(Sample&& other) noexcept {
@@ -302,6 +309,7 @@ Sample& Sample::operator=(Sample&& other) noexcept {
     cdr_ = std::exchange(other.cdr_, {});
     source_time_ = other.source_time_;
     sequence_ = other.sequence_;
+    from_bridge_ = other.from_bridge_;
     loan_ = std::move(other.loan_);
   }
   return *this;

@@ -49,6 +49,7 @@ struct ServiceConfig {
   std::string reply_user_data{};  ///< of that of replies
   /// EndpointExtras::bridge of both: servers and clients of different bridges do not see each other.
   std::string bridge{};
+  std::function<bool(std::string_view bridge)> takes_bridge{};  ///< likewise, EndpointExtras::takes_bridge
 };
 
 /// A request or reply as CDR with its encapsulation header, whatever form it came in: on loan from DDS, or
@@ -140,6 +141,7 @@ struct RequestId {
   RosForm form = RosForm::fastrtps;  ///< never automatic
   std::uint64_t client = 0;          ///< cyclonedds alone, to be repeated; as the next
   std::int64_t number = 0;
+  bool from_bridge = false;  ///< as Sample::from_bridge()
 };
 
 /// What a server has seen since it was made.

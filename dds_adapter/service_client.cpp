@@ -109,6 +109,7 @@ struct ServiceClient::State {
              },
          .user_data = config.request_user_data + user_data,
          .bridge = config.bridge,
+         .takes_bridge = config.takes_bridge,
          .writes_related = true}));
     {
       const std::lock_guard lock{mutex};
@@ -121,7 +122,8 @@ struct ServiceClient::State {
         {.on_match = [this](const Guid& peer,
                             bool matched) { changed([&] { servers.writer(peer, matched); }); },
          .user_data = config.reply_user_data + user_data,
-         .bridge = config.bridge}));
+         .bridge = config.bridge,
+         .takes_bridge = config.takes_bridge}));
     const std::lock_guard lock{mutex};
     reader_guid = reader->guid();
   }

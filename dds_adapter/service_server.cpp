@@ -40,6 +40,7 @@ struct ServiceServer::State {
              },
          .user_data = config.reply_user_data + user_data,
          .bridge = config.bridge,
+         .takes_bridge = config.takes_bridge,
          .writes_related = true}));
     reader.emplace(participant.create_reader(
         ros_request_topic(config.name), ros_type_name(config.type + "_Request"), qos,
@@ -55,7 +56,8 @@ struct ServiceServer::State {
                });
              },
          .user_data = config.request_user_data + user_data,
-         .bridge = config.bridge}));
+         .bridge = config.bridge,
+         .takes_bridge = config.takes_bridge}));
   }
 
   // --- On threads of DDS ----------------------------------------------------------------------------------
@@ -90,7 +92,10 @@ struct ServiceServer::State {
   }
 
   void hand_over(Request request) {
-    RequestId id{.request = request.sample.id(), .reply_to = {}, .form = request.form};
+    RequestId id{.request = request.sample.id(),
+                 .reply_to = {},
+                 .form = request.form,
+                 .from_bridge = request.sample.from_bridge()};
     if (request.form == RosForm::cyclonedds) {
       const auto header = detail::inline_header(request.sample.cdr());
       if (!header) {

@@ -35,6 +35,7 @@ class WriterCore final : private fast::WriterListener {
     fast::Topic* topic = participant_->use_topic(endpoint_.topic, endpoint_.type);
     endpoint_.user_data = user_data;
     endpoint_.bridge = !extras.bridge.empty();
+    endpoint_.takes_bridge = std::move(extras.takes_bridge);
     endpoint_.refused = &refused_;
     fast::DataWriterQos qos = writer_qos();
     fast::set_user_data(qos, user_data);

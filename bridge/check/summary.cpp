@@ -126,6 +126,14 @@ std::string describe(const Presence& presence) {
   return text;
 }
 
+std::string describe_from(const std::vector<IpAddress>& bridges) {
+  std::string text = bridges.empty() ? "not from other bridges" : "also from the bridges";
+  for (const IpAddress& one : bridges) {
+    text += " " + someip::to_string(one);
+  }
+  return text;
+}
+
 /// @param is_checked  else only protected.
 /// @param is_protected  also, in answers or requests.
 std::string describe(const E2eSettings& e2e, bool is_protected, bool is_checked) {
@@ -459,6 +467,10 @@ std::string summary(const BridgeConfig& config, const Colours& colours) {
     append_settings(out, "there", routes, colours,
                     [](const Route& route) { return describe(route.presence); });
   }
+  if (std::ranges::any_of(routes, [](const Route& route) { return !route.from_bridges.empty(); })) {
+    append_settings(out, "from", routes, colours,
+                    [](const Route& route) { return describe_from(route.from_bridges); });
+  }
   const auto has_getter = [](const Route& route) { return route.getter.has_value(); };
   if (std::ranges::any_of(config.routes, has_getter)) {
     append_settings(out, "get", config.routes, colours, [](const Route& route) {
@@ -471,6 +483,10 @@ std::string summary(const BridgeConfig& config, const Colours& colours) {
                          [](const MethodRoute& method) { return describe(method.rules); });
   append_method_settings(out, "TP", config.methods, colours,
                          [](const MethodRoute& method) { return describe(method.tp); });
+  if (std::ranges::any_of(config.methods, [](const MethodRoute& one) { return !one.from_bridges.empty(); })) {
+    append_method_settings(out, "from", config.methods, colours,
+                           [](const MethodRoute& method) { return describe_from(method.from_bridges); });
+  }
   append_method_settings(out, "calls", config.methods, colours,
                          [](const MethodRoute& method) { return describe(method); });
   append_made_services(out, config, colours);

@@ -200,6 +200,8 @@ struct Route {
   /// dds_to_someip, transient local: the getter of the field whose notifier the event is. It is answered with
   /// the last sample.
   std::optional<FieldGetter> getter;
+  /// dds_to_someip: addresses of other bridges; what they brought to the topic from SOME/IP is carried, too.
+  std::vector<IpAddress> from_bridges{};
   Mark mark;  ///< where the route begins, for messages about it
 };
 
@@ -268,7 +270,9 @@ struct MethodRoute {
   /// The setter of a field with server: someip: what is asked which value it has when one was refused.
   std::optional<FieldGetter> getter;
   std::optional<someip::MethodId> notifier;  ///< likewise, without a getter: what has told which value it has
-  Mark mark;                                 ///< where the method begins, for messages about it
+  /// server: ros: addresses of other bridges; the ROS service may be one that they make of SOME/IP ones.
+  std::vector<IpAddress> from_bridges{};
+  Mark mark;  ///< where the method begins, for messages about it
 };
 
 /// A whole configuration file.

@@ -76,6 +76,7 @@ RouteInFile route_of(const Common& common, const char* name, const std::string& 
   // ROS clients tell by the topics, too, whether the server is there.
   route.presence.offer_while_published = common.server == Server::ros && !common.method.offer_always;
   route.presence.write_while_offered = common.server == Server::someip;
+  route.from_bridges = common.method.from_bridges;
   route.mark = common.method.mark;
   return result;
 }
@@ -155,6 +156,8 @@ ActionInFile load_action(const YAML::Node& node, Problems& problems) {
   common.good.emplace("minor", section.use_mark("minor"));
   section.read("result_timeout", duration(std::chrono::milliseconds{1}, std::chrono::hours{24}),
                common.result_timeout);
+  load_from_bridges(section, common.server == Server::ros || !common.good.contains("server"),
+                    "actions with server: ros", common.method.from_bridges, problems);
   load_calls(section, common.method, problems);
   if (const YAML::Node wire = section.child("wire")) {
     load_wire(wire, common.method.rules, problems);

@@ -102,6 +102,7 @@ std::optional<RouteInFile> load_notifier(Section& section, const FieldKeys& fiel
   load_subscribe(section, !field.is_of(Server::ros), "fields with server: someip", route.presence, problems);
   load_multicast(section, result, problems);
   route.e2e = field.e2e_of_event;
+  route.from_bridges = method.from_bridges;
   route.mark = method.mark;
   return result;
 }
@@ -191,6 +192,8 @@ FieldInFile load_field(const YAML::Node& node, Problems& problems) {
   load_version(section, method.server == Server::someip, method.major, method.minor);
   field.good.emplace("major", section.use_mark("major"));
   field.good.emplace("minor", section.use_mark("minor"));
+  load_from_bridges(section, method.server == Server::ros || !field.good.contains("server"),
+                    "fields with server: ros", method.from_bridges, problems);
   load_calls(section, method, problems);
   if (const YAML::Node wire = section.child("wire")) {
     load_wire(wire, method.rules, problems);

@@ -104,6 +104,8 @@ MethodInFile load_method(const YAML::Node& node, Problems& problems) {
     problems.error(section.use_mark("offer"), "offer: is for methods with server: ros");
   }
   section.read("fire_and_forget", truth(), method.fire_and_forget);
+  load_from_bridges(section, method.server == Server::ros || !result.good.contains("server"),
+                    "methods with server: ros", method.from_bridges, problems);
   load_calls(section, method, problems);
   if (const YAML::Node wire = section.child("wire")) {
     load_wire(wire, method.rules, problems);

@@ -94,6 +94,8 @@ PatternInFile load_pattern(const YAML::Node& node, Problems& problems) {
     route.presence.write_while_offered = true;
     load_presence(section, route.direction, route.presence, problems);
   }
+  load_from_bridges(section, !inbound, "patterns with direction: dds_to_someip", route.from_bridges,
+                    problems);
   if (const YAML::Node qos = section.child("qos")) {
     load_pattern_qos(qos, route.qos, pattern, inbound, problems);
   }

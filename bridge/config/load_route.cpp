@@ -182,6 +182,21 @@ void load_subscribe(Section& section, bool is_right, const char* whom, Presence&
   }
 }
 
+void load_from_bridges(Section& section, bool is_right, const char* whom, std::vector<IpAddress>& into,
+                       Problems& problems) {
+  constexpr std::size_t most = 8;  // they are told by discovery, with each reader and writer
+  std::vector<Mark> marks;
+  section.read_list("from_bridges", ip_address(), into, marks);
+  if (section.is_missing("from_bridges")) {
+    return;
+  }
+  if (!is_right) {
+    problems.error(section.use_mark("from_bridges"), std::string{"from_bridges: is for "} + whom);
+  } else if (into.size() > most) {
+    problems.error(section.use_mark("from_bridges"), "from_bridges: has room for 8 addresses");
+  }
+}
+
 void load_multicast(Section& section, RouteInFile& into, Problems& problems) {
   if (const YAML::Node node = section.child("multicast")) {
     load_group(node, into.route, into.good.contains("direction"), section.use_mark("multicast"),
@@ -241,6 +256,8 @@ RouteInFile load_route(const YAML::Node& node, Problems& problems) {
   }
   load_presence(section, result.good.contains("direction") ? std::optional{route.direction} : std::nullopt,
                 route.presence, problems);
+  load_from_bridges(section, outbound || !result.good.contains("direction"),
+                    "routes with direction: dds_to_someip", route.from_bridges, problems);
   section.finish();
   return result;
 }

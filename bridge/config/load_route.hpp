@@ -48,6 +48,10 @@ void load_qos(const YAML::Node& node, QosSettings& settings, bool can_follow, Pr
 /// @param known  the route's direction, if it is good.
 void load_presence(Section& section, std::optional<Direction> known, Presence& into, Problems& problems);
 
+/// Reads `from_bridges`. @param is_right  the key is for such a thing; else it is an error that names `whom`.
+void load_from_bridges(Section& section, bool is_right, const char* whom, std::vector<IpAddress>& into,
+                       Problems& problems);
+
 /// Reads `multicast` of what is carried by an eventgroup. After direction and transport.
 void load_multicast(Section& section, RouteInFile& into, Problems& problems);
 /// Reads whether somebody has to read the topic. @param is_right  whether the key may be there ...

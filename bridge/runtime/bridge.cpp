@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "bridge/config/ros_environment.hpp"
+#include "bridge/runtime/bridge_mark.hpp"
 #include "bridge/runtime/dds_receiver.hpp"
 #include "bridge/runtime/dds_words.hpp"
 #include "bridge/runtime/discovered_routes.hpp"
@@ -236,9 +237,7 @@ struct Bridge::State {
           }
           published.clear();
           for (dds::FoundWriter& one : participant->writers()) {
-            if (!one.bridge) {
-              published[one.topic].push_back(std::move(one));
-            }
+            published[one.topic].push_back(std::move(one));
           }
           return SilenceWatch::Heard{.someip = node->seen_hosts(), .dds = participant->peers()};
         },
@@ -360,6 +359,7 @@ Bridge::Bridge(boost::asio::io_context& io, const BridgeConfig& config, TypeLibr
       state_->follow(offer, *state_->outbound.back(), route);
       if (is_as_published(route.qos)) {
         state_->publishers.add(dds::ros_topic_name(route.topic), dds::ros_type_name(route.type),
+                               mark_of(config.someip.address, route),
                                [&opened = *state_->outbound.back()](const PublishedQos& published) {
                                  opened.follow(published);
                                });

@@ -27,9 +27,13 @@ std::optional<std::uint16_t> number(std::string_view text) {
 }  // namespace
 
 std::string to_text(const BridgeMark& mark) {
-  return fmt::format("{},{},{:04x}.{:04x}.{:04x}", mark.to_someip ? "out" : "in",
-                     someip::to_string(mark.address), value(mark.service), value(mark.instance),
-                     value(mark.id));
+  std::string text =
+      fmt::format("{},{},{:04x}.{:04x}.{:04x}", mark.to_someip ? "out" : "in",
+                  someip::to_string(mark.address), value(mark.service), value(mark.instance), value(mark.id));
+  for (const IpAddress& one : mark.from) {
+    text += (&one == mark.from.data() ? "," : "+") + someip::to_string(one);
+  }
+  return text;
 }
 
 std::optional<BridgeMark> parse_bridge_mark(std::string_view text) {
@@ -41,16 +45,45 @@ std::optional<BridgeMark> parse_bridge_mark(std::string_view text) {
   if ((way != "in" && way != "out") || !address || !service || !instance || !id) {
     return std::nullopt;
   }
-  return BridgeMark{way == "out", *address, someip::ServiceId{*service}, someip::InstanceId{*instance},
-                    someip::MethodId{*id}};
+  std::vector<IpAddress> from;
+  for (std::string_view all = next(text, ','); !all.empty();) {
+    if (const auto one = someip::parse_address(std::string{next(all, '+')})) {
+      from.push_back(*one);
+    }
+  }
+  return BridgeMark{
+      way == "out",          *address,       someip::ServiceId{*service}, someip::InstanceId{*instance},
+      someip::MethodId{*id}, std::move(from)};
 }
 
 BridgeMark mark_of(const IpAddress& address, const Route& route) {
-  return {route.direction == Direction::dds_to_someip, address, route.service, route.instance, route.event};
+  return {route.direction == Direction::dds_to_someip,
+          address,
+          route.service,
+          route.instance,
+          route.event,
+          route.from_bridges};
 }
 
 BridgeMark mark_of(const IpAddress& address, const MethodRoute& method) {
-  return {method.server == Server::someip, address, method.service, method.instance, method.method};
+  return {method.server == Server::someip,
+          address,
+          method.service,
+          method.instance,
+          method.method,
+          method.from_bridges};
+}
+
+bool goes_on(const BridgeMark& ours, std::string_view theirs) {
+  const auto mark = parse_bridge_mark(theirs);
+  const auto has = [](const std::vector<IpAddress>& all, const IpAddress& one) {
+    return std::ranges::find(all, one) != all.end();
+  };
+  return mark && (has(ours.from, mark->address) || has(mark->from, ours.address));
+}
+
+bool is_carried(const BridgeMark& ours, const dds::FoundWriter& writer) {
+  return !writer.refused && (!writer.bridge || goes_on(ours, writer.bridge_text));
 }
 
 bool Returns::update(const dds::Participant& participant) {
@@ -59,17 +92,23 @@ bool Returns::update(const dds::Participant& participant) {
     return false;
   }
   seen_ = changes;
-  std::vector<IpAddress> addresses;
+  addresses_.clear();
+  std::vector<IpAddress> unwanted;
   for (const dds::BridgeEnd& end : participant.bridge_ends(topic_)) {
     const auto mark = parse_bridge_mark(end.text);
     if (mark && mark->to_someip != ours_.to_someip && mark->service == ours_.service &&
         mark->instance == ours_.instance && mark->id == ours_.id) {
-      addresses.push_back(mark->address);
+      addresses_.push_back(mark->address);
+      if (!goes_on(ours_, end.text)) {
+        unwanted.push_back(mark->address);
+      }
     }
   }
-  std::ranges::sort(addresses);
-  addresses.erase(std::unique(addresses.begin(), addresses.end()), addresses.end());
-  return std::exchange(addresses_, addresses) != addresses;
+  for (auto* all : {&addresses_, &unwanted}) {
+    std::ranges::sort(*all);
+    all->erase(std::unique(all->begin(), all->end()), all->end());
+  }
+  return std::exchange(unwanted_, unwanted) != unwanted;
 }
 
 bool Returns::has(const IpAddress& address) const {

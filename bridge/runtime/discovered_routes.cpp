@@ -12,6 +12,7 @@
 #include "bridge/config/names.hpp"
 #include "bridge/config/pattern_conflicts.hpp"
 #include "bridge/config/problems.hpp"
+#include "bridge/runtime/bridge_mark.hpp"
 #include "bridge/runtime/offered_services.hpp"
 #include "bridge/runtime/route_parts.hpp"
 #include "bridge/runtime/start_at.hpp"
@@ -170,7 +171,8 @@ std::map<DiscoveredRoutes::TopicAndType, DiscoveredRoutes::Found> DiscoveredRout
     if (owner->second == nullptr) {
       continue;
     }
-    if (writer.bridge) {
+    if (writer.bridge &&
+        !goes_on(mark_of(config_.someip.address, owner->second->settings->route), writer.bridge_text)) {
       owner->second->brought = true;
       continue;
     }

@@ -49,17 +49,20 @@ void InboundRoute::open(dds::Participant& participant, const std::string& user_d
                         const IpAddress& address) {
   participant_ = &participant;
   user_data_ = user_data;
-  bridge_ = to_text(mark_of(address, route_));
-  returns_.emplace(dds::ros_topic_name(route_.topic), mark_of(address, route_));
+  mark_ = mark_of(address, route_);
+  returns_.emplace(dds::ros_topic_name(route_.topic), mark_);
   if (!requirement_) {
     make_writer();
   }
 }
 
 void InboundRoute::make_writer() {
-  writer_ = participant_->create_writer(dds::ros_topic_name(route_.topic), dds::ros_type_name(route_.type),
-                                        dds_qos(route_.qos), max_sample_bytes(route_),
-                                        {.user_data = user_data_, .bridge = bridge_});
+  writer_ = participant_->create_writer(
+      dds::ros_topic_name(route_.topic), dds::ros_type_name(route_.type), dds_qos(route_.qos),
+      max_sample_bytes(route_),
+      {.user_data = user_data_,
+       .bridge = to_text(mark_),
+       .takes_bridge = [mark = mark_](std::string_view other) { return goes_on(mark, other); }});
 }
 
 void InboundRoute::drop_writer() {

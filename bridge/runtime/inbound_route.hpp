@@ -82,7 +82,7 @@ class InboundRoute {
   ConversionLog log_;
   dds::Participant* participant_ = nullptr;
   std::string user_data_;
-  std::string bridge_;
+  BridgeMark mark_;
   std::optional<Returns> returns_;
   std::vector<IpAddress> told_returns_;
   std::optional<dds::Writer> writer_;

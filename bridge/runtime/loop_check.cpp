@@ -46,14 +46,14 @@ bool LoopCheck::is_repeat(std::uint64_t hash, TimePoint now) const noexcept {
   return seen.last && seen.hash == hash && now - *seen.last <= memory;
 }
 
-bool LoopCheck::may_carry(std::uint64_t hash, std::uint64_t from, TimePoint now) noexcept {
+bool LoopCheck::may_carry(std::uint64_t hash, std::optional<std::uint64_t> from, TimePoint now) noexcept {
   Seen& seen = seen_[hash % seen_.size()];
   if (!is_repeat(hash, now)) {
     seen = {hash, from, now};
     return true;
   }
   seen.last = now;
-  if (seen.first_from == from) {
+  if (from && seen.first_from == from) {
     return true;
   }
   if (trial_end_) {

@@ -32,8 +32,9 @@ class LoopCheck {
   explicit LoopCheck(const Limits& limits) : limits_{limits}, allowed_{limits.repeats} {}
 
   /// Of each message that the route is to carry: whether it may.
-  /// @param from  names its sender.
-  [[nodiscard]] bool may_carry(std::uint64_t hash, std::uint64_t from, TimePoint now) noexcept;
+  /// @param from  names its sender. Nothing: one behind which others are, of whom it says nothing; all that
+  ///              it repeats counts.
+  [[nodiscard]] bool may_carry(std::uint64_t hash, std::optional<std::uint64_t> from, TimePoint now) noexcept;
   /// Whether such a message was to be carried in the last second.
   [[nodiscard]] bool is_repeat(std::uint64_t hash, TimePoint now) const noexcept;
 
@@ -46,7 +47,7 @@ class LoopCheck {
  private:
   struct Seen {
     std::uint64_t hash = 0;
-    std::uint64_t first_from = 0;
+    std::optional<std::uint64_t> first_from{};
     std::optional<TimePoint> last{};
   };
   void begin_trial(TimePoint now) noexcept;

@@ -23,8 +23,8 @@ class LoopGuard {
   /// As LoopCheck's; counts what may not be carried.
   /// @param through  gives words for where the message came from; only called when they are needed.
   template <typename Through>
-  [[nodiscard]] bool may_carry(std::uint64_t hash, std::uint64_t from, LoopCheck::TimePoint now,
-                               const Through& through) {
+  [[nodiscard]] bool may_carry(std::uint64_t hash, std::optional<std::uint64_t> from,
+                               LoopCheck::TimePoint now, const Through& through) {
     if (check_.may_carry(hash, from, now)) {
       return true;
     }

@@ -64,7 +64,9 @@ Methods::Compiled Methods::compile(const MethodRoute& method, TypeLibrary& types
 Methods::Methods(const BridgeConfig& config, TypeLibrary& types) : config_{config} {
   for (const MethodRoute& method : config.methods) {
     compiled_.push_back(start_at(config, method.mark, [&] { return compile(method, types); }));
-    compiled_.back().ros.bridge = to_text(mark_of(config.someip.address, method));
+    const BridgeMark mark = mark_of(config.someip.address, method);
+    compiled_.back().ros.bridge = to_text(mark);
+    compiled_.back().ros.takes_bridge = [mark](std::string_view other) { return goes_on(mark, other); };
   }
 }
 

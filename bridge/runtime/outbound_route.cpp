@@ -66,7 +66,9 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
     std::optional<dds::Sample> oldest;  // released without the lock: DDS has locks of its own
     bool wake = false;
     const std::uint64_t hash = message_hash(sample.cdr());
-    const std::uint64_t from = message_hash(sample.id().writer);
+    // Behind a bridge there are all senders of its network.
+    const std::optional<std::uint64_t> from =
+        sample.from_bridge() ? std::nullopt : std::optional{message_hash(sample.id().writer)};
     const auto now = std::chrono::steady_clock::now();
     {
       const std::lock_guard lock{mutex};
@@ -78,7 +80,9 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
         ++stopped;
         return;
       }
-      if (!loop.may_carry(hash, from, now, [&] { return "the DDS writer " + sample.writer(); })) {
+      if (!loop.may_carry(hash, from, now, [&] {
+            return from ? "the DDS writer " + sample.writer() : name_of(sample.id().writer);
+          })) {
         look_at_rings = true;
         wake = !std::exchange(woken, true);
         oldest = std::move(sample);
@@ -165,7 +169,8 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
         dds::ros_topic_name(route.topic), dds::ros_type_name(route.type), dds_qos(qos),
         [this](dds::Sample sample) { on_sample(std::move(sample)); }, max_sample_bytes(route),
         {.user_data = user_data,
-         .bridge = bridge,
+         .bridge = to_text(ours),
+         .takes_bridge = [mark = ours](std::string_view other) { return goes_on(mark, other); },
          .on_bridged = [this](ByteView cdr, const dds::Guid& writer) { on_bridged(cdr, writer); }});
   }
 
@@ -371,7 +376,7 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
   ConversionPlan plan;
   Report& report;
   ConversionLog log;
-  std::string bridge;  ///< what the reader says of itself
+  BridgeMark ours;  ///< what the reader says of itself
   std::atomic<bool> look_at_rings = false;
   LoopGuard loop;  ///< but for its timer under the mutex
   const someip::TpPacing pacing;
@@ -416,7 +421,7 @@ OutboundRoute::OutboundRoute(boost::asio::io_context& io, sd::Node& node, Servic
                              const std::string& user_data, const IpAddress& address, Report& report)
     : state_{
           std::make_shared<State>(io, node, offer, participant, route, std::move(plan), user_data, report)} {
-  state_->bridge = to_text(mark_of(address, route));
+  state_->ours = mark_of(address, route);
   state_->open_reader();
 }
 
@@ -452,8 +457,12 @@ std::uint64_t OutboundRoute::received() const {
 
 SilenceReason OutboundRoute::silence(std::span<const dds::FoundWriter> writers,
                                      std::size_t participants) const {
+  std::vector<dds::FoundWriter> others;  // than bridges that it has nothing to do with
+  std::ranges::copy_if(writers, std::back_inserter(others), [this](const dds::FoundWriter& one) {
+    return !one.bridge || goes_on(state_->ours, one.bridge_text);
+  });
   return why_silent(state_->route, DdsSilence{.participants = participants,
-                                              .writers = writers,
+                                              .writers = others,
                                               .matched = state_->reader ? state_->reader->matched() : 0});
 }
 

@@ -41,20 +41,17 @@ void PublisherWatch::look() {
     return;
   }
   last_ = std::chrono::steady_clock::now();
-  std::map<std::pair<std::string, std::string>, PublishedQos> published;
-  for (const auto& [what, tell] : told_) {
-    published.try_emplace(what);
+  for (auto& [what, told] : told_) {
+    told.published = {};
   }
   for (const dds::FoundWriter& writer : participant_->writers()) {
-    if (writer.bridge || writer.refused) {  // of which nothing is carried
-      continue;
-    }
-    if (const auto found = published.find({writer.topic, writer.type}); found != published.end()) {
-      found->second.add(writer.qos);
+    const auto found = told_.find({writer.topic, writer.type});
+    if (found != told_.end() && is_carried(found->second.mark, writer)) {
+      found->second.published.add(writer.qos);
     }
   }
-  for (const auto& [what, tell] : told_) {
-    tell(published[what]);
+  for (const auto& [what, told] : told_) {
+    told.tell(told.published);
   }
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "bridge/runtime/bridge_mark.hpp"
 #include "bridge/runtime/published_qos.hpp"
 
 namespace trestle::bridge {
@@ -17,9 +18,10 @@ class PublisherWatch {
   PublisherWatch(const PublisherWatch&) = delete;
   PublisherWatch& operator=(const PublisherWatch&) = delete;
 
-  /// @param topic, type  their DDS names. @param tell  is called at each look.
-  void add(std::string topic, std::string type, std::function<void(const PublishedQos&)> tell) {
-    told_.emplace(std::pair{std::move(topic), std::move(type)}, std::move(tell));
+  /// @param topic, type  their DDS names. @param mark  of the route. @param tell  is called at each look.
+  void add(std::string topic, std::string type, BridgeMark mark,
+           std::function<void(const PublishedQos&)> tell) {
+    told_.emplace(std::pair{std::move(topic), std::move(type)}, Told{std::move(mark), std::move(tell), {}});
   }
   /// Looks. @param participant  outlives this object.
   void open(const dds::Participant& participant);
@@ -30,7 +32,12 @@ class PublisherWatch {
  private:
   void look();
 
-  std::map<std::pair<std::string, std::string>, std::function<void(const PublishedQos&)>> told_;
+  struct Told {
+    BridgeMark mark;
+    std::function<void(const PublishedQos&)> tell;
+    PublishedQos published;
+  };
+  std::map<std::pair<std::string, std::string>, Told> told_;
   const dds::Participant* participant_ = nullptr;
   boost::asio::steady_timer timer_;
   std::chrono::steady_clock::time_point last_{};

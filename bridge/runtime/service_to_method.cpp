@@ -198,8 +198,9 @@ void ServiceToMethod::tell_change() const {
 void ServiceToMethod::on_request(const dds::RequestId& id, const dds::ServiceMessage& request) {
   ++received_;
   const auto through = [&] { return "who else answers " + method_.ros_service; };
-  if (!loop_.may_carry(message_hash(request.cdr()), message_hash(id.request.writer),
-                       std::chrono::steady_clock::now(), through)) {
+  const std::optional<std::uint64_t> from =
+      id.from_bridge ? std::nullopt : std::optional{message_hash(id.request.writer)};
+  if (!loop_.may_carry(message_hash(request.cdr()), from, std::chrono::steady_clock::now(), through)) {
     loop_.settle();
     fail(id, "this route seems to loop", true);
     return;

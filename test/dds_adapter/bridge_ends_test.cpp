@@ -63,6 +63,34 @@ TEST_F(BridgeEnds, TakeFromOthersOnly) {
   EXPECT_EQ(plain.counters().from_bridge, 0U);
 }
 
+TEST_F(BridgeEnds, TakeThoseThatTheyWant) {
+  const auto takes = [](std::string_view wanted) {
+    return [wanted](std::string_view other) { return other == wanted; };
+  };
+  Inbox<Sample> inbox;
+  Reader reader = a_.create_reader(test::points_topic, test::points_type, {},
+                                   [&](Sample sample) { inbox.put(std::move(sample)); },
+                                   default_max_sample_bytes, {.bridge = "out", .takes_bridge = takes("in1")});
+  const auto from = [&](Participant& at, const std::string& name) {
+    return at.create_writer(test::points_topic, test::points_type, {}, default_max_sample_bytes,
+                            {.bridge = name, .takes_bridge = takes("out")});
+  };
+  Writer wanted = from(b_, "in1");
+  Writer other = from(c_, "in2");
+  ASSERT_TRUE(eventually([&] {
+    return wanted.matched() == 1 && other.matched() == 1 && reader.matched() == 1 &&
+           a_.bridge_ends(test::points_topic).size() == 2;
+  }));
+  ASSERT_TRUE(other.write(make_sample(100, 1)));
+  ASSERT_TRUE(wanted.write(make_sample(100, 2)));
+  ASSERT_TRUE(inbox.wait_for_count(1));
+  ASSERT_TRUE(eventually([&] { return reader.counters().from_bridge == 1; }));
+  const auto samples = inbox.take();
+  ASSERT_EQ(samples.size(), 1U);
+  EXPECT_TRUE(samples[0].from_bridge());
+  EXPECT_EQ(samples[0].id().writer, wanted.guid());
+}
+
 TEST_F(BridgeEnds, TellOfThemselvesAndGo) {
   const std::uint64_t before = a_.bridge_changes();
   {
@@ -82,7 +110,8 @@ TEST_F(BridgeEnds, TellOfThemselvesAndGo) {
 }
 
 TEST_F(BridgeEnds, RefuseWhatOthersCouldNotRead) {
-  for (const std::string& text : {std::string{"a;b"}, std::string{"a b"}, std::string(97, 'x')}) {
+  for (const std::string& text :
+       {std::string{"a;b"}, std::string{"a b"}, std::string(max_bridge_text + 1, 'x')}) {
     EXPECT_THAT(message_of([&] { static_cast<void>(write(a_, text)); }), testing::HasSubstr("user data"))
         << text;
   }

@@ -194,5 +194,55 @@ TEST(ActionParts, NameWhatCannotBe) {
               ElementsAre(HasSubstr("unknown key 'send_gaol' in e2e; did you mean 'send_goal'?")));
 }
 
+std::string route(const std::string& keys) {
+  return "someip: {address: 127.0.0.1}\nroutes:\n"
+         "  - {topic: /r, type: std_msgs/msg/Int32, service: 1, instance: 2, eventgroup: 3, event: 0x8004,\n"
+         "     " +
+         keys + "}\n";
+}
+std::string pattern(const std::string& keys) {
+  return "someip: {address: 127.0.0.1}\nlock_file: /tmp/none.lock\npatterns:\n  - {topics: /**,\n     " +
+         keys + "}\n";
+}
+const std::string two_bridges = ", port: 40001, from_bridges: [10.0.0.1, 10.0.0.5]";
+const std::vector both{IpAddress::v4(10, 0, 0, 1), IpAddress::v4(10, 0, 0, 5)};
+
+TEST(FromBridges, AreOfWhatIsOfferedInSomeip) {
+  const BridgeConfig of_route = config_of(route("direction: dds_to_someip" + two_bridges));
+  EXPECT_EQ(of_route.routes.at(0).from_bridges, both);
+  EXPECT_THAT(summary(of_route, {}), HasSubstr("also from the bridges 10.0.0.1 10.0.0.5"));
+  EXPECT_EQ(config_of(pattern("direction: dds_to_someip, services: 0x6000-0x6fff" + two_bridges))
+                .patterns.at(0)
+                .route.from_bridges,
+            both);
+  EXPECT_EQ(config_of(method("server: ros" + two_bridges)).methods.at(0).from_bridges, both);
+  const BridgeConfig of_field = config_of(field("server: ros" + two_bridges + all_parts));
+  EXPECT_EQ(of_field.routes.at(0).from_bridges, both);
+  EXPECT_EQ(of_field.methods.at(0).from_bridges, both);
+  const BridgeConfig of_action = config_of(action("server: ros" + two_bridges));
+  EXPECT_EQ(of_action.routes.at(1).from_bridges, both);
+  EXPECT_EQ(of_action.methods.at(2).from_bridges, both);
+}
+
+TEST(FromBridges, AreNotOfWhatIsTakenFromSomeip) {
+  const std::string key = ", from_bridges: [10.0.0.1]";
+  EXPECT_THAT(problems_of(route("direction: someip_to_dds" + key)),
+              ElementsAre(HasSubstr("error: from_bridges: is for routes with direction: dds_to_someip")));
+  EXPECT_THAT(problems_of(pattern("direction: someip_to_dds" + key)),
+              ElementsAre(HasSubstr("error: from_bridges: is for patterns with direction: dds_to_someip")));
+  EXPECT_THAT(problems_of(method("server: someip" + key)),
+              ElementsAre(HasSubstr("error: from_bridges: is for methods with server: ros")));
+  EXPECT_THAT(problems_of(field("server: someip" + key + all_parts)),
+              ElementsAre(HasSubstr("error: from_bridges: is for fields with server: ros")));
+  EXPECT_THAT(problems_of(action("server: someip" + key)),
+              ElementsAre(HasSubstr("error: from_bridges: is for actions with server: ros")));
+  EXPECT_THAT(problems_of(route("direction: dds_to_someip, port: 1, from_bridges: [all]")),
+              ElementsAre(HasSubstr("error: from_bridges: expected an")));
+  EXPECT_THAT(
+      problems_of(route("direction: dds_to_someip, port: 1, from_bridges: [1.0.0.1, 1.0.0.2, 1.0.0.3, "
+                        "1.0.0.4, 1.0.0.5, 1.0.0.6, 1.0.0.7, 1.0.0.8, 1.0.0.9]")),
+      ElementsAre(HasSubstr("error: from_bridges: has room for 8 addresses")));
+}
+
 }  // namespace
 }  // namespace trestle::test::parts_test

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "someip/net/address_text.hpp"
 #include "test/bridge/end_to_end/services_end_to_end.hpp"
 
 namespace trestle::test::rings_test {
@@ -255,6 +256,67 @@ TEST_F(Rings, SetAndTellAFieldOnce) {
   EXPECT_EQ(asked, 1);
 }
 
+TEST_F(Rings, DoAnActionOnce) {
+  const std::string action =
+      "types: {paths: [" TRESTLE_SOURCE_DIR
+      "/test/bridge/ros/interfaces]}\n"
+      "actions:\n  - {action: /count, type: test_msgs/action/Fibonacci, service: 1, instance: 1, eventgroup: "
+      "1, methods: {send_goal: 0x11, cancel_goal: 0x12, get_result: 0x13}, events: {feedback: 0x8011, "
+      "status: "
+      "0x8012}, ";
+  RunningBridge& there = add(action + "server: ros, port: 40001}\n");
+  RunningBridge& back = add(action + "server: someip}\n");
+  std::map<std::string, int> asked;
+  const auto serve = [&](const char* name, const char* type, const char* answer) {
+    answering(ros(std::string{"/count/_action/"} + name, type), [&asked, name, answer](const auto&) {
+      ++asked[name];
+      return hex(answer);
+    });
+  };
+  serve("send_goal", "test_msgs/action/Fibonacci_SendGoal", "00010000 01000000 01000000 02000000");
+  serve("cancel_goal", "action_msgs/srv/CancelGoal", "00010000 02000000 00000000");
+  serve("get_result", "test_msgs/action/Fibonacci_GetResult", "00010000 04000000 00000000");
+  const char* const feedback_type = "test_msgs/action/Fibonacci_FeedbackMessage";
+  auto feedback = BridgeTest::writer("/count/_action/feedback", feedback_type);
+  auto status = BridgeTest::writer("/count/_action/status", "action_msgs/msg/GoalStatusArray", latched);
+  Inbox<Bytes> heard;
+  Inbox<Bytes> states;
+  const auto reader = reader_elsewhere("/count/_action/feedback", feedback_type, heard);
+  const auto state_reader =
+      reader_elsewhere("/count/_action/status", "action_msgs/msg/GoalStatusArray", states, latched);
+  const auto goal = "method of ROS service /count/_action/send_goal";
+  ASSERT_TRUE(until([&] { return there.counter(goal, "ready") == 1; }));
+  ASSERT_TRUE(knows(back, "/count/_action/feedback", 1) && knows(back, "/count/_action/status", 1));
+  ASSERT_TRUE(until([&] { return feedback.matched() == 2 && status.matched() == 2; }));
+  run_for(a_while);
+  EXPECT_EQ(back.counter("ROS service of method /count/_action/send_goal", "ready"), 0U);
+  const std::string goal_id = "000102030405060708090a0b0c0d0e0f";
+  dds::ServiceClient& client =
+      driver_.client(listener_, ros("/count/_action/send_goal", "test_msgs/action/Fibonacci_SendGoal"));
+  ASSERT_TRUE(until([&] { return client.ready(); }));
+  std::vector<Answer> answers;
+  ros_call(client, hex("00010000" + goal_id + "05000000"), answers);
+  ASSERT_TRUE(until([&] { return !answers.empty(); }));
+  EXPECT_FALSE(answers[0].error);
+  ASSERT_TRUE(feedback.write(hex("00010000" + goal_id + "01000000 01000000")));
+  ASSERT_TRUE(status.write(hex("00010000 00000000")));
+  ASSERT_TRUE(until([&] { return heard.size() > 0 && states.size() > 0; }));
+  run_for(a_while);
+  EXPECT_EQ(heard.size(), 1U);
+  EXPECT_EQ(states.size(), 1U);
+
+  // And by SOME/IP.
+  sd::Node node{io_, node_config()};
+  sd::Proxy proxy{node, {.service = someip::ServiceId{1}}};
+  call(proxy, someip::MethodId{0x11}, hex(goal_id + "00000005"), answers);
+  call(proxy, someip::MethodId{0x13}, hex(goal_id), answers);
+  ASSERT_TRUE(until([&] { return answers.size() == 3; }));
+  EXPECT_FALSE(answers[1].error || answers[2].error);
+  run_for(a_while);
+  EXPECT_EQ(asked["send_goal"], 2);
+  EXPECT_EQ(asked["get_result"], 1);
+}
+
 TEST_F(Rings, ChainsAreNone) {
   const TestDomain far;
   add("routes:\n" + out("/chatter", 1) + in("/answers", 2));
@@ -351,6 +413,119 @@ TEST_F(ForeignRings, AreKeptFromGoingRoundForLong) {
   EXPECT_LE(before, 110U);
   run_for(a_while);
   EXPECT_EQ(rounds, before);
+}
+
+/// Two bridges that carry from one SOME/IP network to another through a DDS domain. (Here it is one network
+/// with two services.)
+class Gateways : public ForeignRings {
+ protected:
+  // Of the bridge that is added first.
+  const std::string from_first_ = ", from_bridges: [" + someip::to_string(own_address(3)) + "]";
+
+  void offer(int service) {
+    node_ = std::make_unique<sd::Node>(io_, node_config());
+    sd::ServiceSpec spec{.service = someip::ServiceId{static_cast<std::uint16_t>(service)},
+                         .instance = someip::InstanceId{1}};
+    spec.udp_port = 0;
+    spec.eventgroups = {{.id = someip::EventgroupId{1}, .events = {someip::MethodId{0x8001}}}};
+    offer_.emplace(*node_, spec);
+  }
+  void notify() {
+    const ByteView payload{hello};
+    node_->notify(offer_->handle(), someip::MethodId{0x8001}, {&payload, 1});
+  }
+  void subscribe(int service) {
+    subscription_.emplace(*node_,
+                          sd::SubscribeSpec{.service = someip::ServiceId{static_cast<std::uint16_t>(service)},
+                                            .eventgroup = someip::EventgroupId{1},
+                                            .events = {someip::MethodId{0x8001}}},
+                          [this](const someip::Message&, const Endpoint&) { ++came_; });
+  }
+  std::uint64_t came_ = 0;
+};
+
+TEST_F(Gateways, CarryWhatTheBridgesBringInThatTheyName) {
+  RunningBridge& first = add("routes:\n" + in("/chatter", 1, ", subscribe: while_read"));
+  RunningBridge& second = add("routes:\n" + out("/chatter", 2, from_first_ + ", offer: while_published"));
+  RunningBridge& third = add("routes:\n" + out("/chatter", 3));
+  offer(1);
+  subscribe(2);
+  ASSERT_TRUE(subscribed(first, "/chatter")) << "the second one reads it";
+  ASSERT_TRUE(until([&] { return subscription_->active(); })) << "the second one has a publisher";
+  ASSERT_TRUE(knows(third, "/chatter", 2));
+  notify();
+  ASSERT_TRUE(until([&] { return came_ == 1; }));
+  run_for(a_while);
+  EXPECT_EQ(came_, 1U);
+  EXPECT_EQ(first.counter("route /chatter", "readers"), 1U);
+  EXPECT_EQ(second.counter("route /chatter", "dds_from_bridge"), 0U);
+  EXPECT_EQ(third.counter("route /chatter", "dds_from_bridge"), 1U) << "it names none";
+  EXPECT_EQ(third.counter("route /chatter", "publishers"), 0U);
+}
+
+TEST_F(Gateways, CarryLatchedTopicsByPatterns) {
+  const std::string file = testing::TempDir() + "trestle-gateways-" + std::to_string(getpid()) + ".lock";
+  std::ofstream{file} << "version: 1\ntopics:\n  - {service: 0x6001, topic: /chatter, type: "
+                         "std_msgs/msg/String}\n";
+  RunningBridge& first =
+      add("routes:\n" + in("/chatter", 1, ", qos: {durability: transient_local, depth: 1}"));
+  offer(1);
+  ASSERT_TRUE(subscribed(first, "/chatter"));
+  notify();
+  ASSERT_TRUE(until([&] { return first.counter("route /chatter", "carried") == 1; }));
+  RunningBridge& second = add("lock_file: " + file +
+                              "\npatterns:\n  - {topics: /**, direction: dds_to_someip, services: "
+                              "0x6000-0x6fff, port: 40060" +
+                              from_first_ + "}\n");
+  ASSERT_TRUE(until([&] { return second.counter("pattern /**", "routes") == 1; }));
+  ASSERT_TRUE(until([&] { return second.counter("route /chatter to SOME/IP", "kept") == 1; }));
+  subscribe(0x6001);
+  EXPECT_TRUE(until([&] { return came_ == 1; }));
+  bridges_.clear();
+  std::filesystem::remove(file);
+}
+
+TEST_F(Gateways, CarryCalls) {
+  RunningBridge& first = add("methods:\n" + method("someip", 1));
+  std::string second = method("ros", 2);
+  second.insert(second.rfind('}'), from_first_);
+  add("methods:\n" + second);
+  int asked = 0;
+  sd::Node node{io_, node_config()};
+  const sd::Offer offered{node,
+                          {.service = someip::ServiceId{1},
+                           .instance = someip::InstanceId{1},
+                           .methods = {{someip::MethodId{1}, [&](const someip::Message&, sd::Responder to) {
+                                          ++asked;
+                                          to.respond(hex("01 00000004 efbbbf 00"));
+                                        }}}}};
+  sd::Proxy proxy{node, {.service = someip::ServiceId{2}}};
+  ASSERT_TRUE(until([&] { return !proxy.available().empty(); }));
+  std::vector<Answer> answers;
+  call(proxy, someip::MethodId{1}, hex("01"), answers);
+  ASSERT_TRUE(until([&] { return !answers.empty(); }));
+  EXPECT_FALSE(answers[0].error) << answers[0].error.message();
+  EXPECT_EQ(to_hex(answers[0].payload), "0100000004efbbbf00");
+  EXPECT_EQ(asked, 1);
+  EXPECT_EQ(first.counter("ROS service of method /actuate", "dds_from_bridge"), 0U);
+}
+
+// One message of one sender, which comes from the first bridge each time.
+TEST_F(Gateways, AreKeptFromClosingARing) {
+  RunningBridge& first = add("routes:\n" + in("/chatter", 1));
+  RunningBridge& second = add("routes:\n" + out("/chatter", 2, from_first_));
+  relay(2, 1);
+  ASSERT_TRUE(until([&] { return subscription_->active(); }));
+  ASSERT_TRUE(subscribed(first, "/chatter"));
+  ASSERT_TRUE(until([&] { return second.counter("route /chatter", "publishers") == 1; }));
+  ASSERT_TRUE(until([&] { return first.counter("route /chatter", "readers") == 1; }));
+  notify();
+  ASSERT_TRUE(until([&] { return second.counter("route /chatter", "looped") > 0; }));
+  run_for(a_while);
+  const std::uint64_t before = second.counter("route /chatter", "carried");
+  EXPECT_LE(before, 110U);
+  run_for(a_while);
+  EXPECT_EQ(second.counter("route /chatter", "carried"), before);
 }
 
 }  // namespace

@@ -165,6 +165,20 @@ TEST(MessageHash, DiffersWithLengthAndBothEnds) {
   }
 }
 
+// Behind a bridge are all who are in its network.
+TEST(LoopCheckOfBridges, CountsAllThatComesAgain) {
+  LoopCheck check;
+  auto now = LoopCheck::TimePoint{} + std::chrono::hours{1};
+  int carried = 0;
+  for (int i = 0; i < 500; ++i) {
+    carried += check.may_carry(5, std::nullopt, now) ? 1 : 0;
+    EXPECT_TRUE(check.may_carry(std::uint64_t{6} + 64 * static_cast<unsigned>(i), std::nullopt, now));
+    now += std::chrono::milliseconds{1};
+  }
+  EXPECT_EQ(carried, 101) << "until it is on trial";
+  EXPECT_TRUE(check.deadline().has_value());
+}
+
 TEST(BridgeMark, IsReadAsItIsWritten) {
   const BridgeMark mark{true, IpAddress::v4(10, 0, 0, 2), someip::ServiceId{0x4101}, someip::InstanceId{1},
                         someip::MethodId{0x8001}};
@@ -175,6 +189,26 @@ TEST(BridgeMark, IsReadAsItIsWritten) {
   v6.to_someip = false;
   v6.address = {{0xfe, 0x80, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1}, true};
   EXPECT_EQ(parse_bridge_mark(to_text(v6)), v6);
+}
+
+TEST(BridgeMark, SaysWhatItTakesFromOtherBridges) {
+  BridgeMark out{true, IpAddress::v4(10, 0, 0, 2), someip::ServiceId{0x4101}, someip::InstanceId{1},
+                 someip::MethodId{0x8001}};
+  BridgeMark in{false, IpAddress::v4(10, 0, 0, 1), someip::ServiceId{0x1234}, someip::InstanceId{1},
+                someip::MethodId{0x8001}};
+  EXPECT_FALSE(goes_on(out, to_text(in)) || goes_on(in, to_text(out)));
+  out.from = {IpAddress::v4(10, 0, 0, 5), IpAddress::v4(10, 0, 0, 1)};
+  EXPECT_EQ(to_text(out), "out,10.0.0.2,4101.0001.8001,10.0.0.5+10.0.0.1");
+  EXPECT_EQ(parse_bridge_mark(to_text(out)), out);
+  EXPECT_TRUE(goes_on(out, to_text(in)) && goes_on(in, to_text(out)));
+  in.address = IpAddress::v4(10, 0, 0, 3);
+  EXPECT_FALSE(goes_on(out, to_text(in)) || goes_on(in, to_text(out)));
+  out.from.assign(8, IpAddress{{0xfe, 0x80, 0x12, 0x34, 0x12, 0x34, 0x12, 0x34, 0x12, 0x34, 0x12, 0x34, 0x12,
+                                0x34, 0x12, 0x34},
+                               true});
+  out.address = out.from[0];
+  EXPECT_LE(to_text(out).size(), dds::max_bridge_text);
+  EXPECT_FALSE(goes_on(out, "another version's"));
 }
 
 TEST(BridgeMark, IsNothingElse) {
