@@ -13,26 +13,40 @@ SendStatus classified(SendStatus status, const Endpoint& to) {
   return status == SendStatus::failed && to.address.v6 && errno == EINVAL ? SendStatus::would_block : status;
 }
 
+// Else the system has no place for this neighbour, or the network interface none for a packet.
+bool is_buffer_full() {
+  return errno == EAGAIN || errno == EWOULDBLOCK;
+}
+
 }  // namespace
 
-SendStatus DiscoverySender::attempt(const Endpoint& to, ByteView bytes) {
+SendStatus DiscoverySender::attempt(const Endpoint& to, ByteView bytes, bool& heard_here) {
   if (to.address.is_multicast()) {
-    return classified(ways_.group(to, bytes), to);
+    const SendStatus status = classified(ways_.group(to, bytes, heard_here), to);
+    heard_here = heard_here || (status == SendStatus::would_block && !is_buffer_full());
+    return status;
   }
-  SendStatus status = SendStatus::would_block;
+  const bool doubtful = single_full_ || no_neighbours_;
+  const bool known = doubtful && ways_.known(to.address);
+  if (doubtful && !known) {
+    return SendStatus::would_block;
+  }
   if (!single_full_) {
-    status = classified(ways_.single(to, bytes), to);
-    // Else the system had no place for this neighbour, and may have some for others.
-    single_full_ = status == SendStatus::would_block && (errno == EAGAIN || errno == EWOULDBLOCK);
+    const SendStatus status = classified(ways_.single(to, bytes), to);
+    if (status != SendStatus::would_block) {
+      return status;
+    }
+    (is_buffer_full() ? single_full_ : no_neighbours_) = true;
   }
-  return status == SendStatus::would_block && ways_.known(to.address) ? classified(ways_.group(to, bytes), to)
-                                                                      : status;
+  return known || ways_.known(to.address) ? classified(ways_.group(to, bytes, false), to)
+                                          : SendStatus::would_block;
 }
 
 int DiscoverySender::send(const Endpoint& to, ByteView bytes, TimePoint now) {
   on_time(now);
-  single_full_ = false;
-  const SendStatus status = waiting_.any_for(to) ? SendStatus::would_block : attempt(to, bytes);
+  single_full_ = no_neighbours_ = false;
+  bool heard_here = false;
+  const SendStatus status = waiting_.any_for(to) ? SendStatus::would_block : attempt(to, bytes, heard_here);
   if (status == SendStatus::failed) {
     const int why = errno;
     ++counters_.discovery_not_sent;
@@ -41,21 +55,22 @@ int DiscoverySender::send(const Endpoint& to, ByteView bytes, TimePoint now) {
   if (status == SendStatus::would_block) {
     using Rank = WaitingDatagrams::Rank;
     const bool first = to.address.is_multicast() || ways_.known(to.address);
-    if (waiting_.empty()) {
-      pause_ = retry_min;
-      next_try_ = now + pause_;
-    }
+    const bool none = waiting_.empty();
     ++counters_.discovery_waited;
-    waiting_.add(to, bytes, first ? Rank::first : Rank::others, now);
+    waiting_.add(to, bytes, first ? Rank::first : Rank::others, heard_here, now);
     take_drops();
+    if (none || first) {
+      pause_ = least_pause();
+      next_try_ = none ? now + pause_ : std::min(next_try_, now + pause_);
+    }
   }
   return 0;
 }
 
 std::size_t DiscoverySender::retry(TimePoint now) {
-  single_full_ = false;
-  const std::size_t done = waiting_.retry(now, [this](const Endpoint& to, ByteView bytes) {
-    const SendStatus status = attempt(to, bytes);
+  single_full_ = no_neighbours_ = false;
+  const std::size_t done = waiting_.retry(now, [this](const Endpoint& to, ByteView bytes, bool& heard_here) {
+    const SendStatus status = attempt(to, bytes, heard_here);
     counters_.discovery_not_sent += status == SendStatus::failed ? 1 : 0;
     return status;
   });
@@ -67,7 +82,7 @@ void DiscoverySender::on_time(TimePoint now) {
   if (waiting_.empty() || now < next_try_) {
     return;
   }
-  pause_ = retry(now) > 0 ? retry_min : std::min(2 * pause_, retry_max);
+  pause_ = retry(now) > 0 ? least_pause() : std::min(2 * pause_, retry_max);
   next_try_ = now + pause_;
 }
 

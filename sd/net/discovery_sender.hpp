@@ -18,11 +18,15 @@ class DiscoverySender {
   /// How the two buffers are reached; each leaves errno when it does not send.
   struct Ways {
     std::function<someip::SendStatus(const Endpoint& to, ByteView bytes)> single;
-    std::function<someip::SendStatus(const Endpoint& to, ByteView bytes)> group;
+    /// @param heard_here  a multicast has reached this host's members of the group, and is not to again.
+    std::function<someip::SendStatus(const Endpoint& to, ByteView bytes, bool heard_here)> group;
     std::function<bool(const IpAddress& host)> known;
   };
   static constexpr Duration retry_min = std::chrono::milliseconds{2};
   static constexpr Duration retry_max = std::chrono::milliseconds{32};
+  /// The least where only unknown hosts are waited for: they shall not take each place in the table of
+  /// neighbours that is given back, before those who send messages can.
+  static constexpr Duration retry_unknown = std::chrono::milliseconds{16};
   /// For which a datagram may wait: as long as the system looks for a neighbour. Discovery repeats what
   /// counts.
   static constexpr Duration max_age = std::chrono::seconds{3};
@@ -44,14 +48,19 @@ class DiscoverySender {
   void forget() noexcept;
 
  private:
-  someip::SendStatus attempt(const Endpoint& to, ByteView bytes);
+  someip::SendStatus attempt(const Endpoint& to, ByteView bytes, bool& heard_here);
+  [[nodiscard]] Duration least_pause() const noexcept {
+    return waiting_.any_first() ? retry_min : retry_unknown;
+  }
   std::size_t retry(TimePoint now);
   void take_drops() noexcept;
 
   Ways ways_;
   WaitingDatagrams waiting_;
   NodeCounters& counters_;
-  bool single_full_ = false;  ///< in this round of tries
+  // In this round of tries.
+  bool single_full_ = false;
+  bool no_neighbours_ = false;  ///< there is no place for another one
   Duration pause_ = retry_min;
   TimePoint next_try_{};
 };

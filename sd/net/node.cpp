@@ -105,10 +105,8 @@ struct Node::State : std::enable_shared_from_this<State> {
                     [this](const Endpoint& to, ByteView bytes) {
                       return unicast.send(to, {&bytes, 1});
                     },
-                .group =
-                    [this](const Endpoint& to, ByteView bytes) {
-                      return multicast.send(to, {&bytes, 1});
-                    },
+                .group = [this](const Endpoint& to, ByteView bytes,
+                                bool heard_here) { return send_to_group(to, bytes, heard_here); },
                 .known = [this](const IpAddress& host) { return neighbours.known(host); }},
                config.max_waiting_discovery,
                counters},
@@ -326,6 +324,17 @@ struct Node::State : std::enable_shared_from_this<State> {
     }
     say_what_was_not_sent();
     retry_timer.arm(sender.deadline());
+  }
+
+  someip::SendStatus send_to_group(const Endpoint& to, ByteView bytes, bool heard_here) {
+    if (heard_here) {  // again, it would look like a restart of ours to other stacks of this host
+      multicast.loop_multicast(false);
+    }
+    const auto status = multicast.send(to, {&bytes, 1});
+    if (heard_here) {
+      multicast.loop_multicast(true);
+    }
+    return status;
   }
 
   void say_what_was_not_sent() {

@@ -6,7 +6,11 @@ bool WaitingDatagrams::any_for(const Endpoint& to) const noexcept {
   return std::ranges::find(waiting_, to, &Waiting::to) != waiting_.end();
 }
 
-void WaitingDatagrams::add(const Endpoint& to, ByteView bytes, Rank rank, TimePoint now) {
+bool WaitingDatagrams::any_first() const noexcept {
+  return std::ranges::find(waiting_, Rank::first, &Waiting::rank) != waiting_.end();
+}
+
+void WaitingDatagrams::add(const Endpoint& to, ByteView bytes, Rank rank, bool heard_here, TimePoint now) {
   drop_old(now);
   if (waiting_.size() >= most_) {
     ++drops_.no_room;
@@ -16,7 +20,7 @@ void WaitingDatagrams::add(const Endpoint& to, ByteView bytes, Rank rank, TimePo
     }
     waiting_.erase(gives_way);
   }
-  waiting_.push_back({to, {bytes.begin(), bytes.end()}, rank, now});
+  waiting_.push_back({to, {bytes.begin(), bytes.end()}, rank, heard_here, now});
 }
 
 void WaitingDatagrams::drop_old(TimePoint now) {

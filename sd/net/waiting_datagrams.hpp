@@ -30,20 +30,26 @@ class WaitingDatagrams {
   [[nodiscard]] bool any_for(const Endpoint& to) const noexcept;
 
   /// Where there is no room, the oldest of the others gives way, else this one is dropped.
-  void add(const Endpoint& to, ByteView bytes, Rank rank, TimePoint now);
+  /// @param heard_here  see retry().
+  void add(const Endpoint& to, ByteView bytes, Rank rank, bool heard_here, TimePoint now);
+  /// Whether one of the first rank waits.
+  [[nodiscard]] bool any_first() const noexcept;
 
   /// Tries each once, but for those whose receiver has just not been sent an earlier one.
-  /// @param attempt  (const Endpoint& to, ByteView bytes) -> SendStatus; must not call us.
+  /// @param attempt  (const Endpoint& to, ByteView bytes, bool& heard_here) -> SendStatus; must not call us.
+  ///                 `heard_here`: a multicast that did not leave, but has reached the members of its group
+  ///                 on this host. What it is set to is kept for the next try.
   /// @return how many wait no more, as they were sent or refused.
   template <typename Attempt>
   std::size_t retry(TimePoint now, Attempt attempt) {
     drop_old(now);
     blocked_.clear();
-    return waiting_.remove_if([&](const Waiting& one) {
+    return waiting_.remove_if([&](Waiting& one) {
       if (std::ranges::find(blocked_, one.to) != blocked_.end()) {
         return false;
       }
-      const bool done = attempt(one.to, ByteView{one.bytes}) != someip::SendStatus::would_block;
+      const bool done =
+          attempt(one.to, ByteView{one.bytes}, one.heard_here) != someip::SendStatus::would_block;
       if (!done) {
         blocked_.push_back(one.to);
       }
@@ -61,6 +67,7 @@ class WaitingDatagrams {
     Endpoint to;
     std::vector<std::byte> bytes;
     Rank rank;
+    bool heard_here;
     TimePoint since;
   };
   void drop_old(TimePoint now);

@@ -8,6 +8,7 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <cerrno>
 #include <cstring>
 #include <utility>
 
@@ -272,6 +273,13 @@ UdpSocket::Batch UdpSocket::send_segments(const Endpoint& to, std::span<const By
 
 UdpSocket::Batch UdpSocket::send_trains(std::span<const Train> trains) {
   return state_->transmitter.send_trains(trains);
+}
+
+void UdpSocket::loop_multicast(bool on) {
+  const int kept = errno;
+  const bool v6 = state_->options.local.address.v6;
+  set_option(state_->fd, v6 ? IPPROTO_IPV6 : IPPROTO_IP, v6 ? IPV6_MULTICAST_LOOP : IP_MULTICAST_LOOP, on);
+  errno = kept;
 }
 
 void UdpSocket::wait_writable(std::function<void()> ready) {

@@ -114,6 +114,10 @@ class UdpSocket {
   /// Sends one datagram, gathered from `slices` (at most 64).
   SendStatus send(const Endpoint& to, std::span<const ByteView> slices);
 
+  /// Whether multicast that is sent from now on also reaches this host's members of the group; it does at
+  /// first. Leaves errno.
+  void loop_multicast(bool on);
+
   /// Sends several datagrams to one receiver with as few system calls as the system allows (UDP segmentation
   /// offload, else sendmmsg). Datagram i is gathered from the next `slice_counts[i]` slices. All but the last
   /// datagram are `datagram_bytes` long and the last one not longer; at most 64 datagrams, 64 KB together.

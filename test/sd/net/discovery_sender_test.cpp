@@ -53,16 +53,19 @@ class DiscoverySenderTest : public testing::Test {
   std::function<bool()> gave_place;  ///< asked for those
   std::vector<std::string> sent;
   NodeCounters counters;
-  DiscoverySender sender{
-      {.single =
-           [this](const Endpoint& to, ByteView bytes) {
-             const bool none = no_place.contains(to.address) && !(gave_place && gave_place());
-             return take(none ? ENOBUFS : single_error, "single ", bytes);
-           },
-       .group = [this](const Endpoint&, ByteView bytes) { return take(group_error, "group ", bytes); },
-       .known = [this](const IpAddress& one) { return known.contains(one); }},
-      4,
-      counters};
+  DiscoverySender sender{{.single =
+                              [this](const Endpoint& to, ByteView bytes) {
+                                const bool none =
+                                    no_place.contains(to.address) && !(gave_place && gave_place());
+                                return take(none ? ENOBUFS : single_error, "single ", bytes);
+                              },
+                          .group =
+                              [this](const Endpoint&, ByteView bytes, bool heard_here) {
+                                return take(group_error, heard_here ? "group again " : "group ", bytes);
+                              },
+                          .known = [this](const IpAddress& one) { return known.contains(one); }},
+                         4,
+                         counters};
 };
 
 TEST_F(DiscoverySenderTest, SendsAgainWhatTheSystemDidNotTake) {
@@ -89,7 +92,7 @@ TEST_F(DiscoverySenderTest, KeepsTheOrderOfWhatIsForOneReceiver) {
   no_place.clear();
   send(host(1), 3);
   EXPECT_THAT(sent, ElementsAre("single 2")) << "the later one does not overtake";
-  pass(DiscoverySender::retry_min);
+  pass(DiscoverySender::retry_unknown);
   EXPECT_THAT(sent, ElementsAre("single 2", "single 1", "single 3"));
 }
 
@@ -100,7 +103,7 @@ TEST_F(DiscoverySenderTest, TriesNoLaterOneWhenAnEarlierOneWasNotTaken) {
   send(host(3), 3);
   int tries = 0;
   gave_place = [&] { return ++tries > 1; };  // for the second one, as somebody else has just ended
-  pass(DiscoverySender::retry_min);
+  pass(DiscoverySender::retry_unknown);
   EXPECT_EQ(tries, 1);
   EXPECT_THAT(sent, ElementsAre("single 3"));
 }
@@ -114,7 +117,7 @@ TEST_F(DiscoverySenderTest, HasABufferForTheGroupThatSilentHostsCannotFill) {
   send(host(2), 3);
   EXPECT_THAT(sent, ElementsAre("group 2", "group 3")) << "who is known to be there has it, too";
   known.insert(host(1).address);
-  pass(DiscoverySender::retry_min);
+  pass(DiscoverySender::retry_unknown);
   EXPECT_THAT(sent, ElementsAre("group 2", "group 3", "group 1")) << "as soon as he is known";
 }
 
@@ -128,15 +131,35 @@ TEST_F(DiscoverySenderTest, TakesAFullTableOfNeighboursForSomethingThatPasses) {
   no_place.clear();
   group_error = 0;
   pass(DiscoverySender::retry_min);
-  EXPECT_THAT(sent, ElementsAre("single 3", "group 1", "single 2"));
+  EXPECT_THAT(sent, ElementsAre("single 3", "group again 1", "single 2")) << "this host has heard the first";
 
   const Endpoint sixth{{.bytes = {0xfd}, .v6 = true}, 30490};
   single_error = EINVAL;  // how it shows over IPv6
   EXPECT_EQ(send(sixth, 4), 0);
   single_error = 0;
-  pass(DiscoverySender::retry_min);
+  pass(DiscoverySender::retry_unknown);
   EXPECT_EQ(sent.back(), "single 4");
   EXPECT_EQ(counters.discovery_not_sent, 0U);
+}
+
+// Those who send messages need places in the table, too.
+TEST_F(DiscoverySenderTest, AsksForAPlaceInTheTableOfNeighboursOnceInARound) {
+  int tries = 0;
+  gave_place = [&] {
+    ++tries;
+    return false;
+  };
+  for (std::uint8_t i = 1; i <= 3; ++i) {
+    no_place.insert(host(i).address);
+    send(host(i), i);
+  }
+  EXPECT_EQ(tries, 3);
+  EXPECT_EQ(sender.deadline(), now + DiscoverySender::retry_unknown);
+  pass(DiscoverySender::retry_unknown);
+  EXPECT_EQ(tries, 4);
+  group_error = EAGAIN;
+  send(group, 4);
+  EXPECT_EQ(sender.deadline(), now + DiscoverySender::retry_min) << "the group waits for no round of others";
 }
 
 TEST_F(DiscoverySenderTest, TellsWhatTheSystemRefuses) {
