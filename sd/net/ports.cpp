@@ -110,11 +110,13 @@ std::shared_ptr<UdpPort> Ports::udp(std::uint16_t number, const std::function<bo
       port->sender.tell_large(std::min(static_cast<std::size_t>(granted) / 2, large_message),
                               [this, granted] { handlers_.send_buffer_is_small(granted); });
     }
-    port->socket.report_unreachable([this, weak = udp_.back()](const Endpoint& receiver) {
+    const auto unreachable = [this, weak = udp_.back()](const Endpoint& receiver) {
       if (const auto alive = weak.lock()) {
         handlers_.unreachable(receiver);
       }
-    });
+    };
+    port->socket.report_unreachable(unreachable);
+    port->sender.watch_link({.awaited = handlers_.awaited, .unreachable = unreachable});
   }
   return port;
 }

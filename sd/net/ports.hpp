@@ -79,6 +79,8 @@ class Ports {
     std::function<void(const Endpoint& from, const std::string& what)> large_lost;
     /// What was sent to this UDP endpoint found nobody there.
     std::function<void(const Endpoint& receiver)> unreachable;
+    /// Whether nobody on the link has answered to this address yet.
+    std::function<bool(const IpAddress& host)> awaited;
     /// A message is sent by UDP for which the send buffer is small, as the system grants no larger one: so
     /// many bytes.
     std::function<void(int granted)> send_buffer_is_small;

@@ -616,6 +616,9 @@ void Provider::send_initial_values(OfferHandle handle, EventgroupId eventgroup,
 
 void Provider::on_event(const SubscriberAdded& event) {
   log_subscriber(event, "subscribed to");
+  if (const auto offer = find(event.offer); offer && offer->udp && event.subscriber.udp) {
+    offer->udp->sender.meet(*event.subscriber.udp);
+  }
   if (event.initial_data) {
     send_initial_values(event.offer, event.eventgroup, event.subscriber);
   }

@@ -23,8 +23,10 @@ namespace {
 constexpr std::size_t batch_segments = 64;  // what UdpSocket::send_segments() takes
 constexpr std::size_t batch_bytes = 65000;
 constexpr std::size_t max_datagram_bytes =
-    header_bytes + max_plain_payload_bytes;    // no fragments on Ethernet
-constexpr std::size_t max_collections = 64;    // receivers that messages are collected for at once
+    header_bytes + max_plain_payload_bytes;  // no fragments on Ethernet
+constexpr std::size_t max_collections = 64;  // receivers that messages are collected for at once
+constexpr Duration first_look = std::chrono::milliseconds{1};  // for an answer to ARP
+constexpr Duration longest_look = std::chrono::milliseconds{100};
 constexpr std::size_t slices_per_segment = 2;  // a segment that lies in more pieces is copied together
 
 // Small messages to one receiver that leave in one datagram.
@@ -356,11 +358,59 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     } else if (resume) {
       wait_until(*resume);
     }
+    if (!gone.empty()) {
+      let_go();
+      tell_who_is_gone();
+    }
+  }
+
+  void meet(const Endpoint& to) {
+    if (!link.awaited || !link.awaited(to.address)) {
+      return;
+    }
+    const TimePoint now = std::chrono::steady_clock::now();
+    lanes.await_host(to, {.since = now, .next_look = now + first_look, .pause = first_look});
+    if (!pumping) {
+      wait_until(now + first_look);
+    }
+  }
+
+  // Whether somebody has answered to the receiver's address; looks ever more seldom.
+  bool is_there(SendLane& lane, TimePoint now) {
+    AwaitedHost& host = *lane.host;
+    if (now < host.next_look) {
+      return false;
+    }
+    if (!link.awaited(lane.to.address)) {
+      lane.host.reset();
+      return true;
+    }
+    if (now - host.since >= patience) {
+      gone.push_back(lane.to);
+      counters.refused += lanes.give_up(lane);
+      return true;
+    }
+    host.pause = std::min(2 * host.pause, longest_look);
+    host.next_look = now + host.pause;
+    return false;
+  }
+
+  void tell_who_is_gone() {
+    for (const Endpoint& receiver : std::exchange(gone, {})) {
+      link.unreachable(receiver);
+      if (socket == nullptr) {
+        return;
+      }
+    }
   }
 
   // Sends what waits until a burst is over or nothing is left.
   // @return false when the socket is full.
   bool serve(SendLane& lane, TimePoint now, std::optional<TimePoint>& resume) {
+    if (lane.host && !is_there(lane, now)) {
+      resume = resume ? std::min(*resume, lane.host->next_look) : lane.host->next_look;
+      return true;
+    }
     while (!lane.queue.empty()) {
       PendingMessage& message = lane.queue.front();
       SendStatus status = SendStatus::sent;
@@ -502,6 +552,8 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   Counters counters;
   std::size_t large_above = std::numeric_limits<std::size_t>::max();
   std::function<void()> on_large;
+  Link link;
+  std::vector<Endpoint> gone;  ///< to be told of
   // Of one batch; kept to reuse their memory.
   std::array<std::array<std::byte, header_bytes + tp_header_bytes>, batch_segments> headers{};
   std::vector<ByteView> slices;
@@ -522,6 +574,16 @@ MessageSender::MessageSender(boost::asio::io_context& io, UdpSocket& socket, std
 
 MessageSender::~MessageSender() {
   close();
+}
+
+void MessageSender::watch_link(Link link) {
+  state_->link = std::move(link);
+}
+
+void MessageSender::meet(const Endpoint& receiver) {
+  if (state_->socket != nullptr) {
+    state_->meet(receiver);
+  }
 }
 
 void MessageSender::flush() {

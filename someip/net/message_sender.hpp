@@ -64,6 +64,20 @@ class MessageSender {
   /// sender.
   void tell_large(std::size_t above, std::function<void()> told);
 
+  /// Of the hosts on the link, see Neighbours.
+  struct Link {
+    /// Whether nobody has answered to this address yet.
+    std::function<bool(const IpAddress& host)> awaited;
+    /// Nobody has answered for `patience`.
+    std::function<void(const Endpoint& receiver)> unreachable;
+  };
+  static constexpr Duration patience = std::chrono::milliseconds{3500};  ///< the system itself has 3 s
+
+  void watch_link(Link link);
+  /// This receiver is new. What is for it is kept here while nobody has answered to its address: in the send
+  /// buffer of the system, which receivers share, it would take the room of the others.
+  void meet(const Endpoint& receiver);
+
   /// Sends now what waits to leave together with others.
   void flush();
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <string>
 
 #include "someip/net/socket_calls.hpp"
@@ -17,9 +18,14 @@ class Neighbours {
   /// Whether the host has answered to its address (ARP). False where nobody can tell: behind a router, on a
   /// loopback interface, and over IPv6.
   [[nodiscard]] bool known(const IpAddress& host) const noexcept;
+  /// Whether what is sent there now waits until the host answers to its address (ARP), if it ever does. False
+  /// where nobody can tell.
+  [[nodiscard]] bool awaited(const IpAddress& host) const noexcept;
 
  private:
+  IpAddress own_;
   std::string interface_;
+  std::uint32_t mask_ = 0;  ///< of the subnet, in network order; 0: there is no ARP
   Descriptor socket_;
 };
 

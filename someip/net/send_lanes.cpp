@@ -35,10 +35,11 @@ bool SendLanes::empty() const noexcept {
 
 bool SendLanes::must_wait(const Endpoint& to, const Header& header) const {
   const auto lane = std::ranges::find(lanes_, to, &SendLane::to);
-  return lane != lanes_.end() && std::ranges::any_of(lane->queue, [&](const PendingMessage& pending) {
-           return pending.datagram ||
-                  (pending.header.service == header.service && pending.header.method == header.method);
-         });
+  return lane != lanes_.end() &&
+         (lane->host || std::ranges::any_of(lane->queue, [&](const PendingMessage& pending) {
+            return pending.datagram ||
+                   (pending.header.service == header.service && pending.header.method == header.method);
+          }));
 }
 
 // When there are many, a new receiver gets that of the one which has been idle the longest.
@@ -48,7 +49,7 @@ SendLane& SendLanes::lane_of(const Endpoint& to) {
     if (lane.to == to) {
       return lane;
     }
-    if (lane.queue.empty() && (idle == nullptr || lane.pace.begin() < idle->pace.begin())) {
+    if (lane.queue.empty() && !lane.host && (idle == nullptr || lane.pace.begin() < idle->pace.begin())) {
       idle = &lane;
     }
   }
@@ -171,6 +172,22 @@ void SendLanes::reuse(Queue& from) {
     return;
   }
   unused_.splice(unused_.begin(), from, done);
+}
+
+SendLane& SendLanes::await_host(const Endpoint& to, const AwaitedHost& host) {
+  SendLane& lane = lane_of(to);
+  lane.host = host;
+  return lane;
+}
+
+std::size_t SendLanes::give_up(SendLane& lane) {
+  lane.host.reset();
+  std::size_t messages = 0;
+  while (!lane.queue.empty()) {
+    messages += lane.queue.front().messages;
+    drop(lane, lane.queue.begin());
+  }
+  return messages;
 }
 
 std::size_t SendLanes::clear() {

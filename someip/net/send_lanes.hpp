@@ -1,6 +1,7 @@
 #pragma once
 #include <list>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -44,12 +45,20 @@ struct PendingMessage {
   [[nodiscard]] bool plain() const noexcept { return datagram || bytes <= max_plain_payload_bytes; }
 };
 
+/// A host that may not be there.
+struct AwaitedHost {
+  TimePoint since{};
+  TimePoint next_look{};
+  Duration pause{};
+};
+
 /// What waits for one receiver, and what has left for it lately.
 struct SendLane {
   Endpoint to;
   std::list<PendingMessage> queue{};
   PaceWindow pace{};
-  std::size_t bytes = 0;  ///< that wait, with the places of their messages
+  std::size_t bytes = 0;              ///< that wait, with the places of their messages
+  std::optional<AwaitedHost> host{};  ///< nobody has answered to its address yet: nothing leaves
 };
 
 /// What waits to be sent, in a lane for each receiver. Keeps its memory for what comes later.
@@ -89,6 +98,11 @@ class SendLanes {
   static void own(PendingMessage& message);
   /// The first message of the lane is sent or dropped. Its owner is let go last, and may call us.
   void finish(SendLane& lane);
+  /// From now on everything for this receiver waits.
+  SendLane& await_host(const Endpoint& to, const AwaitedHost& host);
+  /// The lane of a host that is not there.
+  /// @return how many messages waited for it.
+  std::size_t give_up(SendLane& lane);
   /// Drops everything.
   /// @return how many messages that were.
   std::size_t clear();

@@ -663,5 +663,50 @@ TEST_F(CollectingSenderTest, CountsEachMessageThatTheSystemRefuses) {
   EXPECT_TRUE(sender.idle());
 }
 
+// A link whose hosts answer to ARP when a test says so.
+TEST_F(MessageSenderTest, KeepsWhatIsForAHostThatHasNotAnsweredToItsAddress) {
+  bool awaited = true;
+  std::vector<Endpoint> gone;
+  sender.watch_link({.awaited = [&](const IpAddress&) { return awaited; },
+                     .unreachable = [&](const Endpoint& one) { gone.push_back(one); }});
+  sender.meet(receiver.local());
+  const std::vector<std::byte> payload = numbers(100);
+  const ByteView view{payload};
+  EXPECT_TRUE(sender.send(receiver.local(), event, {&view, 1}));
+  EXPECT_TRUE(sender.send(receiver.local(), event, {&view, 1}));
+  io.run_for(20ms);
+  EXPECT_EQ(sender.counters().datagrams, 0U);
+  EXPECT_FALSE(sender.idle());
+  awaited = false;
+  await_datagrams(2);
+  EXPECT_TRUE(sender.idle());
+  EXPECT_TRUE(sender.send(receiver.local(), event, {&view, 1}));
+  EXPECT_TRUE(sender.idle()) << "it is known now";
+  EXPECT_TRUE(gone.empty());
+}
+
+TEST_F(MessageSenderTest, GivesUpAHostThatDoesNotAnswerToItsAddress) {
+  std::vector<Endpoint> gone;
+  const Endpoint silent{IpAddress::v4(127, 0, 0, 77), 4000};
+  sender.watch_link({.awaited = [&](const IpAddress& host) { return host == silent.address; },
+                     .unreachable = [&](const Endpoint& one) { gone.push_back(one); }});
+  sender.meet(silent);
+  sender.meet(receiver.local());
+  const std::vector<std::byte> payload = numbers(5000);
+  const ByteView view{payload};
+  EXPECT_TRUE(sender.send(silent, event, {&view, 1}));
+  EXPECT_TRUE(sender.send(receiver.local(), event, {&view, 1}));
+  await_datagrams(4);
+  EXPECT_FALSE(sender.idle()) << "nobody else waits for the silent one";
+  const auto end = std::chrono::steady_clock::now() + 30s;
+  while (gone.empty() && std::chrono::steady_clock::now() < end) {
+    io.run_one_for(50ms);
+  }
+  EXPECT_EQ(gone, std::vector<Endpoint>{silent});
+  EXPECT_TRUE(sender.idle());
+  EXPECT_EQ(sender.counters().refused, 1U);
+  EXPECT_EQ(sender.counters().datagrams, 4U);
+}
+
 }  // namespace
 }  // namespace trestle::someip::message_sender_test
