@@ -115,7 +115,7 @@ class UdpSocket {
   SendStatus send(const Endpoint& to, std::span<const ByteView> slices);
 
   /// Whether multicast that is sent from now on also reaches this host's members of the group; it does at
-  /// first. Leaves errno.
+  /// first. A loopback interface brings it back all the same. Leaves errno.
   void loop_multicast(bool on);
 
   /// Sends several datagrams to one receiver with as few system calls as the system allows (UDP segmentation

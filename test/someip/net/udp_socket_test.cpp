@@ -173,23 +173,6 @@ TEST_F(UdpSocketTest, SendsFromTheGroupSocketAsFromTheAddressOfItsOwner) {
   EXPECT_THAT(from_group.senders, ElementsAre(Endpoint{second, port}));
 }
 
-TEST_F(UdpSocketTest, KeepsMulticastFromItsHostIfItIsTo) {
-  UdpSocket probe{io, {.local = {first, 0}}};
-  const Endpoint to{group, probe.local().port};
-  UdpSocket member{
-      io,
-      {.local = to, .join = group, .interface = MulticastInterface{first}, .sharing = PortSharing::shared}};
-  UdpSocket sender{io, {.local = {second, 0}, .interface = MulticastInterface{second}}};
-  Inbox inbox;
-  member.receive(inbox.handler());
-  sender.loop_multicast(false);
-  send(sender, to, "not here");
-  sender.loop_multicast(true);
-  send(sender, to, "here");
-  await(inbox, 1);
-  EXPECT_THAT(inbox.texts, ElementsAre("here"));
-}
-
 TEST_F(UdpSocketTest, NamesAddressPortAndRemedyWhenThePortIsTaken) {
   UdpSocket owner{io, {.local = {first, 0}}};
   const std::string port = std::to_string(owner.local().port);
