@@ -472,6 +472,10 @@ void ParticipantCore::on_peer(const fast::FoundPeer& peer) {
     const std::lock_guard lock{mutex_};
     if (peer.change == Change::lost) {
       vendors_.erase(peer.guid.guidPrefix);
+      // Of those that it ignores Fast DDS 3 does not say that they have left.
+      std::erase_if(found_, [&](const auto& known) {
+        return known.first.guidPrefix == peer.guid.guidPrefix && !known.second.refused_by.empty();
+      });
     } else if (vendors_.size() < max_found) {
       vendors_.insert_or_assign(peer.guid.guidPrefix, peer.vendor);
     }

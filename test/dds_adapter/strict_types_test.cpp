@@ -56,6 +56,9 @@ class StrictTypes : public test::Participants {
 TEST_F(StrictTypes, SendNothingToReadersOfAnother) {
   for (const bool readers_first : {false, true}) {
     SCOPED_TRACE(readers_first);
+    if (readers_first && !sees_readers_begin()) {
+      continue;  // a Fast DDS that cannot help it
+    }
     std::optional<Writer> writer;
     if (!readers_first) {
       writer = write(strict_, ours);
