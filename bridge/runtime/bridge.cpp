@@ -245,7 +245,7 @@ struct Bridge::State {
     const std::string other = other_interface(config.someip);
     const auto watch_outbound = [this](const std::string& name, const OutboundRoute& one) {
       silence->add({.topic = name,
-                    .silent = [&one] { return one.received() == 0; },
+                    .received = [&one] { return one.received(); },
                     .reason =
                         [this, &one, topic = dds::ros_topic_name(name)] {
                           return one.silence(published[topic], participant->peers());
@@ -256,7 +256,7 @@ struct Bridge::State {
     for (const Route& route : config.routes) {
       if (route.direction == Direction::someip_to_dds) {
         silence->add({.topic = route.topic,
-                      .silent = [&one = **in] { return one.received() == 0; },
+                      .received = [&one = **in] { return one.received(); },
                       .reason = [this, &one = **in, service = route.service,
                                  other] { return one.silence(offered[service], other); }});
         ++in;

@@ -409,7 +409,7 @@ void DiscoveredRoutes::append_silence(SilenceWatch& silence) {
     const std::string name = "pattern " + settings.topics;
     if (settings.route.direction == Direction::dds_to_someip) {
       silence.add({.topic = name,
-                   .silent = [&pattern] { return pattern.made == 0; },
+                   .received = [&pattern] { return pattern.made; },
                    .reason =
                        [this, &pattern] {
                          return why_silent(PatternSilence{.participants = participant_->peers(),
@@ -420,7 +420,7 @@ void DiscoveredRoutes::append_silence(SilenceWatch& silence) {
                  return pattern_of(config_.patterns, locked.topic) == &settings;
                })) {
       silence.add({.topic = name,
-                   .silent = [] { return true; },
+                   .received = [] { return std::uint64_t{0}; },
                    .reason = [this]() -> SilenceReason {
                      return {SilenceReason::Kind::not_locked,
                              config_.lock_file +

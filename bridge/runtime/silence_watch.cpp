@@ -4,12 +4,24 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
+#include <string_view>
 #include <utility>
 
 namespace trestle::bridge {
 namespace {
 
 constexpr std::size_t most_topics = 3;
+
+// Nothing is amiss with a route that has worked: there is nothing to send.
+bool somebody_may_send(SilenceReason::Kind kind) {
+  using Kind = SilenceReason::Kind;
+  return kind == Kind::other_events || kind == Kind::no_event || kind == Kind::no_sample;
+}
+
+std::string_view silence_of(const SilenceWatch::Watched& route) {
+  return route.before > 0 ? "nothing comes any longer" : "nothing has come yet";
+}
 
 }  // namespace
 
@@ -33,19 +45,27 @@ void SilenceWatch::remove(const std::string& topic) {
 }
 
 void SilenceWatch::look() {
-  std::erase_if(routes_, [](const Watched& one) { return !one.silent(); });
-  if (routes_.empty()) {
-    return;
-  }
   using Kind = SilenceReason::Kind;
-  const Heard heard = prepare_();
+  std::optional<Heard> heard;
   std::map<Kind, std::vector<const Watched*>> changed;
   std::size_t lines = 0;
   for (Watched& one : routes_) {
+    const std::uint64_t received = one.received();
+    if (received != std::exchange(one.before, received)) {
+      one.told = {};
+      one.is_new = false;
+      continue;
+    }
     if (std::exchange(one.is_new, false)) {
       continue;
     }
+    if (!heard) {
+      heard = prepare_();
+    }
     SilenceReason reason = one.reason();
+    if (received > 0 && somebody_may_send(reason.kind)) {
+      reason = {};
+    }
     if (reason == one.told) {
       continue;
     }
@@ -56,10 +76,10 @@ void SilenceWatch::look() {
     }
   }
   for (const auto& [kind, routes] : changed) {
-    const std::size_t hosts = kind >= Kind::no_participant ? heard.dds : heard.someip;
+    const std::size_t hosts = kind >= Kind::no_participant ? heard->dds : heard->someip;
     if (lines <= most_lines) {
       for (const Watched* const one : routes) {
-        tell_(fmt::format("{}: nothing has come yet: {}", one->topic, in_words(one->told, 1, hosts)));
+        tell_(fmt::format("{}: {}: {}", one->topic, silence_of(*one), in_words(one->told, 1, hosts)));
       }
       continue;
     }
@@ -69,11 +89,11 @@ void SilenceWatch::look() {
         topics.push_back(one->topic);
       }
     }
-    tell_(fmt::format("{}{}: nothing has come yet: {}", fmt::join(topics, ", "),
+    tell_(fmt::format("{}{}: {}: {}", fmt::join(topics, ", "),
                       routes.size() > topics.size()
                           ? fmt::format(" and {} more routes", routes.size() - topics.size())
                           : "",
-                      in_words(routes.front()->told, routes.size(), hosts)));
+                      silence_of(*routes.front()), in_words(routes.front()->told, routes.size(), hosts)));
   }
 }
 

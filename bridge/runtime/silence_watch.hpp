@@ -1,5 +1,6 @@
 #pragma once
 #include <boost/asio/steady_timer.hpp>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -9,8 +10,9 @@
 
 namespace trestle::bridge {
 
-/// Says of routes to which nothing has ever come why that is: 5 s after the start, and every 5 s what has
-/// changed. Of those that begin later, after 5 to 10 s. Some lines at most, however many routes there are:
+/// Says of routes to which nothing comes why that is: 5 s after the start, and every 5 s what has changed. Of
+/// those that begin later, after 5 to 10 s; of those to which something came before, when nobody is there any
+/// longer who could send. Some lines at most, however many routes there are:
 /// where there are many, those with one kind of reason share a line. On the thread that runs the io_context,
 /// with one timer for all.
 class SilenceWatch {
@@ -22,8 +24,9 @@ class SilenceWatch {
   /// A route, as it is looked at.
   struct Watched {
     std::string topic;
-    std::function<bool()> silent;  ///< nothing has come yet
+    std::function<std::uint64_t()> received;  ///< how many messages have come
     std::function<SilenceReason()> reason;
+    std::uint64_t before = 0;  ///< messages, at the last look
     SilenceReason told{};
     bool is_new = false;  ///< too short a time there to be told of
   };
@@ -56,7 +59,7 @@ class SilenceWatch {
     routes_.clear();
     timer_.cancel();
   }
-  /// What the timer does. Forgets the routes that something has come to.
+  /// What the timer does.
   void look();
 
  private:

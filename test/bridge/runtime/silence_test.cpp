@@ -122,9 +122,10 @@ class Watch : public testing::Test {
  protected:
   void add(std::size_t routes) {
     state_.resize(routes, {Kind::not_offered, "0x1111.0x0001"});
+    received_.resize(routes);
     for (std::size_t i = 0; i < routes; ++i) {
       watch_.add({.topic = "/t" + std::to_string(i),
-                  .silent = [this, i] { return state_[i].kind != Kind::none; },
+                  .received = [this, i] { return received_[i]; },
                   .reason = [this, i] { return state_[i]; }});
     }
   }
@@ -135,6 +136,7 @@ class Watch : public testing::Test {
   }
   boost::asio::io_context io_;
   std::vector<SilenceReason> state_;
+  std::vector<std::uint64_t> received_;
   std::vector<std::string> lines_;
   std::size_t looks_ = 0;
   SilenceWatch watch_{io_,
@@ -153,11 +155,27 @@ TEST_F(Watch, TellsOnceAndAgainWhenTheReasonChanges) {
   EXPECT_THAT(lines(), IsEmpty()) << "another number of hosts is no other reason";
   state_[1] = {Kind::no_event, "subscribed"};
   EXPECT_THAT(lines(), ElementsAre("/t1: nothing has come yet: subscribed"));
-  state_[1] = {};  // something has come
+  ++received_[1];
   EXPECT_THAT(lines(), IsEmpty());
-  state_[0] = {};
+  ++received_[0];
+  ++received_[1];
   EXPECT_THAT(lines(), IsEmpty());
   EXPECT_EQ(looks_, 4U) << "nothing is looked at when no route is silent";
+}
+
+TEST_F(Watch, TellsOfARouteThatHasWorkedWhenNobodyIsThereAnyLonger) {
+  add(1);
+  state_[0] = {Kind::no_event, "subscribed"};
+  ++received_[0];
+  EXPECT_THAT(lines(), IsEmpty());
+  EXPECT_THAT(lines(), IsEmpty()) << "who is there may have nothing to say";
+  state_[0] = {Kind::not_offered, "0x1111.0x0001"};
+  EXPECT_THAT(lines(), ElementsAre("/t0: nothing comes any longer: nobody offers 0x1111.0x0001 (2 SOME/IP "
+                                   "hosts were heard)"));
+  EXPECT_THAT(lines(), IsEmpty());
+  ++received_[0];
+  EXPECT_THAT(lines(), IsEmpty());
+  EXPECT_THAT(lines(), SizeIs(1)) << "once more";
 }
 
 TEST_F(Watch, GivesTimeToRoutesThatBeginLater) {
@@ -165,7 +183,9 @@ TEST_F(Watch, GivesTimeToRoutesThatBeginLater) {
   watch_.start();
   EXPECT_THAT(lines(), SizeIs(1));
   state_.push_back({Kind::no_sample, {}});
-  watch_.add({.topic = "/late", .silent = [] { return true; }, .reason = [this] { return state_[1]; }});
+  watch_.add({.topic = "/late",
+              .received = [] { return std::uint64_t{0}; },
+              .reason = [this] { return state_[1]; }});
   EXPECT_THAT(lines(), IsEmpty());
   EXPECT_THAT(lines(), ElementsAre(testing::StartsWith("/late: ")));
   watch_.remove("/late");
