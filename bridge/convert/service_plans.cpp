@@ -6,6 +6,8 @@
 #include <array>
 #include <bit>
 
+#include "bridge/convert/most_bytes.hpp"
+
 namespace trestle::bridge {
 namespace {
 
@@ -37,6 +39,10 @@ tl::expected<Gathered, ConversionError> CallMessagePlan::someip_to_cdr(ByteView 
       std::byte{0}, std::byte{std::endian::native == std::endian::little ? 1 : 0}};
   static constexpr ByteView whole{sample};
   return Gathered{{&whole, 1}, whole.size()};
+}
+
+std::optional<std::size_t> CallMessagePlan::most_bytes() const {
+  return is_empty_ ? 0 : most_someip_bytes(plan_.program());
 }
 
 MessageRules rules_for(const TypeTree& tree, const MessageRules& rules) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <tl/expected.hpp>
 
@@ -19,6 +20,8 @@ class CallMessagePlan {
                                                                       ConversionScratch& scratch) const;
   [[nodiscard]] tl::expected<Gathered, ConversionError> someip_to_cdr(ByteView payload,
                                                                       ConversionScratch& scratch) const;
+  /// Of its SOME/IP payload, as most_someip_bytes().
+  [[nodiscard]] std::optional<std::size_t> most_bytes() const;
 
  private:
   ConversionPlan plan_;

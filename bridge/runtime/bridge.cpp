@@ -325,7 +325,8 @@ Bridge::Bridge(boost::asio::io_context& io, const BridgeConfig& config, TypeLibr
     const Route& route = config.routes[i];
     if (route.direction == Direction::someip_to_dds) {
       state_->inbound.push_back(start_at(config, route.mark, [&] {
-        return std::make_unique<InboundRoute>(*state_->node, route, subscription_of(config.routes, route),
+        return std::make_unique<InboundRoute>(*state_->node, route,
+                                              subscription_of(config.routes, route, plans[i]),
                                               std::move(plans[i]), report);
       }));
       if (ServiceToMethod* const setter = state_->methods->setter_beside(route)) {

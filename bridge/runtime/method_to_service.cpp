@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "bridge/convert/most_bytes.hpp"
 #include "bridge/runtime/pacing.hpp"
 #include "dds_adapter/ros_names.hpp"
 
@@ -52,12 +53,14 @@ MethodToService::~MethodToService() {
 }
 
 sd::MethodSpec MethodToService::spec() {
+  const std::optional<std::size_t> most = plans_.request.most_bytes();
   return {.id = method_.method,
           .handler = [this](const someip::Message& request,
                             sd::Responder responder) { on_request(request, std::move(responder)); },
           .kind = method_.fire_and_forget ? someip::MethodKind::fire_and_forget
                                           : someip::MethodKind::request_response,
-          .pacing = pacing_of(method_.tp)};
+          .pacing = pacing_of(method_.tp),
+          .max_request_bytes = most ? std::optional{room_to_receive(*most)} : std::nullopt};
 }
 
 void MethodToService::open(dds::Participant& participant, std::function<void()> ready_changed) {

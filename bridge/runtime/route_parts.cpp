@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "bridge/convert/most_bytes.hpp"
 #include "bridge/types/type_hash.hpp"
 #include "dds_adapter/ros_names.hpp"
 
@@ -33,7 +34,8 @@ std::string user_data_of_service(const std::string& type, TypeLibrary& types) {
   return hash ? dds::ros_service_hash_entry(*hash) : std::string{};
 }
 
-sd::SubscribeSpec subscription_of(const std::vector<Route>& routes, const Route& route) {
+sd::SubscribeSpec subscription_of(const std::vector<Route>& routes, const Route& route,
+                                  const ConversionPlan& plan) {
   const auto uses = [&](Transport transport) {
     return std::ranges::any_of(routes, [&](const Route& other) {
       return other.direction == route.direction && other.service == route.service &&
@@ -49,6 +51,7 @@ sd::SubscribeSpec subscription_of(const std::vector<Route>& routes, const Route&
                    .pass_failed = true,
                    .payload_only = route.e2e->payload_only});
   }
+  const auto most = most_someip_bytes(plan.program());
   return {.service = route.service,
           .instance = route.instance,
           .major = route.major,
@@ -58,7 +61,8 @@ sd::SubscribeSpec subscription_of(const std::vector<Route>& routes, const Route&
           .udp = uses(Transport::udp),
           .tcp = uses(Transport::tcp),
           .port = route.port,
-          .e2e = std::move(e2e)};
+          .e2e = std::move(e2e),
+          .max_event_bytes = most ? std::optional{room_to_receive(*most)} : std::nullopt};
 }
 
 }  // namespace trestle::bridge

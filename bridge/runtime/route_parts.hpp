@@ -21,6 +21,8 @@ namespace trestle::bridge {
 
 /// All routes of an eventgroup share a subscription, which names every protocol that they need.
 /// @param routes  of the configuration.
-[[nodiscard]] sd::SubscribeSpec subscription_of(const std::vector<Route>& routes, const Route& route);
+/// @param plan    of the route, which may bound what is received.
+[[nodiscard]] sd::SubscribeSpec subscription_of(const std::vector<Route>& routes, const Route& route,
+                                                const ConversionPlan& plan);
 
 }  // namespace trestle::bridge

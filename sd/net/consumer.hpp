@@ -41,8 +41,9 @@ class Consumer {
   [[nodiscard]] OtherEvents other_events(someip::ServiceId service) const;
   void clear();
 
-  /// Whether it waits for this event or answer, of which a segment has come. If not, counts why.
-  [[nodiscard]] bool wants(const someip::Header& header, const Source& source);
+  /// How large this event or answer may be, of which a segment has come; 0: it does not wait for it. Then it
+  /// counts why.
+  [[nodiscard]] std::size_t wants(const someip::Header& header, const Source& source);
   void on_notification(const someip::Message& message, const Source& source);
   /// A RESPONSE or ERROR.
   void on_answer(const someip::Message& message, const Source& source);
@@ -82,6 +83,7 @@ class Consumer {
     std::vector<someip::MethodId> events;
     EventHandler handler;
     E2eChannels e2e{};
+    std::optional<std::size_t> max_event_bytes{};  ///< in segments over UDP
     bool active = true;  ///< false once it has unsubscribed, though it may still be in line to be called
   };
   /// A subscription at one server.

@@ -201,13 +201,20 @@ void Consumer::time_out(CallHandle call) {
   });
 }
 
-bool Consumer::wants(const Header& header, const Source& source) {
+std::size_t Consumer::wants(const Header& header, const Source& source) {
   if (someip::without_tp(header.type) == MessageType::notification) {
-    return find_listeners(header, source);
+    if (!find_listeners(header, source)) {
+      return 0;
+    }
+    std::size_t most = 0;
+    for (const auto& listener : called_) {
+      most = std::max(most, listener->max_event_bytes.value_or(config_.max_message_bytes));
+    }
+    return most;
   }
   const bool awaited = calls_.awaits({source.from, source.transport}, header);
   counters_.unexpected += awaited ? 0 : 1;
-  return awaited;
+  return awaited ? config_.max_message_bytes : 0;
 }
 
 void Consumer::on_answer(const Message& message, const Source& source) {

@@ -60,8 +60,8 @@ SubscriptionId Consumer::subscribe(const SubscribeSpec& spec, EventHandler handl
     others_.try_emplace(spec.service);
   }
   const SubscriptionId id{next_id_++};
-  const auto listener =
-      std::make_shared<Listener>(Listener{id, spec.events, std::move(handler), std::move(e2e)});
+  const auto listener = std::make_shared<Listener>(
+      Listener{id, spec.events, std::move(handler), std::move(e2e), spec.max_event_bytes});
   subscription->listeners.push_back(listener);
   for (const someip::MethodId event : spec.events) {
     std::vector<Wish>& wishes = wishes_[key_of(spec.service, event)];

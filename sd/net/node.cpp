@@ -371,7 +371,7 @@ struct Node::State : std::enable_shared_from_this<State> {
     }
   }
 
-  bool wants(const Message& segment, const Source& source) {
+  std::size_t wants(const Message& segment, const Source& source) {
     switch (someip::without_tp(segment.header.type)) {
       case MessageType::notification:
       case MessageType::response:

@@ -216,6 +216,7 @@ void Ports::on_train(const someip::Train& train, const Source& source, LargeMess
   // Of the last segment; the next one is most likely of the same message.
   someip::Header wanted;
   someip::Reassembly* known = nullptr;  ///< where that one is put together
+  std::size_t max_bytes = 0;            ///< of it
   for (std::size_t i = 0; i < train.size(); ++i) {
     if (i > 0 && port.use_count() == 1) {
       return;  // a handler has let go of it, only we still hold it
@@ -230,13 +231,15 @@ void Ports::on_train(const someip::Train& train, const Source& source, LargeMess
         continue;
       }
       if (known == nullptr || message->header != wanted) {
-        known = handlers_.wanted(*message, source) ? &reassembly_of(message->header.type, large) : nullptr;
-        if (known == nullptr) {
+        known = nullptr;
+        max_bytes = handlers_.wanted(*message, source);
+        if (max_bytes == 0) {
           continue;
         }
+        known = &reassembly_of(message->header.type, large);
         wanted = message->header;
       }
-      const auto whole = known->on_segment(source.from, *message, time);
+      const auto whole = known->on_segment(source.from, *message, time, max_bytes);
       // Armed, it wakes us before any message that begins now is too old.
       if (!reassembly_timer_.armed()) {
         reassembly_timer_.arm(known->deadline());

@@ -64,9 +64,9 @@ struct Source {
 class Ports {
  public:
   struct Handlers {
-    /// Whether to put a message together of which this segment came: so nobody can fill the places with what
-    /// nobody waits for.
-    std::function<bool(const someip::Message& segment, const Source&)> wanted;
+    /// How large a message may be of which this segment came; 0: it is not to be put together. So nobody can
+    /// fill the places with what nobody waits for.
+    std::function<std::size_t(const someip::Message& segment, const Source&)> wanted;
     std::function<void(const someip::Message&, const Source&)> message;
     /// A client connected to our TCP endpoint `own`, or is gone.
     std::function<void(const Endpoint& own, const Endpoint& client, bool connected)> tcp_client;

@@ -477,10 +477,10 @@ void Provider::refuse(const someip::RequestCheck& check, const Source& source) {
   }
 }
 
-bool Provider::wants(const Message& segment, const Source& source) {
+std::size_t Provider::wants(const Message& segment, const Source& source) {
   if (!source.udp) {
     ++counters_.unexpected;  // by multicast
-    return false;
+    return 0;
   }
   Header header = segment.header;
   header.type = someip::without_tp(header.type);
@@ -489,8 +489,13 @@ bool Provider::wants(const Message& segment, const Source& source) {
     const ServiceSpec& spec = judged.offer->spec;
     const bool is_getter = std::ranges::any_of(
         spec.fields, [&](const FieldSpec& field) { return field.getter == header.method; });
-    if (!is_getter && may_be_sent(spec, header.method, someip::max_plain_payload_bytes + 1)) {
-      return true;
+    const auto method = std::ranges::find(spec.methods, header.method, &MethodSpec::id);
+    const std::size_t most = method == spec.methods.end()
+                                 ? config_.max_message_bytes
+                                 : method->max_request_bytes.value_or(config_.max_message_bytes);
+    if (!is_getter && most > someip::max_plain_payload_bytes &&
+        may_be_sent(spec, header.method, someip::max_plain_payload_bytes + 1)) {
+      return most;
     }
     // [feat_req_someiptp_788] A getter is called with nothing.  [feat_req_someip_633]
     judged.check = {ReturnCode::not_ok, someip::error_answer(header, ReturnCode::not_ok, *judged.rules)};
@@ -501,7 +506,7 @@ bool Provider::wants(const Message& segment, const Source& source) {
     judged.check.answer.reset();
   }
   refuse(judged.check, source);
-  return false;
+  return 0;
 }
 
 void Provider::on_request(const Message& message, const Source& source) {

@@ -41,9 +41,9 @@ class Provider {
   [[nodiscard]] Value field(OfferHandle offer, someip::MethodId field) const;
   void forget_field(OfferHandle offer, someip::MethodId field);
 
-  /// Whether this request, of which a segment has come, is to a method that is offered where it came, and may
-  /// be large. If not, it is answered once or counted.
-  [[nodiscard]] bool wants(const someip::Message& segment, const Source& source);
+  /// How large this request may be, of which a segment has come; 0: it is not to a method that is offered
+  /// where it came, or takes no large ones. Then it is answered once or counted.
+  [[nodiscard]] std::size_t wants(const someip::Message& segment, const Source& source);
   /// A message that is neither a notification nor an answer.
   void on_request(const someip::Message& message, const Source& source);
   void on_event(const SubscriberAdded& event);

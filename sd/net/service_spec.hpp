@@ -21,6 +21,9 @@ struct MethodSpec {
   RequestHandler handler;
   someip::MethodKind kind = someip::MethodKind::request_response;
   std::optional<someip::TpPacing> pacing{};  ///< of large responses over UDP; nothing: NodeConfig::pacing
+  /// Of a request over UDP in segments: one that is larger is not put together, and none where a datagram has
+  /// room for so much (someip::max_plain_payload_bytes). Nothing: NodeConfig::max_message_bytes.
+  std::optional<std::size_t> max_request_bytes{};
 };
 
 /// Judges the value that a setter brings: gives the value to be set, which may be another, or the error.
@@ -179,7 +182,10 @@ struct SubscribeSpec {
   /// [feat_req_someipsd_322]
   std::optional<std::uint32_t> ttl_s{};
   std::vector<E2eSpec> e2e{};  ///< of `events` with end-to-end protection
-  std::string otherserv{};     ///< the name, for other_protocols  [feat_req_someipsd_503]
+  /// Of each of `events` that comes over UDP in segments: a larger one is not put together. Nothing:
+  /// NodeConfig::max_message_bytes.
+  std::optional<std::size_t> max_event_bytes{};
+  std::string otherserv{};  ///< the name, for other_protocols  [feat_req_someipsd_503]
 };
 
 /// How often something came between a subscription and its events; each counts when it begins, and is logged

@@ -161,6 +161,54 @@ TEST_F(LargeMessagesTest, ShareTheirMemoryBetweenPorts) {
   EXPECT_TRUE(run_until([&] { return node.reassembly_counters()[someip::TpDrop::no_memory] == 1; }));
 }
 
+// One whose requests fit a datagram, and one whose largest has 20 bytes more.
+TEST_F(LargeMessagesTest, LargerThanAMethodsRequestsGetNoPlace) {
+  for (const std::size_t most : {std::size_t{17}, someip::max_plain_payload_bytes + 20}) {
+    Node node{io, quick(test::server_address)};
+    ServiceSpec spec = service(ServiceId{0x1234}, port);
+    spec.methods[0].max_request_bytes = most;
+    node.offer(spec);
+    const bool fits = most > someip::max_plain_payload_bytes;
+    const auto answers = answers_to(node, {segment("0001"), segment("0001", false)}, 1);
+    EXPECT_EQ(answers.size(), 1U) << "one, whether it is the answer or an error";
+    EXPECT_EQ(node.reassembly_counters().messages, fits ? 1U : 0U);
+    EXPECT_EQ(node.reassembly_counters().segments, fits ? 2U : 0U);
+    auto beyond = segment("0001");
+    beyond[11] = std::byte{0x0a};  // another session
+    beyond[18] = std::byte{0x40};  // from byte 16384 on
+    answers_to(node, {beyond}, 0);
+    EXPECT_EQ(node.reassembly_counters()[someip::TpDrop::too_large], fits ? 1U : 0U);
+  }
+}
+
+TEST_F(LargeMessagesTest, LargerThanASubscriptionsEventsAreNotPutTogether) {
+  Node client{io, quick(test::client_address)};
+  Node server{io, quick(test::server_address)};
+  const OfferHandle offered = server.offer(service(ServiceId{0x2000}, 0));
+  SubscribeSpec wanted{.service = ServiceId{0x2000},
+                       .instance = InstanceId{1},
+                       .eventgroup = EventgroupId{1},
+                       .events = {event},
+                       .max_event_bytes = 3000};
+  client.subscribe(wanted, collect());
+  ASSERT_TRUE(run_until([&] { return server.subscribers(offered, event) == 1; }));
+  for (const std::size_t size : {std::size_t{5000}, std::size_t{3000}}) {
+    const auto payload = numbers(size);
+    const ByteView slice{payload};
+    server.notify(offered, event, {&slice, 1});
+  }
+  ASSERT_TRUE(run_until([&] { return events.size() == 1; }));
+  EXPECT_EQ(events[0].payload, numbers(3000));
+  EXPECT_GT(client.reassembly_counters()[someip::TpDrop::too_large], 0U);
+  // Of several who want it, who takes the largest counts.
+  wanted.max_event_bytes.reset();
+  client.subscribe(wanted, collect());
+  const auto payload = numbers(5000);
+  const ByteView slice{payload};
+  server.notify(offered, event, {&slice, 1});
+  ASSERT_TRUE(run_until([&] { return events.size() == 3; }));
+}
+
 TEST_F(LargeMessagesTest, AreCountedAlsoOncePortsAreClosed) {
   Node node{io, quick(test::server_address)};
   const OfferHandle offered = node.offer(service(ServiceId{0x1234}, port));
