@@ -144,10 +144,10 @@ std::shared_ptr<TcpPort> Ports::tcp(std::uint16_t number, const std::function<bo
          .connected = [this, own](const Endpoint& client) { handlers_.tcp_client(own, client, true); },
          .closed =
              [this, own](const Endpoint& client, const std::string& why) {
+               handlers_.tcp_client(own, client, false);
                if (why == someip::no_memory_for_a_message) {
                  handlers_.tcp_refused(client, why);
                }
-               handlers_.tcp_client(own, client, false);
              },
          .in_use = [this, own](const Endpoint& client) { return handlers_.tcp_needed(own, client); },
          .refused = [this](const Endpoint& client,

@@ -115,7 +115,24 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
     }
   }
 
+  // Without memory, also in a handler, it is this client that has no connection.
   void accept(Descriptor client, const Endpoint& from) {
+    try {
+      accept_one(std::move(client), from);
+      return;
+    } catch (const std::bad_alloc&) {
+      ++counters.streams.no_memory;
+    }
+    try {
+      if (!stopped && clients.contains(from)) {
+        closed(from, no_memory_for_a_message);
+      }
+    } catch (const std::bad_alloc&) {  // whoever was to be told
+      clients.erase(from);
+    }
+  }
+
+  void accept_one(Descriptor client, const Endpoint& from) {
     if (clients.contains(from)) {  // of whose end we have not heard
       closed(from, "the client connected anew");
       if (stopped) {
@@ -125,14 +142,9 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
     if (!make_room(from)) {
       return;
     }
-    std::shared_ptr<TcpStream> stream;
-    try {
-      stream = std::make_shared<TcpStream>(io, std::move(client), StreamEnd::server, options.tcp, copies);
-      clients.emplace(from, Client{stream});
-    } catch (const std::bad_alloc&) {
-      ++counters.streams.no_memory;
-      return;
-    }
+    const auto stream =
+        std::make_shared<TcpStream>(io, std::move(client), StreamEnd::server, options.tcp, copies);
+    clients.emplace(from, Client{stream});
     ++counters.accepted;
     watch_idle();
     stream->receive(
@@ -225,7 +237,12 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
     idle_timer.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
       const auto self = weak.lock();
       if (!error && self && !self->stopped) {
-        self->close_idle();
+        try {
+          self->close_idle();
+        } catch (const std::bad_alloc&) {  // another time
+          ++self->counters.streams.no_memory;
+          self->watch_idle();
+        }
       }
     });
   }

@@ -176,7 +176,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
 
   void drain() {
     for (int round = 0; round < stream_rounds; ++round) {
-      if (!receive_once()) {
+      if (!receive_or_end()) {
         break;
       }
     }
@@ -253,6 +253,22 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
         self->close("a message was begun and not completed in time");
       }
     });
+  }
+
+  // Without memory, also in a handler, it is this connection that ends.
+  bool receive_or_end() {
+    static const std::string why{no_memory_for_a_message};  // which is there when there is no memory
+    try {
+      return receive_once();
+    } catch (const std::bad_alloc&) {
+      ++no_memory;
+    }
+    try {
+      close(why);
+    } catch (const std::bad_alloc&) {  // whoever was to be told
+      closed = true;
+    }
+    return false;
   }
 
   // False when nothing more waits, or the connection is over.

@@ -48,11 +48,23 @@ class TcpLimitsTest : public testing::Test {
                        [this](const Message& message, const Endpoint& from) {
                          received.emplace_back(message.payload.begin(), message.payload.end());
                          spoke.insert(from);
+                         fail(from.address, "message");
                        },
+                   .connected = [this](const Endpoint& client) { fail(client.address, "connected"); },
                    .closed = [this](const Endpoint& client,
                                     const std::string& why) { gone.emplace_back(client.address, why); },
-                   .in_use = [this](const Endpoint& client) { return needed.contains(client); },
+                   .in_use =
+                       [this](const Endpoint& client) {
+                         fail(client.address, "in_use");
+                         return needed.contains(client);
+                       },
                    .refused = [this](const Endpoint&, const std::string& why) { refused.push_back(why); }});
+  }
+  /// There is no memory for what this handler does for address 2.
+  void fail(const IpAddress& address, const std::string& handler) const {
+    if (handler == fails && address == test::own_address(2)) {
+      throw std::bad_alloc{};
+    }
   }
   /// A client of bare sockets, which is never waited for.
   tcp::socket& connect(unsigned address) {
@@ -96,6 +108,7 @@ class TcpLimitsTest : public testing::Test {
   std::vector<std::pair<IpAddress, std::string>> gone;
   std::vector<std::string> refused;
   int written = 0;
+  std::string fails;  ///< this handler has no memory
 };
 
 // --- Memory -----------------------------------------------------------------------------------------------
@@ -136,6 +149,46 @@ TEST_F(TcpLimitsTest, WhoHoldsMostForLongestEndsWhereMemoryIsShort) {
   EXPECT_EQ(gone.size(), 1U);
   EXPECT_EQ(server->counters().streams.no_memory, 1U);
   EXPECT_EQ(server->counters().open, 2U);
+}
+
+TEST_F(TcpLimitsTest, HandlersWithoutMemoryEndOneConnectionAndNotTheProgram) {
+  open({});
+  fails = "connected";
+  tcp::socket& refused_one = connect(2);
+  EXPECT_EQ(server->counters().open, 0U);
+  EXPECT_EQ(server->counters().streams.no_memory, 1U);
+  fails = "message";
+  tcp::socket& ended = connect(2);
+  tcp::socket& other = connect(3);
+  write(ended, test::hex(small));
+  ASSERT_TRUE(run_until([&] { return server->counters().streams.no_memory == 2; }));
+  write(other, test::hex(small));
+  ASSERT_TRUE(run_until([&] { return spoke.contains(end_of(other, 3)); }));
+  EXPECT_EQ(server->counters().open, 1U);
+  for (tcp::socket* const socket : {&refused_one, &ended}) {
+    std::array<char, 8> room{};
+    boost::system::error_code error;
+    socket->read_some(boost::asio::buffer(room), error);
+    EXPECT_TRUE(error) << "the connection is closed";
+  }
+  ASSERT_EQ(gone.size(), 2U);
+  EXPECT_EQ(gone[0].second, no_memory_for_a_message);
+}
+
+TEST_F(TcpLimitsTest, WhoMustGiveWayIsFoundWithoutMemoryAnotherTime) {
+  open({.max_connections = 2});
+  connect(2);
+  connect(2);
+  fails = "in_use";
+  tcp::socket& newcomer = clients.emplace_back(io);
+  newcomer.open(tcp::v4());
+  newcomer.bind({boost::asio::ip::make_address(to_string(test::own_address(3))), 0});
+  newcomer.connect({boost::asio::ip::make_address(to_string(server->local().address)), server->local().port});
+  ASSERT_TRUE(run_until([&] { return server->counters().streams.no_memory == 1; }));
+  EXPECT_EQ(server->counters().open, 2U);
+  fails.clear();
+  connect(3);
+  EXPECT_EQ(server->counters().gave_way, 1U);
 }
 
 TEST_F(TcpLimitsTest, MemoryThatNobodyUsesIsTakenFirst) {
