@@ -4,6 +4,7 @@
 
 #include "bridge/convert/byte_swap.hpp"
 #include "bridge/convert/conversion_plan.hpp"
+#include "bridge/convert/expectation.hpp"
 #include "bridge/convert/failure.hpp"
 #include "bridge/convert/quick_to_someip.hpp"
 #include "bridge/convert/stretch.hpp"
@@ -53,7 +54,7 @@ class CdrToSomeip {
 
   /// After convert() was false; its offset counts from the encapsulation header on.
   [[nodiscard]] ConversionError error() const {
-    ConversionError error = failure_.error(program_);
+    ConversionError error = failure_.error(program_, false, in_);
     error.offset += encapsulation_bytes;
     return error;
   }
@@ -597,14 +598,18 @@ __attribute__((noinline)) tl::expected<Gathered, ConversionError> by_operations(
 __attribute__((hot)) tl::expected<Gathered, ConversionError> ConversionPlan::cdr_to_someip(
     ByteView sample, ConversionScratch& scratch) const {
   if (sample.size() > max_converted_bytes) {
-    return tl::unexpected{ConversionError{ConversionFault::too_large, 0, {}}};
+    return tl::unexpected{
+        ConversionError{ConversionFault::too_large,
+                        0,
+                        {},
+                        expectation(program_, ConversionFault::too_large, Program::no_op, false, {})}};
   }
   // 0x0000 is big endian, 0x0001 little endian; the two bytes of options say nothing that matters.
   if (sample.size() < encapsulation_bytes || sample[0] != std::byte{0} || sample[1] > std::byte{1}) {
-    return tl::unexpected{ConversionError{
-        sample.size() < encapsulation_bytes ? ConversionFault::truncated : ConversionFault::bad_encapsulation,
-        0,
-        {}}};
+    const auto fault =
+        sample.size() < encapsulation_bytes ? ConversionFault::truncated : ConversionFault::bad_encapsulation;
+    return tl::unexpected{
+        ConversionError{fault, 0, {}, expectation(program_, fault, Program::no_op, false, sample)}};
   }
   const ByteView body = sample.subspan(encapsulation_bytes);
   const auto conversion =

@@ -17,9 +17,13 @@ const char* to_string(ConversionFault fault) noexcept {
   return index < names.size() ? names[index] : "?";
 }
 
-std::string to_string(const ConversionError& error) {
+std::string place_of(const ConversionError& error) {
   return fmt::format("{} at byte {}{}{}", to_string(error.fault), error.offset,
                      error.field.empty() ? "" : " in ", error.field);
+}
+
+std::string to_string(const ConversionError& error) {
+  return place_of(error) + (error.expected.empty() ? "" : ": ") + error.expected;
 }
 
 tl::expected<ConversionPlan, std::string> ConversionPlan::compile(const TypeTree& tree,

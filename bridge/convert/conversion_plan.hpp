@@ -44,9 +44,13 @@ struct ConversionError {
   ConversionFault fault = ConversionFault::truncated;
   std::size_t offset = 0;  ///< in the input, of the item at fault
   std::string field;       ///< "fields[3].name"; empty: the message as a whole
+  std::string expected;    ///< "4 bytes wanted, 0 left"
+  bool is_wide = false;    ///< the field is a wstring
 };
 
 /// "truncated at byte 17 in fields[3].name"
+[[nodiscard]] std::string place_of(const ConversionError& error);
+/// "truncated at byte 17 in fields[3].name: 4 bytes wanted, 0 left"
 [[nodiscard]] std::string to_string(const ConversionError& error);
 
 /// A message type compiled together with the wire rules of a service: converts between the CDR that DDS

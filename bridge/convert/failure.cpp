@@ -4,13 +4,17 @@
 
 #include <algorithm>
 
+#include "bridge/convert/expectation.hpp"
+
 namespace trestle::bridge {
 
-ConversionError Failure::error(const Program& program) const {
-  ConversionError error{fault_, offset_, {}};
+ConversionError Failure::error(const Program& program, bool to_cdr, ByteView in) const {
+  const ByteView left = in.subspan(std::min(offset_, in.size()));
+  ConversionError error{fault_, offset_, {}, expectation(program, fault_, op_, to_cdr, left)};
   if (op_ >= program.labels.size()) {
     return error;
   }
+  error.is_wide = program.ops[op_].kind == Op::Kind::wstring;
   const auto& labels = program.labels[op_];
   const std::uint64_t element = element_ == no_element ? 0 : element_;
   const auto after = std::ranges::upper_bound(labels, element, {}, &Label::first);

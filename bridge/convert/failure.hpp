@@ -32,7 +32,9 @@ class Failure {
     return false;
   }
 
-  [[nodiscard]] ConversionError error(const Program& program) const;
+  /// @param to_cdr  the direction.
+  /// @param in      the input that offsets count in, up to where what is at fault would have to end.
+  [[nodiscard]] ConversionError error(const Program& program, bool to_cdr, ByteView in) const;
 
  private:
   ConversionFault fault_ = ConversionFault::truncated;

@@ -7,6 +7,7 @@
 #include "bridge/convert/cdr_output.hpp"
 #include "bridge/convert/conversion_plan.hpp"
 #include "bridge/convert/default_writer.hpp"
+#include "bridge/convert/expectation.hpp"
 #include "bridge/convert/failure.hpp"
 #include "bridge/convert/quick_to_cdr.hpp"
 #include "bridge/convert/stretch.hpp"
@@ -49,7 +50,7 @@ class SomeipToCdr {
   }
 
   /// After convert() was false.
-  [[nodiscard]] ConversionError error() const { return failure_.error(program_); }
+  [[nodiscard]] ConversionError error() const { return failure_.error(program_, true, {in_, limit_}); }
 
   // For convert_stretch().
 
@@ -618,7 +619,11 @@ __attribute__((noinline)) tl::expected<Gathered, ConversionError> by_operations(
 __attribute__((hot)) tl::expected<Gathered, ConversionError> ConversionPlan::someip_to_cdr(
     ByteView payload, ConversionScratch& scratch) const {
   if (payload.size() > max_converted_bytes) {
-    return tl::unexpected{ConversionError{ConversionFault::too_large, 0, {}}};
+    return tl::unexpected{
+        ConversionError{ConversionFault::too_large,
+                        0,
+                        {},
+                        expectation(program_, ConversionFault::too_large, Program::no_op, true, {})}};
   }
   if (Gathered made;
       program_.array_at != 0 && scratch.message().convert(whole_to_cdr(program_), payload, made)) {

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "bridge/convert/string_frame.hpp"
+
 namespace trestle::bridge {
 namespace {
 
@@ -48,12 +50,17 @@ std::string guess(const ConversionError& error, ByteView payload, const someip::
   if (error.fault != bad_string && error.fault != bad_encoding && error.fault != bad_length) {
     return {};
   }
-  if (is_text(payload, begin, 1)) {
-    return rules.string_encoding != someip::StringEncoding::utf8
+  const bool has_bom = std::ranges::equal(payload.subspan(begin, std::min(left, utf8_bom.size())), utf8_bom);
+  if (is_text(payload, begin + (has_bom ? utf8_bom.size() : 0), 1)) {
+    return error.is_wide
+               ? "; the text looks like UTF-8, but the field is a wstring, which is UTF-16: make it a "
+                 "string in the message's definition, or have the sender write UTF-16"
+           : rules.string_encoding != someip::StringEncoding::utf8
                ? "; the text looks like UTF-8: write `wire: {string_encoding: utf8}`"
-               : "; the text looks like UTF-8 without a byte order mark: write `wire: {string_bom: false}`, "
-                 "or if "
-                 "the field is a wstring, which is UTF-16, make it a string";
+           : has_bom
+               ? "; the text looks like UTF-8 without a zero at its end: write `wire: {string_terminator: "
+                 "false}`"
+               : "; the text looks like UTF-8 without a byte order mark: write `wire: {string_bom: false}`";
   }
   if (rules.string_encoding == someip::StringEncoding::utf8) {
     const std::size_t bom = left >= 2 && (at(payload, begin) | at(payload, begin + 1)) == 0xff ? 2 : 0;

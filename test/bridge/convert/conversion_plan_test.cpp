@@ -120,7 +120,7 @@ TEST(CdrToSomeip, RefusesHugeCountsBeforeAnyWork) {
       const auto sample = hex(std::string{"00010000"} + count);
       const auto result = plan.cdr_to_someip(sample, scratch);
       ASSERT_FALSE(result);
-      EXPECT_EQ(to_string(result.error()), "truncated at byte 4 in x");
+      EXPECT_EQ(place_of(result.error()), "truncated at byte 4 in x");
     }
   }
   EXPECT_EQ(to_someip(plan_of(tree_of("float64[100000000] x")), "00010000"), "truncated at byte 4 in x[0]");
@@ -230,10 +230,10 @@ TEST(CdrToSomeip, RefusesInputsBeyondTheLimit) {
   const std::byte one{};
   const auto result = plan_of(tree_of("uint8 x")).cdr_to_someip({&one, max_converted_bytes + 1}, scratch);
   ASSERT_FALSE(result);
-  EXPECT_EQ(to_string(result.error()), "too_large at byte 0");
+  EXPECT_EQ(place_of(result.error()), "too_large at byte 0");
   const auto back = plan_of(tree_of("uint8 x")).someip_to_cdr({&one, max_converted_bytes + 1}, scratch);
   ASSERT_FALSE(back);
-  EXPECT_EQ(to_string(back.error()), "too_large at byte 0");
+  EXPECT_EQ(place_of(back.error()), "too_large at byte 0");
 }
 
 // Errors of the payload

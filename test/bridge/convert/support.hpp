@@ -46,7 +46,7 @@ using Converted = tl::expected<bridge::Gathered, bridge::ConversionError>;
 /// The result in hexadecimal, or the error in words. The input is copied to memory of exactly its size, so
 /// that the address sanitizer sees every read beyond it.
 inline std::string shown(const Converted& result) {
-  return result ? to_hex(joined(*result)) : to_string(result.error());
+  return result ? to_hex(joined(*result)) : place_of(result.error());
 }
 inline std::string to_someip(const bridge::ConversionPlan& plan, ByteView cdr) {
   bridge::ConversionScratch scratch;

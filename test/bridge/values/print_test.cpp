@@ -162,9 +162,10 @@ TEST(Print, OnlyTheBeginningOfWhatIsLong) {
 
 TEST(Print, SaysWhatIsWrongWithAPayload) {
   EXPECT_EQ(yaml(values_of(builtin("geometry_msgs/Point")), "0000"),
-            "error: not a geometry_msgs/msg/Point: truncated at byte 0 in x");
+            "error: not a geometry_msgs/msg/Point: truncated at byte 0 in x: 8 bytes wanted, 2 left");
   EXPECT_EQ(json(values_of(builtin("std_msgs/String")), "00000001 61"),
-            "error: not a std_msgs/msg/String: bad_string at byte 0 in data");
+            "error: not a std_msgs/msg/String: bad_string at byte 0 in data: BOM ef bb bf and terminator 00 "
+            "wanted");
 }
 
 TEST(Print, SamplesInBothByteOrders) {
