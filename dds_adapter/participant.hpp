@@ -77,6 +77,7 @@ struct Event {
   std::string hash{};           ///< other_type_hash: that of ours, from the user data
   bool refused = false;         ///< likewise: ParticipantConfig::strict_types
   std::optional<Qos> theirs{};  ///< incompatible_qos: the peer's, where it is known
+  std::optional<Qos> ours{};    ///< likewise: that of our end
 };
 
 /// The kind's name as it stands above, for logs.

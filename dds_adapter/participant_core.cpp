@@ -377,6 +377,7 @@ Event ParticipantCore::incompatible(const Endpoint& endpoint, Found& found) cons
   event.node = graph_.node_of(found.endpoint.guid);
   event.ours_reads = !endpoint.writer;
   event.theirs = found.endpoint.qos;
+  event.ours = endpoint.qos;
   found.needs_name = event.node.empty();
   return event;
 }

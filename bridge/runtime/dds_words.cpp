@@ -10,6 +10,11 @@ namespace {
 /// What to write in the configuration so that both go together: "write `qos: {...}`"; empty if the peer's
 /// quality of service is not known.
 std::string mend(const dds::Event& event) {
+  const auto differs = [&](const char* policy) { return event.detail.find(policy) != std::string::npos; };
+  if (!differs("reliability") && !differs("durability") && !differs("deadline") && !differs("liveliness")) {
+    return "no route has that: take it out of the peer's settings (of its XML profile, if it is a ROS 2 "
+           "node)";
+  }
   if (!event.theirs) {
     return {};
   }
@@ -20,18 +25,27 @@ std::string mend(const dds::Event& event) {
     keys += (keys.empty() ? "" : ", ") + key + ": " + value;
   };
   const auto time = [&](const std::string& key, std::chrono::nanoseconds of_peer) {
-    if (of_peer.count() > 0) {
+    // What the configuration takes.
+    if (of_peer >= std::chrono::milliseconds{1} && of_peer <= std::chrono::hours{24}) {
       write(key, to_string(of_peer));
     } else {
       without += (without.empty() ? "`" : ", `") + key + "`";
     }
   };
-  const auto differs = [&](const char* policy) { return event.detail.find(policy) != std::string::npos; };
-  if (differs("reliability")) {
-    write("reliability", event.ours_reads ? "best_effort" : "reliable");
+  bool says_reliability = differs("reliability");
+  bool says_durability = differs("durability");
+  const dds::Qos ours = event.ours.value_or(dds::Qos{});
+  bool reliable = says_reliability ? !event.ours_reads : ours.reliable;
+  bool latched = says_durability ? !event.ours_reads : ours.transient_local;
+  if (latched && !reliable) {  // which the configuration does not take
+    (event.ours_reads ? says_durability : says_reliability) = true;
+    (event.ours_reads ? latched : reliable) = !event.ours_reads;
   }
-  if (differs("durability")) {
-    write("durability", event.ours_reads ? "volatile" : "transient_local");
+  if (says_reliability) {
+    write("reliability", reliable ? "reliable" : "best_effort");
+  }
+  if (says_durability) {
+    write("durability", latched ? "transient_local" : "volatile");
   }
   if (differs("deadline")) {
     time("deadline", theirs.deadline);

@@ -1,8 +1,12 @@
 // What a route asks for where its quality of service is as published, and what the log says of a misfit.
 #include "bridge/runtime/published_qos.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <regex>
+
+#include "bridge/config/load.hpp"
 #include "bridge/runtime/dds_words.hpp"
 #include "dds_adapter/ros_names.hpp"
 
@@ -52,6 +56,7 @@ std::string said_of(bool ours_reads, const std::string& policies, const dds::Qos
   event.detail = policies;
   event.ours_reads = ours_reads;
   event.theirs = theirs;
+  event.ours = dds::Qos{};
   return bridge::in_words(event);
 }
 
@@ -67,6 +72,50 @@ TEST(DdsWords, NameWhatToWrite) {
   EXPECT_THAT(said_of(true, "deadline", {}), HasSubstr("; leave out `deadline`"));
   EXPECT_THAT(said_of(true, "liveliness", {.liveliness_lease = 2s}),
               HasSubstr("write `qos: {liveliness: automatic, liveliness_lease: 2 s}`"));
+}
+
+TEST(DdsWords, TellWhereAPolicyIsThatNoRouteHas) {
+  EXPECT_THAT(said_of(true, "partition", {}), HasSubstr("take it out of the peer's settings"));
+}
+
+// Whatever the route says and the peer has: the suggestion, beside the keys that the route has, is taken.
+TEST(DdsWords, NameWhatTheConfigurationTakes) {
+  const std::regex suggestion{"`qos: \\{([^}]*)\\}`"};
+  for (const bool ours_reads : {true, false}) {
+    for (const char* const policies :
+         {"reliability", "durability", "durability, reliability", "durability, deadline", "liveliness"}) {
+      for (const auto& [reliability, durability] : {std::pair{"reliable", "volatile"},
+                                                    {"reliable", "transient_local"},
+                                                    {"best_effort", "volatile"}}) {
+        for (const auto time : {0ns, 10ns, 1'500'000'000ns, 100'000'000'000'000ns}) {
+          dds::Event event{};
+          event.kind = dds::Event::Kind::incompatible_qos;
+          event.topic = "rt/a";
+          event.detail = policies;
+          event.ours_reads = ours_reads;
+          event.ours = dds::Qos{.reliable = std::string_view{reliability} == "reliable",
+                                .transient_local = std::string_view{durability} == "transient_local"};
+          event.theirs =
+              dds::Qos{.deadline = time, .manual_liveliness = time == 10ns, .liveliness_lease = time};
+          const std::string said = bridge::in_words(event);
+          std::smatch found;
+          ASSERT_TRUE(std::regex_search(said, found, suggestion)) << said;
+          std::string qos = found[1];
+          for (const auto& [key, value] :
+               {std::pair{"reliability", reliability}, {"durability", durability}}) {
+            qos += qos.find(key) == std::string::npos ? fmt::format(", {}: {}", key, value) : "";
+          }
+          const auto loaded = bridge::parse_config(
+              fmt::format(
+                  "someip: {{address: 127.0.0.1}}\nroutes:\n  - {{topic: /a, type: std_msgs/msg/String, "
+                  "direction: {}, service: 1, instance: 1, eventgroup: 1, event: 0x8001{}, qos: {{{}}}}}\n",
+                  ours_reads ? "dds_to_someip" : "someip_to_dds", ours_reads ? ", port: 40001" : "", qos),
+              "bridge.yaml", {});
+          EXPECT_TRUE(loaded) << said << ": " << (loaded ? "" : to_string(loaded.error().front()));
+        }
+      }
+    }
+  }
 }
 
 TEST(UserData, IsFoundByItsKey) {
