@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 #include <yaml-cpp/eventhandler.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <sstream>
 #include <system_error>
 
@@ -36,7 +38,53 @@ class DocumentStarts : public YAML::EventHandler {
   Mark last;
 };
 
+/// The bracket that is never closed and was opened last; nothing if there is none.
+std::optional<std::pair<char, Mark>> open_bracket(std::string_view text) {
+  std::vector<std::pair<char, Mark>> open;
+  Mark here{.line = 1, .column = 1};
+  char quote = 0;      // within a text in quotes
+  char before = '\n';  // what stands before a quote that opens, or a comment
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (quote != 0) {
+      if (quote == '"' && c == '\\' && i + 1 < text.size()) {
+        ++i;
+        ++here.column;
+      } else if (c == quote) {
+        quote = 0;
+      }
+    } else if ((c == '"' || c == '\'') &&
+               std::string_view{" \t\n[{,:"}.find(before) != std::string_view::npos) {
+      quote = c;
+    } else if (c == '#' && (before == ' ' || before == '\t' || before == '\n')) {
+      i = std::min(text.find('\n', i), text.size()) - 1;
+      continue;
+    } else if (c == '{' || c == '[') {
+      open.emplace_back(c, here);
+    } else if ((c == '}' || c == ']') && !open.empty()) {
+      open.pop_back();
+    }
+    before = c;
+    here = c == '\n' ? Mark{.line = here.line + 1, .column = 1}
+                     : Mark{.line = here.line, .column = here.column + 1};
+  }
+  return open.empty() ? std::nullopt : std::optional{open.back()};
+}
+
 }  // namespace
+
+void tell_of_bad_yaml(const YAML::Exception& error, std::string_view text, Problems& problems) {
+  const std::string_view why = error.msg;
+  if (why.find("flow not found") != std::string_view::npos ||
+      why.find("illegal block entry") != std::string_view::npos) {
+    if (const auto bracket = open_bracket(text)) {
+      problems.error(bracket->second, fmt::format("not valid YAML: this '{}' is not closed; expected '{}'",
+                                                  bracket->first, bracket->first == '{' ? '}' : ']'));
+      return;
+    }
+  }
+  problems.error(to_mark(error.mark), "not valid YAML: " + printable(error.msg));
+}
 
 tl::expected<std::string, std::string> read_text_file(const std::string& file) {
   std::error_code ignored;
@@ -81,7 +129,7 @@ YAML::Node parse_document(const std::string& text, const std::string& expected, 
     }
     problems.error({.line = 1, .column = 1}, "the file is empty: expected " + expected);
   } catch (const YAML::Exception& error) {
-    problems.error(to_mark(error.mark), "not valid YAML: " + printable(error.msg));
+    tell_of_bad_yaml(error, text, problems);
   }
   return YAML::Node{YAML::NodeType::Undefined};
 }

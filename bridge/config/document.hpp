@@ -2,6 +2,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <string>
+#include <string_view>
 #include <tl/expected.hpp>
 
 #include "bridge/config/problems.hpp"
@@ -18,5 +19,8 @@ namespace trestle::bridge {
 /// @param expected  what an empty file should have.
 [[nodiscard]] YAML::Node parse_document(const std::string& text, const std::string& expected,
                                         Problems& problems);
+
+/// Tells what is wrong with a text that is no YAML: of a bracket that is never closed, where it was opened.
+void tell_of_bad_yaml(const YAML::Exception& error, std::string_view text, Problems& problems);
 
 }  // namespace trestle::bridge

@@ -10,6 +10,7 @@
 #include <iostream>
 #include <iterator>
 
+#include "bridge/config/document.hpp"
 #include "bridge/config/format.hpp"
 #include "bridge/config/load_wire.hpp"
 #include "bridge/decode/hex_line.hpp"
@@ -82,7 +83,7 @@ MessageRules parse_wire(const std::string& argument) {
   try {
     load_wire(YAML::Load(text), rules, problems);
   } catch (const YAML::Exception& error) {
-    problems.error(to_mark(error.mark), "not valid YAML: " + printable(error.msg));
+    tell_of_bad_yaml(error, text, problems);
   }
   if (problems.has_errors()) {
     throw CLI::ValidationError("--wire", to_string(problems.take().front()));
@@ -135,8 +136,13 @@ sd::NodeConfig NetworkOptions::config_without_address() const {
 }
 
 void PayloadOptions::add_to(CLI::App& command) {
-  command.add_option("--type", type_, "Message type of the payload: print and take values, not bytes")
-      ->type_name("PKG/MSG/TYPE");
+  const bool calls = command.get_name() == "call";
+  command
+      .add_option(
+          "--type", type_,
+          calls ? "Type of the service, or message type of the payload: print and take values, not bytes"
+                : "Message type of the payload: print and take values, not bytes")
+      ->type_name(calls ? "PKG/SRV/TYPE or PKG/MSG/TYPE" : "PKG/MSG/TYPE");
   command
       .add_option("--msg-path", msg_path_,
                   "Folder with .msg packages, looked at before AMENT_PREFIX_PATH (may be repeated)")

@@ -9,7 +9,7 @@
 // CLOCK_MONOTONIC.
 //   S  sent, when           R  received: when it was sent, when it came      C  called: when, answered when
 //   (0: not) Q  asked as a server    V  a server is there (1) or gone (0), when       U  up: everything is
-//   open
+//   open                F  called, and the answer was forged: when
 #include <fmt/format.h>
 
 #include <array>
@@ -42,6 +42,7 @@ using namespace std::chrono_literals;
 constexpr std::int64_t second_ns = 1'000'000'000;
 constexpr someip::MethodId the_event{0x8001};
 constexpr sd::EventgroupId the_eventgroup{1};
+constexpr std::byte forged_mark{0xf0};  ///< begins answers that nobody of ours has given
 constexpr std::uint32_t point_bytes = 16;
 
 /// Lines of standard output, by several threads. They are in memory until flush(): a system call for each
@@ -266,20 +267,29 @@ class Peer {
       node_.call(service, spec, {&view, 1},
                  [this, flow, start = monotonic_ns()](const sd::CallResult& result) {
                    lines_.add(fmt::format("C {} {} {}", flow, start, result ? monotonic_ns() : 0));
+                   if (result && !result->payload.empty() && result->payload[0] == forged_mark) {
+                     lines_.add(fmt::format("F {} {}", flow, monotonic_ns()));
+                   }
                  });
     }));
   }
 
-  /// serve:SERVICE:INSTANCE:BYTES, method 1 is an echo, 2 the getter of so many bytes
+  /// serve:SERVICE:INSTANCE:BYTES, method 1 is an echo, 2 the getter of so many bytes, 3 takes anything
   void serve(const Part& part) {
     sd::ServiceSpec spec{.service = someip::ServiceId{part.id(1)},
                          .instance = someip::InstanceId{part.id(2)},
                          .tcp_port = std::uint16_t{0}};
     spec.methods = {
         {.id = someip::MethodId{1},
-         .handler = [this, flow = part.flow](const someip::Message& request, sd::Responder responder) {
+         .handler =
+             [this, flow = part.flow](const someip::Message& request, sd::Responder responder) {
+               lines_.add(fmt::format("Q {} {}", flow, monotonic_ns()));
+               responder.respond(request.payload);
+             }},
+        {.id = someip::MethodId{3},
+         .handler = [this, flow = part.flow](const someip::Message& /*request*/, sd::Responder responder) {
            lines_.add(fmt::format("Q {} {}", flow, monotonic_ns()));
-           responder.respond(request.payload);
+           responder.respond();
          }}};
     spec.fields = {{.getter = someip::MethodId{2},
                     .value = std::vector<std::byte>(static_cast<std::size_t>(part.number(3)))}};

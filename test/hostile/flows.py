@@ -6,7 +6,7 @@ class Record:
     """The lines of a flow of hostile_flow: see flow.cpp."""
 
     def __init__(self):
-        self.sent, self.calls, self.asked, self.there = [], [], [], []
+        self.sent, self.calls, self.asked, self.there, self.forged = [], [], [], [], []
         self.came = collections.defaultdict(list)
         self.received = []  # (sent, came)
 
@@ -30,6 +30,8 @@ def read(path):
                 flows[flow].came[numbers[0]].append(numbers[1])
             elif kind == "C":
                 flows[flow].calls.append(tuple(numbers))
+            elif kind == "F":
+                flows[flow].forged.append(numbers[0])
             elif kind == "Q":
                 flows[flow].asked.append(numbers[0])
             elif kind == "V":

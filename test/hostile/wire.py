@@ -7,7 +7,7 @@ GROUP = "224.244.224.245"
 FIND, OFFER, SUBSCRIBE = 0, 1, 6
 ENDLESS = 0xFFFFFF
 UDP, TCP = 0x11, 0x06
-REQUEST, NO_RETURN, EVENT, SEGMENT = 0x00, 0x01, 0x02, 0x20
+REQUEST, NO_RETURN, EVENT, SEGMENT, RESPONSE = 0x00, 0x01, 0x02, 0x20, 0x80
 
 
 def someip(service, method, payload=b"", session=1, kind=EVENT, client=0, major=1, length=None):

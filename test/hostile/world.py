@@ -198,8 +198,11 @@ class World:
         for flow in self.flows:
             one, other = car[flow.name], honest[flow.name]
             if flow.kind == "calls":
+                if not flow.ends(self.scale)[1]:
+                    continue  # only there to be attacked
                 if not other.calls:
-                    continue
+                    raise Failed(f"{flow.name}: nobody has called")
+                forged += len(other.forged)
                 alone, seen = flows.calls(other, begin, began), flows.calls(other, began, ended)
             else:
                 ways = (one, other) if one.sent else (other, one)
@@ -207,6 +210,8 @@ class World:
                 forged += seen.forged
             kept = min(100.0, 100 * seen.percent / alone.percent) if alone.percent else 0.0
             self.figures.append(at_least(f"{flow.name} kept", kept, 95, "%", alone=alone.percent))
+            if not self.scale.short:  # or there is nothing to compare with
+                self.figures.append(at_least(f"{flow.name} without the attack", alone.percent, 95, "%"))
             # Below a millisecond a machine that does anything else would be judged, and not the bridge.
             self.figures.append(Figure(f"{flow.name} p99", seen.late, "ms", "<= 3 x",
                                        seen.late <= 3 * max(alone.late, 1.0), alone=alone.late, timed=True))

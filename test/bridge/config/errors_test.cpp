@@ -54,6 +54,12 @@ TEST(ConfigErrors, TellFilesThatAreNoConfigurationApart) {
   // Of some such ends yaml-cpp's LoadAll() makes documents without end, as the fuzzer found.
   EXPECT_THAT(problems_of(good_config + "}\n"),
               ElementsAre("b.yaml:83:1: error: not valid YAML: illegal flow end"));
+  // A bracket that is never closed: where it was opened, whatever stands in texts and comments.
+  EXPECT_THAT(problems_of("someip:\n  {address: 127.0.0.1\nroutes: [{a: ']}'}] # }\n"),
+              ElementsAre("b.yaml:2:3: error: not valid YAML: this '{' is not closed; expected '}'"));
+  EXPECT_THAT(problems_of("a: {b: [1, 2}\n"), ElementsAre(testing::HasSubstr("not valid YAML")));
+  EXPECT_THAT(problems_of("{gear: 2"),
+              ElementsAre("b.yaml:1:1: error: not valid YAML: this '{' is not closed; expected '}'"));
   EXPECT_THAT(problems_of("a: 1\n]"), ElementsAre("b.yaml:2:1: error: not valid YAML: illegal flow end"));
   EXPECT_THAT(problems_of("someip: {address: 127.0.0.1}\nroutes: []\n"),
               ElementsAre("b.yaml:2:9: error: routes: expected a list of routes, found an empty list"));

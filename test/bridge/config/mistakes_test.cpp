@@ -486,7 +486,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"BadYaml",
                 "  domain: 7",
                 "  domain: [7\n  interfaces: {",
-                {"b.yaml:17:13: error: not valid YAML: end of sequence flow not found"}},
+                {"b.yaml:17:15: error: not valid YAML: this '{' is not closed; expected '}'"}},
         Mistake{
             "MergeOfAValue", "domain: 7", "<<: 7", {"b.yaml:16:3: error: '<<' merges mappings, found '7'"}},
         Mistake{"MergeOfItself",

@@ -187,7 +187,7 @@ TEST(QuickArrays, AreRefusedWhereTheirLengthFieldIsTooShort) {
         EXPECT_EQ(shown(plan.someip_to_cdr(payload, scratch)), to_hex(cdr));
       } else {
         ASSERT_FALSE(result);
-        EXPECT_EQ(to_string(result.error()), "length_overflow at byte 5 in b");
+        EXPECT_EQ(place_of(result.error()), "length_overflow at byte 5 in b");
       }
     }
   }

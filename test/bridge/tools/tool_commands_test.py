@@ -264,6 +264,9 @@ class Calls(unittest.TestCase):
         done = run("call", 2, "0x1255", "1", "{gear: 2", "--type", "std_msgs/msg/Int32", "-q")
         self.assertEqual(done.returncode, 2)
         self.assertIn("PAYLOAD: payload:1:9: not valid YAML: '{' of 1:1 is not closed; expected '}'", done.stderr)
+        done = run("call", 2, "0x1255", "1", "1", "--type", "std_msgs/msg/Int32", "-q", "--wire", "{gear: 2")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("wire:1:1: error: not valid YAML: this '{' is not closed; expected '}'", done.stderr)
 
     def test_get_and_set_fields(self):
         with Running("offer", 1, "0x1242.1", "--field", "1/2/0x8001={data: 20}", "--type",

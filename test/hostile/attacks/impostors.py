@@ -1,12 +1,15 @@
 """Hosts that say they are others."""
+import pathlib
+import random
+import socket
 import time
 
 import flows
 from attacker import CAR, Attacker, open_udp, pace
 from figures import Figure, at_least, at_most
-from lab import ADDRESS
+from lab import ADDRESS, Failed
 from scenario import scenario
-from wire import GROUP, cloud, endpoint, load_balancing, sd_endpoint, service_entry, someip
+from wire import GROUP, RESPONSE, SD_PORT, cloud, endpoint, load_balancing, sd_endpoint, service_entry, someip
 
 HONEST = ADDRESS["honest"]
 FORGED_STAMP = 10**9  # which no message of ours has
@@ -124,3 +127,50 @@ def better_priority_first(world):
     calls = flows.read(client.out)[0]["calls"].calls
     answered = sum(1 for _, answer in calls if answer)
     world.figures.append(Figure("calls answered by the honest one", 100 * answered / max(len(calls), 1), "%"))
+
+
+def forge_answers(server, client):
+    """Answers to calls of the client: from an address of the attacker's with each session that may be outstanding, and in
+    the server's name with such as are guessed."""
+    attacker = Attacker()
+    own = open_udp(attacker.address, 41004)
+    dice = random.Random(1)
+    for i in pace(200):
+        for session in range(1 + 10 * i % 2000, 11 + 10 * i % 2000):
+            own.sendto(forged_answer(session), client)
+        attacker.send_as(server, forged_answer(dice.randrange(2000, 0x10000)), client)
+
+
+def forged_answer(session):
+    return someip(0x5100, 1, b"\xf0" * 16, session, RESPONSE, client=1)
+
+
+def udp_ports(program, address):
+    """The UDP ports that a program has at its address, but for service discovery's."""
+    own = socket.inet_aton(address)[::-1].hex().upper()
+    lines = pathlib.Path(f"/proc/{program.pid}/net/udp").read_text(encoding="ascii").splitlines()[1:]
+    places = [line.split()[1].split(":") for line in lines]
+    return [int(port, 16) for where, port in places if where == own and int(port, 16) != SD_PORT]
+
+
+@scenario("forged-answers", 7, "answers to outstanding calls, from a third address and with guessed sessions")
+def forged_answers(world):
+    server = world.end("honest", "server", "peer", HONEST, "served=serve:0x5100:1:200")
+    client = world.end("second", "client", "peer", ADDRESS["second"],
+                       f"calls=call:0x5100:1:1:16:{world.scale.call_hz}:udp")
+    record = lambda: flows.read(client.out)[0]["calls"]  # noqa: E731
+    world.wait(lambda: any(answered for _, answered in record().calls), "no call is answered")
+    where = [(HONEST, port) for port in udp_ports(server, HONEST)]
+    to = [(ADDRESS["second"], port) for port in udp_ports(client, ADDRESS["second"])]
+    if len(where) != 1 or len(to) != 1:
+        raise Failed(f"one UDP port of each is expected, not {where} and {to}")
+    world.pass_time(world.scale.quiet_s, "without the attack")
+    began = time.monotonic_ns()
+    child = world.lab.fork("attacker", forge_answers, where[0], to[0])
+    world.pass_time(world.scale.attack_s, "attacked")
+    ended = time.monotonic_ns()
+    world.lab.end(child)
+    world.pass_time(1.5, "what comes late")
+    seen = flows.calls(record(), began, ended)
+    world.figures.append(at_least("calls answered", seen.percent, 95, "%"))
+    world.figures.append(at_most("forged and accepted", len(record().forged), 0))

@@ -5,14 +5,14 @@ import time
 
 import flows
 from attacker import CAR, Attacker, pace
-from figures import at_least
+from figures import at_least, at_most, holds
 from flows import events
 from lab import ADDRESS, ATTACKERS, Failed
 from scenario import scenario
-from wire import EVENT, REQUEST, cloud, segment
+from wire import EVENT, REQUEST, cloud, segment, service_entry
 
 
-def half_requests(rate, kind, ports, services):
+def half_requests(rate, kind, ports, services, method=None):
     """The first segment and one that is 8 MB further on, of ever new requests that nobody can answer."""
     sockets = []
     for address in ATTACKERS:
@@ -24,7 +24,7 @@ def half_requests(rate, kind, ports, services):
         sock = sockets[i % len(sockets)]
         for port, service in zip(ports, services):
             for offset in 0, 8_000_000, 15_900_000:
-                sock.sendto(segment(service, 1 + i % 200, offset // 16 * 16, fill, session=1 + i % 60000, kind=kind,
+                sock.sendto(segment(service, method or 1 + i % 200, offset // 16 * 16, fill, session=1 + i % 60000, kind=kind,
                                     client=i % 300), (CAR, port))
 
 
@@ -48,6 +48,65 @@ def half_requests_scenario(world):
 def half_events(world):
     world.honest("clouds_in", "events_in")
     world.beside(half_requests, 100, EVENT, (45001,), (0x5001,))
+
+
+def endpoint_of(attacker, service, host):
+    """Where the host offers the service, which it tells whoever looks for it."""
+    for _ in pace(5):
+        attacker.say(service_entry(0, service, 0xFFFF, major=0xFF, minor=0xFFFFFFFF), to=host)
+        time.sleep(0.1)
+        for entries, where, sender in attacker.heard():
+            if where and sender[0] == host and any(entry[0] == 1 and entry[4:6] == service.to_bytes(2, "big")
+                                                   for entry in entries):
+                return where
+    raise Failed(f"{host} offers no service {service:#x}")
+
+
+def half_requests_to(rate, service, method):
+    """Ever new requests that are never whole, from several addresses, to a method that takes large ones."""
+    where = endpoint_of(Attacker(), service, CAR)
+    half_requests(rate, REQUEST, (where[1],), (service,), method)
+
+
+@scenario("half-requests-taken", 5, "half-finished requests to a method that takes large ones")
+def half_requests_taken(world):
+    """They do take places, so the slowest have to give way to honest large requests."""
+    scale = world.scale
+    server = world.end("car", "server", "peer", CAR, "served=serve:0x5100:1:200")
+    client = world.end("honest", "client", "peer", ADDRESS["honest"],
+                       f"calls=call:0x5100:1:3:{scale.cloud_bytes}:{scale.cloud_hz}:udp")
+    world.wait(lambda: any(answered for _, answered in flows.read(client.out)[0]["calls"].calls), "no call is answered")
+    world.pass_time(scale.quiet_s, "without the attack")
+    before, began = server.rss(), time.monotonic_ns()
+    child = world.lab.fork("attacker", half_requests_to, 100, 0x5100, 3)
+    world.pass_time(scale.attack_s, "attacked")
+    peak, ended = server.rss(), time.monotonic_ns()
+    world.lab.end(child)
+    world.pass_time(2, "what comes late")
+    record = flows.read(client.out)[0]["calls"]
+    alone, seen = flows.calls(record, began - int(scale.quiet_s * 1e9), began), flows.calls(record, began, ended)
+    kept = min(100.0, 100 * seen.percent / alone.percent) if alone.percent else 0.0
+    world.figures.append(at_least("large requests answered", kept, 95, "%", alone=alone.percent))
+    world.figures.append(at_most("memory for what is never whole", (peak - before) / 1e6, 520, "MB"))
+    world.figures.append(holds("places were taken, and some gave way", "gave way to others" in server.text()))
+
+
+def half_events_as_honest(rate):
+    """The same in the name of the honest host, from the endpoint that it offers its clouds at."""
+    attacker = Attacker()
+    source = endpoint_of(attacker, 0x5001, ADDRESS["honest"])
+    fill = bytes(1392)
+    for i in pace(rate):
+        for offset in 0, 8_000_000, 15_900_000:
+            attacker.send_as(source, segment(0x5001, 0x8001, offset // 16 * 16, fill, session=1 + i % 60000, kind=EVENT,
+                                             client=1 + i % 300), (CAR, 45001))
+
+
+@scenario("half-events-forged", 5, "half-finished events in the name of who offers them, at the port where clouds come in")
+def half_events_forged(world):
+    world.honest("clouds_in", "events_in")
+    world.beside(half_events_as_honest, 100, late=8.0)
+    world.figures.append(holds("places were taken, and some gave way", "gave way to others" in world.car.text()))
 
 
 @scenario("filling-requests", 5, "16 MB requests without an end: memory")
