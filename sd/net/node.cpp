@@ -96,6 +96,7 @@ struct Node::State : std::enable_shared_from_this<State> {
                                    const std::string& why) { on_tcp_refused(client, why); },
              .large_lost = [this](const Endpoint& from,
                                   const std::string& what) { on_large_lost(from, what); },
+             .queue_full = [this](const Endpoint* to) { on_queue_full(to); },
              .unreachable = [this](const Endpoint& receiver) { on_unreachable(receiver); },
              .awaited = [this](const IpAddress& host) { return neighbours.awaited(host); },
              .send_buffer_is_small = [this](int granted) { say_that_sending_is_slow(granted); }}},
@@ -424,6 +425,18 @@ struct Node::State : std::enable_shared_from_this<State> {
     }
   }
 
+  void on_queue_full(const Endpoint* to) {
+    if (const TimePoint time = now(); time >= next_queue_line) {
+      next_queue_line = time + std::chrono::seconds{10};
+      shielded(io, [&] {
+        warn("messages are dropped, as too much waits to be sent " +
+             (to != nullptr ? "by UDP, now to " + someip::to_string(*to)
+                            : std::string{"over a TCP connection"}) +
+             ": max_queued_bytes (" + std::to_string(config.max_queued_bytes) + ")");
+      });
+    }
+  }
+
   // Its subscriptions end.  [feat_req_someipsd_435]
   void on_unreachable(const Endpoint& receiver) {
     ++counters.unreachable;
@@ -455,6 +468,7 @@ struct Node::State : std::enable_shared_from_this<State> {
   std::optional<std::uint32_t> noted{};
   std::optional<LinkWatch> watch;
   TimePoint next_tcp_line{};    ///< when another one about connections may be written
+  TimePoint next_queue_line{};  ///< when another one about what waits may be written
   TimePoint next_large_line{};  ///< when another one about large messages may be written
   bool link_seen = true;        ///< up, by what the system says
   bool link_told = true;        ///< up, by what the application says

@@ -99,6 +99,7 @@ std::shared_ptr<UdpPort> Ports::udp(std::uint16_t number, const std::function<bo
   if (!port) {
     port = share(std::make_unique<UdpPort>(io_, number, udp_options(config_, {config_.address, number}),
                                            config_.max_queued_bytes, config_.collect_for));
+    port->sender.tell_full([this](const Endpoint& to) { handlers_.queue_full(&to); });
     udp_.push_back(port);
     port->socket.receive_trains([this, weak = udp_.back()](const someip::Train& train) {
       if (auto alive = weak.lock()) {  // also keeps it during the call
@@ -338,7 +339,8 @@ someip::TcpOptions Ports::tcp_options() const {
           .receive_buffer_bytes = config_.tcp_receive_buffer_bytes,
           .send_buffer_bytes = config_.tcp_send_buffer_bytes,
           .dscp = config_.dscp,
-          .unicast_ttl = config_.unicast_ttl};
+          .unicast_ttl = config_.unicast_ttl,
+          .queue_is_full = [this] { handlers_.queue_full(nullptr); }};
 }
 
 void Ports::follow_interface() {

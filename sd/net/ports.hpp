@@ -77,6 +77,8 @@ class Ports {
     /// Large messages were lost as a limit of ours was reached: what happened, with the limit's name. `from`
     /// has sent the last one that came.
     std::function<void(const Endpoint& from, const std::string& what)> large_lost;
+    /// A message was dropped, as too much waits to be sent: at a UDP port for others, or over a connection.
+    std::function<void(const Endpoint* to)> queue_full;
     /// What was sent to this UDP endpoint found nobody there.
     std::function<void(const Endpoint& receiver)> unreachable;
     /// Whether nobody on the link has answered to this address yet.

@@ -469,6 +469,9 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
       std::exchange(on_large, nullptr)();
     }
     PendingMessage* const place = lanes.add(to, payload, bytes, keep_alive != nullptr);
+    if (on_full && (place == nullptr || lanes.some_gave_way())) {
+      on_full(to);
+    }
     if (place == nullptr) {
       ++counters.queue_full;
       let_go();
@@ -508,6 +511,9 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
 
   void put_datagram(const Endpoint& to, ByteView datagram, std::size_t messages) {
     PendingMessage* const place = lanes.add(to, {&datagram, 1}, datagram.size(), false);
+    if (on_full && (place == nullptr || lanes.some_gave_way())) {
+      on_full(to);
+    }
     if (place == nullptr) {
       counters.queue_full += messages;
       return;
@@ -552,6 +558,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   Counters counters;
   std::size_t large_above = std::numeric_limits<std::size_t>::max();
   std::function<void()> on_large;
+  std::function<void(const Endpoint& to)> on_full;
   Link link;
   std::vector<Endpoint> gone;  ///< to be told of
   // Of one batch; kept to reuse their memory.
@@ -610,6 +617,10 @@ void MessageSender::close() {
 void MessageSender::tell_large(std::size_t above, std::function<void()> told) {
   state_->large_above = above;
   state_->on_large = std::move(told);
+}
+
+void MessageSender::tell_full(std::function<void(const Endpoint& to)> told) {
+  state_->on_full = std::move(told);
 }
 
 bool MessageSender::send(const Endpoint& to, const Header& header, std::span<const ByteView> payload,

@@ -63,6 +63,9 @@ class MessageSender {
   /// Calls `told` once, when the first message of more bytes than this is to be sent. Not to destroy the
   /// sender.
   void tell_large(std::size_t above, std::function<void()> told);
+  /// Calls `told` with each message for which too much waits: it is dropped, or others are. `to` is its
+  /// receiver. Not to destroy the sender.
+  void tell_full(std::function<void(const Endpoint& to)> told);
 
   /// Of the hosts on the link, see Neighbours.
   struct Link {

@@ -648,6 +648,9 @@ bool TcpStream::send(const Header& header, std::span<const ByteView> payload,
   const std::size_t waiting = state.queued_bytes + state.queue.size() * sizeof(Outgoing);
   if (most > state.options.max_queued_bytes - std::min(waiting, state.options.max_queued_bytes)) {
     ++state.queue_full;
+    if (state.options.queue_is_full) {
+      state.options.queue_is_full();
+    }
     return false;
   }
   if (!encode_header(header, payload_bytes, ByteSpan{message.head}.subspan(message.head_start))) {

@@ -43,6 +43,8 @@ struct TcpOptions {
   int send_buffer_bytes = 0;     ///< likewise
   std::uint8_t dscp = 0;         ///< class of service of what is sent, 0 to 63
   std::uint8_t unicast_ttl = 0;  ///< hops that packets may take; 0: as the system has it
+  /// Told of each message that is dropped for max_queued_bytes. Not to end the connection.
+  std::function<void()> queue_is_full = nullptr;
 };
 
 /// Why a connection is over that held too much for too long, or for which the system has no memory.

@@ -368,6 +368,32 @@ class BridgeCommand(unittest.TestCase):
         self.assertTrue(any(line["event"] == "counters" and line["group"] == "SOME/IP-TP" for line in lines))
         peer.close()
 
+    def test_writes_only_some_of_many_lines_of_a_kind(self):
+        for more in [], ["--quiet"]:
+            with self.subTest(more), tempfile.NamedTemporaryFile("w", suffix=".yaml") as file, \
+                    tempfile.TemporaryFile("w+") as log, Peer(PEER, GROUP) as peer:
+                write(file.name, CONFIG)
+                with subprocess.Popen([TRESTLE, "bridge", *more, file.name], stdout=subprocess.DEVNULL, stderr=log) as bridge:
+                    try:
+                        receive(peer.group, lambda e: e[0] == 0)  # it is there, and looks for the service
+                        for _ in range(150):  # each is told of as a warning
+                            peer.offer(BRIDGE)
+                            entry, *_ = receive(peer.sd, lambda e: e[0] == 6 and ttl(e) != 0)
+                            peer.send_sd(BRIDGE, bytes([7, 0, 0, 0]) + entry[4:9] + bytes(3) + entry[12:])
+                            peer.offer(BRIDGE, ttl=0)
+                        bridge.send_signal(signal.SIGINT)
+                        self.assertEqual(bridge.wait(PATIENCE), 0)
+                    finally:
+                        bridge.kill()
+                log.seek(0)
+                text = log.read()
+                refused = text.count("refused by the server")
+                self.assertGreater(refused, 10)
+                self.assertLess(refused, 150)
+                self.assertRegex(text, r"left out \d+ ")
+                self.assertLess(len(text), 64_000)
+                (self.assertNotIn if more else self.assertIn)(" info ", text)
+
 
 if __name__ == "__main__":
     unittest.main(verbosity=2)

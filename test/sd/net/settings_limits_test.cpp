@@ -160,7 +160,8 @@ TEST_F(LimitsArrive, AtWhatWaitsToBeSent) {
   config.max_queued_bytes = 3000;
   config.pacing = {.segment_bytes = 160, .burst = 1, .separation = 1ms};
   Node server{io, quick(test::server_address)};
-  Node client{io, config};
+  std::vector<std::string> warnings;
+  Node client{io, config, {}, [&warnings](const std::string& line) { warnings.push_back(line); }};
   server.offer(service_with_both());
   const RequirementId service = found(client);
   for (const Transport transport : {Transport::udp, Transport::tcp}) {
@@ -169,6 +170,9 @@ TEST_F(LimitsArrive, AtWhatWaitsToBeSent) {
   }
   EXPECT_EQ(client.sender_counters().queue_full, 1U);
   EXPECT_EQ(client.tcp_client_counters().streams.queue_full, 1U);
+  std::erase_if(warnings,
+                [](const std::string& line) { return line.find("max_queued_bytes (3000)") == line.npos; });
+  EXPECT_EQ(warnings.size(), 1U) << "which names the limit, once in ten seconds";
 }
 
 TEST_F(LimitsArrive, AtReassemblies) {
