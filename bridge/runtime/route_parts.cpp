@@ -51,6 +51,8 @@ sd::SubscribeSpec subscription_of(const std::vector<Route>& routes, const Route&
                    .pass_failed = true,
                    .payload_only = route.e2e->payload_only});
   }
+  // A newer interface may have more behind what we know; less than the least piece of memory saves nothing.
+  constexpr std::size_t least = std::size_t{64} << 10U;
   const auto most = most_someip_bytes(plan.program());
   return {.service = route.service,
           .instance = route.instance,
@@ -62,7 +64,7 @@ sd::SubscribeSpec subscription_of(const std::vector<Route>& routes, const Route&
           .tcp = uses(Transport::tcp),
           .port = route.port,
           .e2e = std::move(e2e),
-          .max_event_bytes = most ? std::optional{room_to_receive(*most)} : std::nullopt};
+          .max_event_bytes = most ? std::optional{std::max(least, room_to_receive(*most))} : std::nullopt};
 }
 
 }  // namespace trestle::bridge
