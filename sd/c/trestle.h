@@ -392,7 +392,7 @@ void trestle_get_counters(const trestle_device* device, trestle_counters* counte
 
 /* ---- Of TRESTLE_MEMORY_BYTES: upper bounds of slots, which the library checks when it is built ---- */
 #define TRESTLE_SLOT_(bytes, pointers) ((bytes) + (pointers) * sizeof(void*))
-#define TRESTLE_OBJECT_BYTES_ TRESTLE_SLOT_(1260, 64)
+#define TRESTLE_OBJECT_BYTES_ TRESTLE_SLOT_(1264, 68)
 #define TRESTLE_SERVICE_BYTES_ TRESTLE_SLOT_(180, 12)
 #define TRESTLE_EVENTGROUP_BYTES_ TRESTLE_SLOT_(64, 0)
 #define TRESTLE_EVENT_BYTES_ TRESTLE_SLOT_(40, 8)

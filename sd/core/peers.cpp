@@ -25,6 +25,9 @@ slots::Peer* ServiceDiscovery::peer_at(const Endpoint& endpoint, TimePoint now) 
   if (place != nullptr) {
     place->endpoint = endpoint;
     place->last_seen = now;
+    if (guards && std::ranges::find(displaced_, hash_of(endpoint)) != displaced_.end()) {
+      place->heard_ms = 1000;
+    }
   }
   return place;
 }
@@ -71,6 +74,9 @@ slots::Peer* ServiceDiscovery::place_for(const Endpoint& endpoint, TimePoint now
   }
   // Whoever changes its address for each message must not have a new allowance each time.
   const RateLimit entries = oldest->entries;
+  if (oldest->is_used) {
+    displaced_[next_displaced_++ % std::max<std::size_t>(displaced_.size(), 1)] = hash_of(oldest->endpoint);
+  }
   forget(*oldest);
   if (oldest->slot_state == SlotBase::State::in_use) {
     return nullptr;  // it cannot be told yet that what belongs to it has ended
@@ -82,7 +88,7 @@ slots::Peer* ServiceDiscovery::place_for(const Endpoint& endpoint, TimePoint now
 
 // Of the peers, or of those at one address: the one that has nothing with us, else the one whose services
 // nobody requires; of several the one that was silent the longest. What is in use has to make room for others
-// only when its peer has been silent for long.
+// only when its peer is fleeting.
 slots::Peer* ServiceDiscovery::who_is_forgotten(const IpAddress* among, TimePoint now) noexcept {
   const auto oldest = [&](auto may_be) {
     slots::Peer* best = nullptr;
@@ -115,7 +121,7 @@ slots::Peer* ServiceDiscovery::who_is_forgotten(const IpAddress* among, TimePoin
     peer.is_used = peer.is_used || remote.is_wanted;
   }
   found = oldest([](const slots::Peer& peer) { return !peer.is_used; });
-  return found != nullptr ? found : oldest([&](const slots::Peer& peer) { return is_silent(peer, now); });
+  return found != nullptr ? found : oldest([&](const slots::Peer& peer) { return is_fleeting(peer, now); });
 }
 
 // With all that it has with us, and what waits to be sent there. Stays when the end of some of that cannot be
@@ -163,51 +169,79 @@ bool ServiceDiscovery::within_rate(std::uint16_t peer, std::uint32_t cost, TimeP
 
 // --- Who makes room in a full table -----------------------------------------------------------------------
 
-// Of what Peer::held counts, all that is of one address is put together; the newcomer's own is left alone if
-// nobody has clearly more.
-const slots::Peer* ServiceDiscovery::who_holds_most(std::uint16_t newcomer) noexcept {
+std::uint16_t ServiceDiscovery::hash_of(const Endpoint& peer) noexcept {
+  std::uint32_t hash = 0x811c9dc5U ^ peer.port;
+  for (const std::uint8_t byte : peer.address.bytes) {
+    hash = (hash ^ byte) * 0x01000193U;
+  }
+  return static_cast<std::uint16_t>(std::max<std::uint32_t>(hash >> 16U, 1));  // 0: none
+}
+
+void ServiceDiscovery::note_heard(slots::Peer& peer, TimePoint now) noexcept {
+  if constexpr (guards) {
+    constexpr std::chrono::milliseconds most{0xffff};
+    const Duration heard =
+        std::chrono::milliseconds{peer.heard_ms} + std::min<Duration>(now - peer.last_seen, most);
+    peer.heard_ms = static_cast<std::uint16_t>(
+        std::chrono::duration_cast<std::chrono::milliseconds>(std::min<Duration>(heard, most)).count());
+  }
+  peer.last_seen = now;
+}
+
+// Of what Peer::held counts, all that is of one address is put together.
+const slots::Peer* ServiceDiscovery::who_holds_most() noexcept {
   const slots::Peer* most = nullptr;
-  std::size_t own = 0;
   for (slots::Peer& peer : peers_) {
     for (slots::Peer& later : peers_) {
       if (later.index > peer.index && later.endpoint.address == peer.endpoint.address) {
         peer.held = static_cast<std::uint16_t>(peer.held + std::exchange(later.held, std::uint16_t{0}));
       }
     }
-    if (peer.endpoint.address == peers_[newcomer].endpoint.address) {
-      own = std::max<std::size_t>(own, peer.held);
-    }
     if (most == nullptr || most->held < peer.held) {
       most = &peer;
     }
   }
-  return most != nullptr && most->held >= own + 2 ? most : nullptr;
+  return most;
 }
 
+// One of a peer that is silent, or fleeting, if the newcomer has nothing or has been heard for some time
+// itself: then a flood from ever other addresses displaces itself, and who is honest stays after it has come
+// again. Else one of the address that has clearly more than the newcomer's. Where somebody is fleeting it has
+// to be among those, or each address of a flood could take two from who has many.
 template <typename Slot, typename Candidate>
 Slot* ServiceDiscovery::who_gives_way(const Table<Slot>& table, std::uint16_t newcomer, TimePoint now,
                                       Candidate is_candidate) noexcept {
+  constexpr std::uint16_t some_time_ms = 500;
+  const IpAddress& its = peers_[newcomer].endpoint.address;
   for (slots::Peer& peer : peers_) {
     peer.held = 0;
   }
-  Slot* silent = nullptr;
+  std::size_t own = 0;
+  Slot* oldest = nullptr;
   for (Slot& slot : table) {
     if (is_candidate(slot)) {
       slots::Peer& peer = peers_[slot.peer];
+      const bool is_own = peer.endpoint.address == its;
       ++peer.held;
-      if (is_silent(peer, now) &&
-          (silent == nullptr || !is_due(peers_[silent->peer].last_seen, peer.last_seen))) {
-        silent = &slot;
+      own += is_own ? 1 : 0;
+      if ((is_own ? is_silent(peer, now) : is_fleeting(peer, now)) &&
+          (oldest == nullptr || !is_due(peers_[oldest->peer].last_seen, peer.last_seen))) {
+        oldest = &slot;
       }
     }
   }
-  if (silent != nullptr) {
-    return silent;
+  if (oldest != nullptr) {
+    if (own == 0 || peers_[newcomer].heard_ms >= some_time_ms || is_silent(peers_[oldest->peer], now)) {
+      return oldest;
+    }
+    for (slots::Peer& peer : peers_) {
+      peer.held = is_fleeting(peer, now) ? peer.held : std::uint16_t{0};
+    }
   }
-  const slots::Peer* const most = who_holds_most(newcomer);
+  const slots::Peer* const most = who_holds_most();
   Slot* last = nullptr;
   for (Slot& slot : table) {
-    if (most != nullptr && is_candidate(slot) &&
+    if (most != nullptr && most->held >= own + 2 && is_candidate(slot) &&
         peers_[slot.peer].endpoint.address == most->endpoint.address) {
       last = &slot;
     }

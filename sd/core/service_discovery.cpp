@@ -281,7 +281,7 @@ void ServiceDiscovery::on_message(const someip::Message& bytes, const Endpoint& 
   for (slots::TcpConnection& connection : tcp_connections_) {
     connection.peer_spoke = connection.peer_spoke || connection.remote.address == peer.endpoint.address;
   }
-  peer.last_seen = now;
+  note_heard(peer, now);
   peer.explicit_initial_data = message->explicit_initial_data();  // [feat_req_someipsd_1188]
   count(counters_.messages_received);
   // One delay for the whole message, so that the answers share a message too. Only what came to many at once

@@ -417,10 +417,17 @@ class ServiceDiscovery {
   [[nodiscard]] bool is_silent(const slots::Peer& peer, TimePoint now) const noexcept {
     return is_due(peer.last_seen + settings_.silent_after, now);
   }
+  // Whether it has been silent for twice the time that it was heard before, or for long: then who comes new
+  // need not stand back.
+  [[nodiscard]] bool is_fleeting(const slots::Peer& peer, TimePoint now) const noexcept {
+    return is_due(peer.last_seen + 2 * std::chrono::milliseconds{peer.heard_ms}, now) || is_silent(peer, now);
+  }
+  [[nodiscard]] static std::uint16_t hash_of(const Endpoint& peer) noexcept;
+  static void note_heard(slots::Peer& peer, TimePoint now) noexcept;
   template <typename Slot, typename Candidate>
   [[nodiscard]] Slot* who_gives_way(const Table<Slot>& table, std::uint16_t newcomer, TimePoint now,
                                     Candidate is_candidate) noexcept;
-  [[nodiscard]] const slots::Peer* who_holds_most(std::uint16_t newcomer) noexcept;
+  [[nodiscard]] const slots::Peer* who_holds_most() noexcept;
   [[nodiscard]] bool may_go_on(std::uint16_t peer, std::uint32_t cost, TimePoint now) noexcept {
     return !guards || within_rate(peer, cost, now);
   }
@@ -522,6 +529,9 @@ class ServiceDiscovery {
   TimePoint transmit_due_ = never;  // nothing that is pending is due before it
   someip::SessionCounter multicast_sessions_;
   someip::SessionCounter forgotten_sessions_;  // no peer that was forgotten has heard of a later one
+  // The last peers that had to make room, by a hash: who comes again soon is no passer-by.
+  [[no_unique_address]] std::array<std::uint16_t, !guards ? 0U : optimised_for_many ? 64U : 3U> displaced_{};
+  std::uint16_t next_displaced_ = 0;
   Table<slots::Peer> peers_;
   Table<slots::Remote> remotes_;
   Table<slots::Requirement> requirements_;

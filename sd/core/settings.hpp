@@ -108,9 +108,10 @@ struct DiscoveryRules {
   /// Exceptions from own_endpoints_only: hosts with several addresses, or behind a NAT. Read later: must
   /// outlive this.
   const std::span<const ForeignEndpoints>* foreign_endpoints = nullptr;
-  /// When a table is full, what belongs to a peer that has said nothing for so long makes room for who
-  /// speaks, whatever TTL it named; and after that one entry of the address that has most, if the newcomer's
-  /// has less.
+  /// When a table is full, what belongs to a peer that has said nothing for so long, or for twice the time
+  /// that it was heard before, makes room for who comes new, whatever TTL it named: so who speaks once soon
+  /// gives way, who renews stays. After that one entry of the address that has most, if the newcomer's has
+  /// less.
   Duration silent_after = std::chrono::seconds{10};
   /// FindService and SubscribeEventgroup entries that are taken from one peer: on average, and in a row. One
   /// that is refused counts as four. What is beyond is ignored.

@@ -162,6 +162,7 @@ struct OwnSubscription : SlotBase {
 struct Peer : SlotBase {
   std::uint16_t subscribers = 0;  // slots that name it, lost ones included
   std::uint16_t remotes = 0;      // likewise
+  std::uint16_t heard_ms = 0;     // from its first message to the last one, up to a minute
   Endpoint endpoint;
   RebootDetector reboots;
   [[no_unique_address]] RecentMessages recent;

@@ -1,0 +1,135 @@
+// Floods of addresses that each say little: who is honest and comes new gets in, who renews stays.
+#include <gmock/gmock.h>
+
+#include "test/covers.hpp"
+#include "test/sd/machine.hpp"
+
+namespace trestle::sd::crowds_test {
+namespace {
+using namespace test;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+constexpr std::array groups{Eventgroup{.id = EventgroupId{1}}, Eventgroup{.id = EventgroupId{2}}};
+constexpr OfferedService service{.service = ServiceId{0x1234},
+                                 .instance = InstanceId{0x5678},
+                                 .udp = Endpoint{IpAddress::v4(10, 0, 0, 1), 30509},
+                                 .eventgroups = groups};
+
+// How each address of a flood behaves.
+struct Crowd {
+  const char* what;
+  Duration pause;        // between two messages of all
+  int again;             // each address speaks once more after so many others; 0: it does not
+  std::uint16_t groups;  // to each of which it subscribes
+};
+
+class Crowds : public testing::TestWithParam<Crowd> {
+ protected:
+  void SetUp() override {
+    const auto handle = machine.discovery.offer(service, machine.now);
+    ASSERT_TRUE(handle);
+    offered = *handle;
+  }
+
+  [[nodiscard]] static FakePeer attacker(int number) {
+    return FakePeer{{IpAddress::v4(10, 1, static_cast<std::uint8_t>(number / 250),
+                                   static_cast<std::uint8_t>(number % 250)),
+                     30490}};
+  }
+  static std::vector<FakePeer::Said> subscriptions(const FakePeer& peer, std::uint16_t groups,
+                                                   std::uint32_t ttl_s) {
+    std::vector<FakePeer::Said> said;
+    for (std::uint16_t group = 1; group <= groups; ++group) {
+      said.push_back(subscribe(group, {udp({peer.endpoint().address, 5000})}, ttl_s));
+    }
+    return said;
+  }
+  void attack() {
+    attackers.push_back(attacker(static_cast<int>(attackers.size())));
+    machine.unicast(attackers.back(), subscriptions(attackers.back(), GetParam().groups, infinite_ttl_s));
+    const int again = GetParam().again;
+    if (again > 0 && attackers.size() > static_cast<std::size_t>(again)) {
+      FakePeer& earlier = attackers[attackers.size() - static_cast<std::size_t>(again)];
+      machine.unicast(earlier, subscriptions(earlier, GetParam().groups, infinite_ttl_s));
+    }
+  }
+  // Honest ones subscribe to both eventgroups with each offer, once a second.
+  void renew(FakePeer& peer) { machine.unicast(peer, subscriptions(peer, 2, 3)); }
+  void pass(Duration time, const std::vector<FakePeer*>& honest) {
+    const TimePoint end = machine.now + time;
+    TimePoint next_renewal = machine.now;
+    while (machine.now < end) {
+      if (next_renewal <= machine.now) {
+        next_renewal += 1s;
+        for (FakePeer* const peer : honest) {
+          renew(*peer);
+        }
+      }
+      attack();
+      note();
+      machine.run_to(machine.now - start + GetParam().pause);
+      note();
+    }
+  }
+  void note() {
+    for (std::string& event : machine.events()) {
+      events.push_back(std::move(event));
+    }
+  }
+  [[nodiscard]] std::size_t subscriptions_of(const FakePeer& peer) {
+    std::size_t count = 0;
+    for (std::uint16_t group = 1; group <= 2; ++group) {
+      machine.discovery.for_each_subscriber(offered, EventgroupId{group}, [&](const Subscriber& one) {
+        count += one.peer == peer.endpoint() ? 1 : 0;
+      });
+    }
+    return count;
+  }
+
+  Machine<> machine;
+  OfferHandle offered;
+  std::vector<FakePeer> attackers;
+  std::vector<std::string> events;
+};
+
+TEST_P(Crowds, KeepNobodyOutAndDisplaceNobodyWhoRenews) {
+  covers({"feat_req_someipsd_1137"});
+  std::vector<FakePeer> known;
+  std::vector<FakePeer*> honest;
+  for (std::uint8_t number = 2; number < 6; ++number) {
+    known.emplace_back(host(number));
+  }
+  for (FakePeer& peer : known) {
+    honest.push_back(&peer);
+  }
+  for (int i = 0; i < 4; ++i) {
+    for (FakePeer* const peer : honest) {
+      renew(*peer);
+    }
+    machine.run_to(machine.now - start + 1s);
+  }
+  events.clear();
+  pass(5s, honest);
+  FakePeer newcomer{host(99)};
+  honest.push_back(&newcomer);
+  pass(2s, honest);  // within which it is served
+  EXPECT_EQ(subscriptions_of(newcomer), 2U);
+  note();
+  events.clear();
+  pass(20s, honest);
+  EXPECT_EQ(subscriptions_of(newcomer), 2U);
+  EXPECT_THAT(events, Not(Contains(HasSubstr("10.0.0.")))) << "nobody who renews loses anything";
+  EXPECT_THAT(events, Contains(HasSubstr("displaced")));
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, Crowds,
+                         testing::Values(Crowd{"OneEntry", Duration{1s} / 60, 0, 1},
+                                         Crowd{"TwoEntries", Duration{1s} / 60, 0, 2},
+                                         Crowd{"SpeakingTwice", Duration{1s} / 60, 10, 1}),
+                         [](const auto& info) { return info.param.what; });
+
+}  // namespace
+}  // namespace trestle::sd::crowds_test
