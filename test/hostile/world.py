@@ -6,6 +6,7 @@ import flows
 from figures import Figure, at_least, at_most
 from lab import ADDRESS, FOLDER, PATIENCE, Failed
 
+LATE = "late_in"  # the flow of a service that a new host offers
 NEWCOMER_S = 2.0  # within which a new honest peer is served
 GIVES_BACK_S = 5.0  # within which memory goes back that is not needed any longer
 
@@ -112,9 +113,14 @@ class World:
         """The route of a flow whose other end is not there from the start."""
         return FLOWS[name].route
 
-    def honest(self, *names, more="", quiet=False, routes="", fields="", ends=()):
-        """A bridge in the car, flows through it, and their other ends at the honest host. `ends`: more in the car."""
+    def honest(self, *names, more="", quiet=False, routes="", fields="", ends=(), late=False):
+        """A bridge in the car, flows through it, and their other ends at the honest host. `ends`: more in the car.
+
+        late: there is LATE, too, which a newcomer may offer."""
         self.flows = [FLOWS[name] for name in names]
+        if late:
+            routes += self.route_of(LATE)
+            ends = [*ends, FLOWS[LATE].ends(self.scale)[0]]
         routes += "".join(flow.route for flow in self.flows)
         fields += "".join(flow.field for flow in self.flows)
         body = ("routes:\n" + routes if routes else "") + ("fields:\n" + fields if fields else "")
@@ -159,18 +165,18 @@ class World:
             self.progress(f"{what}, {left:.0f} s to go")
             time.sleep(min(left, 0.5))
 
-    def beside(self, attack, *arguments, host="attacker", newcomer="", newcomer_is_heard="", late=2.0, forging=False):
+    def beside(self, attack, *arguments, host="attacker", newcomer="", late=2.0, forging=False):
         """Measures the flows alone, then beside an attack: what comes through, how late, and the bridge's memory and log.
 
-        newcomer: a part of hostile_flow for a new host, which begins in the middle of the attack.
-        newcomer_is_heard: it only sends, and the car receives it as this flow."""
+        newcomer: a part of hostile_flow for a new host, which begins in the middle of the attack; or LATE."""
         self.pass_time(self.scale.quiet_s, "without the attack")
         memory, log, began = self.car.rss(), self.car.log_bytes(), time.monotonic_ns()
         child = self.lab.fork(host, attack, *arguments) if attack else None
         new = None
         self.pass_time(self.scale.attack_s / 2, "attacked")
         if newcomer and self.car.running():
-            new = self.end("second", "newcomer", "peer", ADDRESS["second"], newcomer)
+            new = self.end("second", "newcomer", "peer", ADDRESS["second"],
+                           FLOWS[LATE].ends(self.scale)[1] if newcomer == LATE else newcomer)
         self.pass_time(self.scale.attack_s / 2, "attacked")
         ended = time.monotonic_ns()
         written = self.car.log_bytes() - log
@@ -180,7 +186,7 @@ class World:
         self.pass_time(late, "what comes late")
         self._judge_flows(began, ended, forging)
         if new:
-            self._judge_newcomer(new, newcomer_is_heard)
+            self._judge_newcomer(new, newcomer == LATE)
         allowed = max(memory * 1.1, memory + 8e6)
         end = time.monotonic() + GIVES_BACK_S
         while (after := self.car.rss() if self.car.running() else 0) > allowed and time.monotonic() < end:
@@ -218,10 +224,10 @@ class World:
         if forging:
             self.figures.append(at_most("forged and accepted", forged, 0))
 
-    def _judge_newcomer(self, new, heard_as):
+    def _judge_newcomer(self, new, offers):
         found, up = flows.read(new.out)
-        if heard_as:
-            found = {heard_as: self._ends()[0][heard_as]}
+        if offers:  # it only sends
+            found = {LATE: self._ends()[0][LATE]}
         first = [came for record in found.values() for came in
                  [came for _, came in record.received] + [answered for _, answered in record.calls if answered]]
         waited = (min(first) - up) / 1e9 if first and up else float("inf")

@@ -54,4 +54,4 @@ def announced(world):
     world.honest("events_out", "calls_tcp")
     world.car.limit_memory(100_000_000)
     say = someip(0x4004, 1, b"", kind=REQUEST, length=(16 << 20) - 8) + bytes(1000)
-    world.beside(keep_idle, 40004, 3, say)
+    world.beside(keep_idle, 40004, 3, say, newcomer=f"new=call:0x4004:1:1:0:{world.scale.call_hz}:tcp")

@@ -7,6 +7,7 @@ from figures import at_most, holds
 from lab import ADDRESS, ATTACKERS, MANY, SILENT, Failed
 from scenario import scenario
 from wire import ENDLESS, GROUP, endpoint, sd, service_entry, subscribe_entry
+from world import LATE
 import flows
 
 
@@ -40,9 +41,8 @@ def pretend_hosts(rate):
 @scenario("endless-offers", 11, "300 forged offers/s with endless TTL, each from another address")
 def endless_offers(world):
     """The tables are full then; a new honest service has to be found all the same."""
-    world.honest("events_out", "events_in", routes=world.route_of("late_in"), ends=["late_in=read:/late_in:cloud"])
-    world.beside(pretend_hosts, 300, newcomer=f"late_in=notify:0x5009:1:200:{world.scale.event_hz}",
-                 newcomer_is_heard="late_in")
+    world.honest("events_out", "events_in", late=True)
+    world.beside(pretend_hosts, 300, newcomer=LATE)
 
 
 def many_subscriptions(rate, count):

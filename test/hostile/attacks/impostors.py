@@ -10,6 +10,7 @@ from figures import Figure, at_least, at_most
 from lab import ADDRESS, Failed
 from scenario import scenario
 from wire import GROUP, RESPONSE, SD_PORT, cloud, endpoint, load_balancing, sd_endpoint, service_entry, someip
+from world import LATE
 
 HONEST = ADDRESS["honest"]
 FORGED_STAMP = 10**9  # which no message of ours has
@@ -29,7 +30,7 @@ def reboot_as_honest(rate):
 @scenario("named-endpoint-reboots", 7, "2 empty SD messages/s that name the honest host by an SD Endpoint option")
 def named_reboots(world):
     world.honest("clouds_in", "events_in", "clouds_out", "clouds_out_tcp")
-    world.beside(reboot_as_honest, 2)
+    world.beside(reboot_as_honest, 2, newcomer="new=listen:0x4001:1:udp")
 
 
 def offer_and_forge(rate, sd_option, first):
@@ -51,14 +52,14 @@ def offer_and_forge(rate, sd_option, first):
 
 @scenario("named-endpoint-offers", 7, "an Offer as of the honest host, with the attacker's endpoint, and events from there")
 def named_offers(world):
-    world.honest("events_in", "clouds_in")
-    world.beside(offer_and_forge, 20, True, False, forging=True)
+    world.honest("events_in", "clouds_in", late=True)
+    world.beside(offer_and_forge, 20, True, False, newcomer=LATE, forging=True)
 
 
 @scenario("second-offer", 10, "an impostor offers an instance of the honest host second, and sends events")
 def second_offer(world):
-    world.honest("events_in", "clouds_in")
-    world.beside(offer_and_forge, 20, False, True, forging=True)
+    world.honest("events_in", "clouds_in", late=True)
+    world.beside(offer_and_forge, 20, False, True, newcomer=LATE, forging=True)
 
 
 def offer_only(rate):

@@ -10,6 +10,7 @@ from flows import events
 from lab import ADDRESS, ATTACKERS, Failed
 from scenario import scenario
 from wire import EVENT, REQUEST, cloud, segment, service_entry
+from world import LATE
 
 
 def half_requests(rate, kind, ports, services, method=None):
@@ -41,13 +42,14 @@ def filling_requests(rate, megabytes):
 @scenario("half-requests", 5, "half-finished requests to services without methods")
 def half_requests_scenario(world):
     world.honest("clouds_out", "clouds_in", "events_in", "calls_udp")
-    world.beside(half_requests, 100, REQUEST, (40001, 40003, 45001), (0x4001, 0x4003, 0x5001))
+    world.beside(half_requests, 100, REQUEST, (40001, 40003, 45001), (0x4001, 0x4003, 0x5001),
+                 newcomer="new=listen:0x4001:1:udp")
 
 
 @scenario("half-events", 5, "half-finished events at the port where clouds come in")
 def half_events(world):
-    world.honest("clouds_in", "events_in")
-    world.beside(half_requests, 100, EVENT, (45001,), (0x5001,))
+    world.honest("clouds_in", "events_in", late=True)
+    world.beside(half_requests, 100, EVENT, (45001,), (0x5001,), newcomer=LATE)
 
 
 def endpoint_of(attacker, service, host):
@@ -104,15 +106,16 @@ def half_events_as_honest(rate):
 
 @scenario("half-events-forged", 5, "half-finished events in the name of who offers them, at the port where clouds come in")
 def half_events_forged(world):
-    world.honest("clouds_in", "events_in")
-    world.beside(half_events_as_honest, 100, late=8.0)
+    world.honest("clouds_in", "events_in", late=True)
+    world.beside(half_events_as_honest, 100, newcomer=LATE, late=8.0)
     world.figures.append(holds("places were taken, and some gave way", "gave way to others" in world.car.text()))
 
 
 @scenario("filling-requests", 5, "16 MB requests without an end: memory")
 def filling(world):
     world.honest("clouds_in", "clouds_out")
-    world.beside(filling_requests, 2 if world.scale.short else 3, 4 if world.scale.short else 15, late=8.0)
+    world.beside(filling_requests, 2 if world.scale.short else 3, 4 if world.scale.short else 15,
+                 newcomer="new=listen:0x4001:1:udp", late=8.0)
 
 
 def reordering_source(log, rate, size, within_s, until):

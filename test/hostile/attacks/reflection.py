@@ -8,6 +8,7 @@ from scenario import scenario
 from wire import ENDLESS, REQUEST, configuration, endpoint, someip, subscribe_entry
 
 VICTIM = ADDRESS["bystander"]
+NEW_CLOUDS, NEW_EVENTS = "new=listen:0x4001:1:udp", "new=listen:0x4002:1:udp"
 
 
 def be_silent(port):
@@ -29,7 +30,7 @@ def subscribe_for(address, port, told):
 def _bytes_at_victim(world, attack, *arguments, most, sent):
     world.lab.fork("bystander", be_silent, 6000)
     before = world.lab.received_bytes("bystander")
-    world.beside(attack, *arguments)
+    world.beside(attack, *arguments, newcomer=NEW_EVENTS)
     got = world.lab.received_bytes("bystander") - before
     world.figures.append(at_most("bytes at the victim", got / 1e3, most / 1e3, "kB"))
     world.figures.append(Figure("bytes for each that was sent", got / sent, ": 1"))
@@ -46,7 +47,7 @@ def victim_as_sender(world):
     world.honest("events_out")
     world.lab.fork("bystander", be_silent, 6000)
     before = world.lab.received_bytes("bystander")
-    world.beside(subscribe_as, VICTIM, 6000)
+    world.beside(subscribe_as, VICTIM, 6000, newcomer=NEW_EVENTS)
     world.figures.append(Figure("bytes at the victim", (world.lab.received_bytes("bystander") - before) / 1e3, "kB"))
 
 
@@ -60,7 +61,7 @@ def subscribe_as(address, port):
 @scenario("buffer-of-another", 8, "a Subscribe that names the honest subscriber's endpoint with a buffer of 1 byte")
 def buffer_of_another(world):
     world.honest("clouds_out", "events_out")
-    world.beside(subscribe_for, ADDRESS["honest"], 45001, 1)
+    world.beside(subscribe_for, ADDRESS["honest"], 45001, 1, newcomer=NEW_CLOUDS)
 
 
 def get_as_victim(rate, seconds):
