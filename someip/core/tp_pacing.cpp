@@ -13,7 +13,7 @@ constexpr std::size_t share = 2;             // of the bytes asked for, which is
 std::size_t burst_into(std::size_t receive_buffer_bytes) noexcept {
   return receive_buffer_bytes == 0
              ? default_burst
-             : std::clamp<std::size_t>(receive_buffer_bytes / share / charged_bytes, 1, most_burst);
+             : std::clamp(receive_buffer_bytes / share / charged_bytes, least_burst, most_burst);
 }
 
 std::size_t PaceWindow::room(const TpPacing& pacing, TimePoint now) noexcept {
