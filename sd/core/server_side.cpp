@@ -342,17 +342,24 @@ void ServiceDiscovery::on_find(const Entry& entry, const Arrival& arrival) noexc
       }
     }
     bool waiting = false;
+    std::size_t own = 0;
     for (std::size_t i = 0; i < pending_.size() && !waiting; ++i) {
       const slots::PendingEntry& other = pending_[i];
       waiting = other.peer == to && other.entry.type == EntryType::offer_service &&
                 same_instance(other.entry, offer) && other.configuration == offer.configuration;
+      if constexpr (guards) {
+        const bool is_own = other.peer != slots::PendingEntry::to_multicast &&
+                            peers_[other.peer].endpoint.address == peers_[arrival.peer].endpoint.address;
+        own += is_own ? 1 : 0;
+      }
     }
     if (waiting) {
       continue;
     }
     // Delayed answers may take half of the queue: a flood of Finds must not keep back what else is to be
-    // sent.
-    if (pending_.free_places() <= pending_.size()) {
+    // sent. Those to one address, at most two thirds of that, and as much less as others have, so that there
+    // is always room for one who asks for the first time.
+    if (pending_.free_places() <= pending_.size() + own) {
       refuse(Limit::pending_entries);
       continue;
     }

@@ -9,6 +9,7 @@ namespace trestle::sd::fair_shares_test {
 namespace {
 using namespace test;
 using testing::AllOf;
+using testing::Contains;
 using testing::Each;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -279,6 +280,34 @@ TEST_F(FairShares, KeepNothingOfAGuestsOffers) {
   machine.multicast(guest, {offer({udp(host(5, 30509))}, 3, 0x4321, 1)});
   EXPECT_THAT(machine.events(), IsEmpty());
   EXPECT_EQ(reached(machine, Limit::peers), 1U);
+}
+
+// Answers to what came by multicast wait for some milliseconds.
+TEST(FairSharesOfAnswers, AreByAddressHoweverManyPortsAsk) {
+  covers({"feat_req_someipsd_83"});
+  Machine<Limits{.max_offers = 32, .max_subscriptions = 32, .max_pending_entries = 64}> machine;
+  for (std::uint16_t instance = 1; instance <= 32; ++instance) {
+    OfferedService one = service;
+    one.instance = InstanceId{instance};
+    one.eventgroups = {};
+    ASSERT_TRUE(machine.discovery.offer(one, machine.now));
+  }
+  machine.run_to(500ms);
+  for (std::uint16_t port = 1; port <= 4; ++port) {
+    FakePeer greedy{host(2, port)};
+    machine.multicast(greedy, {find(0x1234)});
+  }
+  EXPECT_EQ(reached(machine, Limit::pending_entries), 4U * 32 - 22);
+  for (std::uint8_t number = 3; number <= 5; ++number) {
+    FakePeer newcomer{host(number)};
+    machine.multicast(newcomer, {find(0x1234, number)});
+  }
+  EXPECT_EQ(reached(machine, Limit::pending_entries), 4U * 32 - 22) << "there was room for them";
+  const auto sent = machine.run_to(510ms);
+  EXPECT_THAT(sent, SizeIs(4)) << "22 offers for the first port, and one for each newcomer";
+  for (const char* const to : {"10.0.0.3", "10.0.0.4", "10.0.0.5"}) {
+    EXPECT_THAT(sent, Contains(AllOf(HasSubstr(to), HasSubstr("offer"))));
+  }
 }
 
 TEST(FairSharesOfTcpConnections, AreCounted) {
