@@ -51,7 +51,8 @@ RequirementHandle Consumer::look_for(const RequireSpec& spec, TimePoint now) {
                                          now);
   if (!handle) {
     throw std::invalid_argument{"requirement of " + to_string(spec.service, spec.instance) +
-                                ": refused by service discovery: " + to_string(handle.error())};
+                                ": refused by service discovery: " +
+                                refusal_text(handle.error(), "max_requirements, max_configurations")};
   }
   if (!any_need(spec.service, [&](const Need& need) { return need.spec.instance == spec.instance; })) {
     log_("looking for " + to_string(spec.service, spec.instance));

@@ -190,7 +190,9 @@ void Consumer::bind(Subscription& subscription, const RemoteService& server, Tim
     bound_to_[handle->index] = subscription.weak_from_this();
   } else {
     warn_("cannot subscribe to " + name_of(subscription.wanted, server.instance) + ": " +
-          to_string(handle.error()));
+          refusal_text(handle.error(),
+                       "max_subscriptions (" + std::to_string(config_.limits.max_subscriptions) +
+                           "), or 16 to one eventgroup (of a bridge: someip: limits: max_subscriptions)"));
   }
 }
 

@@ -44,4 +44,9 @@ std::string describe(const RemoteService& service) {
   return text;
 }
 
+std::string refusal_text(SdError error, const std::string& limits) {
+  const std::string name = to_string(error);
+  return error == SdError::table_full ? name + ": " + limits : name;
+}
+
 }  // namespace trestle::sd

@@ -2,6 +2,7 @@
 #include <string>
 
 #include "sd/core/events.hpp"
+#include "sd/core/service_discovery.hpp"
 
 namespace trestle::sd {
 
@@ -15,5 +16,7 @@ namespace trestle::sd {
 [[nodiscard]] std::string endpoints_text(const RemoteService& service);
 /// "0x1234.0x0001 version 1.0 is offered by 127.0.0.1 at 127.0.0.1:40001"
 [[nodiscard]] std::string describe(const RemoteService& service);
+/// "table full: LIMITS", where these are the settings that help; other errors by their name alone.
+[[nodiscard]] std::string refusal_text(SdError error, const std::string& limits);
 
 }  // namespace trestle::sd

@@ -128,7 +128,9 @@ OfferHandle Provider::offer(ServiceSpec spec, TimePoint now) {
   }
   const auto handle = discovery_.offer(offered, now);
   if (!handle) {
-    throw std::invalid_argument{name + ": refused by service discovery: " + to_string(handle.error())};
+    throw std::invalid_argument{
+        name + ": refused by service discovery: " +
+        refusal_text(handle.error(), "max_offers, max_eventgroups, max_configurations")};
   }
   offer->handle = *handle;
   offer->e2e = std::move(e2e);

@@ -96,5 +96,54 @@ TEST_F(Ipv6Test, ServesMethodsAndEventsFromTheOfferedEndpoints) {
   }
 }
 
+// Here and not on loopback, all of whose addresses are this host's: nobody else can ask in their name.
+TEST_F(Ipv6Test, RefusesLargeAnswersOverUdpToWhoHasNotShownToReceiveThere) {
+  constexpr MethodId large{1};
+  constexpr MethodId getter{2};
+  NodeConfig careful = config(1);
+  careful.unproven_answer_bytes = 10'000;
+  careful.unproven_answer_rate = 1;
+  const auto payload = test::numbers(6'000);
+  std::vector<bool> sent;
+  std::vector<std::string> warnings;
+  Node server{io, careful, {}, into(warnings)};
+  Node client{io, config(2)};
+  server.offer(
+      {.service = ServiceId{0x1234},
+       .instance = InstanceId{1},
+       .udp_port = 40240,
+       .tcp_port = 40241,
+       .methods = {{large, [&](const Message&,
+                               Responder responder) { sent.push_back(responder.respond(payload)); }}},
+       .fields = {{.getter = getter, .value = payload}}});
+  const RequirementId service = client.require({.service = ServiceId{0x1234}});
+  ASSERT_TRUE(run_until([&] { return !client.available(service).empty(); }));
+  const auto call = [&](MethodId method, Transport transport = Transport::udp) {
+    outcomes.clear();
+    client.call(service, {.method = method, .timeout = 60s, .transport = transport}, {}, note());
+    EXPECT_TRUE(run_until([&] { return !outcomes.empty(); }));
+    return outcomes.empty() ? test::Outcome{} : outcomes.front();
+  };
+
+  EXPECT_EQ(call(large).payload, payload);
+  EXPECT_EQ(server.counters().answers_refused, 0U);
+  const test::Outcome refused = call(large);
+  EXPECT_EQ(refused.fault, CallFault::error);
+  EXPECT_EQ(refused.code, someip::ReturnCode::not_ok);
+  EXPECT_THAT(sent, ::testing::ElementsAre(true, false)) << "the method is told";
+  EXPECT_EQ(server.counters().answers_refused, 1U);
+  std::erase_if(warnings, [](const std::string& line) { return line.find("refused") == line.npos; });
+  EXPECT_THAT(warnings, ::testing::ElementsAre(::testing::AllOf(
+                            ::testing::HasSubstr("refused an answer of 6000 bytes over UDP to fd00::2"),
+                            ::testing::HasSubstr("(unproven_answer_bytes, unproven_answer_rate)"))));
+  EXPECT_EQ(call(getter).code, someip::ReturnCode::not_ok);
+  EXPECT_EQ(server.counters().answers_refused, 2U);
+
+  EXPECT_EQ(call(large, Transport::tcp).payload, payload) << "whoever has a connection receives there";
+  EXPECT_EQ(call(large).payload, payload);
+  EXPECT_EQ(call(getter).payload, payload);
+  EXPECT_EQ(server.counters().answers_refused, 2U);
+}
+
 }  // namespace
 }  // namespace trestle::sd
