@@ -284,7 +284,6 @@ TEST_F(FairShares, KeepNothingOfAGuestsOffers) {
 
 // Answers to what came by multicast wait for some milliseconds.
 TEST(FairSharesOfAnswers, AreByAddressHoweverManyPortsAsk) {
-  covers({"feat_req_someipsd_83"});
   Machine<Limits{.max_offers = 32, .max_subscriptions = 32, .max_pending_entries = 64}> machine;
   for (std::uint16_t instance = 1; instance <= 32; ++instance) {
     OfferedService one = service;
