@@ -112,7 +112,7 @@ class Peer final : private fast::DataReaderListener {
     qos.resource_limits().max_samples_per_instance = depth;
     qos.resource_limits().allocated_samples = 1;
     qos.publish_mode().kind = synchronous ? fast::SYNCHRONOUS_PUBLISH_MODE : fast::ASYNCHRONOUS_PUBLISH_MODE;
-    qos.endpoint().history_memory_policy = fast::dynamic_reusable;
+    qos.endpoint().history_memory_policy = fast::rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
     qos.data_sharing().off();
     fast::set_heartbeat_period(qos, fast::Duration{0, 50'000'000});
     fast::set_nack_delay(qos, fast::Duration{0, 1'000'000});
@@ -126,7 +126,7 @@ class Peer final : private fast::DataReaderListener {
     qos.resource_limits().max_instances = 1;
     qos.resource_limits().max_samples_per_instance = 0;
     qos.resource_limits().allocated_samples = depth;
-    qos.endpoint().history_memory_policy = fast::dynamic_reusable;
+    qos.endpoint().history_memory_policy = fast::rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
     qos.data_sharing().off();
     fast::set_heartbeat_delay(qos, fast::Duration{0, 1'000'000});
     return qos;
