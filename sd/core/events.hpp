@@ -59,6 +59,12 @@ struct RemoteService {
   friend constexpr bool operator==(const RemoteService&, const RemoteService&) = default;
 };
 
+/// A service that somebody else offers now.
+struct Takeover {
+  RemoteService service;
+  Endpoint from;  ///< SD endpoint of who offered it before
+};
+
 /// Server: a new subscription was accepted and its Ack is ready to be sent. Send that, then, when
 /// `initial_data`, the current values of the eventgroup's fields by unicast.  [feat_req_someipsd_107]
 /// [feat_req_someipsd_833]

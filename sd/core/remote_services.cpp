@@ -40,6 +40,14 @@ std::optional<RemoteService> ServiceDiscovery::contested() const noexcept {
   return service_of(remotes_[contested_]);
 }
 
+std::optional<Takeover> ServiceDiscovery::take_takeover() noexcept {
+  const std::uint16_t index = std::exchange(taken_over_, slots::Remote::none);
+  if (index >= remotes_.size() || remotes_[index].slot_state != SlotBase::State::in_use) {
+    return std::nullopt;
+  }
+  return Takeover{service_of(remotes_[index]), peers_[loser_].endpoint};
+}
+
 void ServiceDiscovery::not_answered(RemoteHandle service) noexcept {
   if (slots::Remote* const remote = remotes_.find(service)) {
     not_answered(*remote);
@@ -257,6 +265,7 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
     return;
   }
   slots::Remote* remote = remote_of(entry, otherserv_of(configurations_[offered.configuration]));
+  bool is_taken_over = false;
   if (remote != nullptr && remote->peer != arrival.peer) {
     // Two servers claim the same service. Whom we know stays until its TTL is over: changing over with every
     // offer would help nobody. Only who does not answer has to go.
@@ -266,6 +275,8 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
       return;
     }
     contested_ = slots::Remote::none;
+    loser_ = remote->peer;
+    is_taken_over = true;
     lose(*remote, LossReason::replaced, arrival.now);
     remote = nullptr;
   }
@@ -296,6 +307,9 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
     *remote = offered;
     remote->is_wanted = wanting > 0;
     ++peers_[remote->peer].remotes;
+    if (guards && is_taken_over) {
+      taken_over_ = remote->index;
+    }
   }
   remote->load_balancing = offered.load_balancing;
   remote->configuration = offered.configuration;

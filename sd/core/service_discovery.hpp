@@ -268,6 +268,8 @@ class ServiceDiscovery {
   /// The service that somebody else offered last while it was there, as Counters::ignored_conflicting_offer
   /// counts; nothing when it had to give way.
   [[nodiscard]] std::optional<RemoteService> contested() const noexcept;
+  /// The last service that changed hands since this was called before, as who had offered it did not answer.
+  [[nodiscard]] std::optional<Takeover> take_takeover() noexcept;
   /// The service that a subscription is to; nothing while there is none.
   [[nodiscard]] std::optional<RemoteService> server_of(SubscriptionHandle subscription) const noexcept;
 
@@ -525,6 +527,8 @@ class ServiceDiscovery {
   bool link_up_ = true;
   bool is_some_untold_ = false;  // losses, or services, wait for room among the events
   std::uint16_t contested_ = slots::Remote::none;
+  std::uint16_t taken_over_ = slots::Remote::none;  // from the peer loser_
+  std::uint16_t loser_ = 0;
   std::uint32_t remote_changes_ = 0;
   TimePoint transmit_due_ = never;  // nothing that is pending is due before it
   someip::SessionCounter multicast_sessions_;

@@ -250,14 +250,24 @@ struct Node::State : std::enable_shared_from_this<State> {
 
   void say_who_offers_the_same(const Counters& before, const Counters& after, const Endpoint& from) {
     const std::uint64_t more = after.ignored_conflicting_offer - before.ignored_conflicting_offer;
-    if (const std::uint64_t offers = contested.to_tell(more, now(), std::chrono::seconds{10})) {
-      const std::string who = someip::to_string(from.address) + " offers ";
-      if (const auto kept = discovery.contested()) {
-        warn(who + "service " + hexadecimal(value(kept->service)) + " instance " +
-             hexadecimal(value(kept->instance)) + ", which " + someip::to_string(kept->peer.address) +
+    if (more == 0) {
+      return;
+    }
+    const auto which = [](const RemoteService& service) {
+      return " offers service " + hexadecimal(value(service.service)) + " instance " +
+             hexadecimal(value(service.instance)) + ", which ";
+    };
+    if (const auto taken = discovery.take_takeover()) {
+      if (const std::uint64_t times = takeovers.to_tell(1, now(), std::chrono::seconds{10})) {
+        warn(someip::to_string(from.address) + which(taken->service) +
+             someip::to_string(taken->from.address) +
+             " has offered and does not answer for, and is used now" + and_others(times));
+      }
+    }
+    if (const auto kept = discovery.contested()) {
+      if (const std::uint64_t offers = contested.to_tell(more, now(), std::chrono::seconds{10})) {
+        warn(someip::to_string(from.address) + which(*kept) + someip::to_string(kept->peer.address) +
              " offers, too, and keeps while it answers; " + std::to_string(offers) + " such offers");
-      } else {
-        warn(who + "a service that another host has offered and does not answer for, and is used now");
       }
     }
   }
@@ -491,6 +501,7 @@ struct Node::State : std::enable_shared_from_this<State> {
   std::array<Refusals, limit_count> limits{};  ///< here `unsaid` is up to where it has been said
   Refusals foreign{};
   Refusals contested{};
+  Refusals takeovers{};
   Refusals not_sent{};
   bool slow_sending_said = false;
   std::uint64_t not_sent_said = 0;

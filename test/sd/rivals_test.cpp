@@ -50,6 +50,12 @@ TEST_F(ClientBesideARival, LetsWhoDoesNotAnswerGiveWay) {
   EXPECT_THAT(machine.events(), ElementsAre(HasSubstr("lost 1234.5678"),
                                             HasSubstr("available 1234.5678 v1.0 udp 10.0.0.3:30509")));
   EXPECT_FALSE(machine.discovery.contested());
+  const auto takeover = machine.discovery.take_takeover();
+  ASSERT_TRUE(takeover);
+  EXPECT_EQ(takeover->service.instance, InstanceId{0x5678});
+  EXPECT_EQ(takeover->service.peer, rival.endpoint());
+  EXPECT_EQ(takeover->from, server_sd);
+  EXPECT_FALSE(machine.discovery.take_takeover()) << "told once";
   machine.unicast(rival, {ack(1)});
   EXPECT_THAT(machine.events(), ElementsAre(HasSubstr("subscribed")));
   for (int i = 0; i < 10; ++i) {

@@ -1,0 +1,65 @@
+// Two that offer the same service: the log names both, and who does not answer is not asked for long.
+#include "test/sd/net/bare_peer.hpp"
+
+namespace trestle::sd::net_rivals_test {
+namespace {
+
+using someip::Message;
+using someip::MethodId;
+using test::quick;
+using ::testing::ElementsAre;
+using namespace std::chrono_literals;
+
+constexpr ServiceId service{0x1234};
+constexpr ServiceId other_service{0x1235};
+constexpr EventgroupId group{1};
+constexpr MethodId event{0x8001};
+constexpr MethodId method{1};
+
+/// A server, and a rival of bare sockets that offers the same and answers nothing.
+class RivalsTest : public test::BarePeer {
+ protected:
+  static ServiceSpec offered(ServiceId which) {
+    return {
+        .service = which,
+        .instance = InstanceId{1},
+        .methods = {{.id = method,
+                     .handler = [](const Message&, Responder responder) { responder.respond(ByteView{}); }}},
+        .eventgroups = {{.id = group, .events = {event}}}};
+  }
+  SubscriptionId subscribe(ServiceId which) {
+    return client.subscribe(
+        {.service = which, .instance = InstanceId{1}, .eventgroup = group, .events = {event}}, collect());
+  }
+
+  static constexpr const char* other_offer = "01 00 00 10 1235 0001 01 000258 00000000";
+  std::vector<std::string> warnings;
+  Node server{io, quick(test::server_address)};
+  Node client{io, quick(test::client_address), into(client_log), into(warnings)};
+};
+
+TEST_F(RivalsTest, AreNamedWhenOneIsKeptAndAtOnceWhenOneGivesWay) {
+  server.offer(offered(other_service));
+  const SubscriptionId kept = subscribe(other_service);
+  ASSERT_TRUE(run_until([&] { return client.subscribed(kept); }));
+  send(other_offer, "11");
+  ASSERT_TRUE(run_until([&] { return !warnings.empty(); }));
+  const SubscriptionId moved = subscribe(service);
+  for (int i = 0; i < 5; ++i) {
+    const std::size_t before = count("0600001012340001");
+    send(offer, "11");
+    ASSERT_TRUE(run_until([&] { return count("0600001012340001") > before; })) << i;
+  }
+  EXPECT_EQ(warnings.size(), 1U);
+  server.offer(offered(service));
+  ASSERT_TRUE(run_until([&] { return client.subscribed(moved); }));
+  const std::string honest = someip::to_string(test::server_address);
+  const std::string rival = someip::to_string(test::other_address);
+  EXPECT_THAT(warnings, ElementsAre(rival + " offers service 0x1235 instance 0x0001, which " + honest +
+                                        " offers, too, and keeps while it answers; 1 such offers",
+                                    honest + " offers service 0x1234 instance 0x0001, which " + rival +
+                                        " has offered and does not answer for, and is used now"));
+}
+
+}  // namespace
+}  // namespace trestle::sd::net_rivals_test
