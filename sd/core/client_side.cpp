@@ -328,7 +328,7 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
     return;
   }
   OwnSubscription& subscription = *meant;
-  remotes_[subscription.remote].unanswered = 0;
+  answered(remotes_[subscription.remote]);
   const auto handle = subscriptions_.handle_of<SubscriptionHandle>(subscription);
   if (entry.ttl_s == 0) {
     subscription.ack_overdue = false;

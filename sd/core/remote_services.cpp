@@ -56,8 +56,13 @@ void ServiceDiscovery::not_answered(RemoteHandle service) noexcept {
 
 void ServiceDiscovery::answered(RemoteHandle service) noexcept {
   if (slots::Remote* const remote = remotes_.find(service)) {
-    remote->unanswered = 0;
+    answered(*remote);
   }
+}
+
+bool ServiceDiscovery::is_mute(RemoteHandle service) const noexcept {
+  const slots::Remote* const remote = remotes_.find(service);
+  return remote != nullptr && remote->unanswered == slots::Remote::is_mute;
 }
 
 std::size_t ServiceDiscovery::requirements_of(const slots::Remote& remote) const noexcept {
@@ -136,17 +141,28 @@ std::optional<RemoteService> ServiceDiscovery::choose(RequirementHandle handle) 
   if (requirement == nullptr) {
     return std::nullopt;
   }
-  const auto rank = [&](const slots::Remote& remote) {
-    return remote.load_balancing.value_or(settings_.unranked);
+  const auto is_mute = [](const slots::Remote& remote) {
+    return guards && remote.unanswered == slots::Remote::is_mute;
   };
-  std::optional<std::uint16_t> best;
+  const auto rank = [&](const slots::Remote& remote) {
+    return is_mute(remote) ? LoadBalancingOption{} : remote.load_balancing.value_or(settings_.unranked);
+  };
+  // The lower, the better: who does not answer is last, whoever has answered comes before others.
+  const auto order = [&](const slots::Remote& remote) {
+    std::uint32_t result = rank(remote).priority;
+    if constexpr (guards) {
+      result += (is_mute(remote) ? 0x20000U : 0U) + (remote.has_answered ? 0U : 0x10000U);
+    }
+    return result;
+  };
+  std::uint32_t best = ~0U;
   for (const slots::Remote& remote : remotes_) {
     if (fits(*requirement, remote)) {
-      best = std::min(best.value_or(0xffff), rank(remote).priority);
+      best = std::min(best, order(remote));
     }
   }
   const auto is_candidate = [&](const slots::Remote& remote) {
-    return fits(*requirement, remote) && rank(remote).priority == best;
+    return fits(*requirement, remote) && order(remote) == best;
   };
   std::uint64_t weights = 0;
   std::uint64_t candidates = 0;

@@ -245,6 +245,8 @@ class ServiceDiscovery {
 
   /// Of the services that are offered and fit the requirement, the one to use: one of the lowest priority
   /// value, at random by their weights. Another call may choose another.  [feat_req_someipsd_770]
+  /// Where some have answered, see answered(), it is one of those, and where some are not mute, none that is:
+  /// an impostor's priority must not count. Of those that are all mute, any.
   [[nodiscard]] std::optional<RemoteService> choose(RequirementHandle requirement) noexcept;
 
   /// Calls `visit(const slots::Remote&)` for each service of a peer that is known: also those that nobody
@@ -265,6 +267,8 @@ class ServiceDiscovery {
   /// of calls the application tells. Services that are gone are left alone.
   void not_answered(RemoteHandle service) noexcept;
   void answered(RemoteHandle service) noexcept;
+  /// Whether it was asked several times in a row and has not answered. Never, when it is gone.
+  [[nodiscard]] bool is_mute(RemoteHandle service) const noexcept;
   /// The service that somebody else offered last while it was there, as Counters::ignored_conflicting_offer
   /// counts; nothing when it had to give way.
   [[nodiscard]] std::optional<RemoteService> contested() const noexcept;
@@ -484,6 +488,10 @@ class ServiceDiscovery {
     if (remote.unanswered < slots::Remote::is_mute) {
       ++remote.unanswered;
     }
+  }
+  static void answered(slots::Remote& remote) noexcept {
+    remote.unanswered = 0;
+    remote.has_answered = guards;
   }
   void announce(const slots::Remote& remote) noexcept;
   void tell_available(slots::Requirement& requirement, const slots::Remote& remote) noexcept;

@@ -112,6 +112,7 @@ struct Remote : SlotBase {
   InstanceId instance{};
   std::uint8_t major = 0;
   bool is_wanted : 1 = false;       // it fits a requirement
+  bool has_answered : 1 = false;    // since it was offered first
   std::uint8_t unanswered : 2 = 0;  // see ServiceDiscovery::not_answered(); up to is_mute
   static constexpr std::uint8_t is_mute = 3;
   std::uint32_t minor = 0;

@@ -38,10 +38,12 @@ const char* to_string(CallFault fault) noexcept {
   return "unknown";
 }
 
-// Draws once, and again when what was drawn is gone: calls that belong together go to one server.
+// Draws once, and again when what was drawn is gone, or does not answer while there is another: calls that
+// belong together go to one server.
 void Consumer::choose(Need& need) {
-  if (!need.chosen ||
-      std::ranges::find(need.servers, *need.chosen, &RemoteService::instance) == need.servers.end()) {
+  const auto chosen = need.chosen ? std::ranges::find(need.servers, *need.chosen, &RemoteService::instance)
+                                  : need.servers.end();
+  if (chosen == need.servers.end() || (need.servers.size() > 1 && discovery_.is_mute(chosen->handle))) {
     const auto service = discovery_.choose(need.handle);
     need.chosen = service ? std::optional{service->instance} : std::nullopt;
   }

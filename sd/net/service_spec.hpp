@@ -243,7 +243,7 @@ struct CallSpec {
   Duration timeout = std::chrono::seconds{5};
   /// Nothing: what is offered, and if that is both, TCP for a payload that does not fit a datagram.
   std::optional<Transport> transport{};
-  /// Nothing: one that is offered, chosen by priority and weight for as long as it stays.
+  /// Nothing: one that is offered, chosen by priority and weight for as long as it stays and answers.
   /// [feat_req_someipsd_770]
   std::optional<someip::InstanceId> instance{};
   /// Of fire and forget: false sends it with Session ID 0. A call needs a session to know its answer by.

@@ -1,7 +1,11 @@
 // Two servers that offer the same instance: whoever answers is kept, which is a guard.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <set>
+
 #include "test/sd/client_fixture.hpp"
+#include "test/sd/configured_fixture.hpp"
 
 namespace trestle::sd::rivals_test {
 namespace {
@@ -81,6 +85,76 @@ TEST_F(ClientBesideARival, LetsWhoseCallsTimeOutGiveWay) {
   both_offer(1);
   EXPECT_THAT(machine.events(), ElementsAre(HasSubstr("lost 1234.5678"),
                                             HasSubstr("available 1234.5678 v1.0 udp 10.0.0.3:30509")));
+}
+
+// Of two instances, of which the rival's has the better priority.
+class ClientBesideAnotherInstance : public ClientBesideARival {
+ protected:
+  void SetUp() override { require(any_required); }
+  void server_offers(std::uint32_t ttl_s = 3) {
+    machine.multicast(server, {offer({udp(server_udp)}, ttl_s, 0x1234, 1)});
+  }
+  void rival_offers() {
+    machine.multicast(rival, {with(offer({udp(rival_udp)}, 3, 0x1234, 0x77), {rank("00 0000 ffff")})});
+  }
+  RemoteService chosen() { return machine.discovery.choose(requirement).value_or(RemoteService{}); }
+  void miss(RemoteHandle service, int times) {
+    for (int i = 0; i < times; ++i) {
+      machine.discovery.not_answered(service);
+    }
+  }
+};
+
+TEST_F(ClientBesideAnotherInstance, GoesByPriorityOnlyUntilOneHasAnswered) {
+  server_offers();
+  const RemoteHandle honest = chosen().handle;
+  rival_offers();
+  EXPECT_EQ(chosen().peer, rival.endpoint());
+  machine.discovery.answered(honest);
+  EXPECT_EQ(chosen().peer, server_sd);
+  miss(honest, 2);
+  EXPECT_EQ(chosen().peer, server_sd);
+  miss(honest, 1);
+  EXPECT_TRUE(machine.discovery.is_mute(honest));
+  EXPECT_EQ(chosen().peer, rival.endpoint()) << "which may answer";
+  miss(chosen().handle, 3);
+  EXPECT_EQ(chosen().peer, server_sd) << "which has answered once";
+}
+
+TEST_F(ClientBesideAnotherInstance, LikesWhoseSubscriptionIsAnswered) {
+  server_offers();
+  const EventgroupRequest request{.eventgroup = EventgroupId{1}, .instance = InstanceId{1}, .udp = own_udp};
+  subscribe_to(request);
+  machine.run_to(100ms);
+  FakePeer::Said said = ack(1);
+  said.entry.instance = InstanceId{1};
+  machine.unicast(server, {said});
+  rival_offers();
+  EXPECT_EQ(chosen().peer, server_sd);
+}
+
+TEST_F(ClientBesideAnotherInstance, LeavesTheRivalThatDoesNotAnswerWhenTheServerIsBack) {
+  server_offers();
+  machine.discovery.answered(chosen().handle);
+  rival_offers();
+  server_offers(0);  // for a while
+  EXPECT_EQ(chosen().peer, rival.endpoint());
+  miss(chosen().handle, 3);
+  EXPECT_EQ(chosen().peer, rival.endpoint()) << "there is nobody else";
+  server_offers();
+  EXPECT_EQ(chosen().peer, server_sd);
+}
+
+TEST_F(ClientBesideAnotherInstance, TriesAllWhenNoneAnswers) {
+  server_offers();
+  miss(chosen().handle, 3);
+  rival_offers();
+  miss(chosen().handle, 3);
+  std::set<unsigned> instances;
+  for (int i = 0; i < 100; ++i) {
+    instances.insert(value(chosen().instance));
+  }
+  EXPECT_THAT(instances, ElementsAre(1, 0x77));
 }
 
 }  // namespace

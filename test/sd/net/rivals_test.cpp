@@ -33,6 +33,7 @@ class RivalsTest : public test::BarePeer {
   }
 
   static constexpr const char* other_offer = "01 00 00 10 1235 0001 01 000258 00000000";
+  Duration outcomes_within = 5ms;  ///< the calls' timeout
   std::vector<std::string> warnings;
   Node server{io, quick(test::server_address)};
   Node client{io, quick(test::client_address), into(client_log), into(warnings)};
@@ -59,6 +60,27 @@ TEST_F(RivalsTest, AreNamedWhenOneIsKeptAndAtOnceWhenOneGivesWay) {
                                         " offers, too, and keeps while it answers; 1 such offers",
                                     honest + " offers service 0x1234 instance 0x0001, which " + rival +
                                         " has offered and does not answer for, and is used now"));
+}
+
+TEST_F(RivalsTest, LoseCallsToAnyInstanceWhenTheyDoNotAnswer) {
+  const RequirementId required = client.require({.service = service});
+  const auto call = [&] {
+    outcomes.clear();
+    client.call(required, {.method = method, .timeout = outcomes_within}, {}, note());
+    EXPECT_TRUE(run_until([&] { return !outcomes.empty(); }));
+    return outcomes.empty() ? CallFault::not_sent : outcomes[0].fault;
+  };
+  send(offer, "11");
+  ASSERT_TRUE(run_until([&] { return client.available(required).size() == 1; }));
+  EXPECT_EQ(call(), CallFault::timed_out);
+  ServiceSpec honest = offered(service);
+  honest.instance = InstanceId{2};
+  server.offer(honest);
+  ASSERT_TRUE(run_until([&] { return client.available(required).size() == 2; }));
+  EXPECT_EQ(call(), CallFault::timed_out) << "calls stay together";
+  EXPECT_EQ(call(), CallFault::timed_out);
+  outcomes_within = 60s;
+  EXPECT_EQ(call(), std::nullopt);
 }
 
 }  // namespace
