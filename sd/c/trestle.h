@@ -187,8 +187,8 @@ typedef struct trestle_need {
   uint16_t instance; /* 0xffff: any, without eventgroups */
   uint8_t major;
   uint16_t port; /* UDP, that calls leave from and events come to; not discovery's */
-  /* Bytes of datagrams to that port that can be held until the next poll, told to servers that pace by it; 0:
-   * they are not told. */
+  /* Bytes of datagrams to that port that can be held until the next poll, told to servers that pace by it,
+   * but send 32 segments at once at least; 0: they are not told. */
   uint32_t receive_buffer_bytes;
   const uint16_t* eventgroups; /* to subscribe to */
   size_t eventgroup_count;
