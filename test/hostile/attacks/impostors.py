@@ -136,6 +136,31 @@ def better_priority_first(world):
     world.figures.append(at_least("calls answered by it from then on", later.percent, 95, "%"))
 
 
+@scenario("better-priority-away", 10, "the same, while the honest one is away for some seconds")
+def better_priority_away(world):
+    parts = ("peer", HONEST, "served=serve:0x5100:1:200")
+    server = world.end("honest", "server", *parts)
+    client = world.end("second", "client", "peer", ADDRESS["second"],
+                       f"calls=call:0x5100:0xffff:1:16:{world.scale.call_hz}:udp")
+    world.wait(lambda: any(answered for _, answered in flows.read(client.out)[0]["calls"].calls), "no call is answered")
+    child = world.lab.fork("attacker", offer_better, 2, 0x5100, 0x77)
+    world.pass_time(1, "both offer")
+    server.stop()
+    world.pass_time(2.5, "the impostor alone")
+    back = time.monotonic_ns()
+    world.end("honest", "server-again", *parts)
+    world.pass_time(world.scale.attack_s + 1, "both offer again")
+    ended = time.monotonic_ns()
+    world.lab.end(child)
+    world.pass_time(1.5, "what comes late")
+    seen = flows.read(client.out)[0]["calls"]
+    first = min((called for called, answered in seen.calls if answered and called >= back), default=None)
+    wait = (first - back) / 1e9 if first else float("inf")
+    world.figures.append(at_most("the honest one is called after", wait, 2, "s", timed=bool(first)))
+    later = flows.calls(seen, back + int(2e9), ended)
+    world.figures.append(at_least("calls answered by it from then on", later.percent, 95, "%"))
+
+
 def forge_answers(server, client):
     """Answers to calls of the client: from an address of the attacker's with each session that may be outstanding, and in
     the server's name with such as are guessed."""
