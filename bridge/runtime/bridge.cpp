@@ -193,6 +193,9 @@ struct Bridge::State {
       return std::make_unique<Diagnostics>(io, *participant, config.diagnostics,
                                            user_data_of(Diagnostics::type, types), look);
     });
+    // Who comes new is told at once, and not with the next period only.
+    watch->watch(dds::ros_topic_name(config.diagnostics.topic), TopicWatch::End::writer,
+                 [this] { diagnostics->changed(); });
     for (const auto& route : inbound) {
       route->on_e2e_change([this] { diagnostics->changed(); });
     }

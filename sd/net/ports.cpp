@@ -117,7 +117,7 @@ std::shared_ptr<UdpPort> Ports::udp(std::uint16_t number, const std::function<bo
       }
     };
     port->socket.report_unreachable(unreachable);
-    port->sender.watch_link({.awaited = handlers_.awaited, .unreachable = unreachable});
+    port->sender.watch_link({.answer_of = handlers_.answer_of, .unreachable = unreachable});
   }
   return port;
 }

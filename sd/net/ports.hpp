@@ -4,6 +4,7 @@
 
 #include "sd/net/deadline_timer.hpp"
 #include "sd/net/node_config.hpp"
+#include "someip/net/neighbours.hpp"
 #include "someip/net/reassembly.hpp"
 #include "someip/net/receive_memory.hpp"
 #include "someip/net/tcp_client.hpp"
@@ -81,8 +82,8 @@ class Ports {
     std::function<void(const Endpoint* to)> queue_full;
     /// What was sent to this UDP endpoint found nobody there.
     std::function<void(const Endpoint& receiver)> unreachable;
-    /// Whether nobody on the link has answered to this address yet.
-    std::function<bool(const IpAddress& host)> awaited;
+    /// As Neighbours has it.
+    std::function<someip::Neighbours::Answer(const IpAddress& host)> answer_of;
     /// A message is sent by UDP for which the send buffer is small, as the system grants no larger one: so
     /// many bytes.
     std::function<void(int granted)> send_buffer_is_small;

@@ -365,7 +365,9 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   }
 
   void meet(const Endpoint& to) {
-    if (!link.awaited || !link.awaited(to.address)) {
+    using enum Neighbours::Answer;
+    const Neighbours::Answer answer = link.answer_of ? link.answer_of(to.address) : untold;
+    if (answer == came || answer == untold) {
       return;
     }
     const TimePoint now = std::chrono::steady_clock::now();
@@ -381,7 +383,9 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     if (now < host.next_look) {
       return false;
     }
-    if (!link.awaited(lane.to.address)) {
+    using enum Neighbours::Answer;
+    const Neighbours::Answer answer = link.answer_of(lane.to.address);
+    if (answer != awaited && (answer != unasked || now - host.since >= time_to_ask)) {
       lane.host.reset();
       return true;
     }

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "someip/core/tp_pacing.hpp"
+#include "someip/net/neighbours.hpp"
 #include "someip/net/send_lanes.hpp"
 #include "someip/net/udp_socket.hpp"
 #include "someip/wire/header.hpp"
@@ -67,14 +68,17 @@ class MessageSender {
   /// receiver. Not to destroy the sender.
   void tell_full(std::function<void(const Endpoint& to)> told);
 
-  /// Of the hosts on the link, see Neighbours.
+  /// Of the hosts on the link.
   struct Link {
-    /// Whether nobody has answered to this address yet.
-    std::function<bool(const IpAddress& host)> awaited;
+    /// As Neighbours has it.
+    std::function<Neighbours::Answer(const IpAddress& host)> answer_of;
     /// Nobody has answered for `patience`.
     std::function<void(const Endpoint& receiver)> unreachable;
   };
   static constexpr Duration patience = std::chrono::milliseconds{3500};  ///< the system itself has 3 s
+  /// Within which the system asks for who is new, as an answer to the subscription is sent there; else it
+  /// finds the host in another way.
+  static constexpr Duration time_to_ask = std::chrono::milliseconds{200};
 
   void watch_link(Link link);
   /// This receiver is new. What is for it is kept here while nobody has answered to its address: in the send

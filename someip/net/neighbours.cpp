@@ -65,16 +65,27 @@ Neighbours::Neighbours(const IpAddress& own, std::string interface)
       socket_{own.v6 ? -1 : ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)} {}
 
 bool Neighbours::known(const IpAddress& host) const noexcept {
-  if (host.v6 || interface_.empty() || interface_.size() >= sizeof arpreq::arp_dev) {
-    return false;
-  }
-  arpreq request = request_of(host, interface_);
-  return ioctl(socket_.get(), SIOCGARP, &request) == 0 && (request.arp_flags & ATF_COM) != 0;
+  return looked_up(host) == Answer::came;
 }
 
-bool Neighbours::awaited(const IpAddress& host) const noexcept {
-  return mask_ != 0 && !host.v6 && host != own_ && ((number(own_) ^ number(host)) & mask_) == 0 &&
-         !known(host);
+Neighbours::Answer Neighbours::answer_of(const IpAddress& host) const noexcept {
+  if (mask_ == 0 || host.v6 || ((number(own_) ^ number(host)) & mask_) != 0) {
+    return Answer::untold;
+  }
+  const Answer answer = looked_up(host);
+  return answer == Answer::unasked && interface_of(host) != 0 ? Answer::untold : answer;
+}
+
+// In the table of ARP.
+Neighbours::Answer Neighbours::looked_up(const IpAddress& host) const noexcept {
+  if (host.v6 || interface_.empty() || interface_.size() >= sizeof arpreq::arp_dev) {
+    return Answer::untold;
+  }
+  arpreq request = request_of(host, interface_);
+  if (ioctl(socket_.get(), SIOCGARP, &request) != 0) {
+    return Answer::unasked;
+  }
+  return (request.arp_flags & ATF_COM) != 0 ? Answer::came : Answer::awaited;
 }
 
 }  // namespace trestle::someip

@@ -18,11 +18,18 @@ class Neighbours {
   /// Whether the host has answered to its address (ARP). False where nobody can tell: behind a router, on a
   /// loopback interface, and over IPv6.
   [[nodiscard]] bool known(const IpAddress& host) const noexcept;
-  /// Whether what is sent there now waits until the host answers to its address (ARP), if it ever does. False
-  /// where nobody can tell.
-  [[nodiscard]] bool awaited(const IpAddress& host) const noexcept;
+  enum class Answer : std::uint8_t {
+    came,     ///< what is sent there leaves at once
+    awaited,  ///< the system has asked; what is sent there waits
+    unasked,  ///< the system has not asked for this host on this interface
+    untold,   ///< nobody can tell: as for known(), and an own address
+  };
+  /// Whether the host has answered to its address.
+  [[nodiscard]] Answer answer_of(const IpAddress& host) const noexcept;
 
  private:
+  [[nodiscard]] Answer looked_up(const IpAddress& host) const noexcept;
+
   IpAddress own_;
   std::string interface_;
   std::uint32_t mask_ = 0;  ///< of the subnet, in network order; 0: there is no ARP

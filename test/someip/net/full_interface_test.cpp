@@ -33,7 +33,7 @@ class FullInterfaceTest : public testing::Test {
     made = (unshare(CLONE_NEWNET) == 0 || unshare(CLONE_NEWUSER | CLONE_NEWNET) == 0) &&
            std::system(
                "ip link add v0 type veth peer name v1 && ip link set lo up && ip link set v1 up && "
-               "ip link set v0 up && ip addr add 10.9.0.1/24 dev v0 && "
+               "ip link set v0 up && ip addr add 10.9.0.1/24 dev v0 && ip addr add 10.9.0.7/24 dev v0 && "
                "ip neigh add 10.9.0.2 lladdr 02:00:00:00:00:09 nud permanent dev v0 && "
                "ip neigh add 10.9.0.3 lladdr 02:00:00:00:00:0a nud permanent dev v0 && "
                "tc qdisc add dev v0 root tbf rate 20mbit burst 10kb limit 20kb && "
@@ -279,6 +279,26 @@ TEST_F(FullInterfaceTest, LosesNothingOfWhatWasCollected) {
   }));
   EXPECT_EQ(sender.counters().messages, 400U);
   EXPECT_LT(sender.counters().datagrams, 400U);
+}
+
+TEST_F(FullInterfaceTest, TellsWhoHasAnsweredToItsAddress) {
+  using enum Neighbours::Answer;
+  const Neighbours neighbours{IpAddress::v4(10, 9, 0, 1), {}};
+  EXPECT_EQ(neighbours.answer_of(IpAddress::v4(10, 9, 0, 2)), came);
+  EXPECT_EQ(neighbours.answer_of(IpAddress::v4(10, 9, 0, 1)), untold) << "own";
+  EXPECT_EQ(neighbours.answer_of(IpAddress::v4(10, 9, 0, 7)), untold) << "own, too";
+  EXPECT_EQ(neighbours.answer_of(IpAddress::v4(10, 9, 1, 2)), untold) << "behind a router";
+  EXPECT_EQ(neighbours.answer_of(IpAddress::v4(127, 0, 0, 1)), untold);
+  const Endpoint silent{IpAddress::v4(10, 9, 0, 50), 40000};
+  EXPECT_EQ(neighbours.answer_of(silent.address), unasked);
+  boost::asio::io_context io;
+  UdpSocket socket{io, {.local = {IpAddress::v4(10, 9, 0, 1), 0}}};
+  const std::array datagram{std::byte{1}};
+  const ByteView view{datagram};
+  EXPECT_EQ(socket.send(silent, {&view, 1}), SendStatus::sent);
+  EXPECT_EQ(neighbours.answer_of(silent.address), awaited);
+  EXPECT_FALSE(neighbours.known(silent.address));
+  EXPECT_EQ(Neighbours(IpAddress::v4(127, 0, 0, 1), {}).answer_of(IpAddress::v4(127, 0, 0, 9)), untold);
 }
 
 }  // namespace

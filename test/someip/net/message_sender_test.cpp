@@ -665,19 +665,21 @@ TEST_F(CollectingSenderTest, CountsEachMessageThatTheSystemRefuses) {
 
 // A link whose hosts answer to ARP when a test says so.
 TEST_F(MessageSenderTest, KeepsWhatIsForAHostThatHasNotAnsweredToItsAddress) {
-  bool awaited = true;
+  Neighbours::Answer answer = Neighbours::Answer::unasked;
   std::vector<Endpoint> gone;
-  sender.watch_link({.awaited = [&](const IpAddress&) { return awaited; },
+  sender.watch_link({.answer_of = [&](const IpAddress&) { return answer; },
                      .unreachable = [&](const Endpoint& one) { gone.push_back(one); }});
   sender.meet(receiver.local());
   const std::vector<std::byte> payload = numbers(100);
   const ByteView view{payload};
   EXPECT_TRUE(sender.send(receiver.local(), event, {&view, 1}));
   EXPECT_TRUE(sender.send(receiver.local(), event, {&view, 1}));
-  io.run_for(20ms);
+  EXPECT_EQ(sender.counters().datagrams, 0U);
+  answer = Neighbours::Answer::awaited;
+  io.run_for(300ms);
   EXPECT_EQ(sender.counters().datagrams, 0U);
   EXPECT_FALSE(sender.idle());
-  awaited = false;
+  answer = Neighbours::Answer::came;
   await_datagrams(2);
   EXPECT_TRUE(sender.idle());
   EXPECT_TRUE(sender.send(receiver.local(), event, {&view, 1}));
@@ -685,10 +687,26 @@ TEST_F(MessageSenderTest, KeepsWhatIsForAHostThatHasNotAnsweredToItsAddress) {
   EXPECT_TRUE(gone.empty());
 }
 
+TEST_F(MessageSenderTest, SendsToAHostForWhichTheSystemDoesNotAskHere) {
+  sender.watch_link({.answer_of = [](const IpAddress&) { return Neighbours::Answer::unasked; },
+                     .unreachable = [](const Endpoint&) { FAIL() << "nobody knows"; }});
+  sender.meet(receiver.local());
+  const std::vector<std::byte> payload = numbers(100);
+  const ByteView view{payload};
+  EXPECT_TRUE(sender.send(receiver.local(), event, {&view, 1}));
+  EXPECT_FALSE(sender.idle());
+  await_datagrams(1);
+  EXPECT_TRUE(sender.idle());
+}
+
 TEST_F(MessageSenderTest, GivesUpAHostThatDoesNotAnswerToItsAddress) {
   std::vector<Endpoint> gone;
   const Endpoint silent{IpAddress::v4(127, 0, 0, 77), 4000};
-  sender.watch_link({.awaited = [&](const IpAddress& host) { return host == silent.address; },
+  sender.watch_link({.answer_of =
+                         [&](const IpAddress& host) {
+                           return host == silent.address ? Neighbours::Answer::awaited
+                                                         : Neighbours::Answer::untold;
+                         },
                      .unreachable = [&](const Endpoint& one) { gone.push_back(one); }});
   sender.meet(silent);
   sender.meet(receiver.local());
