@@ -188,7 +188,7 @@ typedef struct trestle_need {
   uint8_t major;
   uint16_t port; /* UDP, that calls leave from and events come to; not discovery's */
   /* Bytes of datagrams to that port that can be held until the next poll, told to servers that pace by it,
-   * but send 32 segments at once at least; 0: they are not told. */
+   * but send 4 segments at once at least; 0: they are not told. */
   uint32_t receive_buffer_bytes;
   const uint16_t* eventgroups; /* to subscribe to */
   size_t eventgroup_count;
@@ -392,7 +392,7 @@ void trestle_get_counters(const trestle_device* device, trestle_counters* counte
 
 /* ---- Of TRESTLE_MEMORY_BYTES: upper bounds of slots, which the library checks when it is built ---- */
 #define TRESTLE_SLOT_(bytes, pointers) ((bytes) + (pointers) * sizeof(void*))
-#define TRESTLE_OBJECT_BYTES_ TRESTLE_SLOT_(1264, 68)
+#define TRESTLE_OBJECT_BYTES_ TRESTLE_SLOT_(1272, 68)
 #define TRESTLE_SERVICE_BYTES_ TRESTLE_SLOT_(180, 12)
 #define TRESTLE_EVENTGROUP_BYTES_ TRESTLE_SLOT_(64, 0)
 #define TRESTLE_EVENT_BYTES_ TRESTLE_SLOT_(40, 8)

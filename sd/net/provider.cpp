@@ -257,7 +257,8 @@ void Provider::find_receivers(const Offer& offer, MethodId event, const Subscrib
   for (const EventgroupSpec& group : offer.spec.eventgroups) {
     if (contains(group.events, event) && uses_multicast(group)) {
       discovery_.for_each_subscriber(offer.handle, group.id, [&](const Subscriber& subscriber) {
-        add({*group.multicast, Transport::udp, someip::burst_into(subscriber.receive_buffer_bytes)});
+        add({*group.multicast, Transport::udp,
+             someip::burst_into(subscriber.receive_buffer_bytes, someip::least_burst_to_group)});
         by_multicast_.push_back(subscriber.udp.value_or(subscriber.peer));
       });
     }

@@ -10,10 +10,10 @@ constexpr std::size_t share = 2;             // of the bytes asked for, which is
 
 }  // namespace
 
-std::size_t burst_into(std::size_t receive_buffer_bytes) noexcept {
+std::size_t burst_into(std::size_t receive_buffer_bytes, std::size_t least) noexcept {
   return receive_buffer_bytes == 0
              ? default_burst
-             : std::clamp(receive_buffer_bytes / share / charged_bytes, least_burst, most_burst);
+             : std::clamp(receive_buffer_bytes / share / charged_bytes, least, most_burst);
 }
 
 std::size_t PaceWindow::room(const TpPacing& pacing, TimePoint now) noexcept {

@@ -11,9 +11,13 @@ namespace trestle::someip {
 /// With what Linux gives a socket that nobody tuned, 208 KB, they fill half of it.
 inline constexpr std::size_t default_burst = 48;
 
-/// The fewest that leave at once for one that tells less: who tells of a byte must not have a message of 1 MB
-/// take a third of a second, for all of a multicast group. What takes less is sent less by TpPacing::burst.
-inline constexpr std::size_t least_burst = 32;
+/// The fewest that leave at once for one that tells less: 5.6 KB.
+inline constexpr std::size_t least_burst = 4;
+
+/// The fewest that leave at once for a multicast group, where the least that a member tells counts: who tells
+/// of a byte must not have a message of 1 MB take a third of a second for all. Where a member takes less,
+/// TpPacing::burst is to say so.
+inline constexpr std::size_t least_burst_to_group = 32;
 
 /// The most that leave at once for one that tells more: 5.7 MB of segments, in 500 us faster than any
 /// network.
@@ -21,12 +25,13 @@ inline constexpr std::size_t most_burst = 4096;
 
 /// How many segments may leave at once for a receiver whose socket has room for so many bytes of datagrams
 /// (what it asks for as SO_RCVBUF, and is granted); 0: it does not tell.
-/// @return from least_burst to most_burst.
+/// @return from `least` to most_burst.
 ///
-/// They fill a quarter of it, or of 288 KB where there is less, since others may send there too, the burst
+/// They fill a quarter of it, since others may send there too, the burst
 /// before may not be read yet, and Linux gives room back late. It charges 2304 bytes for a segment of 1392
 /// that has not been joined to others, and has twice the room that is asked for.
-[[nodiscard]] std::size_t burst_into(std::size_t receive_buffer_bytes) noexcept;
+[[nodiscard]] std::size_t burst_into(std::size_t receive_buffer_bytes,
+                                     std::size_t least = least_burst) noexcept;
 
 /// How the segments of large messages leave, so that they don't overrun the receiver.
 /// [feat_req_someiptp_801]

@@ -82,7 +82,7 @@ struct Need {
   /// UDP port at the device's address that calls leave from and events come to: not SD's.
   std::uint16_t port = 0;
   /// How many bytes of datagrams to that port the firmware can hold until it polls; servers that know
-  /// sd::receive_buffer_key send their segments in bursts that fill a quarter, but of 32 segments at least:
+  /// sd::receive_buffer_key send their segments in bursts that fill a quarter, but of 4 segments at least:
   /// who can hold less needs a server with an explicit burst. 0: they are not told.
   std::uint32_t receive_buffer_bytes = 0;
   std::span<const Subscription> subscriptions{};
