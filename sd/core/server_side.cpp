@@ -357,9 +357,10 @@ void ServiceDiscovery::on_find(const Entry& entry, const Arrival& arrival) noexc
       continue;
     }
     // Delayed answers may take half of the queue: a flood of Finds must not keep back what else is to be
-    // sent. Those to one address, at most two thirds of that, and as much less as others have, so that there
-    // is always room for one who asks for the first time.
-    if (pending_.free_places() <= pending_.size() + own) {
+    // sent. Up to three quarters, there is still room for some to addresses that have few.
+    const std::size_t free = pending_.free_places();
+    const bool is_fair = guards && own < free / 8 && 3 * free > pending_.size();
+    if (free <= pending_.size() && !is_fair) {
       refuse(Limit::pending_entries);
       continue;
     }
