@@ -63,6 +63,37 @@ def table(results, short):
     return "\n".join(lines)
 
 
+def markdown(results):
+    """A line a scenario, for docs/hostile.md: the worst of its flows, and what else was judged."""
+    lines = ["| scenario | point | what happens | kept, at least | p99, the worst: without, with | new peer | memory | also |",
+             "| --- | ---: | --- | ---: | ---: | ---: | ---: | --- |"]
+    for result in results:
+        kept = [one for one in result["figures"] if one.what.endswith(" kept")]
+        late = [one for one in result["figures"] if one.what.endswith(" p99")]
+        cells = {"kept": "", "late": "", "new": "", "memory": ""}
+        if kept:
+            worst = min(kept, key=lambda one: one.value)
+            cells["kept"] = worst.text(worst.value)
+        if late:
+            worst = max(late, key=lambda one: one.value / max(one.alone or 1.0, 1.0))
+            cells["late"] = f"{worst.text(worst.alone)}, {worst.text(worst.value)}"
+        also = []
+        for one in result["figures"]:
+            if one.what.startswith("a new honest peer"):
+                cells["new"] = one.text(one.value)
+            elif one.what == "memory afterwards":
+                cells["memory"] = f"{one.text(one.alone)}, {one.text(one.value)}"
+            elif one.goal and one not in kept and one not in late and one.what not in ("the bridge goes on", "log") \
+                    and not one.what.endswith(" without the attack"):
+                also.append(f"{one.what}: {one.text(one.value)}")
+        goals = [one.what for one in result["figures"] if one.goal and not one.met]
+        if goals or result["failed"]:
+            also.append("**missed: " + (", ".join(goals) or result["failed"].splitlines()[0]) + "**")
+        lines.append(f"| `{result['name']}` | {result['point']} | {result['what']} | {cells['kept']} | {cells['late']} | "
+                     f"{cells['new']} | {cells['memory']} | {'; '.join(also)} |")
+    return "\n".join(lines)
+
+
 def missed(results, short):
     return sorted({result["name"] for result in results if result["failed"]
                    or any(figure.verdict(short) == "MISSED" for figure in result["figures"])})

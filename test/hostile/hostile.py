@@ -104,6 +104,7 @@ def main():
     text = figures.table(results, options.short)
     print(text)
     (options.out / "table.txt").write_text(text + "\n", encoding="utf-8")
+    (options.out / "table.md").write_text(figures.markdown(results) + "\n", encoding="utf-8")
     figures.write_json(options.out / "table.json", results, options.short)
     missed = figures.missed(results, options.short)
     if missed:

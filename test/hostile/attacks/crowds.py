@@ -24,10 +24,18 @@ def many_hosts(rate):
     del sinks
 
 
-@scenario("120-peers", 11, "120 ordinary hosts that offer and subscribe")
+@scenario("120-peers", 11, "120 ordinary hosts that offer and subscribe; a bridge by default has room for 64 subscribers")
 def many_peers(world):
     world.honest("events_out", "events_in", "calls_udp")
+    world.beside(many_hosts, 0.5)
+    world.figures.append(holds("the log names the setting", "limits: max_subscribers_per_eventgroup" in world.car.text()))
+
+
+@scenario("120-peers-with-room", 11, "the same, and the limit that the log names is raised")
+def many_peers_with_room(world):
+    world.honest("events_out", "events_in", "calls_udp", more="\n  limits: {max_subscribers_per_eventgroup: 200}")
     world.beside(many_hosts, 0.5, newcomer="new=listen:0x4002:1:udp")
+    world.figures.append(holds("nobody is refused", "no room for" not in world.car.text()))
 
 
 def pretend_hosts(rate):
