@@ -96,8 +96,8 @@ inline bool is_out_of_resources(Code code) {
   return code == RETCODE_OUT_OF_RESOURCES;
 }
 using Duration = eprosima::fastdds::dds::Duration_t;
-/// Memory of a sample is freed with it: reused, a history keeps what the most samples ever took.
 inline constexpr auto dynamic_reserve = rtps::DYNAMIC_RESERVE_MEMORY_MODE;
+inline constexpr auto dynamic_reusable = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
 inline void set_heartbeat_period(DataWriterQos& qos, const Duration& period) {
   qos.reliable_writer_qos().times.heartbeat_period = period;
 }
@@ -121,6 +121,7 @@ inline bool is_out_of_resources(const Code& code) {
 }
 using Duration = eprosima::fastrtps::Duration_t;
 inline constexpr auto dynamic_reserve = rtps::DYNAMIC_RESERVE_MEMORY_MODE;
+inline constexpr auto dynamic_reusable = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
 inline void set_heartbeat_period(DataWriterQos& qos, const Duration& period) {
   qos.reliable_writer_qos().times.heartbeatPeriod = period;
 }

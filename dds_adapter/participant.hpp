@@ -130,6 +130,9 @@ struct ParticipantConfig {
   /// counterpart. (Built with Fast DDS 2.10 to 2.14, writers cannot help sending. With 3.x they do to those
   /// that are found before the first writer of the topic is made.)
   bool strict_types = false;
+  /// Frees the memory of a sample with it. Else the histories of readers and writers reuse it, and keep what
+  /// the most samples ever took.
+  bool frees_samples = false;
   std::function<void(const Event&)> on_event;  ///< may be empty; see "Threads" above
   /// Participant::writers() has changed. As on_event.
   std::function<void()> on_writers{};

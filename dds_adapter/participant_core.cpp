@@ -62,6 +62,7 @@ ParticipantCore::ParticipantCore(const ParticipantConfig& config)
     : sockets_{config.polled ? std::make_shared<SampleSockets>() : nullptr},
       graph_{config, [this] { on_names(); }},
       strict_types_{config.strict_types},
+      frees_samples_{config.frees_samples},
       on_event_{config.on_event},
       on_writers_{config.on_writers} {
   fast::link_type_object_guard();

@@ -91,6 +91,7 @@ class ParticipantCore final : private fast::DiscoveryListener {
   [[nodiscard]] std::uint64_t not_remembered() const;
 
   [[nodiscard]] bool strict_types() const noexcept { return strict_types_; }
+  [[nodiscard]] bool frees_samples() const noexcept { return frees_samples_; }
   /// Whether the peer is refused for the hash of its type.
   [[nodiscard]] bool refuses(const Endpoint& ours, const fast::Guid& peer) const;
   /// Whether this endpoint has nothing to do with one that it matches: that is refused, or both are ends of
@@ -160,6 +161,7 @@ class ParticipantCore final : private fast::DiscoveryListener {
   /// we begin to use later.
   std::map<fast::Guid, Found> found_;
   const bool strict_types_;
+  const bool frees_samples_;
   static constexpr std::size_t never_large = std::numeric_limits<std::size_t>::max();
   std::atomic<std::size_t> large_sample_ = never_large;  ///< to be told of when a larger one is written
   std::uint64_t not_remembered_ = 0;                     ///< as there was no room

@@ -113,7 +113,8 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
     qos.resource_limits().max_instances = 1;
     qos.resource_limits().max_samples_per_instance = 0;
     qos.resource_limits().allocated_samples = static_cast<std::int32_t>(wanted.depth);
-    qos.endpoint().history_memory_policy = fast::dynamic_reserve;
+    qos.endpoint().history_memory_policy =
+        participant_->frees_samples() ? fast::dynamic_reserve : fast::dynamic_reusable;
     // Shared histories between processes tear loaned samples and can spin for ever on one that is too large.
     qos.data_sharing().off();
     fast::set_heartbeat_delay(qos, fast::Duration{0, 1'000'000});

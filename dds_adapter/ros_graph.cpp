@@ -33,7 +33,7 @@ fast::DataWriterQos graph_writer_qos() {
   qos.durability().kind = fast::TRANSIENT_LOCAL_DURABILITY_QOS;
   qos.history().kind = fast::KEEP_LAST_HISTORY_QOS;
   qos.history().depth = 1;
-  qos.endpoint().history_memory_policy = fast::dynamic_reserve;
+  qos.endpoint().history_memory_policy = fast::dynamic_reusable;
   qos.data_sharing().off();
   // The sending thread of Fast DDS 2.9 sends a last message without the writer's lock. When the last reader,
   // often our own, leaves meanwhile, a participant whose messages are protected ends in an assertion.
@@ -53,7 +53,7 @@ fast::DataReaderQos graph_reader_qos() {
   qos.resource_limits().max_instances = 1;
   qos.resource_limits().max_samples_per_instance = depth;
   qos.resource_limits().allocated_samples = 1;
-  qos.endpoint().history_memory_policy = fast::dynamic_reserve;
+  qos.endpoint().history_memory_policy = fast::dynamic_reusable;
   qos.data_sharing().off();
   fast::set_user_data(qos, ros_type_hash_entry(graph_type_hash));
   return qos;

@@ -131,6 +131,7 @@ struct Bridge::State {
           .security_folder = security_folder(config.dds.security),
           .polled = receives_samples(),
           .strict_types = config.dds.strict_types,
+          .frees_samples = true,
           .on_event =
               [log = logger, watched = watch, following = std::move(following)](const dds::Event& event) {
                 if (!is_followed(following, event)) {

@@ -342,25 +342,15 @@ void ServiceDiscovery::on_find(const Entry& entry, const Arrival& arrival) noexc
       }
     }
     bool waiting = false;
-    std::size_t own = 0;
     for (std::size_t i = 0; i < pending_.size() && !waiting; ++i) {
       const slots::PendingEntry& other = pending_[i];
       waiting = other.peer == to && other.entry.type == EntryType::offer_service &&
                 same_instance(other.entry, offer) && other.configuration == offer.configuration;
-      if constexpr (guards) {
-        const bool is_own = other.peer != slots::PendingEntry::to_multicast &&
-                            peers_[other.peer].endpoint.address == peers_[arrival.peer].endpoint.address;
-        own += is_own ? 1 : 0;
-      }
     }
     if (waiting) {
       continue;
     }
-    // Delayed answers may take half of the queue: a flood of Finds must not keep back what else is to be
-    // sent. Up to three quarters, there is still room for some to addresses that have few.
-    const std::size_t free = pending_.free_places();
-    const bool is_fair = guards && own < free / 8 && 3 * free > pending_.size();
-    if (free <= pending_.size() && !is_fair) {
+    if (!has_room_for_answer(arrival.peer)) {
       refuse(Limit::pending_entries);
       continue;
     }
@@ -368,6 +358,24 @@ void ServiceDiscovery::on_find(const Entry& entry, const Arrival& arrival) noexc
     // enough could then keep our offers from everybody else.
     send_offer(offer, to, arrival.answer_due, offer.ttl_s);
   }
+}
+
+// Delayed answers may take half of the queue: a flood of Finds must not keep back what else is to be sent. Up
+// to three quarters, there is still room for some to addresses that have few.
+bool ServiceDiscovery::has_room_for_answer(std::uint16_t peer) const noexcept {
+  const std::size_t free = pending_.free_places();
+  if (!guards || free > pending_.size()) {
+    return free > pending_.size();
+  }
+  std::size_t own = 0;
+  for (std::size_t i = 0; i < pending_.size(); ++i) {
+    const std::uint16_t to = pending_[i].peer;
+    own += to != slots::PendingEntry::to_multicast &&
+                   peers_[to].endpoint.address == peers_[peer].endpoint.address
+               ? 1
+               : 0;
+  }
+  return own < free / 8 && 3 * free > pending_.size();
 }
 
 // The offer that an eventgroup entry is about. Those of other protocols need not repeat the name.

@@ -443,6 +443,7 @@ class ServiceDiscovery {
 
   // server_side.cpp
   void on_find(const Entry& entry, const Arrival& arrival) noexcept;
+  [[nodiscard]] bool has_room_for_answer(std::uint16_t peer) const noexcept;
   void on_subscribe(const Entry& entry, const Arrival& arrival) noexcept;
   void on_stop_subscribe(const Entry& entry, const Arrival& arrival) noexcept;
   [[nodiscard]] const slots::Offer* offered(const Entry& entry, const Arrival& arrival) noexcept;

@@ -71,7 +71,7 @@ TEST(Reassembly, GivesTheMemoryOfMessagesThatNeverBecameWholeBack) {
   }
   EXPECT_LE(now, start + 11s) << "max_age, and as long again";
   EXPECT_EQ(reassembly.places(), 1U);
-  EXPECT_LT(resident_bytes(), before + (test::sanitized ? 4 : 1) * message_bytes / 2);
+  EXPECT_LT(resident_bytes(), before + (test::sanitized ? 8 : 1) * message_bytes / 2);
   EXPECT_TRUE(offer(reassembly, host(0), 2, 0, message_bytes, now));
 }
 
