@@ -226,7 +226,7 @@ struct Node::State : std::enable_shared_from_this<State> {
     say_who_offers_the_same(before, after, from);
     for (std::size_t i = 0; i < nack_reasons; ++i) {
       const std::uint64_t more = after.nacks_by_reason[i] - before.nacks_by_reason[i];
-      if (const std::uint64_t times = refusals[i].to_tell(more, now(), std::chrono::seconds{1})) {
+      if (const std::uint64_t times = refusals[i].to_tell(more, std::chrono::seconds{1})) {
         log("refused a subscription of " + someip::to_string(from.address) + ": " +
             to_string(static_cast<NackReason>(i)) + and_others(times));
       }
@@ -237,7 +237,7 @@ struct Node::State : std::enable_shared_from_this<State> {
   void say_which_limits_were_reached() {
     const auto& reached = discovery.counters().limits_reached;
     for (std::size_t i = 0; i < limit_count; ++i) {
-      Refusals& limit = limits[i];
+      RareLine& limit = limits[i];
       if (reached[i] > limit.unsaid && now() >= limit.next_line) {
         limit.next_line = now() + std::chrono::seconds{10};
         const std::uint64_t times = reached[i] - std::exchange(limit.unsaid, reached[i]);
@@ -258,14 +258,14 @@ struct Node::State : std::enable_shared_from_this<State> {
              hexadecimal(value(service.instance)) + ", which ";
     };
     if (const auto taken = discovery.take_takeover()) {
-      if (const std::uint64_t times = takeovers.to_tell(1, now(), std::chrono::seconds{10})) {
+      if (const std::uint64_t times = takeovers.to_tell(1)) {
         warn(someip::to_string(from.address) + which(taken->service) +
              someip::to_string(taken->from.address) +
              " has offered and does not answer for, and is used now" + and_others(times));
       }
     }
     if (const auto kept = discovery.contested()) {
-      if (const std::uint64_t offers = contested.to_tell(more, now(), std::chrono::seconds{10})) {
+      if (const std::uint64_t offers = contested.to_tell(more)) {
         warn(someip::to_string(from.address) + which(*kept) + someip::to_string(kept->peer.address) +
              " offers, too, and keeps while it answers; " + std::to_string(offers) + " such offers");
       }
@@ -275,7 +275,7 @@ struct Node::State : std::enable_shared_from_this<State> {
   // Mostly a lie, but hosts with several addresses may mean it.
   void say_what_is_foreign(const Counters& before, const Counters& after, const Endpoint& from) {
     const std::uint64_t more = after.ignored_foreign_endpoints - before.ignored_foreign_endpoints;
-    if (const std::uint64_t times = foreign.to_tell(more, now(), std::chrono::seconds{1})) {
+    if (const std::uint64_t times = foreign.to_tell(more, std::chrono::seconds{1})) {
       warn("ignored an offer, subscription or SD endpoint of " + someip::to_string(from.address) +
            ": it is at another address, which foreign_endpoints would allow" + and_others(times));
     }
@@ -352,7 +352,7 @@ struct Node::State : std::enable_shared_from_this<State> {
   void say_what_was_not_sent() {
     const std::uint64_t all = counters.discovery_no_room + counters.discovery_outdated;
     const std::uint64_t more = all - std::exchange(not_sent_said, all);
-    if (const std::uint64_t times = not_sent.to_tell(more, now(), std::chrono::seconds{10})) {
+    if (const std::uint64_t times = not_sent.to_tell(more)) {
       shielded(io, [&] {
         warn(std::to_string(times) +
              " datagrams of discovery could not be sent in time: the send buffer is full, as hosts do not "
@@ -421,23 +421,20 @@ struct Node::State : std::enable_shared_from_this<State> {
   }
 
   void on_tcp_refused(const Endpoint& client, const std::string& why) {
-    if (now() >= next_tcp_line) {
-      next_tcp_line = now() + std::chrono::seconds{10};
+    if (tcp_refused.to_tell(1) > 0) {
       warn("no TCP connection for " + someip::to_string(client.address) + ": " + why);
     }
   }
 
   void on_large_lost(const Endpoint& from, const std::string& what) {
-    if (now() >= next_large_line) {
-      next_large_line = now() + std::chrono::seconds{10};
+    if (large_lost.to_tell(1) > 0) {
       warn("large messages over UDP were lost, the last one while " + someip::to_string(from.address) +
            " sent; of one port so far: " + what);
     }
   }
 
   void on_queue_full(const Endpoint* to) {
-    if (const TimePoint time = now(); time >= next_queue_line) {
-      next_queue_line = time + std::chrono::seconds{10};
+    if (queue_full.to_tell(1) > 0) {
       shielded(io, [&] {
         warn("messages are dropped, as too much waits to be sent " +
              (to != nullptr ? "by UDP, now to " + someip::to_string(*to)
@@ -477,17 +474,18 @@ struct Node::State : std::enable_shared_from_this<State> {
   /// The services of others that offers and needs of ours were compared with; nothing after one is new.
   std::optional<std::uint32_t> noted{};
   std::optional<LinkWatch> watch;
-  TimePoint next_tcp_line{};    ///< when another one about connections may be written
-  TimePoint next_queue_line{};  ///< when another one about what waits may be written
-  TimePoint next_large_line{};  ///< when another one about large messages may be written
-  bool link_seen = true;        ///< up, by what the system says
-  bool link_told = true;        ///< up, by what the application says
-  /// Of one reason: a peer must not fill the log by being refused.
-  struct Refusals {
+  bool link_seen = true;  ///< up, by what the system says
+  bool link_told = true;  ///< up, by what the application says
+  /// Lines of one kind: a peer must not fill the log.
+  struct RareLine {
     /// Takes note of so many more. How many a line is to tell of now; 0: none is to be written.
-    std::uint64_t to_tell(std::uint64_t more, TimePoint time, Duration pause) {
+    std::uint64_t to_tell(std::uint64_t more, Duration pause = std::chrono::seconds{10}) {
       unsaid += more;
-      if (more == 0 || time < next_line) {
+      if (more == 0) {
+        return 0;
+      }
+      const TimePoint time = now();
+      if (time < next_line) {
         return 0;
       }
       next_line = time + pause;
@@ -497,12 +495,15 @@ struct Node::State : std::enable_shared_from_this<State> {
     TimePoint next_line{};
     std::uint64_t unsaid = 0;
   };
-  std::array<Refusals, nack_reasons> refusals{};
-  std::array<Refusals, limit_count> limits{};  ///< here `unsaid` is up to where it has been said
-  Refusals foreign{};
-  Refusals contested{};
-  Refusals takeovers{};
-  Refusals not_sent{};
+  std::array<RareLine, nack_reasons> refusals{};
+  std::array<RareLine, limit_count> limits{};  ///< here `unsaid` is up to where it has been said
+  RareLine foreign{};
+  RareLine contested{};
+  RareLine takeovers{};
+  RareLine not_sent{};
+  RareLine tcp_refused{};
+  RareLine large_lost{};
+  RareLine queue_full{};
   bool slow_sending_said = false;
   std::uint64_t not_sent_said = 0;
 };
