@@ -25,7 +25,7 @@ slots::Peer* ServiceDiscovery::peer_at(const Endpoint& endpoint, TimePoint now) 
   if (place != nullptr) {
     place->endpoint = endpoint;
     place->last_seen = now;
-    if (guards && std::ranges::find(displaced_, hash_of(endpoint)) != displaced_.end()) {
+    if (guards && std::ranges::find(displaced_, mark_of(endpoint)) != displaced_.end()) {
       place->heard_ms = 1000;
     }
   }
@@ -75,7 +75,7 @@ slots::Peer* ServiceDiscovery::place_for(const Endpoint& endpoint, TimePoint now
   // Whoever changes its address for each message must not have a new allowance each time.
   const RateLimit entries = oldest->entries;
   if (oldest->is_used) {
-    displaced_[next_displaced_++ % std::max<std::size_t>(displaced_.size(), 1)] = hash_of(oldest->endpoint);
+    displaced_[next_displaced_++ % std::max<std::size_t>(displaced_.size(), 1)] = mark_of(oldest->endpoint);
   }
   forget(*oldest);
   if (oldest->slot_state == SlotBase::State::in_use) {
@@ -169,11 +169,8 @@ bool ServiceDiscovery::within_rate(std::uint16_t peer, std::uint32_t cost, TimeP
 
 // --- Who makes room in a full table -----------------------------------------------------------------------
 
-std::uint16_t ServiceDiscovery::hash_of(const Endpoint& peer) noexcept {
-  std::uint32_t hash = 0x811c9dc5U ^ peer.port;
-  for (const std::uint8_t byte : peer.address.bytes) {
-    hash = (hash ^ byte) * 0x01000193U;
-  }
+std::uint16_t ServiceDiscovery::mark_of(const Endpoint& peer) noexcept {
+  const std::uint32_t hash = hash_of(peer.port, std::as_bytes(std::span{peer.address.bytes}));
   return static_cast<std::uint16_t>(std::max<std::uint32_t>(hash >> 16U, 1));  // 0: none
 }
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 
+#include "sd/core/hash.hpp"
 #include "sd/core/reboot_detector.hpp"
 #include "someip/core/guards.hpp"
 
@@ -15,11 +16,8 @@ class RecentMessages {
   /// @param payload  of the SD message
   [[nodiscard]] static std::uint32_t hash(RebootDetector::Channel channel, SessionId session,
                                           ByteView payload) noexcept {
-    std::uint32_t hash =
-        0x811c9dc5U ^ (static_cast<std::uint32_t>(channel) << 16U) ^ static_cast<std::uint32_t>(session);
-    for (const std::byte byte : payload) {  // FNV-1a
-      hash = (hash ^ static_cast<std::uint32_t>(byte)) * 0x01000193U;
-    }
+    const std::uint32_t hash =
+        hash_of((static_cast<std::uint32_t>(channel) << 16U) ^ static_cast<std::uint32_t>(session), payload);
     return hash == 0 ? 1 : hash;
   }
   [[nodiscard]] bool has(std::uint32_t hash) const noexcept {

@@ -428,7 +428,7 @@ class ServiceDiscovery {
   [[nodiscard]] bool is_fleeting(const slots::Peer& peer, TimePoint now) const noexcept {
     return is_due(peer.last_seen + 2 * std::chrono::milliseconds{peer.heard_ms}, now) || is_silent(peer, now);
   }
-  [[nodiscard]] static std::uint16_t hash_of(const Endpoint& peer) noexcept;
+  [[nodiscard]] static std::uint16_t mark_of(const Endpoint& peer) noexcept;
   static void note_heard(slots::Peer& peer, TimePoint now) noexcept;
   template <typename Slot, typename Candidate>
   [[nodiscard]] Slot* who_gives_way(const Table<Slot>& table, std::uint16_t newcomer, TimePoint now,
