@@ -26,7 +26,7 @@ slots::Peer* ServiceDiscovery::peer_at(const Endpoint& endpoint, TimePoint now) 
     place->endpoint = endpoint;
     place->last_seen = now;
     if (guards && std::ranges::find(displaced_, mark_of(endpoint)) != displaced_.end()) {
-      place->heard_ms = 1000;
+      place->heard = 954;  // a second
     }
   }
   return place;
@@ -176,11 +176,8 @@ std::uint16_t ServiceDiscovery::mark_of(const Endpoint& peer) noexcept {
 
 void ServiceDiscovery::note_heard(slots::Peer& peer, TimePoint now) noexcept {
   if constexpr (guards) {
-    constexpr std::chrono::milliseconds most{0xffff};
-    const Duration heard =
-        std::chrono::milliseconds{peer.heard_ms} + std::min<Duration>(now - peer.last_seen, most);
-    peer.heard_ms = static_cast<std::uint16_t>(
-        std::chrono::duration_cast<std::chrono::milliseconds>(std::min<Duration>(heard, most)).count());
+    const std::int64_t more = (now - peer.last_seen).count() >> 20U;
+    peer.heard = static_cast<std::uint16_t>(std::min<std::int64_t>(peer.heard + more, 0xffff));
   }
   peer.last_seen = now;
 }
@@ -208,7 +205,7 @@ const slots::Peer* ServiceDiscovery::who_holds_most() noexcept {
 template <typename Slot, typename Candidate>
 Slot* ServiceDiscovery::who_gives_way(const Table<Slot>& table, std::uint16_t newcomer, TimePoint now,
                                       Candidate is_candidate) noexcept {
-  constexpr std::uint16_t some_time_ms = 500;
+  constexpr std::uint16_t some_time = 477;  // half a second
   const IpAddress& its = peers_[newcomer].endpoint.address;
   for (slots::Peer& peer : peers_) {
     peer.held = 0;
@@ -228,7 +225,7 @@ Slot* ServiceDiscovery::who_gives_way(const Table<Slot>& table, std::uint16_t ne
     }
   }
   if (oldest != nullptr) {
-    if (own == 0 || peers_[newcomer].heard_ms >= some_time_ms || is_silent(peers_[oldest->peer], now)) {
+    if (own == 0 || peers_[newcomer].heard >= some_time || is_silent(peers_[oldest->peer], now)) {
       return oldest;
     }
     for (slots::Peer& peer : peers_) {

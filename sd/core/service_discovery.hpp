@@ -426,7 +426,7 @@ class ServiceDiscovery {
   // Whether it has been silent for twice the time that it was heard before, or for long: then who comes new
   // need not stand back.
   [[nodiscard]] bool is_fleeting(const slots::Peer& peer, TimePoint now) const noexcept {
-    return is_due(peer.last_seen + 2 * std::chrono::milliseconds{peer.heard_ms}, now) || is_silent(peer, now);
+    return is_due(peer.last_seen + Duration{std::int64_t{peer.heard} << 21U}, now) || is_silent(peer, now);
   }
   [[nodiscard]] static std::uint16_t mark_of(const Endpoint& peer) noexcept;
   static void note_heard(slots::Peer& peer, TimePoint now) noexcept;

@@ -163,7 +163,9 @@ struct OwnSubscription : SlotBase {
 struct Peer : SlotBase {
   std::uint16_t subscribers = 0;  // slots that name it, lost ones included
   std::uint16_t remotes = 0;      // likewise
-  std::uint16_t heard_ms = 0;     // from its first message to the last one, up to a minute
+  // From its first message to the last one, up to a minute. In units of 2^20 ns, about a millisecond, as
+  // small processors have no instruction for a division of 64 bits.
+  std::uint16_t heard = 0;
   Endpoint endpoint;
   RebootDetector reboots;
   [[no_unique_address]] RecentMessages recent;
