@@ -350,6 +350,17 @@ inline void use_discovery_servers(const std::vector<ParticipantConfig::Server>& 
   }
 }
 
+/// From now on each reader is sent a copy that names it. One copy for several names none, and who is refused
+/// (match_guard.hpp) would take it for his if he shares a participant with one of them. Only before 2.10 is
+/// there a way to do so.
+inline void send_to_each_reader_alone([[maybe_unused]] const DataWriter& writer) {
+#if TRESTLE_FASTDDS_VERSION < 21000
+  rtps::RTPSWriter* const inner = rtps::RTPSDomainImpl::find_local_writer(writer.guid());
+  const std::lock_guard lock{inner->getMutex()};
+  inner->set_separate_sending(true);
+#endif
+}
+
 /// What the readers of a reliable writer have not acknowledged.
 class UnacknowledgedProbe {
  public:

@@ -215,6 +215,9 @@ class WriterCore final : private fast::WriterListener {
 
   tl::expected<std::uint64_t, WriteError> send(RawSample& sample, const SampleId* related) {
     const std::lock_guard lock{write_mutex_};
+    if (refused_ != 0 && !std::exchange(is_separate_, true)) {
+      fast::send_to_each_reader_alone(*writer_);
+    }
     if (forgets_ && unacknowledged_->none()) {
       writer_->clear_history(nullptr);
     }
@@ -340,6 +343,7 @@ class WriterCore final : private fast::WriterListener {
   std::atomic<std::uint64_t> refused_ = 0;
   ParticipantCore::Endpoint endpoint_;  ///< does not change once it is open
   std::mutex write_mutex_;
+  bool is_separate_ = false;  ///< under write_mutex_
   const std::size_t max_sample_bytes_;
   /// DDS's own thread sends, which costs small samples a change of threads: where the caller must be told at
   /// once what becomes of a sample, whether there is room for it or what its number is.
