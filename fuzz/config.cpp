@@ -1,6 +1,6 @@
 #include <cstdlib>
 
-#include "bridge/config/load.hpp"
+#include "bridge/carry/config/load.hpp"
 
 /// Property: whatever the bytes, the answer is a configuration with routes or methods, or errors whose places
 /// lie in the file and whose texts are single printable lines.

@@ -4,9 +4,9 @@
 #include <string_view>
 #include <vector>
 
-#include "bridge/convert/conversion_plan.hpp"
-#include "bridge/types/msg_parser.hpp"
-#include "bridge/types/type_library.hpp"
+#include "bridge/messages/convert/conversion_plan.hpp"
+#include "bridge/messages/types/msg_parser.hpp"
+#include "bridge/messages/types/type_library.hpp"
 
 /// The plans between which the first two bytes of an input choose.
 namespace trestle::fuzz {

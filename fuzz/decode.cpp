@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "bridge/decode/message_decoder.hpp"
+#include "bridge/inspect/decode/message_decoder.hpp"
 
 using namespace trestle;
 using namespace trestle::bridge;

@@ -7,9 +7,9 @@
 #include <cstdlib>
 #include <span>
 
-#include "bridge/types/default_elements.hpp"
-#include "bridge/types/idl_parser.hpp"
-#include "bridge/types/interface_parser.hpp"
+#include "bridge/messages/types/default_elements.hpp"
+#include "bridge/messages/types/idl_parser.hpp"
+#include "bridge/messages/types/interface_parser.hpp"
 
 using namespace trestle::bridge;
 

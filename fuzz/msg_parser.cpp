@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <span>
 
-#include "bridge/types/msg_parser.hpp"
+#include "bridge/messages/types/msg_parser.hpp"
 
 using namespace trestle::bridge;
 

@@ -12,7 +12,7 @@
 #include <cstdlib>
 #include <map>
 
-#include "bridge/decode/capture_decoder.hpp"
+#include "bridge/inspect/decode/capture_decoder.hpp"
 #include "someip/wire/bytes.hpp"
 
 using namespace trestle;

@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "bridge/demo/pcd.hpp"
+#include "bridge/measure/demo/pcd.hpp"
 
 using namespace trestle;
 using namespace trestle::bridge::demo;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "bridge/demo/checksum.hpp"
+#include "bridge/measure/demo/checksum.hpp"
 
 using namespace trestle;
 using namespace trestle::bridge::demo;

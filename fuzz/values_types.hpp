@@ -1,5 +1,5 @@
 #pragma once
-#include "bridge/values/message_values.hpp"
+#include "bridge/messages/values/message_values.hpp"
 #include "fuzz/conversion_plans.hpp"
 
 namespace trestle::fuzz {

@@ -11,8 +11,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include "bridge/convert/conversion_plan.hpp"
-#include "bridge/types/type_library.hpp"
+#include "bridge/messages/convert/conversion_plan.hpp"
+#include "bridge/messages/types/type_library.hpp"
 
 namespace trestle::bridge {
 namespace {

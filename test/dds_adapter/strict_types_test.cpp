@@ -71,8 +71,8 @@ TEST_F(StrictTypes, SendNothingToReadersOfAnother) {
       writer = write(strict_, ours);
     }
     ASSERT_TRUE(eventually([&] {
-      return wrong.matched() == 1 && right.matched() == 1 && silent.matched() == 1 && writer->matched() == 2 &&
-             writer->counters().other_type == 1;
+      return wrong.matched() == 1 && right.matched() == 1 && silent.matched() == 1 &&
+             writer->matched() == 2 && writer->counters().other_type == 1;
     }));
     const Bytes sample = make_sample(1000, 1);
     ASSERT_TRUE(writer->write(sample));

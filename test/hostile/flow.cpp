@@ -25,8 +25,8 @@
 #include <vector>
 
 #include "bridge/cli/on_signal.hpp"
-#include "bridge/demo/point_cloud.hpp"
-#include "bridge/demo/report.hpp"
+#include "bridge/measure/point_cloud.hpp"
+#include "bridge/measure/report.hpp"
 #include "dds_adapter/ros_names.hpp"
 #include "dds_adapter/service.hpp"
 #include "sd/net/node.hpp"

@@ -10,7 +10,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "bridge/config/lock_file.hpp"
+#include "bridge/carry/config/lock_file.hpp"
 #include "someip/net/udp_socket.hpp"
 #include "test/bridge/end_to_end/bridge_test.hpp"
 

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "bridge/runtime/diagnostics.hpp"
+#include "bridge/carry/runtime/diagnostics.hpp"
 #include "test/bridge/end_to_end/bridge_test.hpp"
 #include "test/covers.hpp"
 

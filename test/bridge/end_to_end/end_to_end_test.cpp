@@ -8,8 +8,8 @@
 #include <boost/asio/ip/udp.hpp>
 #include <filesystem>
 
-#include "bridge/demo/pcd.hpp"
-#include "bridge/demo/point_cloud.hpp"
+#include "bridge/measure/demo/pcd.hpp"
+#include "bridge/measure/point_cloud.hpp"
 #include "dds_adapter/ros_names.hpp"
 #include "someip/net/address_text.hpp"
 #include "test/bridge/end_to_end/samples.hpp"

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <mutex>
 
-#include "bridge/runtime/dds_receiver.hpp"
+#include "bridge/carry/runtime/dds_receiver.hpp"
 #include "dds_adapter/ros_names.hpp"
 #include "test/bridge/end_to_end/samples.hpp"
 #include "test/bridge/end_to_end/two_bridges.hpp"

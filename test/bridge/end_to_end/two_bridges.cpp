@@ -7,8 +7,8 @@
 #include <boost/asio/post.hpp>
 #include <future>
 
-#include "bridge/config/load.hpp"
-#include "bridge/types/type_library.hpp"
+#include "bridge/carry/config/load.hpp"
+#include "bridge/messages/types/type_library.hpp"
 #include "someip/net/address_text.hpp"
 #include "test/loopback.hpp"
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <thread>
 
-#include "bridge/runtime/bridge.hpp"
+#include "bridge/carry/runtime/bridge.hpp"
 #include "test/dds_adapter/dds_test.hpp"
 
 namespace trestle::test {

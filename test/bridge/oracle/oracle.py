@@ -2,7 +2,7 @@
 """Writes test vectors for the conversion between CDR and SOME/IP payloads.
 
 An implementation of its own of .msg files, CDR (XCDR1) and SOME/IP serialisation: short and slow, sharing
-nothing with bridge/convert, so that a misunderstanding would have to be made twice.
+nothing with bridge/messages/convert, so that a misunderstanding would have to be made twice.
 
   oracle.py FOLDER... [--seed N] [--values N] [--all-profiles] [--json]
 
@@ -11,7 +11,7 @@ FOLDERs hold <package>/msg/<Type>.msg. Each line of the output is one vector:
   TYPE PROFILE CDR-LITTLE-ENDIAN CDR-BIG-ENDIAN SOMEIP-PAYLOAD        (the bytes in hexadecimal)
 
 With --json, the message's values in JSON follow. PROFILE names wire rules that the tests know too
-(test/bridge/convert/profiles.hpp).
+(test/bridge/messages/convert/profiles.hpp).
 """
 import argparse
 import json

@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "bridge/types/message_definition.hpp"
+#include "bridge/messages/types/message_definition.hpp"
 
 namespace trestle::test {
 

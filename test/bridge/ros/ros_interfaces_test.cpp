@@ -7,12 +7,12 @@
 #include <set>
 #include <sstream>
 
-#include "bridge/types/default_elements.hpp"
-#include "bridge/types/number_text.hpp"
-#include "bridge/types/type_hash.hpp"
-#include "bridge/values/message_values.hpp"
-#include "test/bridge/convert/profiles.hpp"
-#include "test/bridge/convert/support.hpp"
+#include "bridge/messages/types/default_elements.hpp"
+#include "bridge/messages/types/number_text.hpp"
+#include "bridge/messages/types/type_hash.hpp"
+#include "bridge/messages/values/message_values.hpp"
+#include "test/bridge/messages/convert/profiles.hpp"
+#include "test/bridge/messages/convert/support.hpp"
 #include "test/bridge/ros/random_values.hpp"
 
 namespace trestle::bridge::ros_interfaces_test {

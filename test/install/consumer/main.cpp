@@ -1,7 +1,7 @@
 #include <array>
 #include <cstdio>
 
-#include "bridge/config/load.hpp"
+#include "bridge/carry/config/load.hpp"
 #include "someip/wire/header.hpp"
 
 // One thing of the lowest and one of the highest layer.

@@ -17,7 +17,7 @@ program = sys.argv.pop(1)
 class Rosidl(unittest.TestCase):
     def test_still_makes_what_the_golden_file_says(self):
         made = subprocess.run([ROS / "bin/python", "-B", ROOT / "test/interop/ros/golden.py",
-                               ROOT / "bridge/types/builtin", ROOT / "test/bridge/ros/interfaces"],
+                               ROOT / "bridge/messages/types/builtin", ROOT / "test/bridge/ros/interfaces"],
                               stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, check=True).stdout
         golden = (ROOT / "test/bridge/ros/golden.txt").read_text()
         for ours, theirs in zip(golden.splitlines(), made.splitlines()):

@@ -1,0 +1,168 @@
+#include "bridge/carry/commands/bridge_command.hpp"
+
+#include <fcntl.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <boost/asio/io_context.hpp>
+#include <csignal>
+#include <cstdio>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "bridge/carry/commands/explain.hpp"
+#include "bridge/carry/commands/summary.hpp"
+#include "bridge/carry/runtime/bridge.hpp"
+#include "bridge/carry/runtime/limited_sink.hpp"
+#include "bridge/carry/runtime/spare_memory.hpp"
+#include "bridge/cli/exit_status.hpp"
+#include "bridge/cli/on_signal.hpp"
+#include "bridge/messages/types/type_library.hpp"
+#include "sd/net/busy_run.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+struct Options {
+  std::string file;
+  int report_fd = -1;
+  bool quiet = false;
+};
+
+void print_counters(const Bridge& bridge, Report& report) {
+  for (const CounterGroup& group : bridge.counters()) {
+    std::printf("%s\n", to_string(group).c_str());
+    report.line(to_json(group));
+  }
+  std::fflush(stdout);
+}
+
+/// The bridge of a configuration, which can be replaced by that of another one.
+class Runner {
+ public:
+  Runner(boost::asio::io_context& io, const Options& options, BridgeConfig config)
+      : io_{io}, file_{options.file}, report_{options.report_fd}, config_{std::move(config)} {
+    start();
+  }
+
+  void show() { print_counters(*bridge_, report_); }
+
+  void stop() {
+    spdlog::info("stopping: withdrawing offers and subscriptions");
+    bridge_->stop();
+  }
+
+  /// Reads the configuration and the message types anew. With what is wrong the bridge goes on as it was.
+  void reload() {
+    auto changed = load_or_explain(file_);
+    if (!changed) {
+      spdlog::error("{} is wrong now: going on as before", file_);
+      return;
+    }
+    spdlog::info("{} was read again: beginning anew", file_);
+    show();
+    bridge_->stop();
+    bridge_.reset();  // it has the sockets
+    const BridgeConfig before = std::exchange(config_, std::move(*changed));
+    try {
+      start();
+    } catch (const std::exception& error) {
+      spdlog::error("{}", error.what());
+      spdlog::error("{} cannot be carried out: going on as before", file_);
+      config_ = before;
+      start();
+    }
+  }
+
+  /// Of the configuration that is carried out now.
+  [[nodiscard]] const Duration& busy_poll() const noexcept { return config_.someip.busy_poll; }
+
+ private:
+  void start() {
+    // As the files of the types may have changed, they are read again too.
+    TypeLibrary types{{config_.type_paths.begin(), config_.type_paths.end()}, ament_prefixes()};
+    bridge_ = std::make_unique<Bridge>(io_, config_, types, report_);
+    spdlog::info("carrying {}; Ctrl-C stops, SIGUSR1 prints counters, SIGHUP reads {} again",
+                 count_of_all(config_), file_);
+  }
+
+  boost::asio::io_context& io_;
+  std::string file_;
+  Report report_;
+  BridgeConfig config_;
+  std::unique_ptr<Bridge> bridge_;
+};
+
+int run(const Options& options) {
+  auto config = load_or_explain(options.file);
+  if (!config) {
+    return exit_usage;
+  }
+  // Logs go to standard error, counters to standard output.
+  auto logger = std::make_shared<spdlog::logger>(
+      "trestle", std::make_shared<LimitedSink>(std::make_shared<spdlog::sinks::stderr_color_sink_mt>()));
+  logger->set_pattern("%H:%M:%S.%e %^%l%$ %v");
+  logger->set_level(options.quiet ? spdlog::level::warn : spdlog::level::info);
+  spdlog::set_default_logger(logger);
+
+  boost::asio::io_context io{1};
+  std::optional<Runner> runner;
+  const bool has_terminal = isatty(STDERR_FILENO) != 0;
+  // Before the bridge, whose DDS starts threads.
+  const OnSignal signals{io, {SIGINT, SIGTERM, SIGUSR1, SIGHUP}, [&](int signal) {
+                           const bool terminal_gone =
+                               signal == SIGHUP && has_terminal && isatty(STDERR_FILENO) == 0;
+                           if (signal == SIGINT || signal == SIGTERM || terminal_gone) {
+                             runner->stop();
+                             io.stop();
+                           } else if (signal == SIGHUP) {
+                             runner->reload();
+                           } else {
+                             runner->show();
+                           }
+                         }};
+  runner.emplace(io, options, std::move(*config));
+  const SpareMemory spare_memory{io};
+  sd::run_busy(io, runner->busy_poll());
+  runner->show();
+  logger->flush();
+  return exit_ok;
+}
+
+}  // namespace
+
+void add_bridge_command(CLI::App& app, int& status) {
+  CLI::App* command = app.add_subcommand("bridge", "Carry topics and events as a configuration says");
+  command->footer(
+      "Runs until Ctrl-C (SIGINT) or SIGTERM, then withdraws its offers and subscriptions. Counters of "
+      "everything\n"
+      "received, sent and lost go to standard output, then and on SIGUSR1; the log goes to standard error.\n"
+      "On SIGHUP it reads the configuration and the message types again and begins anew; when something is "
+      "wrong\n"
+      "with them it goes on as it was.\n"
+      "Exit status: 0 after a clean stop, 1 when something cannot be opened, 2 for a wrong configuration.\n\n"
+      "Examples:\n"
+      "  trestle bridge bridge.yaml\n"
+      "  trestle bridge --report-fd 3 bridge.yaml 3>report.jsonl");
+  const auto options = std::make_shared<Options>();
+  command->add_option("FILE", options->file, "Configuration (YAML); see 'trestle check'")->required();
+  command
+      ->add_option("--report-fd", options->report_fd,
+                   "Write a JSON line for each message carried to this file descriptor")
+      ->type_name("FD")
+      ->check(CLI::Range(0, std::numeric_limits<int>::max()));
+  command->add_flag("-q,--quiet", options->quiet, "Log only what is wrong");
+  command->callback([options, &status] {
+    if (options->report_fd >= 0 && fcntl(options->report_fd, F_GETFD) < 0) {
+      throw CLI::ValidationError("--report-fd",
+                                 "file descriptor " + std::to_string(options->report_fd) + " is not open");
+    }
+    status = run(*options);
+  });
+}
+
+}  // namespace trestle::bridge

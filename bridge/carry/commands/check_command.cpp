@@ -1,0 +1,53 @@
+#include "bridge/carry/commands/check_command.hpp"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+
+#include "bridge/carry/commands/explain.hpp"
+#include "bridge/carry/commands/field_packages.hpp"
+#include "bridge/carry/commands/summary.hpp"
+#include "bridge/cli/exit_status.hpp"
+#include "bridge/cli/terminal.hpp"
+
+namespace trestle::bridge {
+
+void add_check_command(CLI::App& app, int& status) {
+  CLI::App* command = app.add_subcommand("check", "Check configurations and show what they would do");
+  command->footer(
+      "Every problem is printed as FILE:LINE:COLUMN, and what was expected there.\n"
+      "Exit status: 0 when all files are good, 2 otherwise; 1 when services cannot be written.\n\n"
+      "Examples:\n"
+      "  trestle check bridge.yaml\n"
+      "  trestle check --quiet examples/*.yaml && echo good\n"
+      "  trestle check --field-services ws/src bridge.yaml && cd ws && colcon build");
+  const auto files = std::make_shared<std::vector<std::string>>();
+  const auto quiet = std::make_shared<bool>(false);
+  command->add_option("FILE", *files, "Configuration files (YAML)")->required();
+  command->add_flag("-q,--quiet", *quiet, "Print problems only");
+  const auto folder = std::make_shared<std::string>();
+  command
+      ->add_option("--field-services", *folder,
+                   "Write ROS packages with the services that are made for fields into this folder")
+      ->type_name("FOLDER");
+  command->callback([files, quiet, folder, &status] {
+    for (const std::string& file : *files) {
+      const auto config = load_or_explain(file);
+      if (!config) {
+        status = exit_usage;
+      } else if (!*quiet) {
+        std::fputs(summary(*config, colours_for(STDOUT_FILENO)).c_str(), stdout);
+      }
+      if (config && !folder->empty()) {
+        if (const std::string fault = write_field_packages(*config, *folder); !fault.empty()) {
+          std::fprintf(stderr, "%s\n", fault.c_str());
+          status = exit_failure;
+        }
+      }
+    }
+  });
+}
+
+}  // namespace trestle::bridge

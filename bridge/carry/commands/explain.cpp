@@ -1,0 +1,117 @@
+#include "bridge/carry/commands/explain.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+
+#include "bridge/carry/config/ros_environment.hpp"
+#include "bridge/messages/convert/check_type.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+std::string_view line_of(std::string_view text, int number) {
+  for (int line = 1; line < number; ++line) {
+    const std::size_t end = text.find('\n');
+    if (end == std::string_view::npos) {
+      return {};
+    }
+    text.remove_prefix(end + 1);
+  }
+  const std::string_view line = text.substr(0, text.find('\n'));
+  return line.ends_with('\r') ? line.substr(0, line.size() - 1) : line;
+}
+
+/// The line with a caret below the column. Left out where it would not be readable.
+std::string excerpt(std::string_view text, Mark mark, const Colours& colours) {
+  constexpr std::size_t shown_max = 160;
+  const std::string_view line = line_of(text, mark.line);
+  const auto column = static_cast<std::size_t>(mark.column - 1);
+  const auto unprintable = [](char c) { return static_cast<unsigned char>(c) < 0x20 && c != '\t'; };
+  if (line.size() > shown_max || column > line.size() || std::ranges::any_of(line, unprintable)) {
+    return {};
+  }
+  // Tabs stay tabs so that the caret lands where the terminal puts the character.
+  std::string indent{line.substr(0, column)};
+  std::ranges::replace_if(
+      indent, [](char c) { return c != '\t'; }, ' ');
+  return fmt::format("{:5} | {}\n      | {}{}^{}\n", mark.line, line, indent, colours.green, colours.off);
+}
+
+std::string read_text(const std::string& file) {
+  std::ifstream in{file, std::ios::binary};
+  return {std::istreambuf_iterator<char>{in}, {}};
+}
+
+}  // namespace
+
+std::string explain(const std::vector<Problem>& problems, std::string_view text, const Colours& colours) {
+  std::string out;
+  constexpr std::ptrdiff_t shown_max = 50;
+  std::size_t errors = 0;
+  for (auto at = problems.begin(); at != problems.end(); ++at) {
+    const Problem& problem = *at;
+    const bool is_error = problem.severity == Problem::Severity::error;
+    errors += is_error ? 1 : 0;
+    if (at - problems.begin() >= shown_max) {
+      continue;
+    }
+    // The severity is what to_string() has between the place and the text.
+    const std::string severity = is_error ? "error: " : "warning: ";
+    std::string message = to_string(problem);
+    message.insert(message.size() - problem.text.size(), colours.off);
+    message.insert(
+        message.size() - problem.text.size() - severity.size() - std::string_view{colours.off}.size(),
+        is_error ? colours.red : colours.yellow);
+    out += message + "\n";
+    // Several problems of one place share its excerpt.
+    const auto next = std::next(at);
+    if (problem.mark.line > 0 && (next == problems.end() || next->mark != problem.mark)) {
+      out += excerpt(text, problem.mark, colours);
+    }
+  }
+  if (errors > 1) {
+    const bool all = std::ssize(problems) <= shown_max;
+    out += fmt::format("{} errors in {}{}\n", errors, problems.front().file,
+                       all ? "" : ", not all of them shown");
+  }
+  return out;
+}
+
+std::optional<BridgeConfig> load_or_explain(const std::string& file) {
+  auto loaded = load_config(
+      file, [](const TypeUse& use, const MessageRules& rules, const std::vector<std::string>& paths) {
+        if (use.access != FieldAccess::none) {
+          return TypeVerdict{check_field_service(use.type, use.value_type, use.access, paths, rules),
+                             check_lengths(use.value_type, paths, rules)};
+        }
+        return TypeVerdict{check_type(use.type, paths, rules), check_lengths(use.type, paths, rules)};
+      });
+  // Those of the file itself, then those of the lock file that it names.
+  const std::vector<Problem>& problems = loaded ? loaded->warnings : loaded.error();
+  for (auto begin = problems.begin(); begin != problems.end();) {
+    const auto end = std::find_if(begin, problems.end(),
+                                  [&](const Problem& problem) { return problem.file != begin->file; });
+    // A problem with a place means that the file could be read, and is not large.
+    const bool has_place = std::prev(end)->mark.line > 0;
+    const std::string text = has_place ? read_text(begin->file) : "";
+    std::fputs(explain({begin, end}, text, colours_for(STDERR_FILENO)).c_str(), stderr);
+    begin = end;
+  }
+  if (!loaded) {
+    return std::nullopt;
+  }
+  if (const std::string fault = apply_ros_environment(loaded->config.dds, process_environment());
+      !fault.empty()) {
+    std::fputs(explain({{Problem::Severity::error, file, {}, fault}}, "", colours_for(STDERR_FILENO)).c_str(),
+               stderr);
+    return std::nullopt;
+  }
+  return std::move(loaded->config);
+}
+
+}  // namespace trestle::bridge

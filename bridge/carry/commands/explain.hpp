@@ -1,0 +1,23 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "bridge/carry/config/load.hpp"
+#include "bridge/cli/terminal.hpp"
+
+namespace trestle::bridge {
+
+/// Loads a configuration for a command. Problems and warnings are printed on standard error, as
+/// "FILE:LINE:COLUMN: error: ..." with the line and a mark below the place.
+/// @return nothing when there was any error: the caller ends with exit_usage.
+[[nodiscard]] std::optional<BridgeConfig> load_or_explain(const std::string& file);
+
+/// How problems are printed.
+/// @param problems  of one file.
+/// @param text  of that file; without it only the messages are given.
+[[nodiscard]] std::string explain(const std::vector<Problem>& problems, std::string_view text,
+                                  const Colours& colours);
+
+}  // namespace trestle::bridge

@@ -1,0 +1,295 @@
+#pragma once
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bridge/messages/convert/message_rules.hpp"
+#include "bridge/messages/types/field_service.hpp"
+#include "sd/core/settings.hpp"
+#include "someip/core/e2e/config.hpp"
+#include "someip/core/e2e/state_machine.hpp"
+#include "someip/wire/endpoint.hpp"
+#include "someip/wire/types.hpp"
+
+/// What a configuration file says, as plain values. docs/configuration.md documents every key; load.hpp reads
+/// the file. A BridgeConfig that load() returned is complete and consistent: nothing in it needs checking
+/// again.
+namespace trestle::bridge {
+
+/// A place in the configuration file, both from 1. Line 0 stands for the file as a whole.
+struct Mark {
+  int line = 0;
+  int column = 0;
+  friend constexpr bool operator==(const Mark&, const Mark&) = default;
+};
+
+/// Which side a route takes messages from, and which it hands them to.
+enum class Direction : std::uint8_t { dds_to_someip, someip_to_dds };
+
+/// The direction's name as it stands above and in the configuration.
+[[nodiscard]] constexpr const char* to_string(Direction direction) noexcept {
+  return direction == Direction::dds_to_someip ? "dds_to_someip" : "someip_to_dds";
+}
+
+/// Timing and addresses of SOME/IP-SD; the names are the specification's.  [feat_req_someipsd_63]
+struct SdSettings {
+  IpAddress multicast = IpAddress::v4(224, 244, 224, 245);
+  std::uint16_t port = 30490;
+  Duration initial_delay_min = std::chrono::milliseconds{10};
+  Duration initial_delay_max = std::chrono::milliseconds{100};
+  Duration repetitions_base_delay = std::chrono::milliseconds{30};
+  std::uint8_t repetitions_max = 3;
+  Duration cyclic_offer_delay = std::chrono::seconds{1};
+  /// How long the answer to a multicast Find waits, drawn at random between the two.
+  Duration request_response_delay_min{0};
+  Duration request_response_delay_max = std::chrono::milliseconds{10};
+  /// Of offers and subscriptions: whole seconds, 1 to 0xFFFFFE; 0xFFFFFF is "until the next reboot".
+  std::chrono::seconds ttl{3};
+  bool check_subnet = true;        ///< peers outside of the subnet of our address are not heard
+  bool own_endpoints_only = true;  ///< peers may name endpoints at their own address alone, but for these
+  std::vector<sd::ForeignEndpoints> foreign_endpoints{};
+  friend bool operator==(const SdSettings&, const SdSettings&) = default;
+};
+
+/// The SOME/IP side: who we are there.
+struct SomeipSettings {
+  IpAddress address;      ///< own unicast address: a service's endpoint, and where SD listens
+  std::string interface;  ///< for multicast; empty: the one that has `address`
+  std::optional<std::size_t> receive_buffer;  ///< bytes, of each UDP socket; nothing: by what may come
+  std::optional<std::size_t> send_buffer;     ///< likewise, by what is sent
+  Duration busy_poll{0};                      ///< SO_BUSY_POLL of each UDP socket; 0: none
+  Duration tcp_idle_timeout = std::chrono::minutes{5};  ///< of clients' connections; 0: they stay
+  SdSettings sd;
+  /// Limits that are given, by name: load_limits.hpp. The others are sized by what is carried.
+  std::map<std::string, std::uint64_t, std::less<>> limits{};
+  Mark mark;            ///< of the address
+  Mark interface_mark;  ///< of the interface, if there is one
+};
+
+/// Where DDS discovery has a server.
+struct DiscoveryServer {
+  std::string address;  ///< IPv4, IPv6 or the name of a host; empty: there is none of this number
+  std::uint16_t port = 11811;
+  friend bool operator==(const DiscoveryServer&, const DiscoveryServer&) = default;
+};
+
+/// ROS 2's security: the keys and rights of an enclave in a keystore that `ros2 security` made.
+struct SecuritySettings {
+  std::string keystore;  ///< a folder, absolute or relative to the working directory; empty: no security
+  std::string enclave = "/";
+  friend bool operator==(const SecuritySettings&, const SecuritySettings&) = default;
+};
+
+/// The DDS side: which domain we join, and by which ways.
+struct DdsSettings {
+  std::optional<std::uint32_t> domain{};             ///< 0 to 232; nothing: 0
+  std::vector<std::string> interfaces;               ///< IPv4 addresses that DDS may use; empty: all
+  std::optional<bool> shared_memory{};               ///< nothing: as the profile has it, else not
+  Duration lease = std::chrono::seconds{20};         ///< until others notice that we were killed
+  std::string node = "/trestle";                     ///< the ROS 2 node that we are
+  std::string profiles{};                            ///< file of Fast DDS's XML profiles; empty: none
+  std::string profile = "trestle";                   ///< the participant profile in it
+  std::vector<DiscoveryServer> discovery_servers{};  ///< number 0 first; empty: discovery is by multicast
+  SecuritySettings security{};
+  bool strict_types = false;  ///< nothing is taken from publishers whose type has another hash
+  std::string ros_distro{};   ///< of the nodes in the domain, "jazzy"; empty: not known
+  Mark mark;                  ///< of the interfaces, or where all of this begins
+};
+
+/// Quality of service of a route's DDS reader or writer.
+struct QosSettings {
+  bool reliable = true;          ///< else best effort
+  bool transient_local = false;  ///< else volatile; only if reliable
+  std::uint32_t depth = 10;      ///< samples kept
+  bool keep_all = false;         ///< when they are too many, the newest is dropped; else the oldest
+  Duration deadline{0};          ///< a sample comes at least this often; 0: no demand, as with those below
+  Duration lifespan{0};          ///< older samples are not carried
+  bool manual_liveliness = false;
+  Duration liveliness_lease{0};
+  /// dds_to_someip: what stands above holds until a publisher is known; then it is what all of them offer.
+  bool reliability_as_published = false;
+  bool durability_as_published = false;  ///< likewise
+  friend constexpr bool operator==(const QosSettings&, const QosSettings&) = default;
+};
+
+/// How messages that don't fit one datagram travel.
+struct TpSettings {
+  std::uint32_t segment_bytes = 1392;  ///< payload of a segment; a multiple of 16
+  /// Segments that may leave at once, before `separation` passes; nothing: as many as the receiver can take.
+  std::optional<std::uint32_t> burst{};
+  Duration separation = std::chrono::microseconds{500};  ///< pause between bursts; 0: none
+  std::size_t max_message = std::size_t{16}
+                            << 20U;  ///< payload bytes; larger messages are dropped and counted
+  friend constexpr bool operator==(const TpSettings&, const TpSettings&) = default;
+};
+
+/// A minor version that accepts every one, of those who ask for a service.
+inline constexpr std::uint32_t any_minor = 0xffff'ffff;
+
+/// Where an eventgroup's events go when many want them.
+struct MulticastSettings {
+  Endpoint group;
+  std::size_t threshold = 2;  ///< from how many subscribers on; 1: always  [feat_req_someip_813]
+  friend constexpr bool operator==(const MulticastSettings&, const MulticastSettings&) = default;
+};
+
+/// End-to-end protection of a route's event, or of a method's requests and answers. Positions count from the
+/// Request ID, or from the payload if that is all that is protected.  [feat_req_someip_102]
+struct E2eSettings {
+  someip::e2e::Config profile{};
+  someip::e2e::StateMachineConfig state_machine{};  ///< of what is received
+  bool payload_only = false;    ///< the SOME/IP header is left out, as vsomeip does with profile 1
+  bool pass_failed = false;     ///< what is received and fails the check is carried nevertheless
+  std::uint32_t source_id = 0;  ///< profiles 4m, 7m, 44m, server: someip: who calls
+  friend bool operator==(const E2eSettings&, const E2eSettings&) = default;
+};
+
+/// Where the state of what has end-to-end protection, and of methods, is published.
+struct DiagnosticsSettings {
+  bool wanted = false;  ///< also where nothing has such protection
+  std::string topic = "/diagnostics";
+  Duration period = std::chrono::seconds{1};  ///< and at each change of a state
+  Mark mark;                                  ///< of the topic
+};
+
+/// Which of a route's ends exist only while there is somebody at the other one.
+struct Presence {
+  /// dds_to_someip: the service is offered only while the topic has a publisher, and so have those of all
+  /// other such routes of the service instance.
+  bool offer_while_published = false;
+  /// someip_to_dds: the topic is written to only while the service is offered: nodes see it come and go.
+  bool write_while_offered = false;
+  /// someip_to_dds: the eventgroup is subscribed to only while the topic has a subscriber.
+  bool subscribe_while_read = false;
+  friend constexpr bool operator==(const Presence&, const Presence&) = default;
+};
+
+/// The getter of a field.
+struct FieldGetter {
+  someip::MethodId id{};
+  std::optional<E2eSettings> e2e{};
+  friend bool operator==(const FieldGetter&, const FieldGetter&) = default;
+};
+
+/// One topic, joined with one SOME/IP event.
+struct Route {
+  std::string topic;  ///< the ROS name, absolute: "/points"
+  std::string type;   ///< "sensor_msgs/msg/PointCloud2"
+  Direction direction = Direction::dds_to_someip;
+  someip::ServiceId service{};
+  someip::InstanceId instance{};
+  someip::EventgroupId eventgroup{};
+  someip::MethodId event{};
+  std::uint8_t major = 1;
+  std::uint32_t minor = 0;  ///< someip_to_dds: perhaps any_minor
+  Transport transport = Transport::udp;
+  /// dds_to_someip: the port of the offered service, UDP and TCP alike; routes of the same service instance
+  /// share it. someip_to_dds: the UDP port to receive events at; 0 lets the system choose.
+  std::uint16_t port = 0;
+  std::optional<MulticastSettings> multicast;  ///< dds_to_someip over UDP; of the whole eventgroup
+  TpSettings tp;
+  MessageRules rules;
+  QosSettings qos;
+  Presence presence;
+  std::optional<E2eSettings> e2e;
+  /// dds_to_someip, transient local: the getter of the field whose notifier the event is. It is answered with
+  /// the last sample.
+  std::optional<FieldGetter> getter;
+  /// dds_to_someip: addresses of other bridges; what they brought to the topic from SOME/IP is carried, too.
+  std::vector<IpAddress> from_bridges{};
+  Mark mark;  ///< where the route begins, for messages about it
+};
+
+/// Ids of services, both ends included.
+struct ServiceRange {
+  someip::ServiceId first{};
+  someip::ServiceId last{};
+  [[nodiscard]] constexpr bool has(someip::ServiceId id) const noexcept { return first <= id && id <= last; }
+  friend constexpr bool operator==(const ServiceRange&, const ServiceRange&) = default;
+};
+
+/// Topics by their names, each of which gets a route of its own: dds_to_someip while somebody else publishes
+/// it, someip_to_dds if the lock file has it. A topic belongs to the first pattern that matches it.
+struct TopicPattern {
+  std::string topics;                ///< "/sensing/**", see topic_pattern.hpp
+  std::vector<std::string> exclude;  ///< patterns of those that it leaves out
+  ServiceRange services;             ///< dds_to_someip: what the ids of their services are chosen from
+  std::size_t max_routes = 200;      ///< dds_to_someip: topics that get an id at most, ever
+  bool follow_reliability = false;   ///< dds_to_someip: as the topic's publishers have it
+  bool follow_durability = false;    ///< likewise; someip_to_dds: as the lock file says
+  Route route;                       ///< what the routes have in common: all but topic, type and service
+  Mark mark;                         ///< where the pattern begins, for messages about it
+};
+
+/// A discovered topic and the id that its service has for ever.
+struct LockedTopic {
+  std::string topic;
+  std::string type;
+  someip::ServiceId service{};
+  bool transient_local = false;  ///< when it got its id: latched by its publishers, or by the pattern
+  Mark mark{};                   ///< in the lock file; none if it was not read from there
+};
+
+/// Who answers the calls of a method.
+enum class Server : std::uint8_t {
+  someip,  ///< a SOME/IP service: ROS clients call it
+  ros,     ///< a ROS service: SOME/IP clients call it
+};
+
+/// How ROS requests and replies find each other: see dds::RosForm.
+enum class ServiceForm : std::uint8_t { automatic, fastrtps, cyclonedds };
+
+/// One ROS service, joined with one SOME/IP method.
+struct MethodRoute {
+  std::string ros_service;                 ///< absolute: "/arm/set_mode"
+  std::string type;                        ///< "std_srvs/srv/SetBool"
+  FieldAccess access = FieldAccess::none;  ///< else the method is the getter or setter of a field ...
+  std::string value_type{};                ///< ... whose values are messages of this type
+  Server server = Server::someip;
+  someip::ServiceId service{};
+  someip::InstanceId instance{};
+  someip::MethodId method{};
+  std::uint8_t major = 1;
+  std::uint32_t minor = 0;  ///< server: someip: perhaps any_minor
+  /// server: ros: by which it is offered, never nothing. server: someip: nothing is whatever is offered.
+  std::optional<Transport> transport;
+  std::uint16_t port = 0;        ///< server: ros: of the offered service
+  bool offer_always = false;     ///< server: ros: not only while the ROS service is there
+  bool fire_and_forget = false;  ///< the method has no answer
+  Duration timeout = std::chrono::seconds{5};
+  std::size_t max_calls = 256;  ///< that wait for an answer at once
+  TpSettings tp;                ///< of requests with server: someip, of answers with server: ros
+  ServiceForm form = ServiceForm::automatic;
+  MessageRules rules;  ///< of both messages, or of the field's value
+  std::optional<E2eSettings> e2e;
+  /// The setter of a field with server: someip: what is asked which value it has when one was refused.
+  std::optional<FieldGetter> getter;
+  std::optional<someip::MethodId> notifier;  ///< likewise, without a getter: what has told which value it has
+  /// server: ros: addresses of other bridges; the ROS service may be one that they make of SOME/IP ones.
+  std::vector<IpAddress> from_bridges{};
+  Mark mark;  ///< where the method begins, for messages about it
+};
+
+/// A whole configuration file.
+struct BridgeConfig {
+  std::string file;  ///< as named by the user, for messages
+  SomeipSettings someip;
+  DdsSettings dds;
+  DiagnosticsSettings diagnostics;
+  std::vector<std::string>
+      type_paths;  ///< folders with .msg packages, absolute or relative to the working directory
+  /// In the file's order, as the methods and patterns, of which there is at least one. Then those that the
+  /// lock file and patterns from SOME/IP make together.
+  std::vector<Route> routes;
+  std::vector<MethodRoute> methods;
+  std::vector<TopicPattern> patterns;
+  std::string lock_file;            ///< absolute or relative to the working directory; there with patterns
+  std::vector<LockedTopic> locked;  ///< what it had when it was read, sorted by topic
+};
+
+}  // namespace trestle::bridge

@@ -1,0 +1,385 @@
+#include "bridge/carry/config/load.hpp"
+
+#include <fmt/format.h>
+#include <net/if.h>
+#include <yaml-cpp/yaml.h>
+
+#include <filesystem>
+#include <system_error>
+
+#include "bridge/carry/config/conflicts.hpp"
+#include "bridge/carry/config/load_action.hpp"
+#include "bridge/carry/config/load_dds.hpp"
+#include "bridge/carry/config/load_field.hpp"
+#include "bridge/carry/config/load_limits.hpp"
+#include "bridge/carry/config/load_pattern.hpp"
+#include "bridge/carry/config/lock_file.hpp"
+#include "bridge/carry/config/method_conflicts.hpp"
+#include "bridge/carry/config/pattern_conflicts.hpp"
+#include "bridge/documents/document.hpp"
+#include "bridge/documents/section.hpp"
+#include "someip/net/address_text.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+constexpr std::size_t routes_max = 1000;
+
+using namespace std::chrono_literals;
+
+Format<std::chrono::seconds> time_to_live() {
+  constexpr std::chrono::seconds until_reboot{0xff'ffff};
+  return {"a whole number of seconds from 1 s to 16777214 s, or until_reboot",
+          [=](std::string_view text) -> std::optional<std::chrono::seconds> {
+            if (text == "until_reboot") {
+              return until_reboot;
+            }
+            const auto time = duration(1s, until_reboot - 1s).read(text);
+            return time && *time % 1s == 0s
+                       ? std::optional{std::chrono::duration_cast<std::chrono::seconds>(*time)}
+                       : std::nullopt;
+          }};
+}
+
+// "192.168.1.2 -> 10.0.0.2": the first may name endpoints at the second.
+Format<sd::ForeignEndpoints> foreign_endpoints() {
+  return {"two addresses, as in 192.168.1.2 -> 10.0.0.2: who may name endpoints, and where",
+          [](std::string_view text) -> std::optional<sd::ForeignEndpoints> {
+            constexpr std::string_view arrow = " -> ";
+            const std::size_t end = text.find(arrow);
+            if (end == std::string_view::npos) {
+              return std::nullopt;
+            }
+            const auto peer = someip::parse_address(std::string{text.substr(0, end)});
+            const auto named = someip::parse_address(std::string{text.substr(end + arrow.size())});
+            return peer && named ? std::optional{sd::ForeignEndpoints{*peer, *named}} : std::nullopt;
+          }};
+}
+
+void load_sd(Section& someip, SomeipSettings& settings, bool address_is_good, Problems& problems) {
+  SdSettings& into = settings.sd;
+  const YAML::Node node = someip.child("sd");
+  if (node) {
+    Section sd{node, "sd", problems};
+    sd.read("multicast", multicast_address(), into.multicast);
+    sd.read("port", as<std::uint16_t>(whole_number(1, 65535)), into.port);
+    const Format<Duration> delay = duration(0s, 60s);
+    sd.read("initial_delay_min", delay, into.initial_delay_min);
+    sd.read("initial_delay_max", delay, into.initial_delay_max);
+    sd.read("repetitions_base_delay", duration(1ms, 60s), into.repetitions_base_delay);
+    sd.read("repetitions_max", as<std::uint8_t>(whole_number(0, 10)), into.repetitions_max);
+    sd.read("cyclic_offer_delay", duration(10ms, 1h), into.cyclic_offer_delay);
+    sd.read("request_response_delay_min", delay, into.request_response_delay_min);
+    sd.read("request_response_delay_max", delay, into.request_response_delay_max);
+    sd.read("ttl", time_to_live(), into.ttl);
+    sd.read("check_subnet", truth(), into.check_subnet);  // [feat_req_someipsd_1149]
+    sd.read("own_endpoints_only", truth(), into.own_endpoints_only);
+    std::vector<Mark> marks;
+    sd.read_list("foreign_endpoints", foreign_endpoints(), into.foreign_endpoints, marks);
+    for (std::size_t i = 0; i < into.foreign_endpoints.size(); ++i) {
+      const auto& [peer, named] = into.foreign_endpoints[i];
+      if (peer.v6 != into.multicast.v6 || named.v6 != into.multicast.v6) {
+        problems.error(marks[i], "foreign_endpoints: not of the IP version of the multicast address of sd");
+      }
+    }
+    sd.finish();
+    if (into.initial_delay_min > into.initial_delay_max) {
+      problems.error(sd.value_mark("initial_delay_min"),
+                     fmt::format("initial_delay_min: {} is above initial_delay_max, {}",
+                                 to_string(into.initial_delay_min), to_string(into.initial_delay_max)));
+    }
+    if (into.request_response_delay_min > into.request_response_delay_max) {
+      problems.error(sd.value_mark("request_response_delay_min"),
+                     fmt::format("request_response_delay_min: {} is above request_response_delay_max, {}",
+                                 to_string(into.request_response_delay_min),
+                                 to_string(into.request_response_delay_max)));
+    }
+    if (into.cyclic_offer_delay >= into.ttl) {
+      problems.warning(sd.value_mark("ttl"),
+                       fmt::format("ttl: offers live {} but are renewed only every {} (cyclic_offer_delay)",
+                                   to_string(into.ttl), to_string(into.cyclic_offer_delay)));
+    }
+  }
+  if (address_is_good && settings.address.v6 != into.multicast.v6) {
+    problems.error(
+        someip.value_mark("address"),
+        fmt::format("address: {} and the multicast address of sd, {}, are of different IP versions",
+                    someip::to_string(settings.address), someip::to_string(into.multicast)));
+  }
+}
+
+// fe80::/10, which names a host only together with an interface.
+bool is_link_local(const IpAddress& address) {
+  return address.v6 && address.bytes[0] == 0xfe && (address.bytes[1] & 0xc0U) == 0x80;
+}
+
+void load_someip(const YAML::Node& node, SomeipSettings& into, Problems& problems) {
+  Section someip{node, "someip", problems};
+  auto unicast = ip_address();
+  unicast.expected = "this host's own IPv4 or IPv6 address, which services are offered at";
+  unicast.read = [read = std::move(unicast.read)](std::string_view text) {
+    const auto address = read(text);
+    return address && !address->is_multicast() ? address : std::nullopt;
+  };
+  const bool address_is_good = someip.require("address", unicast, into.address);
+  into.mark = someip.value_mark("address");
+  if (address_is_good && is_link_local(into.address)) {
+    problems.error(into.mark,
+                   fmt::format("address: {} is link-local: it means another host on each interface, and an "
+                               "offer cannot say which; take a global or unique local address (fd00::/8)",
+                               someip::to_string(into.address)));
+  }
+  Format<std::string> interface =
+      any_text(fmt::format("the name of a network interface (1 to {} characters)", IF_NAMESIZE - 1));
+  interface.read = [read = std::move(interface.read)](std::string_view text) {
+    return text.size() < IF_NAMESIZE ? read(text) : std::nullopt;
+  };
+  if (someip.read("interface", interface, into.interface)) {
+    into.interface_mark = someip.value_mark("interface");
+  }
+  const auto buffer = as<std::size_t>(byte_size(4096, std::uint64_t{1} << 30U));
+  for (auto [key, size] :
+       {std::pair{"receive_buffer", &into.receive_buffer}, {"send_buffer", &into.send_buffer}}) {
+    if (std::size_t bytes = 0; someip.read(key, buffer, bytes)) {
+      *size = bytes;
+    }
+  }
+  someip.read("busy_poll", duration(0s, 1s), into.busy_poll);
+  someip.read("tcp_idle_timeout", duration(0s, 24h), into.tcp_idle_timeout);
+  load_limits(someip, into.limits, problems);
+  load_sd(someip, into, address_is_good, problems);
+  someip.finish();
+}
+
+void load_types(const YAML::Node& node, const std::string& file, std::vector<std::string>& into,
+                Problems& problems) {
+  Section types{node, "types", problems};
+  std::vector<std::string> paths;
+  std::vector<Mark> marks;
+  types.read_list("paths", any_text("a folder that holds message packages"), paths, marks);
+  types.finish();
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    const auto path =
+        std::filesystem::path{file}.parent_path() / paths[i];  // an absolute path replaces the first
+    std::error_code ignored;
+    if (std::filesystem::is_directory(path, ignored)) {
+      into.push_back(path.lexically_normal().string());
+    } else {
+      problems.error(marks[i],
+                     fmt::format("paths: there is no folder {}", quote(path.lexically_normal().string())));
+    }
+  }
+}
+
+std::vector<RouteInFile> load_routes(Section& section, Problems& problems) {
+  // One of the lists has to be there.
+  const bool required = section.is_missing("methods") && section.is_missing("fields") &&
+                        section.is_missing("actions") && section.is_missing("patterns");
+  const std::vector<YAML::Node> nodes = required ? section.required_list("routes", "a list of routes")
+                                                 : section.list("routes", "a list of routes");
+  std::vector<RouteInFile> routes;
+  for (const YAML::Node& node : nodes) {
+    if (routes.size() == routes_max) {
+      problems.error(to_mark(node.Mark()), fmt::format("routes: more than {}", routes_max));
+      break;
+    }
+    routes.push_back(load_route(node, problems));
+  }
+  return routes;
+}
+
+std::vector<MethodInFile> load_methods(Section& section, Problems& problems) {
+  std::vector<MethodInFile> methods;
+  for (const YAML::Node& node : section.list("methods", "a list of methods")) {
+    if (methods.size() == routes_max) {
+      problems.error(to_mark(node.Mark()), fmt::format("methods: more than {}", routes_max));
+      break;
+    }
+    methods.push_back(load_method(node, problems));
+  }
+  return methods;
+}
+
+/// A field is what it is made of from here on.
+void load_fields(Section& section, std::vector<RouteInFile>& routes, std::vector<MethodInFile>& methods,
+                 Problems& problems) {
+  std::size_t count = 0;
+  for (const YAML::Node& node : section.list("fields", "a list of fields")) {
+    if (count++ == routes_max) {
+      problems.error(to_mark(node.Mark()), fmt::format("fields: more than {}", routes_max));
+      break;
+    }
+    FieldInFile field = load_field(node, problems);
+    std::ranges::move(field.methods, std::back_inserter(methods));
+    if (field.route) {
+      routes.push_back(std::move(*field.route));
+    }
+  }
+}
+
+/// An action is what it is made of from here on.
+void load_actions(Section& section, std::vector<RouteInFile>& routes, std::vector<MethodInFile>& methods,
+                  Problems& problems) {
+  for (const YAML::Node& node : section.list("actions", "a list of actions")) {
+    if (methods.size() >= routes_max) {
+      problems.error(to_mark(node.Mark()),
+                     fmt::format("actions: with the methods, more than {}", routes_max));
+      break;
+    }
+    ActionInFile action = load_action(node, problems);
+    std::ranges::move(action.methods, std::back_inserter(methods));
+    std::ranges::move(action.routes, std::back_inserter(routes));
+  }
+}
+
+std::vector<PatternInFile> load_patterns(Section& section, Problems& problems) {
+  constexpr std::size_t patterns_max = 100;
+  std::vector<PatternInFile> patterns;
+  for (const YAML::Node& node : section.list("patterns", "a list of patterns")) {
+    if (patterns.size() == patterns_max) {
+      problems.error(to_mark(node.Mark()), fmt::format("patterns: more than {}", patterns_max));
+      break;
+    }
+    patterns.push_back(load_pattern(node, problems));
+  }
+  return patterns;
+}
+
+/// Reads what the patterns found before; what is wrong with it goes to `lock_problems`, of that file.
+void load_lock_file(Section& section, BridgeConfig& config, Problems& problems,
+                    std::vector<Problem>& lock_problems) {
+  std::string name;
+  const Format<std::string> format =
+      any_text("the file that keeps the ids of discovered topics, such as trestle.lock");
+  const bool needed = !section.is_missing("patterns");
+  if (!(needed ? section.require("lock_file", format, name) : section.read("lock_file", format, name))) {
+    return;
+  }
+  const Mark mark = section.value_mark("lock_file");
+  const auto path = (std::filesystem::path{config.file}.parent_path() / name).lexically_normal();
+  std::error_code ignored;
+  if (path.has_parent_path() && !std::filesystem::is_directory(path.parent_path(), ignored)) {
+    problems.error(mark, fmt::format("lock_file: there is no folder {}", quote(path.parent_path().string())));
+    return;
+  }
+  config.lock_file = path.string();
+  const auto lock = LockFile::read(config.lock_file);
+  if (lock) {
+    config.locked = lock->topics();
+  } else {
+    lock_problems = lock.error();
+    problems.error(mark, fmt::format("lock_file: {} is not good", quote(config.lock_file)));
+  }
+}
+
+void judge_type(const TypeUse& use, const MessageRules& rules, Mark mark, const char* key,
+                const BridgeConfig& config, const TypeCheck& check_type, Problems& problems) {
+  const auto [fault, warning] = check_type(use, rules, config.type_paths);
+  if (!fault.empty()) {
+    problems.error(mark, std::string{key} + ": " + fault);
+  } else if (!warning.empty()) {
+    problems.warning(mark, std::string{key} + ": " + warning);
+  }
+}
+
+void load_diagnostics(const YAML::Node& node, DiagnosticsSettings& into, Problems& problems) {
+  Section diagnostics{node, "diagnostics", problems};
+  into.wanted = true;
+  diagnostics.read("topic", topic_name(), into.topic);
+  diagnostics.read("period", duration(100ms, 1h), into.period);
+  into.mark = diagnostics.value_mark("topic");
+  diagnostics.finish();
+}
+
+/// @param lock_problems  what is wrong with the lock file.
+void load_root(const YAML::Node& root, BridgeConfig& config, const TypeCheck& check_type, Problems& problems,
+               std::vector<Problem>& lock_problems) {
+  Section section{root, "", problems};
+  if (const YAML::Node someip = section.child("someip")) {
+    load_someip(someip, config.someip, problems);
+  } else if (section.is_missing("someip")) {
+    problems.error(section.mark(), "'someip' is missing: expected a mapping with at least 'address'");
+  }
+  if (const YAML::Node dds = section.child("dds")) {
+    load_dds(dds, config.file, config.dds, problems);
+  }
+  if (const YAML::Node diagnostics = section.child("diagnostics")) {
+    load_diagnostics(diagnostics, config.diagnostics, problems);
+  }
+  if (const YAML::Node types = section.child("types")) {
+    load_types(types, config.file, config.type_paths, problems);
+  }
+  std::vector<RouteInFile> routes = load_routes(section, problems);
+  std::vector<MethodInFile> methods = load_methods(section, problems);
+  load_fields(section, routes, methods, problems);
+  load_actions(section, routes, methods, problems);
+  const std::vector<PatternInFile> patterns = load_patterns(section, problems);
+  load_lock_file(section, config, problems, lock_problems);
+  section.finish();
+
+  report_pattern_conflicts(patterns, routes, config.someip.sd.port, problems);
+  if (!problems.has_errors()) {
+    for (const PatternInFile& in_file : patterns) {
+      config.patterns.push_back(in_file.pattern);
+    }
+    Problems of_lock{config.lock_file};
+    report_lock_conflicts(config, routes, methods, of_lock);
+    std::ranges::move(locked_routes(config, routes, check_type, of_lock), std::back_inserter(routes));
+    if (of_lock.has_errors()) {
+      problems.error(
+          section.value_mark("lock_file"),
+          fmt::format("lock_file: {} does not go with this configuration", quote(config.lock_file)));
+    }
+    lock_problems = of_lock.take();
+  }
+
+  report_conflicts(routes, config.someip, problems);
+  report_method_conflicts(methods, routes, config.someip.sd.port, problems);
+  report_diagnostics_conflicts(routes, methods, config.diagnostics, problems);
+  for (RouteInFile& in_file : routes) {
+    if (check_type && in_file.good.contains("type")) {
+      judge_type({.type = in_file.route.type}, in_file.route.rules, in_file.type_mark, "type", config,
+                 check_type, problems);
+    }
+    config.routes.push_back(std::move(in_file.route));
+  }
+  for (MethodInFile& in_file : methods) {
+    if (check_type && in_file.good.contains("type")) {
+      const MethodRoute& method = in_file.method;
+      judge_type({method.type, method.access, method.value_type}, method.rules, in_file.type_mark,
+                 in_file.type_key, config, check_type, problems);
+    }
+    config.methods.push_back(std::move(in_file.method));
+  }
+}
+
+}  // namespace
+
+tl::expected<Loaded, std::vector<Problem>> parse_config(std::string_view text, const std::string& file,
+                                                        const TypeCheck& check_type) {
+  Problems problems{file};
+  std::vector<Problem> lock_problems;
+  Loaded loaded;
+  loaded.config.file = file;
+  if (const YAML::Node root = parse_document(std::string{text}, "at least 'someip' and 'routes'", problems)) {
+    load_root(root, loaded.config, check_type, problems, lock_problems);
+  }
+  const bool is_good = !problems.has_errors();
+  std::vector<Problem> all = problems.take();
+  std::ranges::move(lock_problems, std::back_inserter(all));
+  if (!is_good) {
+    return tl::unexpected{std::move(all)};
+  }
+  loaded.warnings = std::move(all);
+  return loaded;
+}
+
+tl::expected<Loaded, std::vector<Problem>> load_config(const std::string& file, const TypeCheck& check_type) {
+  const auto text = read_text_file(file);
+  if (!text) {
+    return tl::unexpected{std::vector{Problem{Problem::Severity::error, file, {}, text.error()}}};
+  }
+  return parse_config(*text, file, check_type);
+}
+
+}  // namespace trestle::bridge

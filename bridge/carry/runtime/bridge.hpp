@@ -1,0 +1,41 @@
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "bridge/carry/config/bridge_config.hpp"
+#include "bridge/carry/runtime/counters.hpp"
+#include "bridge/carry/runtime/report.hpp"
+
+namespace boost::asio {
+class io_context;
+}
+
+namespace trestle::bridge {
+
+class TypeLibrary;
+
+/// A running bridge: all routes of one configuration. Logs discovery to spdlog's default logger.
+/// Not thread-safe: use it on the thread that runs the io_context.
+class Bridge {
+ public:
+  /// Compiles the conversions, then opens all sockets and DDS endpoints. Nothing is offered or subscribed to
+  /// unless everything could be opened.
+  /// @param report  outlives the bridge.
+  /// @throws std::runtime_error  what() says what could not be opened and what to do.
+  Bridge(boost::asio::io_context& io, const BridgeConfig& config, TypeLibrary& types, Report& report);
+  ~Bridge();
+  Bridge(const Bridge&) = delete;
+  Bridge& operator=(const Bridge&) = delete;
+
+  /// Withdraws all offers and subscriptions. Carries nothing afterwards.
+  void stop();
+
+  /// Everything that was received, sent and lost: routes first, then SOME/IP and SD.
+  [[nodiscard]] std::vector<CounterGroup> counters() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace trestle::bridge

@@ -1,0 +1,79 @@
+#pragma once
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bridge/carry/config/bridge_config.hpp"
+#include "bridge/carry/runtime/counters.hpp"
+#include "dds_adapter/participant.hpp"
+
+namespace trestle::bridge {
+
+/// A diagnostic_msgs/msg/DiagnosticStatus.
+struct Diagnosis {
+  enum class Level : std::uint8_t { ok, warn, error, stale };
+  Level level = Level::ok;
+  std::string name;
+  std::string message;
+  std::string hardware_id;
+  std::vector<std::pair<std::string, std::string>> values;
+};
+
+/// The state of a method: OK while who answers its calls is there, else WARN; its counters are the values.
+/// @param missing  what to say when they are not. @param at  what it is for SOME/IP.
+[[nodiscard]] Diagnosis method_state(const CounterGroup& counters, bool is_there, const char* missing,
+                                     const std::string& at);
+
+/// The state of a route of a topic, likewise. Of its losses those are left out that there are none of: there
+/// may be a thousand routes.
+[[nodiscard]] Diagnosis route_state(const CounterGroup& counters, bool is_there, const char* missing,
+                                    const Route& route);
+
+/// A diagnostic_msgs/msg/DiagnosticArray as CDR, with its encapsulation header.
+/// @param stamp  since 1970.
+[[nodiscard]] std::vector<std::byte> diagnostic_array(std::chrono::nanoseconds stamp,
+                                                      std::span<const Diagnosis> statuses);
+
+/// Publishes what there is to say once a period, and when something has changed. On the thread that runs the
+/// io_context.
+class Diagnostics {
+ public:
+  static constexpr const char* type = "diagnostic_msgs/msg/DiagnosticArray";
+
+  /// @param user_data  of the writer.
+  /// @throws dds::DdsError
+  Diagnostics(boost::asio::io_context& io, dds::Participant& participant, const DiagnosticsSettings& settings,
+              const std::string& user_data, std::function<std::vector<Diagnosis>()> look);
+  Diagnostics(const Diagnostics&) = delete;
+  Diagnostics& operator=(const Diagnostics&) = delete;
+
+  /// To be called when a state has changed: it is published soon, and together with others that change now.
+  void changed();
+  /// To be called when one may have: it is published soon if a level or message is another than before.
+  void perhaps_changed() { look_soon(); }
+  /// perhaps_changed(), to be called also after the end of this object.
+  [[nodiscard]] std::function<void()> asker();
+
+ private:
+  using Said = std::vector<std::pair<std::string, std::string>>;
+  void look_soon();
+  void look_at(std::chrono::steady_clock::time_point when);
+  void look();
+
+  const Duration period_;
+  std::function<std::vector<Diagnosis>()> look_;
+  dds::Writer writer_;
+  boost::asio::steady_timer timer_;
+  std::chrono::steady_clock::time_point last_{};
+  std::chrono::steady_clock::time_point due_;  ///< when all is published again, whatever has changed
+  bool has_changed_ = false;
+  Said said_;  ///< names and messages, as they were published
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+};
+
+}  // namespace trestle::bridge

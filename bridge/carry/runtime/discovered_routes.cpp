@@ -1,0 +1,484 @@
+#include "bridge/carry/runtime/discovered_routes.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <stdexcept>
+
+#include "bridge/carry/config/id_allocator.hpp"
+#include "bridge/carry/config/pattern_conflicts.hpp"
+#include "bridge/carry/runtime/bridge_mark.hpp"
+#include "bridge/carry/runtime/offered_services.hpp"
+#include "bridge/carry/runtime/route_parts.hpp"
+#include "bridge/carry/runtime/start_at.hpp"
+#include "bridge/documents/problems.hpp"
+#include "bridge/messages/types/names.hpp"
+#include "dds_adapter/ros_names.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+using namespace std::chrono_literals;
+
+// A look at all writers costs up to some milliseconds, and others decide how often they change.
+constexpr auto pause_between_looks = 50ms;
+// A full disk may be emptied.
+constexpr auto pause_before_locking_again = 10s;
+// Lines about topics that get no route: peers choose the names.
+constexpr std::size_t told_max = 1000;
+
+LockFile read_lock(const std::string& file) {
+  auto lock = LockFile::read(file);
+  if (!lock) {
+    throw std::runtime_error{to_string(lock.error().front())};
+  }
+  return std::move(*lock);
+}
+
+std::string in_words(const Route& route) {
+  return fmt::format("service 0x{:04x} instance 0x{:04x}", someip::value(route.service),
+                     someip::value(route.instance));
+}
+
+}  // namespace
+
+DiscoveredRoutes::DiscoveredRoutes(boost::asio::io_context& io, sd::Node& node, const BridgeConfig& config,
+                                   const TypeLibrary& types, Report& report)
+    : io_{io},
+      node_{node},
+      config_{config},
+      types_{types},
+      report_{report},
+      lock_{read_lock(config.lock_file)},
+      past_{"former routes of patterns", {}},
+      timer_{io} {
+  patterns_.resize(config_.patterns.size());
+  for (std::size_t i = 0; i < patterns_.size(); ++i) {
+    const TopicPattern& settings = config_.patterns[i];
+    patterns_[i].settings = &settings;
+    if (settings.route.direction == Direction::dds_to_someip) {
+      patterns_[i].port = start_at(config, settings.mark, [&] {
+        return node.hold_port(settings.route.port, settings.route.transport);
+      });
+    }
+  }
+  for (const Route& route : config.routes) {
+    own_topics_.insert(route.topic);
+    if (route.e2e && route.direction == Direction::someip_to_dds) {
+      own_topics_.insert(config.diagnostics.topic);
+    }
+    taken_.insert(route.service);
+  }
+  for (const MethodRoute& method : config.methods) {
+    taken_.insert(method.service);
+  }
+  for (const LockedTopic& locked : lock_.topics()) {
+    taken_.insert(locked.service);
+    if (Pattern* const owner = owner_of(locked.topic)) {
+      ++owner->locked;
+    }
+  }
+}
+
+DiscoveredRoutes::Pattern* DiscoveredRoutes::owner_of(const std::string& topic) {
+  const TopicPattern* const settings = pattern_of(config_.patterns, topic);
+  return settings != nullptr && settings->route.direction == Direction::dds_to_someip
+             ? &patterns_[static_cast<std::size_t>(settings - config_.patterns.data())]
+             : nullptr;
+}
+
+void DiscoveredRoutes::open(dds::Participant& participant) {
+  participant_ = &participant;
+  settle();
+}
+
+void DiscoveredRoutes::changed() {
+  if (!std::exchange(due_, true)) {
+    settle_at(std::max(std::chrono::steady_clock::now(), last_ + pause_between_looks));
+  }
+}
+
+void DiscoveredRoutes::settle_at(std::chrono::steady_clock::time_point when) {
+  timer_.expires_at(when);
+  timer_.async_wait([this](const boost::system::error_code& cancelled) {
+    if (!cancelled) {  // else this object may be gone
+      settle();
+    }
+  });
+}
+
+void DiscoveredRoutes::stop() {
+  stopped_ = true;
+  timer_.cancel();
+  for (auto& [topic, live] : live_) {
+    live.offer->stop();
+    live.carrier->stop();
+  }
+}
+
+void DiscoveredRoutes::settle() {
+  due_ = false;
+  if (stopped_ || participant_ == nullptr) {
+    return;
+  }
+  if (locking_) {
+    missed_ = true;
+    return;
+  }
+  last_ = std::chrono::steady_clock::now();
+  const std::map<TopicAndType, Found> found = look();
+  drop_what_is_gone(found);
+  std::vector<Candidate> candidates;
+  for (const auto& [what, how] : found) {
+    consider(what, how, candidates);
+  }
+  lock(candidates);
+  for (Candidate& candidate : candidates) {
+    make(candidate);
+  }
+  for (auto& [topic, live] : live_) {
+    if (const auto how = found.find({topic, live.route.type}); how != found.end()) {
+      live.carrier->follow(how->second.offers);
+    }
+    live.offer->update();
+  }
+  if (watcher_.looked) {
+    watcher_.looked();
+  }
+}
+
+std::map<DiscoveredRoutes::TopicAndType, DiscoveredRoutes::Found> DiscoveredRoutes::look() {
+  for (Pattern& pattern : patterns_) {
+    pattern.topics = 0;
+    pattern.brought = false;
+  }
+  std::map<TopicAndType, Found> found;
+  std::map<std::string, Pattern*> owners;
+  for (const dds::FoundWriter& writer : participant_->writers()) {
+    const auto topic = dds::topic_of_ros(writer.topic);
+    if (!topic || !is_topic_name(*topic) || own_topics_.contains(*topic)) {
+      continue;
+    }
+    const auto [owner, is_new] = owners.try_emplace(*topic, nullptr);
+    if (const auto known = owners_.find(*topic); is_new && known != owners_.end()) {
+      owner->second = known->second;
+    } else if (is_new) {
+      owner->second = owner_of(*topic);
+    }
+    if (owner->second == nullptr) {
+      continue;
+    }
+    if (writer.bridge &&
+        !goes_on(mark_of(config_.someip.address, owner->second->settings->route), writer.bridge_text)) {
+      owner->second->brought = true;
+      continue;
+    }
+    Found& one = found[{*topic, dds::type_of_ros(writer.type).value_or(writer.type)}];
+    one.pattern = owner->second;
+    if (!writer.refused) {
+      one.offers.add(writer.qos);
+    }
+  }
+  owners_ = std::move(owners);
+  const std::string* last = nullptr;
+  for (const auto& [what, one] : found) {
+    one.pattern->topics += last == nullptr || *last != what.first ? 1U : 0U;
+    last = &what.first;
+  }
+  return found;
+}
+
+void DiscoveredRoutes::drop_what_is_gone(const std::map<TopicAndType, Found>& found) {
+  for (auto live = live_.begin(); live != live_.end();) {
+    const auto next = std::next(live);
+    if (!found.contains({live->first, live->second.route.type})) {
+      spdlog::info("nobody publishes {} any more: {} is withdrawn", live->first,
+                   in_words(live->second.route));
+      drop(live);
+    }
+    live = next;
+  }
+  std::erase_if(refused_, [&](const auto& one) { return !found.contains(one.first); });
+}
+
+void DiscoveredRoutes::drop(std::map<std::string, Live>::iterator live) {
+  if (watcher_.ends) {
+    watcher_.ends(live->first);
+  }
+  live->second.offer->withdraw();
+  for (const Counter& counter : live->second.carrier->counters().counters) {
+    const std::string_view name = counter.name;
+    if (name == "publishers" || name == "bridges" || name == "offered") {  // now, which is over
+      continue;
+    }
+    const auto sum = std::ranges::find(past_.counters, name,
+                                       [](const Counter& one) { return std::string_view{one.name}; });
+    if (sum == past_.counters.end()) {
+      past_.counters.push_back(counter);
+    } else {
+      sum->count += counter.count;
+    }
+  }
+  live_.erase(live);
+}
+
+void DiscoveredRoutes::consider(const TopicAndType& what, const Found& found,
+                                std::vector<Candidate>& candidates) {
+  const auto& [topic, type] = what;
+  Pattern& pattern = *found.pattern;
+  Route route = pattern.settings->route;
+  route.topic = topic;
+  route.type = type;
+  route.qos = followed(route.qos, found.offers);
+  if (const auto live = live_.find(topic); live != live_.end() && live->second.route.type == type) {
+    return;
+  }
+  if (const auto known = refused_.find(what);
+      known != refused_.end() &&
+      (known->second == Refusal::unknown_type || known->second == Refusal::not_opened)) {
+    return;
+  }
+  const LockedTopic* const locked = lock_.find(topic);
+  const std::string* const other = locked != nullptr ? &locked->type
+                                   : !candidates.empty() && candidates.back().route.topic == topic
+                                       ? &candidates.back().route.type
+                                       : nullptr;
+  if (other != nullptr && *other != type) {
+    refuse(
+        what, pattern, Refusal::other_type,
+        fmt::format("{} has its id in {} for the type {}, but a publisher has {}: if that is its type from "
+                    "now on, remove its line there and send SIGHUP",
+                    topic, lock_.file(), *other, printable(type)));
+    return;
+  }
+  if (locked == nullptr && pattern.locked >= pattern.settings->max_routes) {
+    refuse(what, pattern, Refusal::too_many,
+           fmt::format("{} gets no route: {} topics of {} have an id already (max_routes)", topic,
+                       pattern.locked, pattern.settings->topics));
+    return;
+  }
+  std::optional<ConversionPlan> plan = plan_of(what, route, pattern);
+  const std::optional<someip::ServiceId> id = !plan               ? std::nullopt
+                                              : locked != nullptr ? std::optional{locked->service}
+                                                                  : new_id(what, pattern);
+  if (id) {
+    route.service = *id;
+    candidates.push_back({&pattern, std::move(route), std::move(*plan), locked == nullptr});
+  }
+}
+
+std::optional<ConversionPlan> DiscoveredRoutes::plan_of(const TopicAndType& what, const Route& route,
+                                                        Pattern& pattern) {
+  const std::string& type = what.second;
+  if (!is_type_name(type)) {  // which would be looked for among files
+    refuse(what, pattern, Refusal::unknown_type,
+           fmt::format("{} gets no route: {} is no message type of ROS", what.first, quote(type)));
+    return std::nullopt;
+  }
+  try {
+    return compile(route, types_);
+  } catch (const std::exception& error) {
+    refuse(what, pattern, Refusal::unknown_type, error.what());
+    return std::nullopt;
+  }
+}
+
+std::optional<someip::ServiceId> DiscoveredRoutes::new_id(const TopicAndType& what, Pattern& pattern) {
+  const ServiceRange range = pattern.settings->services;
+  // What another bridge has chosen for another topic is left to it. Our own lock file says nothing of that.
+  const auto id = choose_service(range, what.first, what.second, [&](someip::ServiceId one) {
+    return taken_.contains(one) || node_.is_offered_by_others(one);
+  });
+  if (!id) {
+    refuse(what, pattern, Refusal::no_id,
+           fmt::format(
+               "{} gets no route: all ids of 0x{:04x}-0x{:04x} are taken (services), or offered by others",
+               what.first, someip::value(range.first), someip::value(range.last)));
+    return std::nullopt;
+  }
+  taken_.insert(*id);
+  ++pattern.locked;
+  return id;
+}
+
+void DiscoveredRoutes::lock(std::vector<Candidate>& candidates) {
+  std::vector<LockedTopic> more;
+  for (Candidate& one : candidates) {
+    if (one.is_new) {
+      more.push_back({one.route.topic, one.route.type, one.route.service, one.route.qos.transient_local});
+      being_locked_.push_back(std::move(one));
+    }
+  }
+  std::erase_if(candidates, [](const Candidate& one) { return one.is_new; });
+  if (more.empty()) {
+    return;
+  }
+  locking_ = true;
+  boost::asio::post(disk_, [this, &io = io_, alive = std::weak_ptr{alive_}, file = lock_,
+                            more = std::move(more)]() mutable {
+    auto written = file.add(more);
+    boost::asio::post(io, [this, alive, file = std::move(file), written = std::move(written)]() mutable {
+      if (!alive.expired()) {
+        locked(std::move(file), written);
+      }
+    });
+  });
+}
+
+void DiscoveredRoutes::locked(LockFile file, const tl::expected<void, std::string>& written) {
+  locking_ = false;
+  std::vector<Candidate> candidates = std::exchange(being_locked_, {});
+  if (stopped_) {
+    return;
+  }
+  if (written) {
+    missed_ = false;
+    lock_ = std::move(file);
+    for (Candidate& one : candidates) {
+      make(one);
+    }
+    settle();  // some may be gone already
+    return;
+  }
+  // What has no place there would have another id one day.
+  for (const Candidate& one : candidates) {
+    taken_.erase(one.route.service);
+    --one.pattern->locked;
+    refuse({one.route.topic, one.route.type}, *one.pattern, Refusal::not_locked,
+           "discovered topics get no routes: " + written.error());
+  }
+  if (std::exchange(missed_, false)) {
+    changed();
+  } else if (!due_) {
+    settle_at(last_ + pause_before_locking_again);
+  }
+}
+
+void DiscoveredRoutes::make(Candidate& candidate) {
+  const Route& route = candidate.route;
+  try {
+    const OfferedService service = offered_services({route}).front();
+    auto offer = std::make_unique<ServiceOffer>(node_, service.spec, service.while_there);
+    auto carrier =
+        std::make_unique<OutboundRoute>(io_, node_, *offer, *participant_, route, std::move(candidate.plan),
+                                        user_data_of(route.type, types_), config_.someip.address, report_);
+    offer->needs([published = carrier.get()] { return published->published(); });
+    spdlog::info("discovered {} ({}): {}, event 0x{:04x}", route.topic, route.type, in_words(route),
+                 someip::value(route.event));
+    ++candidate.pattern->made;
+    refused_.erase({route.topic, route.type});
+    const auto [live, is_new] = live_.insert_or_assign(
+        route.topic, Live{candidate.pattern, route, std::move(offer), std::move(carrier)});
+    if (watcher_.made) {
+      watcher_.made(live->first, *live->second.carrier);
+    }
+  } catch (const std::exception& error) {
+    refuse({route.topic, route.type}, *candidate.pattern, Refusal::not_opened,
+           fmt::format("{} gets no route: {}", route.topic, error.what()));
+  }
+}
+
+void DiscoveredRoutes::refuse(const TopicAndType& what, Pattern& pattern, Refusal why,
+                              const std::string& told) {
+  const auto [known, is_new] = refused_.try_emplace(what, why);
+  if (!is_new && std::exchange(known->second, why) == why) {
+    return;
+  }
+  ++pattern.refused.at(static_cast<std::size_t>(why));
+  // One type that is not known may be that of many topics.
+  const std::string& key = why == Refusal::unknown_type ? what.second : told;
+  if (told_.size() < told_max && told_.insert(key).second) {
+    spdlog::warn("{}:{}:{}: {}{}", config_.file, pattern.settings->mark.line, pattern.settings->mark.column,
+                 told, told_.size() == told_max ? " (more such lines are not logged)" : "");
+  }
+}
+
+void DiscoveredRoutes::watched_by(Watcher watcher) {
+  watcher_ = std::move(watcher);
+  for (const auto& [topic, live] : live_) {
+    watcher_.made(topic, *live.carrier);
+  }
+}
+
+void DiscoveredRoutes::append_silence(SilenceWatch& silence) {
+  for (Pattern& pattern : patterns_) {
+    const TopicPattern& settings = *pattern.settings;
+    const std::string name = "pattern " + settings.topics;
+    if (settings.route.direction == Direction::dds_to_someip) {
+      silence.add({.topic = name,
+                   .received = [&pattern] { return pattern.made; },
+                   .reason =
+                       [this, &pattern] {
+                         return why_silent(PatternSilence{.participants = participant_->peers(),
+                                                          .topics = pattern.topics,
+                                                          .brought = pattern.brought});
+                       }});
+    } else if (std::ranges::none_of(config_.locked, [&](const LockedTopic& locked) {
+                 return pattern_of(config_.patterns, locked.topic) == &settings;
+               })) {
+      silence.add({.topic = name,
+                   .received = [] { return std::uint64_t{0}; },
+                   .reason = [this]() -> SilenceReason {
+                     return {SilenceReason::Kind::not_locked,
+                             config_.lock_file +
+                                 " has no topic that matches: copy it from the bridge at the other end, and "
+                                 "start this one again"};
+                   }});
+    }
+  }
+}
+
+void DiscoveredRoutes::append_diagnoses(std::vector<Diagnosis>& diagnoses) const {
+  for (const auto& [topic, live] : live_) {
+    diagnoses.push_back(live.carrier->state());
+  }
+  for (const Pattern& pattern : patterns_) {
+    const TopicPattern& settings = *pattern.settings;
+    if (settings.route.direction == Direction::dds_to_someip) {
+      diagnoses.push_back(method_state(
+          counters_of(pattern), routes_of(pattern) > 0,
+          pattern.topics > 0 ? "no topic that matches gets a route" : "nobody publishes a topic that matches",
+          fmt::format("0x{:04x}-0x{:04x}", value(settings.services.first), value(settings.services.last))));
+    }
+  }
+}
+
+std::size_t DiscoveredRoutes::routes_of(const Pattern& pattern) const {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(live_, [&](const auto& one) { return one.second.pattern == &pattern; }));
+}
+
+CounterGroup DiscoveredRoutes::counters_of(const Pattern& pattern) const {
+  constexpr std::array names{"unknown_type", "other_type", "too_many", "no_id", "not_locked", "not_opened"};
+  static_assert(names.size() == refusals);
+  CounterGroup group{"pattern " + pattern.settings->topics,
+                     {{"topics", pattern.topics},
+                      {"routes", routes_of(pattern)},
+                      {"routes_made", pattern.made},
+                      {"locked", pattern.locked}}};
+  for (std::size_t i = 0; i < refusals; ++i) {
+    group.counters.push_back({names.at(i), pattern.refused.at(i), Counter::Kind::loss});
+  }
+  return group;
+}
+
+void DiscoveredRoutes::append_counters(std::vector<CounterGroup>& groups) const {
+  using enum Counter::Kind;
+  for (const auto& [topic, live] : live_) {
+    groups.push_back(live.carrier->counters());
+  }
+  if (!past_.counters.empty()) {
+    groups.push_back(past_);
+  }
+  for (const Pattern& pattern : patterns_) {
+    if (pattern.settings->route.direction == Direction::dds_to_someip) {
+      groups.push_back(counters_of(pattern));
+    }
+  }
+  groups.push_back({"DDS discovery", {{"not_remembered", participant_->not_remembered(), loss}}});
+}
+
+}  // namespace trestle::bridge

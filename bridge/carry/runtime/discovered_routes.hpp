@@ -1,0 +1,150 @@
+#pragma once
+#include <array>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/thread_pool.hpp>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bridge/carry/config/lock_file.hpp"
+#include "bridge/carry/runtime/counters.hpp"
+#include "bridge/carry/runtime/outbound_route.hpp"
+#include "bridge/carry/runtime/service_offer.hpp"
+#include "bridge/carry/runtime/silence_watch.hpp"
+#include "bridge/messages/types/type_library.hpp"
+
+namespace trestle::bridge {
+
+/// The routes of patterns to SOME/IP: one for each topic that matches, has a type that is known, and is
+/// published by somebody else; it ends with its last publisher. The ids are those of the lock file, which
+/// gets those that are new before anybody hears of them. On the thread that runs the io_context.
+class DiscoveredRoutes {
+ public:
+  /// Opens the ports of the patterns and reads the lock file.
+  /// @param node  outlives this object, as does the report.
+  /// @param types  is copied: who publishes later may have a type that nobody asked for yet.
+  /// @throws std::runtime_error  with the place in the configuration or lock file.
+  DiscoveredRoutes(boost::asio::io_context& io, sd::Node& node, const BridgeConfig& config,
+                   const TypeLibrary& types, Report& report);
+  DiscoveredRoutes(const DiscoveredRoutes&) = delete;
+  DiscoveredRoutes& operator=(const DiscoveredRoutes&) = delete;
+
+  /// Makes the routes of who is there.
+  /// @param participant  outlives this object.
+  void open(dds::Participant& participant);
+  /// To be called when writers have come or gone, or counterparts of our readers. What comes together, or
+  /// soon after, is looked at together.
+  void changed();
+  /// Nothing begins or ends any more.
+  void stop();
+
+  /// Told of routes: of each that is there, and of those that are made; and of the topics of those that end.
+  /// Also after each look at what is there, by which the state of a pattern may have become another.
+  struct Watcher {
+    std::function<void(const std::string& topic, const OutboundRoute& route)> made;
+    std::function<void(const std::string& topic)> ends;
+    std::function<void()> looked;
+  };
+  void watched_by(Watcher watcher);
+  /// Why a pattern has had no route yet, of either direction.
+  void append_silence(SilenceWatch& silence);
+  /// The state of each route, and of each pattern to SOME/IP: OK while it has a route.
+  void append_diagnoses(std::vector<Diagnosis>& diagnoses) const;
+
+  /// Those of the patterns, of the routes there are, and of all those there were.
+  void append_counters(std::vector<CounterGroup>& groups) const;
+
+ private:
+  /// Why a topic that matches has no route.
+  enum class Refusal : std::uint8_t {
+    unknown_type,  ///< its type is not known, or cannot be carried
+    other_type,    ///< it has, or had when it got its id, another type
+    too_many,      ///< as many topics as are allowed have an id already
+    no_id,         ///< all ids of the range are taken
+    not_locked,    ///< the lock file could not be written
+    not_opened,    ///< a port or the DDS reader could not be opened
+  };
+  static constexpr std::size_t refusals = 6;
+
+  struct Pattern {
+    const TopicPattern* settings = nullptr;
+    std::shared_ptr<const void> port;  ///< held also while there are no routes
+    std::size_t topics = 0;            ///< that match now
+    bool brought = false;              ///< other bridges publish some that match
+    std::size_t locked = 0;            ///< that have an id
+    std::uint64_t made = 0;
+    std::array<std::uint64_t, refusals> refused{};
+  };
+  /// What discovery says of a topic's writers that have one type.
+  struct Found {
+    Pattern* pattern = nullptr;
+    PublishedQos offers;
+  };
+  using TopicAndType = std::pair<std::string, std::string>;
+  struct Live {
+    Pattern* pattern;
+    Route route;
+    std::unique_ptr<ServiceOffer> offer;
+    std::unique_ptr<OutboundRoute> carrier;  // which uses the offer
+  };
+  struct Candidate {
+    Pattern* pattern;
+    Route route;
+    ConversionPlan plan;
+    bool is_new;  ///< its id is not locked yet
+  };
+
+  void settle();
+  void settle_at(std::chrono::steady_clock::time_point when);
+  [[nodiscard]] std::map<TopicAndType, Found> look();
+  void drop_what_is_gone(const std::map<TopicAndType, Found>& found);
+  void drop(std::map<std::string, Live>::iterator live);
+  /// The pattern to SOME/IP that has this topic, or nothing.
+  [[nodiscard]] Pattern* owner_of(const std::string& topic);
+  /// Adds the route of a topic, unless it has one or cannot have one.
+  void consider(const TopicAndType& what, const Found& found, std::vector<Candidate>& candidates);
+  [[nodiscard]] std::optional<ConversionPlan> plan_of(const TopicAndType& what, const Route& route,
+                                                      Pattern& pattern);
+  [[nodiscard]] std::optional<someip::ServiceId> new_id(const TopicAndType& what, Pattern& pattern);
+  /// Has what is new get its place in the lock file; leaves the candidates that have one.
+  void lock(std::vector<Candidate>& candidates);
+  /// What is new has its place in `file` now, or has none.
+  void locked(LockFile file, const tl::expected<void, std::string>& written);
+  void make(Candidate& candidate);
+  [[nodiscard]] std::size_t routes_of(const Pattern& pattern) const;
+  [[nodiscard]] CounterGroup counters_of(const Pattern& pattern) const;
+  void refuse(const TopicAndType& what, Pattern& pattern, Refusal why, const std::string& told);
+
+  boost::asio::io_context& io_;
+  sd::Node& node_;
+  const BridgeConfig config_;
+  TypeLibrary types_;
+  Report& report_;
+  LockFile lock_;
+  dds::Participant* participant_ = nullptr;
+  std::vector<Pattern> patterns_;            ///< as those of the configuration
+  std::set<std::string> own_topics_;         ///< that others of our routes carry
+  std::set<someip::ServiceId> taken_;        ///< ids of services, also those that are locked
+  std::map<std::string, Pattern*> owners_;   ///< of the topics that are there; nothing: no pattern's
+  std::map<std::string, Live> live_;         ///< by topic
+  std::map<TopicAndType, Refusal> refused_;  ///< of what is there
+  std::set<std::string> told_;               ///< lines that need not be logged again
+  CounterGroup past_;                        ///< sums of the routes that there were
+  Watcher watcher_;
+  boost::asio::steady_timer timer_;
+  std::chrono::steady_clock::time_point last_{};
+  bool due_ = false;
+  bool stopped_ = false;
+  std::vector<Candidate> being_locked_;  ///< until then nothing else is looked at
+  bool locking_ = false;
+  bool missed_ = false;  ///< something has changed meanwhile
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+  /// Writes the lock file: until that is on the disk may take a while, in which everything else goes on.
+  boost::asio::thread_pool disk_{1};
+};
+
+}  // namespace trestle::bridge

@@ -1,0 +1,272 @@
+#include "bridge/carry/runtime/inbound_route.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <utility>
+
+#include "bridge/carry/runtime/dds_qos.hpp"
+#include "bridge/carry/runtime/sample_limit.hpp"
+#include "dds_adapter/ros_names.hpp"
+#include "someip/net/address_text.hpp"
+
+namespace trestle::bridge {
+
+InboundRoute::InboundRoute(sd::Node& node, const Route& route, const sd::SubscribeSpec& subscription,
+                           ConversionPlan plan, Report& report)
+    : node_{node},
+      subscription_spec_{subscription},
+      route_{route},
+      plan_{std::move(plan)},
+      report_{report},
+      log_{route.topic} {
+  if (route_.e2e) {
+    e2e_.emplace(route_.e2e->pass_failed);
+  }
+  if (route_.presence.write_while_offered) {
+    requirement_ = node_.require({.service = subscription.service,
+                                  .instance = subscription.instance,
+                                  .major = subscription.major,
+                                  .minor = subscription.minor},
+                                 [this](const sd::RemoteService&, bool) { settle_soon(); });
+  }
+  if (!route_.presence.subscribe_while_read) {
+    subscribe();
+  } else if (subscription.udp && subscription.port != 0) {
+    port_ = node_.hold_port(subscription.port, Transport::udp);
+  }
+}
+
+void InboundRoute::subscribe() {
+  subscription_ = node_.subscribe(
+      subscription_spec_, [this](const someip::Message& event, const Endpoint& from) { carry(event, from); });
+}
+
+void InboundRoute::open(dds::Participant& participant, const std::string& user_data,
+                        const IpAddress& address) {
+  participant_ = &participant;
+  user_data_ = user_data;
+  mark_ = mark_of(address, route_);
+  returns_.emplace(dds::ros_topic_name(route_.topic), mark_);
+  if (!requirement_) {
+    make_writer();
+  }
+}
+
+void InboundRoute::make_writer() {
+  writer_ = participant_->create_writer(
+      dds::ros_topic_name(route_.topic), dds::ros_type_name(route_.type), dds_qos(route_.qos),
+      max_sample_bytes(route_),
+      {.user_data = user_data_,
+       .bridge = to_text(mark_),
+       .takes_bridge = [mark = mark_](std::string_view other) { return goes_on(mark, other); }});
+}
+
+void InboundRoute::drop_writer() {
+  past_writers_ += writer_->counters();
+  writer_.reset();
+}
+
+// A server that has restarted is lost and found by one message: when all of it has been looked at, nothing
+// has changed, and the writer stays.
+void InboundRoute::settle_soon() {
+  if (std::exchange(settling_soon_, true)) {
+    return;
+  }
+  boost::asio::post(node_.io(), [this, alive = std::weak_ptr{alive_}] {
+    if (!alive.expired()) {
+      settling_soon_ = false;
+      settle();
+    }
+  });
+}
+
+// What was written before the other bridge was known is forgotten: who comes late has it from its publisher.
+void InboundRoute::bridges_changed() {
+  if (stopped_ || !returns_->update(*participant_) || returns_->none() || !writer_) {
+    return;
+  }
+  try {
+    drop_writer();
+    make_writer();
+  } catch (const std::exception& error) {
+    spdlog::error("{}: {}", route_.topic, error.what());
+  }
+}
+
+void InboundRoute::settle() {
+  if (stopped_) {
+    return;
+  }
+  try {
+    const bool offered = !requirement_ || !node_.available(*requirement_).empty();
+    if (offered && !writer_) {
+      make_writer();
+    } else if (!offered && writer_) {
+      drop_writer();
+    }
+    if (!route_.presence.subscribe_while_read) {
+      return;
+    }
+    const bool read = writer_ && writer_->matched() > 0;
+    if (read && !subscription_) {
+      subscribe();
+    } else if (!read && subscription_) {
+      past_faults_ = faults();
+      node_.unsubscribe(*subscription_);
+      subscription_.reset();
+      if (on_value_) {
+        on_value_(std::nullopt);
+      }
+    }
+  } catch (const std::exception& error) {
+    spdlog::error("{}: {}", route_.topic, error.what());
+  }
+}
+
+bool InboundRoute::comes_back(const Endpoint& from) {
+  if (returns_) {
+    if (!route_.qos.transient_local) {  // else by bridges_changed()
+      returns_->update(*participant_);
+    }
+    if (returns_->has(from.address)) {
+      ++returned_;
+      if (told_returns_.size() < 8 && std::ranges::find(told_returns_, from.address) == told_returns_.end()) {
+        told_returns_.push_back(from.address);
+        spdlog::warn("{}: what comes from {} is not carried: the bridge there takes it from this topic",
+                     route_.topic, someip::to_string(from.address));
+      }
+      return true;
+    }
+  }
+  return false;
+}
+
+void InboundRoute::carry(const someip::Message& event, const Endpoint& from) {
+  plan_.expect(event.payload, scratch_);
+  ++received_;
+  if (comes_back(from)) {
+    return;
+  }
+  if (e2e_ && event.check != nullptr) {
+    e2e_->note(*event.check);
+    if (!e2e_->passes()) {
+      return;
+    }
+  }
+  // The node takes what the largest route takes.
+  if (event.payload.size() > route_.tp.max_message) {
+    ++too_large_;
+    return;
+  }
+  if (on_value_) {
+    on_value_(event.payload);
+  }
+  // A late joiner of a transient-local topic wants what was written before it came.
+  if (!writer_ || (writer_->matched() == 0 && !route_.qos.transient_local)) {
+    ++no_reader_;
+    return;
+  }
+  const auto before = Clock::now();
+  const auto sample = plan_.someip_to_cdr(event.payload, scratch_);
+  const auto after = Clock::now();
+  if (!sample) {
+    ++not_convertible_;
+    log_.refused(sample.error(), event.payload, &route_.rules.payload);
+    return;
+  }
+  if (!writer_->write(sample->slices)) {
+    return;  // counted by the writer
+  }
+  ++carried_;
+  carried_bytes_ += sample->bytes;
+  report_.carried({.topic = route_.topic,
+                   .direction = route_.direction,
+                   .session = event.header.session,
+                   .before = before,
+                   .after = after,
+                   .source_time = {},
+                   .bytes = sample->bytes});
+}
+
+std::optional<Diagnosis> InboundRoute::diagnosis() const {
+  return e2e_ ? std::optional{e2e_->diagnosis(
+                    route_.topic, fmt::format("0x{:04x}.0x{:04x} event 0x{:04x}", value(route_.service),
+                                              value(route_.instance), value(route_.event)))}
+              : std::nullopt;
+}
+
+Diagnosis InboundRoute::state() const {
+  const bool waits = !subscription_ && route_.presence.subscribe_while_read &&
+                     (!requirement_ || !node_.available(*requirement_).empty());
+  return route_state(counters(), waits || (subscription_ && node_.subscribed(*subscription_)),
+                     "the SOME/IP service is not there, or not subscribed to", route_);
+}
+
+sd::SubscriptionFaults InboundRoute::faults() const {
+  sd::SubscriptionFaults sum = past_faults_;
+  if (subscription_) {
+    const sd::SubscriptionFaults now = node_.subscription_faults(*subscription_);
+    sum.refused += now.refused;
+    sum.other_transport += now.other_transport;
+    sum.other_version += now.other_version;
+  }
+  return sum;
+}
+
+// Ends of other bridges on the topic.
+std::uint64_t InboundRoute::bridges() const {
+  return participant_ != nullptr ? participant_->bridge_ends(dds::ros_topic_name(route_.topic)).size() : 0;
+}
+
+SilenceReason InboundRoute::silence(std::span<const sd::SeenOffer> offers,
+                                    const std::string& other_interface) const {
+  const sd::SubscriptionFaults sd = faults();
+  return why_silent(route_, SomeipSilence{.other_interface = other_interface,
+                                          .offers = offers,
+                                          .subscription = subscription_.has_value(),
+                                          .subscribed = subscription_ && node_.subscribed(*subscription_),
+                                          .refused = sd.refused > 0,
+                                          .over_tcp_only = sd.other_transport > 0,
+                                          .others = node_.other_events(route_.service)});
+}
+
+CounterGroup InboundRoute::counters() const {
+  using enum Counter::Kind;
+  const sd::SubscriptionFaults sd = faults();
+  dds::WriterCounters dds = past_writers_;
+  if (writer_) {
+    dds += writer_->counters();
+  }
+  CounterGroup group{"route " + route_.topic + " from SOME/IP",
+                     {{"received", received_},
+                      {"carried", carried_},
+                      {"bytes", carried_bytes_},
+                      {"readers", writer_ ? writer_->matched() : 0},
+                      {"bridges", bridges()},
+                      {"written", writer_ ? 1U : 0U},
+                      {"subscribed", subscription_ && node_.subscribed(*subscription_) ? 1U : 0U},
+                      {"refused", sd.refused, loss},
+                      {"other_transport", sd.other_transport, loss},
+                      {"other_version", sd.other_version, loss},
+                      {"returned", returned_, loss},
+                      {"unexpected", node_.other_events(route_.service).count, loss},
+                      {"no_reader", no_reader_, loss},
+                      {"not_convertible", not_convertible_, loss},
+                      {"too_large", too_large_, loss},
+                      {"dds_bad_encapsulation", dds.bad_encapsulation, loss},
+                      {"dds_oversize", dds.oversize, loss},
+                      {"dds_refused", dds.refused, loss},
+                      {"dds_other_type", dds.other_type, loss},
+                      {"dds_overwritten", dds.overwritten, doubt},
+                      {"dds_incompatible_qos", dds.incompatible_qos, loss},
+                      {"dds_deadlines_missed", dds.deadlines_missed, loss},
+                      {"dds_liveliness_lost", dds.liveliness_lost, loss}}};
+  append_e2e(group, e2e_);
+  return group;
+}
+
+}  // namespace trestle::bridge

@@ -1,0 +1,198 @@
+#include "bridge/carry/runtime/method_to_service.hpp"
+
+#include <fmt/format.h>
+
+#include "bridge/carry/runtime/pacing.hpp"
+#include "bridge/messages/convert/most_bytes.hpp"
+#include "dds_adapter/ros_names.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+using someip::ReturnCode;
+
+// A reply while it is sent.
+struct Answer {
+  dds::ServiceMessage message;
+  ConversionScratch scratch;
+};
+
+ReturnCode code_of(dds::CallFault fault) {
+  switch (fault) {
+    case dds::CallFault::unavailable:
+    case dds::CallFault::too_many:
+      return ReturnCode::not_ready;
+    case dds::CallFault::gone:
+      return ReturnCode::not_reachable;
+    case dds::CallFault::timed_out:
+      return ReturnCode::timeout;
+    case dds::CallFault::not_written:
+      break;
+  }
+  return ReturnCode::not_ok;
+}
+
+}  // namespace
+
+MethodToService::MethodToService(boost::asio::io_context& io, const MethodRoute& method, ServicePlans plans,
+                                 dds::ServiceConfig ros, const IpAddress& address)
+    : method_{method},
+      plans_{std::move(plans)},
+      ros_{std::move(ros)},
+      log_{method.ros_service},
+      returns_{dds::ros_request_topic(method.ros_service), mark_of(address, method)},
+      work_{std::make_shared<ServiceWork>(
+          io, [this](dds::TimePoint now) { work(now); }, [this] { return client_->deadline(); })} {
+  if (method_.e2e) {
+    e2e_.emplace(method_.e2e->pass_failed);
+  }
+}
+
+MethodToService::~MethodToService() {
+  work_->stop();
+}
+
+sd::MethodSpec MethodToService::spec() {
+  const std::optional<std::size_t> most = plans_.request.most_bytes();
+  return {.id = method_.method,
+          .handler = [this](const someip::Message& request,
+                            sd::Responder responder) { on_request(request, std::move(responder)); },
+          .kind = method_.fire_and_forget ? someip::MethodKind::fire_and_forget
+                                          : someip::MethodKind::request_response,
+          .pacing = pacing_of(method_.tp),
+          .max_request_bytes = most ? std::optional{room_to_receive(*most)} : std::nullopt};
+}
+
+void MethodToService::open(dds::Participant& participant, std::function<void()> ready_changed) {
+  participant_ = &participant;
+  ready_changed_ = std::move(ready_changed);
+  client_.emplace(participant, ros_, work_->waker());
+}
+
+void MethodToService::stop() {
+  work_->stop();
+}
+
+void MethodToService::work(dds::TimePoint now) {
+  client_->work(now);
+  const bool ready = client_->ready();
+  if (std::exchange(was_ready_, ready) != ready) {
+    ready_changed_();
+    if (changed_) {
+      changed_();
+    }
+  }
+}
+
+void MethodToService::on_request(const someip::Message& request, sd::Responder responder) {
+  ++received_;
+  // Its server asks us what our ROS service was asked, as long as it does not know us yet.
+  returns_.update(*participant_);
+  if (returns_.has(responder.caller().address)) {
+    ++returned_;
+    responder.error(ReturnCode::not_ok);
+    return;
+  }
+  if (const auto refused = refused_by(e2e_, request)) {
+    responder.error(*refused);
+    return;
+  }
+  if (request.payload.size() > method_.tp.max_message) {
+    ++too_large_;
+    responder.error(ReturnCode::not_ok);
+    return;
+  }
+  const auto sample = plans_.request.someip_to_cdr(request.payload, scratch_);
+  if (!sample) {
+    ++not_convertible_;
+    log_.refused(sample.error(), request.payload, &method_.rules.payload);
+    responder.error(ReturnCode::malformed_message);
+    return;
+  }
+  // A std::function is copied, which a Responder cannot be.
+  const auto answer = std::make_shared<sd::Responder>(std::move(responder));
+  ++in_flight_;
+  client_->call(sample->slices, method_.timeout, std::chrono::steady_clock::now(),
+                [this, answer](tl::expected<dds::ServiceMessage, dds::CallFault> reply) {
+                  on_reply(std::move(reply), *answer);
+                });
+  work_->arm();
+}
+
+void MethodToService::on_reply(tl::expected<dds::ServiceMessage, dds::CallFault> reply,
+                               sd::Responder& responder) {
+  --in_flight_;
+  if (!reply) {
+    log_.tell(fmt::format("a call of the ROS service failed: {}", to_string(reply.error())));
+    responder.error(code_of(reply.error()));
+    return;
+  }
+  if (method_.fire_and_forget) {
+    ++answered_;
+    return;  // ROS answers every request, but nobody waits for it
+  }
+  const auto answer = std::make_shared<Answer>(Answer{std::move(*reply), {}});
+  const auto payload = plans_.response.cdr_to_someip(answer->message.cdr(), answer->scratch);
+  if (!payload) {
+    ++answers_not_convertible_;
+    log_.refused(payload.error(), answer->message.cdr());
+    responder.error(ReturnCode::not_ok);
+    return;
+  }
+  if (payload->bytes > method_.tp.max_message) {
+    ++answers_too_large_;
+    responder.error(ReturnCode::not_ok);
+    return;
+  }
+  ++(responder.respond(payload->slices, answer) ? answered_ : answers_not_sent_);
+}
+
+CounterGroup MethodToService::counters() const {
+  using enum Counter::Kind;
+  const dds::ServiceClientCounters ros = client_->counters();
+  CounterGroup group{"method of ROS service " + method_.ros_service,
+                     {{"received", received_},
+                      {"answered", answered_},
+                      {"in_flight", in_flight_},
+                      {"ready", was_ready_ ? 1U : 0U},
+                      {"not_convertible", not_convertible_, loss},
+                      {"too_large", too_large_, loss},
+                      {"returned", returned_, loss},
+                      {"unavailable", ros.unavailable, loss},
+                      {"gone", ros.gone, loss},
+                      {"timed_out", ros.timed_out, loss},
+                      {"too_many", ros.too_many, loss},
+                      {"not_written", ros.not_written, loss},
+                      {"answers_not_convertible", answers_not_convertible_, loss},
+                      {"answers_too_large", answers_too_large_, loss},
+                      {"answers_not_sent", answers_not_sent_, loss},
+                      {"dds_requests", ros.requests},
+                      {"dds_replies", ros.replies},
+                      {"dds_foreign", ros.foreign},
+                      {"dds_late", ros.late, loss},
+                      {"dds_malformed", ros.malformed + ros.reader.bad_encapsulation, loss},
+                      {"dds_dropped", ros.dropped, loss},
+                      {"dds_other_type", ros.reader.other_type + ros.writer.other_type, loss},
+                      {"dds_oversize", ros.reader.oversize, loss},
+                      {"dds_lost", ros.reader.lost + ros.reader.rejected, loss},
+                      {"dds_overwritten", ros.writer.overwritten, doubt}}};
+  append_e2e(group, e2e_);
+  return group;
+}
+
+void MethodToService::append_diagnoses(std::vector<Diagnosis>& diagnoses) const {
+  const std::string at = called_id(method_.service, method_.instance, method_.method);
+  diagnoses.push_back(method_state(counters(), ready(), "the ROS service is not there", at));
+  if (e2e_) {
+    diagnoses.push_back(e2e_->diagnosis("requests to " + method_.ros_service, at));
+  }
+}
+
+void MethodToService::on_change(const std::function<void()>& changed) {
+  changed_ = changed;
+  if (e2e_) {
+    e2e_->on_change(changed);
+  }
+}
+
+}  // namespace trestle::bridge

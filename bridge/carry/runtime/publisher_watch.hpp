@@ -1,0 +1,47 @@
+#pragma once
+#include <boost/asio/steady_timer.hpp>
+#include <functional>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "bridge/carry/runtime/bridge_mark.hpp"
+#include "bridge/carry/runtime/published_qos.hpp"
+
+namespace trestle::bridge {
+
+/// Tells routes what the publishers of their topics offer, by one look at all of them, and not more often
+/// than it is worth. On the thread that runs the io_context.
+class PublisherWatch {
+ public:
+  explicit PublisherWatch(boost::asio::io_context& io) : timer_{io} {}
+  PublisherWatch(const PublisherWatch&) = delete;
+  PublisherWatch& operator=(const PublisherWatch&) = delete;
+
+  /// @param topic, type  their DDS names. @param mark  of the route. @param tell  is called at each look.
+  void add(std::string topic, std::string type, BridgeMark mark,
+           std::function<void(const PublishedQos&)> tell) {
+    told_.emplace(std::pair{std::move(topic), std::move(type)}, Told{std::move(mark), std::move(tell), {}});
+  }
+  /// Looks. @param participant  outlives this object.
+  void open(const dds::Participant& participant);
+  /// To be called when writers have come or gone.
+  void changed();
+  void stop();
+
+ private:
+  void look();
+
+  struct Told {
+    BridgeMark mark;
+    std::function<void(const PublishedQos&)> tell;
+    PublishedQos published;
+  };
+  std::map<std::pair<std::string, std::string>, Told> told_;
+  const dds::Participant* participant_ = nullptr;
+  boost::asio::steady_timer timer_;
+  std::chrono::steady_clock::time_point last_{};
+  bool due_ = false;
+};
+
+}  // namespace trestle::bridge

@@ -1,0 +1,71 @@
+#include "bridge/carry/runtime/service_offer.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+namespace trestle::bridge {
+
+ServiceOffer::ServiceOffer(sd::Node& node, sd::ServiceSpec spec, bool while_published)
+    : node_{node}, spec_{std::move(spec)} {
+  if (!while_published) {
+    handle_ = node_.offer(spec_);
+    return;
+  }
+  if (spec_.udp_port) {
+    ports_.push_back(node_.hold_port(*spec_.udp_port, Transport::udp));
+  }
+  if (spec_.tcp_port) {
+    ports_.push_back(node_.hold_port(*spec_.tcp_port, Transport::tcp));
+  }
+}
+
+void ServiceOffer::update() {
+  const bool wanted = std::ranges::all_of(needs_, [](const auto& published) { return published(); });
+  if (stopped_ || wanted == handle_.has_value()) {
+    return;
+  }
+  if (wanted) {
+    try {
+      handle_ = node_.offer(spec_);
+    } catch (const std::exception& error) {
+      spdlog::error("{}", error.what());
+    }
+  } else {
+    withdraw();
+    for (sd::FieldSpec& field : spec_.fields) {
+      field.value.reset();
+    }
+  }
+}
+
+void ServiceOffer::withdraw() {
+  if (handle_) {
+    node_.withdraw(*handle_);
+    handle_.reset();
+  }
+}
+
+void ServiceOffer::forget(someip::MethodId notifier) {
+  if (handle_) {
+    node_.forget_field(*handle_, notifier);
+  }
+  const auto field = std::ranges::find(spec_.fields, std::optional{notifier}, &sd::FieldSpec::notifier);
+  if (field != spec_.fields.end()) {
+    field->value.reset();
+  }
+}
+
+sd::Notified ServiceOffer::set(someip::MethodId notifier,
+                               std::shared_ptr<const std::vector<std::byte>> value) {
+  if (handle_) {
+    return node_.set_field(*handle_, notifier, std::move(value));
+  }
+  const auto field = std::ranges::find(spec_.fields, std::optional{notifier}, &sd::FieldSpec::notifier);
+  if (field != spec_.fields.end() && !stopped_) {
+    field->value = *value;
+  }
+  return {};
+}
+
+}  // namespace trestle::bridge

@@ -1,0 +1,423 @@
+#include "bridge/carry/runtime/service_to_method.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <boost/asio/error.hpp>
+#include <boost/asio/post.hpp>
+
+#include "bridge/carry/runtime/pacing.hpp"
+#include "dds_adapter/ros_names.hpp"
+#include "someip/net/address_text.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+void add_to(dds::ServiceServerCounters& sum, const dds::ServiceServerCounters& more) {
+  sum.requests += more.requests;
+  sum.replies += more.replies;
+  sum.malformed += more.malformed;
+  sum.dropped += more.dropped;
+  sum.client_gone += more.client_gone;
+  sum.unmatched += more.unmatched;
+  sum.too_many += more.too_many;
+  sum.not_written += more.not_written;
+  sum.reader.bad_encapsulation += more.reader.bad_encapsulation;
+  sum.reader.oversize += more.reader.oversize;
+  sum.reader.from_bridge += more.reader.from_bridge;
+  sum.reader.other_type += more.reader.other_type;
+  sum.writer.other_type += more.writer.other_type;
+  sum.reader.lost += more.reader.lost;
+  sum.reader.rejected += more.reader.rejected;
+  sum.writer.overwritten += more.writer.overwritten;
+}
+
+// What went wrong is the code of an answer.
+bool is_return_code(const boost::system::error_code& error) {
+  return error && error.category() == make_error_code(someip::ReturnCode::not_ok).category();
+}
+
+// Whether the server has certainly not done what it was asked for. These two codes are what another bridge
+// says of a ROS server that may have begun.
+bool is_certain(const boost::system::error_code& error) {
+  return error != sd::CallFault::timed_out && error != someip::ReturnCode::timeout &&
+         error != someip::ReturnCode::not_reachable;
+}
+
+// Whether a refused value is answered with one that the server has told before.
+bool keeps_value(const MethodRoute& method) {
+  return method.access == FieldAccess::set && !method.getter;
+}
+
+std::vector<sd::E2eSpec> protection(const MethodRoute& method) {
+  std::vector<sd::E2eSpec> specs;
+  if (method.e2e) {
+    specs.push_back(called(method.method, *method.e2e, !method.fire_and_forget));
+  }
+  if (method.getter && method.getter->e2e) {
+    specs.push_back(called(method.getter->id, *method.getter->e2e, true));
+  }
+  return specs;
+}
+
+}  // namespace
+
+ServiceToMethod::ServiceToMethod(sd::Node& node, const MethodRoute& method, ServicePlans plans,
+                                 dds::ServiceConfig ros, std::optional<FailureReply> failure,
+                                 const IpAddress& address)
+    : node_{node},
+      method_{method},
+      plans_{std::move(plans)},
+      ros_{std::move(ros)},
+      log_{method.ros_service},
+      failure_{std::move(failure)},
+      returns_{dds::ros_request_topic(method.ros_service), mark_of(address, method)},
+      loop_{node.io(), method.ros_service, limits_of_calls},
+      work_{std::make_shared<ServiceWork>(
+          node.io(),
+          [this](dds::TimePoint now) {
+            if (server_) {
+              server_->work(now);
+            }
+          },
+          [this] { return server_ ? server_->deadline() : std::nullopt; })} {
+  if (method.e2e) {
+    e2e_.emplace(method.e2e->pass_failed);
+  }
+  proxy_.emplace(node_,
+                 sd::RequireSpec{.service = method.service,
+                                 .instance = method.instance,
+                                 .major = method.major,
+                                 .minor = method.minor,
+                                 .e2e = protection(method)},
+                 [this](const sd::RemoteService&, bool available) {
+                   if (!available) {
+                     value_.reset();
+                   }
+                   settle_soon();
+                 });
+}
+
+ServiceToMethod::~ServiceToMethod() {
+  stop();
+}
+
+void ServiceToMethod::stop() {
+  stopped_ = true;
+  alive_.reset();  // nobody is told how the calls end that are still outstanding
+  work_->stop();
+  if (server_) {
+    add_to(past_, server_->counters());
+    server_.reset();
+  }
+}
+
+bool ServiceToMethod::look_for_servers() {
+  chosen_.reset();
+  returns_.update(*participant_);
+  bool any = false;
+  bool all = true;
+  std::optional<someip::InstanceId> first;
+  for (const sd::RemoteService& server : proxy_->available()) {
+    if (method_.transport && !(*method_.transport == Transport::tcp ? server.tcp : server.udp)) {
+      continue;
+    }
+    const auto& at = server.udp ? server.udp : server.tcp;
+    if (at && returns_.has(at->address)) {
+      all = false;
+      if (!std::exchange(told_returns_, true)) {
+        spdlog::warn(
+            "ROS service {}: the SOME/IP service at {} is not called for it: the bridge there calls this "
+            "very "
+            "ROS service",
+            method_.ros_service, someip::to_string(at->address));
+      }
+      continue;
+    }
+    any = true;
+    first = first ? first : server.instance;
+  }
+  if (!all) {
+    chosen_ = first;
+  }
+  return any;
+}
+
+void ServiceToMethod::bridges_changed() {
+  if (!stopped_ && participant_ != nullptr && returns_.update(*participant_)) {
+    settle_soon();
+  }
+}
+
+// Later, as this may come while the ROS service hands over a request.
+void ServiceToMethod::settle_soon() {
+  boost::asio::post(node_.io(), [this, weak = std::weak_ptr{alive_}] {
+    if (!weak.expired()) {
+      settle();
+    }
+  });
+}
+
+void ServiceToMethod::settle() {
+  const bool wanted = look_for_servers();
+  if (wanted == server_.has_value()) {
+    return;
+  }
+  if (!wanted) {
+    add_to(past_, server_->counters());
+    server_.reset();
+    spdlog::info("ROS service {}: ended, as the SOME/IP service has", method_.ros_service);
+    tell_change();
+    return;
+  }
+  try {
+    server_.emplace(
+        *participant_, ros_, work_->waker(),
+        [this](const dds::RequestId& id, const dds::ServiceMessage& request) { on_request(id, request); });
+    spdlog::info("ROS service {}: begun, as the SOME/IP service is there", method_.ros_service);
+    tell_change();
+  } catch (const std::exception& error) {
+    spdlog::error("ROS service {}: {}", method_.ros_service, error.what());
+  }
+}
+
+void ServiceToMethod::on_change(const std::function<void()>& changed) {
+  changed_ = changed;
+  if (e2e_) {
+    e2e_->on_change(changed);
+  }
+}
+
+void ServiceToMethod::tell_change() const {
+  if (changed_) {
+    changed_();
+  }
+}
+
+void ServiceToMethod::on_request(const dds::RequestId& id, const dds::ServiceMessage& request) {
+  ++received_;
+  const auto through = [&] { return "who else answers " + method_.ros_service; };
+  const std::optional<std::uint64_t> from =
+      id.from_bridge ? std::nullopt : std::optional{message_hash(id.request.writer)};
+  if (!loop_.may_carry(message_hash(request.cdr()), from, std::chrono::steady_clock::now(), through)) {
+    loop_.settle();
+    fail(id, "this route seems to loop", true);
+    return;
+  }
+  if (outstanding_ >= method_.max_calls) {
+    ++too_many_;
+    fail(id, "as many as `max_calls` wait for an answer", true);
+    return;
+  }
+  const auto converted = plans_.request.cdr_to_someip(request.cdr(), scratch_);
+  if (!converted) {
+    ++not_convertible_;
+    fail(id, "the request cannot be converted: " + to_string(converted.error()), true);
+    return;
+  }
+  if (converted->bytes > method_.tp.max_message) {
+    ++too_large_;
+    fail(id, "the request is larger than `max_message`", true);
+    return;
+  }
+  std::vector<std::byte> payload = joined(*converted);
+  if (method_.fire_and_forget) {
+    tell(id, payload);
+    return;
+  }
+  ++outstanding_;
+  std::vector<std::byte> wanted = keeps_value(method_) ? payload : std::vector<std::byte>{};
+  proxy_->call({.method = method_.method,
+                .timeout = method_.timeout,
+                .transport = method_.transport,
+                .instance = chosen_,
+                .pacing = pacing_of(method_.tp)},
+               std::move(payload),
+               [this, id, wanted = std::move(wanted), weak = std::weak_ptr{alive_}](
+                   boost::system::error_code error, const sd::Response& response) {
+                 if (!weak.expired()) {
+                   on_response(id, wanted, error, response);
+                 }
+               });
+}
+
+// ROS clients wait for an answer also where the method has none: they get the defaults of the response.
+void ServiceToMethod::tell(const dds::RequestId& id, const std::vector<std::byte>& payload) {
+  if (!proxy_->send({.method = method_.method,
+                     .transport = method_.transport,
+                     .instance = chosen_,
+                     .pacing = pacing_of(method_.tp)},
+                    payload)) {
+    ++not_sent_;
+    fail(id, "the request could not be sent", true);
+    return;
+  }
+  reply(id, {});
+}
+
+void ServiceToMethod::on_response(const dds::RequestId& id, ByteView wanted, boost::system::error_code error,
+                                  const sd::Response& response) {
+  --outstanding_;
+  if (e2e_ && response.check) {
+    e2e_->note(*response.check);
+    if (!e2e_->passes()) {
+      fail(id, fmt::format("the answer fails its end-to-end check: {}", to_string(response.check->status)),
+           false);
+      return;
+    }
+  }
+  if (!error) {
+    if (keeps_value(method_) && response.payload.size() <= method_.tp.max_message) {
+      value_ = response.payload;
+    }
+    reply(id, response.payload);
+    return;
+  }
+  if (method_.access == FieldAccess::set && is_return_code(error) && (method_.getter || is_certain(error))) {
+    on_refused(id, wanted, error);
+    return;
+  }
+  ++(error == sd::CallFault::unavailable || error == sd::CallFault::not_connected ? unavailable_
+     : error == sd::CallFault::timed_out                                          ? timed_out_
+     : error == sd::CallFault::not_sent                                           ? not_sent_
+     : error == sd::CallFault::too_many_calls                                     ? too_many_
+                                                                                  : errors_);
+  fail(id,
+       fmt::format("{} of SOME/IP service {}", error.message(),
+                   called_id(method_.service, method_.instance, method_.method)),
+       is_certain(error));
+}
+
+void ServiceToMethod::note_value(std::optional<ByteView> value) {
+  if (value) {
+    value_.emplace(value->begin(), value->end());
+  } else {
+    value_.reset();
+  }
+}
+
+void ServiceToMethod::on_refused(const dds::RequestId& id, ByteView wanted,
+                                 const boost::system::error_code& why) {
+  const std::string refusal = fmt::format("a value was refused: {} of SOME/IP service {}", why.message(),
+                                          called_id(method_.service, method_.instance, method_.method));
+  if (method_.getter) {
+    ask_getter(id, refusal);
+    return;
+  }
+  // Without a notifier it is what the setter answered last. Others may have changed it since: an answer that
+  // is the value which was refused would say that it was taken.
+  if (value_ && (method_.notifier || !std::ranges::equal(*value_, wanted))) {
+    ++refused_;
+    log_.tell(refusal + "; answered with the one that it had last");
+    reply(id, *value_);
+    return;
+  }
+  ++errors_;
+  fail(id, refusal + ", and which it has is not known", true);
+}
+
+void ServiceToMethod::ask_getter(const dds::RequestId& id, const std::string& refusal) {
+  ++outstanding_;
+  proxy_->call(
+      {.method = method_.getter->id,
+       .timeout = method_.timeout,
+       .transport = method_.transport,
+       .instance = chosen_},
+      {},
+      [this, id, refusal, weak = std::weak_ptr{alive_}](boost::system::error_code error,
+                                                        const sd::Response& value) {
+        if (weak.expired()) {
+          return;
+        }
+        --outstanding_;
+        if (error) {
+          ++errors_;
+          fail(id, fmt::format("{}, and which it has the getter does not say: {}", refusal, error.message()),
+               true);
+          return;
+        }
+        ++refused_;
+        log_.tell(refusal + "; answered with the one that it has");
+        reply(id, value.payload);
+      });
+}
+
+void ServiceToMethod::fail(const dds::RequestId& id, const std::string& why, bool is_certain) {
+  const auto sample = failure_ && server_ ? failure_->sample(why, is_certain) : std::nullopt;
+  log_.tell(sample ? fmt::format("a call went wrong: {}", why)
+                   : fmt::format("a call went wrong, and its ROS client gets no answer: {}", why));
+  if (sample) {
+    ++failures_answered_;
+    const ByteView bytes{*sample};
+    send(id, {&bytes, 1});
+  }
+}
+
+void ServiceToMethod::reply(const dds::RequestId& id, ByteView payload) {
+  if (!server_) {
+    ++ended_;
+    return;
+  }
+  const auto sample = plans_.response.someip_to_cdr(payload, scratch_);
+  if (!sample) {
+    ++answers_not_convertible_;
+    fail(id, "the answer cannot be converted: " + to_string(sample.error()), false);
+    return;
+  }
+  ++answered_;
+  send(id, sample->slices);
+}
+
+void ServiceToMethod::send(const dds::RequestId& id, std::span<const ByteView> sample) {
+  server_->reply(id, sample, std::chrono::steady_clock::now());
+  work_->arm();
+}
+
+void ServiceToMethod::append_diagnoses(std::vector<Diagnosis>& diagnoses) const {
+  const std::string at = called_id(method_.service, method_.instance, method_.method);
+  diagnoses.push_back(method_state(counters(), ready(), "the SOME/IP service is not offered", at));
+  if (e2e_) {
+    diagnoses.push_back(e2e_->diagnosis("answers to " + method_.ros_service, at));
+  }
+}
+
+CounterGroup ServiceToMethod::counters() const {
+  using enum Counter::Kind;
+  dds::ServiceServerCounters ros = past_;
+  if (server_) {
+    add_to(ros, server_->counters());
+  }
+  CounterGroup group{"ROS service of method " + method_.ros_service,
+                     {{"received", received_},
+                      {"answered", answered_},
+                      {"refused", refused_},
+                      {"failures_answered", failures_answered_},
+                      {"in_flight", outstanding_},
+                      {"ready", ready() ? 1U : 0U},
+                      {"not_convertible", not_convertible_, loss},
+                      {"too_large", too_large_, loss},
+                      {"looped", loop_.looped(), loss},
+                      {"dds_from_bridge", ros.reader.from_bridge, loss},
+                      {"too_many", too_many_, loss},
+                      {"unavailable", unavailable_, loss},
+                      {"timed_out", timed_out_, loss},
+                      {"not_sent", not_sent_, loss},
+                      {"errors", errors_, loss},
+                      {"answers_not_convertible", answers_not_convertible_, loss},
+                      {"ended", ended_, loss},
+                      {"dds_replies", ros.replies},
+                      {"dds_malformed", ros.malformed + ros.reader.bad_encapsulation, loss},
+                      {"dds_dropped", ros.dropped, loss},
+                      {"dds_other_type", ros.reader.other_type + ros.writer.other_type, loss},
+                      {"dds_client_gone", ros.client_gone, loss},
+                      {"dds_unmatched", ros.unmatched + ros.too_many, loss},
+                      {"dds_not_written", ros.not_written, loss},
+                      {"dds_oversize", ros.reader.oversize, loss},
+                      {"dds_lost", ros.reader.lost + ros.reader.rejected, loss},
+                      {"dds_overwritten", ros.writer.overwritten, doubt}}};
+  append_e2e(group, e2e_);
+  return group;
+}
+
+}  // namespace trestle::bridge

@@ -1,0 +1,112 @@
+#pragma once
+#include <memory>
+#include <optional>
+
+#include "bridge/carry/config/bridge_config.hpp"
+#include "bridge/carry/runtime/bridge_mark.hpp"
+#include "bridge/carry/runtime/conversion_log.hpp"
+#include "bridge/carry/runtime/counters.hpp"
+#include "bridge/carry/runtime/e2e_status.hpp"
+#include "bridge/carry/runtime/failure_reply.hpp"
+#include "bridge/carry/runtime/loop_guard.hpp"
+#include "bridge/carry/runtime/service_work.hpp"
+#include "bridge/messages/convert/service_plans.hpp"
+#include "dds_adapter/service.hpp"
+#include "sd/net/proxy.hpp"
+
+namespace trestle::bridge {
+
+/// A method as a ROS service: requests of ROS clients are converted, put to the SOME/IP service, and answered
+/// with what that answers. The ROS service is there only while the SOME/IP service is; one by which another
+/// bridge offers the very ROS service is none. On the thread that
+/// runs the io_context. docs/services.md tells what becomes of calls that go wrong.
+class ServiceToMethod {
+ public:
+  /// Looks for the SOME/IP service.
+  /// @param node  outlives this object.
+  /// @param failure  what is answered when a call goes wrong; nothing if the type cannot say so.
+  /// @param address  of the bridge in SOME/IP.
+  ServiceToMethod(sd::Node& node, const MethodRoute& method, ServicePlans plans, dds::ServiceConfig ros,
+                  std::optional<FailureReply> failure, const IpAddress& address);
+  ~ServiceToMethod();
+  ServiceToMethod(const ServiceToMethod&) = delete;
+  ServiceToMethod& operator=(const ServiceToMethod&) = delete;
+
+  /// To be called before the io_context runs.
+  /// @param participant  outlives this object.
+  void open(dds::Participant& participant) { participant_ = &participant; }
+  /// The value that the field has, as its notifier tells; nothing: not known any more.
+  void note_value(std::optional<ByteView> value);
+  /// To be called when clients of other bridges may have come or gone.
+  void bridges_changed();
+  /// Nothing is called any more, and the ROS service ends.
+  void stop();
+
+  [[nodiscard]] const MethodRoute& method() const noexcept { return method_; }
+  /// Whether the SOME/IP service is there, and with it the ROS service.
+  [[nodiscard]] bool ready() const noexcept { return server_.has_value(); }
+  /// Its state, and that of the end-to-end protection, if there is any.
+  void append_diagnoses(std::vector<Diagnosis>& diagnoses) const;
+  /// Calls `changed` when one of them is another.
+  void on_change(const std::function<void()>& changed);
+  [[nodiscard]] CounterGroup counters() const;
+
+ private:
+  /// Has the ROS service begin or end, when the SOME/IP service has.
+  void settle();
+  void settle_soon();
+  void tell_change() const;
+  /// Looks for servers that are not ourselves by way of another bridge.
+  [[nodiscard]] bool look_for_servers();
+  void on_request(const dds::RequestId& id, const dds::ServiceMessage& request);
+  void tell(const dds::RequestId& id, const std::vector<std::byte>& payload);
+  /// @param wanted  the value, of a setter that has no getter to ask.
+  void on_response(const dds::RequestId& id, ByteView wanted, boost::system::error_code error,
+                   const sd::Response& response);
+  /// The server did not take a value: what it has is the answer.
+  void on_refused(const dds::RequestId& id, ByteView wanted, const boost::system::error_code& why);
+  void ask_getter(const dds::RequestId& id, const std::string& refusal);
+  void reply(const dds::RequestId& id, ByteView payload);
+  /// Logs what went wrong, and has it answered where the type can say so.
+  void fail(const dds::RequestId& id, const std::string& why, bool is_certain);
+  void send(const dds::RequestId& id, std::span<const ByteView> sample);
+
+  sd::Node& node_;
+  const MethodRoute method_;
+  ServicePlans plans_;
+  const dds::ServiceConfig ros_;
+  ConversionScratch scratch_;
+  ConversionLog log_;
+  const std::optional<FailureReply> failure_;
+  std::optional<E2eStatus> e2e_;
+  std::optional<std::vector<std::byte>>
+      value_;  ///< of the field, if it is a setter that has no getter to ask
+  std::function<void()> changed_;
+  dds::Participant* participant_ = nullptr;
+  Returns returns_;
+  std::optional<someip::InstanceId> chosen_;  ///< where not all servers may be called
+  bool told_returns_ = false;
+  LoopGuard loop_;
+  std::shared_ptr<ServiceWork> work_;
+  dds::ServiceServerCounters past_;  ///< of servers that have ended
+  std::uint64_t received_ = 0;
+  std::uint64_t answered_ = 0;
+  std::size_t outstanding_ = 0;
+  std::uint64_t not_convertible_ = 0;
+  std::uint64_t too_large_ = 0;
+  std::uint64_t too_many_ = 0;
+  std::uint64_t unavailable_ = 0;
+  std::uint64_t timed_out_ = 0;
+  std::uint64_t not_sent_ = 0;
+  std::uint64_t errors_ = 0;
+  std::uint64_t refused_ = 0;
+  std::uint64_t failures_answered_ = 0;
+  std::uint64_t answers_not_convertible_ = 0;
+  std::uint64_t ended_ = 0;
+  bool stopped_ = false;
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+  std::optional<dds::ServiceServer> server_;
+  std::optional<sd::Proxy> proxy_;
+};
+
+}  // namespace trestle::bridge

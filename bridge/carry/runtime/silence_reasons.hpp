@@ -1,0 +1,71 @@
+#pragma once
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bridge/carry/config/bridge_config.hpp"
+#include "dds_adapter/participant.hpp"
+#include "sd/net/service_spec.hpp"
+
+namespace trestle::bridge {
+
+/// Why nothing comes to a route, as far as it is known.
+struct SilenceReason {
+  enum class Kind : std::uint8_t {
+    none,  ///< nothing is amiss: it waits on purpose
+    other_interface,
+    not_offered,
+    offered_otherwise,  ///< another instance or version
+    not_subscribed,
+    other_events,
+    no_event,
+    no_participant,
+    no_publisher,
+    other_type,
+    refused_type,  ///< `types: strict`
+    other_qos,
+    no_sample,
+    not_locked,    ///< of a pattern from SOME/IP: the lock file has no topic for it
+    no_match,      ///< of a pattern to SOME/IP
+    only_bridges,  ///< likewise
+    no_route,      ///< likewise: what matches is refused
+  };
+  Kind kind = Kind::none;
+  std::string details;  ///< of this route; another one is told of again
+  friend bool operator==(const SilenceReason&, const SilenceReason&) = default;
+};
+inline constexpr std::size_t silence_kinds = 17;
+
+/// What the SOME/IP side knows of a route from there.
+struct SomeipSilence {
+  std::string other_interface{};  ///< not empty: the one that has our address, instead of the configured
+  std::span<const sd::SeenOffer> offers{};  ///< of the route's service, of whatever instance and version
+  bool subscription = false;                ///< there is to be one
+  bool subscribed = false;
+  bool refused = false;        ///< a server has refused it
+  bool over_tcp_only = false;  ///< it is offered, but not over TCP as the route wants
+  sd::OtherEvents others{};
+};
+[[nodiscard]] SilenceReason why_silent(const Route& route, const SomeipSilence& known);
+
+/// What the DDS side knows of a route from there.
+struct DdsSilence {
+  std::size_t participants = 0;                 ///< others
+  std::span<const dds::FoundWriter> writers{};  ///< of the topic, whatever their type
+  std::size_t matched = 0;
+};
+[[nodiscard]] SilenceReason why_silent(const Route& route, const DdsSilence& known);
+
+/// What the DDS side knows of a pattern that has had no route yet.
+struct PatternSilence {
+  std::size_t participants = 0;  ///< others
+  std::size_t topics = 0;        ///< that match, and that others publish
+  bool brought = false;          ///< what matches comes from other bridges
+};
+[[nodiscard]] SilenceReason why_silent(const PatternSilence& known);
+
+/// The reason in words. @param routes  how many have it: with more than one without what is the route's own.
+/// @param heard  hosts that take part in discovery, on the side where nothing comes from.
+[[nodiscard]] std::string in_words(const SilenceReason& reason, std::size_t routes, std::size_t heard);
+
+}  // namespace trestle::bridge

@@ -1,0 +1,76 @@
+#pragma once
+#include <boost/asio/steady_timer.hpp>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "bridge/carry/runtime/silence_reasons.hpp"
+
+namespace trestle::bridge {
+
+/// Says of routes to which nothing comes why that is: 5 s after the start, and every 5 s what has changed. Of
+/// those that begin later, after 5 to 10 s; of those to which something came before, when nobody is there any
+/// longer who could send. Some lines at most, however many routes there are:
+/// where there are many, those with one kind of reason share a line. On the thread that runs the io_context,
+/// with one timer for all.
+class SilenceWatch {
+ public:
+  static constexpr std::chrono::seconds period{5};
+  /// Of one look, beside one for each kind of reason.
+  static constexpr std::size_t most_lines = 5;
+
+  /// A route, as it is looked at.
+  struct Watched {
+    std::string topic;
+    std::function<std::uint64_t()> received;  ///< how many messages have come
+    std::function<SilenceReason()> reason;
+    std::uint64_t before = 0;  ///< messages, at the last look
+    SilenceReason told{};
+    bool is_new = false;  ///< too short a time there to be told of
+  };
+  struct Heard {
+    std::size_t someip = 0;
+    std::size_t dds = 0;
+  };
+
+  /// @param prepare  is called before the reasons of a look are asked for: what is known that all need.
+  /// @param tell  a line for the log.
+  SilenceWatch(boost::asio::io_context& io, std::function<Heard()> prepare,
+               std::function<void(const std::string&)> tell)
+      : prepare_{std::move(prepare)}, tell_{std::move(tell)}, timer_{io} {}
+  SilenceWatch(const SilenceWatch&) = delete;
+  SilenceWatch& operator=(const SilenceWatch&) = delete;
+
+  void add(Watched route) {
+    route.is_new = started_;
+    routes_.push_back(std::move(route));
+    arm();
+  }
+  /// Of a route that ends.
+  void remove(const std::string& topic);
+  void start() {
+    started_ = true;
+    arm();
+  }
+  void stop() {
+    started_ = false;
+    routes_.clear();
+    timer_.cancel();
+  }
+  /// What the timer does.
+  void look();
+
+ private:
+  void arm();
+
+  std::function<Heard()> prepare_;
+  std::function<void(const std::string&)> tell_;
+  std::vector<Watched> routes_;
+  bool started_ = false;
+  bool armed_ = false;
+  boost::asio::steady_timer timer_;
+};
+
+}  // namespace trestle::bridge

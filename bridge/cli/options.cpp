@@ -1,0 +1,288 @@
+#include "bridge/cli/options.hpp"
+
+#include <fmt/format.h>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/udp.hpp>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+
+#include "bridge/documents/document.hpp"
+#include "bridge/documents/format.hpp"
+#include "bridge/inspect/decode/hex_line.hpp"
+#include "bridge/messages/types/type_library.hpp"
+#include "bridge/messages/values/load_wire.hpp"
+#include "someip/net/address_text.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+IpAddress address_of(const char* option, const std::string& text) {
+  const auto address = someip::parse_address(text);
+  if (!address || address->is_unspecified()) {
+    throw CLI::ValidationError(option, fmt::format("expected an IPv4 or IPv6 address, found '{}'", text));
+  }
+  return *address;
+}
+
+/// The own address that the system would send from; nothing is sent.
+IpAddress own_address_towards(const IpAddress& group, std::uint16_t port) {
+  namespace ip = boost::asio::ip;
+  boost::asio::io_context io;
+  ip::udp::socket socket{io};
+  boost::system::error_code error;
+  socket.connect({ip::make_address(someip::to_string(group)), port}, error);
+  const auto local =
+      error ? std::nullopt : someip::parse_address(socket.local_endpoint(error).address().to_string());
+  if (error || !local) {
+    throw std::runtime_error{
+        fmt::format("no network leads to {}: say with --address which one to use", someip::to_string(group))};
+  }
+  return *local;
+}
+
+std::string read_all(std::istream& in) {
+  std::string text;
+  char part[4096];
+  while (in.read(part, sizeof part), in.gcount() > 0) {
+    text.append(part, static_cast<std::size_t>(in.gcount()));
+    if (text.size() > max_text_bytes) {
+      break;  // whoever parses it says that it is too long
+    }
+  }
+  return text;
+}
+
+/// The text of an argument, and what messages call it.
+/// @param option  whose argument it is; `what` it is.
+std::pair<std::string, std::string> text_of(const char* option, const char* what,
+                                            const std::string& argument) {
+  if (!argument.starts_with('@')) {
+    return {argument, what};
+  }
+  const std::string name = argument.substr(1);
+  if (name == "-") {
+    return {read_all(std::cin), "standard input"};
+  }
+  std::ifstream file{name, std::ios::binary};
+  std::string text = read_all(file);
+  if (!file.is_open() || file.bad()) {
+    throw CLI::ValidationError(option, fmt::format("cannot read '{}'", name));
+  }
+  return {std::move(text), name};
+}
+
+/// What stands under `wire` of a route in the bridge's configuration.
+MessageRules parse_wire(const std::string& argument) {
+  const auto [text, name] = text_of("--wire", "wire", argument);
+  MessageRules rules;
+  Problems problems{name};
+  try {
+    load_wire(YAML::Load(text), rules, problems);
+  } catch (const YAML::Exception& error) {
+    tell_of_bad_yaml(error, text, problems);
+  }
+  if (problems.has_errors()) {
+    throw CLI::ValidationError("--wire", to_string(problems.take().front()));
+  }
+  return rules;
+}
+
+}  // namespace
+
+void NetworkOptions::add_to(CLI::App& command) {
+  command
+      .add_option("--address", address_,
+                  "Own address, which chooses the network (default: where the system sends multicast)")
+      ->type_name("IP");
+  command.add_option("--multicast", multicast_, "Group of service discovery")
+      ->type_name("IP")
+      ->capture_default_str();
+  command.add_option("--sd-port", sd_port_, "Port of service discovery")
+      ->type_name("N")
+      ->check(CLI::Range(1, 65535))
+      ->capture_default_str();
+}
+
+sd::NodeConfig NetworkOptions::config() const {
+  sd::NodeConfig config = config_without_address();
+  if (address_.empty()) {
+    config.address = own_address_towards(config.multicast, sd_port_);
+  }
+  return config;
+}
+
+sd::NodeConfig NetworkOptions::config_without_address() const {
+  sd::NodeConfig config;
+  config.multicast = address_of("--multicast", multicast_);
+  if (!config.multicast.is_multicast()) {
+    throw CLI::ValidationError("--multicast", fmt::format("'{}' is no multicast address", multicast_));
+  }
+  config.port = sd_port_;
+  config.check_subnet = false;  // a tool shows whoever is there
+  config.discovery.own_endpoints_only = false;
+  if (address_.empty()) {
+    config.address.v6 = config.multicast.v6;
+    return config;
+  }
+  config.address = address_of("--address", address_);
+  if (config.address.v6 != config.multicast.v6) {
+    throw CLI::ValidationError("--address", "and --multicast must both be IPv4 or both IPv6");
+  }
+  return config;
+}
+
+void PayloadOptions::add_to(CLI::App& command) {
+  const bool calls = command.get_name() == "call";
+  command
+      .add_option(
+          "--type", type_,
+          calls ? "Type of the service, or message type of the payload: print and take values, not bytes"
+                : "Message type of the payload: print and take values, not bytes")
+      ->type_name(calls ? "PKG/SRV/TYPE or PKG/MSG/TYPE" : "PKG/MSG/TYPE");
+  command
+      .add_option("--msg-path", msg_path_,
+                  "Folder with .msg packages, looked at before AMENT_PREFIX_PATH (may be repeated)")
+      ->type_name("DIR")
+      ->allow_extra_args(false);
+  command
+      .add_option("--wire", wire_,
+                  "How values are laid out, as 'wire' of a route: '{byte_order: little}', or @FILE; "
+                  "needs a type")
+      ->type_name("YAML");
+  CLI::Option* hex = command.add_flag("--hex", hex_, "Payloads in hexadecimal; the default without --type");
+  CLI::Option* yaml = command.add_flag("--yaml", yaml_, "Payloads in YAML; the default with --type");
+  CLI::Option* json =
+      command.add_flag("--json", json_, "Payloads in JSON; what is printed is JSON, one line each");
+  hex->excludes(yaml)->excludes(json);
+  yaml->excludes(json);
+}
+
+void PayloadOptions::resolve() {
+  form_ = hex_ ? Form::hex : json_ ? Form::json : yaml_ || !type_.empty() ? Form::yaml : Form::hex;
+  if (!wire_.empty()) {
+    rules_ = parse_wire(wire_);
+  }
+  if (type_.empty()) {
+    if (yaml_) {
+      throw CLI::ValidationError("--yaml", "needs --type");
+    }
+    return;
+  }
+  find_type("--type");
+}
+
+std::string PayloadOptions::take_request_of_service() {
+  const auto name = interface_name(type_);
+  if (!name || defining_interface(*name)) {
+    return {};
+  }
+  const bool of_action = name->kind == InterfaceKind::action &&
+                         std::ranges::any_of(action_services, [&](std::string_view suffix) {
+                           return name->type.ends_with(suffix);
+                         });
+  if (name->kind != InterfaceKind::service && !of_action) {
+    return {};
+  }
+  const std::string service = std::exchange(type_, name->full() + std::string{service_suffixes[0]});
+  return service + std::string{service_suffixes[1]};
+}
+
+PayloadOptions PayloadOptions::of_type(const std::string& option, const std::string& type) const {
+  PayloadOptions other = *this;
+  if (!type.empty()) {
+    other.type_ = type;
+    other.form_ = form_ == Form::hex && !hex_ ? Form::yaml : form_;
+    other.find_type(option.c_str());
+  }
+  return other;
+}
+
+void PayloadOptions::find_type(const char* option) {
+  TypeLibrary library{{msg_path_.begin(), msg_path_.end()}, ament_prefixes()};
+  auto tree = library.resolve(type_);
+  if (!tree) {
+    throw CLI::ValidationError(option, to_string(tree.error()));
+  }
+  auto values = MessageValues::make(std::move(*tree), rules_);
+  if (!values) {
+    throw CLI::ValidationError(option, values.error());
+  }
+  values_ = std::move(*values);
+}
+
+std::vector<std::byte> PayloadOptions::parse(const std::string& argument) const {
+  const auto [text, name] = text_of("PAYLOAD", "payload", argument);
+  if (form_ == Form::hex || !values_) {
+    std::string line = text;
+    std::ranges::replace(line, '\n', ' ');
+    auto bytes = parse_hex_line(line);
+    if (!bytes) {
+      throw CLI::ValidationError(
+          "PAYLOAD",
+          fmt::format("expected two hexadecimal digits for each byte; {} is good up to character {}", name,
+                      bytes.error()));
+    }
+    return std::move(*bytes);
+  }
+  auto payload = values_->parse(text, form_ == Form::json ? ValueForm::json : ValueForm::yaml);
+  if (!payload) {
+    // Of the text as a whole: whoever wanted JSON printed only may not know what else --json means.
+    const bool no_json = form_ == Form::json && payload.error().field.empty();
+    throw CLI::ValidationError("PAYLOAD",
+                               fmt::format("{}:{}{}", name, to_string(payload.error()),
+                                           no_json ? " (with --json payloads are given in JSON, too)" : ""));
+  }
+  return std::move(*payload);
+}
+
+void TransportOptions::add_to(CLI::App& command, const std::string& what) {
+  command.add_flag("--udp", udp_, what + " over UDP; the default");
+  command.add_flag("--tcp", tcp_, what + " over TCP; with --udp, over both");
+}
+
+CLI::Validator number_between(double min, double max) {
+  const auto fault = [min, max](const std::string& text) {
+    char* end = nullptr;
+    const double number = std::strtod(text.c_str(), &end);
+    const bool good =
+        end != text.c_str() && *end == '\0' && std::isfinite(number) && number >= min && number <= max;
+    return good ? std::string{}
+                : fmt::format("expected a number from {:g} to {:.10g}, found '{}'", min, max, text);
+  };
+  return CLI::Validator{fault, ""};
+}
+
+CLI::Validator seconds_above_zero() {
+  return number_between(0.001, 1e6);
+}
+
+CLI::Validator count_above_zero() {
+  return number_between(1, 1e9);
+}
+
+ServiceArgument parse_service(const std::string& text, bool any_instance) {
+  const auto dot = text.find('.');
+  ServiceArgument result{.service = someip::ServiceId{parse_id("SERVICE", text.substr(0, dot))}};
+  const std::string instance = dot == std::string::npos ? "*" : text.substr(dot + 1);
+  if (instance != "*") {
+    result.instance = someip::InstanceId{parse_id("INSTANCE", instance)};
+  } else if (!any_instance) {
+    throw CLI::ValidationError("SERVICE.INSTANCE", fmt::format("'{}' names no instance", text));
+  }
+  return result;
+}
+
+std::uint16_t parse_id(const std::string& name, const std::string& text) {
+  const auto format = id_number(1, 0xfffe);
+  const auto number = format.read(text);
+  if (!number) {
+    throw CLI::ValidationError(name, fmt::format("expected {}, found '{}'", format.expected, text));
+  }
+  return static_cast<std::uint16_t>(*number);
+}
+
+}  // namespace trestle::bridge

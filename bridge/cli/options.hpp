@@ -1,0 +1,98 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bridge/messages/values/message_values.hpp"
+#include "sd/net/node.hpp"
+
+/// What the commands that talk to services have in common on their command lines. Whatever is wrong with a
+/// value is thrown as CLI::ValidationError, which ends the program with exit status 2.
+namespace trestle::bridge {
+
+/// --address, --multicast, --sd-port
+class NetworkOptions {
+ public:
+  void add_to(CLI::App& command);
+
+  /// @throws std::runtime_error when no address is given and none can be found.
+  [[nodiscard]] sd::NodeConfig config() const;
+  /// The same but for the address, which is the given one or nothing.
+  [[nodiscard]] sd::NodeConfig config_without_address() const;
+
+ private:
+  std::string address_;
+  std::string multicast_ = "224.244.224.245";
+  std::uint16_t sd_port_ = 30490;
+};
+
+/// --type, --msg-path, --wire, --hex, --yaml, --json: how payloads are written.
+class PayloadOptions {
+ public:
+  void add_to(CLI::App& command);
+
+  /// Finds the type. Call once, before the others.
+  void resolve();
+  /// Before that, for a call: takes a service, "pkg/srv/Name", for its request.
+  /// @return its response; nothing when the type is no service.
+  std::string take_request_of_service();
+  /// The same with the type that another option names; none: with the same type.
+  [[nodiscard]] PayloadOptions of_type(const std::string& option, const std::string& type) const;
+  /// The payload that an argument means: the text itself, or what stands in the file behind '@'; "@-" is
+  /// standard input.
+  [[nodiscard]] std::vector<std::byte> parse(const std::string& argument) const;
+
+  enum class Form : std::uint8_t { hex, yaml, json };
+  [[nodiscard]] Form form() const noexcept { return form_; }
+  /// Nothing when no type is given.
+  [[nodiscard]] const MessageValues* values() const noexcept { return values_ ? &*values_ : nullptr; }
+
+ private:
+  void find_type(const char* option);
+
+  std::string type_;
+  std::vector<std::string> msg_path_;
+  std::string wire_;
+  MessageRules rules_;
+  bool hex_ = false;
+  bool yaml_ = false;
+  bool json_ = false;
+  Form form_ = Form::hex;
+  std::optional<MessageValues> values_;
+};
+
+/// --udp, --tcp: what is offered or subscribed to goes by; UDP without either, and by both with both.
+class TransportOptions {
+ public:
+  /// @param what  goes by them, for the help: "Events come".
+  void add_to(CLI::App& command, const std::string& what);
+
+  [[nodiscard]] bool udp() const noexcept { return udp_ || !tcp_; }
+  [[nodiscard]] bool tcp() const noexcept { return tcp_; }
+
+ private:
+  bool udp_ = false;
+  bool tcp_ = false;
+};
+
+/// Checks that a value is a number of this range: unlike CLI::Range also that it is one at all, no NaN.
+[[nodiscard]] CLI::Validator number_between(double min, double max);
+/// The same for times in seconds: above zero, and up to eleven days.
+[[nodiscard]] CLI::Validator seconds_above_zero();
+/// The same for how many of something there are to be, at least one.
+[[nodiscard]] CLI::Validator count_above_zero();
+
+/// SERVICE.INSTANCE, such as "0x1234.0x0001" or "4660.1".
+struct ServiceArgument {
+  someip::ServiceId service{};
+  someip::InstanceId instance = someip::any_instance;
+};
+
+/// @param any_instance  whether "0x1234" and "0x1234.*" are good, too.
+[[nodiscard]] ServiceArgument parse_service(const std::string& text, bool any_instance);
+/// An id from 1 to 0xfffe, decimal or hexadecimal after 0x.
+/// @param name  of the argument, for the error.
+[[nodiscard]] std::uint16_t parse_id(const std::string& name, const std::string& text);
+
+}  // namespace trestle::bridge

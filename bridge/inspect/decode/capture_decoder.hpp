@@ -1,0 +1,27 @@
+#pragma once
+#include "bridge/inspect/decode/capture_reader.hpp"
+#include "bridge/inspect/decode/message_decoder.hpp"
+
+namespace trestle::bridge {
+
+/// Prints the SOME/IP messages of recorded traffic.
+class CaptureDecoder : public CaptureReader {
+ public:
+  struct Options {
+    bool reassemble = false;
+    std::vector<std::uint16_t> ports;  ///< carry SOME/IP whatever it looks like
+  };
+
+  CaptureDecoder(const Options& options, std::function<void(const Json&)> print)
+      : CaptureReader{options.ports, messages_},
+        messages_{options.reassemble,
+                  {std::move(print),
+                   [this](Transport transport, const Endpoint& endpoint) { learn(transport, endpoint); }}} {}
+
+  [[nodiscard]] const MessageDecoder& messages() const noexcept { return messages_; }
+
+ private:
+  MessageDecoder messages_;
+};
+
+}  // namespace trestle::bridge

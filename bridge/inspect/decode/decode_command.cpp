@@ -1,0 +1,149 @@
+#include "bridge/inspect/decode/decode_command.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+
+#include "bridge/cli/exit_status.hpp"
+#include "bridge/cli/terminal.hpp"
+#include "bridge/inspect/decode/capture_decoder.hpp"
+#include "bridge/inspect/decode/hex_line.hpp"
+#include "bridge/inspect/decode/line_output.hpp"
+#include "pcaps/capture_file.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+struct Arguments {
+  std::string file;
+  bool hex = false;
+  bool reassemble = false;
+  std::vector<std::uint16_t> ports;
+};
+
+void tell(const char* colour, const char* kind, const std::string& text) {
+  fmt::print(stderr, "{}{}:{} {}\n", colour, kind, colours_for(STDERR_FILENO).off, text);
+}
+
+int status_of(std::uint64_t malformed) {
+  return malformed > 0 ? exit_failure : exit_ok;
+}
+
+/// Tells what the objects on standard output cannot.
+void note(std::uint64_t count, const char* what) {
+  if (count > 0) {
+    tell(colours_for(STDERR_FILENO).yellow, "note", fmt::format("{} {}", count, what));
+  }
+}
+
+int decode_capture(const Arguments& arguments) {
+  std::optional<pcaps::CaptureFile> file;
+  try {
+    file.emplace(arguments.file);
+  } catch (const std::runtime_error& error) {
+    tell(colours_for(STDERR_FILENO).red, "error", error.what());
+    return exit_usage;
+  }
+  LineOutput output{STDOUT_FILENO};
+  CaptureDecoder decoder{{arguments.reassemble, arguments.ports},
+                         [&](const Json& object) { output.print(object); }};
+  pcaps::Traffic traffic{decoder};
+  // Somebody may watch a recording grow.
+  const bool live = arguments.file == "-" || is_terminal(STDOUT_FILENO);
+  while (!output.closed()) {
+    const std::optional<pcaps::Frame> frame = file->next();
+    if (!frame) {
+      break;
+    }
+    traffic.on_frame(*frame);
+    if (live) {
+      output.flush();
+    }
+  }
+  traffic.finish();
+  decoder.finish();
+  output.flush();
+  if (output.closed()) {
+    return status_of(decoder.messages().malformed());  // it was not read to its end: nothing is lacking
+  }
+  note(decoder.foreign_datagrams(),
+       "UDP datagrams were not taken for SOME/IP (--port N takes all on a port for it)");
+  note(decoder.foreign_streams(), "directions of TCP connections were not taken for SOME/IP (see --port)");
+  note(traffic.fragments().dropped() + traffic.fragments().incomplete(), "IP packets lack fragments");
+  note(decoder.messages().incomplete(), "segmented messages lack segments");
+  if (!file->error().empty()) {
+    tell(colours_for(STDERR_FILENO).red, "error", "the capture cannot be read to its end: " + file->error());
+    return exit_failure;
+  }
+  return status_of(decoder.messages().malformed());
+}
+
+void decode_line(MessageDecoder& decoder, const Place& place, std::string_view line) {
+  const tl::expected<std::vector<std::byte>, std::size_t> bytes = parse_hex_line(line);
+  if (!bytes) {
+    decoder.unreadable(
+        place, {"bad_hex", "", bytes.error(),
+                fmt::format("two hexadecimal digits expected, not complete at character {}", bytes.error())});
+  } else if (bytes->empty()) {
+    decoder.undecodable(place, 0, {}, someip::WireError::truncated);
+  } else {
+    decoder.datagram(place, *bytes);
+  }
+}
+
+int decode_hex(const Arguments& arguments) {
+  LineOutput output{STDOUT_FILENO};
+  MessageDecoder decoder{arguments.reassemble, {[&](const Json& object) { output.print(object); }, {}}};
+  std::ios::sync_with_stdio(false);
+  std::uint64_t number = 0;
+  for (std::string line; !output.closed() && std::getline(std::cin, line);) {
+    Place place;
+    place.line = ++number;
+    decode_line(decoder, place, line);
+    // Whoever waits for the answer before sending the next line gets it.
+    if (std::cin.rdbuf()->in_avail() <= 0) {
+      output.flush();
+    }
+  }
+  output.flush();
+  if (!output.closed()) {
+    note(decoder.incomplete(), "segmented messages lack segments");
+  }
+  return status_of(decoder.malformed());
+}
+
+}  // namespace
+
+void add_decode_command(CLI::App& app, int& status) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* command =
+      app.add_subcommand("decode", "Print the SOME/IP messages of a capture, one JSON object per line");
+  CLI::Option* file =
+      command->add_option("FILE", arguments->file, "Capture (pcap or pcapng); - for standard input");
+  CLI::Option* hex = command->add_flag(
+      "--hex", arguments->hex, "Read lines of hexadecimal from standard input, one message or datagram each");
+  command->add_flag("--reassemble", arguments->reassemble,
+                    "Also print the messages that SOME/IP-TP segments make up");
+  CLI::Option* port = command->add_option(
+      "--port", arguments->ports, "Take all that this UDP or TCP port carries for SOME/IP (may be repeated)");
+  port->type_name("N")->check(CLI::Range(1, 65535))->excludes(hex);
+  port->allow_extra_args(false);  // else it would take FILE for a port
+  file->excludes(hex);
+  command->footer(
+      "docs/decode.md explains every field and how SOME/IP is told from other traffic. Examples:\n"
+      "  trestle decode drive.pcapng | jq -c 'select(.sd) | .sd.entries[]'\n"
+      "  tcpdump -i eth0 -U -w - udp | trestle decode -\n"
+      "  echo '1234 0421 00000008 0001 0001 01 01 00 00' | trestle decode --hex\n"
+      "Exit status: 0, or 1 when anything was malformed, or 2 when the capture cannot be opened.");
+  command->callback([arguments, &status] {
+    if (!arguments->hex && arguments->file.empty()) {
+      throw CLI::RequiredError{"FILE (or - or --hex)"};
+    }
+    status = arguments->hex ? decode_hex(*arguments) : decode_capture(*arguments);
+  });
+}
+
+}  // namespace trestle::bridge

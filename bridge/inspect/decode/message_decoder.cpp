@@ -1,0 +1,142 @@
+#include "bridge/inspect/decode/message_decoder.hpp"
+
+#include <fmt/format.h>
+
+#include "bridge/inspect/decode/sd_json.hpp"
+#include "someip/net/address_text.hpp"
+#include "someip/wire/bytes.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+using someip::WireError;
+
+/// "2026-11-21T01:39:25.522395000Z"
+std::string timestamp(pcaps::Timestamp time) {
+  const auto day = std::chrono::floor<std::chrono::days>(time);
+  const std::chrono::year_month_day date{day};
+  const std::chrono::hh_mm_ss clock{time - day};
+  return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}.{:09}Z", static_cast<int>(date.year()),
+                     static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()),
+                     clock.hours().count(), clock.minutes().count(), clock.seconds().count(),
+                     clock.subseconds().count());
+}
+
+/// What each object about these bytes begins with.
+Json fields_of(const Place& place) {
+  Json fields;
+  if (place.line > 0) {
+    fields["line"] = place.line;
+  }
+  if (place.frame > 0) {
+    fields["frame"] = place.frame;
+    fields["time"] = timestamp(place.time);
+  }
+  if (place.transport) {
+    fields["src"] = someip::to_string(place.flow.from);
+    fields["dst"] = someip::to_string(place.flow.to);
+    fields["transport"] = *place.transport == Transport::tcp ? "tcp" : "udp";
+  }
+  return fields;
+}
+
+/// Adds "tp" to the object of a segment.
+std::optional<Violation> add_segment(Json& object, std::size_t offset, const someip::Message& message) {
+  if (message.payload.size() >= someip::tp_header_bytes) {
+    add_tp(object, someip::to_tp_header(someip::load<std::uint32_t>(message.payload.data())));
+  }
+  const someip::Result<someip::TpView> segment = someip::decode_tp(message);
+  if (segment) {
+    return std::nullopt;
+  }
+  const std::size_t payload_offset = offset + someip::header_bytes;
+  if (segment.error() == WireError::bad_tp_offset) {
+    return Violation{to_string(segment.error()), "feat_req_someiptp_772", payload_offset,
+                     fmt::format("{} bytes are no multiple of 16, yet more segments are to follow",
+                                 message.payload.size() - someip::tp_header_bytes)};
+  }
+  return Violation{to_string(segment.error()), "feat_req_someiptp_766", payload_offset,
+                   fmt::format("{} bytes are too few for the TP header of 4", message.payload.size())};
+}
+
+}  // namespace
+
+MessageDecoder::MessageDecoder(bool reassemble, Hooks hooks) : hooks_{std::move(hooks)} {
+  if (reassemble) {
+    assembly_.emplace();
+  }
+}
+
+bool MessageDecoder::message(const Place& place, std::size_t offset, const someip::Message& message) {
+  return print_message(place, offset, message, false);
+}
+
+bool MessageDecoder::print_message(const Place& place, std::size_t offset, const someip::Message& message,
+                                   bool reassembled) {
+  Json object = fields_of(place);
+  object["offset"] = offset;
+  add_header(object, message.header, message.payload.size());
+  std::optional<Violation> violation;
+  ByteView payload = message.payload;
+  const bool segment = is_tp(message.header.type);
+  if (reassembled) {
+    object["reassembled"] = true;
+  }
+  if (segment) {
+    violation = add_segment(object, offset, message);
+    payload = payload.subspan(std::min(payload.size(), someip::tp_header_bytes));
+  } else if (has_sd_id(message.header)) {
+    violation = add_sd(object, offset, message, hooks_.announced);
+  } else {
+    add_magic_cookie(object, message);
+  }
+  someip::Result<std::optional<someip::Reassembled>, someip::TpDrop> whole{std::nullopt};
+  if (segment && assembly_) {
+    whole = assembly_->add(place.flow, message, TimePoint{place.time.time_since_epoch()});
+    if (!whole) {
+      object["tp"]["dropped"] = to_string(whole.error());
+    }
+  }
+  object["payload"] = hex_digits(payload);
+  if (violation) {
+    add_error(object, *violation);
+    ++malformed_;
+  }
+  ++messages_;
+  hooks_.print(object);
+  if (whole && *whole) {
+    print_message(place, offset, {(*whole)->header, (*whole)->payload}, true);
+  }
+  return !violation;
+}
+
+void MessageDecoder::undecodable(const Place& place, std::size_t offset, ByteView bytes,
+                                 const Violation& violation) {
+  Json object = fields_of(place);
+  object["offset"] = offset;
+  add_partial_header(object, bytes);
+  object["bytes"] = hex_digits(bytes);
+  print_violation(std::move(object), violation);
+}
+
+void MessageDecoder::broken_frame(const Place& place, const Violation& violation) {
+  print_violation(fields_of(place), violation);
+}
+
+void MessageDecoder::unreadable(const Place& place, const Violation& violation) {
+  Json object = fields_of(place);
+  object["offset"] = 0;
+  print_violation(std::move(object), violation);
+}
+
+void MessageDecoder::print_violation(Json object, const Violation& violation) {
+  add_error(object, violation);
+  ++malformed_;
+  hooks_.print(object);
+}
+
+std::uint64_t MessageDecoder::incomplete() const noexcept {
+  return assembly_ ? assembly_->incomplete() : 0;
+}
+
+}  // namespace trestle::bridge

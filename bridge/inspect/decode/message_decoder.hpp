@@ -1,0 +1,46 @@
+#pragma once
+#include <functional>
+
+#include "bridge/inspect/decode/message_sink.hpp"
+
+namespace trestle::bridge {
+
+/// Turns SOME/IP messages into JSON objects, one for each message and one for each place where bytes are no
+/// message.
+class MessageDecoder : public MessageSink {
+ public:
+  struct Hooks {
+    std::function<void(const Json&)> print;
+    /// Called for each endpoint that an SD message announces; may be empty.
+    std::function<void(Transport, const Endpoint&)> announced;
+  };
+
+  /// @param reassemble  also print messages that came in TP segments, when their last one came.
+  MessageDecoder(bool reassemble, Hooks hooks);
+
+  using MessageSink::undecodable;
+  bool message(const Place& place, std::size_t offset, const someip::Message& message) override;
+  void undecodable(const Place& place, std::size_t offset, ByteView bytes,
+                   const Violation& violation) override;
+  void broken_frame(const Place& place, const Violation& violation) override;
+  /// Prints that a line of text is not even bytes.
+  void unreadable(const Place& place, const Violation& violation);
+
+  [[nodiscard]] std::uint64_t messages() const noexcept { return messages_; }
+  /// Objects with an "error".
+  [[nodiscard]] std::uint64_t malformed() const noexcept { return malformed_; }
+  /// Messages of which some TP segments are missing.
+  [[nodiscard]] std::uint64_t incomplete() const noexcept;
+
+ private:
+  bool print_message(const Place& place, std::size_t offset, const someip::Message& message,
+                     bool reassembled);
+  void print_violation(Json object, const Violation& violation);
+
+  Hooks hooks_;
+  std::optional<TpAssembly> assembly_;
+  std::uint64_t messages_ = 0;
+  std::uint64_t malformed_ = 0;
+};
+
+}  // namespace trestle::bridge

@@ -1,0 +1,146 @@
+#include "bridge/inspect/decode/message_json.hpp"
+
+#include <fmt/format.h>
+
+#include <string_view>
+
+#include "someip/wire/bytes.hpp"
+#include "someip/wire/return_code_name.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+using someip::ByteReader;
+using someip::Header;
+using someip::MessageType;
+using someip::ReturnCode;
+
+constexpr someip::MethodId client_cookie{0x0000};
+constexpr someip::MethodId server_cookie{0x8000};
+
+}  // namespace
+
+void add_error(Json& object, const Violation& violation) {
+  Json& error = object["error"];
+  error["name"] = violation.name;
+  error["rule"] = *violation.rule != '\0' ? Json(violation.rule) : Json(nullptr);
+  error["offset"] = violation.offset;
+  error["detail"] = violation.detail;
+}
+
+std::string hex_id(std::uint16_t id) {
+  return fmt::format("0x{:04x}", id);
+}
+
+std::string hex_digits(ByteView bytes) {
+  constexpr std::string_view digits = "0123456789abcdef";
+  std::string result(2 * bytes.size(), '0');
+  auto out = result.begin();
+  for (const std::byte byte : bytes) {
+    *out++ = digits[std::to_integer<std::size_t>(byte >> 4U)];
+    *out++ = digits[std::to_integer<std::size_t>(byte & std::byte{15})];
+  }
+  return result;
+}
+
+Json message_type_name(MessageType type) {
+  switch (static_cast<std::uint8_t>(type)) {
+    case 0x00:
+      return "REQUEST";
+    case 0x01:
+      return "REQUEST_NO_RETURN";
+    case 0x02:
+      return "NOTIFICATION";
+    case 0x20:
+      return "TP_REQUEST";
+    case 0x21:
+      return "TP_REQUEST_NO_RETURN";
+    case 0x22:
+      return "TP_NOTIFICATION";
+    case 0x40:
+      return "REQUEST ACK";
+    case 0x41:
+      return "REQUEST_NO_RETURN ACK";
+    case 0x42:
+      return "NOTIFICATION ACK";
+    case 0x80:
+      return "RESPONSE";
+    case 0x81:
+      return "EXCEPTION";
+    case 0xa0:
+      return "TP_RESPONSE";
+    case 0xa1:
+      return "TP_EXCEPTION";
+    case 0xc0:
+      return "RESPONSE ACK";
+    case 0xc1:
+      return "EXCEPTION ACK";
+    default:
+      return nullptr;
+  }
+}
+
+Json return_code_name(ReturnCode code) {
+  const std::string_view name = name_of(code);
+  return name.empty() ? Json(nullptr) : Json(name);
+}
+
+void add_header(Json& object, const Header& header, std::size_t payload_bytes) {
+  object["service"] = hex_id(value(header.service));
+  object["method"] = hex_id(value(header.method));
+  object["length"] = someip::length_covered_header_bytes + payload_bytes;
+  object["client"] = hex_id(value(header.client));
+  object["session"] = hex_id(value(header.session));
+  object["protocol_version"] = header.protocol;
+  object["interface_version"] = header.interface_version;
+  object["message_type"] = message_type_name(header.type);
+  object["message_type_value"] = static_cast<std::uint8_t>(header.type);
+  object["return_code"] = return_code_name(header.return_code);
+  object["return_code_value"] = static_cast<std::uint8_t>(header.return_code);
+}
+
+void add_partial_header(Json& object, ByteView bytes) {
+  ByteReader in{bytes};
+  const auto add = [&](const char* name, auto number) {
+    if (!in.failed()) {
+      object[name] = number;
+    }
+  };
+  add("service", hex_id(in.u16()));
+  add("method", hex_id(in.u16()));
+  add("length", in.u32());
+  add("client", hex_id(in.u16()));
+  add("session", hex_id(in.u16()));
+  add("protocol_version", in.u8());
+  add("interface_version", in.u8());
+  const std::uint8_t type = in.u8();
+  add("message_type", message_type_name(MessageType{type}));
+  add("message_type_value", type);
+  const std::uint8_t code = in.u8();
+  add("return_code", return_code_name(ReturnCode{code}));
+  add("return_code_value", code);
+}
+
+void add_tp(Json& object, const someip::TpHeader& tp) {
+  Json& fields = object["tp"];
+  fields["offset"] = tp.offset;
+  fields["more_segments"] = tp.more;
+  fields["reserved"] = tp.reserved;
+}
+
+bool is_magic_cookie(const someip::Message& message) noexcept {
+  const Header& header = message.header;
+  const bool client = header.method == client_cookie && header.type == MessageType::request_no_return;
+  const bool server = header.method == server_cookie && header.type == MessageType::notification;
+  return header.service == someip::ServiceId{0xffff} && (client || server) && message.payload.empty() &&
+         header.client == someip::ClientId{0xdead} && header.session == someip::SessionId{0xbeef} &&
+         header.protocol == 1 && header.interface_version == 1 && header.return_code == ReturnCode::ok;
+}
+
+void add_magic_cookie(Json& object, const someip::Message& message) {
+  if (is_magic_cookie(message)) {
+    object["magic_cookie"] = message.header.method == client_cookie ? "client" : "server";
+  }
+}
+
+}  // namespace trestle::bridge

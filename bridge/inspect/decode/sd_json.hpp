@@ -1,0 +1,21 @@
+#pragma once
+#include <functional>
+#include <optional>
+
+#include "bridge/inspect/decode/message_json.hpp"
+#include "someip/wire/endpoint.hpp"
+
+namespace trestle::bridge {
+
+/// Whether a message has the Message ID of service discovery.  [feat_req_someipsd_26]
+[[nodiscard]] bool has_sd_id(const someip::Header& header) noexcept;
+
+/// Adds "sd" to the object of such a message: flags, entries and options as far as they can be read.
+/// @param offset     of the message, which the violation's offset counts from.
+/// @param announced  called for each unicast or multicast endpoint; may be empty.
+/// @return the first rule that the message breaks.
+[[nodiscard]] std::optional<Violation> add_sd(
+    Json& object, std::size_t offset, const someip::Message& message,
+    const std::function<void(Transport, const Endpoint&)>& announced);
+
+}  // namespace trestle::bridge

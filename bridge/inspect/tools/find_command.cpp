@@ -1,0 +1,100 @@
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "bridge/cli/exit_status.hpp"
+#include "bridge/cli/options.hpp"
+#include "bridge/cli/session.hpp"
+#include "bridge/inspect/tools/listener.hpp"
+#include "bridge/inspect/tools/network_view.hpp"
+#include "bridge/inspect/tools/sighting_text.hpp"
+#include "bridge/inspect/tools/tool_commands.hpp"
+#include "sd/net/clock.hpp"
+#include "someip/net/address_text.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+constexpr std::size_t max_services = 10'000;
+
+struct FindArguments {
+  NetworkOptions network;
+  std::string service;
+  double timeout_s = 3;
+  std::uint64_t count = 0;
+  bool json = false;
+};
+
+bool fits(const ServiceArgument& wanted, const SeenService& service) {
+  return (wanted.service == someip::ServiceId{} || wanted.service == service.service) &&
+         (wanted.instance == someip::any_instance || wanted.instance == service.instance);
+}
+
+int run(const FindArguments& options) {
+  ServiceArgument wanted;  // service 0: all
+  std::uint64_t count = options.count;
+  if (!options.service.empty()) {
+    wanted = parse_service(options.service, true);
+    count = count == 0 && wanted.instance != someip::any_instance ? 1 : count;
+  }
+  const sd::NodeConfig network = options.network.config();
+  Session session{options.timeout_s};
+  std::uint64_t found = 0;
+  NetworkView view{max_services};
+  Listener listener{session.io, network, [&](ByteView datagram, const Endpoint& from, const Endpoint& to) {
+                      std::vector<Sighting> sightings;
+                      view.on_datagram(datagram, from, to, sd::now(), sightings);
+                      for (const Sighting& one : sightings) {
+                        if (one.kind != Sighting::Kind::offered || !fits(wanted, one.service) ||
+                            (count != 0 && found == count)) {
+                          continue;
+                        }
+                        session.print((options.json ? to_json(one) : describe(one.service)) + "\n");
+                        if (++found == count) {
+                          session.finish();
+                        }
+                      }
+                    }};
+  if (!options.service.empty()) {
+    if (listener.open_for_finding()) {
+      // Now, and again for who was not listening.
+      listener.find(wanted.service, wanted.instance);
+      session.every(std::chrono::seconds{1}, [&] { listener.find(wanted.service, wanted.instance); });
+    } else {
+      Session::note(
+          fmt::format("note: {}:{} is taken by another SOME/IP stack: listening to offers without asking",
+                      someip::to_string(network.address), network.port));
+    }
+  }
+  session.run();
+  return found > 0 ? exit_ok : exit_failure;
+}
+
+}  // namespace
+
+void add_find_command(CLI::App& app, int& status) {
+  CLI::App* command = app.add_subcommand("find", "Find services: a FindService, and what is offered");
+  command->footer(
+      "Prints a line for each instance that is found. Without SERVICE it asks for nothing and prints all "
+      "that is\n"
+      "offered meanwhile. With an instance it ends as soon as that is found.\n"
+      "Exit status: 0 when something was found, 1 when nothing was, 2 for a wrong command line.\n\n"
+      "Examples:\n"
+      "  trestle find\n"
+      "  trestle find 0x1234\n"
+      "  trestle find 0x1234.0x0001 --address 192.168.1.10 --timeout 10");
+  const auto options = std::make_shared<FindArguments>();
+  command->add_option("SERVICE", options->service, "SERVICE or SERVICE.INSTANCE, such as 0x1234.0x0001");
+  command->add_option("--timeout", options->timeout_s, "How long to look")
+      ->type_name("SECONDS")
+      ->check(seconds_above_zero())
+      ->capture_default_str();
+  command->add_option("--count", options->count, "End when so many are found")
+      ->type_name("N")
+      ->check(count_above_zero());
+  command->add_flag("--json", options->json, "Print a JSON object for each");
+  options->network.add_to(*command);
+  command->callback([options, &status] { status = run(*options); });
+}
+
+}  // namespace trestle::bridge

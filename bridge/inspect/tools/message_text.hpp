@@ -1,0 +1,27 @@
+#pragma once
+#include <string>
+#include <tl/expected.hpp>
+
+#include "bridge/cli/options.hpp"
+#include "someip/wire/header.hpp"
+
+/// Payloads as the options want them; or why one cannot be printed. On a terminal, long arrays are cut.
+namespace trestle::bridge {
+
+/// What a payload says, with its line end.
+///   hex   "0a0b0c"
+///   yaml  the values; nothing for an empty payload
+///   json  an object: docs/tools.md lists its fields
+[[nodiscard]] tl::expected<std::string, std::string> answer_text(const someip::Message& answer,
+                                                                 const PayloadOptions& options);
+
+/// A received event or request.
+///   hex   "0x8001 0a0b0c"
+///   yaml  a comment that names event and session, the values, and "---"
+///   json  an object: docs/tools.md lists its fields
+/// @param from  who sent it; none: unknown.
+[[nodiscard]] tl::expected<std::string, std::string> message_text(const someip::Message& message,
+                                                                  const Endpoint* from,
+                                                                  const PayloadOptions& options);
+
+}  // namespace trestle::bridge

@@ -1,0 +1,86 @@
+#include <fmt/format.h>
+
+#include <memory>
+#include <utility>
+
+#include "bridge/cli/exit_status.hpp"
+#include "bridge/cli/session.hpp"
+#include "bridge/inspect/tools/offer_options.hpp"
+#include "bridge/inspect/tools/tool_commands.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+struct NotifyArguments : OfferOptions {
+  std::string eventgroup;
+  std::string event;
+  std::string value;
+  double rate_hz = 1;
+  std::uint64_t count = 0;
+};
+
+int run(NotifyArguments& options) {
+  sd::ServiceSpec spec = options.spec();
+  const someip::MethodId event{parse_id("EVENT", options.event)};
+  spec.eventgroups.push_back(
+      {.id = someip::EventgroupId{parse_id("EVENTGROUP", options.eventgroup)}, .events = {event}});
+  options.payload.resolve();
+  const auto payload = std::make_shared<const std::vector<std::byte>>(options.payload.parse(options.value));
+  const sd::NodeConfig network = options.network.config();
+
+  Session session{options.timeout_s};
+  sd::Node node{session.io, network, options.log(), Session::warn};
+  const sd::OfferHandle handle = node.offer(spec);
+  std::uint64_t sent = 0;
+  bool waiting = false;
+  const std::chrono::duration<double> period{1 / options.rate_hz};
+  session.every(std::chrono::duration_cast<Duration>(period), [&] {
+    if (options.count != 0 && sent == options.count) {
+      session.finish();  // one period after the last, which had that time to leave
+    } else if (node.subscribers(handle, event) > 0) {
+      const ByteView bytes{*payload};
+      node.notify(handle, event, {&bytes, 1}, payload);
+      ++sent;
+      waiting = false;
+    } else if (!std::exchange(waiting, true) && !options.quiet) {
+      Session::note("waiting for subscribers");
+    }
+  });
+  session.run();
+  node.shutdown();
+  if (!options.quiet) {
+    Session::note(fmt::format("{} event{} sent", sent, sent == 1 ? "" : "s"));
+  }
+  return sent > 0 && sent >= options.count ? exit_ok : exit_failure;
+}
+
+}  // namespace
+
+void add_notify_command(CLI::App& app, int& status) {
+  CLI::App* command = app.add_subcommand("notify", "Offer a service and send an event to its subscribers");
+  command->footer(
+      "Offers the service, waits for subscribers, and sends them the event again and again until Ctrl-C, "
+      "--count or\n"
+      "--timeout. PAYLOAD is text, @FILE or @- (standard input): hexadecimal, or values with --type.\n"
+      "Exit status: 0; 1 when nothing, or less than --count, was sent; 2 for a wrong command line.\n\n"
+      "Examples:\n"
+      "  trestle notify 0x1234.0x0001 0x0001 0x8001 '00 01 02'\n"
+      "  trestle notify 0x1234.1 1 0x8001 '{x: 1.5, y: -2}' --type geometry_msgs/msg/Point --rate 10\n"
+      "  trestle notify 0x1234.1 1 0x8001 @scan.yaml --type sensor_msgs/msg/LaserScan --count 1");
+  const auto options = std::make_shared<NotifyArguments>();
+  command->add_option("SERVICE.INSTANCE", options->service, "Such as 0x1234.0x0001")->required();
+  command->add_option("EVENTGROUP", options->eventgroup, "Its id")->required();
+  command->add_option("EVENT", options->event, "Id of the event")->required();
+  command->add_option("PAYLOAD", options->value, "What the event carries")->required();
+  command->add_option("--rate", options->rate_hz, "Events a second")
+      ->type_name("HZ")
+      ->check(number_between(0.001, 10'000))
+      ->capture_default_str();
+  command->add_option("--count", options->count, "End after so many events")
+      ->type_name("N")
+      ->check(count_above_zero());
+  options->add_to(*command);
+  command->callback([options, &status] { status = run(*options); });
+}
+
+}  // namespace trestle::bridge

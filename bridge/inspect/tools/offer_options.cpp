@@ -1,0 +1,45 @@
+#include "bridge/inspect/tools/offer_options.hpp"
+
+#include "bridge/cli/session.hpp"
+
+namespace trestle::bridge {
+
+void OfferOptions::add_to(CLI::App& command) {
+  command.add_option("--major", major, "Major version of the service")
+      ->type_name("N")
+      ->check(CLI::Range(0, 254))
+      ->capture_default_str();
+  command.add_option("--minor", minor, "Minor version of the service")->type_name("N")->capture_default_str();
+  command.add_option("--timeout", timeout_s, "End after so long")
+      ->type_name("SECONDS")
+      ->check(seconds_above_zero());
+  command.add_flag("-q,--quiet", quiet, "Do not tell what discovery does");
+  transport.add_to(command, "The service is offered");
+  payload.add_to(command);
+  network.add_to(command);
+}
+
+sd::ServiceSpec OfferOptions::spec() const {
+  const ServiceArgument id = parse_service(service, false);
+  sd::ServiceSpec spec{.service = id.service,
+                       .instance = id.instance,
+                       .major = static_cast<std::uint8_t>(major),
+                       .minor = minor};
+  if (!transport.udp()) {
+    spec.udp_port.reset();
+  }
+  if (transport.tcp()) {
+    spec.tcp_port = 0;
+  }
+  return spec;
+}
+
+sd::DiscoveryLog OfferOptions::log() const {
+  return [silent = quiet](const std::string& line) {
+    if (!silent) {
+      Session::note(line);
+    }
+  };
+}
+
+}  // namespace trestle::bridge

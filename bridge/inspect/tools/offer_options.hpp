@@ -1,0 +1,23 @@
+#pragma once
+#include "bridge/cli/options.hpp"
+
+namespace trestle::bridge {
+
+/// What the commands that offer a service have in common.
+struct OfferOptions {
+  NetworkOptions network;
+  PayloadOptions payload;
+  TransportOptions transport;
+  std::string service;
+  unsigned major = 1;
+  std::uint32_t minor = 0;
+  double timeout_s = 0;
+  bool quiet = false;
+
+  void add_to(CLI::App& command);
+  /// The service without its methods and events.
+  [[nodiscard]] sd::ServiceSpec spec() const;
+  [[nodiscard]] sd::DiscoveryLog log() const;
+};
+
+}  // namespace trestle::bridge

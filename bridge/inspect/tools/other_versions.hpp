@@ -1,0 +1,26 @@
+#pragma once
+#include <set>
+#include <string>
+
+#include "bridge/cli/options.hpp"
+#include "sd/net/proxy.hpp"
+
+namespace trestle::bridge {
+
+/// Notices who offers a service in other major versions than the one that is wanted, which a Node does not
+/// mention: so that the user learns of a wrong --major.
+class OtherVersions {
+ public:
+  /// @param quiet  nothing is printed on standard error.
+  OtherVersions(sd::Node& node, const ServiceArgument& service, unsigned wanted, bool quiet);
+
+  /// That nobody offers the service, and what is offered in place of it.
+  [[nodiscard]] std::string nobody_offers() const;
+
+ private:
+  unsigned wanted_;
+  std::set<unsigned> told_;
+  sd::Proxy all_;
+};
+
+}  // namespace trestle::bridge

@@ -1,0 +1,253 @@
+#include "bridge/inspect/tools/picture.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "bridge/cli/duration_text.hpp"
+#include "sd/net/discovery_text.hpp"
+#include "someip/net/address_text.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+struct Line {
+  const char* colour = "";
+  std::string text;
+};
+
+struct Table {
+  Line heading;
+  std::vector<Line> rows;
+};
+
+std::string count_text(std::size_t count, const char* what) {
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+}
+
+std::string age_text(Duration age) {
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(age).count();
+  return seconds < 120    ? fmt::format("{} s", std::max<std::int64_t>(seconds, 0))
+         : seconds < 7200 ? fmt::format("{} min", seconds / 60)
+                          : fmt::format("{} h", seconds / 3600);
+}
+
+/// "812 B", "3.45 kB", "120 MB".
+std::string size_text(double bytes) {
+  const char* unit = "B";
+  for (const char* larger : {"kB", "MB", "GB"}) {
+    if (bytes < 999.5) {
+      break;
+    }
+    bytes /= 1000;
+    unit = larger;
+  }
+  const bool whole = *unit == 'B';
+  return fmt::format("{:.{}f} {}", bytes, whole || bytes >= 99.95 ? 0 : bytes < 9.995 ? 2 : 1, unit);
+}
+
+std::string number_text(double number) {
+  return fmt::format("{:.{}f}", number, number < 99.95 ? 1 : 0);
+}
+
+template <typename Seen>
+std::string lifetime_text(const Seen& seen, TimePoint now) {
+  if (seen.gone) {
+    return "gone";
+  }
+  if (!seen.expires_ever()) {
+    return "until reboot";
+  }
+  return fmt::format("{:.0f} of {} s", std::chrono::duration<double>{seen.expires() - now}.count(),
+                     seen.ttl_s);
+}
+
+std::string endpoints(const std::optional<Endpoint>& udp, const std::optional<Endpoint>& tcp,
+                      const std::optional<Endpoint>& multicast = {}) {
+  std::string text;
+  const auto add = [&](const char* what, const std::optional<Endpoint>& endpoint) {
+    if (endpoint) {
+      text += fmt::format("{}{} {}", text.empty() ? "" : "  ", what, someip::to_string(*endpoint));
+    }
+  };
+  add("udp", udp);
+  add("tcp", tcp);
+  add("multicast", multicast);
+  return text;
+}
+
+Table services_table(const Picture& picture, const Colours& colours) {
+  constexpr const char* row = "{:<16}  {:<10}  {:<15}  {:>7}  {:<12}  {}";
+  Table table{{colours.dim,
+               fmt::format(row, "SERVICE.INSTANCE", "VERSION", "OFFERED BY", "FOR", "LIFETIME", "ENDPOINTS")},
+              {}};
+  for (const auto& [key, one] : picture.seen.network().services()) {
+    table.rows.push_back(
+        {one.gone ? colours.red : "",
+         fmt::format(row, sd::to_string(one.service, one.instance),
+                     fmt::format("{}.{}", one.major, one.minor), someip::to_string(one.peer.address),
+                     age_text(one.gone.value_or(picture.now) - one.first_seen),
+                     lifetime_text(one, picture.now), endpoints(one.udp, one.tcp))});
+  }
+  return table;
+}
+
+Table subscriptions_table(const Picture& picture, const Colours& colours) {
+  using State = SeenSubscription::State;
+  constexpr const char* row = "{:<16}  {:<10}  {:<15}  {:<12}  {:>7}  {:<12}  {}";
+  Table table{{colours.dim, fmt::format(row, "SERVICE.INSTANCE", "EVENTGROUP", "SUBSCRIBER", "STATE", "FOR",
+                                        "LIFETIME", "EVENTS GO TO")},
+              {}};
+  for (const auto& [key, one] : picture.seen.network().subscriptions()) {
+    const bool bad = one.gone || one.state == State::refused;
+    table.rows.push_back(
+        {bad                         ? colours.red
+         : one.state == State::asked ? colours.yellow
+                                     : "",
+         fmt::format(row, sd::to_string(one.service, one.instance), sd::hexadecimal(value(one.eventgroup)),
+                     someip::to_string(one.subscriber.address), to_string(one.state),
+                     age_text(one.gone.value_or(picture.now) - one.first_seen),
+                     lifetime_text(one, picture.now), endpoints(one.udp, one.tcp, one.multicast))});
+  }
+  return table;
+}
+
+std::string remarks(const SeenTraffic& row) {
+  std::string text;
+  const auto add = [&](const std::string& what) { text += (text.empty() ? "" : ", ") + what; };
+  if (row.skipped > 0) {
+    add(fmt::format("{} lost", row.skipped));
+  }
+  if (row.errors > 0) {
+    add(count_text(row.errors, "error"));
+  }
+  if (const auto latency = row.median_latency()) {
+    add("p50 " + duration_text(latency->count()));
+  }
+  return text;
+}
+
+std::string server_of(const SeenTraffic& row) {
+  return fmt::format("{} {}", row.transport == Transport::tcp ? "tcp" : "udp", someip::to_string(row.server));
+}
+
+std::string name_of(const SeenTraffic& row) {
+  return fmt::format("{} {}", row.event ? "event" : "method", sd::hexadecimal(value(row.method)));
+}
+
+Table traffic_table(const Picture& picture, const Colours& colours) {
+  constexpr const char* row = "{:<16}  {:<13}  {:>10}  {:>9}  {:>8}  {:<16}  {}";
+  Table table{{colours.dim, fmt::format(row, "SERVICE.INSTANCE", "TRAFFIC", "PER SECOND", "BYTES/S", "IN ALL",
+                                        "NOTES", "SERVER")},
+              {}};
+  const InstanceNames names{picture.seen.network()};
+  for (const auto& [key, one] : picture.seen.traffic().rows()) {
+    const Rate rate = picture.live ? one.recent.per_second(picture.now) : one.mean();
+    table.rows.push_back(
+        {one.skipped > 0 || one.errors > 0 ? colours.yellow : "",
+         fmt::format(row, names.of(one), name_of(one), rate.messages > 0 ? number_text(rate.messages) : "-",
+                     rate.bytes > 0 ? size_text(rate.bytes) : "-", one.messages, remarks(one),
+                     server_of(one))});
+  }
+  return table;
+}
+
+std::vector<Table> tables_of(const Picture& picture, const Colours& colours) {
+  std::vector<Table> tables{services_table(picture, colours)};
+  if (picture.traffic) {
+    tables.push_back(subscriptions_table(picture, colours));
+    tables.push_back(traffic_table(picture, colours));
+  }
+  return tables;
+}
+
+std::string title_of(const Picture& picture) {
+  std::size_t offered = 0;
+  std::set<Endpoint> hosts;
+  const NetworkView& network = picture.seen.network();
+  for (const auto& [key, service] : network.services()) {
+    if (!service.gone) {
+      ++offered;
+      hosts.insert(service.peer);
+    }
+  }
+  std::string text = fmt::format("SOME/IP at {}: {} of {}", picture.where, count_text(offered, "service"),
+                                 count_text(hosts.size(), "host"));
+  if (picture.traffic) {
+    const auto now = [](const auto& one) { return !one.second.gone; };
+    const auto subscribed = std::ranges::count_if(network.subscriptions(), now);
+    text += ", " + count_text(static_cast<std::size_t>(subscribed), "subscription");
+    const Rate rate = picture.seen.traffic().recent().per_second(picture.now);
+    text += picture.live
+                ? fmt::format(", {} messages/s, {}/s", number_text(rate.messages), size_text(rate.bytes))
+                : ", " + count_text(picture.seen.traffic().counters().messages, "message");
+  }
+  text += "; " + count_text(network.counters().messages, "discovery message");
+  const auto add = [&](std::uint64_t count, const char* what) {
+    if (count > 0) {
+      text += fmt::format(", {} {}", count, what);
+    }
+  };
+  add(picture.seen.malformed(), "malformed");
+  add(network.counters().not_kept + picture.seen.traffic().counters().not_kept, "too many to show");
+  add(picture.dropped, "frames missed");
+  return text;
+}
+
+}  // namespace
+
+std::string screen_of(const Picture& picture, TerminalSize size, const Colours& colours) {
+  std::string out = "\033[H";
+  const auto line = [&](const Line& one) {
+    // Not wider than the screen, and with nothing left of what was there before.
+    out += one.colour + one.text.substr(0, size.columns) + colours.off + "\033[K\n";
+  };
+  line({colours.bold, title_of(picture)});
+  const std::vector<Table> tables = tables_of(picture, colours);
+  // Each table takes an empty line, its heading, and perhaps a line that tells how many rows are hidden; the
+  // cursor stands on the last line of the screen. What one table does not need of its share the next ones
+  // may.
+  std::size_t room = size.rows > 2 ? size.rows - 2 : 0;
+  for (std::size_t at = 0; at < tables.size(); ++at) {
+    const Table& table = tables[at];
+    const std::size_t share = room / (tables.size() - at);
+    const std::size_t spare = share > 2 ? share - 2 : 0;
+    const bool all = table.rows.size() <= spare;
+    const std::size_t shown = all ? table.rows.size() : spare > 0 ? spare - 1 : 0;
+    if (share < 3) {
+      continue;
+    }
+    line({});
+    line(table.heading);
+    std::for_each_n(table.rows.begin(), shown, line);
+    if (!all) {
+      line({colours.dim,
+            fmt::format("... {} more: make the window larger, or use trestle watch --for 5 | less",
+                        table.rows.size() - shown)});
+    }
+    room -= 2 + shown + (all ? 0 : 1);
+  }
+  return out + "\033[J";
+}
+
+std::string text_of(const Picture& picture, const Colours& colours) {
+  std::string out;
+  const auto line = [&](const Line& one) { out += one.colour + one.text + colours.off + "\n"; };
+  line({colours.bold, title_of(picture)});
+  for (const Table& table : tables_of(picture, colours)) {
+    line({});
+    line(table.heading);
+    std::ranges::for_each(table.rows, line);
+  }
+  return out;
+}
+
+std::string describe(const SeenTraffic& row, const InstanceNames& names, const Rate& rate) {
+  const std::string more = remarks(row);
+  return fmt::format("{:<12}  {}  {}  {} /s  {}/s  {}{}{}", "traffic", names.of(row), name_of(row),
+                     number_text(rate.messages), size_text(rate.bytes), server_of(row),
+                     more.empty() ? "" : "  ", more);
+}
+
+}  // namespace trestle::bridge

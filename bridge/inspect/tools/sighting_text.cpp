@@ -1,0 +1,150 @@
+#include "bridge/inspect/tools/sighting_text.hpp"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include "sd/net/discovery_text.hpp"
+#include "someip/net/address_text.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+std::string version(const SeenService& service) {
+  return fmt::format("{}.{}", service.major == sd::any_major ? "*" : std::to_string(service.major),
+                     service.minor == sd::any_minor ? "*" : std::to_string(service.minor));
+}
+
+std::string by(const SeenService& service) {
+  return "by " + someip::to_string(service.peer.address);
+}
+
+template <typename Seen>
+std::string lifetime(const Seen& seen) {
+  return seen.expires_ever() ? fmt::format("ttl {} s", seen.ttl_s) : "until reboot";
+}
+
+template <typename Seen>
+std::string endpoints(const Seen& seen) {
+  std::string text;
+  if (seen.udp) {
+    text += "  udp " + someip::to_string(*seen.udp);
+  }
+  if (seen.tcp) {
+    text += "  tcp " + someip::to_string(*seen.tcp);
+  }
+  return text;
+}
+
+template <typename Seen>
+void add_endpoints(nlohmann::ordered_json& object, const Seen& seen) {
+  if (seen.udp) {
+    object["udp"] = someip::to_string(*seen.udp);
+  }
+  if (seen.tcp) {
+    object["tcp"] = someip::to_string(*seen.tcp);
+  }
+}
+
+/// A subscription, after what happened to it.
+std::string describe(Sighting::Kind kind, const SeenSubscription& one) {
+  std::string text =
+      fmt::format("{:<12}  {}  eventgroup {}  by {}  at {}", to_string(kind),
+                  sd::to_string(one.service, one.instance), sd::hexadecimal(someip::value(one.eventgroup)),
+                  someip::to_string(one.subscriber.address), someip::to_string(one.server.address));
+  if (kind == Sighting::Kind::subscribed) {
+    text += endpoints(one) + "  " + lifetime(one);
+  }
+  if (kind == Sighting::Kind::acknowledged && one.multicast) {
+    text += "  multicast " + someip::to_string(*one.multicast);
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string time_text(TimePoint time) {
+  const auto since_1970 = std::chrono::floor<std::chrono::milliseconds>(time.time_since_epoch());
+  return fmt::format(
+      "{:%FT%T}.{:03}Z",
+      fmt::gmtime(static_cast<std::time_t>(std::chrono::floor<std::chrono::seconds>(since_1970).count())),
+      since_1970.count() % 1000);
+}
+
+std::string describe(const SeenService& service) {
+  return sd::to_string(service.service, service.instance) + "  " + version(service) + endpoints(service) +
+         "  " + by(service) + "  " + lifetime(service);
+}
+
+std::string describe(const Sighting& sighting) {
+  if (sighting.subscription) {
+    return describe(sighting.kind, *sighting.subscription);
+  }
+  const SeenService& service = sighting.service;
+  if (sighting.kind == Sighting::Kind::offered || sighting.kind == Sighting::Kind::changed) {
+    return fmt::format("{:<12}  {}", to_string(sighting.kind), describe(service));
+  }
+  return fmt::format("{:<12}  {}  {}  {}", to_string(sighting.kind),
+                     sd::to_string(service.service, service.instance), version(service), by(service));
+}
+
+void add_service(nlohmann::ordered_json& object, const SeenService& service) {
+  object["service"] = sd::hexadecimal(someip::value(service.service));
+  object["instance"] = sd::hexadecimal(someip::value(service.instance));
+  object["major_version"] = service.major;
+  object["minor_version"] = service.minor;
+  add_endpoints(object, service);
+  object["peer"] = someip::to_string(service.peer);
+  object["ttl"] = service.ttl_s;
+}
+
+void add_subscription(nlohmann::ordered_json& object, const SeenSubscription& one) {
+  object["service"] = sd::hexadecimal(someip::value(one.service));
+  object["instance"] = sd::hexadecimal(someip::value(one.instance));
+  object["major_version"] = one.major;
+  object["eventgroup"] = sd::hexadecimal(someip::value(one.eventgroup));
+  add_endpoints(object, one);
+  if (one.multicast) {
+    object["multicast"] = someip::to_string(*one.multicast);
+  }
+  object["peer"] = someip::to_string(one.subscriber);
+  object["server"] = someip::to_string(one.server);
+  object["ttl"] = one.ttl_s;
+}
+
+std::string to_json(const Sighting& sighting, const std::string& time) {
+  nlohmann::ordered_json object;
+  if (!time.empty()) {
+    object["time"] = time;
+  }
+  object["seen"] = to_string(sighting.kind);
+  if (sighting.subscription) {
+    add_subscription(object, *sighting.subscription);
+  } else {
+    add_service(object, sighting.service);
+  }
+  return object.dump();
+}
+
+InstanceNames::InstanceNames(const NetworkView& network) {
+  for (const auto& [key, service] : network.services()) {
+    if (service.udp) {
+      instances_.try_emplace({service.service, Transport::udp, *service.udp}, service.instance);
+    }
+    if (service.tcp) {
+      instances_.try_emplace({service.service, Transport::tcp, *service.tcp}, service.instance);
+    }
+  }
+}
+
+std::optional<someip::InstanceId> InstanceNames::instance_of(const SeenTraffic& row) const {
+  const auto found = instances_.find({row.service, row.transport, row.server});
+  return found == instances_.end() ? std::nullopt : std::optional{found->second};
+}
+
+std::string InstanceNames::of(const SeenTraffic& row) const {
+  const auto instance = instance_of(row);
+  return instance ? sd::to_string(row.service, *instance)
+                  : sd::hexadecimal(someip::value(row.service)) + ".?";
+}
+
+}  // namespace trestle::bridge

@@ -1,0 +1,39 @@
+#pragma once
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "bridge/inspect/tools/network_view.hpp"
+#include "bridge/inspect/tools/traffic_view.hpp"
+
+/// What is seen of a network, in words and in JSON. docs/tools.md documents both.
+namespace trestle::bridge {
+
+/// "2026-11-21T09:20:44.321Z", of wall-clock time.
+[[nodiscard]] std::string time_text(TimePoint time);
+
+/// "0x1234.0x0001  1.0  udp 10.0.0.5:30509  by 10.0.0.5  ttl 3 s"
+[[nodiscard]] std::string describe(const SeenService& service);
+/// The same, after what happened to it: "offered     ".
+[[nodiscard]] std::string describe(const Sighting& sighting);
+
+/// Adds the fields of a service, "service" to "ttl", to an object.
+void add_service(nlohmann::ordered_json& object, const SeenService& service);
+void add_subscription(nlohmann::ordered_json& object, const SeenSubscription& subscription);
+/// One line.
+/// @param time  empty: without.
+[[nodiscard]] std::string to_json(const Sighting& sighting, const std::string& time = {});
+
+/// Which instance of a service is at an endpoint, which is not told in messages.
+class InstanceNames {
+ public:
+  explicit InstanceNames(const NetworkView& network);
+  [[nodiscard]] std::optional<someip::InstanceId> instance_of(const SeenTraffic& row) const;
+  /// "0x1234.0x0001", or "0x1234.?" when nobody offered it.
+  [[nodiscard]] std::string of(const SeenTraffic& row) const;
+
+ private:
+  std::map<std::tuple<someip::ServiceId, Transport, Endpoint>, someip::InstanceId> instances_;
+};
+
+}  // namespace trestle::bridge

@@ -1,0 +1,125 @@
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "bridge/cli/exit_status.hpp"
+#include "bridge/cli/options.hpp"
+#include "bridge/cli/session.hpp"
+#include "bridge/inspect/tools/message_text.hpp"
+#include "bridge/inspect/tools/other_versions.hpp"
+#include "bridge/inspect/tools/tool_commands.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+struct SubscribeArguments {
+  NetworkOptions network;
+  PayloadOptions payload;
+  TransportOptions transport;
+  std::string service;
+  std::string eventgroup;
+  std::vector<std::string> events;
+  unsigned major = 1;
+  double timeout_s = 0;
+  std::uint64_t count = 0;
+  bool quiet = false;
+};
+
+/// The events that are wanted; all there can be when none is named, as Node wants a list.
+std::vector<someip::MethodId> events_of(const std::vector<std::string>& names) {
+  std::vector<someip::MethodId> events;
+  events.reserve(names.empty() ? 0xfffe : names.size());
+  for (const std::string& name : names) {
+    events.push_back(someip::MethodId{parse_id("EVENT", name)});
+  }
+  for (std::uint16_t id = 1; names.empty() && id < 0xffff; ++id) {
+    if (const someip::MethodId event{id}; !sd::is_reserved(event)) {
+      events.push_back(event);
+    }
+  }
+  return events;
+}
+
+int run(SubscribeArguments& options) {
+  const ServiceArgument service = parse_service(options.service, false);
+  const someip::EventgroupId eventgroup{parse_id("EVENTGROUP", options.eventgroup)};
+  std::vector<someip::MethodId> events = events_of(options.events);
+  options.payload.resolve();
+  const sd::NodeConfig network = options.network.config();
+  Session session{options.timeout_s};
+  sd::Node node{session.io, network,
+                [&](const std::string& line) {
+                  if (!options.quiet) {
+                    Session::note(line);
+                  }
+                },
+                Session::warn};
+  std::uint64_t received = 0;
+  std::uint64_t unprintable = 0;
+  node.subscribe({.service = service.service,
+                  .instance = service.instance,
+                  .major = static_cast<std::uint8_t>(options.major),
+                  .eventgroup = eventgroup,
+                  .events = std::move(events),
+                  .udp = options.transport.udp(),
+                  .tcp = options.transport.tcp()},
+                 [&](const someip::Message& message, const Endpoint& from) {
+                   if (options.count != 0 && received == options.count) {
+                     return;
+                   }
+                   const auto text = message_text(message, &from, options.payload);
+                   if (text) {
+                     session.print(*text);
+                   } else {
+                     ++unprintable;
+                     Session::warn(text.error());
+                   }
+                   if (++received == options.count) {
+                     session.finish();
+                   }
+                 });
+  const OtherVersions others{node, service, options.major, options.quiet};
+  session.run();
+  node.shutdown();
+  const bool enough = options.count == 0 ? received > 0 || !session.timed_out() : received == options.count;
+  return enough && unprintable == 0 ? exit_ok : exit_failure;
+}
+
+}  // namespace
+
+void add_subscribe_command(CLI::App& app, int& status) {
+  CLI::App* command = app.add_subcommand("subscribe", "Subscribe to an eventgroup and print its events");
+  command->footer(
+      "Runs until Ctrl-C, --count or --timeout. What discovery does goes to standard error. On a terminal "
+      "long\n"
+      "arrays are cut after 128 elements; elsewhere everything is printed.\n"
+      "Exit status: 0; 1 when the time was up before there was an event (or --count of them), or when one "
+      "was no\n"
+      "message of the type; 2 for a wrong command line.\n\n"
+      "Examples:\n"
+      "  trestle subscribe 0x1234.0x0001 0x0001\n"
+      "  trestle subscribe 0x1234.0x0001 0x0001 0x8001 --type geometry_msgs/msg/Point --count 1\n"
+      "  trestle subscribe 0x1234.1 1 --tcp\n"
+      "  trestle subscribe 0x1234.1 1 --type sensor_msgs/msg/Imu --json | jq .values.linear_acceleration.x");
+  const auto options = std::make_shared<SubscribeArguments>();
+  command->add_option("SERVICE.INSTANCE", options->service, "Such as 0x1234.0x0001")->required();
+  command->add_option("EVENTGROUP", options->eventgroup, "Its id")->required();
+  command->add_option("EVENT", options->events, "Ids of the events to print (default: all)");
+  command->add_option("--major", options->major, "Major version of the service")
+      ->type_name("N")
+      ->check(CLI::Range(0, 254))
+      ->capture_default_str();
+  command->add_option("--count", options->count, "End after so many events")
+      ->type_name("N")
+      ->check(count_above_zero());
+  command->add_option("--timeout", options->timeout_s, "End after so long")
+      ->type_name("SECONDS")
+      ->check(seconds_above_zero());
+  command->add_flag("-q,--quiet", options->quiet, "Do not tell what discovery does");
+  options->transport.add_to(*command, "Events come");
+  options->payload.add_to(*command);
+  options->network.add_to(*command);
+  command->callback([options, &status] { status = run(*options); });
+}
+
+}  // namespace trestle::bridge

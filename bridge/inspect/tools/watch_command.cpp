@@ -1,0 +1,247 @@
+#include <unistd.h>
+
+#include <cerrno>
+#include <memory>
+
+#include "bridge/cli/exit_status.hpp"
+#include "bridge/cli/options.hpp"
+#include "bridge/cli/terminal.hpp"
+#include "bridge/inspect/tools/interfaces.hpp"
+#include "bridge/inspect/tools/live_watch.hpp"
+#include "bridge/inspect/tools/tool_commands.hpp"
+#include "bridge/inspect/tools/watch_lines.hpp"
+#include "pcaps/capture_file.hpp"
+#include "someip/net/socket_calls.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Duration table_period = 1s;
+/// What expired is told within this time; the TTL of an offer is whole seconds.
+constexpr Duration expiry_period = 100ms;
+/// How long what is gone stays in the table, and what is silent.
+constexpr Duration shown_after_gone = 5s;
+constexpr Duration shown_when_idle = 60s;
+constexpr double once_s = 3;
+
+struct WatchArguments {
+  NetworkOptions network;
+  std::string interface;
+  std::string file;
+  double timeout_s = 0;
+  double for_s = 0;
+  double rates_s = 10;
+  std::uint64_t count = 0;
+  bool once = false;
+  bool lines = false;
+  bool json = false;
+
+  [[nodiscard]] Duration rates() const {
+    return std::chrono::duration_cast<Duration>(std::chrono::duration<double>{rates_s});
+  }
+  [[nodiscard]] WatchLines::Options of_lines() const { return {json, rates(), count}; }
+};
+
+/// Where the system sends multicast from, if it does.
+std::optional<IpAddress> own_address(const WatchArguments& options) {
+  try {
+    return options.network.config().address;
+  } catch (const std::runtime_error&) {
+    return std::nullopt;
+  }
+}
+
+Where where_of(const WatchArguments& options) {
+  sd::NodeConfig network =
+      options.interface.empty() ? options.network.config() : options.network.config_without_address();
+  if (!network.address.is_unspecified()) {
+    const auto interface = interface_name(network.address);
+    if (!interface) {
+      someip::fail(Transport::udp, {network.address, network.port}, "find the network interface",
+                   EADDRNOTAVAIL);
+    }
+    return {options.interface.empty() ? *interface : options.interface, network};
+  }
+  const auto address = options.interface == "any"
+                           ? own_address(options)
+                           : address_of_interface(options.interface, network.multicast.v6);
+  if (!address) {
+    return {options.interface, std::nullopt};
+  }
+  network.address = *address;
+  return {options.interface, network};
+}
+
+int watch_as_lines(const WatchArguments& options, const Where& where, std::uint16_t sd_port) {
+  Session session{options.timeout_s};
+  WatchLines lines{options.of_lines(), [&](const std::string& text) { session.print(text); },
+                   [&] { session.finish(); }};
+  LiveWatch live{session, where, sd_port,
+                 [&](const std::vector<Sighting>& sightings, TimePoint now) { lines.tell(sightings, now); }};
+  session.every(expiry_period, [&] {
+    live.on_time();
+    const TimePoint now = wall_clock();
+    lines.tell_rates(live.seen(), now);
+    live.seen().network().forget_gone(now - shown_after_gone);
+    live.seen().traffic().forget_idle(now - shown_when_idle - options.rates());
+  });
+  session.run();
+  live.check();
+  return lines.enough() ? exit_ok : exit_failure;
+}
+
+int watch_as_table(const WatchArguments& options, const Where& where, std::uint16_t sd_port) {
+  Session session{options.timeout_s};
+  LiveWatch live{session, where, sd_port, [](const std::vector<Sighting>&, TimePoint) {}};
+  const auto draw = [&] {
+    live.on_time();
+    const TimePoint now = wall_clock();
+    live.seen().network().forget_gone(now - shown_after_gone);
+    live.seen().traffic().forget_idle(now - shown_when_idle);
+    session.print(screen_of(live.picture(true), terminal_size(STDOUT_FILENO), colours_for(STDOUT_FILENO)));
+  };
+  session.print("\033[?25l\033[2J");  // no cursor, and nothing else on the screen
+  draw();
+  session.every(table_period, draw);
+  session.run();
+  session.print("\033[?25h\n");
+  live.check();
+  return exit_ok;
+}
+
+std::string summary(const WatchArguments& options, const Picture& picture) {
+  return options.json ? json_of(picture) + "\n" : text_of(picture, colours_for(STDOUT_FILENO));
+}
+
+int watch_for(const WatchArguments& options, const Where& where, std::uint16_t sd_port) {
+  Session session{options.once ? once_s : options.for_s};
+  LiveWatch live{session, where, sd_port, [](const std::vector<Sighting>&, TimePoint) {}};
+  session.every(expiry_period, [&] { live.on_time(); });
+  session.run();
+  session.print(summary(options, live.picture(false)));
+  live.check();
+  return exit_ok;
+}
+
+int read_file(const WatchArguments& options, std::uint16_t sd_port) {
+  std::optional<pcaps::CaptureFile> file;
+  try {
+    file.emplace(options.file);
+  } catch (const std::runtime_error& error) {
+    throw CLI::ValidationError("--read", error.what());
+  }
+  bool enough = false;
+  const auto print = [&](const std::string& text) {
+    std::fwrite(text.data(), 1, text.size(), stdout);
+    enough = enough || std::fflush(stdout) != 0;
+  };
+  WatchLines lines{options.of_lines(), print, [&] { enough = true; }};
+  const bool as_lines = options.lines || options.count != 0;
+  Watcher seen{sd_port, [&](const std::vector<Sighting>& sightings, TimePoint now) {
+                 if (as_lines) {
+                   lines.tell(sightings, now);
+                 }
+               }};
+  TimePoint checked{};
+  while (!enough) {
+    const auto frame = file->next();
+    if (!frame) {
+      break;
+    }
+    const TimePoint now{frame->time.time_since_epoch()};
+    if (now - checked >= expiry_period) {
+      seen.on_time(now);
+      checked = now;
+      if (as_lines) {
+        lines.tell_rates(seen, now);
+      }
+    }
+    seen.on_frame(*frame);
+  }
+  seen.finish();
+  if (as_lines) {
+    lines.tell_rates(seen, seen.last(), true);
+  } else {
+    print(summary(options, {.seen = seen, .where = options.file, .since = seen.first(), .now = seen.last()}));
+  }
+  if (!file->error().empty()) {
+    throw std::runtime_error{"the capture cannot be read to its end: " + file->error()};
+  }
+  return lines.enough() ? exit_ok : exit_failure;
+}
+
+int run(const WatchArguments& options) {
+  const std::uint16_t sd_port = options.network.config_without_address().port;
+  if (!options.file.empty()) {
+    return read_file(options, sd_port);
+  }
+  const Where where = where_of(options);
+  if (options.once || options.for_s > 0) {
+    return watch_for(options, where, sd_port);
+  }
+  const bool table = is_terminal(STDOUT_FILENO) && !options.json && !options.lines && options.count == 0;
+  return table ? watch_as_table(options, where, sd_port) : watch_as_lines(options, where, sd_port);
+}
+
+}  // namespace
+
+void add_watch_command(CLI::App& app, int& status) {
+  CLI::App* command = app.add_subcommand("watch", "Watch services, subscriptions and traffic on the network");
+  command->footer(
+      "On a terminal live tables of who offers what, who is subscribed to what, and how much goes by. "
+      "Elsewhere,\n"
+      "and with --lines, --count and --json, a line for everything that happens, and for rates. It sends\n"
+      "nothing, so other SOME/IP stacks of this host are not disturbed, but captures frames: that needs the\n"
+      "right to (root, or sudo setcap cap_net_raw+ep). Without it only what discovery sends to all is "
+      "shown.\n"
+      "What programs of one host say to each other goes by interface lo, or any.\n"
+      "Exit status: 0; 1 when the network or a capture fails or there were less than --count lines; 2 for a\n"
+      "wrong command line.\n\n"
+      "Examples:\n"
+      "  trestle watch\n"
+      "  trestle watch --interface lo\n"
+      "  trestle watch --for 10 > network.txt\n"
+      "  trestle watch --read drive.pcapng\n"
+      "  trestle watch --json | jq -r 'select(.seen == \"expired\") | .service'");
+  const auto options = std::make_shared<WatchArguments>();
+  CLI::Option* interface =
+      command
+          ->add_option("--interface", options->interface,
+                       "Network interface to capture from, or any (default: that of --address)")
+          ->type_name("NAME");
+  CLI::Option* file = command
+                          ->add_option("--read", options->file,
+                                       "Show what a capture holds (pcap or pcapng; - for standard input)")
+                          ->type_name("FILE")
+                          ->excludes(interface);
+  CLI::Option* timeout = command->add_option("--timeout", options->timeout_s, "End after so long")
+                             ->type_name("SECONDS")
+                             ->check(seconds_above_zero())
+                             ->excludes(file);
+  CLI::Option* lines = command->add_flag("--lines", options->lines, "Lines also on a terminal, or of a file");
+  CLI::Option* count = command->add_option("--count", options->count, "End after so many lines")
+                           ->type_name("N")
+                           ->check(count_above_zero());
+  CLI::Option* duration =
+      command->add_option("--for", options->for_s, "Watch so long, then print the tables once")
+          ->type_name("SECONDS")
+          ->check(seconds_above_zero());
+  command->add_flag("--once", options->once, "The same as --for 3")
+      ->excludes(duration)
+      ->excludes(file)
+      ->excludes(timeout)
+      ->excludes(lines)
+      ->excludes(count);
+  duration->excludes(file)->excludes(timeout)->excludes(lines)->excludes(count);
+  command->add_option("--rates", options->rates_s, "How often lines tell rates; 0: never")
+      ->type_name("SECONDS")
+      ->check(number_between(0, 1e6))
+      ->capture_default_str();
+  command->add_flag("--json", options->json, "JSON: an object for each line, or one with the tables");
+  options->network.add_to(*command);
+  command->callback([options, &status] { status = run(*options); });
+}
+
+}  // namespace trestle::bridge

@@ -1,0 +1,230 @@
+#include "bridge/measure/perf/bridge_path.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <deque>
+#include <limits>
+#include <mutex>
+
+#include "bridge/measure/perf/perf_service.hpp"
+#include "bridge/measure/point_cloud.hpp"
+#include "bridge/measure/report.hpp"
+#include "dds_adapter/participant.hpp"
+#include "dds_adapter/ros_names.hpp"
+
+namespace trestle::bridge::perf {
+namespace {
+
+using demo::monotonic_ns;
+
+constexpr std::int64_t second_ns = 1'000'000'000;
+constexpr std::uint32_t point_bytes = 16;
+
+struct Received {
+  dds::Sample sample;
+  std::int64_t at_ns = 0;
+};
+
+/// Samples on their way from the thread of DDS to ours.
+class Inbox {
+ public:
+  explicit Inbox(const demo::StopSignals& waiting) : waiting_{waiting} {}
+
+  void put(dds::Sample sample) {
+    constexpr std::size_t most = 64;
+    const std::int64_t now = monotonic_ns();
+    {
+      const std::lock_guard lock{mutex_};
+      if (samples_.size() < most) {  // else it counts as lost
+        samples_.push_back({std::move(sample), now});
+      }
+    }
+    waiting_.wake();
+  }
+  std::deque<Received> take() {
+    const std::lock_guard lock{mutex_};
+    return std::exchange(samples_, {});
+  }
+
+ private:
+  const demo::StopSignals& waiting_;
+  std::mutex mutex_;
+  std::deque<Received> samples_;
+};
+
+/// One side of the way.
+struct Side {
+  /// @param on_sample  on a thread of DDS.
+  Side(const PathOptions& options, const char* writes, const char* reads,
+       std::function<void(dds::Sample)> on_sample)
+      : participant{{.domain = options.domain,
+                     .name = "trestle perf",
+                     .interfaces = options.interfaces,
+                     .shared_memory = options.shared_memory ? std::optional{true} : std::nullopt,
+                     .on_event =
+                         [warn = options.warn](const dds::Event& event) {
+                           if (warn && event.kind == dds::Event::Kind::small_send_buffer) {
+                             warn("DDS: " + event.detail);
+                           }
+                         }}},
+        writer{participant.create_writer(name(options, writes), type(), qos())},
+        reader{participant.create_reader(name(options, reads), type(), qos(), std::move(on_sample))} {
+    if (options.warn) {
+      for (const std::string& line : participant.buffers_not_granted()) {
+        options.warn("DDS: " + line);
+      }
+    }
+  }
+
+  static std::string name(const PathOptions& options, const char* what) {
+    return dds::ros_topic_name(options.topic + "/" + what);
+  }
+  static dds::Qos qos() { return {.depth = max_path_window}; }
+  static std::string type() { return dds::ros_type_name("sensor_msgs/msg/PointCloud2"); }
+
+  dds::Participant participant;
+  dds::Writer writer;
+  dds::Reader reader;
+};
+
+/// Clouds whose stamps are their numbers, so many under way at a time.
+class Pinger {
+ public:
+  /// Told how long a cloud was on its way, both ways; nothing: it has not come back in time.
+  using Done = std::function<void(std::optional<std::int64_t> trip_ns)>;
+
+  explicit Pinger(const PathOptions& options)
+      : side_{options, "there", "back", [this](dds::Sample sample) { inbox_.put(std::move(sample)); }},
+        window_{options.window} {
+    cloud_.width = std::max(options.bytes / point_bytes, 1U);
+    cloud_.point_bytes = point_bytes;
+    cloud_.data.resize(std::size_t{cloud_.width} * point_bytes, std::byte{0x5a});
+    std::uint32_t offset = 0;
+    for (const char* field : {"x", "y", "z", "intensity"}) {
+      cloud_.fields.push_back({.name = field, .offset = offset, .type = demo::FieldType::float32});
+      offset += size_of(demo::FieldType::float32);
+    }
+  }
+
+  [[nodiscard]] std::size_t bytes() const noexcept { return cloud_.data.size(); }
+
+  /// Fills the window, and waits for something to come back, or to be taken for lost after `limit_ns`.
+  void step(std::int64_t limit_ns, const Done& done) {
+    while (under_way_.size() < window_) {
+      send(limit_ns);
+    }
+    const std::int64_t until = under_way_.front().lost_at_ns;
+    stopped_ = signals_.wait_until(until);
+    for (const Received& one : inbox_.take()) {
+      const auto cloud = demo::decode(one.sample.cdr());
+      if (!cloud || cloud->data.size() != cloud_.data.size()) {
+        continue;
+      }
+      const auto ping = std::ranges::find(under_way_, cloud->stamp_ns, &Ping::number);
+      if (ping != under_way_.end()) {
+        const std::int64_t trip = one.at_ns - ping->sent_ns;
+        under_way_.erase(ping);
+        done(trip);
+      }
+    }
+    while (!stopped_ && !under_way_.empty() && under_way_.front().lost_at_ns <= monotonic_ns()) {
+      under_way_.pop_front();
+      done(std::nullopt);
+    }
+  }
+  /// Takes what is under way neither for lost nor for received.
+  void forget() { under_way_.clear(); }
+  [[nodiscard]] bool stopped() const noexcept { return stopped_; }
+
+ private:
+  struct Ping {
+    std::int64_t number = 0;
+    std::int64_t sent_ns = 0;
+    std::int64_t lost_at_ns = 0;
+  };
+
+  void send(std::int64_t limit_ns) {
+    ++number_;
+    const auto encoded = demo::encode(cloud_, number_, "perf");
+    const std::array<ByteView, 3> pieces{encoded.front, encoded.data, ByteView{&encoded.tail, 1}};
+    const std::int64_t now = monotonic_ns();
+    under_way_.push_back({number_, now, now + limit_ns});
+    (void)side_.writer.write(pieces);  // what is refused does not come back
+  }
+
+  demo::StopSignals signals_;
+  Inbox inbox_{signals_};
+  Side side_;
+  demo::Cloud cloud_;
+  std::size_t window_;
+  std::deque<Ping> under_way_;  ///< in the order of their numbers
+  std::int64_t number_ = 0;
+  bool stopped_ = false;
+};
+
+}  // namespace
+
+std::optional<Result> measure_path(const PathOptions& options,
+                                   const std::function<void(const Result& result)>& progress) {
+  Pinger pinger{options};
+  Result result;
+  result.what = "bridge";
+  result.transport = "dds";
+  result.how = fmt::format("{} under way, half of the way there and back", options.window);
+  result.payload_bytes = pinger.bytes();
+
+  // Discovery takes its time on every part of the way: what is sent earlier goes nowhere.
+  constexpr std::int64_t try_ns = second_ns / 10;
+  const std::int64_t patience_end = monotonic_ns() + options.patience.count();
+  bool open = false;
+  while (!open) {
+    pinger.step(try_ns, [&](std::optional<std::int64_t> trip) { open |= trip.has_value(); });
+    if (pinger.stopped() || monotonic_ns() > patience_end) {
+      return std::nullopt;
+    }
+  }
+  pinger.forget();  // which may still go nowhere
+  const std::int64_t limit_ns = std::min<std::int64_t>(options.patience.count(), second_ns);
+  for (const std::int64_t warm = monotonic_ns() + options.warm_up.count();
+       monotonic_ns() < warm && !pinger.stopped();) {
+    pinger.step(limit_ns, [](std::optional<std::int64_t>) {});
+  }
+
+  const Status before = own_status();
+  const std::int64_t start = monotonic_ns();
+  const std::int64_t end = start + options.measured.count();
+  std::int64_t next_progress = start + second_ns;
+  for (std::int64_t now = start; now < end && !pinger.stopped();) {
+    pinger.step(limit_ns, [&](std::optional<std::int64_t> trip) {
+      if (trip) {
+        ++result.received;
+        result.latency.add(*trip / 2);
+      } else {
+        ++result.lost;
+      }
+    });
+    now = monotonic_ns();
+    result.seconds = static_cast<double>(now - start) / 1e9;
+    result.sent = result.received + result.lost;
+    if (progress && now >= next_progress) {
+      progress(result);
+      next_progress = now + second_ns;
+    }
+  }
+  result.cpu["this_end"] = cpu_between(before, own_status());
+  return result;
+}
+
+void reflect(const PathOptions& options) {
+  demo::StopSignals signals;
+  // By the thread that brings them; the writer is there before the reader.
+  Side side{options, "back", "there", [&side](const dds::Sample& sample) {
+              (void)side.writer.write(sample.cdr());  // what is refused is lost, and so counted
+            }};
+  while (!signals.wait_until(std::numeric_limits<std::int64_t>::max())) {
+  }
+}
+
+}  // namespace trestle::bridge::perf

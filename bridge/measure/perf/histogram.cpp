@@ -1,0 +1,76 @@
+#include "bridge/measure/perf/histogram.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace trestle::bridge::perf {
+namespace {
+
+// The first 2^11 buckets hold one value each; every further 2^10 hold twice as many as those before.
+constexpr unsigned exact_bits = 11;
+constexpr std::size_t half = std::size_t{1} << (exact_bits - 1);
+
+std::size_t index_of(std::int64_t value) noexcept {
+  const auto bits = static_cast<std::uint64_t>(value);
+  const auto width = static_cast<unsigned>(std::bit_width(bits));
+  const unsigned shift = width > exact_bits ? width - exact_bits : 0;
+  return shift * half + (bits >> shift);
+}
+
+std::int64_t largest_of(std::size_t index) noexcept {
+  const std::size_t shift = index < 2 * half ? 0 : index / half - 1;
+  return static_cast<std::int64_t>(((index - shift * half + 1) << shift) - 1);
+}
+
+}  // namespace
+
+Histogram::Histogram() : counts_(index_of(largest) + 1) {}
+
+void Histogram::add(std::int64_t value) noexcept {
+  value = std::clamp<std::int64_t>(value, 0, largest);
+  ++counts_[index_of(value)];
+  ++count_;
+  min_ = std::min(min_, value);
+  max_ = std::max(max_, value);
+  sum_ += static_cast<double>(value);
+}
+
+void Histogram::clear() noexcept {
+  std::ranges::fill(counts_, 0);
+  count_ = 0;
+  min_ = largest;
+  max_ = 0;
+  sum_ = 0;
+}
+
+double Histogram::mean() const noexcept {
+  return count_ == 0 ? 0 : sum_ / static_cast<double>(count_);
+}
+
+std::int64_t Histogram::percentile(double percent) const noexcept {
+  // 99.9 is not exactly that, and 99.9 % of 1000 is still 999.
+  constexpr double rounding = 1e-6;
+  const double share = std::clamp(percent, 0.0, 100.0) * static_cast<double>(count_) / 100;
+  const auto rank = static_cast<std::uint64_t>(std::max(1.0, std::ceil(share - rounding)));
+  std::uint64_t below = 0;
+  for (std::size_t i = 0; i < counts_.size(); ++i) {
+    below += counts_[i];
+    if (below >= rank) {
+      return std::min(largest_of(i), max_);
+    }
+  }
+  return max_;
+}
+
+std::vector<Histogram::Bucket> Histogram::buckets() const {
+  std::vector<Bucket> result;
+  for (std::size_t i = 0; i < counts_.size(); ++i) {
+    if (counts_[i] != 0) {
+      result.push_back({largest_of(i), counts_[i]});
+    }
+  }
+  return result;
+}
+
+}  // namespace trestle::bridge::perf

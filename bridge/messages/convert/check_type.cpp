@@ -1,0 +1,171 @@
+#include "bridge/messages/convert/check_type.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+
+#include "bridge/messages/convert/conversion_plan.hpp"
+#include "bridge/messages/convert/service_plans.hpp"
+#include "bridge/messages/types/type_library.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+/// The most bytes of SOME/IP that a field can have; nothing: there is no limit that matters here.
+class Most {
+ public:
+  Most(const TypeTree& tree, const someip::PayloadRules& rules) : tree_{tree}, rules_{rules} {}
+
+  using Bytes = std::optional<std::uint64_t>;
+
+  [[nodiscard]] Bytes message(const MessageDefinition& definition) const {
+    // What generates IDL from .msg files gives an empty message a field of one byte.
+    Bytes sum = bytes(rules_.struct_length) + (definition.fields.empty() ? 1 : 0);
+    for (const Field& field : definition.fields) {
+      sum = plus(sum, one(field.type));
+    }
+    return sum;
+  }
+
+  /// Of all elements of an array, without its length field.
+  [[nodiscard]] Bytes elements(const FieldType& type) const {
+    const Bytes element = single(type);
+    return type.array == ArrayKind::unbounded || !element ? std::nullopt
+                                                          : limited(*element * type.array_size);
+  }
+
+ private:
+  // No length field counts more, so larger sums need no telling apart; products of two such do not overflow.
+  static Bytes limited(std::uint64_t number) {
+    return number > std::numeric_limits<std::uint32_t>::max() ? std::nullopt : Bytes{number};
+  }
+
+  static Bytes plus(Bytes left, Bytes right) {
+    return left && right ? limited(*left + *right) : std::nullopt;
+  }
+
+  [[nodiscard]] Bytes one(const FieldType& type) const {
+    // Alignment puts up to this much behind what has a variable length.
+    const std::uint64_t padding = rules_.alignment - 1U;
+    switch (type.array) {
+      case ArrayKind::none:
+        return plus(single(type), padding);
+      case ArrayKind::fixed:
+        return plus(elements(type), bytes(rules_.fixed_array_length) + padding);
+      case ArrayKind::bounded:
+      case ArrayKind::unbounded:
+        return plus(elements(type), bytes(rules_.array_length) + padding);
+    }
+    return std::nullopt;
+  }
+
+  [[nodiscard]] Bytes single(const FieldType& type) const {
+    if (!type.primitive) {
+      return message(tree_.messages[type.message_index]);
+    }
+    if (width(*type.primitive) != 0) {
+      return width(*type.primitive);
+    }
+    // A character has up to 4 bytes in any encoding, as have a byte order mark and a terminator.
+    constexpr std::uint64_t character = 4;
+    return type.string_bound == 0
+               ? std::nullopt
+               : limited(bytes(rules_.string_length) + character * (std::uint64_t{type.string_bound} + 2) +
+                         rules_.alignment - 1U);
+  }
+
+  const TypeTree& tree_;
+  const someip::PayloadRules& rules_;
+};
+
+bool is_service(const std::string& type) {
+  return type.find("/srv/") != std::string::npos || type.ends_with("_SendGoal") ||
+         type.ends_with("_GetResult");
+}
+
+std::string check_lengths_of(const TypeTree& tree, const MessageRules& rules);
+
+}  // namespace
+
+std::string check_type(const std::string& type, const std::vector<std::string>& folders,
+                       const MessageRules& rules) {
+  TypeLibrary library{{folders.begin(), folders.end()}, ament_prefixes()};
+  if (is_service(type)) {
+    const auto types = library.resolve_service(type);
+    if (!types) {
+      return to_string(types.error());
+    }
+    const auto plans = compile_service(*types, rules);
+    return plans ? std::string{} : plans.error();
+  }
+  const auto tree = library.resolve(type);
+  if (!tree) {
+    return to_string(tree.error());
+  }
+  const auto plan = ConversionPlan::compile(*tree, rules);
+  return plan ? std::string{} : plan.error();
+}
+
+std::string check_field_service(const std::string& service, const std::string& value_type, FieldAccess access,
+                                const std::vector<std::string>& folders, const MessageRules& rules) {
+  TypeLibrary library{{folders.begin(), folders.end()}, ament_prefixes()};
+  const auto types = resolve_field_service(library, service, value_type, access);
+  if (!types) {
+    return types.error();
+  }
+  const auto plans = compile_field_service(*types, access, rules);
+  return plans ? std::string{} : plans.error();
+}
+
+std::string check_lengths(const std::string& type, const std::vector<std::string>& folders,
+                          const MessageRules& rules) {
+  if (rules.payload.array_length == someip::FieldWidth::none ||
+      rules.payload.array_length == someip::FieldWidth::bits32) {
+    return {};
+  }
+  TypeLibrary library{{folders.begin(), folders.end()}, ament_prefixes()};
+  if (is_service(type)) {
+    const auto types = library.resolve_service(type);
+    if (!types) {
+      return {};
+    }
+    std::string of_request = check_lengths_of(types->request, rules);
+    return of_request.empty() ? check_lengths_of(types->response, rules) : of_request;
+  }
+  const auto tree = library.resolve(type);
+  return tree ? check_lengths_of(*tree, rules) : std::string{};
+}
+
+namespace {
+
+std::string check_lengths_of(const TypeTree& tree, const MessageRules& rules) {
+  const std::size_t bits = 8 * bytes(rules.payload.array_length);
+  const std::uint64_t countable = (std::uint64_t{1} << bits) - 1;
+  std::vector<std::string> names;
+  const Most most{tree, rules.payload};
+  for (const MessageDefinition& message : tree.messages) {
+    for (const Field& field : message.fields) {
+      const bool is_optional = field.type.array_size == 1 && rules.types.contains(message.name);
+      if (is_optional ||
+          (field.type.array != ArrayKind::bounded && field.type.array != ArrayKind::unbounded)) {
+        continue;
+      }
+      if (const auto elements = most.elements(field.type); !elements || *elements > countable) {
+        names.push_back(&message == &tree.root() ? field.name : message.name + "." + field.name);
+      }
+    }
+  }
+  if (names.empty()) {
+    return {};
+  }
+  return fmt::format(
+      "with array_length: {}, messages are dropped in which one of these has more than {} bytes: {}", bits,
+      countable, fmt::join(names, ", "));
+}
+
+}  // namespace
+
+}  // namespace trestle::bridge

@@ -1,0 +1,48 @@
+#include "bridge/messages/convert/conversion_plan.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+
+#include "bridge/messages/convert/plan_compiler.hpp"
+
+namespace trestle::bridge {
+
+const char* to_string(ConversionFault fault) noexcept {
+  constexpr std::array<const char*, conversion_faults> names{
+      "truncated",  "bad_encapsulation", "trailing_bytes", "bound_exceeded",  "bad_bool",
+      "bad_string", "bad_encoding",      "bad_length",     "length_overflow", "too_large",
+      "bad_tag",    "missing_member",    "bad_union"};
+  const auto index = static_cast<std::size_t>(fault);
+  return index < names.size() ? names[index] : "?";
+}
+
+std::string place_of(const ConversionError& error) {
+  return fmt::format("{} at byte {}{}{}", to_string(error.fault), error.offset,
+                     error.field.empty() ? "" : " in ", error.field);
+}
+
+std::string to_string(const ConversionError& error) {
+  return place_of(error) + (error.expected.empty() ? "" : ": ") + error.expected;
+}
+
+tl::expected<ConversionPlan, std::string> ConversionPlan::compile(const TypeTree& tree,
+                                                                  const MessageRules& rules,
+                                                                  std::size_t reference_from) {
+  auto program = compile_program(tree, rules);
+  if (!program) {
+    return tl::unexpected{std::move(program.error())};
+  }
+  return ConversionPlan{std::move(*program), reference_from};
+}
+
+void ConversionPlan::expect(ByteView message, const ConversionScratch& scratch) const noexcept {
+  if (program_.array_at == 0 || message.empty()) {
+    return;
+  }
+  scratch.message().fetch();
+  __builtin_prefetch(message.data());
+  __builtin_prefetch(&message.back());
+}
+
+}  // namespace trestle::bridge

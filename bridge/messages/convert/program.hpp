@@ -1,0 +1,117 @@
+#pragma once
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "bridge/messages/convert/string_frame.hpp"
+#include "bridge/messages/types/message_definition.hpp"
+#include "someip/wire/payload_rules.hpp"
+#include "someip/wire/tag.hpp"
+
+/// The form into which ConversionPlan compiles a type, and which the two converters execute. One program
+/// serves both directions: it lists what is on the wire, each converter reads it on one side and writes the
+/// other.
+namespace trestle::bridge {
+
+/// One operation: a run of fields that both wire formats treat alike.
+struct Op {
+  enum class Kind : std::uint8_t {
+    numbers,          ///< `count` numbers of `width` bytes, from any number of neighbouring fields
+    bools,            ///< `count` booleans
+    bits,             ///< `count` booleans, which are one number of `width` bytes in SOME/IP
+    string,           ///< of at most `bound` bytes
+    wstring,          ///< of at most `bound` UTF-16 units
+    number_sequence,  ///< up to `bound` elements, each `count` numbers of `width` bytes
+    bool_sequence,    ///< up to `bound` elements, each `count` booleans
+    sequence,         ///< up to `bound` elements, each what the body says
+    repeat,           ///< `count` times what the body says
+    structure,        ///< the body, behind a length field on the SOME/IP side
+    fixed_array,      ///< the same, but what the body leaves of the length are elements too many
+    field,            ///< the body; nothing of it in SOME/IP means its default, if `may_miss`
+    tagged,           ///< `count` members, behind a length field if `length` says so
+    member,           ///< of a tagged struct: the body behind a tag
+    choice,           ///< a union whose alternatives are the body; without length field of `count` bytes
+    alternative,      ///< of a union: in CDR none or one of what the body says
+  };
+  Kind kind = Kind::numbers;
+  std::uint8_t width = 1;
+  someip::FieldWidth length = someip::FieldWidth::none;  ///< before what has a length in SOME/IP
+  bool optional = false;                                 ///< member: in CDR none or one of it
+  bool may_miss = false;          ///< field, member: SOME/IP may do without it, and CDR gets the default
+  bool is_tagged = false;         ///< choice: the length field counts the type field too
+  bool other_order = false;       ///< numbers, bits, number_sequence: not in the byte order of the rules
+  bool repeats = false;           ///< what becomes of it depends on its bytes and their place in CDR alone
+  bool is_quick = false;          ///< sequence, repeat: so is all of the body, see may_be_quick()
+  std::uint8_t slot = 0;          ///< sequence: of the shape of its elements in the scratch; 0: none
+  someip::DataId id{};            ///< member
+  std::uint32_t end = 0;          ///< the body is the operations from the next one up to here
+  std::uint32_t default_at = 0;   ///< field, member: in `defaults`; beyond them: zero
+  std::uint32_t members_at = 0;   ///< tagged: in `members`
+  std::uint32_t fixed_bytes = 0;  ///< string, wstring: always that many in SOME/IP; 0: as many as needed
+  std::uint64_t count = 1;
+  std::uint64_t bound = 0;
+  std::uint64_t min_cdr = 0;     ///< sequence, repeat: fewest bytes that one element has in CDR; at least 1
+  std::uint64_t min_someip = 0;  ///< and in SOME/IP; at least 1
+};
+
+/// Names a field within an operation, for errors.
+struct Label {
+  std::uint64_t first = 0;   ///< the operation's number that is the field's first
+  std::uint64_t stride = 0;  ///< numbers of one array element; 0: no array
+  std::string path;          ///< "transforms[].header.stamp.sec": [] for each enclosing loop
+};
+
+/// The default value of a field of a `.msg` file.
+struct DefaultValue {
+  Primitive type = Primitive::uint8;
+  bool is_sequence = false;            ///< in CDR its count comes first
+  std::vector<std::uint64_t> numbers;  ///< the bits of each, in the lowest `width(type)` bytes
+  std::vector<std::string> strings;    ///< of strings instead: UTF-8
+};
+
+/// Which member of a tagged struct has an id.
+struct MemberId {
+  someip::DataId id{};
+  std::uint32_t index = 0;  ///< counted from 0, in the order of the operations
+};
+
+/// A compiled type. Every converter only reads it, so one program may serve many threads.
+struct Program {
+  static constexpr std::size_t slots = 4;
+  static constexpr std::size_t no_op = std::numeric_limits<std::size_t>::max();
+
+  explicit Program(const someip::PayloadRules& payload_rules = {})
+      : rules{payload_rules},
+        quick_strings{rules},
+        is_usual{quick_strings == usual_strings && rules.array_length == someip::FieldWidth::bits32},
+        strings{string_frame(rules, rules.string_encoding)},
+        wide_strings{string_frame(rules, wide_encoding(rules))} {}
+
+  std::uint64_t number = 0;  ///< its own in this process, from 1; the same in copies
+  std::size_t fields =
+      0;  ///< where the message's own begin: behind the operation that puts a length in front
+  bool has_shape = false;  ///< they have one in the scratch, at slot 0
+  /// The array of bytes behind that front, if a MessageShape can be made of such messages; 0: it cannot.
+  std::size_t array_at = 0;
+  bool bytes_behind_array = false;  ///< and then nothing but single bytes, whose place in CDR does not matter
+  bool quick_arrays = false;        ///< there are arrays of numbers, and no padding behind them
+  /// The first of them, if a message has little else; else no_op.
+  std::size_t numbers_at = no_op;
+  std::vector<Op> ops;
+  std::vector<std::vector<Label>> labels;  ///< for each operation, at least one, sorted by `first`
+  std::vector<DefaultValue> defaults;
+  std::vector<std::vector<MemberId>> members;  ///< of each tagged struct, sorted by id
+  someip::PayloadRules rules;
+  QuickFrame quick_strings;
+  bool is_usual;  ///< they are usual_strings, and arrays have length fields of 32 bits
+  StringFrame strings;
+  StringFrame wide_strings;
+  /// CDR samples may be longer than the message: rmw_fastrtps writes down its estimate of their size where an
+  /// application serializes them itself (`serialize_message()`, bags written so), and the estimate has too
+  /// many bytes for wstrings and for empty sequences of 8 byte numbers. What stands in them is no part of the
+  /// message.
+  bool may_be_longer = false;
+};
+
+}  // namespace trestle::bridge

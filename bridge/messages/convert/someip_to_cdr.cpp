@@ -1,0 +1,635 @@
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <utility>
+
+#include "bridge/messages/convert/byte_swap.hpp"
+#include "bridge/messages/convert/cdr_output.hpp"
+#include "bridge/messages/convert/conversion_plan.hpp"
+#include "bridge/messages/convert/default_writer.hpp"
+#include "bridge/messages/convert/expectation.hpp"
+#include "bridge/messages/convert/failure.hpp"
+#include "bridge/messages/convert/quick_to_cdr.hpp"
+#include "bridge/messages/convert/stretch.hpp"
+#include "bridge/messages/convert/wire_forms.hpp"
+#include "someip/wire/bytes.hpp"
+#include "someip/wire/utf.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+using someip::FieldWidth;
+
+constexpr std::size_t to_cdr_slot = Program::slots;  ///< of shapes: the other direction has those before
+
+/// Of a whole message.
+Shape::Conversion whole_to_cdr(const Program& program) noexcept {
+  return {.program = program.number, .to_cdr = true, .position = encapsulation_bytes};
+}
+
+class SomeipToCdr {
+ public:
+  /// @param at  in the payload, where to begin.
+  SomeipToCdr(const QuickToCdr& quick, std::size_t size, std::size_t at, ConversionScratch& out)
+      : program_{quick.program},
+        rules_{program_.rules},
+        in_{quick.in},
+        at_{at},
+        limit_{size},
+        swap_{quick.swap},
+        strings_{program_.strings},
+        wide_strings_{program_.wide_strings},
+        quick_{quick},
+        out_{out},
+        defaults_{program_, out} {}
+
+  /// @param begin  the first operation that is left to do.
+  bool convert(std::size_t begin) {
+    const std::size_t end = program_.ops.size();
+    return begin == 0 && program_.fields == 0 ? fields(0, end) : block(begin, end);
+  }
+
+  /// After convert() was false.
+  [[nodiscard]] ConversionError error() const { return failure_.error(program_, true, {in_, limit_}); }
+
+  // For convert_stretch().
+
+  [[nodiscard]] ConversionScratch& out() noexcept { return out_; }
+  [[nodiscard]] const Program& program() const noexcept { return program_; }
+  [[nodiscard]] std::size_t at() const noexcept { return at_; }
+  void skip(std::size_t bytes) noexcept { at_ += bytes; }
+  std::size_t quick(std::size_t begin, std::size_t end, std::uint64_t& times) {
+    return announced_ ? begin : quick_to_cdr<false>(quick_, begin, end, times, at_, limit_, out_);
+  }
+  [[nodiscard]] Shape* recording() const noexcept { return recording_; }
+  void recording(Shape* shape) noexcept { recording_ = shape; }
+  [[nodiscard]] ByteView rest() const noexcept { return {in_ + at_, left()}; }
+  [[nodiscard]] Shape::Conversion conversion() const noexcept {
+    return {.program = program_.number, .to_cdr = true, .position = out_.position()};
+  }
+
+  bool block(std::size_t begin, std::size_t end) {
+    for (std::size_t i = quick(begin, end); i < end; i = quick(i, end)) {
+      const Op& op = program_.ops[i];
+      bool good = false;
+      std::size_t next = i + 1;
+      switch (op.kind) {
+        case Op::Kind::numbers:
+          good = numbers(i, op);
+          break;
+        case Op::Kind::bools:
+          good = bools(i, op);
+          break;
+        case Op::Kind::bits:
+          good = bits(i, op);
+          break;
+        case Op::Kind::string:
+          good = string(i, op);
+          break;
+        case Op::Kind::wstring:
+          good = wstring(i, op);
+          break;
+        case Op::Kind::number_sequence:
+        case Op::Kind::bool_sequence:
+          good = run_sequence(i, op);
+          break;
+        case Op::Kind::sequence:
+          good = sequence(i, op);
+          next = op.end;
+          break;
+        case Op::Kind::repeat:
+          good = repeat(i, op);
+          next = op.end;
+          break;
+        case Op::Kind::structure:
+        case Op::Kind::fixed_array:
+          good = enclosed(i, op);
+          next = op.end;
+          break;
+        case Op::Kind::field:
+          good = op.may_miss && at_ == limit_ ? use_default(i) : block(i + 1, op.end);
+          next = op.end;
+          break;
+        case Op::Kind::tagged:
+          good = tagged(i, op);
+          next = op.end;
+          break;
+        case Op::Kind::choice:
+          good = choice(i, op);
+          next = op.end;
+          break;
+        case Op::Kind::member:       // only within a tagged struct
+        case Op::Kind::alternative:  // only within a choice
+          break;
+      }
+      if (!good) {
+        return false;
+      }
+      i = next;
+    }
+    return true;
+  }
+
+ private:
+  /// The fields of the message.
+  bool fields(std::size_t begin, std::size_t end) {
+    return program_.has_shape ? convert_stretch(*this, to_cdr_slot, begin, end) : block(begin, end);
+  }
+
+  /// Whether the operations have to do all by themselves, so that it can be seen.
+  bool is_recorded() noexcept {
+    if (recording_ != nullptr && !recording_->has_room_to(at_)) [[unlikely]] {
+      recording_ = nullptr;
+    }
+    return recording_ != nullptr;
+  }
+
+  std::size_t quick(std::size_t i, std::size_t end) {
+    std::uint64_t once = 1;
+    return i == end || !may_begin_quick(program_, i) || announced_ || is_recorded() ? i
+           : program_.quick_arrays ? quick_to_cdr<true>(quick_, i, end, once, at_, limit_, out_)
+                                   : quick(i, end, once);
+  }
+
+  bool numbers(std::size_t i, const Op& op) {
+    if (exceed(op.count, op.width, left())) {
+      const std::size_t there = left() / op.width;
+      return failure_.set(ConversionFault::truncated, at_ + there * op.width, i, there);
+    }
+    put_numbers(static_cast<std::size_t>(op.count), op);
+    return true;
+  }
+
+  bool bools(std::size_t i, const Op& op) {
+    if (op.count > left()) {
+      return failure_.set(ConversionFault::truncated, at_ + left(), i, left());
+    }
+    put_bools(static_cast<std::size_t>(op.count));
+    return true;
+  }
+
+  /// The first boolean is the lowest bit; bits that stand for nothing are ignored.  [feat_req_someip_689]
+  bool bits(std::size_t i, const Op& op) {
+    if (op.width > left()) {
+      return failure_.set(ConversionFault::truncated, at_, i);
+    }
+    const std::uint64_t number = load_number(in_ + at_, op.width, number_order(rules_, op));
+    at_ += op.width;
+    const auto count = static_cast<std::size_t>(op.count);
+    std::byte* const to = out_.room(count);
+    for (std::size_t bit = 0; bit < count; ++bit) {
+      to[bit] = static_cast<std::byte>(number >> bit & 1U);
+    }
+    return true;
+  }
+
+  bool run_sequence(std::size_t i, const Op& op) {
+    const std::size_t begin = at_;
+    std::size_t length = 0;
+    if (!read_length(op.length, length)) {
+      return failure_.set(ConversionFault::truncated, begin, i);
+    }
+    const std::size_t end = at_ + length;
+    const std::uint64_t element_bytes = op.count * op.width;
+    // A division takes longer than all the rest.
+    std::uint64_t elements = op.count == 1 ? length >> std::countr_zero(op.width) : length / element_bytes;
+    if (elements >= op.bound && rules_.cut_longer_arrays) {  // [feat_req_someipcompat_1199]
+      elements = op.bound;
+    } else if (elements * element_bytes != length) {
+      return failure_.set(ConversionFault::bad_length, begin, i);
+    }
+    if (elements > op.bound) {
+      return failure_.set(ConversionFault::bound_exceeded, begin, i);
+    }
+    if (elements > 0) {
+      recording_ = nullptr;  // the next one has as many only by chance
+    }
+    write_u32(static_cast<std::uint32_t>(elements));
+    if (op.kind == Op::Kind::bool_sequence) {
+      put_bools(static_cast<std::size_t>(elements * op.count));
+    } else if (elements > 0) {
+      put_numbers(static_cast<std::size_t>(elements * op.count), op);
+    }
+    at_ = end;
+    skip_padding();
+    return true;
+  }
+
+  bool sequence(std::size_t i, const Op& op) {
+    const std::size_t begin = at_;
+    std::size_t length = 0;
+    if (!read_length(op.length, length)) {
+      return failure_.set(ConversionFault::truncated, begin, i);
+    }
+    align(4);
+    const std::size_t count_place = out_.copied();
+    static_cast<void>(out_.room(4));
+    const std::size_t outer = std::exchange(limit_, at_ + length);
+    std::uint64_t elements = 0;
+    for (;; ++elements) {
+      if (at_ < limit_ && !convert_quick(*this, op, i + 1, op.bound - elements, elements)) {
+        return failure_.in_loop(elements);
+      }
+      if (at_ >= limit_) {
+        break;
+      }
+      if (elements == op.bound && rules_.cut_longer_arrays) {  // [feat_req_someipcompat_1199]
+        at_ = limit_;
+        break;
+      }
+      if (elements == op.bound) {
+        return failure_.set(ConversionFault::bound_exceeded, begin, i);
+      }
+      const bool good =
+          op.slot != 0 ? convert_stretch(*this, to_cdr_slot + op.slot, i + 1, op.end) : block(i + 1, op.end);
+      if (!good) {
+        return failure_.in_loop(elements);
+      }
+    }
+    limit_ = outer;
+    store_u32(out_.place(count_place), static_cast<std::uint32_t>(elements), std::endian::native);
+    skip_padding();
+    return true;
+  }
+
+  bool repeat(std::size_t i, const Op& op) {
+    if (exceed(op.count, op.min_someip, left())) {
+      return failure_.set(ConversionFault::truncated, at_, i);
+    }
+    std::uint64_t done = 0;
+    return convert_elements(*this, op, i + 1, op.count, done) || failure_.in_loop(done);
+  }
+
+  bool enclosed(std::size_t i, const Op& op) {
+    const std::size_t begin = at_;
+    std::size_t length = 0;
+    if (!read_length(op.length, length)) {
+      return failure_.set(ConversionFault::truncated, begin, i);
+    }
+    const std::size_t outer = std::exchange(limit_, at_ + length);
+    if (!(i + 1 == program_.fields ? fields(i + 1, op.end) : block(i + 1, op.end))) {
+      return false;
+    }
+    if (op.kind == Op::Kind::fixed_array && at_ != limit_ && !rules_.cut_longer_arrays) {
+      return failure_.set(ConversionFault::bad_length, begin, i);
+    }
+    // What a newer version has more is skipped.  [feat_req_someip_601] [feat_req_someipcompat_1199]
+    at_ = limit_;
+    limit_ = outer;
+    return true;
+  }
+
+  bool use_default(std::size_t i) {
+    return defaults_.write(i) || failure_.set(ConversionFault::too_large, at_, i);
+  }
+
+  /// Members may come in any order, so they are looked up before they are converted in that of the type.
+  bool tagged(std::size_t i, const Op& op) {
+    const std::size_t begin = at_;
+    const std::size_t outer = limit_;
+    if (op.length != FieldWidth::none) {
+      std::size_t length = 0;
+      if (!read_length(op.length, length)) {
+        return failure_.set(ConversionFault::truncated, begin, i);
+      }
+      limit_ = at_ + length;
+    }
+    const std::size_t end = limit_;
+    const std::size_t first = out_.members().size();
+    out_.members().resize(first + static_cast<std::size_t>(op.count));
+    if (!find_members(i, op, first)) {
+      return false;
+    }
+    std::size_t index = first;
+    for (std::size_t j = i + 1; j < op.end; j = program_.ops[j].end) {
+      const MemberPlace place = out_.members()[index++];
+      if (!member(j, program_.ops[j], place, begin)) {
+        return false;
+      }
+    }
+    out_.members().resize(first);
+    at_ = end;
+    limit_ = outer;
+    return true;
+  }
+
+  /// Notes where the members stand, and skips those that the type does not have.
+  bool find_members(std::size_t i, const Op& op, std::size_t first) {
+    const std::vector<MemberId>& known = program_.members[op.members_at];
+    while (at_ < limit_) {
+      const std::size_t tag_at = at_;
+      if (left() < someip::tag_bytes) {
+        return failure_.set(ConversionFault::truncated, tag_at, i);
+      }
+      const someip::Tag tag = someip::to_tag(someip::load<std::uint16_t>(in_ + at_));
+      at_ += someip::tag_bytes;
+      const std::size_t value_at = at_;
+      const auto number = someip::number_bytes(tag.type);
+      std::size_t length = number.value_or(0);
+      if (number ? length > left() : !read_length(someip::length_width(tag.type, rules_), length)) {
+        return failure_.set(ConversionFault::truncated, tag_at, i);
+      }
+      at_ += length;
+      const auto found = std::ranges::lower_bound(known, tag.id, {}, &MemberId::id);
+      if (found == known.end() || found->id != tag.id) {
+        continue;
+      }
+      MemberPlace& place = out_.members()[first + found->index];
+      if (place.is_there) {
+        return failure_.set(ConversionFault::bad_tag, tag_at, i);
+      }
+      place = {value_at, at_, tag.type, true};
+    }
+    return true;
+  }
+
+  bool member(std::size_t j, const Op& op, const MemberPlace& place, std::size_t struct_at) {
+    if (!place.is_there) {
+      if (op.optional) {
+        write_u32(0);
+        return true;
+      }
+      return op.may_miss ? use_default(j) : failure_.set(ConversionFault::missing_member, struct_at, j);
+    }
+    const Op& body = program_.ops[j + 1];
+    const auto number = someip::number_bytes(place.type);
+    if (is_number(body) ? number != std::size_t{body.width} : number.has_value()) {
+      return failure_.set(ConversionFault::bad_tag, place.at - someip::tag_bytes, j);
+    }
+    at_ = place.at;
+    limit_ = place.end;
+    if (!number) {
+      announced_ = someip::length_width(place.type, rules_);
+    }
+    if (op.optional) {
+      write_u32(1);
+    }
+    return block(j + 1, op.end) || (op.optional && failure_.in_loop(0));
+  }
+
+  bool choice(std::size_t i, const Op& op) {
+    const std::size_t begin = at_;
+    const std::size_t outer = limit_;
+    std::size_t length = 0;
+    std::size_t type = 0;
+    if (!read_union_head(op, type, length)) {
+      return failure_.set(ConversionFault::truncated, begin, i);
+    }
+    const std::size_t end = at_ + length;
+    limit_ = end;
+    std::size_t alternative = 0;
+    for (std::size_t j = i + 1; j < op.end; j = program_.ops[j].end) {
+      const bool is_it = ++alternative == type;
+      write_u32(is_it ? 1 : 0);
+      if (is_it && !block(j + 1, program_.ops[j].end)) {
+        return failure_.in_loop(0);
+      }
+    }
+    if (type > alternative || (type == 0 && !rules_.union_null)) {  // [feat_req_someip_273]
+      return failure_.set(ConversionFault::bad_union, begin, i);
+    }
+    at_ = end;  // behind the padding  [feat_req_someip_274]
+    limit_ = outer;
+    if (op.length != FieldWidth::none) {
+      skip_padding();
+    }
+    return true;
+  }
+
+  /// Reads the type and the length of what follows both. False: they are not there, or that is not.
+  bool read_union_head(const Op& op, std::size_t& type, std::size_t& length) noexcept {
+    if (op.is_tagged) {  // the tag's length counts the type field too
+      if (!read_length(op.length, length)) {
+        return false;
+      }
+      const std::size_t end = at_ + length;
+      if (length < bytes(rules_.union_type) || !read_number(rules_.union_type, type)) {
+        return false;
+      }
+      length = end - at_;
+      return true;
+    }
+    length = static_cast<std::size_t>(op.count);
+    const bool has_length = op.length != FieldWidth::none;
+    if (has_length && rules_.union_length_first && !read_number(op.length, length)) {
+      return false;
+    }
+    if (!read_number(rules_.union_type, type)) {
+      return false;
+    }
+    if (has_length && !rules_.union_length_first && !read_number(op.length, length)) {
+      return false;
+    }
+    return length <= left();
+  }
+
+  bool string(std::size_t i, const Op& op) {
+    const std::size_t begin = at_;
+    ByteView text;
+    if (!read_string(i, op, strings_, text)) {
+      return false;
+    }
+    align(4);
+    const std::size_t size_place = out_.copied();
+    static_cast<void>(out_.room(4));
+    std::size_t size = text.size();
+    if (rules_.string_encoding == someip::StringEncoding::utf8) {
+      if (size > op.bound) {
+        return failure_.set(ConversionFault::bound_exceeded, begin, i);
+      }
+      out_.put(text);
+    } else {
+      const std::endian order = utf16_order(rules_.string_encoding);
+      const std::size_t room =
+          text.size() / 2 * 3;  // a unit of UTF-16 is never more than three bytes of UTF-8
+      std::byte* const to = out_.room(room);
+      size = 0;
+      while (!text.empty()) {
+        const auto character = someip::first_utf16(text, order);
+        if (!character) {
+          return failure_.set(ConversionFault::bad_encoding, begin, i);
+        }
+        someip::put_utf8(character->code, to + size);
+        size += someip::utf8_bytes(character->code);
+        text = text.subspan(character->bytes);
+      }
+      if (size > op.bound) {
+        return failure_.set(ConversionFault::bound_exceeded, begin, i);
+      }
+      out_.give_back(room - size);
+    }
+    *out_.room(1) = std::byte{0};
+    store_u32(out_.place(size_place), static_cast<std::uint32_t>(size + 1), std::endian::native);
+    skip_padding_of(op);
+    return true;
+  }
+
+  bool wstring(std::size_t i, const Op& op) {
+    const std::size_t begin = at_;
+    ByteView text;
+    if (!read_string(i, op, wide_strings_, text)) {
+      return false;
+    }
+    const std::size_t units = text.size() / 2;
+    if (units > op.bound) {
+      return failure_.set(ConversionFault::bound_exceeded, begin, i);
+    }
+    write_u32(static_cast<std::uint32_t>(units));
+    std::byte* const to = out_.room(4 * units);
+    const std::endian order = utf16_order(wide_encoding(rules_));
+    for (std::size_t unit = 0; unit < units; ++unit) {
+      store_u32(to + 4 * unit, someip::load<std::uint16_t>(text.data() + 2 * unit, order),
+                std::endian::native);
+    }
+    skip_padding_of(op);
+    return true;
+  }
+
+  // Reading SOME/IP
+
+  [[nodiscard]] std::size_t left() const noexcept { return limit_ - at_; }
+
+  /// A length field and whether what it counts is there.
+  bool read_length(FieldWidth width, std::size_t& length) noexcept {
+    return read_number(std::exchange(announced_, std::nullopt).value_or(width), length) && length <= left();
+  }
+
+  /// A length or type field.
+  bool read_number(FieldWidth width, std::size_t& number) noexcept {
+    if (left() < bytes(width)) {
+      return false;
+    }
+    number = load_length(in_ + at_, width, length_order(rules_));
+    at_ += bytes(width);
+    return true;
+  }
+
+  /// The characters of a string, between BOM and terminator.
+  bool read_string(std::size_t i, const Op& op, const StringFrame& frame, ByteView& text) {
+    const std::size_t begin = at_;
+    std::size_t length = op.fixed_bytes;
+    if (op.length != FieldWidth::none ? !read_length(op.length, length) : length > left()) {
+      return failure_.set(ConversionFault::truncated, begin, i);
+    }
+    if (op.fixed_bytes != 0 && length != op.fixed_bytes) {
+      return failure_.set(ConversionFault::bad_length, begin, i);
+    }
+    const auto found = text_within(frame, {in_ + at_, length}, op.fixed_bytes != 0);
+    at_ += length;
+    text = found.value_or(ByteView{});
+    return found.has_value() || failure_.set(ConversionFault::bad_string, begin, i);
+  }
+
+  /// The padding behind strings and dynamic arrays. Senders differ in whether the last one has it.
+  void skip_padding() noexcept {
+    if (rules_.alignment > 1) {
+      at_ += std::min(padding(at_, rules_.alignment), left());
+    }
+  }
+
+  /// A string of a fixed size is not followed by any.
+  void skip_padding_of(const Op& op) noexcept {
+    if (op.fixed_bytes == 0) {
+      skip_padding();
+    }
+  }
+
+  // Writing CDR
+
+  void align(std::size_t width) { align_cdr(out_, width); }
+  void write_u32(std::uint32_t number) { write_cdr_u32(out_, number); }
+
+  void write(ByteView bytes) { copy_few(out_.room(bytes.size()), bytes.data(), bytes.size()); }
+
+  /// Moves numbers over; that they are there has been checked.
+  void put_numbers(std::size_t count, const Op& op) {
+    const std::size_t width = op.width;
+    const std::size_t bytes = count * width;
+    align(width);
+    const bool swap = width > 1 && swap_ != op.other_order;
+    if (recording_ != nullptr && !recording_->numbers(at_, out_.copied(), count, width, swap)) [[unlikely]] {
+      recording_ = nullptr;
+    }
+    if (!swap) {
+      out_.put({in_ + at_, bytes});
+    } else if (bytes <= most_quick_bytes) {
+      copy_few_numbers(out_.room(bytes), in_ + at_, count, width, true);
+    } else {
+      copy_swapped(out_.room(bytes), in_ + at_, count, width);
+    }
+    at_ += bytes;
+  }
+
+  /// Of a boolean's byte only the lowest bit counts.  [feat_req_someip_817]
+  void put_bools(std::size_t count) {
+    const ByteView values{in_ + at_, count};
+    if (all_bools(values)) {
+      out_.put(values);
+    } else {
+      std::ranges::transform(values, out_.room(count), [](std::byte value) { return value & std::byte{1}; });
+    }
+    at_ += count;
+  }
+
+  const Program& program_;
+  const someip::PayloadRules& rules_;
+  const std::byte* in_;
+  std::size_t at_;
+  std::size_t limit_;  ///< end of the array or struct that is being read, else of the payload
+  std::optional<FieldWidth> announced_;  ///< by a tag: of the length field that comes next
+  bool swap_;  ///< numbers differ in byte order, unless the operation's is the other one
+  const StringFrame& strings_;
+  const StringFrame& wide_strings_;
+  const QuickToCdr& quick_;
+  ConversionScratch& out_;
+  Shape* recording_ = nullptr;
+  DefaultWriter defaults_;
+  Failure failure_;
+};
+
+__attribute__((noinline)) tl::expected<Gathered, ConversionError> by_operations(const Program& program,
+                                                                                ByteView payload,
+                                                                                std::size_t reference_from,
+                                                                                ConversionScratch& scratch) {
+  scratch.begin(reference_from);
+  std::ranges::copy(encapsulation, scratch.room(encapsulation_bytes));
+  const QuickToCdr quick{program, payload.data(), program.rules.byte_order != std::endian::native};
+  const std::size_t size = payload.size();
+  const auto [begin, at] =
+      begin_quickly(program, payload, scratch, [&](std::uint64_t& times, std::size_t& place) {
+        return quick_to_cdr<true>(quick, 0, program.ops.size(), times, place, size, scratch);
+      });
+  if (begin == program.ops.size()) {
+    return scratch.finish();
+  }
+  SomeipToCdr converter{quick, size, at, scratch};
+  if (!converter.convert(begin)) {
+    return tl::unexpected{converter.error()};
+  }
+  const Gathered made = scratch.finish();
+  if (program.array_at != 0) {
+    scratch.message().learn(program, scratch.shape(to_cdr_slot), whole_to_cdr(program),
+                            payload.first(converter.at()), made);
+  }
+  return made;
+}
+
+}  // namespace
+
+__attribute__((hot)) tl::expected<Gathered, ConversionError> ConversionPlan::someip_to_cdr(
+    ByteView payload, ConversionScratch& scratch) const {
+  if (payload.size() > max_converted_bytes) {
+    return tl::unexpected{
+        ConversionError{ConversionFault::too_large,
+                        0,
+                        {},
+                        expectation(program_, ConversionFault::too_large, Program::no_op, true, {})}};
+  }
+  if (Gathered made;
+      program_.array_at != 0 && scratch.message().convert(whole_to_cdr(program_), payload, made)) {
+    return scratch.referencing_from(reference_from_, made);
+  }
+  return by_operations(program_, payload, reference_from_, scratch);
+}
+
+}  // namespace trestle::bridge

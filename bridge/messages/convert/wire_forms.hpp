@@ -1,0 +1,148 @@
+#pragma once
+#include <array>
+#include <bit>
+#include <cstring>
+
+#include "bridge/messages/convert/byte_swap.hpp"
+#include "bridge/messages/convert/program.hpp"
+#include "bridge/messages/convert/string_frame.hpp"
+#include "someip/wire/bytes.hpp"
+#include "someip/wire/header.hpp"
+#include "someip/wire/payload_rules.hpp"
+
+/// Small pieces of both wire formats that the two converters share.
+namespace trestle::bridge {
+
+/// What stands before the body of a CDR sample.
+inline constexpr std::size_t encapsulation_bytes = 4;
+/// Of plain CDR in the host's byte order.
+inline constexpr std::array<std::byte, encapsulation_bytes> encapsulation{
+    std::byte{0}, std::byte{std::endian::native == std::endian::little ? 1U : 0U}};
+
+/// Loads a number from four bytes without any alignment.
+[[nodiscard]] inline std::uint32_t load_u32(const std::byte* from, std::endian order) noexcept {
+  std::uint32_t number = 0;
+  std::memcpy(&number, from, sizeof(number));
+  return order == std::endian::native ? number : swapped(number);
+}
+
+/// Stores a number into four bytes without any alignment.
+inline void store_u32(std::byte* to, std::uint32_t number, std::endian order) noexcept {
+  number = order == std::endian::native ? number : swapped(number);
+  std::memcpy(to, &number, sizeof(number));
+}
+
+/// Of the numbers of one operation.  [feat_req_someip_224]
+[[nodiscard]] constexpr std::endian number_order(const someip::PayloadRules& rules, const Op& op) noexcept {
+  const bool is_big = (rules.byte_order == std::endian::big) != op.other_order;
+  return is_big ? std::endian::big : std::endian::little;
+}
+
+/// Whether a length field of this width can say `length`; FieldWidth::none only says 0.
+[[nodiscard]] constexpr bool fits(someip::FieldWidth width, std::size_t length) noexcept {
+  return length <= (std::uint64_t{1} << (8U * bytes(width))) - 1;
+}
+
+/// Stores a length that fits() into the bytes of its field; FieldWidth::none stores nothing.
+inline void store_length(std::byte* to, someip::FieldWidth width, std::size_t length,
+                         std::endian order) noexcept {
+  switch (width) {
+    case someip::FieldWidth::none:
+      return;
+    case someip::FieldWidth::bits8:
+      *to = static_cast<std::byte>(length);
+      return;
+    case someip::FieldWidth::bits16: {
+      const auto number = static_cast<std::uint16_t>(length);
+      const std::uint16_t ordered = order == std::endian::native ? number : swapped(number);
+      std::memcpy(to, &ordered, sizeof(ordered));
+      return;
+    }
+    case someip::FieldWidth::bits32:
+      store_u32(to, static_cast<std::uint32_t>(length), order);
+  }
+}
+
+/// Loads what store_length() stored; 0 for FieldWidth::none.
+[[nodiscard]] inline std::size_t load_length(const std::byte* from, someip::FieldWidth width,
+                                             std::endian order) noexcept {
+  switch (width) {
+    case someip::FieldWidth::none:
+      return 0;
+    case someip::FieldWidth::bits8:
+      return std::to_integer<std::size_t>(*from);
+    case someip::FieldWidth::bits16: {
+      std::uint16_t number = 0;
+      std::memcpy(&number, from, sizeof(number));
+      return order == std::endian::native ? number : swapped(number);
+    }
+    case someip::FieldWidth::bits32:
+      return load_u32(from, order);
+  }
+  return 0;
+}
+
+/// Loads or stores a number of 1, 2 or 4 bytes, or of 8.
+[[nodiscard]] inline std::uint64_t load_number(const std::byte* from, std::size_t width,
+                                               std::endian order) noexcept {
+  return width == 1   ? someip::load<std::uint8_t>(from, order)
+         : width == 2 ? someip::load<std::uint16_t>(from, order)
+         : width == 4 ? someip::load<std::uint32_t>(from, order)
+                      : someip::load<std::uint64_t>(from, order);
+}
+inline void store_number(std::byte* to, std::size_t width, std::uint64_t number, std::endian order) noexcept {
+  switch (width) {
+    case 1:
+      return someip::store(to, static_cast<std::uint8_t>(number), order);
+    case 2:
+      return someip::store(to, static_cast<std::uint16_t>(number), order);
+    case 4:
+      return someip::store(to, static_cast<std::uint32_t>(number), order);
+    default:
+      return someip::store(to, number, order);
+  }
+}
+
+/// Bytes of padding that follow an element which ends at `position` of a payload. The alignment counts from
+/// the first byte of the SOME/IP header.  [feat_req_someip_711]
+[[nodiscard]] constexpr std::size_t padding(std::size_t position, std::size_t alignment) noexcept {
+  return (0 - (position + someip::header_bytes)) & (alignment - 1);
+}
+
+/// Whether a tagged member that begins with this operation is a number; else it has a length field.
+[[nodiscard]] constexpr bool is_number(const Op& op) noexcept {
+  return op.kind == Op::Kind::numbers || op.kind == Op::Kind::bools || op.kind == Op::Kind::bits;
+}
+
+/// False: some byte is neither 0 nor 1.
+[[nodiscard]] inline bool all_bools(ByteView values) noexcept {
+  std::byte seen{0};
+  for (const std::byte value : values) {
+    seen |= value;
+  }
+  return seen <= std::byte{1};
+}
+
+/// Whether `count` elements of `each` bytes are more than `limit`. To divide takes as long as an operation.
+[[nodiscard]] constexpr bool exceed(std::uint64_t count, std::uint64_t each, std::uint64_t limit) noexcept {
+  std::uint64_t bytes = 0;
+  return __builtin_mul_overflow(count, each, &bytes) || bytes > limit;
+}
+
+/// Bytes from which on the text of a string is put as a piece of its own, perhaps by reference.
+inline constexpr std::size_t short_text = 64;
+/// Bytes up to which numbers count as few.
+inline constexpr std::size_t most_quick_bytes = 64;
+
+/// Whether quick_to_someip() and quick_to_cdr() may do an operation.
+[[nodiscard]] constexpr bool may_be_quick(const Op& op) noexcept {
+  return op.kind == Op::Kind::string || ((op.kind == Op::Kind::numbers || op.kind == Op::Kind::bools) &&
+                                         !exceed(op.count, op.width, most_quick_bytes));
+}
+/// Whether to try them from an operation on. Arrays of structs are left to others: most are not empty.
+[[nodiscard]] inline bool may_begin_quick(const Program& program, std::size_t op) noexcept {
+  return may_be_quick(program.ops[op]) ||
+         (program.quick_arrays && program.ops[op].kind == Op::Kind::number_sequence);
+}
+
+}  // namespace trestle::bridge

@@ -1,0 +1,246 @@
+#include "bridge/messages/types/type_library.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+#include "bridge/messages/types/builtin.hpp"
+#include "bridge/messages/types/idl_parser.hpp"
+#include "bridge/messages/types/interface_parser.hpp"
+#include "bridge/messages/types/msg_parser.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+namespace fs = std::filesystem;
+
+tl::expected<std::string, TypeError> read_file(const fs::path& path) {
+  std::error_code error;
+  const auto size = fs::file_size(path, error);
+  std::ifstream in{path, std::ios::binary};
+  if (error || !in) {
+    return tl::unexpected{TypeError{path.string(), 0, 0, "cannot be read"}};
+  }
+  if (size > max_msg_file_bytes) {
+    return tl::unexpected{
+        TypeError{path.string(), 0, 0, fmt::format("larger than {} bytes", max_msg_file_bytes)}};
+  }
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+}  // namespace
+
+/// What add() knows of the tree that it is building.
+struct TypeLibrary::Resolving {
+  TypeTree tree;
+  std::map<std::string, std::size_t> done;  ///< where finished messages stand in the tree
+  std::vector<std::string> path;            ///< messages begun, from the root
+};
+
+TypeLibrary::TypeLibrary(std::vector<fs::path> folders, std::vector<fs::path> ament_prefixes)
+    : folders_{std::move(folders)} {
+  folders_.insert(folders_.end(), ament_prefixes.begin(), ament_prefixes.end());
+}
+
+tl::expected<TypeTree, TypeError> TypeLibrary::resolve(std::string_view name) {
+  const auto message = interface_name(name);
+  if (!message) {
+    return tl::unexpected{TypeError{
+        {}, 0, 0, fmt::format("\"{}\" is no message type: expected pkg/msg/Type or pkg/Type", name)}};
+  }
+  Resolving resolving;
+  if (auto root = add(message->full(), resolving); !root) {
+    return tl::unexpected{std::move(root.error())};
+  }
+  return std::move(resolving.tree);
+}
+
+tl::expected<ServiceTypes, TypeError> TypeLibrary::resolve_service(std::string_view name) {
+  const auto service = interface_name(name, InterfaceKind::service);
+  const auto is_of_action = [](const InterfaceName& parts) {
+    return parts.kind == InterfaceKind::action &&
+           std::ranges::any_of(action_services, [&](auto suffix) { return parts.type.ends_with(suffix); });
+  };
+  if (!service || (service->kind != InterfaceKind::service && !is_of_action(*service))) {
+    return tl::unexpected{
+        TypeError{{}, 0, 0, fmt::format("\"{}\" is no service: expected pkg/srv/Name or pkg/Name", name)}};
+  }
+  auto request = resolve(service->full() + "_Request");
+  if (!request) {
+    return tl::unexpected{std::move(request.error())};
+  }
+  auto response = resolve(service->full() + "_Response");
+  if (!response) {
+    return tl::unexpected{std::move(response.error())};
+  }
+  return ServiceTypes{std::move(*request), std::move(*response)};
+}
+
+tl::expected<std::size_t, TypeError> TypeLibrary::add(const std::string& name, Resolving& resolving) {
+  if (const auto done = resolving.done.find(name); done != resolving.done.end()) {
+    return done->second;
+  }
+  const auto found = find(name);
+  if (!found) {
+    return tl::unexpected{found.error()};
+  }
+  MessageDefinition message = **found;
+  if (const auto begun = std::ranges::find(resolving.path, name); begun != resolving.path.end()) {
+    return tl::unexpected{TypeError{message.file, 0, 0,
+                                    fmt::format("{} contains itself: {} > {}", name,
+                                                fmt::join(begun, resolving.path.end(), " > "), name)}};
+  }
+  if (resolving.path.size() == max_type_depth || resolving.done.size() == max_messages_per_type) {
+    return tl::unexpected{
+        TypeError{message.file, 0, 0,
+                  fmt::format("{} is made of too many messages: at most {} deep and {} in all",
+                              resolving.path[0], max_type_depth, max_messages_per_type)}};
+  }
+  resolving.path.push_back(name);
+  for (Field& field : message.fields) {
+    if (field.type.primitive) {
+      continue;
+    }
+    auto nested = add(field.type.message, resolving);
+    if (!nested && nested.error().file.empty() && field.type.message.ends_with("/msg/Header")) {
+      // ROS 1 files write Header for std_msgs/Header, and many still do.
+      field.type.message = "std_msgs/msg/Header";
+      nested = add(field.type.message, resolving);
+    }
+    if (!nested) {
+      TypeError error = std::move(nested.error());
+      if (error.file.empty()) {  // not found: the place to look at is where it is used
+        error.file = message.file;
+        error.line = field.line;
+        error.column = field.column;
+      }
+      return tl::unexpected{std::move(error)};
+    }
+    field.type.message_index = *nested;
+  }
+  resolving.path.pop_back();
+  const std::size_t index = resolving.tree.messages.size();
+  resolving.tree.messages.push_back(std::move(message));
+  resolving.done.emplace(name, index);
+  return index;
+}
+
+tl::expected<const MessageDefinition*, TypeError> TypeLibrary::find(const std::string& name) {
+  if (const auto known = known_.find(name); known != known_.end()) {
+    return &known->second;
+  }
+  const auto message = interface_name(name);
+  const auto interface = message ? defining_interface(*message) : std::nullopt;
+  if (!interface) {
+    const bool action = message && message->kind == InterfaceKind::action;
+    return tl::unexpected{TypeError{{},
+                                    0,
+                                    0,
+                                    fmt::format("{} is {}, and no message: those that it has are {}{}, ...",
+                                                name, action ? "an action" : "a service", name,
+                                                action ? action_suffixes[0] : service_suffixes[0])}};
+  }
+  if (auto loaded = load(*interface); !loaded) {
+    return tl::unexpected{std::move(loaded.error())};
+  }
+  const auto known = known_.find(name);
+  assert(known != known_.end());  // every name that leads to an interface is one that it has
+  return &known->second;
+}
+
+/// Packages that are installed have an .idl file beside each other one, which says the same.
+fs::path TypeLibrary::find_file(const InterfaceName& interface) const {
+  const std::string name = interface.full();
+  for (const fs::path& folder : folders_) {
+    for (const std::string_view extension : {to_string(interface.kind), std::string_view{"idl"}}) {
+      const std::string with_extension = fmt::format("{}.{}", name, extension);
+      for (const fs::path& path : {folder / with_extension, folder / "share" / with_extension}) {
+        std::error_code error;
+        if (fs::is_regular_file(path, error)) {
+          return path;
+        }
+      }
+    }
+  }
+  return {};
+}
+
+tl::expected<void, TypeError> TypeLibrary::load(const InterfaceName& interface) {
+  const std::string name = interface.full();
+  const std::string with_extension = fmt::format("{}.{}", name, to_string(interface.kind));
+  std::string text;
+  std::string file;
+  bool is_idl = false;
+  if (const fs::path path = find_file(interface); !path.empty()) {
+    auto read = read_file(path);
+    if (!read) {
+      return tl::unexpected{std::move(read.error())};
+    }
+    text = std::move(*read);
+    file = path.string();
+    is_idl = path.extension() == ".idl";
+  }
+  if (file.empty()) {
+    const auto builtin = builtin_definitions();
+    const auto same = std::ranges::lower_bound(builtin, name, {}, &BuiltinDefinition::name);
+    const auto defined = defined_.find(name);
+    const bool is_builtin = same != builtin.end() && same->name == name;
+    if (!is_builtin && defined == defined_.end()) {
+      std::vector<std::string> places;
+      std::ranges::transform(folders_, std::back_inserter(places),
+                             [](const fs::path& at) { return at.string(); });
+      return tl::unexpected{TypeError{
+          {},
+          0,
+          0,
+          fmt::format("unknown type {}: {}not among the built-in ones", name,
+                      places.empty() ? "" : fmt::format("not found in {}, and ", fmt::join(places, ", ")))}};
+    }
+    text = is_builtin ? std::string{same->text} : defined->second;
+    file = fmt::format("{} {}", is_builtin ? "built-in" : "made", with_extension);
+  }
+  auto messages = is_idl ? parse_idl(text, interface, file) : parse_interface(text, interface, file);
+  if (!messages) {
+    return tl::unexpected{std::move(messages.error())};
+  }
+  for (MessageDefinition& message : *messages) {
+    std::string key = message.name;
+    known_.emplace(std::move(key), std::move(message));
+  }
+  return {};
+}
+
+void TypeLibrary::define(const InterfaceName& interface, std::string text) {
+  defined_.insert_or_assign(interface.full(), std::move(text));
+}
+
+std::vector<std::string> TypeLibrary::builtin_names() {
+  std::vector<std::string> names;
+  for (const BuiltinDefinition& definition : builtin_definitions()) {
+    names.emplace_back(definition.name);
+  }
+  return names;
+}
+
+std::vector<fs::path> ament_prefixes() {
+  std::vector<fs::path> prefixes;
+  const char* const variable = std::getenv("AMENT_PREFIX_PATH");  // NOLINT(concurrency-mt-unsafe)
+  std::string_view rest = variable == nullptr ? "" : variable;
+  while (!rest.empty()) {
+    const std::size_t end = std::min(rest.find(':'), rest.size());
+    if (end > 0) {
+      prefixes.emplace_back(rest.substr(0, end));
+    }
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  return prefixes;
+}
+
+}  // namespace trestle::bridge

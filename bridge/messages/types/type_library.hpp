@@ -1,0 +1,76 @@
+#pragma once
+#include <filesystem>
+#include <map>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "bridge/messages/types/interface_name.hpp"
+#include "bridge/messages/types/message_definition.hpp"
+
+namespace trestle::bridge {
+
+/// Messages may be nested this deep; ROS itself needs 7.
+inline constexpr std::size_t max_type_depth = 32;
+/// Different messages that one type may be made of.
+inline constexpr std::size_t max_messages_per_type = 1024;
+
+/// What a service's client sends, and what it gets.
+struct ServiceTypes {
+  TypeTree request;   ///< its root is "pkg/srv/Name_Request"
+  TypeTree response;  ///< and "pkg/srv/Name_Response"
+};
+
+/// Finds message types. Looked at in this order, so that what is installed wins over what is compiled in:
+///  1. the given folders,
+///  2. the prefixes in AMENT_PREFIX_PATH,
+///  3. the definitions compiled in: common_interfaces (std_msgs, geometry_msgs, sensor_msgs, nav_msgs and so
+///     on), rcl_interfaces, tf2_msgs and unique_identifier_msgs of ROS 2 Jazzy,
+///  4. what define() was given.
+/// In a folder, "pkg/msg/Type" is `pkg/msg/Type.msg` or `share/pkg/msg/Type.msg`; with services and actions
+/// it is `pkg/srv/Type.srv` and `pkg/action/Type.action`.
+///
+/// A file is read when the first of its messages is asked for, and then remembered: for changed files
+/// make another library.
+class TypeLibrary {
+ public:
+  /// @param folders  as above.
+  /// @param ament_prefixes  what stands in AMENT_PREFIX_PATH, which see ament_prefixes().
+  explicit TypeLibrary(std::vector<std::filesystem::path> folders = {},
+                       std::vector<std::filesystem::path> ament_prefixes = {});
+
+  /// The type and all that it is made of.
+  /// @param name  "pkg/msg/Type" or "pkg/Type"; or a message of a service or of an action, as rosidl names
+  ///              it: "pkg/srv/Name_Request", "pkg/action/Name_SendGoal_Response".
+  /// @return the tree; or what is wrong: a name not formed like one, an unknown type (also a nested one), a
+  ///         file that cannot be read or parsed, a message that contains itself, nesting beyond the limits.
+  [[nodiscard]] tl::expected<TypeTree, TypeError> resolve(std::string_view name);
+
+  /// Both messages of a service.
+  /// @param name  "pkg/srv/Name" or "pkg/Name"; or a service of an action: "pkg/action/Name_SendGoal",
+  ///              "pkg/action/Name_GetResult".
+  [[nodiscard]] tl::expected<ServiceTypes, TypeError> resolve_service(std::string_view name);
+
+  /// Has an interface whose file would say this, where there is no such file.
+  void define(const InterfaceName& interface, std::string text);
+
+  /// Names of the definitions compiled in, sorted: "pkg/msg/Type", "pkg/srv/Name", "pkg/action/Name".
+  [[nodiscard]] static std::vector<std::string> builtin_names();
+
+ private:
+  struct Resolving;
+  [[nodiscard]] tl::expected<const MessageDefinition*, TypeError> find(const std::string& name);
+  [[nodiscard]] std::filesystem::path find_file(const InterfaceName& interface) const;
+  [[nodiscard]] tl::expected<void, TypeError> load(const InterfaceName& interface);
+  [[nodiscard]] tl::expected<std::size_t, TypeError> add(const std::string& name, Resolving& resolving);
+
+  std::vector<std::filesystem::path> folders_;
+  std::map<std::string, MessageDefinition, std::less<>> known_;
+  std::map<std::string, std::string, std::less<>> defined_;  ///< texts, by full name
+};
+
+/// The prefixes in the environment's AMENT_PREFIX_PATH.
+[[nodiscard]] std::vector<std::filesystem::path> ament_prefixes();
+
+}  // namespace trestle::bridge

@@ -1,0 +1,100 @@
+#pragma once
+#include <bit>
+#include <cstring>
+#include <vector>
+
+#include "someip/wire/bytes.hpp"
+
+/// Plain CDR (XCDR1), number by number: what the fast paths of bridge/messages/convert do in blocks.
+namespace trestle::bridge {
+
+/// Reads the body of a sample. Alignment counts from its first byte. The first read beyond the end fails the
+/// reader for good: what is read after it is zero or empty.
+class CdrReader {
+ public:
+  CdrReader(ByteView body, std::endian order) noexcept : body_{body}, order_{order} {}
+
+  template <std::unsigned_integral T>
+  T number() noexcept {
+    const std::size_t padding = (0 - position_) & (sizeof(T) - 1);
+    take(padding);
+    const ByteView bytes = take(sizeof(T));
+    return bytes.empty() ? T{0} : someip::load<T>(bytes.data(), order_);
+  }
+  ByteView take(std::size_t size) noexcept {
+    if (failed_ || size > left()) {
+      failed_ = true;
+      return {};
+    }
+    const ByteView taken = body_.subspan(position_, size);
+    position_ += size;
+    return taken;
+  }
+  void fail() noexcept { failed_ = true; }
+
+  [[nodiscard]] bool failed() const noexcept { return failed_; }
+  [[nodiscard]] std::size_t left() const noexcept { return body_.size() - position_; }
+  [[nodiscard]] std::size_t position() const noexcept { return position_; }
+
+ private:
+  ByteView body_;
+  std::size_t position_ = 0;
+  std::endian order_;
+  bool failed_ = false;
+};
+
+/// Writes a sample in the host's byte order, with its encapsulation header. A sample that would become larger
+/// than `max_bytes` fails the writer for good.
+class CdrWriter {
+ public:
+  explicit CdrWriter(std::size_t max_bytes) : max_bytes_{max_bytes} {
+    constexpr bool little = std::endian::native == std::endian::little;
+    sample_ = {std::byte{0}, std::byte{little ? 1U : 0U}, std::byte{0}, std::byte{0}};
+  }
+
+  template <std::unsigned_integral T>
+  void number(T number) {
+    align(sizeof(T));
+    std::byte* const to = room(sizeof(T));
+    if (to != nullptr) {
+      std::memcpy(to, &number, sizeof(T));
+    }
+  }
+  void bytes(ByteView bytes) {
+    std::byte* const to = room(bytes.size());
+    if (to != nullptr && !bytes.empty()) {
+      std::memcpy(to, bytes.data(), bytes.size());
+    }
+  }
+
+  /// `count` numbers of `width` bytes.
+  void zeros(std::size_t count, std::size_t width) {
+    align(width);
+    if (count > max_bytes_ / width) {
+      failed_ = true;
+    }
+    room(count * width);
+  }
+
+  [[nodiscard]] bool failed() const noexcept { return failed_; }
+  [[nodiscard]] std::vector<std::byte> take() { return std::move(sample_); }
+
+ private:
+  static constexpr std::size_t encapsulation = 4;
+
+  void align(std::size_t width) { room((encapsulation - sample_.size()) & (width - 1)); }
+  std::byte* room(std::size_t size) {
+    if (failed_ || size > max_bytes_ - sample_.size()) {
+      failed_ = true;
+      return nullptr;
+    }
+    sample_.resize(sample_.size() + size);
+    return sample_.data() + sample_.size() - size;
+  }
+
+  std::vector<std::byte> sample_;
+  std::size_t max_bytes_;
+  bool failed_ = false;
+};
+
+}  // namespace trestle::bridge

@@ -1,0 +1,12 @@
+#pragma once
+#include <yaml-cpp/yaml.h>
+
+#include "bridge/documents/problems.hpp"
+#include "bridge/messages/convert/message_rules.hpp"
+
+namespace trestle::bridge {
+
+/// Reads the `wire` of a route: changes what it speaks of.
+void load_wire(const YAML::Node& node, MessageRules& rules, Problems& problems);
+
+}  // namespace trestle::bridge

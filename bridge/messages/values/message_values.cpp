@@ -1,0 +1,90 @@
+#include "bridge/messages/values/message_values.hpp"
+
+#include <fmt/format.h>
+
+#include "bridge/messages/values/printers.hpp"
+#include "bridge/messages/values/sample_builder.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+template <typename Printer>
+tl::expected<std::string, std::string> print_with(ByteView sample, const TypeTree& tree,
+                                                  const PrintOptions& options) {
+  Printer printer{options.bytes};
+  const WalkOptions walk{.bytes_as_one = options.bytes != BytesForm::list, .longest = options.longest};
+  if (auto error = walk_sample(sample, tree, walk, printer)) {
+    return tl::unexpected{std::move(*error)};
+  }
+  if (printer.enough()) {
+    return tl::unexpected{
+        fmt::format("the message would take more than {} bytes of text", max_printed_bytes)};
+  }
+  return printer.take();
+}
+
+tl::expected<TextValue, ValueError> parse_text(std::string_view text, ValueForm form) {
+  return form == ValueForm::json ? parse_json_text(text) : parse_yaml_text(text);
+}
+
+}  // namespace
+
+tl::expected<MessageValues, std::string> MessageValues::make(TypeTree tree, const MessageRules& rules) {
+  auto plan = ConversionPlan::compile(tree, rules);
+  if (!plan) {
+    return tl::unexpected{std::move(plan.error())};
+  }
+  return MessageValues{std::move(tree), std::move(*plan)};
+}
+
+tl::expected<std::string, std::string> MessageValues::print(ByteView payload, ValueForm form,
+                                                            const PrintOptions& options) const {
+  ConversionScratch scratch;
+  const auto sample = plan_.someip_to_cdr(payload, scratch);
+  if (!sample) {
+    return tl::unexpected{fmt::format("not a {}: {}", tree_.root().name, to_string(sample.error()))};
+  }
+  return print_sample(joined(*sample), form, options);
+}
+
+tl::expected<std::string, std::string> MessageValues::print_sample(ByteView sample, ValueForm form,
+                                                                   const PrintOptions& options) const {
+  return form == ValueForm::json ? print_with<JsonPrinter>(sample, tree_, options)
+                                 : print_with<YamlPrinter>(sample, tree_, options);
+}
+
+tl::expected<std::vector<std::byte>, ValueError> MessageValues::parse_sample(std::string_view text,
+                                                                             ValueForm form) const {
+  const auto value = parse_text(text, form);
+  if (!value) {
+    return tl::unexpected{value.error()};
+  }
+  return build_sample(*value, tree_, max_sample_bytes);
+}
+
+tl::expected<std::vector<std::byte>, ValueError> MessageValues::parse(std::string_view text,
+                                                                      ValueForm form) const {
+  const auto value = parse_text(text, form);
+  if (!value) {
+    return tl::unexpected{value.error()};
+  }
+  const auto sample = build_sample(*value, tree_, max_sample_bytes);
+  if (!sample) {
+    return tl::unexpected{sample.error()};
+  }
+  ConversionScratch scratch;
+  const auto payload = plan_.cdr_to_someip(*sample, scratch);
+  if (!payload) {
+    // The sample is sound, so what fails is what these wire rules cannot say.
+    const ConversionError& error = payload.error();
+    const char* const why =
+        error.fault == ConversionFault::length_overflow ? "more bytes than the length field can say"
+        : error.fault == ConversionFault::bad_union  ? "a union that does not have exactly one of its fields"
+        : error.fault == ConversionFault::bad_string ? "a string with a zero inside, where zeros end strings"
+                                                     : to_string(error.fault);
+    return tl::unexpected{ValueError{place_of(*value, error.field), error.field, why}};
+  }
+  return joined(*payload);
+}
+
+}  // namespace trestle::bridge

@@ -1,0 +1,73 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "bridge/messages/convert/conversion_plan.hpp"
+#include "bridge/messages/types/message_definition.hpp"
+#include "bridge/messages/values/text_value.hpp"
+
+/// Messages as text that people read and write. docs/values.md describes the text.
+namespace trestle::bridge {
+
+/// The language that a message is printed in.
+enum class ValueForm : std::uint8_t {
+  yaml,  ///< as `ros2 topic echo` prints, ending in a line end
+  json,  ///< one line, without its end
+};
+
+/// How byte, char and uint8 arrays are printed.
+enum class BytesForm : std::uint8_t {
+  list,    ///< of numbers, like other arrays
+  base64,  ///< one string; in YAML tagged !!binary
+  hex,     ///< one string, "hex:00ff"
+};
+
+/// How a message is printed; the default loses nothing.
+struct PrintOptions {
+  BytesForm bytes = BytesForm::list;
+  /// Of longer arrays and strings only the beginning is printed, and "..."; counted in elements and bytes.
+  /// Such text cannot be read back. 0: everything is printed.
+  std::size_t longest = 0;
+};
+
+/// Printed text would have more than this many bytes.
+inline constexpr std::size_t max_printed_bytes = std::size_t{256} << 20U;
+/// Text that would become a larger sample is refused.
+inline constexpr std::size_t max_sample_bytes = std::size_t{256} << 20U;
+
+/// A message type and the wire rules of a service, compiled for going between payloads and text.
+class MessageValues {
+ public:
+  /// @return the values, or one line that says why the type cannot be carried under these rules.
+  [[nodiscard]] static tl::expected<MessageValues, std::string> make(TypeTree tree,
+                                                                     const MessageRules& rules = {});
+
+  /// What a SOME/IP payload says, or one line that says what is wrong with it and where.
+  [[nodiscard]] tl::expected<std::string, std::string> print(ByteView payload, ValueForm form,
+                                                             const PrintOptions& options = {}) const;
+  /// The same of a CDR sample with its encapsulation header, as DDS carries it.
+  [[nodiscard]] tl::expected<std::string, std::string> print_sample(ByteView sample, ValueForm form,
+                                                                    const PrintOptions& options = {}) const;
+
+  /// The payload that a text describes. Fields that it does not mention have the default value of the .msg
+  /// file, or zero.
+  /// @return the payload; or the first thing that is wrong with the text.
+  [[nodiscard]] tl::expected<std::vector<std::byte>, ValueError> parse(std::string_view text,
+                                                                       ValueForm form) const;
+  /// The same as a CDR sample, in the host's byte order.
+  [[nodiscard]] tl::expected<std::vector<std::byte>, ValueError> parse_sample(std::string_view text,
+                                                                              ValueForm form) const;
+
+  [[nodiscard]] const TypeTree& tree() const noexcept { return tree_; }
+
+ private:
+  MessageValues(TypeTree tree, ConversionPlan plan) : tree_{std::move(tree)}, plan_{std::move(plan)} {}
+
+  TypeTree tree_;
+  ConversionPlan plan_;
+};
+
+}  // namespace trestle::bridge

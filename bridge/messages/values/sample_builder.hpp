@@ -1,0 +1,18 @@
+#pragma once
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "bridge/messages/types/message_definition.hpp"
+#include "bridge/messages/values/text_value.hpp"
+#include "someip/wire/types.hpp"
+
+namespace trestle::bridge {
+
+/// Makes the CDR sample, in the host's byte order, that a text describes.
+/// @param max_bytes  larger samples are refused.
+/// @return the sample, or the first thing in the text that does not suit the type.
+[[nodiscard]] tl::expected<std::vector<std::byte>, ValueError> build_sample(const TextValue& text,
+                                                                            const TypeTree& tree,
+                                                                            std::size_t max_bytes);
+
+}  // namespace trestle::bridge

@@ -1,0 +1,200 @@
+#include "bridge/messages/values/sample_walk.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+
+#include "bridge/messages/values/cdr.hpp"
+#include "someip/wire/utf.hpp"
+
+namespace trestle::bridge {
+namespace {
+
+constexpr std::size_t encapsulation_bytes = 4;
+
+/// At most `bytes` from the front of a text, not cutting a character in two.
+std::string_view beginning(std::string_view text, std::size_t bytes) {
+  if (bytes >= text.size()) {
+    return text;
+  }
+  while (bytes > 0 && (static_cast<unsigned char>(text[bytes]) & 0xc0U) == 0x80) {
+    --bytes;
+  }
+  return text.substr(0, bytes);
+}
+
+class Walk {
+ public:
+  Walk(CdrReader in, const TypeTree& tree, const WalkOptions& options, ValueSink& sink)
+      : in_{in}, tree_{tree}, options_{options}, sink_{&sink} {}
+
+  std::optional<std::string> run() {
+    message(tree_.root());
+    if (in_.failed()) {
+      return fmt::format("the sample ends before the message does: {} bytes read",
+                         encapsulation_bytes + in_.position());
+    }
+    return std::nullopt;
+  }
+
+ private:
+  void message(const MessageDefinition& type) {
+    sink_->begin_message(type);
+    if (type.fields.empty()) {
+      in_.take(1);  // what generates IDL puts a byte into empty messages
+    }
+    for (const Field& field : type.fields) {
+      if (in_.failed() || sink_->enough()) {
+        return;
+      }
+      sink_->field(field.name);
+      value(field.type);
+    }
+    sink_->end_message(type);
+  }
+
+  void value(const FieldType& type) {
+    switch (type.array) {
+      case ArrayKind::none:
+        return single(type);
+      case ArrayKind::fixed:
+        return array(type, type.array_size);
+      case ArrayKind::bounded:
+      case ArrayKind::unbounded:
+        return array(type, in_.number<std::uint32_t>());
+    }
+  }
+
+  void array(const FieldType& type, std::size_t size) {
+    const std::size_t width_of_one = type.primitive ? width(*type.primitive) : 0;
+    // Every element has at least one byte, also an empty message.
+    if (in_.failed() || size > in_.left() / std::max<std::size_t>(width_of_one, 1)) {
+      in_.fail();
+      return;
+    }
+    const std::size_t shown = options_.longest == 0 ? size : std::min(size, options_.longest);
+    if (options_.bytes_as_one && width_of_one == 1 && *type.primitive != Primitive::boolean &&
+        *type.primitive != Primitive::int8) {
+      return sink_->bytes(in_.take(size).first(shown), size);
+    }
+    sink_->begin_array(width_of_one != 0, size, shown);
+    for (std::size_t at = 0; at < shown && !in_.failed() && !sink_->enough(); ++at) {
+      sink_->element();
+      single(type);
+    }
+    if (width_of_one != 0) {
+      in_.take((size - shown) * width_of_one);
+    } else {
+      skip(type, size - shown);
+    }
+    sink_->end_array();
+  }
+
+  /// Elements that nobody is told of.
+  void skip(const FieldType& type, std::size_t count) {
+    ValueSink nobody;
+    ValueSink* const sink = std::exchange(sink_, &nobody);
+    for (; count > 0 && !in_.failed() && !sink->enough(); --count) {
+      single(type);
+    }
+    sink_ = sink;
+  }
+
+  void single(const FieldType& type) {
+    if (!type.primitive) {
+      return message(tree_.messages[type.message_index]);
+    }
+    switch (*type.primitive) {
+      case Primitive::boolean:
+        return sink_->boolean(in_.number<std::uint8_t>() != 0);
+      case Primitive::byte:
+      case Primitive::character:
+      case Primitive::uint8:
+        return sink_->natural(in_.number<std::uint8_t>());
+      case Primitive::int8:
+        return sink_->whole(static_cast<std::int8_t>(in_.number<std::uint8_t>()));
+      case Primitive::int16:
+        return sink_->whole(static_cast<std::int16_t>(in_.number<std::uint16_t>()));
+      case Primitive::uint16:
+        return sink_->natural(in_.number<std::uint16_t>());
+      case Primitive::int32:
+        return sink_->whole(static_cast<std::int32_t>(in_.number<std::uint32_t>()));
+      case Primitive::uint32:
+        return sink_->natural(in_.number<std::uint32_t>());
+      case Primitive::int64:
+        return sink_->whole(static_cast<std::int64_t>(in_.number<std::uint64_t>()));
+      case Primitive::uint64:
+        return sink_->natural(in_.number<std::uint64_t>());
+      case Primitive::float32:
+        return sink_->float32(std::bit_cast<float>(in_.number<std::uint32_t>()));
+      case Primitive::float64:
+        return sink_->float64(std::bit_cast<double>(in_.number<std::uint64_t>()));
+      case Primitive::string:
+        return string();
+      case Primitive::wstring:
+        return wstring();
+    }
+  }
+
+  void string() {
+    const std::size_t size = in_.number<std::uint32_t>();
+    const ByteView bytes = in_.take(size);
+    if (bytes.empty()) {
+      return sink_->string({}, 0);  // size 0 has no terminator; read as the empty string
+    }
+    // Characters may alias anything, so this one cast is sound.
+    tell({reinterpret_cast<const char*>(bytes.data()), bytes.size() - 1});  // NOLINT(*-reinterpret-cast)
+  }
+
+  void wstring() {
+    const std::size_t units = in_.number<std::uint32_t>();
+    if (in_.failed() || units > in_.left() / 4) {
+      in_.fail();
+      return;
+    }
+    wide_.clear();
+    for (std::size_t at = 0; at < units; ++at) {
+      std::array<std::byte, 2> unit{};
+      someip::store(unit.data(), static_cast<std::uint16_t>(in_.number<std::uint32_t>()));
+      wide_.insert(wide_.end(), unit.begin(), unit.end());
+    }
+    text_.clear();
+    for (ByteView rest = wide_; !rest.empty();) {
+      const auto character = someip::first_utf16(rest, std::endian::big);
+      const char32_t code = character ? character->code : 0xfffd;
+      std::array<std::byte, 4> utf8{};
+      someip::put_utf8(code, utf8.data());
+      for (std::size_t at = 0; at < someip::utf8_bytes(code); ++at) {
+        text_ += static_cast<char>(utf8[at]);
+      }
+      rest = rest.subspan(character ? character->bytes : 2);
+    }
+    tell(text_);
+  }
+
+  void tell(std::string_view text) {
+    sink_->string(options_.longest == 0 ? text : beginning(text, options_.longest), text.size());
+  }
+
+  CdrReader in_;
+  const TypeTree& tree_;
+  const WalkOptions& options_;
+  ValueSink* sink_;
+  std::vector<std::byte> wide_;
+  std::string text_;
+};
+
+}  // namespace
+
+std::optional<std::string> walk_sample(ByteView sample, const TypeTree& tree, const WalkOptions& options,
+                                       ValueSink& sink) {
+  if (sample.size() < encapsulation_bytes || sample[0] != std::byte{0} || sample[1] > std::byte{1}) {
+    return "not a sample in plain CDR";
+  }
+  const std::endian order = sample[1] == std::byte{0} ? std::endian::big : std::endian::little;
+  return Walk{CdrReader{sample.subspan(encapsulation_bytes), order}, tree, options, sink}.run();
+}
+
+}  // namespace trestle::bridge

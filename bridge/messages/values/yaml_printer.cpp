@@ -1,0 +1,143 @@
+#include <fmt/format.h>
+
+#include "bridge/messages/types/number_text.hpp"
+#include "bridge/messages/values/byte_text.hpp"
+#include "bridge/messages/values/printers.hpp"
+#include "bridge/messages/values/quoted.hpp"
+
+namespace trestle::bridge {
+
+void append_bytes(std::string& out, BytesForm form, ByteView bytes) {
+  if (form == BytesForm::base64) {
+    append_base64(out, bytes);
+  } else {
+    out += "hex:";
+    append_hex(out, bytes);
+  }
+}
+
+void YamlPrinter::begin_message(const MessageDefinition& type) {
+  if (type.fields.empty()) {
+    return scalar("{}");
+  }
+  outer_indents_.push_back(indent_);
+  if (before_ == Before::key) {
+    out_ += '\n';
+    indent_ += 2;
+  } else if (before_ == Before::dash) {
+    indent_ = arrays_.back().indent + 2;
+  }
+}
+
+void YamlPrinter::field(const std::string& name) {
+  if (before_ != Before::dash) {  // the first field stands behind the dash
+    out_.append(indent_, ' ');
+  }
+  out_ += name;
+  out_ += ':';
+  before_ = Before::key;
+}
+
+void YamlPrinter::end_message(const MessageDefinition& type) {
+  if (!type.fields.empty()) {
+    indent_ = outer_indents_.back();
+    outer_indents_.pop_back();
+  }
+  before_ = Before::nothing;
+}
+
+void YamlPrinter::begin_array(bool numbers, std::size_t size, std::size_t shown) {
+  const bool flow = numbers || size == 0;
+  // Arrays stand in messages only, so there is a key before each.
+  out_ += flow ? " [" : "\n";
+  arrays_.push_back({.flow = flow, .size = size, .shown = shown, .indent = indent_});
+  before_ = Before::nothing;
+}
+
+void YamlPrinter::element() {
+  Array& array = arrays_.back();
+  if (array.flow) {
+    out_ += std::exchange(array.first, false) ? "" : ", ";
+    return;
+  }
+  out_.append(array.indent, ' ');
+  out_ += '-';
+  before_ = Before::dash;
+  out_ += ' ';
+}
+
+void YamlPrinter::end_array() {
+  const Array array = arrays_.back();
+  arrays_.pop_back();
+  const std::string rest =
+      array.shown < array.size ? fmt::format("  # {} of {}", array.shown, array.size) : std::string{};
+  if (array.flow) {
+    out_ += rest.empty() ? "]" : array.shown == 0 ? "...]" : ", ...]";
+    out_ += rest + "\n";
+  } else if (!rest.empty()) {
+    out_.append(array.indent, ' ');
+    out_ += "- ..." + rest + "\n";
+  }
+  before_ = Before::nothing;
+}
+
+void YamlPrinter::whole(std::int64_t value) {
+  scalar(std::to_string(value));
+}
+
+void YamlPrinter::natural(std::uint64_t value) {
+  scalar(std::to_string(value));
+}
+
+template <std::floating_point T>
+void YamlPrinter::floating(T value) {
+  scalar(std::isnan(value)   ? ".nan"
+         : std::isinf(value) ? (value < 0 ? "-.inf" : ".inf")
+                             : std::string_view{shortest(value)});
+}
+
+void YamlPrinter::float32(float value) {
+  floating(value);
+}
+
+void YamlPrinter::float64(double value) {
+  floating(value);
+}
+
+void YamlPrinter::string(std::string_view text, std::size_t size) {
+  if (text.size() == size && is_plain_yaml(text)) {
+    return scalar(text);
+  }
+  std::string quoted;
+  append_quoted(quoted, text);
+  if (text.size() == size) {
+    return scalar(quoted);
+  }
+  quoted.insert(quoted.size() - 1, "...");
+  scalar(quoted, fmt::format("  # {} of {} bytes", text.size(), size));
+}
+
+void YamlPrinter::bytes(ByteView bytes, std::size_t size) {
+  std::string text = bytes_form_ == BytesForm::base64 ? "!!binary \"" : "\"";
+  append_bytes(text, bytes_form_, bytes);
+  if (bytes.size() == size) {
+    return scalar(text + "\"");
+  }
+  scalar(text + "...\"", fmt::format("  # {} of {} bytes", bytes.size(), size));
+}
+
+void YamlPrinter::scalar(std::string_view text, std::string_view comment) {
+  if (in_flow()) {
+    out_ += text;
+    return;
+  }
+  if (before_ == Before::key) {
+    out_ += ' ';
+  }
+  out_ += text;
+  out_ += comment;
+  out_ += '\n';
+  before_ = Before::nothing;
+}
+
+}  // namespace trestle::bridge

@@ -1,0 +1,132 @@
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cerrno>
+#include <cstdio>
+#include <exception>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "bridge/carry/commands/bridge_command.hpp"
+#include "bridge/carry/commands/check_command.hpp"
+#include "bridge/cli/exit_status.hpp"
+#include "bridge/cli/terminal.hpp"
+#include "bridge/documents/section.hpp"
+#include "bridge/inspect/decode/decode_command.hpp"
+#include "bridge/inspect/tools/tool_commands.hpp"
+#include "bridge/measure/demo/demo_command.hpp"
+#include "bridge/measure/perf/perf_command.hpp"
+
+namespace {
+
+using namespace trestle::bridge;
+
+/// Options with the names of their values alone. CLI11 adds types, ranges and exclusions, which are for
+/// programmers: descriptions say what matters of them.
+class HelpFormatter : public CLI::Formatter {
+ public:
+  std::string make_option_opts(const CLI::Option* option) const override {
+    std::string text;
+    if (option->nonpositional() && option->get_type_size() != 0) {
+      const std::string type = option->get_type_name();  // "N:INT in [1 - 65535]"
+      auto end = type.find(':');
+      while (end != std::string::npos && end > 0 && type[end - 1] == '[') {  // "ID[:TYPE]"
+        end = type.find(':', end + 1);
+      }
+      text = " " + type.substr(0, end);
+    }
+    if (!option->get_default_str().empty()) {
+      text += "=" + option->get_default_str();
+    }
+    if (option->get_expected_max() > 1 && option->get_allow_extra_args()) {
+      text += " ...";
+    }
+    return text;
+  }
+};
+
+/// The program, or the command of those that were given whose own commands come next.
+const CLI::App& asked_command(const CLI::App& app) {
+  const std::vector<CLI::App*> given = app.get_subcommands();
+  return given.empty() ? app : asked_command(*given.front());
+}
+
+std::vector<std::string> command_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    if (!command->get_group().empty()) {  // else it is not for people
+      names.push_back(command->get_name());
+    }
+  }
+  return names;
+}
+
+/// Each command lives in a folder of its own, which has `add_X_command(app, status)`: that makes the
+/// subcommand, whose callback runs it and leaves an exit status (exit_status.hpp) in `status`.
+int run(int argc, char** argv) {
+  CLI::App app{"Trestle joins DDS (ROS 2) topics and SOME/IP services."};
+  app.name("trestle");
+  app.formatter(std::make_shared<HelpFormatter>());
+  app.set_version_flag("--version", "trestle " TRESTLE_VERSION);
+  app.require_subcommand(1);
+  app.footer(
+      "'trestle COMMAND --help' explains a command and shows examples.\n"
+      "Exit status: 0 success, 1 failure, 2 wrong command line or configuration.");
+
+  int status = exit_ok;
+  add_bridge_command(app, status);
+  add_check_command(app, status);
+  add_decode_command(app, status);
+  add_find_command(app, status);
+  add_watch_command(app, status);
+  add_call_command(app, status);
+  add_subscribe_command(app, status);
+  add_offer_command(app, status);
+  add_notify_command(app, status);
+  add_perf_command(app, status);
+  add_demo_commands(app, status);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::RequiredError& error) {
+    const CLI::App& asked = asked_command(app);
+    const std::vector<std::string> commands = command_names(asked);
+    if (commands.empty()) {
+      app.exit(error);
+      return exit_usage;
+    }
+    // CLI11 only says that a command is missing, also to one that does not exist.
+    if (const std::vector<std::string> unknown = asked.remaining(); !unknown.empty()) {
+      const std::string likely = nearest(unknown.front(), commands);
+      std::fprintf(stderr, "There is no command or option '%s'%s\n\n", printable(unknown.front()).c_str(),
+                   likely.empty() ? "" : ("; did you mean '" + likely + "'?").c_str());
+    } else if (&asked != &app) {
+      std::fprintf(stderr, "'%s' needs a subcommand\n\n", asked.get_name().c_str());
+    }
+    std::fputs(app.help().c_str(), stderr);
+    return exit_usage;
+  } catch (const CLI::ParseError& error) {
+    // --help and --version come this way too, with exit code 0. CLI11 has a code for each kind of mistake.
+    return app.exit(error) == 0 ? exit_ok : exit_usage;
+  }
+  return status;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    const int status = run(argc, argv);
+    // A full disk may show only now, when what is buffered has to go. A reader who went away has enough.
+    errno = 0;
+    if ((std::fflush(stdout) != 0 || std::ferror(stdout) != 0) && errno != EPIPE) {
+      throw std::runtime_error{"cannot write all of the output; is the disk full?"};
+    }
+    return status;
+  } catch (const std::exception& error) {
+    const Colours colour = colours_for(STDERR_FILENO);
+    std::fprintf(stderr, "%serror:%s %s\n", colour.red, colour.off, error.what());
+    return exit_failure;
+  }
+}

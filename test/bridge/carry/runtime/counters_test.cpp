@@ -1,0 +1,26 @@
+#include "bridge/carry/runtime/counters.hpp"
+
+#include <gtest/gtest.h>
+
+namespace trestle::bridge::counters_test {
+namespace {
+
+using enum Counter::Kind;
+
+TEST(Counters, TellWhatIsLostFromWhatMayBe) {
+  EXPECT_EQ(to_string({"route /a", {{"received", 0}, {"refused", 0, loss}, {"overwritten", 0, doubt}}}),
+            "route /a: received 0");
+  EXPECT_EQ(to_string({"route /a",
+                       {{"overwritten", 3, doubt}, {"received", 2}, {"late", 1, loss}, {"no", 2, loss}}}),
+            "route /a: received 2; lost: late 1, no 2; perhaps lost: overwritten 3");
+  EXPECT_EQ(to_string({"TCP", {{"late", 1, loss}}}), "TCP: lost: late 1");
+  EXPECT_EQ(to_string({"TCP", {{"late", 1, doubt}}}), "TCP: perhaps lost: late 1");
+}
+
+TEST(Counters, ComeAllInJson) {
+  EXPECT_EQ(to_json({"a", {{"received", 2}, {"late", 0, loss}, {"overwritten", 3, doubt}}}),
+            R"({"event":"counters","group":"a","received":2,"late":0,"overwritten":3})");
+}
+
+}  // namespace
+}  // namespace trestle::bridge::counters_test
