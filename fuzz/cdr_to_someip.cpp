@@ -11,12 +11,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (plans == nullptr) {
     return 0;
   }
-  require_no_memory(input, [&](ByteView message, bridge::ConversionScratch& scratch) {
+  require_no_memory(input, [&](ByteView message, messages::ConversionScratch& scratch) {
     return plans->copying.cdr_to_someip(message, scratch);
   });
-  static bridge::ConversionScratch scratch;
+  static messages::ConversionScratch scratch;
   const auto payload = plans->referencing.cdr_to_someip(input, scratch);
-  bridge::ConversionScratch fresh;
+  messages::ConversionScratch fresh;
   require(plans->referencing.cdr_to_someip(input, fresh).has_value() == payload.has_value());
   if (!payload) {
     require(payload.error().offset <= input.size() + 7);  // padding in front of the item may be missing too

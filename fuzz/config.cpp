@@ -5,9 +5,9 @@
 /// Property: whatever the bytes, the answer is a configuration with routes or methods, or errors whose places
 /// lie in the file and whose texts are single printable lines.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace trestle::bridge;
+  using namespace trestle;
   const std::string text(data, data + size);
-  const auto loaded = parse_config(text, "fuzz.yaml");
+  const auto loaded = carry::parse_config(text, "fuzz.yaml");
   if (loaded) {
     if (loaded->config.routes.empty() && loaded->config.methods.empty() && loaded->config.patterns.empty()) {
       std::abort();
@@ -15,8 +15,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return 0;
   }
   bool any_error = false;
-  for (const Problem& problem : loaded.error()) {
-    any_error = any_error || problem.severity == Problem::Severity::error;
+  for (const documents::Problem& problem : loaded.error()) {
+    any_error = any_error || problem.severity == documents::Problem::Severity::error;
     if (problem.mark.line < 0 || problem.mark.line > static_cast<int>(size) + 1 ||
         problem.text.size() > 1000) {
       std::abort();

@@ -12,7 +12,7 @@
 namespace trestle::fuzz {
 
 /// Every kind of field; `Part` is a message of mixed widths, `Even` one that becomes blocks.
-inline bridge::TypeTree everything() {
+inline messages::TypeTree everything() {
   constexpr std::array<std::pair<std::string_view, std::string_view>, 3> messages{{
       {"fuzz_msgs/msg/Part", "uint8 a\nfloat64 b\nstring c\nbool d\n"},
       {"fuzz_msgs/msg/Even", "uint32[2] a\nfloat32 b\n"},
@@ -22,9 +22,9 @@ inline bridge::TypeTree everything() {
        "string<=5[<=3] bounded\nwstring wide\nwstring<=3[] wides\nPart[2] pair\nint16[] shorts\nuint16 "
        "last\n"},
   }};
-  bridge::TypeTree tree;
+  messages::TypeTree tree;
   for (const auto& [name, text] : messages) {
-    auto parsed = bridge::parse_msg(text, std::string{name}, std::string{name});
+    auto parsed = messages::parse_msg(text, std::string{name}, std::string{name});
     for (auto& field : parsed->fields) {
       field.type.message_index = field.type.message == "fuzz_msgs/msg/Even" ? 1 : 0;
     }
@@ -52,7 +52,7 @@ inline std::vector<someip::PayloadRules> all_rules() {
 }
 
 /// Types for the rules of types: tags, unions, bit fields, defaults.
-inline bridge::TypeTree everything_with_rules() {
+inline messages::TypeTree everything_with_rules() {
   constexpr std::array<std::pair<std::string_view, std::string_view>, 5> messages{{
       {"fuzz_msgs/msg/Flags", "bool a\nbool[3] b\n"},
       {"fuzz_msgs/msg/Part", "uint8 kind 3\nstring name \"n\"\nuint8 added 7\n"},
@@ -62,9 +62,9 @@ inline bridge::TypeTree everything_with_rules() {
        "Block block\nBlock[] blocks\nShape[2] shapes\nwstring wide\nPart[<=1] maybe\nbool flag true\n"
        "string[<=2] texts\nPart part\nuint8[] data\nint16[3] more [1, 2, 3]\n"},
   }};
-  bridge::TypeTree tree;
+  messages::TypeTree tree;
   for (const auto& [name, text] : messages) {
-    auto parsed = bridge::parse_msg(text, std::string{name}, std::string{name});
+    auto parsed = messages::parse_msg(text, std::string{name}, std::string{name});
     for (auto& field : parsed->fields) {
       for (std::size_t i = 0; i < tree.messages.size(); ++i) {
         if (field.type.message == tree.messages[i].name) {
@@ -77,15 +77,15 @@ inline bridge::TypeTree everything_with_rules() {
   return tree;
 }
 
-inline std::vector<bridge::MessageRules> all_type_rules() {
+inline std::vector<messages::MessageRules> all_type_rules() {
   using someip::DataId;
   using someip::FieldWidth;
-  std::vector<bridge::MessageRules> rules(5);
+  std::vector<messages::MessageRules> rules(5);
   for (std::size_t i = 0; i < rules.size(); ++i) {
     rules[i].payload.struct_length = FieldWidth::bits16;
     rules[i].default_missing = i % 2 == 1;
-    rules[i].types["fuzz_msgs/msg/Flags"].form = bridge::TypeRules::Form::bits16;
-    rules[i].types["fuzz_msgs/msg/Shape"].form = bridge::TypeRules::Form::choice;
+    rules[i].types["fuzz_msgs/msg/Flags"].form = messages::TypeRules::Form::bits16;
+    rules[i].types["fuzz_msgs/msg/Shape"].form = messages::TypeRules::Form::choice;
     rules[i].types["fuzz_msgs/msg/Block"].fixed_strings["label"] = 8;
     if (i < 3) {
       rules[i].types["fuzz_msgs/msg/Part"].tags = {
@@ -118,8 +118,8 @@ inline std::vector<bridge::MessageRules> all_type_rules() {
 
 /// A plan that references as much as it can, and one of the same type and rules that copies everything.
 struct Plans {
-  bridge::ConversionPlan referencing;
-  bridge::ConversionPlan copying;
+  messages::ConversionPlan referencing;
+  messages::ConversionPlan copying;
   bool has_type_rules = false;
 };
 
@@ -127,15 +127,15 @@ struct Plans {
 inline const Plans* choose(ByteView& input) {
   static const std::vector<std::vector<Plans>> all = [] {
     std::vector<std::vector<Plans>> result;
-    const auto add = [&](const bridge::TypeTree& tree) {
+    const auto add = [&](const messages::TypeTree& tree) {
       auto& of_type = result.emplace_back();
       for (const auto& rules : all_rules()) {
-        of_type.push_back({std::move(*bridge::ConversionPlan::compile(tree, rules, 1)),
-                           std::move(*bridge::ConversionPlan::compile(tree, rules, SIZE_MAX))});
+        of_type.push_back({std::move(*messages::ConversionPlan::compile(tree, rules, 1)),
+                           std::move(*messages::ConversionPlan::compile(tree, rules, SIZE_MAX))});
       }
     };
     add(everything());
-    bridge::TypeLibrary library;
+    messages::TypeLibrary library;
     for (const char* const name : {"sensor_msgs/PointCloud2", "tf2_msgs/TFMessage", "sensor_msgs/NavSatFix",
                                    "nav_msgs/Path", "std_msgs/Empty", "sensor_msgs/CameraInfo"}) {
       add(*library.resolve(name));
@@ -143,8 +143,8 @@ inline const Plans* choose(ByteView& input) {
     auto& with_rules = result.emplace_back();
     for (const auto& rules : all_type_rules()) {
       const auto tree = everything_with_rules();
-      with_rules.push_back({std::move(*bridge::ConversionPlan::compile(tree, rules, 1)),
-                            std::move(*bridge::ConversionPlan::compile(tree, rules, SIZE_MAX)), true});
+      with_rules.push_back({std::move(*messages::ConversionPlan::compile(tree, rules, 1)),
+                            std::move(*messages::ConversionPlan::compile(tree, rules, SIZE_MAX)), true});
     }
     for (const char* const name : {"sensor_msgs/LaserScan", "std_msgs/Float64MultiArray"}) {
       add(*library.resolve(name));  // behind the others, between which the seeds choose
@@ -166,7 +166,7 @@ inline void require(bool condition) {
   }
 }
 
-inline std::vector<std::byte> whole(const bridge::Gathered& gathered) {
+inline std::vector<std::byte> whole(const messages::Gathered& gathered) {
   std::size_t bytes = 0;
   for (const ByteView slice : gathered.slices) {
     require(!slice.empty());
@@ -192,7 +192,7 @@ inline std::vector<std::byte> almost(ByteView message, std::size_t bit) {
 /// @param convert  (input, scratch)
 template <typename Convert>
 void require_no_memory(ByteView input, const Convert& convert) {
-  const auto outcome = [&](ByteView message, bridge::ConversionScratch& scratch) {
+  const auto outcome = [&](ByteView message, messages::ConversionScratch& scratch) {
     const auto result = convert(message, scratch);
     return result ? std::pair{whole(*result), std::string{}}
                   : std::pair{std::vector<std::byte>{}, to_string(result.error())};
@@ -203,10 +203,10 @@ void require_no_memory(ByteView input, const Convert& convert) {
   }
   const auto first = almost(input, bit);
   const auto second = almost(first, bit / 8191);
-  bridge::ConversionScratch scratch;
+  messages::ConversionScratch scratch;
   for (const ByteView message :
        {ByteView{first}, ByteView{first}, ByteView{second}, input, ByteView{second}}) {
-    bridge::ConversionScratch fresh;
+    messages::ConversionScratch fresh;
     require(outcome(message, scratch) == outcome(message, fresh));
   }
 }

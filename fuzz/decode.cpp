@@ -7,7 +7,7 @@
 #include "bridge/inspect/decode/message_decoder.hpp"
 
 using namespace trestle;
-using namespace trestle::bridge;
+using namespace trestle;
 
 namespace {
 
@@ -30,26 +30,27 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::size_t accounted = 0;
   bool ended = false;
   bool any_error = false;
-  MessageDecoder decoder{false,
-                         {[&](const Json& object) {
-                            require(!ended && object["offset"] == accounted);
-                            const Json again =
-                                Json::parse(object.dump(-1, ' ', false, Json::error_handler_t::replace));
-                            require(again["offset"] == accounted);
-                            if (object.contains("error")) {
-                              any_error = true;
-                              require(object["error"]["offset"].get<std::size_t>() <= size);
-                            }
-                            if (object.contains("payload")) {
-                              accounted += 8 + object["length"].get<std::size_t>();
-                              require(ends_at(input, accounted, object["payload"].get<std::string>()));
-                            } else {
-                              require(object.contains("error"));
-                              require(object["bytes"] == hex_digits(input.subspan(accounted)));
-                              ended = true;
-                            }
-                          },
-                          {}}};
+  inspect::MessageDecoder decoder{
+      false,
+      {[&](const inspect::Json& object) {
+         require(!ended && object["offset"] == accounted);
+         const inspect::Json again =
+             inspect::Json::parse(object.dump(-1, ' ', false, inspect::Json::error_handler_t::replace));
+         require(again["offset"] == accounted);
+         if (object.contains("error")) {
+           any_error = true;
+           require(object["error"]["offset"].get<std::size_t>() <= size);
+         }
+         if (object.contains("payload")) {
+           accounted += 8 + object["length"].get<std::size_t>();
+           require(ends_at(input, accounted, object["payload"].get<std::string>()));
+         } else {
+           require(object.contains("error"));
+           require(object["bytes"] == hex_digits(input.subspan(accounted)));
+           ended = true;
+         }
+       },
+       {}}};
   const bool well_formed = decoder.datagram({}, input);
   require(ended || accounted == size);
   require(well_formed == !any_error);

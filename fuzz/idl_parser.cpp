@@ -11,7 +11,7 @@
 #include "bridge/messages/types/idl_parser.hpp"
 #include "bridge/messages/types/interface_parser.hpp"
 
-using namespace trestle::bridge;
+using namespace trestle;
 
 namespace {
 
@@ -31,16 +31,16 @@ std::string idl_name(const FieldType& type) {
   }
   std::string name;
   switch (*type.primitive) {
-    case Primitive::boolean:
+    case messages::Primitive::boolean:
       return "boolean";
-    case Primitive::byte:
+    case messages::Primitive::byte:
       return "octet";
-    case Primitive::float32:
+    case messages::Primitive::float32:
       return "float";
-    case Primitive::float64:
+    case messages::Primitive::float64:
       return "double";
-    case Primitive::string:
-    case Primitive::wstring:
+    case messages::Primitive::string:
+    case messages::Primitive::wstring:
       name = to_string(*type.primitive);
       return type.string_bound == 0 ? name : fmt::format("{}<{}>", name, type.string_bound);
     default:
@@ -51,31 +51,31 @@ std::string idl_name(const FieldType& type) {
 std::string written(const Field& field) {
   const std::string type = idl_name(field.type);
   switch (field.type.array) {
-    case ArrayKind::none:
+    case messages::ArrayKind::none:
       return fmt::format("{} {};\n", type, field.name);
-    case ArrayKind::fixed:
+    case messages::ArrayKind::fixed:
       return fmt::format("{} {}[{}];\n", type, field.name, field.type.array_size);
-    case ArrayKind::bounded:
+    case messages::ArrayKind::bounded:
       return fmt::format("sequence<{}, {}> {};\n", type, field.type.array_size, field.name);
-    case ArrayKind::unbounded:
+    case messages::ArrayKind::unbounded:
       return fmt::format("sequence<{}> {};\n", type, field.name);
   }
   return {};
 }
 
 void check_default(const Field& field) {
-  const std::size_t elements = default_elements(field).size();
+  const std::size_t elements = messages::default_elements(field).size();
   switch (field.type.array) {
-    case ArrayKind::none:
+    case messages::ArrayKind::none:
       require(elements == (field.default_value.empty() ? 0 : 1));
       break;
-    case ArrayKind::fixed:
+    case messages::ArrayKind::fixed:
       require(field.default_value.empty() || elements == field.type.array_size);
       break;
-    case ArrayKind::bounded:
+    case messages::ArrayKind::bounded:
       require(elements <= field.type.array_size);
       break;
-    case ArrayKind::unbounded:
+    case messages::ArrayKind::unbounded:
       break;
   }
 }
@@ -86,18 +86,19 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size == 0) {
     return 0;
   }
-  constexpr std::array kinds{InterfaceKind::message, InterfaceKind::service, InterfaceKind::action};
-  const InterfaceName name{"f", kinds.at(data[0] % kinds.size()), "F"};
+  constexpr std::array kinds{messages::InterfaceKind::message, messages::InterfaceKind::service,
+                             messages::InterfaceKind::action};
+  const messages::InterfaceName name{"f", kinds.at(data[0] % kinds.size()), "F"};
   std::string text(size - 1, '\0');
   std::ranges::copy(std::span{data, size}.subspan(1), text.begin());
-  const auto first = parse_idl(text, name, "F.idl");
+  const auto first = messages::parse_idl(text, name, "F.idl");
   if (!first) {
     return 0;
   }
-  const std::size_t parts = message_names(name).size();
+  const std::size_t parts = messages::message_names(name).size();
   require(first->size() >= parts);
   std::string again;
-  for (const MessageDefinition& message : std::span{*first}.first(parts)) {
+  for (const messages::MessageDefinition& message : std::span{*first}.first(parts)) {
     again += fmt::format("struct {} {{\n", message.name.substr(message.name.rfind('/') + 1));
     for (const Field& field : message.fields) {
       check_default(field);
@@ -105,7 +106,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
     again += message.fields.empty() ? "uint8 structure_needs_at_least_one_member;\n};\n" : "};\n";
   }
-  const auto second = parse_idl(
+  const auto second = messages::parse_idl(
       fmt::format("module f {{ module {} {{\n{}}}; }};", to_string(name.kind), again), name, "F.idl");
   require(second && second->size() == first->size());
   for (std::size_t i = 0; i < parts; ++i) {

@@ -6,7 +6,7 @@
 
 #include "bridge/messages/types/msg_parser.hpp"
 
-using namespace trestle::bridge;
+using namespace trestle;
 
 namespace {
 
@@ -16,21 +16,21 @@ std::string written(const FieldType& type) {
     text += fmt::format("<={}", type.string_bound);
   }
   switch (type.array) {
-    case ArrayKind::none:
+    case messages::ArrayKind::none:
       return text;
-    case ArrayKind::fixed:
+    case messages::ArrayKind::fixed:
       return fmt::format("{}[{}]", text, type.array_size);
-    case ArrayKind::bounded:
+    case messages::ArrayKind::bounded:
       return fmt::format("{}[<={}]", text, type.array_size);
-    case ArrayKind::unbounded:
+    case messages::ArrayKind::unbounded:
       return text + "[]";
   }
   return text;
 }
 
-std::string written(const MessageDefinition& message) {
+std::string written(const messages::MessageDefinition& message) {
   std::string text;
-  for (const Constant& constant : message.constants) {
+  for (const messages::Constant& constant : message.constants) {
     text += fmt::format("{} {} = {}\n", to_string(constant.type), constant.name, constant.value);
   }
   for (const Field& field : message.fields) {
@@ -44,11 +44,11 @@ std::string written(const MessageDefinition& message) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   std::string text(size, '\0');
   std::ranges::copy(std::span{data, size}, text.begin());
-  const auto first = parse_msg(text, "fuzz_msgs/msg/Fuzz", "Fuzz.msg");
+  const auto first = messages::parse_msg(text, "fuzz_msgs/msg/Fuzz", "Fuzz.msg");
   if (!first) {
     return 0;
   }
-  const auto second = parse_msg(written(*first), "fuzz_msgs/msg/Fuzz", "Fuzz.msg");
+  const auto second = messages::parse_msg(written(*first), "fuzz_msgs/msg/Fuzz", "Fuzz.msg");
   if (!second || written(*second) != written(*first) || second->fields.size() != first->fields.size() ||
       second->constants.size() != first->constants.size()) {
     std::abort();

@@ -56,9 +56,9 @@ class Checker : public TrafficSink {
     decoder.on_broken_frame(origin, error);
   }
 
-  bridge::CaptureDecoder decoder{
-      {}, [](const bridge::Json& object) {
-        static_cast<void>(object.dump(-1, ' ', false, bridge::Json::error_handler_t::replace));
+  inspect::CaptureDecoder decoder{
+      {}, [](const inspect::Json& object) {
+        static_cast<void>(object.dump(-1, ' ', false, inspect::Json::error_handler_t::replace));
       }};
   std::uint64_t delivered = 0;
   std::uint64_t broken = 0;

@@ -6,7 +6,7 @@
 #include "bridge/measure/demo/checksum.hpp"
 
 using namespace trestle;
-using namespace trestle::bridge::demo;
+using namespace trestle::measure::demo;
 
 namespace {
 

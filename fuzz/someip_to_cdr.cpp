@@ -13,12 +13,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (plans == nullptr) {
     return 0;
   }
-  require_no_memory(input, [&](ByteView message, bridge::ConversionScratch& scratch) {
+  require_no_memory(input, [&](ByteView message, messages::ConversionScratch& scratch) {
     return plans->copying.someip_to_cdr(message, scratch);
   });
-  static bridge::ConversionScratch scratch;
+  static messages::ConversionScratch scratch;
   const auto cdr = plans->referencing.someip_to_cdr(input, scratch);
-  bridge::ConversionScratch fresh;
+  messages::ConversionScratch fresh;
   require(plans->referencing.someip_to_cdr(input, fresh).has_value() == cdr.has_value());
   if (!cdr) {
     require(cdr.error().offset <= input.size());
@@ -31,8 +31,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto payload = plans->copying.cdr_to_someip(first, scratch);
   if (!payload) {
     const auto fault = payload.error().fault;
-    require(fault == bridge::ConversionFault::length_overflow ||
-            (fault == bridge::ConversionFault::bad_union && plans->has_type_rules));
+    require(fault == messages::ConversionFault::length_overflow ||
+            (fault == messages::ConversionFault::bad_union && plans->has_type_rules));
     require(plans->copying.program().rules.alignment > 1 || plans->has_type_rules);
     return 0;
   }

@@ -5,8 +5,8 @@
 
 using namespace trestle;
 using namespace trestle::fuzz;
-using bridge::BytesForm;
-using bridge::ValueForm;
+using messages::BytesForm;
+using messages::ValueForm;
 
 namespace {
 
@@ -19,7 +19,7 @@ bool is_exact(std::string_view json) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   ByteView input = std::as_bytes(std::span{data, size});
-  const bridge::MessageValues* const values = choose_values(input);
+  const messages::MessageValues* const values = choose_values(input);
   if (values == nullptr || size > 4096) {
     return 0;
   }

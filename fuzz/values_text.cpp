@@ -6,11 +6,11 @@
 
 using namespace trestle;
 using namespace trestle::fuzz;
-using bridge::ValueForm;
+using messages::ValueForm;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   ByteView input = std::as_bytes(std::span{data, size});
-  const bridge::MessageValues* const values = choose_values(input);
+  const messages::MessageValues* const values = choose_values(input);
   if (values == nullptr || input.empty() || size > 4096) {
     return 0;
   }

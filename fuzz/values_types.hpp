@@ -5,24 +5,24 @@
 namespace trestle::fuzz {
 
 /// Takes two bytes from `input`, which choose a type and wire rules; nothing when there are none.
-inline const bridge::MessageValues* choose_values(ByteView& input) {
-  static const std::vector<std::vector<bridge::MessageValues>> all = [] {
-    std::vector<bridge::TypeTree> trees{everything()};
+inline const messages::MessageValues* choose_values(ByteView& input) {
+  static const std::vector<std::vector<messages::MessageValues>> all = [] {
+    std::vector<messages::TypeTree> trees{everything()};
     trees.push_back(
-        {{*bridge::parse_msg("bool a\nbyte[] b\nchar[3] c\nint8 d 7\nuint8[<=4] e\nint16 f\nuint16 g\n"
-                             "int32 h\nuint32 i\nint64 j\nuint64 k\nfloat32[] l\nfloat64[] m\n"
-                             "string n \"n\"\nwstring<=4 o\nstring<=3[<=2] p\nbool[2] q [1, 0]\n",
-                             "fuzz_msgs/msg/Scalars", "Scalars")}});
-    bridge::TypeLibrary library;
+        {{*messages::parse_msg("bool a\nbyte[] b\nchar[3] c\nint8 d 7\nuint8[<=4] e\nint16 f\nuint16 g\n"
+                               "int32 h\nuint32 i\nint64 j\nuint64 k\nfloat32[] l\nfloat64[] m\n"
+                               "string n \"n\"\nwstring<=4 o\nstring<=3[<=2] p\nbool[2] q [1, 0]\n",
+                               "fuzz_msgs/msg/Scalars", "Scalars")}});
+    messages::TypeLibrary library;
     for (const char* const name :
          {"sensor_msgs/PointCloud2", "nav_msgs/Path", "std_msgs/Float32MultiArray"}) {
       trees.push_back(std::move(*library.resolve(name)));
     }
-    std::vector<std::vector<bridge::MessageValues>> result;
+    std::vector<std::vector<messages::MessageValues>> result;
     for (const auto& tree : trees) {
       auto& of_type = result.emplace_back();
       for (const auto& rules : all_rules()) {
-        of_type.push_back(std::move(*bridge::MessageValues::make(tree, rules)));
+        of_type.push_back(std::move(*messages::MessageValues::make(tree, rules)));
       }
     }
     return result;

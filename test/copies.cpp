@@ -74,19 +74,15 @@ void __wrap__ZN7trestle10copy_bytesEPSt4bytePKS0_mb(std::byte* to, const std::by
   copy_up(to, from, bytes);
 }
 
-// Our own, trestle::bridge::copy_swapped(), likewise; the second one is the name that it has then.
-void __real__ZN7trestle6bridge12copy_swappedEPSt4bytePKS1_mmNS0_7ShuffleE(std::byte* to,  // NOLINT
-                                                                          const std::byte* from,
-                                                                          std::size_t count,
-                                                                          std::size_t width,
-                                                                          trestle::bridge::Shuffle shuffle);
-void __wrap__ZN7trestle6bridge12copy_swappedEPSt4bytePKS1_mmNS0_7ShuffleE(std::byte* to,  // NOLINT
-                                                                          const std::byte* from,
-                                                                          std::size_t numbers,
-                                                                          std::size_t width,
-                                                                          trestle::bridge::Shuffle shuffle) {
+// Our own, trestle::messages::copy_swapped(), likewise; the second one is the name that it has then.
+void __real__ZN7trestle8messages12copy_swappedEPSt4bytePKS1_mmNS0_7ShuffleE(
+    std::byte* to,  // NOLINT
+    const std::byte* from, std::size_t count, std::size_t width, trestle::messages::Shuffle shuffle);
+void __wrap__ZN7trestle8messages12copy_swappedEPSt4bytePKS1_mmNS0_7ShuffleE(
+    std::byte* to,  // NOLINT
+    const std::byte* from, std::size_t numbers, std::size_t width, trestle::messages::Shuffle shuffle) {
   count(numbers * width, __builtin_return_address(0));
-  __real__ZN7trestle6bridge12copy_swappedEPSt4bytePKS1_mmNS0_7ShuffleE(to, from, numbers, width, shuffle);
+  __real__ZN7trestle8messages12copy_swappedEPSt4bytePKS1_mmNS0_7ShuffleE(to, from, numbers, width, shuffle);
 }
 
 // What the C library's headers make of them where the size of the destination is known.

@@ -4,7 +4,7 @@
 
 #include <array>
 
-namespace trestle::bridge {
+namespace trestle::cli {
 
 std::string duration_text(std::int64_t duration_ns) {
   struct Unit {
@@ -23,4 +23,4 @@ std::string duration_text(std::int64_t duration_ns) {
   return fmt::format("{} ns", duration_ns);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::cli

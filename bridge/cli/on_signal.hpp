@@ -7,7 +7,7 @@
 
 #include "bridge/cli/signals.hpp"
 
-namespace trestle::bridge {
+namespace trestle::cli {
 
 /// Calls `handler(number)` from an io_context for each signal that comes.
 ///
@@ -42,4 +42,4 @@ class OnSignal {
   std::function<void(int)> handler_;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::cli

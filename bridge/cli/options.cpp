@@ -12,12 +12,12 @@
 
 #include "bridge/documents/document.hpp"
 #include "bridge/documents/format.hpp"
-#include "bridge/inspect/decode/hex_line.hpp"
+#include "bridge/documents/hex_line.hpp"
 #include "bridge/messages/types/type_library.hpp"
 #include "bridge/messages/values/load_wire.hpp"
 #include "someip/net/address_text.hpp"
 
-namespace trestle::bridge {
+namespace trestle::cli {
 namespace {
 
 IpAddress address_of(const char* option, const std::string& text) {
@@ -49,7 +49,7 @@ std::string read_all(std::istream& in) {
   char part[4096];
   while (in.read(part, sizeof part), in.gcount() > 0) {
     text.append(part, static_cast<std::size_t>(in.gcount()));
-    if (text.size() > max_text_bytes) {
+    if (text.size() > messages::max_text_bytes) {
       break;  // whoever parses it says that it is too long
     }
   }
@@ -76,17 +76,17 @@ std::pair<std::string, std::string> text_of(const char* option, const char* what
 }
 
 /// What stands under `wire` of a route in the bridge's configuration.
-MessageRules parse_wire(const std::string& argument) {
+messages::MessageRules parse_wire(const std::string& argument) {
   const auto [text, name] = text_of("--wire", "wire", argument);
-  MessageRules rules;
-  Problems problems{name};
+  messages::MessageRules rules;
+  documents::Problems problems{name};
   try {
-    load_wire(YAML::Load(text), rules, problems);
+    messages::load_wire(YAML::Load(text), rules, problems);
   } catch (const YAML::Exception& error) {
-    tell_of_bad_yaml(error, text, problems);
+    documents::tell_of_bad_yaml(error, text, problems);
   }
   if (problems.has_errors()) {
-    throw CLI::ValidationError("--wire", to_string(problems.take().front()));
+    throw CLI::ValidationError("--wire", documents::to_string(problems.take().front()));
   }
   return rules;
 }
@@ -176,19 +176,19 @@ void PayloadOptions::resolve() {
 }
 
 std::string PayloadOptions::take_request_of_service() {
-  const auto name = interface_name(type_);
-  if (!name || defining_interface(*name)) {
+  const auto name = messages::interface_name(type_);
+  if (!name || messages::defining_interface(*name)) {
     return {};
   }
-  const bool of_action = name->kind == InterfaceKind::action &&
-                         std::ranges::any_of(action_services, [&](std::string_view suffix) {
+  const bool of_action = name->kind == messages::InterfaceKind::action &&
+                         std::ranges::any_of(messages::action_services, [&](std::string_view suffix) {
                            return name->type.ends_with(suffix);
                          });
-  if (name->kind != InterfaceKind::service && !of_action) {
+  if (name->kind != messages::InterfaceKind::service && !of_action) {
     return {};
   }
-  const std::string service = std::exchange(type_, name->full() + std::string{service_suffixes[0]});
-  return service + std::string{service_suffixes[1]};
+  const std::string service = std::exchange(type_, name->full() + std::string{messages::service_suffixes[0]});
+  return service + std::string{messages::service_suffixes[1]};
 }
 
 PayloadOptions PayloadOptions::of_type(const std::string& option, const std::string& type) const {
@@ -202,12 +202,12 @@ PayloadOptions PayloadOptions::of_type(const std::string& option, const std::str
 }
 
 void PayloadOptions::find_type(const char* option) {
-  TypeLibrary library{{msg_path_.begin(), msg_path_.end()}, ament_prefixes()};
+  messages::TypeLibrary library{{msg_path_.begin(), msg_path_.end()}, messages::ament_prefixes()};
   auto tree = library.resolve(type_);
   if (!tree) {
     throw CLI::ValidationError(option, to_string(tree.error()));
   }
-  auto values = MessageValues::make(std::move(*tree), rules_);
+  auto values = messages::MessageValues::make(std::move(*tree), rules_);
   if (!values) {
     throw CLI::ValidationError(option, values.error());
   }
@@ -219,7 +219,7 @@ std::vector<std::byte> PayloadOptions::parse(const std::string& argument) const 
   if (form_ == Form::hex || !values_) {
     std::string line = text;
     std::ranges::replace(line, '\n', ' ');
-    auto bytes = parse_hex_line(line);
+    auto bytes = documents::parse_hex_line(line);
     if (!bytes) {
       throw CLI::ValidationError(
           "PAYLOAD",
@@ -228,7 +228,8 @@ std::vector<std::byte> PayloadOptions::parse(const std::string& argument) const 
     }
     return std::move(*bytes);
   }
-  auto payload = values_->parse(text, form_ == Form::json ? ValueForm::json : ValueForm::yaml);
+  auto payload =
+      values_->parse(text, form_ == Form::json ? messages::ValueForm::json : messages::ValueForm::yaml);
   if (!payload) {
     // Of the text as a whole: whoever wanted JSON printed only may not know what else --json means.
     const bool no_json = form_ == Form::json && payload.error().field.empty();
@@ -277,7 +278,7 @@ ServiceArgument parse_service(const std::string& text, bool any_instance) {
 }
 
 std::uint16_t parse_id(const std::string& name, const std::string& text) {
-  const auto format = id_number(1, 0xfffe);
+  const auto format = documents::id_number(1, 0xfffe);
   const auto number = format.read(text);
   if (!number) {
     throw CLI::ValidationError(name, fmt::format("expected {}, found '{}'", format.expected, text));
@@ -285,4 +286,4 @@ std::uint16_t parse_id(const std::string& name, const std::string& text) {
   return static_cast<std::uint16_t>(*number);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::cli

@@ -9,7 +9,7 @@
 
 /// What the commands that talk to services have in common on their command lines. Whatever is wrong with a
 /// value is thrown as CLI::ValidationError, which ends the program with exit status 2.
-namespace trestle::bridge {
+namespace trestle::cli {
 
 /// --address, --multicast, --sd-port
 class NetworkOptions {
@@ -46,7 +46,9 @@ class PayloadOptions {
   enum class Form : std::uint8_t { hex, yaml, json };
   [[nodiscard]] Form form() const noexcept { return form_; }
   /// Nothing when no type is given.
-  [[nodiscard]] const MessageValues* values() const noexcept { return values_ ? &*values_ : nullptr; }
+  [[nodiscard]] const messages::MessageValues* values() const noexcept {
+    return values_ ? &*values_ : nullptr;
+  }
 
  private:
   void find_type(const char* option);
@@ -54,12 +56,12 @@ class PayloadOptions {
   std::string type_;
   std::vector<std::string> msg_path_;
   std::string wire_;
-  MessageRules rules_;
+  messages::MessageRules rules_;
   bool hex_ = false;
   bool yaml_ = false;
   bool json_ = false;
   Form form_ = Form::hex;
-  std::optional<MessageValues> values_;
+  std::optional<messages::MessageValues> values_;
 };
 
 /// --udp, --tcp: what is offered or subscribed to goes by; UDP without either, and by both with both.
@@ -95,4 +97,4 @@ struct ServiceArgument {
 /// @param name  of the argument, for the error.
 [[nodiscard]] std::uint16_t parse_id(const std::string& name, const std::string& text);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::cli

@@ -5,7 +5,7 @@
 #include <csignal>
 #include <cstdio>
 
-namespace trestle::bridge {
+namespace trestle::cli {
 
 Session::Session(double timeout_s) {
   // A closed pipe is noticed by print(), which lets offers and subscriptions be withdrawn.
@@ -56,4 +56,4 @@ void Session::arm(Duration period) {
   });
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::cli

@@ -10,7 +10,7 @@
 #include "sd/net/busy_run.hpp"
 #include "someip/wire/types.hpp"
 
-namespace trestle::bridge {
+namespace trestle::cli {
 
 /// The loop of a command that talks to the network: it ends on SIGINT and SIGTERM, when the time is up, when
 /// nobody reads the output any more, or when the command says so.
@@ -47,4 +47,4 @@ class Session {
   bool timed_out_ = false;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::cli

@@ -7,7 +7,7 @@
 #include <csignal>
 #include <system_error>
 
-namespace trestle::bridge {
+namespace trestle::cli {
 
 Signals::Signals(std::initializer_list<int> numbers) {
   sigset_t wanted;
@@ -33,4 +33,4 @@ std::optional<int> Signals::next() {
                                                    : std::nullopt;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::cli

@@ -2,7 +2,7 @@
 #include <initializer_list>
 #include <optional>
 
-namespace trestle::bridge {
+namespace trestle::cli {
 
 /// Signals as something to read: they wait until somebody does, and no handler interrupts anything.
 ///
@@ -25,4 +25,4 @@ class Signals {
   int fd_ = -1;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::cli

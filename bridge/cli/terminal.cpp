@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <string_view>
 
-namespace trestle::bridge {
+namespace trestle::cli {
 
 bool is_terminal(int fd) {
   const char* kind = std::getenv("TERM");
@@ -36,4 +36,4 @@ Colours colours_for(int fd) {
           .off = "\033[0m"};
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::cli

@@ -1,7 +1,7 @@
 #pragma once
 #include <cstddef>
 
-namespace trestle::bridge {
+namespace trestle::cli {
 
 /// Escape sequences that colour what a person reads; all empty where they would be noise in a file or pipe.
 struct Colours {
@@ -29,4 +29,4 @@ struct TerminalSize {
 /// environment.
 [[nodiscard]] Colours colours_for(int fd);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::cli

@@ -13,7 +13,7 @@
 
 #include "bridge/documents/format.hpp"
 
-namespace trestle::bridge {
+namespace trestle::documents {
 namespace {
 
 // No hand-written configuration comes near; a file that does is not one.
@@ -134,4 +134,4 @@ YAML::Node parse_document(const std::string& text, const std::string& expected, 
   return YAML::Node{YAML::NodeType::Undefined};
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::documents

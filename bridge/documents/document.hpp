@@ -8,7 +8,7 @@
 #include "bridge/documents/problems.hpp"
 
 /// YAML files of ours, the configuration and the lock file: what is before their meaning.
-namespace trestle::bridge {
+namespace trestle::documents {
 
 /// The text of a file, of which at most one byte more than a document may have is read; or why it cannot be
 /// read.
@@ -23,4 +23,4 @@ namespace trestle::bridge {
 /// Tells what is wrong with a text that is no YAML: of a bracket that is never closed, where it was opened.
 void tell_of_bad_yaml(const YAML::Exception& error, std::string_view text, Problems& problems);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::documents

@@ -8,7 +8,7 @@
 
 #include "someip/net/address_text.hpp"
 
-namespace trestle::bridge {
+namespace trestle::documents {
 namespace {
 
 struct Unit {
@@ -157,4 +157,4 @@ std::string bytes_to_string(std::uint64_t bytes) {
   return quantity_to_string(static_cast<double>(bytes), size_units);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::documents

@@ -12,7 +12,7 @@
 #include "someip/wire/types.hpp"
 
 /// How values are written in the configuration: from text to value, knowing nothing of YAML.
-namespace trestle::bridge {
+namespace trestle::documents {
 
 /// How values of one kind are written, and how they are named when something else stands there.
 template <typename T>
@@ -72,4 +72,4 @@ template <typename T, typename From>
           }};
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::documents

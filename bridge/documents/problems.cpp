@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <tuple>
 
-namespace trestle::bridge {
+namespace trestle::documents {
 
 Mark to_mark(const YAML::Mark& mark) {
   return mark.is_null() ? Mark{} : Mark{mark.line + 1, mark.column + 1};
@@ -66,4 +66,4 @@ std::string to_string(const Problem& problem) {
                      problem.text);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::documents

@@ -1,14 +1,15 @@
 #pragma once
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "bridge/carry/config/load.hpp"
+#include "bridge/documents/problem.hpp"
 
 namespace YAML {
 struct Mark;
 }
 
-namespace trestle::bridge {
+namespace trestle::documents {
 
 /// A place in the file, counted from 1, from one of yaml-cpp's, which counts from 0.
 [[nodiscard]] Mark to_mark(const YAML::Mark& mark);
@@ -36,4 +37,4 @@ class Problems {
   std::size_t errors_ = 0;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::documents

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace trestle::bridge {
+namespace trestle::documents {
 namespace {
 
 // Merging can name mappings that merge others in turn, also in circles: both are bounded.
@@ -237,4 +237,4 @@ std::string nearest(std::string_view word, const std::vector<std::string>& words
   return best;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::documents

@@ -8,7 +8,7 @@
 #include "bridge/documents/format.hpp"
 #include "bridge/documents/problems.hpp"
 
-namespace trestle::bridge {
+namespace trestle::documents {
 
 /// One mapping of the file, read key by key. What is wrong goes to the problems, with its place:
 ///
@@ -121,4 +121,4 @@ class Section {
 /// The word of `words` that `word` is most likely a slip of; empty when none comes near.
 [[nodiscard]] std::string nearest(std::string_view word, const std::vector<std::string>& words);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::documents

@@ -5,7 +5,7 @@
 
 #include "someip/wire/bytes.hpp"
 
-namespace trestle::bridge::demo {
+namespace trestle::measure {
 
 namespace {
 
@@ -151,4 +151,4 @@ tl::expected<CloudView, std::string> decode(ByteView cdr) {
   return view;
 }
 
-}  // namespace trestle::bridge::demo
+}  // namespace trestle::measure

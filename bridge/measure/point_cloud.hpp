@@ -8,7 +8,7 @@
 
 #include "someip/wire/types.hpp"
 
-namespace trestle::bridge::demo {
+namespace trestle::measure {
 
 /// What a sensor_msgs/msg/PointField says; the datatypes have the numbers of that message.
 enum class FieldType : std::uint8_t {
@@ -80,4 +80,4 @@ struct CloudView {
 /// @return what is wrong with it, in words, when it is none.
 [[nodiscard]] tl::expected<CloudView, std::string> decode(ByteView cdr);
 
-}  // namespace trestle::bridge::demo
+}  // namespace trestle::measure

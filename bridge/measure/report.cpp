@@ -13,7 +13,7 @@
 #include <string>
 #include <system_error>
 
-namespace trestle::bridge::demo {
+namespace trestle::measure {
 
 namespace {
 
@@ -89,4 +89,4 @@ void StopSignals::wake() const {
   }
 }
 
-}  // namespace trestle::bridge::demo
+}  // namespace trestle::measure

@@ -6,7 +6,7 @@
 
 #include "bridge/cli/signals.hpp"
 
-namespace trestle::bridge::demo {
+namespace trestle::measure {
 
 /// CLOCK_MONOTONIC in nanoseconds: the same for all processes of a host.
 [[nodiscard]] std::int64_t monotonic_ns();
@@ -43,9 +43,9 @@ class StopSignals {
   void wake() const;
 
  private:
-  Signals signals_{SIGINT, SIGTERM};
+  cli::Signals signals_{SIGINT, SIGTERM};
   int wakes_ = -1;
   bool stopped_ = false;
 };
 
-}  // namespace trestle::bridge::demo
+}  // namespace trestle::measure

@@ -21,7 +21,7 @@
 
 namespace {
 
-using namespace trestle::bridge;
+using namespace trestle;
 
 /// Options with the names of their values alone. CLI11 adds types, ranges and exclusions, which are for
 /// programmers: descriptions say what matters of them.
@@ -75,18 +75,18 @@ int run(int argc, char** argv) {
       "'trestle COMMAND --help' explains a command and shows examples.\n"
       "Exit status: 0 success, 1 failure, 2 wrong command line or configuration.");
 
-  int status = exit_ok;
-  add_bridge_command(app, status);
-  add_check_command(app, status);
-  add_decode_command(app, status);
-  add_find_command(app, status);
-  add_watch_command(app, status);
-  add_call_command(app, status);
-  add_subscribe_command(app, status);
-  add_offer_command(app, status);
-  add_notify_command(app, status);
-  add_perf_command(app, status);
-  add_demo_commands(app, status);
+  int status = cli::exit_ok;
+  carry::add_bridge_command(app, status);
+  carry::add_check_command(app, status);
+  inspect::add_decode_command(app, status);
+  inspect::add_find_command(app, status);
+  inspect::add_watch_command(app, status);
+  inspect::add_call_command(app, status);
+  inspect::add_subscribe_command(app, status);
+  inspect::add_offer_command(app, status);
+  inspect::add_notify_command(app, status);
+  measure::add_perf_command(app, status);
+  measure::add_demo_commands(app, status);
   try {
     app.parse(argc, argv);
   } catch (const CLI::RequiredError& error) {
@@ -94,21 +94,22 @@ int run(int argc, char** argv) {
     const std::vector<std::string> commands = command_names(asked);
     if (commands.empty()) {
       app.exit(error);
-      return exit_usage;
+      return cli::exit_usage;
     }
     // CLI11 only says that a command is missing, also to one that does not exist.
     if (const std::vector<std::string> unknown = asked.remaining(); !unknown.empty()) {
-      const std::string likely = nearest(unknown.front(), commands);
-      std::fprintf(stderr, "There is no command or option '%s'%s\n\n", printable(unknown.front()).c_str(),
+      const std::string likely = documents::nearest(unknown.front(), commands);
+      std::fprintf(stderr, "There is no command or option '%s'%s\n\n",
+                   documents::printable(unknown.front()).c_str(),
                    likely.empty() ? "" : ("; did you mean '" + likely + "'?").c_str());
     } else if (&asked != &app) {
       std::fprintf(stderr, "'%s' needs a subcommand\n\n", asked.get_name().c_str());
     }
     std::fputs(app.help().c_str(), stderr);
-    return exit_usage;
+    return cli::exit_usage;
   } catch (const CLI::ParseError& error) {
     // --help and --version come this way too, with exit code 0. CLI11 has a code for each kind of mistake.
-    return app.exit(error) == 0 ? exit_ok : exit_usage;
+    return app.exit(error) == 0 ? cli::exit_ok : cli::exit_usage;
   }
   return status;
 }
@@ -125,8 +126,8 @@ int main(int argc, char** argv) {
     }
     return status;
   } catch (const std::exception& error) {
-    const Colours colour = colours_for(STDERR_FILENO);
+    const cli::Colours colour = cli::colours_for(STDERR_FILENO);
     std::fprintf(stderr, "%serror:%s %s\n", colour.red, colour.off, error.what());
-    return exit_failure;
+    return cli::exit_failure;
   }
 }

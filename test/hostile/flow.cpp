@@ -36,7 +36,7 @@
 namespace trestle::test {
 namespace {
 
-using bridge::demo::monotonic_ns;
+using measure::monotonic_ns;
 using namespace std::chrono_literals;
 
 constexpr std::int64_t second_ns = 1'000'000'000;
@@ -311,7 +311,7 @@ struct Kind {
   }
   [[nodiscard]] std::int64_t stamp(ByteView cdr) const {
     if (cloud) {
-      const auto view = bridge::demo::decode(cdr);
+      const auto view = measure::decode(cdr);
       return view ? view->stamp_ns : 0;
     }
     std::string text;  // behind encapsulation and length
@@ -378,7 +378,7 @@ class DdsEnd {
     const Kind kind{part.word(2)};
     const auto writer = std::make_shared<dds::Writer>(
         participant_.create_writer(dds::ros_topic_name(part.word(1)), kind.type(), qos(part, 5)));
-    bridge::demo::Cloud cloud;
+    measure::Cloud cloud;
     cloud.width = std::max<std::uint32_t>(static_cast<std::uint32_t>(part.number(3)) / point_bytes, 1);
     cloud.point_bytes = point_bytes;
     cloud.data.resize(std::size_t{cloud.width} * point_bytes);
@@ -393,7 +393,7 @@ class DdsEnd {
       const std::int64_t now = monotonic_ns();
       lines_.add(fmt::format("S {} {}", flow, now));
       if (kind.cloud) {
-        const auto encoded = bridge::demo::encode(cloud, now, "");
+        const auto encoded = measure::encode(cloud, now, "");
         const std::array<ByteView, 3> pieces{encoded.front, encoded.data, ByteView{&encoded.tail, 1}};
         (void)writer->write(pieces);
       } else {
@@ -497,12 +497,12 @@ int run(const std::vector<std::string>& arguments) {
   Lines lines;
   std::unique_ptr<Peer> peer;
   std::unique_ptr<DdsEnd> dds_end;
-  const bridge::OnSignal stop{io, {SIGINT, SIGTERM}, [&](int) {
-                                if (peer) {
-                                  peer->shutdown();
-                                }
-                                io.stop();
-                              }};
+  const cli::OnSignal stop{io, {SIGINT, SIGTERM}, [&](int) {
+                             if (peer) {
+                               peer->shutdown();
+                             }
+                             io.stop();
+                           }};
   const std::string where = arguments[1].substr(0, arguments[1].find(','));
   const std::string extra = arguments[1].substr(std::min(where.size() + 1, arguments[1].size()));
   if (arguments[0] == "peer") {

@@ -24,7 +24,7 @@
 #include "bridge/messages/types/type_library.hpp"
 #include "sd/net/busy_run.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 struct Options {
@@ -84,7 +84,8 @@ class Runner {
  private:
   void start() {
     // As the files of the types may have changed, they are read again too.
-    TypeLibrary types{{config_.type_paths.begin(), config_.type_paths.end()}, ament_prefixes()};
+    messages::TypeLibrary types{{config_.type_paths.begin(), config_.type_paths.end()},
+                                messages::ament_prefixes()};
     bridge_ = std::make_unique<Bridge>(io_, config_, types, report_);
     spdlog::info("carrying {}; Ctrl-C stops, SIGUSR1 prints counters, SIGHUP reads {} again",
                  count_of_all(config_), file_);
@@ -100,7 +101,7 @@ class Runner {
 int run(const Options& options) {
   auto config = load_or_explain(options.file);
   if (!config) {
-    return exit_usage;
+    return cli::exit_usage;
   }
   // Logs go to standard error, counters to standard output.
   auto logger = std::make_shared<spdlog::logger>(
@@ -113,24 +114,24 @@ int run(const Options& options) {
   std::optional<Runner> runner;
   const bool has_terminal = isatty(STDERR_FILENO) != 0;
   // Before the bridge, whose DDS starts threads.
-  const OnSignal signals{io, {SIGINT, SIGTERM, SIGUSR1, SIGHUP}, [&](int signal) {
-                           const bool terminal_gone =
-                               signal == SIGHUP && has_terminal && isatty(STDERR_FILENO) == 0;
-                           if (signal == SIGINT || signal == SIGTERM || terminal_gone) {
-                             runner->stop();
-                             io.stop();
-                           } else if (signal == SIGHUP) {
-                             runner->reload();
-                           } else {
-                             runner->show();
-                           }
-                         }};
+  const cli::OnSignal signals{io, {SIGINT, SIGTERM, SIGUSR1, SIGHUP}, [&](int signal) {
+                                const bool terminal_gone =
+                                    signal == SIGHUP && has_terminal && isatty(STDERR_FILENO) == 0;
+                                if (signal == SIGINT || signal == SIGTERM || terminal_gone) {
+                                  runner->stop();
+                                  io.stop();
+                                } else if (signal == SIGHUP) {
+                                  runner->reload();
+                                } else {
+                                  runner->show();
+                                }
+                              }};
   runner.emplace(io, options, std::move(*config));
   const SpareMemory spare_memory{io};
   sd::run_busy(io, runner->busy_poll());
   runner->show();
   logger->flush();
-  return exit_ok;
+  return cli::exit_ok;
 }
 
 }  // namespace
@@ -165,4 +166,4 @@ void add_bridge_command(CLI::App& app, int& status) {
   });
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

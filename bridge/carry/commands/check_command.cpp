@@ -12,7 +12,7 @@
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/terminal.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 void add_check_command(CLI::App& app, int& status) {
   CLI::App* command = app.add_subcommand("check", "Check configurations and show what they would do");
@@ -36,18 +36,18 @@ void add_check_command(CLI::App& app, int& status) {
     for (const std::string& file : *files) {
       const auto config = load_or_explain(file);
       if (!config) {
-        status = exit_usage;
+        status = cli::exit_usage;
       } else if (!*quiet) {
-        std::fputs(summary(*config, colours_for(STDOUT_FILENO)).c_str(), stdout);
+        std::fputs(summary(*config, cli::colours_for(STDOUT_FILENO)).c_str(), stdout);
       }
       if (config && !folder->empty()) {
         if (const std::string fault = write_field_packages(*config, *folder); !fault.empty()) {
           std::fprintf(stderr, "%s\n", fault.c_str());
-          status = exit_failure;
+          status = cli::exit_failure;
         }
       }
     }
   });
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -4,9 +4,9 @@ namespace CLI {
 class App;
 }
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// Adds `trestle check FILE...`: says what is wrong with configurations, or what they would do.
 void add_check_command(CLI::App& app, int& status);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

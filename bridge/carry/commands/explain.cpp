@@ -11,7 +11,7 @@
 #include "bridge/carry/config/ros_environment.hpp"
 #include "bridge/messages/convert/check_type.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 std::string_view line_of(std::string_view text, int number) {
@@ -27,7 +27,7 @@ std::string_view line_of(std::string_view text, int number) {
 }
 
 /// The line with a caret below the column. Left out where it would not be readable.
-std::string excerpt(std::string_view text, Mark mark, const Colours& colours) {
+std::string excerpt(std::string_view text, documents::Mark mark, const cli::Colours& colours) {
   constexpr std::size_t shown_max = 160;
   const std::string_view line = line_of(text, mark.line);
   const auto column = static_cast<std::size_t>(mark.column - 1);
@@ -49,13 +49,14 @@ std::string read_text(const std::string& file) {
 
 }  // namespace
 
-std::string explain(const std::vector<Problem>& problems, std::string_view text, const Colours& colours) {
+std::string explain(const std::vector<documents::Problem>& problems, std::string_view text,
+                    const cli::Colours& colours) {
   std::string out;
   constexpr std::ptrdiff_t shown_max = 50;
   std::size_t errors = 0;
   for (auto at = problems.begin(); at != problems.end(); ++at) {
-    const Problem& problem = *at;
-    const bool is_error = problem.severity == Problem::Severity::error;
+    const documents::Problem& problem = *at;
+    const bool is_error = problem.severity == documents::Problem::Severity::error;
     errors += is_error ? 1 : 0;
     if (at - problems.begin() >= shown_max) {
       continue;
@@ -83,23 +84,25 @@ std::string explain(const std::vector<Problem>& problems, std::string_view text,
 }
 
 std::optional<BridgeConfig> load_or_explain(const std::string& file) {
-  auto loaded = load_config(
-      file, [](const TypeUse& use, const MessageRules& rules, const std::vector<std::string>& paths) {
-        if (use.access != FieldAccess::none) {
-          return TypeVerdict{check_field_service(use.type, use.value_type, use.access, paths, rules),
-                             check_lengths(use.value_type, paths, rules)};
-        }
-        return TypeVerdict{check_type(use.type, paths, rules), check_lengths(use.type, paths, rules)};
-      });
+  auto loaded = load_config(file, [](const TypeUse& use, const messages::MessageRules& rules,
+                                     const std::vector<std::string>& paths) {
+    if (use.access != messages::FieldAccess::none) {
+      return TypeVerdict{messages::check_field_service(use.type, use.value_type, use.access, paths, rules),
+                         messages::check_lengths(use.value_type, paths, rules)};
+    }
+    return TypeVerdict{messages::check_type(use.type, paths, rules),
+                       messages::check_lengths(use.type, paths, rules)};
+  });
   // Those of the file itself, then those of the lock file that it names.
-  const std::vector<Problem>& problems = loaded ? loaded->warnings : loaded.error();
+  const std::vector<documents::Problem>& problems = loaded ? loaded->warnings : loaded.error();
   for (auto begin = problems.begin(); begin != problems.end();) {
-    const auto end = std::find_if(begin, problems.end(),
-                                  [&](const Problem& problem) { return problem.file != begin->file; });
+    const auto end = std::find_if(begin, problems.end(), [&](const documents::Problem& problem) {
+      return problem.file != begin->file;
+    });
     // A problem with a place means that the file could be read, and is not large.
     const bool has_place = std::prev(end)->mark.line > 0;
     const std::string text = has_place ? read_text(begin->file) : "";
-    std::fputs(explain({begin, end}, text, colours_for(STDERR_FILENO)).c_str(), stderr);
+    std::fputs(explain({begin, end}, text, cli::colours_for(STDERR_FILENO)).c_str(), stderr);
     begin = end;
   }
   if (!loaded) {
@@ -107,11 +110,13 @@ std::optional<BridgeConfig> load_or_explain(const std::string& file) {
   }
   if (const std::string fault = apply_ros_environment(loaded->config.dds, process_environment());
       !fault.empty()) {
-    std::fputs(explain({{Problem::Severity::error, file, {}, fault}}, "", colours_for(STDERR_FILENO)).c_str(),
-               stderr);
+    std::fputs(
+        explain({{documents::Problem::Severity::error, file, {}, fault}}, "", cli::colours_for(STDERR_FILENO))
+            .c_str(),
+        stderr);
     return std::nullopt;
   }
   return std::move(loaded->config);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

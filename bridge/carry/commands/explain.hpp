@@ -7,7 +7,7 @@
 #include "bridge/carry/config/load.hpp"
 #include "bridge/cli/terminal.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// Loads a configuration for a command. Problems and warnings are printed on standard error, as
 /// "FILE:LINE:COLUMN: error: ..." with the line and a mark below the place.
@@ -17,7 +17,7 @@ namespace trestle::bridge {
 /// How problems are printed.
 /// @param problems  of one file.
 /// @param text  of that file; without it only the messages are given.
-[[nodiscard]] std::string explain(const std::vector<Problem>& problems, std::string_view text,
-                                  const Colours& colours);
+[[nodiscard]] std::string explain(const std::vector<documents::Problem>& problems, std::string_view text,
+                                  const cli::Colours& colours);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <set>
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 /// A package with the services of values that one other package has.
@@ -58,12 +58,12 @@ std::map<std::string, std::string> field_packages(const BridgeConfig& config) {
   std::map<std::string, std::string> files;
   std::map<std::string, Package> packages;
   for (const MethodRoute& method : config.methods) {
-    if (method.access == FieldAccess::none ||
+    if (method.access == messages::FieldAccess::none ||
         method.type != field_service_name(method.value_type, method.access)) {
       continue;
     }
-    const auto service = interface_name(method.type);
-    const auto value = interface_name(method.value_type);
+    const auto service = messages::interface_name(method.type);
+    const auto value = messages::interface_name(method.value_type);
     if (!service || !value) {
       continue;  // the configuration is good: both are names
     }
@@ -97,4 +97,4 @@ std::string write_field_packages(const BridgeConfig& config, const std::string& 
   return {};
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

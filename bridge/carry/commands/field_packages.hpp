@@ -4,7 +4,7 @@
 
 #include "bridge/carry/config/bridge_config.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// ROS packages with the services that are made for fields, field_service_name(): what ROS nodes need to call
 /// them.
@@ -15,4 +15,4 @@ namespace trestle::bridge {
 /// @return what went wrong, in one line; empty: nothing.
 [[nodiscard]] std::string write_field_packages(const BridgeConfig& config, const std::string& folder);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -14,7 +14,7 @@
 #include "bridge/documents/format.hpp"
 #include "someip/net/address_text.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 using someip::value;
@@ -55,14 +55,14 @@ std::string describe(const someip::PayloadRules& rules) {
       rules.alignment == 1 ? "no alignment" : fmt::format("aligned to {} bits", 8 * rules.alignment));
 }
 
-std::string describe(const MessageRules& rules) {
+std::string describe(const messages::MessageRules& rules) {
   constexpr std::array forms{"", "a union", "8 bits", "16 bits", "32 bits"};
   std::string text = describe(rules.payload);
   text += rules.payload.union_null ? "; unions may be empty" : "";
   text += rules.payload.cut_longer_arrays ? "" : "; longer arrays refused";
   text += rules.default_missing ? "; missing fields get their defaults" : "";
   for (const auto& [name, type] : rules.types) {
-    if (type.form != TypeRules::Form::structure) {
+    if (type.form != messages::TypeRules::Form::structure) {
       text += fmt::format("; {} is {}", name, forms[static_cast<std::size_t>(type.form)]);
     }
     if (!type.tags.empty()) {
@@ -85,10 +85,10 @@ std::string describe(const TpSettings& tp) {
   const std::string pace =
       tp.separation == Duration{0}
           ? "no pause"
-          : fmt::format("{} after {}", to_string(tp.separation),
+          : fmt::format("{} after {}", documents::to_string(tp.separation),
                         tp.burst ? fmt::format("every {}", *tp.burst) : "as many as the receiver can take");
   return fmt::format("segments of {} bytes, {}, messages up to {}", tp.segment_bytes, pace,
-                     bytes_to_string(tp.max_message));
+                     documents::bytes_to_string(tp.max_message));
 }
 
 /// @param pattern  whose settings these are, or nothing.
@@ -106,7 +106,7 @@ std::string describe(const QosSettings& qos, const TopicPattern* pattern = nullp
                                         : "volatile",
                   qos.keep_all ? "all up to" : "last", qos.depth);
   const auto add = [&](const char* what, Duration time) {
-    text += time == Duration{0} ? "" : fmt::format(", {} {}", what, to_string(time));
+    text += time == Duration{0} ? "" : fmt::format(", {} {}", what, documents::to_string(time));
   };
   add("deadline", qos.deadline);
   add("lifespan", qos.lifespan);
@@ -191,7 +191,8 @@ std::string describe_more(const DdsSettings& dds) {
 
 /// One line for each different setting, with the topics that have it, unless that is all of them.
 void append_settings(std::string& out, const char* title, const std::vector<Route>& routes,
-                     const Colours& colours, const std::function<std::string(const Route&)>& describe_route) {
+                     const cli::Colours& colours,
+                     const std::function<std::string(const Route&)>& describe_route) {
   std::vector<std::pair<std::string, std::vector<std::string>>> groups;
   for (const Route& route : routes) {
     const std::string text = describe_route(route);
@@ -221,7 +222,7 @@ Row row(const Route& route) {
 }
 
 template <typename Cells>
-void append_table(std::string& out, const std::vector<Cells>& rows, const Colours& colours) {
+void append_table(std::string& out, const std::vector<Cells>& rows, const cli::Colours& colours) {
   std::array<std::size_t, std::tuple_size_v<Cells>> widths{};
   for (const Cells& cells : rows) {
     for (std::size_t i = 0; i < cells.size(); ++i) {
@@ -279,7 +280,7 @@ std::vector<Route> with_patterns(const BridgeConfig& config) {
   return routes;
 }
 
-void append_patterns(std::string& out, const BridgeConfig& config, const Colours& colours) {
+void append_patterns(std::string& out, const BridgeConfig& config, const cli::Colours& colours) {
   if (config.patterns.empty()) {
     return;
   }
@@ -327,17 +328,18 @@ MethodRow row(const MethodRoute& method) {
 
 std::string describe(const MethodRoute& method) {
   constexpr std::array form_names{"as the peer's", "of rmw_fastrtps", "of rmw_cyclonedds"};
-  return fmt::format(
-      "{}{}, at most {} at once, ROS form {}", method.offer_always ? "always offered, " : "",
-      method.fire_and_forget ? "no answer" : fmt::format("answer within {}", to_string(method.timeout)),
-      method.max_calls, form_names[static_cast<std::size_t>(method.form)]);
+  return fmt::format("{}{}, at most {} at once, ROS form {}", method.offer_always ? "always offered, " : "",
+                     method.fire_and_forget
+                         ? "no answer"
+                         : fmt::format("answer within {}", documents::to_string(method.timeout)),
+                     method.max_calls, form_names[static_cast<std::size_t>(method.form)]);
 }
 
 /// Services whose types no package has yet: ROS nodes need them to call these.
-void append_made_services(std::string& out, const BridgeConfig& config, const Colours& colours) {
+void append_made_services(std::string& out, const BridgeConfig& config, const cli::Colours& colours) {
   std::map<std::string, std::vector<std::string>> made;
   for (const MethodRoute& method : config.methods) {
-    if (method.access != FieldAccess::none &&
+    if (method.access != messages::FieldAccess::none &&
         method.type == field_service_name(method.value_type, method.access)) {
       made[method.type].push_back(method.ros_service);
     }
@@ -350,7 +352,7 @@ void append_made_services(std::string& out, const BridgeConfig& config, const Co
 
 /// As append_settings() of routes.
 void append_method_settings(std::string& out, const char* title, const std::vector<MethodRoute>& methods,
-                            const Colours& colours,
+                            const cli::Colours& colours,
                             const std::function<std::string(const MethodRoute&)>& describe_method) {
   std::map<std::string, std::vector<std::string>> groups;
   for (const MethodRoute& method : methods) {
@@ -363,7 +365,7 @@ void append_method_settings(std::string& out, const char* title, const std::vect
 }
 
 /// End-to-end protection, where there is any.
-void append_e2e(std::string& out, const BridgeConfig& config, const Colours& colours) {
+void append_e2e(std::string& out, const BridgeConfig& config, const cli::Colours& colours) {
   const bool of_routes =
       std::ranges::any_of(config.routes, [](const Route& route) { return route.e2e.has_value(); });
   const bool of_getters = std::ranges::any_of(
@@ -396,7 +398,7 @@ void append_e2e(std::string& out, const BridgeConfig& config, const Colours& col
   if (has_checks || (config.diagnostics.wanted && !config.methods.empty())) {
     out += fmt::format("          {} are told of on {}, every {} and when a state changes\n",
                        has_checks ? "checks" : "methods", config.diagnostics.topic,
-                       to_string(config.diagnostics.period));
+                       documents::to_string(config.diagnostics.period));
   }
 }
 
@@ -417,7 +419,7 @@ std::string count_of_all(const BridgeConfig& config) {
   return text;
 }
 
-std::string summary(const BridgeConfig& config, const Colours& colours) {
+std::string summary(const BridgeConfig& config, const cli::Colours& colours) {
   const SomeipSettings& settings = config.someip;
   std::string out = fmt::format("{}{}{}: {}good{}, {}\n", colours.bold, config.file, colours.off,
                                 colours.green, colours.off, count_of_all(config));
@@ -430,17 +432,18 @@ std::string summary(const BridgeConfig& config, const Colours& colours) {
     out.insert(out.size() - 1, ", strict types");
   }
   if (config.dds.lease != DdsSettings{}.lease) {
-    out.insert(out.size() - 1, fmt::format(", lease {}", to_string(config.dds.lease)));
+    out.insert(out.size() - 1, fmt::format(", lease {}", documents::to_string(config.dds.lease)));
   }
   out += fmt::format(
       "  {}ROS 2{}   node {}{}\n", colours.dim, colours.off, config.dds.node,
       config.dds.ros_distro.empty() ? "" : fmt::format(", among those of {}", config.dds.ros_distro));
   out += describe_more(config.dds);
-  out += fmt::format(
-      "  {}SOME/IP{} {}{}, discovery at {}:{}, offers live {}\n\n", colours.dim, colours.off,
-      someip::to_string(settings.address), settings.interface.empty() ? "" : " (" + settings.interface + ")",
-      someip::to_string(settings.sd.multicast), settings.sd.port,
-      settings.sd.ttl.count() == 0xff'ffff ? "until the next reboot" : to_string(Duration{settings.sd.ttl}));
+  out += fmt::format("  {}SOME/IP{} {}{}, discovery at {}:{}, offers live {}\n\n", colours.dim, colours.off,
+                     someip::to_string(settings.address),
+                     settings.interface.empty() ? "" : " (" + settings.interface + ")",
+                     someip::to_string(settings.sd.multicast), settings.sd.port,
+                     settings.sd.ttl.count() == 0xff'ffff ? "until the next reboot"
+                                                          : documents::to_string(Duration{settings.sd.ttl}));
 
   if (!config.routes.empty()) {
     std::vector<Row> rows{{"TOPIC", "", "SERVICE.INSTANCE", "EVENT", "GROUP", "VERSION", "PORT", "TYPE"}};
@@ -493,4 +496,4 @@ std::string summary(const BridgeConfig& config, const Colours& colours) {
   return out;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

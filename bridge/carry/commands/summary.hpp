@@ -4,12 +4,12 @@
 #include "bridge/carry/config/bridge_config.hpp"
 #include "bridge/cli/terminal.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// What a configuration does, for people: a table of the routes, then what they have in common.
-[[nodiscard]] std::string summary(const BridgeConfig& config, const Colours& colours);
+[[nodiscard]] std::string summary(const BridgeConfig& config, const cli::Colours& colours);
 
 /// "2 routes, 1 method"
 [[nodiscard]] std::string count_of_all(const BridgeConfig& config);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "bridge/documents/problem.hpp"
 #include "bridge/messages/convert/message_rules.hpp"
 #include "bridge/messages/types/field_service.hpp"
 #include "sd/core/settings.hpp"
@@ -19,14 +20,7 @@
 /// What a configuration file says, as plain values. docs/configuration.md documents every key; load.hpp reads
 /// the file. A BridgeConfig that load() returned is complete and consistent: nothing in it needs checking
 /// again.
-namespace trestle::bridge {
-
-/// A place in the configuration file, both from 1. Line 0 stands for the file as a whole.
-struct Mark {
-  int line = 0;
-  int column = 0;
-  friend constexpr bool operator==(const Mark&, const Mark&) = default;
-};
+namespace trestle::carry {
 
 /// Which side a route takes messages from, and which it hands them to.
 enum class Direction : std::uint8_t { dds_to_someip, someip_to_dds };
@@ -67,8 +61,8 @@ struct SomeipSettings {
   SdSettings sd;
   /// Limits that are given, by name: load_limits.hpp. The others are sized by what is carried.
   std::map<std::string, std::uint64_t, std::less<>> limits{};
-  Mark mark;            ///< of the address
-  Mark interface_mark;  ///< of the interface, if there is one
+  documents::Mark mark;            ///< of the address
+  documents::Mark interface_mark;  ///< of the interface, if there is one
 };
 
 /// Where DDS discovery has a server.
@@ -98,7 +92,7 @@ struct DdsSettings {
   SecuritySettings security{};
   bool strict_types = false;  ///< nothing is taken from publishers whose type has another hash
   std::string ros_distro{};   ///< of the nodes in the domain, "jazzy"; empty: not known
-  Mark mark;                  ///< of the interfaces, or where all of this begins
+  documents::Mark mark;       ///< of the interfaces, or where all of this begins
 };
 
 /// Quality of service of a route's DDS reader or writer.
@@ -154,7 +148,7 @@ struct DiagnosticsSettings {
   bool wanted = false;  ///< also where nothing has such protection
   std::string topic = "/diagnostics";
   Duration period = std::chrono::seconds{1};  ///< and at each change of a state
-  Mark mark;                                  ///< of the topic
+  documents::Mark mark;                       ///< of the topic
 };
 
 /// Which of a route's ends exist only while there is somebody at the other one.
@@ -193,7 +187,7 @@ struct Route {
   std::uint16_t port = 0;
   std::optional<MulticastSettings> multicast;  ///< dds_to_someip over UDP; of the whole eventgroup
   TpSettings tp;
-  MessageRules rules;
+  messages::MessageRules rules;
   QosSettings qos;
   Presence presence;
   std::optional<E2eSettings> e2e;
@@ -202,7 +196,7 @@ struct Route {
   std::optional<FieldGetter> getter;
   /// dds_to_someip: addresses of other bridges; what they brought to the topic from SOME/IP is carried, too.
   std::vector<IpAddress> from_bridges{};
-  Mark mark;  ///< where the route begins, for messages about it
+  documents::Mark mark;  ///< where the route begins, for messages about it
 };
 
 /// Ids of services, both ends included.
@@ -223,7 +217,7 @@ struct TopicPattern {
   bool follow_reliability = false;   ///< dds_to_someip: as the topic's publishers have it
   bool follow_durability = false;    ///< likewise; someip_to_dds: as the lock file says
   Route route;                       ///< what the routes have in common: all but topic, type and service
-  Mark mark;                         ///< where the pattern begins, for messages about it
+  documents::Mark mark;              ///< where the pattern begins, for messages about it
 };
 
 /// A discovered topic and the id that its service has for ever.
@@ -232,7 +226,7 @@ struct LockedTopic {
   std::string type;
   someip::ServiceId service{};
   bool transient_local = false;  ///< when it got its id: latched by its publishers, or by the pattern
-  Mark mark{};                   ///< in the lock file; none if it was not read from there
+  documents::Mark mark{};        ///< in the lock file; none if it was not read from there
 };
 
 /// Who answers the calls of a method.
@@ -246,10 +240,11 @@ enum class ServiceForm : std::uint8_t { automatic, fastrtps, cyclonedds };
 
 /// One ROS service, joined with one SOME/IP method.
 struct MethodRoute {
-  std::string ros_service;                 ///< absolute: "/arm/set_mode"
-  std::string type;                        ///< "std_srvs/srv/SetBool"
-  FieldAccess access = FieldAccess::none;  ///< else the method is the getter or setter of a field ...
-  std::string value_type{};                ///< ... whose values are messages of this type
+  std::string ros_service;  ///< absolute: "/arm/set_mode"
+  std::string type;         ///< "std_srvs/srv/SetBool"
+  messages::FieldAccess access =
+      messages::FieldAccess::none;  ///< else the method is the getter or setter of a field ...
+  std::string value_type{};         ///< ... whose values are messages of this type
   Server server = Server::someip;
   someip::ServiceId service{};
   someip::InstanceId instance{};
@@ -265,14 +260,14 @@ struct MethodRoute {
   std::size_t max_calls = 256;  ///< that wait for an answer at once
   TpSettings tp;                ///< of requests with server: someip, of answers with server: ros
   ServiceForm form = ServiceForm::automatic;
-  MessageRules rules;  ///< of both messages, or of the field's value
+  messages::MessageRules rules;  ///< of both messages, or of the field's value
   std::optional<E2eSettings> e2e;
   /// The setter of a field with server: someip: what is asked which value it has when one was refused.
   std::optional<FieldGetter> getter;
   std::optional<someip::MethodId> notifier;  ///< likewise, without a getter: what has told which value it has
   /// server: ros: addresses of other bridges; the ROS service may be one that they make of SOME/IP ones.
   std::vector<IpAddress> from_bridges{};
-  Mark mark;  ///< where the method begins, for messages about it
+  documents::Mark mark;  ///< where the method begins, for messages about it
 };
 
 /// A whole configuration file.
@@ -292,4 +287,4 @@ struct BridgeConfig {
   std::vector<LockedTopic> locked;  ///< what it had when it was read, sorted by topic
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

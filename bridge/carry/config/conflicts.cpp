@@ -5,7 +5,7 @@
 #include <map>
 #include <tuple>
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 using someip::value;
@@ -14,7 +14,7 @@ bool has(const RouteInFile& route, std::initializer_list<const char*> keys) {
   return std::ranges::all_of(keys, [&](const char* key) { return route.good.contains(key); });
 }
 
-Mark mark(const RouteInFile& route, const char* key) {
+documents::Mark mark(const RouteInFile& route, const char* key) {
   return route.good.find(key)->second;
 }
 
@@ -36,7 +36,7 @@ class Firsts {
 };
 
 /// A topic is written or read once, and has one type.
-void topics(const std::vector<RouteInFile>& routes, Problems& problems) {
+void topics(const std::vector<RouteInFile>& routes, documents::Problems& problems) {
   Firsts<std::tuple<std::string, Direction>> one_way;
   Firsts<std::string> typed;
   for (const RouteInFile& in_file : routes) {
@@ -60,7 +60,7 @@ void topics(const std::vector<RouteInFile>& routes, Problems& problems) {
 }
 
 /// An event comes from one topic or goes to one. A bridge that receives its own event would do so for ever.
-void events(const std::vector<RouteInFile>& routes, Problems& problems) {
+void events(const std::vector<RouteInFile>& routes, documents::Problems& problems) {
   Firsts<std::tuple<someip::ServiceId, someip::InstanceId, someip::MethodId>> firsts;
   for (const RouteInFile& in_file : routes) {
     const Route& route = in_file.route;
@@ -80,7 +80,7 @@ void events(const std::vector<RouteInFile>& routes, Problems& problems) {
 }
 
 /// Routes of one service instance are one offer, or one subscription: what they share must agree.
-void instances(const std::vector<RouteInFile>& routes, Problems& problems) {
+void instances(const std::vector<RouteInFile>& routes, documents::Problems& problems) {
   Firsts<std::tuple<someip::ServiceId, someip::InstanceId, Direction>> firsts;
   for (const RouteInFile& in_file : routes) {
     const Route& route = in_file.route;
@@ -104,7 +104,7 @@ void instances(const std::vector<RouteInFile>& routes, Problems& problems) {
 }
 
 /// Routes of one eventgroup are sent alike. Where a route says nothing, what another says counts.
-void eventgroups(const std::vector<RouteInFile>& routes, bool ipv6, Problems& problems) {
+void eventgroups(const std::vector<RouteInFile>& routes, bool ipv6, documents::Problems& problems) {
   Firsts<std::tuple<someip::ServiceId, someip::InstanceId, someip::EventgroupId>> firsts;
   for (const RouteInFile& in_file : routes) {
     const Route& route = in_file.route;
@@ -124,7 +124,7 @@ void eventgroups(const std::vector<RouteInFile>& routes, bool ipv6, Problems& pr
   }
 }
 
-void ports(const std::vector<RouteInFile>& routes, std::uint16_t sd_port, Problems& problems) {
+void ports(const std::vector<RouteInFile>& routes, std::uint16_t sd_port, documents::Problems& problems) {
   std::map<std::uint16_t, std::vector<const RouteInFile*>> users;  // one route of each service instance
   for (const RouteInFile& in_file : routes) {
     const Route& route = in_file.route;
@@ -169,7 +169,7 @@ void ports(const std::vector<RouteInFile>& routes, std::uint16_t sd_port, Proble
 
 void report_diagnostics_conflicts(const std::vector<RouteInFile>& routes,
                                   const std::vector<MethodInFile>& methods,
-                                  const DiagnosticsSettings& diagnostics, Problems& problems) {
+                                  const DiagnosticsSettings& diagnostics, documents::Problems& problems) {
   const bool published =
       (diagnostics.wanted && !methods.empty()) ||
       std::ranges::any_of(routes,
@@ -190,7 +190,7 @@ void report_diagnostics_conflicts(const std::vector<RouteInFile>& routes,
 }
 
 void report_conflicts(const std::vector<RouteInFile>& routes, const SomeipSettings& someip,
-                      Problems& problems) {
+                      documents::Problems& problems) {
   topics(routes, problems);
   events(routes, problems);
   instances(routes, problems);
@@ -198,4 +198,4 @@ void report_conflicts(const std::vector<RouteInFile>& routes, const SomeipSettin
   ports(routes, someip.sd.port, problems);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

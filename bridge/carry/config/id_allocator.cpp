@@ -2,7 +2,7 @@
 
 #include <string>
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 std::uint32_t fnv1a(std::string_view text) noexcept {
   std::uint32_t hash = 2166136261U;
@@ -27,4 +27,4 @@ std::optional<someip::ServiceId> choose_service(ServiceRange range, std::string_
   return std::nullopt;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

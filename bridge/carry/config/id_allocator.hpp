@@ -5,7 +5,7 @@
 
 #include "bridge/carry/config/bridge_config.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// FNV-1a, 32 bits wide: the same for ever, on every machine.
 [[nodiscard]] std::uint32_t fnv1a(std::string_view text) noexcept;
@@ -21,4 +21,4 @@ namespace trestle::bridge {
     ServiceRange range, std::string_view topic, std::string_view type,
     const std::function<bool(someip::ServiceId)>& is_taken);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

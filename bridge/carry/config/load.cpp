@@ -20,21 +20,21 @@
 #include "bridge/documents/section.hpp"
 #include "someip/net/address_text.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 constexpr std::size_t routes_max = 1000;
 
 using namespace std::chrono_literals;
 
-Format<std::chrono::seconds> time_to_live() {
+documents::Format<std::chrono::seconds> time_to_live() {
   constexpr std::chrono::seconds until_reboot{0xff'ffff};
   return {"a whole number of seconds from 1 s to 16777214 s, or until_reboot",
           [=](std::string_view text) -> std::optional<std::chrono::seconds> {
             if (text == "until_reboot") {
               return until_reboot;
             }
-            const auto time = duration(1s, until_reboot - 1s).read(text);
+            const auto time = documents::duration(1s, until_reboot - 1s).read(text);
             return time && *time % 1s == 0s
                        ? std::optional{std::chrono::duration_cast<std::chrono::seconds>(*time)}
                        : std::nullopt;
@@ -42,7 +42,7 @@ Format<std::chrono::seconds> time_to_live() {
 }
 
 // "192.168.1.2 -> 10.0.0.2": the first may name endpoints at the second.
-Format<sd::ForeignEndpoints> foreign_endpoints() {
+documents::Format<sd::ForeignEndpoints> foreign_endpoints() {
   return {"two addresses, as in 192.168.1.2 -> 10.0.0.2: who may name endpoints, and where",
           [](std::string_view text) -> std::optional<sd::ForeignEndpoints> {
             constexpr std::string_view arrow = " -> ";
@@ -56,25 +56,27 @@ Format<sd::ForeignEndpoints> foreign_endpoints() {
           }};
 }
 
-void load_sd(Section& someip, SomeipSettings& settings, bool address_is_good, Problems& problems) {
+void load_sd(documents::Section& someip, SomeipSettings& settings, bool address_is_good,
+             documents::Problems& problems) {
   SdSettings& into = settings.sd;
   const YAML::Node node = someip.child("sd");
   if (node) {
-    Section sd{node, "sd", problems};
-    sd.read("multicast", multicast_address(), into.multicast);
-    sd.read("port", as<std::uint16_t>(whole_number(1, 65535)), into.port);
-    const Format<Duration> delay = duration(0s, 60s);
+    documents::Section sd{node, "sd", problems};
+    sd.read("multicast", documents::multicast_address(), into.multicast);
+    sd.read("port", documents::as<std::uint16_t>(documents::whole_number(1, 65535)), into.port);
+    const documents::Format<Duration> delay = documents::duration(0s, 60s);
     sd.read("initial_delay_min", delay, into.initial_delay_min);
     sd.read("initial_delay_max", delay, into.initial_delay_max);
-    sd.read("repetitions_base_delay", duration(1ms, 60s), into.repetitions_base_delay);
-    sd.read("repetitions_max", as<std::uint8_t>(whole_number(0, 10)), into.repetitions_max);
-    sd.read("cyclic_offer_delay", duration(10ms, 1h), into.cyclic_offer_delay);
+    sd.read("repetitions_base_delay", documents::duration(1ms, 60s), into.repetitions_base_delay);
+    sd.read("repetitions_max", documents::as<std::uint8_t>(documents::whole_number(0, 10)),
+            into.repetitions_max);
+    sd.read("cyclic_offer_delay", documents::duration(10ms, 1h), into.cyclic_offer_delay);
     sd.read("request_response_delay_min", delay, into.request_response_delay_min);
     sd.read("request_response_delay_max", delay, into.request_response_delay_max);
     sd.read("ttl", time_to_live(), into.ttl);
-    sd.read("check_subnet", truth(), into.check_subnet);  // [feat_req_someipsd_1149]
-    sd.read("own_endpoints_only", truth(), into.own_endpoints_only);
-    std::vector<Mark> marks;
+    sd.read("check_subnet", documents::truth(), into.check_subnet);  // [feat_req_someipsd_1149]
+    sd.read("own_endpoints_only", documents::truth(), into.own_endpoints_only);
+    std::vector<documents::Mark> marks;
     sd.read_list("foreign_endpoints", foreign_endpoints(), into.foreign_endpoints, marks);
     for (std::size_t i = 0; i < into.foreign_endpoints.size(); ++i) {
       const auto& [peer, named] = into.foreign_endpoints[i];
@@ -86,18 +88,20 @@ void load_sd(Section& someip, SomeipSettings& settings, bool address_is_good, Pr
     if (into.initial_delay_min > into.initial_delay_max) {
       problems.error(sd.value_mark("initial_delay_min"),
                      fmt::format("initial_delay_min: {} is above initial_delay_max, {}",
-                                 to_string(into.initial_delay_min), to_string(into.initial_delay_max)));
+                                 documents::to_string(into.initial_delay_min),
+                                 documents::to_string(into.initial_delay_max)));
     }
     if (into.request_response_delay_min > into.request_response_delay_max) {
       problems.error(sd.value_mark("request_response_delay_min"),
                      fmt::format("request_response_delay_min: {} is above request_response_delay_max, {}",
-                                 to_string(into.request_response_delay_min),
-                                 to_string(into.request_response_delay_max)));
+                                 documents::to_string(into.request_response_delay_min),
+                                 documents::to_string(into.request_response_delay_max)));
     }
     if (into.cyclic_offer_delay >= into.ttl) {
-      problems.warning(sd.value_mark("ttl"),
-                       fmt::format("ttl: offers live {} but are renewed only every {} (cyclic_offer_delay)",
-                                   to_string(into.ttl), to_string(into.cyclic_offer_delay)));
+      problems.warning(
+          sd.value_mark("ttl"),
+          fmt::format("ttl: offers live {} but are renewed only every {} (cyclic_offer_delay)",
+                      documents::to_string(into.ttl), documents::to_string(into.cyclic_offer_delay)));
     }
   }
   if (address_is_good && settings.address.v6 != into.multicast.v6) {
@@ -113,9 +117,9 @@ bool is_link_local(const IpAddress& address) {
   return address.v6 && address.bytes[0] == 0xfe && (address.bytes[1] & 0xc0U) == 0x80;
 }
 
-void load_someip(const YAML::Node& node, SomeipSettings& into, Problems& problems) {
-  Section someip{node, "someip", problems};
-  auto unicast = ip_address();
+void load_someip(const YAML::Node& node, SomeipSettings& into, documents::Problems& problems) {
+  documents::Section someip{node, "someip", problems};
+  auto unicast = documents::ip_address();
   unicast.expected = "this host's own IPv4 or IPv6 address, which services are offered at";
   unicast.read = [read = std::move(unicast.read)](std::string_view text) {
     const auto address = read(text);
@@ -129,34 +133,34 @@ void load_someip(const YAML::Node& node, SomeipSettings& into, Problems& problem
                                "offer cannot say which; take a global or unique local address (fd00::/8)",
                                someip::to_string(into.address)));
   }
-  Format<std::string> interface =
-      any_text(fmt::format("the name of a network interface (1 to {} characters)", IF_NAMESIZE - 1));
+  documents::Format<std::string> interface = documents::any_text(
+      fmt::format("the name of a network interface (1 to {} characters)", IF_NAMESIZE - 1));
   interface.read = [read = std::move(interface.read)](std::string_view text) {
     return text.size() < IF_NAMESIZE ? read(text) : std::nullopt;
   };
   if (someip.read("interface", interface, into.interface)) {
     into.interface_mark = someip.value_mark("interface");
   }
-  const auto buffer = as<std::size_t>(byte_size(4096, std::uint64_t{1} << 30U));
+  const auto buffer = documents::as<std::size_t>(documents::byte_size(4096, std::uint64_t{1} << 30U));
   for (auto [key, size] :
        {std::pair{"receive_buffer", &into.receive_buffer}, {"send_buffer", &into.send_buffer}}) {
     if (std::size_t bytes = 0; someip.read(key, buffer, bytes)) {
       *size = bytes;
     }
   }
-  someip.read("busy_poll", duration(0s, 1s), into.busy_poll);
-  someip.read("tcp_idle_timeout", duration(0s, 24h), into.tcp_idle_timeout);
+  someip.read("busy_poll", documents::duration(0s, 1s), into.busy_poll);
+  someip.read("tcp_idle_timeout", documents::duration(0s, 24h), into.tcp_idle_timeout);
   load_limits(someip, into.limits, problems);
   load_sd(someip, into, address_is_good, problems);
   someip.finish();
 }
 
 void load_types(const YAML::Node& node, const std::string& file, std::vector<std::string>& into,
-                Problems& problems) {
-  Section types{node, "types", problems};
+                documents::Problems& problems) {
+  documents::Section types{node, "types", problems};
   std::vector<std::string> paths;
-  std::vector<Mark> marks;
-  types.read_list("paths", any_text("a folder that holds message packages"), paths, marks);
+  std::vector<documents::Mark> marks;
+  types.read_list("paths", documents::any_text("a folder that holds message packages"), paths, marks);
   types.finish();
   for (std::size_t i = 0; i < paths.size(); ++i) {
     const auto path =
@@ -165,13 +169,13 @@ void load_types(const YAML::Node& node, const std::string& file, std::vector<std
     if (std::filesystem::is_directory(path, ignored)) {
       into.push_back(path.lexically_normal().string());
     } else {
-      problems.error(marks[i],
-                     fmt::format("paths: there is no folder {}", quote(path.lexically_normal().string())));
+      problems.error(marks[i], fmt::format("paths: there is no folder {}",
+                                           documents::quote(path.lexically_normal().string())));
     }
   }
 }
 
-std::vector<RouteInFile> load_routes(Section& section, Problems& problems) {
+std::vector<RouteInFile> load_routes(documents::Section& section, documents::Problems& problems) {
   // One of the lists has to be there.
   const bool required = section.is_missing("methods") && section.is_missing("fields") &&
                         section.is_missing("actions") && section.is_missing("patterns");
@@ -180,7 +184,7 @@ std::vector<RouteInFile> load_routes(Section& section, Problems& problems) {
   std::vector<RouteInFile> routes;
   for (const YAML::Node& node : nodes) {
     if (routes.size() == routes_max) {
-      problems.error(to_mark(node.Mark()), fmt::format("routes: more than {}", routes_max));
+      problems.error(documents::to_mark(node.Mark()), fmt::format("routes: more than {}", routes_max));
       break;
     }
     routes.push_back(load_route(node, problems));
@@ -188,11 +192,11 @@ std::vector<RouteInFile> load_routes(Section& section, Problems& problems) {
   return routes;
 }
 
-std::vector<MethodInFile> load_methods(Section& section, Problems& problems) {
+std::vector<MethodInFile> load_methods(documents::Section& section, documents::Problems& problems) {
   std::vector<MethodInFile> methods;
   for (const YAML::Node& node : section.list("methods", "a list of methods")) {
     if (methods.size() == routes_max) {
-      problems.error(to_mark(node.Mark()), fmt::format("methods: more than {}", routes_max));
+      problems.error(documents::to_mark(node.Mark()), fmt::format("methods: more than {}", routes_max));
       break;
     }
     methods.push_back(load_method(node, problems));
@@ -201,12 +205,12 @@ std::vector<MethodInFile> load_methods(Section& section, Problems& problems) {
 }
 
 /// A field is what it is made of from here on.
-void load_fields(Section& section, std::vector<RouteInFile>& routes, std::vector<MethodInFile>& methods,
-                 Problems& problems) {
+void load_fields(documents::Section& section, std::vector<RouteInFile>& routes,
+                 std::vector<MethodInFile>& methods, documents::Problems& problems) {
   std::size_t count = 0;
   for (const YAML::Node& node : section.list("fields", "a list of fields")) {
     if (count++ == routes_max) {
-      problems.error(to_mark(node.Mark()), fmt::format("fields: more than {}", routes_max));
+      problems.error(documents::to_mark(node.Mark()), fmt::format("fields: more than {}", routes_max));
       break;
     }
     FieldInFile field = load_field(node, problems);
@@ -218,11 +222,11 @@ void load_fields(Section& section, std::vector<RouteInFile>& routes, std::vector
 }
 
 /// An action is what it is made of from here on.
-void load_actions(Section& section, std::vector<RouteInFile>& routes, std::vector<MethodInFile>& methods,
-                  Problems& problems) {
+void load_actions(documents::Section& section, std::vector<RouteInFile>& routes,
+                  std::vector<MethodInFile>& methods, documents::Problems& problems) {
   for (const YAML::Node& node : section.list("actions", "a list of actions")) {
     if (methods.size() >= routes_max) {
-      problems.error(to_mark(node.Mark()),
+      problems.error(documents::to_mark(node.Mark()),
                      fmt::format("actions: with the methods, more than {}", routes_max));
       break;
     }
@@ -232,12 +236,12 @@ void load_actions(Section& section, std::vector<RouteInFile>& routes, std::vecto
   }
 }
 
-std::vector<PatternInFile> load_patterns(Section& section, Problems& problems) {
+std::vector<PatternInFile> load_patterns(documents::Section& section, documents::Problems& problems) {
   constexpr std::size_t patterns_max = 100;
   std::vector<PatternInFile> patterns;
   for (const YAML::Node& node : section.list("patterns", "a list of patterns")) {
     if (patterns.size() == patterns_max) {
-      problems.error(to_mark(node.Mark()), fmt::format("patterns: more than {}", patterns_max));
+      problems.error(documents::to_mark(node.Mark()), fmt::format("patterns: more than {}", patterns_max));
       break;
     }
     patterns.push_back(load_pattern(node, problems));
@@ -246,20 +250,21 @@ std::vector<PatternInFile> load_patterns(Section& section, Problems& problems) {
 }
 
 /// Reads what the patterns found before; what is wrong with it goes to `lock_problems`, of that file.
-void load_lock_file(Section& section, BridgeConfig& config, Problems& problems,
-                    std::vector<Problem>& lock_problems) {
+void load_lock_file(documents::Section& section, BridgeConfig& config, documents::Problems& problems,
+                    std::vector<documents::Problem>& lock_problems) {
   std::string name;
-  const Format<std::string> format =
-      any_text("the file that keeps the ids of discovered topics, such as trestle.lock");
+  const documents::Format<std::string> format =
+      documents::any_text("the file that keeps the ids of discovered topics, such as trestle.lock");
   const bool needed = !section.is_missing("patterns");
   if (!(needed ? section.require("lock_file", format, name) : section.read("lock_file", format, name))) {
     return;
   }
-  const Mark mark = section.value_mark("lock_file");
+  const documents::Mark mark = section.value_mark("lock_file");
   const auto path = (std::filesystem::path{config.file}.parent_path() / name).lexically_normal();
   std::error_code ignored;
   if (path.has_parent_path() && !std::filesystem::is_directory(path.parent_path(), ignored)) {
-    problems.error(mark, fmt::format("lock_file: there is no folder {}", quote(path.parent_path().string())));
+    problems.error(
+        mark, fmt::format("lock_file: there is no folder {}", documents::quote(path.parent_path().string())));
     return;
   }
   config.lock_file = path.string();
@@ -268,12 +273,13 @@ void load_lock_file(Section& section, BridgeConfig& config, Problems& problems,
     config.locked = lock->topics();
   } else {
     lock_problems = lock.error();
-    problems.error(mark, fmt::format("lock_file: {} is not good", quote(config.lock_file)));
+    problems.error(mark, fmt::format("lock_file: {} is not good", documents::quote(config.lock_file)));
   }
 }
 
-void judge_type(const TypeUse& use, const MessageRules& rules, Mark mark, const char* key,
-                const BridgeConfig& config, const TypeCheck& check_type, Problems& problems) {
+void judge_type(const TypeUse& use, const messages::MessageRules& rules, documents::Mark mark,
+                const char* key, const BridgeConfig& config, const TypeCheck& check_type,
+                documents::Problems& problems) {
   const auto [fault, warning] = check_type(use, rules, config.type_paths);
   if (!fault.empty()) {
     problems.error(mark, std::string{key} + ": " + fault);
@@ -282,19 +288,19 @@ void judge_type(const TypeUse& use, const MessageRules& rules, Mark mark, const 
   }
 }
 
-void load_diagnostics(const YAML::Node& node, DiagnosticsSettings& into, Problems& problems) {
-  Section diagnostics{node, "diagnostics", problems};
+void load_diagnostics(const YAML::Node& node, DiagnosticsSettings& into, documents::Problems& problems) {
+  documents::Section diagnostics{node, "diagnostics", problems};
   into.wanted = true;
   diagnostics.read("topic", topic_name(), into.topic);
-  diagnostics.read("period", duration(100ms, 1h), into.period);
+  diagnostics.read("period", documents::duration(100ms, 1h), into.period);
   into.mark = diagnostics.value_mark("topic");
   diagnostics.finish();
 }
 
 /// @param lock_problems  what is wrong with the lock file.
-void load_root(const YAML::Node& root, BridgeConfig& config, const TypeCheck& check_type, Problems& problems,
-               std::vector<Problem>& lock_problems) {
-  Section section{root, "", problems};
+void load_root(const YAML::Node& root, BridgeConfig& config, const TypeCheck& check_type,
+               documents::Problems& problems, std::vector<documents::Problem>& lock_problems) {
+  documents::Section section{root, "", problems};
   if (const YAML::Node someip = section.child("someip")) {
     load_someip(someip, config.someip, problems);
   } else if (section.is_missing("someip")) {
@@ -322,13 +328,13 @@ void load_root(const YAML::Node& root, BridgeConfig& config, const TypeCheck& ch
     for (const PatternInFile& in_file : patterns) {
       config.patterns.push_back(in_file.pattern);
     }
-    Problems of_lock{config.lock_file};
+    documents::Problems of_lock{config.lock_file};
     report_lock_conflicts(config, routes, methods, of_lock);
     std::ranges::move(locked_routes(config, routes, check_type, of_lock), std::back_inserter(routes));
     if (of_lock.has_errors()) {
-      problems.error(
-          section.value_mark("lock_file"),
-          fmt::format("lock_file: {} does not go with this configuration", quote(config.lock_file)));
+      problems.error(section.value_mark("lock_file"),
+                     fmt::format("lock_file: {} does not go with this configuration",
+                                 documents::quote(config.lock_file)));
     }
     lock_problems = of_lock.take();
   }
@@ -355,17 +361,19 @@ void load_root(const YAML::Node& root, BridgeConfig& config, const TypeCheck& ch
 
 }  // namespace
 
-tl::expected<Loaded, std::vector<Problem>> parse_config(std::string_view text, const std::string& file,
-                                                        const TypeCheck& check_type) {
-  Problems problems{file};
-  std::vector<Problem> lock_problems;
+tl::expected<Loaded, std::vector<documents::Problem>> parse_config(std::string_view text,
+                                                                   const std::string& file,
+                                                                   const TypeCheck& check_type) {
+  documents::Problems problems{file};
+  std::vector<documents::Problem> lock_problems;
   Loaded loaded;
   loaded.config.file = file;
-  if (const YAML::Node root = parse_document(std::string{text}, "at least 'someip' and 'routes'", problems)) {
+  if (const YAML::Node root =
+          documents::parse_document(std::string{text}, "at least 'someip' and 'routes'", problems)) {
     load_root(root, loaded.config, check_type, problems, lock_problems);
   }
   const bool is_good = !problems.has_errors();
-  std::vector<Problem> all = problems.take();
+  std::vector<documents::Problem> all = problems.take();
   std::ranges::move(lock_problems, std::back_inserter(all));
   if (!is_good) {
     return tl::unexpected{std::move(all)};
@@ -374,12 +382,14 @@ tl::expected<Loaded, std::vector<Problem>> parse_config(std::string_view text, c
   return loaded;
 }
 
-tl::expected<Loaded, std::vector<Problem>> load_config(const std::string& file, const TypeCheck& check_type) {
-  const auto text = read_text_file(file);
+tl::expected<Loaded, std::vector<documents::Problem>> load_config(const std::string& file,
+                                                                  const TypeCheck& check_type) {
+  const auto text = documents::read_text_file(file);
   if (!text) {
-    return tl::unexpected{std::vector{Problem{Problem::Severity::error, file, {}, text.error()}}};
+    return tl::unexpected{
+        std::vector{documents::Problem{documents::Problem::Severity::error, file, {}, text.error()}}};
   }
   return parse_config(*text, file, check_type);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

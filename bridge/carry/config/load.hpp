@@ -7,19 +7,7 @@
 
 #include "bridge/carry/config/bridge_config.hpp"
 
-namespace trestle::bridge {
-
-/// One thing that is wrong, or looks wrong, in a configuration file.
-struct Problem {
-  enum class Severity : std::uint8_t { error, warning };
-  Severity severity = Severity::error;
-  std::string file;
-  Mark mark;
-  std::string text;  ///< one line: what is there, and what was expected
-};
-
-/// "bridge.yaml:12:5: error: ...", without a line end. A problem of the whole file has no line and column.
-[[nodiscard]] std::string to_string(const Problem& problem);
+namespace trestle::carry {
 
 /// What is to be said about a message type and the rules that it is carried by. Empty: nothing.
 struct TypeVerdict {
@@ -30,30 +18,30 @@ struct TypeVerdict {
 /// A type that a configuration names.
 struct TypeUse {
   std::string type;  ///< a message, "sensor_msgs/msg/PointCloud2", or a service, "std_srvs/srv/SetBool"
-  FieldAccess access = FieldAccess::none;  ///< else it is the service that gets or sets a field ...
-  std::string value_type{};                ///< ... whose values are messages of this type
+  messages::FieldAccess access =
+      messages::FieldAccess::none;  ///< else it is the service that gets or sets a field ...
+  std::string value_type{};         ///< ... whose values are messages of this type
 };
 
 /// Judges a type. `paths` are the folders under `types: paths`, already relative to the working directory.
-using TypeCheck = std::function<TypeVerdict(const TypeUse& use, const MessageRules& rules,
+using TypeCheck = std::function<TypeVerdict(const TypeUse& use, const messages::MessageRules& rules,
                                             const std::vector<std::string>& paths)>;
 
 /// A good configuration, and what its author should know about it nevertheless.
 struct Loaded {
   BridgeConfig config;
-  std::vector<Problem> warnings;
+  std::vector<documents::Problem> warnings;
 };
 
 /// Reads a configuration from text, and the lock file that it names. Everything is checked, and all errors
 /// are returned, in the file's order and then those of the lock file: a configuration with any error is not
 /// there at all.
 /// @param file  its name for messages; relative paths inside it are meant from its folder.
-[[nodiscard]] tl::expected<Loaded, std::vector<Problem>> parse_config(std::string_view text,
-                                                                      const std::string& file,
-                                                                      const TypeCheck& check_type = {});
+[[nodiscard]] tl::expected<Loaded, std::vector<documents::Problem>> parse_config(
+    std::string_view text, const std::string& file, const TypeCheck& check_type = {});
 
 /// As above, from a file; one that cannot be read is an error too.
-[[nodiscard]] tl::expected<Loaded, std::vector<Problem>> load_config(const std::string& file,
-                                                                     const TypeCheck& check_type = {});
+[[nodiscard]] tl::expected<Loaded, std::vector<documents::Problem>> load_config(
+    const std::string& file, const TypeCheck& check_type = {});
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -8,7 +8,7 @@
 #include "bridge/messages/types/names.hpp"
 #include "bridge/messages/values/load_wire.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 /// What the parts of an action have in common.
@@ -19,17 +19,17 @@ struct Common {
   Server server = Server::someip;
   Transport transport = Transport::udp;
   bool any_transport = true;  ///< none was given
-  std::map<std::string, Mark, std::less<>> good;
+  std::map<std::string, documents::Mark, std::less<>> good;
   MethodRoute method;  ///< ids, version, port and rules
   Duration result_timeout = std::chrono::hours{1};
   someip::EventgroupId eventgroup{};
 };
 
-void load_action_endpoint(Section& section, Common& common, Problems& problems) {
+void load_action_endpoint(documents::Section& section, Common& common, documents::Problems& problems) {
   if (section.read("transport", udp_or_tcp(), common.transport)) {
     common.any_transport = false;
   }
-  const auto port = as<std::uint16_t>(whole_number(1, 65535));
+  const auto port = documents::as<std::uint16_t>(documents::whole_number(1, 65535));
   if (common.server == Server::ros && common.good.contains("server")) {
     if (section.require("port", port, common.method.port)) {
       common.good.emplace("port", section.use_mark("port"));
@@ -39,7 +39,7 @@ void load_action_endpoint(Section& section, Common& common, Problems& problems) 
         section.use_mark("port"),
         "port: is where we offer an action, with server: ros; the offer of a SOME/IP server names its own");
   }
-  if (section.read("offer", one_of<bool>({{"while_served", false}, {"always", true}}),
+  if (section.read("offer", documents::one_of<bool>({{"while_served", false}, {"always", true}}),
                    common.method.offer_always) &&
       common.server != Server::ros && common.good.contains("server")) {
     problems.error(section.use_mark("offer"), "offer: is for actions with server: ros");
@@ -83,8 +83,8 @@ RouteInFile route_of(const Common& common, const char* name, const std::string& 
 
 /// Ids by name: each must be there.
 template <typename Into>
-void load_ids(Section& section, const char* key, std::uint64_t min, std::uint64_t max, Problems& problems,
-              std::initializer_list<std::pair<const char*, Into>> names) {
+void load_ids(documents::Section& section, const char* key, std::uint64_t min, std::uint64_t max,
+              documents::Problems& problems, std::initializer_list<std::pair<const char*, Into>> names) {
   const YAML::Node node = section.child(key);
   if (!node) {
     problems.error(
@@ -92,11 +92,11 @@ void load_ids(Section& section, const char* key, std::uint64_t min, std::uint64_
         std::string{"'"} + key + "' is missing in action: expected a mapping with the ids of its " + key);
     return;
   }
-  Section ids{node, key, problems};
+  documents::Section ids{node, key, problems};
   for (const auto& [name, in_file] : names) {
     someip::MethodId id{};
-    if (ids.require(name, as<someip::MethodId>(id_number(min, max)), id)) {
-      const Mark mark = ids.use_mark(name);
+    if (ids.require(name, documents::as<someip::MethodId>(documents::id_number(min, max)), id)) {
+      const documents::Mark mark = ids.use_mark(name);
       if constexpr (std::is_same_v<Into, MethodInFile*>) {
         in_file->method.method = id;
         in_file->good.emplace("method", mark);
@@ -111,9 +111,9 @@ void load_ids(Section& section, const char* key, std::uint64_t min, std::uint64_
 
 }  // namespace
 
-ActionInFile load_action(const YAML::Node& node, Problems& problems) {
+ActionInFile load_action(const YAML::Node& node, documents::Problems& problems) {
   Common common;
-  Section section{node, "action", problems};
+  documents::Section section{node, "action", problems};
   common.method.mark = section.mark();
   const auto require = [&](const char* key, const auto& format, auto& into) {
     const bool is_good = section.require(key, format, into);
@@ -123,44 +123,48 @@ ActionInFile load_action(const YAML::Node& node, Problems& problems) {
     return is_good;
   };
 
-  const Format<std::string> name{"an action such as /arm/move (absolute; letters, digits, '_')",
-                                 [](std::string_view text) -> std::optional<std::string> {
-                                   return is_topic_name(text) ? std::optional<std::string>{text}
-                                                              : std::nullopt;
-                                 }};
+  const documents::Format<std::string> name{
+      "an action such as /arm/move (absolute; letters, digits, '_')",
+      [](std::string_view text) -> std::optional<std::string> {
+        return messages::is_topic_name(text) ? std::optional<std::string>{text} : std::nullopt;
+      }};
   if (require("action", name, common.name)) {
     // What the parts are called is made of it.
     common.good.emplace("ros_service", section.use_mark("action"));
     common.good.emplace("topic", section.use_mark("action"));
   }
   std::string type;
-  const Format<std::string> type_name{"an action type such as example_interfaces/action/Fibonacci",
-                                      [](std::string_view text) -> std::optional<std::string> {
-                                        return is_action_type_name(text) ? std::optional<std::string>{text}
-                                                                         : std::nullopt;
-                                      }};
+  const documents::Format<std::string> type_name{
+      "an action type such as example_interfaces/action/Fibonacci",
+      [](std::string_view text) -> std::optional<std::string> {
+        return messages::is_action_type_name(text) ? std::optional<std::string>{text} : std::nullopt;
+      }};
   if (require("type", type_name, type)) {
     common.package = type.substr(0, type.rfind('/') + 1);
     common.type = type.substr(type.rfind('/') + 1);
   }
-  if (require("server", one_of<Server>({{"someip", Server::someip}, {"ros", Server::ros}}), common.server)) {
+  if (require("server", documents::one_of<Server>({{"someip", Server::someip}, {"ros", Server::ros}}),
+              common.server)) {
     common.good.emplace("direction", section.use_mark("server"));
   }
   // The ranges are those of a route.
-  require("service", as<someip::ServiceId>(id_number(0x0001, 0xfffd)), common.method.service);
-  require("instance", as<someip::InstanceId>(id_number(0x0001, 0xfffe)), common.method.instance);
-  require("eventgroup", as<someip::EventgroupId>(id_number(0x0001, 0xfffe)), common.eventgroup);
+  require("service", documents::as<someip::ServiceId>(documents::id_number(0x0001, 0xfffd)),
+          common.method.service);
+  require("instance", documents::as<someip::InstanceId>(documents::id_number(0x0001, 0xfffe)),
+          common.method.instance);
+  require("eventgroup", documents::as<someip::EventgroupId>(documents::id_number(0x0001, 0xfffe)),
+          common.eventgroup);
   load_action_endpoint(section, common, problems);
   load_version(section, common.server == Server::someip, common.method.major, common.method.minor);
   common.good.emplace("major", section.use_mark("major"));
   common.good.emplace("minor", section.use_mark("minor"));
-  section.read("result_timeout", duration(std::chrono::milliseconds{1}, std::chrono::hours{24}),
+  section.read("result_timeout", documents::duration(std::chrono::milliseconds{1}, std::chrono::hours{24}),
                common.result_timeout);
   load_from_bridges(section, common.server == Server::ros || !common.good.contains("server"),
                     "actions with server: ros", common.method.from_bridges, problems);
   load_calls(section, common.method, problems);
   if (const YAML::Node wire = section.child("wire")) {
-    load_wire(wire, common.method.rules, problems);
+    messages::load_wire(wire, common.method.rules, problems);
     if (!common.method.rules.types.empty()) {
       problems.error(section.use_mark("wire"),
                      "wire: the messages of an action have no types with rules of their own");
@@ -197,4 +201,4 @@ ActionInFile load_action(const YAML::Node& node, Problems& problems) {
   return action;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -6,7 +6,7 @@
 #include "bridge/carry/config/load_method.hpp"
 #include "bridge/carry/config/load_route.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// A ROS action as what it is made of on both sides: three services and two topics. Incomplete as RouteInFile
 /// is.
@@ -16,6 +16,6 @@ struct ActionInFile {
 };
 
 /// Reads one element of `actions`.
-[[nodiscard]] ActionInFile load_action(const YAML::Node& node, Problems& problems);
+[[nodiscard]] ActionInFile load_action(const YAML::Node& node, documents::Problems& problems);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -13,24 +13,25 @@
 #include "bridge/messages/types/names.hpp"
 #include "someip/net/address_text.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
-Format<std::string> node_name() {
+documents::Format<std::string> node_name() {
   return {"the absolute name of a ROS 2 node such as /trestle (letters, digits, '_')",
           [](std::string_view text) -> std::optional<std::string> {
-            return is_topic_name(text) ? std::optional<std::string>{text} : std::nullopt;
+            return messages::is_topic_name(text) ? std::optional<std::string>{text} : std::nullopt;
           }};
 }
 
-Format<std::string> enclave_name() {
+documents::Format<std::string> enclave_name() {
   return {"the absolute name of an enclave such as /vehicle/trestle",
           [](std::string_view text) -> std::optional<std::string> {
-            return text == "/" || is_topic_name(text) ? std::optional<std::string>{text} : std::nullopt;
+            return text == "/" || messages::is_topic_name(text) ? std::optional<std::string>{text}
+                                                                : std::nullopt;
           }};
 }
 
-Format<std::string> ros_distro() {
+documents::Format<std::string> ros_distro() {
   return {"the name of a ROS 2 distribution such as jazzy",
           [](std::string_view text) -> std::optional<std::string> {
             return is_distro_name(text) ? std::optional<std::string>{text} : std::nullopt;
@@ -58,7 +59,7 @@ std::optional<DiscoveryServer> discovery_server(std::string_view text) {
   const std::string_view host = bracketed ? text.substr(1, end - 1) : text.substr(0, end);
   const std::string_view rest = text.substr(bracketed ? end + 1 : end);
   DiscoveryServer server{std::string{host}};
-  if (const auto address = ip_address().read(host)) {
+  if (const auto address = documents::ip_address().read(host)) {
     if (address->is_multicast() || address->v6 != (bracketed || bare_v6)) {
       return std::nullopt;
     }
@@ -67,7 +68,8 @@ std::optional<DiscoveryServer> discovery_server(std::string_view text) {
     return std::nullopt;
   }
   if (!rest.empty()) {
-    const auto port = rest.starts_with(':') ? whole_number(1, 65535).read(rest.substr(1)) : std::nullopt;
+    const auto port =
+        rest.starts_with(':') ? documents::whole_number(1, 65535).read(rest.substr(1)) : std::nullopt;
     if (!port) {
       return std::nullopt;
     }
@@ -78,7 +80,7 @@ std::optional<DiscoveryServer> discovery_server(std::string_view text) {
 
 }  // namespace
 
-Format<std::vector<DiscoveryServer>> discovery_servers() {
+documents::Format<std::vector<DiscoveryServer>> discovery_servers() {
   return {
       "addresses of discovery servers such as 10.0.0.1:11811, [fd00::1]:11811 or host:11811 (several with "
       "';' between them)",
@@ -110,18 +112,18 @@ std::filesystem::path beside(const std::string& file, const std::string& path) {
 }
 
 void load_security(const YAML::Node& node, const std::string& file, SecuritySettings& into,
-                   Problems& problems) {
-  Section security{node, "security", problems};
+                   documents::Problems& problems) {
+  documents::Section security{node, "security", problems};
   std::string keystore;
   security.read("enclave", enclave_name(), into.enclave);
-  if (security.require("keystore", any_text("a folder that `ros2 security` made"), keystore)) {
+  if (security.require("keystore", documents::any_text("a folder that `ros2 security` made"), keystore)) {
     const auto folder = beside(file, keystore);
     std::error_code ignored;
     if (std::filesystem::is_directory(folder / "enclaves", ignored)) {
       into.keystore = folder.string();
     } else {
       problems.error(security.value_mark("keystore"),
-                     fmt::format("keystore: {} has no folder 'enclaves'", quote(folder.string())));
+                     fmt::format("keystore: {} has no folder 'enclaves'", documents::quote(folder.string())));
     }
   }
   security.finish();
@@ -146,16 +148,17 @@ std::vector<std::string> endpoint_profiles(const std::filesystem::path& file) {
                                                       "subscriber"};
       const char* const name = one->Attribute("profile_name");
       if (name != nullptr && std::ranges::find(kinds, one->Name()) != kinds.end()) {
-        names.push_back(quote(name));
+        names.push_back(documents::quote(name));
       }
     }
   }
   return names;
 }
 
-void load_profiles(Section& dds, const std::string& file, DdsSettings& into, Problems& problems) {
+void load_profiles(documents::Section& dds, const std::string& file, DdsSettings& into,
+                   documents::Problems& problems) {
   std::string profiles;
-  if (dds.read("profiles", any_text("a file of Fast DDS's XML profiles"), profiles)) {
+  if (dds.read("profiles", documents::any_text("a file of Fast DDS's XML profiles"), profiles)) {
     const auto path = beside(file, profiles);
     std::error_code ignored;
     if (std::filesystem::is_regular_file(path, ignored)) {
@@ -169,10 +172,10 @@ void load_profiles(Section& dds, const std::string& file, DdsSettings& into, Pro
       }
     } else {
       problems.error(dds.value_mark("profiles"),
-                     fmt::format("profiles: there is no file {}", quote(path.string())));
+                     fmt::format("profiles: there is no file {}", documents::quote(path.string())));
     }
   }
-  if (dds.read("profile", any_text("the name of a participant profile"), into.profile) &&
+  if (dds.read("profile", documents::any_text("the name of a participant profile"), into.profile) &&
       dds.is_missing("profiles")) {
     problems.error(dds.value_mark("profile"), "profile: needs 'profiles', the file that it stands in");
   }
@@ -180,14 +183,15 @@ void load_profiles(Section& dds, const std::string& file, DdsSettings& into, Pro
 
 }  // namespace
 
-void load_dds(const YAML::Node& node, const std::string& file, DdsSettings& into, Problems& problems) {
-  Section dds{node, "dds", problems};
+void load_dds(const YAML::Node& node, const std::string& file, DdsSettings& into,
+              documents::Problems& problems) {
+  documents::Section dds{node, "dds", problems};
   if (std::uint32_t domain = 0; dds.read("domain", domain_id(), domain)) {
     into.domain = domain;
   }
   std::vector<IpAddress> addresses;
-  std::vector<Mark> marks;
-  auto ipv4 = ip_address();
+  std::vector<documents::Mark> marks;
+  auto ipv4 = documents::ip_address();
   ipv4.expected = "an IPv4 address of this host";
   ipv4.read = [read = std::move(ipv4.read)](std::string_view text) {
     const auto address = read(text);
@@ -198,11 +202,11 @@ void load_dds(const YAML::Node& node, const std::string& file, DdsSettings& into
     into.interfaces.push_back(someip::to_string(address));
   }
   into.mark = marks.empty() ? dds.mark() : marks.front();
-  if (bool shared_memory = false; dds.read("shared_memory", truth(), shared_memory)) {
+  if (bool shared_memory = false; dds.read("shared_memory", documents::truth(), shared_memory)) {
     into.shared_memory = shared_memory;
   }
-  dds.read("types", one_of<bool>({{"warn", false}, {"strict", true}}), into.strict_types);
-  dds.read("lease", duration(std::chrono::seconds{1}, std::chrono::hours{1}), into.lease);
+  dds.read("types", documents::one_of<bool>({{"warn", false}, {"strict", true}}), into.strict_types);
+  dds.read("lease", documents::duration(std::chrono::seconds{1}, std::chrono::hours{1}), into.lease);
   dds.read("node", node_name(), into.node);
   dds.read("ros_distro", ros_distro(), into.ros_distro);
   load_profiles(dds, file, into, problems);
@@ -213,4 +217,4 @@ void load_dds(const YAML::Node& node, const std::string& file, DdsSettings& into
   dds.finish();
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -9,35 +9,41 @@
 #include "someip/core/e2e/checker.hpp"
 #include "someip/core/e2e/layout.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 namespace e2e = someip::e2e;
 
-void load_sequence(Section& section, e2e::EarlySequence& into) {
-  section.read("max_delta_counter_init", as<std::uint8_t>(whole_number(0, 14)), into.max_delta_counter_init);
-  section.read("max_no_new_or_repeated_data", as<std::uint8_t>(whole_number(0, 15)),
+void load_sequence(documents::Section& section, e2e::EarlySequence& into) {
+  section.read("max_delta_counter_init", documents::as<std::uint8_t>(documents::whole_number(0, 14)),
+               into.max_delta_counter_init);
+  section.read("max_no_new_or_repeated_data", documents::as<std::uint8_t>(documents::whole_number(0, 15)),
                into.max_no_new_or_repeated_data);
-  section.read("sync_counter_init", as<std::uint8_t>(whole_number(0, 15)), into.sync_counter_init);
+  section.read("sync_counter_init", documents::as<std::uint8_t>(documents::whole_number(0, 15)),
+               into.sync_counter_init);
   section.read("behavior",
-               one_of<e2e::Behavior>({{"r4_2", e2e::Behavior::r4_2}, {"pre_r4_2", e2e::Behavior::pre_r4_2}}),
+               documents::one_of<e2e::Behavior>(
+                   {{"r4_2", e2e::Behavior::r4_2}, {"pre_r4_2", e2e::Behavior::pre_r4_2}}),
                into.behavior);
 }
 
 // The keys have the names of the fields: what a profile does not have is an unknown key. What a value has to
 // be is judged when all of them are known.
 template <typename Profile>
-void load_profile(Section& section, bool payload_only, Profile& into, Problems& problems) {
-  const auto number = as<std::uint32_t>(whole_number(0, std::numeric_limits<std::uint32_t>::max()));
+void load_profile(documents::Section& section, bool payload_only, Profile& into,
+                  documents::Problems& problems) {
+  const auto number =
+      documents::as<std::uint32_t>(documents::whole_number(0, std::numeric_limits<std::uint32_t>::max()));
   const std::uint32_t front = payload_only ? 0 : e2e::someip_offset_bits;
   if constexpr (requires { into.data_id; }) {
     using Id = decltype(into.data_id);
-    section.require("data_id", as<Id>(id_number(0, std::numeric_limits<Id>::max())), into.data_id);
+    section.require("data_id", documents::as<Id>(documents::id_number(0, std::numeric_limits<Id>::max())),
+                    into.data_id);
   }
   if constexpr (requires { into.data_id_list; }) {
     std::vector<std::uint8_t> ids;
-    std::vector<Mark> marks;
-    section.read_list("data_id_list", as<std::uint8_t>(id_number(0, 255)), ids, marks);
+    std::vector<documents::Mark> marks;
+    section.read_list("data_id_list", documents::as<std::uint8_t>(documents::id_number(0, 255)), ids, marks);
     if (ids.size() == into.data_id_list.size()) {
       std::copy(ids.begin(), ids.end(), into.data_id_list.begin());
     } else {
@@ -49,10 +55,10 @@ void load_profile(Section& section, bool payload_only, Profile& into, Problems& 
   }
   if constexpr (requires { into.data_id_mode; }) {
     section.read("data_id_mode",
-                 one_of<e2e::DataIdMode>({{"both", e2e::DataIdMode::both},
-                                          {"alternating", e2e::DataIdMode::alternating},
-                                          {"low", e2e::DataIdMode::low},
-                                          {"nibble", e2e::DataIdMode::nibble}}),
+                 documents::one_of<e2e::DataIdMode>({{"both", e2e::DataIdMode::both},
+                                                     {"alternating", e2e::DataIdMode::alternating},
+                                                     {"low", e2e::DataIdMode::low},
+                                                     {"nibble", e2e::DataIdMode::nibble}}),
                  into.data_id_mode);
   }
   if constexpr (requires { into.data_bits; }) {
@@ -78,7 +84,7 @@ void load_profile(Section& section, bool payload_only, Profile& into, Problems& 
   }
   if constexpr (requires { into.crc_order; }) {
     section.read("crc_order",
-                 one_of<std::endian>({{"little", std::endian::little}, {"big", std::endian::big}}),
+                 documents::one_of<std::endian>({{"little", std::endian::little}, {"big", std::endian::big}}),
                  into.crc_order);
   }
   if constexpr (requires { into.sequence; }) {
@@ -86,9 +92,10 @@ void load_profile(Section& section, bool payload_only, Profile& into, Problems& 
   }
 }
 
-void load_state_machine(const YAML::Node& node, e2e::StateMachineConfig& into, Problems& problems) {
-  Section section{node, "state_machine", problems};
-  const auto count = as<std::uint8_t>(whole_number(0, 255));
+void load_state_machine(const YAML::Node& node, e2e::StateMachineConfig& into,
+                        documents::Problems& problems) {
+  documents::Section section{node, "state_machine", problems};
+  const auto count = documents::as<std::uint8_t>(documents::whole_number(0, 255));
   section.read("window_size_init", count, into.window_size_init);
   section.read("window_size_valid", count, into.window_size_valid);
   section.read("window_size_invalid", count, into.window_size_invalid);
@@ -98,8 +105,8 @@ void load_state_machine(const YAML::Node& node, e2e::StateMachineConfig& into, P
   section.read("max_error_init", count, into.max_error_init);
   section.read("max_error_valid", count, into.max_error_valid);
   section.read("max_error_invalid", count, into.max_error_invalid);
-  section.read("clear_to_invalid", truth(), into.clear_to_invalid);
-  section.read("transit_to_invalid_extended", truth(), into.transit_to_invalid_extended);
+  section.read("clear_to_invalid", documents::truth(), into.clear_to_invalid);
+  section.read("transit_to_invalid_extended", documents::truth(), into.transit_to_invalid_extended);
   section.finish();
   if (const auto machine = e2e::StateMachine::create(into); !machine) {
     const std::string field{machine.error().field};
@@ -109,7 +116,8 @@ void load_state_machine(const YAML::Node& node, e2e::StateMachineConfig& into, P
 }
 
 // What the bytes of a message then look like must be possible.
-void check_layout(const Section& section, const E2eSettings& settings, Problems& problems) {
+void check_layout(const documents::Section& section, const E2eSettings& settings,
+                  documents::Problems& problems) {
   const auto layout = e2e::make_layout(settings.profile);
   if (!layout) {
     const std::string field{layout.error().field};
@@ -124,24 +132,24 @@ void check_layout(const Section& section, const E2eSettings& settings, Problems&
   }
 }
 
-Format<e2e::Config> event_profile() {
-  return one_of<e2e::Config>({{"1", e2e::Profile1{}},
-                              {"2", e2e::Profile2{}},
-                              {"4", e2e::Profile4{}},
-                              {"5", e2e::Profile5{}},
-                              {"6", e2e::Profile6{}},
-                              {"7", e2e::Profile7{}},
-                              {"8", e2e::Profile8{}},
-                              {"11", e2e::Profile11{}},
-                              {"22", e2e::Profile22{}},
-                              {"44", e2e::Profile44{}}});
+documents::Format<e2e::Config> event_profile() {
+  return documents::one_of<e2e::Config>({{"1", e2e::Profile1{}},
+                                         {"2", e2e::Profile2{}},
+                                         {"4", e2e::Profile4{}},
+                                         {"5", e2e::Profile5{}},
+                                         {"6", e2e::Profile6{}},
+                                         {"7", e2e::Profile7{}},
+                                         {"8", e2e::Profile8{}},
+                                         {"11", e2e::Profile11{}},
+                                         {"22", e2e::Profile22{}},
+                                         {"44", e2e::Profile44{}}});
 }
 
 // 4m, 7m and 44m tell requests from answers.
-Format<e2e::Config> method_profile() {
-  const auto with_m =
-      one_of<e2e::Config>({{"4m", e2e::Profile4m{}}, {"7m", e2e::Profile7m{}}, {"44m", e2e::Profile44m{}}});
-  const Format<e2e::Config> others = event_profile();
+documents::Format<e2e::Config> method_profile() {
+  const auto with_m = documents::one_of<e2e::Config>(
+      {{"4m", e2e::Profile4m{}}, {"7m", e2e::Profile7m{}}, {"44m", e2e::Profile44m{}}});
+  const documents::Format<e2e::Config> others = event_profile();
   return {others.expected + ", 4m, 7m, 44m",
           [with_m, others](std::string_view text) -> std::optional<e2e::Config> {
             const auto found = with_m.read(text);
@@ -155,26 +163,29 @@ bool has_source_id(const e2e::Config& profile) {
 }
 
 /// @param refused  what becomes of a key that only receivers have, else nothing.
-std::optional<E2eSettings> load_settings(Section& section, const Format<e2e::Config>& profiles,
+std::optional<E2eSettings> load_settings(documents::Section& section,
+                                         const documents::Format<e2e::Config>& profiles,
                                          const std::function<void(const char*)>& refused,
-                                         Problems& problems) {
+                                         documents::Problems& problems) {
   E2eSettings settings;
   if (!section.require("profile", profiles, settings.profile)) {
     return std::nullopt;  // which keys there are depends on it
   }
-  section.read("payload_only", truth(), settings.payload_only);
+  section.read("payload_only", documents::truth(), settings.payload_only);
   std::visit([&](auto& profile) { load_profile(section, settings.payload_only, profile, problems); },
              settings.profile);
   if (const YAML::Node machine = section.child("state_machine")) {
     load_state_machine(machine, settings.state_machine, problems);
     refused("state_machine");
   }
-  if (section.read("failed", one_of<bool>({{"drop", false}, {"pass", true}}), settings.pass_failed)) {
+  if (section.read("failed", documents::one_of<bool>({{"drop", false}, {"pass", true}}),
+                   settings.pass_failed)) {
     refused("failed");
   }
   if (has_source_id(settings.profile)) {
     constexpr std::uint32_t source_id_max = 0x0fff'ffff;  // it has 28 bits
-    if (section.read("source_id", as<std::uint32_t>(id_number(0, source_id_max)), settings.source_id)) {
+    if (section.read("source_id", documents::as<std::uint32_t>(documents::id_number(0, source_id_max)),
+                     settings.source_id)) {
       refused("source_id");
     }
   }
@@ -188,8 +199,8 @@ std::optional<E2eSettings> load_settings(Section& section, const Format<e2e::Con
 }  // namespace
 
 std::optional<E2eSettings> load_e2e(const YAML::Node& node, std::optional<Direction> known,
-                                    Problems& problems) {
-  Section section{node, "e2e", problems};
+                                    documents::Problems& problems) {
+  documents::Section section{node, "e2e", problems};
   const auto refused = [&](const char* key) {
     if (known == Direction::dds_to_someip) {
       problems.error(section.use_mark(key),
@@ -200,8 +211,8 @@ std::optional<E2eSettings> load_e2e(const YAML::Node& node, std::optional<Direct
 }
 
 std::optional<E2eSettings> load_method_e2e(const YAML::Node& node, std::optional<Server> known,
-                                           Problems& problems) {
-  Section section{node, "e2e", problems};
+                                           documents::Problems& problems) {
+  documents::Section section{node, "e2e", problems};
   const auto refused = [&](const char* key) {
     if (known == Server::ros && std::string_view{key} == "source_id") {
       problems.error(
@@ -212,13 +223,13 @@ std::optional<E2eSettings> load_method_e2e(const YAML::Node& node, std::optional
   return load_settings(section, method_profile(), refused, problems);
 }
 
-void load_e2e_of_parts(Section& section, std::optional<Server> known, std::initializer_list<E2ePart> parts,
-                       Problems& problems) {
+void load_e2e_of_parts(documents::Section& section, std::optional<Server> known,
+                       std::initializer_list<E2ePart> parts, documents::Problems& problems) {
   const YAML::Node node = section.child("e2e");
   if (!node) {
     return;
   }
-  Section of_parts{node, "e2e", problems};
+  documents::Section of_parts{node, "e2e", problems};
   for (const E2ePart& part : parts) {
     const YAML::Node settings = of_parts.child(part.key);
     if (!settings) {
@@ -234,4 +245,4 @@ void load_e2e_of_parts(Section& section, std::optional<Server> known, std::initi
   of_parts.finish();
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -7,7 +7,7 @@
 #include "bridge/messages/types/names.hpp"
 #include "bridge/messages/values/load_wire.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 /// What the parts of a field have in common.
@@ -15,9 +15,9 @@ struct FieldKeys {
   std::string topic;
   std::string type;
   std::optional<Transport> transport;
-  std::map<std::string, Mark, std::less<>> good;
+  std::map<std::string, documents::Mark, std::less<>> good;
   MethodRoute method;  ///< ids, version, port and rules
-  Mark type_mark;
+  documents::Mark type_mark;
   std::optional<E2eSettings> e2e_of_event;
   std::optional<E2eSettings> e2e_of_getter;
   std::optional<E2eSettings> e2e_of_setter;
@@ -27,21 +27,21 @@ struct FieldKeys {
 
 /// What the getter and the setter have each.
 struct AccessKeys {
-  FieldAccess access;
+  messages::FieldAccess access;
   const char* id;
   const char* service;
   const char* type;
   const char* suffix;  ///< of the service, where it has no name
 };
-constexpr AccessKeys getter_keys{FieldAccess::get, "getter", "get_service", "get_type", "/get"};
-constexpr AccessKeys setter_keys{FieldAccess::set, "setter", "set_service", "set_type", "/set"};
+constexpr AccessKeys getter_keys{messages::FieldAccess::get, "getter", "get_service", "get_type", "/get"};
+constexpr AccessKeys setter_keys{messages::FieldAccess::set, "setter", "set_service", "set_type", "/set"};
 
-void load_field_endpoint(Section& section, FieldKeys& field, Problems& problems) {
+void load_field_endpoint(documents::Section& section, FieldKeys& field, documents::Problems& problems) {
   Transport transport{};
   if (section.read("transport", udp_or_tcp(), transport)) {
     field.transport = transport;
   }
-  const auto port = as<std::uint16_t>(whole_number(1, 65535));
+  const auto port = documents::as<std::uint16_t>(documents::whole_number(1, 65535));
   const bool is_offered = field.method.server == Server::ros && field.good.contains("server");
   if (is_offered) {
     if (section.require("port", port, field.method.port)) {
@@ -52,7 +52,7 @@ void load_field_endpoint(Section& section, FieldKeys& field, Problems& problems)
         section.use_mark("port"),
         "port: is where we offer a field, with server: ros; the offer of a SOME/IP server names its own");
   }
-  if (section.read("offer", one_of<bool>({{"while_served", false}, {"always", true}}),
+  if (section.read("offer", documents::one_of<bool>({{"while_served", false}, {"always", true}}),
                    field.method.offer_always) &&
       field.good.contains("server") && !is_offered) {
     problems.error(section.use_mark("offer"), "offer: is for fields with server: ros");
@@ -60,13 +60,16 @@ void load_field_endpoint(Section& section, FieldKeys& field, Problems& problems)
 }
 
 /// The notifier, if there is one.
-std::optional<RouteInFile> load_notifier(Section& section, const FieldKeys& field, Problems& problems) {
+std::optional<RouteInFile> load_notifier(documents::Section& section, const FieldKeys& field,
+                                         documents::Problems& problems) {
   RouteInFile result{{}, field.good, field.type_mark};
   Route& route = result.route;
   // The ranges are those of a route.
-  const bool has_event = section.read("event", as<someip::MethodId>(id_number(0x0001, 0xfffe)), route.event);
+  const bool has_event = section.read(
+      "event", documents::as<someip::MethodId>(documents::id_number(0x0001, 0xfffe)), route.event);
   if (section.is_missing("event")) {
-    section.read("eventgroup", as<someip::EventgroupId>(id_number(0x0001, 0xfffe)), route.eventgroup);
+    section.read("eventgroup", documents::as<someip::EventgroupId>(documents::id_number(0x0001, 0xfffe)),
+                 route.eventgroup);
     static_cast<void>(section.child("multicast"));
     load_subscribe(section, true, "", route.presence, problems);
     for (const char* key : {"eventgroup", "multicast", "subscribe"}) {
@@ -81,7 +84,8 @@ std::optional<RouteInFile> load_notifier(Section& section, const FieldKeys& fiel
     result.good.emplace("event", section.use_mark("event"));
     check_event_id(section, route.event, problems);
   }
-  if (section.require("eventgroup", as<someip::EventgroupId>(id_number(0x0001, 0xfffe)), route.eventgroup)) {
+  if (section.require("eventgroup", documents::as<someip::EventgroupId>(documents::id_number(0x0001, 0xfffe)),
+                      route.eventgroup)) {
     result.good.emplace("eventgroup", section.use_mark("eventgroup"));
   }
   const MethodRoute& method = field.method;
@@ -109,15 +113,17 @@ std::optional<RouteInFile> load_notifier(Section& section, const FieldKeys& fiel
 
 /// The getter or setter as a method, if it is one.
 /// @param notifier  which answers a getter that has no service.
-std::optional<MethodInFile> load_access(Section& section, const AccessKeys& keys, const FieldKeys& field,
-                                        RouteInFile* notifier, Problems& problems) {
+std::optional<MethodInFile> load_access(documents::Section& section, const AccessKeys& keys,
+                                        const FieldKeys& field, RouteInFile* notifier,
+                                        documents::Problems& problems) {
   MethodInFile result{field.method, field.good, field.type_mark};
   MethodRoute& method = result.method;
   method.access = keys.access;
   method.value_type = field.type;
-  method.e2e = keys.access == FieldAccess::get ? field.e2e_of_getter : field.e2e_of_setter;
+  method.e2e = keys.access == messages::FieldAccess::get ? field.e2e_of_getter : field.e2e_of_setter;
   const bool has_id = !section.is_missing(keys.id);
-  if (section.read(keys.id, as<someip::MethodId>(id_number(0x0001, 0xfffe)), method.method)) {
+  if (section.read(keys.id, documents::as<someip::MethodId>(documents::id_number(0x0001, 0xfffe)),
+                   method.method)) {
     result.good.emplace(keys.id, section.use_mark(keys.id));
     check_method_id(section, keys.id, method.method, problems);
   }
@@ -132,7 +138,7 @@ std::optional<MethodInFile> load_access(Section& section, const AccessKeys& keys
   if (!has_id) {
     return std::nullopt;
   }
-  if (keys.access == FieldAccess::get && method.server == Server::ros && notifier != nullptr &&
+  if (keys.access == messages::FieldAccess::get && method.server == Server::ros && notifier != nullptr &&
       section.is_missing(keys.service) && section.is_missing(keys.type)) {
     if (result.good.contains(keys.id)) {
       notifier->route.getter = {method.method, method.e2e};
@@ -150,7 +156,7 @@ std::optional<MethodInFile> load_access(Section& section, const AccessKeys& keys
   } else if (field.good.contains("topic")) {
     method.ros_service = field.topic + keys.suffix;
     result.good.emplace("ros_service", section.use_mark("topic"));
-    if (section.is_missing(keys.service) && !is_topic_name(method.ros_service)) {
+    if (section.is_missing(keys.service) && !messages::is_topic_name(method.ros_service)) {
       problems.error(section.use_mark("topic"),
                      std::string{"topic: is too long for the service that is called like it, with "} +
                          keys.suffix + "; give it another name by `" + keys.service + "`");
@@ -167,10 +173,10 @@ std::optional<MethodInFile> load_access(Section& section, const AccessKeys& keys
 
 }  // namespace
 
-FieldInFile load_field(const YAML::Node& node, Problems& problems) {
+FieldInFile load_field(const YAML::Node& node, documents::Problems& problems) {
   FieldKeys field;
   MethodRoute& method = field.method;
-  Section section{node, "field", problems};
+  documents::Section section{node, "field", problems};
   method.mark = section.mark();
   const auto require = [&](const char* key, const auto& format, auto& into) {
     if (section.require(key, format, into)) {
@@ -181,13 +187,15 @@ FieldInFile load_field(const YAML::Node& node, Problems& problems) {
   require("topic", topic_name(), field.topic);
   require("type", type_name(), field.type);
   field.type_mark = section.value_mark("type");
-  require("server", one_of<Server>({{"someip", Server::someip}, {"ros", Server::ros}}), method.server);
+  require("server", documents::one_of<Server>({{"someip", Server::someip}, {"ros", Server::ros}}),
+          method.server);
   if (const auto server = field.good.find("server"); server != field.good.end()) {
     field.good.emplace("direction", server->second);
   }
   // The ranges are those of a route.
-  require("service", as<someip::ServiceId>(id_number(0x0001, 0xfffd)), method.service);
-  require("instance", as<someip::InstanceId>(id_number(0x0001, 0xfffe)), method.instance);
+  require("service", documents::as<someip::ServiceId>(documents::id_number(0x0001, 0xfffd)), method.service);
+  require("instance", documents::as<someip::InstanceId>(documents::id_number(0x0001, 0xfffe)),
+          method.instance);
   load_field_endpoint(section, field, problems);
   load_version(section, method.server == Server::someip, method.major, method.minor);
   field.good.emplace("major", section.use_mark("major"));
@@ -196,7 +204,7 @@ FieldInFile load_field(const YAML::Node& node, Problems& problems) {
                     "fields with server: ros", method.from_bridges, problems);
   load_calls(section, method, problems);
   if (const YAML::Node wire = section.child("wire")) {
-    load_wire(wire, method.rules, problems);
+    messages::load_wire(wire, method.rules, problems);
   }
 
   load_e2e_of_parts(section, field.good.contains("server") ? std::optional{method.server} : std::nullopt,
@@ -224,7 +232,7 @@ FieldInFile load_field(const YAML::Node& node, Problems& problems) {
     MethodRoute& last = result.methods.back().method;
     if (result.methods.size() == 2) {
       last.getter = {result.methods[0].method.method, field.e2e_of_getter};
-    } else if (last.access == FieldAccess::set && result.route) {
+    } else if (last.access == messages::FieldAccess::set && result.route) {
       last.notifier = result.route->route.event;
     }
   }
@@ -238,4 +246,4 @@ FieldInFile load_field(const YAML::Node& node, Problems& problems) {
   return result;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -7,7 +7,7 @@
 #include "bridge/carry/config/load_method.hpp"
 #include "bridge/carry/config/load_route.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// A field as what it is made of: a latched topic that is a notifier, and services that are getter and
 /// setter. Incomplete as RouteInFile is.
@@ -17,6 +17,6 @@ struct FieldInFile {
 };
 
 /// Reads one element of `fields`.
-[[nodiscard]] FieldInFile load_field(const YAML::Node& node, Problems& problems);
+[[nodiscard]] FieldInFile load_field(const YAML::Node& node, documents::Problems& problems);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -6,7 +6,7 @@
 
 #include "bridge/documents/section.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 constexpr std::uint64_t slots_max = 60'000;  // a table has a little less than 65535
@@ -57,30 +57,32 @@ std::span<const LimitKey> limit_keys() noexcept {
   return keys;
 }
 
-void load_limits(Section& someip, std::map<std::string, std::uint64_t, std::less<>>& into,
-                 Problems& problems) {
+void load_limits(documents::Section& someip, std::map<std::string, std::uint64_t, std::less<>>& into,
+                 documents::Problems& problems) {
   const YAML::Node node = someip.child("limits");
   if (!node) {
     return;
   }
-  Section limits{node, "limits", problems};
+  documents::Section limits{node, "limits", problems};
   for (const LimitKey& key : keys) {
     if (key.kind == LimitKey::Kind::time) {
       const auto time = [](std::uint64_t ns) { return Duration{static_cast<Duration::rep>(ns)}; };
       Duration value{};
-      if (limits.read(key.name, duration(time(key.min), time(key.max)), value)) {
+      if (limits.read(key.name, documents::duration(time(key.min), time(key.max)), value)) {
         into[key.name] = static_cast<std::uint64_t>(value.count());
       }
       continue;
     }
     std::uint64_t value = 0;
     const bool is_bytes = key.kind == LimitKey::Kind::bytes;
-    if (limits.read(key.name, is_bytes ? byte_size(key.min, key.max) : whole_number(key.min, key.max),
-                    value)) {
+    if (limits.read(
+            key.name,
+            is_bytes ? documents::byte_size(key.min, key.max) : documents::whole_number(key.min, key.max),
+            value)) {
       into[key.name] = value;
     }
   }
   limits.finish();
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

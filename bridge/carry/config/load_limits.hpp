@@ -4,11 +4,14 @@
 #include <map>
 #include <span>
 #include <string>
+#include "bridge/carry/config/bridge_config.hpp"
 
-namespace trestle::bridge {
-
+namespace trestle::documents {
 class Problems;
 class Section;
+}  // namespace trestle::documents
+
+namespace trestle::carry {
 
 /// A limit of the SOME/IP side that a configuration may set; the name is that of the stack's own setting.
 struct LimitKey {
@@ -22,7 +25,7 @@ struct LimitKey {
 [[nodiscard]] std::span<const LimitKey> limit_keys() noexcept;
 
 /// Reads `limits` of `someip`: those that are given, by name.
-void load_limits(Section& someip, std::map<std::string, std::uint64_t, std::less<>>& into,
-                 Problems& problems);
+void load_limits(documents::Section& someip, std::map<std::string, std::uint64_t, std::less<>>& into,
+                 documents::Problems& problems);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -8,12 +8,12 @@
 #include "bridge/messages/types/names.hpp"
 #include "bridge/messages/values/load_wire.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
-void load_method_endpoint(Section& section, MethodInFile& into, Problems& problems) {
+void load_method_endpoint(documents::Section& section, MethodInFile& into, documents::Problems& problems) {
   MethodRoute& method = into.method;
-  const auto port = as<std::uint16_t>(whole_number(1, 65535));
+  const auto port = documents::as<std::uint16_t>(documents::whole_number(1, 65535));
   Transport transport{};
   if (section.read("transport", udp_or_tcp(), transport)) {
     method.transport = transport;
@@ -34,21 +34,22 @@ void load_method_endpoint(Section& section, MethodInFile& into, Problems& proble
 
 }  // namespace
 
-Format<std::string> service_name() {
+documents::Format<std::string> service_name() {
   return {"a service such as /arm/set_mode (absolute; letters, digits, '_')",
           [](std::string_view text) -> std::optional<std::string> {
-            return is_topic_name(text) ? std::optional<std::string>{text} : std::nullopt;
+            return messages::is_topic_name(text) ? std::optional<std::string>{text} : std::nullopt;
           }};
 }
 
-Format<std::string> service_type_name() {
+documents::Format<std::string> service_type_name() {
   return {"a service type such as std_srvs/srv/SetBool",
           [](std::string_view text) -> std::optional<std::string> {
-            return is_service_type_name(text) ? std::optional<std::string>{text} : std::nullopt;
+            return messages::is_service_type_name(text) ? std::optional<std::string>{text} : std::nullopt;
           }};
 }
 
-void check_method_id(const Section& section, const char* key, someip::MethodId method, Problems& problems) {
+void check_method_id(const documents::Section& section, const char* key, someip::MethodId method,
+                     documents::Problems& problems) {
   // Advice of the specification; deployments with higher ids exist.  [feat_req_someip_626]
   if (someip::value(method) >= 0x8000) {
     problems.warning(
@@ -57,26 +58,27 @@ void check_method_id(const Section& section, const char* key, someip::MethodId m
   }
 }
 
-void load_calls(Section& section, MethodRoute& method, Problems& problems) {
-  section.read("timeout", duration(std::chrono::milliseconds{1}, std::chrono::hours{1}), method.timeout);
-  section.read("max_calls", as<std::size_t>(whole_number(1, 10'000)), method.max_calls);
+void load_calls(documents::Section& section, MethodRoute& method, documents::Problems& problems) {
+  section.read("timeout", documents::duration(std::chrono::milliseconds{1}, std::chrono::hours{1}),
+               method.timeout);
+  section.read("max_calls", documents::as<std::size_t>(documents::whole_number(1, 10'000)), method.max_calls);
   section.read("max_message", message_size(), method.tp.max_message);
   if (const YAML::Node node = section.child("tp")) {
-    Section tp{node, "tp", problems};
+    documents::Section tp{node, "tp", problems};
     load_pacing(tp, method.tp);
     tp.finish();
   }
   section.read("ros_form",
-               one_of<ServiceForm>({{"auto", ServiceForm::automatic},
-                                    {"fastrtps", ServiceForm::fastrtps},
-                                    {"cyclonedds", ServiceForm::cyclonedds}}),
+               documents::one_of<ServiceForm>({{"auto", ServiceForm::automatic},
+                                               {"fastrtps", ServiceForm::fastrtps},
+                                               {"cyclonedds", ServiceForm::cyclonedds}}),
                method.form);
 }
 
-MethodInFile load_method(const YAML::Node& node, Problems& problems) {
+MethodInFile load_method(const YAML::Node& node, documents::Problems& problems) {
   MethodInFile result;
   MethodRoute& method = result.method;
-  Section section{node, "method", problems};
+  documents::Section section{node, "method", problems};
   method.mark = section.mark();
   const auto require = [&](const char* key, const auto& format, auto& into) {
     if (section.require(key, format, into)) {
@@ -87,11 +89,13 @@ MethodInFile load_method(const YAML::Node& node, Problems& problems) {
   require("ros_service", service_name(), method.ros_service);
   require("type", service_type_name(), method.type);
   result.type_mark = section.value_mark("type");
-  require("server", one_of<Server>({{"someip", Server::someip}, {"ros", Server::ros}}), method.server);
+  require("server", documents::one_of<Server>({{"someip", Server::someip}, {"ros", Server::ros}}),
+          method.server);
   // The ranges are those of a route.
-  require("service", as<someip::ServiceId>(id_number(0x0001, 0xfffd)), method.service);
-  require("instance", as<someip::InstanceId>(id_number(0x0001, 0xfffe)), method.instance);
-  require("method", as<someip::MethodId>(id_number(0x0001, 0xfffe)), method.method);
+  require("service", documents::as<someip::ServiceId>(documents::id_number(0x0001, 0xfffd)), method.service);
+  require("instance", documents::as<someip::InstanceId>(documents::id_number(0x0001, 0xfffe)),
+          method.instance);
+  require("method", documents::as<someip::MethodId>(documents::id_number(0x0001, 0xfffe)), method.method);
   if (result.good.contains("method")) {
     check_method_id(section, "method", method.method, problems);
   }
@@ -99,16 +103,17 @@ MethodInFile load_method(const YAML::Node& node, Problems& problems) {
   load_version(section, method.server == Server::someip, method.major, method.minor);
   result.good.emplace("major", section.use_mark("major"));
   result.good.emplace("minor", section.use_mark("minor"));
-  if (section.read("offer", one_of<bool>({{"while_served", false}, {"always", true}}), method.offer_always) &&
+  if (section.read("offer", documents::one_of<bool>({{"while_served", false}, {"always", true}}),
+                   method.offer_always) &&
       result.good.contains("server") && method.server != Server::ros) {
     problems.error(section.use_mark("offer"), "offer: is for methods with server: ros");
   }
-  section.read("fire_and_forget", truth(), method.fire_and_forget);
+  section.read("fire_and_forget", documents::truth(), method.fire_and_forget);
   load_from_bridges(section, method.server == Server::ros || !result.good.contains("server"),
                     "methods with server: ros", method.from_bridges, problems);
   load_calls(section, method, problems);
   if (const YAML::Node wire = section.child("wire")) {
-    load_wire(wire, method.rules, problems);
+    messages::load_wire(wire, method.rules, problems);
   }
   if (const YAML::Node e2e = section.child("e2e")) {
     method.e2e = load_method_e2e(
@@ -118,4 +123,4 @@ MethodInFile load_method(const YAML::Node& node, Problems& problems) {
   return result;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

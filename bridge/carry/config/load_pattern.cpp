@@ -5,11 +5,11 @@
 #include "bridge/documents/format.hpp"
 #include "bridge/documents/section.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 /// Also with the name that topics have on the DDS wire: "rt/sensing/**".
-Format<std::string> topic_pattern() {
+documents::Format<std::string> topic_pattern() {
   return {
       "a pattern of topics such as /sensing/** (absolute; * stands for one level or a part of it, ** for "
       "any number of levels)",
@@ -22,11 +22,11 @@ Format<std::string> topic_pattern() {
 }
 
 /// "0x6000-0x6fff"
-Format<ServiceRange> service_range() {
+documents::Format<ServiceRange> service_range() {
   return {
       "a range of ids such as 0x6000-0x6fff, within 0x0001 to 0xfffd",
       [](std::string_view text) -> std::optional<ServiceRange> {
-        const auto id = as<someip::ServiceId>(id_number(0x0001, 0xfffd));
+        const auto id = documents::as<someip::ServiceId>(documents::id_number(0x0001, 0xfffd));
         const std::size_t dash = text.find('-');
         if (dash == std::string_view::npos) {
           return std::nullopt;
@@ -43,21 +43,21 @@ Format<ServiceRange> service_range() {
 
 /// @param qos  of the pattern's routes.
 void load_pattern_qos(const YAML::Node& node, QosSettings& qos, TopicPattern& pattern, bool inbound,
-                      Problems& problems) {
+                      documents::Problems& problems) {
   load_qos(node, qos, !inbound, problems);
-  Problems told_already{""};
-  const Section given{node, "qos", told_already};
+  documents::Problems told_already{""};
+  const documents::Section given{node, "qos", told_already};
   pattern.follow_durability = inbound && given.is_missing("durability");
 }
 
 }  // namespace
 
-PatternInFile load_pattern(const YAML::Node& node, Problems& problems) {
+PatternInFile load_pattern(const YAML::Node& node, documents::Problems& problems) {
   PatternInFile result;
   TopicPattern& pattern = result.pattern;
   RouteInFile common;
   Route& route = common.route;
-  Section section{node, "pattern", problems};
+  documents::Section section{node, "pattern", problems};
   pattern.mark = section.mark();
   route.mark = section.mark();
   const auto require = [&](const char* key, const auto& format, auto& into) {
@@ -66,17 +66,18 @@ PatternInFile load_pattern(const YAML::Node& node, Problems& problems) {
     }
   };
   require("topics", topic_pattern(), pattern.topics);
-  std::vector<Mark> marks;
+  std::vector<documents::Mark> marks;
   section.read_list("exclude", topic_pattern(), pattern.exclude, marks);
   require("direction",
-          one_of<Direction>(
+          documents::one_of<Direction>(
               {{"dds_to_someip", Direction::dds_to_someip}, {"someip_to_dds", Direction::someip_to_dds}}),
           route.direction);
   const bool outbound = common.good.contains("direction") && route.direction == Direction::dds_to_someip;
   const bool inbound = common.good.contains("direction") && !outbound;
   if (outbound) {
     require("services", service_range(), pattern.services);
-    section.read("max_routes", as<std::size_t>(whole_number(1, 1000)), pattern.max_routes);
+    section.read("max_routes", documents::as<std::size_t>(documents::whole_number(1, 1000)),
+                 pattern.max_routes);
     route.qos.reliability_as_published = true;
     route.qos.durability_as_published = true;
     route.presence.offer_while_published = true;
@@ -85,9 +86,11 @@ PatternInFile load_pattern(const YAML::Node& node, Problems& problems) {
   route.instance = someip::InstanceId{1};
   route.eventgroup = someip::EventgroupId{1};
   route.event = someip::MethodId{0x8001};
-  section.read("instance", as<someip::InstanceId>(id_number(0x0001, 0xfffe)), route.instance);
-  section.read("eventgroup", as<someip::EventgroupId>(id_number(0x0001, 0xfffe)), route.eventgroup);
-  section.read("event", as<someip::MethodId>(id_number(0x8001, 0xfffe)), route.event);
+  section.read("instance", documents::as<someip::InstanceId>(documents::id_number(0x0001, 0xfffe)),
+               route.instance);
+  section.read("eventgroup", documents::as<someip::EventgroupId>(documents::id_number(0x0001, 0xfffe)),
+               route.eventgroup);
+  section.read("event", documents::as<someip::MethodId>(documents::id_number(0x8001, 0xfffe)), route.event);
   load_carriage(section, common, problems);
   load_transport(section, udp_or_tcp(), route, problems);
   if (inbound) {
@@ -109,4 +112,4 @@ PatternInFile load_pattern(const YAML::Node& node, Problems& problems) {
   return result;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

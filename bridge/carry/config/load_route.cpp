@@ -7,24 +7,26 @@
 #include "bridge/messages/types/names.hpp"
 #include "bridge/messages/values/load_wire.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
-void load_tp(const YAML::Node& node, TpSettings& settings, Problems& problems) {
-  Section tp{node, "tp", problems};
+void load_tp(const YAML::Node& node, TpSettings& settings, documents::Problems& problems) {
+  documents::Section tp{node, "tp", problems};
   load_pacing(tp, settings);
   tp.read("max_message", message_size(), settings.max_message);
   tp.finish();
 }
 
-void load_group(const YAML::Node& node, const Route& route, bool direction_is_good, Mark key,
-                std::optional<MulticastSettings>& into, Problems& problems) {
+void load_group(const YAML::Node& node, const Route& route, bool direction_is_good, documents::Mark key,
+                std::optional<MulticastSettings>& into, documents::Problems& problems) {
   MulticastSettings settings;
-  Section multicast{node, "multicast", problems};
-  const bool has_address = multicast.require("address", multicast_address(), settings.group.address);
-  const bool has_port =
-      multicast.require("port", as<std::uint16_t>(whole_number(1, 65535)), settings.group.port);
-  multicast.read("threshold", as<std::size_t>(whole_number(1, 65535)), settings.threshold);
+  documents::Section multicast{node, "multicast", problems};
+  const bool has_address =
+      multicast.require("address", documents::multicast_address(), settings.group.address);
+  const bool has_port = multicast.require(
+      "port", documents::as<std::uint16_t>(documents::whole_number(1, 65535)), settings.group.port);
+  multicast.read("threshold", documents::as<std::size_t>(documents::whole_number(1, 65535)),
+                 settings.threshold);
   multicast.finish();
   if (route.direction != Direction::dds_to_someip && direction_is_good) {
     problems.error(key, "multicast: the server names the group; of a route from SOME/IP it cannot be set");
@@ -37,29 +39,30 @@ void load_group(const YAML::Node& node, const Route& route, bool direction_is_go
 
 }  // namespace
 
-Format<std::string> topic_name() {
+documents::Format<std::string> topic_name() {
   return {"a topic such as /sensing/points (absolute; letters, digits, '_')",
           [](std::string_view text) -> std::optional<std::string> {
-            return is_topic_name(text) ? std::optional<std::string>{text} : std::nullopt;
+            return messages::is_topic_name(text) ? std::optional<std::string>{text} : std::nullopt;
           }};
 }
 
-Format<std::string> type_name() {
+documents::Format<std::string> type_name() {
   return {"a message type such as sensor_msgs/msg/PointCloud2",
           [](std::string_view text) -> std::optional<std::string> {
-            return is_type_name(text) ? std::optional<std::string>{text} : std::nullopt;
+            return messages::is_type_name(text) ? std::optional<std::string>{text} : std::nullopt;
           }};
 }
 
-Format<Transport> udp_or_tcp() {
-  return one_of<Transport>({{"udp", Transport::udp}, {"tcp", Transport::tcp}});
+documents::Format<Transport> udp_or_tcp() {
+  return documents::one_of<Transport>({{"udp", Transport::udp}, {"tcp", Transport::tcp}});
 }
 
-Format<bool> durability() {
-  return one_of<bool>({{"volatile", false}, {"transient_local", true}});
+documents::Format<bool> durability() {
+  return documents::one_of<bool>({{"volatile", false}, {"transient_local", true}});
 }
 
-void check_event_id(const Section& section, someip::MethodId event, Problems& problems) {
+void check_event_id(const documents::Section& section, someip::MethodId event,
+                    documents::Problems& problems) {
   // Advice of the specification; deployments with lower ids exist.  [feat_req_someip_626]
   if (someip::value(event) < 0x8000) {
     problems.warning(section.value_mark("event"),
@@ -67,15 +70,15 @@ void check_event_id(const Section& section, someip::MethodId event, Problems& pr
   }
 }
 
-Format<std::size_t> message_size() {
-  return as<std::size_t>(byte_size(1024, std::uint64_t{256} << 20U));
+documents::Format<std::size_t> message_size() {
+  return documents::as<std::size_t>(documents::byte_size(1024, std::uint64_t{256} << 20U));
 }
 
-void load_pacing(Section& tp, TpSettings& settings) {
+void load_pacing(documents::Section& tp, TpSettings& settings) {
   constexpr std::uint32_t segment_bytes_max = 1392;  // [feat_req_someiptp_773]
-  const Format<std::uint32_t> multiple_of_16{
+  const documents::Format<std::uint32_t> multiple_of_16{
       "a multiple of 16 from 16 to 1392 (bytes)", [](std::string_view text) -> std::optional<std::uint32_t> {
-        const auto bytes = read_whole(text);
+        const auto bytes = documents::read_whole(text);
         // [feat_req_someiptp_772]
         return bytes && *bytes >= 16 && *bytes <= segment_bytes_max && *bytes % 16 == 0
                    ? std::optional{static_cast<std::uint32_t>(*bytes)}
@@ -83,13 +86,14 @@ void load_pacing(Section& tp, TpSettings& settings) {
       }};
   tp.read("segment_bytes", multiple_of_16, settings.segment_bytes);
   std::uint32_t burst = 0;
-  if (tp.read("burst", as<std::uint32_t>(whole_number(1, 65535)), burst)) {
+  if (tp.read("burst", documents::as<std::uint32_t>(documents::whole_number(1, 65535)), burst)) {
     settings.burst = burst;
   }
-  tp.read("separation", duration(Duration{0}, std::chrono::seconds{1}), settings.separation);
+  tp.read("separation", documents::duration(Duration{0}, std::chrono::seconds{1}), settings.separation);
 }
 
-void load_transport(Section& section, const Format<Transport>& format, Route& route, Problems& problems) {
+void load_transport(documents::Section& section, const documents::Format<Transport>& format, Route& route,
+                    documents::Problems& problems) {
   section.read("transport", format, route.transport);
   if (route.transport == Transport::tcp && route.direction == Direction::someip_to_dds && route.port != 0) {
     problems.error(section.use_mark("port"),
@@ -97,10 +101,10 @@ void load_transport(Section& section, const Format<Transport>& format, Route& ro
   }
 }
 
-void load_carriage(Section& section, RouteInFile& into, Problems& problems) {
+void load_carriage(documents::Section& section, RouteInFile& into, documents::Problems& problems) {
   Route& route = into.route;
   // The port of a service is part of its offer; that of a client is nobody's business.
-  const auto port = as<std::uint16_t>(whole_number(1, 65535));
+  const auto port = documents::as<std::uint16_t>(documents::whole_number(1, 65535));
   if (route.direction == Direction::dds_to_someip && into.good.contains("direction")) {
     if (section.require("port", port, route.port)) {
       into.good.emplace("port", section.use_mark("port"));
@@ -112,17 +116,17 @@ void load_carriage(Section& section, RouteInFile& into, Problems& problems) {
   into.good.emplace("major", section.use_mark("major"));
   into.good.emplace("minor", section.use_mark("minor"));
   if (const YAML::Node wire = section.child("wire")) {
-    load_wire(wire, route.rules, problems);
+    messages::load_wire(wire, route.rules, problems);
   }
   if (const YAML::Node tp = section.child("tp")) {
     load_tp(tp, route.tp, problems);
   }
 }
 
-void load_qos(const YAML::Node& node, QosSettings& settings, bool can_follow, Problems& problems) {
-  Section qos{node, "qos", problems};
+void load_qos(const YAML::Node& node, QosSettings& settings, bool can_follow, documents::Problems& problems) {
+  documents::Section qos{node, "qos", problems};
   // Nothing: as published.
-  const auto read = [&](const char* key, const Format<std::optional<bool>>& format, bool& value,
+  const auto read = [&](const char* key, const documents::Format<std::optional<bool>>& format, bool& value,
                         bool& follows) {
     std::optional<bool> given;
     if (!qos.read(key, format, given)) {
@@ -136,19 +140,20 @@ void load_qos(const YAML::Node& node, QosSettings& settings, bool can_follow, Pr
     value = given.value_or(value);
   };
   read("reliability",
-       one_of<std::optional<bool>>(
+       documents::one_of<std::optional<bool>>(
            {{"as_published", std::nullopt}, {"reliable", true}, {"best_effort", false}}),
        settings.reliable, settings.reliability_as_published);
   read("durability",
-       one_of<std::optional<bool>>(
+       documents::one_of<std::optional<bool>>(
            {{"as_published", std::nullopt}, {"volatile", false}, {"transient_local", true}}),
        settings.transient_local, settings.durability_as_published);
-  qos.read("depth", as<std::uint32_t>(whole_number(1, 10'000)), settings.depth);
-  qos.read("history", one_of<bool>({{"keep_last", false}, {"keep_all", true}}), settings.keep_all);
-  const Format<Duration> time = duration(std::chrono::milliseconds{1}, std::chrono::hours{24});
+  qos.read("depth", documents::as<std::uint32_t>(documents::whole_number(1, 10'000)), settings.depth);
+  qos.read("history", documents::one_of<bool>({{"keep_last", false}, {"keep_all", true}}), settings.keep_all);
+  const documents::Format<Duration> time =
+      documents::duration(std::chrono::milliseconds{1}, std::chrono::hours{24});
   qos.read("deadline", time, settings.deadline);
   qos.read("lifespan", time, settings.lifespan);
-  qos.read("liveliness", one_of<bool>({{"automatic", false}, {"manual_by_topic", true}}),
+  qos.read("liveliness", documents::one_of<bool>({{"automatic", false}, {"manual_by_topic", true}}),
            settings.manual_liveliness);
   qos.read("liveliness_lease", time, settings.liveliness_lease);
   // What is transient local is reliable, and what is best effort is volatile.
@@ -160,9 +165,10 @@ void load_qos(const YAML::Node& node, QosSettings& settings, bool can_follow, Pr
   qos.finish();
 }
 
-void load_presence(Section& section, std::optional<Direction> known, Presence& into, Problems& problems) {
+void load_presence(documents::Section& section, std::optional<Direction> known, Presence& into,
+                   documents::Problems& problems) {
   const auto read = [&](const char* key, const char* condition, Direction direction, bool& wanted) {
-    if (section.read(key, one_of<bool>({{"always", false}, {condition, true}}), wanted) && known &&
+    if (section.read(key, documents::one_of<bool>({{"always", false}, {condition, true}}), wanted) && known &&
         *known != direction) {
       problems.error(section.use_mark(key),
                      std::string{key} + ": is for routes with direction: " + to_string(direction));
@@ -174,19 +180,20 @@ void load_presence(Section& section, std::optional<Direction> known, Presence& i
                  "routes with direction: someip_to_dds", into, problems);
 }
 
-void load_subscribe(Section& section, bool is_right, const char* whom, Presence& into, Problems& problems) {
-  if (section.read("subscribe", one_of<bool>({{"always", false}, {"while_read", true}}),
+void load_subscribe(documents::Section& section, bool is_right, const char* whom, Presence& into,
+                    documents::Problems& problems) {
+  if (section.read("subscribe", documents::one_of<bool>({{"always", false}, {"while_read", true}}),
                    into.subscribe_while_read) &&
       !is_right) {
     problems.error(section.use_mark("subscribe"), std::string{"subscribe: is for "} + whom);
   }
 }
 
-void load_from_bridges(Section& section, bool is_right, const char* whom, std::vector<IpAddress>& into,
-                       Problems& problems) {
+void load_from_bridges(documents::Section& section, bool is_right, const char* whom,
+                       std::vector<IpAddress>& into, documents::Problems& problems) {
   constexpr std::size_t most = 8;  // they are told by discovery, with each reader and writer
-  std::vector<Mark> marks;
-  section.read_list("from_bridges", ip_address(), into, marks);
+  std::vector<documents::Mark> marks;
+  section.read_list("from_bridges", documents::ip_address(), into, marks);
   if (section.is_missing("from_bridges")) {
     return;
   }
@@ -197,7 +204,7 @@ void load_from_bridges(Section& section, bool is_right, const char* whom, std::v
   }
 }
 
-void load_multicast(Section& section, RouteInFile& into, Problems& problems) {
+void load_multicast(documents::Section& section, RouteInFile& into, documents::Problems& problems) {
   if (const YAML::Node node = section.child("multicast")) {
     load_group(node, into.route, into.good.contains("direction"), section.use_mark("multicast"),
                into.route.multicast, problems);
@@ -205,10 +212,10 @@ void load_multicast(Section& section, RouteInFile& into, Problems& problems) {
   }
 }
 
-RouteInFile load_route(const YAML::Node& node, Problems& problems) {
+RouteInFile load_route(const YAML::Node& node, documents::Problems& problems) {
   RouteInFile result;
   Route& route = result.route;
-  Section section{node, "route", problems};
+  documents::Section section{node, "route", problems};
   route.mark = section.mark();
   const auto require = [&](const char* key, const auto& format, auto& into) {
     if (section.require(key, format, into)) {
@@ -220,15 +227,17 @@ RouteInFile load_route(const YAML::Node& node, Problems& problems) {
   require("type", type_name(), route.type);
   result.type_mark = section.value_mark("type");
   require("direction",
-          one_of<Direction>(
+          documents::one_of<Direction>(
               {{"dds_to_someip", Direction::dds_to_someip}, {"someip_to_dds", Direction::someip_to_dds}}),
           route.direction);
   // [feat_req_someip_627]: 0x0000 and 0xffff name no service; 0xfffe is kept for what is not SOME/IP.
-  require("service", as<someip::ServiceId>(id_number(0x0001, 0xfffd)), route.service);
+  require("service", documents::as<someip::ServiceId>(documents::id_number(0x0001, 0xfffd)), route.service);
   // [feat_req_someip_579]
-  require("instance", as<someip::InstanceId>(id_number(0x0001, 0xfffe)), route.instance);
-  require("eventgroup", as<someip::EventgroupId>(id_number(0x0001, 0xfffe)), route.eventgroup);
-  require("event", as<someip::MethodId>(id_number(0x0001, 0xfffe)), route.event);
+  require("instance", documents::as<someip::InstanceId>(documents::id_number(0x0001, 0xfffe)),
+          route.instance);
+  require("eventgroup", documents::as<someip::EventgroupId>(documents::id_number(0x0001, 0xfffe)),
+          route.eventgroup);
+  require("event", documents::as<someip::MethodId>(documents::id_number(0x0001, 0xfffe)), route.event);
   if (result.good.contains("event")) {
     check_event_id(section, route.event, problems);
   }
@@ -240,12 +249,12 @@ RouteInFile load_route(const YAML::Node& node, Problems& problems) {
   if (const YAML::Node qos = section.child("qos")) {
     load_qos(qos, route.qos, outbound || !result.good.contains("direction"), problems);
   }
-  load_transport(
-      section,
-      one_of<Transport>({{"udp", Transport::udp},
-                         {"tcp", Transport::tcp},
-                         {"by_reliability", route.qos.reliable ? Transport::tcp : Transport::udp}}),
-      route, problems);
+  load_transport(section,
+                 documents::one_of<Transport>(
+                     {{"udp", Transport::udp},
+                      {"tcp", Transport::tcp},
+                      {"by_reliability", route.qos.reliable ? Transport::tcp : Transport::udp}}),
+                 route, problems);
   load_multicast(section, result, problems);
   if (route.multicast && route.multicast->threshold == 1) {
     route.qos.durability_as_published = false;  // a field would need subscribers that have unicast, too
@@ -262,4 +271,4 @@ RouteInFile load_route(const YAML::Node& node, Problems& problems) {
   return result;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -15,7 +15,7 @@
 #include "bridge/documents/document.hpp"
 #include "bridge/documents/section.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 constexpr const char* comment =
@@ -25,11 +25,12 @@ constexpr const char* comment =
     "it\n"
     "# to bridges at the other end. To give an id up, remove its line and send SIGHUP to the bridge.\n";
 
-LockedTopic load_topic(const YAML::Node& node, Problems& problems) {
+LockedTopic load_topic(const YAML::Node& node, documents::Problems& problems) {
   LockedTopic locked;
-  Section section{node, "topic", problems};
+  documents::Section section{node, "topic", problems};
   locked.mark = section.mark();
-  section.require("service", as<someip::ServiceId>(id_number(0x0001, 0xfffd)), locked.service);
+  section.require("service", documents::as<someip::ServiceId>(documents::id_number(0x0001, 0xfffd)),
+                  locked.service);
   section.require("topic", topic_name(), locked.topic);
   section.require("type", type_name(), locked.type);
   section.read("durability", durability(), locked.transient_local);
@@ -37,8 +38,8 @@ LockedTopic load_topic(const YAML::Node& node, Problems& problems) {
   return locked;
 }
 
-void report_duplicates(const std::vector<LockedTopic>& topics, Problems& problems) {
-  std::map<std::string, Mark> names;
+void report_duplicates(const std::vector<LockedTopic>& topics, documents::Problems& problems) {
+  std::map<std::string, documents::Mark> names;
   std::map<someip::ServiceId, const LockedTopic*> ids;
   for (const LockedTopic& one : topics) {
     const auto [name, new_name] = names.try_emplace(one.topic, one.mark);
@@ -57,14 +58,14 @@ void report_duplicates(const std::vector<LockedTopic>& topics, Problems& problem
   }
 }
 
-std::vector<LockedTopic> load_lock(const YAML::Node& node, Problems& problems) {
-  Section section{node, "", problems};
+std::vector<LockedTopic> load_lock(const YAML::Node& node, documents::Problems& problems) {
+  documents::Section section{node, "", problems};
   int version = 0;
-  section.require(
-      "version",
-      Format<int>{"1, the only one that this program knows",
-                  [](std::string_view text) { return text == "1" ? std::optional{1} : std::nullopt; }},
-      version);
+  section.require("version",
+                  documents::Format<int>{
+                      "1, the only one that this program knows",
+                      [](std::string_view text) { return text == "1" ? std::optional{1} : std::nullopt; }},
+                  version);
   std::vector<LockedTopic> topics;
   for (const YAML::Node& topic :
        section.required_list("topics", "a list of topics (remove the file to begin anew)")) {
@@ -112,18 +113,18 @@ class OpenFile {
 
 }  // namespace
 
-tl::expected<LockFile, std::vector<Problem>> LockFile::read(const std::string& file) {
+tl::expected<LockFile, std::vector<documents::Problem>> LockFile::read(const std::string& file) {
   LockFile lock;
   lock.file_ = file;
   std::error_code ignored;
   if (!std::filesystem::exists(file, ignored)) {
     return lock;
   }
-  Problems problems{file};
-  if (auto text = read_text_file(file)) {
+  documents::Problems problems{file};
+  if (auto text = documents::read_text_file(file)) {
     lock.text_ = std::move(*text);
-    if (const YAML::Node node =
-            parse_document(lock.text_, "'version' and 'topics' (remove the file to begin anew)", problems)) {
+    if (const YAML::Node node = documents::parse_document(
+            lock.text_, "'version' and 'topics' (remove the file to begin anew)", problems)) {
       lock.topics_ = load_lock(node, problems);
     }
   } else {
@@ -151,7 +152,7 @@ bool LockFile::has(someip::ServiceId service) const {
 tl::expected<void, std::string> LockFile::add(const std::vector<LockedTopic>& more) {
   std::error_code ignored;
   if (std::filesystem::exists(file_, ignored) || !text_.empty()) {
-    const auto now = read_text_file(file_);
+    const auto now = documents::read_text_file(file_);
     if (!now || *now != text_) {
       return tl::unexpected{fmt::format(
           "{} was changed or removed since this bridge read it; SIGHUP has it read again", file_)};
@@ -217,4 +218,4 @@ tl::expected<void, std::string> replace_file(const std::string& file, std::strin
   return {};
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

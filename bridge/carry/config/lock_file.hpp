@@ -6,7 +6,7 @@
 
 #include "bridge/carry/config/load.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// The file that keeps the ids of discovered topics: YAML for people and version control, sorted by topic.
 /// What stands in it wins over what would be chosen today, so ids stay as they are over the years.
@@ -19,7 +19,7 @@ class LockFile {
  public:
   /// One that is not there has no topics. All that is wrong is told: what is no YAML, keys, names and ids
   /// that cannot be, a topic or an id that stands there twice.
-  [[nodiscard]] static tl::expected<LockFile, std::vector<Problem>> read(const std::string& file);
+  [[nodiscard]] static tl::expected<LockFile, std::vector<documents::Problem>> read(const std::string& file);
 
   [[nodiscard]] const std::string& file() const noexcept { return file_; }
   /// Sorted by topic.
@@ -49,4 +49,4 @@ class LockFile {
 /// half of it. On failure the file is what it was.
 [[nodiscard]] tl::expected<void, std::string> replace_file(const std::string& file, std::string_view text);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -5,11 +5,11 @@
 #include <map>
 #include <tuple>
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 using someip::value;
-using Good = std::map<std::string, Mark, std::less<>>;
+using Good = std::map<std::string, documents::Mark, std::less<>>;
 
 bool is_good(const Good& good, std::initializer_list<const char*> keys) {
   return std::ranges::all_of(keys, [&](const char* key) { return good.contains(key); });
@@ -26,7 +26,7 @@ struct Use {
   const char* key;   ///< under which the file has its id
   bool is_called;    ///< else it is an event: those are compared elsewhere
   const Good* good;
-  Mark mark;
+  documents::Mark mark;
   someip::ServiceId service;
   someip::InstanceId instance;
   someip::MethodId member;
@@ -37,15 +37,15 @@ struct Use {
 };
 
 const char* key_of(const MethodRoute& method) {
-  return method.access == FieldAccess::get   ? "getter"
-         : method.access == FieldAccess::set ? "setter"
-                                             : "method";
+  return method.access == messages::FieldAccess::get   ? "getter"
+         : method.access == messages::FieldAccess::set ? "setter"
+                                                       : "method";
 }
 
 const char* name_key_of(const MethodRoute& method) {
-  return method.access == FieldAccess::get   ? "get_service"
-         : method.access == FieldAccess::set ? "set_service"
-                                             : "ros_service";
+  return method.access == messages::FieldAccess::get   ? "get_service"
+         : method.access == messages::FieldAccess::set ? "set_service"
+                                                       : "ros_service";
 }
 
 std::vector<Use> uses_of(const std::vector<MethodInFile>& methods, const std::vector<RouteInFile>& routes) {
@@ -68,7 +68,7 @@ std::vector<Use> uses_of(const std::vector<MethodInFile>& methods, const std::ve
   for (const MethodInFile& in_file : methods) {
     const MethodRoute& method = in_file.method;
     if (is_good(in_file.good, {"service", "instance", key_of(method), "server"})) {
-      uses.push_back({method.access == FieldAccess::none ? "method" : "field", key_of(method), true,
+      uses.push_back({method.access == messages::FieldAccess::none ? "method" : "field", key_of(method), true,
                       &in_file.good, method.mark, method.service, method.instance, method.method,
                       method.server == Server::ros, method.port, method.major, method.minor});
     }
@@ -76,8 +76,8 @@ std::vector<Use> uses_of(const std::vector<MethodInFile>& methods, const std::ve
   return uses;
 }
 
-void names(const std::vector<MethodInFile>& methods, Problems& problems) {
-  std::map<std::string, Mark> firsts;
+void names(const std::vector<MethodInFile>& methods, documents::Problems& problems) {
+  std::map<std::string, documents::Mark> firsts;
   for (const MethodInFile& in_file : methods) {
     if (is_good(in_file.good, {"ros_service"})) {
       const auto [first, is_new] = firsts.try_emplace(in_file.method.ros_service, in_file.method.mark);
@@ -91,7 +91,7 @@ void names(const std::vector<MethodInFile>& methods, Problems& problems) {
 }
 
 /// Says what keeps a method and what stands before it from being one service.
-void compare(const Use& method, const Use& other, Problems& problems) {
+void compare(const Use& method, const Use& other, documents::Problems& problems) {
   const std::string whose = in_words(method.service, method.instance);
   const auto error = [&](const char* key, const std::string& text) {
     problems.error(method.good->find(key)->second, std::string{key} + ": " + text);
@@ -117,7 +117,7 @@ void compare(const Use& method, const Use& other, Problems& problems) {
   }
 }
 
-void instances_of_methods(const std::vector<Use>& uses, Problems& problems) {
+void instances_of_methods(const std::vector<Use>& uses, documents::Problems& problems) {
   for (auto use = uses.begin(); use != uses.end(); ++use) {
     if (!use->is_called) {
       continue;
@@ -133,12 +133,12 @@ void instances_of_methods(const std::vector<Use>& uses, Problems& problems) {
   }
 }
 
-void ports_of_methods(const std::vector<Use>& uses, std::uint16_t sd_port, Problems& problems) {
+void ports_of_methods(const std::vector<Use>& uses, std::uint16_t sd_port, documents::Problems& problems) {
   for (auto use = uses.begin(); use != uses.end(); ++use) {
     if (!use->is_called || !use->good->contains("port")) {
       continue;
     }
-    const Mark at = use->good->find("port")->second;
+    const documents::Mark at = use->good->find("port")->second;
     if (use->port == sd_port) {
       // [feat_req_someip_676]
       problems.error(at, fmt::format("port: {} is service discovery's own port", use->port));
@@ -166,7 +166,7 @@ void ports_of_methods(const std::vector<Use>& uses, std::uint16_t sd_port, Probl
 }
 
 /// To its server we are one client, whose requests of a method have one counter, whatever the instance.
-void protection_of_calls(const std::vector<MethodInFile>& methods, Problems& problems) {
+void protection_of_calls(const std::vector<MethodInFile>& methods, documents::Problems& problems) {
   std::map<std::pair<someip::ServiceId, someip::MethodId>, const MethodRoute*> firsts;
   for (const MethodInFile& in_file : methods) {
     const MethodRoute& method = in_file.method;
@@ -187,7 +187,7 @@ void protection_of_calls(const std::vector<MethodInFile>& methods, Problems& pro
 }  // namespace
 
 void report_method_conflicts(const std::vector<MethodInFile>& methods, const std::vector<RouteInFile>& routes,
-                             std::uint16_t sd_port, Problems& problems) {
+                             std::uint16_t sd_port, documents::Problems& problems) {
   names(methods, problems);
   const std::vector<Use> uses = uses_of(methods, routes);
   instances_of_methods(uses, problems);
@@ -195,4 +195,4 @@ void report_method_conflicts(const std::vector<MethodInFile>& methods, const std
   protection_of_calls(methods, problems);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

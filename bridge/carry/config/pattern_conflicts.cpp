@@ -7,7 +7,7 @@
 
 #include "bridge/carry/config/topic_pattern.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 using someip::value;
@@ -54,7 +54,7 @@ const TopicPattern* pattern_of(const std::vector<TopicPattern>& patterns, std::s
 
 void report_pattern_conflicts(const std::vector<PatternInFile>& patterns,
                               const std::vector<RouteInFile>& routes, std::uint16_t sd_port,
-                              Problems& problems) {
+                              documents::Problems& problems) {
   std::vector<PortUser> users;
   for (const RouteInFile& in_file : routes) {
     if (in_file.good.contains("port") && in_file.good.contains("direction")) {
@@ -66,7 +66,7 @@ void report_pattern_conflicts(const std::vector<PatternInFile>& patterns,
     if (!in_file.good.contains("port")) {
       continue;
     }
-    const Mark at = in_file.good.find("port")->second;
+    const documents::Mark at = in_file.good.find("port")->second;
     if (route.port == sd_port) {
       // [feat_req_someip_676]
       problems.error(at, fmt::format("port: {} is service discovery's own port", route.port));
@@ -85,7 +85,7 @@ void report_pattern_conflicts(const std::vector<PatternInFile>& patterns,
 }
 
 void report_lock_conflicts(const BridgeConfig& config, const std::vector<RouteInFile>& routes,
-                           const std::vector<MethodInFile>& methods, Problems& lock_problems) {
+                           const std::vector<MethodInFile>& methods, documents::Problems& lock_problems) {
   const auto owners = owners_of_ids(routes, methods);
   for (const LockedTopic& locked : config.locked) {
     const auto [begin, end] = owners.equal_range(locked.service);
@@ -114,7 +114,7 @@ void report_lock_conflicts(const BridgeConfig& config, const std::vector<RouteIn
 }
 
 std::vector<RouteInFile> locked_routes(const BridgeConfig& config, const std::vector<RouteInFile>& routes,
-                                       const TypeCheck& check_type, Problems& lock_problems) {
+                                       const TypeCheck& check_type, documents::Problems& lock_problems) {
   std::vector<RouteInFile> result;
   for (const LockedTopic& locked : config.locked) {
     const TopicPattern* const pattern = pattern_of(config.patterns, locked.topic);
@@ -148,4 +148,4 @@ std::vector<RouteInFile> locked_routes(const BridgeConfig& config, const std::ve
   return result;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

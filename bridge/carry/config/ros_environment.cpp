@@ -11,7 +11,7 @@
 #include "bridge/carry/config/load_dds.hpp"
 #include "bridge/documents/problems.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 Environment process_environment() {
   return [](const char* name) {
@@ -28,7 +28,7 @@ std::string apply_ros_environment(DdsSettings& settings, const Environment& envi
     if (!settings.domain) {
       return fmt::format(
           "ROS_DOMAIN_ID in the environment: expected {}, found {} (dds.domain would take its place)",
-          format.expected, quote(domain));
+          format.expected, documents::quote(domain));
     }
   }
   if (settings.discovery_servers.empty() && settings.profiles.empty()) {  // profiles may have servers
@@ -54,8 +54,8 @@ std::string apply_ros_environment(DdsSettings& settings, const Environment& envi
   return {};
 }
 
-Format<std::uint32_t> domain_id() {
-  return as<std::uint32_t>(whole_number(0, 232));
+documents::Format<std::uint32_t> domain_id() {
+  return documents::as<std::uint32_t>(documents::whole_number(0, 232));
 }
 
 std::string security_folder(const SecuritySettings& settings) {
@@ -78,4 +78,4 @@ std::size_t gid_bytes(std::string_view ros_distro) {
   return std::ranges::find(up_to_humble, ros_distro) != up_to_humble.end() ? 24 : 16;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -8,7 +8,7 @@
 #include "bridge/documents/format.hpp"
 
 /// What ROS 2's tools leave in the environment, and what follows from it.
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// The value of a variable; nothing when it is not set.
 using Environment = std::function<std::optional<std::string>(const char* name)>;
@@ -25,7 +25,7 @@ using Environment = std::function<std::optional<std::string>(const char* name)>;
 /// The folder of the enclave; empty: no security.
 [[nodiscard]] std::string security_folder(const SecuritySettings& settings);
 
-[[nodiscard]] Format<std::uint32_t> domain_id();
+[[nodiscard]] documents::Format<std::uint32_t> domain_id();
 
 /// Whether a distribution could have this name: lower-case letters.
 [[nodiscard]] bool is_distro_name(std::string_view text);
@@ -34,4 +34,4 @@ using Environment = std::function<std::optional<std::string>(const char* name)>;
 /// detected.
 [[nodiscard]] std::size_t gid_bytes(std::string_view ros_distro);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

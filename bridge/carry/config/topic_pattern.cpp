@@ -5,7 +5,7 @@
 
 #include "bridge/messages/types/names.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 constexpr std::string_view any_levels = "**";
@@ -58,7 +58,7 @@ bool is_topic_pattern(std::string_view pattern) {
   // With every '*' of a name made a letter it has to be a name; "**" is no part of a level.
   std::string name{pattern};
   std::ranges::replace(name, '*', 'x');
-  return is_topic_name(name) && std::ranges::all_of(levels_of(pattern), [](std::string_view level) {
+  return messages::is_topic_name(name) && std::ranges::all_of(levels_of(pattern), [](std::string_view level) {
            return level == any_levels || level.find(any_levels) == std::string_view::npos;
          });
 }
@@ -87,4 +87,4 @@ bool matches(std::string_view pattern, std::string_view topic) {
   return reached.back() != 0;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -2,7 +2,7 @@
 #include <string>
 #include <string_view>
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// Whether this is a pattern of topics: absolute ROS names in which `*` stands for any characters of one
 /// level and `**`, as a level of its own, for any number of levels, none included.
@@ -14,4 +14,4 @@ namespace trestle::bridge {
 /// @param topic  an absolute ROS name.
 [[nodiscard]] bool matches(std::string_view pattern, std::string_view topic);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -32,7 +32,7 @@
 #include "someip/net/address_text.hpp"
 #include "someip/net/addresses.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 // A name that is wrong is better said here than by the socket that needs it first.
@@ -158,7 +158,8 @@ struct Bridge::State {
   }
 
   // What the checks of end-to-end protection find is published, if there are any, and how methods are.
-  void publish_diagnostics(boost::asio::io_context& io, const BridgeConfig& config, TypeLibrary& types) {
+  void publish_diagnostics(boost::asio::io_context& io, const BridgeConfig& config,
+                           messages::TypeLibrary& types) {
     const auto look = [this, routes = config.diagnostics.wanted] {
       std::vector<Diagnosis> found;
       for (const auto& route : inbound) {
@@ -300,8 +301,9 @@ struct Bridge::State {
   std::unique_ptr<Diagnostics> diagnostics;  ///< if there is something to tell
 };
 
-Bridge::Bridge(boost::asio::io_context& io, const BridgeConfig& config, TypeLibrary& types, Report& report) {
-  std::vector<ConversionPlan> plans;
+Bridge::Bridge(boost::asio::io_context& io, const BridgeConfig& config, messages::TypeLibrary& types,
+               Report& report) {
+  std::vector<messages::ConversionPlan> plans;
   std::vector<std::string> user_data;
   for (const Route& route : config.routes) {
     plans.push_back(start_at(config, route.mark, [&] { return compile(route, types); }));
@@ -504,4 +506,4 @@ std::vector<CounterGroup> Bridge::counters() const {
   return groups;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -10,9 +10,11 @@ namespace boost::asio {
 class io_context;
 }
 
-namespace trestle::bridge {
-
+namespace trestle::messages {
 class TypeLibrary;
+}  // namespace trestle::messages
+
+namespace trestle::carry {
 
 /// A running bridge: all routes of one configuration. Logs discovery to spdlog's default logger.
 /// Not thread-safe: use it on the thread that runs the io_context.
@@ -22,7 +24,8 @@ class Bridge {
   /// unless everything could be opened.
   /// @param report  outlives the bridge.
   /// @throws std::runtime_error  what() says what could not be opened and what to do.
-  Bridge(boost::asio::io_context& io, const BridgeConfig& config, TypeLibrary& types, Report& report);
+  Bridge(boost::asio::io_context& io, const BridgeConfig& config, messages::TypeLibrary& types,
+         Report& report);
   ~Bridge();
   Bridge(const Bridge&) = delete;
   Bridge& operator=(const Bridge&) = delete;
@@ -38,4 +41,4 @@ class Bridge {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -7,7 +7,7 @@
 
 #include "someip/net/address_text.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 // Takes what stands before `end`, or all if `end` is not there.
@@ -115,4 +115,4 @@ bool Returns::has(const IpAddress& address) const {
   return !addresses_.empty() && std::ranges::binary_search(addresses_, address);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -8,7 +8,7 @@
 #include "dds_adapter/participant.hpp"
 #include "someip/wire/endpoint.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// What the end of a bridge in DDS says of itself to other bridges, dds::EndpointExtras::bridge: which event
 /// or method it is joined with, and at which address of SOME/IP, where each bridge has one of its own. So
@@ -60,4 +60,4 @@ class Returns {
   std::vector<IpAddress> unwanted_;   ///< of those, sorted
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -2,9 +2,10 @@
 
 #include <spdlog/spdlog.h>
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
-void ConversionLog::refused(const ConversionError& error, ByteView input, const someip::PayloadRules* rules) {
+void ConversionLog::refused(const messages::ConversionError& error, ByteView input,
+                            const someip::PayloadRules* rules) {
   if (std::chrono::steady_clock::now() < next_) {
     ++passed_over_;
     return;
@@ -26,4 +27,4 @@ void ConversionLog::tell(std::string_view what) {
   passed_over_ = 0;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

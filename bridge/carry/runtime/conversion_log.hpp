@@ -6,7 +6,7 @@
 
 #include "bridge/carry/runtime/conversion_words.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// Logs what went wrong with messages of one route, above all those that could not be converted: the first,
 /// then at most one a second, with how many were passed over in between.
@@ -14,7 +14,8 @@ class ConversionLog {
  public:
   explicit ConversionLog(std::string topic) : topic_{std::move(topic)} {}
   /// @param rules  of a SOME/IP payload: for a guess at those of its sender.
-  void refused(const ConversionError& error, ByteView input, const someip::PayloadRules* rules = nullptr);
+  void refused(const messages::ConversionError& error, ByteView input,
+               const someip::PayloadRules* rules = nullptr);
   /// Of anything else.
   void tell(std::string_view what);
 
@@ -24,4 +25,4 @@ class ConversionLog {
   std::uint64_t passed_over_ = 0;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

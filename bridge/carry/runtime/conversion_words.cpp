@@ -6,7 +6,7 @@
 
 #include "bridge/messages/convert/string_frame.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 constexpr std::size_t shown = 16;
@@ -28,8 +28,9 @@ bool is_text(ByteView bytes, std::size_t begin, std::size_t step) {
 }
 
 // What the sender's rules may be, from the length and the text at fault.
-std::string guess(const ConversionError& error, ByteView payload, const someip::PayloadRules& rules) {
-  using enum ConversionFault;
+std::string guess(const messages::ConversionError& error, ByteView payload,
+                  const someip::PayloadRules& rules) {
+  using enum messages::ConversionFault;
   if (error.offset + length_bytes > payload.size() || rules.string_length != someip::FieldWidth::bits32) {
     return {};
   }
@@ -50,8 +51,9 @@ std::string guess(const ConversionError& error, ByteView payload, const someip::
   if (error.fault != bad_string && error.fault != bad_encoding && error.fault != bad_length) {
     return {};
   }
-  const bool has_bom = std::ranges::equal(payload.subspan(begin, std::min(left, utf8_bom.size())), utf8_bom);
-  if (is_text(payload, begin + (has_bom ? utf8_bom.size() : 0), 1)) {
+  const bool has_bom = std::ranges::equal(payload.subspan(begin, std::min(left, messages::utf8_bom.size())),
+                                          messages::utf8_bom);
+  if (is_text(payload, begin + (has_bom ? messages::utf8_bom.size() : 0), 1)) {
     return error.is_wide
                ? "; the text looks like UTF-8, but the field is a wstring, which is UTF-16: make it a "
                  "string in the message's definition, or have the sender write UTF-16"
@@ -76,7 +78,7 @@ std::string guess(const ConversionError& error, ByteView payload, const someip::
 
 }  // namespace
 
-std::string in_words(const ConversionError& error, ByteView input) {
+std::string in_words(const messages::ConversionError& error, ByteView input) {
   const std::size_t begin = std::min(error.offset, input.size());
   std::string bytes;
   for (const std::byte one : input.subspan(begin, std::min(shown, input.size() - begin))) {
@@ -86,8 +88,9 @@ std::string in_words(const ConversionError& error, ByteView input) {
                      bytes.empty() ? "" : "; there stands " + bytes);
 }
 
-std::string in_words(const ConversionError& error, ByteView payload, const someip::PayloadRules& rules) {
+std::string in_words(const messages::ConversionError& error, ByteView payload,
+                     const someip::PayloadRules& rules) {
   return in_words(error, payload) + guess(error, payload, rules);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 std::string to_string(const CounterGroup& group) {
   std::string traffic;
@@ -34,4 +34,4 @@ std::string to_json(const CounterGroup& group) {
   return line.dump();
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// One thing that was counted. Every message that the bridge does not carry is in one counter of losses.
 /// Those in doubt were carried, and may be lost beyond it.
@@ -26,4 +26,4 @@ struct CounterGroup {
 /// {"event":"counters","group":"route /points","received":12,...}, with everything.
 [[nodiscard]] std::string to_json(const CounterGroup& group);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

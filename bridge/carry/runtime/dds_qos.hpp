@@ -2,7 +2,7 @@
 #include "bridge/carry/config/bridge_config.hpp"
 #include "dds_adapter/participant.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// The quality of service of a route's reader or writer.
 [[nodiscard]] inline dds::Qos dds_qos(const QosSettings& settings) {
@@ -16,4 +16,4 @@ namespace trestle::bridge {
           .liveliness_lease = settings.liveliness_lease};
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -3,7 +3,7 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 bool receives_samples() noexcept {
   constexpr std::uint32_t enough = 2U << 20U;  // what 10 Gbit/s and more bring meanwhile
@@ -43,4 +43,4 @@ DdsReceiver::DdsReceiver(boost::asio::io_context& io, dds::Participant& particip
 
 DdsReceiver::~DdsReceiver() = default;
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

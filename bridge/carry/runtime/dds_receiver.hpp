@@ -7,7 +7,7 @@ namespace boost::asio {
 class io_context;
 }
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// Whether the thread of a bridge is to receive the samples of DDS: where the system lets enough of them wait
 /// while that thread sends others, which takes a millisecond at most. Else a thread of DDS is always there to
@@ -29,4 +29,4 @@ class DdsReceiver {
   std::shared_ptr<State> state_;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -4,7 +4,7 @@
 
 #include "bridge/documents/format.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 /// What to write in the configuration so that both go together: "write `qos: {...}`"; empty if the peer's
@@ -27,7 +27,7 @@ std::string mend(const dds::Event& event) {
   const auto time = [&](const std::string& key, std::chrono::nanoseconds of_peer) {
     // What the configuration takes.
     if (of_peer >= std::chrono::milliseconds{1} && of_peer <= std::chrono::hours{24}) {
-      write(key, to_string(of_peer));
+      write(key, documents::to_string(of_peer));
     } else {
       without += (without.empty() ? "`" : ", `") + key + "`";
     }
@@ -110,4 +110,4 @@ std::string in_words(const dds::Event& event) {
   return {};
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

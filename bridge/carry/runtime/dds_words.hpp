@@ -3,9 +3,9 @@
 
 #include "dds_adapter/participant.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// What has happened in the DDS network, for the log: one line without a line end.
 [[nodiscard]] std::string in_words(const dds::Event& event);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

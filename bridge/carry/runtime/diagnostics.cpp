@@ -7,7 +7,7 @@
 #include "bridge/messages/values/cdr.hpp"
 #include "dds_adapter/ros_names.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 // A state that goes to and fro with every message must not be published as often.
@@ -15,7 +15,7 @@ constexpr auto soonest = std::chrono::milliseconds{100};
 
 constexpr std::size_t max_sample = std::size_t{4} << 20U;  // far more than the bridge has to say
 
-void write_text(CdrWriter& out, const std::string& text) {
+void write_text(messages::CdrWriter& out, const std::string& text) {
   out.number(static_cast<std::uint32_t>(text.size() + 1));
   out.bytes(std::as_bytes(std::span{text.c_str(), text.size() + 1}));
 }
@@ -45,7 +45,7 @@ Diagnosis route_state(const CounterGroup& counters, bool is_there, const char* m
 }
 
 std::vector<std::byte> diagnostic_array(std::chrono::nanoseconds stamp, std::span<const Diagnosis> statuses) {
-  CdrWriter out{max_sample};
+  messages::CdrWriter out{max_sample};
   const auto seconds = std::chrono::floor<std::chrono::seconds>(stamp);
   out.number(static_cast<std::uint32_t>(seconds.count()));
   out.number(static_cast<std::uint32_t>((stamp - seconds).count()));
@@ -123,4 +123,4 @@ void Diagnostics::look() {
   look_at(due_);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

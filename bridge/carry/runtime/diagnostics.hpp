@@ -12,7 +12,7 @@
 #include "bridge/carry/runtime/counters.hpp"
 #include "dds_adapter/participant.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// A diagnostic_msgs/msg/DiagnosticStatus.
 struct Diagnosis {
@@ -76,4 +76,4 @@ class Diagnostics {
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -18,7 +18,7 @@
 #include "bridge/messages/types/names.hpp"
 #include "dds_adapter/ros_names.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 using namespace std::chrono_literals;
@@ -46,7 +46,7 @@ std::string in_words(const Route& route) {
 }  // namespace
 
 DiscoveredRoutes::DiscoveredRoutes(boost::asio::io_context& io, sd::Node& node, const BridgeConfig& config,
-                                   const TypeLibrary& types, Report& report)
+                                   const messages::TypeLibrary& types, Report& report)
     : io_{io},
       node_{node},
       config_{config},
@@ -159,7 +159,7 @@ std::map<DiscoveredRoutes::TopicAndType, DiscoveredRoutes::Found> DiscoveredRout
   std::map<std::string, Pattern*> owners;
   for (const dds::FoundWriter& writer : participant_->writers()) {
     const auto topic = dds::topic_of_ros(writer.topic);
-    if (!topic || !is_topic_name(*topic) || own_topics_.contains(*topic)) {
+    if (!topic || !messages::is_topic_name(*topic) || own_topics_.contains(*topic)) {
       continue;
     }
     const auto [owner, is_new] = owners.try_emplace(*topic, nullptr);
@@ -251,7 +251,7 @@ void DiscoveredRoutes::consider(const TopicAndType& what, const Found& found,
         what, pattern, Refusal::other_type,
         fmt::format("{} has its id in {} for the type {}, but a publisher has {}: if that is its type from "
                     "now on, remove its line there and send SIGHUP",
-                    topic, lock_.file(), *other, printable(type)));
+                    topic, lock_.file(), *other, documents::printable(type)));
     return;
   }
   if (locked == nullptr && pattern.locked >= pattern.settings->max_routes) {
@@ -260,7 +260,7 @@ void DiscoveredRoutes::consider(const TopicAndType& what, const Found& found,
                        pattern.locked, pattern.settings->topics));
     return;
   }
-  std::optional<ConversionPlan> plan = plan_of(what, route, pattern);
+  std::optional<messages::ConversionPlan> plan = plan_of(what, route, pattern);
   const std::optional<someip::ServiceId> id = !plan               ? std::nullopt
                                               : locked != nullptr ? std::optional{locked->service}
                                                                   : new_id(what, pattern);
@@ -270,12 +270,12 @@ void DiscoveredRoutes::consider(const TopicAndType& what, const Found& found,
   }
 }
 
-std::optional<ConversionPlan> DiscoveredRoutes::plan_of(const TopicAndType& what, const Route& route,
-                                                        Pattern& pattern) {
+std::optional<messages::ConversionPlan> DiscoveredRoutes::plan_of(const TopicAndType& what,
+                                                                  const Route& route, Pattern& pattern) {
   const std::string& type = what.second;
-  if (!is_type_name(type)) {  // which would be looked for among files
+  if (!messages::is_type_name(type)) {  // which would be looked for among files
     refuse(what, pattern, Refusal::unknown_type,
-           fmt::format("{} gets no route: {} is no message type of ROS", what.first, quote(type)));
+           fmt::format("{} gets no route: {} is no message type of ROS", what.first, documents::quote(type)));
     return std::nullopt;
   }
   try {
@@ -481,4 +481,4 @@ void DiscoveredRoutes::append_counters(std::vector<CounterGroup>& groups) const 
   groups.push_back({"DDS discovery", {{"not_remembered", participant_->not_remembered(), loss}}});
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

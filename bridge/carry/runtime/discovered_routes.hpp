@@ -17,7 +17,7 @@
 #include "bridge/carry/runtime/silence_watch.hpp"
 #include "bridge/messages/types/type_library.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// The routes of patterns to SOME/IP: one for each topic that matches, has a type that is known, and is
 /// published by somebody else; it ends with its last publisher. The ids are those of the lock file, which
@@ -29,7 +29,7 @@ class DiscoveredRoutes {
   /// @param types  is copied: who publishes later may have a type that nobody asked for yet.
   /// @throws std::runtime_error  with the place in the configuration or lock file.
   DiscoveredRoutes(boost::asio::io_context& io, sd::Node& node, const BridgeConfig& config,
-                   const TypeLibrary& types, Report& report);
+                   const messages::TypeLibrary& types, Report& report);
   DiscoveredRoutes(const DiscoveredRoutes&) = delete;
   DiscoveredRoutes& operator=(const DiscoveredRoutes&) = delete;
 
@@ -94,7 +94,7 @@ class DiscoveredRoutes {
   struct Candidate {
     Pattern* pattern;
     Route route;
-    ConversionPlan plan;
+    messages::ConversionPlan plan;
     bool is_new;  ///< its id is not locked yet
   };
 
@@ -107,8 +107,8 @@ class DiscoveredRoutes {
   [[nodiscard]] Pattern* owner_of(const std::string& topic);
   /// Adds the route of a topic, unless it has one or cannot have one.
   void consider(const TopicAndType& what, const Found& found, std::vector<Candidate>& candidates);
-  [[nodiscard]] std::optional<ConversionPlan> plan_of(const TopicAndType& what, const Route& route,
-                                                      Pattern& pattern);
+  [[nodiscard]] std::optional<messages::ConversionPlan> plan_of(const TopicAndType& what, const Route& route,
+                                                                Pattern& pattern);
   [[nodiscard]] std::optional<someip::ServiceId> new_id(const TopicAndType& what, Pattern& pattern);
   /// Has what is new get its place in the lock file; leaves the candidates that have one.
   void lock(std::vector<Candidate>& candidates);
@@ -122,7 +122,7 @@ class DiscoveredRoutes {
   boost::asio::io_context& io_;
   sd::Node& node_;
   const BridgeConfig config_;
-  TypeLibrary types_;
+  messages::TypeLibrary types_;
   Report& report_;
   LockFile lock_;
   dds::Participant* participant_ = nullptr;
@@ -147,4 +147,4 @@ class DiscoveredRoutes {
   boost::asio::thread_pool disk_{1};
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

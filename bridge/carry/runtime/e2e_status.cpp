@@ -6,7 +6,7 @@
 
 #include "sd/net/e2e_channel.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 namespace e2e = someip::e2e;
 using Status = e2e::CheckStatus;
@@ -99,4 +99,4 @@ void append_e2e(CounterGroup& group, const std::optional<E2eStatus>& status) {
   }
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

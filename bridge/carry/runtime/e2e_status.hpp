@@ -12,7 +12,7 @@
 #include "someip/core/e2e/checker.hpp"
 #include "someip/wire/header.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// The protection of a method that we offer. The bridge counts and refuses by itself.
 /// @param answered  false: nothing goes back that could be protected.
@@ -62,4 +62,4 @@ class E2eStatus {
 /// The counters of the checks, if there are any.
 void append_e2e(CounterGroup& group, const std::optional<E2eStatus>& status);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -6,7 +6,7 @@
 
 #include "bridge/messages/types/message_definition.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// What a ROS client is answered whose call went wrong, if the type of the response has a way to say so: a
 /// `bool success` (false, with the reason in `string message`, `error_message` or `status_message`), as those
@@ -15,7 +15,8 @@ class FailureReply {
  public:
   /// @param service  "std_srvs/srv/SetBool", "pkg/action/Name_SendGoal".
   /// @return nothing if there is no way to say it.
-  [[nodiscard]] static std::optional<FailureReply> of(std::string_view service, const TypeTree& response);
+  [[nodiscard]] static std::optional<FailureReply> of(std::string_view service,
+                                                      const messages::TypeTree& response);
 
   /// @param reason  for people.
   /// @param is_certain  whether what was asked for has certainly not been done.
@@ -23,13 +24,13 @@ class FailureReply {
   [[nodiscard]] std::optional<std::vector<std::byte>> sample(std::string_view reason, bool is_certain) const;
 
  private:
-  explicit FailureReply(TypeTree response) : response_{std::move(response)} {}
+  explicit FailureReply(messages::TypeTree response) : response_{std::move(response)} {}
 
-  TypeTree response_;
+  messages::TypeTree response_;
   std::string reason_member_{};     ///< empty: there is none
   std::size_t longest_reason_ = 0;  ///< bytes
   std::string code_member_{};       ///< empty: there is none
   bool only_when_certain_ = false;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -13,10 +13,10 @@
 #include "dds_adapter/ros_names.hpp"
 #include "someip/net/address_text.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 InboundRoute::InboundRoute(sd::Node& node, const Route& route, const sd::SubscribeSpec& subscription,
-                           ConversionPlan plan, Report& report)
+                           messages::ConversionPlan plan, Report& report)
     : node_{node},
       subscription_spec_{subscription},
       route_{route},
@@ -269,4 +269,4 @@ CounterGroup InboundRoute::counters() const {
   return group;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -14,7 +14,7 @@
 #include "dds_adapter/participant.hpp"
 #include "sd/net/node.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// Carries a SOME/IP event to a DDS topic, on the thread that runs the io_context: the reassembled payload is
 /// converted where it lies and written to DDS, which copies it once. As the route's presence says, it writes
@@ -24,8 +24,8 @@ class InboundRoute {
  public:
   /// Opens sockets on `node`; subscribes, or looks for the service.  @throws someip::NetError
   /// @param node  outlives the route.
-  InboundRoute(sd::Node& node, const Route& route, const sd::SubscribeSpec& subscription, ConversionPlan plan,
-               Report& report);
+  InboundRoute(sd::Node& node, const Route& route, const sd::SubscribeSpec& subscription,
+               messages::ConversionPlan plan, Report& report);
   InboundRoute(const InboundRoute&) = delete;
   InboundRoute& operator=(const InboundRoute&) = delete;
 
@@ -76,8 +76,8 @@ class InboundRoute {
   sd::Node& node_;
   const sd::SubscribeSpec subscription_spec_;
   const Route route_;
-  ConversionPlan plan_;
-  ConversionScratch scratch_;
+  messages::ConversionPlan plan_;
+  messages::ConversionScratch scratch_;
   Report& report_;
   ConversionLog log_;
   dds::Participant* participant_ = nullptr;
@@ -105,4 +105,4 @@ class InboundRoute {
   std::uint64_t too_large_ = 0;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -7,7 +7,7 @@
 
 #include "bridge/carry/runtime/log_budget.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// Hands to another sink what a LogBudget allows, and says what was left out: with the next line after it, or
 /// when flushed.
@@ -47,4 +47,4 @@ class LimitedSink : public spdlog::sinks::base_sink<std::mutex> {
   LogBudget budget_;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -1,6 +1,6 @@
 #include "bridge/carry/runtime/log_budget.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 constexpr std::size_t time_and_level = 24;  // that stand before each line
@@ -69,4 +69,4 @@ std::vector<std::string> LogBudget::left_out() {
   return lines;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -7,7 +7,7 @@
 
 #include "someip/wire/types.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// How much may be logged, so that nobody fills a disk from outside: at most 56 kB in any ten seconds, which
 /// two windows touch. In a window 8 kB are for lines of one kind, and 28 kB for all, of which 8 kB are for
@@ -37,4 +37,4 @@ class LogBudget {
   TimePoint begin_{};
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

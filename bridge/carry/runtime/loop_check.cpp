@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 using namespace std::chrono_literals;
@@ -101,4 +101,4 @@ bool LoopCheck::judge(TimePoint now) noexcept {
   return is_ring;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -6,7 +6,7 @@
 
 #include "someip/wire/types.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// Names a message by its length and up to 256 of its bytes. Others may have the same.
 [[nodiscard]] std::uint64_t message_hash(ByteView message) noexcept;
@@ -67,4 +67,4 @@ class LoopCheck {
 /// Of calls: many clients may have the same question at once.
 inline constexpr LoopCheck::Limits limits_of_calls{.repeats = 300, .repeats_in_ring = 10};
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

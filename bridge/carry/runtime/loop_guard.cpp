@@ -5,7 +5,7 @@
 #include <boost/asio/io_context.hpp>
 #include <utility>
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 constexpr std::chrono::seconds pause_between_lines{10};
@@ -63,4 +63,4 @@ void LoopGuard::judge() {
   }
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

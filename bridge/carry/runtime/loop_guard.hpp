@@ -6,7 +6,7 @@
 
 #include "bridge/carry/runtime/loop_check.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// Keeps a route from carrying the same messages round and round, and tells of it: a LoopCheck with a timer
 /// and a log. On the thread that runs the io_context, but for may_carry() if there is a mutex.
@@ -61,4 +61,4 @@ class LoopGuard {
   const std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

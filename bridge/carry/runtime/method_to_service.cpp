@@ -6,7 +6,7 @@
 #include "bridge/messages/convert/most_bytes.hpp"
 #include "dds_adapter/ros_names.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 using someip::ReturnCode;
@@ -14,7 +14,7 @@ using someip::ReturnCode;
 // A reply while it is sent.
 struct Answer {
   dds::ServiceMessage message;
-  ConversionScratch scratch;
+  messages::ConversionScratch scratch;
 };
 
 ReturnCode code_of(dds::CallFault fault) {
@@ -34,8 +34,9 @@ ReturnCode code_of(dds::CallFault fault) {
 
 }  // namespace
 
-MethodToService::MethodToService(boost::asio::io_context& io, const MethodRoute& method, ServicePlans plans,
-                                 dds::ServiceConfig ros, const IpAddress& address)
+MethodToService::MethodToService(boost::asio::io_context& io, const MethodRoute& method,
+                                 messages::ServicePlans plans, dds::ServiceConfig ros,
+                                 const IpAddress& address)
     : method_{method},
       plans_{std::move(plans)},
       ros_{std::move(ros)},
@@ -60,7 +61,7 @@ sd::MethodSpec MethodToService::spec() {
           .kind = method_.fire_and_forget ? someip::MethodKind::fire_and_forget
                                           : someip::MethodKind::request_response,
           .pacing = pacing_of(method_.tp),
-          .max_request_bytes = most ? std::optional{room_to_receive(*most)} : std::nullopt};
+          .max_request_bytes = most ? std::optional{messages::room_to_receive(*most)} : std::nullopt};
 }
 
 void MethodToService::open(dds::Participant& participant, std::function<void()> ready_changed) {
@@ -195,4 +196,4 @@ void MethodToService::on_change(const std::function<void()>& changed) {
   }
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

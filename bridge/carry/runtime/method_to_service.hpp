@@ -12,7 +12,7 @@
 #include "dds_adapter/service.hpp"
 #include "sd/net/node.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// A ROS service as a method: requests of SOME/IP clients are converted, put to the ROS service, and answered
 /// with what that answers. On the thread that runs the io_context. docs/services.md tells what becomes of
@@ -20,7 +20,7 @@ namespace trestle::bridge {
 class MethodToService {
  public:
   /// @param address  of the bridge in SOME/IP.
-  MethodToService(boost::asio::io_context& io, const MethodRoute& method, ServicePlans plans,
+  MethodToService(boost::asio::io_context& io, const MethodRoute& method, messages::ServicePlans plans,
                   dds::ServiceConfig ros, const IpAddress& address);
   ~MethodToService();
   MethodToService(const MethodToService&) = delete;
@@ -50,9 +50,9 @@ class MethodToService {
   void on_reply(tl::expected<dds::ServiceMessage, dds::CallFault> reply, sd::Responder& responder);
 
   const MethodRoute method_;
-  ServicePlans plans_;
+  messages::ServicePlans plans_;
   const dds::ServiceConfig ros_;
-  ConversionScratch scratch_;
+  messages::ConversionScratch scratch_;
   ConversionLog log_;
   dds::Participant* participant_ = nullptr;
   Returns returns_;
@@ -73,4 +73,4 @@ class MethodToService {
   std::optional<dds::ServiceClient> client_;  // last: it has the calls, which use the above
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

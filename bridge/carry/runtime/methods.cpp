@@ -7,11 +7,11 @@
 #include "bridge/carry/runtime/start_at.hpp"
 #include "dds_adapter/ros_names.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 // The ROS side of a method.
-dds::ServiceConfig service_config(const MethodRoute& method, TypeLibrary& types) {
+dds::ServiceConfig service_config(const MethodRoute& method, messages::TypeLibrary& types) {
   using enum dds::RosForm;
   dds::ServiceConfig config;
   config.name = method.ros_service;
@@ -30,12 +30,12 @@ dds::ServiceConfig service_config(const MethodRoute& method, TypeLibrary& types)
 
 }  // namespace
 
-Methods::Compiled Methods::compile(const MethodRoute& method, TypeLibrary& types) {
+Methods::Compiled Methods::compile(const MethodRoute& method, messages::TypeLibrary& types) {
   const auto fail = [&](const std::string& why) {
     return std::runtime_error{"method " + method.ros_service + ": " + method.type +
                               " cannot be carried: " + why};
   };
-  if (method.access != FieldAccess::none) {
+  if (method.access != messages::FieldAccess::none) {
     const auto field = resolve_field_service(types, method.type, method.value_type, method.access);
     if (!field) {
       throw fail(field.error());
@@ -50,7 +50,7 @@ Methods::Compiled Methods::compile(const MethodRoute& method, TypeLibrary& types
   if (!service) {
     throw fail(to_string(service.error()));
   }
-  MessageRules rules = method.rules;
+  messages::MessageRules rules = method.rules;
   // The answer to ROS that a method without one does not give is made of defaults.
   rules.default_missing =
       rules.default_missing || (method.fire_and_forget && method.server == Server::someip);
@@ -61,7 +61,7 @@ Methods::Compiled Methods::compile(const MethodRoute& method, TypeLibrary& types
   return {std::move(*plans), service_config(method, types), FailureReply::of(method.type, service->response)};
 }
 
-Methods::Methods(const BridgeConfig& config, TypeLibrary& types) : config_{config} {
+Methods::Methods(const BridgeConfig& config, messages::TypeLibrary& types) : config_{config} {
   for (const MethodRoute& method : config.methods) {
     compiled_.push_back(start_at(config, method.mark, [&] { return compile(method, types); }));
     const BridgeMark mark = mark_of(config.someip.address, method);
@@ -171,4 +171,4 @@ void Methods::on_change(const std::function<void()>& changed) {
   }
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -9,7 +9,7 @@
 #include "bridge/carry/runtime/service_to_method.hpp"
 #include "bridge/messages/types/type_library.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// All methods of a bridge, in both directions.
 class Methods {
@@ -17,7 +17,7 @@ class Methods {
   /// Compiles the conversions.
   /// @param config  outlives this object, until join_dds() returns.
   /// @throws std::runtime_error  with the place in the configuration.
-  Methods(const BridgeConfig& config, TypeLibrary& types);
+  Methods(const BridgeConfig& config, messages::TypeLibrary& types);
 
   /// Looks for the services whose methods are called, and adds the methods that are offered to `services`.
   /// @param node  outlives this object.
@@ -46,15 +46,15 @@ class Methods {
  private:
   const BridgeConfig& config_;
   struct Compiled {
-    ServicePlans plans;
+    messages::ServicePlans plans;
     dds::ServiceConfig ros;
     std::optional<FailureReply> failure{};  ///< server: someip
   };
-  static Compiled compile(const MethodRoute& method, TypeLibrary& types);
+  static Compiled compile(const MethodRoute& method, messages::TypeLibrary& types);
 
   std::vector<Compiled> compiled_;  ///< all methods, until they are used
   std::vector<std::unique_ptr<MethodToService>> to_ros_;
   std::vector<std::unique_ptr<ServiceToMethod>> to_someip_;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -6,7 +6,7 @@
 
 #include "someip/wire/header.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 // Of a socket, for a message that comes or goes at once, but for the largest.
@@ -186,4 +186,4 @@ sd::NodeConfig node_config(const BridgeConfig& config) {
   return node;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

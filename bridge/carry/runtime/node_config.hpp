@@ -2,10 +2,10 @@
 #include "bridge/carry/config/bridge_config.hpp"
 #include "sd/net/node_config.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// How a Node is set up for what a configuration carries: each limit has room for all of it, and for several
 /// peers that want it; those that the configuration gives are as they are given.
 [[nodiscard]] sd::NodeConfig node_config(const BridgeConfig& config);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

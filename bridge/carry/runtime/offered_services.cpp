@@ -4,10 +4,10 @@
 
 #include "bridge/carry/runtime/pacing.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 OfferedService& offered_service(std::vector<OfferedService>& services, const sd::ServiceSpec& wanted,
-                                Mark mark) {
+                                documents::Mark mark) {
   const auto service = std::ranges::find_if(services, [&](const OfferedService& offered) {
     return offered.spec.service == wanted.service && offered.spec.instance == wanted.instance;
   });
@@ -61,4 +61,4 @@ std::vector<OfferedService> offered_services(const std::vector<Route>& routes) {
   return services;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -4,12 +4,12 @@
 #include "bridge/carry/config/bridge_config.hpp"
 #include "sd/net/service_spec.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// A service to offer, and where the first of its routes and methods stands.
 struct OfferedService {
   sd::ServiceSpec spec;
-  Mark mark;
+  documents::Mark mark;
   bool while_there = false;  ///< only while what its routes and methods need is there
 };
 
@@ -18,6 +18,6 @@ struct OfferedService {
 
 /// The one of this instance; made if there is none yet.
 [[nodiscard]] OfferedService& offered_service(std::vector<OfferedService>& services,
-                                              const sd::ServiceSpec& wanted, Mark mark);
+                                              const sd::ServiceSpec& wanted, documents::Mark mark);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

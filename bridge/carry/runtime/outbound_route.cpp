@@ -23,7 +23,7 @@
 #include "someip/net/address_text.hpp"
 #include "someip/net/pool_allocator.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 // Samples that may be lent out at once, beside as many as the QoS depth. For a subscriber who is slow the
@@ -37,14 +37,14 @@ constexpr std::uint64_t returned_in_ring = 3;
 // A sample while it is converted and sent. Reused, so that the converter's memory is.
 struct Job {
   dds::Sample sample;
-  ConversionScratch scratch;
+  messages::ConversionScratch scratch;
 };
 
 }  // namespace
 
 struct OutboundRoute::State : std::enable_shared_from_this<State> {
   State(boost::asio::io_context& context, sd::Node& sender, ServiceOffer& offered, dds::Participant& joined,
-        const Route& what, ConversionPlan how, std::string told, Report& watcher)
+        const Route& what, messages::ConversionPlan how, std::string told, Report& watcher)
       : io{context},
         participant{joined},
         user_data{std::move(told)},
@@ -342,7 +342,7 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
   }
 
   // The value of a field is kept in one piece.
-  static std::shared_ptr<const std::vector<std::byte>> gathered(const Gathered& payload) {
+  static std::shared_ptr<const std::vector<std::byte>> gathered(const messages::Gathered& payload) {
     auto value = std::make_shared<std::vector<std::byte>>();
     value->reserve(payload.bytes);
     for (const ByteView slice : payload.slices) {
@@ -373,7 +373,7 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
   sd::Node* node;
   ServiceOffer& offer;
   const Route route;
-  ConversionPlan plan;
+  messages::ConversionPlan plan;
   Report& report;
   ConversionLog log;
   BridgeMark ours;  ///< what the reader says of itself
@@ -417,7 +417,7 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
 };
 
 OutboundRoute::OutboundRoute(boost::asio::io_context& io, sd::Node& node, ServiceOffer& offer,
-                             dds::Participant& participant, const Route& route, ConversionPlan plan,
+                             dds::Participant& participant, const Route& route, messages::ConversionPlan plan,
                              const std::string& user_data, const IpAddress& address, Report& report)
     : state_{
           std::make_shared<State>(io, node, offer, participant, route, std::move(plan), user_data, report)} {
@@ -506,4 +506,4 @@ CounterGroup OutboundRoute::counters() const {
            {"dds_liveliness_lost", all.liveliness_lost, loss}}};
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

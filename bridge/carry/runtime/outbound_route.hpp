@@ -12,7 +12,7 @@
 #include "dds_adapter/participant.hpp"
 #include "sd/net/node.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// Carries a DDS topic to a SOME/IP event. Samples arrive on threads of DDS and wait, at most as many as the
 /// route's QoS depth, for the thread that runs the io_context; there they are converted and sent. A sample's
@@ -29,7 +29,7 @@ class OutboundRoute {
   /// @param address  of the bridge in SOME/IP.
   /// @throws dds::DdsError
   OutboundRoute(boost::asio::io_context& io, sd::Node& node, ServiceOffer& offer,
-                dds::Participant& participant, const Route& route, ConversionPlan plan,
+                dds::Participant& participant, const Route& route, messages::ConversionPlan plan,
                 const std::string& user_data, const IpAddress& address, Report& report);
   ~OutboundRoute();
   OutboundRoute(const OutboundRoute&) = delete;
@@ -59,4 +59,4 @@ class OutboundRoute {
   std::shared_ptr<State> state_;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -2,7 +2,7 @@
 #include "bridge/carry/config/bridge_config.hpp"
 #include "someip/core/tp_pacing.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// At which pace large messages leave over UDP.
 [[nodiscard]] inline someip::TpPacing pacing_of(const TpSettings& settings) {
@@ -10,4 +10,4 @@ namespace trestle::bridge {
       .segment_bytes = settings.segment_bytes, .burst = settings.burst, .separation = settings.separation};
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -4,7 +4,7 @@
 #include "bridge/carry/config/bridge_config.hpp"
 #include "dds_adapter/participant.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// The least that the publishers of a topic offer: who asks for no more gets the samples of all of them.
 struct PublishedQos {
@@ -33,4 +33,4 @@ struct PublishedQos {
   return settings;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

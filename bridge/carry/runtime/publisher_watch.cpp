@@ -1,6 +1,6 @@
 #include "bridge/carry/runtime/publisher_watch.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 // A look at all writers costs up to some milliseconds, and others decide how often they change.
@@ -55,4 +55,4 @@ void PublisherWatch::look() {
   }
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -8,7 +8,7 @@
 #include "bridge/carry/runtime/bridge_mark.hpp"
 #include "bridge/carry/runtime/published_qos.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// Tells routes what the publishers of their topics offer, by one look at all of them, and not more often
 /// than it is worth. On the thread that runs the io_context.
@@ -44,4 +44,4 @@ class PublisherWatch {
   bool due_ = false;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -6,7 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 Report::Report(int fd) : fd_{fd} {
   if (fd_ >= 0) {
@@ -42,4 +42,4 @@ void Report::line(std::string json) {
   }
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -6,7 +6,7 @@
 
 #include "bridge/carry/config/bridge_config.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 using Clock = std::chrono::steady_clock;
 
@@ -43,4 +43,4 @@ class Report {
   std::uint64_t lines_left_out_ = 0;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -4,7 +4,7 @@
 
 #include "bridge/carry/runtime/pacing.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 using someip::ReturnCode;
 
@@ -68,4 +68,4 @@ CounterGroup RouteGetter::counters() const {
   return group;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -7,7 +7,7 @@
 #include "bridge/carry/runtime/offered_services.hpp"
 #include "bridge/carry/runtime/service_offer.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// The getter of a field that a route is the notifier of: answered with the topic's last sample. On the
 /// thread that runs the io_context.
@@ -45,4 +45,4 @@ class RouteGetter {
   std::uint64_t not_sent_ = 0;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -7,9 +7,9 @@
 #include "bridge/messages/types/type_hash.hpp"
 #include "dds_adapter/ros_names.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
-ConversionPlan compile(const Route& route, TypeLibrary& types) {
+messages::ConversionPlan compile(const Route& route, messages::TypeLibrary& types) {
   const auto fail = [&](const std::string& why) {
     return std::runtime_error{"route " + route.topic + ": " + route.type + " cannot be carried: " + why};
   };
@@ -17,25 +17,25 @@ ConversionPlan compile(const Route& route, TypeLibrary& types) {
   if (!tree) {
     throw fail(to_string(tree.error()));
   }
-  auto plan = ConversionPlan::compile(*tree, route.rules);
+  auto plan = messages::ConversionPlan::compile(*tree, route.rules);
   if (!plan) {
     throw fail(plan.error());
   }
   return std::move(*plan);
 }
 
-std::string user_data_of(const std::string& type, TypeLibrary& types) {
-  const auto hash = type_hash(types, type);
+std::string user_data_of(const std::string& type, messages::TypeLibrary& types) {
+  const auto hash = messages::type_hash(types, type);
   return hash ? dds::ros_type_hash_entry(*hash) : std::string{};
 }
 
-std::string user_data_of_service(const std::string& type, TypeLibrary& types) {
-  const auto hash = type_hash(types, type);
+std::string user_data_of_service(const std::string& type, messages::TypeLibrary& types) {
+  const auto hash = messages::type_hash(types, type);
   return hash ? dds::ros_service_hash_entry(*hash) : std::string{};
 }
 
 sd::SubscribeSpec subscription_of(const std::vector<Route>& routes, const Route& route,
-                                  const ConversionPlan& plan) {
+                                  const messages::ConversionPlan& plan) {
   const auto uses = [&](Transport transport) {
     return std::ranges::any_of(routes, [&](const Route& other) {
       return other.direction == route.direction && other.service == route.service &&
@@ -53,7 +53,7 @@ sd::SubscribeSpec subscription_of(const std::vector<Route>& routes, const Route&
   }
   // A newer interface may have more behind what we know; less than the least piece of memory saves nothing.
   constexpr std::size_t least = std::size_t{64} << 10U;
-  const auto most = most_someip_bytes(plan.program());
+  const auto most = messages::most_someip_bytes(plan.program());
   return {.service = route.service,
           .instance = route.instance,
           .major = route.major,
@@ -64,7 +64,8 @@ sd::SubscribeSpec subscription_of(const std::vector<Route>& routes, const Route&
           .tcp = uses(Transport::tcp),
           .port = route.port,
           .e2e = std::move(e2e),
-          .max_event_bytes = most ? std::optional{std::max(least, room_to_receive(*most))} : std::nullopt};
+          .max_event_bytes =
+              most ? std::optional{std::max(least, messages::room_to_receive(*most))} : std::nullopt};
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -8,21 +8,21 @@
 #include "sd/net/service_spec.hpp"
 
 /// What routes are made from, those of the configuration and those of discovery.
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// The route's conversion.
 /// @throws std::runtime_error  its type is not known or cannot be carried.
-[[nodiscard]] ConversionPlan compile(const Route& route, TypeLibrary& types);
+[[nodiscard]] messages::ConversionPlan compile(const Route& route, messages::TypeLibrary& types);
 
 /// What ROS 2 nodes learn of the type by discovery; they warn of topics that lack it.
-[[nodiscard]] std::string user_data_of(const std::string& type, TypeLibrary& types);
+[[nodiscard]] std::string user_data_of(const std::string& type, messages::TypeLibrary& types);
 /// What they learn of the service that a request or reply belongs to, beside that of its message.
-[[nodiscard]] std::string user_data_of_service(const std::string& type, TypeLibrary& types);
+[[nodiscard]] std::string user_data_of_service(const std::string& type, messages::TypeLibrary& types);
 
 /// All routes of an eventgroup share a subscription, which names every protocol that they need.
 /// @param routes  of the configuration.
 /// @param plan    of the route, which may bound what is received.
 [[nodiscard]] sd::SubscribeSpec subscription_of(const std::vector<Route>& routes, const Route& route,
-                                                const ConversionPlan& plan);
+                                                const messages::ConversionPlan& plan);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

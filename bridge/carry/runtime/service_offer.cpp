@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 ServiceOffer::ServiceOffer(sd::Node& node, sd::ServiceSpec spec, bool while_published)
     : node_{node}, spec_{std::move(spec)} {
@@ -68,4 +68,4 @@ sd::Notified ServiceOffer::set(someip::MethodId notifier,
   return {};
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

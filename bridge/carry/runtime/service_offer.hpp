@@ -6,7 +6,7 @@
 
 #include "sd/net/node.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// A service of ours: offered always, or only while all topics that it needs have a publisher. On the thread
 /// that runs the io_context.
@@ -52,4 +52,4 @@ class ServiceOffer {
   bool stopped_ = false;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -11,7 +11,7 @@
 #include "dds_adapter/ros_names.hpp"
 #include "someip/net/address_text.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 void add_to(dds::ServiceServerCounters& sum, const dds::ServiceServerCounters& more) {
@@ -47,7 +47,7 @@ bool is_certain(const boost::system::error_code& error) {
 
 // Whether a refused value is answered with one that the server has told before.
 bool keeps_value(const MethodRoute& method) {
-  return method.access == FieldAccess::set && !method.getter;
+  return method.access == messages::FieldAccess::set && !method.getter;
 }
 
 std::vector<sd::E2eSpec> protection(const MethodRoute& method) {
@@ -63,7 +63,7 @@ std::vector<sd::E2eSpec> protection(const MethodRoute& method) {
 
 }  // namespace
 
-ServiceToMethod::ServiceToMethod(sd::Node& node, const MethodRoute& method, ServicePlans plans,
+ServiceToMethod::ServiceToMethod(sd::Node& node, const MethodRoute& method, messages::ServicePlans plans,
                                  dds::ServiceConfig ros, std::optional<FailureReply> failure,
                                  const IpAddress& address)
     : node_{node},
@@ -274,7 +274,8 @@ void ServiceToMethod::on_response(const dds::RequestId& id, ByteView wanted, boo
     reply(id, response.payload);
     return;
   }
-  if (method_.access == FieldAccess::set && is_return_code(error) && (method_.getter || is_certain(error))) {
+  if (method_.access == messages::FieldAccess::set && is_return_code(error) &&
+      (method_.getter || is_certain(error))) {
     on_refused(id, wanted, error);
     return;
   }
@@ -420,4 +421,4 @@ CounterGroup ServiceToMethod::counters() const {
   return group;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -14,7 +14,7 @@
 #include "dds_adapter/service.hpp"
 #include "sd/net/proxy.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// A method as a ROS service: requests of ROS clients are converted, put to the SOME/IP service, and answered
 /// with what that answers. The ROS service is there only while the SOME/IP service is; one by which another
@@ -26,8 +26,8 @@ class ServiceToMethod {
   /// @param node  outlives this object.
   /// @param failure  what is answered when a call goes wrong; nothing if the type cannot say so.
   /// @param address  of the bridge in SOME/IP.
-  ServiceToMethod(sd::Node& node, const MethodRoute& method, ServicePlans plans, dds::ServiceConfig ros,
-                  std::optional<FailureReply> failure, const IpAddress& address);
+  ServiceToMethod(sd::Node& node, const MethodRoute& method, messages::ServicePlans plans,
+                  dds::ServiceConfig ros, std::optional<FailureReply> failure, const IpAddress& address);
   ~ServiceToMethod();
   ServiceToMethod(const ServiceToMethod&) = delete;
   ServiceToMethod& operator=(const ServiceToMethod&) = delete;
@@ -73,9 +73,9 @@ class ServiceToMethod {
 
   sd::Node& node_;
   const MethodRoute method_;
-  ServicePlans plans_;
+  messages::ServicePlans plans_;
   const dds::ServiceConfig ros_;
-  ConversionScratch scratch_;
+  messages::ConversionScratch scratch_;
   ConversionLog log_;
   const std::optional<FailureReply> failure_;
   std::optional<E2eStatus> e2e_;
@@ -109,4 +109,4 @@ class ServiceToMethod {
   std::optional<sd::Proxy> proxy_;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

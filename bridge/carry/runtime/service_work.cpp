@@ -3,7 +3,7 @@
 #include <boost/asio/post.hpp>
 #include <utility>
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 ServiceWork::ServiceWork(boost::asio::io_context& io, Work work, Deadline deadline)
     : io_{io}, work_{std::move(work)}, deadline_{std::move(deadline)}, timer_{io} {}
@@ -48,4 +48,4 @@ void ServiceWork::stop() {
   timer_.cancel();
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

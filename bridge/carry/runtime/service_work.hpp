@@ -7,7 +7,7 @@
 
 #include "dds_adapter/service.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// Has the work() of a ROS service's client or server called on the thread that runs the io_context: when a
 /// thread of DDS asks for it, and when something is due there.
@@ -37,4 +37,4 @@ class ServiceWork : public std::enable_shared_from_this<ServiceWork> {
   bool stopped_ = false;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -7,7 +7,7 @@
 #include "dds_adapter/ros_names.hpp"
 #include "someip/net/address_text.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 constexpr std::size_t most_named = 4;
@@ -172,4 +172,4 @@ std::string in_words(const SilenceReason& reason, std::size_t routes, std::size_
   return {};
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

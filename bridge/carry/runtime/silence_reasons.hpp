@@ -7,7 +7,7 @@
 #include "dds_adapter/participant.hpp"
 #include "sd/net/service_spec.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// Why nothing comes to a route, as far as it is known.
 struct SilenceReason {
@@ -68,4 +68,4 @@ struct PatternSilence {
 /// @param heard  hosts that take part in discovery, on the side where nothing comes from.
 [[nodiscard]] std::string in_words(const SilenceReason& reason, std::size_t routes, std::size_t heard);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <utility>
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 constexpr std::size_t most_topics = 3;
@@ -97,4 +97,4 @@ void SilenceWatch::look() {
   }
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -8,7 +8,7 @@
 
 #include "bridge/carry/runtime/silence_reasons.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// Says of routes to which nothing comes why that is: 5 s after the start, and every 5 s what has changed. Of
 /// those that begin later, after 5 to 10 s; of those to which something came before, when nobody is there any
@@ -73,4 +73,4 @@ class SilenceWatch {
   boost::asio::steady_timer timer_;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

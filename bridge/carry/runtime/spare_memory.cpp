@@ -8,7 +8,7 @@
 #include <malloc.h>
 #endif
 
-namespace trestle::bridge {
+namespace trestle::carry {
 namespace {
 
 #ifdef __GLIBC__
@@ -50,4 +50,4 @@ void SpareMemory::look() {
 #endif
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -3,7 +3,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <cstddef>
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// When memory that was freed goes back to the system. The allocator keeps what lies between things in use,
 /// and after a time of slow subscribers that is as much as the samples that waited for them.
@@ -49,4 +49,4 @@ class SpareMemory {
   SpareMemoryRule rule_;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

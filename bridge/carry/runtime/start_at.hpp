@@ -5,11 +5,11 @@
 
 #include "bridge/carry/config/bridge_config.hpp"
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// What keeps a part of the configuration from being carried out is said with its place in the file.
 template <typename Start>
-auto start_at(const BridgeConfig& config, Mark mark, const Start& start) {
+auto start_at(const BridgeConfig& config, documents::Mark mark, const Start& start) {
   try {
     return start();
   } catch (const std::exception& error) {
@@ -19,4 +19,4 @@ auto start_at(const BridgeConfig& config, Mark mark, const Start& start) {
   }
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -3,7 +3,7 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 void TopicWatch::watch(std::string topic, End ours, std::function<void()> changed) {
   const std::lock_guard lock{mutex_};
@@ -62,4 +62,4 @@ void TopicWatch::call(Watched& one) {
   one.changed();
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -11,7 +11,7 @@ namespace boost::asio {
 class io_context;
 }
 
-namespace trestle::bridge {
+namespace trestle::carry {
 
 /// Says, on the thread that runs the io_context, that the readers or writers of a topic have come or gone.
 /// DDS tells of them on threads of its own, while it holds locks.
@@ -51,4 +51,4 @@ class TopicWatch : public std::enable_shared_from_this<TopicWatch> {
   bool stopped_ = false;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::carry

@@ -2,7 +2,7 @@
 #include "bridge/inspect/decode/capture_reader.hpp"
 #include "bridge/inspect/decode/message_decoder.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 
 /// Prints the SOME/IP messages of recorded traffic.
 class CaptureDecoder : public CaptureReader {
@@ -24,4 +24,4 @@ class CaptureDecoder : public CaptureReader {
   MessageDecoder messages_;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

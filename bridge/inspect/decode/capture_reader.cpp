@@ -2,7 +2,7 @@
 
 #include "someip/wire/bytes.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 namespace {
 
 constexpr std::uint32_t max_datagram_length = 0xffff;
@@ -120,4 +120,4 @@ void CaptureReader::close(Stream& stream) {
   }
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

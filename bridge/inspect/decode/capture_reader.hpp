@@ -6,7 +6,7 @@
 #include "bridge/inspect/decode/someip_ports.hpp"
 #include "pcaps/traffic.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 
 /// Finds the SOME/IP messages of traffic and hands them to a sink. Feed it through pcaps::Traffic, then call
 /// finish(). TP segments are messages to it.
@@ -51,4 +51,4 @@ class CaptureReader : public pcaps::TrafficSink {
   std::uint64_t foreign_streams_ = 0;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

@@ -9,12 +9,12 @@
 
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/terminal.hpp"
+#include "bridge/documents/hex_line.hpp"
 #include "bridge/inspect/decode/capture_decoder.hpp"
-#include "bridge/inspect/decode/hex_line.hpp"
 #include "bridge/inspect/decode/line_output.hpp"
 #include "pcaps/capture_file.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 namespace {
 
 struct Arguments {
@@ -25,17 +25,17 @@ struct Arguments {
 };
 
 void tell(const char* colour, const char* kind, const std::string& text) {
-  fmt::print(stderr, "{}{}:{} {}\n", colour, kind, colours_for(STDERR_FILENO).off, text);
+  fmt::print(stderr, "{}{}:{} {}\n", colour, kind, cli::colours_for(STDERR_FILENO).off, text);
 }
 
 int status_of(std::uint64_t malformed) {
-  return malformed > 0 ? exit_failure : exit_ok;
+  return malformed > 0 ? cli::exit_failure : cli::exit_ok;
 }
 
 /// Tells what the objects on standard output cannot.
 void note(std::uint64_t count, const char* what) {
   if (count > 0) {
-    tell(colours_for(STDERR_FILENO).yellow, "note", fmt::format("{} {}", count, what));
+    tell(cli::colours_for(STDERR_FILENO).yellow, "note", fmt::format("{} {}", count, what));
   }
 }
 
@@ -44,15 +44,15 @@ int decode_capture(const Arguments& arguments) {
   try {
     file.emplace(arguments.file);
   } catch (const std::runtime_error& error) {
-    tell(colours_for(STDERR_FILENO).red, "error", error.what());
-    return exit_usage;
+    tell(cli::colours_for(STDERR_FILENO).red, "error", error.what());
+    return cli::exit_usage;
   }
   LineOutput output{STDOUT_FILENO};
   CaptureDecoder decoder{{arguments.reassemble, arguments.ports},
                          [&](const Json& object) { output.print(object); }};
   pcaps::Traffic traffic{decoder};
   // Somebody may watch a recording grow.
-  const bool live = arguments.file == "-" || is_terminal(STDOUT_FILENO);
+  const bool live = arguments.file == "-" || cli::is_terminal(STDOUT_FILENO);
   while (!output.closed()) {
     const std::optional<pcaps::Frame> frame = file->next();
     if (!frame) {
@@ -75,14 +75,15 @@ int decode_capture(const Arguments& arguments) {
   note(traffic.fragments().dropped() + traffic.fragments().incomplete(), "IP packets lack fragments");
   note(decoder.messages().incomplete(), "segmented messages lack segments");
   if (!file->error().empty()) {
-    tell(colours_for(STDERR_FILENO).red, "error", "the capture cannot be read to its end: " + file->error());
-    return exit_failure;
+    tell(cli::colours_for(STDERR_FILENO).red, "error",
+         "the capture cannot be read to its end: " + file->error());
+    return cli::exit_failure;
   }
   return status_of(decoder.messages().malformed());
 }
 
 void decode_line(MessageDecoder& decoder, const Place& place, std::string_view line) {
-  const tl::expected<std::vector<std::byte>, std::size_t> bytes = parse_hex_line(line);
+  const tl::expected<std::vector<std::byte>, std::size_t> bytes = documents::parse_hex_line(line);
   if (!bytes) {
     decoder.unreadable(
         place, {"bad_hex", "", bytes.error(),
@@ -146,4 +147,4 @@ void add_decode_command(CLI::App& app, int& status) {
   });
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <system_error>
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 namespace {
 
 constexpr std::size_t buffer_bytes = std::size_t{64} << 10U;
@@ -41,4 +41,4 @@ void LineOutput::flush() {
   buffer_.clear();
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

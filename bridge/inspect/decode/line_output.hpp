@@ -3,7 +3,7 @@
 
 #include "bridge/inspect/decode/message_json.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 
 /// Writes JSON objects to a file descriptor, one a line, many lines at a time.
 class LineOutput {
@@ -24,4 +24,4 @@ class LineOutput {
   bool closed_ = false;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

@@ -6,7 +6,7 @@
 #include "someip/net/address_text.hpp"
 #include "someip/wire/bytes.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 namespace {
 
 using someip::WireError;
@@ -139,4 +139,4 @@ std::uint64_t MessageDecoder::incomplete() const noexcept {
   return assembly_ ? assembly_->incomplete() : 0;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

@@ -3,7 +3,7 @@
 
 #include "bridge/inspect/decode/message_sink.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 
 /// Turns SOME/IP messages into JSON objects, one for each message and one for each place where bytes are no
 /// message.
@@ -43,4 +43,4 @@ class MessageDecoder : public MessageSink {
   std::uint64_t malformed_ = 0;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

@@ -7,7 +7,7 @@
 #include "someip/wire/bytes.hpp"
 #include "someip/wire/return_code_name.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 namespace {
 
 using someip::ByteReader;
@@ -143,4 +143,4 @@ void add_magic_cookie(Json& object, const someip::Message& message) {
   }
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

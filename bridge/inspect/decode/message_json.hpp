@@ -8,7 +8,7 @@
 
 /// The parts of what `trestle decode` prints. docs/decode.md documents every field: a change here is a change
 /// of an interface.
-namespace trestle::bridge {
+namespace trestle::inspect {
 
 /// Objects whose fields keep the order in which they were added.
 using Json = nlohmann::ordered_json;
@@ -49,4 +49,4 @@ void add_magic_cookie(Json& object, const someip::Message& message);
 /// Whether the message is the cookie of a client or of a server.  [feat_req_someip_609]
 [[nodiscard]] bool is_magic_cookie(const someip::Message& message) noexcept;
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

@@ -5,7 +5,7 @@
 #include "bridge/inspect/decode/tp_assembly.hpp"
 #include "pcaps/frame.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 
 /// Where bytes come from.
 struct Place {
@@ -41,4 +41,4 @@ class MessageSink {
   void undecodable(const Place& place, std::size_t offset, ByteView bytes, someip::WireError error);
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

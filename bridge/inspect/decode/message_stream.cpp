@@ -5,7 +5,7 @@
 #include "bridge/inspect/decode/someip_ports.hpp"
 #include "someip/wire/bytes.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 namespace {
 
 std::uint32_t length_field(ByteView header) noexcept {
@@ -131,4 +131,4 @@ void MessageStream::finish(const Place& place, MessageSink& sink) const {
   }
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

@@ -7,7 +7,7 @@
 #include "sd/wire/message.hpp"
 #include "someip/net/address_text.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 namespace {
 
 using sd::Entry;
@@ -170,4 +170,4 @@ std::optional<Violation> add_sd(Json& object, std::size_t offset, const someip::
   return std::nullopt;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

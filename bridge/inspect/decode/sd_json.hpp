@@ -5,7 +5,7 @@
 #include "bridge/inspect/decode/message_json.hpp"
 #include "someip/wire/endpoint.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 
 /// Whether a message has the Message ID of service discovery.  [feat_req_someipsd_26]
 [[nodiscard]] bool has_sd_id(const someip::Header& header) noexcept;
@@ -18,4 +18,4 @@ namespace trestle::bridge {
     Json& object, std::size_t offset, const someip::Message& message,
     const std::function<void(Transport, const Endpoint&)>& announced);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

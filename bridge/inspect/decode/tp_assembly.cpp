@@ -1,6 +1,6 @@
 #include "bridge/inspect/decode/tp_assembly.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 namespace {
 
 constexpr std::size_t max_message_bytes = std::size_t{64} << 20U;
@@ -45,4 +45,4 @@ std::uint64_t TpAssembly::incomplete() const noexcept {
          counters[someip::TpDrop::gave_way];
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

@@ -6,7 +6,7 @@
 
 #include "someip/core/tp_reassembler.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 
 /// Who talks to whom. A recording sees one sender's segments to several receivers, so the sender alone does
 /// not tell which belong together.
@@ -38,4 +38,4 @@ class TpAssembly {
   std::optional<someip::TpReassembler> reassembler_;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

@@ -11,15 +11,15 @@
 #include "bridge/inspect/tools/tool_commands.hpp"
 #include "sd/net/proxy.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 namespace {
 
 /// How often a request that nobody answers is tried to be sent, and asked whether it has been.
 constexpr Duration sending_period = std::chrono::milliseconds{5};
 
 struct CallArguments {
-  NetworkOptions network;
-  PayloadOptions payload;
+  cli::NetworkOptions network;
+  cli::PayloadOptions payload;
   std::string service;
   std::string method;
   std::string value;
@@ -36,7 +36,7 @@ using Bytes = std::vector<std::byte>;
 
 // Fire and forget: the exit status.
 int send(const sd::Proxy& proxy, const OtherVersions& others, const sd::CallSpec& spec, Bytes payload,
-         Session& session) {
+         cli::Session& session) {
   auto bytes = std::make_shared<const Bytes>(std::move(payload));
   const std::weak_ptr<const Bytes> unsent = bytes;
   bool accepted = false;
@@ -51,28 +51,28 @@ int send(const sd::Proxy& proxy, const OtherVersions& others, const sd::CallSpec
   });
   session.run();
   if (!accepted) {
-    Session::note("error: " + others.nobody_offers());
+    cli::Session::note("error: " + others.nobody_offers());
   }
-  return accepted && unsent.expired() ? exit_ok : exit_failure;
+  return accepted && unsent.expired() ? cli::exit_ok : cli::exit_failure;
 }
 
 int call(sd::Proxy& proxy, const OtherVersions& others, const sd::CallSpec& spec, Bytes payload,
-         const PayloadOptions& answer, Session& session) {
-  int status = exit_failure;
+         const cli::PayloadOptions& answer, cli::Session& session) {
+  int status = cli::exit_failure;
   proxy.call(spec, std::move(payload), [&](boost::system::error_code error, const sd::Response& response) {
     session.finish();
     const bool answered = response.header.return_code != someip::ReturnCode::ok || !error;
-    if (!error || (answered && answer.form() == PayloadOptions::Form::json)) {
+    if (!error || (answered && answer.form() == cli::PayloadOptions::Form::json)) {
       const auto text = answer_text({response.header, response.payload}, answer);
       if (!text) {
-        Session::note("error: " + text.error());
+        cli::Session::note("error: " + text.error());
         return;
       }
       session.print(*text);
     }
-    status = error ? answered ? exit_error_answer : exit_failure : exit_ok;
+    status = error ? answered ? cli::exit_error_answer : cli::exit_failure : cli::exit_ok;
     if (error) {
-      Session::note(fmt::format(
+      cli::Session::note(fmt::format(
           "error: {}{}", error == sd::CallFault::unavailable ? others.nobody_offers() : error.message(),
           response.payload.empty() ? "" : ": " + hex_digits(response.payload)));
     }
@@ -82,28 +82,28 @@ int call(sd::Proxy& proxy, const OtherVersions& others, const sd::CallSpec& spec
 }
 
 int run(CallArguments& options) {
-  const ServiceArgument service = parse_service(options.service, true);
+  const cli::ServiceArgument service = cli::parse_service(options.service, true);
   sd::CallSpec spec{
-      .method = someip::MethodId{parse_id("METHOD", options.method)},
+      .method = someip::MethodId{cli::parse_id("METHOD", options.method)},
       .timeout = std::chrono::duration_cast<Duration>(std::chrono::duration<double>{options.timeout_s})};
   if (options.udp || options.tcp) {
     spec.transport = options.tcp ? Transport::tcp : Transport::udp;
   }
   const std::string response = options.payload.take_request_of_service();
   options.payload.resolve();
-  const PayloadOptions answer =
+  const cli::PayloadOptions answer =
       options.payload.of_type("--answer-type", options.answer_type.empty() ? response : options.answer_type);
   Bytes payload = options.value.empty() ? Bytes{} : options.payload.parse(options.value);
   const sd::NodeConfig network = options.network.config();
 
-  Session session{options.forget ? options.timeout_s : 0};
+  cli::Session session{options.forget ? options.timeout_s : 0};
   sd::Node node{session.io, network,
                 [&](const std::string& line) {
                   if (!options.quiet) {
-                    Session::note(line);
+                    cli::Session::note(line);
                   }
                 },
-                Session::warn};
+                cli::Session::warn};
   sd::Proxy proxy{node,
                   {.service = service.service,
                    .instance = service.instance,
@@ -147,7 +147,7 @@ void add_call_command(CLI::App& app, int& status) {
       ->capture_default_str();
   command->add_option("--timeout", options->timeout_s, "For finding the service and for the answer, together")
       ->type_name("SECONDS")
-      ->check(seconds_above_zero())
+      ->check(cli::seconds_above_zero())
       ->capture_default_str();
   CLI::Option* udp = command->add_flag("--udp", options->udp, "Call over UDP");
   command->add_flag("--tcp", options->tcp, "Call over TCP")->excludes(udp);
@@ -158,4 +158,4 @@ void add_call_command(CLI::App& app, int& status) {
   command->callback([options, &status] { status = run(*options); });
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

@@ -12,33 +12,33 @@
 #include "sd/net/clock.hpp"
 #include "someip/net/address_text.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 namespace {
 
 constexpr std::size_t max_services = 10'000;
 
 struct FindArguments {
-  NetworkOptions network;
+  cli::NetworkOptions network;
   std::string service;
   double timeout_s = 3;
   std::uint64_t count = 0;
   bool json = false;
 };
 
-bool fits(const ServiceArgument& wanted, const SeenService& service) {
+bool fits(const cli::ServiceArgument& wanted, const SeenService& service) {
   return (wanted.service == someip::ServiceId{} || wanted.service == service.service) &&
          (wanted.instance == someip::any_instance || wanted.instance == service.instance);
 }
 
 int run(const FindArguments& options) {
-  ServiceArgument wanted;  // service 0: all
+  cli::ServiceArgument wanted;  // service 0: all
   std::uint64_t count = options.count;
   if (!options.service.empty()) {
-    wanted = parse_service(options.service, true);
+    wanted = cli::parse_service(options.service, true);
     count = count == 0 && wanted.instance != someip::any_instance ? 1 : count;
   }
   const sd::NodeConfig network = options.network.config();
-  Session session{options.timeout_s};
+  cli::Session session{options.timeout_s};
   std::uint64_t found = 0;
   NetworkView view{max_services};
   Listener listener{session.io, network, [&](ByteView datagram, const Endpoint& from, const Endpoint& to) {
@@ -61,13 +61,13 @@ int run(const FindArguments& options) {
       listener.find(wanted.service, wanted.instance);
       session.every(std::chrono::seconds{1}, [&] { listener.find(wanted.service, wanted.instance); });
     } else {
-      Session::note(
+      cli::Session::note(
           fmt::format("note: {}:{} is taken by another SOME/IP stack: listening to offers without asking",
                       someip::to_string(network.address), network.port));
     }
   }
   session.run();
-  return found > 0 ? exit_ok : exit_failure;
+  return found > 0 ? cli::exit_ok : cli::exit_failure;
 }
 
 }  // namespace
@@ -87,14 +87,14 @@ void add_find_command(CLI::App& app, int& status) {
   command->add_option("SERVICE", options->service, "SERVICE or SERVICE.INSTANCE, such as 0x1234.0x0001");
   command->add_option("--timeout", options->timeout_s, "How long to look")
       ->type_name("SECONDS")
-      ->check(seconds_above_zero())
+      ->check(cli::seconds_above_zero())
       ->capture_default_str();
   command->add_option("--count", options->count, "End when so many are found")
       ->type_name("N")
-      ->check(count_above_zero());
+      ->check(cli::count_above_zero());
   command->add_flag("--json", options->json, "Print a JSON object for each");
   options->network.add_to(*command);
   command->callback([options, &status] { status = run(*options); });
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

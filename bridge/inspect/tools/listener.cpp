@@ -5,7 +5,7 @@
 #include "sd/net/clock.hpp"
 #include "sd/wire/writer.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 
 Listener::Listener(boost::asio::io_context& io, const sd::NodeConfig& network, Handler handler)
     : io_{io},
@@ -58,4 +58,4 @@ void Listener::on_datagram(ByteView datagram, const Endpoint& from, const Endpoi
   handler_(datagram, from, to);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

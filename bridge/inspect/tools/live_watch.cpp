@@ -6,7 +6,7 @@
 
 #include "someip/net/address_text.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 namespace {
 
 /// Frames taken before others have their turn.
@@ -24,7 +24,8 @@ TimePoint wall_clock() {
   return TimePoint{std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch())};
 }
 
-LiveWatch::LiveWatch(Session& session, const Where& where, std::uint16_t sd_port, Watcher::Handler handler)
+LiveWatch::LiveWatch(cli::Session& session, const Where& where, std::uint16_t sd_port,
+                     Watcher::Handler handler)
     : session_{session}, seen_{sd_port, std::move(handler)}, where_{where.interface} {
   capture(where);
   if (!where.network) {
@@ -60,7 +61,7 @@ void LiveWatch::capture(const Where& where) {
     if (!where.network) {
       throw std::runtime_error{std::string{error.what()} + ". " + hint};
     }
-    Session::note(
+    cli::Session::note(
         fmt::format("note: {}: only what discovery sends to all is shown, no subscriptions and no traffic.\n"
                     "      {}",
                     error.what(), hint));
@@ -113,4 +114,4 @@ Picture LiveWatch::picture(bool live) const {
           .dropped = capture_ ? capture_->dropped() : 0};
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

@@ -8,7 +8,7 @@
 #include "bridge/inspect/tools/picture.hpp"
 #include "pcaps/live_capture.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 
 /// Now, in the way that frames tell the time.
 [[nodiscard]] TimePoint wall_clock();
@@ -23,7 +23,7 @@ struct Where {
 class LiveWatch {
  public:
   /// @throws std::runtime_error when neither is possible.
-  LiveWatch(Session& session, const Where& where, std::uint16_t sd_port, Watcher::Handler handler);
+  LiveWatch(cli::Session& session, const Where& where, std::uint16_t sd_port, Watcher::Handler handler);
   LiveWatch(const LiveWatch&) = delete;
   LiveWatch& operator=(const LiveWatch&) = delete;
   ~LiveWatch();
@@ -42,7 +42,7 @@ class LiveWatch {
   void wait();
   void on_readable();
 
-  Session& session_;
+  cli::Session& session_;
   TimePoint started_ = wall_clock();
   Watcher seen_;
   std::string where_;
@@ -51,4 +51,4 @@ class LiveWatch {
   std::optional<Listener> listener_;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

@@ -7,22 +7,23 @@
 #include "bridge/inspect/decode/message_json.hpp"
 #include "someip/net/address_text.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 namespace {
 
-using Form = PayloadOptions::Form;
+using Form = cli::PayloadOptions::Form;
 using Text = tl::expected<std::string, std::string>;
 
 /// Elements of an array that a terminal shows; as many as `ros2 topic echo`.
 constexpr std::size_t shown_on_terminal = 128;
 
 /// The values; nothing when there is no type, or no payload.
-Text values_text(ByteView payload, const PayloadOptions& options) {
+Text values_text(ByteView payload, const cli::PayloadOptions& options) {
   if (options.form() == Form::hex || options.values() == nullptr || payload.empty()) {
     return {};
   }
-  return options.values()->print(payload, options.form() == Form::json ? ValueForm::json : ValueForm::yaml,
-                                 {.longest = is_terminal(STDOUT_FILENO) ? shown_on_terminal : 0});
+  return options.values()->print(
+      payload, options.form() == Form::json ? messages::ValueForm::json : messages::ValueForm::yaml,
+      {.longest = cli::is_terminal(STDOUT_FILENO) ? shown_on_terminal : 0});
 }
 
 /// `"key":` and the values or the bytes.
@@ -33,7 +34,7 @@ std::string json_member(const std::string& values, ByteView payload) {
 
 }  // namespace
 
-Text answer_text(const someip::Message& answer, const PayloadOptions& options) {
+Text answer_text(const someip::Message& answer, const cli::PayloadOptions& options) {
   if (options.form() == Form::hex) {
     return hex_digits(answer.payload) + "\n";
   }
@@ -49,7 +50,7 @@ Text answer_text(const someip::Message& answer, const PayloadOptions& options) {
                      static_cast<unsigned>(header.return_code), json_member(*values, answer.payload));
 }
 
-Text message_text(const someip::Message& message, const Endpoint* from, const PayloadOptions& options) {
+Text message_text(const someip::Message& message, const Endpoint* from, const cli::PayloadOptions& options) {
   const std::string id = hex_id(someip::value(message.header.method));
   if (options.form() == Form::hex) {
     return fmt::format("{} {}\n", id, hex_digits(message.payload));
@@ -68,4 +69,4 @@ Text message_text(const someip::Message& message, const Endpoint* from, const Pa
                      json_member(*values, message.payload));
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

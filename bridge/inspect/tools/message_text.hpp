@@ -6,14 +6,14 @@
 #include "someip/wire/header.hpp"
 
 /// Payloads as the options want them; or why one cannot be printed. On a terminal, long arrays are cut.
-namespace trestle::bridge {
+namespace trestle::inspect {
 
 /// What a payload says, with its line end.
 ///   hex   "0a0b0c"
 ///   yaml  the values; nothing for an empty payload
 ///   json  an object: docs/tools.md lists its fields
 [[nodiscard]] tl::expected<std::string, std::string> answer_text(const someip::Message& answer,
-                                                                 const PayloadOptions& options);
+                                                                 const cli::PayloadOptions& options);
 
 /// A received event or request.
 ///   hex   "0x8001 0a0b0c"
@@ -22,6 +22,6 @@ namespace trestle::bridge {
 /// @param from  who sent it; none: unknown.
 [[nodiscard]] tl::expected<std::string, std::string> message_text(const someip::Message& message,
                                                                   const Endpoint* from,
-                                                                  const PayloadOptions& options);
+                                                                  const cli::PayloadOptions& options);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

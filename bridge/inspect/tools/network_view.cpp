@@ -2,7 +2,7 @@
 
 #include <tuple>
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 namespace {
 
 using Kind = Sighting::Kind;
@@ -330,4 +330,4 @@ void NetworkView::forget_gone(TimePoint since) {
   std::erase_if(subscriptions_, long_gone);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

@@ -8,7 +8,7 @@
 #include "bridge/inspect/tools/offer_options.hpp"
 #include "bridge/inspect/tools/tool_commands.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 namespace {
 
 struct NotifyArguments : OfferOptions {
@@ -21,15 +21,15 @@ struct NotifyArguments : OfferOptions {
 
 int run(NotifyArguments& options) {
   sd::ServiceSpec spec = options.spec();
-  const someip::MethodId event{parse_id("EVENT", options.event)};
+  const someip::MethodId event{cli::parse_id("EVENT", options.event)};
   spec.eventgroups.push_back(
-      {.id = someip::EventgroupId{parse_id("EVENTGROUP", options.eventgroup)}, .events = {event}});
+      {.id = someip::EventgroupId{cli::parse_id("EVENTGROUP", options.eventgroup)}, .events = {event}});
   options.payload.resolve();
   const auto payload = std::make_shared<const std::vector<std::byte>>(options.payload.parse(options.value));
   const sd::NodeConfig network = options.network.config();
 
-  Session session{options.timeout_s};
-  sd::Node node{session.io, network, options.log(), Session::warn};
+  cli::Session session{options.timeout_s};
+  sd::Node node{session.io, network, options.log(), cli::Session::warn};
   const sd::OfferHandle handle = node.offer(spec);
   std::uint64_t sent = 0;
   bool waiting = false;
@@ -43,15 +43,15 @@ int run(NotifyArguments& options) {
       ++sent;
       waiting = false;
     } else if (!std::exchange(waiting, true) && !options.quiet) {
-      Session::note("waiting for subscribers");
+      cli::Session::note("waiting for subscribers");
     }
   });
   session.run();
   node.shutdown();
   if (!options.quiet) {
-    Session::note(fmt::format("{} event{} sent", sent, sent == 1 ? "" : "s"));
+    cli::Session::note(fmt::format("{} event{} sent", sent, sent == 1 ? "" : "s"));
   }
-  return sent > 0 && sent >= options.count ? exit_ok : exit_failure;
+  return sent > 0 && sent >= options.count ? cli::exit_ok : cli::exit_failure;
 }
 
 }  // namespace
@@ -74,13 +74,13 @@ void add_notify_command(CLI::App& app, int& status) {
   command->add_option("PAYLOAD", options->value, "What the event carries")->required();
   command->add_option("--rate", options->rate_hz, "Events a second")
       ->type_name("HZ")
-      ->check(number_between(0.001, 10'000))
+      ->check(cli::number_between(0.001, 10'000))
       ->capture_default_str();
   command->add_option("--count", options->count, "End after so many events")
       ->type_name("N")
-      ->check(count_above_zero());
+      ->check(cli::count_above_zero());
   options->add_to(*command);
   command->callback([options, &status] { status = run(*options); });
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

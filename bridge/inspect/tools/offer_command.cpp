@@ -11,7 +11,7 @@
 #include "bridge/inspect/tools/offer_options.hpp"
 #include "bridge/inspect/tools/tool_commands.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 namespace {
 
 using Bytes = std::vector<std::byte>;
@@ -65,7 +65,7 @@ Field parse_field(const std::string& ids) {
                                fmt::format("expected GETTER/SETTER/NOTIFIER=VALUE, found '{}'", ids));
   }
   const auto id = [](const std::string& part) {
-    return part == "-" ? std::nullopt : std::optional{MethodId{parse_id("--field", part)}};
+    return part == "-" ? std::nullopt : std::optional{MethodId{cli::parse_id("--field", part)}};
   };
   Field field{id(getter), id(setter), id(*notifier), {}};
   if (!field.getter && !field.setter && !field.notifier) {
@@ -79,32 +79,32 @@ class Service {
  public:
   explicit Service(OfferArguments& options) : options_{options}, spec_{options.spec()} {
     options_.payload.resolve();
-    const PayloadOptions answers = options_.payload.of_type("--answer-type", options_.answer_type);
+    const cli::PayloadOptions answers = options_.payload.of_type("--answer-type", options_.answer_type);
     for (const std::string& text : options_.methods) {
       const Definition method = parse_definition(text);
       // A method with a type of its own answers with that, too, unless it says otherwise.
-      const PayloadOptions& usual = method.type.empty() ? answers : options_.payload;
+      const cli::PayloadOptions& usual = method.type.empty() ? answers : options_.payload;
       const std::string& type = method.answer_type.empty() ? method.type : method.answer_type;
-      add_method(parse_id("--method", method.ids), method.type,
+      add_method(cli::parse_id("--method", method.ids), method.type,
                  method.value ? usual.of_type("--method", type).parse(*method.value) : Bytes{},
                  ReturnCode::ok);
     }
     for (const std::string& text : options_.errors) {
       const auto [id, value] = split(text, '=');
-      const auto format = id_number(0x01, 0x5e);
+      const auto format = documents::id_number(0x01, 0x5e);
       const auto code = format.read(value.value_or(""));
       if (!code) {
         throw CLI::ValidationError(
             "--error", fmt::format("expected METHOD=CODE, the code {}, found '{}'", format.expected, text));
       }
-      add_method(parse_id("--error", id), "", {}, ReturnCode{static_cast<std::uint8_t>(*code)});
+      add_method(cli::parse_id("--error", id), "", {}, ReturnCode{static_cast<std::uint8_t>(*code)});
     }
     for (const std::string& text : options_.fields) {
       add_field(parse_definition(text));
     }
     for (const std::string& id : options_.eventgroups) {
       spec_.eventgroups.push_back(
-          {.id = someip::EventgroupId{parse_id("--eventgroup", id)}, .events = notifiers_});
+          {.id = someip::EventgroupId{cli::parse_id("--eventgroup", id)}, .events = notifiers_});
     }
     if (spec_.eventgroups.empty() && !notifiers_.empty()) {
       spec_.eventgroups.push_back({.id = someip::EventgroupId{1}, .events = notifiers_});
@@ -114,9 +114,9 @@ class Service {
   /// Offers it until the session ends.
   void run() {
     const sd::NodeConfig network = options_.network.config();
-    Session session{options_.timeout_s};
+    cli::Session session{options_.timeout_s};
     session_ = &session;
-    sd::Node node{session.io, network, options_.log(), Session::warn};
+    sd::Node node{session.io, network, options_.log(), cli::Session::warn};
     node_ = &node;
     offer_ = node.offer(std::move(spec_));
     session.run();
@@ -125,10 +125,10 @@ class Service {
 
  private:
   /// @return false: it is no message of the type.
-  bool print(const someip::Message& request, const Endpoint& from, const PayloadOptions& payload) {
+  bool print(const someip::Message& request, const Endpoint& from, const cli::PayloadOptions& payload) {
     const auto text = message_text(request, &from, payload);
     if (!text) {
-      Session::warn(text.error());
+      cli::Session::warn(text.error());
       return false;
     }
     session_->print(*text);
@@ -154,7 +154,7 @@ class Service {
   /// the Node, which sends it to new subscribers.
   void add_field(const Definition& definition) {
     const auto field = std::make_shared<Field>(parse_field(definition.ids));
-    const PayloadOptions payload = options_.payload.of_type("--field", definition.type);
+    const cli::PayloadOptions payload = options_.payload.of_type("--field", definition.type);
     if (definition.value) {
       field->value = std::make_shared<const Bytes>(payload.parse(*definition.value));
     }
@@ -201,7 +201,7 @@ class Service {
   sd::ServiceSpec spec_;
   std::vector<MethodId> notifiers_;
   // While it is offered:
-  Session* session_ = nullptr;
+  cli::Session* session_ = nullptr;
   sd::Node* node_ = nullptr;
   sd::OfferHandle offer_{};
 };
@@ -245,8 +245,8 @@ void add_offer_command(CLI::App& app, int& status) {
   options->add_to(*command);
   command->callback([options, &status] {
     Service{*options}.run();
-    status = exit_ok;
+    status = cli::exit_ok;
   });
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

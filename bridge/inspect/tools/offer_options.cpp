@@ -2,7 +2,7 @@
 
 #include "bridge/cli/session.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 
 void OfferOptions::add_to(CLI::App& command) {
   command.add_option("--major", major, "Major version of the service")
@@ -12,7 +12,7 @@ void OfferOptions::add_to(CLI::App& command) {
   command.add_option("--minor", minor, "Minor version of the service")->type_name("N")->capture_default_str();
   command.add_option("--timeout", timeout_s, "End after so long")
       ->type_name("SECONDS")
-      ->check(seconds_above_zero());
+      ->check(cli::seconds_above_zero());
   command.add_flag("-q,--quiet", quiet, "Do not tell what discovery does");
   transport.add_to(command, "The service is offered");
   payload.add_to(command);
@@ -20,7 +20,7 @@ void OfferOptions::add_to(CLI::App& command) {
 }
 
 sd::ServiceSpec OfferOptions::spec() const {
-  const ServiceArgument id = parse_service(service, false);
+  const cli::ServiceArgument id = cli::parse_service(service, false);
   sd::ServiceSpec spec{.service = id.service,
                        .instance = id.instance,
                        .major = static_cast<std::uint8_t>(major),
@@ -37,9 +37,9 @@ sd::ServiceSpec OfferOptions::spec() const {
 sd::DiscoveryLog OfferOptions::log() const {
   return [silent = quiet](const std::string& line) {
     if (!silent) {
-      Session::note(line);
+      cli::Session::note(line);
     }
   };
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

@@ -1,13 +1,13 @@
 #pragma once
 #include "bridge/cli/options.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 
 /// What the commands that offer a service have in common.
 struct OfferOptions {
-  NetworkOptions network;
-  PayloadOptions payload;
-  TransportOptions transport;
+  cli::NetworkOptions network;
+  cli::PayloadOptions payload;
+  cli::TransportOptions transport;
   std::string service;
   unsigned major = 1;
   std::uint32_t minor = 0;
@@ -20,4 +20,4 @@ struct OfferOptions {
   [[nodiscard]] sd::DiscoveryLog log() const;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

@@ -6,17 +6,17 @@
 #include "bridge/cli/session.hpp"
 #include "sd/net/discovery_text.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 
-OtherVersions::OtherVersions(sd::Node& node, const ServiceArgument& service, unsigned wanted, bool quiet)
+OtherVersions::OtherVersions(sd::Node& node, const cli::ServiceArgument& service, unsigned wanted, bool quiet)
     : wanted_{wanted},
       all_{node,
            {.service = service.service, .instance = service.instance, .major = sd::any_major},
            [this, quiet](const sd::RemoteService& server, bool available) {
              if (available && server.major != wanted_ && told_.insert(server.major).second && !quiet) {
-               Session::note(fmt::format("note: {} is offered with major version {}, not {}: see --major",
-                                         sd::to_string(server.service, server.instance), server.major,
-                                         wanted_));
+               cli::Session::note(
+                   fmt::format("note: {} is offered with major version {}, not {}: see --major",
+                               sd::to_string(server.service, server.instance), server.major, wanted_));
              }
            }} {}
 
@@ -32,4 +32,4 @@ std::string OtherVersions::nobody_offers() const {
                            fmt::join(offered, ", "));
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

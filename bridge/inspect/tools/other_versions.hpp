@@ -5,14 +5,14 @@
 #include "bridge/cli/options.hpp"
 #include "sd/net/proxy.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 
 /// Notices who offers a service in other major versions than the one that is wanted, which a Node does not
 /// mention: so that the user learns of a wrong --major.
 class OtherVersions {
  public:
   /// @param quiet  nothing is printed on standard error.
-  OtherVersions(sd::Node& node, const ServiceArgument& service, unsigned wanted, bool quiet);
+  OtherVersions(sd::Node& node, const cli::ServiceArgument& service, unsigned wanted, bool quiet);
 
   /// That nobody offers the service, and what is offered in place of it.
   [[nodiscard]] std::string nobody_offers() const;
@@ -23,4 +23,4 @@ class OtherVersions {
   sd::Proxy all_;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

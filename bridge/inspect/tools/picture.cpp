@@ -9,7 +9,7 @@
 #include "sd/net/discovery_text.hpp"
 #include "someip/net/address_text.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 namespace {
 
 struct Line {
@@ -77,7 +77,7 @@ std::string endpoints(const std::optional<Endpoint>& udp, const std::optional<En
   return text;
 }
 
-Table services_table(const Picture& picture, const Colours& colours) {
+Table services_table(const Picture& picture, const cli::Colours& colours) {
   constexpr const char* row = "{:<16}  {:<10}  {:<15}  {:>7}  {:<12}  {}";
   Table table{{colours.dim,
                fmt::format(row, "SERVICE.INSTANCE", "VERSION", "OFFERED BY", "FOR", "LIFETIME", "ENDPOINTS")},
@@ -93,7 +93,7 @@ Table services_table(const Picture& picture, const Colours& colours) {
   return table;
 }
 
-Table subscriptions_table(const Picture& picture, const Colours& colours) {
+Table subscriptions_table(const Picture& picture, const cli::Colours& colours) {
   using State = SeenSubscription::State;
   constexpr const char* row = "{:<16}  {:<10}  {:<15}  {:<12}  {:>7}  {:<12}  {}";
   Table table{{colours.dim, fmt::format(row, "SERVICE.INSTANCE", "EVENTGROUP", "SUBSCRIBER", "STATE", "FOR",
@@ -123,7 +123,7 @@ std::string remarks(const SeenTraffic& row) {
     add(count_text(row.errors, "error"));
   }
   if (const auto latency = row.median_latency()) {
-    add("p50 " + duration_text(latency->count()));
+    add("p50 " + cli::duration_text(latency->count()));
   }
   return text;
 }
@@ -136,7 +136,7 @@ std::string name_of(const SeenTraffic& row) {
   return fmt::format("{} {}", row.event ? "event" : "method", sd::hexadecimal(value(row.method)));
 }
 
-Table traffic_table(const Picture& picture, const Colours& colours) {
+Table traffic_table(const Picture& picture, const cli::Colours& colours) {
   constexpr const char* row = "{:<16}  {:<13}  {:>10}  {:>9}  {:>8}  {:<16}  {}";
   Table table{{colours.dim, fmt::format(row, "SERVICE.INSTANCE", "TRAFFIC", "PER SECOND", "BYTES/S", "IN ALL",
                                         "NOTES", "SERVER")},
@@ -153,7 +153,7 @@ Table traffic_table(const Picture& picture, const Colours& colours) {
   return table;
 }
 
-std::vector<Table> tables_of(const Picture& picture, const Colours& colours) {
+std::vector<Table> tables_of(const Picture& picture, const cli::Colours& colours) {
   std::vector<Table> tables{services_table(picture, colours)};
   if (picture.traffic) {
     tables.push_back(subscriptions_table(picture, colours));
@@ -197,7 +197,7 @@ std::string title_of(const Picture& picture) {
 
 }  // namespace
 
-std::string screen_of(const Picture& picture, TerminalSize size, const Colours& colours) {
+std::string screen_of(const Picture& picture, cli::TerminalSize size, const cli::Colours& colours) {
   std::string out = "\033[H";
   const auto line = [&](const Line& one) {
     // Not wider than the screen, and with nothing left of what was there before.
@@ -231,7 +231,7 @@ std::string screen_of(const Picture& picture, TerminalSize size, const Colours& 
   return out + "\033[J";
 }
 
-std::string text_of(const Picture& picture, const Colours& colours) {
+std::string text_of(const Picture& picture, const cli::Colours& colours) {
   std::string out;
   const auto line = [&](const Line& one) { out += one.colour + one.text + colours.off + "\n"; };
   line({colours.bold, title_of(picture)});
@@ -250,4 +250,4 @@ std::string describe(const SeenTraffic& row, const InstanceNames& names, const R
                      more.empty() ? "" : "  ", more);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

@@ -7,7 +7,7 @@
 #include "bridge/inspect/tools/watcher.hpp"
 
 /// What `trestle watch` shows of a network as a whole. docs/tools.md documents the JSON.
-namespace trestle::bridge {
+namespace trestle::inspect {
 
 struct Picture {
   const Watcher& seen;
@@ -20,9 +20,10 @@ struct Picture {
 };
 
 /// The whole screen, with the escape sequences that put it over the one before.
-[[nodiscard]] std::string screen_of(const Picture& picture, TerminalSize size, const Colours& colours);
+[[nodiscard]] std::string screen_of(const Picture& picture, cli::TerminalSize size,
+                                    const cli::Colours& colours);
 /// The same tables in full, for a file.
-[[nodiscard]] std::string text_of(const Picture& picture, const Colours& colours);
+[[nodiscard]] std::string text_of(const Picture& picture, const cli::Colours& colours);
 /// The same in one object.
 [[nodiscard]] std::string json_of(const Picture& picture);
 
@@ -32,4 +33,4 @@ struct Picture {
 void add_traffic(nlohmann::ordered_json& object, const SeenTraffic& row, const InstanceNames& names,
                  const Rate& rate);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

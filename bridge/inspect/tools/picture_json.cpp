@@ -4,7 +4,7 @@
 #include "sd/net/discovery_text.hpp"
 #include "someip/net/address_text.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -77,4 +77,4 @@ std::string json_of(const Picture& picture) {
   return object.dump();
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

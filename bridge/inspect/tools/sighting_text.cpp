@@ -6,7 +6,7 @@
 #include "sd/net/discovery_text.hpp"
 #include "someip/net/address_text.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 namespace {
 
 std::string version(const SeenService& service) {
@@ -147,4 +147,4 @@ std::string InstanceNames::of(const SeenTraffic& row) const {
                   : sd::hexadecimal(someip::value(row.service)) + ".?";
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

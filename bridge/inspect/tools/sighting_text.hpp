@@ -7,7 +7,7 @@
 #include "bridge/inspect/tools/traffic_view.hpp"
 
 /// What is seen of a network, in words and in JSON. docs/tools.md documents both.
-namespace trestle::bridge {
+namespace trestle::inspect {
 
 /// "2026-11-21T09:20:44.321Z", of wall-clock time.
 [[nodiscard]] std::string time_text(TimePoint time);
@@ -36,4 +36,4 @@ class InstanceNames {
   std::map<std::tuple<someip::ServiceId, Transport, Endpoint>, someip::InstanceId> instances_;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

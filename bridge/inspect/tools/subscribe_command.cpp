@@ -9,13 +9,13 @@
 #include "bridge/inspect/tools/other_versions.hpp"
 #include "bridge/inspect/tools/tool_commands.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 namespace {
 
 struct SubscribeArguments {
-  NetworkOptions network;
-  PayloadOptions payload;
-  TransportOptions transport;
+  cli::NetworkOptions network;
+  cli::PayloadOptions payload;
+  cli::TransportOptions transport;
   std::string service;
   std::string eventgroup;
   std::vector<std::string> events;
@@ -30,7 +30,7 @@ std::vector<someip::MethodId> events_of(const std::vector<std::string>& names) {
   std::vector<someip::MethodId> events;
   events.reserve(names.empty() ? 0xfffe : names.size());
   for (const std::string& name : names) {
-    events.push_back(someip::MethodId{parse_id("EVENT", name)});
+    events.push_back(someip::MethodId{cli::parse_id("EVENT", name)});
   }
   for (std::uint16_t id = 1; names.empty() && id < 0xffff; ++id) {
     if (const someip::MethodId event{id}; !sd::is_reserved(event)) {
@@ -41,19 +41,19 @@ std::vector<someip::MethodId> events_of(const std::vector<std::string>& names) {
 }
 
 int run(SubscribeArguments& options) {
-  const ServiceArgument service = parse_service(options.service, false);
-  const someip::EventgroupId eventgroup{parse_id("EVENTGROUP", options.eventgroup)};
+  const cli::ServiceArgument service = cli::parse_service(options.service, false);
+  const someip::EventgroupId eventgroup{cli::parse_id("EVENTGROUP", options.eventgroup)};
   std::vector<someip::MethodId> events = events_of(options.events);
   options.payload.resolve();
   const sd::NodeConfig network = options.network.config();
-  Session session{options.timeout_s};
+  cli::Session session{options.timeout_s};
   sd::Node node{session.io, network,
                 [&](const std::string& line) {
                   if (!options.quiet) {
-                    Session::note(line);
+                    cli::Session::note(line);
                   }
                 },
-                Session::warn};
+                cli::Session::warn};
   std::uint64_t received = 0;
   std::uint64_t unprintable = 0;
   node.subscribe({.service = service.service,
@@ -72,7 +72,7 @@ int run(SubscribeArguments& options) {
                      session.print(*text);
                    } else {
                      ++unprintable;
-                     Session::warn(text.error());
+                     cli::Session::warn(text.error());
                    }
                    if (++received == options.count) {
                      session.finish();
@@ -82,7 +82,7 @@ int run(SubscribeArguments& options) {
   session.run();
   node.shutdown();
   const bool enough = options.count == 0 ? received > 0 || !session.timed_out() : received == options.count;
-  return enough && unprintable == 0 ? exit_ok : exit_failure;
+  return enough && unprintable == 0 ? cli::exit_ok : cli::exit_failure;
 }
 
 }  // namespace
@@ -111,10 +111,10 @@ void add_subscribe_command(CLI::App& app, int& status) {
       ->capture_default_str();
   command->add_option("--count", options->count, "End after so many events")
       ->type_name("N")
-      ->check(count_above_zero());
+      ->check(cli::count_above_zero());
   command->add_option("--timeout", options->timeout_s, "End after so long")
       ->type_name("SECONDS")
-      ->check(seconds_above_zero());
+      ->check(cli::seconds_above_zero());
   command->add_flag("-q,--quiet", options->quiet, "Do not tell what discovery does");
   options->transport.add_to(*command, "Events come");
   options->payload.add_to(*command);
@@ -122,4 +122,4 @@ void add_subscribe_command(CLI::App& app, int& status) {
   command->callback([options, &status] { status = run(*options); });
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

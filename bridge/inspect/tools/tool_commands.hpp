@@ -4,7 +4,7 @@ namespace CLI {
 class App;
 }
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 
 // Each makes a subcommand: docs/tools.md describes them.
 void add_find_command(CLI::App& app, int& status);
@@ -14,4 +14,4 @@ void add_subscribe_command(CLI::App& app, int& status);
 void add_offer_command(CLI::App& app, int& status);
 void add_notify_command(CLI::App& app, int& status);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

@@ -4,7 +4,7 @@
 
 #include "bridge/inspect/decode/message_json.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 namespace {
 
 using someip::MessageType;
@@ -213,4 +213,4 @@ void TrafficView::forget_idle(TimePoint since) {
   });
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

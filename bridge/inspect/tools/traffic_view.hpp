@@ -10,7 +10,7 @@
 #include "bridge/inspect/decode/tp_assembly.hpp"
 #include "someip/wire/header.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 
 /// Messages and bytes a second.
 struct Rate {
@@ -116,4 +116,4 @@ class TrafficView {
   Counters counters_;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

@@ -4,16 +4,16 @@
 #include <memory>
 
 #include "bridge/cli/exit_status.hpp"
+#include "bridge/cli/interfaces.hpp"
 #include "bridge/cli/options.hpp"
 #include "bridge/cli/terminal.hpp"
-#include "bridge/inspect/tools/interfaces.hpp"
 #include "bridge/inspect/tools/live_watch.hpp"
 #include "bridge/inspect/tools/tool_commands.hpp"
 #include "bridge/inspect/tools/watch_lines.hpp"
 #include "pcaps/capture_file.hpp"
 #include "someip/net/socket_calls.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 namespace {
 
 using namespace std::chrono_literals;
@@ -27,7 +27,7 @@ constexpr Duration shown_when_idle = 60s;
 constexpr double once_s = 3;
 
 struct WatchArguments {
-  NetworkOptions network;
+  cli::NetworkOptions network;
   std::string interface;
   std::string file;
   double timeout_s = 0;
@@ -57,7 +57,7 @@ Where where_of(const WatchArguments& options) {
   sd::NodeConfig network =
       options.interface.empty() ? options.network.config() : options.network.config_without_address();
   if (!network.address.is_unspecified()) {
-    const auto interface = interface_name(network.address);
+    const auto interface = cli::interface_name(network.address);
     if (!interface) {
       someip::fail(Transport::udp, {network.address, network.port}, "find the network interface",
                    EADDRNOTAVAIL);
@@ -66,7 +66,7 @@ Where where_of(const WatchArguments& options) {
   }
   const auto address = options.interface == "any"
                            ? own_address(options)
-                           : address_of_interface(options.interface, network.multicast.v6);
+                           : cli::address_of_interface(options.interface, network.multicast.v6);
   if (!address) {
     return {options.interface, std::nullopt};
   }
@@ -75,7 +75,7 @@ Where where_of(const WatchArguments& options) {
 }
 
 int watch_as_lines(const WatchArguments& options, const Where& where, std::uint16_t sd_port) {
-  Session session{options.timeout_s};
+  cli::Session session{options.timeout_s};
   WatchLines lines{options.of_lines(), [&](const std::string& text) { session.print(text); },
                    [&] { session.finish(); }};
   LiveWatch live{session, where, sd_port,
@@ -89,18 +89,19 @@ int watch_as_lines(const WatchArguments& options, const Where& where, std::uint1
   });
   session.run();
   live.check();
-  return lines.enough() ? exit_ok : exit_failure;
+  return lines.enough() ? cli::exit_ok : cli::exit_failure;
 }
 
 int watch_as_table(const WatchArguments& options, const Where& where, std::uint16_t sd_port) {
-  Session session{options.timeout_s};
+  cli::Session session{options.timeout_s};
   LiveWatch live{session, where, sd_port, [](const std::vector<Sighting>&, TimePoint) {}};
   const auto draw = [&] {
     live.on_time();
     const TimePoint now = wall_clock();
     live.seen().network().forget_gone(now - shown_after_gone);
     live.seen().traffic().forget_idle(now - shown_when_idle);
-    session.print(screen_of(live.picture(true), terminal_size(STDOUT_FILENO), colours_for(STDOUT_FILENO)));
+    session.print(
+        screen_of(live.picture(true), cli::terminal_size(STDOUT_FILENO), cli::colours_for(STDOUT_FILENO)));
   };
   session.print("\033[?25l\033[2J");  // no cursor, and nothing else on the screen
   draw();
@@ -108,21 +109,21 @@ int watch_as_table(const WatchArguments& options, const Where& where, std::uint1
   session.run();
   session.print("\033[?25h\n");
   live.check();
-  return exit_ok;
+  return cli::exit_ok;
 }
 
 std::string summary(const WatchArguments& options, const Picture& picture) {
-  return options.json ? json_of(picture) + "\n" : text_of(picture, colours_for(STDOUT_FILENO));
+  return options.json ? json_of(picture) + "\n" : text_of(picture, cli::colours_for(STDOUT_FILENO));
 }
 
 int watch_for(const WatchArguments& options, const Where& where, std::uint16_t sd_port) {
-  Session session{options.once ? once_s : options.for_s};
+  cli::Session session{options.once ? once_s : options.for_s};
   LiveWatch live{session, where, sd_port, [](const std::vector<Sighting>&, TimePoint) {}};
   session.every(expiry_period, [&] { live.on_time(); });
   session.run();
   session.print(summary(options, live.picture(false)));
   live.check();
-  return exit_ok;
+  return cli::exit_ok;
 }
 
 int read_file(const WatchArguments& options, std::uint16_t sd_port) {
@@ -169,7 +170,7 @@ int read_file(const WatchArguments& options, std::uint16_t sd_port) {
   if (!file->error().empty()) {
     throw std::runtime_error{"the capture cannot be read to its end: " + file->error()};
   }
-  return lines.enough() ? exit_ok : exit_failure;
+  return lines.enough() ? cli::exit_ok : cli::exit_failure;
 }
 
 int run(const WatchArguments& options) {
@@ -181,7 +182,7 @@ int run(const WatchArguments& options) {
   if (options.once || options.for_s > 0) {
     return watch_for(options, where, sd_port);
   }
-  const bool table = is_terminal(STDOUT_FILENO) && !options.json && !options.lines && options.count == 0;
+  const bool table = cli::is_terminal(STDOUT_FILENO) && !options.json && !options.lines && options.count == 0;
   return table ? watch_as_table(options, where, sd_port) : watch_as_lines(options, where, sd_port);
 }
 
@@ -218,16 +219,16 @@ void add_watch_command(CLI::App& app, int& status) {
                           ->excludes(interface);
   CLI::Option* timeout = command->add_option("--timeout", options->timeout_s, "End after so long")
                              ->type_name("SECONDS")
-                             ->check(seconds_above_zero())
+                             ->check(cli::seconds_above_zero())
                              ->excludes(file);
   CLI::Option* lines = command->add_flag("--lines", options->lines, "Lines also on a terminal, or of a file");
   CLI::Option* count = command->add_option("--count", options->count, "End after so many lines")
                            ->type_name("N")
-                           ->check(count_above_zero());
+                           ->check(cli::count_above_zero());
   CLI::Option* duration =
       command->add_option("--for", options->for_s, "Watch so long, then print the tables once")
           ->type_name("SECONDS")
-          ->check(seconds_above_zero());
+          ->check(cli::seconds_above_zero());
   command->add_flag("--once", options->once, "The same as --for 3")
       ->excludes(duration)
       ->excludes(file)
@@ -237,11 +238,11 @@ void add_watch_command(CLI::App& app, int& status) {
   duration->excludes(file)->excludes(timeout)->excludes(lines)->excludes(count);
   command->add_option("--rates", options->rates_s, "How often lines tell rates; 0: never")
       ->type_name("SECONDS")
-      ->check(number_between(0, 1e6))
+      ->check(cli::number_between(0, 1e6))
       ->capture_default_str();
   command->add_flag("--json", options->json, "JSON: an object for each line, or one with the tables");
   options->network.add_to(*command);
   command->callback([options, &status] { status = run(*options); });
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

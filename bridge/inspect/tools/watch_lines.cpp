@@ -4,7 +4,7 @@
 
 #include "bridge/inspect/tools/picture.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 namespace {
 
 Rate rate_of(std::uint64_t messages, std::uint64_t bytes, Duration time) {
@@ -63,4 +63,4 @@ void WatchLines::line(const std::string& text) {
   }
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

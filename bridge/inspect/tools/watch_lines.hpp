@@ -7,7 +7,7 @@
 #include "bridge/inspect/tools/sighting_text.hpp"
 #include "bridge/inspect/tools/watcher.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 
 /// What `trestle watch` prints line by line: what happens, and now and then rates.
 class WatchLines {
@@ -49,4 +49,4 @@ class WatchLines {
   std::map<TrafficView::Key, Told> told_;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

@@ -2,7 +2,7 @@
 
 #include "bridge/inspect/decode/sd_json.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 namespace {
 
 /// Services; as many subscriptions.
@@ -82,4 +82,4 @@ void Watcher::tell(const std::vector<Sighting>& sightings, TimePoint now) {
   }
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

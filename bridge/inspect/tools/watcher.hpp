@@ -5,7 +5,7 @@
 #include "bridge/inspect/tools/network_view.hpp"
 #include "bridge/inspect/tools/traffic_view.hpp"
 
-namespace trestle::bridge {
+namespace trestle::inspect {
 
 /// Makes a picture of a network from its frames, or, where they cannot be had, from SD's datagrams. Times are
 /// those of the frames: wall-clock time since 1970, as TimePoint.
@@ -53,4 +53,4 @@ class Watcher : public MessageSink {
   std::uint64_t malformed_ = 0;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::inspect

@@ -5,7 +5,7 @@
 
 #include "someip/wire/bytes.hpp"
 
-namespace trestle::bridge::demo {
+namespace trestle::measure::demo {
 
 namespace {
 
@@ -84,4 +84,4 @@ std::uint64_t checksum(const CloudView& cloud) {
   return checksum(encode(shape, cloud.data, cloud.stamp_ns, cloud.frame_id));
 }
 
-}  // namespace trestle::bridge::demo
+}  // namespace trestle::measure::demo

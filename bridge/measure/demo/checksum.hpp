@@ -6,7 +6,7 @@
 /// The demo must know of each cloud whether it is still what was sent, on the far side of two bridges that
 /// carry nothing but the message. So both ends tell the checksum of what they have sent and received, by its
 /// stamp.
-namespace trestle::bridge::demo {
+namespace trestle::measure::demo {
 
 /// XXH64 of `bytes`: any changed byte shows, at several gigabytes a second.
 [[nodiscard]] std::uint64_t xxh64(ByteView bytes, std::uint64_t seed = 0) noexcept;
@@ -19,4 +19,4 @@ namespace trestle::bridge::demo {
 /// @param cloud  whose points are little-endian.
 [[nodiscard]] std::uint64_t checksum(const CloudView& cloud);
 
-}  // namespace trestle::bridge::demo
+}  // namespace trestle::measure::demo

@@ -13,7 +13,7 @@
 #include <cstring>
 #include <system_error>
 
-namespace trestle::bridge::demo {
+namespace trestle::measure::demo {
 namespace {
 
 constexpr std::size_t output_lines_kept = 20;
@@ -202,4 +202,4 @@ std::string Child::last_output() const {
   return text;
 }
 
-}  // namespace trestle::bridge::demo
+}  // namespace trestle::measure::demo

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-namespace trestle::bridge::demo {
+namespace trestle::measure::demo {
 
 /// A process of the demo. It reports on its file descriptor 3; what it prints is kept for the case that it
 /// fails. It cannot outlive this process: the kernel kills it when this one ends, however that comes.
@@ -63,4 +63,4 @@ class Child {
   std::optional<int> wait_status_;
 };
 
-}  // namespace trestle::bridge::demo
+}  // namespace trestle::measure::demo

@@ -26,7 +26,7 @@
 #include "bridge/measure/demo/screen.hpp"
 #include "bridge/measure/report.hpp"
 
-namespace trestle::bridge::demo {
+namespace trestle::measure::demo {
 namespace {
 
 using namespace std::chrono_literals;
@@ -143,7 +143,7 @@ class TemporaryFolder {
 class Demo {
  public:
   Demo(const DemoOptions& options, const DemoNetwork& network)
-      : screen_{title(options, network), is_terminal(STDOUT_FILENO), colours_for(STDOUT_FILENO)} {
+      : screen_{title(options, network), cli::is_terminal(STDOUT_FILENO), cli::colours_for(STDOUT_FILENO)} {
     const std::string domain_a = std::to_string(network.domain_a);
     const std::string domain_b = std::to_string(network.domain_b);
     const std::string fd = std::to_string(Child::report_fd);
@@ -294,7 +294,7 @@ class Demo {
   }
 
   std::optional<TemporaryFolder> folder_{std::in_place};
-  Signals signals_{SIGINT, SIGTERM, SIGCHLD};
+  cli::Signals signals_{SIGINT, SIGTERM, SIGCHLD};
   Screen screen_;
   Figures figures_;
   std::array<std::unique_ptr<Child>, process_count> children_;
@@ -360,7 +360,7 @@ int run_demo(const DemoOptions& options) {
       throw std::runtime_error{"cannot write " + options.json_file};
     }
   }
-  return fault.empty() ? exit_ok : exit_failure;
+  return fault.empty() ? cli::exit_ok : cli::exit_failure;
 }
 
-}  // namespace trestle::bridge::demo
+}  // namespace trestle::measure::demo

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace trestle::bridge::demo {
+namespace trestle::measure::demo {
 
 /// What `trestle demo` shows and how long.
 struct DemoOptions {
@@ -45,4 +45,4 @@ struct DemoNetwork {
 [[nodiscard]] std::string bridge_a_yaml(const DemoNetwork& network);
 [[nodiscard]] std::string bridge_b_yaml(const DemoNetwork& network);
 
-}  // namespace trestle::bridge::demo
+}  // namespace trestle::measure::demo

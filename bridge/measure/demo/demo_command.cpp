@@ -9,7 +9,7 @@
 #include "bridge/measure/demo/publisher.hpp"
 #include "bridge/measure/demo/subscriber.hpp"
 
-namespace trestle::bridge {
+namespace trestle::measure {
 namespace {
 
 constexpr double rate_max_hz = 1000;
@@ -67,7 +67,7 @@ void add_publisher(CLI::App& app, int& status) {
   command->add_option("--input", options->inputs);
   command->callback([options, &status] {
     demo::run_publisher(*options);
-    status = exit_ok;
+    status = cli::exit_ok;
   });
 }
 
@@ -76,7 +76,7 @@ void add_subscriber(CLI::App& app, int& status) {
   const auto options = add_common<demo::SubscriberOptions>(*command);
   command->callback([options, &status] {
     demo::run_subscriber(*options);
-    status = exit_ok;
+    status = cli::exit_ok;
   });
 }
 
@@ -88,4 +88,4 @@ void add_demo_commands(CLI::App& app, int& status) {
   add_subscriber(app, status);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::measure

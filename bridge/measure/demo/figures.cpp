@@ -7,7 +7,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-namespace trestle::bridge::demo {
+namespace trestle::measure::demo {
 namespace {
 
 // Clouds younger than this may still be under way.
@@ -305,4 +305,4 @@ nlohmann::ordered_json Figures::to_json() const {
           {"unreadable_lines", unreadable_lines_}};
 }
 
-}  // namespace trestle::bridge::demo
+}  // namespace trestle::measure::demo

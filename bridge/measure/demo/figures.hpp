@@ -11,7 +11,7 @@
 #include <vector>
 
 /// What the demo measures, from what its four processes report. No process, clock or terminal in here.
-namespace trestle::bridge::demo {
+namespace trestle::measure::demo {
 
 inline constexpr std::int64_t second_ns = 1'000'000'000;
 
@@ -149,4 +149,4 @@ class Figures {
   std::uint64_t unreadable_lines_ = 0;
 };
 
-}  // namespace trestle::bridge::demo
+}  // namespace trestle::measure::demo

@@ -8,7 +8,7 @@
 
 #include "someip/wire/bytes.hpp"
 
-namespace trestle::bridge::demo {
+namespace trestle::measure::demo {
 
 namespace {
 
@@ -218,4 +218,4 @@ void LidarScene::render(std::uint64_t frame, Cloud& cloud) const {
   }
 }
 
-}  // namespace trestle::bridge::demo
+}  // namespace trestle::measure::demo

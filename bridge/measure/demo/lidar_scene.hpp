@@ -5,7 +5,7 @@
 
 #include "bridge/measure/point_cloud.hpp"
 
-namespace trestle::bridge::demo {
+namespace trestle::measure::demo {
 
 /// A spinning lidar on a car in a street: houses, parked and moving cars, people, trees, and noise. Rays are
 /// cast for every frame, so clouds have the shape, the size and the entropy of real ones.
@@ -59,4 +59,4 @@ class LidarScene {
   std::array<float, columns> sin_{};
 };
 
-}  // namespace trestle::bridge::demo
+}  // namespace trestle::measure::demo

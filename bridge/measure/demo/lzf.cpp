@@ -4,7 +4,7 @@
 
 #include "someip/wire/bytes.hpp"
 
-namespace trestle::bridge::demo {
+namespace trestle::measure::demo {
 
 bool expand_lzf(ByteView from, ByteSpan to) noexcept {
   someip::ByteReader in{from};
@@ -38,4 +38,4 @@ bool expand_lzf(ByteView from, ByteSpan to) noexcept {
   return at == to.size();
 }
 
-}  // namespace trestle::bridge::demo
+}  // namespace trestle::measure::demo

@@ -13,7 +13,7 @@
 #include "bridge/measure/demo/lzf.hpp"
 #include "someip/wire/bytes.hpp"
 
-namespace trestle::bridge::demo {
+namespace trestle::measure::demo {
 
 namespace {
 
@@ -350,4 +350,4 @@ tl::expected<Cloud, std::string> load_pcd(const std::string& file) {
   return parse_pcd(text, file);
 }
 
-}  // namespace trestle::bridge::demo
+}  // namespace trestle::measure::demo

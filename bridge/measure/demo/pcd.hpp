@@ -5,7 +5,7 @@
 
 #include "bridge/measure/point_cloud.hpp"
 
-namespace trestle::bridge::demo {
+namespace trestle::measure::demo {
 
 /// The most that the points of a file may take.
 inline constexpr std::size_t max_pcd_bytes = std::size_t{64} << 20U;
@@ -20,4 +20,4 @@ inline constexpr std::size_t max_pcd_bytes = std::size_t{64} << 20U;
 /// As above, from a file; one that can't be read is an error too.
 [[nodiscard]] tl::expected<Cloud, std::string> load_pcd(const std::string& file);
 
-}  // namespace trestle::bridge::demo
+}  // namespace trestle::measure::demo

@@ -13,7 +13,7 @@
 #include "dds_adapter/participant.hpp"
 #include "dds_adapter/ros_names.hpp"
 
-namespace trestle::bridge::demo {
+namespace trestle::measure::demo {
 
 namespace {
 
@@ -108,4 +108,4 @@ void run_publisher(const PublisherOptions& options) {
   report.line({{"event", "finished"}, {"published", published}});
 }
 
-}  // namespace trestle::bridge::demo
+}  // namespace trestle::measure::demo

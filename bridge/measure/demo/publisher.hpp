@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace trestle::bridge::demo {
+namespace trestle::measure::demo {
 
 /// What to publish, where and how long.
 struct PublisherOptions {
@@ -35,4 +35,4 @@ struct PublisherOptions {
 /// @throws std::runtime_error  an input can't be read, or DDS can't be used: what() says which and why.
 void run_publisher(const PublisherOptions& options);
 
-}  // namespace trestle::bridge::demo
+}  // namespace trestle::measure::demo

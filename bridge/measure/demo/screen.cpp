@@ -9,7 +9,7 @@
 
 #include "bridge/cli/duration_text.hpp"
 
-namespace trestle::bridge::demo {
+namespace trestle::measure::demo {
 namespace {
 
 constexpr std::int64_t redraw_every_ns = second_ns / 5;
@@ -27,7 +27,8 @@ constexpr std::array<LegText, leg_count> leg_texts{{{"①→②", "DDS to SOME/I
 
 }  // namespace
 
-std::string table(const Figures& figures, Figures::Rate rate, std::uint64_t lost, const Colours& colours) {
+std::string table(const Figures& figures, Figures::Rate rate, std::uint64_t lost,
+                  const cli::Colours& colours) {
   const CloudCounts& counts = figures.counts();
   const auto count = [&](const char* name, std::uint64_t number, bool bad) {
     return fmt::format("{}{} {}{}", bad && number > 0 ? colours.red : "", name, number,
@@ -44,8 +45,8 @@ std::string table(const Figures& figures, Figures::Rate rate, std::uint64_t lost
     const Samples& samples = figures.leg(static_cast<Leg>(i));
     const bool any = samples.count() > 0;
     out += fmt::format("  {} {:<28}{:>10}  {:>10}\n", leg_texts[i].checkpoints, leg_texts[i].what,
-                       any ? duration_text(samples.percentile(50)) : "-",
-                       any ? duration_text(samples.percentile(99)) : "-");
+                       any ? cli::duration_text(samples.percentile(50)) : "-",
+                       any ? cli::duration_text(samples.percentile(99)) : "-");
   }
   return out;
 }
@@ -60,11 +61,11 @@ std::string one_line(const Figures& figures, std::int64_t now_ns, std::chrono::s
   return fmt::format(
       "{:4} s  sent {}  arrived {}  lost {}  corrupt {}  {:.1f} clouds/s  {:.1f} MB/s  p50 {}  p99 {}\n",
       running.count(), counts.sent, counts.arrived, figures.lost(now_ns), counts.corrupt,
-      rate.clouds_per_second, rate.megabytes_per_second, duration_text(end_to_end.percentile(50)),
-      duration_text(end_to_end.percentile(99)));
+      rate.clouds_per_second, rate.megabytes_per_second, cli::duration_text(end_to_end.percentile(50)),
+      cli::duration_text(end_to_end.percentile(99)));
 }
 
-Screen::Screen(std::string title, bool is_terminal, Colours colours)
+Screen::Screen(std::string title, bool is_terminal, cli::Colours colours)
     : title_{std::move(title)}, is_terminal_{is_terminal}, colours_{colours} {
   std::printf("%s\n", title_.c_str());
   std::fflush(stdout);
@@ -112,7 +113,7 @@ void Screen::update(const Figures& figures, std::int64_t now_ns) {
                                  figures.discovered() ? "" : "discovering", colours_.off);
   text += table(figures, figures.rate_now(now_ns), figures.lost(now_ns), colours_) + "\n";
   // What does not fit the terminal would scroll or wrap, and spoil the count of lines to draw over.
-  const TerminalSize size = terminal_size(STDOUT_FILENO);
+  const cli::TerminalSize size = cli::terminal_size(STDOUT_FILENO);
   const auto used = static_cast<std::size_t>(std::ranges::count(text, '\n')) + 1;
   const std::size_t room = size.rows > used ? size.rows - used : 0;
   for (std::size_t i = last_logs_.size() - std::min(room, last_logs_.size()); i < last_logs_.size(); ++i) {
@@ -142,4 +143,4 @@ void Screen::finish(const Figures& figures, const std::string& fault) {
   }
 }
 
-}  // namespace trestle::bridge::demo
+}  // namespace trestle::measure::demo

@@ -10,7 +10,7 @@
 #include "dds_adapter/participant.hpp"
 #include "dds_adapter/ros_names.hpp"
 
-namespace trestle::bridge::demo {
+namespace trestle::measure::demo {
 
 namespace {
 
@@ -100,4 +100,4 @@ void run_subscriber(const SubscriberOptions& options) {
                {"overrun", queue.overrun()}});
 }
 
-}  // namespace trestle::bridge::demo
+}  // namespace trestle::measure::demo

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace trestle::bridge::demo {
+namespace trestle::measure::demo {
 
 /// What to receive, where and how long.
 struct SubscriberOptions {
@@ -30,4 +30,4 @@ struct SubscriberOptions {
 /// @throws std::runtime_error  DDS can't be used: what() says why.
 void run_subscriber(const SubscriberOptions& options);
 
-}  // namespace trestle::bridge::demo
+}  // namespace trestle::measure::demo

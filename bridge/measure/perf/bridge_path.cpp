@@ -14,10 +14,8 @@
 #include "dds_adapter/participant.hpp"
 #include "dds_adapter/ros_names.hpp"
 
-namespace trestle::bridge::perf {
+namespace trestle::measure::perf {
 namespace {
-
-using demo::monotonic_ns;
 
 constexpr std::int64_t second_ns = 1'000'000'000;
 constexpr std::uint32_t point_bytes = 16;
@@ -30,7 +28,7 @@ struct Received {
 /// Samples on their way from the thread of DDS to ours.
 class Inbox {
  public:
-  explicit Inbox(const demo::StopSignals& waiting) : waiting_{waiting} {}
+  explicit Inbox(const StopSignals& waiting) : waiting_{waiting} {}
 
   void put(dds::Sample sample) {
     constexpr std::size_t most = 64;
@@ -49,7 +47,7 @@ class Inbox {
   }
 
  private:
-  const demo::StopSignals& waiting_;
+  const StopSignals& waiting_;
   std::mutex mutex_;
   std::deque<Received> samples_;
 };
@@ -103,8 +101,8 @@ class Pinger {
     cloud_.data.resize(std::size_t{cloud_.width} * point_bytes, std::byte{0x5a});
     std::uint32_t offset = 0;
     for (const char* field : {"x", "y", "z", "intensity"}) {
-      cloud_.fields.push_back({.name = field, .offset = offset, .type = demo::FieldType::float32});
-      offset += size_of(demo::FieldType::float32);
+      cloud_.fields.push_back({.name = field, .offset = offset, .type = FieldType::float32});
+      offset += size_of(FieldType::float32);
     }
   }
 
@@ -118,7 +116,7 @@ class Pinger {
     const std::int64_t until = under_way_.front().lost_at_ns;
     stopped_ = signals_.wait_until(until);
     for (const Received& one : inbox_.take()) {
-      const auto cloud = demo::decode(one.sample.cdr());
+      const auto cloud = decode(one.sample.cdr());
       if (!cloud || cloud->data.size() != cloud_.data.size()) {
         continue;
       }
@@ -147,17 +145,17 @@ class Pinger {
 
   void send(std::int64_t limit_ns) {
     ++number_;
-    const auto encoded = demo::encode(cloud_, number_, "perf");
+    const auto encoded = encode(cloud_, number_, "perf");
     const std::array<ByteView, 3> pieces{encoded.front, encoded.data, ByteView{&encoded.tail, 1}};
     const std::int64_t now = monotonic_ns();
     under_way_.push_back({number_, now, now + limit_ns});
     (void)side_.writer.write(pieces);  // what is refused does not come back
   }
 
-  demo::StopSignals signals_;
+  StopSignals signals_;
   Inbox inbox_{signals_};
   Side side_;
-  demo::Cloud cloud_;
+  Cloud cloud_;
   std::size_t window_;
   std::deque<Ping> under_way_;  ///< in the order of their numbers
   std::int64_t number_ = 0;
@@ -218,7 +216,7 @@ std::optional<Result> measure_path(const PathOptions& options,
 }
 
 void reflect(const PathOptions& options) {
-  demo::StopSignals signals;
+  StopSignals signals;
   // By the thread that brings them; the writer is there before the reader.
   Side side{options, "back", "there", [&side](const dds::Sample& sample) {
               (void)side.writer.write(sample.cdr());  // what is refused is lost, and so counted
@@ -227,4 +225,4 @@ void reflect(const PathOptions& options) {
   }
 }
 
-}  // namespace trestle::bridge::perf
+}  // namespace trestle::measure::perf

@@ -7,7 +7,7 @@
 #include "bridge/measure/perf/result.hpp"
 #include "someip/wire/types.hpp"
 
-namespace trestle::bridge::perf {
+namespace trestle::measure::perf {
 
 inline constexpr std::uint32_t max_path_window = 32;
 
@@ -38,4 +38,4 @@ struct PathOptions {
 /// @throws dds::DdsError
 void reflect(const PathOptions& options);
 
-}  // namespace trestle::bridge::perf
+}  // namespace trestle::measure::perf

@@ -9,10 +9,9 @@
 #include "someip/net/parameters.hpp"
 #include "someip/wire/bytes.hpp"
 
-namespace trestle::bridge::perf {
+namespace trestle::measure::perf {
 namespace {
 
-using demo::monotonic_ns;
 using namespace std::chrono_literals;
 
 /// Round trips by which clocks are compared; the shortest counts.
@@ -318,4 +317,4 @@ void Client::after(Duration delay, void (Client::*what)()) {
   });
 }
 
-}  // namespace trestle::bridge::perf
+}  // namespace trestle::measure::perf

@@ -6,7 +6,7 @@
 #include "bridge/measure/perf/result.hpp"
 #include "sd/net/node.hpp"
 
-namespace trestle::bridge::perf {
+namespace trestle::measure::perf {
 
 struct ClientOptions {
   someip::ServiceId service{};
@@ -87,4 +87,4 @@ class Client {
   std::uint64_t since_acknowledged_ = 0;
 };
 
-}  // namespace trestle::bridge::perf
+}  // namespace trestle::measure::perf

@@ -10,7 +10,7 @@
 #include "someip/net/message_sender.hpp"
 #include "someip/wire/bytes.hpp"
 
-namespace trestle::bridge::perf {
+namespace trestle::measure::perf {
 namespace {
 
 namespace asio = boost::asio;
@@ -212,4 +212,4 @@ std::uint64_t EventSource::dropped() const noexcept {
   return state_->dropped;
 }
 
-}  // namespace trestle::bridge::perf
+}  // namespace trestle::measure::perf

@@ -4,7 +4,7 @@
 #include "bridge/measure/perf/perf_service.hpp"
 #include "sd/net/node.hpp"
 
-namespace trestle::bridge::perf {
+namespace trestle::measure::perf {
 
 /// Sends events as an EventPlan says. On the Node's thread, as the Node.
 class EventSource {
@@ -29,4 +29,4 @@ class EventSource {
   std::shared_ptr<State> state_;  ///< also held by events that wait to be sent
 };
 
-}  // namespace trestle::bridge::perf
+}  // namespace trestle::measure::perf

@@ -4,7 +4,7 @@
 #include <bit>
 #include <cmath>
 
-namespace trestle::bridge::perf {
+namespace trestle::measure::perf {
 namespace {
 
 // The first 2^11 buckets hold one value each; every further 2^10 hold twice as many as those before.
@@ -73,4 +73,4 @@ std::vector<Histogram::Bucket> Histogram::buckets() const {
   return result;
 }
 
-}  // namespace trestle::bridge::perf
+}  // namespace trestle::measure::perf

@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace trestle::bridge::perf {
+namespace trestle::measure::perf {
 
 /// Latencies in nanoseconds, counted in the buckets of an HdrHistogram of three significant digits: exact
 /// below 2048, from there on in steps of at most 0.1 %. Its memory does not grow.
@@ -42,4 +42,4 @@ class Histogram {
   double sum_ = 0;
 };
 
-}  // namespace trestle::bridge::perf
+}  // namespace trestle::measure::perf

@@ -17,7 +17,7 @@
 #include "bridge/measure/perf/server.hpp"
 #include "someip/net/message_sender.hpp"
 
-namespace trestle::bridge {
+namespace trestle::measure {
 namespace {
 
 using namespace std::chrono_literals;
@@ -41,10 +41,10 @@ struct OutputOptions {
       return {};
     }
     return [](const perf::Result& so_far) {
-      Session::note(fmt::format("{:5.1f} s  {:10.0f} /s  {:9.2f} MB/s  p50 {:>8}  p99 {:>8}  lost {}",
-                                so_far.seconds, so_far.per_second(), so_far.megabytes_per_second(),
-                                duration_text(so_far.latency.percentile(50)),
-                                duration_text(so_far.latency.percentile(99)), so_far.lost));
+      cli::Session::note(fmt::format("{:5.1f} s  {:10.0f} /s  {:9.2f} MB/s  p50 {:>8}  p99 {:>8}  lost {}",
+                                     so_far.seconds, so_far.per_second(), so_far.megabytes_per_second(),
+                                     cli::duration_text(so_far.latency.percentile(50)),
+                                     cli::duration_text(so_far.latency.percentile(99)), so_far.lost));
     };
   }
 
@@ -70,7 +70,7 @@ struct WaitOptions {
             "--busy-poll", busy_poll_us,
             "Look for so long whether something has come before waiting for it: quicker, and takes a core")
         ->type_name("MICROSECONDS")
-        ->check(number_between(0, 1e6))
+        ->check(cli::number_between(0, 1e6))
         ->capture_default_str();
   }
   [[nodiscard]] Duration busy_poll() const {
@@ -79,7 +79,7 @@ struct WaitOptions {
 };
 
 struct ServerOptions {
-  NetworkOptions network;
+  cli::NetworkOptions network;
   WaitOptions wait;
   std::string service = perf::default_service;
   double timeout_s = 0;
@@ -87,23 +87,23 @@ struct ServerOptions {
 };
 
 int serve(const ServerOptions& options) {
-  const ServiceArgument service = parse_service(options.service, false);
+  const cli::ServiceArgument service = cli::parse_service(options.service, false);
   sd::NodeConfig network = options.network.config();
   network.unproven_answer_bytes = std::numeric_limits<std::size_t>::max();  // it is there to answer much
-  Session session{options.timeout_s};
+  cli::Session session{options.timeout_s};
   sd::Node node{session.io, network,
                 [&](const std::string& line) {
                   if (!options.quiet) {
-                    Session::note(line);
+                    cli::Session::note(line);
                   }
                 },
-                Session::warn};
+                cli::Session::warn};
   {
     const perf::Server server{node, service.service, service.instance};
     session.run(options.wait.busy_poll());
   }
   node.shutdown();
-  return exit_ok;
+  return cli::exit_ok;
 }
 
 void add_server(CLI::App& perf, int& status) {
@@ -119,7 +119,7 @@ void add_server(CLI::App& perf, int& status) {
   command->add_option("SERVICE.INSTANCE", options->service, "Its ids")->capture_default_str();
   command->add_option("--timeout", options->timeout_s, "End after so long")
       ->type_name("SECONDS")
-      ->check(seconds_above_zero());
+      ->check(cli::seconds_above_zero());
   command->add_flag("-q,--quiet", options->quiet, "Do not tell what discovery does");
   options->wait.add_to(*command);
   options->network.add_to(*command);
@@ -135,21 +135,21 @@ struct TimeOptions {
   void add_to(CLI::App& command, const char* timeout) {
     command.add_option("--seconds", seconds, "How long to measure")
         ->type_name("N")
-        ->check(number_between(0.01, 1e6))
+        ->check(cli::number_between(0.01, 1e6))
         ->capture_default_str();
     command.add_option("--warm-up", warm_up_s, "And how long to warm up before")
         ->type_name("SECONDS")
-        ->check(number_between(0, 1e3))
+        ->check(cli::number_between(0, 1e3))
         ->capture_default_str();
     command.add_option("--timeout", timeout_s, timeout)
         ->type_name("SECONDS")
-        ->check(seconds_above_zero())
+        ->check(cli::seconds_above_zero())
         ->capture_default_str();
   }
 };
 
 struct ClientCommand {
-  NetworkOptions network;
+  cli::NetworkOptions network;
   WaitOptions wait;
   OutputOptions output;
   TimeOptions time;
@@ -167,7 +167,7 @@ Duration seconds(double count) {
 
 int measure(const ClientCommand& command) {
   perf::ClientOptions options = command.client;
-  const ServiceArgument service = parse_service(command.service, true);
+  const cli::ServiceArgument service = cli::parse_service(command.service, true);
   options.service = service.service;
   options.instance = service.instance;
   options.plan.tcp = command.tcp;
@@ -192,8 +192,8 @@ int measure(const ClientCommand& command) {
   }
   network.timing.initial_delay_min = 0ms;
   network.timing.initial_delay_max = 0ms;
-  Session session{0};
-  sd::Node node{session.io, network, {}, Session::warn};
+  cli::Session session{0};
+  sd::Node node{session.io, network, {}, cli::Session::warn};
   std::optional<std::string> fault;
   {
     perf::Client client{node, options, command.output.progress(), [&](const std::string& why) {
@@ -207,9 +207,9 @@ int measure(const ClientCommand& command) {
   }
   node.shutdown();
   if (!fault.value_or("").empty()) {
-    Session::note("error: " + *fault);
+    cli::Session::note("error: " + *fault);
   }
-  return fault && fault->empty() ? exit_ok : exit_failure;
+  return fault && fault->empty() ? cli::exit_ok : cli::exit_failure;
 }
 
 void add_client(CLI::App& perf, int& status) {
@@ -252,12 +252,12 @@ void add_client(CLI::App& perf, int& status) {
       ->capture_default_str();
   command->add_option("--rate", options->rate_hz, "Events a second; 0: as the window lets them")
       ->type_name("HZ")
-      ->check(number_between(0, 1e7))
+      ->check(cli::number_between(0, 1e7))
       ->needs(events)
       ->capture_default_str();
   command->add_option("--separation", options->separation_us, "Time between two bursts of segments")
       ->type_name("MICROSECONDS")
-      ->check(number_between(0, 1e6))
+      ->check(cli::number_between(0, 1e6))
       ->excludes(tcp)
       ->capture_default_str();
   command
@@ -284,21 +284,21 @@ struct BridgeCommand {
 
 int measure_bridge(const BridgeCommand& command) {
   perf::PathOptions options = command.path;
-  options.warn = Session::warn;
+  options.warn = cli::Session::warn;
   if (command.reflect) {
     perf::reflect(options);
-    return exit_ok;
+    return cli::exit_ok;
   }
   options.measured = seconds(command.time.seconds);
   options.warm_up = seconds(command.time.warm_up_s);
   options.patience = seconds(command.time.timeout_s);
   const auto result = perf::measure_path(options, command.output.progress());
   if (!result || result->received == 0) {
-    Session::note("error: nothing came back: is 'trestle perf bridge --reflect' at the other end?");
-    return exit_failure;
+    cli::Session::note("error: nothing came back: is 'trestle perf bridge --reflect' at the other end?");
+    return cli::exit_failure;
   }
   command.output.show(*result);
-  return exit_ok;
+  return cli::exit_ok;
 }
 
 void add_bridge(CLI::App& perf, int& status) {
@@ -359,4 +359,4 @@ void add_perf_command(CLI::App& app, int& status) {
   add_bridge(*perf, status);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::measure

@@ -9,7 +9,7 @@
 
 #include "bridge/measure/report.hpp"
 
-namespace trestle::bridge::perf {
+namespace trestle::measure::perf {
 namespace {
 
 constexpr std::int64_t second_us = 1'000'000;
@@ -38,7 +38,7 @@ Status own_status() {
   static const std::uint64_t clock = name_of_clock();
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
-  return {.now_ns = static_cast<std::uint64_t>(demo::monotonic_ns()),
+  return {.now_ns = static_cast<std::uint64_t>(monotonic_ns()),
           .clock = clock,
           .user_ns = ns_of(usage.ru_utime),
           .system_ns = ns_of(usage.ru_stime)};
@@ -52,4 +52,4 @@ CpuTime cpu_between(const Status& before, const Status& after) {
   return {percent(before.user_ns, after.user_ns), percent(before.system_ns, after.system_ns)};
 }
 
-}  // namespace trestle::bridge::perf
+}  // namespace trestle::measure::perf

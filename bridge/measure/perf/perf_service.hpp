@@ -6,7 +6,7 @@
 #include "someip/wire/header.hpp"
 
 /// The SOME/IP service that `trestle perf server` offers: docs/tools.md describes it for other stacks.
-namespace trestle::bridge::perf {
+namespace trestle::measure::perf {
 
 inline constexpr const char* default_service = "0x7e57.0x0001";
 
@@ -61,4 +61,4 @@ struct EventPlan {
 /// Of two views of one process.
 [[nodiscard]] CpuTime cpu_between(const Status& before, const Status& after);
 
-}  // namespace trestle::bridge::perf
+}  // namespace trestle::measure::perf

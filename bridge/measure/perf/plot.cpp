@@ -7,7 +7,7 @@
 #include "bridge/cli/duration_text.hpp"
 #include "bridge/measure/perf/result.hpp"
 
-namespace trestle::bridge::perf {
+namespace trestle::measure::perf {
 namespace {
 
 constexpr double width = 720;
@@ -71,7 +71,7 @@ std::string to_svg(const Result& result) {
   for (double power = axes.low(); power <= axes.high(); ++power) {
     const double ns = std::pow(10, power);
     out += line(left, axes.y(ns), width - right, axes.y(ns));
-    out += label(left - 6, axes.y(ns) + 4, "end", duration_text(static_cast<std::int64_t>(ns)));
+    out += label(left - 6, axes.y(ns) + 4, "end", cli::duration_text(static_cast<std::int64_t>(ns)));
   }
   constexpr std::array<std::pair<double, const char*>, 7> marks{{{1, "0"},
                                                                  {0.5, "p50"},
@@ -98,4 +98,4 @@ std::string to_svg(const Result& result) {
   return out + "\"/>\n</svg>\n";
 }
 
-}  // namespace trestle::bridge::perf
+}  // namespace trestle::measure::perf

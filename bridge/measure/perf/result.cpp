@@ -6,7 +6,7 @@
 
 #include "bridge/cli/duration_text.hpp"
 
-namespace trestle::bridge::perf {
+namespace trestle::measure::perf {
 
 double Result::per_second() const {
   return seconds > 0 ? static_cast<double>(received) / seconds : 0;
@@ -24,12 +24,13 @@ std::string to_text(const Result& result) {
   out += fmt::format("  rate       {:.0f} /s   {:.2f} MB/s\n", result.per_second(),
                      result.megabytes_per_second());
   const Histogram& latency = result.latency;
-  const auto at = [&](double percent) { return duration_text(latency.percentile(percent)); };
+  const auto at = [&](double percent) { return cli::duration_text(latency.percentile(percent)); };
   out += fmt::format("  latency    min {}   p50 {}   p90 {}   p99 {}   p99.9 {}   max {}\n",
-                     duration_text(latency.min()), at(50), at(90), at(99), at(99.9),
-                     duration_text(latency.max()));
+                     cli::duration_text(latency.min()), at(50), at(90), at(99), at(99.9),
+                     cli::duration_text(latency.max()));
   if (result.clock_error_ns) {
-    out += fmt::format("             of two clocks: right to {}\n", duration_text(*result.clock_error_ns));
+    out +=
+        fmt::format("             of two clocks: right to {}\n", cli::duration_text(*result.clock_error_ns));
   }
   for (const auto& [process, cpu] : result.cpu) {
     out += fmt::format("  CPU        {}: {:.0f} % of a core, {:.0f} % of it in the kernel\n", process,
@@ -77,4 +78,4 @@ nlohmann::ordered_json to_json(const Result& result) {
   return out;
 }
 
-}  // namespace trestle::bridge::perf
+}  // namespace trestle::measure::perf

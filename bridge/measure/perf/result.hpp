@@ -6,7 +6,7 @@
 
 #include "bridge/measure/perf/histogram.hpp"
 
-namespace trestle::bridge::perf {
+namespace trestle::measure::perf {
 
 /// CPU time of a process while it was measured.
 struct CpuTime {
@@ -42,4 +42,4 @@ struct Result {
 /// A drawing of latency over percentile, SVG.
 [[nodiscard]] std::string to_svg(const Result& result);
 
-}  // namespace trestle::bridge::perf
+}  // namespace trestle::measure::perf

@@ -6,7 +6,7 @@
 #include "someip/net/message_sender.hpp"
 #include "someip/net/parameters.hpp"
 
-namespace trestle::bridge::perf {
+namespace trestle::measure::perf {
 namespace {
 
 bool is_possible(const EventPlan& plan) {
@@ -77,4 +77,4 @@ void Server::on_start(const someip::Message& request, sd::Responder& responder) 
   }
 }
 
-}  // namespace trestle::bridge::perf
+}  // namespace trestle::measure::perf

@@ -3,7 +3,7 @@
 
 #include "bridge/measure/perf/event_source.hpp"
 
-namespace trestle::bridge::perf {
+namespace trestle::measure::perf {
 
 /// Offers the service that is measured, by UDP and TCP.
 class Server {
@@ -24,4 +24,4 @@ class Server {
   std::unique_ptr<EventSource> events_;
 };
 
-}  // namespace trestle::bridge::perf
+}  // namespace trestle::measure::perf

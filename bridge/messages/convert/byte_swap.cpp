@@ -7,7 +7,7 @@
 #include <immintrin.h>
 #endif
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 /// Compilers make vector code of this only where the baseline instruction set has byte shuffles: on Arm, but
@@ -149,4 +149,4 @@ void copy_swapped(std::byte* to, const std::byte* from, std::size_t count, std::
   }
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// The number with its bytes in reverse order.
 [[nodiscard]] constexpr std::uint16_t swapped(std::uint16_t number) noexcept {
@@ -73,4 +73,4 @@ __attribute__((always_inline)) inline void copy_few_numbers(std::byte* to, const
   }
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

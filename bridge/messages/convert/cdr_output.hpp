@@ -5,7 +5,7 @@
 #include "bridge/messages/convert/wire_forms.hpp"
 
 /// Writing CDR in the host's byte order into a ConversionScratch.
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// Zeros up to a multiple of `width`, counted from the body's first byte.
 inline void align_cdr(ConversionScratch& out, std::size_t width) {
@@ -21,4 +21,4 @@ inline void write_cdr_u32(ConversionScratch& out, std::uint32_t number) {
   store_u32(out.room(4), number, std::endian::native);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

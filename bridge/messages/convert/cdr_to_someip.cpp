@@ -12,7 +12,7 @@
 #include "someip/wire/bytes.hpp"
 #include "someip/wire/utf.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 using someip::FieldWidth;
@@ -620,4 +620,4 @@ __attribute__((hot)) tl::expected<Gathered, ConversionError> ConversionPlan::cdr
   return by_operations(program_, conversion, body, reference_from_, scratch);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -11,7 +11,7 @@
 #include "bridge/messages/convert/service_plans.hpp"
 #include "bridge/messages/types/type_library.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 /// The most bytes of SOME/IP that a field can have; nothing: there is no limit that matters here.
@@ -168,4 +168,4 @@ std::string check_lengths_of(const TypeTree& tree, const MessageRules& rules) {
 
 }  // namespace
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

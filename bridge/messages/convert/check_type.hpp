@@ -5,7 +5,7 @@
 #include "bridge/messages/convert/message_rules.hpp"
 #include "bridge/messages/types/field_service.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// Says in one line what is wrong with a message type ("sensor_msgs/msg/PointCloud2") or a service
 /// ("std_srvs/srv/SetBool"): it is not known, its definition has a fault, or it cannot be carried by these
@@ -24,4 +24,4 @@ namespace trestle::bridge {
 [[nodiscard]] std::string check_lengths(const std::string& type, const std::vector<std::string>& folders,
                                         const MessageRules& rules);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

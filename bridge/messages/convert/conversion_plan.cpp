@@ -6,7 +6,7 @@
 
 #include "bridge/messages/convert/plan_compiler.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 const char* to_string(ConversionFault fault) noexcept {
   constexpr std::array<const char*, conversion_faults> names{
@@ -45,4 +45,4 @@ void ConversionPlan::expect(ByteView message, const ConversionScratch& scratch) 
   __builtin_prefetch(&message.back());
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

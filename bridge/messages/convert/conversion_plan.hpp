@@ -8,7 +8,7 @@
 #include "bridge/messages/convert/program.hpp"
 #include "bridge/messages/types/message_definition.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// Why a message cannot be converted. What is on the wire is at fault, never the bridge: drop the message and
 /// count it.
@@ -94,4 +94,4 @@ class ConversionPlan {
   std::size_t reference_from_;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

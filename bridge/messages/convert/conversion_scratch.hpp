@@ -16,7 +16,7 @@
 #include "someip/wire/tag.hpp"
 #include "someip/wire/types.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// As memcpy, and quicker for the few bytes of a name or a number: for those a call costs more than the copy.
 inline void copy_few(std::byte* to, const std::byte* from, std::size_t size) noexcept {
@@ -199,4 +199,4 @@ class ConversionScratch {
   MessageShape message_;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

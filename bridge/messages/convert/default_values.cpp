@@ -5,7 +5,7 @@
 #include "bridge/messages/types/default_elements.hpp"
 #include "bridge/messages/types/number_text.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 std::uint64_t bits_of(Primitive type, const std::string& text) {
@@ -39,4 +39,4 @@ DefaultValue default_value_of(const Field& field) {
   return value;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -1,9 +1,9 @@
 #pragma once
 #include "bridge/messages/convert/program.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// The default of a field that has one, which the parser of .msg files has checked.
 [[nodiscard]] DefaultValue default_value_of(const Field& field);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -8,7 +8,7 @@
 #include "bridge/messages/convert/conversion_plan.hpp"
 #include "someip/wire/utf.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 bool DefaultWriter::write(std::size_t i) {
   const Op& op = program_.ops[i];
@@ -134,4 +134,4 @@ bool DefaultWriter::spend(std::size_t bytes) noexcept {
   return spent_ <= max_default_bytes;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -4,7 +4,7 @@
 #include "bridge/messages/convert/conversion_scratch.hpp"
 #include "bridge/messages/convert/program.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// Writes the CDR of fields that an older sender's payload does not have.  [feat_req_someipcompat_1200]
 class DefaultWriter {
@@ -29,4 +29,4 @@ class DefaultWriter {
   std::size_t spent_ = 0;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -4,7 +4,7 @@
 
 #include "bridge/messages/convert/wire_forms.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 std::string count_of(std::uint64_t count, const char* what) {
@@ -139,4 +139,4 @@ std::string expectation(const Program& program, ConversionFault fault, std::size
   return {};
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

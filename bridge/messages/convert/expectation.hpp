@@ -3,7 +3,7 @@
 
 #include "bridge/messages/convert/conversion_plan.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// What a converter wanted where it stopped: "4 bytes wanted, 0 left".
 /// @param op    of the program, at fault; none of its operations: the message as a whole.
@@ -11,4 +11,4 @@ namespace trestle::bridge {
 [[nodiscard]] std::string expectation(const Program& program, ConversionFault fault, std::size_t op,
                                       bool to_cdr, ByteView rest);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -6,7 +6,7 @@
 
 #include "bridge/messages/convert/expectation.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 ConversionError Failure::error(const Program& program, bool to_cdr, ByteView in) const {
   const ByteView left = in.subspan(std::min(offset_, in.size()));
@@ -33,4 +33,4 @@ ConversionError Failure::error(const Program& program, bool to_cdr, ByteView in)
   return error;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -5,7 +5,7 @@
 
 #include "bridge/messages/convert/conversion_plan.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// Where and why a converter stopped. Kept in numbers until somebody wants to read it.
 class Failure {
@@ -46,4 +46,4 @@ class Failure {
   std::array<std::uint64_t, 64> indices_;  // NOLINT(cppcoreguidelines-pro-type-member-init)
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -5,7 +5,7 @@
 #include "bridge/messages/convert/shape.hpp"
 #include "bridge/messages/convert/wire_forms.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 std::size_t behind(const std::vector<Op>& ops, std::size_t i) {
@@ -111,4 +111,4 @@ void find_stretches(Program& program) {
   }
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -1,10 +1,10 @@
 #pragma once
 #include "bridge/messages/convert/program.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// Finds what may have a Shape, the message and elements of arrays: what begins with several operations whose
 /// results depend on nothing but their own bytes and where these stand in CDR.
 void find_stretches(Program& program);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -6,7 +6,7 @@
 #include "dds_adapter/copy_bytes.hpp"
 #include "someip/wire/types.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// The bytes of a converted message in pieces, to be sent or copied one after another.
 ///
@@ -35,4 +35,4 @@ inline void copy_to(const Gathered& gathered, std::byte* to) noexcept {
   return bytes;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

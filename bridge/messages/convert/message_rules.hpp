@@ -9,7 +9,7 @@
 #include "someip/wire/payload_rules.hpp"
 #include "someip/wire/tag.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// What one message type is on the SOME/IP side, where its `.msg` file alone does not tell.
 struct TypeRules {
@@ -47,4 +47,4 @@ struct MessageRules {
   friend bool operator==(const MessageRules&, const MessageRules&) = default;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

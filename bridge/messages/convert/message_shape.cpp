@@ -9,7 +9,7 @@
 #include "bridge/messages/convert/wire_forms.hpp"
 #include "bridge/messages/convert/words.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 /// Of the count in CDR and of the length field in SOME/IP.
@@ -161,4 +161,4 @@ void MessageShape::learn_front(const Shape& front) noexcept {
   std::ranges::copy(front.output(), output_.begin() + room_in_front);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -8,7 +8,7 @@
 #include "bridge/messages/convert/shape.hpp"
 #include "someip/wire/types.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// What became of a whole message: of its front, which is a Shape, of one array of bytes, which stays as it
 /// is, and of few bytes behind it. So are clouds, images and maps.
@@ -109,4 +109,4 @@ class alignas(64) MessageShape {
   std::array<Block, most_bytes / block_bytes> front_;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -4,7 +4,7 @@
 
 #include "someip/wire/tp.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 using Bytes = std::optional<std::uint64_t>;
@@ -88,4 +88,4 @@ std::size_t room_to_receive(std::size_t most_bytes) noexcept {
                                                 : all + someip::max_plain_payload_bytes;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

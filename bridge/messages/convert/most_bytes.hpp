@@ -4,7 +4,7 @@
 
 #include "bridge/messages/convert/program.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// The most bytes that a message of this program has in SOME/IP; nothing where no bound is known: there are
 /// strings or arrays without one, or length fields behind which others may have more than we know.
@@ -16,4 +16,4 @@ namespace trestle::bridge {
 /// @return someip::max_plain_payload_bytes where that does not need segments.
 [[nodiscard]] std::size_t room_to_receive(std::size_t most_bytes) noexcept;
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

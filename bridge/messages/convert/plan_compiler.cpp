@@ -14,7 +14,7 @@
 #include "bridge/messages/convert/find_stretches.hpp"
 #include "bridge/messages/convert/wire_forms.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 using someip::FieldWidth;
@@ -582,4 +582,4 @@ tl::expected<Program, std::string> compile_program(const TypeTree& tree, const M
   return Compiler{tree, rules}.compile();
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -6,10 +6,10 @@
 #include "bridge/messages/convert/program.hpp"
 #include "bridge/messages/types/message_definition.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// Compiles a type and the rules of its messages; or says in one line why the type cannot be carried by them.
 [[nodiscard]] tl::expected<Program, std::string> compile_program(const TypeTree& tree,
                                                                  const MessageRules& rules);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -12,7 +12,7 @@
 /// The form into which ConversionPlan compiles a type, and which the two converters execute. One program
 /// serves both directions: it lists what is on the wire, each converter reads it on one side and writes the
 /// other.
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// One operation: a run of fields that both wire formats treat alike.
 struct Op {
@@ -114,4 +114,4 @@ struct Program {
   bool may_be_longer = false;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

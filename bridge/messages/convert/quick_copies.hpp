@@ -11,7 +11,7 @@
 #include <emmintrin.h>
 #endif
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// Bytes that copy_text() is quickest with.
 inline constexpr std::size_t text_block = 32;
@@ -89,4 +89,4 @@ inline void copy_array(std::byte* to, const std::byte* from, std::size_t size, s
   }
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -5,7 +5,7 @@
 #include "bridge/messages/convert/quick_copies.hpp"
 #include "bridge/messages/convert/wire_forms.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// What stays the same during a conversion to CDR.
 struct QuickToCdr {
@@ -156,4 +156,4 @@ std::size_t quick_to_cdr(const QuickToCdr& source, std::size_t begin, std::size_
              : quick_to_cdr<false, with_arrays>(source, begin, end, times, begin_at, limit, out);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

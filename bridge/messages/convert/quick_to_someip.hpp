@@ -5,7 +5,7 @@
 #include "bridge/messages/convert/quick_copies.hpp"
 #include "bridge/messages/convert/wire_forms.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// What stays the same during a conversion to SOME/IP.
 struct QuickToSomeip {
@@ -150,4 +150,4 @@ std::size_t quick_to_someip(const QuickToSomeip& source, std::size_t begin, std:
              : quick_to_someip<false, with_arrays>(source, begin, end, times, begin_at, out);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -8,7 +8,7 @@
 
 #include "bridge/messages/convert/most_bytes.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 bool contains(const TypeTree& tree, const std::string& message) {
@@ -85,4 +85,4 @@ tl::expected<ServicePlans, std::string> compile_field_service(const FieldService
   return ServicePlans{{std::move(*request), access == FieldAccess::get}, {std::move(*response), false}};
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

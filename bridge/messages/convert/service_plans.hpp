@@ -7,7 +7,7 @@
 #include "bridge/messages/types/field_service.hpp"
 #include "bridge/messages/types/type_library.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// The conversion of a request or response. One without fields has no payload on the SOME/IP side, where
 /// rosidl gives it one byte; what comes there is not looked at.
@@ -50,4 +50,4 @@ struct ServicePlans {
 /// Those rules that speak of what the type contains.
 [[nodiscard]] MessageRules rules_for(const TypeTree& tree, const MessageRules& rules);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -5,7 +5,7 @@
 #include "bridge/messages/convert/byte_swap.hpp"
 #include "bridge/messages/convert/words.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 /// Bytes that are compared at once.
@@ -138,4 +138,4 @@ void Shape::finish(const std::byte* input, const std::byte* output) noexcept {
   key_ = next_key_;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

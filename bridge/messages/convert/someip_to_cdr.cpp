@@ -15,7 +15,7 @@
 #include "someip/wire/bytes.hpp"
 #include "someip/wire/utf.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 using someip::FieldWidth;
@@ -632,4 +632,4 @@ __attribute__((hot)) tl::expected<Gathered, ConversionError> ConversionPlan::som
   return by_operations(program_, payload, reference_from_, scratch);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -5,7 +5,7 @@
 #include "bridge/messages/convert/program.hpp"
 #include "bridge/messages/convert/wire_forms.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// How far the conversion of a message has come.
 struct Progress {
@@ -127,4 +127,4 @@ bool convert_elements(Converter& converter, const Op& op, std::size_t begin, std
   }
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -8,7 +8,7 @@
 #include "someip/wire/payload_rules.hpp"
 #include "someip/wire/types.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// What stands before and behind the characters of a string.  [feat_req_someip_662] [feat_req_someip_687]
 struct StringFrame {
@@ -96,7 +96,7 @@ struct QuickFrame {
   constexpr explicit QuickFrame(const someip::PayloadRules& rules)
       : is_plain{rules.string_encoding == someip::StringEncoding::utf8 && rules.alignment <= 1},
         has_terminator{rules.string_terminator},
-        length_order{bridge::length_order(rules)} {
+        length_order{messages::length_order(rules)} {
     if (rules.string_bom) {
       bom = std::bit_cast<std::uint32_t>(std::array{utf8_bom[0], utf8_bom[1], utf8_bom[2], std::byte{0}});
       bom_mask = std::bit_cast<std::uint32_t>(
@@ -120,4 +120,4 @@ struct QuickFrame {
 /// Of the rules that nothing was said about. What is known as the code is compiled is quicker.
 inline constexpr QuickFrame usual_strings{someip::PayloadRules{}};
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -11,7 +11,7 @@
 #include "someip/wire/payload_rules.hpp"
 
 /// Small pieces of both wire formats that the two converters share.
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// What stands before the body of a CDR sample.
 inline constexpr std::size_t encapsulation_bytes = 4;
@@ -145,4 +145,4 @@ inline constexpr std::size_t most_quick_bytes = 64;
          (program.quick_arrays && program.ops[op].kind == Op::Kind::number_sequence);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -2,7 +2,7 @@
 #include <span>
 #include <string_view>
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// A `.msg`, `.srv` or `.action` file of the folder builtin/, compiled in.
 struct BuiltinDefinition {
@@ -13,4 +13,4 @@ struct BuiltinDefinition {
 /// All of them, sorted by name.
 [[nodiscard]] std::span<const BuiltinDefinition> builtin_definitions() noexcept;
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

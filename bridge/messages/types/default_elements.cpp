@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 std::string_view trimmed(std::string_view text) {
   const auto begin = std::min(text.find_first_not_of(" \t"), text.size());
@@ -63,4 +63,4 @@ std::vector<DefaultElement> default_elements(const Field& field) {
   return elements;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

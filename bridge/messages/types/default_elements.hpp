@@ -5,7 +5,7 @@
 
 #include "bridge/messages/types/message_definition.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// One value of a default: a number as it is written, "true" or "false", or the characters of a string.
 struct DefaultElement {
@@ -22,4 +22,4 @@ struct DefaultElement {
 /// How many characters the first of several elements has: up to the comma that is not inside quotes.
 [[nodiscard]] std::size_t element_size(std::string_view text);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 InterfaceName made_service(const std::string& value_type, FieldAccess access) {
@@ -83,4 +83,4 @@ tl::expected<FieldServiceTypes, std::string> resolve_field_service(TypeLibrary& 
   return types;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -7,7 +7,7 @@
 
 /// The ROS services by which a field is read and changed. SOME/IP's getter and setter carry nothing but the
 /// value; a ROS service has a type of its own, whose messages hold it.
-namespace trestle::bridge {
+namespace trestle::messages {
 
 enum class FieldAccess : std::uint8_t {
   none,  ///< no field's: an ordinary service
@@ -36,4 +36,4 @@ struct FieldServiceTypes {
 [[nodiscard]] tl::expected<FieldServiceTypes, std::string> resolve_field_service(
     TypeLibrary& library, const std::string& service, const std::string& value_type, FieldAccess access);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 bool starts_word(char c) {
@@ -174,4 +174,4 @@ std::string unescaped_idl_string(std::string_view token, bool wide) {
   return text;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// A piece of an `.idl` file. `text` points into the file's text.
 struct IdlToken {
@@ -46,4 +46,4 @@ class IdlLexer {
 /// @param wide  decodes \u, too, which only wide strings have.
 [[nodiscard]] std::string unescaped_idl_string(std::string_view token, bool wide);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

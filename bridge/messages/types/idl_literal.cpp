@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 /// rosidl_adapter writes the values of an array as a string: "(1, 2)", as Python does.
@@ -50,4 +50,4 @@ Complaint spell_idl_literal(const IdlLiteral& value, const FieldType& type, std:
   return check_literal(*type.primitive, type.string_bound, into);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

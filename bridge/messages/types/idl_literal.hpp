@@ -7,7 +7,7 @@
 #include "bridge/messages/types/literals.hpp"
 #include "bridge/messages/types/message_definition.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// A value as it stands in an `.idl` file.
 struct IdlLiteral {
@@ -20,4 +20,4 @@ struct IdlLiteral {
 /// @return what is wrong with it; empty: nothing, and `into` is set.
 [[nodiscard]] Complaint spell_idl_literal(const IdlLiteral& value, const FieldType& type, std::string& into);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

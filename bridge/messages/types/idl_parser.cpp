@@ -15,7 +15,7 @@
 #include "bridge/messages/types/interface_parser.hpp"
 #include "bridge/messages/types/msg_parser.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 constexpr std::size_t max_idl_modules = 8;
@@ -550,4 +550,4 @@ tl::expected<std::vector<MessageDefinition>, TypeError> parse_idl(std::string_vi
   return messages;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

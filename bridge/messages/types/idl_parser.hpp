@@ -7,7 +7,7 @@
 #include "bridge/messages/types/interface_name.hpp"
 #include "bridge/messages/types/message_definition.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// Parses the text of a ROS 2 `.idl` file: what rosidl's own parser takes of OMG IDL 4.2, and what
 /// rosidl_adapter writes. One struct is a message, X_Request and X_Response are a service, X_Goal, X_Result
@@ -23,4 +23,4 @@ namespace trestle::bridge {
                                                                                 const InterfaceName& name,
                                                                                 const std::string& file);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <span>
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 constexpr std::array kinds{InterfaceKind::message, InterfaceKind::service, InterfaceKind::action};
@@ -88,4 +88,4 @@ std::optional<InterfaceName> defining_interface(const InterfaceName& message) {
   return std::nullopt;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -7,7 +7,7 @@
 
 /// The names of ROS 2 interfaces, "pkg/msg/Type", "pkg/srv/Type" and "pkg/action/Type", and of the messages
 /// that are made from them.
-namespace trestle::bridge {
+namespace trestle::messages {
 
 enum class InterfaceKind : std::uint8_t { message, service, action };
 
@@ -41,4 +41,4 @@ inline constexpr std::array<std::string_view, 2> action_services{"_SendGoal", "_
 /// formed like that of a message: "pkg/srv/Name" is a service, and no message.
 [[nodiscard]] std::optional<InterfaceName> defining_interface(const InterfaceName& message);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

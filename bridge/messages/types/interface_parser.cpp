@@ -4,7 +4,7 @@
 
 #include "bridge/messages/types/msg_parser.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 Field field_of(std::string name, std::string message) {
@@ -85,4 +85,4 @@ tl::expected<std::vector<MessageDefinition>, TypeError> parse_interface(std::str
   return messages;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -7,7 +7,7 @@
 #include "bridge/messages/types/interface_name.hpp"
 #include "bridge/messages/types/message_definition.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// Parses the text of a `.msg`, `.srv` or `.action` file (which one, `name.kind` says) into the messages that
 /// the file defines, with those that rosidl makes from it:
@@ -26,4 +26,4 @@ namespace trestle::bridge {
 void add_generated_messages(std::vector<MessageDefinition>& messages, const InterfaceName& name,
                             const std::string& file);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -9,7 +9,7 @@
 
 #include "bridge/messages/types/default_elements.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 template <typename Number>
@@ -139,4 +139,4 @@ Complaint check_array_literal(const FieldType& type, std::string_view text) {
   return {};
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -6,7 +6,7 @@
 #include "bridge/messages/types/message_definition.hpp"
 
 /// Constants and default values as `.msg` files write them.
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// What is wrong with a literal, in one line; empty: nothing.
 using Complaint = std::string;
@@ -18,4 +18,4 @@ using Complaint = std::string;
 /// Checks "[a, b, c]", a value of an array of primitives.
 [[nodiscard]] Complaint check_array_literal(const FieldType& type, std::string_view text);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -6,7 +6,7 @@
 #include <vector>
 
 /// ROS 2 messages as data: what a file says, and a type with everything it is made of.
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// The types that need no definition. In ROS 2, `byte` and `char` are both one unsigned byte.
 enum class Primitive : std::uint8_t {
@@ -119,4 +119,4 @@ struct TypeError {
 /// "file:line:column: text", without the parts that are not known.
 [[nodiscard]] std::string to_string(const TypeError& error);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -9,11 +9,12 @@
 #include <limits>
 #include <utility>
 
+#include "bridge/messages/types/characters.hpp"
 #include "bridge/messages/types/default_elements.hpp"
 #include "bridge/messages/types/interface_name.hpp"
 #include "bridge/messages/types/literals.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 constexpr std::array<std::pair<std::string_view, Primitive>, 15> primitive_names{{
@@ -40,12 +41,6 @@ std::optional<Primitive> primitive_named(std::string_view name) {
   return found == primitive_names.end() ? std::nullopt : std::optional{found->second};
 }
 
-bool is_letter(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
-}
-bool is_digit(char c) {
-  return c >= '0' && c <= '9';
-}
 bool is_blank(char c) {
   return c == ' ' || c == '\t';
 }
@@ -364,4 +359,4 @@ tl::expected<MessageDefinition, TypeError> parse_msg(std::string_view text, cons
   return std::move(parts->front());
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -8,7 +8,7 @@
 
 #include "bridge/messages/types/message_definition.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// Larger `.msg` files are refused unread.
 inline constexpr std::size_t max_msg_file_bytes = std::size_t{1} << 20U;
@@ -35,4 +35,4 @@ inline constexpr std::size_t max_msg_file_bytes = std::size_t{1} << 20U;
 /// formed like one.
 [[nodiscard]] std::optional<std::string> full_type_name(std::string_view name);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

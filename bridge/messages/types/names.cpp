@@ -3,18 +3,14 @@
 #include <algorithm>
 #include <vector>
 
-namespace trestle::bridge {
+#include "bridge/messages/types/characters.hpp"
+
+namespace trestle::messages {
 namespace {
 
 // DDS names have room for 255 characters; ROS 2 keeps 8 of them for prefixes such as "rt".
 constexpr std::size_t topic_characters_max = 247;
 
-constexpr bool is_letter(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
-}
-constexpr bool is_digit(char c) {
-  return c >= '0' && c <= '9';
-}
 constexpr bool is_word(char c) {
   return is_letter(c) || is_digit(c) || c == '_';
 }
@@ -58,4 +54,4 @@ bool is_action_type_name(std::string_view name) {
   return is_name_of("action", name);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

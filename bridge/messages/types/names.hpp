@@ -2,7 +2,7 @@
 #include <string_view>
 
 /// What ROS 2 allows as names.
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// "/points", "/sensing/lidar/top": absolute, tokens of letters, digits and '_' that don't begin with a
 /// digit.
@@ -17,4 +17,4 @@ namespace trestle::bridge {
 /// "nav2_msgs/action/NavigateToPose": a package, "action", and an action.
 [[nodiscard]] bool is_action_type_name(std::string_view name);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

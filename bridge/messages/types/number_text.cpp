@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 std::optional<Whole> read_signed(std::string_view text) {
   Whole whole;
@@ -45,4 +45,4 @@ std::optional<double> read_special(std::string_view text) {
   return std::nullopt;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -9,7 +9,7 @@
 #include <string_view>
 
 /// Numbers as text, in the ways of YAML, JSON and .msg files.
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// The shortest digits that read back as the same number, always with a point: "1.0", "1.0e+20". Not for
 /// infinities and NaN.
@@ -67,4 +67,4 @@ template <std::floating_point T>
   return error == std::errc{} && end == text.data() + text.size() ? std::optional{number} : std::nullopt;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 /// The numbers of type_description_interfaces/msg/FieldType.
@@ -195,4 +195,4 @@ tl::expected<std::string, TypeError> type_hash(TypeLibrary& library, std::string
   return "RIHS01_" + digest;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

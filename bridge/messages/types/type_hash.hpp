@@ -8,7 +8,7 @@
 
 /// Type hashes as ROS 2 computes them since Iron (REP-2011): nodes tell each other by them whether they mean
 /// the same type. Comments, constants and default values do not count, names of fields do.
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// The text that is hashed: the type and all that it is made of, in JSON.
 /// @param name  as of type_hash().
@@ -23,4 +23,4 @@ namespace trestle::bridge {
 /// @return the hash, or what is wrong with the type.
 [[nodiscard]] tl::expected<std::string, TypeError> type_hash(TypeLibrary& library, std::string_view name);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -14,7 +14,7 @@
 #include "bridge/messages/types/interface_parser.hpp"
 #include "bridge/messages/types/msg_parser.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 namespace fs = std::filesystem;
@@ -243,4 +243,4 @@ std::vector<fs::path> ament_prefixes() {
   return prefixes;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -9,7 +9,7 @@
 #include "bridge/messages/types/interface_name.hpp"
 #include "bridge/messages/types/message_definition.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// Messages may be nested this deep; ROS itself needs 7.
 inline constexpr std::size_t max_type_depth = 32;
@@ -73,4 +73,4 @@ class TypeLibrary {
 /// The prefixes in the environment's AMENT_PREFIX_PATH.
 [[nodiscard]] std::vector<std::filesystem::path> ament_prefixes();
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

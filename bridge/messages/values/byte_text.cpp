@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 constexpr std::string_view hex_alphabet = "0123456789abcdef";
@@ -87,4 +87,4 @@ std::optional<std::vector<std::byte>> from_base64(std::string_view text) {
   return bytes;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

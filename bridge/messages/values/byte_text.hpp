@@ -7,7 +7,7 @@
 #include "someip/wire/types.hpp"
 
 /// Bytes as text, for arrays of bytes.
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// Two lower-case digits for each byte.
 void append_hex(std::string& out, ByteView bytes);
@@ -19,4 +19,4 @@ void append_base64(std::string& out, ByteView bytes);
 /// Also without the padding; white space is skipped, as YAML breaks lines in it.
 [[nodiscard]] std::optional<std::vector<std::byte>> from_base64(std::string_view text);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -6,7 +6,7 @@
 #include "someip/wire/bytes.hpp"
 
 /// Plain CDR (XCDR1), number by number: what the fast paths of bridge/messages/convert do in blocks.
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// Reads the body of a sample. Alignment counts from its first byte. The first read beyond the end fails the
 /// reader for good: what is read after it is zero or empty.
@@ -97,4 +97,4 @@ class CdrWriter {
   bool failed_ = false;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

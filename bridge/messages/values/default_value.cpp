@@ -2,7 +2,7 @@
 
 #include "bridge/messages/types/default_elements.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 TextValue default_value(const Field& field) {
   TextValue list;
@@ -16,4 +16,4 @@ TextValue default_value(const Field& field) {
   return field.type.array == ArrayKind::none ? std::move(list.elements.front()) : std::move(list);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

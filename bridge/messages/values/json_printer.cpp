@@ -6,7 +6,7 @@
 #include "bridge/messages/values/printers.hpp"
 #include "bridge/messages/values/quoted.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 void JsonPrinter::begin_message(const MessageDefinition& /*type*/) {
   out_ += '{';
@@ -79,4 +79,4 @@ void JsonPrinter::separate() {
   }
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

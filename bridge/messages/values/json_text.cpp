@@ -4,7 +4,7 @@
 
 #include "bridge/messages/values/text_value.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 using Json = nlohmann::json;
@@ -153,4 +153,4 @@ tl::expected<TextValue, ValueError> parse_json_text(std::string_view text) {
   return events.take();
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

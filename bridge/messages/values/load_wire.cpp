@@ -6,31 +6,31 @@
 #include "bridge/documents/section.hpp"
 #include "bridge/messages/types/names.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 using someip::FieldWidth;
 using someip::PayloadRules;
 using someip::StringEncoding;
 
-Format<std::endian> byte_order() {
-  return one_of<std::endian>({{"big", std::endian::big}, {"little", std::endian::little}});
+documents::Format<std::endian> byte_order() {
+  return documents::one_of<std::endian>({{"big", std::endian::big}, {"little", std::endian::little}});
 }
 
-Format<FieldWidth> field_width() {
-  auto format = one_of<FieldWidth>({{"0", FieldWidth::none},
-                                    {"8", FieldWidth::bits8},
-                                    {"16", FieldWidth::bits16},
-                                    {"32", FieldWidth::bits32}});
+documents::Format<FieldWidth> field_width() {
+  auto format = documents::one_of<FieldWidth>({{"0", FieldWidth::none},
+                                               {"8", FieldWidth::bits8},
+                                               {"16", FieldWidth::bits16},
+                                               {"32", FieldWidth::bits32}});
   format.expected = "a width in bits: 0 (no such field), 8, 16 or 32";
   return format;
 }
 
-void load_payload_rules(Section& wire, PayloadRules& rules) {
+void load_payload_rules(documents::Section& wire, PayloadRules& rules) {
   // The one profile there is: a named starting point for the rest, instead of the specification's defaults.
-  wire.read("profile", one_of<PayloadRules>({{"commonapi", someip::commonapi_rules}}), rules);
+  wire.read("profile", documents::one_of<PayloadRules>({{"commonapi", someip::commonapi_rules}}), rules);
   wire.read("byte_order", byte_order(), rules.byte_order);
-  wire.read("length_order", one_of<bool>({{"big", true}, {"as_payload", false}}),
+  wire.read("length_order", documents::one_of<bool>({{"big", true}, {"as_payload", false}}),
             rules.length_fields_always_big);
   wire.read("array_length", field_width(), rules.array_length);
   wire.read("fixed_array_length", field_width(), rules.fixed_array_length);
@@ -38,66 +38,69 @@ void load_payload_rules(Section& wire, PayloadRules& rules) {
   wire.read("struct_length", field_width(), rules.struct_length);
   wire.read("union_length", field_width(), rules.union_length);
   wire.read("union_type", field_width(), rules.union_type);
-  wire.read("union_null", truth(), rules.union_null);
-  wire.read("union_order", one_of<bool>({{"length_first", true}, {"type_first", false}}),
+  wire.read("union_null", documents::truth(), rules.union_null);
+  wire.read("union_order", documents::one_of<bool>({{"length_first", true}, {"type_first", false}}),
             rules.union_length_first);
   wire.read("string_encoding",
-            one_of<StringEncoding>({{"utf8", StringEncoding::utf8},
-                                    {"utf16le", StringEncoding::utf16le},
-                                    {"utf16be", StringEncoding::utf16be}}),
+            documents::one_of<StringEncoding>({{"utf8", StringEncoding::utf8},
+                                               {"utf16le", StringEncoding::utf16le},
+                                               {"utf16be", StringEncoding::utf16be}}),
             rules.string_encoding);
-  wire.read("string_bom", truth(), rules.string_bom);
-  wire.read("string_terminator", truth(), rules.string_terminator);
+  wire.read("string_bom", documents::truth(), rules.string_bom);
+  wire.read("string_terminator", documents::truth(), rules.string_terminator);
   // In the file all widths are bits, as in the specification.
   auto alignment =
-      one_of<std::uint8_t>({{"8", 1}, {"16", 2}, {"32", 4}, {"64", 8}, {"128", 16}, {"256", 32}});
+      documents::one_of<std::uint8_t>({{"8", 1}, {"16", 2}, {"32", 4}, {"64", 8}, {"128", 16}, {"256", 32}});
   alignment.expected = "an alignment in bits: 8 (none), 16, 32, 64, 128 or 256";
   wire.read("alignment", alignment, rules.alignment);
   wire.read("tagged_length", field_width(), rules.tagged_length);
-  wire.read("tagged_lengths", one_of<bool>({{"configured", false}, {"smallest", true}}),
+  wire.read("tagged_lengths", documents::one_of<bool>({{"configured", false}, {"smallest", true}}),
             rules.smallest_tagged_length);
-  wire.read("longer_arrays", one_of<bool>({{"cut", true}, {"refuse", false}}), rules.cut_longer_arrays);
+  wire.read("longer_arrays", documents::one_of<bool>({{"cut", true}, {"refuse", false}}),
+            rules.cut_longer_arrays);
 }
 
 /// A mapping from fields to what each has.
 template <typename T>
-void load_fields(Section& type, const char* key, const Format<T>& format,
-                 std::map<std::string, T, std::less<>>& into, Problems& problems) {
+void load_fields(documents::Section& type, const char* key, const documents::Format<T>& format,
+                 std::map<std::string, T, std::less<>>& into, documents::Problems& problems) {
   const YAML::Node node = type.child(key);
   if (!node) {
     return;
   }
-  Section fields{node, key, problems};
+  documents::Section fields{node, key, problems};
   for (const std::string& field : fields.keys()) {
     fields.read(field.c_str(), format, into[field]);
   }
 }
 
-void load_type(const YAML::Node& node, const std::string& name, TypeRules& rules, Problems& problems) {
+void load_type(const YAML::Node& node, const std::string& name, TypeRules& rules,
+               documents::Problems& problems) {
   using Form = TypeRules::Form;
-  Section type{node, name, problems};
+  documents::Section type{node, name, problems};
   type.read("form",
-            one_of<Form>({{"struct", Form::structure},
-                          {"union", Form::choice},
-                          {"bits8", Form::bits8},
-                          {"bits16", Form::bits16},
-                          {"bits32", Form::bits32}}),
+            documents::one_of<Form>({{"struct", Form::structure},
+                                     {"union", Form::choice},
+                                     {"bits8", Form::bits8},
+                                     {"bits16", Form::bits16},
+                                     {"bits32", Form::bits32}}),
             rules.form);
-  load_fields(type, "tags", as<someip::DataId>(id_number(0, someip::max_data_id)), rules.tags, problems);
-  load_fields(type, "fixed_strings", as<std::uint32_t>(whole_number(1, 65535)), rules.fixed_strings,
-              problems);
+  load_fields(type, "tags", documents::as<someip::DataId>(documents::id_number(0, someip::max_data_id)),
+              rules.tags, problems);
+  load_fields(type, "fixed_strings", documents::as<std::uint32_t>(documents::whole_number(1, 65535)),
+              rules.fixed_strings, problems);
   load_fields(type, "byte_orders", byte_order(), rules.byte_orders, problems);
   type.finish();
 }
 
-void load_types(const YAML::Node& node, MessageRules& rules, Problems& problems) {
-  Section types{node, "types", problems};
+void load_types(const YAML::Node& node, MessageRules& rules, documents::Problems& problems) {
+  documents::Section types{node, "types", problems};
   for (const std::string& name : types.keys()) {
     if (!is_type_name(name) && !is_service_type_name(name)) {
       problems.error(
           types.use_mark(name.c_str()),
           fmt::format("types: expected a message type such as sensor_msgs/msg/PointCloud2, found {}",
-                      quote(name)));
+                      documents::quote(name)));
       continue;
     }
     const YAML::Node type = types.child(name.c_str());
@@ -109,14 +112,15 @@ void load_types(const YAML::Node& node, MessageRules& rules, Problems& problems)
 
 }  // namespace
 
-void load_wire(const YAML::Node& node, MessageRules& rules, Problems& problems) {
-  Section wire{node, "wire", problems};
+void load_wire(const YAML::Node& node, MessageRules& rules, documents::Problems& problems) {
+  documents::Section wire{node, "wire", problems};
   load_payload_rules(wire, rules.payload);
-  wire.read("missing_fields", one_of<bool>({{"refuse", false}, {"default", true}}), rules.default_missing);
+  wire.read("missing_fields", documents::one_of<bool>({{"refuse", false}, {"default", true}}),
+            rules.default_missing);
   if (const YAML::Node types = wire.child("types")) {
     load_types(types, rules, problems);
   }
   wire.finish();
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -5,7 +5,7 @@
 #include "bridge/messages/values/printers.hpp"
 #include "bridge/messages/values/sample_builder.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 template <typename Printer>
@@ -87,4 +87,4 @@ tl::expected<std::vector<std::byte>, ValueError> MessageValues::parse(std::strin
   return joined(*payload);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

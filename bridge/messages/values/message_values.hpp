@@ -10,7 +10,7 @@
 #include "bridge/messages/values/text_value.hpp"
 
 /// Messages as text that people read and write. docs/values.md describes the text.
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// The language that a message is printed in.
 enum class ValueForm : std::uint8_t {
@@ -70,4 +70,4 @@ class MessageValues {
   ConversionPlan plan_;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

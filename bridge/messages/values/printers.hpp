@@ -5,7 +5,7 @@
 #include "bridge/messages/values/message_values.hpp"
 #include "bridge/messages/values/sample_walk.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// Writes what it is told as YAML in the style of `ros2 topic echo`: messages and their arrays as blocks,
 /// arrays of numbers on one line.
@@ -89,4 +89,4 @@ class JsonPrinter : public ValueSink {
 /// Appends bytes as the content of a string: base64, or "hex:" and digits.
 void append_bytes(std::string& out, BytesForm form, ByteView bytes);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

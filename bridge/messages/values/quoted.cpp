@@ -9,7 +9,7 @@
 
 #include "someip/wire/utf.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 /// What is not to be written as it is: controls, and what breaks lines or reverses their order.
@@ -91,4 +91,4 @@ std::string excerpt(std::string_view text) {
   return text.size() > shown_max ? quoted + "..." : quoted;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

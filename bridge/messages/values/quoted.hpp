@@ -2,7 +2,7 @@
 #include <string>
 #include <string_view>
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// Appends text in double quotes, escaped so that JSON and YAML both read it: control characters, line
 /// separators and what changes the direction of text are spelt \uXXXX, so that nothing that a peer sends can
@@ -16,4 +16,4 @@ void append_quoted(std::string& out, std::string_view text);
 /// A piece of somebody's text for a message: quoted, printable, and cut when it is long.
 [[nodiscard]] std::string excerpt(std::string_view text);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -13,7 +13,7 @@
 #include "bridge/messages/values/quoted.hpp"
 #include "someip/wire/utf.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 using Kind = TextValue::Kind;
@@ -362,4 +362,4 @@ tl::expected<std::vector<std::byte>, ValueError> build_sample(const TextValue& t
   return Builder{tree, max_bytes}.build(text);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -6,7 +6,7 @@
 #include "bridge/messages/values/text_value.hpp"
 #include "someip/wire/types.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// Makes the CDR sample, in the host's byte order, that a text describes.
 /// @param max_bytes  larger samples are refused.
@@ -15,4 +15,4 @@ namespace trestle::bridge {
                                                                             const TypeTree& tree,
                                                                             std::size_t max_bytes);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

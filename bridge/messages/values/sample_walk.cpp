@@ -9,7 +9,7 @@
 #include "bridge/messages/values/cdr.hpp"
 #include "someip/wire/utf.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 constexpr std::size_t encapsulation_bytes = 4;
@@ -197,4 +197,4 @@ std::optional<std::string> walk_sample(ByteView sample, const TypeTree& tree, co
   return Walk{CdrReader{sample.subspan(encapsulation_bytes), order}, tree, options, sink}.run();
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -7,7 +7,7 @@
 #include "bridge/messages/types/message_definition.hpp"
 #include "someip/wire/types.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// Is told what a sample holds, in order. Whoever does not care overrides nothing.
 class ValueSink {
@@ -49,4 +49,4 @@ struct WalkOptions {
 [[nodiscard]] std::optional<std::string> walk_sample(ByteView sample, const TypeTree& tree,
                                                      const WalkOptions& options, ValueSink& sink);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -10,7 +10,7 @@
 #include "bridge/messages/values/quoted.hpp"
 #include "someip/wire/utf.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 std::string to_string(const ValueError& error) {
   std::string result;
@@ -134,4 +134,4 @@ void TextValueBuilder::add(TextValue value) {
   (open_.empty() ? root_ : open_.back().elements.emplace_back()) = std::move(value);
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

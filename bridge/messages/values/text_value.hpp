@@ -6,7 +6,7 @@
 #include <tl/expected.hpp>
 #include <vector>
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 /// A place in a text, both counted from 1 and in bytes. Line 0: the text as a whole.
 struct TextPlace {
@@ -90,4 +90,4 @@ class TextValueBuilder {
   bool has_key_ = false;
 };
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

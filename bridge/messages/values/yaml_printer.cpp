@@ -5,7 +5,7 @@
 #include "bridge/messages/values/printers.hpp"
 #include "bridge/messages/values/quoted.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 
 void append_bytes(std::string& out, BytesForm form, ByteView bytes) {
   if (form == BytesForm::base64) {
@@ -140,4 +140,4 @@ void YamlPrinter::scalar(std::string_view text, std::string_view comment) {
   before_ = Before::nothing;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -7,7 +7,7 @@
 #include "bridge/messages/values/quoted.hpp"
 #include "bridge/messages/values/text_value.hpp"
 
-namespace trestle::bridge {
+namespace trestle::messages {
 namespace {
 
 TextPlace place_of(const YAML::Mark& mark) {
@@ -174,4 +174,4 @@ tl::expected<TextValue, ValueError> parse_yaml_text(std::string_view text) {
   }
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::messages

@@ -47,13 +47,13 @@ class DiscoveredRoutes : public BridgeTest {
 
   /// The ids in the lock file, by topic.
   [[nodiscard]] std::map<std::string, int> locked() const {
-    const auto lock = bridge::LockFile::read(lock_file_);
+    const auto lock = carry::LockFile::read(lock_file_);
     if (!lock) {
       ADD_FAILURE() << to_string(lock.error().front());
       return {};
     }
     std::map<std::string, int> ids;
-    for (const bridge::LockedTopic& one : lock->topics()) {
+    for (const carry::LockedTopic& one : lock->topics()) {
       ids[one.topic] = someip::value(one.service);
     }
     return ids;

@@ -184,7 +184,7 @@ TEST_F(E2eAtTheBridge, PublishesTheStateWhenItChanges) {
 }
 
 TEST(DiagnosticArray, IsWrittenAsRosReadsIt) {
-  using bridge::Diagnosis;
+  using carry::Diagnosis;
   const std::vector<Diagnosis> statuses{
       {.level = Diagnosis::Level::error,
        .name = "n",
@@ -193,7 +193,7 @@ TEST(DiagnosticArray, IsWrittenAsRosReadsIt) {
        .values = {{"k", "v"}}},
       {.level = Diagnosis::Level::stale, .name = "o", .message = "", .hardware_id = "h", .values = {}}};
   if constexpr (std::endian::native == std::endian::little) {
-    EXPECT_EQ(to_hex(bridge::diagnostic_array(std::chrono::nanoseconds{3'000'000'005}, statuses)),
+    EXPECT_EQ(to_hex(carry::diagnostic_array(std::chrono::nanoseconds{3'000'000'005}, statuses)),
               "00010000"  // encapsulation
               "03000000"
               "05000000"  // stamp

@@ -285,10 +285,10 @@ TEST_F(EndToEnd, CarriesRealLidarScansUnchanged) {
   }
   std::vector<Sample> scans;
   for (const char* const file : {"os1_128_0.pcd", "os1_128_1.pcd", "os1_128_2.pcd"}) {
-    const auto cloud = bridge::demo::load_pcd(folder / file);
+    const auto cloud = measure::demo::load_pcd(folder / file);
     ASSERT_TRUE(cloud) << cloud.error();
     EXPECT_EQ(cloud->width * cloud->height, 131'072U);
-    const auto encoded = bridge::demo::encode(*cloud, 1'700'000'000'000'000'000, "os_lidar");
+    const auto encoded = measure::encode(*cloud, 1'700'000'000'000'000'000, "os_lidar");
     Sample scan = encoded.front;
     scan.insert(scan.end(), encoded.data.begin(), encoded.data.end());
     scan.push_back(encoded.tail);

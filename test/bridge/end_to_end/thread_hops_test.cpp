@@ -52,7 +52,7 @@ Notes& notes() {
 class ThreadHops : public TwoBridges {
  protected:
   void SetUp() override {
-    if (!bridge::receives_samples()) {
+    if (!carry::receives_samples()) {
       GTEST_SKIP() << "the system grants less than 2 MB for what waits: raise net.core.rmem_max";
     }
     TwoBridges::SetUp();

@@ -16,11 +16,11 @@ namespace trestle::test {
 
 struct RunningBridge::State {
   explicit State(const std::string& yaml) : config{load(yaml)} {
-    bridge = std::make_unique<bridge::Bridge>(io, config, types, report);
+    bridge = std::make_unique<carry::Bridge>(io, config, types, report);
     thread = std::thread{[this] { io.run(); }};
   }
-  static bridge::BridgeConfig load(const std::string& yaml) {
-    const auto loaded = bridge::parse_config(yaml, "test.yaml");
+  static carry::BridgeConfig load(const std::string& yaml) {
+    const auto loaded = carry::parse_config(yaml, "test.yaml");
     if (!loaded) {
       throw std::runtime_error{to_string(loaded.error().front())};
     }
@@ -28,10 +28,10 @@ struct RunningBridge::State {
   }
 
   boost::asio::io_context io{1};
-  bridge::BridgeConfig config;
-  bridge::TypeLibrary types{{config.type_paths.begin(), config.type_paths.end()}};
-  bridge::Report report;
-  std::unique_ptr<bridge::Bridge> bridge;
+  carry::BridgeConfig config;
+  messages::TypeLibrary types{{config.type_paths.begin(), config.type_paths.end()}};
+  carry::Report report;
+  std::unique_ptr<carry::Bridge> bridge;
   std::thread thread;
 };
 
@@ -47,10 +47,10 @@ RunningBridge::~RunningBridge() {
 
 namespace {
 
-std::uint64_t counter_of(const std::vector<bridge::CounterGroup>& groups, const std::string& group,
+std::uint64_t counter_of(const std::vector<carry::CounterGroup>& groups, const std::string& group,
                          const std::string& name) {
-  for (const bridge::CounterGroup& one : groups) {
-    for (const bridge::Counter& counter : one.counters) {
+  for (const carry::CounterGroup& one : groups) {
+    for (const carry::Counter& counter : one.counters) {
       if (one.name.starts_with(group) && counter.name == name) {
         return counter.count;
       }
@@ -71,8 +71,8 @@ std::thread::id RunningBridge::thread() const {
   return state_->thread.get_id();
 }
 
-std::vector<bridge::CounterGroup> RunningBridge::counters() {
-  std::promise<std::vector<bridge::CounterGroup>> result;
+std::vector<carry::CounterGroup> RunningBridge::counters() {
+  std::promise<std::vector<carry::CounterGroup>> result;
   boost::asio::post(state_->io, [&] { result.set_value(state_->bridge->counters()); });
   return result.get_future().get();
 }

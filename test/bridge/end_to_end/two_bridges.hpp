@@ -19,7 +19,7 @@ class RunningBridge {
   RunningBridge& operator=(const RunningBridge&) = delete;
 
   [[nodiscard]] std::thread::id thread() const;
-  [[nodiscard]] std::vector<bridge::CounterGroup> counters();
+  [[nodiscard]] std::vector<carry::CounterGroup> counters();
   /// The counter `name` of the group whose name begins with `group`.
   [[nodiscard]] std::uint64_t counter(const std::string& group, const std::string& name);
   /// Keeps its thread from all else until the promise is kept or gone: what arrives meanwhile has to wait.

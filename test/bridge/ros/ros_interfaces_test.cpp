@@ -15,7 +15,7 @@
 #include "test/bridge/messages/convert/support.hpp"
 #include "test/bridge/ros/random_values.hpp"
 
-namespace trestle::bridge::ros_interfaces_test {
+namespace trestle::ros_interfaces_test {
 namespace {
 
 using namespace trestle::test;
@@ -300,4 +300,4 @@ TEST(RosInterfaces, SurviveEveryProfile) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::ros_interfaces_test
+}  // namespace trestle::ros_interfaces_test

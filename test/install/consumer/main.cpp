@@ -8,7 +8,7 @@
 int main() {
   std::array<std::byte, 16> room{};
   const auto bytes = trestle::someip::encode({.service = trestle::someip::ServiceId{0x1234}}, {}, room);
-  const auto config = trestle::bridge::load_config("missing.yaml");
+  const auto config = trestle::carry::load_config("missing.yaml");
   if (!bytes || config) {
     return 1;
   }

@@ -7,7 +7,7 @@
 namespace trestle::test::actions_test {
 namespace {
 
-using namespace bridge;
+using namespace carry;
 using namespace std::chrono_literals;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -74,7 +74,7 @@ TEST(LoadActions, AreThreeMethodsAndTwoRoutes) {
               (TpSettings{.segment_bytes = 160, .burst = 4, .separation = 2ms, .max_message = 8192}));
     EXPECT_EQ(method.form, ServiceForm::cyclonedds);
     EXPECT_EQ(method.rules.payload.string_length, someip::FieldWidth::bits16);
-    EXPECT_EQ(method.mark, (Mark{3, 5}));
+    EXPECT_EQ(method.mark, (documents::Mark{3, 5}));
   }
   const Route& feedback = config.routes[0];
   EXPECT_EQ(feedback.topic, "/arm/move/_action/feedback");

@@ -7,7 +7,7 @@
 namespace trestle::test::conflicts_test {
 namespace {
 
-using namespace bridge;
+using namespace carry;
 using testing::ElementsAre;
 
 // Two routes that differ in what a test gives them.

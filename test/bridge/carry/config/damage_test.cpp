@@ -11,7 +11,7 @@
 namespace trestle::test::damage_test {
 namespace {
 
-using namespace bridge;
+using namespace carry;
 
 void expect_sane(const std::string& text, const std::string& what) {
   const auto loaded = parse_config(text, "b.yaml");
@@ -22,8 +22,8 @@ void expect_sane(const std::string& text, const std::string& what) {
   EXPECT_FALSE(loaded.error().empty()) << what;
   const auto line_count = std::count(text.begin(), text.end(), '\n') + 1;
   bool any_error = false;
-  for (const Problem& problem : loaded.error()) {
-    any_error = any_error || problem.severity == Problem::Severity::error;
+  for (const documents::Problem& problem : loaded.error()) {
+    any_error = any_error || problem.severity == documents::Problem::Severity::error;
     EXPECT_LE(problem.mark.line, line_count + 1) << what << ": " << to_string(problem);
     EXPECT_EQ(problem.text.find('\n'), std::string::npos) << what << ": " << to_string(problem);
     EXPECT_LT(problem.text.size(), 400U) << what << ": " << to_string(problem);

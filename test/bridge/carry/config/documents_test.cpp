@@ -11,11 +11,11 @@
 namespace trestle::test::documents_test {
 namespace {
 
-using namespace bridge;
+using namespace carry;
 
-std::string problems(const tl::expected<Loaded, std::vector<Problem>>& loaded) {
+std::string problems(const tl::expected<Loaded, std::vector<documents::Problem>>& loaded) {
   std::string text;
-  for (const Problem& problem : loaded ? loaded->warnings : loaded.error()) {
+  for (const documents::Problem& problem : loaded ? loaded->warnings : loaded.error()) {
     text += to_string(problem) + "\n";
   }
   return text;
@@ -99,7 +99,7 @@ TEST(Documents, NameEveryKey) {
       "b.yaml");
   ASSERT_FALSE(loaded.has_value());
   int sections = 0;
-  for (const Problem& problem : loaded.error()) {
+  for (const documents::Problem& problem : loaded.error()) {
     const std::size_t list = problem.text.find("known here: ");
     if (list == std::string::npos) {
       continue;

@@ -21,8 +21,8 @@ std::string in_route(const std::string& keys, const std::string& direction = "so
 }
 const std::string server = "dds_to_someip, port: 40001";
 
-bridge::E2eSettings settings_of(const std::string& text) {
-  const auto loaded = bridge::parse_config(text, "b.yaml");
+carry::E2eSettings settings_of(const std::string& text) {
+  const auto loaded = carry::parse_config(text, "b.yaml");
   if (!loaded) {
     ADD_FAILURE() << to_string(loaded.error().front());
     return {};
@@ -144,8 +144,8 @@ TEST(E2eKeys, OfTheReceiverAreNotForTheSender) {
 
 TEST(E2eKeys, AreShownByCheck) {
   const auto summary = [](const std::string& text) {
-    const auto loaded = bridge::parse_config(text, "b.yaml");
-    return loaded ? bridge::summary(loaded->config, {}) : to_string(loaded.error().front());
+    const auto loaded = carry::parse_config(text, "b.yaml");
+    return loaded ? carry::summary(loaded->config, {}) : to_string(loaded.error().front());
   };
   EXPECT_THAT(
       summary(in_route("profile: 4, data_id: 0x2d", server)),
@@ -161,12 +161,12 @@ TEST(E2eKeys, AreShownByCheck) {
 
 TEST(DiagnosticsKeys, AreReadAndChecked) {
   const std::string route = in_route("profile: 4, data_id: 1");
-  const auto loaded = bridge::parse_config(route + "diagnostics: {topic: /d, period: 2 s}\n", "b.yaml");
+  const auto loaded = carry::parse_config(route + "diagnostics: {topic: /d, period: 2 s}\n", "b.yaml");
   ASSERT_TRUE(loaded.has_value());
   EXPECT_EQ(loaded->config.diagnostics.topic, "/d");
   EXPECT_EQ(loaded->config.diagnostics.period, 2s);
   EXPECT_TRUE(loaded->config.diagnostics.wanted);
-  const auto usual = bridge::parse_config(route, "b.yaml");
+  const auto usual = carry::parse_config(route, "b.yaml");
   ASSERT_TRUE(usual.has_value());
   EXPECT_EQ(usual->config.diagnostics.topic, "/diagnostics");
   EXPECT_EQ(usual->config.diagnostics.period, 1s);

@@ -8,7 +8,7 @@
 namespace trestle::test::errors_test {
 namespace {
 
-using namespace bridge;
+using namespace carry;
 using testing::ElementsAre;
 
 TEST(ConfigErrors, ComeAllAtOnceAndInOrder) {
@@ -84,7 +84,8 @@ TEST(ConfigErrors, SayWhyAFileCannotBeRead) {
 }
 
 TEST(ConfigErrors, PassOnWhatIsWrongWithAType) {
-  const TypeCheck check = [](const TypeUse& use, const MessageRules&, const std::vector<std::string>&) {
+  const TypeCheck check = [](const TypeUse& use, const messages::MessageRules&,
+                             const std::vector<std::string>&) {
     return TypeVerdict{.fault = use.type == "geometry_msgs/msg/Point" ? use.type + " is not known" : ""};
   };
   EXPECT_THAT(problems_of(good_config, check),
@@ -103,11 +104,12 @@ routes:
 
 TEST(ExplainProblems, ShowsTheLineAndThePlace) {
   const std::string text = "someip: {address: 127.0.0.1}\ndds:\n\tdomain: 7\n";
-  const std::vector<Problem> problems{{Problem::Severity::error, "b.yaml", {1, 19}, "first"},
-                                      {Problem::Severity::error, "b.yaml", {1, 19}, "second"},
-                                      {Problem::Severity::warning, "b.yaml", {3, 2}, "third"},
-                                      {Problem::Severity::error, "b.yaml", {9, 2}, "beyond the end"},
-                                      {Problem::Severity::error, "b.yaml", {}, "of the file"}};
+  const std::vector<documents::Problem> problems{
+      {documents::Problem::Severity::error, "b.yaml", {1, 19}, "first"},
+      {documents::Problem::Severity::error, "b.yaml", {1, 19}, "second"},
+      {documents::Problem::Severity::warning, "b.yaml", {3, 2}, "third"},
+      {documents::Problem::Severity::error, "b.yaml", {9, 2}, "beyond the end"},
+      {documents::Problem::Severity::error, "b.yaml", {}, "of the file"}};
   EXPECT_EQ(explain(problems, text, {}),
             "b.yaml:1:19: error: first\n"
             "b.yaml:1:19: error: second\n"
@@ -122,14 +124,16 @@ TEST(ExplainProblems, ShowsTheLineAndThePlace) {
 }
 
 TEST(ExplainProblems, StopsBeforeNobodyReadsOn) {
-  const std::vector<Problem> problems(1000, {Problem::Severity::error, "b.yaml", {1, 1}, "wrong"});
+  const std::vector<documents::Problem> problems(
+      1000, {documents::Problem::Severity::error, "b.yaml", {1, 1}, "wrong"});
   const std::string text = explain(problems, "", {});
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 51);
   EXPECT_THAT(text, testing::EndsWith("wrong\n1000 errors in b.yaml, not all of them shown\n"));
 }
 
 TEST(ExplainProblems, ColoursTheSeverity) {
-  const std::vector<Problem> problems{{Problem::Severity::error, "b.yaml", {2, 1}, "wrong"}};
+  const std::vector<documents::Problem> problems{
+      {documents::Problem::Severity::error, "b.yaml", {2, 1}, "wrong"}};
   EXPECT_EQ(explain(problems, "a\nb\n", {.red = "<red>", .green = "<green>", .off = "<off>"}),
             "b.yaml:2:1: <red>error: <off>wrong\n    2 | b\n      | <green>^<off>\n");
 }

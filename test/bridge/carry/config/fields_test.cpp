@@ -10,7 +10,7 @@
 namespace trestle::test::fields_test {
 namespace {
 
-using namespace bridge;
+using namespace carry;
 using namespace std::chrono_literals;
 using someip::MethodId;
 using testing::ElementsAre;
@@ -86,7 +86,7 @@ TEST(LoadFields, AreALatchedTopicAndTwoServices) {
   EXPECT_EQ(route.presence, Presence{});
   EXPECT_EQ(route.tp, (TpSettings{.segment_bytes = 160, .burst = 4, .separation = 2ms, .max_message = 8192}));
   EXPECT_EQ(route.rules.payload.byte_order, std::endian::little);
-  EXPECT_EQ(route.mark, (Mark{3, 5}));
+  EXPECT_EQ(route.mark, (documents::Mark{3, 5}));
 
   ASSERT_THAT(config.methods, SizeIs(2));
   for (const MethodRoute& method : config.methods) {
@@ -105,13 +105,13 @@ TEST(LoadFields, AreALatchedTopicAndTwoServices) {
               (TpSettings{.segment_bytes = 160, .burst = 4, .separation = 2ms, .max_message = 8192}));
     EXPECT_EQ(method.form, ServiceForm::cyclonedds);
     EXPECT_EQ(method.rules.payload.byte_order, std::endian::little);
-    EXPECT_EQ(method.mark, (Mark{3, 5}));
+    EXPECT_EQ(method.mark, (documents::Mark{3, 5}));
   }
-  EXPECT_EQ(config.methods[0].access, FieldAccess::get);
+  EXPECT_EQ(config.methods[0].access, messages::FieldAccess::get);
   EXPECT_EQ(config.methods[0].method, MethodId{0x41});
   EXPECT_EQ(config.methods[0].ros_service, "/cabin/get_light");
   EXPECT_EQ(config.methods[0].type, "cabin_msgs/srv/GetLight");
-  EXPECT_EQ(config.methods[1].access, FieldAccess::set);
+  EXPECT_EQ(config.methods[1].access, messages::FieldAccess::set);
   EXPECT_EQ(config.methods[1].method, MethodId{0x42});
   EXPECT_EQ(config.methods[1].ros_service, "/cabin/set_light");
   EXPECT_EQ(config.methods[1].type, "cabin_msgs/srv/SetLight");
@@ -143,7 +143,7 @@ TEST(LoadFields, OfRosAreOfferedWhileServedAndAnswerTheGetterWithTheLastSample) 
   EXPECT_EQ(config.routes[0].getter, (FieldGetter{MethodId{0x41}, std::nullopt}));
   EXPECT_EQ(config.routes[0].presence, Presence{.offer_while_published = true});
   ASSERT_THAT(config.methods, SizeIs(1));
-  EXPECT_EQ(config.methods[0].access, FieldAccess::set);
+  EXPECT_EQ(config.methods[0].access, messages::FieldAccess::set);
   EXPECT_EQ(config.methods[0].transport, Transport::udp);
   EXPECT_FALSE(config.methods[0].offer_always);
   // A service that is named is asked, and so is one where there is no topic to know the value from.
@@ -172,12 +172,12 @@ TEST(LoadFields, HaveAnyOfTheirParts) {
       config_of(replaced(of_someip, "    event: 0x8044\n    eventgroup: 0x0003\n    getter: 0x0041\n", ""));
   EXPECT_THAT(set.routes, IsEmpty());
   ASSERT_THAT(set.methods, SizeIs(1));
-  EXPECT_EQ(set.methods[0].access, FieldAccess::set);
+  EXPECT_EQ(set.methods[0].access, messages::FieldAccess::set);
   EXPECT_EQ(set.methods[0].getter, std::nullopt);
   EXPECT_EQ(set.methods[0].notifier, std::nullopt);
   const BridgeConfig both = config_of(replaced(of_someip, "    getter: 0x0041\n", ""));
   ASSERT_THAT(both.methods, SizeIs(1));
-  EXPECT_EQ(both.methods[0].access, FieldAccess::set);
+  EXPECT_EQ(both.methods[0].access, messages::FieldAccess::set);
   EXPECT_EQ(both.methods[0].notifier, MethodId{0x8044});
   EXPECT_THAT(
       changed(of_someip,
@@ -272,7 +272,8 @@ TEST(FieldConflict, OfIdsAndNames) {
 
 TEST(LoadFields, AskAboutTheirTypesEach) {
   std::vector<std::string> asked;
-  const TypeCheck check = [&](const TypeUse& use, const MessageRules&, const std::vector<std::string>&) {
+  const TypeCheck check = [&](const TypeUse& use, const messages::MessageRules&,
+                              const std::vector<std::string>&) {
     asked.push_back(use.type + " of " + use.value_type);
     return TypeVerdict{use.type + " is odd"};
   };

@@ -7,9 +7,9 @@
 namespace trestle::test::id_allocator_test {
 namespace {
 
-using bridge::choose_service;
-using bridge::fnv1a;
-using bridge::ServiceRange;
+using carry::choose_service;
+using carry::fnv1a;
+using carry::ServiceRange;
 using someip::ServiceId;
 
 constexpr ServiceRange wide{ServiceId{0x6000}, ServiceId{0x6fff}};

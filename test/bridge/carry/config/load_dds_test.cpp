@@ -11,8 +11,8 @@
 namespace trestle::test::load_dds_test {
 namespace {
 
-using bridge::DdsSettings;
-using bridge::DiscoveryServer;
+using carry::DdsSettings;
+using carry::DiscoveryServer;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -36,8 +36,8 @@ class BigSystems : public testing::Test {
   }
   ~BigSystems() override { std::filesystem::remove_all(folder_); }
 
-  [[nodiscard]] bridge::BridgeConfig load(const std::string& keys) const {
-    auto loaded = bridge::parse_config(with(keys), folder_ + "/b.yaml");
+  [[nodiscard]] carry::BridgeConfig load(const std::string& keys) const {
+    auto loaded = carry::parse_config(with(keys), folder_ + "/b.yaml");
     if (!loaded) {
       ADD_FAILURE() << to_string(loaded.error().front());
       return {};
@@ -52,7 +52,7 @@ TEST_F(BigSystems, HaveNoneOfThisByDefault) {
   const DdsSettings dds = load("domain: 1").dds;
   EXPECT_EQ(dds.profiles, "");
   EXPECT_TRUE(dds.discovery_servers.empty());
-  EXPECT_EQ(dds.security, bridge::SecuritySettings{});
+  EXPECT_EQ(dds.security, carry::SecuritySettings{});
 }
 
 TEST_F(BigSystems, NameAProfile) {
@@ -71,9 +71,9 @@ TEST_F(BigSystems, NameAProfile) {
 TEST_F(BigSystems, AreToldWhichProfilesAreNotUsed) {
   const auto warnings = [&](const std::string& xml) {
     std::ofstream{folder_ + "/some.xml"} << xml;
-    auto loaded = bridge::parse_config(with("profiles: some.xml"), folder_ + "/b.yaml");
+    auto loaded = carry::parse_config(with("profiles: some.xml"), folder_ + "/b.yaml");
     std::vector<std::string> texts;
-    for (const bridge::Problem& warning : loaded.value().warnings) {
+    for (const documents::Problem& warning : loaded.value().warnings) {
       texts.push_back(fmt::format("{}: {}", warning.mark.line, warning.text));
     }
     return texts;
@@ -119,9 +119,9 @@ TEST_F(BigSystems, NameDiscoveryServers) {
 
 TEST_F(BigSystems, NameAnEnclave) {
   EXPECT_EQ(load("security: {keystore: keys}").dds.security,
-            (bridge::SecuritySettings{folder_ + "/keys", "/"}));
+            (carry::SecuritySettings{folder_ + "/keys", "/"}));
   const auto config = load("security: {keystore: keys, enclave: /vehicle/trestle}");
-  EXPECT_EQ(config.dds.security, (bridge::SecuritySettings{folder_ + "/keys", "/vehicle/trestle"}));
+  EXPECT_EQ(config.dds.security, (carry::SecuritySettings{folder_ + "/keys", "/vehicle/trestle"}));
   EXPECT_THAT(summary(config, {}),
               HasSubstr("  security: enclave /vehicle/trestle of " + folder_ + "/keys\n"));
   EXPECT_THAT(problems_of(with("security: {keystore: none}")),

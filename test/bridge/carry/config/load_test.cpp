@@ -11,7 +11,7 @@
 namespace trestle::test::load_test {
 namespace {
 
-using namespace bridge;
+using namespace carry;
 using namespace std::chrono_literals;
 using someip::EventgroupId;
 using someip::FieldWidth;
@@ -98,11 +98,13 @@ TEST(LoadConfig, ReadsEveryKey) {
                                                 .alignment = 8}));
   EXPECT_TRUE(points.rules.default_missing);
   ASSERT_EQ(points.rules.types.size(), 2U);
-  const TypeRules& field = points.rules.types.at("sensor_msgs/msg/PointField");
-  EXPECT_EQ(field, (TypeRules{.tags = {{"name", someip::DataId{0}}, {"offset", someip::DataId{0xfff}}},
-                              .fixed_strings = {{"name", 32}},
-                              .byte_orders = {{"offset", std::endian::big}}}));
-  EXPECT_EQ(points.rules.types.at("std_msgs/msg/Header"), (TypeRules{.form = TypeRules::Form::choice}));
+  const messages::TypeRules& field = points.rules.types.at("sensor_msgs/msg/PointField");
+  EXPECT_EQ(field,
+            (messages::TypeRules{.tags = {{"name", someip::DataId{0}}, {"offset", someip::DataId{0xfff}}},
+                                 .fixed_strings = {{"name", 32}},
+                                 .byte_orders = {{"offset", std::endian::big}}}));
+  EXPECT_EQ(points.rules.types.at("std_msgs/msg/Header"),
+            (messages::TypeRules{.form = messages::TypeRules::Form::choice}));
   EXPECT_EQ(points.qos, (QosSettings{.reliable = true,
                                      .transient_local = true,
                                      .depth = 3,
@@ -113,11 +115,11 @@ TEST(LoadConfig, ReadsEveryKey) {
                                      .liveliness_lease = 500ms}));
   EXPECT_EQ(points.multicast,
             (MulticastSettings{.group = {IpAddress::v4(239, 1, 2, 4), 40100}, .threshold = 3}));
-  EXPECT_EQ(points.mark, (Mark{24, 5}));
+  EXPECT_EQ(points.mark, (documents::Mark{24, 5}));
   // Ids may be decimal.
   EXPECT_EQ(config.routes[1].service, ServiceId{0x2222});
   EXPECT_EQ(config.routes[1].event, MethodId{0x8001});
-  EXPECT_EQ(config.routes[1].mark, (Mark{76, 5}));
+  EXPECT_EQ(config.routes[1].mark, (documents::Mark{76, 5}));
 }
 
 TEST(LoadConfig, LeavesDefaultsWhereNothingIsSaid) {
@@ -129,7 +131,7 @@ TEST(LoadConfig, LeavesDefaultsWhereNothingIsSaid) {
   EXPECT_EQ(config.dds.shared_memory, std::nullopt);
   EXPECT_THAT(config.type_paths, IsEmpty());
   ASSERT_EQ(config.routes.size(), 1U);
-  EXPECT_EQ(config.routes[0].rules, MessageRules{});
+  EXPECT_EQ(config.routes[0].rules, messages::MessageRules{});
   EXPECT_EQ(config.routes[0].tp, TpSettings{});
   EXPECT_EQ(config.routes[0].qos, QosSettings{});
   EXPECT_EQ(config.routes[0].major, 1);
@@ -289,7 +291,7 @@ routes:
 TEST(LoadConfig, WarnsOfWhatTheTypeCheckWarnsOf) {
   const auto loaded =
       parse_config(good_config, "/etc/bridge.yaml",
-                   [](const TypeUse& use, const MessageRules&, const std::vector<std::string>&) {
+                   [](const TypeUse& use, const messages::MessageRules&, const std::vector<std::string>&) {
                      return TypeVerdict{.fault = "", .warning = use.type + " is odd"};
                    });
   ASSERT_TRUE(loaded);
@@ -300,12 +302,12 @@ TEST(LoadConfig, WarnsOfWhatTheTypeCheckWarnsOf) {
 
 TEST(LoadConfig, AsksTheTypeCheckWithRulesAndPaths) {
   std::vector<std::string> asked;
-  load_good(
-      good_config, [&](const TypeUse& use, const MessageRules& rules, const std::vector<std::string>& paths) {
-        asked.push_back(use.type + (rules.payload.byte_order == std::endian::little ? " little " : " big ") +
-                        paths.at(0));
-        return TypeVerdict{};
-      });
+  load_good(good_config, [&](const TypeUse& use, const messages::MessageRules& rules,
+                             const std::vector<std::string>& paths) {
+    asked.push_back(use.type + (rules.payload.byte_order == std::endian::little ? " little " : " big ") +
+                    paths.at(0));
+    return TypeVerdict{};
+  });
   EXPECT_THAT(asked,
               ElementsAre("sensor_msgs/msg/PointCloud2 little /usr", "geometry_msgs/msg/Point big /usr"));
 }

@@ -14,8 +14,8 @@ namespace trestle::test::lock_file_test {
 namespace {
 
 namespace fs = std::filesystem;
-using bridge::LockedTopic;
-using bridge::LockFile;
+using carry::LockedTopic;
+using carry::LockFile;
 using someip::ServiceId;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -96,7 +96,7 @@ TEST_F(LockFiles, ComeBackAsTheyWere) {
     EXPECT_TRUE(one.has(ServiceId{0x6fff}));
     EXPECT_FALSE(one.has(ServiceId{0x6000}));
   }
-  EXPECT_EQ(read().find("/sensing/imu")->mark, (bridge::Mark{7, 5}));
+  EXPECT_EQ(read().find("/sensing/imu")->mark, (documents::Mark{7, 5}));
 }
 
 TEST_F(LockFiles, MayBeWrittenByHand) {
@@ -198,7 +198,7 @@ TEST_F(LockFiles, SayWhereTheyCannotBeWritten) {
   const auto in_the_way = lock.add({imu});
   ASSERT_FALSE(in_the_way.has_value());
   EXPECT_EQ(in_the_way.error(), file() + " cannot be written: " + file() + ".new: Is a directory");
-  EXPECT_EQ(bridge::replace_file("/proc/trestle.lock", "x").error().substr(0, 37),
+  EXPECT_EQ(carry::replace_file("/proc/trestle.lock", "x").error().substr(0, 37),
             "/proc/trestle.lock cannot be written:");
   EXPECT_TRUE(lock.topics().empty());
 }

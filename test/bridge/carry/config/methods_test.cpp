@@ -8,7 +8,7 @@
 namespace trestle::test::methods_test {
 namespace {
 
-using namespace bridge;
+using namespace carry;
 using namespace std::chrono_literals;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -67,7 +67,7 @@ TEST(LoadMethods, ReadsEveryKey) {
   EXPECT_EQ(method.form, ServiceForm::cyclonedds);
   EXPECT_EQ(method.rules.payload.string_length, someip::FieldWidth::bits16);
   EXPECT_TRUE(method.rules.types.contains("std_srvs/srv/SetBool_Request"));
-  EXPECT_EQ(method.mark, (Mark{3, 5}));
+  EXPECT_EQ(method.mark, (documents::Mark{3, 5}));
 }
 
 TEST(LoadMethods, HasDefaults) {
@@ -82,7 +82,7 @@ TEST(LoadMethods, HasDefaults) {
   EXPECT_EQ(method.max_calls, 256U);
   EXPECT_EQ(method.tp, TpSettings{});
   EXPECT_EQ(method.form, ServiceForm::automatic);
-  EXPECT_EQ(method.rules, MessageRules{});
+  EXPECT_EQ(method.rules, messages::MessageRules{});
 }
 
 TEST(LoadMethods, NamesThePlaceOfWhatIsWrong) {
@@ -172,7 +172,8 @@ TEST(LoadMethods, AreNotNeededBesideRoutesButOneOfBothIs) {
 
 TEST(LoadMethods, AsksAboutTheirTypes) {
   std::vector<std::string> asked;
-  const TypeCheck check = [&](const TypeUse& use, const MessageRules&, const std::vector<std::string>&) {
+  const TypeCheck check = [&](const TypeUse& use, const messages::MessageRules&,
+                              const std::vector<std::string>&) {
     asked.push_back(use.type);
     return TypeVerdict{"there is none"};
   };

@@ -6,7 +6,7 @@
 namespace trestle::test::mistakes_test {
 namespace {
 
-using namespace bridge;
+using namespace carry;
 using testing::ElementsAre;
 using testing::ElementsAreArray;
 using testing::StartsWith;

@@ -7,7 +7,7 @@
 namespace trestle::test::parts_test {
 namespace {
 
-using namespace bridge;
+using namespace carry;
 namespace e2e = someip::e2e;
 using someip::MethodId;
 using testing::ElementsAre;

@@ -13,9 +13,9 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
-using bridge::BridgeConfig;
-using bridge::Direction;
-using bridge::TopicPattern;
+using carry::BridgeConfig;
+using carry::Direction;
+using carry::TopicPattern;
 using someip::ServiceId;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -36,7 +36,7 @@ TEST(PatternKeys, HaveDefaults) {
   const TopicPattern& pattern = config.patterns[0];
   EXPECT_EQ(pattern.topics, "/s/**");
   EXPECT_THAT(pattern.exclude, testing::IsEmpty());
-  EXPECT_EQ(pattern.services, (bridge::ServiceRange{ServiceId{0x6000}, ServiceId{0x6fff}}));
+  EXPECT_EQ(pattern.services, (carry::ServiceRange{ServiceId{0x6000}, ServiceId{0x6fff}}));
   EXPECT_EQ(pattern.max_routes, 200U);
   EXPECT_TRUE(pattern.follow_reliability);
   EXPECT_TRUE(pattern.follow_durability);
@@ -64,7 +64,7 @@ TEST(PatternKeys, AllArrive) {
   const TopicPattern& pattern = config.patterns[0];
   EXPECT_EQ(pattern.topics, "/s/*/x*");
   EXPECT_THAT(pattern.exclude, ElementsAre("/s/a/**", "/s/b/x"));
-  EXPECT_EQ(pattern.services, (bridge::ServiceRange{ServiceId{0x6000}, ServiceId{0x6001}}));
+  EXPECT_EQ(pattern.services, (carry::ServiceRange{ServiceId{0x6000}, ServiceId{0x6001}}));
   EXPECT_EQ(pattern.max_routes, 7U);
   EXPECT_EQ(pattern.route.instance, someip::InstanceId{2});
   EXPECT_EQ(pattern.route.eventgroup, someip::EventgroupId{3});
@@ -77,11 +77,11 @@ TEST(PatternKeys, AllArrive) {
   EXPECT_EQ(pattern.route.tp.max_message, std::size_t{1} << 20U);
   EXPECT_EQ(pattern.route.qos.depth, 3U);
   EXPECT_TRUE(pattern.follow_reliability);
-  EXPECT_EQ(config.patterns[1].route.presence, (bridge::Presence{.subscribe_while_read = true}));
+  EXPECT_EQ(config.patterns[1].route.presence, (carry::Presence{.subscribe_while_read = true}));
   EXPECT_EQ(config.patterns[1].route.port, 40006);
-  EXPECT_EQ(config.patterns[1].route.minor, bridge::any_minor);
+  EXPECT_EQ(config.patterns[1].route.minor, carry::any_minor);
   EXPECT_EQ(config_of(with("direction: someip_to_dds")).patterns[0].route.presence,
-            (bridge::Presence{.write_while_offered = true}));
+            (carry::Presence{.write_while_offered = true}));
 }
 
 TEST(PatternKeys, FollowThePublishersInWhatIsNotGiven) {
@@ -151,9 +151,9 @@ class LockedPatterns : public testing::Test {
   LockedPatterns() { fs::create_directories(folder_); }
   ~LockedPatterns() override { fs::remove_all(folder_); }
 
-  auto load(const std::string& config, const std::string& topics, const bridge::TypeCheck& check = {}) const {
+  auto load(const std::string& config, const std::string& topics, const carry::TypeCheck& check = {}) const {
     std::ofstream{folder_ + "none.lock"} << "version: 1\ntopics:\n" << topics;
-    return bridge::parse_config(config, folder_ + "b.yaml", check);
+    return carry::parse_config(config, folder_ + "b.yaml", check);
   }
   std::vector<std::string> problems(const std::string& config, const std::string& topics) const {
     const auto loaded = load(config, topics);
@@ -183,7 +183,7 @@ TEST_F(LockedPatterns, MakeRoutesFromSomeipOfWhatIsLocked) {
                "  - {service: 0x6003, topic: /s/c, type: a_msgs/msg/B}\n"
                "  - {service: 0x6004, topic: /s/x, type: a_msgs/msg/B}\n");
   ASSERT_TRUE(loaded.has_value()) << to_string(loaded.error().front());
-  const std::vector<bridge::Route>& routes = loaded->config.routes;
+  const std::vector<carry::Route>& routes = loaded->config.routes;
   ASSERT_EQ(routes.size(), 3U);
   EXPECT_EQ(routes[0].topic, "/s/b") << "which has a route of its own";
   EXPECT_EQ(routes[0].service, ServiceId{1});
@@ -203,7 +203,7 @@ TEST_F(LockedPatterns, MakeLatchedTopicsLatchedAgain) {
   const auto of = [&](const std::string& qos) {
     const auto loaded = load(with("direction: someip_to_dds\n    qos: {" + qos + "}"), latched);
     std::vector<bool> result;
-    for (const bridge::Route& route : loaded->config.routes) {
+    for (const carry::Route& route : loaded->config.routes) {
       result.push_back(route.qos.transient_local);
     }
     return result;
@@ -213,16 +213,16 @@ TEST_F(LockedPatterns, MakeLatchedTopicsLatchedAgain) {
   EXPECT_THAT(of("durability: transient_local"), ElementsAre(true, true));
   EXPECT_THAT(of("reliability: best_effort"), ElementsAre(false, false)) << "the two do not go together";
   const auto loaded = load(with("direction: someip_to_dds"), latched);
-  EXPECT_THAT(bridge::summary(loaded->config, {}), HasSubstr("reliable, durability as locked, keep last 10"));
-  EXPECT_THAT(bridge::summary(loaded->config, {}), HasSubstr("reliable, transient local, keep last 10"));
+  EXPECT_THAT(carry::summary(loaded->config, {}), HasSubstr("reliable, durability as locked, keep last 10"));
+  EXPECT_THAT(carry::summary(loaded->config, {}), HasSubstr("reliable, transient local, keep last 10"));
 }
 
 TEST_F(LockedPatterns, LeaveOutTypesThatAreNotKnownHere) {
-  const auto loaded = load(
-      with("direction: someip_to_dds"), locked_a + locked_b,
-      [](const bridge::TypeUse& use, const bridge::MessageRules&, const std::vector<std::string>&) {
-        return bridge::TypeVerdict{.fault = use.type == "a_msgs/msg/B" ? "there is no a_msgs/msg/B" : ""};
-      });
+  const auto loaded =
+      load(with("direction: someip_to_dds"), locked_a + locked_b,
+           [](const carry::TypeUse& use, const messages::MessageRules&, const std::vector<std::string>&) {
+             return carry::TypeVerdict{.fault = use.type == "a_msgs/msg/B" ? "there is no a_msgs/msg/B" : ""};
+           });
   ASSERT_TRUE(loaded.has_value());
   EXPECT_EQ(loaded->config.routes.size(), 1U);
   EXPECT_THAT(lines(loaded->warnings),
@@ -271,7 +271,7 @@ TEST_F(LockedPatterns, AreShownByCheck) {
       load(outbound_with("exclude: [/s/x/**]", "  - {topics: /t/*, direction: someip_to_dds}\n"),
            locked_a + locked_other + "  - {service: 0x1234, topic: /t/q, type: a_msgs/msg/B}\n");
   ASSERT_TRUE(loaded.has_value()) << to_string(loaded.error().front());
-  const std::string summary = bridge::summary(loaded->config, {});
+  const std::string summary = carry::summary(loaded->config, {});
   EXPECT_THAT(summary, HasSubstr("b.yaml: good, 1 route, 2 patterns\n"));
   EXPECT_THAT(summary,
               HasSubstr("  /t/q   <-  0x1234.0x0001     0x8001  0x0001  1.any    udp any  a_msgs/msg/B\n"));
@@ -293,7 +293,7 @@ TEST_F(LockedPatterns, AreShownByCheck) {
   EXPECT_THAT(summary, HasSubstr("  QoS   reliability as published, durability as published, keep last 10\n"
                                  "          for /s/**\n"));
   EXPECT_THAT(summary, HasSubstr("  there offered while published\n          for /s/**\n"));
-  EXPECT_THAT(bridge::summary(config_of(with("direction: someip_to_dds")), {}),
+  EXPECT_THAT(carry::summary(config_of(with("direction: someip_to_dds")), {}),
               Not(HasSubstr("LOCKED  SERVICE")));
 }
 

@@ -20,8 +20,8 @@ std::string with(const std::string& direction, const std::string& keys) {
          direction + ", " + keys + "}\n";
 }
 
-bridge::Presence presence_of(const std::string& text) {
-  const auto loaded = bridge::parse_config(text, "b.yaml");
+carry::Presence presence_of(const std::string& text) {
+  const auto loaded = carry::parse_config(text, "b.yaml");
   if (!loaded) {
     ADD_FAILURE() << to_string(loaded.error().front());
     return {};
@@ -30,21 +30,21 @@ bridge::Presence presence_of(const std::string& text) {
 }
 
 TEST(PresenceKeys, AreAllAlwaysByDefault) {
-  EXPECT_EQ(presence_of(with("dds_to_someip", "port: 40001")), bridge::Presence{});
-  EXPECT_EQ(presence_of(with("someip_to_dds", "major: 1")), bridge::Presence{});
-  EXPECT_EQ(presence_of(with("dds_to_someip", "port: 40001, offer: always")), bridge::Presence{});
-  EXPECT_EQ(presence_of(with("someip_to_dds", "write: always, subscribe: always")), bridge::Presence{});
+  EXPECT_EQ(presence_of(with("dds_to_someip", "port: 40001")), carry::Presence{});
+  EXPECT_EQ(presence_of(with("someip_to_dds", "major: 1")), carry::Presence{});
+  EXPECT_EQ(presence_of(with("dds_to_someip", "port: 40001, offer: always")), carry::Presence{});
+  EXPECT_EQ(presence_of(with("someip_to_dds", "write: always, subscribe: always")), carry::Presence{});
 }
 
 TEST(PresenceKeys, AreReadOneByOne) {
   EXPECT_EQ(presence_of(with("dds_to_someip", "port: 40001, offer: while_published")),
-            (bridge::Presence{
+            (carry::Presence{
                 .offer_while_published = true, .write_while_offered = false, .subscribe_while_read = false}));
   EXPECT_EQ(presence_of(with("someip_to_dds", "write: while_offered")),
-            (bridge::Presence{
+            (carry::Presence{
                 .offer_while_published = false, .write_while_offered = true, .subscribe_while_read = false}));
   EXPECT_EQ(presence_of(with("someip_to_dds", "subscribe: while_read")),
-            (bridge::Presence{
+            (carry::Presence{
                 .offer_while_published = false, .write_while_offered = false, .subscribe_while_read = true}));
 }
 
@@ -65,8 +65,8 @@ TEST(PresenceKeys, KnowTheirWordsOnly) {
 
 TEST(PresenceKeys, AreShownByCheck) {
   const auto summary = [](const std::string& text) {
-    const auto loaded = bridge::parse_config(text, "b.yaml");
-    return loaded ? bridge::summary(loaded->config, {}) : to_string(loaded.error().front());
+    const auto loaded = carry::parse_config(text, "b.yaml");
+    return loaded ? carry::summary(loaded->config, {}) : to_string(loaded.error().front());
   };
   EXPECT_THAT(summary(with("dds_to_someip", "port: 40001, offer: while_published")),
               HasSubstr("\n  there offered while published\n"));
@@ -81,14 +81,14 @@ TEST(DdsLease, IsReadCheckedAndShown) {
   const auto with_lease = [](const std::string& lease) {
     return with("someip_to_dds", "major: 1") + "dds: {lease: " + lease + "}\n";
   };
-  const auto loaded = bridge::parse_config(with_lease("2.5 s"), "b.yaml");
+  const auto loaded = carry::parse_config(with_lease("2.5 s"), "b.yaml");
   ASSERT_TRUE(loaded.has_value());
   EXPECT_EQ(loaded->config.dds.lease, 2500ms);
-  EXPECT_THAT(bridge::summary(loaded->config, {}), HasSubstr("domain 0, all interfaces, lease 2.5 s\n"));
-  const auto usual = bridge::parse_config(with("someip_to_dds", "major: 1"), "b.yaml");
+  EXPECT_THAT(carry::summary(loaded->config, {}), HasSubstr("domain 0, all interfaces, lease 2.5 s\n"));
+  const auto usual = carry::parse_config(with("someip_to_dds", "major: 1"), "b.yaml");
   ASSERT_TRUE(usual.has_value());
   EXPECT_EQ(usual->config.dds.lease, 20s);
-  EXPECT_THAT(bridge::summary(usual->config, {}), HasSubstr("domain 0, all interfaces\n"));
+  EXPECT_THAT(carry::summary(usual->config, {}), HasSubstr("domain 0, all interfaces\n"));
   EXPECT_THAT(problems_of(with_lease("0.5 s")),
               ElementsAre(HasSubstr("b.yaml:5:14: error: lease: expected ")));
 }

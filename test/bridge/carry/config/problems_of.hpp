@@ -10,16 +10,16 @@
 
 namespace trestle::test {
 
-inline std::vector<std::string> lines(const std::vector<bridge::Problem>& problems) {
+inline std::vector<std::string> lines(const std::vector<documents::Problem>& problems) {
   std::vector<std::string> result(problems.size());
   std::ranges::transform(problems, result.begin(),
-                         [](const bridge::Problem& problem) { return to_string(problem); });
+                         [](const documents::Problem& problem) { return to_string(problem); });
   return result;
 }
 
 /// What a text says that is a good configuration, of which nothing is warned.
-inline bridge::BridgeConfig config_of(const std::string& text) {
-  const auto loaded = bridge::parse_config(text, "b.yaml");
+inline carry::BridgeConfig config_of(const std::string& text) {
+  const auto loaded = carry::parse_config(text, "b.yaml");
   if (!loaded) {
     ADD_FAILURE() << to_string(loaded.error().front());
     return {};
@@ -29,8 +29,8 @@ inline bridge::BridgeConfig config_of(const std::string& text) {
 }
 
 /// What is said about a text that is not a good configuration.
-inline std::vector<std::string> problems_of(const std::string& text, const bridge::TypeCheck& check = {}) {
-  const auto loaded = bridge::parse_config(text, "b.yaml", check);
+inline std::vector<std::string> problems_of(const std::string& text, const carry::TypeCheck& check = {}) {
+  const auto loaded = carry::parse_config(text, "b.yaml", check);
   return loaded ? std::vector<std::string>{"no errors"} : lines(loaded.error());
 }
 

@@ -17,12 +17,12 @@ std::string with(const std::string& keys) {
          "     " +
          keys + "}\n";
 }
-bridge::QosSettings qos_of(const std::string& keys) {
+carry::QosSettings qos_of(const std::string& keys) {
   return config_of(with(keys)).routes.at(0).qos;
 }
 /// Of a route to SOME/IP: whether reliability and durability are as published.
 std::pair<bool, bool> follows(const std::string& keys) {
-  const bridge::QosSettings qos = qos_of("direction: dds_to_someip, port: 40001" + keys);
+  const carry::QosSettings qos = qos_of("direction: dds_to_someip, port: 40001" + keys);
   return {qos.reliability_as_published, qos.durability_as_published};
 }
 
@@ -36,7 +36,7 @@ TEST(QosKeys, AreAsPublishedByDefault) {
   EXPECT_EQ(follows(", qos: {reliability: best_effort}"), (std::pair{false, false})) << "is volatile";
   EXPECT_EQ(follows(", multicast: {address: 239.0.0.1, port: 40002, threshold: 1}"),
             (std::pair{true, false}));
-  EXPECT_EQ(qos_of("direction: someip_to_dds"), bridge::QosSettings{});
+  EXPECT_EQ(qos_of("direction: someip_to_dds"), carry::QosSettings{});
 }
 
 TEST(QosKeys, FollowNobodyWhereTheBridgePublishes) {

@@ -7,7 +7,7 @@
 namespace trestle::test::ros_environment_test {
 namespace {
 
-using namespace bridge;
+using namespace carry;
 
 Environment environment(std::map<std::string, std::string> values) {
   return [values = std::move(values)](const char* name) {

@@ -9,9 +9,9 @@ namespace trestle::test::summary_test {
 namespace {
 
 TEST(ConfigSummary, ShowsWhatGoesWhere) {
-  const auto loaded = bridge::parse_config(good_config, "bridge.yaml");
+  const auto loaded = carry::parse_config(good_config, "bridge.yaml");
   ASSERT_TRUE(loaded.has_value());
-  EXPECT_EQ(bridge::summary(loaded->config, {}),
+  EXPECT_EQ(carry::summary(loaded->config, {}),
             R"(bridge.yaml: good, 2 routes
   DDS     domain 7, on 127.0.0.1 192.0.2.7, shared memory
   ROS 2   node /front/trestle, among those of humble
@@ -39,8 +39,8 @@ TEST(ConfigSummary, ShowsWhatGoesWhere) {
 TEST(ConfigSummary, TellsWhichByteOrderLengthFieldsHave) {
   const auto wire = [](const std::string& length_order) {
     const auto loaded =
-        bridge::parse_config(replaced(good_config, "length_order: big", length_order), "b.yaml");
-    return loaded ? bridge::summary(loaded->config, {}) : to_string(loaded.error().front());
+        carry::parse_config(replaced(good_config, "length_order: big", length_order), "b.yaml");
+    return loaded ? carry::summary(loaded->config, {}) : to_string(loaded.error().front());
   };
   EXPECT_THAT(wire("length_order: big"), testing::HasSubstr("little endian (lengths big); bits"));
   EXPECT_THAT(wire("length_order: as_payload"), testing::HasSubstr("little endian (lengths too); bits"));

@@ -7,8 +7,8 @@
 namespace trestle::test::topic_pattern_test {
 namespace {
 
-using bridge::is_topic_pattern;
-using bridge::matches;
+using carry::is_topic_pattern;
+using carry::matches;
 
 struct Case {
   const char* pattern;

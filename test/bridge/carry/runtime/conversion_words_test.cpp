@@ -9,22 +9,22 @@
 namespace trestle::test::conversion_words_test {
 namespace {
 
-using bridge::ConversionError;
-using bridge::ConversionFault;
+using messages::ConversionError;
+using messages::ConversionFault;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
 std::string said(ConversionFault fault, const std::vector<std::byte>& payload,
                  const someip::PayloadRules& rules = {}) {
-  return bridge::in_words(ConversionError{fault, 0, "name", {}}, payload, rules);
+  return carry::in_words(ConversionError{fault, 0, "name", {}}, payload, rules);
 }
 
 TEST(ConversionWords, ShowTheBytes) {
-  EXPECT_EQ(bridge::in_words(ConversionError{ConversionFault::truncated, 2, "a", "4 bytes wanted, 3 left"},
-                             hex("0001 00000009")),
+  EXPECT_EQ(carry::in_words(ConversionError{ConversionFault::truncated, 2, "a", "4 bytes wanted, 3 left"},
+                            hex("0001 00000009")),
             "truncated at byte 2 in a: 4 bytes wanted, 3 left (of 6 bytes; there stands 00 00 00 09)");
-  EXPECT_EQ(bridge::in_words(ConversionError{ConversionFault::truncated, 6, "a", {}}, hex("0001 00000009")),
+  EXPECT_EQ(carry::in_words(ConversionError{ConversionFault::truncated, 6, "a", {}}, hex("0001 00000009")),
             "truncated at byte 6 in a (of 6 bytes)");
 }
 
@@ -52,9 +52,9 @@ TEST(ConversionWords, GuessTheEncodingOfAText) {
 // From real fields, so that the guess goes by the error that they give.
 std::string said_of(std::string_view msg, const std::vector<std::byte>& payload,
                     const someip::PayloadRules& rules = {}) {
-  bridge::ConversionScratch scratch;
+  messages::ConversionScratch scratch;
   const auto converted = plan_of(tree_of(msg), rules).someip_to_cdr(payload, scratch);
-  return converted ? "good" : bridge::in_words(converted.error(), payload, rules);
+  return converted ? "good" : carry::in_words(converted.error(), payload, rules);
 }
 
 TEST(ConversionWords, SayThatAWstringIsUtf16WhereUtf8Comes) {

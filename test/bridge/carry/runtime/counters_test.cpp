@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace trestle::bridge::counters_test {
+namespace trestle::carry::counters_test {
 namespace {
 
 using enum Counter::Kind;
@@ -23,4 +23,4 @@ TEST(Counters, ComeAllInJson) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::counters_test
+}  // namespace trestle::carry::counters_test

@@ -5,7 +5,7 @@
 namespace trestle::test::log_budget_test {
 namespace {
 
-using bridge::LogBudget;
+using carry::LogBudget;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;

@@ -8,7 +8,7 @@
 #include "bridge/carry/runtime/bridge_mark.hpp"
 #include "test/bytes.hpp"
 
-namespace trestle::bridge::loop_check_test {
+namespace trestle::carry::loop_check_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -220,4 +220,4 @@ TEST(BridgeMark, IsNothingElse) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::loop_check_test
+}  // namespace trestle::carry::loop_check_test

@@ -9,7 +9,7 @@
 namespace trestle::test::node_config_test {
 namespace {
 
-using namespace bridge;
+using namespace carry;
 using namespace std::chrono_literals;
 
 BridgeConfig load(const std::string& text) {

@@ -14,8 +14,8 @@ namespace trestle::test::published_qos_test {
 namespace {
 
 using namespace std::chrono_literals;
-using bridge::PublishedQos;
-using bridge::QosSettings;
+using carry::PublishedQos;
+using carry::QosSettings;
 using testing::HasSubstr;
 
 constexpr QosSettings as_published{.reliability_as_published = true, .durability_as_published = true};
@@ -57,7 +57,7 @@ std::string said_of(bool ours_reads, const std::string& policies, const dds::Qos
   event.ours_reads = ours_reads;
   event.theirs = theirs;
   event.ours = dds::Qos{};
-  return bridge::in_words(event);
+  return carry::in_words(event);
 }
 
 TEST(DdsWords, NameWhatToWrite) {
@@ -97,7 +97,7 @@ TEST(DdsWords, NameWhatTheConfigurationTakes) {
                                 .transient_local = std::string_view{durability} == "transient_local"};
           event.theirs =
               dds::Qos{.deadline = time, .manual_liveliness = time == 10ns, .liveliness_lease = time};
-          const std::string said = bridge::in_words(event);
+          const std::string said = carry::in_words(event);
           std::smatch found;
           ASSERT_TRUE(std::regex_search(said, found, suggestion)) << said;
           std::string qos = found[1];
@@ -105,7 +105,7 @@ TEST(DdsWords, NameWhatTheConfigurationTakes) {
                {std::pair{"reliability", reliability}, {"durability", durability}}) {
             qos += qos.find(key) == std::string::npos ? fmt::format(", {}: {}", key, value) : "";
           }
-          const auto loaded = bridge::parse_config(
+          const auto loaded = carry::parse_config(
               fmt::format(
                   "someip: {{address: 127.0.0.1}}\nroutes:\n  - {{topic: /a, type: std_msgs/msg/String, "
                   "direction: {}, service: 1, instance: 1, eventgroup: 1, event: 0x8001{}, qos: {{{}}}}}\n",

@@ -8,10 +8,10 @@
 namespace trestle::test::silence_test {
 namespace {
 
-using bridge::Route;
-using bridge::SilenceReason;
-using bridge::SilenceWatch;
-using Kind = bridge::SilenceReason::Kind;
+using carry::Route;
+using carry::SilenceReason;
+using carry::SilenceWatch;
+using Kind = carry::SilenceReason::Kind;
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -26,7 +26,7 @@ Route route() {
   result.instance = someip::InstanceId{1};
   result.eventgroup = someip::EventgroupId{7};
   result.event = someip::MethodId{0x8001};
-  result.minor = bridge::any_minor;
+  result.minor = carry::any_minor;
   return result;
 }
 sd::SeenOffer offer(std::uint16_t instance, std::uint8_t major) {
@@ -35,10 +35,10 @@ sd::SeenOffer offer(std::uint16_t instance, std::uint8_t major) {
 std::string said(const SilenceReason& reason, std::size_t heard = 2) {
   return in_words(reason, 1, heard);
 }
-std::string of_someip(const bridge::SomeipSilence& known, std::size_t heard = 2) {
+std::string of_someip(const carry::SomeipSilence& known, std::size_t heard = 2) {
   return said(why_silent(route(), known), heard);
 }
-std::string of_dds(const bridge::DdsSilence& known, std::size_t heard = 2) {
+std::string of_dds(const carry::DdsSilence& known, std::size_t heard = 2) {
   return said(why_silent(route(), known), heard);
 }
 
@@ -72,13 +72,13 @@ TEST(Silence, OfASubscriptionThatIsNone) {
             "0x1111.0x0001 is offered, but the server refuses eventgroup 0x0007");
   EXPECT_EQ(of_someip({.offers = offers, .subscription = true, .over_tcp_only = true}),
             "0x1111.0x0001 is offered, but not over TCP; `transport: tcp` is wanted for eventgroup 0x0007");
-  EXPECT_EQ(why_silent(route(), bridge::SomeipSilence{.offers = offers}).kind, Kind::none)
+  EXPECT_EQ(why_silent(route(), carry::SomeipSilence{.offers = offers}).kind, Kind::none)
       << "waits for a reader";
 }
 
 TEST(Silence, OfEventsWithOtherIds) {
   const std::vector offers{offer(1, 1)};
-  const bridge::SomeipSilence known{
+  const carry::SomeipSilence known{
       .offers = offers,
       .subscription = true,
       .subscribed = true,
@@ -108,7 +108,7 @@ TEST(Silence, OfATopic) {
 }
 
 TEST(Silence, OfAPattern) {
-  const auto of = [](const bridge::PatternSilence& known, std::size_t heard) {
+  const auto of = [](const carry::PatternSilence& known, std::size_t heard) {
     return said(why_silent(known), heard);
   };
   EXPECT_THAT(of({}, 0), HasSubstr("nobody else is in the DDS domain"));

@@ -5,7 +5,7 @@
 namespace trestle::test::spare_memory_test {
 namespace {
 
-using bridge::SpareMemoryRule;
+using carry::SpareMemoryRule;
 
 constexpr std::size_t little = SpareMemoryRule::worth_it / 2;
 constexpr std::size_t much = 3 * SpareMemoryRule::worth_it;

@@ -6,7 +6,7 @@
 #include "test/covers.hpp"
 #include "test/pcaps/frames.hpp"
 
-namespace trestle::bridge::capture_decoder_test {
+namespace trestle::inspect::capture_decoder_test {
 namespace {
 using test::covers;
 using test::ethernet_frame;
@@ -240,4 +240,4 @@ TEST(CaptureDecoder, PutsIpFragmentsTogether) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::capture_decoder_test
+}  // namespace trestle::inspect::capture_decoder_test

@@ -6,7 +6,7 @@
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::bridge::message_decoder_test {
+namespace trestle::inspect::message_decoder_test {
 namespace {
 using test::covers;
 using test::hex;
@@ -224,4 +224,4 @@ TEST(MessageDecoder, TellsItsCallerWhatSdAnnounces) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::message_decoder_test
+}  // namespace trestle::inspect::message_decoder_test

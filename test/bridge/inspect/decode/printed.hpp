@@ -8,15 +8,15 @@ namespace trestle::test {
 
 /// Collects what a decoder prints.
 struct Printed {
-  std::vector<bridge::Json> objects;
+  std::vector<inspect::Json> objects;
 
-  [[nodiscard]] bridge::MessageDecoder::Hooks hooks() {
-    return {[this](const bridge::Json& object) { objects.push_back(object); }, {}};
+  [[nodiscard]] inspect::MessageDecoder::Hooks hooks() {
+    return {[this](const inspect::Json& object) { objects.push_back(object); }, {}};
   }
   /// One line for each object: "SERVICE.METHOD@OFFSET" of a message, with "!NAME@OFFSET" for its error.
   [[nodiscard]] std::vector<std::string> summary() const {
     std::vector<std::string> lines;
-    for (const bridge::Json& object : objects) {
+    for (const inspect::Json& object : objects) {
       std::string line;
       if (object.contains("payload")) {
         line += object["service"].get<std::string>().substr(2);

@@ -8,7 +8,7 @@
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::bridge::network_view_test {
+namespace trestle::inspect::network_view_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -280,4 +280,4 @@ TEST_F(Watching, CountsWhatIsMalformed) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::network_view_test
+}  // namespace trestle::inspect::network_view_test

@@ -5,7 +5,7 @@
 
 #include "test/bytes.hpp"
 
-namespace trestle::bridge::picture_test {
+namespace trestle::inspect::picture_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -127,4 +127,4 @@ TEST_F(PictureTest, IsOneObjectInJson) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::picture_test
+}  // namespace trestle::inspect::picture_test

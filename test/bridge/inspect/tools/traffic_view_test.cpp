@@ -5,7 +5,7 @@
 
 #include "test/bytes.hpp"
 
-namespace trestle::bridge::traffic_view_test {
+namespace trestle::inspect::traffic_view_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -179,4 +179,4 @@ TEST_F(TrafficViewTest, IsNotFilledUp) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::traffic_view_test
+}  // namespace trestle::inspect::traffic_view_test

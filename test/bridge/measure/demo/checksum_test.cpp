@@ -6,7 +6,7 @@
 
 #include "test/bytes.hpp"
 
-namespace trestle::bridge::demo::checksum_test {
+namespace trestle::measure::demo::checksum_test {
 namespace {
 
 using test::hex;
@@ -146,4 +146,4 @@ TEST(Checksum, IsAnotherOneForEachFlippedBit) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::demo::checksum_test
+}  // namespace trestle::measure::demo::checksum_test

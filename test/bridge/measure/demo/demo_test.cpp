@@ -18,7 +18,7 @@
 namespace trestle::test::demo_test {
 namespace {
 
-using namespace bridge::demo;
+using namespace measure::demo;
 using namespace std::chrono_literals;
 using testing::HasSubstr;
 
@@ -268,7 +268,7 @@ TEST(DemoChild, SaysWhenItsProgramIsNotThere) {
 TEST(DemoConfigurations, AreGood) {
   const DemoNetwork network{.domain_a = 41, .domain_b = 42, .port = 40001};
   for (const std::string& text : {bridge_a_yaml(network), bridge_b_yaml(network)}) {
-    const auto loaded = bridge::parse_config(text, "demo.yaml");
+    const auto loaded = carry::parse_config(text, "demo.yaml");
     ASSERT_TRUE(loaded.has_value()) << to_string(loaded.error().front());
     EXPECT_TRUE(loaded->warnings.empty());
   }

@@ -16,7 +16,7 @@
 #include "bridge/measure/report.hpp"
 #include "test/dds_adapter/dds_test.hpp"
 
-namespace trestle::bridge::demo::endpoints_test {
+namespace trestle::measure::demo::endpoints_test {
 namespace {
 
 using nlohmann::json;
@@ -209,4 +209,4 @@ TEST(DemoEndpoints, RefuseAnInputThatIsNone) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::demo::endpoints_test
+}  // namespace trestle::measure::demo::endpoints_test

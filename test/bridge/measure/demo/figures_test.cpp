@@ -13,8 +13,8 @@
 namespace trestle::test::figures_test {
 namespace {
 
-using namespace bridge::demo;
-using bridge::duration_text;
+using namespace measure::demo;
+using cli::duration_text;
 using testing::ElementsAre;
 using testing::IsEmpty;
 

@@ -8,7 +8,7 @@
 
 #include "someip/wire/bytes.hpp"
 
-namespace trestle::bridge::demo::lidar_scene_test {
+namespace trestle::measure::demo::lidar_scene_test {
 namespace {
 
 Cloud rendered(std::uint64_t seed, std::uint64_t frame) {
@@ -129,4 +129,4 @@ TEST(LidarScene, ReusesTheMemoryOfItsCloud) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::demo::lidar_scene_test
+}  // namespace trestle::measure::demo::lidar_scene_test

@@ -7,7 +7,7 @@
 #include "bridge/measure/demo/lzf.hpp"
 #include "test/bytes.hpp"
 
-namespace trestle::bridge::demo::pcd_test {
+namespace trestle::measure::demo::pcd_test {
 namespace {
 
 using test::hex;
@@ -171,4 +171,4 @@ TEST(Lzf, RefusesWhatReachesOutside) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::demo::pcd_test
+}  // namespace trestle::measure::demo::pcd_test

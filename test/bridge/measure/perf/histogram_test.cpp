@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-namespace trestle::bridge::perf {
+namespace trestle::measure::perf {
 namespace {
 
 using testing::ElementsAre;
@@ -76,4 +76,4 @@ TEST(Histogram, TakesWhatIsOutOfRangeForTheNearestValueInIt) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::perf
+}  // namespace trestle::measure::perf

@@ -4,7 +4,7 @@
 #include "test/bridge/messages/convert/type_rules.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::bridge::byte_orders_test {
+namespace trestle::messages::byte_orders_test {
 namespace {
 
 using namespace trestle::test;
@@ -163,4 +163,4 @@ TEST(ByteOrders, AreForNumbersThatAreThere) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::byte_orders_test
+}  // namespace trestle::messages::byte_orders_test

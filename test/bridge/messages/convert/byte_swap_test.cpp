@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <vector>
 
-namespace trestle::bridge::byte_swap_test {
+namespace trestle::messages::byte_swap_test {
 namespace {
 
 std::vector<Shuffle> all_shuffles() {
@@ -63,4 +63,4 @@ TEST_P(ByteSwap, ReversesEachNumberOfLargeArrays) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::byte_swap_test
+}  // namespace trestle::messages::byte_swap_test

@@ -11,11 +11,11 @@
 namespace trestle::test {
 namespace {
 
-using bridge::ArrayKind;
-using bridge::FieldType;
-using bridge::MessageDefinition;
-using bridge::Primitive;
 using eprosima::fastcdr::Cdr;
+using messages::ArrayKind;
+using messages::FieldType;
+using messages::MessageDefinition;
+using messages::Primitive;
 
 /// Writes what Walk reads with fastcdr.
 class CdrOut {
@@ -79,7 +79,7 @@ class PayloadOut {
 template <typename Out>
 class Walk {
  public:
-  Walk(const bridge::TypeTree& tree, Cdr& in, Out out) : tree_{tree}, in_{in}, out_{out} {}
+  Walk(const messages::TypeTree& tree, Cdr& in, Out out) : tree_{tree}, in_{in}, out_{out} {}
 
   void message(const MessageDefinition& definition) {
     const auto open = out_.begin_struct();
@@ -159,14 +159,14 @@ class Walk {
     out_.put(value);
   }
 
-  const bridge::TypeTree& tree_;
+  const messages::TypeTree& tree_;
   Cdr& in_;
   Out out_;
 };
 
 }  // namespace
 
-std::vector<std::byte> rewritten_by_fastcdr(const bridge::TypeTree& tree, ByteView sample,
+std::vector<std::byte> rewritten_by_fastcdr(const messages::TypeTree& tree, ByteView sample,
                                             std::endian order) {
   std::vector<char> bytes(sample.size());
   std::memcpy(bytes.data(), sample.data(), sample.size());
@@ -183,7 +183,7 @@ std::vector<std::byte> rewritten_by_fastcdr(const bridge::TypeTree& tree, ByteVi
   return result;
 }
 
-std::vector<std::byte> written_by_payload_writer(const bridge::TypeTree& tree, ByteView sample,
+std::vector<std::byte> written_by_payload_writer(const messages::TypeTree& tree, ByteView sample,
                                                  const someip::PayloadRules& rules) {
   std::vector<char> bytes(sample.size());
   std::memcpy(bytes.data(), sample.data(), sample.size());
@@ -200,7 +200,7 @@ std::vector<std::byte> written_by_payload_writer(const bridge::TypeTree& tree, B
   return {payload->begin(), payload->end()};
 }
 
-bool has_wstring(const bridge::TypeTree& tree) {
+bool has_wstring(const messages::TypeTree& tree) {
   return std::ranges::any_of(tree.messages, [](const MessageDefinition& message) {
     return std::ranges::any_of(message.fields,
                                [](const auto& field) { return field.type.primitive == Primitive::wstring; });

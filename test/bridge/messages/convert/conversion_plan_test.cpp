@@ -12,7 +12,7 @@
 #include "test/bridge/messages/convert/support.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::bridge::conversion_plan_test {
+namespace trestle::messages::conversion_plan_test {
 namespace {
 
 using namespace trestle::test;
@@ -574,4 +574,4 @@ TEST(Conversion, ALaterResultDoesNotDependOnAnEarlierOne) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::conversion_plan_test
+}  // namespace trestle::messages::conversion_plan_test

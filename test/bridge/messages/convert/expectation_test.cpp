@@ -6,7 +6,7 @@
 namespace trestle::test::expectation_test {
 namespace {
 
-using bridge::ConversionScratch;
+using messages::ConversionScratch;
 using someip::FieldWidth;
 using someip::PayloadRules;
 using testing::EndsWith;

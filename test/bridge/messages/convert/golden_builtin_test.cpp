@@ -3,7 +3,7 @@
 
 #include "test/bridge/messages/convert/golden_builtin.hpp"
 
-namespace trestle::bridge::golden_builtin_test {
+namespace trestle::messages::golden_builtin_test {
 namespace {
 
 using namespace trestle::test;
@@ -56,4 +56,4 @@ TEST(GoldenBuiltins, LeaveNoTypeOut) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::golden_builtin_test
+}  // namespace trestle::messages::golden_builtin_test

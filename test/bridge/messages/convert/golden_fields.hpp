@@ -38,7 +38,7 @@ inline void expect_fields(std::string_view converted, const std::vector<GoldenFi
 
 /// Converts the CDR sample that the fields make up into their payload, and back.
 inline void expect_both_ways(std::string_view type, const std::vector<GoldenField>& fields) {
-  const bridge::ConversionPlan plan = plan_of(builtin(type));
+  const messages::ConversionPlan plan = plan_of(builtin(type));
   const std::string encapsulation = "00010000";
   std::string cdr = encapsulation;
   std::string payload;

@@ -2,7 +2,7 @@
 // types.
 #include "test/bridge/messages/convert/golden_fields.hpp"
 
-namespace trestle::bridge::golden_messages_test {
+namespace trestle::messages::golden_messages_test {
 namespace {
 
 using namespace trestle::test;
@@ -346,4 +346,4 @@ TEST(GoldenMessages, CameraInfo) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::golden_messages_test
+}  // namespace trestle::messages::golden_messages_test

@@ -4,7 +4,7 @@
 #include "test/bridge/messages/convert/support.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::bridge::golden_test {
+namespace trestle::messages::golden_test {
 namespace {
 
 using namespace trestle::test;
@@ -198,4 +198,4 @@ TEST(Golden, WhatCommonApiRefusesAndAccepts) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::golden_test
+}  // namespace trestle::messages::golden_test

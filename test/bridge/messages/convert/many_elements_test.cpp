@@ -8,7 +8,7 @@
 #include "test/bridge/messages/convert/type_rules.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::bridge::many_elements_test {
+namespace trestle::messages::many_elements_test {
 namespace {
 
 using namespace trestle::test;
@@ -194,4 +194,4 @@ TEST(ManyElements, HaveNoShapeWhereAllOfThemIsQuick) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::many_elements_test
+}  // namespace trestle::messages::many_elements_test

@@ -9,7 +9,7 @@
 #include "test/bridge/messages/convert/profiles.hpp"
 #include "test/bridge/messages/convert/type_rules.hpp"
 
-namespace trestle::bridge::message_shape_test {
+namespace trestle::messages::message_shape_test {
 namespace {
 
 using namespace trestle::test;
@@ -523,4 +523,4 @@ TEST(MessageShape, IsOnlyOfMessagesWhoseBytesSayAll) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::message_shape_test
+}  // namespace trestle::messages::message_shape_test

@@ -8,7 +8,7 @@
 namespace trestle::test::most_bytes_test {
 namespace {
 
-using namespace bridge;
+using namespace messages;
 
 std::optional<std::size_t> most(std::string_view msg, const someip::PayloadRules& rules = {}) {
   return most_someip_bytes(plan_of(tree_of(msg), rules).program());

@@ -6,7 +6,7 @@
 #include "test/bridge/messages/convert/random_message.hpp"
 #include "test/bridge/messages/convert/type_rules.hpp"
 
-namespace trestle::bridge::quick_arrays_test {
+namespace trestle::messages::quick_arrays_test {
 namespace {
 
 using namespace trestle::test;
@@ -344,4 +344,4 @@ TEST(QuickArrays, BeginTheMessageWhereItHasLittleElse) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::quick_arrays_test
+}  // namespace trestle::messages::quick_arrays_test

@@ -19,8 +19,8 @@ struct RandomSizes {
 /// same texts, counts, booleans and alternatives of unions.
 class RandomMessage {
  public:
-  RandomMessage(const bridge::TypeTree& tree, std::endian order, unsigned form, unsigned numbers,
-                const bridge::MessageRules& rules = {}, const RandomSizes& sizes = {})
+  RandomMessage(const messages::TypeTree& tree, std::endian order, unsigned form, unsigned numbers,
+                const messages::MessageRules& rules = {}, const RandomSizes& sizes = {})
       : tree_{tree}, rules_{rules}, sizes_{sizes}, order_{order}, form_{form}, numbers_{numbers} {
     bytes_ = {std::byte{0}, static_cast<std::byte>(order == std::endian::little), std::byte{0}, std::byte{0}};
     message(tree.root());
@@ -31,15 +31,15 @@ class RandomMessage {
  private:
   std::uint32_t pick(std::uint32_t below) { return static_cast<std::uint32_t>(form_()) % below; }
 
-  void message(const bridge::MessageDefinition& definition) {
+  void message(const messages::MessageDefinition& definition) {
     const auto rules = rules_.types.find(definition.name);
     const bool is_union =
-        rules != rules_.types.end() && rules->second.form == bridge::TypeRules::Form::choice;
+        rules != rules_.types.end() && rules->second.form == messages::TypeRules::Form::choice;
     std::uint32_t alternative = is_union ? pick(static_cast<std::uint32_t>(definition.fields.size())) : 0;
     if (definition.fields.empty()) {
       number(1);
     }
-    for (const bridge::Field& field : definition.fields) {
+    for (const messages::Field& field : definition.fields) {
       if (is_union) {
         const bool is_it = alternative-- == 0;
         length(is_it ? 1 : 0);
@@ -52,8 +52,8 @@ class RandomMessage {
     }
   }
 
-  void array(const bridge::FieldType& type) {
-    using Kind = bridge::ArrayKind;
+  void array(const messages::FieldType& type) {
+    using Kind = messages::ArrayKind;
     std::uint32_t count = type.array == Kind::none ? 1 : type.array_size;
     if (type.array == Kind::bounded || type.array == Kind::unbounded) {
       count = pick(
@@ -65,8 +65,8 @@ class RandomMessage {
     }
   }
 
-  void single(const bridge::FieldType& type) {
-    using bridge::Primitive;
+  void single(const messages::FieldType& type) {
+    using messages::Primitive;
     if (!type.primitive) {
       return message(tree_.messages[type.message_index]);
     }
@@ -92,7 +92,7 @@ class RandomMessage {
         bytes_.push_back(static_cast<std::byte>(pick(2)));
         return;
       default:
-        number(bridge::width(*type.primitive));
+        number(messages::width(*type.primitive));
     }
   }
 
@@ -115,8 +115,8 @@ class RandomMessage {
     }
   }
 
-  const bridge::TypeTree& tree_;
-  const bridge::MessageRules rules_;
+  const messages::TypeTree& tree_;
+  const messages::MessageRules rules_;
   RandomSizes sizes_;
   std::endian order_;
   std::minstd_rand form_;

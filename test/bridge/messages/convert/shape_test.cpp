@@ -12,7 +12,7 @@
 #include "test/bridge/messages/convert/random_message.hpp"
 #include "test/bridge/messages/convert/type_rules.hpp"
 
-namespace trestle::bridge::shape_test {
+namespace trestle::messages::shape_test {
 namespace {
 
 using namespace trestle::test;
@@ -507,4 +507,4 @@ TEST(Conversion, RemembersOnlyWhatDependsOnItsBytesAlone) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::shape_test
+}  // namespace trestle::messages::shape_test

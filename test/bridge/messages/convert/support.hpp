@@ -12,18 +12,18 @@
 namespace trestle::test {
 
 /// The type that a .msg text without nested messages defines.
-inline bridge::TypeTree tree_of(std::string_view msg) {
-  auto parsed = bridge::parse_msg(msg, "test_msgs/msg/Test", "Test.msg");
+inline messages::TypeTree tree_of(std::string_view msg) {
+  auto parsed = messages::parse_msg(msg, "test_msgs/msg/Test", "Test.msg");
   if (!parsed) {
     throw std::invalid_argument{to_string(parsed.error())};
   }
-  bridge::TypeTree tree;
+  messages::TypeTree tree;
   tree.messages.push_back(std::move(*parsed));
   return tree;
 }
 
-inline bridge::TypeTree builtin(std::string_view name) {
-  bridge::TypeLibrary library;
+inline messages::TypeTree builtin(std::string_view name) {
+  messages::TypeLibrary library;
   auto tree = library.resolve(name);
   if (!tree) {
     throw std::invalid_argument{to_string(tree.error())};
@@ -31,37 +31,37 @@ inline bridge::TypeTree builtin(std::string_view name) {
   return std::move(*tree);
 }
 
-inline bridge::ConversionPlan plan_of(
-    const bridge::TypeTree& tree, const someip::PayloadRules& rules = {},
-    std::size_t reference_from = bridge::ConversionPlan::default_reference_from) {
-  auto plan = bridge::ConversionPlan::compile(tree, rules, reference_from);
+inline messages::ConversionPlan plan_of(
+    const messages::TypeTree& tree, const someip::PayloadRules& rules = {},
+    std::size_t reference_from = messages::ConversionPlan::default_reference_from) {
+  auto plan = messages::ConversionPlan::compile(tree, rules, reference_from);
   if (!plan) {
     throw std::invalid_argument{plan.error()};
   }
   return std::move(*plan);
 }
 
-using Converted = tl::expected<bridge::Gathered, bridge::ConversionError>;
+using Converted = tl::expected<messages::Gathered, messages::ConversionError>;
 
 /// The result in hexadecimal, or the error in words. The input is copied to memory of exactly its size, so
 /// that the address sanitizer sees every read beyond it.
 inline std::string shown(const Converted& result) {
   return result ? to_hex(joined(*result)) : place_of(result.error());
 }
-inline std::string to_someip(const bridge::ConversionPlan& plan, ByteView cdr) {
-  bridge::ConversionScratch scratch;
+inline std::string to_someip(const messages::ConversionPlan& plan, ByteView cdr) {
+  messages::ConversionScratch scratch;
   const std::vector<std::byte> exact{cdr.begin(), cdr.end()};
   return shown(plan.cdr_to_someip(exact, scratch));
 }
-inline std::string to_someip(const bridge::ConversionPlan& plan, std::string_view cdr) {
+inline std::string to_someip(const messages::ConversionPlan& plan, std::string_view cdr) {
   return to_someip(plan, hex(cdr));
 }
-inline std::string to_cdr(const bridge::ConversionPlan& plan, ByteView payload) {
-  bridge::ConversionScratch scratch;
+inline std::string to_cdr(const messages::ConversionPlan& plan, ByteView payload) {
+  messages::ConversionScratch scratch;
   const std::vector<std::byte> exact{payload.begin(), payload.end()};
   return shown(plan.someip_to_cdr(exact, scratch));
 }
-inline std::string to_cdr(const bridge::ConversionPlan& plan, std::string_view payload) {
+inline std::string to_cdr(const messages::ConversionPlan& plan, std::string_view payload) {
   return to_cdr(plan, hex(payload));
 }
 

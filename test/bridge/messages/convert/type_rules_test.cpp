@@ -5,7 +5,7 @@
 #include "test/bridge/messages/convert/type_rules.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::bridge::type_rules_test {
+namespace trestle::messages::type_rules_test {
 namespace {
 
 using namespace trestle::test;
@@ -523,4 +523,4 @@ TEST(TypeRulesCheck, SaysWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::type_rules_test
+}  // namespace trestle::messages::type_rules_test

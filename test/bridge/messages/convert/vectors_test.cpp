@@ -7,7 +7,7 @@
 #include "test/bridge/messages/convert/profiles.hpp"
 #include "test/bridge/messages/convert/support.hpp"
 
-namespace trestle::bridge::vectors_test {
+namespace trestle::messages::vectors_test {
 namespace {
 
 using namespace trestle::test;
@@ -200,4 +200,4 @@ TEST(Vectors, AnyDamagedByteGivesAnErrorOrAnotherMessage) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::vectors_test
+}  // namespace trestle::messages::vectors_test

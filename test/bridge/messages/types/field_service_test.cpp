@@ -5,7 +5,7 @@
 #include "bridge/messages/types/type_hash.hpp"
 #include "test/bridge/messages/types/folder_test.hpp"
 
-namespace trestle::bridge::field_service_test {
+namespace trestle::messages::field_service_test {
 namespace {
 
 using enum FieldAccess;
@@ -91,4 +91,4 @@ TEST_F(FieldServiceTest, SaysWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::field_service_test
+}  // namespace trestle::messages::field_service_test

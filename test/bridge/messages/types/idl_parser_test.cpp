@@ -5,7 +5,7 @@
 #include "bridge/messages/types/type_hash.hpp"
 #include "test/bridge/messages/types/folder_test.hpp"
 
-namespace trestle::bridge::idl_parser_test {
+namespace trestle::messages::idl_parser_test {
 namespace {
 
 using testing::ElementsAre;
@@ -288,4 +288,4 @@ TEST_F(IdlFileTest, IsFoundWhereThereIsNoOther) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::idl_parser_test
+}  // namespace trestle::messages::idl_parser_test

@@ -5,7 +5,7 @@
 #include "bridge/messages/types/type_library.hpp"
 #include "test/bridge/messages/types/folder_test.hpp"
 
-namespace trestle::bridge::interface_test {
+namespace trestle::messages::interface_test {
 namespace {
 
 using testing::ElementsAre;
@@ -170,4 +170,4 @@ TEST_F(InterfaceTest, AreReadOnceByEachLibrary) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::interface_test
+}  // namespace trestle::messages::interface_test

@@ -4,7 +4,7 @@
 
 #include <string>
 
-namespace trestle::bridge::msg_parser_test {
+namespace trestle::messages::msg_parser_test {
 namespace {
 
 tl::expected<MessageDefinition, TypeError> parse(std::string_view text) {
@@ -198,4 +198,4 @@ TEST(FullTypeName, AddsTheMiddlePart) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::msg_parser_test
+}  // namespace trestle::messages::msg_parser_test

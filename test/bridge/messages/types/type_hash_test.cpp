@@ -5,7 +5,7 @@
 #include "test/bridge/messages/types/folder_test.hpp"
 
 // test/bridge/ros compares the hashes of hundreds of types with those of ROS 2 itself.
-namespace trestle::bridge::type_hash_test {
+namespace trestle::messages::type_hash_test {
 namespace {
 
 using TypeHashTest = test::FolderTest;
@@ -79,4 +79,4 @@ TEST_F(TypeHashTest, SaysWhatIsWrongWithTheType) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::type_hash_test
+}  // namespace trestle::messages::type_hash_test

@@ -5,7 +5,7 @@
 
 #include "test/bridge/messages/types/folder_test.hpp"
 
-namespace trestle::bridge::type_library_test {
+namespace trestle::messages::type_library_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -127,4 +127,4 @@ TEST_F(TypeLibraryTest, ReportsAFileThatIsTooLarge) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::type_library_test
+}  // namespace trestle::messages::type_library_test

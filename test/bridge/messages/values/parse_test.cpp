@@ -1,7 +1,7 @@
 // What text becomes, and what is said about text that does not suit the type.
 #include "test/bridge/messages/values/support.hpp"
 
-namespace trestle::bridge::parse_test {
+namespace trestle::messages::parse_test {
 namespace {
 
 using namespace trestle::test;
@@ -181,4 +181,4 @@ TEST(Parse, RefusesWhatBecomesTooLarge) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::parse_test
+}  // namespace trestle::messages::parse_test

@@ -1,7 +1,7 @@
 // The text that payloads are printed as, next to the bytes.
 #include "test/bridge/messages/values/support.hpp"
 
-namespace trestle::bridge::print_test {
+namespace trestle::messages::print_test {
 namespace {
 
 using namespace trestle::test;
@@ -190,4 +190,4 @@ TEST(Print, SamplesWithCountsBeyondTheirEnd) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::print_test
+}  // namespace trestle::messages::print_test

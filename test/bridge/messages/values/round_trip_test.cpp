@@ -7,7 +7,7 @@
 #include "test/bridge/messages/convert/profiles.hpp"
 #include "test/bridge/messages/values/support.hpp"
 
-namespace trestle::bridge::round_trip_test {
+namespace trestle::messages::round_trip_test {
 namespace {
 
 using namespace trestle::test;
@@ -117,4 +117,4 @@ TEST(RoundTrip, CutTextIsNeverLonger) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::round_trip_test
+}  // namespace trestle::messages::round_trip_test

@@ -8,8 +8,8 @@
 namespace trestle::test {
 
 /// The values of a type that a .msg text without nested messages defines.
-inline bridge::MessageValues values_of(bridge::TypeTree tree, const someip::PayloadRules& rules = {}) {
-  auto values = bridge::MessageValues::make(std::move(tree), rules);
+inline messages::MessageValues values_of(messages::TypeTree tree, const someip::PayloadRules& rules = {}) {
+  auto values = messages::MessageValues::make(std::move(tree), rules);
   if (!values) {
     throw std::invalid_argument{values.error()};
   }
@@ -17,32 +17,32 @@ inline bridge::MessageValues values_of(bridge::TypeTree tree, const someip::Payl
 }
 
 /// Two messages of two packages: "test_msgs/msg/Test" with the given text, which may use "Part".
-inline bridge::TypeTree nested_tree(std::string_view part, std::string_view test) {
-  bridge::TypeTree tree;
-  tree.messages.push_back(*bridge::parse_msg(part, "test_msgs/msg/Part", "Part.msg"));
-  tree.messages.push_back(*bridge::parse_msg(test, "test_msgs/msg/Test", "Test.msg"));
+inline messages::TypeTree nested_tree(std::string_view part, std::string_view test) {
+  messages::TypeTree tree;
+  tree.messages.push_back(*messages::parse_msg(part, "test_msgs/msg/Part", "Part.msg"));
+  tree.messages.push_back(*messages::parse_msg(test, "test_msgs/msg/Test", "Test.msg"));
   return tree;  // message_index 0 is Part
 }
 
 /// The text, or the error.
-inline std::string yaml(const bridge::MessageValues& values, std::string_view payload,
-                        const bridge::PrintOptions& options = {}) {
-  const auto text = values.print(hex(payload), bridge::ValueForm::yaml, options);
+inline std::string yaml(const messages::MessageValues& values, std::string_view payload,
+                        const messages::PrintOptions& options = {}) {
+  const auto text = values.print(hex(payload), messages::ValueForm::yaml, options);
   return text ? *text : "error: " + text.error();
 }
-inline std::string json(const bridge::MessageValues& values, std::string_view payload,
-                        const bridge::PrintOptions& options = {}) {
-  const auto text = values.print(hex(payload), bridge::ValueForm::json, options);
+inline std::string json(const messages::MessageValues& values, std::string_view payload,
+                        const messages::PrintOptions& options = {}) {
+  const auto text = values.print(hex(payload), messages::ValueForm::json, options);
   return text ? *text : "error: " + text.error();
 }
 
 /// The payload in hexadecimal, or the error.
-inline std::string from_yaml(const bridge::MessageValues& values, std::string_view text) {
-  const auto payload = values.parse(text, bridge::ValueForm::yaml);
+inline std::string from_yaml(const messages::MessageValues& values, std::string_view text) {
+  const auto payload = values.parse(text, messages::ValueForm::yaml);
   return payload ? to_hex(*payload) : to_string(payload.error());
 }
-inline std::string from_json(const bridge::MessageValues& values, std::string_view text) {
-  const auto payload = values.parse(text, bridge::ValueForm::json);
+inline std::string from_json(const messages::MessageValues& values, std::string_view text) {
+  const auto payload = values.parse(text, messages::ValueForm::json);
   return payload ? to_hex(*payload) : to_string(payload.error());
 }
 

@@ -1,7 +1,7 @@
 // YAML and JSON as such, before any type is known.
 #include "test/bridge/messages/values/support.hpp"
 
-namespace trestle::bridge::text_value_test {
+namespace trestle::messages::text_value_test {
 namespace {
 
 using namespace trestle::test;
@@ -116,4 +116,4 @@ TEST(Text, IsRefusedWhenItIsNoText) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::text_value_test
+}  // namespace trestle::messages::text_value_test

@@ -9,7 +9,7 @@
 namespace trestle::test::format_test {
 namespace {
 
-using namespace bridge;
+using namespace documents;
 using namespace std::chrono_literals;
 
 TEST(ConfigFormat, ReadsWholeNumbers) {
@@ -92,21 +92,21 @@ TEST(ConfigFormat, WritesWhatItReads) {
 
 TEST(RosNames, KnowsTopics) {
   for (const char* name : {"/a", "/points", "/sensing/lidar/top_1/points", "/_a", "/a__b"}) {
-    EXPECT_TRUE(is_topic_name(name)) << name;
+    EXPECT_TRUE(messages::is_topic_name(name)) << name;
   }
   for (const char* name :
        {"", "/", "a", "a/b", "/a/", "//a", "/a//b", "/1a", "/a/1", "/a-b", "/a b", "~/a", "/\xc3\xa4"}) {
-    EXPECT_FALSE(is_topic_name(name)) << name;
+    EXPECT_FALSE(messages::is_topic_name(name)) << name;
   }
-  EXPECT_TRUE(is_topic_name("/" + std::string(246, 'a')));
-  EXPECT_FALSE(is_topic_name("/" + std::string(247, 'a')));
+  EXPECT_TRUE(messages::is_topic_name("/" + std::string(246, 'a')));
+  EXPECT_FALSE(messages::is_topic_name("/" + std::string(247, 'a')));
 }
 
 TEST(RosNames, KnowsTypes) {
-  EXPECT_TRUE(is_type_name("sensor_msgs/msg/PointCloud2"));
+  EXPECT_TRUE(messages::is_type_name("sensor_msgs/msg/PointCloud2"));
   for (const char* name : {"", "PointCloud2", "sensor_msgs/PointCloud2", "sensor_msgs/srv/X", "a/msg/b/c",
                            "/msg/X", "a/msg/", "a/msg/1X", "a/msg/X[]", "a::msg::X"}) {
-    EXPECT_FALSE(is_type_name(name)) << name;
+    EXPECT_FALSE(messages::is_type_name(name)) << name;
   }
 }
 

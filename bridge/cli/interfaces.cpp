@@ -1,4 +1,4 @@
-#include "bridge/inspect/tools/interfaces.hpp"
+#include "bridge/cli/interfaces.hpp"
 
 #include <ifaddrs.h>
 #include <net/if.h>
@@ -8,7 +8,7 @@
 
 #include "someip/net/addresses.hpp"
 
-namespace trestle::bridge {
+namespace trestle::cli {
 
 std::optional<std::string> interface_name(const IpAddress& address) {
   std::array<char, IF_NAMESIZE> name{};
@@ -34,4 +34,4 @@ std::optional<IpAddress> address_of_interface(const std::string& name, bool v6) 
   return std::nullopt;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::cli

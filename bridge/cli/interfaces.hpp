@@ -4,11 +4,11 @@
 
 #include "someip/wire/endpoint.hpp"
 
-namespace trestle::bridge {
+namespace trestle::cli {
 
 /// Name of the network interface that has this address; nothing when none has.
 [[nodiscard]] std::optional<std::string> interface_name(const IpAddress& address);
 /// The first address of an interface, IPv4 or IPv6; nothing when it has none.
 [[nodiscard]] std::optional<IpAddress> address_of_interface(const std::string& name, bool v6);
 
-}  // namespace trestle::bridge
+}  // namespace trestle::cli

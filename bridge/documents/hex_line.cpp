@@ -1,8 +1,8 @@
-#include "bridge/inspect/decode/hex_line.hpp"
+#include "bridge/documents/hex_line.hpp"
 
 #include <optional>
 
-namespace trestle::bridge {
+namespace trestle::documents {
 namespace {
 
 std::optional<unsigned> digit_value(char digit) noexcept {
@@ -49,4 +49,4 @@ tl::expected<std::vector<std::byte>, std::size_t> parse_hex_line(std::string_vie
   return bytes;
 }
 
-}  // namespace trestle::bridge
+}  // namespace trestle::documents

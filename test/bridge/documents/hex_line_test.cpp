@@ -1,10 +1,10 @@
-#include "bridge/inspect/decode/hex_line.hpp"
+#include "bridge/documents/hex_line.hpp"
 
 #include <gtest/gtest.h>
 
 #include "test/bytes.hpp"
 
-namespace trestle::bridge::hex_line_test {
+namespace trestle::documents::hex_line_test {
 namespace {
 
 std::string parse(std::string_view line) {
@@ -29,4 +29,4 @@ TEST(HexLine, SaysWhereItIsNotHexadecimal) {
 }
 
 }  // namespace
-}  // namespace trestle::bridge::hex_line_test
+}  // namespace trestle::documents::hex_line_test

@@ -1,0 +1,101 @@
+#!/usr/bin/env python3
+"""Checks that includes between folders point one way.
+
+Usage: rooms_test.py SOURCE_FOLDER
+
+Each line of ORDER names folders. A file includes only of its own folder and of folders on lines before its own; those of
+one line know nothing of each other. A new folder gets its place here.
+"""
+import pathlib
+import re
+import sys
+import tempfile
+
+ORDER = """
+someip/wire
+someip/core sd/wire
+someip/core/e2e sd/core pcaps
+sd/core/device someip/net dds_adapter
+sd/c sd/net
+bridge/documents
+bridge/messages/types
+bridge/messages/convert
+bridge/messages/values
+bridge/cli
+bridge/carry/config bridge/inspect/decode bridge/measure
+bridge/carry/runtime bridge/inspect/tools bridge/measure/demo bridge/measure/perf
+bridge/carry/commands
+bridge/program
+"""
+# The core knows nothing of the network, and nothing below the bridge knows of the other world's protocol; siblings of one
+# room on different lines may know each other, siblings of different rooms may not.
+NEVER = [("dds_adapter", "someip/net"), ("dds_adapter", "sd"), ("someip", "dds_adapter"), ("sd", "dds_adapter"),
+         ("pcaps", "someip/core"), ("bridge/carry", "bridge/inspect"), ("bridge/carry", "bridge/measure"),
+         ("bridge/inspect", "bridge/carry"), ("bridge/inspect", "bridge/measure"),
+         ("bridge/measure", "bridge/carry"), ("bridge/measure", "bridge/inspect")]
+INCLUDE = re.compile(r'^\s*#\s*include "([^"]+)"', re.MULTILINE)
+
+
+def line_of_each():
+    return {folder: number for number, line in enumerate(ORDER.split("\n")) for folder in line.split()}
+
+
+def within(folder, room):
+    return folder == room or folder.startswith(room + "/")
+
+
+def faults(root):
+    """What is wrong, a line each."""
+    lines = line_of_each()
+    seen = set()
+    for top in ("someip", "sd", "dds_adapter", "pcaps", "bridge"):
+        for file in sorted((root / top).rglob("*")):
+            if file.suffix not in (".hpp", ".cpp", ".h", ".c"):
+                continue
+            here = file.parent.relative_to(root).as_posix()
+            if here not in lines:
+                yield f"{file.relative_to(root)}: the folder {here} has no place in ORDER of test/rooms_test.py"
+                continue
+            seen.add(here)
+            text = file.read_text()
+            for include in INCLUDE.finditer(text):
+                there = pathlib.PurePosixPath(include[1]).parent.as_posix()
+                where = f"{file.relative_to(root)}:{text.count(chr(10), 0, include.start()) + 1}"
+                if there == ".":
+                    there = here
+                if there not in lines:
+                    yield f"{where}: includes of {there}, which is no folder of the product"
+                elif there != here and lines[there] >= lines[here]:
+                    yield f"{where}: {here} may not include of {there}"
+                elif any(within(here, a) and within(there, b) for a, b in NEVER):
+                    yield f"{where}: {here} never includes of {there}"
+    yield from (f"{folder}: in ORDER, but there is no such folder" for folder in sorted(set(lines) - seen))
+
+
+def finds_a_wrong_one():
+    """That the check can fail."""
+    with tempfile.TemporaryDirectory() as folder:
+        root = pathlib.Path(folder)
+        for name in line_of_each():
+            (root / name).mkdir(parents=True, exist_ok=True)
+            (root / name / "empty.hpp").touch()
+        none = list(faults(root))
+        (root / "someip/wire/up.hpp").write_text('#pragma once\n#include "sd/wire/empty.hpp"\n')
+        (root / "bridge/inspect/tools/aside.cpp").write_text('#include "bridge/carry/config/empty.hpp"\n')
+        (root / "bridge/new").mkdir()
+        (root / "bridge/new/file.hpp").touch()
+        return not none and [line.split(": ")[0] for line in faults(root)] == [
+            "someip/wire/up.hpp:2", "bridge/inspect/tools/aside.cpp:1", "bridge/new/file.hpp"]
+
+
+def main():
+    if not finds_a_wrong_one():
+        print("the check itself finds no wrong include")
+        return 1
+    found = list(faults(pathlib.Path(sys.argv[1])))
+    print("\n".join(found) or "all includes point one way")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
