@@ -1,3 +1,13 @@
+// dds_adapter: Fast DDS behind types of our own. Samples stay bytes (CDR). Knows no SOME/IP.
+//
+//   participant.hpp     joins a domain; makes readers and writers of any type; tells what is discovered
+//   reader.cpp, writer.cpp  samples in (on loan) and out; raw_type.hpp is the type that moves bytes only
+//   service.hpp         ROS 2 services: request and reply topics that belong together
+//   ros_names.hpp       names of topics and types; ros_graph.hpp: the ROS 2 graph
+//   polled_udp.hpp, sample_sockets.hpp  receiving on the caller's thread
+//   bridge_ends.hpp     readers and writers of other bridges, to avoid rings
+//   fastdds_compat.hpp  differences between Fast DDS 2.x and 3.x
+//   *_guard.cpp         guards against faults of Fast DDS (docs/dds.md)
 #pragma once
 #include <array>
 #include <chrono>
@@ -39,8 +49,8 @@ struct Qos {
   bool reliable = true;          ///< else best effort
   bool transient_local = false;  ///< else volatile; transient-local needs `reliable`
   std::uint32_t depth = 10;      ///< samples kept, at least 1
-  /// Of a full history of a writer: refuse the newest sample while a reader lacks the oldest (keep-all),
-  /// instead of overwriting the oldest (keep-last).
+  /// When the history of a writer is full: refuse the newest sample while a reader lacks the oldest
+  /// (keep-all), instead of overwriting the oldest (keep-last).
   bool keep_all = false;
   std::chrono::nanoseconds deadline{0};  ///< a sample comes at least this often
   std::chrono::nanoseconds lifespan{0};  ///< of a writer: older samples are not delivered any more
@@ -83,7 +93,7 @@ struct Event {
 /// The kind's name as it stands above, for logs.
 [[nodiscard]] const char* to_string(Event::Kind kind) noexcept;
 
-/// How a participant joins its domain. The constructor of Participant refuses what cannot be.
+/// How a participant joins its domain. The constructor of Participant refuses impossible values.
 struct ParticipantConfig {
   std::uint32_t domain = 0;  ///< 0 to 232
   std::string name = "trestle";
@@ -95,21 +105,22 @@ struct ParticipantConfig {
   /// can end the process, so it is off unless asked for, here or by a profile that lists it among its
   /// `userTransports`. See also shared_memory_can_abort().
   std::optional<bool> shared_memory{};
-  /// How long others take us for alive after they last heard of us: from 100 ms on. It is how long it takes
-  /// them to notice that the process was killed, and what they do with a network that is down for longer.
+  /// How long others believe that we are alive after they last heard of us: at least 100 ms. It takes them
+  /// this long to notice that the process was killed, or that the network is down.
   std::chrono::nanoseconds lease = std::chrono::seconds{20};
-  /// The ROS 2 node as which others see the participant and all its readers and writers: "/trestle",
+  /// The ROS 2 node that the participant and all its readers and writers appear as: "/trestle",
   /// "/front/trestle". Empty: none; ROS 2 then shows them as created by bare DDS.
   std::string node{};
   std::string enclave = "/";  ///< of ROS 2's security, which nodes tell each other; only with `node`
   /// Bytes of an id in ROS 2's graph messages: 24 up to Humble, 16 from Iron on. 0: 16 until a peer uses 24.
   std::size_t gid_bytes = 0;
-  /// A file of Fast DDS's XML profiles, and the participant profile in it to start from. All the above wins
-  /// over it, but the lease only where it is not as by default. Of the profile's transports those count that
-  /// it lists, unless `interfaces` or `shared_memory` is set; the built-in ones are UDP alone. Empty: none.
+  /// A file of Fast DDS's XML profiles, and the participant profile in it to start from. The settings above
+  /// override it; the lease only if it is not the default. The transports that the profile lists are used
+  /// unless `interfaces` or `shared_memory` is set; of the built-in ones only UDP is. Empty: none.
   std::string profiles_file{};
   std::string profile{};
-  /// Discovery servers, by whom participants find each other instead of by multicast. Number 0 comes first.
+  /// Discovery servers, through which participants find each other instead of by multicast. Number 0 comes
+  /// first.
   struct Server {
     std::string address{};  ///< IPv4, IPv6 or the name of a host; empty: no server has this number
     std::uint16_t port = 11811;
@@ -119,35 +130,36 @@ struct ParticipantConfig {
   /// The folder of an enclave of ROS 2's security: certificates, key, governance and permissions. Empty: no
   /// security.
   std::string security_folder{};
-  /// What comes by UDP for readers and writers is received by Participant::receive(), which has to be called
-  /// whenever incoming() is readable, and by no thread of DDS: so samples need not be handed to the thread
-  /// that works with them. Discovery, multicast, shared memory and what transports or locators of a profile
-  /// receive is left to the threads of DDS. (A profile that gives discovery a port of readers and writers
+  /// UDP datagrams for readers and writers are received by Participant::receive(), and not by a thread of
+  /// DDS. It has to be called whenever incoming() is readable. So samples need not be handed to the thread
+  /// that works with them. Threads of DDS still receive discovery, multicast, shared memory, and what comes
+  /// by transports or locators of a profile. (A profile that gives discovery a port of readers and writers
   /// mixes both.)
   bool polled = false;
-  /// Those whose user data says that their type is another one by its hash have nothing to do with ours:
-  /// readers take nothing from such writers, writers send nothing to such readers, and neither counts as a
-  /// counterpart. (Built with Fast DDS 2.10 to 2.14, writers cannot help sending. With 3.x they do to those
-  /// that are found before the first writer of the topic is made.)
+  /// Readers and writers whose user data has another type hash are kept apart from ours: our readers take
+  /// nothing from such writers, our writers send nothing to such readers, and neither counts as a
+  /// counterpart. (With Fast DDS 2.10 to 2.14, writers send all the same. With 3.x they do so to readers that
+  /// are found before the first writer of the topic is made.)
   bool strict_types = false;
-  /// Frees the memory of a sample with it. Else the histories of readers and writers reuse it, and keep what
-  /// the most samples ever took.
+  /// Frees the memory of a sample together with it. Otherwise the histories of readers and writers reuse it,
+  /// and keep as much as they ever needed.
   bool frees_samples = false;
   std::function<void(const Event&)> on_event;  ///< may be empty; see "Threads" above
   /// Participant::writers() has changed. As on_event.
   std::function<void()> on_writers{};
 };
 
-/// Whether this is a Fast DDS (before 2.10.2, and 2.11 before 2.11.2) that ends the whole process when
-/// another one that uses the same shared memory is killed, stopped or not given the processor for a second
-/// while it holds a lock in there. We cannot help it: the exception arises in a thread of Fast DDS's own.
+/// Whether this Fast DDS (before 2.10.2, and 2.11 before 2.11.2) ends the whole process when another process
+/// with the same shared memory is killed, stopped or not scheduled for a second while it holds a lock there.
+/// We cannot prevent it: the exception is thrown in a thread of Fast DDS.
 [[nodiscard]] bool shared_memory_can_abort() noexcept;
 
-/// How many bytes the system grants for the samples that wait for Participant::receive(), of 16 MB that are
-/// asked for: all of them to a process that may go beyond net.core.rmem_max (CAP_NET_ADMIN).
+/// How many bytes the system grants for samples that wait for Participant::receive(). 16 MB are asked for,
+/// and granted to a process that may exceed net.core.rmem_max (CAP_NET_ADMIN).
 [[nodiscard]] std::uint32_t polled_buffer_bytes() noexcept;
 
-/// Whether Writer::reaches() knows: so it does with Fast DDS before 2.10. With later ones it only waits.
+/// Whether Writer::reaches() really knows. It does with Fast DDS before 2.10; with later versions it only
+/// waits.
 [[nodiscard]] bool sees_readers_begin() noexcept;
 
 /// The largest sample, header included, that a reader or writer takes unless told otherwise.
@@ -163,8 +175,8 @@ struct SampleId {
   friend constexpr bool operator==(const SampleId&, const SampleId&) = default;
 };
 
-/// Told of each counterpart that a reader or writer finds and loses. Endpoints of the own participant are
-/// none.
+/// Told of each counterpart that a reader or writer finds and loses. Endpoints of the own participant do not
+/// count.
 using OnMatch = std::function<void(const Guid& peer, bool matched)>;
 
 /// Somebody else's writer, as discovery tells of it. The names are those on the DDS wire.
@@ -181,22 +193,22 @@ struct FoundWriter {
 struct EndpointExtras {
   OnMatch on_match{};       ///< a callback as any other; never called again once the endpoint is gone
   std::string user_data{};  ///< told to everybody by discovery
-  /// Not empty: this is the end of a bridge, and of what, as others read it in Participant::bridge_ends().
-  /// Two such ends of different participants have nothing to do with each other, though DDS matches them: the
-  /// reader takes nothing from the writer, neither counts as a counterpart, and on_match is not called. So
-  /// nothing that one bridge brought in is carried out by another. Letters, digits, and what else is printed
-  /// but `;`; at most `max_bridge_text` characters.
+  /// Not empty: this is the end of a bridge. The text says of what, and others read it in
+  /// Participant::bridge_ends(). Two such ends of different participants ignore each other, though DDS
+  /// matches them: the reader takes nothing from the writer, neither counts as a counterpart, and on_match is
+  /// not called. So nothing that one bridge brought in is carried out by another. Printable characters except
+  /// `;`; at most `max_bridge_text`.
   std::string bridge{};
-  /// The exception: such an end of another participant, by the text that it has, is a counterpart as any
-  /// other if this is true. Called on threads of DDS, of several at once. Empty: there is none.
+  /// The exception: if this returns true for the text of such an end of another participant, it is a
+  /// counterpart like any other. Called on threads of DDS, on several at once. Empty: no exception.
   std::function<bool(std::string_view bridge)> takes_bridge{};
-  /// Of such a reader: told of each sample that it does not take for that, which is valid during the call. A
-  /// callback as that of samples.
+  /// Of such a reader: told of each sample that it does not take for this reason; valid during the call. A
+  /// callback like that of samples.
   std::function<void(ByteView cdr, const Guid& writer)> on_bridged{};
   bool writes_related = false;  ///< of a writer: Writer::write_related() is used, and no other write()
 };
 
-/// Of EndpointExtras::bridge; what is longer when it comes is cut.
+/// The longest EndpointExtras::bridge; longer texts of others are cut.
 inline constexpr std::size_t max_bridge_text = 448;
 
 /// The end of another bridge, EndpointExtras::bridge.
@@ -206,7 +218,7 @@ struct BridgeEnd {
   Guid guid{};
 };
 
-/// Whose DDS a participant is.
+/// Which DDS a participant uses.
 enum class Vendor : std::uint8_t { fast_dds, cyclone_dds, other };
 
 namespace detail {
@@ -337,21 +349,21 @@ class Writer {
 
   /// Sends a sample, given in pieces that together are the encapsulation header and body. The pieces are
   /// copied once, into DDS's own memory, and are free again on return. With no reader there it still counts
-  /// as sent. The caller sends what is small itself; large samples, above some 300 KB for all readers
-  /// together, are copied and sent by a thread of this writer, and of those DDS may still refuse one after
-  /// this has returned. While one is being sent, the next one waits for that, and never for a reader that is
+  /// as sent. The calling thread sends small samples itself. Large ones, above some 300 KB for all readers
+  /// together, are copied and sent by a thread of this writer, and DDS may refuse such a sample after this
+  /// has returned. While one is being sent, the next large one waits for that, but never for a reader that is
   /// slow or stuck.
   tl::expected<void, WriteError> write(std::span<const ByteView> pieces);
   tl::expected<void, WriteError> write(ByteView sample) { return write(std::span{&sample, 1}); }
-  /// The same for a sample that belongs to another; of that one, writer and sequence may be unknown: 0. Tells
+  /// The same for a sample that belongs to another one, whose writer and sequence may be unknown: 0. Returns
   /// the number of the sample.
   tl::expected<std::uint64_t, WriteError> write_related(std::span<const ByteView> pieces,
                                                         const SampleId& related);
 
-  /// Whether a matched reader gets all that is written from now on. Those of Fast DDS do. One of another DDS
-  /// may lose what is written too soon after they have found each other, though it is reliable: the first
-  /// question starts what makes it ready, which takes some tens of milliseconds; then ask again. (Built with
-  /// Fast DDS 2.10 or later, it is true 200 ms after the first question, which may be too soon.)
+  /// Whether a matched reader gets all that is written from now on. Readers of Fast DDS do. A reader of
+  /// another DDS may lose what is written too soon after the two have found each other, though it is
+  /// reliable. The first call makes it ready, which takes some tens of milliseconds; then ask again. (Built
+  /// with Fast DDS 2.10 or later, it is true 200 ms after the first question, which may be too soon.)
   [[nodiscard]] bool reaches(const Guid& reader);
 
   /// Readers that receive from this writer, those of the own participant not counted.
@@ -400,7 +412,7 @@ class Participant {
   [[nodiscard]] std::vector<FoundWriter> writers() const;
   /// The ends of other bridges on this topic. At most 4096 are remembered, of all topics.
   [[nodiscard]] std::vector<BridgeEnd> bridge_ends(std::string_view topic) const;
-  /// Another number when ends of other bridges have come or gone. Cheap: takes no lock.
+  /// Changes when ends of other bridges have come or gone. Cheap: takes no lock.
   [[nodiscard]] std::uint64_t bridge_changes() const noexcept;
   /// How many other participants are there now, as far as they are remembered.
   [[nodiscard]] std::size_t peers() const;
@@ -417,11 +429,11 @@ class Participant {
   [[nodiscard]] std::string guid() const;
   /// Whether it has shared memory, as configured or by its profile.
   [[nodiscard]] bool shares_memory() const;
-  /// What the system does not grant of the buffers that its UDP sockets ask for to receive, for the log: a
-  /// line with the sysctl that helps. Empty when all is granted. Those for sending matter only to who writes
-  /// large samples: Event::Kind::small_send_buffer.
+  /// Receive buffers of its UDP sockets that the system does not grant in full, for the log: a line each with
+  /// the sysctl that helps. Empty when all are granted. Send buffers matter only to programs that write large
+  /// samples: see Event::Kind::small_send_buffer.
   [[nodiscard]] std::vector<std::string> buffers_not_granted() const;
-  /// Whose the participant of a reader or writer is, by what discovery says.
+  /// Which DDS the participant of a reader or writer uses, as discovery says.
   [[nodiscard]] Vendor vendor(const Guid& endpoint) const;
 
  private:

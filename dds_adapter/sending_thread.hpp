@@ -11,9 +11,10 @@
 
 namespace trestle::dds::detail {
 
-/// Sends the large samples of one writer, one at a time, for whoever must not be kept for as long as that
-/// takes: who gives one is kept until its pieces have been copied into the memory of DDS. So nothing waits
-/// here, and there is no copy that a sample would not need anyway. The thread begins with the first sample.
+/// Sends the large samples of one writer, one at a time, for callers that must not wait as long as that
+/// takes. A caller waits only until the pieces of its sample have been copied into the memory of DDS. So
+/// nothing is queued here, and no copy is made that a sample would not need anyway. The thread begins with
+/// the first sample.
 class SendingThread final : private PieceLoan {
  public:
   /// Sends a sample, on the thread.

@@ -38,11 +38,11 @@ struct ServiceConfig {
   std::string name;  ///< as ROS 2 has it: "/add_two_ints"
   std::string type;  ///< likewise: "example_interfaces/srv/AddTwoInts"
   RosForm form = RosForm::automatic;
-  /// A client: calls without an answer. A server: requests that wait for work(), and as many replies that
-  /// wait for their reader.
+  /// For a client: calls that wait for an answer. For a server: requests that wait for work(), and as many
+  /// replies that wait for their reader.
   std::size_t max_calls = 256;
   std::size_t max_sample_bytes = default_max_sample_bytes;
-  /// How long a request or reply waits for its reader to be found, which takes discovery some milliseconds.
+  /// How long a request or reply waits until its reader is found; discovery needs some milliseconds for that.
   std::chrono::nanoseconds match_timeout = std::chrono::seconds{1};
   std::string
       request_user_data{};        ///< of the reader or writer of requests, beside what the class sets itself
@@ -100,7 +100,7 @@ struct ServiceClientCounters {
 /// Calls a service.
 class ServiceClient {
  public:
-  /// Called exactly once a call, but not after the end of the client.
+  /// Called exactly once for each call, but not after the end of the client.
   using Handler = std::function<void(tl::expected<ServiceMessage, CallFault> reply)>;
 
   /// @param participant  outlives the client.
@@ -111,7 +111,7 @@ class ServiceClient {
   ServiceClient(const ServiceClient&) = delete;
   ServiceClient& operator=(const ServiceClient&) = delete;
 
-  /// Whether there is a server: one whose both topics have been found, and that requests reach. Changes when
+  /// Whether there is a server: both of its topics have been found, and requests reach it. Changes when
   /// `wake` is called or within work().
   [[nodiscard]] bool ready() const;
 
@@ -173,7 +173,7 @@ class ServiceServer {
   ServiceServer& operator=(const ServiceServer&) = delete;
 
   /// Answers a request, at any time later. The pieces as in ServiceClient::call(). A reply waits until the
-  /// client's reader has been found, as it would be lost before.
+  /// client's reader has been found; before that it would be lost.
   void reply(const RequestId& id, std::span<const ByteView> pieces, TimePoint now);
 
   /// Hands over the requests that have come, sends replies whose readers have been found, and gives up what

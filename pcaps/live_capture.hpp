@@ -20,9 +20,8 @@ class CaptureDenied : public std::runtime_error {
 class LiveCapture {
  public:
   /// @param interface  such as "eth0"; "any" is all of them.
-  /// @throws CaptureDenied without the right to capture, CAP_NET_RAW; std::runtime_error, naming interface
-  /// and
-  ///         reason, when it cannot be captured from for another reason.
+  /// @throws CaptureDenied without the right to capture (CAP_NET_RAW); std::runtime_error, with interface and
+  ///         reason, when capturing fails for another reason.
   explicit LiveCapture(const std::string& interface);
 
   /// The next frame; nothing when none is waiting, or after a failure. Its bytes live until the next call.

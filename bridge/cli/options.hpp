@@ -1,3 +1,13 @@
+// bridge/cli: what the commands of `trestle` share.
+//
+//   options.hpp         options of the network, services, types and payloads
+//   session.hpp         an io_context with time limit, signals and output
+//   exit_status.hpp     what every command returns
+//   on_signal.hpp, signals.hpp  Ctrl-C and SIGUSR1
+//   terminal.hpp        colours, width
+//   duration_text.hpp   durations as text; interfaces.hpp: network interfaces by name
+//
+// A command that needs something of another command's room finds it here, or puts it here.
 #pragma once
 #include <CLI/CLI.hpp>
 #include <optional>

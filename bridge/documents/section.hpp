@@ -1,3 +1,12 @@
+// bridge/documents: YAML documents with errors that name line and column.
+//
+//   document.hpp  reads a file or a text
+//   section.hpp   one mapping, read key by key; unknown keys are errors
+//   format.hpp    what a value may look like: numbers, ids, durations, names
+//   problems.hpp  errors and warnings with their places
+//   hex_line.hpp  bytes as hexadecimal text
+//
+// Knows nothing of SOME/IP, DDS or bridges.
 #pragma once
 #include <yaml-cpp/yaml.h>
 

@@ -1,3 +1,11 @@
+// bridge/measure: `trestle perf` and `trestle demo`, and what they share.
+//
+//   report.hpp       reports to another process through a pipe; clocks; stopping
+//   point_cloud.hpp  point clouds as CDR
+//   perf/            latency, rate and loss of a service or of a bridge
+//   demo/            lidar clouds through two bridges, shown on a screen
+//
+// What it measures it starts as a program of its own: this room includes nothing of bridge/carry.
 #pragma once
 #include <csignal>
 #include <cstdint>

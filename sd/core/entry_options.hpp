@@ -15,7 +15,8 @@ class OptionRules {
   /// when our own address is one, and wrong otherwise, where that is checked.  [feat_req_someipsd_1233]
   /// [feat_req_someipsd_1135]
   [[nodiscard]] bool allow(const IpAddress& address) const noexcept;
-  /// Whether who sends from `peer` may name endpoints at `named`: its own, or as is configured.
+  /// Whether a sender at `peer` may name endpoints at `named`: its own, or those that the configuration
+  /// allows.
   [[nodiscard]] bool may_name(const IpAddress& peer, const IpAddress& named) const noexcept;
   [[nodiscard]] bool v6() const noexcept { return own().v6; }
   /// Whether `endpoint`, if there is one, can be what the application says: of our IP version, unicast, not

@@ -39,7 +39,7 @@ struct Subscriber {
   Endpoint peer;                ///< its SD endpoint
   std::optional<Endpoint> udp;  ///< where it receives unicast events by UDP
   std::optional<Endpoint> tcp;  ///< its end of the connection for TCP events
-  /// Of datagrams, what fits in where it receives events by UDP, as told by receive_buffer_key. 0: not told.
+  /// Bytes of datagrams that its socket for UDP events has room for, as receive_buffer_key tells. 0: unknown.
   std::uint32_t receive_buffer_bytes = 0;
   friend constexpr bool operator==(const Subscriber&, const Subscriber&) = default;
 };

@@ -5,7 +5,8 @@
 
 namespace trestle::sd {
 
-/// FNV-1a over some bytes, begun with `seed`. Not against who looks for two with the same.
+/// FNV-1a over some bytes, begun with `seed`. No protection against somebody who looks for two inputs with
+/// the same hash.
 [[nodiscard]] constexpr std::uint32_t hash_of(std::uint32_t seed, ByteView bytes) noexcept {
   std::uint32_t hash = 0x811c9dc5U ^ seed;
   for (const std::byte byte : bytes) {

@@ -3,7 +3,7 @@
 
 namespace trestle::sd {
 
-/// A deadline that there is none of.
+/// Stands for "no deadline".
 inline constexpr TimePoint never = TimePoint::max();
 
 /// The phases of offering or finding one service.  [feat_req_someipsd_68]

@@ -1,3 +1,14 @@
+// sd/core: service discovery, server and client, without sockets, clock, threads, exceptions or heap.
+//
+//   service_discovery.hpp  the whole interface. Its functions are in several files:
+//                          server_side.cpp (offers, subscribers), client_side.cpp (our subscriptions),
+//                          remote_services.cpp (offers of peers, Finds), peers.cpp (peers, restarts, limits),
+//                          losses.cpp (telling the application what has ended)
+//   settings.hpp           what it is told about the network; storage.hpp: its memory and limits
+//   events.hpp             what it tells the application
+//   offer_schedule.hpp, find_schedule.hpp  when Offers and Finds are sent
+//   entry_options.hpp      what the options of an entry mean
+//   device/                a whole UDP device in one object, for firmware
 #pragma once
 #include "sd/core/bounded_queue.hpp"
 #include "sd/core/entry_options.hpp"
@@ -35,7 +46,7 @@ inline constexpr std::size_t nack_reasons = 8;
 /// The reason in words, for logs.
 [[nodiscard]] const char* to_string(NackReason reason) noexcept;
 
-/// What may not be exceeded, each by its own setting.
+/// What must not be exceeded. Each has a setting of its own.
 enum class Limit : std::uint8_t {
   peers,
   subscribers,
@@ -66,9 +77,9 @@ struct OfferedService {
   std::optional<Endpoint> tcp{};
   std::span<const Eventgroup> eventgroups{};  ///< read during the call
   std::optional<std::uint32_t> ttl_s{};       ///< else that of the Timing
-  /// What else there is to be said about it, in this order, equal keys included; read during the call.
-  /// A service of other_protocols is named by its one `otherserv` item, no other may have one.
-  /// [feat_req_someipsd_857] [feat_req_someipsd_500] [feat_req_someipsd_502] [feat_req_someipsd_1228]
+  /// What else is to be said about it, in this order, equal keys included; read during the call. A service of
+  /// other_protocols is named by its one `otherserv` item, no other may have one.  [feat_req_someipsd_857]
+  /// [feat_req_someipsd_500] [feat_req_someipsd_502] [feat_req_someipsd_1228]
   std::span<const ConfigurationItem> configuration{};
   /// How clients rank it among the instances of its service.  [feat_req_someipsd_174]
   std::optional<LoadBalancingOption> load_balancing{};
@@ -100,8 +111,8 @@ struct EventgroupRequest {
   /// Subscribe anew when no event_received() came for this long, counted from the Ack and from each event:
   /// more than the longest pause between two events of the eventgroup.  [feat_req_someipsd_439]
   std::optional<Duration> silence_timeout{};
-  /// Of datagrams that fit into the socket of `udp`, for the server to know; 0: it is not told. See
-  /// DiscoveryRules::tell_receive_buffer.
+  /// Bytes of datagrams that the socket of `udp` has room for, to be told to the server; 0: it is not told.
+  /// See DiscoveryRules::tell_receive_buffer.
   std::uint32_t receive_buffer_bytes = 0;
 };
 
@@ -245,8 +256,8 @@ class ServiceDiscovery {
 
   /// Of the services that are offered and fit the requirement, the one to use: one of the lowest priority
   /// value, at random by their weights. Another call may choose another.  [feat_req_someipsd_770]
-  /// Where some have answered, see answered(), it is one of those, and where some are not mute, none that is:
-  /// an impostor's priority must not count. Of those that are all mute, any.
+  /// If some have answered, see answered(), it is one of those. If some are not mute, it is none of the mute
+  /// ones: the priority of an impostor must not count. If all are mute, it is any.
   [[nodiscard]] std::optional<RemoteService> choose(RequirementHandle requirement) noexcept;
 
   /// Calls `visit(const slots::Remote&)` for each service of a peer that is known: also those that nobody
@@ -258,16 +269,16 @@ class ServiceDiscovery {
     }
   }
   [[nodiscard]] RemoteService service_of(const slots::Remote& remote) const noexcept;
-  /// How many others are known that take part in discovery.
+  /// How many other nodes are known to take part in discovery.
   [[nodiscard]] std::size_t known_peers() const noexcept { return peers_.size(); }
   /// A peer's service; nothing when it is gone.
   [[nodiscard]] std::optional<RemoteService> remote(RemoteHandle service) const noexcept;
-  /// Whether who offers a service is there decides, when somebody else offers the same instance, who is kept:
-  /// whoever was asked some times in a row and has not answered gives way. Subscriptions count by themselves;
-  /// of calls the application tells. Services that are gone are left alone.
+  /// When two nodes offer the same instance, the one that answers is kept: a server that was asked several
+  /// times in a row and has not answered gives way. Answers to subscriptions are noticed here; answers to
+  /// calls the application reports. Without effect for services that are gone.
   void not_answered(RemoteHandle service) noexcept;
   void answered(RemoteHandle service) noexcept;
-  /// Whether it was asked several times in a row and has not answered. Never, when it is gone.
+  /// Whether it was asked several times in a row and has not answered. False when it is gone.
   [[nodiscard]] bool is_mute(RemoteHandle service) const noexcept;
   /// The service that somebody else offered last while it was there, as Counters::ignored_conflicting_offer
   /// counts; nothing when it had to give way.

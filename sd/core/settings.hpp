@@ -50,25 +50,25 @@ struct DiscoveryRules {
   /// Peers and the endpoints they name must be in the subnet that `unicast` is in, of this prefix length;
   /// nothing: any subnet.  [feat_req_someipsd_1135] [feat_req_someipsd_1149]
   std::optional<std::uint8_t> subnet_prefix_bits{};
-  /// Loopback addresses of peers, and of endpoints they name, are wrong unless our own is one; false: another
-  /// stack of the same host may be there.  [feat_req_someipsd_1233] [feat_req_someipsd_1149]
+  /// Loopback addresses of peers, and of endpoints they name, are refused unless our own address is one.
+  /// False: another stack of the same host may be there.  [feat_req_someipsd_1233] [feat_req_someipsd_1149]
   bool refuse_loopback = true;
   /// Whether a peer may name endpoints only at its own address, from which its datagram comes: as its SD
-  /// endpoint, in offers and in subscriptions. Else anybody speaks in the name of others, and sends them what
-  /// they did not ask for.  [feat_req_someipsd_1149]
+  /// endpoint, in offers and in subscriptions. Otherwise anybody could speak in the name of others, and have
+  /// messages sent to them that they did not ask for.  [feat_req_someipsd_1149]
   bool own_endpoints_only = true;
   FindAnswer find_answer = FindAnswer::unicast;
-  /// Whether a Find is answered in the repetition phase too, in which the next offers are near anyway.
+  /// Whether a Find is also answered in the repetition phase, where the next Offer is near anyway.
   /// [feat_req_someipsd_811]
   bool answer_finds_in_repetition_phase = true;
-  /// Whether we ask for initial events, and say that we understand when others do; off for test suites from
+  /// Whether we ask for initial events, and say that we understand such a request. Off for test suites from
   /// before that feature.  [feat_req_someipsd_1187]
   bool explicit_initial_data = true;
   /// Whether a subscription to TCP events needs a connection that tcp_connected() has told of.
   /// [feat_req_someipsd_1137]
   bool check_tcp_connections = true;
-  /// Whether a subscription to an eventgroup with events by UDP and by TCP may name an endpoint of one of
-  /// them alone, and then gets the events of that one.  [feat_req_someipsd_102]
+  /// Whether a subscription to an eventgroup with UDP and TCP events may name an endpoint of only one of the
+  /// two, and then gets only those events.  [feat_req_someipsd_102]
   bool accept_partial_endpoints = false;
   /// Whether a subscription to a service, instance, major version or eventgroup that is not offered is
   /// refused with a Nack, as the specification asks for; off: it is ignored, as some stacks do.
@@ -81,57 +81,57 @@ struct DiscoveryRules {
   /// Whether offers reference the multicast endpoint that all multicast eventgroups of the service share.
   /// Requirement _855 asks for it, the table of _946 allows an offer no multicast option.
   bool multicast_option_in_offers = false;
-  /// Where peers are told to send their answers, when that is not `unicast`, the source of our datagrams, as
-  /// behind a NAT. Of the same IP version; goes into each message as SD endpoint option.
+  /// Where peers shall send their answers, if not to `unicast`, the source of our datagrams (behind a NAT,
+  /// for example). Of the same IP version; goes into each message as an SD endpoint option.
   /// [feat_req_someipsd_1081] [feat_req_someipsd_1156] [feat_req_someipsd_1155]
   std::optional<Endpoint> sd_endpoint{};
-  /// Whether messages from another port than SD's are dropped, as several stacks do. Nothing in the
+  /// Whether messages from a port other than SD's are dropped. Several stacks do so; nothing in the
   /// specification asks for it.
   bool only_from_sd_port = false;
   /// The upper byte of the Client ID of our messages.  [feat_req_someipsd_26]
   std::uint8_t client_id_prefix = 0;
-  /// Whether an acknowledged subscription of infinite TTL is renewed with each offer as others are. Without,
-  /// it is made anew only after a reboot of the server, which goes unnoticed when the first messages of the
-  /// server's new life get lost.  [feat_req_someipsd_431]
+  /// Whether an acknowledged subscription of infinite TTL is renewed with each Offer, like others. Otherwise
+  /// it is made anew only after a reboot of the server, and that goes unnoticed when the first messages of
+  /// the restarted server are lost.  [feat_req_someipsd_431]
   bool renew_infinite_subscriptions = true;
   /// Whether our subscriptions tell, by a configuration option, how much may be sent to their UDP endpoint at
-  /// once: see receive_buffer_key. Only servers are told that know explicit initial data, for some older ones
-  /// cannot bear such an option. Likewise the offers of a Node, of services whose description says which of
-  /// their methods take large requests.  [feat_req_someipsd_946]
+  /// once: see receive_buffer_key. Only servers that know explicit initial data are told, because some older
+  /// ones fail at such an option. The same goes for the offers of a Node, of services whose description says
+  /// which methods take large requests.  [feat_req_someipsd_946]
   bool tell_receive_buffer = true;
   std::uint16_t max_subscribers_per_eventgroup = 64;
-  /// Of them, from one address: as many as have different counters.  [feat_req_someipsd_322]
+  /// Of these from one address: as many as have different counters.  [feat_req_someipsd_322]
   std::uint16_t max_subscribers_per_eventgroup_and_address = 16;
-  /// Peers at one address, at different ports: one more takes the place of another one there.
+  /// Peers at one address, at different ports. A further one takes the place of another one there.
   std::uint16_t max_peers_per_address = 16;
   std::uint16_t max_reboots_at_once = 8;  ///< see reboot_pause
-  /// Exceptions from own_endpoints_only: hosts with several addresses, or behind a NAT. Read later: must
-  /// outlive this.
+  /// Exceptions from own_endpoints_only: hosts with several addresses, or behind a NAT. It is read later, so
+  /// it must outlive this object.
   const std::span<const ForeignEndpoints>* foreign_endpoints = nullptr;
-  /// When a table is full, what belongs to a peer that has said nothing for so long, or for twice the time
-  /// that it was heard before, makes room for who comes new, whatever TTL it named: so who speaks once soon
-  /// gives way, who renews stays. After that one entry of the address that has most, if the newcomer's has
-  /// less.
+  /// When a table is full, entries of a peer make room for a newcomer if the peer was silent for this long,
+  /// or for twice the time that it was heard before, whatever TTL it named. So a peer that speaks once soon
+  /// gives way, and one that renews stays. If no peer is silent, an entry of the address with the most gives
+  /// way, if the newcomer's address has fewer.
   Duration silent_after = std::chrono::seconds{10};
-  /// FindService and SubscribeEventgroup entries that are taken from one peer: on average, and in a row. One
-  /// that is refused counts as four. What is beyond is ignored.
+  /// FindService and SubscribeEventgroup entries that are taken from one peer: on average, and in a row. A
+  /// refused one counts as four. Further ones are ignored.
   std::uint32_t max_entries_per_second = 2000;
   std::uint32_t max_entries_at_once = 10'000;
-  /// Reboots of one peer that are taken for real: on average one in each such pause, and max_reboots_at_once
-  /// in a row. Messages that show one too many are dropped.
+  /// Reboots of one peer that are believed: on average one in each such pause, and max_reboots_at_once in a
+  /// row. Messages that show further ones are dropped.
   Duration reboot_pause = std::chrono::seconds{5};
-  /// A message that is, byte for byte and in its session, one of the last four of its peer, which was never
-  /// silent for so long since, is one that the network has brought twice. It is dropped, where else it would
-  /// show a reboot; session 1 does so after others. A peer that has said one message, is started anew within
-  /// this time and says the same is not noticed: then its subscriptions go on, and so do ours to it, which
-  /// the next offer renews. 0: all are taken for new.  [feat_req_someipsd_863]
+  /// A message is a duplicate made by the network if it equals one of the peer's last four, session included,
+  /// and the peer was never silent for this long since. A duplicate is dropped; otherwise it would look like
+  /// a reboot, as session 1 after others does. A peer that sends one message, is restarted within this time
+  /// and sends the same one again is not noticed: its subscriptions go on, and so do ours to it, which the
+  /// next Offer renews. 0: no message is a duplicate.  [feat_req_someipsd_863]
   Duration duplicate_window = std::chrono::milliseconds{500};
-  /// How a service counts that is offered without load balancing option: by default after all others.
+  /// The rank of a service that is offered without load balancing option: by default after all others.
   /// [feat_req_someipsd_174]
   LoadBalancingOption unranked{.priority = 0xffff, .weight = 0};
 };
 
-/// What one ServiceDiscovery is told about its network. It stays the same for the object's whole life.
+/// What a ServiceDiscovery is told about its network. It stays the same for the object's whole life.
 struct Settings : DiscoveryRules {
   Endpoint unicast;  ///< own SD endpoint: where SD messages leave from and unicast ones arrive
   Endpoint multicast{IpAddress::v4(224, 244, 224, 245), 30490};

@@ -22,8 +22,8 @@ struct Limits {
   std::uint16_t max_requirements = 64;    ///< required services
   std::uint16_t max_subscriptions = 128;  ///< own ones
   std::uint16_t max_remote_services = 256;
-  /// Others that have said something. There is one more place, for who comes when the others are taken by
-  /// peers that have something with us and go on speaking: it is answered, but refused.
+  /// Peers that have said something. There is one more place for a newcomer when all others are taken by
+  /// peers that use us or are used, and go on speaking: the newcomer is answered, but refused.
   std::uint16_t max_peers = 64;
   std::uint16_t max_tcp_connections = 64;  ///< of clients, for TCP events
   /// Entries waiting to be sent. A shutdown needs one for each offer and subscription.
@@ -31,11 +31,11 @@ struct Limits {
   /// Different configurations of offers, requirements and remote services. A peer's service whose
   /// configuration finds no room is known without it.
   std::uint16_t max_configurations = 64;
-  /// Of one of them, the whole body of its option: two bytes and one more for each item. Items of a peer that
-  /// do not fit are left out.
+  /// The size of one of them, the whole body of its option: two bytes, and one more for each item. Items of a
+  /// peer that do not fit are left out.
   std::uint16_t max_configuration_bytes = 256;
-  /// Events waiting for poll_event(). What ends waits in its own place when they are too few, so no loss is
-  /// untold; what is new is refused. An offer needs one for each requirement that it fits.
+  /// Events waiting for poll_event(). When these are too few, something that ends waits in its own place, so
+  /// that every loss is told; something new is refused. An offer needs one for each requirement that it fits.
   std::uint16_t max_pending_events = 512;
 };
 
@@ -159,7 +159,7 @@ struct OwnSubscription : SlotBase {
   TimePoint silent_at = never;  // when to ask anew, unless an event comes
 };
 
-/// Somebody who has sent SD messages, or whom we send some.
+/// A node that has sent SD messages, or that we send some.
 struct Peer : SlotBase {
   std::uint16_t subscribers = 0;  // slots that name it, lost ones included
   std::uint16_t remotes = 0;      // likewise

@@ -8,11 +8,11 @@
 namespace trestle::sd {
 
 /// Sends the datagrams of discovery. What the system does not take now waits and is tried again: its buffer
-/// is full, or its table of neighbours, which says nothing of the receiver.
+/// or its table of neighbours is full, which says nothing about the receiver.
 ///
-/// Who does not answer to his address has what is sent to him stay in the send buffer for seconds. So there
-/// are two: one of the group, and one for single receivers; when that is full, who is known to be there gets
-/// his datagrams by that of the group.
+/// A datagram to a host that does not answer to its address stays in the send buffer for seconds. So there
+/// are two buffers: that of the group's socket, and that of the socket for single receivers. When the latter
+/// is full, hosts that are known to be there get their datagrams by the group's socket.
 class DiscoverySender {
  public:
   /// How the two buffers are reached; each leaves errno when it does not send.
@@ -24,11 +24,11 @@ class DiscoverySender {
   };
   static constexpr Duration retry_min = std::chrono::milliseconds{2};
   static constexpr Duration retry_max = std::chrono::milliseconds{32};
-  /// The least where only unknown hosts are waited for: they shall not take each place in the table of
-  /// neighbours that is given back, before those who send messages can.
+  /// The least where only unknown hosts are waited for: they must not take each place that becomes free in
+  /// the table of neighbours before hosts that send messages can.
   static constexpr Duration retry_unknown = std::chrono::milliseconds{16};
-  /// For which a datagram may wait: as long as the system looks for a neighbour. Discovery repeats what
-  /// counts.
+  /// How long a datagram may wait: as long as the system looks for a neighbour. Discovery repeats what
+  /// matters.
   static constexpr Duration max_age = std::chrono::seconds{3};
 
   /// @param counters  those of discovery's datagrams are kept there.

@@ -37,7 +37,7 @@ class E2ePeers {
     }
     return nullptr;
   }
-  /// Who was used longest ago makes room.
+  /// The one that was used longest ago makes room.
   T& add(const E2ePeer& peer, const T& state) {
     if (peers_.size() >= max_) {
       peers_.pop_back();

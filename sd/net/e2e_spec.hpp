@@ -24,7 +24,7 @@ namespace trestle::sd {
 /// where the state of the whole communication is, too.
 struct E2eSpec {
   someip::MethodId id{};
-  /// What is sent: by a server the event or the responses of the method, by a client the requests.
+  /// For what is sent: a server's events or the responses of the method, a client's requests.
   std::optional<someip::e2e::Config> protect{};
   std::optional<someip::e2e::Config> check{};  ///< what is received
   someip::e2e::StateMachineConfig state_machine{};
@@ -36,8 +36,8 @@ struct E2eSpec {
   /// The protection leaves the SOME/IP header out, and positions count from the beginning of the payload: so
   /// vsomeip does with profile 1.
   bool payload_only = false;
-  /// Senders of which the state is kept: clients of a method, servers. Of more, who was heard longest ago is
-  /// forgotten. At least 1.
+  /// How many senders' states are kept (clients of a method, servers). With more, the one heard longest ago
+  /// is forgotten. At least 1.
   std::size_t max_peers = 64;
   friend bool operator==(const E2eSpec&, const E2eSpec&) = default;
 };

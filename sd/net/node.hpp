@@ -1,3 +1,13 @@
+// sd/net: what an application uses. Boost.Asio, one thread.
+//
+//   node.hpp          offers and uses services at one address; drives sd/core
+//   service_spec.hpp  describes services, subscriptions and calls; node_config.hpp: settings of a Node
+//   handles.hpp       Offer and Subscription objects; proxy.hpp: calls with callbacks, futures, coroutines
+//   provider.hpp      the server's part of a Node; consumer.hpp: the client's part
+//   ports.hpp         its sockets: takes datagrams apart, puts segments together
+//   discovery_sender.hpp  sends what sd/core wants to send
+//   e2e_spec.hpp, e2e_channel.hpp  end-to-end protection
+//   checks.hpp        mistakes in descriptions, with the name of the field
 #pragma once
 #include "sd/core/service_discovery.hpp"
 #include "sd/net/node_config.hpp"
@@ -40,21 +50,21 @@ class Node {
   ///         contradicts itself or discovery refuses the service: what() says why.
   OfferHandle offer(ServiceSpec spec);
   void withdraw(OfferHandle offer);
-  /// Opens a port, or keeps it open, for as long as the result lives, which ends before the Node does: so who
-  /// offers or subscribes now and then does not lose it to others in between. Requests that come there
-  /// meanwhile are answered, as those to any unknown service are.
+  /// Opens a port, or keeps it open, as long as the result lives, which must end before the Node does. So a
+  /// program that offers or subscribes now and then does not lose the port to others in between. Requests
+  /// that arrive there meanwhile are answered like those to any unknown service.
   /// @param number  not 0.
   /// @throws someip::NetError
   [[nodiscard]] std::shared_ptr<const void> hold_port(std::uint16_t number, Transport transport);
   /// How many endpoints get this event; a multicast group that is used counts as one.
   [[nodiscard]] std::size_t subscribers(OfferHandle offer, someip::MethodId event) const;
 
-  /// Sends an event to all its subscribers. `payload` and `keep_alive` as in MessageSender::send(). With an
-  /// update rule, EventSpec, only when that says so, and the payload is copied; a cycle repeats it with this
-  /// `pacing`.
-  /// @throws std::invalid_argument for a pacing that cannot be: what() names the field; and for an event in
-  /// no
-  ///         eventgroup of the service. Not for an offer that has ended: nobody gets it.
+  /// Sends an event to all its subscribers. `payload` and `keep_alive` as in MessageSender::send(). If the
+  /// event has an update rule (EventSpec), it is sent only when the rule says so, and the payload is copied;
+  /// a cycle repeats it with this `pacing`.
+  /// @throws std::invalid_argument for an impossible pacing, where what() names the field, and for an event
+  ///         that is in no eventgroup of the service. An offer that has ended is no error: nobody gets the
+  ///         event.
   Notified notify(OfferHandle offer, someip::MethodId event, std::span<const ByteView> payload,
                   const std::shared_ptr<const void>& keep_alive = nullptr,
                   const someip::TpPacing& pacing = {});
@@ -67,7 +77,7 @@ class Node {
                        const std::shared_ptr<const void>& keep_alive = nullptr,
                        const someip::TpPacing& pacing = {});
 
-  /// Gives a field a value, and its subscribers too if its rule says so, FieldSpec::update.
+  /// Gives a field a value, and sends it to the subscribers if the field's rule says so (FieldSpec::update).
   /// @param field  its getter, setter or notifier.
   /// @throws std::invalid_argument when the service has no such field.
   Notified set_field(OfferHandle offer, someip::MethodId field, ByteView value);
@@ -78,8 +88,8 @@ class Node {
   /// The field's value; nothing if it has none yet.
   [[nodiscard]] std::shared_ptr<const std::vector<std::byte>> field(OfferHandle offer,
                                                                     someip::MethodId field) const;
-  /// The field has no value any more, as before the first one: new subscribers are told of none. Not for
-  /// a field with a cycle, which goes on.
+  /// The field has no value any more, as before it got its first one: new subscribers get none. Not for a
+  /// field with a cycle, which goes on.
   void forget_field(OfferHandle offer, someip::MethodId field);
 
   // --- Services of others ---------------------------------------------------------------------------------
@@ -92,14 +102,15 @@ class Node {
   /// The servers that offer it now.
   [[nodiscard]] std::vector<RemoteService> available(RequirementId requirement) const;
 
-  /// Whether anybody else offers any instance of the service now, as far as it has been heard: for who
-  /// chooses ids. Of services that nobody here looks for, only as many are remembered as there is room for.
+  /// Whether anybody else is known to offer an instance of the service now. This is for programs that choose
+  /// ids. Services that nobody here looks for are remembered only as far as there is room.
   [[nodiscard]] bool is_offered_by_others(someip::ServiceId service) const;
-  /// All that others offer now, as far as above. For who tells why a service is not there.
+  /// All services that others are known to offer now, likewise. This is for programs that explain why a
+  /// service is not there.
   [[nodiscard]] std::vector<SeenOffer> seen_offers() const;
-  /// How many others are known that take part in discovery.
+  /// How many other hosts are known to take part in discovery.
   [[nodiscard]] std::size_t seen_hosts() const;
-  /// What came of a service that is subscribed to now, but of other events.
+  /// Events of a service that is subscribed to now, which nobody here has asked for.
   [[nodiscard]] OtherEvents other_events(someip::ServiceId service) const;
 
   /// What a server says about its service: the items of its configuration, in their order, equal keys
@@ -112,7 +123,8 @@ class Node {
   /// @throws std::invalid_argument without a handler: then it is for send(); and for a pacing, as notify().
   CallId call(RequirementId requirement, const CallSpec& spec, std::span<const ByteView> payload,
               ResponseHandler handler, std::shared_ptr<const void> keep_alive = nullptr);
-  /// The same, but what keeps the request from leaving is told at once, and not to the handler.
+  /// The same, but a reason for which the request cannot leave is returned at once, and not given to the
+  /// handler.
   [[nodiscard]] someip::Result<CallId, CallFault> try_call(RequirementId requirement, const CallSpec& spec,
                                                            std::span<const ByteView> payload,
                                                            ResponseHandler handler,
@@ -133,7 +145,7 @@ class Node {
   void unsubscribe(SubscriptionId subscription);
   /// Whether the eventgroup is subscribed to now: a server has acknowledged it.
   [[nodiscard]] bool subscribed(SubscriptionId subscription) const;
-  /// Calls `changed` whenever that may have become another for some subscription, or a server has refused
+  /// Calls `changed` whenever subscribed() may have changed for some subscription, or a server has refused
   /// one.
   void on_subscriptions(std::function<void()> changed);
   /// Subscriptions that share one on the wire share these, too.
@@ -141,9 +153,9 @@ class Node {
 
   /// Tells that the network's link has come up or gone down; it is up at the start. While it is down all
   /// services and subscribers are lost and nothing is sent by discovery; afterwards everything starts anew.
-  /// For what the Node cannot see by itself, such as the port of a switch: it watches its network interface,
-  /// NodeConfig::watch_link, and its link is up when both say so.
-  /// [feat_req_someipsd_23] [feat_req_someipsd_436] [feat_req_someipsd_437] [feat_req_someipsd_440]
+  /// This is for what the Node cannot see by itself, such as the port of a switch. It watches its own network
+  /// interface (NodeConfig::watch_link), and the link is up when both say so.  [feat_req_someipsd_23]
+  /// [feat_req_someipsd_436] [feat_req_someipsd_437] [feat_req_someipsd_440]
   void link(bool up);
 
   /// Withdraws all offers and subscriptions: the messages that say so have been sent when it returns. The
@@ -153,7 +165,7 @@ class Node {
   // --- What it has done -----------------------------------------------------------------------------------
 
   [[nodiscard]] NodeCounters counters() const;
-  /// The last 32 subscribers for whom events were dropped as they take them too slowly, EventWait.
+  /// The last 32 subscribers for which events were dropped because they take them too slowly (EventWait).
   [[nodiscard]] std::vector<SlowSubscriber> slow_subscribers() const;
   [[nodiscard]] const Counters& discovery_counters() const noexcept;
   [[nodiscard]] someip::TpCounters reassembly_counters() const;

@@ -28,60 +28,63 @@ struct NodeConfig {
   std::uint16_t port = 30490;  ///< SD's port, of all nodes  [feat_req_someip_676]
   Timing timing{};
   DiscoveryRules discovery{};  ///< see docs/sd_options.md
-  /// Hosts that may name endpoints of other hosts, DiscoveryRules::own_endpoints_only; if there are any,
-  /// they stand for those of `discovery`.
+  /// Hosts that may name endpoints of other hosts (DiscoveryRules::own_endpoints_only). If there are any,
+  /// they replace those of `discovery`.
   std::vector<ForeignEndpoints> foreign_endpoints{};
-  /// Where `discovery` names no prefix: take that of the interface which has `address`, so that peers outside
-  /// of its subnet are not heard. False: all are, those at loopback addresses of this host, too.
-  /// [feat_req_someipsd_1135] [feat_req_someipsd_1149]
+  /// Where `discovery` names no prefix length, take that of the interface with `address`, so that peers
+  /// outside of its subnet are ignored. False: all peers are heard, also those at loopback addresses of this
+  /// host.  [feat_req_someipsd_1135] [feat_req_someipsd_1149]
   bool check_subnet = true;
-  /// Follow the link: the interface for multicast, and that it or another one has `address`. False: only
-  /// Node::link() tells.  [feat_req_someipsd_23]
+  /// Watch the link: whether the interface for multicast is up, and whether it or another one has `address`.
+  /// False: only Node::link() counts.  [feat_req_someipsd_23]
   bool watch_link = true;
   Limits limits{};  ///< of service discovery
-  /// SD datagrams that may wait for 3 s when the system cannot take them: its buffer is full, or its table of
-  /// neighbours. Those for the group, and for hosts that have answered to their address, go first.
+  /// SD datagrams that may wait for up to 3 s when the system cannot take them, because its buffer or its
+  /// table of neighbours is full. Datagrams to the group, and to hosts that have answered to their address,
+  /// go first.
   std::size_t max_waiting_discovery = 256;
   std::size_t max_message_bytes = std::size_t{16} << 20U;  ///< payload of a received message
-  /// That may wait to be sent at one UDP port or TCP connection; beyond them messages are dropped, at a UDP
-  /// port those of the receiver for whom the most waits. Of the memory for copies of it, as much stays for
-  /// the next ones.
+  /// Bytes that may wait to be sent at one UDP port or TCP connection. Beyond them messages are dropped, at a
+  /// UDP port those to the receiver with the most. Up to as much memory for copies of waiting messages is
+  /// kept for later ones.
   std::size_t max_queued_bytes = std::size_t{64} << 20U;
-  /// Large messages that may be under way at once to one UDP port: so many requests, and so many events and
+  /// Large messages that may be under way to one UDP port at once: so many requests, and as many events and
   /// answers. Their memory is taken as they fill it, and given back when none came for reassembly_timeout.
   std::size_t max_reassemblies = 32;
   std::size_t max_reassemblies_per_sender = 16;  ///< of them, from one address
   /// Memory that all large messages over UDP together may use, at all ports, counted as it is filled; never
-  /// less than for two of them. Where it does not suffice, the one gives way that comes slowest.
+  /// less than for two of them. Where it does not suffice, the slowest message gives way.
   std::size_t max_udp_receive_bytes = std::size_t{512} << 20U;
   Duration reassembly_timeout = std::chrono::seconds{5};  ///< a message not whole by then never will be
-  /// Bytes per second. A large message that comes at least this fast keeps its place. When all are taken, the
-  /// slowest of the others gives way to one that begins. 0: none does.
+  /// Bytes per second. A large message that comes at least this fast keeps its place. When all places are
+  /// taken, the slowest of the others gives way to a new one. 0: none gives way.
   std::uint32_t reassembly_protected_rate = 1'000'000;
   /// Names this client among those of the same address.  [feat_req_someip_699] [feat_req_someip_701]
   someip::ClientId client{1};
   std::uint16_t max_calls = 1024;    ///< that may be outstanding at once
   std::size_t max_tcp_clients = 64;  ///< connections at a time to one TCP port of ours
-  /// Of them, from one address: nobody can keep all others out.
+  /// Of these from one address, so that no client can keep all others out.
   std::size_t max_tcp_clients_per_address = 16;
-  /// A connection of a client that no subscription needs and over which no message goes for so long is
-  /// closed, at most a quarter of the time later. 0: none is.
+  /// A client's connection is closed when no subscription needs it and no message has passed for this long
+  /// (at the latest after a quarter of the time more). 0: never.
   Duration tcp_idle_timeout = std::chrono::minutes{5};
-  /// The same for a connection with a request that a method of ours has not answered yet, if it is longer.
+  /// The same for a connection with a request that a method of ours has not answered yet; the longer time
+  /// counts.
   Duration tcp_unanswered_timeout = std::chrono::hours{1};
   /// Memory that all TCP connections together may take for messages that come in pieces, besides 64 KiB of
-  /// each; never less than for one message. Where it does not suffice, the connection ends that holds the
-  /// most for the longest time.
+  /// each; never less than for one message. Where it does not suffice, the connection that holds the most for
+  /// the longest time ends.
   std::size_t max_tcp_receive_bytes = std::size_t{256} << 20U;
-  /// Answers in segments over UDP to an address of another host that has neither a subscription here nor a
-  /// TCP connection: somebody may have asked in its name. So many bytes may go there at once, and so many
-  /// more each second; beyond them it is answered with ReturnCode::not_ok.
+  /// Limits answers in segments over UDP to another host that has neither a subscription here nor a TCP
+  /// connection: somebody may have asked in its name. This many bytes may go there at once, and so many more
+  /// each second. Beyond them the answer is ReturnCode::not_ok.
   std::size_t unproven_answer_bytes = std::size_t{64} << 10U;
   std::size_t unproven_answer_rate = std::size_t{2} << 10U;  ///< bytes per second
   someip::AnswerRules answers{};  ///< to requests that are in error, where a service has none of its own
   someip::TpPacing pacing{};      ///< of large requests and responses over UDP
   /// How long a small message over UDP may wait for others from the same port to the same receiver, to share
-  /// a datagram with them (nPDU); 0: each has one of its own.  [feat_req_someip_741] [feat_req_someip_732]
+  /// a datagram with them (nPDU). 0: each message has a datagram of its own.  [feat_req_someip_741]
+  /// [feat_req_someip_732]
   Duration collect_for{0};
   bool magic_cookies = false;          ///< on TCP connections, for test setups
   bool cookie_in_each_segment = true;  ///< see TcpOptions

@@ -73,19 +73,20 @@ class Ports {
     std::function<void(const Endpoint& own, const Endpoint& client, bool connected)> tcp_client;
     /// Whether a client's connection to `own` is needed although nothing is said.
     std::function<bool(const Endpoint& own, const Endpoint& client)> tcp_needed;
-    /// A client was refused a connection, or lost it as a limit of ours was reached.
+    /// A client was refused a connection, or lost it because a limit of ours was reached.
     std::function<void(const Endpoint& client, const std::string& why)> tcp_refused;
     /// Large messages were lost as a limit of ours was reached: what happened, with the limit's name. `from`
     /// has sent the last one that came.
     std::function<void(const Endpoint& from, const std::string& what)> large_lost;
-    /// A message was dropped, as too much waits to be sent: at a UDP port for others, or over a connection.
+    /// A message was dropped because too much waits to be sent: at a UDP port (`to` is its receiver), or over
+    /// a connection (null).
     std::function<void(const Endpoint* to)> queue_full;
     /// What was sent to this UDP endpoint found nobody there.
     std::function<void(const Endpoint& receiver)> unreachable;
     /// As Neighbours has it.
     std::function<someip::Neighbours::Answer(const IpAddress& host)> answer_of;
-    /// A message is sent by UDP for which the send buffer is small, as the system grants no larger one: so
-    /// many bytes.
+    /// A message is sent by UDP for which the send buffer is small, because the system grants only so many
+    /// bytes.
     std::function<void(int granted)> send_buffer_is_small;
   };
 
@@ -104,7 +105,7 @@ class Ports {
   /// A connection to a server, not shared.
   std::unique_ptr<someip::TcpClient> connect(const Endpoint& remote, someip::TcpClient::Handlers handlers);
 
-  /// Nothing is offered at this port any more: keeps it a while, so that it is the clients that close their
+  /// Nothing is offered at this port any more. Keeps it for a while, so that the clients close their
   /// connections.  [feat_req_someip_680]
   void leave(std::shared_ptr<TcpPort> port);
 

@@ -41,20 +41,20 @@ class Provider {
   [[nodiscard]] Value field(OfferHandle offer, someip::MethodId field) const;
   void forget_field(OfferHandle offer, someip::MethodId field);
 
-  /// How large this request may be, of which a segment has come; 0: it is not to a method that is offered
-  /// where it came, or takes no large ones. Then it is answered once or counted.
+  /// How large the request may be of which this segment has come. 0: it is not to a method that is offered at
+  /// this port, or the method takes no large requests. Then this also answers once, or counts.
   [[nodiscard]] std::size_t wants(const someip::Message& segment, const Source& source);
   /// A message that is neither a notification nor an answer.
   void on_request(const someip::Message& message, const Source& source);
   void on_event(const SubscriberAdded& event);
   void on_event(const InitialDataRequested& event);
   void on_event(const SubscriberRemoved& event);
-  /// Warns of instances that somebody else offers, too.
+  /// Warns of our instances that somebody else offers as well.
   void note_rivals();
   [[nodiscard]] std::vector<SlowSubscriber> slow_subscribers() const;
 
  private:
-  /// What is sent by a rule: the value of a field, the last payload of an event that has a rule.
+  /// A value that is sent by a rule: that of a field, or the last payload of an event that has a rule.
   struct Ruled {
     std::optional<someip::MethodId> event;  ///< nothing: a field without notifier
     someip::UpdateSchedule schedule;
@@ -68,7 +68,7 @@ class Provider {
     someip::SessionCounter session;
     someip::WaitRule waits;
   };
-  /// A subscriber that was too slow.
+  /// A subscriber that was too slow for an event.
   struct Slow {
     SlowSubscriber subscriber;
     std::uint64_t unsaid = 0;
@@ -102,7 +102,7 @@ class Provider {
   [[nodiscard]] static someip::SessionId session_of(Offer& offer, someip::MethodId event, std::size_t bytes);
   Notified send_to_receivers(Offer& offer, const someip::Header& header, std::span<const ByteView> payload,
                              const std::shared_ptr<const void>& keep_alive, const someip::TpPacing& pacing);
-  /// By the event's rule for those who are slow.
+  /// Follows the event's rule for slow subscribers.
   void send_to_receiver(Offer& offer, const Receiver& receiver, const someip::Header& header,
                         std::span<const ByteView> payload, const std::shared_ptr<const void>& keep_alive,
                         const someip::TpPacing& pacing, Notified& result);
@@ -117,7 +117,8 @@ class Provider {
   [[nodiscard]] Judged judge(const someip::Header& header, const Source& source) const;
   void refuse(const someip::RequestCheck& check, const Source& source);
   [[nodiscard]] ReplyPath reply_path(const Source& source, bool in_segments);
-  /// Whether so large an answer may go there over UDP: nobody gets much in whose name others may have asked.
+  /// Whether so large an answer may go there over UDP: a host in whose name others may have asked gets
+  /// little.
   [[nodiscard]] bool may_receive(const Endpoint& to, std::size_t bytes);
   [[nodiscard]] someip::MethodKind kind_of(const Offer& offer, someip::MethodId method) const;
   /// Of what a method, getter or setter answers.
@@ -160,7 +161,8 @@ class Provider {
   DeadlineTimer cycle_;                        ///< of all values that are sent cyclically
   // Of one event; kept to reuse their memory, empty while it is sent.
   mutable std::vector<Receiver> receivers_;
-  /// Who gets it by multicast: the UDP endpoint, or SD's of a subscriber that needs none.
+  /// The subscribers that get it by multicast: their UDP endpoints, or their SD endpoints if they need no
+  /// other.
   mutable std::vector<Endpoint> by_multicast_;
 };
 

@@ -43,16 +43,15 @@ class Proxy {
   /// Calls a method, or a field's getter or setter. If the service, or the TCP connection to it, is not there
   /// yet, the call waits for it. `spec.timeout` is the time for both, waiting and the answer.
   ///
-  /// May be called on any thread while the io_context runs, unlike all else here. call_errors.hpp tells the
-  /// errors; that of a service that did not come in time is CallFault::unavailable. Throws
-  /// std::invalid_argument for a pacing, as Node::notify(). Of memory it takes that of the response's payload
-  /// and, for more calls at a time than ever before, some that it keeps.
+  /// May be called on any thread while the io_context runs, unlike all else here. The errors are in
+  /// call_errors.hpp; when the service did not appear in time it is CallFault::unavailable. Throws
+  /// std::invalid_argument for an impossible pacing, as Node::notify(). It allocates the response's payload
+  /// and, when more calls wait than ever before, some memory that it keeps.
   ///
   /// @param token  what is to be done with the response, as everywhere in Asio: a function of an error_code
-  /// and
-  ///               a Response, which is called later on the thread that runs the io_context, or on the
-  ///               executor that is associated with it; boost::asio::use_future to get a
-  ///               std::future<Response>; use_awaitable, deferred and so on. It may be cancelled by its slot.
+  ///               and a Response, called later on the thread that runs the io_context, or on the executor
+  ///               that is associated with it; boost::asio::use_future to get a std::future<Response>;
+  ///               use_awaitable, deferred and so on. It may be cancelled by its slot.
   template <typename Token>
   auto call(const CallSpec& spec, std::vector<std::byte> payload, Token&& token) {
     return boost::asio::async_initiate<Token, Signature>(

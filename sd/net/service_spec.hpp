@@ -21,8 +21,8 @@ struct MethodSpec {
   RequestHandler handler;
   someip::MethodKind kind = someip::MethodKind::request_response;
   std::optional<someip::TpPacing> pacing{};  ///< of large responses over UDP; nothing: NodeConfig::pacing
-  /// Of a request over UDP in segments: one that is larger is not put together, and none where a datagram has
-  /// room for so much (someip::max_plain_payload_bytes). Nothing: NodeConfig::max_message_bytes.
+  /// The largest request over UDP in segments. A larger one is not put together; and if a single datagram has
+  /// room for this much (someip::max_plain_payload_bytes), none is. Nothing: NodeConfig::max_message_bytes.
   std::optional<std::size_t> max_request_bytes{};
 };
 
@@ -47,7 +47,7 @@ struct FieldSpec {
   DifferenceCheck differs{};    ///< nothing: by any byte
   /// What the getter answers until there is a value; not ok.
   someip::ReturnCode without_value = someip::ReturnCode::not_ok;
-  /// Of large values over UDP, in notifications and responses; nothing: NodeConfig::pacing.
+  /// The pacing of large values over UDP, in notifications and responses; nothing: NodeConfig::pacing.
   std::optional<someip::TpPacing> pacing{};
 };
 
@@ -112,11 +112,12 @@ struct ServiceSpec {
   /// much its socket has room for, DiscoveryRules::tell_receive_buffer, unless it has a `configuration` of
   /// its own.
   std::optional<std::vector<someip::MethodId>> segmented{};
-  /// Of events that are not listed as many messages may wait as NodeConfig::max_queued_bytes has room for.
+  /// How many messages of an event may wait for a slow subscriber. Without an entry here it is as many as
+  /// NodeConfig::max_queued_bytes has room for.
   std::vector<EventWait> waits{};
   std::vector<E2eSpec> e2e{};  ///< events, methods, getters, setters and notifiers with protection
-  /// What else discovery tells of it, in this order.  [feat_req_someipsd_857] A service of other_protocols is
-  /// named by its item `otherserv`.  [feat_req_someipsd_500]
+  /// What else discovery says about the service, in this order.  [feat_req_someipsd_857] A service of
+  /// other_protocols is named by its item `otherserv`.  [feat_req_someipsd_500]
   std::vector<ConfigurationText> configuration{};
   /// How long it lives unless it is offered again, 1 to infinite_ttl_s; nothing: Timing::ttl_s of the node.
   /// [feat_req_someipsd_253]
@@ -140,7 +141,7 @@ struct Notified {
   std::size_t overtaken = 0;
 };
 
-/// A subscriber for whom events were dropped as it takes them too slowly, EventWait.
+/// A subscriber for which events were dropped because it takes them too slowly (EventWait).
 struct SlowSubscriber {
   Endpoint at;
   Transport transport = Transport::udp;
@@ -168,7 +169,7 @@ struct SubscribeSpec {
   std::uint32_t minor = any_minor;
   someip::EventgroupId eventgroup{};
   std::vector<someip::MethodId> events{};
-  /// The protocols of its events: a server may refuse who leaves out one that it needs.
+  /// The protocols of its events. A server may refuse a subscription that leaves out one that it needs.
   bool udp = true;
   bool tcp = false;
   std::uint16_t port = 0;  ///< UDP, to receive at; 0: one that all subscriptions of the node share
@@ -182,7 +183,7 @@ struct SubscribeSpec {
   /// [feat_req_someipsd_322]
   std::optional<std::uint32_t> ttl_s{};
   std::vector<E2eSpec> e2e{};  ///< of `events` with end-to-end protection
-  /// Of each of `events` that comes over UDP in segments: a larger one is not put together. Nothing:
+  /// The largest of `events` that comes over UDP in segments: a larger one is not put together. Nothing:
   /// NodeConfig::max_message_bytes.
   std::optional<std::size_t> max_event_bytes{};
   std::string otherserv{};  ///< the name, for other_protocols  [feat_req_someipsd_503]
@@ -246,7 +247,7 @@ struct CallSpec {
   /// Nothing: one that is offered, chosen by priority and weight for as long as it stays and answers.
   /// [feat_req_someipsd_770]
   std::optional<someip::InstanceId> instance{};
-  /// Of fire and forget: false sends it with Session ID 0. A call needs a session to know its answer by.
+  /// Fire and forget only: false sends Session ID 0. A call needs a session to recognise its answer.
   /// [feat_req_someip_667] [feat_req_someip_700]
   bool session = true;
   std::optional<someip::TpPacing> pacing{};  ///< of a large request over UDP; nothing: NodeConfig::pacing

@@ -13,7 +13,7 @@ namespace trestle::sd {
 /// receiver leaves in this order, as their sessions tell.  [feat_req_someipsd_41]
 class WaitingDatagrams {
  public:
-  /// For the group and for who is known go before all others when there is no room for all.
+  /// When there is no room for all, datagrams to the group and to known hosts go before all others.
   enum class Rank : std::uint8_t { first, others };
   struct Drops {
     std::uint64_t no_room = 0;  ///< more waited than may

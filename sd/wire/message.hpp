@@ -1,3 +1,11 @@
+// sd/wire: bytes of service discovery to values and back. No state.
+//
+//   message.hpp  an SD message: flags, entries, and the options that each entry refers to
+//   entry.hpp    Find, Offer, Subscribe and their like
+//   option.hpp   endpoints, configuration, load balancing, MAC groupcast
+//   writer.hpp   puts entries and their options into a message, and shares equal options
+//
+// Unknown options are kept; what they mean for an entry is decided in sd/core/entry_options.hpp.
 #pragma once
 #include <cassert>
 

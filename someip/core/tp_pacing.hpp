@@ -14,9 +14,9 @@ inline constexpr std::size_t default_burst = 48;
 /// The fewest that leave at once for one that tells less: 5.6 KB.
 inline constexpr std::size_t least_burst = 4;
 
-/// The fewest that leave at once for a multicast group, where the least that a member tells counts: who tells
-/// of a byte must not have a message of 1 MB take a third of a second for all. Where a member takes less,
-/// TpPacing::burst is to say so.
+/// The fewest that leave at once for a multicast group, where the smallest claim of a member counts: one that
+/// tells of a byte must not have a message of 1 MB take a third of a second for all. Where a member takes
+/// less, TpPacing::burst is to say so.
 inline constexpr std::size_t least_burst_to_group = 32;
 
 /// The most that leave at once for one that tells more: 5.7 MB of segments, in 500 us faster than any

@@ -133,7 +133,7 @@ class TpReassembler {
   /// Messages under way.
   [[nodiscard]] std::size_t size() const noexcept;
 
-  // For who takes the memory of slots from a system, and gives it back.
+  // For a caller that takes the memory of slots from the system, and gives it back.
 
   /// Other slots: the same, and some more or some less at the end, where used() tells which have to stay.
   void use(std::span<TpSlot> slots) noexcept { slots_ = slots; }

@@ -24,8 +24,7 @@ struct TpSegment {
 ///     }
 class TpSegmenter {
  public:
-  /// @param header         the original's header. Its session must be a live one: it is what ties the
-  /// segments
+  /// @param header         the original's header. Its session must not be 0: the session ties the segments
   ///                       together.  [feat_req_someiptp_762] [feat_req_someiptp_763]
   /// @param payload_bytes  at most 0xfffffff7, what the Length field of the original could say.
   /// @param segment_bytes  payload per segment; a multiple of 16, from 16 to 65472.  [feat_req_someiptp_772]

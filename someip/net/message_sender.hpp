@@ -19,8 +19,9 @@ namespace trestle::someip {
 /// leave together, each in a datagram of its own, with one system call: when the handler is done, or there
 /// are 64; in a handler of what `socket` has received, when all has been handled that came with it.
 ///
-/// The large messages to one receiver share its bursts, in the order in which they were sent. Those to
-/// another one do not wait for its pauses, and where too much waits, it is dropped where the most does.
+/// The large messages to one receiver share its bursts, in the order in which they were sent. Messages to
+/// another receiver do not wait for its pauses. Where too much waits, messages to the receiver with the most
+/// are dropped.
 class MessageSender {
  public:
   struct Counters {
@@ -51,9 +52,8 @@ class MessageSender {
   /// @param payload     slices that together are the payload.
   /// @param keep_alive  owns what the slices point to; released once the message has been sent or dropped.
   ///                    Without it, the slices need only live during the call: what has to wait is copied.
-  /// @return false when the message was dropped; counters() tell why. What waits for others is counted when
-  /// the
-  ///         system refuses it.
+  /// @return false when the message was dropped; counters() tell why. A message that leaves together with
+  ///         later ones is counted when the system refuses it.
   bool send(const Endpoint& to, const Header& header, std::span<const ByteView> payload,
             std::shared_ptr<const void> keep_alive = nullptr, const TpPacing& pacing = {});
 
@@ -76,16 +76,16 @@ class MessageSender {
     std::function<void(const Endpoint& receiver)> unreachable;
   };
   static constexpr Duration patience = std::chrono::milliseconds{3500};  ///< the system itself has 3 s
-  /// Within which the system asks for who is new, as an answer to the subscription is sent there; else it
-  /// finds the host in another way.
+  /// Within this time the system asks for a new host (ARP), as an answer to its subscription is sent there.
+  /// Otherwise it reaches the host in another way.
   static constexpr Duration time_to_ask = std::chrono::milliseconds{200};
 
   void watch_link(Link link);
-  /// This receiver is new. What is for it is kept here while nobody has answered to its address: in the send
-  /// buffer of the system, which receivers share, it would take the room of the others.
+  /// This receiver is new. Messages for it are kept here until somebody has answered to its address. In the
+  /// send buffer of the system, which all receivers share, they would take the room of the others.
   void meet(const Endpoint& receiver);
 
-  /// Sends now what waits to leave together with others.
+  /// Sends the messages that wait to leave together, now.
   void flush();
 
   /// Sends what was collected and drops what else waits to be sent. Nothing is sent afterwards; destruction

@@ -7,8 +7,8 @@
 
 namespace trestle::someip {
 
-/// Whom the system knows on the link: what is sent there leaves at once, and does not wait in the send buffer
-/// until somebody answers or, for seconds, nobody.
+/// The hosts that the system knows on the link. What is sent to them leaves at once, and does not wait in the
+/// send buffer until somebody answers or, for seconds, nobody.
 class Neighbours {
  public:
   /// @param own        an own address: the interface that has it, unless `interface` says otherwise.

@@ -80,9 +80,9 @@ class SendLanes {
 
   /// A place at the end of the receiver's lane, with `parts` as they lie. Unless they are kept, own() has to
   /// be called while they live, if the message still waits then.
-  /// When too much waits, messages of those for whom the most waits give way, the oldest first that have not
-  /// begun to leave, as long as more waits for them than for this receiver: who takes slowly, or nothing,
-  /// leaves room for the others. To be followed by let_go().
+  /// When too much waits, messages to the receiver with the most give way, the oldest first that have not
+  /// begun to leave, as long as more waits for it than for this receiver. So a receiver that takes messages
+  /// slowly, or not at all, leaves room for the others. To be followed by let_go().
   /// @return nothing if so much may not wait.
   [[nodiscard]] PendingMessage* add(const Endpoint& to, std::span<const ByteView> parts, std::size_t bytes,
                                     bool keep);

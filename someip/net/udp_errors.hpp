@@ -18,9 +18,9 @@ struct UdpError {
 
 /// The oldest error that is kept, which it then is no more; nothing when there is none.
 ///
-/// Anyone who can forge the address of a host on the way can make one up: for a socket that sends to many,
-/// the kernel checks only that the datagram which the ICMP message quotes has the address and port of this
-/// socket as its source. That is no more than a forged StopSubscribeEventgroup would take.
+/// Whoever can forge the address of a host on the way can forge such an error: for a socket that sends to
+/// many, the kernel checks only that the datagram which the ICMP message quotes has the address and port of
+/// this socket as its source. That is no more than a forged StopSubscribeEventgroup would take.
 [[nodiscard]] std::optional<UdpError> next_udp_error(int fd) noexcept;
 
 }  // namespace trestle::someip

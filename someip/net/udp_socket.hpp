@@ -1,3 +1,13 @@
+// someip/net: sockets under Boost.Asio. One thread, that of the io_context.
+//
+//   udp_socket.hpp      datagrams in and out, several with one system call; udp_transmitter.hpp sends them
+//   message_sender.hpp  messages over UDP: small ones together, large ones in segments (send_lanes.hpp)
+//   reassembly.hpp      a TpReassembler with memory from the system, within a budget
+//   tcp_server.hpp, tcp_client.hpp  messages over TCP; tcp_stream.hpp is what both share
+//   parameters.hpp      C++ values as payloads: pack(), unpack()
+//   address_text.hpp, addresses.hpp, neighbours.hpp  addresses as text, of interfaces, of the link
+//
+// No decision about the protocol is made here; an `if` about a protocol field belongs into someip/core.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -17,7 +27,7 @@ class io_context;
 
 namespace trestle::someip {
 
-/// Who else on this host may have the port.
+/// Which other sockets of this host may have the port.
 enum class PortSharing : std::uint8_t {
   exclusive,  ///< nobody, on this address or on all
   /// Nobody on this very address; but some socket may have it on all addresses, if that one agrees to share
@@ -101,9 +111,9 @@ class UdpSocket {
   /// The same; the datagrams that the system has joined come together.
   void receive_trains(TrainHandler handler);
 
-  /// From now on tells who cannot be reached, by the errors that the network sends back for datagrams (ICMP:
-  /// nobody has the port, the host is down, there is no way to it). Only for a socket that receives. The
-  /// handler may destroy the socket. See next_udp_error() for how far to believe it.
+  /// From now on tells which receivers cannot be reached, by the errors that the network sends back for
+  /// datagrams (ICMP: nobody has the port, the host is down, there is no way to it). Only for a socket that
+  /// receives. The handler may destroy the socket. See next_udp_error() for how far to believe it.
   void report_unreachable(std::function<void(const Endpoint& receiver)> handler);
 
   /// Whether a handler of receive() is being called. After it, and those for what else was received with the

@@ -3,9 +3,9 @@
 
 namespace trestle::someip {
 
-/// How many messages with one Message ID may wait for one receiver who takes them more slowly than they come,
-/// and which of them gives way to a newer one. What has begun to leave does not count. So who is slow costs
-/// the others nothing: no memory, and no message.
+/// How many messages with one Message ID may wait for one receiver that takes them more slowly than they
+/// come, and which of them gives way to a newer one. What has begun to leave does not count. So a slow
+/// receiver costs the others nothing: no memory, and no message.
 struct WaitRule {
   std::size_t most = 0;      ///< 0: no limit but that of the bytes
   bool keep_oldest = false;  ///< it is the newest that is dropped; else the oldest

@@ -1,3 +1,14 @@
+// someip/wire: bytes to values and back. Nothing else: no state, no sockets, no memory of its own.
+//
+//   header.hpp          the SOME/IP header, whole messages, several messages in a datagram
+//   tp.hpp              the header of SOME/IP-TP segments
+//   payload_reader.hpp  payloads: numbers, strings, arrays, structs, unions, tagged members
+//   payload_writer.hpp  the other direction; both follow payload_rules.hpp
+//   endpoint.hpp        addresses and ports
+//   bytes.hpp           reading and writing numbers; remembers the first failure
+//   types.hpp           ids as types of their own, Result, WireError
+//
+// A codec checks bounds and rejects nothing else: what is allowed is decided in someip/core.
 #pragma once
 #include <optional>
 

@@ -1,3 +1,9 @@
+// test/replay: our core in the place of one host of a recorded conversation.
+//
+//   recording.hpp      the datagrams and connections of a capture
+//   recorded_life.hpp  what the application of a recorded host wanted, read off what it sent
+//   sd_replay.hpp      runs our service discovery in its place, and compares
+//   sd_replay_test.cpp, messages_test.cpp  the captures of pcaps/vsomeip
 #pragma once
 #include <string>
 #include <vector>

@@ -1,3 +1,9 @@
+// test/sim: several nodes in virtual time, with delay, loss, reordering, duplication and partition.
+//
+//   network.hpp           the network and its nodes; all that is random comes from one seed
+//   sd_network_test.cpp   service discovery in it
+//
+// An hour takes milliseconds, and a seed that failed gives the same run again.
 #pragma once
 #include <functional>
 #include <map>

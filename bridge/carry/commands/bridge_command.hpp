@@ -1,3 +1,10 @@
+// bridge/carry/commands: `trestle bridge` and `trestle check`.
+//
+//   bridge_command.hpp  runs a bridge; SIGUSR1 prints counters, SIGHUP reads the file again
+//   check_command.hpp   says what a configuration would do
+//   summary.hpp         that as tables
+//   explain.hpp         loads a file, or explains what is wrong with it
+//   field_packages.hpp  writes the ROS packages of field services
 #pragma once
 
 namespace CLI {

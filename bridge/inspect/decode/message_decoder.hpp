@@ -1,3 +1,13 @@
+// bridge/inspect/decode: `trestle decode`: SOME/IP messages of a capture as JSON.
+//
+//   capture_decoder.hpp, capture_reader.hpp  from frames to messages
+//   someip_ports.hpp     which ports carry SOME/IP
+//   message_stream.hpp, tp_assembly.hpp  messages in TCP streams and in segments
+//   message_decoder.hpp  a message as JSON, with the rules that it breaks
+//   message_json.hpp, sd_json.hpp  its parts
+//   decode_command.hpp   the command
+//
+// docs/decode.md describes every field.
 #pragma once
 #include <functional>
 

@@ -77,7 +77,7 @@ struct Sighting {
 
 [[nodiscard]] const char* to_string(Sighting::Kind kind) noexcept;
 
-/// What one hears who only listens to service discovery. No peer: it sends nothing.
+/// What can be learned by listening to service discovery. It is no peer: it sends nothing.
 class NetworkView {
  public:
   struct Counters {

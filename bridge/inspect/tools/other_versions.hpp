@@ -7,7 +7,7 @@
 
 namespace trestle::inspect {
 
-/// Notices who offers a service in other major versions than the one that is wanted, which a Node does not
+/// Notices offers of a service in other major versions than the one that is wanted, which a Node does not
 /// mention: so that the user learns of a wrong --major.
 class OtherVersions {
  public:

@@ -32,7 +32,7 @@ class Samples {
   std::uint64_t count_ = 0;
 };
 
-/// Who reports.
+/// Which process reports.
 enum class Process : std::uint8_t { publisher, bridge_a, bridge_b, subscriber };
 inline constexpr std::size_t process_count = 4;
 /// The name that output uses: "bridge A".

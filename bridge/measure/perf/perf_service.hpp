@@ -25,7 +25,8 @@ inline constexpr someip::EventgroupId udp_eventgroup{0x0001};
 inline constexpr someip::EventgroupId tcp_eventgroup{0x0002};
 inline constexpr someip::MethodId udp_event{0x8001};
 inline constexpr someip::MethodId tcp_event{0x8002};
-/// Of who calls, so that the server knows what the caller's socket can take: its event is never sent.
+/// The caller subscribes to it so that the server knows how much the caller's socket can take. Its event is
+/// never sent.
 inline constexpr someip::EventgroupId callers_eventgroup{0x0003};
 inline constexpr someip::MethodId no_event{0x8003};
 

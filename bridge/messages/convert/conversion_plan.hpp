@@ -1,3 +1,14 @@
+// bridge/messages/convert: from CDR to a SOME/IP payload and back.
+//
+//   conversion_plan.hpp    the interface: compile a type under rules, convert in both directions
+//   message_rules.hpp      the rules of one route: payload layout, tags, unions, fixed strings
+//   plan_compiler.cpp      type and rules become a program (program.hpp)
+//   cdr_to_someip.cpp, someip_to_cdr.cpp  run the program
+//   gathered.hpp           the result: slices of the input and of the scratch
+//   conversion_scratch.hpp memory that one conversion after the other uses
+//   service_plans.hpp      the two plans of a service
+//
+// docs/conversion.md says which bytes come out.
 #pragma once
 #include <string>
 #include <string_view>

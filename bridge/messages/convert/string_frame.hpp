@@ -117,7 +117,7 @@ struct QuickFrame {
   friend bool operator==(const QuickFrame&, const QuickFrame&) = default;
 };
 
-/// Of the rules that nothing was said about. What is known as the code is compiled is quicker.
+/// The frame of the default rules. Code that knows it at compile time is quicker.
 inline constexpr QuickFrame usual_strings{someip::PayloadRules{}};
 
 }  // namespace trestle::messages

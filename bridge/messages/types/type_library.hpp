@@ -1,3 +1,12 @@
+// bridge/messages/types: ROS 2 message types at run time.
+//
+//   type_library.hpp        finds types by name: folders, AMENT_PREFIX_PATH, built-in ones (builtin/)
+//   message_definition.hpp  a message type as data, and the tree of all that it is made of
+//   msg_parser.hpp, interface_parser.hpp, idl_parser.hpp  parse .msg, .srv and .action, .idl
+//   type_hash.hpp           the hash by which ROS 2 nodes compare types
+//   field_service.hpp       services made for the getters and setters of fields
+//
+// Knows neither wire rules nor the configuration.
 #pragma once
 #include <filesystem>
 #include <map>
@@ -52,7 +61,8 @@ class TypeLibrary {
   ///              "pkg/action/Name_GetResult".
   [[nodiscard]] tl::expected<ServiceTypes, TypeError> resolve_service(std::string_view name);
 
-  /// Has an interface whose file would say this, where there is no such file.
+  /// Adds an interface as if there were a file with this text. An existing file or built-in one of that name
+  /// wins.
   void define(const InterfaceName& interface, std::string text);
 
   /// Names of the definitions compiled in, sorted: "pkg/msg/Type", "pkg/srv/Name", "pkg/action/Name".

@@ -1,3 +1,12 @@
+// bridge/messages/values: messages as text that people write and read, YAML and JSON.
+//
+//   message_values.hpp  text to payload, payload to text
+//   sample_builder.hpp  text to CDR; sample_walk.hpp: through CDR, value by value
+//   printers.hpp        as YAML, as JSON
+//   text_value.hpp      a piece of YAML or JSON before its type is known
+//   load_wire.hpp       the section `wire` of a configuration
+//
+// docs/values.md describes the text.
 #pragma once
 #include <cstdint>
 #include <string>

@@ -81,9 +81,9 @@ struct Need {
   std::uint32_t minor = sd::any_minor;
   /// UDP port at the device's address that calls leave from and events come to: not SD's.
   std::uint16_t port = 0;
-  /// How many bytes of datagrams to that port the firmware can hold until it polls; servers that know
-  /// sd::receive_buffer_key send their segments in bursts that fill a quarter, but of 4 segments at least:
-  /// who can hold less needs a server with an explicit burst. 0: they are not told.
+  /// How many bytes of datagrams to that port the firmware can hold until it polls. Servers that know
+  /// sd::receive_buffer_key send segments in bursts that fill a quarter of this, but at least 4 segments;
+  /// firmware that can hold less needs a server with an explicit burst. 0: servers are not told.
   std::uint32_t receive_buffer_bytes = 0;
   std::span<const Subscription> subscriptions{};
 };
@@ -94,7 +94,7 @@ struct Limits {
   std::uint16_t services = 4;
   std::uint16_t eventgroups = 8;  ///< of all services
   std::uint16_t events = 16;      ///< events and fields of all services
-  /// Of all eventgroups; who subscribes to two counts twice.
+  /// Of all eventgroups; a client that subscribes to two counts twice.
   std::uint16_t subscribers = 16;
   /// Other nodes that discovery keeps in mind. The one silent for longest, that nothing depends on, makes
   /// room.
@@ -103,8 +103,8 @@ struct Limits {
   std::uint16_t subscriptions = 0;    ///< of all needs
   std::uint16_t remote_services = 0;  ///< that others offer: at least as many as needs, if there are any
   std::uint16_t calls = 0;            ///< outstanding at a time
-  /// Discovery entries that wait to be sent, at least services + subscriptions. Who subscribes to so many
-  /// eventgroups at once gets all Acks.
+  /// Discovery entries that wait to be sent, at least services + subscriptions. A client that subscribes to
+  /// so many eventgroups at once gets all Acks.
   std::uint16_t pending_entries = 8;
   /// What discovery tells at once: a peer's reboot needs one for each of its subscriptions and services.
   std::uint16_t pending_events = 8;

@@ -1,3 +1,12 @@
+// sd/core/device: a whole SOME/IP device over UDP in one object, for firmware. Same rules as sd/core.
+//
+//   device.hpp       the object: services, events, fields, calls, subscriptions, segments
+//   description.hpp  what it offers and needs, as constants that may lie in flash memory
+//   happenings.hpp   what it tells the application
+//   memory.hpp       its memory: sizes are limits; memory_bytes() says what they cost
+//   argument.hpp     what is wrong with an argument
+//
+// sd/c is the same for programs in C. docs/embedding.md explains both.
 #pragma once
 #include "sd/core/device/argument.hpp"
 #include "sd/core/device/happenings.hpp"

@@ -83,8 +83,8 @@ struct SubscriberRemoved {
   sd::LossReason reason{};
 };
 
-/// A service that is now offered has an id that others may take amiss: one that is reserved, of an event or
-/// notifier below 0x8000, or of a method, getter or setter from there on. It works with who does not mind.
+/// A service that is now offered has an id that other stacks may refuse: a reserved one, an event or notifier
+/// below 0x8000, or a method, getter or setter from there on. It works with all that accept it.
 /// [feat_req_someip_626] [feat_req_someipids_636]
 struct UnusualId {
   std::size_t service = 0;

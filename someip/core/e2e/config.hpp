@@ -1,3 +1,13 @@
+// someip/core/e2e: end-to-end protection (AUTOSAR E2E), without sockets, clock or heap.
+//
+//   config.hpp         the profiles and their parameters
+//   layout.hpp         a profile as data: where its fields are, which CRC it has
+//   protector.hpp      writes counter, length, Data ID and CRC into a message
+//   checker.hpp        checks them
+//   state_machine.hpp  what the last checks together say of the communication
+//   crc.hpp            the CRCs
+//
+// docs/e2e.md explains the profiles; docs/internals/adding.md how to add one.
 #pragma once
 #include <array>
 #include <bit>
