@@ -10,48 +10,49 @@ from measures import CLOUDS, SIZES, median
 
 HEADING = """# Performance
 
-Written by `./run bench`, which measures floors and ours in turn in one run. Absolute times say something only about the
-machine; what counts are the ratios. A floor is what the system itself does with the same bytes: loops of bare system
-calls, memcpy, plain Fast DDS ([test/bench](../test/bench)). Ours is measured by `trestle perf` ([tools.md](tools.md)),
-from call to answer and from `notify()` to the handler. `./run bench --check` fails when a goal is missed.
+Written by `./run bench`, which measures floors and Trestle alternately in one run. Absolute times depend on the machine; the
+ratios are what counts. A *floor* is what the system itself needs for the same bytes: loops of bare system calls, memcpy,
+plain Fast DDS ([test/bench](../test/bench)). "Ours" is measured by `trestle perf` ([tools.md](tools.md)), from call to answer
+and from `notify()` to the handler. `./run bench --check` fails when a goal is missed.
 
-Each round measures a floor and ours one after the other, the next round the other way about: a ratio is the median of
-those of the rounds, and "rounds" says between which values they lay (or those of ours, where there is no ratio). Where
-some rounds met a goal and others missed it, the last column says how many; a round in which a floor lost something failed.
-What scatters more is taken twice a round (without UDP_SEGMENT, two bridges) or three times (two bridges, up to 256 KB).
-
-"""
-
-PATHS = """`trestle perf bridge` in one namespace, its other end in the other one, and a bridge beside each: DDS, bridge,
-SOME/IP, bridge, DDS, PointCloud2 of that many bytes of points. The floor is two hops of plain Fast DDS, which leave
-samples where DDS puts them, and one bare TP transfer, all of them taken beside it. A hop is asynchronous when a thread of
-Fast DDS sends what was written, synchronous when the thread that writes sends as well, and is kept for as long as that
-takes: for each size the floor has the way that is quicker in the median of the rounds. Our writers are synchronous with
-samples of up to 300 KB; larger ones are copied and sent by a thread of the writer. Of DDS, latencies are half of the way
-there and back, and who reflects does so on the thread that received. All of it goes by UDP on loopback, unless it says
-otherwise: by default a bridge does without shared memory, since Fast DDS recovers badly from the end of a process that
-used it ([dds.md](dds.md)); the goal is of that default. "The same by shared memory" has `shared_memory: true` in both
-ends and both bridges, beside hops that use it, too. Last, for who would compare bridges as they come with hops of that kind,
-those two. Nobody reports single messages there; the bridges of the checkpoints below do, which takes time. The idle node, without DDS, offers
-a service by UDP and TCP, with nobody else there or subscribed to the service of another one; wake-ups are those that no
-datagram of discovery, sent or received, is the reason of. The start is counted from `main()` to the first event of a service
-that has long been there, without initial delay.
+Each round measures a floor and ours one after the other, the next round in the opposite order. A ratio is the median of the
+ratios of all rounds, and "rounds" shows the smallest and the largest of them (or of our values, where there is no ratio).
+Where some rounds met a goal and others missed it, the last column says how many. A round in which a floor lost something
+counts as failed. Rows that scatter more are measured twice a round (without UDP_SEGMENT, two bridges) or three times (two
+bridges, up to 256 KB).
 
 """
-CLOUDS_TEXT = """Time between the checkpoints of the published bridge: just before and after the conversion of DDS to
-SOME/IP (①, ②) and back (③, ④), for its seven sizes of clouds. What lies between ② and ③ is the transport.
+
+PATHS = """`trestle perf bridge` runs in one network namespace, its other end in the other one, and a bridge beside each: DDS, bridge,
+SOME/IP, bridge, DDS. The messages are PointCloud2 with this many bytes of points. The floor is two hops of plain Fast DDS,
+whose samples stay where DDS puts them, and one bare TP transfer, all measured alongside. A hop is asynchronous when a thread
+of Fast DDS sends the sample, and synchronous when the writing thread sends it, which then waits for so long. For each size the
+floor uses the way that is quicker in the median of the rounds. Our writers are synchronous for samples of up to 300 KB; larger
+ones are copied and sent by a thread of the writer. For DDS, a latency is half of the round trip, and the other end replies on
+the thread that received. Everything goes by UDP on loopback unless the row says otherwise: by default a bridge uses no shared
+memory, because Fast DDS recovers badly from the end of a process that used it ([dds.md](dds.md)); the goal is for that
+default. "The same by shared memory" has `shared_memory: true` in both ends and both bridges, and is compared with hops that
+use it, too. The rows "the bridges by UDP, hops by shared memory" compare bridges without it with hops that use it. The bridges
+report no single messages there; those of the checkpoints below do, which takes time. The idle node, without DDS, offers a
+service over UDP and TCP, either alone or subscribed to the service of another node; wake-ups caused by datagrams of discovery
+are not counted. The start is measured from `main()` to the first event of a service that was there before, without initial
+delay.
 
 """
-VSOMEIP = """vsomeip in the same rounds, between two processes each of which is its own routing manager, with no debounce
-time and no separation of segments ([vsomeip_perf.cpp](../test/bench/vsomeip_perf.cpp)). Of its events of 64 bytes 256 are
-under way at a time, of ours as many as there can be; of large ones as many of each as hold 2 MB. A client of vsomeip that
-does not find the service is started again, up to four times a round:
+CLOUDS_TEXT = """The checkpoints are those of a published bridge: just before and after the conversion from DDS to SOME/IP (①, ②) and back
+(③, ④), for its seven sizes of clouds. Between ② and ③ lies the transport.
 
 """
-CONVERSION = """Of conversion and memcpy in turn on the same memory; default wire rules: big-endian payloads, little-endian CDR.
-By reference the payload's array is not touched; copied is the same with the one copy that memcpy is. Alone means in
-turn with that memcpy, after which large clouds find little left in the caches; in a running bridge, between the checkpoints
-above. Where memory lies matters to memcpy and to us: each figure is the mean of eight placements of the input.
+VSOMEIP = """vsomeip in the same rounds, between two processes. Each is its own routing manager, with no debounce time and no separation of
+segments ([vsomeip_perf.cpp](../test/bench/vsomeip_perf.cpp)). Of its events of 64 bytes, 256 are under way at a time, of ours
+as many as possible; of large events, as many of each as hold 2 MB. A vsomeip client that does not find the service is
+restarted, up to four times a round:
+
+"""
+CONVERSION = """Conversion and memcpy alternate on the same memory, with default wire rules: big-endian payloads, little-endian CDR. "By
+reference" does not touch the array of the payload; "copied" includes the one copy that memcpy makes. "Alone" alternates with
+that memcpy, after which large clouds find little in the caches; "in a running bridge" is measured between the checkpoints
+above. The placement in memory matters to memcpy and to us, so each figure is the mean of eight placements of the input.
 
 """
 
