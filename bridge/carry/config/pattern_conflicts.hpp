@@ -1,6 +1,7 @@
 #pragma once
 #include <vector>
 
+#include "bridge/carry/config/load.hpp"
 #include "bridge/carry/config/load_method.hpp"
 #include "bridge/carry/config/load_pattern.hpp"
 #include "bridge/carry/config/load_route.hpp"
