@@ -15,17 +15,17 @@
 #include "bridge/carry/runtime/dds_receiver.hpp"
 #include "bridge/carry/runtime/dds_words.hpp"
 #include "bridge/carry/runtime/discovered_routes.hpp"
-#include "bridge/carry/runtime/inbound_route.hpp"
+#include "bridge/carry/runtime/event_to_topic.hpp"
+#include "bridge/carry/runtime/getter_to_topic.hpp"
 #include "bridge/carry/runtime/methods.hpp"
 #include "bridge/carry/runtime/node_config.hpp"
 #include "bridge/carry/runtime/offered_services.hpp"
-#include "bridge/carry/runtime/outbound_route.hpp"
 #include "bridge/carry/runtime/publisher_watch.hpp"
-#include "bridge/carry/runtime/route_getter.hpp"
 #include "bridge/carry/runtime/route_parts.hpp"
 #include "bridge/carry/runtime/service_offer.hpp"
 #include "bridge/carry/runtime/silence_watch.hpp"
 #include "bridge/carry/runtime/start_at.hpp"
+#include "bridge/carry/runtime/topic_to_event.hpp"
 #include "bridge/carry/runtime/topic_watch.hpp"
 #include "bridge/messages/types/type_library.hpp"
 #include "dds_adapter/ros_names.hpp"
@@ -214,7 +214,7 @@ struct Bridge::State {
   }
 
   // Who wants to know of the topic's publishers or readers is told of them from now on.
-  void follow(InboundRoute& inbound_route, const Route& route) {
+  void follow(EventToTopic& inbound_route, const Route& route) {
     if (route.presence.subscribe_while_read) {
       watch->watch(dds::ros_topic_name(route.topic), TopicWatch::End::writer,
                    [&inbound_route] { inbound_route.readers_changed(); });
@@ -224,7 +224,7 @@ struct Bridge::State {
                    [&inbound_route] { inbound_route.bridges_changed(); });
     }
   }
-  void follow(ServiceOffer& offer, OutboundRoute& outbound_route, const Route& route) {
+  void follow(ServiceOffer& offer, TopicToEvent& outbound_route, const Route& route) {
     if (route.presence.offer_while_published) {
       offer.needs([&outbound_route] { return outbound_route.published(); });
       watch->watch(dds::ros_topic_name(route.topic), TopicWatch::End::reader, [&offer] { offer.update(); });
@@ -248,7 +248,7 @@ struct Bridge::State {
         },
         [log = logger](const std::string& line) { log->warn("{}", line); });
     const std::string other = other_interface(config.someip);
-    const auto watch_outbound = [this](const std::string& name, const OutboundRoute& one) {
+    const auto watch_outbound = [this](const std::string& name, const TopicToEvent& one) {
       silence->add({.topic = name,
                     .received = [&one] { return one.received(); },
                     .reason =
@@ -288,10 +288,10 @@ struct Bridge::State {
   std::unique_ptr<dds::Participant> participant;
   std::optional<DdsReceiver> receiver;
   std::unique_ptr<sd::Node> node;
-  std::vector<std::unique_ptr<RouteGetter>> getters;
+  std::vector<std::unique_ptr<GetterToTopic>> getters;
   std::vector<std::unique_ptr<ServiceOffer>> offers;
-  std::vector<std::unique_ptr<OutboundRoute>> outbound;
-  std::vector<std::unique_ptr<InboundRoute>> inbound;
+  std::vector<std::unique_ptr<TopicToEvent>> outbound;
+  std::vector<std::unique_ptr<EventToTopic>> inbound;
   std::unique_ptr<DiscoveredRoutes> discovered;  ///< if there are patterns
   std::unique_ptr<Methods> methods;
   std::optional<SilenceWatch> silence;
@@ -317,7 +317,7 @@ Bridge::Bridge(boost::asio::io_context& io, const BridgeConfig& config, messages
   std::vector<OfferedService> services = offered_services(config.routes);
   for (const Route& route : config.routes) {
     if (route.getter) {
-      state_->getters.push_back(std::make_unique<RouteGetter>(route));
+      state_->getters.push_back(std::make_unique<GetterToTopic>(route));
       state_->getters.back()->join(services);
     }
   }
@@ -331,7 +331,7 @@ Bridge::Bridge(boost::asio::io_context& io, const BridgeConfig& config, messages
     const Route& route = config.routes[i];
     if (route.direction == Direction::someip_to_dds) {
       state_->inbound.push_back(start_at(config, route.mark, [&] {
-        return std::make_unique<InboundRoute>(*state_->node, route,
+        return std::make_unique<EventToTopic>(*state_->node, route,
                                               subscription_of(config.routes, route, plans[i]),
                                               std::move(plans[i]), report);
       }));
@@ -361,8 +361,8 @@ Bridge::Bridge(boost::asio::io_context& io, const BridgeConfig& config, messages
       });
       ServiceOffer& offer = *state_->offers[static_cast<std::size_t>(service - services.begin())];
       state_->outbound.push_back(
-          std::make_unique<OutboundRoute>(io, *state_->node, offer, *state_->participant, route,
-                                          std::move(plans[i]), user_data[i], config.someip.address, report));
+          std::make_unique<TopicToEvent>(io, *state_->node, offer, *state_->participant, route,
+                                         std::move(plans[i]), user_data[i], config.someip.address, report));
       state_->follow(offer, *state_->outbound.back(), route);
       if (is_as_published(route.qos)) {
         state_->publishers.add(dds::ros_topic_name(route.topic), dds::ros_type_name(route.type),

@@ -363,8 +363,8 @@ void DiscoveredRoutes::make(Candidate& candidate) {
     const OfferedService service = offered_services({route}).front();
     auto offer = std::make_unique<ServiceOffer>(node_, service.spec, service.while_there);
     auto carrier =
-        std::make_unique<OutboundRoute>(io_, node_, *offer, *participant_, route, std::move(candidate.plan),
-                                        user_data_of(route.type, types_), config_.someip.address, report_);
+        std::make_unique<TopicToEvent>(io_, node_, *offer, *participant_, route, std::move(candidate.plan),
+                                       user_data_of(route.type, types_), config_.someip.address, report_);
     offer->needs([published = carrier.get()] { return published->published(); });
     spdlog::info("discovered {} ({}): {}, event 0x{:04x}", route.topic, route.type, in_words(route),
                  someip::value(route.event));

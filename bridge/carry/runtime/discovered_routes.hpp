@@ -12,9 +12,9 @@
 
 #include "bridge/carry/config/lock_file.hpp"
 #include "bridge/carry/runtime/counters.hpp"
-#include "bridge/carry/runtime/outbound_route.hpp"
 #include "bridge/carry/runtime/service_offer.hpp"
 #include "bridge/carry/runtime/silence_watch.hpp"
+#include "bridge/carry/runtime/topic_to_event.hpp"
 #include "bridge/messages/types/type_library.hpp"
 
 namespace trestle::carry {
@@ -45,7 +45,7 @@ class DiscoveredRoutes {
   /// Told of routes: of each that is there, and of those that are made; and of the topics of those that end.
   /// Also after each look at what is there, by which the state of a pattern may have become another.
   struct Watcher {
-    std::function<void(const std::string& topic, const OutboundRoute& route)> made;
+    std::function<void(const std::string& topic, const TopicToEvent& route)> made;
     std::function<void(const std::string& topic)> ends;
     std::function<void()> looked;
   };
@@ -89,7 +89,7 @@ class DiscoveredRoutes {
     Pattern* pattern;
     Route route;
     std::unique_ptr<ServiceOffer> offer;
-    std::unique_ptr<OutboundRoute> carrier;  // which uses the offer
+    std::unique_ptr<TopicToEvent> carrier;  // which uses the offer
   };
   struct Candidate {
     Pattern* pattern;

@@ -1,4 +1,4 @@
-#include "bridge/carry/runtime/outbound_route.hpp"
+#include "bridge/carry/runtime/topic_to_event.hpp"
 
 #include <spdlog/spdlog.h>
 
@@ -42,7 +42,7 @@ struct Job {
 
 }  // namespace
 
-struct OutboundRoute::State : std::enable_shared_from_this<State> {
+struct TopicToEvent::State : std::enable_shared_from_this<State> {
   State(boost::asio::io_context& context, sd::Node& sender, ServiceOffer& offered, dds::Participant& joined,
         const Route& what, messages::ConversionPlan how, std::string told, Report& watcher)
       : io{context},
@@ -416,47 +416,47 @@ struct OutboundRoute::State : std::enable_shared_from_this<State> {
   std::optional<dds::Reader> reader;  // last: its destructor waits for callbacks that use the above
 };
 
-OutboundRoute::OutboundRoute(boost::asio::io_context& io, sd::Node& node, ServiceOffer& offer,
-                             dds::Participant& participant, const Route& route, messages::ConversionPlan plan,
-                             const std::string& user_data, const IpAddress& address, Report& report)
+TopicToEvent::TopicToEvent(boost::asio::io_context& io, sd::Node& node, ServiceOffer& offer,
+                           dds::Participant& participant, const Route& route, messages::ConversionPlan plan,
+                           const std::string& user_data, const IpAddress& address, Report& report)
     : state_{
           std::make_shared<State>(io, node, offer, participant, route, std::move(plan), user_data, report)} {
   state_->ours = mark_of(address, route);
   state_->open_reader();
 }
 
-OutboundRoute::~OutboundRoute() {
+TopicToEvent::~TopicToEvent() {
   state_->reader.reset();  // from here on no callback
   const std::lock_guard lock{state_->mutex};
   state_->node = nullptr;
 }
 
-void OutboundRoute::stop() {
+void TopicToEvent::stop() {
   state_->stop();
 }
 
-void OutboundRoute::follow(const PublishedQos& published) {
+void TopicToEvent::follow(const PublishedQos& published) {
   state_->follow(published);
 }
 
-bool OutboundRoute::published() const {
+bool TopicToEvent::published() const {
   State& state = *state_;
   const bool matches = state.reader && state.reader->matched() > 0;
   state.between_readers = state.between_readers && !matches;
   return matches || state.between_readers;
 }
 
-Diagnosis OutboundRoute::state() const {
+Diagnosis TopicToEvent::state() const {
   return route_state(counters(), published(), "nobody publishes the topic", state_->route);
 }
 
-std::uint64_t OutboundRoute::received() const {
+std::uint64_t TopicToEvent::received() const {
   const std::lock_guard lock{state_->mutex};
   return state_->received;
 }
 
-SilenceReason OutboundRoute::silence(std::span<const dds::FoundWriter> writers,
-                                     std::size_t participants) const {
+SilenceReason TopicToEvent::silence(std::span<const dds::FoundWriter> writers,
+                                    std::size_t participants) const {
   std::vector<dds::FoundWriter> others;  // than bridges that it has nothing to do with
   std::ranges::copy_if(writers, std::back_inserter(others), [this](const dds::FoundWriter& one) {
     return !one.bridge || goes_on(state_->ours, one.bridge_text);
@@ -466,7 +466,7 @@ SilenceReason OutboundRoute::silence(std::span<const dds::FoundWriter> writers,
                                               .matched = state_->reader ? state_->reader->matched() : 0});
 }
 
-CounterGroup OutboundRoute::counters() const {
+CounterGroup TopicToEvent::counters() const {
   using enum Counter::Kind;
   const State& state = *state_;
   const dds::ReaderCounters dds = state.reader ? state.reader->counters() : dds::ReaderCounters{};

@@ -22,18 +22,18 @@ namespace trestle::carry {
 ///
 /// A subscriber who takes them more slowly than they come gets the newest, as many as the depth: what is
 /// dropped is dropped for that subscriber alone.
-class OutboundRoute {
+class TopicToEvent {
  public:
   /// @param offer  the service of the route, on `node`; outlives the route.
   /// @param user_data  of the reader.
   /// @param address  of the bridge in SOME/IP.
   /// @throws dds::DdsError
-  OutboundRoute(boost::asio::io_context& io, sd::Node& node, ServiceOffer& offer,
-                dds::Participant& participant, const Route& route, messages::ConversionPlan plan,
-                const std::string& user_data, const IpAddress& address, Report& report);
-  ~OutboundRoute();
-  OutboundRoute(const OutboundRoute&) = delete;
-  OutboundRoute& operator=(const OutboundRoute&) = delete;
+  TopicToEvent(boost::asio::io_context& io, sd::Node& node, ServiceOffer& offer,
+               dds::Participant& participant, const Route& route, messages::ConversionPlan plan,
+               const std::string& user_data, const IpAddress& address, Report& report);
+  ~TopicToEvent();
+  TopicToEvent(const TopicToEvent&) = delete;
+  TopicToEvent& operator=(const TopicToEvent&) = delete;
 
   /// From now on nothing is carried: what waits or comes is counted as `stopped`.
   void stop();

@@ -20,14 +20,14 @@ namespace trestle::carry {
 /// converted where it lies and written to DDS, which copies it once. As the route's presence says, it writes
 /// to the topic only while the service is offered, and subscribes only while somebody reads. What another
 /// bridge takes from the very topic is not written there again.
-class InboundRoute {
+class EventToTopic {
  public:
   /// Opens sockets on `node`; subscribes, or looks for the service.  @throws someip::NetError
   /// @param node  outlives the route.
-  InboundRoute(sd::Node& node, const Route& route, const sd::SubscribeSpec& subscription,
+  EventToTopic(sd::Node& node, const Route& route, const sd::SubscribeSpec& subscription,
                messages::ConversionPlan plan, Report& report);
-  InboundRoute(const InboundRoute&) = delete;
-  InboundRoute& operator=(const InboundRoute&) = delete;
+  EventToTopic(const EventToTopic&) = delete;
+  EventToTopic& operator=(const EventToTopic&) = delete;
 
   /// To be called before the first event comes, that is, before the io_context runs.
   /// @param participant  outlives the route.

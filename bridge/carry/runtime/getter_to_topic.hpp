@@ -11,12 +11,12 @@ namespace trestle::carry {
 
 /// The getter of a field that a route is the notifier of: answered with the topic's last sample. On the
 /// thread that runs the io_context.
-class RouteGetter {
+class GetterToTopic {
  public:
   /// @param route  which has a getter.
-  explicit RouteGetter(const Route& route);
-  RouteGetter(const RouteGetter&) = delete;
-  RouteGetter& operator=(const RouteGetter&) = delete;
+  explicit GetterToTopic(const Route& route);
+  GetterToTopic(const GetterToTopic&) = delete;
+  GetterToTopic& operator=(const GetterToTopic&) = delete;
 
   /// Adds the getter to the service of the route, whose offer must not outlive this object.
   void join(std::vector<OfferedService>& services);

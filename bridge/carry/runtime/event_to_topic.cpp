@@ -1,4 +1,4 @@
-#include "bridge/carry/runtime/inbound_route.hpp"
+#include "bridge/carry/runtime/event_to_topic.hpp"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -15,7 +15,7 @@
 
 namespace trestle::carry {
 
-InboundRoute::InboundRoute(sd::Node& node, const Route& route, const sd::SubscribeSpec& subscription,
+EventToTopic::EventToTopic(sd::Node& node, const Route& route, const sd::SubscribeSpec& subscription,
                            messages::ConversionPlan plan, Report& report)
     : node_{node},
       subscription_spec_{subscription},
@@ -40,12 +40,12 @@ InboundRoute::InboundRoute(sd::Node& node, const Route& route, const sd::Subscri
   }
 }
 
-void InboundRoute::subscribe() {
+void EventToTopic::subscribe() {
   subscription_ = node_.subscribe(
       subscription_spec_, [this](const someip::Message& event, const Endpoint& from) { carry(event, from); });
 }
 
-void InboundRoute::open(dds::Participant& participant, const std::string& user_data,
+void EventToTopic::open(dds::Participant& participant, const std::string& user_data,
                         const IpAddress& address) {
   participant_ = &participant;
   user_data_ = user_data;
@@ -56,7 +56,7 @@ void InboundRoute::open(dds::Participant& participant, const std::string& user_d
   }
 }
 
-void InboundRoute::make_writer() {
+void EventToTopic::make_writer() {
   writer_ = participant_->create_writer(
       dds::ros_topic_name(route_.topic), dds::ros_type_name(route_.type), dds_qos(route_.qos),
       max_sample_bytes(route_),
@@ -65,14 +65,14 @@ void InboundRoute::make_writer() {
        .takes_bridge = [mark = mark_](std::string_view other) { return goes_on(mark, other); }});
 }
 
-void InboundRoute::drop_writer() {
+void EventToTopic::drop_writer() {
   past_writers_ += writer_->counters();
   writer_.reset();
 }
 
 // A server that has restarted is lost and found by one message: when all of it has been looked at, nothing
 // has changed, and the writer stays.
-void InboundRoute::settle_soon() {
+void EventToTopic::settle_soon() {
   if (std::exchange(settling_soon_, true)) {
     return;
   }
@@ -85,7 +85,7 @@ void InboundRoute::settle_soon() {
 }
 
 // What was written before the other bridge was known is forgotten: who comes late has it from its publisher.
-void InboundRoute::bridges_changed() {
+void EventToTopic::bridges_changed() {
   if (stopped_ || !returns_->update(*participant_) || returns_->none() || !writer_) {
     return;
   }
@@ -97,7 +97,7 @@ void InboundRoute::bridges_changed() {
   }
 }
 
-void InboundRoute::settle() {
+void EventToTopic::settle() {
   if (stopped_) {
     return;
   }
@@ -127,7 +127,7 @@ void InboundRoute::settle() {
   }
 }
 
-bool InboundRoute::comes_back(const Endpoint& from) {
+bool EventToTopic::comes_back(const Endpoint& from) {
   if (returns_) {
     if (!route_.qos.transient_local) {  // else by bridges_changed()
       returns_->update(*participant_);
@@ -145,7 +145,7 @@ bool InboundRoute::comes_back(const Endpoint& from) {
   return false;
 }
 
-void InboundRoute::carry(const someip::Message& event, const Endpoint& from) {
+void EventToTopic::carry(const someip::Message& event, const Endpoint& from) {
   plan_.expect(event.payload, scratch_);
   ++received_;
   if (comes_back(from)) {
@@ -192,21 +192,21 @@ void InboundRoute::carry(const someip::Message& event, const Endpoint& from) {
                    .bytes = sample->bytes});
 }
 
-std::optional<Diagnosis> InboundRoute::diagnosis() const {
+std::optional<Diagnosis> EventToTopic::diagnosis() const {
   return e2e_ ? std::optional{e2e_->diagnosis(
                     route_.topic, fmt::format("0x{:04x}.0x{:04x} event 0x{:04x}", value(route_.service),
                                               value(route_.instance), value(route_.event)))}
               : std::nullopt;
 }
 
-Diagnosis InboundRoute::state() const {
+Diagnosis EventToTopic::state() const {
   const bool waits = !subscription_ && route_.presence.subscribe_while_read &&
                      (!requirement_ || !node_.available(*requirement_).empty());
   return route_state(counters(), waits || (subscription_ && node_.subscribed(*subscription_)),
                      "the SOME/IP service is not there, or not subscribed to", route_);
 }
 
-sd::SubscriptionFaults InboundRoute::faults() const {
+sd::SubscriptionFaults EventToTopic::faults() const {
   sd::SubscriptionFaults sum = past_faults_;
   if (subscription_) {
     const sd::SubscriptionFaults now = node_.subscription_faults(*subscription_);
@@ -218,11 +218,11 @@ sd::SubscriptionFaults InboundRoute::faults() const {
 }
 
 // Ends of other bridges on the topic.
-std::uint64_t InboundRoute::bridges() const {
+std::uint64_t EventToTopic::bridges() const {
   return participant_ != nullptr ? participant_->bridge_ends(dds::ros_topic_name(route_.topic)).size() : 0;
 }
 
-SilenceReason InboundRoute::silence(std::span<const sd::SeenOffer> offers,
+SilenceReason EventToTopic::silence(std::span<const sd::SeenOffer> offers,
                                     const std::string& other_interface) const {
   const sd::SubscriptionFaults sd = faults();
   return why_silent(route_, SomeipSilence{.other_interface = other_interface,
@@ -234,7 +234,7 @@ SilenceReason InboundRoute::silence(std::span<const sd::SeenOffer> offers,
                                           .others = node_.other_events(route_.service)});
 }
 
-CounterGroup InboundRoute::counters() const {
+CounterGroup EventToTopic::counters() const {
   using enum Counter::Kind;
   const sd::SubscriptionFaults sd = faults();
   dds::WriterCounters dds = past_writers_;

@@ -1,4 +1,4 @@
-#include "bridge/carry/runtime/route_getter.hpp"
+#include "bridge/carry/runtime/getter_to_topic.hpp"
 
 #include <algorithm>
 
@@ -8,7 +8,7 @@ namespace trestle::carry {
 
 using someip::ReturnCode;
 
-RouteGetter::RouteGetter(const Route& route)
+GetterToTopic::GetterToTopic(const Route& route)
     : topic_{route.topic},
       service_{route.service},
       instance_{route.instance},
@@ -20,7 +20,7 @@ RouteGetter::RouteGetter(const Route& route)
   }
 }
 
-void RouteGetter::join(std::vector<OfferedService>& services) {
+void GetterToTopic::join(std::vector<OfferedService>& services) {
   const auto service = std::ranges::find_if(services, [this](const OfferedService& one) {
     return one.spec.service == service_ && one.spec.instance == instance_;
   });
@@ -37,7 +37,7 @@ void RouteGetter::join(std::vector<OfferedService>& services) {
 
 // A getter is called with nothing [feat_req_someip_633]; what follows that, a newer client means.
 // [feat_req_someip_168]
-void RouteGetter::on_request(const someip::Message& request, sd::Responder responder) {
+void GetterToTopic::on_request(const someip::Message& request, sd::Responder responder) {
   ++received_;
   if (const auto refused = refused_by(e2e_, request)) {
     responder.error(*refused);
@@ -53,11 +53,11 @@ void RouteGetter::on_request(const someip::Message& request, sd::Responder respo
   ++(responder.respond({&bytes, 1}, value) ? answered_ : not_sent_);
 }
 
-Diagnosis RouteGetter::diagnosis() const {
+Diagnosis GetterToTopic::diagnosis() const {
   return e2e_->diagnosis("the getter of " + topic_, called_id(service_, instance_, getter_.id));
 }
 
-CounterGroup RouteGetter::counters() const {
+CounterGroup GetterToTopic::counters() const {
   using enum Counter::Kind;
   CounterGroup group{"getter of " + topic_,
                      {{"received", received_},
