@@ -71,6 +71,9 @@ struct NodeConfig {
   /// The same for a connection with a request that a method of ours has not answered yet; the longer time
   /// counts.
   Duration tcp_unanswered_timeout = std::chrono::hours{1};
+  /// Of a client that does not read its answers no more requests are read over TCP while so much waits for
+  /// it.
+  std::size_t max_unread_answer_bytes = std::size_t{1} << 20U;
   /// Memory that all TCP connections together may take for messages that come in pieces, besides 64 KiB of
   /// each; never less than for one message. Where it does not suffice, the connection that holds the most for
   /// the longest time ends.

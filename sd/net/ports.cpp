@@ -332,6 +332,7 @@ someip::TcpOptions Ports::tcp_options() const {
   return {.max_message_bytes = config_.max_message_bytes,
           .receive_budget = receive_budget_,
           .max_queued_bytes = config_.max_queued_bytes,
+          .max_unread_answer_bytes = config_.max_unread_answer_bytes,
           .dead_after = config_.tcp_dead_after,
           .message_timeout = config_.tcp_message_timeout,
           .magic_cookies = config_.magic_cookies,

@@ -44,6 +44,7 @@ struct Outgoing {
   std::shared_ptr<const void> keep_alive{};
   std::size_t part = 0;    ///< where the next byte is: 0 is the head, 1 the first slice, ...
   std::size_t offset = 0;  ///< in that part
+  bool answer = false;     ///< counts for TcpOptions::max_unread_answer_bytes
 
   [[nodiscard]] bool done() const noexcept { return part > payload.size(); }
   [[nodiscard]] ByteView at(std::size_t index) const noexcept {
@@ -164,7 +165,18 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
 
   // --- receiving ---
 
+  // Who asks and does not read the answers is not asked for more. Only a server stops: if both ends did, each
+  // could wait for the other.
+  [[nodiscard]] bool answers_are_unread() const noexcept {
+    return own == StreamEnd::server && answer_bytes > options.max_unread_answer_bytes;
+  }
+
   void wait_readable() {
+    if (answers_are_unread()) {
+      ++held_back;
+      holding_back = true;
+      return;
+    }
     descriptor.async_wait(
         boost::asio::posix::stream_descriptor::wait_read,
         read_memory.hold([self = shared_from_this()](const boost::system::error_code& error) {
@@ -175,7 +187,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   }
 
   void drain() {
-    for (int round = 0; round < stream_rounds; ++round) {
+    for (int round = 0; round < stream_rounds && !answers_are_unread(); ++round) {
       if (!receive_or_end()) {
         break;
       }
@@ -243,7 +255,10 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
         return;
       }
       self->watching = false;
-      if (!self->message_under_way() || self->messages_before() != self->message_number) {
+      if (self->holding_back) {  // it is we who do not read
+        self->message_since.reset();
+        self->watch_message();
+      } else if (!self->message_under_way() || self->messages_before() != self->message_number) {
         self->message_since.reset();
         self->watch_message();
       } else if (std::chrono::steady_clock::now() < *self->message_since + self->options.message_timeout) {
@@ -372,6 +387,8 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     last.payload_bytes = head.payload_bytes;
     last.part = 0;
     last.offset = 0;
+    last.answer = head.answer;
+    answer_bytes += head.answer ? header_bytes + head.payload_bytes : 0;
     last.payload.assign(payload.begin(), payload.end());
     last.keep_alive = std::move(keep_alive);
     static_cast<void>(last.sent(sent));
@@ -384,6 +401,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   // The first of these. Its owner is let go last, and may send another message, or destroy the stream.
   void dispose_first(std::list<Outgoing>& of) {
     Outgoing& first = of.front();
+    answer_bytes -= first.answer ? header_bytes + first.payload_bytes : 0;
     const std::shared_ptr<const void> kept = std::move(first.keep_alive);
     copies->give_back(std::move(first.copy));
     if (unused.size() == max_unused_messages) {
@@ -476,6 +494,10 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
           return;
         }
       }
+    }
+    if (holding_back && !closed && !broken && answer_bytes <= options.max_unread_answer_bytes / 2) {
+      holding_back = false;
+      wait_readable();
     }
   }
 
@@ -591,12 +613,15 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   std::list<Outgoing> queue;
   std::list<Outgoing> unused;
   std::size_t queued_bytes = 0;
+  std::size_t answer_bytes = 0;  ///< of them, in answers; a message that has begun to leave counts as a whole
+  bool holding_back = false;     ///< nothing is read until some of these have left
   std::size_t segment_left = 0;  ///< of the segment that is being sent, if each has a cookie
   CookieSchedule cookies;
   std::uint64_t messages_sent = 0;
   std::uint64_t queue_full = 0;
   std::uint64_t overtaken = 0;
   std::uint64_t timed_out = 0;
+  std::uint64_t held_back = 0;
   std::uint64_t no_memory = 0;
   bool taken = false;    ///< the place: nothing is received any more, and it is about to be closed
   bool pumping = false;  ///< pump() is being called
@@ -614,6 +639,7 @@ TcpStream::Counters& TcpStream::Counters::operator+=(const Counters& other) noex
   queue_full += other.queue_full;
   overtaken += other.overtaken;
   timed_out += other.timed_out;
+  held_back += other.held_back;
   no_memory += other.no_memory;
   return *this;
 }
@@ -661,6 +687,7 @@ bool TcpStream::send(const Header& header, std::span<const ByteView> payload,
       state.cookies.before_message(std::chrono::steady_clock::now())) {
     message.prepend_cookie(state.own);
   }
+  message.answer = header.type == MessageType::response || header.type == MessageType::error;
   const std::size_t bytes = message.bytes();
   // What answers several messages that came together leaves together, but for the first.
   const bool wait = state.delivering && std::exchange(state.answered, true) && bytes <= small_bytes;
@@ -703,8 +730,8 @@ bool TcpStream::idle() const noexcept {
   return state_->queue.empty();
 }
 TcpStream::Counters TcpStream::counters() const noexcept {
-  return {state_->parser.counters(), state_->messages_sent, state_->queue_full,
-          state_->overtaken,         state_->timed_out,     state_->no_memory};
+  return {state_->parser.counters(), state_->messages_sent, state_->queue_full, state_->overtaken,
+          state_->timed_out,         state_->held_back,     state_->no_memory};
 }
 
 }  // namespace trestle::someip

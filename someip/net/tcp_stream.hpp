@@ -27,6 +27,8 @@ struct TcpOptions {
   /// Bytes that may wait to be sent; a message beyond them is dropped. Of the memory for copies of them, a
   /// client or a server keeps as much for the next ones.
   std::size_t max_queued_bytes = std::size_t{64} << 20U;
+  /// A server reads no more of a client while so many bytes of answers wait that this client does not read.
+  std::size_t max_unread_answer_bytes = std::size_t{1} << 20U;
   /// A peer that acknowledges nothing for so long, data or the probes of an idle connection, is given up.
   Duration dead_after = std::chrono::seconds{10};
   /// A connection on which a message is under way for longer is closed: half a message must not hold its
@@ -77,6 +79,7 @@ class TcpStream {
     std::uint64_t queue_full = 0;     ///< messages dropped because too much was waiting
     std::uint64_t overtaken = 0;      ///< messages dropped by make_room()
     std::uint64_t timed_out = 0;      ///< messages that were not whole after TcpOptions::message_timeout
+    std::uint64_t held_back = 0;      ///< times that reading stopped for TcpOptions::max_unread_answer_bytes
     /// Connections that ended as there was no memory for what came or was to be sent: the system had none, or
     /// others needed that of a message which had held the most for the longest time.
     std::uint64_t no_memory = 0;

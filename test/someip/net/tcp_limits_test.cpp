@@ -6,6 +6,7 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/write.hpp>
 #include <fstream>
+#include <functional>
 #include <list>
 #include <set>
 
@@ -49,6 +50,12 @@ class TcpLimitsTest : public testing::Test {
                          received.emplace_back(message.payload.begin(), message.payload.end());
                          spoke.insert(from);
                          fail(from.address, "message");
+                         if (!answer.empty()) {
+                           Header header = message.header;
+                           header.type = MessageType::response;
+                           const ByteView slice{answer};
+                           EXPECT_TRUE(server->send(from, header, {&slice, 1}));
+                         }
                        },
                    .connected = [this](const Endpoint& client) { fail(client.address, "connected"); },
                    .closed = [this](const Endpoint& client,
@@ -108,7 +115,8 @@ class TcpLimitsTest : public testing::Test {
   std::vector<std::pair<IpAddress, std::string>> gone;
   std::vector<std::string> refused;
   int written = 0;
-  std::string fails;  ///< this handler has no memory
+  std::string fails;              ///< this handler has no memory
+  std::vector<std::byte> answer;  ///< to each message; empty: none
 };
 
 // --- Memory -----------------------------------------------------------------------------------------------
@@ -133,6 +141,45 @@ TEST_F(TcpLimitsTest, MemoryIsTakenAsAMessageComes) {
   EXPECT_EQ(budget->used_bytes(), kept) << "the next one finds it";
   large.close();
   EXPECT_TRUE(run_until([&] { return budget->used_bytes() == 0; }));
+}
+
+// Who asks and does not read is asked for nothing more; who does not ask is not held up by it.
+TEST_F(TcpLimitsTest, NoRequestsAreReadOfWhoDoesNotReadTheAnswers) {
+  TcpServerOptions options;
+  options.tcp.send_buffer_bytes = 16 << 10;
+  options.tcp.max_unread_answer_bytes = 64 << 10;
+  open(options);
+  answer.resize(1000);
+  tcp::socket& deaf = connect(2);
+  std::vector<std::byte> requests;
+  const auto one = test::hex(small);
+  constexpr std::size_t asked = 200'000;  // whose answers are 203 MB
+  for (std::size_t i = 0; i < asked; ++i) {
+    requests.insert(requests.end(), one.begin(), one.end());
+  }
+  write(deaf, requests);
+  ASSERT_TRUE(run_until([&] { return server->counters().streams.held_back != 0; }));
+  tcp::socket& other = connect(3);
+  write(other, test::hex(small));
+  ASSERT_TRUE(run_until([&] { return spoke.contains(end_of(other, 3)); }));
+  EXPECT_LT(received.size(), asked / 2) << "what is read at once, 64 KB, and what the system has room for";
+  EXPECT_EQ(server->counters().streams.queue_full, 0U);
+  // Now it reads: nothing was lost.
+  std::size_t read = 0;
+  std::vector<char> room(1 << 20U);
+  std::function<void()> go_on = [&] {
+    deaf.async_read_some(boost::asio::buffer(room),
+                         [&](const boost::system::error_code& error, std::size_t n) {
+                           read += n;
+                           if (!error) {
+                             go_on();
+                           }
+                         });
+  };
+  go_on();
+  EXPECT_TRUE(run_until([&] { return read == asked * (header_bytes + answer.size()); }));
+  deaf.close();
+  run_until([] { return false; }, 20ms);
 }
 
 TEST_F(TcpLimitsTest, WhoHoldsMostForLongestEndsWhereMemoryIsShort) {
