@@ -8,7 +8,7 @@ from lab import ADDRESS, FOLDER, PATIENCE, Failed
 
 LATE = "late_in"  # the flow of a service that a new host offers
 NEWCOMER_S = 2.0  # within which a new honest peer is served
-GIVES_BACK_S = 5.0  # within which memory goes back that is not needed any longer
+GIVES_BACK_S = 15.0  # within which memory goes back that is not needed any longer
 
 
 @dataclasses.dataclass
@@ -186,8 +186,8 @@ class World:
         self.pass_time(late, "what comes late")
         self._judge_flows(began, ended, forging)
         if new:
-            self._judge_newcomer(new, newcomer == LATE)
-        allowed = max(memory * 1.1, memory + 8e6)
+            self._judge_newcomer(new, newcomer == LATE, ended)
+        allowed = memory * 1.1
         end = time.monotonic() + GIVES_BACK_S
         while (after := self.car.rss() if self.car.running() else 0) > allowed and time.monotonic() < end:
             self.pass_time(0.5, "memory goes back")
@@ -224,14 +224,22 @@ class World:
         if forging:
             self.figures.append(at_most("forged and accepted", forged, 0))
 
-    def _judge_newcomer(self, new, offers):
+    def _judge_newcomer(self, new, offers, ended):
+        """When it is served first, and what it gets from then on until the attack ends."""
         found, up = flows.read(new.out)
+        senders = self._ends()[0].values()
         if offers:  # it only sends
-            found = {LATE: self._ends()[0][LATE]}
+            senders, found = found.values(), {LATE: self._ends()[0][LATE]}
         first = [came for record in found.values() for came in
                  [came for _, came in record.received] + [answered for _, answered in record.calls if answered]]
         waited = (min(first) - up) / 1e9 if first and up else float("inf")
         self.figures.append(at_most("a new honest peer is served after", waited, NEWCOMER_S, "s", timed=bool(first)))
+        for record in found.values() if first else []:
+            seen = flows.calls(record, min(first), ended) if record.calls else next(
+                (flows.events(sender, record, min(first), ended) for sender in senders
+                 if any(stamp in record.came for stamp in sender.sent)), None)
+            if seen and seen.sent:
+                self.figures.append(at_least("a new honest peer keeps", seen.percent, 95, "%"))
 
     def read_counters(self):
         """Ends the bridge of the car and takes what it has counted."""

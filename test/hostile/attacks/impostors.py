@@ -79,13 +79,13 @@ def first_offer(world):
     world.pass_time(2, "the impostor alone")
     begin = time.monotonic_ns()
     end = world.end("honest", "honest-end", "peer", HONEST, f"events_in=notify:0x5002:1:200:{world.scale.event_hz}")
-    world.pass_time(world.scale.attack_s, "both offer")
+    world.pass_time(max(world.scale.attack_s, 6), "both offer")
     world.lab.end(child)
     here, there = flows.read(world.car_end.out)[0]["events_in"], flows.read(end.out)[0]["events_in"]
     first = min((came for _, came in here.received), default=None)
     wait = (first - begin) / 1e9 if first else float("inf")
     world.figures.append(at_most("the honest one is carried after", wait, 3, "s", timed=bool(first)))
-    seen = flows.events(there, here, begin + int(3e9), time.monotonic_ns() - int(1e9))
+    seen = flows.events(there, here, first or begin, time.monotonic_ns() - int(1e9))
     world.figures.append(at_least("events_in kept from then on", seen.percent, 95, "%"))
 
 
