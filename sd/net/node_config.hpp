@@ -74,6 +74,9 @@ struct NodeConfig {
   /// Of a client that does not read its answers no more requests are read over TCP while so much waits for
   /// it.
   std::size_t max_unread_answer_bytes = std::size_t{1} << 20U;
+  /// What may wait to be sent over all TCP connections together; never less than max_queued_bytes. Beyond it,
+  /// a connection for which something waits gets its share and no more; messages above that are dropped.
+  std::size_t max_tcp_queued_bytes = std::size_t{128} << 20U;
   /// Memory that all TCP connections together may take for messages that come in pieces, besides 64 KiB of
   /// each; never less than for one message. Where it does not suffice, the connection that holds the most for
   /// the longest time ends.

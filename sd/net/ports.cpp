@@ -89,6 +89,8 @@ Ports::Ports(boost::asio::io_context& io, const NodeConfig& config, NodeCounters
       handlers_{std::move(handlers)},
       receive_budget_{std::make_shared<someip::ReceiveBudget>(
           std::max(config.max_tcp_receive_bytes, config.max_message_bytes + someip::header_bytes))},
+      send_budget_{std::make_shared<someip::SendBudget>(
+          std::max(config.max_tcp_queued_bytes, config.max_queued_bytes))},
       // Of a message the last chunk counts in full.
       reassembly_budget_{std::make_shared<someip::ReassemblyBudget>(
           std::max(config.max_udp_receive_bytes, 2 * config.max_message_bytes + (std::size_t{64} << 10U)))},
@@ -332,6 +334,7 @@ someip::TcpOptions Ports::tcp_options() const {
   return {.max_message_bytes = config_.max_message_bytes,
           .receive_budget = receive_budget_,
           .max_queued_bytes = config_.max_queued_bytes,
+          .send_budget = send_budget_,
           .max_unread_answer_bytes = config_.max_unread_answer_bytes,
           .dead_after = config_.tcp_dead_after,
           .message_timeout = config_.tcp_message_timeout,

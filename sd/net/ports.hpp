@@ -7,6 +7,7 @@
 #include "someip/net/neighbours.hpp"
 #include "someip/net/reassembly.hpp"
 #include "someip/net/receive_memory.hpp"
+#include "someip/net/send_budget.hpp"
 #include "someip/net/tcp_client.hpp"
 #include "someip/net/tcp_server.hpp"
 
@@ -145,6 +146,7 @@ class Ports {
   NodeCounters& counters_;
   Handlers handlers_;
   std::shared_ptr<someip::ReceiveBudget> receive_budget_;        ///< of all TCP connections
+  std::shared_ptr<someip::SendBudget> send_budget_;              ///< likewise
   std::shared_ptr<someip::ReassemblyBudget> reassembly_budget_;  ///< of all UDP ports
   // Of closed ports.
   someip::MessageSender::Counters past_sent_;

@@ -21,6 +21,7 @@
 #include "someip/net/copy_pool.hpp"
 #include "someip/net/handler_memory.hpp"
 #include "someip/net/receive_memory.hpp"
+#include "someip/net/send_budget.hpp"
 #include "someip/net/socket_calls.hpp"
 #include "someip/wire/slices.hpp"
 
@@ -146,6 +147,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
         own{which},
         options{tcp},
         copies{std::move(pool)},
+        queued_bytes{tcp.send_budget},
         // A message that begins in what was received at once always fits.
         place{tcp.receive_budget ? tcp.receive_budget : no_bound(),
               std::min(header_bytes + options.max_message_bytes, header_bytes + stream_room),
@@ -395,7 +397,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     if (!last.keep_alive) {
       last.copy_rest(std::move(memory));  // its slices may not live any longer
     }
-    queued_bytes += bytes - sent;
+    queued_bytes.add(bytes - sent);
   }
 
   // The first of these. Its owner is let go last, and may send another message, or destroy the stream.
@@ -437,7 +439,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     if (rule.keep_oldest) {
       return {false, 1};
     }
-    queued_bytes -= oldest->bytes();
+    queued_bytes.remove(oldest->bytes());
     std::list<Outgoing> dropped;
     dropped.splice(dropped.end(), queue, oldest);
     dispose_first(dropped);
@@ -476,7 +478,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
         return;
       }
       auto bytes = static_cast<std::size_t>(sent);
-      queued_bytes -= bytes;
+      queued_bytes.remove(bytes);
       segment_left -= std::min(segment_left, bytes);
       // All that have left are known before an owner is let go, who may have others dropped.
       std::list<Outgoing> done;
@@ -535,7 +537,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     socklen_t size = sizeof most;
     getsockopt(fd, IPPROTO_TCP, TCP_MAXSEG, &most, &size);
     queue.front().prepend_cookie(own);
-    queued_bytes += header_bytes;
+    queued_bytes.add(header_bytes);
     segment_left = queue.front().bytes();
     for (auto one = std::next(queue.begin()); one != queue.end(); ++one) {
       if (segment_left + one->bytes() > static_cast<std::size_t>(std::max(0, most))) {
@@ -589,6 +591,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     message_timer.cancel();
     boost::system::error_code ignored;
     descriptor.close(ignored);
+    queued_bytes.clear();
     const std::list<Outgoing> dropped = std::exchange(queue, {});  // their owners may call us
   }
 
@@ -604,6 +607,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   StreamEnd own;
   TcpOptions options;
   std::shared_ptr<CopyPool> copies;
+  QueuedBytes queued_bytes;
   ReceiveMemory place;
   StreamParser parser;
   std::unique_ptr<std::byte[]> room;
@@ -612,7 +616,6 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   CloseHandler on_closed;
   std::list<Outgoing> queue;
   std::list<Outgoing> unused;
-  std::size_t queued_bytes = 0;
   std::size_t answer_bytes = 0;  ///< of them, in answers; a message that has begun to leave counts as a whole
   bool holding_back = false;     ///< nothing is read until some of these have left
   std::size_t segment_left = 0;  ///< of the segment that is being sent, if each has a cookie
@@ -671,8 +674,9 @@ bool TcpStream::send(const Header& header, std::span<const ByteView> payload,
   message.payload_bytes = payload_bytes;
   const std::size_t most = message.head.size() + payload_bytes;
   // With the places that messages take: many without payload must not take memory without end.
-  const std::size_t waiting = state.queued_bytes + state.queue.size() * sizeof(Outgoing);
-  if (most > state.options.max_queued_bytes - std::min(waiting, state.options.max_queued_bytes)) {
+  const std::size_t waiting = state.queued_bytes.count() + state.queue.size() * sizeof(Outgoing);
+  if (most > state.options.max_queued_bytes - std::min(waiting, state.options.max_queued_bytes) ||
+      !state.queued_bytes.admits(most)) {
     ++state.queue_full;
     if (state.options.queue_is_full) {
       state.options.queue_is_full();

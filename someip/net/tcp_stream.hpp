@@ -17,6 +17,7 @@ namespace trestle::someip {
 class CopyPool;
 class Descriptor;
 class ReceiveBudget;
+class SendBudget;
 
 /// How TCP connections are kept, on either end.
 struct TcpOptions {
@@ -27,6 +28,8 @@ struct TcpOptions {
   /// Bytes that may wait to be sent; a message beyond them is dropped. Of the memory for copies of them, a
   /// client or a server keeps as much for the next ones.
   std::size_t max_queued_bytes = std::size_t{64} << 20U;
+  /// What may wait to be sent over all connections that have it together: see there; none: no bound.
+  std::shared_ptr<SendBudget> send_budget = nullptr;
   /// A server reads no more of a client while so many bytes of answers wait that this client does not read.
   std::size_t max_unread_answer_bytes = std::size_t{1} << 20U;
   /// A peer that acknowledges nothing for so long, data or the probes of an idle connection, is given up.

@@ -39,6 +39,7 @@ constexpr std::array keys{
     LimitKey{"unproven_answer_bytes", 0, gibibyte * 16, LimitKey::Kind::bytes},
     LimitKey{"unproven_answer_rate", 0, gibibyte * 16, LimitKey::Kind::bytes},
     LimitKey{"max_unread_answer_bytes", 4096, gibibyte * 16, LimitKey::Kind::bytes},
+    LimitKey{"max_tcp_queued_bytes", 4096, gibibyte * 16, LimitKey::Kind::bytes},
     LimitKey{"max_tcp_receive_bytes", 4096, gibibyte * 16, LimitKey::Kind::bytes},
     LimitKey{"max_reassemblies", 1, slots_max},
     LimitKey{"max_reassemblies_per_sender", 1, slots_max},

@@ -115,6 +115,7 @@ void set_limit(sd::NodeConfig& node, std::string_view name, std::uint64_t limit)
   set("unproven_answer_bytes", node.unproven_answer_bytes);
   set("unproven_answer_rate", node.unproven_answer_rate);
   set("max_unread_answer_bytes", node.max_unread_answer_bytes);
+  set("max_tcp_queued_bytes", node.max_tcp_queued_bytes);
   set("max_tcp_receive_bytes", node.max_tcp_receive_bytes);
   set("max_reassemblies", node.max_reassemblies);
   set("max_reassemblies_per_sender", node.max_reassemblies_per_sender);

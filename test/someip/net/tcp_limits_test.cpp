@@ -12,6 +12,7 @@
 
 #include "someip/net/address_text.hpp"
 #include "someip/net/receive_memory.hpp"
+#include "someip/net/send_budget.hpp"
 #include "someip/net/tcp_server.hpp"
 #include "test/bytes.hpp"
 #include "test/loopback.hpp"
@@ -180,6 +181,48 @@ TEST_F(TcpLimitsTest, NoRequestsAreReadOfWhoDoesNotReadTheAnswers) {
   EXPECT_TRUE(run_until([&] { return read == asked * (header_bytes + answer.size()); }));
   deaf.close();
   run_until([] { return false; }, 20ms);
+}
+
+// Many who read nothing must not take memory without end; who reads loses nothing by them.
+TEST_F(TcpLimitsTest, WhatWaitsForAllIsBoundedAndWhoReadsIsServed) {
+  TcpServerOptions options;
+  options.tcp.send_buffer_bytes = 16 << 10;
+  const auto all = std::make_shared<SendBudget>(8 * mebibyte);
+  options.tcp.send_budget = all;
+  open(options);
+  std::vector<Endpoint> deaf;
+  for (unsigned address = 2; address < 10; ++address) {
+    deaf.push_back(end_of(connect(address), address));
+  }
+  tcp::socket& reads = connect(10);
+  std::size_t read = 0;
+  std::vector<char> room(1 << 20U);
+  std::function<void()> go_on = [&] {
+    reads.async_read_some(boost::asio::buffer(room),
+                          [&](const boost::system::error_code& error, std::size_t n) {
+                            read += n;
+                            if (!error) {
+                              go_on();
+                            }
+                          });
+  };
+  go_on();
+  const std::vector<std::byte> payload(mebibyte / 2);
+  const ByteView slice{payload};
+  const Header header{.service = ServiceId{0x1234}, .method = MethodId{0x8001}, .interface_version = 1};
+  for (std::size_t i = 1; i <= 20; ++i) {
+    for (const Endpoint& one : deaf) {
+      server->send(one, header, {&slice, 1});
+    }
+    EXPECT_TRUE(server->send(end_of(reads, 10), header, {&slice, 1}));
+    ASSERT_TRUE(run_until([&] { return read == i * (header_bytes + payload.size()); }));
+    EXPECT_LE(all->used_bytes(), 8 * mebibyte + 9 * (payload.size() + header_bytes));
+  }
+  EXPECT_GT(server->counters().streams.queue_full, 20U);
+  for (tcp::socket& one : clients) {
+    one.close();
+  }
+  EXPECT_TRUE(run_until([&] { return all->used_bytes() == 0; }));
 }
 
 TEST_F(TcpLimitsTest, WhoHoldsMostForLongestEndsWhereMemoryIsShort) {

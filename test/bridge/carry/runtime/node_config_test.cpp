@@ -144,6 +144,7 @@ TEST(NodeConfigOfABridge, KnowsEachKey) {
                                         node.unproven_answer_bytes,
                                         node.unproven_answer_rate,
                                         node.max_unread_answer_bytes,
+                                        node.max_tcp_queued_bytes,
                                         node.max_tcp_receive_bytes,
                                         node.max_reassemblies,
                                         node.max_reassemblies_per_sender,
