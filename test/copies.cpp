@@ -4,7 +4,7 @@
 #include <atomic>
 #include <cstdint>
 
-#include "bridge/messages/convert/byte_swap.hpp"
+#include "bridge/messages/convert/program/byte_swap.hpp"
 
 // From the linker: where the code of this program is.
 extern "C" const char __executable_start;  // NOLINT

@@ -19,6 +19,8 @@ sd/core/device someip/net dds_adapter
 sd/c sd/net
 bridge/documents
 bridge/messages/types
+bridge/messages/convert/program
+bridge/messages/convert/quick
 bridge/messages/convert
 bridge/messages/values
 bridge/cli

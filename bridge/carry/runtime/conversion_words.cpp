@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "bridge/messages/convert/string_frame.hpp"
+#include "bridge/messages/convert/program/string_frame.hpp"
 
 namespace trestle::carry {
 namespace {

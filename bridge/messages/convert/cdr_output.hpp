@@ -1,8 +1,8 @@
 #pragma once
 #include <algorithm>
 
-#include "bridge/messages/convert/conversion_scratch.hpp"
-#include "bridge/messages/convert/wire_forms.hpp"
+#include "bridge/messages/convert/program/wire_forms.hpp"
+#include "bridge/messages/convert/quick/conversion_scratch.hpp"
 
 /// Writing CDR in the host's byte order into a ConversionScratch.
 namespace trestle::messages {

@@ -14,9 +14,9 @@
 #include <string_view>
 #include <tl/expected.hpp>
 
-#include "bridge/messages/convert/conversion_scratch.hpp"
 #include "bridge/messages/convert/message_rules.hpp"
-#include "bridge/messages/convert/program.hpp"
+#include "bridge/messages/convert/program/program.hpp"
+#include "bridge/messages/convert/quick/conversion_scratch.hpp"
 #include "bridge/messages/types/message_definition.hpp"
 
 namespace trestle::messages {

@@ -1,8 +1,8 @@
 #pragma once
 #include <string_view>
 
-#include "bridge/messages/convert/conversion_scratch.hpp"
-#include "bridge/messages/convert/program.hpp"
+#include "bridge/messages/convert/program/program.hpp"
+#include "bridge/messages/convert/quick/conversion_scratch.hpp"
 
 namespace trestle::messages {
 

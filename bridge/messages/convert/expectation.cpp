@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "bridge/messages/convert/wire_forms.hpp"
+#include "bridge/messages/convert/program/wire_forms.hpp"
 
 namespace trestle::messages {
 namespace {

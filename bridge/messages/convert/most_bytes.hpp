@@ -2,7 +2,7 @@
 #include <cstddef>
 #include <optional>
 
-#include "bridge/messages/convert/program.hpp"
+#include "bridge/messages/convert/program/program.hpp"
 
 namespace trestle::messages {
 

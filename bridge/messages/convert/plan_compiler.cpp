@@ -11,8 +11,8 @@
 
 #include "bridge/messages/convert/conversion_plan.hpp"
 #include "bridge/messages/convert/default_values.hpp"
-#include "bridge/messages/convert/find_stretches.hpp"
-#include "bridge/messages/convert/wire_forms.hpp"
+#include "bridge/messages/convert/program/wire_forms.hpp"
+#include "bridge/messages/convert/quick/find_stretches.hpp"
 
 namespace trestle::messages {
 namespace {

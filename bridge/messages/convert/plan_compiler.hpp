@@ -3,7 +3,7 @@
 #include <tl/expected.hpp>
 
 #include "bridge/messages/convert/message_rules.hpp"
-#include "bridge/messages/convert/program.hpp"
+#include "bridge/messages/convert/program/program.hpp"
 #include "bridge/messages/types/message_definition.hpp"
 
 namespace trestle::messages {

@@ -3,15 +3,15 @@
 #include <optional>
 #include <utility>
 
-#include "bridge/messages/convert/byte_swap.hpp"
 #include "bridge/messages/convert/cdr_output.hpp"
 #include "bridge/messages/convert/conversion_plan.hpp"
 #include "bridge/messages/convert/default_writer.hpp"
 #include "bridge/messages/convert/expectation.hpp"
 #include "bridge/messages/convert/failure.hpp"
-#include "bridge/messages/convert/quick_to_cdr.hpp"
-#include "bridge/messages/convert/stretch.hpp"
-#include "bridge/messages/convert/wire_forms.hpp"
+#include "bridge/messages/convert/program/byte_swap.hpp"
+#include "bridge/messages/convert/program/wire_forms.hpp"
+#include "bridge/messages/convert/quick/quick_to_cdr.hpp"
+#include "bridge/messages/convert/quick/stretch.hpp"
 #include "someip/wire/bytes.hpp"
 #include "someip/wire/utf.hpp"
 

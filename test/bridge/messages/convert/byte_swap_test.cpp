@@ -1,4 +1,4 @@
-#include "bridge/messages/convert/byte_swap.hpp"
+#include "bridge/messages/convert/program/byte_swap.hpp"
 
 #include <gtest/gtest.h>
 

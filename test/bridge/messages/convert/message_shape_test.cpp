@@ -1,4 +1,4 @@
-#include "bridge/messages/convert/message_shape.hpp"
+#include "bridge/messages/convert/quick/message_shape.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "bridge/messages/convert/shape.hpp"
+#include "bridge/messages/convert/quick/shape.hpp"
 
 #include <gtest/gtest.h>
 

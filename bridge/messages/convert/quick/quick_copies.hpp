@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "bridge/messages/convert/byte_swap.hpp"
+#include "bridge/messages/convert/program/byte_swap.hpp"
 #include "dds_adapter/copy_bytes.hpp"
 
 #if defined(__SSE2__)

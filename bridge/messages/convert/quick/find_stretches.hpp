@@ -1,5 +1,5 @@
 #pragma once
-#include "bridge/messages/convert/program.hpp"
+#include "bridge/messages/convert/program/program.hpp"
 
 namespace trestle::messages {
 

@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "bridge/messages/convert/gathered.hpp"
-#include "bridge/messages/convert/message_shape.hpp"
-#include "bridge/messages/convert/program.hpp"
-#include "bridge/messages/convert/shape.hpp"
+#include "bridge/messages/convert/program/gathered.hpp"
+#include "bridge/messages/convert/program/program.hpp"
+#include "bridge/messages/convert/quick/message_shape.hpp"
+#include "bridge/messages/convert/quick/shape.hpp"
 #include "dds_adapter/copy_bytes.hpp"
 #include "someip/wire/tag.hpp"
 #include "someip/wire/types.hpp"

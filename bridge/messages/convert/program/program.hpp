@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "bridge/messages/convert/string_frame.hpp"
+#include "bridge/messages/convert/program/string_frame.hpp"
 #include "bridge/messages/types/message_definition.hpp"
 #include "someip/wire/payload_rules.hpp"
 #include "someip/wire/tag.hpp"

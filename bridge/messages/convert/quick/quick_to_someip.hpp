@@ -1,9 +1,9 @@
 #pragma once
 #include <algorithm>
 
-#include "bridge/messages/convert/conversion_scratch.hpp"
-#include "bridge/messages/convert/quick_copies.hpp"
-#include "bridge/messages/convert/wire_forms.hpp"
+#include "bridge/messages/convert/program/wire_forms.hpp"
+#include "bridge/messages/convert/quick/conversion_scratch.hpp"
+#include "bridge/messages/convert/quick/quick_copies.hpp"
 
 namespace trestle::messages {
 

@@ -1,13 +1,13 @@
-#include "bridge/messages/convert/message_shape.hpp"
+#include "bridge/messages/convert/quick/message_shape.hpp"
 
 #include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstring>
 
-#include "bridge/messages/convert/byte_swap.hpp"
-#include "bridge/messages/convert/wire_forms.hpp"
-#include "bridge/messages/convert/words.hpp"
+#include "bridge/messages/convert/program/byte_swap.hpp"
+#include "bridge/messages/convert/program/wire_forms.hpp"
+#include "bridge/messages/convert/quick/words.hpp"
 
 namespace trestle::messages {
 namespace {

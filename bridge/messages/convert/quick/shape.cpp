@@ -1,9 +1,9 @@
-#include "bridge/messages/convert/shape.hpp"
+#include "bridge/messages/convert/quick/shape.hpp"
 
 #include <cstring>
 
-#include "bridge/messages/convert/byte_swap.hpp"
-#include "bridge/messages/convert/words.hpp"
+#include "bridge/messages/convert/program/byte_swap.hpp"
+#include "bridge/messages/convert/quick/words.hpp"
 
 namespace trestle::messages {
 namespace {

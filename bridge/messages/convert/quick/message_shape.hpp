@@ -3,9 +3,9 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "bridge/messages/convert/gathered.hpp"
-#include "bridge/messages/convert/program.hpp"
-#include "bridge/messages/convert/shape.hpp"
+#include "bridge/messages/convert/program/gathered.hpp"
+#include "bridge/messages/convert/program/program.hpp"
+#include "bridge/messages/convert/quick/shape.hpp"
 #include "someip/wire/types.hpp"
 
 namespace trestle::messages {

@@ -1,9 +1,9 @@
-#include "bridge/messages/convert/find_stretches.hpp"
+#include "bridge/messages/convert/quick/find_stretches.hpp"
 
 #include <algorithm>
 
-#include "bridge/messages/convert/shape.hpp"
-#include "bridge/messages/convert/wire_forms.hpp"
+#include "bridge/messages/convert/program/wire_forms.hpp"
+#include "bridge/messages/convert/quick/shape.hpp"
 
 namespace trestle::messages {
 namespace {

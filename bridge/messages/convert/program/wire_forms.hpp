@@ -3,9 +3,9 @@
 #include <bit>
 #include <cstring>
 
-#include "bridge/messages/convert/byte_swap.hpp"
-#include "bridge/messages/convert/program.hpp"
-#include "bridge/messages/convert/string_frame.hpp"
+#include "bridge/messages/convert/program/byte_swap.hpp"
+#include "bridge/messages/convert/program/program.hpp"
+#include "bridge/messages/convert/program/string_frame.hpp"
 #include "someip/wire/bytes.hpp"
 #include "someip/wire/header.hpp"
 #include "someip/wire/payload_rules.hpp"
