@@ -116,22 +116,31 @@ inline std::vector<messages::MessageRules> all_type_rules() {
   return rules;
 }
 
-/// A plan that references as much as it can, and one of the same type and rules that copies everything.
+/// A plan that references as much as it can, one of the same type and rules that copies everything, and one
+/// that does so by its operations alone.
 struct Plans {
   messages::ConversionPlan referencing;
   messages::ConversionPlan copying;
+  messages::ConversionPlan plain;
   bool has_type_rules = false;
 };
 
 /// Takes the two bytes from `input`; nothing when there are none.
 inline const Plans* choose(ByteView& input) {
   static const std::vector<std::vector<Plans>> all = [] {
+    using messages::ConversionPlan;
     std::vector<std::vector<Plans>> result;
+    const auto plans = [](const messages::TypeTree& tree, const messages::MessageRules& rules, bool types) {
+      return Plans{
+          std::move(*ConversionPlan::compile(tree, rules, 1)),
+          std::move(*ConversionPlan::compile(tree, rules, SIZE_MAX)),
+          std::move(*ConversionPlan::compile(tree, rules, SIZE_MAX, ConversionPlan::Execution::plain)),
+          types};
+    };
     const auto add = [&](const messages::TypeTree& tree) {
       auto& of_type = result.emplace_back();
       for (const auto& rules : all_rules()) {
-        of_type.push_back({std::move(*messages::ConversionPlan::compile(tree, rules, 1)),
-                           std::move(*messages::ConversionPlan::compile(tree, rules, SIZE_MAX))});
+        of_type.push_back(plans(tree, rules, false));
       }
     };
     add(everything());
@@ -142,9 +151,7 @@ inline const Plans* choose(ByteView& input) {
     }
     auto& with_rules = result.emplace_back();
     for (const auto& rules : all_type_rules()) {
-      const auto tree = everything_with_rules();
-      with_rules.push_back({std::move(*messages::ConversionPlan::compile(tree, rules, 1)),
-                            std::move(*messages::ConversionPlan::compile(tree, rules, SIZE_MAX)), true});
+      with_rules.push_back(plans(everything_with_rules(), rules, true));
     }
     for (const char* const name : {"sensor_msgs/LaserScan", "std_msgs/Float64MultiArray"}) {
       add(*library.resolve(name));  // behind the others, between which the seeds choose
@@ -188,12 +195,13 @@ inline std::vector<std::byte> almost(ByteView message, std::size_t bit) {
 }
 
 /// Converts messages that are almost `input`, and then this one, with one scratch: what it remembers must
-/// make no difference.
-/// @param convert  (input, scratch)
+/// make no difference, and the plan's operations alone must make the same of each.
+/// @param convert  (plan, input, scratch)
 template <typename Convert>
-void require_no_memory(ByteView input, const Convert& convert) {
-  const auto outcome = [&](ByteView message, messages::ConversionScratch& scratch) {
-    const auto result = convert(message, scratch);
+void require_the_same(const Plans& plans, ByteView input, const Convert& convert) {
+  const auto outcome = [&](const messages::ConversionPlan& plan, ByteView message,
+                           messages::ConversionScratch& scratch) {
+    const auto result = convert(plan, message, scratch);
     return result ? std::pair{whole(*result), std::string{}}
                   : std::pair{std::vector<std::byte>{}, to_string(result.error())};
   };
@@ -207,7 +215,9 @@ void require_no_memory(ByteView input, const Convert& convert) {
   for (const ByteView message :
        {ByteView{first}, ByteView{first}, ByteView{second}, input, ByteView{second}}) {
     messages::ConversionScratch fresh;
-    require(outcome(message, scratch) == outcome(message, fresh));
+    const auto result = outcome(plans.copying, message, scratch);
+    require(outcome(plans.copying, message, fresh) == result);
+    require(outcome(plans.plain, message, fresh) == result);
   }
 }
 

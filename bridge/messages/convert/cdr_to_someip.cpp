@@ -2,13 +2,9 @@
 #include <cstring>
 #include <utility>
 
-#include "bridge/messages/convert/conversion_plan.hpp"
-#include "bridge/messages/convert/expectation.hpp"
-#include "bridge/messages/convert/failure.hpp"
+#include "bridge/messages/convert/converter.hpp"
 #include "bridge/messages/convert/program/byte_swap.hpp"
 #include "bridge/messages/convert/program/wire_forms.hpp"
-#include "bridge/messages/convert/quick/quick_to_someip.hpp"
-#include "bridge/messages/convert/quick/stretch.hpp"
 #include "someip/wire/bytes.hpp"
 #include "someip/wire/utf.hpp"
 
@@ -17,152 +13,27 @@ namespace {
 
 using someip::FieldWidth;
 
-/// Of a whole message.
-Shape::Conversion whole_to_someip(const Program& program, std::endian order) noexcept {
-  return {.program = program.number, .to_cdr = false, .order = order, .position = 0};
-}
+class CdrToSomeip : Converter<CdrToSomeip, false, quick::LoopToSomeip> {
+  using Base = Converter<CdrToSomeip, false, quick::LoopToSomeip>;
+  friend Base;
 
-/// Whether so many bytes may follow the last field: RTPS pads samples to a multiple of four.
-bool may_follow(const Program& program, std::size_t left) noexcept {
-  return left < 4 || program.may_be_longer;
-}
-
-class CdrToSomeip {
  public:
-  /// @param at  in the body, where to begin.
-  CdrToSomeip(const QuickToSomeip& quick, std::size_t at, ConversionScratch& out)
-      : program_{quick.program},
-        rules_{program_.rules},
-        in_{quick.body},
-        at_{at},
-        order_{quick.order},
-        swap_{quick.swap},
-        strings_{program_.strings},
-        wide_strings_{program_.wide_strings},
-        quick_{quick},
-        out_{out} {}
-
-  /// @param begin  the first operation that is left to do.
-  bool convert(std::size_t begin) {
-    const std::size_t end = program_.ops.size();
-    if (!(begin == 0 && program_.fields == 0 ? fields(0, end) : block(begin, end))) {
-      return false;
-    }
-    return may_follow(program_, in_.size() - at_) ||
-           failure_.set(ConversionFault::trailing_bytes, at_, Program::no_op);
-  }
-
-  /// After convert() was false; its offset counts from the encapsulation header on.
-  [[nodiscard]] ConversionError error() const {
-    ConversionError error = failure_.error(program_, false, in_);
-    error.offset += encapsulation_bytes;
-    return error;
-  }
-
-  // For convert_stretch().
-
-  [[nodiscard]] ConversionScratch& out() noexcept { return out_; }
-  [[nodiscard]] const Program& program() const noexcept { return program_; }
-  [[nodiscard]] std::size_t at() const noexcept { return at_; }
-  void skip(std::size_t bytes) noexcept { at_ += bytes; }
-  std::size_t quick(std::size_t begin, std::size_t end, std::uint64_t& times) {
-    return quick_to_someip<false>(quick_, begin, end, times, at_, out_);
-  }
-  [[nodiscard]] Shape* recording() const noexcept { return recording_; }
-  void recording(Shape* shape) noexcept { recording_ = shape; }
-  [[nodiscard]] ByteView rest() const noexcept { return in_.last(left()); }
-  [[nodiscard]] Shape::Conversion conversion() const noexcept {
-    return {.program = program_.number, .to_cdr = false, .order = order_, .position = at_};
-  }
-
-  bool block(std::size_t begin, std::size_t end) {
-    for (std::size_t i = quick(begin, end); i < end; i = quick(i, end)) {
-      const Op& op = program_.ops[i];
-      bool good = false;
-      std::size_t next = i + 1;
-      switch (op.kind) {
-        case Op::Kind::numbers:
-          good = numbers(i, op);
-          break;
-        case Op::Kind::bools:
-          good = bools(i, op.count);
-          break;
-        case Op::Kind::bits:
-          good = bits(i, op);
-          break;
-        case Op::Kind::string:
-          good = string(i, op);
-          break;
-        case Op::Kind::wstring:
-          good = wstring(i, op);
-          break;
-        case Op::Kind::number_sequence:
-        case Op::Kind::bool_sequence:
-          good = run_sequence(i, op);
-          break;
-        case Op::Kind::sequence:
-          good = sequence(i, op);
-          next = op.end;
-          break;
-        case Op::Kind::repeat:
-          good = repeat(i, op);
-          next = op.end;
-          break;
-        case Op::Kind::structure:
-        case Op::Kind::fixed_array:
-        case Op::Kind::tagged:
-          good = enclosed(i, op);
-          next = op.end;
-          break;
-        case Op::Kind::field:
-          good = block(i + 1, op.end);
-          next = op.end;
-          break;
-        case Op::Kind::member:
-          good = member(i, op);
-          next = op.end;
-          break;
-        case Op::Kind::choice:
-          good = choice(i, op);
-          next = op.end;
-          break;
-        case Op::Kind::alternative:  // only within a choice
-          break;
-      }
-      if (!good) {
-        return false;
-      }
-      i = next;
-    }
-    return true;
-  }
+  using Base::convert;
 
  private:
+  using Base::Base;
+
+  static constexpr bool may_loop() noexcept { return true; }
+  /// RTPS pads samples to a multiple of four.
+  static bool is_end(const Program& program, std::size_t left) noexcept {
+    return left < 4 || program.may_be_longer;
+  }
+
   struct LengthField {
     std::size_t place;  ///< in the scratch
     std::size_t begin;  ///< position of what it counts
     FieldWidth width;
   };
-
-  /// The fields of the message.
-  bool fields(std::size_t begin, std::size_t end) {
-    return program_.has_shape ? convert_stretch(*this, 0, begin, end) : block(begin, end);
-  }
-
-  /// Whether the operations have to do all by themselves, so that it can be seen.
-  bool is_recorded() noexcept {
-    if (recording_ != nullptr && !recording_->has_room_to(at_)) [[unlikely]] {
-      recording_ = nullptr;
-    }
-    return recording_ != nullptr;
-  }
-
-  std::size_t quick(std::size_t i, std::size_t end) {
-    std::uint64_t once = 1;
-    return i == end || !may_begin_quick(program_, i) || is_recorded() ? i
-           : program_.quick_arrays ? quick_to_someip<true>(quick_, i, end, once, at_, out_)
-                                   : quick(i, end, once);
-  }
 
   bool numbers(std::size_t i, const Op& op) {
     align(op.width);
@@ -174,13 +45,15 @@ class CdrToSomeip {
     return true;
   }
 
-  bool bools(std::size_t i, std::uint64_t count) {
+  bool bools(std::size_t i, const Op& op) { return put_bools(i, op.count); }
+
+  bool put_bools(std::size_t i, std::uint64_t count) {
     if (count > left()) {
       return failure_.set(ConversionFault::truncated, at_ + left(), i, left());
     }
     // A DDS reader refuses other values too; sent on, they would not be what SOME/IP allows.
     // [feat_req_someip_817]
-    const ByteView bytes = in_.subspan(at_, static_cast<std::size_t>(count));
+    const ByteView bytes{in_ + at_, static_cast<std::size_t>(count)};
     if (!all_bools(bytes)) {
       const auto bad = static_cast<std::size_t>(
           std::ranges::find_if(bytes, [](std::byte byte) { return byte > std::byte{1}; }) - bytes.begin());
@@ -231,10 +104,10 @@ class CdrToSomeip {
       return failure_.set(ConversionFault::length_overflow, begin, i);
     }
     if (op.kind == Op::Kind::bool_sequence) {
-      if (!bools(i, numbers)) {
+      if (!put_bools(i, numbers)) {
         return false;
       }
-    } else {
+    } else if (elements > 0) {
       put_numbers(numbers, op);
     }
     pad();
@@ -251,7 +124,7 @@ class CdrToSomeip {
       return failure_.set(ConversionFault::truncated, begin, i);
     }
     const LengthField length = open_length(op.length);
-    if (!loop(i, op, elements)) {
+    if (!Base::elements(i, op, elements)) {
       return false;
     }
     if (!close_length(length)) {
@@ -261,26 +134,18 @@ class CdrToSomeip {
     return true;
   }
 
-  bool loop(std::size_t i, const Op& op, std::uint64_t count) {
-    std::uint64_t done = 0;
-    return convert_elements(*this, op, i + 1, count, done) || failure_.in_loop(done);
-  }
-
-  bool repeat(std::size_t i, const Op& op) {
-    if (exceed(op.count, op.min_cdr, left())) {
-      return failure_.set(ConversionFault::truncated, at_, i);
-    }
-    return loop(i, op, op.count);
-  }
-
   bool enclosed(std::size_t i, const Op& op) {
     const std::size_t begin = at_;
     const LengthField length = open_length(op.length);
-    if (!(i + 1 == program_.fields ? fields(i + 1, op.end) : block(i + 1, op.end))) {
+    if (!body(i, op)) {
       return false;
     }
     return close_length(length) || failure_.set(ConversionFault::length_overflow, begin, i);
   }
+
+  bool field(std::size_t i, const Op& op) { return block(i + 1, op.end); }
+
+  bool tagged(std::size_t i, const Op& op) { return enclosed(i, op); }
 
   bool member(std::size_t i, const Op& op) {
     if (op.optional) {
@@ -376,7 +241,7 @@ class CdrToSomeip {
     if (!read_u32(size) || size > left()) {
       return failure_.set(ConversionFault::truncated, begin, i);
     }
-    ByteView text = in_.subspan(at_, size);
+    ByteView text{in_ + at_, size};
     at_ += size;
     // The size counts the terminator, so 0 is none that CDR knows: some write it for an empty string, and
     // all read it as one.
@@ -394,13 +259,13 @@ class CdrToSomeip {
       return failure_.set(ConversionFault::bound_exceeded, begin, i);
     }
     const LengthField length = open_length(op.length);
-    write(strings_.bom);
+    write(program_.strings.bom);
     if (rules_.string_encoding == someip::StringEncoding::utf8) {
       out_.put(text);
     } else if (!put_utf16(text)) {
       return failure_.set(ConversionFault::bad_encoding, begin, i);
     }
-    write(strings_.terminator);
+    write(program_.strings.terminator);
     return end_string(i, op, length, begin);
   }
 
@@ -435,11 +300,11 @@ class CdrToSomeip {
     }
     const std::size_t bytes = 2 * std::size_t{units};
     const LengthField length = open_length(op.length);
-    write(wide_strings_.bom);
+    write(program_.wide_strings.bom);
     std::byte* to = out_.room(bytes);
     const std::endian to_order = utf16_order(wide_encoding(rules_));
     for (std::uint32_t unit = 0; unit < units; ++unit, at_ += 4, to += 2) {
-      const auto character = someip::load<std::uint32_t>(in_.data() + at_, order_);
+      const auto character = someip::load<std::uint32_t>(in_ + at_, source_.order);
       if (character > 0xffff) {
         return failure_.set(ConversionFault::bad_encoding, at_, i);
       }
@@ -448,7 +313,7 @@ class CdrToSomeip {
       }
       someip::store(to, static_cast<std::uint16_t>(character), to_order);
     }
-    write(wide_strings_.terminator);
+    write(program_.wide_strings.terminator);
     return end_string(i, op, length, begin);
   }
 
@@ -476,8 +341,6 @@ class CdrToSomeip {
 
   // Reading CDR
 
-  [[nodiscard]] std::size_t left() const noexcept { return at_ < in_.size() ? in_.size() - at_ : 0; }
-
   static constexpr std::size_t aligned(std::size_t at, std::size_t width) noexcept {
     return (at + width - 1) & ~(width - 1);
   }
@@ -493,7 +356,7 @@ class CdrToSomeip {
     if (left() < 4) {
       return false;
     }
-    number = load_u32(in_.data() + at_, order_);
+    number = load_u32(in_ + at_, source_.order);
     at_ += 4;
     return true;
   }
@@ -507,26 +370,6 @@ class CdrToSomeip {
   }
 
   // Writing SOME/IP
-
-  /// Moves numbers over; that they are there has been checked.
-  void put_numbers(std::size_t count, const Op& op) {
-    const std::size_t width = op.width;
-    const bool swap = width > 1 && swap_ != op.other_order;
-    if (recording_ != nullptr && !recording_->numbers(at_, out_.copied(), count, width, swap)) [[unlikely]] {
-      recording_ = nullptr;
-    }
-    const std::size_t bytes = count * width;
-    if (!swap) {
-      out_.put(in_.subspan(std::min(at_, in_.size()), bytes));
-    } else if (bytes <= most_quick_bytes) {
-      copy_few_numbers(out_.room(bytes), in_.data() + at_, count, width, true);
-    } else {
-      copy_swapped(out_.room(bytes), in_.data() + at_, count, width);
-    }
-    at_ += bytes;
-  }
-
-  void write(ByteView bytes) { copy_few(out_.room(bytes.size()), bytes.data(), bytes.size()); }
 
   bool write_length(FieldWidth width, std::size_t length) {
     store_length(out_.room(bytes(width)), width, length, length_order(rules_));
@@ -555,69 +398,30 @@ class CdrToSomeip {
       std::fill_n(out_.room(size), size, std::byte{0});
     }
   }
-
-  const Program& program_;
-  const someip::PayloadRules& rules_;
-  ByteView in_;        ///< the body: alignment counts from its front
-  std::size_t at_;     ///< may lie behind the end after align()
-  std::endian order_;  ///< of the CDR
-  bool swap_;          ///< numbers differ in byte order, unless the operation's is the other one
-  const StringFrame& strings_;
-  const StringFrame& wide_strings_;
-  const QuickToSomeip& quick_;
-  ConversionScratch& out_;
-  Shape* recording_ = nullptr;
-  Failure failure_;
 };
-
-__attribute__((noinline)) tl::expected<Gathered, ConversionError> by_operations(
-    const Program& program, const Shape::Conversion& conversion, ByteView body, std::size_t reference_from,
-    ConversionScratch& scratch) {
-  scratch.begin(reference_from);
-  const QuickToSomeip quick{program, body, conversion.order, conversion.order != program.rules.byte_order};
-  const auto [begin, at] =
-      begin_quickly(program, body, scratch, [&](std::uint64_t& times, std::size_t& place) {
-        return quick_to_someip<true>(quick, 0, program.ops.size(), times, place, scratch);
-      });
-  if (begin == program.ops.size() && may_follow(program, body.size() - at)) {
-    return scratch.finish();
-  }
-  CdrToSomeip converter{quick, at, scratch};
-  if (!converter.convert(begin)) {
-    return tl::unexpected{converter.error()};
-  }
-  const Gathered made = scratch.finish();
-  if (program.array_at != 0) {
-    scratch.message().learn(program, scratch.shape(0), conversion, body.first(converter.at()), made);
-  }
-  return made;
-}
 
 }  // namespace
 
 __attribute__((hot)) tl::expected<Gathered, ConversionError> ConversionPlan::cdr_to_someip(
     ByteView sample, ConversionScratch& scratch) const {
   if (sample.size() > max_converted_bytes) {
-    return tl::unexpected{
-        ConversionError{ConversionFault::too_large,
-                        0,
-                        {},
-                        expectation(program_, ConversionFault::too_large, Program::no_op, false, {})}};
+    return tl::unexpected{error_of_message(program_, ConversionFault::too_large, false, {})};
+  }
+  if (sample.size() < encapsulation_bytes) {
+    return tl::unexpected{error_of_message(program_, ConversionFault::truncated, false, sample)};
   }
   // 0x0000 is big endian, 0x0001 little endian; the two bytes of options say nothing that matters.
-  if (sample.size() < encapsulation_bytes || sample[0] != std::byte{0} || sample[1] > std::byte{1}) {
-    const auto fault =
-        sample.size() < encapsulation_bytes ? ConversionFault::truncated : ConversionFault::bad_encapsulation;
-    return tl::unexpected{
-        ConversionError{fault, 0, {}, expectation(program_, fault, Program::no_op, false, sample)}};
+  if (sample[0] != std::byte{0} || sample[1] > std::byte{1}) {
+    return tl::unexpected{error_of_message(program_, ConversionFault::bad_encapsulation, false, sample)};
   }
   const ByteView body = sample.subspan(encapsulation_bytes);
-  const auto conversion =
-      whole_to_someip(program_, sample[1] == std::byte{0} ? std::endian::big : std::endian::little);
-  if (Gathered made; program_.array_at != 0 && scratch.message().convert(conversion, body, made)) {
-    return scratch.referencing_from(reference_from_, made);
+  const std::endian order = sample[1] == std::byte{0} ? std::endian::big : std::endian::little;
+  auto payload = CdrToSomeip::convert({program_, body.data(), order, order != program_.rules.byte_order},
+                                      body, reference_from_, scratch);
+  if (!payload) [[unlikely]] {
+    payload.error().offset += encapsulation_bytes;
   }
-  return by_operations(program_, conversion, body, reference_from_, scratch);
+  return payload;
 }
 
 }  // namespace trestle::messages

@@ -28,19 +28,23 @@ std::string to_string(const ConversionError& error) {
 
 tl::expected<ConversionPlan, std::string> ConversionPlan::compile(const TypeTree& tree,
                                                                   const MessageRules& rules,
-                                                                  std::size_t reference_from) {
+                                                                  std::size_t reference_from,
+                                                                  Execution execution) {
   auto program = compile_program(tree, rules);
   if (!program) {
     return tl::unexpected{std::move(program.error())};
+  }
+  if (execution == Execution::quick) {
+    quick::choose(*program);
   }
   return ConversionPlan{std::move(*program), reference_from};
 }
 
 void ConversionPlan::expect(ByteView message, const ConversionScratch& scratch) const noexcept {
-  if (program_.array_at == 0 || message.empty()) {
+  if (program_.quick.array_at == 0 || message.empty()) {
     return;
   }
-  scratch.message().fetch();
+  scratch.memory().message().fetch();
   __builtin_prefetch(message.data());
   __builtin_prefetch(&message.back());
 }

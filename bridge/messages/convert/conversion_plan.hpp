@@ -14,9 +14,9 @@
 #include <string_view>
 #include <tl/expected.hpp>
 
+#include "bridge/messages/convert/conversion_scratch.hpp"
 #include "bridge/messages/convert/message_rules.hpp"
 #include "bridge/messages/convert/program/program.hpp"
-#include "bridge/messages/convert/quick/conversion_scratch.hpp"
 #include "bridge/messages/types/message_definition.hpp"
 
 namespace trestle::messages {
@@ -70,6 +70,10 @@ struct ConversionError {
 /// What the two sides look like, and what is accepted from them, is in docs/conversion.md.
 class ConversionPlan {
  public:
+  /// How messages are converted: with what quick/quick.hpp has, or by one operation after another, which
+  /// takes longer. Both make the same of each message; tests compare them.
+  enum class Execution : std::uint8_t { quick, plain };
+
   /// Runs of bytes that conversion leaves as they are become slices of their own from this size on: below it
   /// a copy is cheaper than one more slice.
   static constexpr std::size_t default_reference_from = 4096;
@@ -77,7 +81,8 @@ class ConversionPlan {
   /// @param reference_from  as above; SIZE_MAX copies everything.
   /// @return the plan, or one line that says why the type cannot be carried under these rules.
   [[nodiscard]] static tl::expected<ConversionPlan, std::string> compile(
-      const TypeTree& tree, const MessageRules& rules, std::size_t reference_from = default_reference_from);
+      const TypeTree& tree, const MessageRules& rules, std::size_t reference_from = default_reference_from,
+      Execution execution = Execution::quick);
 
   /// @param sample  CDR in either byte order, with its 4 byte encapsulation header; up to 3 bytes of padding
   ///                may follow, and more where Program::may_be_longer says so.

@@ -1,15 +1,15 @@
 #pragma once
 #include <string_view>
 
+#include "bridge/messages/convert/program/output.hpp"
 #include "bridge/messages/convert/program/program.hpp"
-#include "bridge/messages/convert/quick/conversion_scratch.hpp"
 
 namespace trestle::messages {
 
 /// Writes the CDR of fields that an older sender's payload does not have.  [feat_req_someipcompat_1200]
 class DefaultWriter {
  public:
-  DefaultWriter(const Program& program, ConversionScratch& out) : program_{program}, out_{out} {}
+  DefaultWriter(const Program& program, Output& out) : program_{program}, out_{out} {}
 
   /// Writes the default of a field or member: that of its `.msg` file, or zeros and empty arrays.
   /// @return false: all defaults of this message together take more than max_default_bytes.
@@ -25,7 +25,7 @@ class DefaultWriter {
   [[nodiscard]] bool spend(std::size_t bytes) noexcept;
 
   const Program& program_;
-  ConversionScratch& out_;
+  Output& out_;
   std::size_t spent_ = 0;
 };
 

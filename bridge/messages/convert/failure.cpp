@@ -33,4 +33,8 @@ ConversionError Failure::error(const Program& program, bool to_cdr, ByteView in)
   return error;
 }
 
+ConversionError error_of_message(const Program& program, ConversionFault fault, bool to_cdr, ByteView in) {
+  return {fault, 0, {}, expectation(program, fault, Program::no_op, to_cdr, in)};
+}
+
 }  // namespace trestle::messages

@@ -46,4 +46,8 @@ class Failure {
   std::array<std::uint64_t, 64> indices_;  // NOLINT(cppcoreguidelines-pro-type-member-init)
 };
 
+/// What is wrong with a message as a whole, from its first byte on.
+[[nodiscard]] ConversionError error_of_message(const Program& program, ConversionFault fault, bool to_cdr,
+                                               ByteView in);
+
 }  // namespace trestle::messages

@@ -12,7 +12,6 @@
 #include "bridge/messages/convert/conversion_plan.hpp"
 #include "bridge/messages/convert/default_values.hpp"
 #include "bridge/messages/convert/program/wire_forms.hpp"
-#include "bridge/messages/convert/quick/find_stretches.hpp"
 
 namespace trestle::messages {
 namespace {
@@ -54,7 +53,6 @@ class Compiler {
       check_types();
       message(tree_.root(), "", false);
       program_.may_be_longer = is_overestimated();
-      find_stretches(program_);
       static std::atomic<std::uint64_t> programs = 0;
       program_.number = ++programs;
     }

@@ -4,14 +4,10 @@
 #include <utility>
 
 #include "bridge/messages/convert/cdr_output.hpp"
-#include "bridge/messages/convert/conversion_plan.hpp"
+#include "bridge/messages/convert/converter.hpp"
 #include "bridge/messages/convert/default_writer.hpp"
-#include "bridge/messages/convert/expectation.hpp"
-#include "bridge/messages/convert/failure.hpp"
 #include "bridge/messages/convert/program/byte_swap.hpp"
 #include "bridge/messages/convert/program/wire_forms.hpp"
-#include "bridge/messages/convert/quick/quick_to_cdr.hpp"
-#include "bridge/messages/convert/quick/stretch.hpp"
 #include "someip/wire/bytes.hpp"
 #include "someip/wire/utf.hpp"
 
@@ -20,142 +16,28 @@ namespace {
 
 using someip::FieldWidth;
 
-constexpr std::size_t to_cdr_slot = Program::slots;  ///< of shapes: the other direction has those before
+class SomeipToCdr : Converter<SomeipToCdr, true, quick::LoopToCdr> {
+  using Base = Converter<SomeipToCdr, true, quick::LoopToCdr>;
+  friend Base;
 
-/// Of a whole message.
-Shape::Conversion whole_to_cdr(const Program& program) noexcept {
-  return {.program = program.number, .to_cdr = true, .position = encapsulation_bytes};
-}
-
-class SomeipToCdr {
  public:
-  /// @param at  in the payload, where to begin.
-  SomeipToCdr(const QuickToCdr& quick, std::size_t size, std::size_t at, ConversionScratch& out)
-      : program_{quick.program},
-        rules_{program_.rules},
-        in_{quick.in},
-        at_{at},
-        limit_{size},
-        swap_{quick.swap},
-        strings_{program_.strings},
-        wide_strings_{program_.wide_strings},
-        quick_{quick},
-        out_{out},
-        defaults_{program_, out} {}
-
-  /// @param begin  the first operation that is left to do.
-  bool convert(std::size_t begin) {
-    const std::size_t end = program_.ops.size();
-    return begin == 0 && program_.fields == 0 ? fields(0, end) : block(begin, end);
-  }
-
-  /// After convert() was false.
-  [[nodiscard]] ConversionError error() const { return failure_.error(program_, true, {in_, limit_}); }
-
-  // For convert_stretch().
-
-  [[nodiscard]] ConversionScratch& out() noexcept { return out_; }
-  [[nodiscard]] const Program& program() const noexcept { return program_; }
-  [[nodiscard]] std::size_t at() const noexcept { return at_; }
-  void skip(std::size_t bytes) noexcept { at_ += bytes; }
-  std::size_t quick(std::size_t begin, std::size_t end, std::uint64_t& times) {
-    return announced_ ? begin : quick_to_cdr<false>(quick_, begin, end, times, at_, limit_, out_);
-  }
-  [[nodiscard]] Shape* recording() const noexcept { return recording_; }
-  void recording(Shape* shape) noexcept { recording_ = shape; }
-  [[nodiscard]] ByteView rest() const noexcept { return {in_ + at_, left()}; }
-  [[nodiscard]] Shape::Conversion conversion() const noexcept {
-    return {.program = program_.number, .to_cdr = true, .position = out_.position()};
-  }
-
-  bool block(std::size_t begin, std::size_t end) {
-    for (std::size_t i = quick(begin, end); i < end; i = quick(i, end)) {
-      const Op& op = program_.ops[i];
-      bool good = false;
-      std::size_t next = i + 1;
-      switch (op.kind) {
-        case Op::Kind::numbers:
-          good = numbers(i, op);
-          break;
-        case Op::Kind::bools:
-          good = bools(i, op);
-          break;
-        case Op::Kind::bits:
-          good = bits(i, op);
-          break;
-        case Op::Kind::string:
-          good = string(i, op);
-          break;
-        case Op::Kind::wstring:
-          good = wstring(i, op);
-          break;
-        case Op::Kind::number_sequence:
-        case Op::Kind::bool_sequence:
-          good = run_sequence(i, op);
-          break;
-        case Op::Kind::sequence:
-          good = sequence(i, op);
-          next = op.end;
-          break;
-        case Op::Kind::repeat:
-          good = repeat(i, op);
-          next = op.end;
-          break;
-        case Op::Kind::structure:
-        case Op::Kind::fixed_array:
-          good = enclosed(i, op);
-          next = op.end;
-          break;
-        case Op::Kind::field:
-          good = op.may_miss && at_ == limit_ ? use_default(i) : block(i + 1, op.end);
-          next = op.end;
-          break;
-        case Op::Kind::tagged:
-          good = tagged(i, op);
-          next = op.end;
-          break;
-        case Op::Kind::choice:
-          good = choice(i, op);
-          next = op.end;
-          break;
-        case Op::Kind::member:       // only within a tagged struct
-        case Op::Kind::alternative:  // only within a choice
-          break;
-      }
-      if (!good) {
-        return false;
-      }
-      i = next;
-    }
-    return true;
-  }
+  using Base::convert;
 
  private:
-  /// The fields of the message.
-  bool fields(std::size_t begin, std::size_t end) {
-    return program_.has_shape ? convert_stretch(*this, to_cdr_slot, begin, end) : block(begin, end);
-  }
+  SomeipToCdr(const quick::Source& source, std::size_t at, std::size_t limit, ConversionScratch& scratch)
+      : Base{source, at, limit, scratch}, defaults_{program_, out_} {}
 
-  /// Whether the operations have to do all by themselves, so that it can be seen.
-  bool is_recorded() noexcept {
-    if (recording_ != nullptr && !recording_->has_room_to(at_)) [[unlikely]] {
-      recording_ = nullptr;
-    }
-    return recording_ != nullptr;
-  }
-
-  std::size_t quick(std::size_t i, std::size_t end) {
-    std::uint64_t once = 1;
-    return i == end || !may_begin_quick(program_, i) || announced_ || is_recorded() ? i
-           : program_.quick_arrays ? quick_to_cdr<true>(quick_, i, end, once, at_, limit_, out_)
-                                   : quick(i, end, once);
-  }
+  /// The loop knows only the length fields that the rules ask for.
+  [[nodiscard]] bool may_loop() const noexcept { return !announced_; }
+  /// Bytes after the last field are ignored.  [feat_req_someip_168]
+  static constexpr bool is_end(const Program& /*program*/, std::size_t /*left*/) noexcept { return true; }
 
   bool numbers(std::size_t i, const Op& op) {
     if (exceed(op.count, op.width, left())) {
       const std::size_t there = left() / op.width;
       return failure_.set(ConversionFault::truncated, at_ + there * op.width, i, there);
     }
+    align(op.width);
     put_numbers(static_cast<std::size_t>(op.count), op);
     return true;
   }
@@ -208,6 +90,7 @@ class SomeipToCdr {
     if (op.kind == Op::Kind::bool_sequence) {
       put_bools(static_cast<std::size_t>(elements * op.count));
     } else if (elements > 0) {
+      align(op.width);
       put_numbers(static_cast<std::size_t>(elements * op.count), op);
     }
     at_ = end;
@@ -226,13 +109,7 @@ class SomeipToCdr {
     static_cast<void>(out_.room(4));
     const std::size_t outer = std::exchange(limit_, at_ + length);
     std::uint64_t elements = 0;
-    for (;; ++elements) {
-      if (at_ < limit_ && !convert_quick(*this, op, i + 1, op.bound - elements, elements)) {
-        return failure_.in_loop(elements);
-      }
-      if (at_ >= limit_) {
-        break;
-      }
+    while (at_ < limit_) {
       if (elements == op.bound && rules_.cut_longer_arrays) {  // [feat_req_someipcompat_1199]
         at_ = limit_;
         break;
@@ -240,9 +117,7 @@ class SomeipToCdr {
       if (elements == op.bound) {
         return failure_.set(ConversionFault::bound_exceeded, begin, i);
       }
-      const bool good =
-          op.slot != 0 ? convert_stretch(*this, to_cdr_slot + op.slot, i + 1, op.end) : block(i + 1, op.end);
-      if (!good) {
+      if (!some_elements(i, op, op.bound - elements, elements)) {
         return failure_.in_loop(elements);
       }
     }
@@ -252,14 +127,6 @@ class SomeipToCdr {
     return true;
   }
 
-  bool repeat(std::size_t i, const Op& op) {
-    if (exceed(op.count, op.min_someip, left())) {
-      return failure_.set(ConversionFault::truncated, at_, i);
-    }
-    std::uint64_t done = 0;
-    return convert_elements(*this, op, i + 1, op.count, done) || failure_.in_loop(done);
-  }
-
   bool enclosed(std::size_t i, const Op& op) {
     const std::size_t begin = at_;
     std::size_t length = 0;
@@ -267,7 +134,7 @@ class SomeipToCdr {
       return failure_.set(ConversionFault::truncated, begin, i);
     }
     const std::size_t outer = std::exchange(limit_, at_ + length);
-    if (!(i + 1 == program_.fields ? fields(i + 1, op.end) : block(i + 1, op.end))) {
+    if (!body(i, op)) {
       return false;
     }
     if (op.kind == Op::Kind::fixed_array && at_ != limit_ && !rules_.cut_longer_arrays) {
@@ -277,6 +144,10 @@ class SomeipToCdr {
     at_ = limit_;
     limit_ = outer;
     return true;
+  }
+
+  bool field(std::size_t i, const Op& op) {
+    return op.may_miss && at_ == limit_ ? use_default(i) : block(i + 1, op.end);
   }
 
   bool use_default(std::size_t i) {
@@ -295,19 +166,19 @@ class SomeipToCdr {
       limit_ = at_ + length;
     }
     const std::size_t end = limit_;
-    const std::size_t first = out_.members().size();
-    out_.members().resize(first + static_cast<std::size_t>(op.count));
+    const std::size_t first = scratch_.members().size();
+    scratch_.members().resize(first + static_cast<std::size_t>(op.count));
     if (!find_members(i, op, first)) {
       return false;
     }
     std::size_t index = first;
     for (std::size_t j = i + 1; j < op.end; j = program_.ops[j].end) {
-      const MemberPlace place = out_.members()[index++];
-      if (!member(j, program_.ops[j], place, begin)) {
+      const MemberPlace place = scratch_.members()[index++];
+      if (!place_member(j, program_.ops[j], place, begin)) {
         return false;
       }
     }
-    out_.members().resize(first);
+    scratch_.members().resize(first);
     at_ = end;
     limit_ = outer;
     return true;
@@ -334,7 +205,7 @@ class SomeipToCdr {
       if (found == known.end() || found->id != tag.id) {
         continue;
       }
-      MemberPlace& place = out_.members()[first + found->index];
+      MemberPlace& place = scratch_.members()[first + found->index];
       if (place.is_there) {
         return failure_.set(ConversionFault::bad_tag, tag_at, i);
       }
@@ -343,7 +214,9 @@ class SomeipToCdr {
     return true;
   }
 
-  bool member(std::size_t j, const Op& op, const MemberPlace& place, std::size_t struct_at) {
+  static bool member(std::size_t /*i*/, const Op& /*op*/) noexcept { return false; }  // only within tagged()
+
+  bool place_member(std::size_t j, const Op& op, const MemberPlace& place, std::size_t struct_at) {
     if (!place.is_there) {
       if (op.optional) {
         write_u32(0);
@@ -426,7 +299,7 @@ class SomeipToCdr {
   bool string(std::size_t i, const Op& op) {
     const std::size_t begin = at_;
     ByteView text;
-    if (!read_string(i, op, strings_, text)) {
+    if (!read_string(i, op, program_.strings, text)) {
       return false;
     }
     align(4);
@@ -467,7 +340,7 @@ class SomeipToCdr {
   bool wstring(std::size_t i, const Op& op) {
     const std::size_t begin = at_;
     ByteView text;
-    if (!read_string(i, op, wide_strings_, text)) {
+    if (!read_string(i, op, program_.wide_strings, text)) {
       return false;
     }
     const std::size_t units = text.size() / 2;
@@ -486,8 +359,6 @@ class SomeipToCdr {
   }
 
   // Reading SOME/IP
-
-  [[nodiscard]] std::size_t left() const noexcept { return limit_ - at_; }
 
   /// A length field and whether what it counts is there.
   bool read_length(FieldWidth width, std::size_t& length) noexcept {
@@ -539,27 +410,6 @@ class SomeipToCdr {
   void align(std::size_t width) { align_cdr(out_, width); }
   void write_u32(std::uint32_t number) { write_cdr_u32(out_, number); }
 
-  void write(ByteView bytes) { copy_few(out_.room(bytes.size()), bytes.data(), bytes.size()); }
-
-  /// Moves numbers over; that they are there has been checked.
-  void put_numbers(std::size_t count, const Op& op) {
-    const std::size_t width = op.width;
-    const std::size_t bytes = count * width;
-    align(width);
-    const bool swap = width > 1 && swap_ != op.other_order;
-    if (recording_ != nullptr && !recording_->numbers(at_, out_.copied(), count, width, swap)) [[unlikely]] {
-      recording_ = nullptr;
-    }
-    if (!swap) {
-      out_.put({in_ + at_, bytes});
-    } else if (bytes <= most_quick_bytes) {
-      copy_few_numbers(out_.room(bytes), in_ + at_, count, width, true);
-    } else {
-      copy_swapped(out_.room(bytes), in_ + at_, count, width);
-    }
-    at_ += bytes;
-  }
-
   /// Of a boolean's byte only the lowest bit counts.  [feat_req_someip_817]
   void put_bools(std::size_t count) {
     const ByteView values{in_ + at_, count};
@@ -571,65 +421,20 @@ class SomeipToCdr {
     at_ += count;
   }
 
-  const Program& program_;
-  const someip::PayloadRules& rules_;
-  const std::byte* in_;
-  std::size_t at_;
-  std::size_t limit_;  ///< end of the array or struct that is being read, else of the payload
   std::optional<FieldWidth> announced_;  ///< by a tag: of the length field that comes next
-  bool swap_;  ///< numbers differ in byte order, unless the operation's is the other one
-  const StringFrame& strings_;
-  const StringFrame& wide_strings_;
-  const QuickToCdr& quick_;
-  ConversionScratch& out_;
-  Shape* recording_ = nullptr;
   DefaultWriter defaults_;
-  Failure failure_;
 };
-
-__attribute__((noinline)) tl::expected<Gathered, ConversionError> by_operations(const Program& program,
-                                                                                ByteView payload,
-                                                                                std::size_t reference_from,
-                                                                                ConversionScratch& scratch) {
-  scratch.begin(reference_from);
-  std::ranges::copy(encapsulation, scratch.room(encapsulation_bytes));
-  const QuickToCdr quick{program, payload.data(), program.rules.byte_order != std::endian::native};
-  const std::size_t size = payload.size();
-  const auto [begin, at] =
-      begin_quickly(program, payload, scratch, [&](std::uint64_t& times, std::size_t& place) {
-        return quick_to_cdr<true>(quick, 0, program.ops.size(), times, place, size, scratch);
-      });
-  if (begin == program.ops.size()) {
-    return scratch.finish();
-  }
-  SomeipToCdr converter{quick, size, at, scratch};
-  if (!converter.convert(begin)) {
-    return tl::unexpected{converter.error()};
-  }
-  const Gathered made = scratch.finish();
-  if (program.array_at != 0) {
-    scratch.message().learn(program, scratch.shape(to_cdr_slot), whole_to_cdr(program),
-                            payload.first(converter.at()), made);
-  }
-  return made;
-}
 
 }  // namespace
 
 __attribute__((hot)) tl::expected<Gathered, ConversionError> ConversionPlan::someip_to_cdr(
     ByteView payload, ConversionScratch& scratch) const {
   if (payload.size() > max_converted_bytes) {
-    return tl::unexpected{
-        ConversionError{ConversionFault::too_large,
-                        0,
-                        {},
-                        expectation(program_, ConversionFault::too_large, Program::no_op, true, {})}};
+    return tl::unexpected{error_of_message(program_, ConversionFault::too_large, true, {})};
   }
-  if (Gathered made;
-      program_.array_at != 0 && scratch.message().convert(whole_to_cdr(program_), payload, made)) {
-    return scratch.referencing_from(reference_from_, made);
-  }
-  return by_operations(program_, payload, reference_from_, scratch);
+  return SomeipToCdr::convert(
+      {program_, payload.data(), std::endian::native, program_.rules.byte_order != std::endian::native},
+      payload, reference_from_, scratch);
 }
 
 }  // namespace trestle::messages

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <string>
@@ -34,6 +35,15 @@ struct Op {
     choice,           ///< a union whose alternatives are the body; without length field of `count` bytes
     alternative,      ///< of a union: in CDR none or one of what the body says
   };
+  /// What an operation is to the loop of quick/.
+  enum class Loop : std::uint8_t {
+    no,        ///< nothing: it is left to the converter
+    numbers,   ///< few of them
+    bools,     ///< few of them
+    string,    ///< of UTF-8, in front of which there is a length field
+    array,     ///< number_sequence
+    if_empty,  ///< sequence of anything, which it does only without elements
+  };
   Kind kind = Kind::numbers;
   std::uint8_t width = 1;
   someip::FieldWidth length = someip::FieldWidth::none;  ///< before what has a length in SOME/IP
@@ -41,9 +51,10 @@ struct Op {
   bool may_miss = false;          ///< field, member: SOME/IP may do without it, and CDR gets the default
   bool is_tagged = false;         ///< choice: the length field counts the type field too
   bool other_order = false;       ///< numbers, bits, number_sequence: not in the byte order of the rules
+  Loop loop = Loop::no;           ///< what quick::run() makes of it; as the next three, see quick::choose()
+  bool all_in_loop = false;       ///< sequence, repeat: so is all of the body
   bool repeats = false;           ///< what becomes of it depends on its bytes and their place in CDR alone
-  bool is_quick = false;          ///< sequence, repeat: so is all of the body, see may_be_quick()
-  std::uint8_t slot = 0;          ///< sequence: of the shape of its elements in the scratch; 0: none
+  std::uint8_t slot = 0;          ///< sequence: of the shape of its elements in quick::Memory; 0: none
   someip::DataId id{};            ///< member
   std::uint32_t end = 0;          ///< the body is the operations from the next one up to here
   std::uint32_t default_at = 0;   ///< field, member: in `defaults`; beyond them: zero
@@ -76,37 +87,40 @@ struct MemberId {
   std::uint32_t index = 0;  ///< counted from 0, in the order of the operations
 };
 
+/// Quick ways that fit a program as a whole, chosen by quick::choose(). As they stand here there are none.
+struct QuickWays {
+  bool loop = false;      ///< there are operations for it
+  bool is_usual = false;  ///< all of these have usual_strings and length fields of 32 bits
+  bool arrays = false;    ///< Op::Loop::array is among them
+  bool front = false;     ///< the front of the message has a shape; it does not begin with the loop
+  /// The array of bytes of a message that can have a MessageShape; 0: it cannot.
+  std::size_t array_at = 0;
+  QuickFrame strings{someip::PayloadRules{}};
+};
+
 /// A compiled type. Every converter only reads it, so one program may serve many threads.
 struct Program {
-  static constexpr std::size_t slots = 4;
   static constexpr std::size_t no_op = std::numeric_limits<std::size_t>::max();
 
   explicit Program(const someip::PayloadRules& payload_rules = {})
       : rules{payload_rules},
-        quick_strings{rules},
-        is_usual{quick_strings == usual_strings && rules.array_length == someip::FieldWidth::bits32},
         strings{string_frame(rules, rules.string_encoding)},
         wide_strings{string_frame(rules, wide_encoding(rules))} {}
 
+  /// The operation behind the i-th and its body.
+  [[nodiscard]] std::size_t behind(std::size_t i) const noexcept {
+    return std::max<std::size_t>(i + 1, ops[i].end);
+  }
+
   std::uint64_t number = 0;  ///< its own in this process, from 1; the same in copies
-  std::size_t fields =
-      0;  ///< where the message's own begin: behind the operation that puts a length in front
-  bool has_shape = false;  ///< they have one in the scratch, at slot 0
-  /// The array of bytes behind that front, if a MessageShape can be made of such messages; 0: it cannot.
-  std::size_t array_at = 0;
-  bool bytes_behind_array = false;  ///< and then nothing but single bytes, whose place in CDR does not matter
-  bool quick_arrays = false;        ///< there are arrays of numbers, and no padding behind them
-  /// The first of them, if a message has little else; else no_op.
-  std::size_t numbers_at = no_op;
   std::vector<Op> ops;
   std::vector<std::vector<Label>> labels;  ///< for each operation, at least one, sorted by `first`
   std::vector<DefaultValue> defaults;
   std::vector<std::vector<MemberId>> members;  ///< of each tagged struct, sorted by id
   someip::PayloadRules rules;
-  QuickFrame quick_strings;
-  bool is_usual;  ///< they are usual_strings, and arrays have length fields of 32 bits
   StringFrame strings;
   StringFrame wide_strings;
+  QuickWays quick;
   /// CDR samples may be longer than the message: rmw_fastrtps writes down its estimate of their size where an
   /// application serializes them itself (`serialize_message()`, bags written so), and the estimate has too
   /// many bytes for wstrings and for empty sequences of 8 byte numbers. What stands in them is no part of the

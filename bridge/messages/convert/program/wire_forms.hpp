@@ -44,8 +44,8 @@ inline void store_u32(std::byte* to, std::uint32_t number, std::endian order) no
 }
 
 /// Stores a length that fits() into the bytes of its field; FieldWidth::none stores nothing.
-inline void store_length(std::byte* to, someip::FieldWidth width, std::size_t length,
-                         std::endian order) noexcept {
+__attribute__((always_inline)) inline void store_length(std::byte* to, someip::FieldWidth width,
+                                                        std::size_t length, std::endian order) noexcept {
   switch (width) {
     case someip::FieldWidth::none:
       return;
@@ -64,8 +64,9 @@ inline void store_length(std::byte* to, someip::FieldWidth width, std::size_t le
 }
 
 /// Loads what store_length() stored; 0 for FieldWidth::none.
-[[nodiscard]] inline std::size_t load_length(const std::byte* from, someip::FieldWidth width,
-                                             std::endian order) noexcept {
+[[nodiscard]] __attribute__((always_inline)) inline std::size_t load_length(const std::byte* from,
+                                                                            someip::FieldWidth width,
+                                                                            std::endian order) noexcept {
   switch (width) {
     case someip::FieldWidth::none:
       return 0;
@@ -127,22 +128,6 @@ inline void store_number(std::byte* to, std::size_t width, std::uint64_t number,
 [[nodiscard]] constexpr bool exceed(std::uint64_t count, std::uint64_t each, std::uint64_t limit) noexcept {
   std::uint64_t bytes = 0;
   return __builtin_mul_overflow(count, each, &bytes) || bytes > limit;
-}
-
-/// Bytes from which on the text of a string is put as a piece of its own, perhaps by reference.
-inline constexpr std::size_t short_text = 64;
-/// Bytes up to which numbers count as few.
-inline constexpr std::size_t most_quick_bytes = 64;
-
-/// Whether quick_to_someip() and quick_to_cdr() may do an operation.
-[[nodiscard]] constexpr bool may_be_quick(const Op& op) noexcept {
-  return op.kind == Op::Kind::string || ((op.kind == Op::Kind::numbers || op.kind == Op::Kind::bools) &&
-                                         !exceed(op.count, op.width, most_quick_bytes));
-}
-/// Whether to try them from an operation on. Arrays of structs are left to others: most are not empty.
-[[nodiscard]] inline bool may_begin_quick(const Program& program, std::size_t op) noexcept {
-  return may_be_quick(program.ops[op]) ||
-         (program.quick_arrays && program.ops[op].kind == Op::Kind::number_sequence);
 }
 
 }  // namespace trestle::messages

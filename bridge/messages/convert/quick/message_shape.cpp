@@ -9,7 +9,7 @@
 #include "bridge/messages/convert/program/wire_forms.hpp"
 #include "bridge/messages/convert/quick/words.hpp"
 
-namespace trestle::messages {
+namespace trestle::messages::quick {
 namespace {
 
 /// Of the count in CDR and of the length field in SOME/IP.
@@ -62,8 +62,7 @@ __attribute__((hot)) bool MessageShape::convert(const Shape::Conversion& convers
   const std::size_t bytes = load_u32(&input[array_at_ - count_bytes], count_order_);
   const std::size_t left = input.size() - array_at_;
   if (bytes < least_array_bytes || bytes > most_ || bytes > left || left - bytes < reads_behind_ ||
-      (!may_be_longer_ && left - bytes - reads_behind_ >= 4) ||
-      ((cdr_array_at_ + bytes - cdr_behind_at_) & alignment_) != 0) {
+      (!may_be_longer_ && left - bytes - reads_behind_ >= 4)) {
     return false;
   }
   const std::byte* const behind = input.data() + array_at_ + bytes;
@@ -85,7 +84,7 @@ __attribute__((hot)) bool MessageShape::convert(const Shape::Conversion& convers
 void MessageShape::learn(const Program& program, const Shape& front, const Shape::Conversion& conversion,
                          ByteView input, const Gathered& made) noexcept {
   key_ = 0;
-  if (!front.fitted() || front.end() != program.array_at || front.reads() > most_bytes ||
+  if (!front.fitted() || front.end() != program.quick.array_at || front.reads() > most_bytes ||
       front.writes() > most_bytes || made.slices.size() > slices_.size()) {
     return;
   }
@@ -111,12 +110,9 @@ void MessageShape::learn(const Program& program, const Shape& front, const Shape
   learn_front(front);
   array_at_ = static_cast<std::uint32_t>(array_at);
   most_ = static_cast<std::uint32_t>(
-      std::min<std::uint64_t>(program.ops[program.array_at].bound, max_array_bytes));
+      std::min<std::uint64_t>(program.ops[program.quick.array_at].bound, max_array_bytes));
   to_cdr_ = conversion.to_cdr;
   may_be_longer_ = to_cdr_ || program.may_be_longer;
-  cdr_array_at_ = static_cast<std::uint32_t>(to_cdr_ ? front.writes() + gap + count_bytes : array_at);
-  cdr_behind_at_ = static_cast<std::uint32_t>(cdr_array_at_ + bytes);
-  alignment_ = program.bytes_behind_array ? 0 : 7;
   count_to_ = static_cast<std::uint16_t>(count_to + (to_cdr_ ? 0 : room_in_front));
   count_order_ = count_order;
   count_order_to_ = to_cdr_ ? std::endian::native : length;
@@ -161,4 +157,4 @@ void MessageShape::learn_front(const Shape& front) noexcept {
   std::ranges::copy(front.output(), output_.begin() + room_in_front);
 }
 
-}  // namespace trestle::messages
+}  // namespace trestle::messages::quick

@@ -8,7 +8,7 @@
 #include "bridge/messages/convert/quick/shape.hpp"
 #include "someip/wire/types.hpp"
 
-namespace trestle::messages {
+namespace trestle::messages::quick {
 
 /// What became of a whole message: of its front, which is a Shape, of one array of bytes, which stays as it
 /// is, and of few bytes behind it. So are clouds, images and maps.
@@ -86,17 +86,14 @@ class alignas(64) MessageShape {
   [[nodiscard]] bool learn_numbers(std::span<const Shape::Place> places) noexcept;
   void learn_front(const Shape& front) noexcept;
 
-  std::uint64_t key_ = 0;            ///< 0: nothing is remembered
-  std::uint32_t reads_ = 0;          ///< bytes of the front
-  std::uint32_t array_at_ = 0;       ///< behind the front, and behind what counts its bytes
-  std::uint32_t most_ = 0;           ///< bytes of the array
-  std::uint32_t cdr_array_at_ = 0;   ///< where the array begins in CDR
-  std::uint32_t cdr_behind_at_ = 0;  ///< and where it ended
-  std::uint16_t count_to_ = 0;       ///< where the count stands in output_
+  std::uint64_t key_ = 0;       ///< 0: nothing is remembered
+  std::uint32_t reads_ = 0;     ///< bytes of the front
+  std::uint32_t array_at_ = 0;  ///< behind the front, and behind what counts its bytes
+  std::uint32_t most_ = 0;      ///< bytes of the array
+  std::uint16_t count_to_ = 0;  ///< where the count stands in output_
   std::uint8_t numbers_ = 0;
   std::uint8_t reads_behind_ = 0;  ///< bytes behind the array
   std::uint8_t writes_behind_ = 0;
-  std::uint8_t alignment_ = 0;  ///< of those bytes in CDR: the bits of their place that count
   std::endian count_order_{};
   std::endian count_order_to_{};
   bool to_cdr_ = false;
@@ -109,4 +106,4 @@ class alignas(64) MessageShape {
   std::array<Block, most_bytes / block_bytes> front_;
 };
 
-}  // namespace trestle::messages
+}  // namespace trestle::messages::quick

@@ -5,7 +5,7 @@
 #include "bridge/messages/convert/program/byte_swap.hpp"
 #include "bridge/messages/convert/quick/words.hpp"
 
-namespace trestle::messages {
+namespace trestle::messages::quick {
 namespace {
 
 /// Bytes that are compared at once.
@@ -138,4 +138,4 @@ void Shape::finish(const std::byte* input, const std::byte* output) noexcept {
   key_ = next_key_;
 }
 
-}  // namespace trestle::messages
+}  // namespace trestle::messages::quick

@@ -7,7 +7,7 @@
 
 #include "someip/wire/types.hpp"
 
-namespace trestle::messages {
+namespace trestle::messages::quick {
 
 /// What became of a stretch of operations: the front of a message or of an element of an array. Mostly the
 /// next one differs from it in nothing but numbers, and to compare is much quicker than to convert.
@@ -138,4 +138,4 @@ class Shape {
   std::array<std::byte, most_bytes> fixed_;  ///< likewise, of each that is no number
 };
 
-}  // namespace trestle::messages
+}  // namespace trestle::messages::quick

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace trestle::messages {
+namespace trestle::messages::quick {
 
 /// Bytes that are compared at once, in a register where the processor has them so wide.
 using Words = std::uint64_t __attribute__((vector_size(16)));
@@ -19,4 +19,4 @@ using Words = std::uint64_t __attribute__((vector_size(16)));
   return (numbers[0] | numbers[1]) == 0;
 }
 
-}  // namespace trestle::messages
+}  // namespace trestle::messages::quick

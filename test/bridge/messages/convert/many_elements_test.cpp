@@ -179,16 +179,16 @@ TEST(ManyElements, AreAsManyAsTheBoundSays) {
 }
 
 // To compare them with what is remembered takes longer.
-TEST(ManyElements, HaveNoShapeWhereAllOfThemIsQuick) {
+TEST(ManyElements, HaveNoShapeWhereTheLoopDoesAllOfThem) {
   const auto array_of = [](const char* part) {
     return plan_of(trees({{"Part", part}, {"All", "Part[] parts"}})).program().ops[0];
   };
   const Op quick = array_of("uint16 id\nstring key\nfloat64[7] pose\nbool good");
-  EXPECT_TRUE(quick.is_quick);
+  EXPECT_TRUE(quick.all_in_loop);
   EXPECT_EQ(quick.slot, 0);
   for (const char* const more : {"uint8[] more", "float64[36] more", "wstring more", "bool[65] more"}) {
     const Op op = array_of((std::string{"uint16 id\nstring key\nbool good\n"} + more).c_str());
-    EXPECT_FALSE(op.is_quick) << more;
+    EXPECT_FALSE(op.all_in_loop) << more;
     EXPECT_NE(op.slot, 0) << more;
   }
 }

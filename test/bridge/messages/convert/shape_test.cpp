@@ -16,6 +16,8 @@ namespace trestle::messages::shape_test {
 namespace {
 
 using namespace trestle::test;
+using quick::Memory;
+using quick::Shape;
 using someip::PayloadRules;
 
 const Shape::Conversion somewhere{.program = 1, .to_cdr = true, .order = std::endian::little, .position = 12};
@@ -235,7 +237,7 @@ TEST(Conversion, RemembersTheFrontOfACloud) {
   }
   const Shape::Conversion conversion{
       .program = plan.program().number, .to_cdr = false, .order = std::endian::little, .position = 0};
-  Shape& shape = scratch.shape(0);
+  Shape& shape = scratch.memory().shape(false, 0);
   EXPECT_TRUE(shape.is(conversion, ByteView{sample}.subspan(4)));
   EXPECT_EQ(shape.reads(), front);
   EXPECT_EQ(plan.program().ops[shape.end()].kind, Op::Kind::number_sequence);
@@ -244,7 +246,7 @@ TEST(Conversion, RemembersTheFrontOfACloud) {
   for (unsigned i = 0; i < 2; ++i) {
     ASSERT_EQ(shown(plan.someip_to_cdr(payload, scratch)), to_hex(sample));
   }
-  Shape& back = scratch.shape(Program::slots);
+  Shape& back = scratch.memory().shape(true, 0);
   EXPECT_TRUE(back.is({.program = plan.program().number, .to_cdr = true, .position = 4}, payload));
   EXPECT_EQ(back.reads(), payload.size() - 6);
   EXPECT_TRUE(shape.is(conversion, ByteView{sample}.subspan(4)));
@@ -262,7 +264,7 @@ TEST(Conversion, RemembersAnElementForTheNextOne) {
   const auto sample = hex("00010000 07000000 02000000" + pose + pose);
   ConversionScratch scratch;
   ASSERT_TRUE(plan.cdr_to_someip(sample, scratch));
-  Shape& shape = scratch.shape(poses.slot);
+  Shape& shape = scratch.memory().shape(false, poses.slot);
   const Shape::Conversion conversion{
       .program = plan.program().number, .to_cdr = false, .order = std::endian::little, .position = 8};
   EXPECT_TRUE(shape.is(conversion, hex(pose)));
@@ -291,8 +293,8 @@ TEST(Conversion, AllocatesNothingForShapesInSteadyState) {
     ASSERT_TRUE(plan.someip_to_cdr(payloads[turn / 5], back));
   }
   EXPECT_EQ(allocations(), before);
-  EXPECT_GT(out.shape(0).reads(), 0U);
-  EXPECT_GT(out.shape(1).reads(), 0U);
+  EXPECT_GT(out.memory().shape(false, 0).reads(), 0U);
+  EXPECT_GT(out.memory().shape(false, 1).reads(), 0U);
 }
 
 // The same element behind an array that is now longer, now shorter: padding is elsewhere.
@@ -316,8 +318,8 @@ TEST(Conversion, RemembersElementsWithTheirPlace) {
     ASSERT_EQ(shown(plan.cdr_to_someip(sample, out)), to_hex(payload)) << front;
     ASSERT_EQ(to_hex(written_by_payload_writer(tree, sample, {})), to_hex(payload));
   }
-  EXPECT_GT(out.shape(1).reads(), 0U);
-  EXPECT_GT(back.shape(Program::slots + 1).reads(), 0U);
+  EXPECT_GT(out.memory().shape(false, 1).reads(), 0U);
+  EXPECT_GT(back.memory().shape(true, 1).reads(), 0U);
 }
 
 /// What converts in the same way as many messages of a type.
@@ -394,11 +396,12 @@ Outcome outcome(const Converted& converted) {
 }
 
 /// One scratch of each direction for many messages that are alike: with each of them it does as a new one, in
-/// which nothing is remembered, and as the libraries of both sides.
+/// which nothing is remembered, as the operations alone, and as the libraries of both sides.
 class ManyMessages {
  public:
-  ManyMessages(const Subject& subject, const ConversionPlan& plan, std::endian order)
-      : subject_{subject}, plan_{plan}, order_{order} {}
+  ManyMessages(const Subject& subject, const ConversionPlan& plan, const ConversionPlan& plain,
+               std::endian order)
+      : subject_{subject}, plan_{plan}, plain_{plain}, order_{order} {}
 
   void convert(std::minstd_rand& random) {
     const bool is_plain = subject_.rules.types.empty() && !has_wstring(subject_.tree);
@@ -428,8 +431,9 @@ class ManyMessages {
   /// How many shapes there are.
   [[nodiscard]] std::size_t shapes() {
     std::size_t found = 0;
-    for (std::size_t slot = 0; slot < ConversionScratch::shape_slots; ++slot) {
-      found += (out_.shape(slot).reads() > 0 ? 1U : 0U) + (back_.shape(slot).reads() > 0 ? 1U : 0U);
+    for (std::size_t slot = 0; slot < Memory::slots; ++slot) {
+      found += (out_.memory().shape(false, slot).reads() > 0 ? 1U : 0U) +
+               (back_.memory().shape(true, slot).reads() > 0 ? 1U : 0U);
     }
     return found;
   }
@@ -439,17 +443,20 @@ class ManyMessages {
     ConversionScratch fresh;
     const auto result = outcome(plan_.cdr_to_someip(sample, out_));
     EXPECT_EQ(result, outcome(plan_.cdr_to_someip(sample, fresh)));
+    EXPECT_EQ(result, outcome(plain_.cdr_to_someip(sample, fresh)));
     return result;
   }
   Outcome back(const std::vector<std::byte>& payload) {
     ConversionScratch fresh;
     const auto result = outcome(plan_.someip_to_cdr(payload, back_));
     EXPECT_EQ(result, outcome(plan_.someip_to_cdr(payload, fresh)));
+    EXPECT_EQ(result, outcome(plain_.someip_to_cdr(payload, fresh)));
     return result;
   }
 
   const Subject& subject_;
   const ConversionPlan& plan_;
+  const ConversionPlan& plain_;
   std::endian order_;
   ConversionScratch out_;
   ConversionScratch back_;
@@ -463,8 +470,10 @@ TEST(Conversion, DoesNotDependOnTheMessagesBefore) {
     for (const std::size_t reference_from : {std::size_t{8}, SIZE_MAX}) {
       const auto plan = ConversionPlan::compile(subject.tree, subject.rules, reference_from);
       ASSERT_TRUE(plan) << plan.error();
+      const auto plain = ConversionPlan::compile(subject.tree, subject.rules, reference_from,
+                                                 ConversionPlan::Execution::plain);
       for (const auto order : {std::endian::little, std::endian::big}) {
-        ManyMessages messages{subject, *plan, order};
+        ManyMessages messages{subject, *plan, *plain, order};
         messages.convert(random);
         if (testing::Test::HasFailure()) {
           return;
@@ -483,27 +492,27 @@ TEST(Conversion, RemembersOnlyWhatDependsOnItsBytesAlone) {
   const auto slots = [](const Program& of) {
     return std::ranges::count_if(of.ops, [](const Op& op) { return op.slot != 0; });
   };
-  EXPECT_TRUE(program(builtin("sensor_msgs/PointCloud2")).has_shape);
+  EXPECT_TRUE(program(builtin("sensor_msgs/PointCloud2")).quick.front);
   EXPECT_EQ(slots(program(builtin("diagnostic_msgs/DiagnosticArray"))), 1);
   EXPECT_EQ(slots(program(builtin("visualization_msgs/MarkerArray"))), 1);
-  EXPECT_FALSE(program(builtin("std_msgs/String")).has_shape);
+  EXPECT_FALSE(program(builtin("std_msgs/String")).quick.front);
   EXPECT_EQ(slots(program(tree_of("string[] names"))), 0);
   PayloadRules padded;
   padded.alignment = 4;  // padding depends on where something stands in SOME/IP
-  EXPECT_FALSE(program(builtin("sensor_msgs/PointCloud2"), padded).has_shape);
+  EXPECT_FALSE(program(builtin("sensor_msgs/PointCloud2"), padded).quick.front);
   EXPECT_EQ(slots(program(builtin("diagnostic_msgs/DiagnosticArray"), padded)), 0);
   MessageRules defaults;
   defaults.default_missing = true;  // what is missing depends on where the message ends
-  EXPECT_FALSE(program(builtin("sensor_msgs/PointCloud2"), defaults).has_shape);
+  EXPECT_FALSE(program(builtin("sensor_msgs/PointCloud2"), defaults).quick.front);
   MessageRules tags;  // members come in any order, and length fields are shortened afterwards
   tags.types["test_msgs/msg/Test"].tags = {
       {"a", someip::DataId{1}}, {"b", someip::DataId{2}}, {"c", someip::DataId{3}}};
-  EXPECT_FALSE(program(tree_of("uint8 a\nstring b\nfloat64 c"), tags).has_shape);
+  EXPECT_FALSE(program(tree_of("uint8 a\nstring b\nfloat64 c"), tags).quick.front);
   MessageRules structs;
   structs.payload.struct_length = someip::FieldWidth::bits32;
   const auto behind_length = program(builtin("sensor_msgs/PointCloud2"), structs);
-  EXPECT_TRUE(behind_length.has_shape);
-  EXPECT_EQ(behind_length.fields, 1U);
+  EXPECT_FALSE(behind_length.quick.front);
+  EXPECT_EQ(behind_length.ops[0].slot, 1U);
 }
 
 }  // namespace

@@ -33,8 +33,9 @@ inline messages::TypeTree builtin(std::string_view name) {
 
 inline messages::ConversionPlan plan_of(
     const messages::TypeTree& tree, const someip::PayloadRules& rules = {},
-    std::size_t reference_from = messages::ConversionPlan::default_reference_from) {
-  auto plan = messages::ConversionPlan::compile(tree, rules, reference_from);
+    std::size_t reference_from = messages::ConversionPlan::default_reference_from,
+    messages::ConversionPlan::Execution execution = messages::ConversionPlan::Execution::quick) {
+  auto plan = messages::ConversionPlan::compile(tree, rules, reference_from, execution);
   if (!plan) {
     throw std::invalid_argument{plan.error()};
   }

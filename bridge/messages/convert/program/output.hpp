@@ -1,6 +1,5 @@
 #pragma once
 #include <algorithm>
-#include <array>
 #include <cstring>
 #include <memory>
 #include <optional>
@@ -8,12 +7,9 @@
 #include <utility>
 #include <vector>
 
+#include "bridge/messages/convert/program/byte_swap.hpp"
 #include "bridge/messages/convert/program/gathered.hpp"
-#include "bridge/messages/convert/program/program.hpp"
-#include "bridge/messages/convert/quick/message_shape.hpp"
-#include "bridge/messages/convert/quick/shape.hpp"
 #include "dds_adapter/copy_bytes.hpp"
-#include "someip/wire/tag.hpp"
 #include "someip/wire/types.hpp"
 
 namespace trestle::messages {
@@ -22,37 +18,15 @@ namespace trestle::messages {
 inline void copy_few(std::byte* to, const std::byte* from, std::size_t size) noexcept {
   if (size > 16) {
     copy_bytes(to, from, size);
-  } else if (size >= 8) {  // two that may overlap
-    std::memcpy(to, from, 8);
-    std::memcpy(to + size - 8, from + size - 8, 8);
-  } else if (size >= 4) {
-    std::memcpy(to, from, 4);
-    std::memcpy(to + size - 4, from + size - 4, 4);
   } else {
-    for (std::size_t i = 0; i < size; ++i) {
-      to[i] = from[i];
-    }
+    copy_few_bytes(to, from, size);
   }
 }
 
-/// Where a tagged member of the input stands, while the struct that holds it is converted.
-struct MemberPlace {
-  std::size_t at = 0;  ///< behind the tag
-  std::size_t end = 0;
-  someip::WireType type{};
-  bool is_there = false;
-};
-
-/// Memory for the results of conversions, one after another: each begins by forgetting the one before. It
+/// What a conversion writes, one message after another: each begins by forgetting the one before. The memory
 /// grows with the largest message seen and is kept, so that in steady state nothing is allocated.
-///
-/// Made once by the caller, for one thread; the members after reserve() are for the converters.
-class ConversionScratch {
+class Output {
  public:
-  static constexpr std::size_t shape_slots = 2 * Program::slots;
-
-  ConversionScratch() = default;
-
   /// Makes room for results of which `bytes` are copied, not referenced.
   void reserve(std::size_t bytes) {
     if (bytes > capacity_) {
@@ -65,7 +39,6 @@ class ConversionScratch {
     reference_from_ = reference_from;
     used_ = slice_begin_ = referenced_ = 0;
     slices_.clear();
-    members_.clear();
   }
 
   [[nodiscard]] std::size_t reference_from() const noexcept { return reference_from_; }
@@ -116,21 +89,6 @@ class ConversionScratch {
   /// A place that room() gave, told by what copied() was before that call; valid as long as room()'s.
   [[nodiscard]] std::byte* place(std::size_t copied) noexcept { return memory_.get() + copied; }
   [[nodiscard]] std::size_t copied() const noexcept { return used_; }
-
-  /// Places of the members of all structs that are being converted, the innermost struct's last.
-  [[nodiscard]] std::vector<MemberPlace>& members() noexcept { return members_; }
-
-  /// What is remembered of the messages before.
-  [[nodiscard]] Shape& shape(std::size_t slot) {
-    if (shapes_[slot] == nullptr) {
-      shapes_[slot].reset(new Shape);  // not make_unique: that would touch all of it
-    }
-    return *shapes_[slot];
-  }
-
-  /// And of the last one as a whole.
-  [[nodiscard]] MessageShape& message() noexcept { return message_; }
-  [[nodiscard]] const MessageShape& message() const noexcept { return message_; }
 
   /// @return the same in memory of its own if its second slice, an array, is too small to be referenced.
   [[nodiscard]] Gathered referencing_from(std::size_t bytes, const Gathered& message) {
@@ -193,10 +151,7 @@ class ConversionScratch {
   std::size_t slice_begin_ = 0;  ///< where in memory_ the open piece begins
   std::size_t referenced_ = 0;   ///< bytes in pieces that are not in memory_
   std::size_t reference_from_ = 0;
-  std::vector<MemberPlace> members_;
   std::vector<ByteView> slices_;
-  std::array<std::unique_ptr<Shape>, shape_slots> shapes_;
-  MessageShape message_;
 };
 
 }  // namespace trestle::messages

@@ -11,7 +11,7 @@
 #include <emmintrin.h>
 #endif
 
-namespace trestle::messages {
+namespace trestle::messages::quick {
 
 /// Bytes that copy_text() is quickest with.
 inline constexpr std::size_t text_block = 32;
@@ -24,7 +24,7 @@ __attribute__((always_inline)) inline bool copy_text(std::byte* to, const std::b
 #if defined(__SSE2__)
   // As much whatever the size: branches that depend on the sizes of texts are what takes longest.
   if (size < text_block && there >= text_block) {
-    const auto half = [&](std::size_t at) {
+    const auto half = [&](std::size_t at) __attribute__((always_inline)) {
       __m128i characters;
       std::memcpy(&characters, from + at, sizeof characters);
       std::memcpy(to + at, &characters, sizeof characters);
@@ -34,12 +34,12 @@ __attribute__((always_inline)) inline bool copy_text(std::byte* to, const std::b
     return ((first | half(16) << 16U) & ((std::uint32_t{1} << size) - 1)) == 0;
   }
 #endif
-  const auto zeros_of = [](std::uint64_t word) {
+  const auto zeros_of = [](std::uint64_t word) __attribute__((always_inline)) {
     return (word - 0x0101010101010101U) & ~word & 0x8080808080808080U;
   };
   std::uint64_t zero = 0;
   if (size >= 8) {
-    const auto copy = [&](std::size_t at) {
+    const auto copy = [&](std::size_t at) __attribute__((always_inline)) {
       std::uint64_t word = 0;
       std::memcpy(&word, from + at, sizeof word);
       std::memcpy(to + at, &word, sizeof word);
@@ -89,4 +89,4 @@ inline void copy_array(std::byte* to, const std::byte* from, std::size_t size, s
   }
 }
 
-}  // namespace trestle::messages
+}  // namespace trestle::messages::quick
