@@ -2,9 +2,9 @@
 //
 //   conversion_plan.hpp    the interface: compile a type under rules, convert in both directions
 //   message_rules.hpp      the rules of one route: payload layout, tags, unions, fixed strings
-//   plan_compiler.cpp      type and rules become a program (program.hpp)
-//   cdr_to_someip.cpp, someip_to_cdr.cpp  run the program
-//   gathered.hpp           the result: slices of the input and of the scratch
+//   plan_compiler.cpp      type and rules become a program; program/ has its operations, and what comes out
+//   cdr_to_someip.cpp, someip_to_cdr.cpp  run the program; converter.hpp is what both share
+//   quick/                 quick ways to do the same, behind quick.hpp; Execution::plain does without
 //   conversion_scratch.hpp memory that one conversion after the other uses
 //   service_plans.hpp      the two plans of a service
 //

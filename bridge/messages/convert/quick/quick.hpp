@@ -8,24 +8,21 @@
 #include "bridge/messages/convert/quick/message_shape.hpp"
 #include "bridge/messages/convert/quick/shape.hpp"
 
-/// Quick ways to do what the operations of a program say. A converter does any message without them, by one
-/// operation after another, and makes the same of it; what each way gains is in docs/conversion.md. All of
-/// them look at the bytes first, and leave what does not fit, or is not good, to the operations, which then
-/// say what is wrong.
+/// Quick ways to do what the operations of a program say. Without them a converter executes one operation
+/// after another, and makes the same bytes; docs/conversion.md says what each way gains. All of them check
+/// the bytes first, and leave anything unusual or wrong to the operations, which then report the fault.
 ///
-/// 1. run(), a loop. Few numbers, few booleans, short texts and arrays of numbers go through a loop that
-/// keeps
-///    all it needs in registers. A message begins with it, and comes back to it behind each operation that is
-///    none of these. Elements of an array that have nothing else go through it all at once.
-///    When: wherever UTF-8 without padding is the rule; see choose().
-/// 2. Shape. An element of an array that is the same as the one before, but for its numbers, is not converted
-///    but compared, and what became of that one is copied, with the new numbers put in: markers, above all.
+/// 1. run(), a loop. Few numbers, few booleans, short texts and arrays of numbers go through a loop that has
+///    all its variables in registers. A message begins with it, and returns to it behind each operation of
+///    another kind. Elements of an array that consist of nothing else go through it all at once.
+///    When: wherever strings are UTF-8 without padding; see choose().
+/// 2. Shape. An element of an array that equals the one before, except for its numbers, is not converted but
+///    compared, and the result of that one is copied, with the new numbers filled in: above all markers.
 ///    When: elements of three operations and more that are not all done by the loop.
-/// 3. MessageShape. The same of a whole message around one large array of bytes, the front of which is not
-/// even
-///    copied: clouds, images and maps. It is little code on few lines of memory, as in a running bridge both
-///    come from memory.
-///    When: messages that have such an array, of which nothing but single bytes stands behind it.
+/// 3. MessageShape. The same for a whole message around one large array of bytes, whose front is not even
+///    copied: clouds, images and maps. It is little code on few lines of memory, because in a running bridge
+///    both come from memory.
+///    When: messages with such an array, behind which there are only single bytes.
 namespace trestle::messages::quick {
 
 /// Chooses what fits a program. Before that, and for tests also instead of it, all is done by operations.
