@@ -14,8 +14,12 @@
 #include "sd/net/service_spec.hpp"
 #include "someip/core/call_table.hpp"
 #include "someip/core/tp_reassembler.hpp"
-#include "someip/net/tcp_client.hpp"
-#include "someip/net/tcp_server.hpp"
+#include "someip/net/net_error.hpp"
+#include "someip/net/socket_counters.hpp"
+
+namespace boost::asio {
+class io_context;
+}
 
 namespace trestle::sd {
 
@@ -59,9 +63,11 @@ class Node {
   /// How many endpoints get this event; a multicast group that is used counts as one.
   [[nodiscard]] std::size_t subscribers(OfferHandle offer, someip::MethodId event) const;
 
-  /// Sends an event to all its subscribers. `payload` and `keep_alive` as in MessageSender::send(). If the
-  /// event has an update rule (EventSpec), it is sent only when the rule says so, and the payload is copied;
-  /// a cycle repeats it with this `pacing`.
+  /// Sends an event to all its subscribers. If the event has an update rule (EventSpec), it is sent only when
+  /// the rule says so, and the payload is copied; a cycle repeats it with this `pacing`.
+  /// @param payload     slices that together are the payload.
+  /// @param keep_alive  owns what the slices point to; released once the message has been sent or dropped.
+  ///                    Without it, the slices need only live during the call: what has to wait is copied.
   /// @throws std::invalid_argument for an impossible pacing, where what() names the field, and for an event
   ///         that is in no eventgroup of the service. An offer that has ended is no error: nobody gets the
   ///         event.
@@ -170,9 +176,9 @@ class Node {
   [[nodiscard]] const Counters& discovery_counters() const noexcept;
   [[nodiscard]] someip::TpCounters reassembly_counters() const;
   [[nodiscard]] const someip::CallCounters& call_counters() const noexcept;
-  [[nodiscard]] someip::MessageSender::Counters sender_counters() const;
-  [[nodiscard]] someip::TcpServer::Counters tcp_server_counters() const;
-  [[nodiscard]] someip::TcpClient::Counters tcp_client_counters() const;
+  [[nodiscard]] someip::SenderCounters sender_counters() const;
+  [[nodiscard]] someip::TcpServerCounters tcp_server_counters() const;
+  [[nodiscard]] someip::TcpClientCounters tcp_client_counters() const;
 
  private:
   struct State;

@@ -7,8 +7,7 @@
 #include "sd/core/settings.hpp"
 #include "sd/core/storage.hpp"
 #include "someip/core/request_check.hpp"
-#include "someip/net/message_sender.hpp"
-#include "someip/net/tcp_stream.hpp"
+#include "someip/core/tp_pacing.hpp"
 
 namespace trestle::sd {
 
@@ -92,16 +91,21 @@ struct NodeConfig {
   /// a datagram with them (nPDU). 0: each message has a datagram of its own.  [feat_req_someip_741]
   /// [feat_req_someip_732]
   Duration collect_for{0};
-  bool magic_cookies = false;          ///< on TCP connections, for test setups
-  bool cookie_in_each_segment = true;  ///< see TcpOptions
-  /// See TcpOptions::dead_after.
+  bool magic_cookies = false;  ///< on TCP connections, for test setups
+  /// Where they stand: one at the start of each TCP segment, and nowhere else; only the further segments of a
+  /// message that is larger than one segment cannot have any. Or, with false, before a message every ten
+  /// seconds.  [feat_req_someip_591] [feat_req_someip_592] [feat_req_someip_593]
+  bool cookie_in_each_segment = true;
+  /// A TCP peer that acknowledges nothing for so long, data or the probes of an idle connection, is given up.
   Duration tcp_dead_after = std::chrono::seconds{10};
-  /// See TcpOptions::message_timeout.
+  /// A TCP connection on which a message is under way for longer is closed: half a message must not hold its
+  /// place for ever. 0: never.
   Duration tcp_message_timeout = std::chrono::seconds{30};
   int tcp_receive_buffer_bytes = 0;  ///< of the kernel, for each connection; 0: it adapts them itself
   int tcp_send_buffer_bytes = 0;     ///< likewise
-  /// See TcpClientOptions: how long an attempt to connect may take, and the wait between two.
-  Duration tcp_connect_timeout = std::chrono::seconds{3};
+  Duration tcp_connect_timeout = std::chrono::seconds{3};  ///< how long an attempt to connect may take
+  /// Wait before the second attempt to connect, doubled after each further one up to the maximum. A
+  /// connection that has stood for longer than the maximum begins anew.
   Duration tcp_retry_min = std::chrono::milliseconds{100};
   Duration tcp_retry_max = std::chrono::seconds{5};
 };

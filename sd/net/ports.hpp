@@ -4,12 +4,14 @@
 
 #include "sd/net/deadline_timer.hpp"
 #include "sd/net/node_config.hpp"
+#include "someip/net/message_sender.hpp"
 #include "someip/net/neighbours.hpp"
 #include "someip/net/reassembly.hpp"
 #include "someip/net/receive_memory.hpp"
 #include "someip/net/send_budget.hpp"
 #include "someip/net/tcp_client.hpp"
 #include "someip/net/tcp_server.hpp"
+#include "someip/net/udp_socket.hpp"
 
 namespace trestle::sd {
 

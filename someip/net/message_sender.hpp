@@ -7,6 +7,7 @@
 #include "someip/core/tp_pacing.hpp"
 #include "someip/net/neighbours.hpp"
 #include "someip/net/send_lanes.hpp"
+#include "someip/net/socket_counters.hpp"
 #include "someip/net/udp_socket.hpp"
 #include "someip/wire/header.hpp"
 
@@ -24,16 +25,7 @@ namespace trestle::someip {
 /// are dropped.
 class MessageSender {
  public:
-  struct Counters {
-    std::uint64_t messages = 0;         ///< sent, whole
-    std::uint64_t datagrams = 0;        ///< sent
-    std::uint64_t queue_full = 0;       ///< messages dropped because too much was waiting
-    std::uint64_t overtaken = 0;        ///< messages dropped by make_room()
-    std::uint64_t refused = 0;          ///< messages lost because the system would not send them
-    std::uint64_t abandoned = 0;        ///< messages dropped by close()
-    std::uint64_t system_calls = 0;     ///< that sending needed
-    std::uint64_t offload_refused = 0;  ///< see UdpSendCounters
-  };
+  using Counters = SenderCounters;
 
   /// @param socket  outlives the sender, and has no other one.
   /// @param max_queued_bytes  payload that may wait for its turn; beyond it messages are dropped. Each

@@ -243,7 +243,7 @@ void TcpClient::probe() {
 std::optional<Endpoint> TcpClient::local() const {
   return state_->stream ? std::optional{state_->stream->local()} : std::nullopt;
 }
-TcpClient::Counters& TcpClient::Counters::operator+=(const Counters& other) noexcept {
+TcpClientCounters& TcpClientCounters::operator+=(const TcpClientCounters& other) noexcept {
   streams += other.streams;
   connections += other.connections;
   failed_attempts += other.failed_attempts;

@@ -27,14 +27,7 @@ class TcpClient {
     /// dropped: requests that nobody waits for any more must not be carried out later.
     std::function<void(const std::string& why)> disconnected = {};
   };
-  struct Counters {
-    TcpStream::Counters streams;        ///< of all connections
-    std::uint64_t connections = 0;      ///< that stood
-    std::uint64_t failed_attempts = 0;  ///< to connect
-    /// Messages dropped because there was no connection, or because it was lost before they were sent.
-    std::uint64_t not_connected = 0;
-    Counters& operator+=(const Counters& other) noexcept;
-  };
+  using Counters = TcpClientCounters;
 
   /// Begins to connect.
   TcpClient(boost::asio::io_context& io, const TcpClientOptions& options, Handlers handlers);

@@ -33,16 +33,7 @@ class TcpServer {
     /// A connection of this client was refused, in words. Must not destroy the server.
     std::function<void(const Endpoint& client, const std::string& why)> refused = {};
   };
-  struct Counters {
-    TcpStream::Counters streams;  ///< of all connections, also past ones
-    std::uint64_t open = 0;       ///< connections that stand now
-    std::uint64_t accepted = 0;
-    std::uint64_t refused = 0;   ///< connections that were one too many, of all or of one address
-    std::uint64_t gave_way = 0;  ///< connections that were closed to make room for others
-    std::uint64_t idle = 0;      ///< connections that were closed after TcpServerOptions::idle_timeout
-    /// Connections that were closed because something came that is no SOME/IP, or too large.
-    std::uint64_t bad_framing = 0;
-  };
+  using Counters = TcpServerCounters;
 
   /// @throws NetError when the socket cannot be opened, e.g. because the port is taken.
   TcpServer(boost::asio::io_context& io, const TcpServerOptions& options);

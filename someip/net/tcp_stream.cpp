@@ -636,7 +636,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   bool answered = false;    ///< one of them has sent something
 };
 
-TcpStream::Counters& TcpStream::Counters::operator+=(const Counters& other) noexcept {
+TcpStreamCounters& TcpStreamCounters::operator+=(const TcpStreamCounters& other) noexcept {
   received += other.received;
   messages_sent += other.messages_sent;
   queue_full += other.queue_full;

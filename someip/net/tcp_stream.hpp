@@ -5,6 +5,7 @@
 
 #include "someip/core/magic_cookie.hpp"
 #include "someip/core/stream_parser.hpp"
+#include "someip/net/socket_counters.hpp"
 #include "someip/net/wait_rule.hpp"
 #include "someip/wire/endpoint.hpp"
 
@@ -76,18 +77,7 @@ class TcpStream {
   /// stream.
   using CloseHandler = std::function<void(const std::string& why)>;
 
-  struct Counters {
-    StreamCounters received;
-    std::uint64_t messages_sent = 0;  ///< handed to the system, whole
-    std::uint64_t queue_full = 0;     ///< messages dropped because too much was waiting
-    std::uint64_t overtaken = 0;      ///< messages dropped by make_room()
-    std::uint64_t timed_out = 0;      ///< messages that were not whole after TcpOptions::message_timeout
-    std::uint64_t held_back = 0;      ///< times that reading stopped for TcpOptions::max_unread_answer_bytes
-    /// Connections that ended as there was no memory for what came or was to be sent: the system had none, or
-    /// others needed that of a message which had held the most for the longest time.
-    std::uint64_t no_memory = 0;
-    Counters& operator+=(const Counters& other) noexcept;
-  };
+  using Counters = TcpStreamCounters;
 
   /// @param connected  a connected socket.
   /// @param own        which end of the connection we are.

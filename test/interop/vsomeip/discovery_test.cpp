@@ -1,6 +1,7 @@
 // Trestle and vsomeip find, offer, subscribe, refuse and withdraw.
 #include <map>
 
+#include "someip/net/udp_socket.hpp"
 #include "test/interop/vsomeip/vsomeip_test.hpp"
 
 namespace trestle::interop {

@@ -3,6 +3,7 @@
 #include <deque>
 
 #include "someip/net/address_text.hpp"
+#include "someip/net/udp_socket.hpp"
 #include "test/bytes.hpp"
 #include "test/sd/net/two_nodes.hpp"
 

@@ -6,6 +6,7 @@
 
 #include "sd/net/proxy.hpp"
 #include "someip/net/address_text.hpp"
+#include "someip/net/udp_socket.hpp"
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
 #include "test/sd/net/two_nodes.hpp"

@@ -1,5 +1,6 @@
 // Which large messages over UDP are put together, and that requests, which anybody can send, do not take the
 // places of the events and answers that are awaited.
+#include "someip/net/udp_socket.hpp"
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
 #include "test/sd/net/two_nodes.hpp"

@@ -14,6 +14,7 @@
 #include <cstdlib>
 #include <optional>
 
+#include "someip/net/udp_socket.hpp"
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
 #include "test/interop/suite_namespaces.hpp"

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "someip/net/address_text.hpp"
+#include "someip/net/udp_socket.hpp"
 #include "test/covers.hpp"
 #include "test/loopback.hpp"
 

@@ -4,6 +4,7 @@
 #include <boost/asio/post.hpp>
 #include <limits>
 
+#include "someip/net/udp_socket.hpp"
 #include "test/sd/net/two_nodes.hpp"
 
 namespace trestle::sd::sending_test {

@@ -11,6 +11,7 @@
 
 #include "someip/net/address_text.hpp"
 #include "someip/net/addresses.hpp"
+#include "someip/net/udp_socket.hpp"
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
 #include "test/sd/net/two_nodes.hpp"
