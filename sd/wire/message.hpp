@@ -104,7 +104,9 @@ class SdMessage {
   [[nodiscard]] constexpr ByteView trailing() const noexcept { return trailing_; }
 
  private:
+  /// @cond  Doxygen takes it for that of someip/wire/header.hpp.
   friend tl::expected<SdMessage, WireFault> decode(ByteView payload) noexcept;
+  /// @endcond
 
   static constexpr std::size_t entries_origin = 8;
   /// A run starts at 255 at most and is 15 long at most.

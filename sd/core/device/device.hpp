@@ -15,11 +15,11 @@
 
 namespace trestle::device {
 
+// clang-format off
 /// A whole SOME/IP device over UDP for a microcontroller: offers services by SD, answers their methods and
 /// fields, sends events to subscribers, finds, calls and subscribes to the services of others; large messages
 /// in segments (TP), both ways. Without I/O, clock, threads, heap, exceptions and RTTI.
 ///
-// clang-format off
 ///     constexpr std::array in_group_1{EventgroupId{1}};
 ///     constexpr std::array groups{sd::Eventgroup{.id = EventgroupId{1}}};
 ///     constexpr std::array methods{device::Method{.id = MethodId{1}}};
@@ -47,7 +47,6 @@ namespace trestle::device {
 ///       }
 ///       if (each_100_ms) { static_cast<void>(device.notify(0, MethodId{0x8001}, value)); }
 ///     }
-// clang-format on
 ///
 /// The firmware opens UDP sockets for SD's port (which also joins SD's group) and for the ports of services
 /// and needs. In that order, as an Ack must leave before initial events; and the memory of a datagram must
@@ -55,6 +54,7 @@ namespace trestle::device {
 ///
 /// Not here: TCP, multicast events of own services, end-to-end protection (trestle::someip_e2e can do that to
 /// payloads), cyclic sending. Not thread-safe.
+// clang-format on
 class Device {
  public:
   /// @param memory  of lay_out(); its sizes are the limits.
@@ -67,11 +67,12 @@ class Device {
   /// Starts to offer the service at this place of Settings::services.  [feat_req_someipsd_22]
   /// Ids that are reserved or meant for the other kind, such as that of an event below 0x8000, are taken:
   /// UnusualId tells of them.
-  /// @return bad_argument  no such service, or its description cannot be: an id or port that is none, SD's
-  ///                       port, an eventgroup by TCP or multicast, an event in an eventgroup that the
-  ///                       service has not, an initial value larger than its room, an id that is there twice;
-  ///         duplicate     it is offered already, or another instance of it at that port;
-  ///         table_full    more services, eventgroups, or events and fields than Limits have.
+  /// @return `bad_argument`  no such service, or its description cannot be: an id or port that is none, SD's
+  ///                         port, an eventgroup by TCP or multicast, an event in an eventgroup that the
+  ///                         service has not, an initial value larger than its room, an id that is there
+  ///                         twice;
+  ///         `duplicate`     it is offered already, or another instance of it at that port;
+  ///         `table_full`    more services, eventgroups, or events and fields than Limits have.
   [[nodiscard]] Result<void> offer(std::size_t service, TimePoint now) noexcept;
 
   /// Withdraws it; its subscribers are told nothing else. Without effect when it is not offered.

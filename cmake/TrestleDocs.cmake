@@ -1,0 +1,8 @@
+# `--target docs`: the reference of the public headers, from their comments (docs/reference).
+set(TRESTLE_DOCS ${PROJECT_BINARY_DIR}/docs CACHE PATH "Where the target docs puts the reference")
+configure_file(${PROJECT_SOURCE_DIR}/docs/reference/Doxyfile.in ${PROJECT_BINARY_DIR}/Doxyfile @ONLY)
+add_custom_target(docs
+  COMMAND ${CMAKE_COMMAND} -E rm -rf ${TRESTLE_DOCS}/html
+  COMMAND ${CMAKE_COMMAND} -E make_directory ${TRESTLE_DOCS}
+  COMMAND doxygen ${PROJECT_BINARY_DIR}/Doxyfile
+  VERBATIM)
