@@ -22,7 +22,7 @@ if(TRESTLE_TESTS AND CMAKE_SYSTEM_NAME STREQUAL Generic)
   # Tests want a C library: newlib, and semihosting for its input and output.
   set(board ${PROJECT_SOURCE_DIR}/examples/cortex_m/board)
   add_library(trestle_test_board OBJECT ${board}/startup.cpp ${PROJECT_SOURCE_DIR}/test/cortex_m.cpp)
-  target_include_directories(trestle_test_board PUBLIC ${PROJECT_SOURCE_DIR})
+  target_include_directories(trestle_test_board PUBLIC ${PROJECT_SOURCE_DIR} PRIVATE ${PROJECT_SOURCE_DIR}/examples/cortex_m)
   target_link_options(trestle_test_board INTERFACE -nostartfiles --specs=rdimon.specs -L${board} -T mps2_an385_psram.ld)
   set(CMAKE_CROSSCOMPILING_EMULATOR qemu-system-arm -M mps2-an385 -display none -monitor none -serial none
     -semihosting-config enable=on,target=native -kernel)

@@ -64,17 +64,41 @@ function(trestle_stack_usage target)
   set_target_properties(${target} PROPERTIES CXX_COMPILER_LAUNCHER "")
 endfunction()
 
-# trestle_library(<name> [CORE] SOURCES ... [PUBLIC libs...] [PRIVATE libs...])
-# Makes library trestle_<name> with alias trestle::<name>. CORE: no exceptions, no RTTI.
+# What users of Trestle include is <trestle/...>, in this build as once it is installed. Here these are links to the public
+# headers alone, so that an example which needs another one does not build.
+set(TRESTLE_LINKED_HEADERS ${PROJECT_BINARY_DIR}/include)
+file(REMOVE_RECURSE ${TRESTLE_LINKED_HEADERS}/trestle)
+
+# trestle_public_headers(<component> <header>...): headers of this folder that are installed, trestle/<their path>, one of C
+# on top: trestle/<its name>.
+function(trestle_public_headers component)
+  foreach(header IN LISTS ARGN)
+    file(RELATIVE_PATH path ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR}/${header})
+    set_property(GLOBAL APPEND PROPERTY TRESTLE_HEADERS_${component} ${path})
+    if(path MATCHES "\\.h$")
+      get_filename_component(path ${path} NAME)
+    endif()
+    set(link ${TRESTLE_LINKED_HEADERS}/trestle/${path})
+    get_filename_component(folder ${link} DIRECTORY)
+    file(MAKE_DIRECTORY ${folder})
+    file(CREATE_LINK ${CMAKE_CURRENT_SOURCE_DIR}/${header} ${link} COPY_ON_ERROR SYMBOLIC)
+  endforeach()
+endfunction()
+
+# trestle_library(<name> [CORE] [COMPONENT <component>] SOURCES ... [PUBLIC_HEADERS ...] [PUBLIC libs...]
+#   [PRIVATE libs...])
+# Makes library trestle_<name> with alias trestle::<name>. CORE: no exceptions, no RTTI. COMPONENT: it is installed, with
+# those of its headers that are public; what a public header includes is public, too (test/install).
 function(trestle_library name)
-  cmake_parse_arguments(ARG "CORE" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "CORE" "COMPONENT" "SOURCES;PUBLIC_HEADERS;PUBLIC;PRIVATE" ${ARGN})
   add_library(trestle_${name} STATIC ${ARG_SOURCES})
   add_library(trestle::${name} ALIAS trestle_${name})
   set_target_properties(trestle_${name} PROPERTIES EXPORT_NAME ${name})
   target_compile_features(trestle_${name} PUBLIC cxx_std_20)
   target_include_directories(trestle_${name} PUBLIC
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
-    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/trestle>)
+    $<BUILD_INTERFACE:${TRESTLE_LINKED_HEADERS}>
+    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_link_libraries(trestle_${name} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:trestle_flags>)
   if(ARG_CORE)
     target_compile_options(trestle_${name} PRIVATE -fno-exceptions -fno-rtti)
@@ -82,5 +106,8 @@ function(trestle_library name)
       trestle_stack_usage(trestle_${name})
     endif()
   endif()
-  set_property(GLOBAL APPEND PROPERTY TRESTLE_INSTALLED_TARGETS trestle_${name})
+  if(ARG_COMPONENT)
+    set_property(GLOBAL APPEND PROPERTY TRESTLE_LIBRARIES_${ARG_COMPONENT} trestle_${name})
+    trestle_public_headers(${ARG_COMPONENT} ${ARG_PUBLIC_HEADERS})
+  endif()
 endfunction()

@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <thread>
 
-#include "sd/net/proxy.hpp"
-#include "someip/net/address_text.hpp"
+#include <trestle/sd/net/proxy.hpp>
+#include <trestle/someip/net/address_text.hpp>
 
 using namespace trestle::someip;
 using namespace std::chrono_literals;

@@ -3,8 +3,8 @@
 #include <boost/asio/signal_set.hpp>
 #include <cstdio>
 
-#include "sd/net/handles.hpp"
-#include "someip/net/address_text.hpp"
+#include <trestle/sd/net/handles.hpp>
+#include <trestle/someip/net/address_text.hpp>
 
 using namespace trestle::someip;
 namespace sd = trestle::sd;

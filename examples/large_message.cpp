@@ -2,9 +2,9 @@
 #include <boost/asio/io_context.hpp>
 #include <cstdio>
 
-#include "sd/net/handles.hpp"
-#include "sd/net/proxy.hpp"
-#include "someip/net/address_text.hpp"
+#include <trestle/sd/net/handles.hpp>
+#include <trestle/sd/net/proxy.hpp>
+#include <trestle/someip/net/address_text.hpp>
 
 using namespace trestle::someip;
 namespace sd = trestle::sd;

@@ -4,8 +4,8 @@
 #include <boost/asio/steady_timer.hpp>
 #include <cstdio>
 
-#include "sd/net/handles.hpp"
-#include "someip/net/address_text.hpp"
+#include <trestle/sd/net/handles.hpp>
+#include <trestle/someip/net/address_text.hpp>
 
 using namespace trestle::someip;
 using namespace std::chrono_literals;

@@ -2,8 +2,8 @@
 #include <boost/asio/io_context.hpp>
 #include <cstdio>
 
-#include "sd/net/handles.hpp"
-#include "someip/net/address_text.hpp"
+#include <trestle/sd/net/handles.hpp>
+#include <trestle/someip/net/address_text.hpp>
 
 using namespace trestle::someip;
 namespace sd = trestle::sd;

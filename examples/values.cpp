@@ -1,7 +1,7 @@
 // What payloads are made of: a struct with tags, a union and strings of other kinds, as bytes and back.
 #include <cstdio>
 
-#include "someip/net/parameters.hpp"
+#include <trestle/someip/net/parameters.hpp>
 
 using namespace trestle::someip;
 

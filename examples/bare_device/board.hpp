@@ -1,7 +1,7 @@
 // What a board has to supply for main.cpp: a clock, randomness, and UDP sockets at port 30490, which joins
 // discovery's group 224.244.224.245, and at the ports of the services.
 #pragma once
-#include "sd/core/device/device.hpp"
+#include <trestle/sd/core/device/device.hpp>
 
 namespace board {
 

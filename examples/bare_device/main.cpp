@@ -1,5 +1,5 @@
 // The smallest device for a microcontroller: one service with a method and an event, in one loop.
-#include "examples/bare_device/board.hpp"
+#include "board.hpp"
 
 namespace {
 

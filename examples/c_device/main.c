@@ -20,7 +20,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "trestle.h"
+#include <trestle/trestle.h>
 
 enum { SERVICE_PORT = 30501, NEED_PORT = 30601, LARGE_BYTES = 8192 };
 

@@ -1,4 +1,4 @@
-#include "examples/cortex_m/clock.hpp"
+#include "clock.hpp"
 
 namespace trestle::example {
 namespace {

@@ -1,5 +1,5 @@
 #pragma once
-#include "someip/wire/types.hpp"
+#include <trestle/someip/wire/types.hpp>
 
 namespace trestle::example {
 

@@ -3,8 +3,9 @@
 #include <concepts>
 #include <string_view>
 
-#include "examples/cortex_m/board/startup.hpp"
-#include "someip/wire/endpoint.hpp"
+#include <trestle/someip/wire/endpoint.hpp>
+
+#include "board/startup.hpp"
 
 namespace trestle::example {
 

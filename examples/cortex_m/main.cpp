@@ -1,10 +1,10 @@
 // Firmware for Arm's mps2-an385 board, as QEMU emulates it: a SOME/IP device without operating system and
 // heap.
-#include "examples/cortex_m/clock.hpp"
-#include "examples/cortex_m/log.hpp"
-#include "examples/cortex_m/net/ip_stack.hpp"
-#include "examples/cortex_m/net/lan9118.hpp"
-#include "examples/cortex_m/sensor.hpp"
+#include "clock.hpp"
+#include "log.hpp"
+#include "net/ip_stack.hpp"
+#include "net/lan9118.hpp"
+#include "sensor.hpp"
 
 using namespace trestle;
 using example::Line;

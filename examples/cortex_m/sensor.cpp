@@ -1,9 +1,10 @@
-#include "examples/cortex_m/sensor.hpp"
+#include "sensor.hpp"
 
-#include "examples/cortex_m/log.hpp"
-#include "someip/wire/bytes.hpp"
-#include "someip/wire/payload_reader.hpp"
-#include "someip/wire/payload_writer.hpp"
+#include <trestle/someip/wire/bytes.hpp>
+#include <trestle/someip/wire/payload_reader.hpp>
+#include <trestle/someip/wire/payload_writer.hpp>
+
+#include "log.hpp"
 
 namespace trestle::example {
 namespace {

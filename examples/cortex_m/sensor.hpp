@@ -1,5 +1,5 @@
 #pragma once
-#include "sd/core/device/device.hpp"
+#include <trestle/sd/core/device/device.hpp>
 
 namespace trestle::example {
 

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 import unittest
 
@@ -100,6 +101,15 @@ class Examples(unittest.TestCase):
         lines = out.splitlines()
         self.assertEqual(sorted(lines[:2]), ["TCP: 1048576 bytes came back", "UDP: 1048576 bytes came back"])
         self.assertGreater(int(lines[2].split()[-1]), 700)
+
+    def test_run_bridge(self):
+        with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:
+            file.write("someip:\n  addres: 127.0.0.1\n")
+            file.flush()
+            done = subprocess.run([os.path.join(FOLDER, "example_run_bridge"), file.name], capture_output=True,
+                                  text=True, timeout=PATIENCE)
+        self.assertEqual((done.returncode, done.stdout), (2, ""))
+        self.assertIn(f"{file.name}:2:3: error: ", done.stderr)
 
     def test_an_address_that_is_none(self):
         done = subprocess.run([os.path.join(FOLDER, "example_subscribe"), "here"], capture_output=True, text=True,

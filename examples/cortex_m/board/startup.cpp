@@ -1,7 +1,7 @@
 // What runs before main() on a bare Cortex-M3: the vector table, and the program's memory made ready. When
 // main() returns, or after a fault, semihosting tells the emulator (or debugger) to end with an exit status
 // that tells which.
-#include "examples/cortex_m/board/startup.hpp"
+#include "board/startup.hpp"
 
 #include <array>
 #include <cstddef>

@@ -1,9 +1,9 @@
-#include "examples/cortex_m/net/ip_stack.hpp"
+#include "net/ip_stack.hpp"
 
 #include <algorithm>
 #include <cstring>
 
-#include "someip/wire/bytes.hpp"
+#include <trestle/someip/wire/bytes.hpp>
 
 namespace trestle::net {
 namespace {

@@ -2,9 +2,9 @@
 #include <array>
 #include <optional>
 
-#include "sd/core/random.hpp"
-#include "someip/wire/endpoint.hpp"
-#include "someip/wire/types.hpp"
+#include <trestle/sd/core/random.hpp>
+#include <trestle/someip/wire/endpoint.hpp>
+#include <trestle/someip/wire/types.hpp>
 
 namespace trestle::net {
 

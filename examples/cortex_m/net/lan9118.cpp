@@ -1,8 +1,8 @@
-#include "examples/cortex_m/net/lan9118.hpp"
+#include "net/lan9118.hpp"
 
 #include <cstring>
 
-#include "someip/wire/bytes.hpp"
+#include <trestle/someip/wire/bytes.hpp>
 
 namespace trestle::net {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 #include <optional>
 
-#include "examples/cortex_m/net/ip_stack.hpp"
+#include "net/ip_stack.hpp"
 
 namespace trestle::net {
 

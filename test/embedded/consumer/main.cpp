@@ -1,4 +1,4 @@
-#include "sd/core/device/device.hpp"
+#include <trestle/sd/core/device/device.hpp>
 
 int main() {
   using namespace trestle;
