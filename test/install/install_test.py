@@ -3,7 +3,7 @@
 
 Usage: install_test.py CLASS BUILD_FOLDER SOURCE_FOLDER WORK_FOLDER CXX
 
-The class Whole fills WORK_FOLDER/prefix; others but WithoutDds, which builds and installs a Trestle of its own, use that.
+The class Whole fills WORK_FOLDER/prefix. WithoutDds builds and installs a Trestle of its own; the others use that prefix.
 """
 import os
 import pathlib
@@ -111,6 +111,23 @@ class Whole(unittest.TestCase):
         before = header.stat().st_mtime_ns
         good("cmake", "--install", BUILD, "--prefix", PREFIX)
         self.assertEqual(header.stat().st_mtime_ns, before)
+
+
+class Run(unittest.TestCase):
+    """./run install, as far as nothing is built."""
+
+    def test_says_where_it_installs(self):
+        self.assertRegex(good(SOURCE / "run", "install", "--help"), r"in DIR, else in ~/\.local, or in /usr/local as root")
+
+    def test_refuses_what_it_does_not_know(self):
+        for arguments in (["--prefix"], ["--prefix="], ["--prefx", "there"], ["there"], ["--prefix", "there", "more"]):
+            with self.subTest(arguments):
+                self.assertEqual(run(SOURCE / "run", "install", *arguments).returncode, 2)
+
+    def test_looks_first_whether_it_may_write(self):
+        refused = run(SOURCE / "run", "install", "--prefix", "/proc/trestle")
+        self.assertEqual(refused.returncode, 1)
+        self.assertIn("nothing can be written to /proc/trestle", refused.stdout)
 
 
 class Headers(unittest.TestCase):
