@@ -3,13 +3,14 @@ import os
 import time
 
 from bare_peer import PATIENCE, ttl
+from dds_domain import own_domain
 
 # Addresses, a group and a DDS domain that only this process uses.
 PID = os.getpid()
 HOST = f"127.{1 + (PID >> 8) % 254}.{PID & 255}."
 BRIDGE, PEER = HOST + "11", HOST + "12"
 GROUP = f"239.254.{PID >> 8 & 255}.{PID & 255}"
-DOMAIN = 100 + PID % 40
+DOMAIN = own_domain()
 
 
 def head(address=BRIDGE):

@@ -53,6 +53,8 @@ class Methods(unittest.TestCase):
         return [name, *arguments, "--address", HOST + str(host), "--multicast", GROUP]
 
     def call(self, payload, *more, of=("0x1250.1", "7")):
+        if "--timeout" not in more:
+            more += "--timeout", str(PATIENCE // 2)
         return subprocess.run([TRESTLE, *self.tool("call", 4, *of, payload, "-q", *more)],
                               capture_output=True, text=True, timeout=2 * PATIENCE)
 

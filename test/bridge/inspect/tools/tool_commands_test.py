@@ -32,6 +32,8 @@ def command(name, host, *arguments):
 
 
 def run(name, host, *arguments, stdin=None):
+    if name in ("call", "find") and "--timeout" not in arguments:  # who shall find something does so on a slow machine, too
+        arguments += "--timeout", str(PATIENCE // 2)
     done = subprocess.run(command(name, host, *arguments), input=stdin, capture_output=True, text=True,
                           timeout=PATIENCE)
     done.stderr = of_others(done.stderr)
@@ -384,7 +386,7 @@ class Calls(unittest.TestCase):
 
 class BesideAPeerOfBareSockets(unittest.TestCase):
     def test_find_asks_and_takes_the_answer_by_unicast(self):
-        with Peer(PEER, GROUP) as peer, Running("find", 4, "0x2222", "--count", "1") as find:
+        with Peer(PEER, GROUP) as peer, Running("find", 4, "0x2222", "--count", "1", "--timeout", "30") as find:
             # service, any instance, any version; TTL 3; no options; asked by multicast from the SD port
             entry, datagram, sender = receive(peer.group, lambda e: e[0] == 0)
             self.assertEqual(entry, bytes.fromhex("00000000 2222ffff ff000003 ffffffff"))
