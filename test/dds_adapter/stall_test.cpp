@@ -83,15 +83,22 @@ TEST_F(Stalls, OfOursLeaveUsWholeToOthers) {
     }
   }};
   const PeerProcess peer{command(long_lease)};
-  std::size_t lines = 2;
   for (int round = 0; round < rounds; ++round) {
-    ASSERT_TRUE(says(lines)) << "in round " << round;
+    ASSERT_TRUE(eventually([&] { return said().size() >= 2 && said().back() == "+"; }))
+        << "in round " << round;
     std::this_thread::sleep_for(until_acknowledged);
+    const std::size_t before = said().size();
+    // Until the other one has noticed, and no longer than this test has patience.
     const std::string seconds = std::to_string(std::chrono::duration<double>(stall).count());
-    ASSERT_EQ(std::system(("kill -STOP $PPID; sleep " + seconds + "; kill -CONT $PPID").c_str()), 0);
-    lines += 2;
+    const std::string noticed = "test $(wc -l <" + output_ + ") -gt " + std::to_string(before);
+    ASSERT_EQ(std::system(("kill -STOP $PPID; sleep " + seconds + "; i=0; until " + noticed +
+                           " || test $i -ge 300; do sleep 0.1; i=$((i + 1)); done; " + noticed +
+                           "; noticed=$?; kill -CONT $PPID; exit $noticed")
+                              .c_str()),
+              0)
+        << "it has not noticed in round " << round;
+    ASSERT_TRUE(says(before + 2));
   }
-  EXPECT_TRUE(says(lines));
   EXPECT_TRUE(eventually([&] { return said().back() == "+"; }));
 }
 

@@ -31,8 +31,19 @@ long sleeps_until_timer(Duration busy) {
   return sleeps() - before;
 }
 
+// Once, as the system may have put it to sleep, who fetches a page of memory or stops a process.
+template <typename Sleeps>
+bool does_not_sleep(Sleeps sleeps_of_a_try) {
+  for (int tries = 0; tries < 10; ++tries) {
+    if (sleeps_of_a_try() == 0) {
+      return true;
+    }
+  }
+  return false;
+}
+
 TEST(RunBusyTest, DoesNotSleepBeforeItsTimeIsOver) {
-  EXPECT_EQ(sleeps_until_timer(10s), 0);
+  EXPECT_TRUE(does_not_sleep([] { return sleeps_until_timer(10s); }));
 }
 
 // Unless the machine has stalled until the timer was due.
@@ -73,7 +84,7 @@ TEST(RunBusyTest, EndsWithoutWorkAndWhenStopped) {
 }
 
 // As a reload of the configuration does.
-TEST(RunBusyTest, TakesAChangeOfItsTime) {
+long sleeps_after_a_change() {
   boost::asio::io_context io{1};
   Duration busy{0};
   boost::asio::steady_timer timer{io, 1ms};
@@ -85,7 +96,11 @@ TEST(RunBusyTest, TakesAChangeOfItsTime) {
     timer.async_wait([](const boost::system::error_code&) {});
   });
   sd::run_busy(io, busy);
-  EXPECT_EQ(sleeps(), before);
+  return sleeps() - before;
+}
+
+TEST(RunBusyTest, TakesAChangeOfItsTime) {
+  EXPECT_TRUE(does_not_sleep(sleeps_after_a_change));
 }
 
 }  // namespace

@@ -302,7 +302,7 @@ TEST_F(LinkTest, IsNoReasonToIgnoreLoopbackWhereSubnetsAreNotChecked) {
   run("ip link set lo up");
   const auto subscribe = test::hex(
       "ffff8100 00000030 00000000 01010200 c0000000"
-      "00000010 06000010 12340001 01000003 00000001"
+      "00000010 06000010 12340001 01000e10 00000001"
       "0000000c 000904007f00000500119c40");  // 127.0.0.5:40000
   for (const bool check : {true, false}) {
     NodeConfig config = slow_to_expire(Namespaces::own);

@@ -110,7 +110,7 @@ class NoAllocationTest : public test::TwoNodes {
   // such rows, the fewest: what grows with the longest that ever had to wait, on a busy machine, grows once.
   std::size_t allocations_of(void (NoAllocationTest::*one)(), std::size_t at_once, std::size_t number) {
     wanted = number;
-    boost::asio::steady_timer limit{io, 60s};
+    boost::asio::steady_timer limit{io, 100s};
     limit.async_wait([this](const boost::system::error_code& error) {
       if (!error) {
         io.stop();

@@ -209,16 +209,16 @@ TEST_F(SettingsTest, EndIdleConnections) {
   Node node{io, config};
   ServiceSpec reliable = spec();
   reliable.tcp_events = {event};
-  node.offer(std::move(reliable));
-  tcp::socket& idle = connect();
+  const OfferHandle offer = node.offer(std::move(reliable));
   Node client{io, quick(test::client_address)};
   client.subscribe(
       {.service = ServiceId{0x1234}, .eventgroup = group, .events = {event}, .udp = false, .tcp = true},
       collect());
-  ASSERT_TRUE(run_until([&] { return node.tcp_server_counters().accepted == 2; }));
-  EXPECT_TRUE(is_closed(idle));
+  ASSERT_TRUE(run_until([&] { return node.subscribers(offer, event) == 1; }));
+  const std::uint64_t before = node.tcp_server_counters().idle;  // none, unless the machine has stalled
+  EXPECT_TRUE(is_closed(connect()));
   run_for(600ms);
-  EXPECT_EQ(node.tcp_server_counters().idle, 1U);
+  EXPECT_EQ(node.tcp_server_counters().idle, before + 1);
   EXPECT_EQ(node.tcp_server_counters().open, 1U) << "that of the subscription";
 }
 
@@ -333,7 +333,7 @@ TEST_F(SettingsTest, EndConnectionsWithAMessageThatDrips) {
     ++sent;
     return node.tcp_server_counters().streams.timed_out == 1;
   };
-  const auto limit = std::chrono::steady_clock::now() + 10s;
+  const auto limit = std::chrono::steady_clock::now() + 60s;
   while (!drop() && std::chrono::steady_clock::now() < limit) {
     run_for(30ms);
   }

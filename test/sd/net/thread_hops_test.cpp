@@ -164,13 +164,17 @@ class ThreadHops : public testing::Test {
     notes().steps.clear();
     notes().id = std::uint32_t{someip::value(service)} << 16U | someip::value(method);
   }
+  /// What is under way on both threads.
+  void let_finish() {
+    const auto flush = [] { return 0; };
+    clients.run(flush);
+    servers.run(flush);
+  }
   void wait() { ASSERT_EQ(done.get_future().wait_for(30s), std::future_status::ready); }
   // The order that each thread saw, and that there was no other one.
   void expect(const std::vector<std::string>& client_steps, const std::vector<std::string>& server_steps,
               const std::vector<std::string>& own_steps = {}) {
-    const auto flush = [] { return 0; };  // what was under way on both threads is over
-    clients.run(flush);
-    servers.run(flush);
+    let_finish();
     EXPECT_EQ(notes().of(clients.id()), client_steps);
     EXPECT_EQ(notes().of(servers.id()), server_steps);
     EXPECT_EQ(notes().of(std::this_thread::get_id()), own_steps);
@@ -273,6 +277,7 @@ TEST_F(ThreadHops, AreNoneInEventsThatLeaveTogether) {
     notes().add("return");
   });
   wait();
+  let_finish();
   const std::vector<std::string> server_steps = notes().of(servers.id());
   EXPECT_THAT(server_steps, ElementsAre("notify", "send", "return", "send"));
   EXPECT_EQ(notes().of(clients.id()).size() + server_steps.size(), notes().size());
