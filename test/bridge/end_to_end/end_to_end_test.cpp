@@ -387,7 +387,7 @@ TEST_F(Losses, NamesSamplesThatTheSystemWouldNotSend) {
   boost::asio::ip::udp::socket peer{io, sd_of(3)};
   const auto subscribe =
       hex("ffff8100 00000030 00000001 01010200"
-          "c0000000 00000010 06000010 10000001 01000003 00000001"
+          "c0000000 00000010 06000010 10000001 01000e10 00000001"
           "0000000c 00090400 c0000201 00110009");
   peer.send_to(boost::asio::buffer(subscribe), sd_of(1));
   ASSERT_TRUE(eventually([&] {

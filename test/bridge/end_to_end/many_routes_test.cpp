@@ -73,7 +73,9 @@ TEST_F(ManyRoutes, CostNoThreadsAndLittleMemory) {
   start(routes);
   const auto took = std::chrono::steady_clock::now() - begin;
   EXPECT_LT(took, patience);  // seconds on a busy machine, and far less on others
-  EXPECT_EQ(status("Threads"), threads_of_one);
+  EXPECT_TRUE(
+      eventually([&] { return status("Threads") == threads_of_one; }))  // one that ends is there for a moment
+      << status("Threads") << " instead of " << threads_of_one;
 
   expect_all_to_work({routes.end() - 2, routes.end()});
   // 400 ends of routes, with sockets' buffers, readers and writers: less than half a MiB for each.

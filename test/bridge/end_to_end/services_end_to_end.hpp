@@ -42,6 +42,7 @@ class ServicesEndToEnd : public BridgeTest {
     config.name = name;
     config.type = type;
     config.form = form;
+    config.match_timeout = patience;
     return config;
   }
 
