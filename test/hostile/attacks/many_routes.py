@@ -64,7 +64,7 @@ def _judge(world, what, waited, have, count, bridge):
 @scenario("1000-routes", 11, "1,000 routes of 1,000 services: start, restarts, idle")
 def many(world):
     count = 300 if world.scale.short else 1000  # 256 was the limit once
-    patience = 20 if world.scale.short else 10
+    patience = 40 if world.scale.short else 10
     start = _bridges(world, count)
     server, client = start("offering"), start("wanting")
     _carrying(world, server)
