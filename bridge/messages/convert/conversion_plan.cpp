@@ -44,7 +44,7 @@ void ConversionPlan::expect(ByteView message, const ConversionScratch& scratch) 
   if (program_.quick.array_at == 0 || message.empty()) {
     return;
   }
-  scratch.memory().message().fetch();
+  scratch.memory().fetch();
   __builtin_prefetch(message.data());
   __builtin_prefetch(&message.back());
 }

@@ -21,8 +21,7 @@ class Converter {
                                                          std::size_t reference_from,
                                                          ConversionScratch& scratch) {
     const Program& program = source.program;
-    if (Gathered made;
-        program.quick.array_at != 0 && scratch.memory().message().convert(whole(source), input, made)) {
+    if (Gathered made; program.quick.array_at != 0 && scratch.memory().convert(whole(source), input, made)) {
       return scratch.output().referencing_from(reference_from, made);
     }
     return by_operations(source, input, reference_from, scratch);
@@ -151,9 +150,7 @@ class Converter {
     }
     const Gathered made = out.finish();
     if (program.quick.array_at != 0) {
-      quick::Memory& memory = scratch.memory();
-      memory.message().learn(program, memory.shape(is_to_cdr, 0), whole(source), input.first(converter.at_),
-                             made);
+      scratch.memory().learn(program, whole(source), input.first(converter.at_), made);
     }
     return made;
   }

@@ -28,25 +28,45 @@ namespace trestle::messages::quick {
 /// Chooses what fits a program. Before that, and for tests also instead of it, all is done by operations.
 void choose(Program& program);
 
-/// What is remembered of the messages before, for one thread; Shapes come with the first one that needs them.
+/// What is remembered of the messages before, for one thread. Each comes with the first message that needs
+/// it.
 class Memory {
  public:
-  static constexpr std::size_t slots =
-      4;  ///< of each direction; the first one is that of the message's front
+  static constexpr std::size_t slots = 4;  ///< of shapes; the first one is that of the message's front
 
   [[nodiscard]] Shape& shape(bool to_cdr, std::size_t slot) {
-    std::unique_ptr<Shape>& found = shapes_[(to_cdr ? slots : 0) + slot];
-    if (found == nullptr) {
-      found.reset(new Shape);  // not make_unique: that would touch all of it
-    }
-    return *found;
+    return slot == 0 ? there(messages_[to_cdr ? 1 : 0]).front()
+                     : there(shapes_[slot - 1 + (to_cdr ? slots : 0)]);
   }
-  [[nodiscard]] MessageShape& message() noexcept { return message_; }
-  [[nodiscard]] const MessageShape& message() const noexcept { return message_; }
+
+  /// As those of MessageShape.
+  [[nodiscard]] bool convert(const Shape::Conversion& conversion, ByteView input, Gathered& result) noexcept {
+    MessageShape* const message = messages_[conversion.to_cdr ? 1 : 0].get();
+    return message != nullptr && message->convert(conversion, input, result);
+  }
+  void learn(const Program& program, const Shape::Conversion& conversion, ByteView input,
+             const Gathered& made) {
+    there(messages_[conversion.to_cdr ? 1 : 0]).learn(program, conversion, input, made);
+  }
+  void fetch() const noexcept {
+    for (const auto& message : messages_) {
+      if (message != nullptr) {
+        message->fetch();
+      }
+    }
+  }
 
  private:
+  template <typename Remembered>
+  static Remembered& there(std::unique_ptr<Remembered>& place) {
+    if (place == nullptr) {
+      place.reset(new Remembered);  // not make_unique: that would touch all of it
+    }
+    return *place;
+  }
+
+  std::array<std::unique_ptr<MessageShape>, 2> messages_;  ///< of each direction
   std::array<std::unique_ptr<Shape>, 2 * slots> shapes_;
-  MessageShape message_;
 };
 
 }  // namespace trestle::messages::quick

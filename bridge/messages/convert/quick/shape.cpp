@@ -1,9 +1,10 @@
 #include "bridge/messages/convert/quick/shape.hpp"
 
+#include <cstddef>
 #include <cstring>
 
 #include "bridge/messages/convert/program/byte_swap.hpp"
-#include "bridge/messages/convert/quick/words.hpp"
+#include "bridge/messages/convert/program/wire_forms.hpp"
 
 namespace trestle::messages::quick {
 namespace {
@@ -15,18 +16,27 @@ static_assert(Shape::least_bytes >= block);
 constexpr std::byte all{0xff};
 constexpr std::byte none{0};
 
+/// Bytes in a register, where the processor has them so wide.
+using Words = std::uint64_t __attribute__((vector_size(16)));
+
+Words words(const std::byte* from) noexcept {
+  Words numbers;
+  std::memcpy(&numbers, from, sizeof numbers);
+  return numbers;
+}
+
 /// Whether a block of `a` and `b` differs where `mask` has bits.
 bool differs(const std::byte* a, const std::byte* b, const std::byte* mask) noexcept {
   Words difference{};
   for (std::size_t i = 0; i < block; i += sizeof difference) {
     difference |= (words(a + i) ^ words(b + i)) & words(mask + i);
   }
-  return !is_zero(difference);
+  return (difference[0] | difference[1]) != 0;
 }
 
 }  // namespace
 
-bool Shape::fits(const Conversion& conversion, ByteView input) noexcept {
+__attribute__((hot)) bool Shape::fits(const Conversion& conversion, ByteView input) noexcept {
   if (key(conversion) != key_ || input.size() < reads_ ||
       ((conversion.position ^ position_) & (alignment_ - 1)) != 0) {
     return false;
@@ -53,7 +63,7 @@ bool Shape::fits(const Conversion& conversion, ByteView input) noexcept {
 }
 
 /// Those numbers that differ are not compared any more.
-void Shape::set_loose(const std::byte* input) noexcept {
+__attribute__((noinline)) void Shape::set_loose(const std::byte* input) noexcept {
   for (std::uint32_t i = loose_; i < places_; ++i) {
     const Place place = place_[i];
     if (std::memcmp(input + place.from, &input_[place.from], place.bytes) != 0) {
@@ -65,7 +75,11 @@ void Shape::set_loose(const std::byte* input) noexcept {
 }
 
 void Shape::write(const std::byte* input, std::byte* to) const noexcept {
-  std::memcpy(to, output_.data(), writes_);
+  std::memcpy(to, &output_[room_in_front], writes_);
+  put_numbers(input, to);
+}
+
+__attribute__((hot)) void Shape::put_numbers(const std::byte* input, std::byte* to) const noexcept {
   for (std::uint32_t i = 0; i < loose_; ++i) {
     const Place place = place_[i];
     const std::byte* from = input + place.from;
@@ -76,6 +90,20 @@ void Shape::write(const std::byte* input, std::byte* to) const noexcept {
       copy_few_numbers(out, from, 1, place.width, place.swap);
     }
   }
+}
+
+void Shape::fetch() const noexcept {
+  constexpr std::size_t line = 64;
+  constexpr std::size_t usual_bytes = 256;
+  const auto ask = [](const void* from, std::size_t bytes) {
+    for (std::size_t i = 0; i < bytes; i += line) {
+      __builtin_prefetch(static_cast<const std::byte*>(from) + i);
+    }
+  };
+  ask(this, offsetof(Shape, place_) + line);
+  ask(output_.data(), usual_bytes);
+  ask(input_.data(), usual_bytes);
+  ask(compared_.data(), usual_bytes);
 }
 
 void Shape::begin(const Conversion& conversion, std::size_t operation, std::size_t input_at,
@@ -134,7 +162,9 @@ void Shape::finish(const std::byte* input, const std::byte* output) noexcept {
     return;
   }
   std::memcpy(input_.data(), input, reads_);
-  std::memcpy(output_.data(), output, writes_);
+  std::memcpy(output_.data(), encapsulation.data(), room_in_front);
+  std::memcpy(&output_[room_in_front], output, writes_);
+  std::fill_n(&output_[room_in_front + writes_], room_behind, none);
   key_ = next_key_;
 }
 

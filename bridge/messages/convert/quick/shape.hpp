@@ -3,7 +3,6 @@
 #include <array>
 #include <bit>
 #include <cstdint>
-#include <span>
 
 #include "someip/wire/types.hpp"
 
@@ -65,14 +64,27 @@ class Shape {
   /// @param input  which is() was true of.
   void write(const std::byte* input, std::byte* to) const noexcept;
 
-  // What is() and write() go by, for a MessageShape.
+  // For a message as a whole: without a copy, and without account of how often it was another one.
 
+  /// What stands before the front of a message, an encapsulation header, and behind it: padding and a count.
+  static constexpr std::size_t room_in_front = 4;
+  static constexpr std::size_t room_behind = 8;
+
+  [[nodiscard]] static std::uint64_t key(const Conversion& conversion) noexcept {
+    return conversion.program << 2U | (conversion.to_cdr ? 2U : 0U) |
+           (conversion.order == std::endian::big ? 1U : 0U);
+  }
+  /// As is().
+  [[nodiscard]] bool fits(const Conversion& conversion, ByteView input) noexcept;
   /// Whether the last stretch had this shape, or it was recorded of that one.
   [[nodiscard]] bool fitted() const noexcept { return key_ != 0 && misses_ == 0; }
-  [[nodiscard]] ByteView input() const noexcept { return {input_.data(), reads_}; }
-  [[nodiscard]] ByteView compared() const noexcept { return {compared_.data(), reads_}; }
-  [[nodiscard]] ByteView output() const noexcept { return {output_.data(), writes_}; }
-  [[nodiscard]] std::span<const Place> loose() const noexcept { return {place_.data(), loose_}; }
+  /// As write(), into memory of its own. There is a header in the room in front, and zeros in that behind.
+  [[nodiscard]] std::byte* write_here(const std::byte* input) noexcept {
+    put_numbers(input, &output_[room_in_front]);
+    return &output_[room_in_front];
+  }
+  /// Asks for the memory that a usual one needs.
+  void fetch() const noexcept;
 
   /// Whether to record now. Where nothing repeats that is ever more seldom.
   [[nodiscard]] bool is_due() const noexcept { return misses_ >= patience_; }
@@ -106,12 +118,8 @@ class Shape {
   static constexpr unsigned most_tries = 8;
   static constexpr unsigned most_patience = 1024;
 
-  static std::uint64_t key(const Conversion& conversion) noexcept {
-    return conversion.program << 2U | (conversion.to_cdr ? 2U : 0U) |
-           (conversion.order == std::endian::big ? 1U : 0U);
-  }
-  [[nodiscard]] bool fits(const Conversion& conversion, ByteView input) noexcept;
   void set_loose(const std::byte* input) noexcept;
+  void put_numbers(const std::byte* input, std::byte* to) const noexcept;
 
   std::uint64_t key_ = 0;  ///< 0: nothing is remembered
   std::size_t end_ = 0;
@@ -132,10 +140,10 @@ class Shape {
   std::uint32_t noted_ = 0;  ///< places, of which places_ are kept
 
   std::array<Place, most_places> place_;
+  std::array<std::byte, room_in_front + most_bytes + room_behind> output_;
   std::array<std::byte, most_bytes> input_;
   std::array<std::byte, most_bytes> compared_;  ///< all bits of each byte of the input that is, or none
-  std::array<std::byte, most_bytes> output_;
-  std::array<std::byte, most_bytes> fixed_;  ///< likewise, of each that is no number
+  std::array<std::byte, most_bytes> fixed_;     ///< likewise, of each that is no number
 };
 
 }  // namespace trestle::messages::quick
