@@ -111,6 +111,15 @@ class LoopWay {
         swap_{source.swap},
         strings_{source.program.quick.strings} {}
 
+  __attribute__((always_inline)) bool bools(std::size_t count) {
+    if (count > space() || at_ > limit_ || count > left() || !copy_bools(to_, in_ + at_, count)) {
+      return false;
+    }
+    at_ += count;
+    to_ += count;
+    return true;
+  }
+
   [[nodiscard]] std::size_t position() const noexcept { return at_; }
   [[nodiscard]] std::size_t written() const noexcept { return static_cast<std::size_t>(to_ - begin_); }
 

@@ -11,7 +11,7 @@ class LoopToCdr : LoopWay<is_usual> {
   using Base::left, Base::space, Base::strings, Base::width_of_length, Base::is_swapped, Base::is_long;
 
  public:
-  using Base::position, Base::written;
+  using Base::bools, Base::position, Base::written;
 
   LoopToCdr(const Source& source, std::size_t at, std::size_t limit, Output& out)
       : Base{source, at, limit, out},
@@ -27,15 +27,6 @@ class LoopToCdr : LoopWay<is_usual> {
     copy_few_numbers(to_, in_ + at_, count, op.width, is_swapped(op));
     at_ += bytes;
     to_ += bytes;
-    return true;
-  }
-
-  __attribute__((always_inline)) bool bools(std::size_t count) {
-    if (count > left() || count > space() || !copy_bools(to_, in_ + at_, count)) {
-      return false;
-    }
-    at_ += count;
-    to_ += count;
     return true;
   }
 

@@ -11,7 +11,7 @@ class LoopToSomeip : LoopWay<is_usual> {
   using Base::space, Base::strings, Base::width_of_length, Base::is_swapped, Base::is_long;
 
  public:
-  using Base::position, Base::written;
+  using Base::bools, Base::position, Base::written;
 
   LoopToSomeip(const Source& source, std::size_t at, std::size_t limit, Output& out)
       : Base{source, at, limit, out}, order_{source.order} {}
@@ -26,15 +26,6 @@ class LoopToSomeip : LoopWay<is_usual> {
     copy_few_numbers(to_, in_ + from, count, op.width, is_swapped(op));
     at_ = from + bytes;
     to_ += bytes;
-    return true;
-  }
-
-  __attribute__((always_inline)) bool bools(std::size_t count) {
-    if (count > space() || at_ > limit_ || count > limit_ - at_ || !copy_bools(to_, in_ + at_, count)) {
-      return false;
-    }
-    at_ += count;
-    to_ += count;
     return true;
   }
 
