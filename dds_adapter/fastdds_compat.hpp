@@ -350,9 +350,9 @@ inline void use_discovery_servers(const std::vector<ParticipantConfig::Server>& 
   }
 }
 
-/// From now on each reader is sent a copy that names it. One copy for several names none, and who is refused
-/// (match_guard.hpp) would take it for his if he shares a participant with one of them. Only before 2.10 is
-/// there a way to do so.
+/// From now on each reader is sent a copy that names it. One copy for several readers names none, and a
+/// reader that is refused (match_guard.hpp) would accept it if it shares a participant with one of them. Only
+/// versions before 2.10 have a way to do this.
 inline void send_to_each_reader_alone([[maybe_unused]] const DataWriter& writer) {
 #if TRESTLE_FASTDDS_VERSION < 21000
   rtps::RTPSWriter* const inner = rtps::RTPSDomainImpl::find_local_writer(writer.guid());
@@ -388,7 +388,7 @@ class UnacknowledgedProbe {
         number_of(writer_->get_seq_num_max()) - number_of(oldest) + 1 < depth_) {
       return false;
     }
-    // Not is_acked_by_all(): that asks those of best effort too, who never say what they have got.
+    // Not is_acked_by_all(): that also asks best effort readers, which never acknowledge anything.
     bool lacking = false;
     const std::lock_guard lock{writer_->getMutex()};
     writer_->for_each_reader_proxy([&](const rtps::ReaderProxy* reader) {

@@ -54,7 +54,7 @@ struct Qos {
   bool keep_all = false;
   std::chrono::nanoseconds deadline{0};  ///< a sample comes at least this often
   std::chrono::nanoseconds lifespan{0};  ///< of a writer: older samples are not delivered any more
-  /// Writers show that they are alive by writing (MANUAL_BY_TOPIC), else by being there (AUTOMATIC) ...
+  /// Writers show that they are alive by writing (MANUAL_BY_TOPIC), otherwise by existing (AUTOMATIC) ...
   bool manual_liveliness = false;
   std::chrono::nanoseconds liveliness_lease{0};  ///< ... at least this often
   friend constexpr bool operator==(const Qos&, const Qos&) = default;
@@ -83,7 +83,7 @@ struct Event {
   std::string detail;           ///< see Kind
   std::size_t matched = 0;      ///< matched, unmatched: how many counterparts there are now
   std::string node{};           ///< incompatible_qos, other_type_hash: the peer's ROS 2 node, once known
-  bool ours_reads = false;      ///< likewise: our end is a reader, else a writer
+  bool ours_reads = false;      ///< likewise: our end is a reader, not a writer
   std::string hash{};           ///< other_type_hash: that of ours, from the user data
   bool refused = false;         ///< likewise: ParticipantConfig::strict_types
   std::optional<Qos> theirs{};  ///< incompatible_qos: the peer's, where it is known

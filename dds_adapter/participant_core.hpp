@@ -51,8 +51,8 @@ class ParticipantCore final : private fast::DiscoveryListener {
     std::atomic<std::uint64_t>* unserved = nullptr;
     /// Of a writer: counts the readers that get nothing for the hash of their type.
     std::atomic<std::uint64_t>* refused = nullptr;
-    /// How many of our own endpoints match this one: they are no counterparts. Kept by the participant, for
-    /// who asks before each sample.
+    /// How many of our own endpoints match this one: they are no counterparts. Kept by the participant,
+    /// because it is asked for before each sample.
     std::unique_ptr<std::atomic<std::size_t>> own_matches = std::make_unique<std::atomic<std::size_t>>(0);
     /// Those that ParticipantCore::ignores().
     std::unique_ptr<IgnoredMatches> ignored_matches = std::make_unique<IgnoredMatches>();
@@ -157,7 +157,7 @@ class ParticipantCore final : private fast::DiscoveryListener {
   static constexpr std::size_t max_found = 4096;
   std::map<std::string, UsedTopic> topics_;
   std::vector<const Endpoint*> endpoints_;
-  /// Readers and writers, our own among them: for who asks, and for telling of another type on a topic that
+  /// Readers and writers, our own among them: to answer questions, and to report another type on a topic that
   /// we begin to use later.
   std::map<fast::Guid, Found> found_;
   const bool strict_types_;

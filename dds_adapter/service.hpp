@@ -26,8 +26,8 @@ using TimePoint = std::chrono::steady_clock::time_point;
 
 /// How requests and replies find each other.
 enum class RosForm : std::uint8_t {
-  automatic,   ///< as the peer does: cyclonedds if its participant is Cyclone DDS's, else fastrtps
-  fastrtps,    ///< beside the message: the reply names the request's number and who is to get it
+  automatic,   ///< like the peer: cyclonedds if its participant is Cyclone DDS, otherwise fastrtps
+  fastrtps,    ///< beside the message: the reply names the request's number and its receiver
   cyclonedds,  ///< ahead of the message's body: {uint64 client, int64 number}, which the reply repeats
 };
 

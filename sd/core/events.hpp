@@ -62,7 +62,7 @@ struct RemoteService {
 /// A service that somebody else offers now.
 struct Takeover {
   RemoteService service;
-  Endpoint from;  ///< SD endpoint of who offered it before
+  Endpoint from;  ///< SD endpoint of the peer that offered it before
 };
 
 /// Server: a new subscription was accepted and its Ack is ready to be sent. Send that, then, when

@@ -283,7 +283,8 @@ class ServiceDiscovery {
   /// The service that somebody else offered last while it was there, as Counters::ignored_conflicting_offer
   /// counts; nothing when it had to give way.
   [[nodiscard]] std::optional<RemoteService> contested() const noexcept;
-  /// The last service that changed hands since this was called before, as who had offered it did not answer.
+  /// The last service that another peer took over since the last call, because the one that had offered it
+  /// did not answer.
   [[nodiscard]] std::optional<Takeover> take_takeover() noexcept;
   /// The service that a subscription is to; nothing while there is none.
   [[nodiscard]] std::optional<RemoteService> server_of(SubscriptionHandle subscription) const noexcept;
@@ -434,8 +435,8 @@ class ServiceDiscovery {
   [[nodiscard]] bool is_silent(const slots::Peer& peer, TimePoint now) const noexcept {
     return is_due(peer.last_seen + settings_.silent_after, now);
   }
-  // Whether it has been silent for twice the time that it was heard before, or for long: then who comes new
-  // need not stand back.
+  // Whether it has been silent for twice the time that it was heard before, or for long: then a newcomer may
+  // take its place.
   [[nodiscard]] bool is_fleeting(const slots::Peer& peer, TimePoint now) const noexcept {
     return is_due(peer.last_seen + Duration{std::int64_t{peer.heard} << 21U}, now) || is_silent(peer, now);
   }
@@ -553,7 +554,7 @@ class ServiceDiscovery {
   TimePoint transmit_due_ = never;  // nothing that is pending is due before it
   someip::SessionCounter multicast_sessions_;
   someip::SessionCounter forgotten_sessions_;  // no peer that was forgotten has heard of a later one
-  // The last peers that had to make room, by a hash: who comes again soon is no passer-by.
+  // The last peers that had to make room, by a hash: a peer that soon comes again is there to stay.
   [[no_unique_address]] std::array<std::uint16_t, !guards ? 0U : optimised_for_many ? 64U : 3U> displaced_{};
   std::uint16_t next_displaced_ = 0;
   Table<slots::Peer> peers_;

@@ -77,7 +77,7 @@ class Consumer {
     AvailabilityHandler handler{};
     E2eChannels e2e{};
   };
-  /// One who wants events of a subscription.
+  /// A part of the application that gets events of a subscription.
   struct Listener {
     SubscriptionId id{};
     std::vector<someip::MethodId> events;
@@ -128,7 +128,7 @@ class Consumer {
     return std::uint32_t{value(service)} << 16U | value(event);
   }
   void note_other_event(const someip::Header& header);
-  /// Puts into called_ who wants this event. If nobody does, counts why.
+  /// Puts the listeners of this event into called_. If there is none, counts why.
   [[nodiscard]] bool find_listeners(const someip::Header& header, const Source& source);
   [[nodiscard]] std::shared_ptr<Requirement> find(RequirementId id) const;
   [[nodiscard]] std::shared_ptr<Subscription> find(SubscriptionId id) const;
@@ -137,7 +137,7 @@ class Consumer {
   [[nodiscard]] Requirer find(RequirementHandle handle) const;
   void add(Need& need, Requirer requirer);
   void remove(Need& need);
-  /// Whether `is_true` for anybody who looks for the service. What concerns several is logged once.
+  /// Whether `is_true` for any need for the service, so that what concerns several is logged once.
   template <typename Test>
   [[nodiscard]] bool any_need(someip::ServiceId service, Test is_true) const {
     const auto found = needs_.find(service);
@@ -192,7 +192,7 @@ class Consumer {
   std::vector<std::shared_ptr<Requirement>> requirements_;  ///< by id
   std::vector<std::shared_ptr<Subscription>> subscriptions_;
   std::vector<Requirer> requirers_;                    ///< by the index of a handle, as those below
-  std::vector<std::weak_ptr<Subscription>> bound_to_;  ///< who a subscription of discovery is of, or was
+  std::vector<std::weak_ptr<Subscription>> bound_to_;  ///< owners of discovery's, past ones too
   std::unordered_map<someip::ServiceId, std::vector<Need*>> needs_;
   std::vector<Need*> with_others_;                               ///< needs whose `others` are not empty
   bool unsettled_ = false;                                       ///< something may be unneeded now

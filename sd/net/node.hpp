@@ -27,7 +27,7 @@ namespace trestle::sd {
 ///
 /// Not thread-safe: use it on the thread that runs the io_context. All handlers are called on that thread,
 /// and never from within the call that they were given to. They may call anything here, but not destroy the
-/// Node. What a handler throws comes out of io_context::run(), which may be called again: nothing is lost.
+/// Node. An exception in a handler leaves io_context::run(), which may be called again: nothing is lost.
 class Node {
  public:
   using EventHandler = sd::EventHandler;

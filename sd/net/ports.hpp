@@ -84,7 +84,7 @@ class Ports {
     /// A message was dropped because too much waits to be sent: at a UDP port (`to` is its receiver), or over
     /// a connection (null).
     std::function<void(const Endpoint* to)> queue_full;
-    /// What was sent to this UDP endpoint found nobody there.
+    /// Datagrams to this UDP endpoint cannot be delivered: no socket or no host is there.
     std::function<void(const Endpoint& receiver)> unreachable;
     /// As Neighbours has it.
     std::function<someip::Neighbours::Answer(const IpAddress& host)> answer_of;

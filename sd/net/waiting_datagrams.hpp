@@ -29,7 +29,7 @@ class WaitingDatagrams {
   /// Whether something waits that a datagram for this receiver must not overtake.
   [[nodiscard]] bool any_for(const Endpoint& to) const noexcept;
 
-  /// Where there is no room, the oldest of the others gives way, else this one is dropped.
+  /// If there is no room, the oldest datagram of Rank::others is dropped; if there is none, this one.
   /// @param heard_here  see retry().
   void add(const Endpoint& to, ByteView bytes, Rank rank, bool heard_here, TimePoint now);
   /// Whether one of the first rank waits.

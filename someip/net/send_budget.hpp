@@ -5,8 +5,9 @@
 
 namespace trestle::someip {
 
-/// What may wait to be sent over all connections of one owner together. Beyond it, a connection whose peer
-/// reads too slowly gets nothing more than its share; one for which nothing waits can always send.
+/// How much may wait to be sent over all connections of one owner together. When it is used up, a connection
+/// whose peer reads too slowly gets no more than its share. A connection for which nothing waits can always
+/// send.
 class SendBudget {
  public:
   explicit SendBudget(std::size_t max_bytes) noexcept : max_bytes_{max_bytes} {}

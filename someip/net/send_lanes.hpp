@@ -38,7 +38,7 @@ struct PendingMessage {
   std::size_t messages = 1;
   bool datagram = false;  ///< the slices are a datagram with so many messages, headers and all
   bool begun = false;     ///< a part of it has left
-  bool lent = false;      ///< the slices are the caller's, who is waiting
+  bool lent = false;      ///< the slices belong to the caller, which waits
 
   /// Whether it may give way to others.
   [[nodiscard]] bool may_go() const noexcept { return !begun && !lent; }

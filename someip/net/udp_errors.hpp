@@ -12,7 +12,7 @@ void keep_udp_errors(int fd, bool v6) noexcept;
 
 /// An error that a datagram met.
 struct UdpError {
-  Endpoint receiver{};       ///< whom it was sent to
+  Endpoint receiver{};       ///< where it was sent to
   bool unreachable = false;  ///< the receiver, its port or the way there is not there; false: something else
 };
 

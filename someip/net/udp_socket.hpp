@@ -33,7 +33,7 @@ enum class PortSharing : std::uint8_t {
   /// Nobody on this very address; but some socket may have it on all addresses, if that one agrees to share
   /// too: so do the SD sockets of other stacks.
   by_address,
-  shared,  ///< anybody who shares it too: for multicast groups, which every member receives
+  shared,  ///< every socket that also shares it: for multicast groups, where each member receives
 };
 
 /// The network interface for multicast, both ways.

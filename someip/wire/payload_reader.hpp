@@ -52,7 +52,7 @@ class PayloadReader {
     std::size_t outer_limit_ = 0;    ///< what bounded the reader before
     std::size_t last_position_ = 0;  ///< at the last more()
     bool bounded_ = false;
-    bool extensible_ = false;  ///< surplus bytes are skipped, else they are an error
+    bool extensible_ = false;  ///< surplus bytes are skipped; otherwise they are an error
     bool variable_ = false;    ///< followed by padding where the rules align
   };
 

@@ -110,8 +110,8 @@ struct Limits {
   std::uint16_t pending_events = 8;
   /// Messages that wait to be sent, at least 2. An event to many subscribers is one.
   std::uint16_t sends = 8;
-  /// Payload of them that is copied, in bytes. What is larger by itself is not copied: the application then
-  /// keeps it until SendFinished.
+  /// Bytes for copies of their payloads. A payload that is larger than this is not copied: the application
+  /// must keep it until SendFinished.
   std::uint16_t send_bytes = 512;
   std::uint16_t tp_buffers = 1;          ///< large messages being received at a time
   std::uint32_t tp_buffer_bytes = 8192;  ///< the largest of them

@@ -132,7 +132,7 @@ struct Counters {
   // Dropped on reception.
   std::uint32_t malformed = 0;        ///< datagrams that are empty, or bad from some message on
   std::uint32_t unexpected = 0;       ///< no request for us, no event subscribed to, no answer to a call
-  std::uint32_t unknown_sender = 0;   ///< a subscribed event from who does not offer it
+  std::uint32_t unknown_sender = 0;   ///< a subscribed event from a peer that does not offer it
   std::uint32_t wrong_version = 0;    ///< an event of another interface or protocol version
   std::uint32_t bad_return_code = 0;  ///< an event with one  [feat_req_someip_683]
   std::uint32_t not_polled = 0;       ///< datagrams that were not polled to their end
