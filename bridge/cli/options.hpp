@@ -74,7 +74,7 @@ class PayloadOptions {
   std::optional<messages::MessageValues> values_;
 };
 
-/// --udp, --tcp: what is offered or subscribed to goes by; UDP without either, and by both with both.
+/// --udp, --tcp: the transport of offers and subscriptions. UDP by default; both options together mean both.
 class TransportOptions {
  public:
   /// @param what  goes by them, for the help: "Events come".

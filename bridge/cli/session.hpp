@@ -29,7 +29,7 @@ class Session {
   void print(const std::string& text);
   /// A line on standard error.
   static void note(const std::string& line);
-  /// Likewise, for what is wrong: printed even if nothing else is wanted.
+  /// Likewise, a warning.
   static void warn(const std::string& line);
 
   /// Calls `tick` every `period`, for the first time after one.

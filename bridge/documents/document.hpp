@@ -7,20 +7,19 @@
 
 #include "bridge/documents/problems.hpp"
 
-/// YAML files of ours, the configuration and the lock file: what is before their meaning.
+/// Reads the project's YAML files, the configuration and the lock file, and knows nothing of their meaning.
 namespace trestle::documents {
 
-/// The text of a file, of which at most one byte more than a document may have is read; or why it cannot be
-/// read.
+/// The text of a file, or why it cannot be read. Reads at most one byte more than a document may have.
 [[nodiscard]] tl::expected<std::string, std::string> read_text_file(const std::string& file);
 
-/// The one document of a file, of up to 1 MiB; an undefined node after telling what is wrong, or an empty
-/// one.
+/// The only document of a file of up to 1 MiB. Undefined, and reported, if there is an error or the file is
+/// empty.
 /// @param expected  what an empty file should have.
 [[nodiscard]] YAML::Node parse_document(const std::string& text, const std::string& expected,
                                         Problems& problems);
 
-/// Tells what is wrong with a text that is no YAML: of a bracket that is never closed, where it was opened.
+/// Reports why a text is not YAML. For a bracket that is never closed, it says where it was opened.
 void tell_of_bad_yaml(const YAML::Exception& error, std::string_view text, Problems& problems);
 
 }  // namespace trestle::documents

@@ -65,7 +65,7 @@ class Section {
     }
   }
 
-  /// True when there is no such key, in what is a mapping.
+  /// True if this is a mapping without such a key.
   [[nodiscard]] bool is_missing(const char* key) const { return is_mapping_ && find(key) == nullptr; }
   /// The keys there are, where they are names that the user chose.
   [[nodiscard]] std::vector<std::string> keys() const;
@@ -101,7 +101,7 @@ class Section {
   [[nodiscard]] const Entry* find(std::string_view key) const;
   void missing(const char* key, const std::string& expected);
   [[nodiscard]] bool is_list(const char* key, const Entry& entry);
-  /// Of a node; of what stands before it when it is empty, as its own place is then somewhere behind.
+  /// The place of a node; that of the token before it if it is empty, because YAML then places it further on.
   [[nodiscard]] static Mark mark_of(const YAML::Node& node, Mark otherwise);
   [[nodiscard]] static Mark place_of(const Entry& entry) { return mark_of(entry.value, entry.key_mark); }
 

@@ -77,7 +77,7 @@ struct CloudView {
 };
 
 /// Reads a serialised PointCloud2 of either byte order; up to 3 bytes of padding may follow it.
-/// @return what is wrong with it, in words, when it is none.
+/// @return the cloud, or what is wrong with the sample.
 [[nodiscard]] tl::expected<CloudView, std::string> decode(ByteView cdr);
 
 }  // namespace trestle::measure

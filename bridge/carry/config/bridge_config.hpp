@@ -59,7 +59,7 @@ struct SdSettings {
   friend bool operator==(const SdSettings&, const SdSettings&) = default;
 };
 
-/// The SOME/IP side: who we are there.
+/// The bridge on the SOME/IP side.
 struct SomeipSettings {
   IpAddress address;      ///< own unicast address: a service's endpoint, and where SD listens
   std::string interface;  ///< for multicast; empty: the one that has `address`
@@ -68,7 +68,7 @@ struct SomeipSettings {
   Duration busy_poll{0};                      ///< SO_BUSY_POLL of each UDP socket; 0: none
   Duration tcp_idle_timeout = std::chrono::minutes{5};  ///< of clients' connections; 0: they stay
   SdSettings sd;
-  /// Limits that are given, by name: load_limits.hpp. The others are sized by what is carried.
+  /// The limits that the file sets, by name: load_limits.hpp. The others follow from the routes.
   std::map<std::string, std::uint64_t, std::less<>> limits{};
   documents::Mark mark;            ///< of the address
   documents::Mark interface_mark;  ///< of the interface, if there is one
@@ -131,7 +131,7 @@ struct TpSettings {
   friend constexpr bool operator==(const TpSettings&, const TpSettings&) = default;
 };
 
-/// A minor version that accepts every one, of those who ask for a service.
+/// The minor version of a client that accepts every minor version.
 inline constexpr std::uint32_t any_minor = 0xffff'ffff;
 
 /// Where an eventgroup's events go when many want them.
@@ -152,7 +152,7 @@ struct E2eSettings {
   friend bool operator==(const E2eSettings&, const E2eSettings&) = default;
 };
 
-/// Where the state of what has end-to-end protection, and of methods, is published.
+/// Where the states of methods and of end-to-end protection are published.
 struct DiagnosticsSettings {
   bool wanted = false;  ///< also where nothing has such protection
   std::string topic = "/diagnostics";
@@ -271,7 +271,8 @@ struct MethodRoute {
   ServiceForm form = ServiceForm::automatic;
   messages::MessageRules rules;  ///< of both messages, or of the field's value
   std::optional<E2eSettings> e2e;
-  /// The setter of a field with server: someip: what is asked which value it has when one was refused.
+  /// Of the setter of a field with server: someip: the getter that is called for the present value after the
+  /// server has refused one.
   std::optional<FieldGetter> getter;
   std::optional<someip::MethodId> notifier;  ///< likewise, without a getter: what has told which value it has
   /// server: ros: addresses of other bridges; the ROS service may be one that they make of SOME/IP ones.

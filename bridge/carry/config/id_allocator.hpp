@@ -12,7 +12,7 @@ namespace trestle::carry {
 
 /// The id of a discovered topic's service: the hash of "TOPIC TYPE", folded into the range, or the first one
 /// behind it that is free; behind the last one comes the first. So two bridges that discover the same topics
-/// choose the same ids unless topics collide; what is chosen when is kept by the lock file.
+/// choose the same ids unless topics collide. The lock file keeps them for later runs.
 /// @param topic  "/sensing/imu"
 /// @param type  "sensor_msgs/msg/Imu"
 /// @param is_taken  ids that somebody else has.

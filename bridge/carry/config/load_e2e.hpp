@@ -16,7 +16,7 @@ namespace trestle::carry {
                                                   documents::Problems& problems);
 
 /// Reads `e2e` of a method.
-/// @param known  who answers it, if that is good.
+/// @param known  its `server`, if that is good.
 [[nodiscard]] std::optional<E2eSettings> load_method_e2e(const YAML::Node& node, std::optional<Server> known,
                                                          documents::Problems& problems);
 

@@ -17,7 +17,7 @@ namespace trestle::carry {
 /// A route as it was read, which may be incomplete.
 struct RouteInFile {
   Route route;
-  /// The keys whose values are good, and where the route says so: what is missing here must not be looked at.
+  /// The keys whose values are good, with their places. Values of other keys must not be used.
   std::map<std::string, documents::Mark, std::less<>> good;
   documents::Mark type_mark;  ///< of the type's name itself, which may be merged in from elsewhere
 };
@@ -53,14 +53,14 @@ void load_qos(const YAML::Node& node, QosSettings& settings, bool can_follow, do
 void load_presence(documents::Section& section, std::optional<Direction> known, Presence& into,
                    documents::Problems& problems);
 
-/// Reads `from_bridges`. @param is_right  the key is for such a thing; else it is an error that names `whom`.
+/// Reads `from_bridges`. @param is_right whether the key may be there; if not, the error names `whom`.
 void load_from_bridges(documents::Section& section, bool is_right, const char* whom,
                        std::vector<IpAddress>& into, documents::Problems& problems);
 
-/// Reads `multicast` of what is carried by an eventgroup. After direction and transport.
+/// Reads `multicast` of a thing with an eventgroup. Call it after direction and transport have been read.
 void load_multicast(documents::Section& section, RouteInFile& into, documents::Problems& problems);
 /// Reads whether somebody has to read the topic. @param is_right  whether the key may be there ...
-/// @param whom  ... else what it is for: "routes with direction: someip_to_dds".
+/// @param whom  where it may be: "routes with direction: someip_to_dds".
 void load_subscribe(documents::Section& section, bool is_right, const char* whom, Presence& into,
                     documents::Problems& problems);
 

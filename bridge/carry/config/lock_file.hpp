@@ -17,8 +17,8 @@ namespace trestle::carry {
 ///       - {service: 0x6ab8, topic: /map, type: nav_msgs/msg/OccupancyGrid, durability: transient_local}
 class LockFile {
  public:
-  /// One that is not there has no topics. All that is wrong is told: what is no YAML, keys, names and ids
-  /// that cannot be, a topic or an id that stands there twice.
+  /// A missing file has no topics. Reports all errors: bad YAML, unknown keys, bad names and ids, a topic or
+  /// an id that appears twice.
   [[nodiscard]] static tl::expected<LockFile, std::vector<documents::Problem>> read(const std::string& file);
 
   [[nodiscard]] const std::string& file() const noexcept { return file_; }
@@ -45,8 +45,8 @@ class LockFile {
 /// The text of a lock file; the topics in the order in which they shall stand.
 [[nodiscard]] std::string lock_text(const std::vector<LockedTopic>& topics);
 
-/// Puts `text` in the place of a file, or of what a symbolic link of this name means, so that there is never
-/// half of it. On failure the file is what it was.
+/// Replaces a file, or the file that a symbolic link of this name points to, by `text`. Readers see the old
+/// text or the new one, never a part. On failure the file is unchanged.
 [[nodiscard]] tl::expected<void, std::string> replace_file(const std::string& file, std::string_view text);
 
 }  // namespace trestle::carry

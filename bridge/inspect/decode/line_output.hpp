@@ -15,7 +15,7 @@ class LineOutput {
   void print(const Json& object);
   void flush();
 
-  /// Nobody reads any more (`| head`), which is no error: what is printed from now on is dropped.
+  /// The reader has closed its end (`| head`). That is no error: what is printed from now on is dropped.
   [[nodiscard]] bool closed() const noexcept { return closed_; }
 
  private:

@@ -21,7 +21,7 @@ class MessageStream {
   void add(const Place& place, ByteView bytes, MessageSink& sink);
   /// The next `lost` bytes will never come.
   void skip(const Place& place, std::uint64_t lost, MessageSink& sink);
-  /// Nothing more comes: tells what is torn off, as seen from the place that brought the last bytes.
+  /// The stream ends: reports a message that is cut off, at the place of the last bytes.
   void finish(const Place& place, MessageSink& sink) const;
 
   /// Bytes that wait for the rest of their message.

@@ -8,8 +8,8 @@
 
 namespace trestle::inspect {
 
-/// Who talks to whom. A recording sees one sender's segments to several receivers, so the sender alone does
-/// not tell which belong together.
+/// A sender and a receiver. A recording has one sender's segments to several receivers, so the sender alone
+/// does not say which segments belong together.
 struct Flow {
   Endpoint from;
   Endpoint to;

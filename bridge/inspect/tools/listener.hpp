@@ -12,12 +12,12 @@ class Listener {
  public:
   using Handler = std::function<void(ByteView datagram, const Endpoint& from, const Endpoint& to)>;
 
-  /// @param handler  gets what is sent to all, and after open_for_finding() what is sent to us.
+  /// @param handler  gets multicast datagrams, and after open_for_finding() also those to our address.
   /// @throws someip::NetError when the group cannot be joined.
   Listener(boost::asio::io_context& io, const sd::NodeConfig& network, Handler handler);
 
   /// Also sends FindService and hears the answers, which come by unicast. Once.
-  /// @return false: another stack of this host has the address, so that only what is sent to all is heard.
+  /// @return false: another stack of this host has the address, so that only multicast is received.
   [[nodiscard]] bool open_for_finding();
   /// After open_for_finding().
   void find(someip::ServiceId service, someip::InstanceId instance);

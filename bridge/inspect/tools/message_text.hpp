@@ -19,7 +19,7 @@ namespace trestle::inspect {
 ///   hex   "0x8001 0a0b0c"
 ///   yaml  a comment that names event and session, the values, and "---"
 ///   json  an object: docs/tools.md lists its fields
-/// @param from  who sent it; none: unknown.
+/// @param from  its sender; null: unknown.
 [[nodiscard]] tl::expected<std::string, std::string> message_text(const someip::Message& message,
                                                                   const Endpoint* from,
                                                                   const cli::PayloadOptions& options);

@@ -14,7 +14,7 @@ class OtherVersions {
   /// @param quiet  nothing is printed on standard error.
   OtherVersions(sd::Node& node, const cli::ServiceArgument& service, unsigned wanted, bool quiet);
 
-  /// That nobody offers the service, and what is offered in place of it.
+  /// Says that nobody offers the service, and which other major versions are offered.
   [[nodiscard]] std::string nobody_offers() const;
 
  private:

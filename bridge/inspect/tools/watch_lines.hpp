@@ -25,8 +25,8 @@ class WatchLines {
       : options_{options}, print_{std::move(print)}, full_{std::move(full)} {}
 
   void tell(const std::vector<Sighting>& sightings, TimePoint now);
-  /// Tells the rates since the last time, of what was not idle, if it is time to.
-  /// @param at_once  it is: this is the end.
+  /// Prints the rates since the last time, if they are due; without those of idle things.
+  /// @param at_once  they are due: the program ends.
   void tell_rates(const Watcher& seen, TimePoint now, bool at_once = false);
 
   /// Whether there were as many lines as there should be.

@@ -3,9 +3,8 @@
 
 #include "bridge/measure/point_cloud.hpp"
 
-/// The demo must know of each cloud whether it is still what was sent, on the far side of two bridges that
-/// carry nothing but the message. So both ends tell the checksum of what they have sent and received, by its
-/// stamp.
+/// The demo must know whether each cloud arrives unchanged behind two bridges, which carry nothing but the
+/// message. So both ends report the checksum of each cloud, by its stamp.
 namespace trestle::measure::demo {
 
 /// XXH64 of `bytes`: any changed byte shows, at several gigabytes a second.

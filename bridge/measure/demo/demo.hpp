@@ -28,7 +28,7 @@ struct DemoOptions {
 /// Prints to standard output. Blocks SIGINT, SIGTERM and SIGCHLD in the calling thread, which must be the
 /// only one. When it returns no process of the demo is left.
 /// @return an exit status: exit_ok when at least 95 % of the clouds that were sent after discovery have
-///         arrived and each that arrived was intact, else exit_failure.
+///         arrived, each of them intact; otherwise exit_failure.
 [[nodiscard]] int run_demo(const DemoOptions& options);
 
 /// The configurations of the two bridges.

@@ -53,7 +53,7 @@ struct CloudCounts {
   std::uint64_t corrupt = 0;     ///< received, at any time, and not what was published
 };
 
-/// What the demo's processes report, put together: who found whom, what was lost, how long each leg took.
+/// What the demo's processes report, put together: discovery, losses, and how long each leg took.
 class Figures {
  public:
   /// Takes one line of a process. Lines may come in any order as to different processes.
@@ -85,8 +85,8 @@ class Figures {
   /// What was discovered, in the order in which it was reported; cleared by the call.
   [[nodiscard]] std::vector<std::string> take_log() { return std::exchange(log_, {}); }
 
-  /// Empty when the run was good: at least 95 % of the clouds sent have arrived, and all that arrived were
-  /// intact. Else what was not, in words.
+  /// Empty if the run was good: at least 95 % of the clouds sent have arrived, all of them intact. Otherwise
+  /// says what was wrong.
   [[nodiscard]] std::string fault() const;
 
   /// All of it, as docs/demo.md describes it.

@@ -18,7 +18,8 @@ namespace trestle::measure::demo {
 /// The figures of now in one line, for files and pipes.
 [[nodiscard]] std::string one_line(const Figures& figures, std::int64_t now_ns, std::chrono::seconds running);
 
-/// Shows the demo on standard output: on a terminal one screen that is drawn again and again, else lines.
+/// Shows the demo on standard output: on a terminal one screen that is drawn again and again, otherwise
+/// lines.
 class Screen {
  public:
   /// @param title  what is shown above it, once.

@@ -34,20 +34,20 @@ struct ServicePlans {
   CallMessagePlan response;
 };
 
-/// @param rules  of both; those of single types may speak of what either contains.
+/// @param rules  of both messages; rules of single types may name types of either.
 /// @return the plans, or one line that says why the service cannot be carried under these rules.
 [[nodiscard]] tl::expected<ServicePlans, std::string> compile_service(const ServiceTypes& types,
                                                                       const MessageRules& rules);
 
-/// Of a service that gets or sets a field. On the SOME/IP side there is only the value: what the service's
-/// messages put around it is not there, and nothing where they are empty.
+/// For a service that gets or sets a field. On the SOME/IP side there is only the value, without the message
+/// of the service around it; an empty message is nothing there.
 /// @param rules  of the value.
 /// @return as above.
 [[nodiscard]] tl::expected<ServicePlans, std::string> compile_field_service(const FieldServiceTypes& types,
                                                                             FieldAccess access,
                                                                             const MessageRules& rules);
 
-/// Those rules that speak of what the type contains.
+/// The rules that concern the types in this tree.
 [[nodiscard]] MessageRules rules_for(const TypeTree& tree, const MessageRules& rules);
 
 }  // namespace trestle::messages

@@ -9,7 +9,7 @@
 namespace trestle::messages {
 
 /// Reads the body of a sample. Alignment counts from its first byte. The first read beyond the end fails the
-/// reader for good: what is read after it is zero or empty.
+/// reader for good: later reads give zero or nothing.
 class CdrReader {
  public:
   CdrReader(ByteView body, std::endian order) noexcept : body_{body}, order_{order} {}

@@ -54,7 +54,7 @@ class MessageValues {
   [[nodiscard]] static tl::expected<MessageValues, std::string> make(TypeTree tree,
                                                                      const MessageRules& rules = {});
 
-  /// What a SOME/IP payload says, or one line that says what is wrong with it and where.
+  /// The text of a SOME/IP payload, or one line that says what is wrong with it and where.
   [[nodiscard]] tl::expected<std::string, std::string> print(ByteView payload, ValueForm form,
                                                              const PrintOptions& options = {}) const;
   /// The same of a CDR sample with its encapsulation header, as DDS carries it.

@@ -45,7 +45,8 @@ struct WalkOptions {
 
 /// Tells `sink` what a CDR sample of the root type of `tree` holds.
 /// @param sample  with its encapsulation header, in either byte order.
-/// @return nothing; or what is wrong with the sample. The sink has then been told what stands before that.
+/// @return nothing; or what is wrong with the sample. The sink has then been given everything before that
+///         place.
 [[nodiscard]] std::optional<std::string> walk_sample(ByteView sample, const TypeTree& tree,
                                                      const WalkOptions& options, ValueSink& sink);
 

@@ -21,7 +21,7 @@ struct ValueError {
   std::string text;   ///< one line: what was expected, and what is there
 };
 
-/// "2:7: header.stamp.sec: expected a whole number from 0 to 255, found '300'", without what is not known.
+/// "2:7: header.stamp.sec: expected a whole number from 0 to 255, found '300'". Unknown parts are left out.
 [[nodiscard]] std::string to_string(const ValueError& error);
 
 /// A piece of YAML or JSON whose type nobody knows yet.
@@ -61,7 +61,7 @@ inline constexpr std::size_t max_text_bytes = std::size_t{8} << 20U;
 /// What stands there, in a few words: "'abc'", "a list of 3 elements".
 [[nodiscard]] std::string found(const TextValue& value);
 
-/// The place of a field in a text; of what holds it, if the text does not mention it.
+/// The place of a field in a text, or of the message that contains it if the text does not mention the field.
 /// @param field  "fields[3].name", as errors name it.
 [[nodiscard]] TextPlace place_of(const TextValue& text, std::string_view field);
 

@@ -13,10 +13,10 @@ namespace trestle::messages::quick {
 /// What became of a whole message: of its front, which is a Shape, of one array of bytes, which stays as it
 /// is, and of few bytes behind it. So are clouds, images and maps.
 ///
-/// In a running bridge most of what a conversion looks at comes from memory, its own code above all, as what
-/// was carried meanwhile has gone through the caches. So the usual case is done here in little code and with
-/// few lines of memory, and its front is not even copied: the numbers that differ are put into what the one
-/// before became. All else is left to the operations.
+/// In a running bridge most of what a conversion needs has to come from memory, above all its own code,
+/// because the messages carried meanwhile have gone through the caches. So the usual case is done here with
+/// little code and few cache lines. Its front is not even copied: the numbers that differ are written into
+/// the result of the message before. The operations do everything else.
 class alignas(64) MessageShape {
  public:
   MessageShape() noexcept {}  // the arrays as they are
