@@ -122,8 +122,7 @@ someip::Result<CallId, CallFault> Consumer::try_call(RequirementId id, const Cal
                                                      std::shared_ptr<const void> keep_alive,
                                                      ResponseHandler& handler) {
   if (!handler) {
-    throw std::invalid_argument{"call of method " + hexadecimal(value(spec.method)) +
-                                ": handler: there is none"};
+    throw std::invalid_argument{"call of method " + hexadecimal(value(spec.method)) + ": handler: missing"};
   }
   check(spec);
   const auto requirement = find(id);

@@ -37,7 +37,7 @@ SubscriptionId Consumer::subscribe(const SubscribeSpec& spec, EventHandler handl
     throw std::invalid_argument{name + ": " + mistake};
   }
   if (!handler) {
-    throw std::invalid_argument{name + ": handler: there is none"};
+    throw std::invalid_argument{name + ": handler: missing"};
   }
   E2eChannels e2e = channels_of(spec);
   const auto found = std::ranges::find_if(

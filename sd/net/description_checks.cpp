@@ -64,7 +64,7 @@ std::string mistake_in_identity(const ServiceSpec& spec) {
     return no_name("instance", value(spec.instance));
   }
   if (spec.major == any_major) {
-    return "major: 0xff means any, and is none";
+    return "major: 0xff means any version, which cannot be offered";
   }
   return {};
 }

@@ -220,7 +220,7 @@ struct Node::State : std::enable_shared_from_this<State> {
   void say_what_has_no_event(const Counters& before, const Endpoint& from) {
     const Counters& after = discovery.counters();
     if (after.reboots_detected > before.reboots_detected) {
-      log(someip::to_string(from.address) + " was started anew");
+      log(someip::to_string(from.address) + " has restarted");
     }
     say_what_is_foreign(before, after, from);
     say_who_offers_the_same(before, after, from);
@@ -243,7 +243,7 @@ struct Node::State : std::enable_shared_from_this<State> {
         const std::uint64_t times = reached[i] - std::exchange(limit.unsaid, reached[i]);
         const std::string name = to_string(static_cast<Limit>(i));
         warn("no room for " + std::to_string(times) + " entries or peers: " + name +
-             " is reached; more need a larger one (of a bridge: someip: limits: " + name + ")");
+             " is reached; raise it for more (in a bridge: someip: limits: " + name + ")");
       }
     }
   }
@@ -259,15 +259,16 @@ struct Node::State : std::enable_shared_from_this<State> {
     };
     if (const auto taken = discovery.take_takeover()) {
       if (const std::uint64_t times = takeovers.to_tell(1)) {
-        warn(someip::to_string(from.address) + which(taken->service) +
-             someip::to_string(taken->from.address) +
-             " has offered and does not answer for, and is used now" + and_others(times));
+        const std::string before_it = someip::to_string(taken->from.address);
+        warn(someip::to_string(from.address) + which(taken->service) + before_it + " has offered before; " +
+             before_it + " does not answer and is used no more" + and_others(times));
       }
     }
     if (const auto kept = discovery.contested()) {
       if (const std::uint64_t offers = contested.to_tell(more)) {
-        warn(someip::to_string(from.address) + which(*kept) + someip::to_string(kept->peer.address) +
-             " offers, too, and keeps while it answers; " + std::to_string(offers) + " such offers");
+        const std::string first = someip::to_string(kept->peer.address);
+        warn(someip::to_string(from.address) + which(*kept) + first + " offers, too; " + first +
+             " is used while it answers; " + std::to_string(offers) + " such offers");
       }
     }
   }
@@ -277,7 +278,7 @@ struct Node::State : std::enable_shared_from_this<State> {
     const std::uint64_t more = after.ignored_foreign_endpoints - before.ignored_foreign_endpoints;
     if (const std::uint64_t times = foreign.to_tell(more, std::chrono::seconds{1})) {
       warn("ignored an offer, subscription or SD endpoint of " + someip::to_string(from.address) +
-           ": it is at another address, which foreign_endpoints would allow" + and_others(times));
+           ": it names another address (foreign_endpoints would allow that)" + and_others(times));
     }
   }
 
@@ -367,7 +368,7 @@ struct Node::State : std::enable_shared_from_this<State> {
   void on_event(const SubscriberRemoved& event) { provider.on_event(event); }
   void on_event(const InitialDataRequested& event) { provider.on_event(event); }
   void on_event(const ConnectionOutdated& event) {
-    ports.disconnect(event.own, event.client, "the client was started anew");
+    ports.disconnect(event.own, event.client, "the client has restarted");
   }
   void on_event(const ServiceAvailable& event) { consumer.on_event(event, now()); }
   void on_event(const ServiceLost& event) { on_subscription(event); }
@@ -428,8 +429,8 @@ struct Node::State : std::enable_shared_from_this<State> {
 
   void on_large_lost(const Endpoint& from, const std::string& what) {
     if (large_lost.to_tell(1) > 0) {
-      warn("large messages over UDP were lost, the last one while " + someip::to_string(from.address) +
-           " sent; of one port so far: " + what);
+      warn("large messages over UDP were lost, most recently while " + someip::to_string(from.address) +
+           " was sending; at one port so far: " + what);
     }
   }
 

@@ -215,7 +215,7 @@ void Provider::note_rivals() {
       warn_(to_string(rival.service, rival.instance) + " version " + std::to_string(rival.major) +
             " is offered twice: by us, " + someip::to_string(config_.address) + ", and by " +
             someip::to_string(rival.peer.address) + " at " + endpoints_text(rival) +
-            "; who looks for it takes the one or the other");
+            "; clients may use either");
     }
   }
 }
@@ -555,7 +555,7 @@ bool Provider::may_receive(const Endpoint& to, std::size_t bytes) {
     next_refused_line_ = time + slow_pause;
     warn_("refused an answer of " + std::to_string(bytes) + " bytes over UDP to " +
           someip::to_string(to.address) +
-          ", in whose name somebody else may have asked: it has no subscription here and no TCP connection "
+          ": it has no subscription here and no TCP connection, so somebody else may have asked in its name "
           "(unproven_answer_bytes, unproven_answer_rate)");
   }
   return false;

@@ -318,8 +318,8 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     }
     if (parser.lost() && !options.magic_cookies && parser.counters().cookies == 0) {
       close(parser.counters().too_large != 0
-                ? "a message larger than is allowed, or something that is no SOME/IP, came"
-                : "something that is no SOME/IP came: a length below 8");
+                ? "received a message larger than allowed, or bytes that are no SOME/IP"
+                : "received bytes that are no SOME/IP: a length below 8");
       return false;
     }
     return bytes == direct.size() + stream_room;

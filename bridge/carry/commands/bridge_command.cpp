@@ -60,7 +60,7 @@ class Runner {
   void reload() {
     auto changed = load_or_explain(file_);
     if (!changed) {
-      spdlog::error("{} is wrong now: going on as before", file_);
+      spdlog::error("{} has errors now: going on as before", file_);
       return;
     }
     spdlog::info("{} was read again: beginning anew", file_);
@@ -72,7 +72,7 @@ class Runner {
       start();
     } catch (const std::exception& error) {
       spdlog::error("{}", error.what());
-      spdlog::error("{} cannot be carried out: going on as before", file_);
+      spdlog::error("the bridge cannot start with {}: going on as before", file_);
       config_ = before;
       start();
     }
@@ -137,14 +137,13 @@ int run(const Options& options) {
 }  // namespace
 
 void add_bridge_command(CLI::App& app, int& status) {
-  CLI::App* command = app.add_subcommand("bridge", "Carry topics and events as a configuration says");
+  CLI::App* command = app.add_subcommand("bridge", "Run the bridge that a configuration describes");
   command->footer(
       "Runs until Ctrl-C (SIGINT) or SIGTERM, then withdraws its offers and subscriptions. Counters of "
       "everything\n"
       "received, sent and lost go to standard output, then and on SIGUSR1; the log goes to standard error.\n"
-      "On SIGHUP it reads the configuration and the message types again and begins anew; when something is "
-      "wrong\n"
-      "with them it goes on as it was.\n"
+      "On SIGHUP it reads the configuration and the message types again and starts over with them; if they\n"
+      "have errors, it goes on as before.\n"
       "Exit status: 0 after a clean stop, 1 when something cannot be opened, 2 for a wrong configuration.\n\n"
       "Examples:\n"
       "  trestle bridge bridge.yaml\n"
@@ -156,7 +155,7 @@ void add_bridge_command(CLI::App& app, int& status) {
                    "Write a JSON line for each message carried to this file descriptor")
       ->type_name("FD")
       ->check(CLI::Range(0, std::numeric_limits<int>::max()));
-  command->add_flag("-q,--quiet", options->quiet, "Log only what is wrong");
+  command->add_flag("-q,--quiet", options->quiet, "Log only problems");
   command->callback([options, &status] {
     if (options->report_fd >= 0 && fcntl(options->report_fd, F_GETFD) < 0) {
       throw CLI::ValidationError("--report-fd",

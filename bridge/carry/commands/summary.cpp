@@ -396,7 +396,7 @@ void append_e2e(std::string& out, const BridgeConfig& config, const cli::Colours
   }
   const bool has_checks = of_routes || of_getters || of_methods;
   if (has_checks || (config.diagnostics.wanted && !config.methods.empty())) {
-    out += fmt::format("          {} are told of on {}, every {} and when a state changes\n",
+    out += fmt::format("          {} are published on {}, every {} and when a state changes\n",
                        has_checks ? "checks" : "methods", config.diagnostics.topic,
                        documents::to_string(config.diagnostics.period));
   }

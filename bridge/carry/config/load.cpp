@@ -43,7 +43,7 @@ documents::Format<std::chrono::seconds> time_to_live() {
 
 // "192.168.1.2 -> 10.0.0.2": the first may name endpoints at the second.
 documents::Format<sd::ForeignEndpoints> foreign_endpoints() {
-  return {"two addresses, as in 192.168.1.2 -> 10.0.0.2: who may name endpoints, and where",
+  return {"two addresses, as in 192.168.1.2 -> 10.0.0.2: the first may name endpoints at the second",
           [](std::string_view text) -> std::optional<sd::ForeignEndpoints> {
             constexpr std::string_view arrow = " -> ";
             const std::size_t end = text.find(arrow);

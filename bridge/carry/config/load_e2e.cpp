@@ -217,7 +217,7 @@ std::optional<E2eSettings> load_method_e2e(const YAML::Node& node, std::optional
     if (known == Server::ros && std::string_view{key} == "source_id") {
       problems.error(
           section.use_mark(key),
-          "source_id: is that of who calls, with server: someip; answers have that of their request");
+          "source_id: identifies the caller, with server: someip; answers have that of their request");
     }
   };
   return load_settings(section, method_profile(), refused, problems);

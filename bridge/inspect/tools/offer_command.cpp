@@ -211,11 +211,11 @@ class Service {
 void add_offer_command(CLI::App& app, int& status) {
   CLI::App* command = app.add_subcommand("offer", "Offer a service: answer its methods, keep its fields");
   command->footer(
-      "Runs until Ctrl-C or --timeout, then withdraws the offer. Requests, those to fields too, are printed\n"
-      "like events by 'trestle subscribe'; subscribers are told of on standard error. PAYLOAD and VALUE are\n"
-      "text, @FILE or @-: hexadecimal, or values with a type. Then requests that are no message of the type\n"
-      "are answered with E_MALFORMED_MESSAGE. TYPE and ANSWER_TYPE stand in place of --type and\n"
-      "--answer-type for one method or field. To send events that are no field, use 'trestle notify'.\n"
+      "Runs until Ctrl-C or --timeout, then withdraws the offer. It prints requests, also those to fields,\n"
+      "like 'trestle subscribe' prints events; it reports subscribers on standard error. PAYLOAD and VALUE\n"
+      "are text, @FILE or @-: hexadecimal, or values with a type. With a type, requests that are no message\n"
+      "of it are answered with E_MALFORMED_MESSAGE. TYPE and ANSWER_TYPE replace --type and --answer-type\n"
+      "for one method or field. To send events that belong to no field, use 'trestle notify'.\n"
       "Exit status: 0; 1 when the port is taken; 2 for a wrong command line.\n\n"
       "Examples:\n"
       "  trestle offer 0x1234.0x0001\n"
@@ -231,13 +231,12 @@ void add_offer_command(CLI::App& app, int& status) {
         ->type_name(form)
         ->allow_extra_args(false);
   };
-  repeatable("--method", options->methods, "ID[:TYPE[:ANSWER_TYPE]][=PAYLOAD]",
-             "Method, and what it answers with");
+  repeatable("--method", options->methods, "ID[:TYPE[:ANSWER_TYPE]][=PAYLOAD]", "Method and its answer");
   repeatable("--error", options->errors, "ID=CODE", "Method that answers with an error");
   repeatable("--field", options->fields, "GETTER/SETTER/NOTIFIER[:TYPE][=VALUE]",
-             "Field, and its value; '-' in place of an id: it has none");
+             "Field and its value; '-' in place of an id: it has none");
   repeatable("--eventgroup", options->eventgroups, "ID",
-             "Eventgroup, with the notifiers of all fields; without any it is 1");
+             "Eventgroup with the notifiers of all fields; the default is 1");
   command
       ->add_option("--answer-type", options->answer_type,
                    "Message type of what methods answer, if not --type")

@@ -191,13 +191,11 @@ int run(const WatchArguments& options) {
 void add_watch_command(CLI::App& app, int& status) {
   CLI::App* command = app.add_subcommand("watch", "Watch services, subscriptions and traffic on the network");
   command->footer(
-      "On a terminal live tables of who offers what, who is subscribed to what, and how much goes by. "
-      "Elsewhere,\n"
-      "and with --lines, --count and --json, a line for everything that happens, and for rates. It sends\n"
-      "nothing, so other SOME/IP stacks of this host are not disturbed, but captures frames: that needs the\n"
-      "right to (root, or sudo setcap cap_net_raw+ep). Without it only what discovery sends to all is "
-      "shown.\n"
-      "What programs of one host say to each other goes by interface lo, or any.\n"
+      "On a terminal it shows live tables of services, subscriptions and traffic. Otherwise, and with\n"
+      "--lines, --count and --json, it prints a line for each thing that happens, and for rates. It sends\n"
+      "nothing, so it does not disturb other SOME/IP stacks of this host. To capture frames it needs root,\n"
+      "or sudo setcap cap_net_raw+ep; without that it shows only what discovery sends by multicast.\n"
+      "For traffic between programs of one host use --interface lo, or any.\n"
       "Exit status: 0; 1 when the network or a capture fails or there were less than --count lines; 2 for a\n"
       "wrong command line.\n\n"
       "Examples:\n"

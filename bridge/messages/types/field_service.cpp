@@ -33,7 +33,7 @@ std::string fault_of(const FieldServiceTypes& types, FieldAccess access) {
   const MessageDefinition& request = types.service.request.root();
   const MessageDefinition& response = types.service.response.root();
   if (value.fields.empty()) {
-    return fmt::format("{} has no fields, so it is no value", value.name);
+    return fmt::format("{} has no fields, so it cannot be the value of a field", value.name);
   }
   if (access == FieldAccess::get && !request.fields.empty()) {
     return fmt::format("{} is not empty, but a getter is asked for nothing", request.name);

@@ -315,9 +315,9 @@ TEST_F(ChecksTest, NameTheFieldOfANeedThatCannotBe) {
 TEST_F(ChecksTest, RefuseToCallNobodyBack) {
   const RequirementId service = node.require({.service = ServiceId{0x4321}});
   EXPECT_EQ(refusal([&] { node.call(service, {.method = MethodId{7}}, {}, nullptr); }),
-            "call of method 0x0007: handler: there is none");
+            "call of method 0x0007: handler: missing");
   EXPECT_EQ(refusal([&] { node.subscribe({.service = ServiceId{0x4321}, .eventgroup = group}, nullptr); }),
-            "subscription to eventgroup 0x0001 of 0x4321.*: handler: there is none");
+            "subscription to eventgroup 0x0001 of 0x4321.*: handler: missing");
   EXPECT_NO_THROW(node.subscribe({.service = ServiceId{0x4321}, .eventgroup = group}, collect()))
       << "without events: to be a subscriber is all that is wanted";
 }

@@ -123,7 +123,7 @@ TEST_F(MismatchesTest, AreNoneWithOtherInstancesAndServices) {
 
 TEST_F(MismatchesTest, AreInstancesThatTwoOffer) {
   client.offer(offered());
-  ServiceSpec other = offered(2);  // which is not the same to who looks for it
+  ServiceSpec other = offered(2);  // another service for clients
   server.offer(other);
   other.instance = InstanceId{2};
   server.offer(other);
@@ -134,12 +134,11 @@ TEST_F(MismatchesTest, AreInstancesThatTwoOffer) {
   const OfferHandle rival = server.offer(same);
   ASSERT_TRUE(run_until([&] { return !warnings.empty(); }));
   ASSERT_TRUE(hears(5));
-  EXPECT_THAT(warnings, ElementsAre("0x1234.0x0001 version 1 is offered twice: by us, " +
-                                    someip::to_string(test::client_address) + ", and by " +
-                                    someip::to_string(test::server_address) + " at UDP " +
-                                    someip::to_string(test::server_address) +
-                                    ":40231; who looks for it takes the one or "
-                                    "the other"));
+  EXPECT_THAT(warnings,
+              ElementsAre("0x1234.0x0001 version 1 is offered twice: by us, " +
+                          someip::to_string(test::client_address) + ", and by " +
+                          someip::to_string(test::server_address) + " at UDP " +
+                          someip::to_string(test::server_address) + ":40231; clients may use either"));
   EXPECT_EQ(client.counters().offered_twice, 1U);
   // Likewise when the other one was first, and when it comes back.
   client.offer(other);

@@ -72,7 +72,7 @@ TEST_F(RebootTest, OfAClientEndsItsConnectionsToUs) {
   send(find);
   EXPECT_TRUE(run_until([&] { return first->closed && second->closed; }));
   EXPECT_EQ(server.tcp_server_counters().open, 1U);
-  EXPECT_THAT(server_log, Contains(HasSubstr("was started anew")));
+  EXPECT_THAT(server_log, Contains(HasSubstr("has restarted")));
   const auto request = test::hex("1234 0001 00000008 0001 0001 01 01 00 00");
   boost::asio::write(third->socket, boost::asio::buffer(request));
   EXPECT_TRUE(run_until([&] { return third->received == 16; }));

@@ -56,10 +56,11 @@ TEST_F(RivalsTest, AreNamedWhenOneIsKeptAndAtOnceWhenOneGivesWay) {
   ASSERT_TRUE(run_until([&] { return client.subscribed(moved); }));
   const std::string honest = someip::to_string(test::server_address);
   const std::string rival = someip::to_string(test::other_address);
-  EXPECT_THAT(warnings, ElementsAre(rival + " offers service 0x1235 instance 0x0001, which " + honest +
-                                        " offers, too, and keeps while it answers; 1 such offers",
-                                    honest + " offers service 0x1234 instance 0x0001, which " + rival +
-                                        " has offered and does not answer for, and is used now"));
+  EXPECT_THAT(warnings,
+              ElementsAre(rival + " offers service 0x1235 instance 0x0001, which " + honest +
+                              " offers, too; " + honest + " is used while it answers; 1 such offers",
+                          honest + " offers service 0x1234 instance 0x0001, which " + rival +
+                              " has offered before; " + rival + " does not answer and is used no more"));
 }
 
 TEST_F(RivalsTest, LoseCallsToAnyInstanceWhenTheyDoNotAnswer) {

@@ -67,8 +67,8 @@ class WarningsTest : public test::BarePeer {
   }
   void expect_reached(Limit limit) {
     const std::string name = to_string(limit);
-    EXPECT_TRUE(warned_of(": " + name +
-                          " is reached; more need a larger one (of a bridge: someip: limits: " + name + ")"))
+    EXPECT_TRUE(
+        warned_of(": " + name + " is reached; raise it for more (in a bridge: someip: limits: " + name + ")"))
         << ::testing::PrintToString(warnings);
   }
 
@@ -239,7 +239,7 @@ TEST_F(WarningsTest, NameWhatAllowsForeignEndpoints) {
   answer(subscribe(), endpoint_at(test::server_address));
   EXPECT_TRUE(warned_of("ignored an offer, subscription or SD endpoint of " +
                         someip::to_string(test::other_address) +
-                        ": it is at another address, which foreign_endpoints would allow"))
+                        ": it names another address (foreign_endpoints would allow that)"))
       << ::testing::PrintToString(warnings);
   ASSERT_TRUE(run_until([&] { return count("07000000123400010100000000000001") == 1; })) << "a Nack";
 

@@ -363,7 +363,7 @@ TEST_F(TcpTest, ClosesTheConnectionWhenFramingIsLost) {
   EXPECT_THAT(gone[0], HasSubstr("no SOME/IP"));
   write(too_large, "1234 8001 0000006d 0000 0007 01 01 02 00");
   ASSERT_TRUE(run_until([&] { return gone.size() == 2; }));
-  EXPECT_THAT(gone[1], HasSubstr("larger than is allowed"));
+  EXPECT_THAT(gone[1], HasSubstr("larger than allowed"));
   EXPECT_THAT(at_server, SizeIs(1));
   EXPECT_EQ(server.counters().bad_framing, 2U);
   write(good, event);

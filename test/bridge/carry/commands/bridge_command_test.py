@@ -244,7 +244,7 @@ class BridgeCommand(unittest.TestCase):
                 with Peer.bound(BRIDGE, 40077):
                     bridge.write(config.replace("port: 40001", "port: 40077"))
                     bridge.process.send_signal(signal.SIGHUP)
-                    bridge.log_until("cannot be carried out: going on as before")
+                    bridge.log_until("the bridge cannot start with")
                 receive(peer.group, offered(0x1111, False))
                 receive(peer.group, offered(0x1111, True))
                 # What is good takes the place of what was.
@@ -359,7 +359,7 @@ class BridgeCommand(unittest.TestCase):
         self.assertIn("route /in from SOME/IP: received 5, carried 4", out)
         self.assertIn("datagrams_sent 1, messages_sent 1, calls_answered_with_an_error 1", out)
         self.assertIn(f"refused a subscription of {PEER}", log)
-        self.assertIn(f"{PEER} was started anew", log)
+        self.assertIn(f"{PEER} has restarted", log)
         self.assertIn("SD 0x2222.0x0001 version 1.0 is offered at UDP", log)
         self.assertIn("subscribed to eventgroup 0x0003 of 0x2222.0x0001", log)
         self.assertIn("/in: dropped a message that cannot be converted: truncated at byte 16 in z", log)

@@ -156,7 +156,7 @@ TEST(E2eKeys, AreShownByCheck) {
           "  E2E   profile 11, data id 0x7, CRC at bit 0, counter at bit 8, always 64 bits of the payload "
           "alone; checked, what fails is carried\n"));
   EXPECT_THAT(summary(in_route("profile: 4, data_id: 1") + "diagnostics: {topic: /d, period: 2 s}\n"),
-              HasSubstr("checks are told of on /d, every 2 s and when a state changes\n"));
+              HasSubstr("checks are published on /d, every 2 s and when a state changes\n"));
 }
 
 TEST(DiagnosticsKeys, AreReadAndChecked) {

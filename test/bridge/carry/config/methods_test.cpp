@@ -255,8 +255,8 @@ methods:
 TEST(MethodDiagnostics, ArePublishedWhereTheyAreWanted) {
   const std::string wanted = two_methods + "diagnostics: {topic: /d}\n";
   EXPECT_THAT(summary(config_of(wanted), {}),
-              HasSubstr("methods are told of on /d, every 1 s and when a state changes\n"));
-  EXPECT_THAT(summary(config_of(two_methods), {}), testing::Not(HasSubstr("are told of")));
+              HasSubstr("methods are published on /d, every 1 s and when a state changes\n"));
+  EXPECT_THAT(summary(config_of(two_methods), {}), testing::Not(HasSubstr("are published on")));
   const std::string route =
       "routes: [{topic: /d, type: std_msgs/msg/String, direction: someip_to_dds, service: 7, instance: 1, "
       "eventgroup: 1, event: 0x8001}]\n";

@@ -68,7 +68,7 @@ TEST(MethodE2e, NamesWhatCannotBe) {
   EXPECT_THAT(problems_of(method("server: someip, e2e: {profile: 4m, data_id: 1, source_id: 0x10000000}")),
               ElementsAre(HasSubstr("error: source_id: expected an id from 0x0000 to 0xfffffff")));
   EXPECT_THAT(problems_of(method("server: ros, port: 40001, e2e: {profile: 4m, data_id: 1, source_id: 7}")),
-              ElementsAre(HasSubstr("error: source_id: is that of who calls, with server: someip")));
+              ElementsAre(HasSubstr("error: source_id: identifies the caller, with server: someip")));
   // To the server both are calls of one client.
   const std::string two =
       "server: someip, e2e: {profile: 4m, data_id: 1}}\n"
@@ -86,7 +86,7 @@ TEST(MethodE2e, IsShownByCheck) {
   EXPECT_THAT(text, HasSubstr("  E2E   profile 4m, data id 0x2d, header at bit 64 from the Request ID on, "
                               "source id 0x7; protected and checked, what fails is dropped\n"
                               "          for /s\n"));
-  EXPECT_THAT(text, HasSubstr("checks are told of on /diagnostics, every 1 s"));
+  EXPECT_THAT(text, HasSubstr("checks are published on /diagnostics, every 1 s"));
   EXPECT_THAT(summary(config_of(method("server: someip, fire_and_forget: true, e2e: {profile: 4m, data_id: "
                                        "0x2d}")),
                       {}),

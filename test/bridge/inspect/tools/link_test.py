@@ -61,7 +61,7 @@ class Link(unittest.TestCase):
         self.wait(lambda: client.said("out", "c0ffee") > before, "the value again, of the new subscription")
         for one in server, client:
             self.assertEqual(one.said("log", "link eth0 is up"), 1)
-            self.assertEqual(one.said("log", "started anew"), 0)
+            self.assertEqual(one.said("log", "has restarted"), 0)
 
 
 if __name__ == "__main__":

@@ -85,7 +85,7 @@ TEST_F(FieldServiceTest, SaysWhatDoesNotFit) {
     EXPECT_THAT(of_response(response), HasSubstr("a/srv/Get_Response does not hold the value")) << response;
   }
   EXPECT_THAT(fault("std_msgs_fields/srv/GetEmpty", "std_msgs/msg/Empty", get),
-              HasSubstr("std_msgs/msg/Empty has no fields, so it is no value"));
+              HasSubstr("std_msgs/msg/Empty has no fields, so it cannot be the value of a field"));
   EXPECT_THAT(fault("a/srv/Gone", "a/msg/Light", get), HasSubstr("unknown type a/srv/Gone"));
   EXPECT_THAT(fault("b_fields/srv/GetGone", "b/msg/Gone", get), HasSubstr("unknown type b/msg/Gone"));
 }
