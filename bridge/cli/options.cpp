@@ -150,13 +150,13 @@ void PayloadOptions::add_to(CLI::App& command) {
       ->allow_extra_args(false);
   command
       .add_option("--wire", wire_,
-                  "How values are laid out, as 'wire' of a route: '{byte_order: little}', or @FILE; "
+                  "How values are laid out, like 'wire' of a route: '{byte_order: little}', or @FILE; "
                   "needs a type")
       ->type_name("YAML");
   CLI::Option* hex = command.add_flag("--hex", hex_, "Payloads in hexadecimal; the default without --type");
   CLI::Option* yaml = command.add_flag("--yaml", yaml_, "Payloads in YAML; the default with --type");
   CLI::Option* json =
-      command.add_flag("--json", json_, "Payloads in JSON; what is printed is JSON, one line each");
+      command.add_flag("--json", json_, "Payloads in JSON; the output is JSON, one object per line");
   hex->excludes(yaml)->excludes(json);
   yaml->excludes(json);
 }

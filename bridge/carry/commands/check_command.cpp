@@ -17,8 +17,8 @@ namespace trestle::carry {
 void add_check_command(CLI::App& app, int& status) {
   CLI::App* command = app.add_subcommand("check", "Check configurations and show what they would do");
   command->footer(
-      "Every problem is printed as FILE:LINE:COLUMN, and what was expected there.\n"
-      "Exit status: 0 when all files are good, 2 otherwise; 1 when services cannot be written.\n\n"
+      "Prints each problem with FILE:LINE:COLUMN and what was expected there.\n"
+      "Exit status: 0 when all files are correct, otherwise 2; 1 when services cannot be written.\n\n"
       "Examples:\n"
       "  trestle check bridge.yaml\n"
       "  trestle check --quiet examples/*.yaml && echo good\n"

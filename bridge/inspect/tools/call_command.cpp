@@ -122,11 +122,11 @@ void add_call_command(CLI::App& app, int& status) {
   command->footer(
       "Waits for the service, calls, and prints the payload of the answer. Getters and setters of fields\n"
       "are methods, too. PAYLOAD is text, @FILE or @- (standard input): hexadecimal, or values with\n"
-      "--type; without it the request has none. With --type of a service, PKG/SRV/TYPE, they are its\n"
-      "request and its response. Goes by UDP or TCP, whichever is offered; if both are, TCP for what does\n"
-      "not fit a datagram.\n"
-      "Exit status: 0 when it was answered, or sent with --fire-and-forget; 1 when there was no service,\n"
-      "no answer in time, or one that is no message of the type; 2 for a wrong command line; 3 when the\n"
+      "--type; without PAYLOAD the request is empty. With --type of a service, PKG/SRV/TYPE, they are its\n"
+      "request and its response. Uses UDP or TCP, whichever is offered; if both are, TCP for requests that\n"
+      "do not fit into a datagram.\n"
+      "Exit status: 0 when it was answered, or sent with --fire-and-forget; 1 when there was no service, no\n"
+      "answer in time, or an answer that is no message of the type; 2 for a wrong command line; 3 when the\n"
       "answer is an error.\n\n"
       "Examples:\n"
       "  trestle call 0x1234 0x0001 '00 01 02'\n"
@@ -138,7 +138,7 @@ void add_call_command(CLI::App& app, int& status) {
   command->add_option("SERVICE", options->service, "SERVICE or SERVICE.INSTANCE, such as 0x1234.0x0001")
       ->required();
   command->add_option("METHOD", options->method, "Its id")->required();
-  command->add_option("PAYLOAD", options->value, "What the request carries");
+  command->add_option("PAYLOAD", options->value, "Payload of the request");
   command->add_option("--answer-type", options->answer_type, "Message type of the answer, if not --type")
       ->type_name("PKG/MSG/TYPE");
   command->add_option("--major", options->major, "Major version of the service")
@@ -152,7 +152,7 @@ void add_call_command(CLI::App& app, int& status) {
   CLI::Option* udp = command->add_flag("--udp", options->udp, "Call over UDP");
   command->add_flag("--tcp", options->tcp, "Call over TCP")->excludes(udp);
   command->add_flag("--fire-and-forget", options->forget, "End when the request has been sent");
-  command->add_flag("-q,--quiet", options->quiet, "Do not tell what discovery does");
+  command->add_flag("-q,--quiet", options->quiet, "Do not report discovery");
   options->payload.add_to(*command);
   options->network.add_to(*command);
   command->callback([options, &status] { status = run(*options); });

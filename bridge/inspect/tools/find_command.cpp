@@ -73,11 +73,10 @@ int run(const FindArguments& options) {
 }  // namespace
 
 void add_find_command(CLI::App& app, int& status) {
-  CLI::App* command = app.add_subcommand("find", "Find services: a FindService, and what is offered");
+  CLI::App* command = app.add_subcommand("find", "Find services: send a FindService, print offers");
   command->footer(
-      "Prints a line for each instance that is found. Without SERVICE it asks for nothing and prints all "
-      "that is\n"
-      "offered meanwhile. With an instance it ends as soon as that is found.\n"
+      "Prints a line for each instance that is found. Without SERVICE it only listens, and prints all\n"
+      "instances that are offered. With an instance it ends as soon as that one is found.\n"
       "Exit status: 0 when something was found, 1 when nothing was, 2 for a wrong command line.\n\n"
       "Examples:\n"
       "  trestle find\n"
@@ -89,7 +88,7 @@ void add_find_command(CLI::App& app, int& status) {
       ->type_name("SECONDS")
       ->check(cli::seconds_above_zero())
       ->capture_default_str();
-  command->add_option("--count", options->count, "End when so many are found")
+  command->add_option("--count", options->count, "End when this many are found")
       ->type_name("N")
       ->check(cli::count_above_zero());
   command->add_flag("--json", options->json, "Print a JSON object for each");

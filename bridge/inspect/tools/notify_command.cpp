@@ -59,9 +59,8 @@ int run(NotifyArguments& options) {
 void add_notify_command(CLI::App& app, int& status) {
   CLI::App* command = app.add_subcommand("notify", "Offer a service and send an event to its subscribers");
   command->footer(
-      "Offers the service, waits for subscribers, and sends them the event again and again until Ctrl-C, "
-      "--count or\n"
-      "--timeout. PAYLOAD is text, @FILE or @- (standard input): hexadecimal, or values with --type.\n"
+      "Offers the service, waits for subscribers, and sends them the event repeatedly until Ctrl-C, --count\n"
+      "or --timeout. PAYLOAD is text, @FILE or @- (standard input): hexadecimal, or values with --type.\n"
       "Exit status: 0; 1 when nothing, or less than --count, was sent; 2 for a wrong command line.\n\n"
       "Examples:\n"
       "  trestle notify 0x1234.0x0001 0x0001 0x8001 '00 01 02'\n"
@@ -71,12 +70,12 @@ void add_notify_command(CLI::App& app, int& status) {
   command->add_option("SERVICE.INSTANCE", options->service, "Such as 0x1234.0x0001")->required();
   command->add_option("EVENTGROUP", options->eventgroup, "Its id")->required();
   command->add_option("EVENT", options->event, "Id of the event")->required();
-  command->add_option("PAYLOAD", options->value, "What the event carries")->required();
+  command->add_option("PAYLOAD", options->value, "Payload of the event")->required();
   command->add_option("--rate", options->rate_hz, "Events a second")
       ->type_name("HZ")
       ->check(cli::number_between(0.001, 10'000))
       ->capture_default_str();
-  command->add_option("--count", options->count, "End after so many events")
+  command->add_option("--count", options->count, "End after this many events")
       ->type_name("N")
       ->check(cli::count_above_zero());
   options->add_to(*command);

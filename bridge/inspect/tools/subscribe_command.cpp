@@ -90,12 +90,10 @@ int run(SubscribeArguments& options) {
 void add_subscribe_command(CLI::App& app, int& status) {
   CLI::App* command = app.add_subcommand("subscribe", "Subscribe to an eventgroup and print its events");
   command->footer(
-      "Runs until Ctrl-C, --count or --timeout. What discovery does goes to standard error. On a terminal "
-      "long\n"
-      "arrays are cut after 128 elements; elsewhere everything is printed.\n"
-      "Exit status: 0; 1 when the time was up before there was an event (or --count of them), or when one "
-      "was no\n"
-      "message of the type; 2 for a wrong command line.\n\n"
+      "Runs until Ctrl-C, --count or --timeout. It reports discovery on standard error. On a terminal it\n"
+      "prints at most 128 elements of an array, otherwise all.\n"
+      "Exit status: 0; 1 when too few events came in time, or when one was no message of the type; 2 for a\n"
+      "wrong command line.\n\n"
       "Examples:\n"
       "  trestle subscribe 0x1234.0x0001 0x0001\n"
       "  trestle subscribe 0x1234.0x0001 0x0001 0x8001 --type geometry_msgs/msg/Point --count 1\n"
@@ -109,13 +107,13 @@ void add_subscribe_command(CLI::App& app, int& status) {
       ->type_name("N")
       ->check(CLI::Range(0, 254))
       ->capture_default_str();
-  command->add_option("--count", options->count, "End after so many events")
+  command->add_option("--count", options->count, "End after this many events")
       ->type_name("N")
       ->check(cli::count_above_zero());
-  command->add_option("--timeout", options->timeout_s, "End after so long")
+  command->add_option("--timeout", options->timeout_s, "End after this time")
       ->type_name("SECONDS")
       ->check(cli::seconds_above_zero());
-  command->add_flag("-q,--quiet", options->quiet, "Do not tell what discovery does");
+  command->add_flag("-q,--quiet", options->quiet, "Do not report discovery");
   options->transport.add_to(*command, "Events come");
   options->payload.add_to(*command);
   options->network.add_to(*command);

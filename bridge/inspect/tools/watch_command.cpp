@@ -212,19 +212,20 @@ void add_watch_command(CLI::App& app, int& status) {
           ->type_name("NAME");
   CLI::Option* file = command
                           ->add_option("--read", options->file,
-                                       "Show what a capture holds (pcap or pcapng; - for standard input)")
+                                       "Show the traffic of a capture (pcap or pcapng; - for standard input)")
                           ->type_name("FILE")
                           ->excludes(interface);
-  CLI::Option* timeout = command->add_option("--timeout", options->timeout_s, "End after so long")
+  CLI::Option* timeout = command->add_option("--timeout", options->timeout_s, "End after this time")
                              ->type_name("SECONDS")
                              ->check(cli::seconds_above_zero())
                              ->excludes(file);
-  CLI::Option* lines = command->add_flag("--lines", options->lines, "Lines also on a terminal, or of a file");
-  CLI::Option* count = command->add_option("--count", options->count, "End after so many lines")
+  CLI::Option* lines =
+      command->add_flag("--lines", options->lines, "Print lines even on a terminal or for a file");
+  CLI::Option* count = command->add_option("--count", options->count, "End after this many lines")
                            ->type_name("N")
                            ->check(cli::count_above_zero());
   CLI::Option* duration =
-      command->add_option("--for", options->for_s, "Watch so long, then print the tables once")
+      command->add_option("--for", options->for_s, "Watch for this long, then print the tables once")
           ->type_name("SECONDS")
           ->check(cli::seconds_above_zero());
   command->add_flag("--once", options->once, "The same as --for 3")
@@ -234,7 +235,7 @@ void add_watch_command(CLI::App& app, int& status) {
       ->excludes(lines)
       ->excludes(count);
   duration->excludes(file)->excludes(timeout)->excludes(lines)->excludes(count);
-  command->add_option("--rates", options->rates_s, "How often lines tell rates; 0: never")
+  command->add_option("--rates", options->rates_s, "How often to print rates; 0: never")
       ->type_name("SECONDS")
       ->check(cli::number_between(0, 1e6))
       ->capture_default_str();

@@ -19,7 +19,7 @@ void add_demo(CLI::App& app, int& status) {
       app.add_subcommand("demo", "Show the bridge at work: live lidar clouds DDS -> SOME/IP -> DDS");
   command->footer(
       "Starts a DDS publisher, two bridges and a DDS subscriber on loopback and shows what crosses.\n"
-      "Exit status: 0 when at least 95 % of the clouds sent after discovery arrived, each one intact; else "
+      "Exit status: 0 when at least 95 % of the clouds sent after discovery arrived, all intact; otherwise "
       "1.\n\n"
       "Examples:\n"
       "  trestle demo\n"
@@ -28,13 +28,13 @@ void add_demo(CLI::App& app, int& status) {
   const auto options = std::make_shared<demo::DemoOptions>();
   const auto seconds = std::make_shared<unsigned>(0);
   CLI::Option* limit =
-      command->add_option("--seconds", *seconds, "End after so many seconds of clouds (default: Ctrl-C)")
+      command->add_option("--seconds", *seconds, "End after this many seconds of clouds (default: Ctrl-C)")
           ->type_name("N")
           ->check(CLI::Range(1U, 1'000'000U));
   command->add_option("--json", options->json_file, "Write the figures to this file")->type_name("FILE");
   command
       ->add_option("--input", options->inputs,
-                   "Publish these point clouds (PCD) in turn, not the synthetic scene")
+                   "Publish these point clouds (PCD) in turn instead of the synthetic scene")
       ->type_name("FILE")
       ->check(CLI::ExistingFile);
   command->add_option("--rate", options->rate_hz, "Clouds a second, 0.1 to 1000")

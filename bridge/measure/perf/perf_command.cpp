@@ -32,7 +32,7 @@ struct OutputOptions {
     command.add_flag("--json", json, "Print the result as JSON, and no progress");
     command.add_option("--plot", plot, "Draw latency over percentile into this file (SVG)")
         ->type_name("FILE");
-    command.add_flag("-q,--quiet", quiet, "Tell no progress");
+    command.add_flag("-q,--quiet", quiet, "Show no progress");
   }
 
   /// What is seen once a second.
@@ -66,9 +66,8 @@ struct WaitOptions {
 
   void add_to(CLI::App& command) {
     command
-        .add_option(
-            "--busy-poll", busy_poll_us,
-            "Look for so long whether something has come before waiting for it: quicker, and takes a core")
+        .add_option("--busy-poll", busy_poll_us,
+                    "Poll for this long before waiting: quicker, but uses a core")
         ->type_name("MICROSECONDS")
         ->check(cli::number_between(0, 1e6))
         ->capture_default_str();
@@ -117,10 +116,10 @@ void add_server(CLI::App& perf, int& status) {
       "  trestle perf server 0x7e57.2 --address 192.168.1.5");
   const auto options = std::make_shared<ServerOptions>();
   command->add_option("SERVICE.INSTANCE", options->service, "Its ids")->capture_default_str();
-  command->add_option("--timeout", options->timeout_s, "End after so long")
+  command->add_option("--timeout", options->timeout_s, "End after this time")
       ->type_name("SECONDS")
       ->check(cli::seconds_above_zero());
-  command->add_flag("-q,--quiet", options->quiet, "Do not tell what discovery does");
+  command->add_flag("-q,--quiet", options->quiet, "Do not report discovery");
   options->wait.add_to(*command);
   options->network.add_to(*command);
   command->callback([options, &status] { status = serve(*options); });
@@ -137,7 +136,7 @@ struct TimeOptions {
         ->type_name("N")
         ->check(cli::number_between(0.01, 1e6))
         ->capture_default_str();
-    command.add_option("--warm-up", warm_up_s, "And how long to warm up before")
+    command.add_option("--warm-up", warm_up_s, "How long to warm up before that")
         ->type_name("SECONDS")
         ->check(cli::number_between(0, 1e3))
         ->capture_default_str();
@@ -215,13 +214,12 @@ int measure(const ClientCommand& command) {
 void add_client(CLI::App& perf, int& status) {
   CLI::App* command = perf.add_subcommand("client", "Measure a 'trestle perf server'");
   command->footer(
-      "Finds the service, warms up, and measures: calls of its echo method, from call() to the response, or "
-      "with\n"
-      "--events its events, from notify() to the handler. Where both ends do not share a clock, clocks are\n"
-      "compared first, and the result says how exact that is.\n"
-      "--window 1 sends an event when the one before has come: latency. --window 0 does not wait for\n"
-      "acknowledgements: with --rate 0 as many as the sender can, and what is too much is lost.\n"
-      "With --rate the latency of an event counts from when it was due, also when the sender was late.\n"
+      "Finds the service, warms up, and measures: calls of its echo method, from call() to the response, or\n"
+      "with --events its events, from notify() to the handler. If the two ends have different clocks, these\n"
+      "are compared first, and the result says how exact that is.\n"
+      "--window 1 sends an event when the one before has arrived, which measures latency. --window 0 does\n"
+      "not wait for acknowledgements; with --rate 0 it sends as fast as it can, and some may be lost.\n"
+      "With --rate the latency of an event counts from the time when it was due, even if it was sent late.\n"
       "Exit status: 0; 1 when there was no service or nothing came; 2 for a wrong command line.\n\n"
       "Examples:\n"
       "  trestle perf client                                        # UDP calls of 64 bytes, one after "
@@ -231,7 +229,7 @@ void add_client(CLI::App& perf, int& status) {
       "  trestle perf client --events --size 4MB --window 4 --seconds 10 --json\n"
       "  trestle perf client --events --rate 1000 --window 0 --plot latency.svg");
   const auto options = std::make_shared<ClientCommand>();
-  command->add_option("SERVICE.INSTANCE", options->service, "Of the server")->capture_default_str();
+  command->add_option("SERVICE.INSTANCE", options->service, "Ids of the server")->capture_default_str();
   CLI::Option* const events =
       command->add_flag("--events", options->client.events, "Measure events, not calls");
   command->add_option("--size", options->client.plan.bytes, "Bytes of payload; 64KB, 4MB: of 1024")
@@ -239,7 +237,7 @@ void add_client(CLI::App& perf, int& status) {
       ->transform(CLI::AsSizeValue(false))
       ->check(CLI::Range(std::uint32_t{0}, perf::max_event_bytes))
       ->capture_default_str();
-  CLI::Option* const tcp = command->add_flag("--tcp", options->tcp, "By TCP, not UDP");
+  CLI::Option* const tcp = command->add_flag("--tcp", options->tcp, "Use TCP instead of UDP");
   command->add_option("--in-flight", options->client.in_flight, "Calls at a time")
       ->type_name("N")
       ->check(CLI::Range(1, 1000))
@@ -250,7 +248,7 @@ void add_client(CLI::App& perf, int& status) {
       ->check(CLI::Range(0, 1'000'000))
       ->needs(events)
       ->capture_default_str();
-  command->add_option("--rate", options->rate_hz, "Events a second; 0: as the window lets them")
+  command->add_option("--rate", options->rate_hz, "Events a second; 0: as many as the window allows")
       ->type_name("HZ")
       ->check(cli::number_between(0, 1e7))
       ->needs(events)
@@ -261,9 +259,8 @@ void add_client(CLI::App& perf, int& status) {
       ->excludes(tcp)
       ->capture_default_str();
   command
-      ->add_option(
-          "--burst", options->client.plan.burst,
-          "Segments in a burst; 0: as many as the other end can take, as a subscription or offer tells")
+      ->add_option("--burst", options->client.plan.burst,
+                   "Segments in a burst; 0: as many as the other end says it can take")
       ->type_name("N")
       ->check(CLI::Range(0, 10'000))
       ->excludes(tcp)
@@ -306,11 +303,10 @@ void add_bridge(CLI::App& perf, int& status) {
   command->footer(
       "Writes PointCloud2 messages to TOPIC/there and waits for them on TOPIC/back, where 'trestle perf "
       "bridge\n"
-      "--reflect' at the other end writes them. The latency is half of the time there and back. With a\n"
-      "--window of more than 1 it is throughput that is measured. Between both ends are two bridges that "
-      "carry\n"
-      "both topics, as examples/perf_bridge_a.yaml and _b.yaml do, or nothing: a hop of DDS alone.\n"
-      "CPU time is that of this end alone, without the other end and the bridges.\n"
+      "--reflect' at the other end writes them. The latency is half of the round trip. With a --window of\n"
+      "more than 1 it measures throughput. Between the two ends are two bridges that carry both topics, as\n"
+      "in examples/perf_bridge_a.yaml and _b.yaml, or nothing: a hop of DDS alone.\n"
+      "The CPU time is that of this end, without the other end and the bridges.\n"
       "Exit status: 0; 1 when nothing came back; 2 for a wrong command line.\n\n"
       "Examples:\n"
       "  trestle perf bridge --domain 92 --interface 127.0.0.1 --reflect\n"
