@@ -172,7 +172,7 @@ struct Peer : SlotBase {
   someip::SessionCounter sessions{};  // of what we send there by unicast  [feat_req_someipsd_765]
   bool explicit_initial_data = false;
   bool is_used = false;    // scratch of the search for one to forget
-  std::uint16_t held = 0;  // scratch of the search for the peer that holds most
+  std::uint16_t held = 0;  // scratch of the search for who holds most
   TimePoint last_seen{};
   RateLimit entries;
   RateLimit real_reboots;
