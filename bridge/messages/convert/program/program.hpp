@@ -54,7 +54,7 @@ struct Op {
   Loop loop = Loop::no;           ///< what quick::run() makes of it; as the next three, see quick::choose()
   bool all_in_loop = false;       ///< sequence, repeat: so is all of the body
   bool repeats = false;           ///< what becomes of it depends on its bytes and their place in CDR alone
-  std::uint8_t slot = 0;          ///< sequence: of the shape of its elements in quick::Memory; 0: none
+  std::uint8_t slot = 0;          ///< sequence, structure: of the body's shape in quick::Memory; 0: none
   someip::DataId id{};            ///< member
   std::uint32_t end = 0;          ///< the body is the operations from the next one up to here
   std::uint32_t default_at = 0;   ///< field, member: in `defaults`; beyond them: zero

@@ -17,8 +17,9 @@
 ///    another kind. Elements of an array that consist of nothing else go through it all at once.
 ///    When: wherever strings are UTF-8 without padding; see choose().
 /// 2. Shape. An element of an array that equals the one before, except for its numbers, is not converted but
-///    compared, and the result of that one is copied, with the new numbers filled in: above all markers.
-///    When: elements of three operations and more that are not all done by the loop.
+///    compared, and the result of that one is copied, with the new numbers filled in: above all markers. So
+///    is the front of a message that equals the message before. When: elements and fronts of three operations
+///    and more that the loop does not do almost alone.
 /// 3. MessageShape. The same for a whole message around one large array of bytes, whose front is not even
 ///    copied: clouds, images and maps. It is little code on few lines of memory, because in a running bridge
 ///    both come from memory.
