@@ -1,3 +1,13 @@
+// bridge/carry/runtime: a running bridge.
+//
+//   bridge.hpp              start here: joins SOME/IP and DDS, has all routes, gives their counters
+//   topic_to_event.hpp, event_to_topic.hpp, service_to_method.hpp, method_to_service.hpp, getter_to_topic.hpp
+//                           the kinds of routes, each named by its direction
+//   discovered_routes.hpp   routes of patterns, made when topics appear
+//   counters.hpp, diagnostics.hpp, silence_watch.hpp, report.hpp   what a bridge reports about itself
+//   loop_guard.hpp, loop_check.hpp, bridge_mark.hpp   keep messages from going round in a ring of bridges
+//
+// One thread runs all of it, except that DDS may use its own threads to receive.
 #pragma once
 #include <memory>
 #include <vector>
