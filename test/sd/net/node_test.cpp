@@ -224,7 +224,7 @@ TEST_F(NodeTest, StaysSubscribedBeyondTheTtlAndSubscribesAgainAfterAWithdrawal) 
   OfferHandle offer = server.offer(service);
   const SubscriptionId subscription = client.subscribe(wanted, collect());
   ASSERT_TRUE(run_until([&] { return client.subscribed(subscription); }));
-  for (int tries = 0; tries < 20; ++tries) {  // until the machine lets us renew it in time
+  for (int tries = 0; tries < 8; ++tries) {  // until the machine lets us renew it in time
     longest_stall = {};
     server_log.clear();
     run_for(1200ms);
