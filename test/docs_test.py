@@ -67,6 +67,8 @@ def bad_paths(root):
                 is_file = code.endswith(SUFFIXES) and PATH.match(code)
                 is_path = "/" in code and PATH.match(code) and code.split("/")[0] in TOPS
                 if NOT_OURS.search(code) or not (is_file or is_path):
+                    if "NAME" in code and (root / code).parent.is_dir():  # a file to be made there, beside others
+                        folders.append(code.rpartition("/")[0])
                     continue
                 found = files_of(root, code)
                 if not found and "/" not in code:
