@@ -12,7 +12,7 @@
 namespace trestle::messages {
 namespace {
 
-constexpr std::size_t encapsulation_bytes = 4;
+constexpr std::size_t cdr_header_bytes = 4;
 
 /// At most `bytes` from the front of a text, not cutting a character in two.
 std::string_view beginning(std::string_view text, std::size_t bytes) {
@@ -34,7 +34,7 @@ class Walk {
     message(tree_.root());
     if (in_.failed()) {
       return fmt::format("the sample ends before the message does: {} bytes read",
-                         encapsulation_bytes + in_.position());
+                         cdr_header_bytes + in_.position());
     }
     return std::nullopt;
   }
@@ -190,11 +190,11 @@ class Walk {
 
 std::optional<std::string> walk_sample(ByteView sample, const TypeTree& tree, const WalkOptions& options,
                                        ValueSink& sink) {
-  if (sample.size() < encapsulation_bytes || sample[0] != std::byte{0} || sample[1] > std::byte{1}) {
+  if (sample.size() < cdr_header_bytes || sample[0] != std::byte{0} || sample[1] > std::byte{1}) {
     return "not a sample in plain CDR";
   }
   const std::endian order = sample[1] == std::byte{0} ? std::endian::big : std::endian::little;
-  return Walk{CdrReader{sample.subspan(encapsulation_bytes), order}, tree, options, sink}.run();
+  return Walk{CdrReader{sample.subspan(cdr_header_bytes), order}, tree, options, sink}.run();
 }
 
 }  // namespace trestle::messages
