@@ -68,6 +68,7 @@ class RTPSDomainImpl {
 #endif
 #endif
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -583,7 +584,29 @@ struct FoundPeer {
   std::string name;
   Change change = Change::other;
   std::array<std::uint8_t, 2> vendor{};
+  /// Where it says that it is reached, IPv4 and IPv6, without ports: each once. Of this host Fast DDS makes
+  /// 127.0.0.1 where it may.
+  std::vector<std::string> addresses{};
 };
+
+/// Of `Data`, what discovery tells of a participant.
+template <typename Data>
+std::vector<std::string> addresses_of(const Data& data) {
+  std::vector<std::string> result;
+  for (const auto* locators : {&data.default_locators, &data.metatraffic_locators}) {
+    for (const auto& locator : locators->unicast) {
+      const bool v6 = locator.kind == LOCATOR_KIND_UDPv6 || locator.kind == LOCATOR_KIND_TCPv6;
+      if (!v6 && locator.kind != LOCATOR_KIND_UDPv4 && locator.kind != LOCATOR_KIND_TCPv4) {
+        continue;
+      }
+      std::string one = v6 ? rtps::IPLocator::toIPv6string(locator) : rtps::IPLocator::toIPv4string(locator);
+      if (std::find(result.begin(), result.end(), one) == result.end()) {
+        result.push_back(std::move(one));
+      }
+    }
+  }
+  return result;
+}
 
 /// Discovery callbacks, whichever Fast DDS this is.
 class DiscoveryListener : public DomainParticipantListener {
@@ -598,7 +621,8 @@ class DiscoveryListener : public DomainParticipantListener {
                                 const ParticipantBuiltinTopicData& data, bool&) final {
     using Status = rtps::ParticipantDiscoveryStatus;
     peer(data.guid, data.participant_name.to_string(), status == Status::DISCOVERED_PARTICIPANT,
-         status == Status::REMOVED_PARTICIPANT || status == Status::DROPPED_PARTICIPANT, data.vendor_id);
+         status == Status::REMOVED_PARTICIPANT || status == Status::DROPPED_PARTICIPANT, data.vendor_id,
+         addresses_of(data));
   }
   void on_data_reader_discovery(DomainParticipant*, rtps::ReaderDiscoveryStatus status,
                                 const SubscriptionBuiltinTopicData& data, bool& ignore) final {
@@ -618,7 +642,7 @@ class DiscoveryListener : public DomainParticipantListener {
     peer(found.info.m_guid, found.info.m_participantName.to_string(),
          found.status == Info::DISCOVERED_PARTICIPANT,
          found.status == Info::REMOVED_PARTICIPANT || found.status == Info::DROPPED_PARTICIPANT,
-         found.info.m_VendorId);
+         found.info.m_VendorId, addresses_of(found.info));
   }
   void on_subscriber_discovery(DomainParticipant*, rtps::ReaderDiscoveryInfo&& found) final {
     on_endpoint({found.info.guid(), found.info.topicName().to_string(), found.info.typeName().to_string(),
@@ -632,9 +656,13 @@ class DiscoveryListener : public DomainParticipantListener {
   }
 #endif
   void peer(const Guid& guid, std::string name, bool found, bool lost,
-            const std::array<std::uint8_t, 2>& vendor) {
+            const std::array<std::uint8_t, 2>& vendor, std::vector<std::string> addresses) {
     using Change = FoundPeer::Change;
-    on_peer({guid, std::move(name), found ? Change::found : lost ? Change::lost : Change::other, vendor});
+    on_peer({guid, std::move(name),
+             found  ? Change::found
+             : lost ? Change::lost
+                    : Change::other,
+             vendor, std::move(addresses)});
   }
 };
 

@@ -64,6 +64,9 @@ std::string Participant::guid() const {
 std::vector<FoundWriter> Participant::writers() const {
   return core_->writers();
 }
+std::vector<Counterpart> Participant::counterparts(std::string_view topic, bool writers) const {
+  return core_->counterparts(topic, writers);
+}
 std::vector<BridgeEnd> Participant::bridge_ends(std::string_view topic) const {
   return core_->bridge_ends().of_topic(topic);
 }

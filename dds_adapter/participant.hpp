@@ -189,6 +189,16 @@ struct FoundWriter {
   bool refused = false;  ///< by a reader of ours, for the hash of its type: ParticipantConfig::strict_types
 };
 
+/// Somebody else's reader or writer that one of ours matches, and that is not the end of a bridge.
+struct Counterpart {
+  Guid guid{};
+  std::string node{};         ///< its ROS 2 node, once known
+  std::string participant{};  ///< what its participant calls itself
+  /// Where its participant says that it is reached, IPv4 and IPv6, without ports; one on this host as a rule
+  /// at 127.0.0.1.
+  std::vector<std::string> addresses{};
+};
+
 /// What a reader or writer may have beside its quality of service.
 struct EndpointExtras {
   OnMatch on_match{};       ///< a callback as any other; never called again once the endpoint is gone
@@ -410,6 +420,10 @@ class Participant {
   /// The writers of others that are there now, also those of topics that nobody here reads; in no order that
   /// means anything. At most 4096 readers and writers are remembered.
   [[nodiscard]] std::vector<FoundWriter> writers() const;
+  /// Those that match a reader or writer of ours of this topic and are no ends of bridges; of the readers and
+  /// writers that are remembered.
+  /// @param writers  they write, ours reads; else the other way round.
+  [[nodiscard]] std::vector<Counterpart> counterparts(std::string_view topic, bool writers) const;
   /// The ends of other bridges on this topic. At most 4096 are remembered, of all topics.
   [[nodiscard]] std::vector<BridgeEnd> bridge_ends(std::string_view topic) const;
   /// Changes when ends of other bridges have come or gone. Cheap: takes no lock.

@@ -266,8 +266,8 @@ Vendor ParticipantCore::vendor(const fast::Prefix& participant) const {
   std::array<std::uint8_t, 2> id{participant.value[0], participant.value[1]};
   {
     const std::lock_guard lock{mutex_};
-    if (const auto known = vendors_.find(participant); known != vendors_.end()) {
-      id = known->second;
+    if (const auto known = peers_.find(participant); known != peers_.end()) {
+      id = known->second.vendor;
     }
   }
   return id == eprosima ? Vendor::fast_dds : id == eclipse ? Vendor::cyclone_dds : Vendor::other;
@@ -465,6 +465,10 @@ void ParticipantCore::silence() {
 void ParticipantCore::on_peer(const fast::FoundPeer& peer) {
   using Change = fast::FoundPeer::Change;
   if (peer.change == Change::other) {
+    const std::lock_guard lock{mutex_};
+    if (const auto known = peers_.find(peer.guid.guidPrefix); known != peers_.end()) {
+      known->second.addresses = peer.addresses;
+    }
     return;
   }
   if (peer.change == Change::lost) {
@@ -473,13 +477,13 @@ void ParticipantCore::on_peer(const fast::FoundPeer& peer) {
   {
     const std::lock_guard lock{mutex_};
     if (peer.change == Change::lost) {
-      vendors_.erase(peer.guid.guidPrefix);
+      peers_.erase(peer.guid.guidPrefix);
       // Of those that it ignores Fast DDS 3 does not say that they have left.
       std::erase_if(found_, [&](const auto& known) {
         return known.first.guidPrefix == peer.guid.guidPrefix && !known.second.refused_by.empty();
       });
-    } else if (vendors_.size() < max_found) {
-      vendors_.insert_or_assign(peer.guid.guidPrefix, peer.vendor);
+    } else if (peers_.size() < max_found) {
+      peers_.insert_or_assign(peer.guid.guidPrefix, Peer{peer.vendor, peer.name, peer.addresses});
     }
   }
   const auto kind = peer.change == Change::found ? Event::Kind::peer_found : Event::Kind::peer_lost;
@@ -552,9 +556,36 @@ std::vector<FoundWriter> ParticipantCore::writers() const {
   return result;
 }
 
+std::vector<Counterpart> ParticipantCore::counterparts(std::string_view topic, bool writers) const {
+  std::vector<Counterpart> result;
+  const std::lock_guard lock{mutex_};
+  std::vector<const Endpoint*> ours;
+  std::ranges::copy_if(endpoints_, std::back_inserter(ours),
+                       [&](const Endpoint* one) { return one->topic == topic && one->writer != writers; });
+  if (ours.empty()) {
+    return result;
+  }
+  for (const auto& [guid, found] : found_) {
+    const fast::FoundEndpoint& peer = found.endpoint;
+    const bool matches =
+        !is_own(guid) && found.refused_by.empty() && std::ranges::any_of(ours, [&](const Endpoint* one) {
+          return are_counterparts(*one, peer) && policies_between(*one, peer).empty();
+        });
+    if (!matches || bridge_ends_.contains(guid)) {
+      continue;
+    }
+    result.push_back({.guid = to_guid(guid), .node = graph_.node_of(guid)});
+    if (const auto known = peers_.find(guid.guidPrefix); known != peers_.end()) {
+      result.back().participant = known->second.name;
+      result.back().addresses = known->second.addresses;
+    }
+  }
+  return result;
+}
+
 std::size_t ParticipantCore::peers() const {
   const std::lock_guard lock{mutex_};
-  return vendors_.size();
+  return peers_.size();
 }
 
 std::uint64_t ParticipantCore::not_remembered() const {

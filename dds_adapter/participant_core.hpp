@@ -87,6 +87,7 @@ class ParticipantCore final : private fast::DiscoveryListener {
 
   [[nodiscard]] const FoundBridgeEnds& bridge_ends() const noexcept { return bridge_ends_; }
   [[nodiscard]] std::vector<FoundWriter> writers() const;
+  [[nodiscard]] std::vector<Counterpart> counterparts(std::string_view topic, bool writers) const;
   [[nodiscard]] std::size_t peers() const;
   [[nodiscard]] std::uint64_t not_remembered() const;
 
@@ -165,7 +166,12 @@ class ParticipantCore final : private fast::DiscoveryListener {
   static constexpr std::size_t never_large = std::numeric_limits<std::size_t>::max();
   std::atomic<std::size_t> large_sample_ = never_large;  ///< to be told of when a larger one is written
   std::uint64_t not_remembered_ = 0;                     ///< as there was no room
-  std::map<fast::Prefix, std::array<std::uint8_t, 2>> vendors_;  ///< of foreign participants
+  struct Peer {
+    std::array<std::uint8_t, 2> vendor{};
+    std::string name{};
+    std::vector<std::string> addresses{};
+  };
+  std::map<fast::Prefix, Peer> peers_;  ///< foreign participants
 
   std::mutex event_gate_;
   std::function<void(const Event&)> on_event_;

@@ -50,6 +50,8 @@ struct ServiceConfig {
   /// EndpointExtras::bridge of both: servers and clients of different bridges do not see each other.
   std::string bridge{};
   std::function<bool(std::string_view bridge)> takes_bridge{};  ///< likewise, EndpointExtras::takes_bridge
+  /// Told of those at the other end of the topic of requests, as EndpointExtras::on_match.
+  OnMatch on_request_match{};
 };
 
 /// A request or reply as CDR with its encapsulation header, whatever form it came in: on loan from DDS, or

@@ -104,6 +104,9 @@ struct ServiceClient::State {
         ros_request_topic(config.name), ros_type_name(config.type + "_Request"), qos, config.max_sample_bytes,
         {.on_match =
              [this](const Guid& peer, bool matched) {
+               if (config.on_request_match) {
+                 config.on_request_match(peer, matched);
+               }
                const Vendor vendor = participant.vendor(peer);
                changed([&] { servers.reader(peer, matched, vendor); });
              },

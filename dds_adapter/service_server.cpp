@@ -47,6 +47,9 @@ struct ServiceServer::State {
         [this](Sample sample) { take(std::move(sample)); }, config.max_sample_bytes,
         {.on_match =
              [this](const Guid& peer, bool matched) {
+               if (config.on_request_match) {
+                 config.on_request_match(peer, matched);
+               }
                changed([&] {
                  if (matched) {
                    request_writers.insert(peer);

@@ -98,6 +98,24 @@ std::optional<OwnAddress> own_address(const IpAddress& address) {
 
 }  // namespace
 
+std::vector<IpAddress> own_addresses() {
+  std::vector<IpAddress> result;
+  ifaddrs* all = nullptr;
+  if (getifaddrs(&all) != 0) {
+    return result;
+  }
+  for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
+    if (one->ifa_addr != nullptr &&
+        (one->ifa_addr->sa_family == AF_INET || one->ifa_addr->sa_family == AF_INET6)) {
+      SocketAddress own;
+      own.assign(*one->ifa_addr);
+      result.push_back(own.endpoint().address);
+    }
+  }
+  freeifaddrs(all);
+  return result;
+}
+
 unsigned interface_of(const IpAddress& address) {
   const auto own = own_address(address);
   return own ? own->interface : 0;

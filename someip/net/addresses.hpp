@@ -4,6 +4,7 @@
 
 #include <cstring>
 #include <optional>
+#include <vector>
 
 #include "someip/wire/endpoint.hpp"
 
@@ -31,6 +32,9 @@ class SocketAddress {
 
 /// Index of the network interface that has this address; 0 when none has.
 [[nodiscard]] unsigned interface_of(const IpAddress& address);
+
+/// All addresses that interfaces of this host have; of loopback's, only those that are told.
+[[nodiscard]] std::vector<IpAddress> own_addresses();
 
 /// Length of the prefix of the subnet that this host's `address` is in; nothing when the host has no such
 /// address, or when it has no subnet: a prefix of the whole address, as of tunnels.

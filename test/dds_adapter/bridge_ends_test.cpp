@@ -1,6 +1,9 @@
 // How the readers and writers of bridges recognise each other.
 #include <gmock/gmock.h>
 
+#include <atomic>
+#include <optional>
+
 #include "test/dds_adapter/participants.hpp"
 
 namespace trestle::dds::bridge_ends_test {
@@ -61,6 +64,31 @@ TEST_F(BridgeEnds, TakeFromOthersOnly) {
   EXPECT_GE(reader.counters().from_bridge, 1U);
   EXPECT_EQ(reader.counters().received, 1U);
   EXPECT_EQ(plain.counters().from_bridge, 0U);
+}
+
+/// Who matches without being one.
+class Counterparts : public BridgeEnds {};
+
+TEST_F(Counterparts, AreThoseWhoMatchAndAreNoBridges) {
+  Inbox<Bytes> inbox;
+  std::atomic<int> matches = 0;
+  Writer writer = write(a_, "in", [&](const Guid&, bool matched) { matches += matched ? 1 : -1; });
+  const Reader own = a_.create_reader(test::points_topic, test::points_type, {}, into(inbox));
+  EXPECT_THAT(a_.counterparts(test::points_topic, false), IsEmpty()) << "our own is none";
+  const Reader bridge = read(b_, inbox, "out");
+  const Reader hasty = c_.create_reader(test::points_topic, test::points_type,
+                                        {.deadline = std::chrono::milliseconds{10}}, into(inbox));
+  auto reader = std::make_optional(c_.create_reader(test::points_topic, test::points_type, {}, into(inbox)));
+  const auto found = [&] { return a_.counterparts(test::points_topic, false); };
+  ASSERT_TRUE(eventually([&] { return matches == 1 && found().size() == 1; }));
+  EXPECT_EQ(found()[0].guid, reader->guid()) << "and not the one that it does not match";
+  EXPECT_EQ(found()[0].participant, ParticipantConfig{}.name);
+  EXPECT_THAT(found()[0].addresses, ElementsAre("127.0.0.1"));
+  EXPECT_THAT(a_.counterparts(test::points_topic, true), IsEmpty()) << "nobody writes";
+  EXPECT_THAT(a_.counterparts("rt/other", false), IsEmpty());
+  EXPECT_THAT(b_.counterparts(test::points_topic, true), IsEmpty()) << "that writer is the end of a bridge";
+  reader.reset();
+  EXPECT_TRUE(eventually([&] { return matches == 0 && found().empty(); }));
 }
 
 TEST_F(BridgeEnds, TakeThoseThatTheyWant) {

@@ -4,6 +4,7 @@
 //
 //   hostile_flow peer ADDRESS PART...   an end in SOME/IP, with one Node
 //   hostile_flow dds DOMAIN PART...     an end in DDS
+//   hostile_flow old ADDRESS:DOMAIN PART...   a bridge that does not say that it is one, on all interfaces
 //
 // A part is FLOW=KIND:WORD:..., and a line is KIND FLOW NUMBER...: numbers are nanoseconds of
 // CLOCK_MONOTONIC.
@@ -32,6 +33,8 @@
 #include "sd/net/node.hpp"
 #include "someip/net/address_text.hpp"
 #include "someip/wire/bytes.hpp"
+#include "test/hostile/flow_parts.hpp"
+#include "test/hostile/old_bridge.hpp"
 
 namespace trestle::test {
 namespace {
@@ -40,61 +43,8 @@ using measure::monotonic_ns;
 using namespace std::chrono_literals;
 
 constexpr std::int64_t second_ns = 1'000'000'000;
-constexpr someip::MethodId the_event{0x8001};
-constexpr sd::EventgroupId the_eventgroup{1};
 constexpr std::byte forged_mark{0xf0};  ///< begins answers that nobody of ours has given
 constexpr std::uint32_t point_bytes = 16;
-
-/// Lines of standard output, by several threads. They are in memory until flush(): a system call for each
-/// message would be a burden of the test's own.
-class Lines {
- public:
-  void add(const std::string& line) {
-    const std::lock_guard lock{mutex_};
-    text_ += line;
-    text_ += '\n';
-  }
-  void flush() {
-    std::string text;
-    {
-      const std::lock_guard lock{mutex_};
-      text.swap(text_);
-    }
-    std::fwrite(text.data(), 1, text.size(), stdout);
-    std::fflush(stdout);
-  }
-
- private:
-  std::mutex mutex_;
-  std::string text_;
-};
-
-/// FLOW=KIND:WORD:...
-struct Part {
-  std::string flow;
-  std::vector<std::string> words;
-
-  explicit Part(const std::string& text) : flow{text.substr(0, text.find('='))} {
-    for (std::size_t at = flow.size() + 1; at <= text.size();) {
-      const std::size_t end = std::min(text.find(':', at), text.size());
-      words.push_back(text.substr(at, end - at));
-      at = end + 1;
-    }
-  }
-  [[nodiscard]] const std::string& word(std::size_t i) const {
-    if (i >= words.size()) {
-      throw std::invalid_argument{flow + ": word " + std::to_string(i) + " is missing"};
-    }
-    return words[i];
-  }
-  [[nodiscard]] std::string word(std::size_t i, const char* otherwise) const {
-    return i < words.size() ? words[i] : otherwise;
-  }
-  [[nodiscard]] double number(std::size_t i) const { return std::stod(word(i)); }
-  [[nodiscard]] std::uint16_t id(std::size_t i) const {
-    return static_cast<std::uint16_t>(std::stoul(word(i), nullptr, 0));
-  }
-};
 
 /// Does something so many times a second, by a clock that does not slip.
 class Ticker {
@@ -489,17 +439,22 @@ class DdsEnd {
 };
 
 int run(const std::vector<std::string>& arguments) {
-  if (arguments.size() < 2 || (arguments[0] != "peer" && arguments[0] != "dds")) {
-    std::fputs("hostile_flow peer ADDRESS[,BUFFER]|dds DOMAIN[,all] FLOW=KIND:WORD:...\n", stderr);
+  if (arguments.size() < 2 || (arguments[0] != "peer" && arguments[0] != "dds" && arguments[0] != "old")) {
+    std::fputs("hostile_flow peer ADDRESS[,BUFFER]|dds DOMAIN[,all]|old ADDRESS:DOMAIN FLOW=KIND:WORD:...\n",
+               stderr);
     return 2;
   }
   boost::asio::io_context io;
   Lines lines;
   std::unique_ptr<Peer> peer;
   std::unique_ptr<DdsEnd> dds_end;
+  std::unique_ptr<OldBridge> old_bridge;
   const cli::OnSignal stop{io, {SIGINT, SIGTERM}, [&](int) {
                              if (peer) {
                                peer->shutdown();
+                             }
+                             if (old_bridge) {
+                               old_bridge->shutdown();
                              }
                              io.stop();
                            }};
@@ -507,12 +462,17 @@ int run(const std::vector<std::string>& arguments) {
   const std::string extra = arguments[1].substr(std::min(where.size() + 1, arguments[1].size()));
   if (arguments[0] == "peer") {
     peer = std::make_unique<Peer>(io, lines, where, extra.empty() ? 0 : std::stoi(extra));
+  } else if (arguments[0] == "old") {
+    const std::size_t colon = where.find(':');
+    old_bridge = std::make_unique<OldBridge>(io, lines, where.substr(0, colon),
+                                             static_cast<std::uint32_t>(std::stoul(where.substr(colon + 1))));
   } else {
     dds_end =
         std::make_unique<DdsEnd>(io, lines, static_cast<std::uint32_t>(std::stoul(where)), extra != "all");
   }
   for (std::size_t i = 2; i < arguments.size(); ++i) {
-    peer ? peer->add(Part{arguments[i]}) : dds_end->add(Part{arguments[i]});
+    const Part part{arguments[i]};
+    peer ? peer->add(part) : old_bridge ? old_bridge->add(part) : dds_end->add(part);
   }
   lines.add(fmt::format("U - {}", monotonic_ns()));
   const Ticker flush{io, 20, [&lines] { lines.flush(); }};

@@ -31,7 +31,7 @@ HEAD = """\
 someip:
   address: {address}{more}
   sd: {{initial_delay_min: 10 ms, initial_delay_max: 20 ms}}
-dds: {{domain: {domain}, interfaces: [127.0.0.1], node: /{name}}}
+dds: {{domain: {domain}, interfaces: [{interface}], node: /{name}}}
 """
 POINT_CLOUD = "sensor_msgs/msg/PointCloud2"
 RELIABLE = "qos: {reliability: reliable, durability: volatile}"
@@ -97,10 +97,11 @@ class World:
 
     # --- Who is there ---------------------------------------------------------------------------------------
 
-    def bridge(self, host, name, body, domain=80, more="", quiet=False, address=""):
-        """Starts a bridge from what its file says beside the networks."""
+    def bridge(self, host, name, body, domain=80, more="", quiet=False, address="",
+               interface="127.0.0.1"):
+        """Starts a bridge from what its file says beside the networks. interface: of DDS, by its address."""
         path = FOLDER / self.lab.name / f"{name}.yaml"
-        path.write_text(HEAD.format(address=address or ADDRESS[host], domain=domain,
+        path.write_text(HEAD.format(address=address or ADDRESS[host], domain=domain, interface=interface,
                                     name=name.replace("-", "_"), more=more) + body, encoding="utf-8")
         return self.lab.start(host, name, self.trestle, "bridge", *(["--quiet"] if quiet else []), path)
 

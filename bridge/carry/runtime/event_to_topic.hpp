@@ -8,6 +8,8 @@
 #include "bridge/carry/runtime/conversion_log.hpp"
 #include "bridge/carry/runtime/counters.hpp"
 #include "bridge/carry/runtime/e2e_status.hpp"
+#include "bridge/carry/runtime/loop_guard.hpp"
+#include "bridge/carry/runtime/loop_suspects.hpp"
 #include "bridge/carry/runtime/report.hpp"
 #include "bridge/carry/runtime/silence_reasons.hpp"
 #include "bridge/messages/convert/conversion_plan.hpp"
@@ -19,7 +21,8 @@ namespace trestle::carry {
 /// Carries a SOME/IP event to a DDS topic, on the thread that runs the io_context: the reassembled payload is
 /// converted where it lies and written to DDS, which copies it once. As the route's presence says, it writes
 /// to the topic only while the service is offered, and subscribes only while somebody reads. What another
-/// bridge takes from the very topic is not written there again.
+/// bridge takes from the very topic is not written there again. Where somebody at the sender's host reads the
+/// topic who does not say that he is a bridge, what comes again and again is put on trial: LoopGuard.
 class EventToTopic {
  public:
   /// Opens sockets on `node`; subscribes, or looks for the service.  @throws someip::NetError
@@ -65,6 +68,9 @@ class EventToTopic {
   void carry(const someip::Message& event, const Endpoint& from);
   /// Whether the event was on the topic before.
   [[nodiscard]] bool comes_back(const Endpoint& from);
+  /// Whether it is not to be carried for now, as a ring may be closed by who does not say that he is a
+  /// bridge.
+  [[nodiscard]] bool seems_to_loop(ByteView payload, const Endpoint& from, Clock::time_point now);
   void subscribe();
   void settle_soon();
   void settle();
@@ -85,6 +91,8 @@ class EventToTopic {
   BridgeMark mark_;
   std::optional<Returns> returns_;
   std::vector<IpAddress> told_returns_;
+  LoopSuspects suspects_;
+  std::unique_ptr<LoopGuard> loop_;  ///< from when something first came from where one of them is
   std::optional<dds::Writer> writer_;
   dds::WriterCounters past_writers_;
   std::optional<sd::RequirementId> requirement_;  ///< to write while the service is offered

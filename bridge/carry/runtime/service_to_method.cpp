@@ -33,6 +33,11 @@ void add_to(dds::ServiceServerCounters& sum, const dds::ServiceServerCounters& m
   sum.writer.overwritten += more.writer.overwritten;
 }
 
+dds::ServiceConfig watching_clients(dds::ServiceConfig ros, const LoopSuspects& clients) {
+  ros.on_request_match = clients.on_match();
+  return ros;
+}
+
 // What went wrong is the code of an answer.
 bool is_return_code(const boost::system::error_code& error) {
   return error && error.category() == make_error_code(someip::ReturnCode::not_ok).category();
@@ -68,8 +73,9 @@ ServiceToMethod::ServiceToMethod(sd::Node& node, const MethodRoute& method, mess
                                  const IpAddress& address)
     : node_{node},
       method_{method},
+      suspects_{dds::ros_request_topic(method.ros_service), true},
       plans_{std::move(plans)},
-      ros_{std::move(ros)},
+      ros_{watching_clients(std::move(ros), suspects_)},
       log_{method.ros_service},
       failure_{std::move(failure)},
       returns_{dds::ros_request_topic(method.ros_service), mark_of(address, method)},
@@ -115,6 +121,7 @@ void ServiceToMethod::stop() {
 
 bool ServiceToMethod::look_for_servers() {
   chosen_.reset();
+  called_.clear();
   returns_.update(*participant_);
   bool any = false;
   bool all = true;
@@ -136,6 +143,9 @@ bool ServiceToMethod::look_for_servers() {
       continue;
     }
     any = true;
+    if (at) {
+      called_.push_back(at->address);
+    }
     first = first ? first : server.instance;
   }
   if (!all) {
@@ -195,12 +205,30 @@ void ServiceToMethod::tell_change() const {
   }
 }
 
+// Behind a bridge there are many senders. A client at the host of the SOME/IP service may be one, too, that
+// does not say so; its calls of a ring come while the one that causes them waits for its answer.
+std::optional<std::uint64_t> ServiceToMethod::sender_of(const dds::RequestId& id) {
+  suspects_.update(*participant_);
+  if (id.from_bridge ||
+      ((outstanding_ > 0 || method_.fire_and_forget) && suspects_.is_at(id.request.writer, called_))) {
+    return std::nullopt;
+  }
+  return message_hash(id.request.writer);
+}
+
 void ServiceToMethod::on_request(const dds::RequestId& id, const dds::ServiceMessage& request) {
   ++received_;
-  const auto through = [&] { return "who else answers " + method_.ros_service; };
-  const std::optional<std::uint64_t> from =
-      id.from_bridge ? std::nullopt : std::optional{message_hash(id.request.writer)};
-  if (!loop_.may_carry(message_hash(request.cdr()), from, std::chrono::steady_clock::now(), through)) {
+  const auto through = [&] {
+    const auto suspected = std::ranges::find_if(called_, [&](const IpAddress& host) {
+      return suspects_.is_at(id.request.writer, {&host, 1});
+    });
+    return suspected == called_.end()
+               ? "who else answers " + method_.ros_service
+               : fmt::format("{}, which calls it, and the SOME/IP service at {}",
+                             suspects_.name_at(*suspected, *participant_), someip::to_string(*suspected));
+  };
+  if (!loop_.may_carry(message_hash(request.cdr()), sender_of(id), std::chrono::steady_clock::now(),
+                       through)) {
     loop_.settle();
     fail(id, "this route seems to loop", true);
     return;

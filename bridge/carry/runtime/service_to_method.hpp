@@ -9,6 +9,7 @@
 #include "bridge/carry/runtime/e2e_status.hpp"
 #include "bridge/carry/runtime/failure_reply.hpp"
 #include "bridge/carry/runtime/loop_guard.hpp"
+#include "bridge/carry/runtime/loop_suspects.hpp"
 #include "bridge/carry/runtime/service_work.hpp"
 #include "bridge/messages/convert/service_plans.hpp"
 #include "dds_adapter/service.hpp"
@@ -58,6 +59,8 @@ class ServiceToMethod {
   void tell_change() const;
   /// Looks for servers that are not ourselves by way of another bridge.
   [[nodiscard]] bool look_for_servers();
+  /// The sender of a request, for the LoopGuard; nothing: one that may be part of a ring.
+  [[nodiscard]] std::optional<std::uint64_t> sender_of(const dds::RequestId& id);
   void on_request(const dds::RequestId& id, const dds::ServiceMessage& request);
   void tell(const dds::RequestId& id, const std::vector<std::byte>& payload);
   /// @param wanted  the value, of a setter that has no getter to ask.
@@ -73,6 +76,7 @@ class ServiceToMethod {
 
   sd::Node& node_;
   const MethodRoute method_;
+  LoopSuspects suspects_;  ///< ROS clients
   messages::ServicePlans plans_;
   const dds::ServiceConfig ros_;
   messages::ConversionScratch scratch_;
@@ -86,6 +90,7 @@ class ServiceToMethod {
   Returns returns_;
   std::optional<someip::InstanceId> chosen_;  ///< where not all servers may be called
   bool told_returns_ = false;
+  std::vector<IpAddress> called_;  ///< where the servers are
   LoopGuard loop_;
   std::shared_ptr<ServiceWork> work_;
   dds::ServiceServerCounters past_;  ///< of servers that have ended

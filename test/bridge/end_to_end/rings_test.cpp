@@ -1,9 +1,13 @@
 // Bridges that close a ring between DDS and SOME/IP, and those that stand side by side on purpose.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
 
+#include <boost/asio/post.hpp>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 #include "someip/net/address_text.hpp"
 #include "test/bridge/end_to_end/services_end_to_end.hpp"
@@ -12,7 +16,9 @@ namespace trestle::test::rings_test {
 namespace {
 
 using testing::ElementsAre;
+using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 constexpr dds::Qos latched{.reliable = true, .transient_local = true, .depth = 1};
 constexpr auto a_while = 500ms;
@@ -545,6 +551,186 @@ TEST_F(Gateways, AreKeptFromClosingARing) {
   EXPECT_LE(before, 110U);
   run_for(a_while);
   EXPECT_EQ(second.counter("route /chatter", "carried"), before);
+}
+
+/// Beside somebody who has readers, writers, services and events as a bridge has, and says nothing of it: an
+/// older bridge. All that comes back into our bridge comes from him.
+class OldBridges : public Gateways {
+ protected:
+  OldBridges() {
+    spdlog::set_default_logger(
+        std::make_shared<spdlog::logger>("test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log_)));
+  }
+  ~OldBridges() override {
+    bridges_.clear();
+    spdlog::set_default_logger(std::make_shared<spdlog::logger>("after"));
+  }
+
+  /// The bridge under test, which carries a service's event to a topic of this name, and the service;
+  /// somebody at its host reads the topic.
+  RunningBridge& event_to(const std::string& topic, int service, dds::OnSample on_sample) {
+    RunningBridge& route = add("routes:\n" + in(topic, service));
+    offer(service);
+    reader_ = listener_.create_reader(dds::ros_topic_name(topic), dds::ros_type_name(string_type), {},
+                                      std::move(on_sample));
+    EXPECT_TRUE(subscribed(route, topic));
+    EXPECT_TRUE(until([&] { return route.counter("route " + topic, "readers") == 1; }));
+    return route;
+  }
+  /// Sends an event so many times, four each millisecond, or as often as the machine can.
+  void notify_often(int times) {
+    for (int i = 0; i < times; ++i) {
+      notify();
+      if (i % 4 == 3) {
+        run_for(1ms);
+      }
+    }
+  }
+  /// What is said of a ring goes through these.
+  void expect_told(const std::string& route, const std::string& through) {
+    ASSERT_TRUE(until([&] { return log_.str().find("seems to loop") != std::string::npos; })) << log_.str();
+    EXPECT_THAT(log_.str(), HasSubstr(route + ": this route seems to loop through the DDS participant '"));
+    EXPECT_THAT(log_.str(), HasSubstr(through + someip::to_string(own_address(2))));
+  }
+
+  // Messages in a ring at once, so that also on a slow machine it is quick enough to be found.
+  static constexpr int several_ = 10;
+  std::ostringstream log_;
+  std::optional<dds::Reader> reader_;
+};
+
+TEST_F(OldBridges, AreKeptFromClosingARingWithARoute) {
+  int rounds = 0;
+  RunningBridge& route = event_to("/chatter", 1, [&](const dds::Sample&) {
+    boost::asio::post(io_, [&] {
+      ++rounds;
+      notify();
+    });
+  });
+  auto writer = BridgeTest::writer("/chatter");
+  ASSERT_TRUE(until([&] { return writer.matched() == 1; }));
+  for (int i = 0; i < several_; ++i) {
+    ASSERT_TRUE(writer.write(hello_cdr));
+  }
+  ASSERT_TRUE(until([&] { return route.counter("route /chatter", "looped") > 0; }));
+  run_for(a_while);
+  EXPECT_LE(rounds, 101 + 2 * several_);
+  const int before = rounds;
+  expect_told("/chatter", "who reads the topic, and the SOME/IP service at ");
+  run_for(a_while);
+  EXPECT_LE(rounds, before + 110) << "at most 200 a second, and as a rule none";
+  for (int i = 0; i < 20; ++i) {  // more of it comes in, and is bounded
+    ASSERT_TRUE(writer.write(hello_cdr));
+    run_for(50ms);
+  }
+  EXPECT_LE(rounds - before, 20 + 2 * 220);
+}
+
+// Whether a trial takes an honest event for a ring depends on how the machine keeps time; what it makes of
+// one that comes in time is in loop_check_test.cpp.
+TEST_F(OldBridges, AreNotWhoSaysTheSameOften) {
+  bool goes_on = false;
+  for (int attempt = 1; attempt <= 5 && !goes_on; ++attempt) {
+    const std::string topic = fmt::format("/chatter{}", attempt);
+    RunningBridge& route = event_to(topic, attempt, [](const dds::Sample&) {});
+    const auto counted = [&](const char* name) { return route.counter("route " + topic, name); };
+    for (int i = 0; i < 100 && counted("looped") == 0; ++i) {
+      notify_often(80);
+    }
+    ASSERT_GT(counted("looped"), 0U) << "it is put on trial";
+    notify_often(4400);  // longer than any trial
+    const std::uint64_t looped = counted("looped");
+    const std::uint64_t carried = counted("carried");
+    notify_often(1000);
+    goes_on = looped <= 400 && counted("looped") == looped && counted("carried") > carried;
+  }
+  EXPECT_TRUE(goes_on) << log_.str();
+}
+
+// Who reads here says that he is a bridge.
+TEST_F(OldBridges, AreNotThoseWhoSayWhatTheyAre) {
+  RunningBridge& first = add("routes:\n" + in("/chatter", 1));
+  RunningBridge& second = add("routes:\n" + out("/chatter", 2, from_first_));
+  offer(1);
+  ASSERT_TRUE(subscribed(first, "/chatter"));
+  ASSERT_TRUE(until([&] { return second.counter("route /chatter", "publishers") == 1; }));
+  ASSERT_TRUE(until([&] { return first.counter("route /chatter", "readers") == 1; }));
+  notify_often(500);
+  ASSERT_TRUE(until([&] { return first.counter("route /chatter", "received") == 500; }));
+  EXPECT_EQ(first.counter("route /chatter", "carried"), 500U);
+  EXPECT_EQ(first.counter("route /chatter", "looped"), 0U);
+}
+
+// He answers a ROS service by a method of ours, which calls that ROS service.
+TEST_F(OldBridges, AreKeptFromClosingARingWithAMethod) {
+  RunningBridge& ours = add("methods:\n" + method("ros", 1));
+  sd::Node node{io_, node_config()};
+  sd::Proxy proxy{node, {.service = someip::ServiceId{1}}};
+  int asked = 0;
+  std::vector<Answer> answers;
+  dds::ServiceServer* server = nullptr;
+  server = &driver_.server(listener_, ros("/actuate", "std_srvs/srv/SetBool"),
+                           [&](const dds::RequestId& id, const dds::ServiceMessage&) {
+                             ++asked;
+                             call(proxy, someip::MethodId{1}, hex("01"), answers);
+                             const Bytes yes = hex("00010000 01000000 01000000 00");
+                             const dds::ByteView bytes = yes;
+                             server->reply(id, {&bytes, 1}, std::chrono::steady_clock::now());
+                           });
+  const std::string group = "method of ROS service /actuate";
+  ASSERT_TRUE(until([&] { return ours.counter(group, "ready") == 1 && !proxy.available().empty(); }));
+  for (int i = 0; i < several_; ++i) {
+    call(proxy, someip::MethodId{1}, hex("01"), answers);
+  }
+  ASSERT_TRUE(until([&] { return ours.counter(group, "looped") > 0; }));
+  run_for(a_while);
+  EXPECT_LE(asked, 301 + 2 * several_);
+  const int before = asked;
+  expect_told("/actuate", "which has a server of it, and the SOME/IP client at ");
+  run_for(a_while);
+  EXPECT_LE(asked, before + 110) << "at most 200 a second, and as a rule none";
+}
+
+// He calls a ROS service for a method of his, which we call for that ROS service.
+TEST_F(OldBridges, AreKeptFromClosingARingWithAService) {
+  RunningBridge& ours = add("methods:\n" + method("someip", 1));
+  int asked = 0;
+  answering(ros("/actuate", "std_srvs/srv/SetBool"), [&](const dds::ServiceMessage&) {
+    ++asked;
+    return hex("00010000 01000000 01000000 00");
+  });
+  dds::ServiceClient& client = driver_.client(listener_, ros("/actuate", "std_srvs/srv/SetBool"));
+  const Bytes bytes = hex("00010000 01");
+  const dds::ByteView request = bytes;
+  std::vector<Answer> answers;
+  sd::Node node{io_, node_config()};
+  int called = 0;
+  const sd::Offer offered{
+      node,
+      {.service = someip::ServiceId{1},
+       .instance = someip::InstanceId{1},
+       .methods = {{someip::MethodId{1}, [&](const someip::Message&, sd::Responder to) {
+                      ++called;
+                      const auto waiting = std::make_shared<sd::Responder>(std::move(to));
+                      client.call({&request, 1}, patience, std::chrono::steady_clock::now(),
+                                  [waiting](const auto&) { waiting->respond(hex("01 00000004 efbbbf 00")); });
+                    }}}}};
+  const std::string group = "ROS service of method /actuate";
+  ASSERT_TRUE(until([&] { return ours.counter(group, "ready") == 1 && client.ready(); }));
+  ASSERT_TRUE(until([&] {  // he may have found the other server only
+    ros_call(client, bytes, answers);
+    run_for(20ms);
+    return called > 0;
+  }));
+  for (int i = 0; i < several_; ++i) {
+    ros_call(client, bytes, answers);
+  }
+  ASSERT_TRUE(until([&] { return ours.counter(group, "looped") > 0; }));
+  run_for(a_while);
+  const int before = asked;
+  expect_told("/actuate", "which calls it, and the SOME/IP service at ");
+  run_for(a_while);
+  EXPECT_LE(asked, before + 110) << "at most 200 a second, and as a rule none";
 }
 
 }  // namespace

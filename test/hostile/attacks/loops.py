@@ -1,7 +1,7 @@
 """Bridges that close a ring: what one sends, another brings back."""
 import flows
 from figures import Figure, at_least, at_most, holds
-from lab import CARS, Failed
+from lab import ADDRESS, CARS, Failed
 from scenario import scenario
 from world import route
 
@@ -39,17 +39,17 @@ def _await(world, arrived):
         world.check()
 
 
-def _strings(world, bridges, parts=("chatter=read:/chatter:string",), relay="", readers=2, subscriptions=0):
+def _strings(world, bridges, parts=("chatter=read:/chatter:string",), relay="", readers=2, subscriptions=0, domain=80):
     """Publishes 10 Strings on /chatter and gives what is read in the same domain, beside those that were published.
 
     readers: of /chatter, bridges and ours. subscriptions: of bridges, which have to be there before."""
     _start(world, bridges)
     if relay:
         world.end("honest", "relay", "peer", "10.84.0.2", relay)
-    reader = world.end("car", "reader", "dds", 80, *parts)
+    reader = world.end("car", "reader", "dds", domain, *parts)
     world.pass_time(2 if world.scale.short else 3, "bridges find each other")
     _await(world, lambda: sum(one.text().count("subscribed to eventgroup") for one in world.lab.programs) >= subscriptions)
-    writer = world.end("car", "writer", "dds", 80, f"chatter=publish:/chatter:string:0:5:reliable:{COUNT}:{readers}")
+    writer = world.end("car", "writer", "dds", domain, f"chatter=publish:/chatter:string:0:5:reliable:{COUNT}:{readers}")
     world.wait(lambda: len(flows.read(writer.out)[0]["chatter"].sent) == COUNT, "nobody reads what is published")
     sent = set(flows.read(writer.out)[0]["chatter"].sent)
     _await(world, lambda: sent <= {stamp for stamp, _ in flows.read(reader.out)[0]["chatter"].received})
@@ -62,6 +62,15 @@ def _strings(world, bridges, parts=("chatter=read:/chatter:string",), relay="", 
 
 def _no_more(world, extra):
     world.figures.append(at_most("Strings more than published", extra, 0))
+
+
+def _judge_bounded(world, extra):
+    world.figures.append(Figure("Strings more than published", extra))
+    told = [program.text() for program in world.lab.programs if LOOP_WORDS in program.text()]
+    # One String in the ring is a String that never ends; told of, or not there at all.
+    world.figures.append(holds(f'nothing, or told of: "{LOOP_WORDS}"', extra == 0 or told))
+    rate = extra / (4 if world.scale.short else 7)
+    world.figures.append(at_most("Strings a second in the ring", rate, 200, "/s"))
 
 
 @scenario("loop-two-bridges", 1, "two bridges in one DDS domain carry a String in a ring")
@@ -105,12 +114,32 @@ def patterns(world):
 def foreign(world):
     extra, _, _ = _strings(world, [(out("/chatter", 0x4101, 40101), 80), (back("/chatter", 0x4102), 80)],
                            relay="relay=relay:0x4101:0x4102")
-    world.figures.append(Figure("Strings more than published", extra))
-    told = [program.text() for program in world.lab.programs if LOOP_WORDS in program.text()]
-    # One String in the ring is a String that never ends; told of, or not there at all.
-    world.figures.append(holds(f'nothing, or told of: "{LOOP_WORDS}"', extra == 0 or told))
-    rate = extra / (4 if world.scale.short else 7)
-    world.figures.append(at_most("Strings a second in the ring", rate, 200, "/s"))
+    _judge_bounded(world, extra)
+
+
+@scenario("loop-old-bridge", 1, "a bridge that says nothing of itself takes the topic out again: bounded, and told of")
+def old(world):
+    world.bridge("car", "bridge", "routes:\n" + back("/chatter", 0x4101), 80, interface=ADDRESS["car"])
+    gateway = world.end("honest", "old", "old", ADDRESS["honest"] + ":80", "old=event:/chatter:0x4101")
+    _strings(world, [], subscriptions=1, domain="80,all")
+    _judge_bounded(world, len(flows.read(gateway.out)[0]["old"].sent) - COUNT)
+
+
+@scenario("loop-old-bridge-calls", 1, "the same with a service, called once by SOME/IP: bounded, and told of")
+def old_calls(world):
+    bridge = world.bridge("car", "bridge", "methods:\n" + method(0x4201, "someip"), 80, interface=ADDRESS["car"])
+    server = world.end("car", "server", "dds", "80,all", "actuate=answer:/actuate")
+    world.end("honest", "old", "old", ADDRESS["honest"] + ":80", "old=method:0x4201:/actuate")
+    world.pass_time(3 if world.scale.short else 4, "bridges find each other")
+    client = world.lab.start("second", "call", world.trestle, "call", "--address", ADDRESS["second"], "0x4201.1", "1", "01")
+    client.process.wait(60)
+    world.lab.programs.remove(client)
+    world.pass_time(2 if world.scale.short else 6, "what comes back")
+    asked = len(flows.read(server.out)[0]["actuate"].asked)
+    world.figures.append(at_least("requests at the server", asked, 1))
+    # 300 before it is put on trial, 10 a second from then on.
+    world.figures.append(at_most("requests at the server of one call", asked, 400))
+    world.figures.append(holds(f'one, or told of: "{LOOP_WORDS}"', asked == 1 or LOOP_WORDS in bridge.text()))
 
 
 @scenario("two-side-by-side", 1, "two bridges on purpose, split by service: all is carried, once")
