@@ -73,7 +73,7 @@ class Conversation {
                            .udp = Endpoint{IpAddress::v4(10, 0, 0, 1), 30509},
                            .tcp = Endpoint{IpAddress::v4(10, 0, 0, 1), 30510},
                            .eventgroups = groups,
-                           .load_balancing = LoadBalancingOption{.priority = instance}},
+                           .options = {.load_balancing = LoadBalancingOption{.priority = instance}}},
                           now_)
                    .value_or(OfferHandle{});
     }

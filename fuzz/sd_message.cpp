@@ -1,13 +1,27 @@
 // Property: whatever sd::decode() accepts, sd::encode() writes again byte for byte, unless its options array
-// breaks off; and reading any entry, option or configuration item of it stays in bounds.
+// breaks off; reading any entry, option or configuration item of it stays in bounds; and an option that can
+// be decoded is encoded again byte for byte.
 #include <algorithm>
 #include <array>
 #include <cstdlib>
 
 #include "sd/wire/message.hpp"
+#include "sd/wire/offer_options.hpp"
 
 using namespace trestle;
 using namespace trestle::sd;
+
+namespace {
+
+template <typename Kind>
+void require_same_bytes(const Option& option) {
+  const auto decoded = Kind::decode(option);
+  if (decoded && !(decoded->encode().view() == option)) {
+    std::abort();
+  }
+}
+
+}  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static std::array<std::byte, 1U << 20U> room;  // at least the -max_len of this target
@@ -31,7 +45,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     std::abort();
   }
   OptionCursor cursor = message->options();
-  while (cursor.next()) {
+  while (const auto option = cursor.next()) {
+    require_same_bytes<EndpointOption>(*option);
+    for_each_offer_option([&]<typename Kind>() { require_same_bytes<Kind>(*option); });
   }
   const auto again = encode(*message, room);
   if (again.has_value() == cursor.error().has_value() || (again && !std::ranges::equal(*again, input))) {

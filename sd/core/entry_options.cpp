@@ -87,7 +87,7 @@ std::optional<OptionFault> take_endpoint(EntryOptions& found, const Option& opti
   return std::nullopt;
 }
 
-// One of two kinds whose options are decoded whole. Such as cannot be held here (no_room) are not wrong.
+// An option of a kind that is decoded whole. Such as cannot be held here (no_room) are not wrong.
 template <typename Kind>
 std::optional<OptionFault> take_decoded(std::optional<Kind>& place, const Option& option) noexcept {
   const auto decoded = Kind::decode(option);
@@ -116,16 +116,16 @@ std::optional<OptionFault> take(EntryOptions& found, const Option& option, Entry
   if (rules.refuses(option)) {
     return OptionFault::unknown;
   }
-  switch (option.type) {
-    case OptionType::configuration:
-      return take_configuration(found, option);
-    case OptionType::load_balancing:
-      return take_decoded(found.load_balancing, option);
-    case OptionType::mac_groupcast:
-      return take_decoded(found.mac_groupcast, option);
-    default:
-      return take_endpoint(found, option, type, rules);
+  if (option.type == OptionType::configuration) {
+    return take_configuration(found, option);
   }
+  std::optional<OptionFault> fault = take_endpoint(found, option, type, rules);  // nothing for other types
+  OfferOptions::for_each(found.offer, [&](auto& place) {
+    if (!fault) {
+      fault = take_decoded(place, option);
+    }
+  });
+  return fault;
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #pragma once
 #include "sd/core/settings.hpp"
 #include "sd/wire/message.hpp"
+#include "sd/wire/offer_options.hpp"
 
 namespace trestle::sd {
 
@@ -38,8 +39,7 @@ struct EntryOptions {
   std::optional<Endpoint> udp;
   std::optional<Endpoint> tcp;
   std::optional<Endpoint> multicast;  ///< of a SubscribeEventgroupAck
-  std::optional<LoadBalancingOption> load_balancing;
-  std::optional<MacGroupcastOption> mac_groupcast;
+  OfferOptions offer;
   std::uint32_t receive_buffer_bytes =
       0;  ///< of a subscriber that tells it; of its configuration that is all
 };

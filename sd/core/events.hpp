@@ -2,7 +2,7 @@
 #include <optional>
 #include <variant>
 
-#include "sd/wire/option.hpp"
+#include "sd/wire/offer_options.hpp"
 #include "someip/wire/endpoint.hpp"
 
 namespace trestle::sd {
@@ -52,10 +52,9 @@ struct RemoteService {
   std::uint32_t minor = 0;
   std::optional<Endpoint> udp;  ///< where it is reached, and its UDP events come from
   std::optional<Endpoint> tcp;
-  Endpoint peer;                                        ///< its SD endpoint
-  std::optional<LoadBalancingOption> load_balancing{};  ///< ServiceDiscovery::choose() goes by it
-  std::optional<MacGroupcastOption> mac_groupcast{};    ///< of a service that is not SOME/IP
-  RemoteHandle handle{};                                ///< for ServiceDiscovery::configuration()
+  Endpoint peer;  ///< its SD endpoint
+  OfferOptions options{};
+  RemoteHandle handle{};  ///< for ServiceDiscovery::configuration()
   friend constexpr bool operator==(const RemoteService&, const RemoteService&) = default;
 };
 

@@ -23,8 +23,7 @@ RemoteService ServiceDiscovery::service_of(const slots::Remote& remote) const no
           remote.udp,
           remote.tcp,
           peers_[remote.peer].endpoint,
-          remote.load_balancing,
-          remote.mac_groupcast,
+          remote.options,
           remotes_.handle_of<RemoteHandle>(remote)};
 }
 
@@ -145,7 +144,8 @@ std::optional<RemoteService> ServiceDiscovery::choose(RequirementHandle handle) 
     return guards && remote.unanswered == slots::Remote::is_mute;
   };
   const auto rank = [&](const slots::Remote& remote) {
-    return is_mute(remote) ? LoadBalancingOption{} : remote.load_balancing.value_or(settings_.unranked);
+    return is_mute(remote) ? LoadBalancingOption{}
+                           : remote.options.load_balancing.value_or(settings_.unranked);
   };
   // The lower, the better: who does not answer is last, whoever has answered comes before others.
   const auto order = [&](const slots::Remote& remote) {
@@ -203,7 +203,7 @@ namespace {
 // Whether both are the same to who uses the service.
 TRESTLE_ONCE bool same_access(const slots::Remote& a, const slots::Remote& b) noexcept {
   return a.minor == b.minor && are_same(a.udp, b.udp) && are_same(a.tcp, b.tcp) &&
-         a.mac_groupcast == b.mac_groupcast;
+         a.options.mac_groupcast == b.options.mac_groupcast;
 }
 
 }  // namespace
@@ -244,16 +244,16 @@ bool ServiceDiscovery::read_offer(const Entry& entry, const Arrival& arrival,
   offered.peer = arrival.peer;
   offered.udp = options->udp;
   offered.tcp = options->tcp;
-  offered.load_balancing = options->load_balancing;
+  offered.options = options->offer;
   offered.configuration = configurations_.take(merged.body);
   const bool is_other = entry.service == other_protocols;
-  if (is_other) {
-    offered.mac_groupcast = options->mac_groupcast;
+  if (!is_other) {
+    offered.options.mac_groupcast.reset();
   }
   const bool is_named = !is_other || !otherserv_of(merged.body).empty();  // [feat_req_someipsd_500]
   // An offer without endpoint tells nobody how to reach the service. [feat_req_someipsd_503]
   // [feat_req_someipsd_681]
-  const bool is_good = is_named && (offered.udp || offered.tcp || offered.mac_groupcast);
+  const bool is_good = is_named && (offered.udp || offered.tcp || offered.options.mac_groupcast);
   counters_.ignored_bad_options += is_good ? 0 : 1;
   return is_good;
 }
@@ -297,8 +297,8 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
     remote = nullptr;
   }
   const bool replaced = remote != nullptr && !same_access(*remote, offered);
-  const bool updated = remote != nullptr && (remote->configuration != offered.configuration ||
-                                             remote->load_balancing != offered.load_balancing);
+  const bool updated = remote != nullptr &&
+                       (remote->configuration != offered.configuration || remote->options != offered.options);
   if (replaced) {
     lose(*remote, LossReason::replaced, arrival.now);
     remote = nullptr;
@@ -327,7 +327,7 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
       taken_over_ = remote->index;
     }
   }
-  remote->load_balancing = offered.load_balancing;
+  remote->options = offered.options;
   remote->configuration = offered.configuration;
   remote->expiry = end_of(entry.ttl_s, arrival.now);
   remote->answer_due = arrival.answer_due;

@@ -15,7 +15,7 @@ bool usable(const Eventgroup& eventgroup, const OfferedService& service, const O
 
 // Whether it can be reached at all, and by nothing that it must not have.
 bool has_access(const OfferedService& service) noexcept {
-  if (const auto& mac = service.mac_groupcast) {
+  if (const auto& mac = service.options.mac_groupcast) {
     return service.service == other_protocols &&
            mac->identifier_bytes <= MacGroupcastOption::max_identifier_bytes;
   }
@@ -102,8 +102,7 @@ Result<OfferHandle, SdError> ServiceDiscovery::offer(const OfferedService& servi
   slot->ttl_s = service.ttl_s.value_or(settings_.timing.ttl_s);
   slot->udp = service.udp;
   slot->tcp = service.tcp;
-  slot->load_balancing = service.load_balancing;
-  slot->mac_groupcast = service.mac_groupcast;
+  slot->options = service.options;
   slot->configuration = kept;
   if (link_up_) {
     start(slot->schedule, now);
@@ -273,12 +272,11 @@ void ServiceDiscovery::send_offer(const slots::Offer& offer, std::uint16_t to, T
   if (settings_.multicast_option_in_offers) {
     pending->add(EndpointRole::multicast, multicast_of(offer), Transport::udp);
   }
-  if (offer.mac_groupcast) {
-    pending->add(offer.mac_groupcast->encode());
-  }
-  if (offer.load_balancing) {
-    pending->add(offer.load_balancing->encode());
-  }
+  OfferOptions::for_each(offer.options, [&](const auto& option) {
+    if (option) {
+      pending->add(option->encode());
+    }
+  });
   pending->configuration = offer.configuration;
 }
 

@@ -81,10 +81,7 @@ struct OfferedService {
   /// other_protocols is named by its one `otherserv` item, no other may have one.  [feat_req_someipsd_857]
   /// [feat_req_someipsd_500] [feat_req_someipsd_502] [feat_req_someipsd_1228]
   std::span<const ConfigurationItem> configuration{};
-  /// How clients rank it among the instances of its service.  [feat_req_someipsd_174]
-  std::optional<LoadBalancingOption> load_balancing{};
-  /// Only of other_protocols, which then needs no endpoint.  [feat_req_someipsd_1250]
-  std::optional<MacGroupcastOption> mac_groupcast{};
+  OfferOptions options{};
 };
 
 /// A service that the application needs.

@@ -8,7 +8,7 @@
 #include "sd/core/reboot_detector.hpp"
 #include "sd/core/recent_messages.hpp"
 #include "sd/core/table.hpp"
-#include "sd/wire/option.hpp"
+#include "sd/wire/offer_options.hpp"
 #include "someip/core/session_counter.hpp"
 
 namespace trestle::sd {
@@ -63,8 +63,7 @@ struct Offer : SlotBase {
   std::uint32_t ttl_s = 0;
   std::optional<Endpoint> udp;
   std::optional<Endpoint> tcp;
-  std::optional<LoadBalancingOption> load_balancing;
-  std::optional<MacGroupcastOption> mac_groupcast;
+  OfferOptions options;
   std::uint16_t configuration = ConfigurationPool::none;
   OfferSchedule schedule;
   TimePoint last_multicast{};
@@ -122,8 +121,7 @@ struct Remote : SlotBase {
   std::uint16_t subscribed_by = none;          // the first of our subscriptions to it
   std::optional<Endpoint> udp;
   std::optional<Endpoint> tcp;
-  std::optional<LoadBalancingOption> load_balancing;
-  std::optional<MacGroupcastOption> mac_groupcast;
+  OfferOptions options;
   TimePoint expiry = never;  // which is at the next reboot
   TimePoint answer_due{};    // when to react to the last offer
 
@@ -198,7 +196,7 @@ struct PendingEntry {
   std::uint16_t configuration = ConfigurationPool::none;
   std::uint32_t receive_buffer_bytes = 0;  // to be told in a configuration option, if there is no other one
   Entry entry;
-  std::array<OwnedOption, 5> options{};
+  std::array<OwnedOption, 3 + offer_option_kinds> options{};  // endpoints: UDP, TCP, multicast
 
   void add(const OwnedOption& option) noexcept { options[option_count++] = option; }
   void add(EndpointRole role, const std::optional<Endpoint>& endpoint, Transport transport) noexcept {

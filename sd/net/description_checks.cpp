@@ -70,13 +70,13 @@ std::string mistake_in_identity(const ServiceSpec& spec) {
 }
 
 std::string mistake_in_access(const ServiceSpec& spec, const NodeConfig& config) {
-  if (spec.mac_groupcast) {
+  if (spec.options.mac_groupcast) {
     if (spec.service != other_protocols) {  // [feat_req_someipsd_1250]
-      return "mac_groupcast: is for service 0xfffe alone";
+      return "options.mac_groupcast: is for service 0xfffe alone";
     }
-    if (spec.mac_groupcast->identifier_bytes > MacGroupcastOption::max_identifier_bytes) {
-      return "mac_groupcast.identifier_bytes: must be at most 12, is " +
-             std::to_string(spec.mac_groupcast->identifier_bytes);
+    if (spec.options.mac_groupcast->identifier_bytes > MacGroupcastOption::max_identifier_bytes) {
+      return "options.mac_groupcast.identifier_bytes: must be at most 12, is " +
+             std::to_string(spec.options.mac_groupcast->identifier_bytes);
     }
   } else if (!spec.udp_port && !spec.tcp_port) {
     return "neither udp_port nor tcp_port: it cannot be reached";

@@ -23,6 +23,20 @@ std::string version_text(std::uint8_t major, std::uint32_t minor) {
          (minor == any_minor ? "any" : std::to_string(minor));
 }
 
+namespace {
+
+std::string text_of(const MacGroupcastOption& mac) {
+  std::string text;
+  for (const std::uint8_t byte : mac.address) {
+    std::array<char, 4> digits{};
+    std::snprintf(digits.data(), digits.size(), "%02x", byte);
+    text += (text.empty() ? "" : ":") + std::string{digits.data()};
+  }
+  return text + ", protocol " + hexadecimal(mac.protocol);
+}
+
+}  // namespace
+
 std::string endpoints_text(const RemoteService& service) {
   return (service.udp ? "UDP " + someip::to_string(*service.udp) : "") +
          (service.udp && service.tcp ? " and " : "") +
@@ -38,7 +52,10 @@ std::string describe(const RemoteService& service) {
   if (service.tcp) {
     text += " at TCP " + someip::to_string(*service.tcp);
   }
-  if (const auto& rank = service.load_balancing) {
+  if (const auto& mac = service.options.mac_groupcast) {
+    text += " at MAC " + text_of(*mac);
+  }
+  if (const auto& rank = service.options.load_balancing) {
     text += ", priority " + std::to_string(rank->priority) + " weight " + std::to_string(rank->weight);
   }
   return text;

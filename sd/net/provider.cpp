@@ -115,8 +115,7 @@ OfferHandle Provider::offer(ServiceSpec spec, TimePoint now) {
     configuration.push_back({receive_buffer_key, room});
   }
   offered.configuration = configuration;
-  offered.load_balancing = spec.load_balancing;
-  offered.mac_groupcast = spec.mac_groupcast;
+  offered.options = spec.options;
   std::string at;
   if (offer->udp) {
     offered.udp = offer->udp->socket.local();

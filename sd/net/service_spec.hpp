@@ -122,10 +122,9 @@ struct ServiceSpec {
   /// How long it lives unless it is offered again, 1 to infinite_ttl_s; nothing: Timing::ttl_s of the node.
   /// [feat_req_someipsd_253]
   std::optional<std::uint32_t> ttl_s{};
-  std::optional<LoadBalancingOption> load_balancing{};  ///< its rank among the instances of the service
+  OfferOptions options{};  ///< of a service with `mac_groupcast` neither port is needed
   /// How its requests that are in error are answered; nothing: as NodeConfig says.  [feat_req_someip_726]
   std::optional<someip::AnswerRules> answers{};
-  std::optional<MacGroupcastOption> mac_groupcast{};  ///< of other_protocols, which then needs no port
 };
 
 /// Chooses among the subscribers of an event.

@@ -118,26 +118,6 @@ std::optional<WireFault> find_fault(const SdMessage& message) noexcept {
   return std::nullopt;
 }
 
-namespace {
-
-// Known options go through their structs, so that a byte those forget would be seen.
-void write(ByteWriter& out, const Option& option) noexcept {
-  OwnedOption owned;
-  Option again = option;
-  if (const auto endpoint = EndpointOption::decode(option)) {
-    owned = endpoint->encode();
-    again = owned.view();
-  } else if (const auto load_balancing = LoadBalancingOption::decode(option)) {
-    owned = load_balancing->encode();
-    again = owned.view();
-  }
-  out.u16(static_cast<std::uint16_t>(again.body.size()));
-  out.u8(static_cast<std::uint8_t>(again.type));
-  out.bytes(again.body);
-}
-
-}  // namespace
-
 Result<ByteView> encode(const SdMessage& message, ByteSpan room) noexcept {
   ByteWriter out{room};
   out.u32((std::uint32_t{message.flags()} << 24U) | message.reserved());
@@ -151,7 +131,9 @@ Result<ByteView> encode(const SdMessage& message, ByteSpan room) noexcept {
   const std::size_t options_begin = out.position();
   OptionCursor cursor = message.options();
   while (const auto option = cursor.next()) {
-    write(out, *option);
+    out.u16(static_cast<std::uint16_t>(option->body.size()));
+    out.u8(static_cast<std::uint8_t>(option->type));
+    out.bytes(option->body);
   }
   if (cursor.error()) {
     return tl::unexpected{*cursor.error()};

@@ -4,6 +4,8 @@
 #include <cassert>
 #include <cstring>
 
+#include "sd/wire/offer_options.hpp"
+
 namespace trestle::sd {
 using someip::ByteReader;
 using someip::ByteWriter;
@@ -96,8 +98,9 @@ const char* to_string(OptionType type) noexcept {
 }
 
 bool is_known(OptionType type) noexcept {
-  return role_of(type) || type == OptionType::configuration || type == OptionType::load_balancing ||
-         type == OptionType::mac_groupcast;
+  bool known = role_of(type) || type == OptionType::configuration;
+  for_each_offer_option([&]<typename Kind>() { known = known || type == Kind::option_type; });
+  return known;
 }
 
 bool operator==(const Option& a, const Option& b) noexcept {
@@ -155,7 +158,7 @@ Result<EndpointOption> EndpointOption::decode(const Option& option) noexcept {
 
 OwnedOption LoadBalancingOption::encode() const noexcept {
   OwnedOption option;
-  option.type_ = OptionType::load_balancing;
+  option.type_ = option_type;
   ByteWriter out{option.body_};
   out.u8(flags);
   out.u16(priority);
@@ -165,7 +168,7 @@ OwnedOption LoadBalancingOption::encode() const noexcept {
 }
 
 Result<LoadBalancingOption> LoadBalancingOption::decode(const Option& option) noexcept {
-  if (option.type != OptionType::load_balancing) {
+  if (option.type != option_type) {
     return tl::unexpected{WireError::bad_value};
   }
   if (option.body.size() != load_balancing_body_bytes) {
@@ -182,7 +185,7 @@ Result<LoadBalancingOption> LoadBalancingOption::decode(const Option& option) no
 OwnedOption MacGroupcastOption::encode() const noexcept {
   assert(identifier_bytes <= max_identifier_bytes);
   OwnedOption option;
-  option.type_ = OptionType::mac_groupcast;
+  option.type_ = option_type;
   ByteWriter out{option.body_};
   out.u8(flags);
   out.bytes(std::as_bytes(std::span{address}));
@@ -193,7 +196,7 @@ OwnedOption MacGroupcastOption::encode() const noexcept {
 }
 
 Result<MacGroupcastOption> MacGroupcastOption::decode(const Option& option) noexcept {
-  if (option.type != OptionType::mac_groupcast) {
+  if (option.type != option_type) {
     return tl::unexpected{WireError::bad_value};
   }
   if (option.body.size() < mac_groupcast_min_body_bytes) {
@@ -279,14 +282,9 @@ Result<Option> encode_configuration(std::span<const ConfigurationItem> items, By
 }
 
 std::optional<WireError> find_fault(const Option& option) noexcept {
-  if (const auto endpoint = EndpointOption::decode(option)) {
+  const auto endpoint = EndpointOption::decode(option);
+  if (endpoint) {
     return find_fault(*endpoint);
-  } else if (role_of(option.type)) {
-    return endpoint.error();
-  }
-  if (option.type == OptionType::load_balancing) {
-    const auto decoded = LoadBalancingOption::decode(option);
-    return decoded ? std::nullopt : std::optional{decoded.error()};
   }
   if (option.type == OptionType::configuration) {
     ConfigurationCursor cursor{option};
@@ -294,10 +292,16 @@ std::optional<WireError> find_fault(const Option& option) noexcept {
     }
     return cursor.error();
   }
-  if (option.type == OptionType::mac_groupcast && option.body.size() < mac_groupcast_min_body_bytes) {
-    return WireError::bad_option_length;  // [feat_req_someipsd_1253]
-  }
-  return std::nullopt;
+  // What is of another kind has bad_value, and what only we have no room for is not wrong.
+  std::optional<WireError> fault;
+  const auto check = [&](const auto& decoded) {
+    if (!decoded && decoded.error() == WireError::bad_option_length) {
+      fault = decoded.error();
+    }
+  };
+  check(endpoint);
+  for_each_offer_option([&]<typename Kind>() { check(Kind::decode(option)); });
+  return fault;
 }
 
 }  // namespace trestle::sd

@@ -89,6 +89,8 @@ struct EndpointOption {
 
 /// Ranks the instances of a service, as DNS SRV records do.  [feat_req_someipsd_175]
 struct LoadBalancingOption {
+  static constexpr OptionType option_type = OptionType::load_balancing;
+
   std::uint16_t priority = 0;  ///< lower is preferred
   std::uint16_t weight = 0;    ///< larger is more probable among equal priorities
   std::uint8_t flags = 0;      ///< reserved byte; its top bit is the discardable flag
@@ -103,6 +105,7 @@ struct LoadBalancingOption {
 /// Where the layer 2 traffic of a service goes to that is not SOME/IP.  [feat_req_someipsd_1252]
 /// [feat_req_someipsd_1253]
 struct MacGroupcastOption {
+  static constexpr OptionType option_type = OptionType::mac_groupcast;
   static constexpr std::size_t max_identifier_bytes = 12;
 
   std::array<std::uint8_t, 6> address{};

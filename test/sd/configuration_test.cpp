@@ -17,13 +17,13 @@ TEST_F(Configured, OffersItsConfigurationAndRankByteForByte) {
           "feat_req_someipsd_217", "feat_req_someipsd_253", "feat_req_someipsd_262", "feat_req_someipsd_946",
           "feat_req_someipsd_809"});
   const std::array<ConfigurationItem, 4> said{{{"b", "2"}, {"a", "1"}, {"flag", std::nullopt}, {"b", ""}}};
-  const auto offered =
-      machine.discovery.offer({.service = ServiceId{0x1234},
-                               .instance = InstanceId{0x5678},
-                               .udp = own_udp,
-                               .configuration = said,
-                               .load_balancing = LoadBalancingOption{.priority = 1, .weight = 0x200}},
-                              machine.now);
+  const auto offered = machine.discovery.offer(
+      {.service = ServiceId{0x1234},
+       .instance = InstanceId{0x5678},
+       .udp = own_udp,
+       .configuration = said,
+       .options = {.load_balancing = LoadBalancingOption{.priority = 1, .weight = 0x200}}},
+      machine.now);
   ASSERT_TRUE(offered);
   EXPECT_EQ(next_bytes(machine, start + 10ms),
             to_hex(hex("ffff8100 0000004d 00000001 01010200 e0000000 00000010"
@@ -64,7 +64,7 @@ TEST_F(Configured, TakesNoConfigurationThatCannotBe) {
     OfferedService offered{
         .service = ServiceId{service}, .instance = InstanceId{1}, .udp = own_udp, .configuration = said};
     if (mac) {
-      offered.mac_groupcast = MacGroupcastOption{.protocol = 0x22f0};
+      offered.options.mac_groupcast = MacGroupcastOption{.protocol = 0x22f0};
     }
     const auto result = machine.discovery.offer(offered, machine.now);
     return std::string{result ? "taken" : to_string(result.error())};

@@ -67,9 +67,10 @@ std::string text_of(const sd::RemoteService& service) {
   return fmt::format("{:04x}.{:04x} v{}.{}{}{} at {}", value(service.service), value(service.instance),
                      service.major, service.minor, labelled(service.udp, "udp"), labelled(service.tcp, "tcp"),
                      describe(service.peer)) +
-         (service.load_balancing ? fmt::format(" priority {} weight {}", service.load_balancing->priority,
-                                               service.load_balancing->weight)
-                                 : "");
+         (service.options.load_balancing
+              ? fmt::format(" priority {} weight {}", service.options.load_balancing->priority,
+                            service.options.load_balancing->weight)
+              : "");
 }
 
 struct EventText {

@@ -51,12 +51,12 @@ TEST(NoAllocation, HappensInServiceDiscovery) {
                                 .udp = Endpoint{a_at.address, 1},
                                 .eventgroups = groups,
                                 .configuration = said,
-                                .load_balancing = LoadBalancingOption{.priority = 1}},
+                                .options = {.load_balancing = LoadBalancingOption{.priority = 1}}},
                                now);
     const auto other = a.offer({.service = other_protocols,
                                 .instance = InstanceId{1},
                                 .configuration = named,
-                                .mac_groupcast = MacGroupcastOption{.protocol = 0x22f0}},
+                                .options = {.mac_groupcast = MacGroupcastOption{.protocol = 0x22f0}}},
                                now);
     const auto stream = b.require({.service = other_protocols, .otherserv = "diag"}, now);
     const auto requirement = b.require({.service = ServiceId{1}, .instance = InstanceId{1}}, now);

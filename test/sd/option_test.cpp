@@ -1,9 +1,11 @@
-#include "sd/wire/option.hpp"
+#include "sd/wire/offer_options.hpp"
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <array>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "test/bytes.hpp"
@@ -15,6 +17,7 @@ using test::covers;
 using test::hex;
 using test::to_hex;
 using testing::ElementsAre;
+using testing::UnorderedElementsAre;
 
 constexpr Endpoint server{IpAddress::v4(10, 0, 0, 1), 30509};
 constexpr IpAddress v6_address{{0x20, 0x01, 0x0d, 0xb8, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x2a}, true};
@@ -120,6 +123,31 @@ TEST(MacGroupcastOption, HasAnIdentifierOfAnyLengthUpToItsLimit) {
   const auto thirteen = hex("00 91e0f0000efe 22f0 000102030405060708090a0b0c");
   EXPECT_EQ(MacGroupcastOption::decode({OptionType::mac_groupcast, thirteen}).error(), WireError::no_room);
   EXPECT_EQ(MacGroupcastOption::decode({OptionType::load_balancing, twelve}).error(), WireError::bad_value);
+}
+
+template <std::size_t... i>
+constexpr bool has_members(std::index_sequence<i...>) {
+  return requires {
+    OfferOptions{(static_cast<void>(i), std::nullopt)...};
+  };
+}
+
+TEST(OfferOptions, VisitEachOfTheirMembers) {
+  static_assert(has_members(std::make_index_sequence<offer_option_kinds>{}));
+  static_assert(!has_members(std::make_index_sequence<offer_option_kinds + 1>{}));
+  std::vector<OptionType> types;
+  for_each_offer_option([&]<typename Kind>() { types.push_back(Kind::option_type); });
+  EXPECT_THAT(types, UnorderedElementsAre(OptionType::load_balancing, OptionType::mac_groupcast));
+  EXPECT_TRUE(std::ranges::all_of(types, is_known));
+  OfferOptions options{.load_balancing = LoadBalancingOption{}, .mac_groupcast = MacGroupcastOption{}};
+  types.clear();
+  OfferOptions::for_each(options, [&](auto& option) {
+    types.push_back(option->encode().view().type);
+    option.reset();
+  });
+  // As they stand in an offer.
+  EXPECT_THAT(types, ElementsAre(OptionType::mac_groupcast, OptionType::load_balancing));
+  EXPECT_EQ(options, OfferOptions{});
 }
 
 std::vector<std::string> items_of(ConfigurationCursor& cursor) {

@@ -213,9 +213,9 @@ TEST_F(OtherProtocol, IsSubscribedToByItsName) {
 TEST_F(OtherProtocol, HasAStreamWhoseIdentifierIsAsLongAsCanBe) {
   const std::array<ConfigurationItem, 1> said{{{"otherserv", "a"}}};
   OfferedService stream{.service = other_protocols, .instance = InstanceId{1}, .configuration = said};
-  stream.mac_groupcast = MacGroupcastOption{.protocol = 0x22f0, .identifier_bytes = 13};
+  stream.options.mac_groupcast = MacGroupcastOption{.protocol = 0x22f0, .identifier_bytes = 13};
   EXPECT_EQ(machine.discovery.offer(stream, machine.now).error(), SdError::bad_argument);
-  stream.mac_groupcast->identifier_bytes = 12;
+  stream.options.mac_groupcast->identifier_bytes = 12;
   EXPECT_TRUE(machine.discovery.offer(stream, machine.now));
 }
 
@@ -223,10 +223,10 @@ TEST_F(OtherProtocol, AnnouncesLayer2TrafficWithItsName) {
   covers({"feat_req_someipsd_1250", "feat_req_someipsd_1252", "feat_req_someipsd_1262"});
   const std::array<ConfigurationItem, 1> said{{{"otherserv", "a"}}};
   OfferedService stream{.service = other_protocols, .instance = InstanceId{1}, .configuration = said};
-  stream.mac_groupcast = MacGroupcastOption{.address = {0x91, 0xe0, 0xf0, 0x00, 0x0e, 0xfe},
-                                            .protocol = 0x22f0,
-                                            .identifier = {1, 2, 3, 4, 5, 6, 0, 7},
-                                            .identifier_bytes = 8};
+  stream.options.mac_groupcast = MacGroupcastOption{.address = {0x91, 0xe0, 0xf0, 0x00, 0x0e, 0xfe},
+                                                    .protocol = 0x22f0,
+                                                    .identifier = {1, 2, 3, 4, 5, 6, 0, 7},
+                                                    .identifier_bytes = 8};
   ASSERT_TRUE(machine.discovery.offer(stream, machine.now));
   const std::string bytes = next_bytes(machine, start + 10ms);
   EXPECT_EQ(bytes, to_hex(hex("ffff8100 00000049 00000001 01010200 e0000000 00000010"
@@ -243,7 +243,7 @@ TEST_F(OtherProtocol, AnnouncesLayer2TrafficWithItsName) {
   ASSERT_TRUE(event);
   const auto* const found = std::get_if<ServiceAvailable>(&*event);
   ASSERT_NE(found, nullptr);
-  EXPECT_EQ(found->service.mac_groupcast, stream.mac_groupcast);
+  EXPECT_EQ(found->service.options.mac_groupcast, stream.options.mac_groupcast);
   EXPECT_FALSE(found->service.udp);
   // With another stream it is another service.
   client.receive(hex("ffff8100 00000049 00000002 01010200 e0000000 00000010"

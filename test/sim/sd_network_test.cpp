@@ -36,14 +36,14 @@ SimNode::Application server(unsigned number) {
     const std::string name = std::to_string(number);
     const std::array<ConfigurationItem, 3> said{
         {{"number", name}, {"flag", std::nullopt}, {"number", "again"}}};
-    const auto offer =
-        node.discovery().offer({.service = ServiceId{0x1234},
-                                .instance = InstanceId{static_cast<std::uint16_t>(number)},
-                                .udp = Endpoint{host(number), 30509},
-                                .eventgroups = groups,
-                                .configuration = said,
-                                .load_balancing = LoadBalancingOption{.priority = 1, .weight = 1}},
-                               now);
+    const auto offer = node.discovery().offer(
+        {.service = ServiceId{0x1234},
+         .instance = InstanceId{static_cast<std::uint16_t>(number)},
+         .udp = Endpoint{host(number), 30509},
+         .eventgroups = groups,
+         .configuration = said,
+         .options = {.load_balancing = LoadBalancingOption{.priority = 1, .weight = 1}}},
+        now);
     ASSERT_TRUE(offer);
   };
 }
@@ -208,7 +208,7 @@ TEST_F(SdNetwork, SharesTheLoadByPriorityAndWeight) {
           {.service = ServiceId{0x1234},
            .instance = InstanceId{static_cast<std::uint16_t>(number)},
            .udp = Endpoint{host(number), 30509},
-           .load_balancing = LoadBalancingOption{.priority = priority, .weight = weight}},
+           .options = {.load_balancing = LoadBalancingOption{.priority = priority, .weight = weight}}},
           now));
     };
   };

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "sd/wire/message.hpp"
+#include "sd/wire/offer_options.hpp"
 #include "someip/net/address_text.hpp"
 
 namespace trestle::inspect {
@@ -69,6 +70,30 @@ Json transport_name(Transport transport) {
   return nullptr;
 }
 
+void add_fields(Json& object, const sd::LoadBalancingOption& option) {
+  object["priority"] = option.priority;
+  object["weight"] = option.weight;
+}
+
+void add_fields(Json& object, const sd::MacGroupcastOption& option) {
+  object["address"] = fmt::format("{:02x}", fmt::join(option.address, ":"));
+  object["protocol"] = hex_id(option.protocol);
+  object["identifier"] =
+      hex_digits(std::as_bytes(std::span{option.identifier}.first(option.identifier_bytes)));
+}
+
+/// Adds what is said by an option of an offer, if it is one.
+bool add_offer_option(Json& object, const Option& option) {
+  bool is_one = false;
+  sd::for_each_offer_option([&]<typename Kind>() {
+    if (const auto decoded = Kind::decode(option)) {
+      add_fields(object, *decoded);
+      is_one = true;
+    }
+  });
+  return is_one;
+}
+
 Json option_json(const Option& option) {
   Json object;
   object["type"] = is_known(option.type) ? Json(to_string(option.type)) : Json(nullptr);
@@ -80,15 +105,12 @@ Json option_json(const Option& option) {
     object["transport"] = transport_name(endpoint->transport);
     object["transport_value"] = static_cast<std::uint8_t>(endpoint->transport);
     object["port"] = endpoint->endpoint.port;
-  } else if (const auto load_balancing = sd::LoadBalancingOption::decode(option)) {
-    object["priority"] = load_balancing->priority;
-    object["weight"] = load_balancing->weight;
   } else if (option.type == OptionType::configuration) {
     Json& items = object["items"] = Json::array();
     for (sd::ConfigurationCursor cursor{option}; const auto item = cursor.next();) {
       items.push_back(item_json(*item));
     }
-  } else {
+  } else if (!add_offer_option(object, option)) {
     object["body"] = hex_digits(option.body);
   }
   return object;

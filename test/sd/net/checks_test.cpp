@@ -183,11 +183,12 @@ TEST_F(ChecksTest, NameTheFieldOfAServiceThatCannotBe) {
       {"neither udp_port nor tcp_port", [](ServiceSpec& s) { s.udp_port.reset(); }},
       {"ttl_s: must be from 1 to 16777215, is 0", [](ServiceSpec& s) { s.ttl_s = 0; }},
       {"ttl_s: must be from 1 to 16777215, is 16777216", [](ServiceSpec& s) { s.ttl_s = 0x1000000; }},
-      {"mac_groupcast: is for service 0xfffe alone", [](ServiceSpec& s) { s.mac_groupcast.emplace(); }},
-      {"mac_groupcast.identifier_bytes: must be at most 12, is 13",
+      {"options.mac_groupcast: is for service 0xfffe alone",
+       [](ServiceSpec& s) { s.options.mac_groupcast.emplace(); }},
+      {"options.mac_groupcast.identifier_bytes: must be at most 12, is 13",
        [&](ServiceSpec& s) {
          name_it(s, {{"otherserv", "x"}});
-         s.mac_groupcast = MacGroupcastOption{.identifier_bytes = 13};
+         s.options.mac_groupcast = MacGroupcastOption{.identifier_bytes = 13};
        }},
       {no_item,
        [](ServiceSpec& s) {

@@ -43,13 +43,13 @@ TEST_F(DiscoveryTest, ShowsTheConfigurationOfAService) {
       {"b", "2"}, {"flag", std::nullopt}, {"a", ""}, {"b", "1"}, {"otherserver", "x=y"}};
   ServiceSpec spec = service();
   spec.configuration = said;
-  spec.load_balancing = LoadBalancingOption{.priority = 3, .weight = 4};
+  spec.options.load_balancing = LoadBalancingOption{.priority = 3, .weight = 4};
   const OfferHandle offer = server.offer(spec);
   const RequirementId requirement = client.require({.service = ServiceId{0x1234}});
   ASSERT_TRUE(run_until([&] { return !client.available(requirement).empty(); }));
   const RemoteService found = client.available(requirement).front();
   EXPECT_EQ(client.configuration(found), said);
-  EXPECT_EQ(found.load_balancing, spec.load_balancing);
+  EXPECT_EQ(found.options.load_balancing, spec.options.load_balancing);
   EXPECT_THAT(client_log, Contains(HasSubstr(", priority 3 weight 4")));
   server.withdraw(offer);
   ASSERT_TRUE(run_until([&] { return client.available(requirement).empty(); }));
@@ -62,7 +62,7 @@ TEST_F(DiscoveryTest, CallsTheServerOfTheLowestPriority) {
   Node client{io, quick(client_address)};
   const auto ranked = [](std::uint16_t instance, std::uint16_t priority) {
     ServiceSpec spec = service(instance);
-    spec.load_balancing = LoadBalancingOption{.priority = priority, .weight = 1};
+    spec.options.load_balancing = LoadBalancingOption{.priority = priority, .weight = 1};
     spec.methods = {{.id = method, .handler = [instance](const Message&, Responder responder) {
                        const std::array answer{static_cast<std::byte>(instance)};
                        responder.respond(ByteView{answer});
@@ -172,17 +172,18 @@ TEST_F(DiscoveryTest, StartsAnewWhenTheLinkComesBack) {
 TEST_F(DiscoveryTest, FindsWhatIsNotSomeip) {
   covers({"feat_req_someip_624", "feat_req_someipsd_500", "feat_req_someipsd_503"});
   Node server{io, quick(server_address)};
-  Node client{io, quick(client_address)};
+  Node client{io, quick(client_address), into(client_log)};
   for (const std::string name : {"diag", "log"}) {
     server.offer({.service = other_protocols,
                   .instance = someip::InstanceId{1},
                   .configuration = {{"otherserv", name}}});
   }
+  const MacGroupcastOption groupcast{.address = {0x91, 0xe0, 0xf0, 0x00, 0x0e, 0xfe}, .protocol = 0x22f0};
   server.offer({.service = other_protocols,
                 .instance = someip::InstanceId{1},
                 .udp_port = {},
                 .configuration = {{"otherserv", "stream"}},
-                .mac_groupcast = MacGroupcastOption{.protocol = 0x22f0}});
+                .options = {.mac_groupcast = groupcast}});
   const RequirementId diag = client.require({.service = other_protocols, .otherserv = "diag"});
   const RequirementId stream = client.require({.service = other_protocols, .otherserv = "stream"});
   const RequirementId nothing = client.require({.service = other_protocols, .otherserv = "nothing"});
@@ -190,8 +191,9 @@ TEST_F(DiscoveryTest, FindsWhatIsNotSomeip) {
       run_until([&] { return client.available(diag).size() == 1 && client.available(stream).size() == 1; }));
   EXPECT_THAT(client.configuration(client.available(diag).front()),
               ElementsAre(ConfigurationText{"otherserv", "diag"}));
-  EXPECT_EQ(client.available(stream).front().mac_groupcast, MacGroupcastOption{.protocol = 0x22f0});
+  EXPECT_EQ(client.available(stream).front().options.mac_groupcast, groupcast);
   EXPECT_THAT(client.available(nothing), IsEmpty());
+  EXPECT_THAT(client_log, Contains(HasSubstr(" is offered at MAC 91:e0:f0:00:0e:fe, protocol 0x22f0")));
 }
 
 TEST_F(DiscoveryTest, FollowsTheRulesOfItsConfiguration) {

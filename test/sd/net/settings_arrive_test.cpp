@@ -535,7 +535,7 @@ TEST_F(SettingsTest, ChooseTheServerInWhateverOrderTheyAreFound) {
       ServiceSpec result = spec();
       result.instance = InstanceId{static_cast<std::uint16_t>(instance)};
       const auto priority = static_cast<std::uint16_t>(instance == better ? 1 : 2);
-      result.load_balancing = LoadBalancingOption{.priority = priority, .weight = 1};
+      result.options.load_balancing = LoadBalancingOption{.priority = priority, .weight = 1};
       result.methods = {{echo, [instance](const Message&, Responder responder) {
                            const std::array answer{static_cast<std::byte>(instance)};
                            responder.respond(ByteView{answer});

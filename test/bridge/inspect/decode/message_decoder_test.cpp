@@ -97,6 +97,28 @@ TEST(MessageDecoder, PrintsEveryKindOfOption) {
             R"({"type":null,"type_value":119,"length":3,"discardable":false,"body":"00cafe"})");
 }
 
+TEST(MessageDecoder, PrintsWhereAMacGroupcastGoes) {
+  covers({"feat_req_someipsd_1251", "feat_req_someipsd_1252", "feat_req_someipsd_1253"});
+  // Offers of other protocols: a stream of IEEE 1722, one with an identifier that is longer than what we
+  // know, and one that is cut off.
+  const Printed printed = decode(
+      "ffff8100 0000005a 00000001 01010200 c0000000 00000010 01 00 00 30 fffe 0001 01 000003 00000000"
+      "00000036"
+      "0011 15 00 91e0f0000efe 22f0 0a1b2c3d4e5f0007"
+      "0016 15 80 91e0f0000efe 22f0 000102030405060708090a0b0c"
+      "0006 15 00 91e0f0000e");
+  const Json& options = printed.objects[0]["sd"]["options"];
+  ASSERT_THAT(options, SizeIs(3));
+  EXPECT_EQ(options[0].dump(), R"({"type":"mac_groupcast","type_value":21,"length":17,"discardable":false,)"
+                               R"("address":"91:e0:f0:00:0e:fe","protocol":"0x22f0",)"
+                               R"("identifier":"0a1b2c3d4e5f0007"})");
+  EXPECT_EQ(options[1].dump(), R"({"type":"mac_groupcast","type_value":21,"length":22,"discardable":true,)"
+                               R"("body":"8091e0f0000efe22f0000102030405060708090a0b0c"})");
+  EXPECT_EQ(options[2].dump(), R"({"type":"mac_groupcast","type_value":21,"length":6,"discardable":false,)"
+                               R"("body":"0091e0f0000e"})");
+  EXPECT_EQ(printed.objects[0]["error"]["name"], "bad_option_length");
+}
+
 TEST(MessageDecoder, AnswersEveryTruncationOfAMessage) {
   covers({"feat_req_someip_77", "feat_req_someip_798"});
   const auto whole = hex("1234 0421 0000000a 5678 9abc 01 03 80 00 cafe");
