@@ -5,37 +5,13 @@
 #include <algorithm>
 #include <cassert>
 #include <cstdlib>
-#include <fstream>
-#include <iterator>
-#include <sstream>
 
 #include "bridge/messages/types/builtin.hpp"
-#include "bridge/messages/types/idl_parser.hpp"
-#include "bridge/messages/types/interface_parser.hpp"
-#include "bridge/messages/types/msg_parser.hpp"
+#include "bridge/messages/types/builtin_source.hpp"
+#include "bridge/messages/types/folder_source.hpp"
 
 namespace trestle::messages {
-namespace {
-
 namespace fs = std::filesystem;
-
-tl::expected<std::string, TypeError> read_file(const fs::path& path) {
-  std::error_code error;
-  const auto size = fs::file_size(path, error);
-  std::ifstream in{path, std::ios::binary};
-  if (error || !in) {
-    return tl::unexpected{TypeError{path.string(), 0, 0, "cannot be read"}};
-  }
-  if (size > max_msg_file_bytes) {
-    return tl::unexpected{
-        TypeError{path.string(), 0, 0, fmt::format("larger than {} bytes", max_msg_file_bytes)}};
-  }
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
-
-}  // namespace
 
 /// What add() knows of the tree that it is building.
 struct TypeLibrary::Resolving {
@@ -44,9 +20,19 @@ struct TypeLibrary::Resolving {
   std::vector<std::string> path;            ///< messages begun, from the root
 };
 
-TypeLibrary::TypeLibrary(std::vector<fs::path> folders, std::vector<fs::path> ament_prefixes)
-    : folders_{std::move(folders)} {
-  folders_.insert(folders_.end(), ament_prefixes.begin(), ament_prefixes.end());
+TypeLibrary::TypeLibrary(const std::vector<fs::path>& folders, const std::vector<fs::path>& ament_prefixes) {
+  for (const auto* const list : {&folders, &ament_prefixes}) {
+    for (const fs::path& folder : *list) {
+      sources_.push_back(std::make_shared<FolderSource>(folder));
+    }
+  }
+  sources_.push_back(std::make_shared<BuiltinSource>());
+}
+
+TypeLibrary TypeLibrary::of(TypeSources sources) {
+  TypeLibrary library;
+  library.sources_ = std::move(sources);
+  return library;
 }
 
 tl::expected<TypeTree, TypeError> TypeLibrary::resolve(std::string_view name) {
@@ -155,70 +141,44 @@ tl::expected<const MessageDefinition*, TypeError> TypeLibrary::find(const std::s
   return &known->second;
 }
 
-/// Packages that are installed have an .idl file beside each other one, which says the same.
-fs::path TypeLibrary::find_file(const InterfaceName& interface) const {
-  const std::string name = interface.full();
-  for (const fs::path& folder : folders_) {
-    for (const std::string_view extension : {to_string(interface.kind), std::string_view{"idl"}}) {
-      const std::string with_extension = fmt::format("{}.{}", name, extension);
-      for (const fs::path& path : {folder / with_extension, folder / "share" / with_extension}) {
-        std::error_code error;
-        if (fs::is_regular_file(path, error)) {
-          return path;
-        }
+tl::expected<void, TypeError> TypeLibrary::load(const InterfaceName& interface) {
+  std::vector<std::string> places;
+  for (std::size_t i = 0; i <= sources_.size(); ++i) {
+    const TypeSource& source = i < sources_.size() ? *sources_[i] : made_;
+    auto found = source.find(interface);
+    if (!found) {
+      return tl::unexpected{std::move(found.error())};
+    }
+    if (*found) {
+      for (MessageDefinition& message : **found) {
+        std::string key = message.name;
+        known_.emplace(std::move(key), std::move(message));
       }
+      return {};
+    }
+    if (std::string place = source.place(); !place.empty()) {
+      places.push_back(std::move(place));
     }
   }
-  return {};
+  return tl::unexpected{TypeError{
+      {},
+      0,
+      0,
+      fmt::format("unknown type {}: {}not among the built-in ones", interface.full(),
+                  places.empty() ? "" : fmt::format("not found in {}, and ", fmt::join(places, ", ")))}};
 }
 
-tl::expected<void, TypeError> TypeLibrary::load(const InterfaceName& interface) {
-  const std::string name = interface.full();
-  const std::string with_extension = fmt::format("{}.{}", name, to_string(interface.kind));
-  std::string text;
-  std::string file;
-  bool is_idl = false;
-  if (const fs::path path = find_file(interface); !path.empty()) {
-    auto read = read_file(path);
-    if (!read) {
-      return tl::unexpected{std::move(read.error())};
+std::shared_ptr<const InterfaceBinding> TypeLibrary::binding(const InterfaceName& interface) const {
+  for (const auto& source : sources_) {
+    if (const auto found = source->find(interface); !found || *found) {
+      return found ? source->binding(interface) : nullptr;
     }
-    text = std::move(*read);
-    file = path.string();
-    is_idl = path.extension() == ".idl";
   }
-  if (file.empty()) {
-    const auto builtin = builtin_definitions();
-    const auto same = std::ranges::lower_bound(builtin, name, {}, &BuiltinDefinition::name);
-    const auto defined = defined_.find(name);
-    const bool is_builtin = same != builtin.end() && same->name == name;
-    if (!is_builtin && defined == defined_.end()) {
-      std::vector<std::string> places;
-      std::ranges::transform(folders_, std::back_inserter(places),
-                             [](const fs::path& at) { return at.string(); });
-      return tl::unexpected{TypeError{
-          {},
-          0,
-          0,
-          fmt::format("unknown type {}: {}not among the built-in ones", name,
-                      places.empty() ? "" : fmt::format("not found in {}, and ", fmt::join(places, ", ")))}};
-    }
-    text = is_builtin ? std::string{same->text} : defined->second;
-    file = fmt::format("{} {}", is_builtin ? "built-in" : "made", with_extension);
-  }
-  auto messages = is_idl ? parse_idl(text, interface, file) : parse_interface(text, interface, file);
-  if (!messages) {
-    return tl::unexpected{std::move(messages.error())};
-  }
-  for (MessageDefinition& message : *messages) {
-    std::string key = message.name;
-    known_.emplace(std::move(key), std::move(message));
-  }
-  return {};
+  return nullptr;
 }
 
 void TypeLibrary::define(const InterfaceName& interface, std::string text) {
-  defined_.insert_or_assign(interface.full(), std::move(text));
+  made_.define(interface, std::move(text));
 }
 
 std::vector<std::string> TypeLibrary::builtin_names() {

@@ -1,7 +1,8 @@
 // bridge/messages/types: ROS 2 message types at run time.
 //
-//   type_library.hpp        finds types by name: folders, AMENT_PREFIX_PATH, built-in ones (builtin/)
-//   message_definition.hpp  a message type as data, and the tree of all that it is made of
+//   type_library.hpp        finds types by name in an ordered list of sources
+//   type_source.hpp         a source: folder_source.hpp (.msg, .idl), builtin_source.hpp (builtin/),
+//   made_source.hpp message_definition.hpp  a message type as data, and the tree of all that it is made of
 //   msg_parser.hpp, interface_parser.hpp, idl_parser.hpp  parse .msg, .srv and .action, .idl
 //   type_hash.hpp           the hash by which ROS 2 nodes compare types
 //   field_service.hpp       services made for the getters and setters of fields
@@ -10,13 +11,16 @@
 #pragma once
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
 #include <vector>
 
 #include "bridge/messages/types/interface_name.hpp"
+#include "bridge/messages/types/made_source.hpp"
 #include "bridge/messages/types/message_definition.hpp"
+#include "bridge/messages/types/type_source.hpp"
 
 namespace trestle::messages {
 
@@ -31,14 +35,12 @@ struct ServiceTypes {
   TypeTree response;  ///< and "pkg/srv/Name_Response"
 };
 
-/// Finds message types. Looked at in this order, so that what is installed wins over what is compiled in:
-///  1. the given folders,
-///  2. the prefixes in AMENT_PREFIX_PATH,
-///  3. the definitions compiled in: common_interfaces (std_msgs, geometry_msgs, sensor_msgs, nav_msgs and so
-///     on), rcl_interfaces, tf2_msgs and unique_identifier_msgs of ROS 2 Jazzy,
-///  4. what define() was given.
-/// In a folder, "pkg/msg/Type" is `pkg/msg/Type.msg` or `share/pkg/msg/Type.msg`; with services and actions
-/// it is `pkg/srv/Type.srv` and `pkg/action/Type.action`.
+/// Finds message types. Sources are asked in this order, so that what is installed wins over what is compiled
+/// in:
+///  1. the given folders (FolderSource),
+///  2. the prefixes in AMENT_PREFIX_PATH, which are folders, too,
+///  3. the definitions compiled in (BuiltinSource),
+///  4. what define() was given (MadeSource).
 ///
 /// A file is read when the first of its messages is asked for, and then remembered: for changed files
 /// make another library.
@@ -46,8 +48,10 @@ class TypeLibrary {
  public:
   /// @param folders  as above.
   /// @param ament_prefixes  what stands in AMENT_PREFIX_PATH, which see ament_prefixes().
-  explicit TypeLibrary(std::vector<std::filesystem::path> folders = {},
-                       std::vector<std::filesystem::path> ament_prefixes = {});
+  explicit TypeLibrary(const std::vector<std::filesystem::path>& folders = {},
+                       const std::vector<std::filesystem::path>& ament_prefixes = {});
+  /// With these sources in place of 1 to 3.
+  [[nodiscard]] static TypeLibrary of(TypeSources sources);
 
   /// The type and all that it is made of.
   /// @param name  "pkg/msg/Type" or "pkg/Type"; or a message of a service or of an action, as rosidl names
@@ -65,19 +69,21 @@ class TypeLibrary {
   /// wins.
   void define(const InterfaceName& interface, std::string text);
 
+  /// Ids and wire rules of an interface, from the source that defines it; null when it tells none.
+  [[nodiscard]] std::shared_ptr<const InterfaceBinding> binding(const InterfaceName& interface) const;
+
   /// Names of the definitions compiled in, sorted: "pkg/msg/Type", "pkg/srv/Name", "pkg/action/Name".
   [[nodiscard]] static std::vector<std::string> builtin_names();
 
  private:
   struct Resolving;
   [[nodiscard]] tl::expected<const MessageDefinition*, TypeError> find(const std::string& name);
-  [[nodiscard]] std::filesystem::path find_file(const InterfaceName& interface) const;
   [[nodiscard]] tl::expected<void, TypeError> load(const InterfaceName& interface);
   [[nodiscard]] tl::expected<std::size_t, TypeError> add(const std::string& name, Resolving& resolving);
 
-  std::vector<std::filesystem::path> folders_;
+  TypeSources sources_;
+  MadeSource made_;  ///< the last source
   std::map<std::string, MessageDefinition, std::less<>> known_;
-  std::map<std::string, std::string, std::less<>> defined_;  ///< texts, by full name
 };
 
 /// The prefixes in the environment's AMENT_PREFIX_PATH.

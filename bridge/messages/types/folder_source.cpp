@@ -1,0 +1,62 @@
+#include "bridge/messages/types/folder_source.hpp"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "bridge/messages/types/idl_parser.hpp"
+#include "bridge/messages/types/interface_parser.hpp"
+#include "bridge/messages/types/msg_parser.hpp"
+
+namespace trestle::messages {
+namespace {
+
+namespace fs = std::filesystem;
+
+tl::expected<std::string, TypeError> read_file(const fs::path& path) {
+  std::error_code error;
+  const auto size = fs::file_size(path, error);
+  std::ifstream in{path, std::ios::binary};
+  if (error || !in) {
+    return tl::unexpected{TypeError{path.string(), 0, 0, "cannot be read"}};
+  }
+  if (size > max_msg_file_bytes) {
+    return tl::unexpected{
+        TypeError{path.string(), 0, 0, fmt::format("larger than {} bytes", max_msg_file_bytes)}};
+  }
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+}  // namespace
+
+fs::path FolderSource::file_of(const InterfaceName& interface) const {
+  for (const std::string_view extension : {to_string(interface.kind), std::string_view{"idl"}}) {
+    const std::string file = fmt::format("{}.{}", interface.full(), extension);
+    for (const fs::path& path : {folder_ / file, folder_ / "share" / file}) {
+      std::error_code error;
+      if (fs::is_regular_file(path, error)) {
+        return path;
+      }
+    }
+  }
+  return {};
+}
+
+tl::expected<std::optional<InterfaceMessages>, TypeError> FolderSource::find(
+    const InterfaceName& interface) const {
+  const fs::path path = file_of(interface);
+  if (path.empty()) {
+    return std::nullopt;
+  }
+  const auto text = read_file(path);
+  if (!text) {
+    return tl::unexpected{text.error()};
+  }
+  return path.extension() == ".idl" ? parse_idl(*text, interface, path.string())
+                                    : parse_interface(*text, interface, path.string());
+}
+
+}  // namespace trestle::messages

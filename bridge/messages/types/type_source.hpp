@@ -1,0 +1,46 @@
+#pragma once
+#include <memory>
+#include <optional>
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "bridge/messages/types/interface_name.hpp"
+#include "bridge/messages/types/message_definition.hpp"
+
+namespace trestle::messages {
+
+/// What a source knows besides a definition: ids and wire rules. The room that knows those says what it is:
+/// bridge/messages/convert/interface_binding.hpp.
+struct InterfaceBinding;
+
+/// The messages of one interface, as parse_interface() and parse_idl() return them.
+using InterfaceMessages = std::vector<MessageDefinition>;
+
+/// Where definitions of interfaces come from: a folder, what is compiled in, an interface description. A
+/// TypeLibrary asks its sources in their order. A new kind is a file of its own.
+class TypeSource {
+ public:
+  TypeSource() = default;
+  TypeSource(const TypeSource&) = default;
+  TypeSource& operator=(const TypeSource&) = default;
+  virtual ~TypeSource() = default;
+
+  /// @return the messages of `interface`, among them those that rosidl makes of a service or an action;
+  ///         nothing when this source does not have it, and the next one is asked; or what is wrong with it,
+  ///         with file, line and column, and no other source is asked.
+  [[nodiscard]] virtual tl::expected<std::optional<InterfaceMessages>, TypeError> find(
+      const InterfaceName& interface) const = 0;
+
+  /// The folder or file, for "not found in ..."; empty for what is part of the program.
+  [[nodiscard]] virtual std::string place() const { return {}; }
+
+  /// Of an interface that find() knows; null when the source tells nothing but types.
+  [[nodiscard]] virtual std::shared_ptr<const InterfaceBinding> binding(const InterfaceName&) const {
+    return nullptr;
+  }
+};
+
+using TypeSources = std::vector<std::shared_ptr<const TypeSource>>;
+
+}  // namespace trestle::messages
