@@ -18,6 +18,7 @@
 namespace trestle::ros_interfaces_test {
 namespace {
 
+using namespace trestle::messages;
 using namespace trestle::test;
 namespace fs = std::filesystem;
 
