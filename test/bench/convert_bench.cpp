@@ -286,17 +286,17 @@ class Changes {
 
 /// Ours and memcpy of the input in turn, on the same memory: what disturbs one disturbs the other.
 void beside_memcpy(benchmark::State& state, ByteView bytes, Changes changes, auto&& ours) {
-  using carry::Clock = std::chrono::steady_clock;
+  using Clock = std::chrono::steady_clock;
   constexpr std::size_t bytes_at_once = 256 * 1024;  // beside which reading the clock costs nothing
   const std::size_t times = std::max<std::size_t>(1, bytes_at_once / bytes.size());
   const auto time = [&](auto&& work, std::span<std::byte> input) {
-    const auto begin = carry::Clock::now();
+    const auto begin = Clock::now();
     for (std::size_t i = 0; i < times; ++i) {
       changes.apply(input);
       work(ByteView{input});
       benchmark::ClobberMemory();
     }
-    return std::chrono::duration<double, std::nano>{carry::Clock::now() - begin}.count() /
+    return std::chrono::duration<double, std::nano>{Clock::now() - begin}.count() /
            static_cast<double>(times);
   };
   std::vector<std::byte> to(bytes.size());
@@ -534,7 +534,7 @@ BENCHMARK(markers_of_many_namespaces_to_cdr)->UseManualTime();
 
 /// What the report has not: with caches that other work has filled meanwhile, as in a running bridge.
 void cold(benchmark::State& state, ByteView bytes, Changes changes, auto&& ours) {
-  using carry::Clock = std::chrono::steady_clock;
+  using Clock = std::chrono::steady_clock;
   std::vector<std::byte> message{bytes.begin(), bytes.end()};
   const std::vector<std::byte> from(static_cast<std::size_t>(state.range(1)) << 20U, std::byte{1});
   std::vector<std::byte> to(from.size());
@@ -544,9 +544,9 @@ void cold(benchmark::State& state, ByteView bytes, Changes changes, auto&& ours)
     std::memcpy(to.data(), from.data(), from.size());
     benchmark::DoNotOptimize(to.data());
     benchmark::ClobberMemory();
-    const auto begin = carry::Clock::now();
+    const auto begin = Clock::now();
     ours(ByteView{message});
-    times.push_back(std::chrono::duration<double, std::nano>{carry::Clock::now() - begin}.count());
+    times.push_back(std::chrono::duration<double, std::nano>{Clock::now() - begin}.count());
   }
   state.counters["ours_ns"] = median(times);
 }
