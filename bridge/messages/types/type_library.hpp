@@ -2,7 +2,8 @@
 //
 //   type_library.hpp        finds types by name in an ordered list of sources
 //   type_source.hpp         a source: folder_source.hpp (.msg, .idl), builtin_source.hpp (builtin/),
-//   made_source.hpp message_definition.hpp  a message type as data, and the tree of all that it is made of
+//                           made_source.hpp
+//   message_definition.hpp  a message type as data, and the tree of all that it is made of
 //   msg_parser.hpp, interface_parser.hpp, idl_parser.hpp  parse .msg, .srv and .action, .idl
 //   type_hash.hpp           the hash by which ROS 2 nodes compare types
 //   field_service.hpp       services made for the getters and setters of fields
