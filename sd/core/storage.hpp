@@ -112,6 +112,8 @@ struct Remote : SlotBase {
   std::uint8_t major = 0;
   bool is_wanted : 1 = false;       // it fits a requirement
   bool has_answered : 1 = false;    // since it was offered first
+  bool is_asked : 1 = false;        // and has not answered yet
+  bool is_contested : 1 = false;    // somebody else offers it: it is asked until it answers or is mute
   std::uint8_t unanswered : 2 = 0;  // see ServiceDiscovery::not_answered(); up to is_mute
   static constexpr std::uint8_t is_mute = 3;
   std::uint32_t minor = 0;
@@ -124,9 +126,19 @@ struct Remote : SlotBase {
   OfferOptions options;
   TimePoint expiry = never;  // which is at the next reboot
   TimePoint answer_due{};    // when to react to the last offer
+  TimePoint proof_due{};     // until when the last question may be answered
 
   // Once it is lost, and has no subscriptions: of that, the requirements before this index.
   [[nodiscard]] std::uint16_t& told() noexcept { return subscribed_by; }
+};
+
+/// What is remembered of a host that was asked by a service and did not answer: else it would begin anew with
+/// each offer that differs from the one before.
+struct Silence {
+  std::uint32_t key = 0;  // a hash of the address and the service; 0: none
+  std::uint8_t unanswered = 0;
+  TimePoint proof_due{};
+  TimePoint last_seen{};
 };
 
 /// Our subscription to an eventgroup of a peer.
@@ -168,12 +180,14 @@ struct Peer : SlotBase {
   RebootDetector reboots;
   [[no_unique_address]] RecentMessages recent;
   someip::SessionCounter sessions{};  // of what we send there by unicast  [feat_req_someipsd_765]
-  bool explicit_initial_data = false;
-  bool is_used = false;    // scratch of the search for one to forget
-  std::uint16_t held = 0;  // scratch of the search for who holds most
+  bool explicit_initial_data : 1 = false;
+  bool is_to_prove : 1 = false;  // that it hears us, as others had to make room for it
+  bool is_used = false;          // scratch of the search for one to forget
+  std::uint16_t held = 0;        // scratch of the search for who holds most
   TimePoint last_seen{};
   RateLimit entries;
   RateLimit real_reboots;
+  TimePoint probe_due{};  // when it was last asked for that
 };
 
 /// A connection of a client to one of our services, which subscriptions may need.
