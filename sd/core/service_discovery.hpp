@@ -560,7 +560,7 @@ class ServiceDiscovery {
   std::uint16_t next_displaced_ = 0;
   std::uint16_t next_silence_ = 0;
   // Who did not answer, whatever became of its offers.
-  [[no_unique_address]] std::array<slots::Silence, !guards ? 0U : optimised_for_many ? 64U : 1U> silences_{};
+  [[no_unique_address]] std::array<slots::Silence, !guards ? 0U : optimised_for_many ? 8U : 1U> silences_{};
   Table<slots::Peer> peers_;
   Table<slots::Remote> remotes_;
   Table<slots::Requirement> requirements_;
