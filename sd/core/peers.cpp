@@ -177,12 +177,14 @@ void ServiceDiscovery::probe(const slots::Offer& offer, const Arrival& arrival) 
   if (!peer.is_to_prove) {
     return;
   }
-  if (is_due(peer.probe_due, arrival.now) && !is_due(peer.probe_due + milliseconds{50}, arrival.now)) {
+  const auto since = static_cast<std::uint16_t>(slots::ticks(arrival.now) - peer.probe_due);
+  if (since < 50) {
     peer.is_to_prove = false;
     peer.heard = 0xffff;
-  } else if (is_due(peer.probe_due + milliseconds{1000}, arrival.now) && has_room_for_answer(arrival.peer)) {
-    peer.probe_due = arrival.now + random_.between(milliseconds{20}, milliseconds{100});
-    send_offer(offer, arrival.peer, peer.probe_due, offer.ttl_s);
+  } else if (since >= 1000 && since < 0xff00 && has_room_for_answer(arrival.peer)) {  // beyond: not due yet
+    const TimePoint due = arrival.now + random_.between(milliseconds{20}, milliseconds{100});
+    peer.probe_due = static_cast<std::uint16_t>(slots::ticks(due));
+    send_offer(offer, arrival.peer, due, offer.ttl_s);
   }
 }
 

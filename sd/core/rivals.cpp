@@ -9,6 +9,7 @@ namespace trestle::sd {
 
 namespace {
 
+constexpr std::uint32_t ticks_mask = (std::uint32_t{1} << 30U) - 1;
 constexpr Duration patience = std::chrono::milliseconds{400};  // for one answer
 
 }  // namespace
@@ -59,17 +60,18 @@ void ServiceDiscovery::remember(const slots::Remote& remote) noexcept {
   if (place == silences_.end() && !silences_.empty()) {
     place = silences_.begin() + (next_silence_++ % std::max<std::size_t>(silences_.size(), 1));
   }
-  *place = {key, remote.unanswered, remote.proof_due, peers_[remote.peer].last_seen};
+  *place = {key, slots::ticks(peers_[remote.peer].last_seen) & ticks_mask, remote.unanswered};
 }
 
 void ServiceDiscovery::recall(slots::Remote& remote, TimePoint now) noexcept {
   const auto known = std::ranges::find(silences_, key_of(remote), &slots::Silence::key);
-  if (known == silences_.end() || is_due(known->last_seen + settings_.silent_after, now)) {
+  if (known == silences_.end() ||
+      ((slots::ticks(now) - known->last_seen) & ticks_mask) >= (settings_.silent_after.count() >> 20U)) {
     return;
   }
-  remote.unanswered = known->unanswered & slots::Remote::is_mute;
+  remote.unanswered = known->unanswered;
   remote.is_asked = true;
-  remote.proof_due = known->proof_due;
+  remote.proof_due = remote.unanswered == slots::Remote::is_mute ? now : now + patience;
 }
 
 // To what else the host offers of the service, and has never answered for.
