@@ -60,7 +60,8 @@ void ServiceDiscovery::remember(const slots::Remote& remote) noexcept {
   if (place == silences_.end() && !silences_.empty()) {
     place = silences_.begin() + (next_silence_++ % std::max<std::size_t>(silences_.size(), 1));
   }
-  *place = {key, slots::ticks(peers_[remote.peer].last_seen) & ticks_mask, remote.unanswered};
+  *place = {key, slots::ticks(peers_[remote.peer].last_seen) & ticks_mask, remote.unanswered,
+            slots::ticks(remote.proof_due) + 1};
 }
 
 void ServiceDiscovery::recall(slots::Remote& remote, TimePoint now) noexcept {
@@ -71,7 +72,8 @@ void ServiceDiscovery::recall(slots::Remote& remote, TimePoint now) noexcept {
   }
   remote.unanswered = known->unanswered;
   remote.is_asked = true;
-  remote.proof_due = remote.unanswered == slots::Remote::is_mute ? now : now + patience;
+  const auto left = static_cast<std::int32_t>(known->proof_due - slots::ticks(now));
+  remote.proof_due = now + std::clamp(Duration{std::int64_t{left} * (1 << 20)}, Duration{0}, patience);
 }
 
 // To what else the host offers of the service, and has never answered for.

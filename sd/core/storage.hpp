@@ -138,6 +138,7 @@ struct Silence {
   std::uint32_t key = 0;             // a hash of the address and the service; 0: none
   std::uint32_t last_seen : 30 = 0;  // in ticks
   std::uint32_t unanswered : 2 = 0;
+  std::uint32_t proof_due = 0;  // in ticks: until when the last question may be answered
 };
 /// Of about a millisecond, 2^20 ns: small processors have no instruction for a division of 64 bits.
 [[nodiscard]] constexpr std::uint32_t ticks(TimePoint at) noexcept {
