@@ -83,7 +83,6 @@ slots::Peer* ServiceDiscovery::place_for(const Endpoint& endpoint, TimePoint now
   }
   slots::Peer* const place = peers_.add();
   place->entries = entries;
-  place->is_to_prove = true;
   return place;
 }
 
@@ -166,26 +165,6 @@ bool ServiceDiscovery::within_rate(std::uint16_t peer, std::uint32_t cost, TimeP
   note(Limit::entries_per_second);
   count(counters_.ignored_too_many);
   return false;
-}
-
-// Where others had to make room for a client, it is sent an Offer after a time that nobody can foresee.
-// Clients answer an Offer with a Subscribe at once; who does so receives what is sent to its address, and is
-// no passer-by: a flood from ever other addresses does not displace it any more.
-void ServiceDiscovery::probe(const slots::Offer& offer, const Arrival& arrival) noexcept {
-  using std::chrono::milliseconds;
-  slots::Peer& peer = peers_[arrival.peer];
-  if (!peer.is_to_prove) {
-    return;
-  }
-  const auto since = static_cast<std::uint16_t>(slots::ticks(arrival.now) - peer.probe_due);
-  if (since < 50) {
-    peer.is_to_prove = false;
-    peer.heard = 0xffff;
-  } else if (since >= 1000 && since < 0xff00 && has_room_for_answer(arrival.peer)) {  // beyond: not due yet
-    const TimePoint due = arrival.now + random_.between(milliseconds{20}, milliseconds{100});
-    peer.probe_due = static_cast<std::uint16_t>(slots::ticks(due));
-    send_offer(offer, arrival.peer, due, offer.ttl_s);
-  }
 }
 
 // --- Who makes room in a full table -----------------------------------------------------------------------
@@ -289,7 +268,6 @@ std::optional<Limit> ServiceDiscovery::make_room(const slots::Offer& offer, Even
     return group_is_full ? Limit::subscribers_per_eventgroup : Limit::subscribers;
   }
   count(counters_.displaced);
-  peers_[arrival.peer].is_to_prove = true;
   lose(*other, LossReason::displaced);
   return event_places() > 0 ? std::nullopt : std::optional{Limit::pending_events};
 }

@@ -491,9 +491,6 @@ std::optional<TimePoint> ServiceDiscovery::deadline() const noexcept {
   }
   for (const slots::Remote& remote : remotes_) {
     consider(remote.expiry);
-    if (guards && remote.is_contested) {
-      consider(remote.proof_due);
-    }
   }
   for (const slots::OwnSubscription& subscription : subscriptions_) {
     consider(subscription.expiry);

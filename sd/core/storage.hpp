@@ -112,8 +112,6 @@ struct Remote : SlotBase {
   std::uint8_t major = 0;
   bool is_wanted : 1 = false;       // it fits a requirement
   bool has_answered : 1 = false;    // since it was offered first
-  bool is_asked : 1 = false;        // and has not answered yet
-  bool is_contested : 1 = false;    // somebody else offers it: it is asked until it answers or is mute
   std::uint8_t unanswered : 2 = 0;  // see ServiceDiscovery::not_answered(); up to is_mute
   static constexpr std::uint8_t is_mute = 3;
   std::uint32_t minor = 0;
@@ -126,24 +124,10 @@ struct Remote : SlotBase {
   OfferOptions options;
   TimePoint expiry = never;  // which is at the next reboot
   TimePoint answer_due{};    // when to react to the last offer
-  TimePoint proof_due{};     // until when the last question may be answered
 
   // Once it is lost, and has no subscriptions: of that, the requirements before this index.
   [[nodiscard]] std::uint16_t& told() noexcept { return subscribed_by; }
 };
-
-/// What is remembered of a host that was asked by a service and did not answer: else it would begin anew with
-/// each offer that differs from the one before.
-struct Silence {
-  std::uint32_t key = 0;             // a hash of the address and the service; 0: none
-  std::uint32_t last_seen : 30 = 0;  // in ticks
-  std::uint32_t unanswered : 2 = 0;
-  std::uint32_t proof_due = 0;  // in ticks: until when the last question may be answered
-};
-/// Of about a millisecond, 2^20 ns: small processors have no instruction for a division of 64 bits.
-[[nodiscard]] constexpr std::uint32_t ticks(TimePoint at) noexcept {
-  return static_cast<std::uint32_t>(at.time_since_epoch().count() >> 20U);
-}
 
 /// Our subscription to an eventgroup of a peer.
 struct OwnSubscription : SlotBase {
@@ -184,11 +168,9 @@ struct Peer : SlotBase {
   RebootDetector reboots;
   [[no_unique_address]] RecentMessages recent;
   someip::SessionCounter sessions{};  // of what we send there by unicast  [feat_req_someipsd_765]
-  bool explicit_initial_data : 1 = false;
-  bool is_to_prove : 1 = false;  // that it hears us, as others had to make room for it
-  bool is_used = false;          // scratch of the search for one to forget
-  std::uint16_t held = 0;        // scratch of the search for who holds most
-  std::uint16_t probe_due = 0;   // when it was last asked for that, in ticks
+  bool explicit_initial_data = false;
+  bool is_used = false;    // scratch of the search for one to forget
+  std::uint16_t held = 0;  // scratch of the search for who holds most
   TimePoint last_seen{};
   RateLimit entries;
   RateLimit real_reboots;
