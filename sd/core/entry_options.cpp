@@ -8,15 +8,6 @@
 namespace trestle::sd {
 namespace {
 
-bool is_loopback(const IpAddress& address) noexcept {
-  if (!address.v6) {
-    return address.bytes[0] == 127;
-  }
-  IpAddress one{{}, true};
-  one.bytes[15] = 1;
-  return address == one;
-}
-
 bool same_prefix(const IpAddress& a, const IpAddress& b, std::size_t bits) noexcept {
   for (std::size_t i = 0; i < a.bytes.size() && bits > 0; ++i) {
     const std::size_t here = std::min<std::size_t>(bits, 8);
@@ -139,7 +130,7 @@ bool OptionRules::allow(const IpAddress& address) const noexcept {
   if (address.v6 != own().v6 || address == own() || !address.is_unicast()) {
     return false;
   }
-  if (settings_.refuse_loopback && is_loopback(address) && !is_loopback(own())) {
+  if (settings_.refuse_loopback && address.is_loopback() && !own().is_loopback()) {
     return false;
   }
   if (is_subnet_broadcast(address, 0)) {  // 255.255.255.255

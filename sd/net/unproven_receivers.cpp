@@ -24,12 +24,7 @@ bool UnprovenReceivers::take(const IpAddress& to, std::size_t bytes, TimePoint n
 }
 
 bool is_of_this_host(const IpAddress& address, const IpAddress& own) noexcept {
-  if (!address.v6) {
-    return address.bytes[0] == 127 || address == own;
-  }
-  std::array<std::uint8_t, 16> loopback{};
-  loopback.back() = 1;
-  return address.bytes == loopback;
+  return address.is_loopback() || (!address.v6 && address == own);
 }
 
 }  // namespace trestle::sd

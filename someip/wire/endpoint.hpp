@@ -24,6 +24,10 @@ struct IpAddress {
   [[nodiscard]] constexpr bool is_unspecified() const noexcept {
     return bytes == std::array<std::uint8_t, 16>{};
   }
+  /// Of this host alone: 127.0.0.0/8, ::1.
+  [[nodiscard]] constexpr bool is_loopback() const noexcept {
+    return v6 ? *this == IpAddress{{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1}, true} : bytes[0] == 127;
+  }
   /// Neither of a group nor of nobody.
   [[nodiscard]] constexpr bool is_unicast() const noexcept { return !is_multicast() && !is_unspecified(); }
   friend constexpr auto operator<=>(const IpAddress&, const IpAddress&) = default;

@@ -13,11 +13,6 @@ namespace {
 
 constexpr std::size_t participant_bytes = 12;  // of a GUID
 
-bool is_loopback(const IpAddress& address) noexcept {
-  const IpAddress v6{{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1}, true};
-  return address.v6 ? address == v6 : address.bytes[0] == 127;
-}
-
 bool has_sorted(const std::vector<IpAddress>& all, const IpAddress& one) noexcept {
   return std::ranges::binary_search(all, one);
 }
@@ -69,7 +64,7 @@ LoopSuspects::Suspect LoopSuspects::suspect(const dds::Counterpart& found) const
 }
 
 bool LoopSuspects::is_here(const IpAddress& host) const noexcept {
-  return is_loopback(host) || has_sorted(own_, host);
+  return host.is_loopback() || has_sorted(own_, host);
 }
 
 bool LoopSuspects::has(const Suspect& one, const IpAddress& host) const noexcept {
