@@ -5,7 +5,8 @@
 //                           the kinds of routes, each named by its direction
 //   discovered_routes.hpp   routes of patterns, made when topics appear
 //   counters.hpp, diagnostics.hpp, silence_watch.hpp, report.hpp   what a bridge reports about itself
-//   loop_guard.hpp, loop_check.hpp, bridge_mark.hpp   keep messages from going round in a ring of bridges
+//   loop_guard.hpp, loop_check.hpp, suspected_loop.hpp, bridge_mark.hpp   keep messages from going round in a
+//   ring of bridges
 //
 // One thread runs all of it, except that DDS may use its own threads to receive.
 #pragma once

@@ -23,7 +23,10 @@ EventToTopic::EventToTopic(sd::Node& node, const Route& route, const sd::Subscri
       plan_{std::move(plan)},
       report_{report},
       log_{route.topic},
-      suspects_{dds::ros_topic_name(route.topic), false} {
+      loop_{node.io(),
+            route.topic,
+            {dds::ros_topic_name(route.topic), false},
+            ", who reads the topic, and the SOME/IP service at "} {
   if (route_.e2e) {
     e2e_.emplace(route_.e2e->pass_failed);
   }
@@ -61,7 +64,7 @@ void EventToTopic::make_writer() {
   writer_ = participant_->create_writer(
       dds::ros_topic_name(route_.topic), dds::ros_type_name(route_.type), dds_qos(route_.qos),
       max_sample_bytes(route_),
-      {.on_match = suspects_.on_match(),
+      {.on_match = loop_.suspects().on_match(),
        .user_data = user_data_,
        .bridge = to_text(mark_),
        .takes_bridge = [mark = mark_](std::string_view other) { return goes_on(mark, other); }});
@@ -147,25 +150,6 @@ bool EventToTopic::comes_back(const Endpoint& from) {
   return false;
 }
 
-// From one sender all copies come, as they do of one that says the same each time: only a trial tells.
-bool EventToTopic::seems_to_loop(ByteView payload, const Endpoint& from, Clock::time_point now) {
-  suspects_.update(*participant_);
-  if (!suspects_.at(from.address)) {
-    return false;
-  }
-  if (!loop_) {
-    loop_ = std::make_unique<LoopGuard>(node_.io(), route_.topic);
-  }
-  if (loop_->may_carry(message_hash(payload), std::nullopt, now, [&] {
-        return fmt::format("{}, who reads the topic, and the SOME/IP service at {}",
-                           suspects_.name_at(from.address, *participant_), someip::to_string(from));
-      })) {
-    return false;
-  }
-  loop_->settle();
-  return true;
-}
-
 void EventToTopic::carry(const someip::Message& event, const Endpoint& from) {
   plan_.expect(event.payload, scratch_);
   ++received_;
@@ -192,7 +176,7 @@ void EventToTopic::carry(const someip::Message& event, const Endpoint& from) {
     return;
   }
   const auto before = Clock::now();
-  if (seems_to_loop(event.payload, from, before)) {
+  if (loop_.refuses(event.payload, from, *participant_, before)) {
     return;
   }
   const auto sample = plan_.someip_to_cdr(event.payload, scratch_);
@@ -277,7 +261,7 @@ CounterGroup EventToTopic::counters() const {
                       {"other_transport", sd.other_transport, loss},
                       {"other_version", sd.other_version, loss},
                       {"returned", returned_, loss},
-                      {"looped", loop_ ? loop_->looped() : 0, loss},
+                      {"looped", loop_.looped(), loss},
                       {"unexpected", node_.other_events(route_.service).count, loss},
                       {"no_reader", no_reader_, loss},
                       {"not_convertible", not_convertible_, loss},

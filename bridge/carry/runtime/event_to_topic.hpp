@@ -8,10 +8,9 @@
 #include "bridge/carry/runtime/conversion_log.hpp"
 #include "bridge/carry/runtime/counters.hpp"
 #include "bridge/carry/runtime/e2e_status.hpp"
-#include "bridge/carry/runtime/loop_guard.hpp"
-#include "bridge/carry/runtime/loop_suspects.hpp"
 #include "bridge/carry/runtime/report.hpp"
 #include "bridge/carry/runtime/silence_reasons.hpp"
+#include "bridge/carry/runtime/suspected_loop.hpp"
 #include "bridge/messages/convert/conversion_plan.hpp"
 #include "dds_adapter/participant.hpp"
 #include "sd/net/node.hpp"
@@ -68,9 +67,6 @@ class EventToTopic {
   void carry(const someip::Message& event, const Endpoint& from);
   /// Whether the event was on the topic before.
   [[nodiscard]] bool comes_back(const Endpoint& from);
-  /// Whether it is not to be carried for now, as a ring may be closed by who does not say that he is a
-  /// bridge.
-  [[nodiscard]] bool seems_to_loop(ByteView payload, const Endpoint& from, Clock::time_point now);
   void subscribe();
   void settle_soon();
   void settle();
@@ -91,8 +87,7 @@ class EventToTopic {
   BridgeMark mark_;
   std::optional<Returns> returns_;
   std::vector<IpAddress> told_returns_;
-  LoopSuspects suspects_;
-  std::unique_ptr<LoopGuard> loop_;  ///< from when something first came from where one of them is
+  SuspectedLoop loop_;  ///< closed by who reads the topic and does not say that he is a bridge
   std::optional<dds::Writer> writer_;
   dds::WriterCounters past_writers_;
   std::optional<sd::RequirementId> requirement_;  ///< to write while the service is offered

@@ -28,6 +28,11 @@ dds::OnMatch LoopSuspects::on_match() const {
   return [changes = changes_](const dds::Guid& /*peer*/, bool /*matched*/) { ++*changes; };
 }
 
+dds::ServiceConfig LoopSuspects::watching(dds::ServiceConfig ros) const {
+  ros.on_request_match = on_match();
+  return ros;
+}
+
 void LoopSuspects::look(const dds::Participant& participant) {
   seen_ = *changes_;  // before it looks: who comes meanwhile is looked at again
   const std::vector<dds::Counterpart> found = participant.counterparts(topic_, writers_);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "dds_adapter/participant.hpp"
+#include "dds_adapter/service.hpp"
 #include "someip/wire/endpoint.hpp"
 
 namespace trestle::carry {
@@ -21,6 +22,8 @@ class LoopSuspects {
 
   /// For the reader or writer of ours: EndpointExtras::on_match.
   [[nodiscard]] dds::OnMatch on_match() const;
+  /// The same for a ROS service or client of ours: ServiceConfig::on_request_match.
+  [[nodiscard]] dds::ServiceConfig watching(dds::ServiceConfig ros) const;
   /// Looks again if some have come or gone. Cheap if not.
   void update(const dds::Participant& participant) {
     if (changes_->load(std::memory_order_relaxed) != seen_) {

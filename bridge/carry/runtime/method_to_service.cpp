@@ -5,7 +5,6 @@
 #include "bridge/carry/runtime/pacing.hpp"
 #include "bridge/messages/convert/most_bytes.hpp"
 #include "dds_adapter/ros_names.hpp"
-#include "someip/net/address_text.hpp"
 
 namespace trestle::carry {
 namespace {
@@ -17,11 +16,6 @@ struct Answer {
   dds::ServiceMessage message;
   messages::ConversionScratch scratch;
 };
-
-dds::ServiceConfig watching_servers(dds::ServiceConfig ros, const LoopSuspects& servers) {
-  ros.on_request_match = servers.on_match();
-  return ros;
-}
 
 ReturnCode code_of(dds::CallFault fault) {
   switch (fault) {
@@ -43,11 +37,14 @@ ReturnCode code_of(dds::CallFault fault) {
 MethodToService::MethodToService(boost::asio::io_context& io, const MethodRoute& method,
                                  messages::ServicePlans plans, dds::ServiceConfig ros,
                                  const IpAddress& address)
-    : io_{io},
-      method_{method},
-      suspects_{dds::ros_request_topic(method.ros_service), false},
+    : method_{method},
+      loop_{io,
+            method.ros_service,
+            {dds::ros_request_topic(method.ros_service), false},
+            ", which has a server of it, and the SOME/IP client at ",
+            limits_of_calls},
       plans_{std::move(plans)},
-      ros_{watching_servers(std::move(ros), suspects_)},
+      ros_{loop_.suspects().watching(std::move(ros))},
       log_{method.ros_service},
       returns_{dds::ros_request_topic(method.ros_service), mark_of(address, method)},
       work_{std::make_shared<ServiceWork>(
@@ -93,25 +90,6 @@ void MethodToService::work(dds::TimePoint now) {
   }
 }
 
-// From one caller all copies come, as they do of one that asks the same each time: only a trial tells.
-bool MethodToService::seems_to_loop(ByteView payload, const Endpoint& caller) {
-  suspects_.update(*participant_);
-  if (!suspects_.at(caller.address)) {
-    return false;
-  }
-  if (!loop_) {
-    loop_ = std::make_unique<LoopGuard>(io_, method_.ros_service, limits_of_calls);
-  }
-  if (loop_->may_carry(message_hash(payload), std::nullopt, std::chrono::steady_clock::now(), [&] {
-        return fmt::format("{}, which has a server of it, and the SOME/IP client at {}",
-                           suspects_.name_at(caller.address, *participant_), someip::to_string(caller));
-      })) {
-    return false;
-  }
-  loop_->settle();
-  return true;
-}
-
 void MethodToService::on_request(const someip::Message& request, sd::Responder responder) {
   ++received_;
   // Its server asks us what our ROS service was asked, as long as it does not know us yet.
@@ -130,7 +108,7 @@ void MethodToService::on_request(const someip::Message& request, sd::Responder r
     responder.error(ReturnCode::not_ok);
     return;
   }
-  if (seems_to_loop(request.payload, responder.caller())) {
+  if (loop_.refuses(request.payload, responder.caller(), *participant_, std::chrono::steady_clock::now())) {
     responder.error(ReturnCode::not_ok);
     return;
   }
@@ -190,7 +168,7 @@ CounterGroup MethodToService::counters() const {
                       {"not_convertible", not_convertible_, loss},
                       {"too_large", too_large_, loss},
                       {"returned", returned_, loss},
-                      {"looped", loop_ ? loop_->looped() : 0, loss},
+                      {"looped", loop_.looped(), loss},
                       {"unavailable", ros.unavailable, loss},
                       {"gone", ros.gone, loss},
                       {"timed_out", ros.timed_out, loss},

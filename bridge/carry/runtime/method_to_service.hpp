@@ -7,9 +7,8 @@
 #include "bridge/carry/runtime/conversion_log.hpp"
 #include "bridge/carry/runtime/counters.hpp"
 #include "bridge/carry/runtime/e2e_status.hpp"
-#include "bridge/carry/runtime/loop_guard.hpp"
-#include "bridge/carry/runtime/loop_suspects.hpp"
 #include "bridge/carry/runtime/service_work.hpp"
+#include "bridge/carry/runtime/suspected_loop.hpp"
 #include "bridge/messages/convert/service_plans.hpp"
 #include "dds_adapter/service.hpp"
 #include "sd/net/node.hpp"
@@ -51,19 +50,14 @@ class MethodToService {
   void on_request(const someip::Message& request, sd::Responder responder);
   void on_reply(tl::expected<dds::ServiceMessage, dds::CallFault> reply, sd::Responder& responder);
 
-  /// Whether it is not to be carried for now: a ring may be closed by a ROS server at the caller's host.
-  [[nodiscard]] bool seems_to_loop(ByteView payload, const Endpoint& caller);
-
-  boost::asio::io_context& io_;
   const MethodRoute method_;
-  LoopSuspects suspects_;  ///< ROS servers
+  SuspectedLoop loop_;  ///< closed by a ROS server at the caller's host
   messages::ServicePlans plans_;
   const dds::ServiceConfig ros_;
   messages::ConversionScratch scratch_;
   ConversionLog log_;
   dds::Participant* participant_ = nullptr;
   Returns returns_;
-  std::unique_ptr<LoopGuard> loop_;  ///< from when somebody first called from where one of them is
   std::optional<E2eStatus> e2e_;
   std::shared_ptr<ServiceWork> work_;
   std::function<void()> ready_changed_;

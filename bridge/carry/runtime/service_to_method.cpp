@@ -33,11 +33,6 @@ void add_to(dds::ServiceServerCounters& sum, const dds::ServiceServerCounters& m
   sum.writer.overwritten += more.writer.overwritten;
 }
 
-dds::ServiceConfig watching_clients(dds::ServiceConfig ros, const LoopSuspects& clients) {
-  ros.on_request_match = clients.on_match();
-  return ros;
-}
-
 // What went wrong is the code of an answer.
 bool is_return_code(const boost::system::error_code& error) {
   return error && error.category() == make_error_code(someip::ReturnCode::not_ok).category();
@@ -75,7 +70,7 @@ ServiceToMethod::ServiceToMethod(sd::Node& node, const MethodRoute& method, mess
       method_{method},
       suspects_{dds::ros_request_topic(method.ros_service), true},
       plans_{std::move(plans)},
-      ros_{watching_clients(std::move(ros), suspects_)},
+      ros_{suspects_.watching(std::move(ros))},
       log_{method.ros_service},
       failure_{std::move(failure)},
       returns_{dds::ros_request_topic(method.ros_service), mark_of(address, method)},

@@ -1,0 +1,33 @@
+#include "bridge/carry/runtime/suspected_loop.hpp"
+
+#include "someip/net/address_text.hpp"
+
+namespace trestle::carry {
+
+SuspectedLoop::SuspectedLoop(boost::asio::io_context& io, std::string what, LoopSuspects suspects,
+                             std::string words, const LoopCheck::Limits& limits)
+    : io_{io},
+      what_{std::move(what)},
+      suspects_{std::move(suspects)},
+      words_{std::move(words)},
+      limits_{limits} {}
+
+bool SuspectedLoop::refuses(ByteView payload, const Endpoint& from, const dds::Participant& participant,
+                            LoopCheck::TimePoint now) {
+  suspects_.update(participant);
+  if (!suspects_.at(from.address)) {
+    return false;
+  }
+  if (!guard_) {
+    guard_ = std::make_unique<LoopGuard>(io_, what_, limits_);
+  }
+  if (guard_->may_carry(message_hash(payload), std::nullopt, now, [&] {
+        return suspects_.name_at(from.address, participant) + words_ + someip::to_string(from);
+      })) {
+    return false;
+  }
+  guard_->settle();
+  return true;
+}
+
+}  // namespace trestle::carry
