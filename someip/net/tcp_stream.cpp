@@ -257,10 +257,8 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
         return;
       }
       self->watching = false;
-      if (self->holding_back) {  // it is we who do not read
-        self->message_since.reset();
-        self->watch_message();
-      } else if (!self->message_under_way() || self->messages_before() != self->message_number) {
+      if (self->holding_back ||  // it is we who do not read
+          !self->message_under_way() || self->messages_before() != self->message_number) {
         self->message_since.reset();
         self->watch_message();
       } else if (std::chrono::steady_clock::now() < *self->message_since + self->options.message_timeout) {
