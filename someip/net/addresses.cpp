@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <memory>
 #include <sstream>
 #include <string>
 
@@ -60,39 +61,49 @@ struct OwnAddress {
   IpAddress mask;
 };
 
-std::optional<OwnAddress> own_address(const IpAddress& address) {
+/// Calls `visit(entry, address)` for each address of this host, until it returns true.
+template <typename Visit>
+void visit_own_addresses(const Visit& visit) {
   ifaddrs* all = nullptr;
   if (getifaddrs(&all) != 0) {
-    return std::nullopt;
+    return;
   }
-  std::optional<OwnAddress> found;
-  for (const ifaddrs* one = all; one != nullptr && !found; one = one->ifa_next) {
+  const std::unique_ptr<ifaddrs, void (*)(ifaddrs*)> end{all, &freeifaddrs};
+  for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
     if (one->ifa_addr == nullptr ||
         (one->ifa_addr->sa_family != AF_INET && one->ifa_addr->sa_family != AF_INET6)) {
       continue;
     }
     SocketAddress own;
     own.assign(*one->ifa_addr);
+    if (visit(*one, own.endpoint().address)) {
+      return;
+    }
+  }
+}
+
+std::optional<OwnAddress> own_address(const IpAddress& address) {
+  std::optional<OwnAddress> found;
+  visit_own_addresses([&](const ifaddrs& one, const IpAddress& own) {
     SocketAddress mask;
-    if (one->ifa_netmask != nullptr) {
-      mask.assign(*one->ifa_netmask);
+    if (one.ifa_netmask != nullptr) {
+      mask.assign(*one.ifa_netmask);
     }
     // Linux's loopback answers on all of 127.0.0.0/8 though it has only the first address: any address in the
     // subnet of a loopback interface is an own one.
-    bool same = own.endpoint().address == address;
-    if (!same && (one->ifa_flags & IFF_LOOPBACK) != 0U && own.endpoint().address.v6 == address.v6) {
+    bool same = own == address;
+    if (!same && (one.ifa_flags & IFF_LOOPBACK) != 0U && own.v6 == address.v6) {
       same = true;
-      const IpAddress net = own.endpoint().address;
       const IpAddress bits = mask.endpoint().address;
-      for (std::size_t i = 0; i < net.bytes.size(); ++i) {
-        same = same && ((net.bytes[i] ^ address.bytes[i]) & bits.bytes[i]) == 0;
+      for (std::size_t i = 0; i < own.bytes.size(); ++i) {
+        same = same && ((own.bytes[i] ^ address.bytes[i]) & bits.bytes[i]) == 0;
       }
     }
     if (same) {
-      found = OwnAddress{if_nametoindex(one->ifa_name), mask.endpoint().address};
+      found = OwnAddress{if_nametoindex(one.ifa_name), mask.endpoint().address};
     }
-  }
-  freeifaddrs(all);
+    return same;
+  });
   return found;
 }
 
@@ -100,19 +111,10 @@ std::optional<OwnAddress> own_address(const IpAddress& address) {
 
 std::vector<IpAddress> own_addresses() {
   std::vector<IpAddress> result;
-  ifaddrs* all = nullptr;
-  if (getifaddrs(&all) != 0) {
-    return result;
-  }
-  for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
-    if (one->ifa_addr != nullptr &&
-        (one->ifa_addr->sa_family == AF_INET || one->ifa_addr->sa_family == AF_INET6)) {
-      SocketAddress own;
-      own.assign(*one->ifa_addr);
-      result.push_back(own.endpoint().address);
-    }
-  }
-  freeifaddrs(all);
+  visit_own_addresses([&](const ifaddrs& /*one*/, const IpAddress& own) {
+    result.push_back(own);
+    return false;
+  });
   return result;
 }
 
