@@ -1,12 +1,11 @@
 // Routes whose quality of service is that of their publishers, as it is unless something else is written.
 #include <gmock/gmock.h>
-#include <spdlog/sinks/ostream_sink.h>
 #include <spdlog/spdlog.h>
 
 #include <fstream>
-#include <sstream>
 
 #include "test/bridge/end_to_end/bridge_test.hpp"
+#include "test/bridge/end_to_end/log_sink.hpp"
 #include "test/bridge/end_to_end/samples.hpp"
 
 namespace trestle::test::as_published_test {
@@ -20,10 +19,7 @@ const dds::Qos latched{.reliable = true, .transient_local = true, .depth = 10};
 
 class AsPublished : public BridgeTest {
  protected:
-  AsPublished() {
-    spdlog::set_default_logger(
-        std::make_shared<spdlog::logger>("test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log_)));
-  }
+  AsPublished() { spdlog::set_default_logger(std::make_shared<spdlog::logger>("test", log_)); }
   ~AsPublished() override {
     bridge_.reset();
     spdlog::set_default_logger(std::make_shared<spdlog::logger>("after"));
@@ -61,9 +57,9 @@ class AsPublished : public BridgeTest {
   }
   std::string log() {
     bridge_.reset();
-    return log_.str();
+    return log_->str();
   }
-  std::ostringstream log_;
+  const std::shared_ptr<LogSink> log_ = std::make_shared<LogSink>();
 };
 
 /// The routes of the first configuration in README.md.

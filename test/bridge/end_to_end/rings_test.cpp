@@ -1,15 +1,14 @@
 // Bridges that close a ring between DDS and SOME/IP, and those that stand side by side on purpose.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <spdlog/sinks/ostream_sink.h>
 #include <spdlog/spdlog.h>
 
 #include <boost/asio/post.hpp>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
 #include "someip/net/address_text.hpp"
+#include "test/bridge/end_to_end/log_sink.hpp"
 #include "test/bridge/end_to_end/services_end_to_end.hpp"
 
 namespace trestle::test::rings_test {
@@ -557,10 +556,7 @@ TEST_F(Gateways, AreKeptFromClosingARing) {
 /// older bridge. All that comes back into our bridge comes from him.
 class OldBridges : public Gateways {
  protected:
-  OldBridges() {
-    spdlog::set_default_logger(
-        std::make_shared<spdlog::logger>("test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log_)));
-  }
+  OldBridges() { spdlog::set_default_logger(std::make_shared<spdlog::logger>("test", log_)); }
   ~OldBridges() override {
     bridges_.clear();
     spdlog::set_default_logger(std::make_shared<spdlog::logger>("after"));
@@ -588,14 +584,14 @@ class OldBridges : public Gateways {
   }
   /// What is said of a ring goes through these.
   void expect_told(const std::string& route, const std::string& through) {
-    ASSERT_TRUE(until([&] { return log_.str().find("seems to loop") != std::string::npos; })) << log_.str();
-    EXPECT_THAT(log_.str(), HasSubstr(route + ": this route seems to loop through the DDS participant '"));
-    EXPECT_THAT(log_.str(), HasSubstr(through + someip::to_string(own_address(2))));
+    ASSERT_TRUE(until([&] { return log_->has("seems to loop"); })) << log_->str();
+    EXPECT_THAT(log_->str(), HasSubstr(route + ": this route seems to loop through the DDS participant '"));
+    EXPECT_THAT(log_->str(), HasSubstr(through + someip::to_string(own_address(2))));
   }
 
   // Messages in a ring at once, so that also on a slow machine it is quick enough to be found.
   static constexpr int several_ = 10;
-  std::ostringstream log_;
+  const std::shared_ptr<LogSink> log_ = std::make_shared<LogSink>();
   std::optional<dds::Reader> reader_;
 };
 
@@ -644,7 +640,7 @@ TEST_F(OldBridges, AreNotWhoSaysTheSameOften) {
     notify_often(1000);
     goes_on = looped <= 400 && counted("looped") == looped && counted("carried") > carried;
   }
-  EXPECT_TRUE(goes_on) << log_.str();
+  EXPECT_TRUE(goes_on) << log_->str();
 }
 
 // Who reads here says that he is a bridge.
