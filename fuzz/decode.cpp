@@ -7,7 +7,6 @@
 #include "bridge/inspect/decode/message_decoder.hpp"
 
 using namespace trestle;
-using namespace trestle;
 
 namespace {
 
@@ -20,7 +19,7 @@ void require(bool holds) {
 /// Whether `digits` are those of the bytes that end at `end`.
 bool ends_at(ByteView input, std::size_t end, std::string_view digits) {
   const std::size_t size = digits.size() / 2;
-  return end <= input.size() && size <= end && digits == hex_digits(input.subspan(end - size, size));
+  return end <= input.size() && size <= end && digits == inspect::hex_digits(input.subspan(end - size, size));
 }
 
 }  // namespace
@@ -46,7 +45,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
            require(ends_at(input, accounted, object["payload"].get<std::string>()));
          } else {
            require(object.contains("error"));
-           require(object["bytes"] == hex_digits(input.subspan(accounted)));
+           require(object["bytes"] == inspect::hex_digits(input.subspan(accounted)));
            ended = true;
          }
        },

@@ -21,7 +21,7 @@ void require(bool truth) {
   }
 }
 
-std::string idl_name(const FieldType& type) {
+std::string idl_name(const messages::FieldType& type) {
   if (!type.primitive) {
     std::string name = type.message;
     for (std::size_t at = name.find('/'); at != std::string::npos; at = name.find('/')) {
@@ -48,7 +48,7 @@ std::string idl_name(const FieldType& type) {
   }
 }
 
-std::string written(const Field& field) {
+std::string written(const messages::Field& field) {
   const std::string type = idl_name(field.type);
   switch (field.type.array) {
     case messages::ArrayKind::none:
@@ -63,7 +63,7 @@ std::string written(const Field& field) {
   return {};
 }
 
-void check_default(const Field& field) {
+void check_default(const messages::Field& field) {
   const std::size_t elements = messages::default_elements(field).size();
   switch (field.type.array) {
     case messages::ArrayKind::none:
@@ -100,7 +100,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::string again;
   for (const messages::MessageDefinition& message : std::span{*first}.first(parts)) {
     again += fmt::format("struct {} {{\n", message.name.substr(message.name.rfind('/') + 1));
-    for (const Field& field : message.fields) {
+    for (const messages::Field& field : message.fields) {
       check_default(field);
       again += written(field);
     }
@@ -110,7 +110,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       fmt::format("module f {{ module {} {{\n{}}}; }};", to_string(name.kind), again), name, "F.idl");
   require(second && second->size() == first->size());
   for (std::size_t i = 0; i < parts; ++i) {
-    const auto same = [](const Field& a, const Field& b) { return a.name == b.name && a.type == b.type; };
+    const auto same = [](const messages::Field& a, const messages::Field& b) {
+      return a.name == b.name && a.type == b.type;
+    };
     require(std::ranges::equal(first->at(i).fields, second->at(i).fields, same));
   }
   return 0;

@@ -10,7 +10,7 @@ using namespace trestle;
 
 namespace {
 
-std::string written(const FieldType& type) {
+std::string written(const messages::FieldType& type) {
   std::string text = type.primitive ? to_string(*type.primitive) : type.message;
   if (type.string_bound != 0) {
     text += fmt::format("<={}", type.string_bound);
@@ -33,7 +33,7 @@ std::string written(const messages::MessageDefinition& message) {
   for (const messages::Constant& constant : message.constants) {
     text += fmt::format("{} {} = {}\n", to_string(constant.type), constant.name, constant.value);
   }
-  for (const Field& field : message.fields) {
+  for (const messages::Field& field : message.fields) {
     text += fmt::format("{} {} {}\n", written(field.type), field.name, field.default_value);
   }
   return text;

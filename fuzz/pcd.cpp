@@ -6,6 +6,7 @@
 #include "bridge/measure/demo/pcd.hpp"
 
 using namespace trestle;
+using namespace trestle::measure;
 using namespace trestle::measure::demo;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -6,6 +6,7 @@
 #include "bridge/measure/demo/checksum.hpp"
 
 using namespace trestle;
+using namespace trestle::measure;
 using namespace trestle::measure::demo;
 
 namespace {
