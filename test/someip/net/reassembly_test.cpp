@@ -135,7 +135,9 @@ TEST_F(BudgetOfReassembliesTest, TakesTheSlowestAtAnyPortForWhatComesFaster) {
     now += 100ms;
     ASSERT_LE(budget->used_bytes(), budget_bytes);
   }
-  EXPECT_LT(resident_bytes(), before + (test::sanitized ? 4 : 1) * (budget_bytes + message_bytes));
+  if (!test::sanitized) {  // which has memory of its own for each page that was touched
+    EXPECT_LT(resident_bytes(), before + budget_bytes + message_bytes);
+  }
   EXPECT_EQ(here.counters()[TpDrop::no_memory] + there.counters()[TpDrop::no_memory], 32U);
   EXPECT_TRUE(offer(here, host(50), 1, 0, message_bytes, now)) << "who is honest comes through";
   EXPECT_EQ(here.counters()[TpDrop::no_memory] + there.counters()[TpDrop::no_memory], 34U);
