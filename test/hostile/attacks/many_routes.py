@@ -40,7 +40,6 @@ def _wait(world, bridge, count, begin, patience):
 
 def _carrying(world, bridge, times=1):
     world.wait(lambda: bridge.text().count("info carrying ") >= times, f"{bridge.name} does not start")
-    return time.monotonic()
 
 
 def _bridges(world, count):
@@ -66,9 +65,11 @@ def many(world):
     count = 300 if world.scale.short else 1000  # 256 was the limit once
     patience = 40 if world.scale.short else 10
     start = _bridges(world, count)
-    server, client = start("offering"), start("wanting")
+    server = start("offering")
     _carrying(world, server)
-    began = _carrying(world, client)
+    began = time.monotonic()
+    client = start("wanting")
+    _carrying(world, client)
     _judge(world, "start", *_wait(world, client, count, began, patience), count, client)
 
     step = count // SAMPLED
@@ -96,8 +97,10 @@ def many(world):
         old = server if name == "offering" else client
         world.lab.programs.remove(old)
         old.stop(number)
+        starts = old.text().count("info carrying ")  # it goes on with that log
+        began = time.monotonic()
         again = start(name)
-        began = _carrying(world, again, again.text().count("info carrying ") + 1)
+        _carrying(world, again, starts + 1)
         if name == "offering":
             server = again
         else:
@@ -122,7 +125,8 @@ def foreign(world):
     start = _bridges(world, 1000)
     server, client = start("offering"), start("wanting")
     _carrying(world, server)
-    began = _carrying(world, client)
+    began = time.monotonic()
+    _carrying(world, client)
     _wait(world, client, 1000, began, 10)
     child = world.lab.fork("attacker", offer_many, 1000)
     world.pass_time(3, "foreign offers")
