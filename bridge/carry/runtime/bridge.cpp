@@ -11,22 +11,14 @@
 #include <stdexcept>
 
 #include "bridge/carry/config/ros_environment.hpp"
-#include "bridge/carry/runtime/bridge_mark.hpp"
 #include "bridge/carry/runtime/dds_receiver.hpp"
 #include "bridge/carry/runtime/dds_words.hpp"
 #include "bridge/carry/runtime/discovered_routes.hpp"
-#include "bridge/carry/runtime/event_to_topic.hpp"
-#include "bridge/carry/runtime/getter_to_topic.hpp"
-#include "bridge/carry/runtime/methods.hpp"
+#include "bridge/carry/runtime/make_routes.hpp"
 #include "bridge/carry/runtime/node_config.hpp"
-#include "bridge/carry/runtime/offered_services.hpp"
-#include "bridge/carry/runtime/publisher_watch.hpp"
 #include "bridge/carry/runtime/route_parts.hpp"
-#include "bridge/carry/runtime/service_offer.hpp"
 #include "bridge/carry/runtime/silence_watch.hpp"
 #include "bridge/carry/runtime/start_at.hpp"
-#include "bridge/carry/runtime/topic_to_event.hpp"
-#include "bridge/carry/runtime/topic_watch.hpp"
 #include "bridge/messages/types/type_library.hpp"
 #include "dds_adapter/ros_names.hpp"
 #include "someip/net/address_text.hpp"
@@ -49,10 +41,6 @@ std::vector<dds::ParticipantConfig::Server> servers(const std::vector<DiscoveryS
     result.push_back({server.address, server.port});
   }
   return result;
-}
-
-bool is_as_published(const QosSettings& qos) {
-  return qos.reliability_as_published || qos.durability_as_published;
 }
 
 // A reader that follows its publishers is about to ask for what they offer: nothing to warn of.
@@ -90,22 +78,33 @@ void log_dds(spdlog::logger& logger, const dds::Event& event) {
 }  // namespace
 
 struct Bridge::State {
-  State(boost::asio::io_context& io, const BridgeConfig& config, Report& watcher)
-      : report{watcher},
-        watch{std::make_shared<TopicWatch>(io)},
+  State(boost::asio::io_context& io, const BridgeConfig& config, messages::TypeLibrary& types, Report& report)
+      : watch{std::make_shared<TopicWatch>(io)},
         publishers{io},
-        node{start_at(config, config.someip.mark, [&] {
-          const auto log_at = [this](spdlog::level::level_enum level) {
-            return [this, level](const std::string& line) {
-              spdlog::log(level, "SD {}", line);
-              report.discovery(line);
-            };
-          };
-          return std::make_unique<sd::Node>(io, node_config(config), log_at(spdlog::level::info),
-                                            log_at(spdlog::level::warn));
-        })} {}
+        context{.io = io,
+                .report = report,
+                .address = config.someip.address,
+                .values = &values,
+                .watch = watch.get(),
+                .publishers = &publishers},
+        routes{make_routes(context, config, types), &config} {}
 
-  void join_dds(boost::asio::io_context& io, const BridgeConfig& config) {
+  void join_someip(const BridgeConfig& config) {
+    node = start_at(config, config.someip.mark, [&] {
+      const auto log_at = [this](spdlog::level::level_enum level) {
+        return [this, level](const std::string& line) {
+          spdlog::log(level, "SD {}", line);
+          context.report.discovery(line);
+        };
+      };
+      return std::make_unique<sd::Node>(context.io, node_config(config), log_at(spdlog::level::info),
+                                        log_at(spdlog::level::warn));
+    });
+    context.node = node.get();
+    routes.join_someip(*node);
+  }
+
+  void join_dds(const BridgeConfig& config) {
     std::map<std::string, QosSettings> following;  // by topic
     for (const Route& route : config.routes) {
       if (is_as_published(route.qos)) {
@@ -141,8 +140,9 @@ struct Bridge::State {
               },
           .on_writers = [watched = watch] { watched->on_writers(); }});
     });
+    context.participant = participant.get();
     if (participant->incoming() >= 0) {
-      receiver.emplace(io, *participant);
+      receiver.emplace(context.io, *participant);
     }
     for (const std::string& line : participant->buffers_not_granted()) {
       logger->warn("DDS {}", line);
@@ -158,121 +158,74 @@ struct Bridge::State {
   }
 
   // What the checks of end-to-end protection find is published, if there are any, and how methods are.
-  void publish_diagnostics(boost::asio::io_context& io, const BridgeConfig& config,
-                           messages::TypeLibrary& types) {
-    const auto look = [this, routes = config.diagnostics.wanted] {
+  void publish_diagnostics(const BridgeConfig& config, messages::TypeLibrary& types) {
+    const auto look = [this, all = config.diagnostics.wanted] {
       std::vector<Diagnosis> found;
-      for (const auto& route : inbound) {
-        if (auto one = route->diagnosis()) {
-          found.push_back(std::move(*one));
-        }
+      for (const auto& [mark, route] : routes) {
+        route->append_diagnoses(found, all);
       }
-      for (const auto& getter : getters) {
-        if (getter->e2e() != nullptr) {
-          found.push_back(getter->diagnosis());
-        }
-      }
-      methods->append_diagnoses(found);
-      if (routes) {
-        std::ranges::transform(outbound, std::back_inserter(found),
-                               [](const auto& one) { return one->state(); });
-        std::ranges::transform(inbound, std::back_inserter(found),
-                               [](const auto& one) { return one->state(); });
-        if (discovered) {
-          discovered->append_diagnoses(found);
-        }
+      if (all && discovered) {
+        discovered->append_diagnoses(found);
       }
       return found;
     };
     const bool has_checks =
-        std::ranges::any_of(config.methods, [](const auto& one) { return one.e2e.has_value(); }) ||
-        std::ranges::any_of(getters, [](const auto& one) { return one->e2e() != nullptr; }) ||
-        std::ranges::any_of(inbound, [](const auto& route) { return route->diagnosis().has_value(); });
+        std::ranges::any_of(routes, [](const auto& one) { return one.route->has_checks(); });
     if (look().empty() || !(has_checks || config.diagnostics.wanted)) {
       return;
     }
     diagnostics = start_at(config, config.diagnostics.mark, [&] {
-      return std::make_unique<Diagnostics>(io, *participant, config.diagnostics,
+      return std::make_unique<Diagnostics>(context.io, *participant, config.diagnostics,
                                            user_data_of(Diagnostics::type, types), look);
     });
     // Who comes new is told at once, and not with the next period only.
     watch->watch(dds::ros_topic_name(config.diagnostics.topic), TopicWatch::End::writer,
                  [this] { diagnostics->changed(); });
-    for (const auto& route : inbound) {
-      route->on_e2e_change([this] { diagnostics->changed(); });
+    for (const auto& [mark, route] : routes) {
+      route->on_change([this] { diagnostics->changed(); });
     }
-    for (const auto& getter : getters) {
-      if (E2eStatus* const status = getter->e2e()) {
-        status->on_change([this] { diagnostics->changed(); });
-      }
-    }
-    methods->on_change([this] { diagnostics->changed(); });
     if (config.diagnostics.wanted) {
       watch->watch_writers(diagnostics->asker());
       node->on_subscriptions(diagnostics->asker());
     }
   }
 
-  // Who wants to know of the topic's publishers or readers is told of them from now on.
-  void follow(EventToTopic& inbound_route, const Route& route) {
-    if (route.presence.subscribe_while_read) {
-      watch->watch(dds::ros_topic_name(route.topic), TopicWatch::End::writer,
-                   [&inbound_route] { inbound_route.readers_changed(); });
+  void look_around() {
+    around.offers.clear();
+    for (const sd::SeenOffer& one : node->seen_offers()) {
+      around.offers[one.service].push_back(one);
     }
-    if (route.qos.transient_local) {
-      watch->watch(dds::ros_topic_name(route.topic), TopicWatch::End::writer,
-                   [&inbound_route] { inbound_route.bridges_changed(); });
+    around.writers.clear();
+    for (dds::FoundWriter& one : participant->writers()) {
+      around.writers[one.topic].push_back(std::move(one));
     }
+    around.participants = participant->peers();
   }
-  void follow(ServiceOffer& offer, TopicToEvent& outbound_route, const Route& route) {
-    if (route.presence.offer_while_published) {
-      offer.needs([&outbound_route] { return outbound_route.published(); });
-      watch->watch(dds::ros_topic_name(route.topic), TopicWatch::End::reader, [&offer] { offer.update(); });
+
+  void watch_silence_of(const RunningRoute& route) {
+    if (const std::string* const topic = route.awaited()) {
+      silence->add({.topic = *topic,
+                    .received = [&route] { return route.received(); },
+                    .reason = [this, &route] { return route.silence(around); }});
     }
   }
 
   // Says why nothing comes.
-  void watch_silence(boost::asio::io_context& io, const BridgeConfig& config) {
+  void watch_silence(const BridgeConfig& config) {
+    around.other_interface = other_interface(config.someip);
     silence.emplace(
-        io,
+        context.io,
         [this] {
-          offered.clear();
-          for (const sd::SeenOffer& one : node->seen_offers()) {
-            offered[one.service].push_back(one);
-          }
-          published.clear();
-          for (dds::FoundWriter& one : participant->writers()) {
-            published[one.topic].push_back(std::move(one));
-          }
-          return SilenceWatch::Heard{.someip = node->seen_hosts(), .dds = participant->peers()};
+          look_around();
+          return SilenceWatch::Heard{.someip = node->seen_hosts(), .dds = around.participants};
         },
         [log = logger](const std::string& line) { log->warn("{}", line); });
-    const std::string other = other_interface(config.someip);
-    const auto watch_outbound = [this](const std::string& name, const TopicToEvent& one) {
-      silence->add({.topic = name,
-                    .received = [&one] { return one.received(); },
-                    .reason =
-                        [this, &one, topic = dds::ros_topic_name(name)] {
-                          return one.silence(published[topic], participant->peers());
-                        }});
-    };
-    auto in = inbound.begin();
-    auto out = outbound.begin();
-    for (const Route& route : config.routes) {
-      if (route.direction == Direction::someip_to_dds) {
-        silence->add({.topic = route.topic,
-                      .received = [&one = **in] { return one.received(); },
-                      .reason = [this, &one = **in, service = route.service,
-                                 other] { return one.silence(offered[service], other); }});
-        ++in;
-      } else {
-        watch_outbound(route.topic, **out);
-        ++out;
-      }
+    for (const auto& [mark, route] : routes) {
+      watch_silence_of(*route);
     }
     if (discovered) {
       discovered->append_silence(*silence);
-      discovered->watched_by({.made = watch_outbound,
+      discovered->watched_by({.made = [this](const RunningRoute& route) { watch_silence_of(route); },
                               .ends = [this](const std::string& topic) { silence->remove(topic); },
                               .looked = diagnostics && config.diagnostics.wanted ? diagnostics->asker()
                                                                                  : std::function<void()>{}});
@@ -280,114 +233,48 @@ struct Bridge::State {
     silence->start();
   }
 
-  Report& report;
   /// For the threads of DDS, which are started after it has been fetched.
   std::shared_ptr<spdlog::logger> logger = spdlog::default_logger();
   std::shared_ptr<TopicWatch> watch;
   PublisherWatch publishers;  ///< of routes whose quality of service is as published
+  FieldValues values;
   std::unique_ptr<dds::Participant> participant;
   std::optional<DdsReceiver> receiver;
   std::unique_ptr<sd::Node> node;
-  std::vector<std::unique_ptr<GetterToTopic>> getters;
-  std::vector<std::unique_ptr<ServiceOffer>> offers;
-  std::vector<std::unique_ptr<TopicToEvent>> outbound;
-  std::vector<std::unique_ptr<EventToTopic>> inbound;
+  RouteContext context;
+  Routes routes;                                 ///< of the configuration
   std::unique_ptr<DiscoveredRoutes> discovered;  ///< if there are patterns
-  std::unique_ptr<Methods> methods;
   std::optional<SilenceWatch> silence;
-  // What the routes to which nothing comes ask for, of the last look.
-  std::map<someip::ServiceId, std::vector<sd::SeenOffer>> offered;
-  std::map<std::string, std::vector<dds::FoundWriter>> published;
+  Surroundings around;                       ///< of the last look of it
   std::unique_ptr<Diagnostics> diagnostics;  ///< if there is something to tell
 };
 
 Bridge::Bridge(boost::asio::io_context& io, const BridgeConfig& config, messages::TypeLibrary& types,
-               Report& report) {
-  std::vector<messages::ConversionPlan> plans;
-  std::vector<std::string> user_data;
-  for (const Route& route : config.routes) {
-    plans.push_back(start_at(config, route.mark, [&] { return compile(route, types); }));
-    user_data.push_back(user_data_of(route.type, types));
-  }
-  auto methods = std::make_unique<Methods>(config, types);
+               Report& report)
+    : state_{std::make_unique<State>(io, config, types, report)} {
+  State& state = *state_;
   start_at(config, config.someip.interface_mark, [&] { check_interface(config.someip.interface); });
   // First all sockets, which may be taken: who joins DDS is seen by others at once.
-  state_ = std::make_unique<State>(io, config, report);
-  state_->methods = std::move(methods);
-  std::vector<OfferedService> services = offered_services(config.routes);
-  for (const Route& route : config.routes) {
-    if (route.getter) {
-      state_->getters.push_back(std::make_unique<GetterToTopic>(route));
-      state_->getters.back()->join(services);
-    }
-  }
-  state_->methods->join_someip(io, *state_->node, services);
-  for (const OfferedService& service : services) {
-    state_->offers.push_back(start_at(config, service.mark, [&] {
-      return std::make_unique<ServiceOffer>(*state_->node, service.spec, service.while_there);
-    }));
-  }
-  for (std::size_t i = 0; i < config.routes.size(); ++i) {
-    const Route& route = config.routes[i];
-    if (route.direction == Direction::someip_to_dds) {
-      state_->inbound.push_back(start_at(config, route.mark, [&] {
-        return std::make_unique<EventToTopic>(*state_->node, route,
-                                              subscription_of(config.routes, route, plans[i]),
-                                              std::move(plans[i]), report);
-      }));
-      if (ServiceToMethod* const setter = state_->methods->setter_beside(route)) {
-        state_->inbound.back()->on_value(
-            [setter](std::optional<ByteView> value) { setter->note_value(value); });
-      }
-    }
-  }
+  state.join_someip(config);
   if (!config.patterns.empty()) {
-    state_->discovered = std::make_unique<DiscoveredRoutes>(io, *state_->node, config, types, report);
-    state_->watch->watch_writers([discovered = state_->discovered.get()] { discovered->changed(); });
+    state.discovered = std::make_unique<DiscoveredRoutes>(state.context, config, types);
+    state.watch->watch_writers([discovered = state.discovered.get()] { discovered->changed(); });
   }
-  state_->join_dds(io, config);
-  auto inbound = state_->inbound.begin();
-  auto getter = state_->getters.begin();
-  for (std::size_t i = 0; i < config.routes.size(); ++i) {
-    const Route& route = config.routes[i];
-    start_at(config, route.mark, [&] {
-      if (route.direction == Direction::someip_to_dds) {
-        state_->follow(**inbound, route);
-        (*inbound++)->open(*state_->participant, user_data[i], config.someip.address);
-        return;
-      }
-      const auto service = std::ranges::find_if(services, [&](const OfferedService& offered) {
-        return offered.spec.service == route.service && offered.spec.instance == route.instance;
-      });
-      ServiceOffer& offer = *state_->offers[static_cast<std::size_t>(service - services.begin())];
-      state_->outbound.push_back(
-          std::make_unique<TopicToEvent>(io, *state_->node, offer, *state_->participant, route,
-                                         std::move(plans[i]), user_data[i], config.someip.address, report));
-      state_->follow(offer, *state_->outbound.back(), route);
-      if (is_as_published(route.qos)) {
-        state_->publishers.add(dds::ros_topic_name(route.topic), dds::ros_type_name(route.type),
-                               mark_of(config.someip.address, route),
-                               [&opened = *state_->outbound.back()](const PublishedQos& published) {
-                                 opened.follow(published);
-                               });
-      }
-      if (route.getter) {
-        (*getter++)->open(offer);
-      }
-    });
+  state.join_dds(config);
+  state.routes.join_dds();
+  state.publishers.open(*state.participant);
+  state.watch->watch_writers([&state] {
+    for (const auto& [mark, route] : state.routes) {
+      route->writers_changed();
+    }
+  });
+  state.publish_diagnostics(config, types);
+  if (state.discovered) {
+    state.discovered->open();
   }
-  state_->publishers.open(*state_->participant);
-  state_->methods->join_dds(*state_->participant, state_->offers);
-  state_->watch->watch_writers([methods = state_->methods.get()] { methods->bridges_changed(); });
-  state_->publish_diagnostics(io, config, types);
-  if (state_->discovered) {
-    state_->discovered->open(*state_->participant);
-  }
-  state_->watch_silence(io, config);
+  state.watch_silence(config);
   // Who has been found before somebody was told of it.
-  for (const auto& offer : state_->offers) {
-    offer->update();
-  }
+  state.routes.update_offers();
 }
 
 Bridge::~Bridge() = default;
@@ -396,38 +283,22 @@ void Bridge::stop() {
   state_->watch->stop();
   state_->publishers.stop();
   state_->silence->stop();
-  for (const auto& offer : state_->offers) {
-    offer->stop();
-  }
-  for (const auto& route : state_->inbound) {
-    route->stop();
-  }
-  for (const auto& route : state_->outbound) {
-    route->stop();
-  }
+  state_->routes.stop();
   if (state_->discovered) {
     state_->discovered->stop();
   }
-  state_->methods->stop();
   state_->node->shutdown();
 }
 
 std::vector<CounterGroup> Bridge::counters() const {
   using enum Counter::Kind;
   std::vector<CounterGroup> groups;
-  for (const auto& route : state_->outbound) {
-    groups.push_back(route->counters());
-  }
-  for (const auto& route : state_->inbound) {
+  for (const auto& [mark, route] : state_->routes) {
     groups.push_back(route->counters());
   }
   if (state_->discovered) {
     state_->discovered->append_counters(groups);
   }
-  for (const auto& getter : state_->getters) {
-    groups.push_back(getter->counters());
-  }
-  state_->methods->append_counters(groups);
   const sd::NodeCounters node = state_->node->counters();
   const auto sender = state_->node->sender_counters();
   groups.push_back({"SOME/IP",

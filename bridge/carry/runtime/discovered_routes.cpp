@@ -11,7 +11,7 @@
 #include "bridge/carry/config/id_allocator.hpp"
 #include "bridge/carry/config/pattern_conflicts.hpp"
 #include "bridge/carry/runtime/bridge_mark.hpp"
-#include "bridge/carry/runtime/offered_services.hpp"
+#include "bridge/carry/runtime/make_routes.hpp"
 #include "bridge/carry/runtime/route_parts.hpp"
 #include "bridge/carry/runtime/start_at.hpp"
 #include "bridge/documents/problems.hpp"
@@ -45,23 +45,24 @@ std::string in_words(const Route& route) {
 
 }  // namespace
 
-DiscoveredRoutes::DiscoveredRoutes(boost::asio::io_context& io, sd::Node& node, const BridgeConfig& config,
-                                   const messages::TypeLibrary& types, Report& report)
-    : io_{io},
-      node_{node},
+DiscoveredRoutes::DiscoveredRoutes(const RouteContext& context, const BridgeConfig& config,
+                                   const messages::TypeLibrary& types)
+    : context_{context},
+      own_{context},
       config_{config},
       types_{types},
-      report_{report},
       lock_{read_lock(config.lock_file)},
       past_{"former routes of patterns", {}},
-      timer_{io} {
+      timer_{context.io} {
+  own_.watch = nullptr;
+  own_.publishers = nullptr;
   patterns_.resize(config_.patterns.size());
   for (std::size_t i = 0; i < patterns_.size(); ++i) {
     const TopicPattern& settings = config_.patterns[i];
     patterns_[i].settings = &settings;
     if (settings.route.direction == Direction::dds_to_someip) {
       patterns_[i].port = start_at(config, settings.mark, [&] {
-        return node.hold_port(settings.route.port, settings.route.transport);
+        return context.node->hold_port(settings.route.port, settings.route.transport);
       });
     }
   }
@@ -90,8 +91,9 @@ DiscoveredRoutes::Pattern* DiscoveredRoutes::owner_of(const std::string& topic) 
              : nullptr;
 }
 
-void DiscoveredRoutes::open(dds::Participant& participant) {
-  participant_ = &participant;
+void DiscoveredRoutes::open() {
+  own_.participant = context_.participant;
+  opened_ = true;
   settle();
 }
 
@@ -114,14 +116,13 @@ void DiscoveredRoutes::stop() {
   stopped_ = true;
   timer_.cancel();
   for (auto& [topic, live] : live_) {
-    live.offer->stop();
-    live.carrier->stop();
+    live.running.stop();
   }
 }
 
 void DiscoveredRoutes::settle() {
   due_ = false;
-  if (stopped_ || participant_ == nullptr) {
+  if (stopped_ || !opened_) {
     return;
   }
   if (locking_) {
@@ -141,9 +142,9 @@ void DiscoveredRoutes::settle() {
   }
   for (auto& [topic, live] : live_) {
     if (const auto how = found.find({topic, live.route.type}); how != found.end()) {
-      live.carrier->follow(how->second.offers);
+      live.one().follow(how->second.offers);
     }
-    live.offer->update();
+    live.running.update_offers();
   }
   if (watcher_.looked) {
     watcher_.looked();
@@ -157,7 +158,7 @@ std::map<DiscoveredRoutes::TopicAndType, DiscoveredRoutes::Found> DiscoveredRout
   }
   std::map<TopicAndType, Found> found;
   std::map<std::string, Pattern*> owners;
-  for (const dds::FoundWriter& writer : participant_->writers()) {
+  for (const dds::FoundWriter& writer : context_.participant->writers()) {
     const auto topic = dds::topic_of_ros(writer.topic);
     if (!topic || !messages::is_topic_name(*topic) || own_topics_.contains(*topic)) {
       continue;
@@ -208,8 +209,8 @@ void DiscoveredRoutes::drop(std::map<std::string, Live>::iterator live) {
   if (watcher_.ends) {
     watcher_.ends(live->first);
   }
-  live->second.offer->withdraw();
-  for (const Counter& counter : live->second.carrier->counters().counters) {
+  live->second.running.withdraw();
+  for (const Counter& counter : live->second.one().counters().counters) {
     const std::string_view name = counter.name;
     if (name == "publishers" || name == "bridges" || name == "offered") {  // now, which is over
       continue;
@@ -290,7 +291,7 @@ std::optional<someip::ServiceId> DiscoveredRoutes::new_id(const TopicAndType& wh
   const ServiceRange range = pattern.settings->services;
   // What another bridge has chosen for another topic is left to it. Our own lock file says nothing of that.
   const auto id = choose_service(range, what.first, what.second, [&](someip::ServiceId one) {
-    return taken_.contains(one) || node_.is_offered_by_others(one);
+    return taken_.contains(one) || context_.node->is_offered_by_others(one);
   });
   if (!id) {
     refuse(what, pattern, Refusal::no_id,
@@ -317,7 +318,7 @@ void DiscoveredRoutes::lock(std::vector<Candidate>& candidates) {
     return;
   }
   locking_ = true;
-  boost::asio::post(disk_, [this, &io = io_, alive = std::weak_ptr{alive_}, file = lock_,
+  boost::asio::post(disk_, [this, &io = context_.io, alive = std::weak_ptr{alive_}, file = lock_,
                             more = std::move(more)]() mutable {
     auto written = file.add(more);
     boost::asio::post(io, [this, alive, file = std::move(file), written = std::move(written)]() mutable {
@@ -360,20 +361,19 @@ void DiscoveredRoutes::locked(LockFile file, const tl::expected<void, std::strin
 void DiscoveredRoutes::make(Candidate& candidate) {
   const Route& route = candidate.route;
   try {
-    const OfferedService service = offered_services({route}).front();
-    auto offer = std::make_unique<ServiceOffer>(node_, service.spec, service.while_there);
-    auto carrier =
-        std::make_unique<TopicToEvent>(io_, node_, *offer, *participant_, route, std::move(candidate.plan),
-                                       user_data_of(route.type, types_), config_.someip.address, report_);
-    offer->needs([published = carrier.get()] { return published->published(); });
+    std::vector<MadeRoute> made;
+    made.push_back({route.mark, make_route(own_, route, std::move(candidate.plan), types_)});
+    Routes running{std::move(made)};
+    running.join_someip(*context_.node);
+    running.join_dds();
     spdlog::info("discovered {} ({}): {}, event 0x{:04x}", route.topic, route.type, in_words(route),
                  someip::value(route.event));
     ++candidate.pattern->made;
     refused_.erase({route.topic, route.type});
-    const auto [live, is_new] = live_.insert_or_assign(
-        route.topic, Live{candidate.pattern, route, std::move(offer), std::move(carrier)});
+    const auto [live, is_new] =
+        live_.insert_or_assign(route.topic, Live{candidate.pattern, route, std::move(running)});
     if (watcher_.made) {
-      watcher_.made(live->first, *live->second.carrier);
+      watcher_.made(live->second.one());
     }
   } catch (const std::exception& error) {
     refuse({route.topic, route.type}, *candidate.pattern, Refusal::not_opened,
@@ -399,7 +399,7 @@ void DiscoveredRoutes::refuse(const TopicAndType& what, Pattern& pattern, Refusa
 void DiscoveredRoutes::watched_by(Watcher watcher) {
   watcher_ = std::move(watcher);
   for (const auto& [topic, live] : live_) {
-    watcher_.made(topic, *live.carrier);
+    watcher_.made(live.one());
   }
 }
 
@@ -412,7 +412,7 @@ void DiscoveredRoutes::append_silence(SilenceWatch& silence) {
                    .received = [&pattern] { return pattern.made; },
                    .reason =
                        [this, &pattern] {
-                         return why_silent(PatternSilence{.participants = participant_->peers(),
+                         return why_silent(PatternSilence{.participants = context_.participant->peers(),
                                                           .topics = pattern.topics,
                                                           .brought = pattern.brought});
                        }});
@@ -433,7 +433,7 @@ void DiscoveredRoutes::append_silence(SilenceWatch& silence) {
 
 void DiscoveredRoutes::append_diagnoses(std::vector<Diagnosis>& diagnoses) const {
   for (const auto& [topic, live] : live_) {
-    diagnoses.push_back(live.carrier->state());
+    live.one().append_diagnoses(diagnoses, true);
   }
   for (const Pattern& pattern : patterns_) {
     const TopicPattern& settings = *pattern.settings;
@@ -468,7 +468,7 @@ CounterGroup DiscoveredRoutes::counters_of(const Pattern& pattern) const {
 void DiscoveredRoutes::append_counters(std::vector<CounterGroup>& groups) const {
   using enum Counter::Kind;
   for (const auto& [topic, live] : live_) {
-    groups.push_back(live.carrier->counters());
+    groups.push_back(live.one().counters());
   }
   if (!past_.counters.empty()) {
     groups.push_back(past_);
@@ -478,7 +478,7 @@ void DiscoveredRoutes::append_counters(std::vector<CounterGroup>& groups) const 
       groups.push_back(counters_of(pattern));
     }
   }
-  groups.push_back({"DDS discovery", {{"not_remembered", participant_->not_remembered(), loss}}});
+  groups.push_back({"DDS discovery", {{"not_remembered", context_.participant->not_remembered(), loss}}});
 }
 
 }  // namespace trestle::carry

@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "bridge/carry/config/lock_file.hpp"
-#include "bridge/carry/runtime/counters.hpp"
-#include "bridge/carry/runtime/service_offer.hpp"
+#include "bridge/carry/runtime/route_context.hpp"
+#include "bridge/carry/runtime/routes.hpp"
 #include "bridge/carry/runtime/silence_watch.hpp"
-#include "bridge/carry/runtime/topic_to_event.hpp"
+#include "bridge/messages/convert/conversion_plan.hpp"
 #include "bridge/messages/types/type_library.hpp"
 
 namespace trestle::carry {
@@ -25,17 +25,16 @@ namespace trestle::carry {
 class DiscoveredRoutes {
  public:
   /// Opens the ports of the patterns and reads the lock file.
-  /// @param node  outlives this object, as does the report.
+  /// @param context  of all routes, which has joined SOME/IP; outlives this object.
   /// @param types  is copied: who publishes later may have a type that nobody asked for yet.
   /// @throws std::runtime_error  with the place in the configuration or lock file.
-  DiscoveredRoutes(boost::asio::io_context& io, sd::Node& node, const BridgeConfig& config,
-                   const messages::TypeLibrary& types, Report& report);
+  DiscoveredRoutes(const RouteContext& context, const BridgeConfig& config,
+                   const messages::TypeLibrary& types);
   DiscoveredRoutes(const DiscoveredRoutes&) = delete;
   DiscoveredRoutes& operator=(const DiscoveredRoutes&) = delete;
 
-  /// Makes the routes of who is there.
-  /// @param participant  outlives this object.
-  void open(dds::Participant& participant);
+  /// Makes the routes of who is there, once DDS has been joined.
+  void open();
   /// To be called when writers have come or gone, or counterparts of our readers. What comes together, or
   /// soon after, is looked at together.
   void changed();
@@ -45,7 +44,7 @@ class DiscoveredRoutes {
   /// Told of routes: of each that is there, and of those that are made; and of the topics of those that end.
   /// Also after each look at what is there, by which the state of a pattern may have become another.
   struct Watcher {
-    std::function<void(const std::string& topic, const TopicToEvent& route)> made;
+    std::function<void(const RunningRoute& route)> made;
     std::function<void(const std::string& topic)> ends;
     std::function<void()> looked;
   };
@@ -88,8 +87,8 @@ class DiscoveredRoutes {
   struct Live {
     Pattern* pattern;
     Route route;
-    std::unique_ptr<ServiceOffer> offer;
-    std::unique_ptr<TopicToEvent> carrier;  // which uses the offer
+    Routes running;  ///< one
+    [[nodiscard]] RunningRoute& one() const { return *running.begin()->route; }
   };
   struct Candidate {
     Pattern* pattern;
@@ -119,13 +118,12 @@ class DiscoveredRoutes {
   [[nodiscard]] CounterGroup counters_of(const Pattern& pattern) const;
   void refuse(const TopicAndType& what, Pattern& pattern, Refusal why, const std::string& told);
 
-  boost::asio::io_context& io_;
-  sd::Node& node_;
+  const RouteContext& context_;
+  RouteContext own_;  ///< of these routes: this object sees to who comes and goes
   const BridgeConfig config_;
   messages::TypeLibrary types_;
-  Report& report_;
   LockFile lock_;
-  dds::Participant* participant_ = nullptr;
+  bool opened_ = false;
   std::vector<Pattern> patterns_;            ///< as those of the configuration
   std::set<std::string> own_topics_;         ///< that others of our routes carry
   std::set<someip::ServiceId> taken_;        ///< ids of services, also those that are locked

@@ -15,53 +15,65 @@
 
 namespace trestle::carry {
 
-EventToTopic::EventToTopic(sd::Node& node, const Route& route, const sd::SubscribeSpec& subscription,
-                           messages::ConversionPlan plan, Report& report)
-    : node_{node},
+EventToTopic::EventToTopic(const RouteContext& context, const Route& route,
+                           const sd::SubscribeSpec& subscription, messages::ConversionPlan plan,
+                           std::string user_data)
+    : context_{context},
       subscription_spec_{subscription},
       route_{route},
       plan_{std::move(plan)},
-      report_{report},
       log_{route.topic},
-      loop_{node.io(),
+      user_data_{std::move(user_data)},
+      mark_{mark_of(context.address, route)},
+      returns_{dds::ros_topic_name(route.topic), mark_},
+      loop_{context.io,
             route.topic,
             {dds::ros_topic_name(route.topic), false},
             ", who reads the topic, and the SOME/IP service at "} {
   if (route_.e2e) {
     e2e_.emplace(route_.e2e->pass_failed);
   }
+}
+
+void EventToTopic::join_someip(const ServiceOffers& /*offers*/) {
+  const sd::SubscribeSpec& wanted = subscription_spec_;
+  if (context_.values != nullptr) {
+    on_value_ = context_.values->of(route_.service, route_.instance, route_.event);
+  }
   if (route_.presence.write_while_offered) {
-    requirement_ = node_.require({.service = subscription.service,
-                                  .instance = subscription.instance,
-                                  .major = subscription.major,
-                                  .minor = subscription.minor},
-                                 [this](const sd::RemoteService&, bool) { settle_soon(); });
+    requirement_ = context_.node->require({.service = wanted.service,
+                                           .instance = wanted.instance,
+                                           .major = wanted.major,
+                                           .minor = wanted.minor},
+                                          [this](const sd::RemoteService&, bool) { settle_soon(); });
   }
   if (!route_.presence.subscribe_while_read) {
     subscribe();
-  } else if (subscription.udp && subscription.port != 0) {
-    port_ = node_.hold_port(subscription.port, Transport::udp);
+  } else if (wanted.udp && wanted.port != 0) {
+    port_ = context_.node->hold_port(wanted.port, Transport::udp);
   }
 }
 
 void EventToTopic::subscribe() {
-  subscription_ = node_.subscribe(
+  subscription_ = context_.node->subscribe(
       subscription_spec_, [this](const someip::Message& event, const Endpoint& from) { carry(event, from); });
 }
 
-void EventToTopic::open(dds::Participant& participant, const std::string& user_data,
-                        const IpAddress& address) {
-  participant_ = &participant;
-  user_data_ = user_data;
-  mark_ = mark_of(address, route_);
-  returns_.emplace(dds::ros_topic_name(route_.topic), mark_);
+void EventToTopic::join_dds() {
+  if (context_.watch != nullptr && route_.presence.subscribe_while_read) {
+    context_.watch->watch(dds::ros_topic_name(route_.topic), TopicWatch::End::writer, [this] { settle(); });
+  }
+  if (context_.watch != nullptr && route_.qos.transient_local) {
+    context_.watch->watch(dds::ros_topic_name(route_.topic), TopicWatch::End::writer,
+                          [this] { bridges_changed(); });
+  }
   if (!requirement_) {
     make_writer();
   }
 }
 
 void EventToTopic::make_writer() {
-  writer_ = participant_->create_writer(
+  writer_ = context_.participant->create_writer(
       dds::ros_topic_name(route_.topic), dds::ros_type_name(route_.type), dds_qos(route_.qos),
       max_sample_bytes(route_),
       {.on_match = loop_.suspects().on_match(),
@@ -81,7 +93,7 @@ void EventToTopic::settle_soon() {
   if (std::exchange(settling_soon_, true)) {
     return;
   }
-  boost::asio::post(node_.io(), [this, alive = std::weak_ptr{alive_}] {
+  boost::asio::post(context_.io, [this, alive = std::weak_ptr{alive_}] {
     if (!alive.expired()) {
       settling_soon_ = false;
       settle();
@@ -91,7 +103,7 @@ void EventToTopic::settle_soon() {
 
 // What was written before the other bridge was known is forgotten: who comes late has it from its publisher.
 void EventToTopic::bridges_changed() {
-  if (stopped_ || !returns_->update(*participant_) || returns_->none() || !writer_) {
+  if (stopped_ || !returns_.update(*context_.participant) || returns_.none() || !writer_) {
     return;
   }
   try {
@@ -107,7 +119,7 @@ void EventToTopic::settle() {
     return;
   }
   try {
-    const bool offered = !requirement_ || !node_.available(*requirement_).empty();
+    const bool offered = !requirement_ || !context_.node->available(*requirement_).empty();
     if (offered && !writer_) {
       make_writer();
     } else if (!offered && writer_) {
@@ -121,7 +133,7 @@ void EventToTopic::settle() {
       subscribe();
     } else if (!read && subscription_) {
       past_faults_ = faults();
-      node_.unsubscribe(*subscription_);
+      context_.node->unsubscribe(*subscription_);
       subscription_.reset();
       if (on_value_) {
         on_value_(std::nullopt);
@@ -133,21 +145,19 @@ void EventToTopic::settle() {
 }
 
 bool EventToTopic::comes_back(const Endpoint& from) {
-  if (returns_) {
-    if (!route_.qos.transient_local) {  // else by bridges_changed()
-      returns_->update(*participant_);
-    }
-    if (returns_->has(from.address)) {
-      ++returned_;
-      if (told_returns_.size() < 8 && std::ranges::find(told_returns_, from.address) == told_returns_.end()) {
-        told_returns_.push_back(from.address);
-        spdlog::warn("{}: what comes from {} is not carried: the bridge there takes it from this topic",
-                     route_.topic, someip::to_string(from.address));
-      }
-      return true;
-    }
+  if (!route_.qos.transient_local) {  // else by bridges_changed()
+    returns_.update(*context_.participant);
   }
-  return false;
+  if (!returns_.has(from.address)) {
+    return false;
+  }
+  ++returned_;
+  if (told_returns_.size() < 8 && std::ranges::find(told_returns_, from.address) == told_returns_.end()) {
+    told_returns_.push_back(from.address);
+    spdlog::warn("{}: what comes from {} is not carried: the bridge there takes it from this topic",
+                 route_.topic, someip::to_string(from.address));
+  }
+  return true;
 }
 
 void EventToTopic::carry(const someip::Message& event, const Endpoint& from) {
@@ -176,7 +186,7 @@ void EventToTopic::carry(const someip::Message& event, const Endpoint& from) {
     return;
   }
   const auto before = Clock::now();
-  if (loop_.refuses(event.payload, from, *participant_, before)) {
+  if (loop_.refuses(event.payload, from, *context_.participant, before)) {
     return;
   }
   const auto sample = plan_.someip_to_cdr(event.payload, scratch_);
@@ -191,33 +201,40 @@ void EventToTopic::carry(const someip::Message& event, const Endpoint& from) {
   }
   ++carried_;
   carried_bytes_ += sample->bytes;
-  report_.carried({.topic = route_.topic,
-                   .direction = route_.direction,
-                   .session = event.header.session,
-                   .before = before,
-                   .after = after,
-                   .source_time = {},
-                   .bytes = sample->bytes});
+  context_.report.carried({.topic = route_.topic,
+                           .direction = route_.direction,
+                           .session = event.header.session,
+                           .before = before,
+                           .after = after,
+                           .source_time = {},
+                           .bytes = sample->bytes});
 }
 
-std::optional<Diagnosis> EventToTopic::diagnosis() const {
-  return e2e_ ? std::optional{e2e_->diagnosis(
-                    route_.topic, fmt::format("0x{:04x}.0x{:04x} event 0x{:04x}", value(route_.service),
-                                              value(route_.instance), value(route_.event)))}
-              : std::nullopt;
+void EventToTopic::append_diagnoses(std::vector<Diagnosis>& diagnoses, bool all) const {
+  if (all) {
+    const bool waits = !subscription_ && route_.presence.subscribe_while_read &&
+                       (!requirement_ || !context_.node->available(*requirement_).empty());
+    diagnoses.push_back(route_state(counters(),
+                                    waits || (subscription_ && context_.node->subscribed(*subscription_)),
+                                    "the SOME/IP service is not there, or not subscribed to", route_));
+  }
+  if (e2e_) {
+    diagnoses.push_back(
+        e2e_->diagnosis(route_.topic, fmt::format("0x{:04x}.0x{:04x} event 0x{:04x}", value(route_.service),
+                                                  value(route_.instance), value(route_.event))));
+  }
 }
 
-Diagnosis EventToTopic::state() const {
-  const bool waits = !subscription_ && route_.presence.subscribe_while_read &&
-                     (!requirement_ || !node_.available(*requirement_).empty());
-  return route_state(counters(), waits || (subscription_ && node_.subscribed(*subscription_)),
-                     "the SOME/IP service is not there, or not subscribed to", route_);
+void EventToTopic::on_change(const std::function<void()>& changed) {
+  if (e2e_) {
+    e2e_->on_change(changed);
+  }
 }
 
 sd::SubscriptionFaults EventToTopic::faults() const {
   sd::SubscriptionFaults sum = past_faults_;
   if (subscription_) {
-    const sd::SubscriptionFaults now = node_.subscription_faults(*subscription_);
+    const sd::SubscriptionFaults now = context_.node->subscription_faults(*subscription_);
     sum.refused += now.refused;
     sum.other_transport += now.other_transport;
     sum.other_version += now.other_version;
@@ -227,19 +244,19 @@ sd::SubscriptionFaults EventToTopic::faults() const {
 
 // Ends of other bridges on the topic.
 std::uint64_t EventToTopic::bridges() const {
-  return participant_ != nullptr ? participant_->bridge_ends(dds::ros_topic_name(route_.topic)).size() : 0;
+  return context_.participant->bridge_ends(dds::ros_topic_name(route_.topic)).size();
 }
 
-SilenceReason EventToTopic::silence(std::span<const sd::SeenOffer> offers,
-                                    const std::string& other_interface) const {
+SilenceReason EventToTopic::silence(const Surroundings& around) const {
   const sd::SubscriptionFaults sd = faults();
-  return why_silent(route_, SomeipSilence{.other_interface = other_interface,
-                                          .offers = offers,
-                                          .subscription = subscription_.has_value(),
-                                          .subscribed = subscription_ && node_.subscribed(*subscription_),
-                                          .refused = sd.refused > 0,
-                                          .over_tcp_only = sd.other_transport > 0,
-                                          .others = node_.other_events(route_.service)});
+  return why_silent(route_,
+                    SomeipSilence{.other_interface = around.other_interface,
+                                  .offers = around.offers_of(route_.service),
+                                  .subscription = subscription_.has_value(),
+                                  .subscribed = subscription_ && context_.node->subscribed(*subscription_),
+                                  .refused = sd.refused > 0,
+                                  .over_tcp_only = sd.other_transport > 0,
+                                  .others = context_.node->other_events(route_.service)});
 }
 
 CounterGroup EventToTopic::counters() const {
@@ -256,13 +273,13 @@ CounterGroup EventToTopic::counters() const {
                       {"readers", writer_ ? writer_->matched() : 0},
                       {"bridges", bridges()},
                       {"written", writer_ ? 1U : 0U},
-                      {"subscribed", subscription_ && node_.subscribed(*subscription_) ? 1U : 0U},
+                      {"subscribed", subscription_ && context_.node->subscribed(*subscription_) ? 1U : 0U},
                       {"refused", sd.refused, loss},
                       {"other_transport", sd.other_transport, loss},
                       {"other_version", sd.other_version, loss},
                       {"returned", returned_, loss},
                       {"looped", loop_.looped(), loss},
-                      {"unexpected", node_.other_events(route_.service).count, loss},
+                      {"unexpected", context_.node->other_events(route_.service).count, loss},
                       {"no_reader", no_reader_, loss},
                       {"not_convertible", not_convertible_, loss},
                       {"too_large", too_large_, loss},

@@ -6,14 +6,11 @@
 #include "bridge/carry/config/bridge_config.hpp"
 #include "bridge/carry/runtime/bridge_mark.hpp"
 #include "bridge/carry/runtime/conversion_log.hpp"
-#include "bridge/carry/runtime/counters.hpp"
 #include "bridge/carry/runtime/e2e_status.hpp"
-#include "bridge/carry/runtime/report.hpp"
-#include "bridge/carry/runtime/silence_reasons.hpp"
+#include "bridge/carry/runtime/route_context.hpp"
+#include "bridge/carry/runtime/running_route.hpp"
 #include "bridge/carry/runtime/suspected_loop.hpp"
 #include "bridge/messages/convert/conversion_plan.hpp"
-#include "dds_adapter/participant.hpp"
-#include "sd/net/node.hpp"
 
 namespace trestle::carry {
 
@@ -22,48 +19,30 @@ namespace trestle::carry {
 /// to the topic only while the service is offered, and subscribes only while somebody reads. What another
 /// bridge takes from the very topic is not written there again. Where somebody at the sender's host reads the
 /// topic who does not say that he is a bridge, what comes again and again is put on trial: LoopGuard.
-class EventToTopic {
+class EventToTopic final : public RunningRoute {
  public:
-  /// Opens sockets on `node`; subscribes, or looks for the service.  @throws someip::NetError
-  /// @param node  outlives the route.
-  EventToTopic(sd::Node& node, const Route& route, const sd::SubscribeSpec& subscription,
-               messages::ConversionPlan plan, Report& report);
-  EventToTopic(const EventToTopic&) = delete;
-  EventToTopic& operator=(const EventToTopic&) = delete;
-
-  /// To be called before the first event comes, that is, before the io_context runs.
-  /// @param participant  outlives the route.
+  /// @param context  outlives the route.
   /// @param user_data  of the writer.
-  /// @param address  of the bridge in SOME/IP.
-  /// @throws dds::DdsError
-  void open(dds::Participant& participant, const std::string& user_data, const IpAddress& address);
-  /// Calls `changed` when the state of the end-to-end protection has.
-  void on_e2e_change(std::function<void()> changed) {
-    if (e2e_) {
-      e2e_->on_change(std::move(changed));
-    }
-  }
-  /// Calls `told` with each payload that comes, and with nothing when it is not known any more whether that
-  /// is still the value.
-  void on_value(std::function<void(std::optional<ByteView> payload)> told) { on_value_ = std::move(told); }
-  /// Of the end-to-end protection; nothing without.
-  [[nodiscard]] std::optional<Diagnosis> diagnosis() const;
-  /// OK while it is subscribed, or need not be as nobody reads.
-  [[nodiscard]] Diagnosis state() const;
-  /// To be called when the topic's readers have come or gone.
-  void readers_changed() { settle(); }
-  /// To be called when those may be ends of other bridges.
-  void bridges_changed();
-  /// Nothing begins or ends any more.
-  void stop() { stopped_ = true; }
+  EventToTopic(const RouteContext& context, const Route& route, const sd::SubscribeSpec& subscription,
+               messages::ConversionPlan plan, std::string user_data);
 
-  [[nodiscard]] CounterGroup counters() const;
-  [[nodiscard]] std::uint64_t received() const noexcept { return received_; }
-  /// Why nothing has come. @param offers  of the service, as in SomeipSilence; likewise `other_interface`.
-  [[nodiscard]] SilenceReason silence(std::span<const sd::SeenOffer> offers,
-                                      const std::string& other_interface) const;
+  /// Subscribes, or looks for the service.
+  void join_someip(const ServiceOffers& offers) override;
+  void join_dds() override;
+  void stop() override { stopped_ = true; }
+
+  [[nodiscard]] CounterGroup counters() const override;
+  /// Its state is OK while it is subscribed, or need not be as nobody reads.
+  void append_diagnoses(std::vector<Diagnosis>& diagnoses, bool all) const override;
+  [[nodiscard]] bool has_checks() const override { return e2e_.has_value(); }
+  void on_change(const std::function<void()>& changed) override;
+
+  [[nodiscard]] const std::string* awaited() const override { return &route_.topic; }
+  [[nodiscard]] std::uint64_t received() const override { return received_; }
+  [[nodiscard]] SilenceReason silence(const Surroundings& around) const override;
 
  private:
+  void bridges_changed();
   void carry(const someip::Message& event, const Endpoint& from);
   /// Whether the event was on the topic before.
   [[nodiscard]] bool comes_back(const Endpoint& from);
@@ -75,17 +54,15 @@ class EventToTopic {
   [[nodiscard]] sd::SubscriptionFaults faults() const;
   [[nodiscard]] std::uint64_t bridges() const;
 
-  sd::Node& node_;
+  const RouteContext& context_;
   const sd::SubscribeSpec subscription_spec_;
   const Route route_;
   messages::ConversionPlan plan_;
   messages::ConversionScratch scratch_;
-  Report& report_;
   ConversionLog log_;
-  dds::Participant* participant_ = nullptr;
-  std::string user_data_;
-  BridgeMark mark_;
-  std::optional<Returns> returns_;
+  const std::string user_data_;
+  const BridgeMark mark_;
+  Returns returns_;
   std::vector<IpAddress> told_returns_;
   SuspectedLoop loop_;  ///< closed by who reads the topic and does not say that he is a bridge
   std::optional<dds::Writer> writer_;
@@ -98,7 +75,7 @@ class EventToTopic {
   bool stopped_ = false;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
   std::optional<E2eStatus> e2e_;
-  std::function<void(std::optional<ByteView>)> on_value_;
+  FieldValues::Told on_value_;  ///< of each payload
   std::uint64_t received_ = 0;
   std::uint64_t carried_ = 0;
   std::uint64_t carried_bytes_ = 0;

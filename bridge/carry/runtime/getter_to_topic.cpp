@@ -20,7 +20,7 @@ GetterToTopic::GetterToTopic(const Route& route)
   }
 }
 
-void GetterToTopic::join(std::vector<OfferedService>& services) {
+void GetterToTopic::describe(std::vector<OfferedService>& services) {
   const auto service = std::ranges::find_if(services, [this](const OfferedService& one) {
     return one.spec.service == service_ && one.spec.instance == instance_;
   });
@@ -53,8 +53,17 @@ void GetterToTopic::on_request(const someip::Message& request, sd::Responder res
   ++(responder.respond({&bytes, 1}, value) ? answered_ : not_sent_);
 }
 
-Diagnosis GetterToTopic::diagnosis() const {
-  return e2e_->diagnosis("the getter of " + topic_, called_id(service_, instance_, getter_.id));
+void GetterToTopic::append_diagnoses(std::vector<Diagnosis>& diagnoses, bool /*all*/) const {
+  if (e2e_) {
+    diagnoses.push_back(
+        e2e_->diagnosis("the getter of " + topic_, called_id(service_, instance_, getter_.id)));
+  }
+}
+
+void GetterToTopic::on_change(const std::function<void()>& changed) {
+  if (e2e_) {
+    e2e_->on_change(changed);
+  }
 }
 
 CounterGroup GetterToTopic::counters() const {

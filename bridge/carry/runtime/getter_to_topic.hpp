@@ -2,31 +2,27 @@
 #include <optional>
 
 #include "bridge/carry/config/bridge_config.hpp"
-#include "bridge/carry/runtime/counters.hpp"
 #include "bridge/carry/runtime/e2e_status.hpp"
-#include "bridge/carry/runtime/offered_services.hpp"
-#include "bridge/carry/runtime/service_offer.hpp"
+#include "bridge/carry/runtime/running_route.hpp"
 
 namespace trestle::carry {
 
 /// The getter of a field that a route is the notifier of: answered with the topic's last sample. On the
 /// thread that runs the io_context.
-class GetterToTopic {
+class GetterToTopic final : public RunningRoute {
  public:
-  /// @param route  which has a getter.
+  /// @param route  which has a getter, and has described its service before.
   explicit GetterToTopic(const Route& route);
-  GetterToTopic(const GetterToTopic&) = delete;
-  GetterToTopic& operator=(const GetterToTopic&) = delete;
 
-  /// Adds the getter to the service of the route, whose offer must not outlive this object.
-  void join(std::vector<OfferedService>& services);
-  /// To be called before the first request comes. @param offer  has the values; outlives this object.
-  void open(const ServiceOffer& offer) { offer_ = &offer; }
+  void describe(std::vector<OfferedService>& services) override;
+  void join_someip(const ServiceOffers& offers) override { offer_ = &offers.of(service_, instance_); }
+  void join_dds() override {}
+  void stop() override {}
 
-  /// Of the end-to-end protection; nothing without.
-  [[nodiscard]] E2eStatus* e2e() { return e2e_ ? &*e2e_ : nullptr; }
-  [[nodiscard]] Diagnosis diagnosis() const;
-  [[nodiscard]] CounterGroup counters() const;
+  [[nodiscard]] CounterGroup counters() const override;
+  void append_diagnoses(std::vector<Diagnosis>& diagnoses, bool all) const override;
+  [[nodiscard]] bool has_checks() const override { return e2e_.has_value(); }
+  void on_change(const std::function<void()>& changed) override;
 
  private:
   void on_request(const someip::Message& request, sd::Responder responder);

@@ -34,21 +34,20 @@ ReturnCode code_of(dds::CallFault fault) {
 
 }  // namespace
 
-MethodToService::MethodToService(boost::asio::io_context& io, const MethodRoute& method,
-                                 messages::ServicePlans plans, dds::ServiceConfig ros,
-                                 const IpAddress& address)
-    : method_{method},
-      loop_{io,
+MethodToService::MethodToService(const RouteContext& context, const MethodRoute& method, MethodParts parts)
+    : context_{context},
+      method_{method},
+      loop_{context.io,
             method.ros_service,
             {dds::ros_request_topic(method.ros_service), false},
             ", which has a server of it, and the SOME/IP client at ",
             limits_of_calls},
-      plans_{std::move(plans)},
-      ros_{loop_.suspects().watching(std::move(ros))},
+      plans_{std::move(parts.plans)},
+      ros_{loop_.suspects().watching(std::move(parts.ros))},
       log_{method.ros_service},
-      returns_{dds::ros_request_topic(method.ros_service), mark_of(address, method)},
+      returns_{dds::ros_request_topic(method.ros_service), mark_of(context.address, method)},
       work_{std::make_shared<ServiceWork>(
-          io, [this](dds::TimePoint now) { work(now); }, [this] { return client_->deadline(); })} {
+          context.io, [this](dds::TimePoint now) { work(now); }, [this] { return client_->deadline(); })} {
   if (method_.e2e) {
     e2e_.emplace(method_.e2e->pass_failed);
   }
@@ -69,10 +68,27 @@ sd::MethodSpec MethodToService::spec() {
           .max_request_bytes = most ? std::optional{messages::room_to_receive(*most)} : std::nullopt};
 }
 
-void MethodToService::open(dds::Participant& participant, std::function<void()> ready_changed) {
-  participant_ = &participant;
-  ready_changed_ = std::move(ready_changed);
-  client_.emplace(participant, ros_, work_->waker());
+void MethodToService::describe(std::vector<OfferedService>& services) {
+  OfferedService& service = offered_service(services,
+                                            {.service = method_.service,
+                                             .instance = method_.instance,
+                                             .major = method_.major,
+                                             .minor = method_.minor,
+                                             .udp_port = {}},
+                                            method_.mark);
+  service.while_there |= !method_.offer_always;
+  (method_.transport == Transport::tcp ? service.spec.tcp_port : service.spec.udp_port) = method_.port;
+  service.spec.methods.push_back(spec());
+  if (method_.e2e) {
+    service.spec.e2e.push_back(served(method_.method, *method_.e2e, !method_.fire_and_forget));
+  }
+}
+
+void MethodToService::join_dds() {
+  if (!method_.offer_always) {
+    offer_->needs([this] { return was_ready_; });
+  }
+  client_.emplace(*context_.participant, ros_, work_->waker());
 }
 
 void MethodToService::stop() {
@@ -83,7 +99,7 @@ void MethodToService::work(dds::TimePoint now) {
   client_->work(now);
   const bool ready = client_->ready();
   if (std::exchange(was_ready_, ready) != ready) {
-    ready_changed_();
+    offer_->update();
     if (changed_) {
       changed_();
     }
@@ -93,7 +109,7 @@ void MethodToService::work(dds::TimePoint now) {
 void MethodToService::on_request(const someip::Message& request, sd::Responder responder) {
   ++received_;
   // Its server asks us what our ROS service was asked, as long as it does not know us yet.
-  returns_.update(*participant_);
+  returns_.update(*context_.participant);
   if (returns_.has(responder.caller().address)) {
     ++returned_;
     responder.error(ReturnCode::not_ok);
@@ -108,7 +124,8 @@ void MethodToService::on_request(const someip::Message& request, sd::Responder r
     responder.error(ReturnCode::not_ok);
     return;
   }
-  if (loop_.refuses(request.payload, responder.caller(), *participant_, std::chrono::steady_clock::now())) {
+  if (loop_.refuses(request.payload, responder.caller(), *context_.participant,
+                    std::chrono::steady_clock::now())) {
     responder.error(ReturnCode::not_ok);
     return;
   }
@@ -191,9 +208,9 @@ CounterGroup MethodToService::counters() const {
   return group;
 }
 
-void MethodToService::append_diagnoses(std::vector<Diagnosis>& diagnoses) const {
+void MethodToService::append_diagnoses(std::vector<Diagnosis>& diagnoses, bool /*all*/) const {
   const std::string at = called_id(method_.service, method_.instance, method_.method);
-  diagnoses.push_back(method_state(counters(), ready(), "the ROS service is not there", at));
+  diagnoses.push_back(method_state(counters(), was_ready_, "the ROS service is not there", at));
   if (e2e_) {
     diagnoses.push_back(e2e_->diagnosis("requests to " + method_.ros_service, at));
   }

@@ -19,6 +19,11 @@ struct PublishedQos {
   }
 };
 
+/// Whether the reader of a route is to ask for what is published.
+[[nodiscard]] inline bool is_as_published(const QosSettings& settings) noexcept {
+  return settings.reliability_as_published || settings.durability_as_published;
+}
+
 /// What the reader of a route is to ask for, now that this is published. While nobody publishes it is what
 /// stands in `settings`.
 [[nodiscard]] inline QosSettings followed(QosSettings settings, const PublishedQos& published) noexcept {

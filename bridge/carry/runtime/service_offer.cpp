@@ -68,4 +68,10 @@ sd::Notified ServiceOffer::set(someip::MethodId notifier,
   return {};
 }
 
+ServiceOffer& ServiceOffers::of(someip::ServiceId service, someip::InstanceId instance) const {
+  return **std::ranges::find_if(offers_, [&](const auto& one) {
+    return one->spec().service == service && one->spec().instance == instance;
+  });
+}
+
 }  // namespace trestle::carry

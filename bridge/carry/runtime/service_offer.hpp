@@ -52,4 +52,17 @@ class ServiceOffer {
   bool stopped_ = false;
 };
 
+/// Those of a bridge, one for each service instance.
+class ServiceOffers {
+ public:
+  void add(std::unique_ptr<ServiceOffer> offer) { offers_.push_back(std::move(offer)); }
+  /// The one of this instance, which is there.
+  [[nodiscard]] ServiceOffer& of(someip::ServiceId service, someip::InstanceId instance) const;
+  [[nodiscard]] auto begin() const noexcept { return offers_.begin(); }
+  [[nodiscard]] auto end() const noexcept { return offers_.end(); }
+
+ private:
+  std::vector<std::unique_ptr<ServiceOffer>> offers_;
+};
+
 }  // namespace trestle::carry

@@ -63,20 +63,18 @@ std::vector<sd::E2eSpec> protection(const MethodRoute& method) {
 
 }  // namespace
 
-ServiceToMethod::ServiceToMethod(sd::Node& node, const MethodRoute& method, messages::ServicePlans plans,
-                                 dds::ServiceConfig ros, std::optional<FailureReply> failure,
-                                 const IpAddress& address)
-    : node_{node},
+ServiceToMethod::ServiceToMethod(const RouteContext& context, const MethodRoute& method, MethodParts parts)
+    : context_{context},
       method_{method},
       suspects_{dds::ros_request_topic(method.ros_service), true},
-      plans_{std::move(plans)},
-      ros_{suspects_.watching(std::move(ros))},
+      plans_{std::move(parts.plans)},
+      ros_{suspects_.watching(std::move(parts.ros))},
       log_{method.ros_service},
-      failure_{std::move(failure)},
-      returns_{dds::ros_request_topic(method.ros_service), mark_of(address, method)},
-      loop_{node.io(), method.ros_service, limits_of_calls},
+      failure_{std::move(parts.failure)},
+      returns_{dds::ros_request_topic(method.ros_service), mark_of(context.address, method)},
+      loop_{context.io, method.ros_service, limits_of_calls},
       work_{std::make_shared<ServiceWork>(
-          node.io(),
+          context.io,
           [this](dds::TimePoint now) {
             if (server_) {
               server_->work(now);
@@ -86,12 +84,19 @@ ServiceToMethod::ServiceToMethod(sd::Node& node, const MethodRoute& method, mess
   if (method.e2e) {
     e2e_.emplace(method.e2e->pass_failed);
   }
-  proxy_.emplace(node_,
-                 sd::RequireSpec{.service = method.service,
-                                 .instance = method.instance,
-                                 .major = method.major,
-                                 .minor = method.minor,
-                                 .e2e = protection(method)},
+  if (method.notifier && context.values != nullptr) {
+    context.values->tell(method.service, method.instance, *method.notifier,
+                         [this](std::optional<ByteView> value) { note_value(value); });
+  }
+}
+
+void ServiceToMethod::join_someip(const ServiceOffers& /*offers*/) {
+  proxy_.emplace(*context_.node,
+                 sd::RequireSpec{.service = method_.service,
+                                 .instance = method_.instance,
+                                 .major = method_.major,
+                                 .minor = method_.minor,
+                                 .e2e = protection(method_)},
                  [this](const sd::RemoteService&, bool available) {
                    if (!available) {
                      value_.reset();
@@ -101,10 +106,14 @@ ServiceToMethod::ServiceToMethod(sd::Node& node, const MethodRoute& method, mess
 }
 
 ServiceToMethod::~ServiceToMethod() {
-  stop();
+  end();
 }
 
 void ServiceToMethod::stop() {
+  end();
+}
+
+void ServiceToMethod::end() {
   stopped_ = true;
   alive_.reset();  // nobody is told how the calls end that are still outstanding
   work_->stop();
@@ -117,7 +126,7 @@ void ServiceToMethod::stop() {
 bool ServiceToMethod::look_for_servers() {
   chosen_.reset();
   called_.clear();
-  returns_.update(*participant_);
+  returns_.update(*context_.participant);
   bool any = false;
   bool all = true;
   std::optional<someip::InstanceId> first;
@@ -149,15 +158,15 @@ bool ServiceToMethod::look_for_servers() {
   return any;
 }
 
-void ServiceToMethod::bridges_changed() {
-  if (!stopped_ && participant_ != nullptr && returns_.update(*participant_)) {
+void ServiceToMethod::writers_changed() {
+  if (!stopped_ && returns_.update(*context_.participant)) {
     settle_soon();
   }
 }
 
 // Later, as this may come while the ROS service hands over a request.
 void ServiceToMethod::settle_soon() {
-  boost::asio::post(node_.io(), [this, weak = std::weak_ptr{alive_}] {
+  boost::asio::post(context_.io, [this, weak = std::weak_ptr{alive_}] {
     if (!weak.expired()) {
       settle();
     }
@@ -178,7 +187,7 @@ void ServiceToMethod::settle() {
   }
   try {
     server_.emplace(
-        *participant_, ros_, work_->waker(),
+        *context_.participant, ros_, work_->waker(),
         [this](const dds::RequestId& id, const dds::ServiceMessage& request) { on_request(id, request); });
     spdlog::info("ROS service {}: begun, as the SOME/IP service is there", method_.ros_service);
     tell_change();
@@ -203,7 +212,7 @@ void ServiceToMethod::tell_change() const {
 // Behind a bridge there are many senders. A client at the host of the SOME/IP service may be one, too, that
 // does not say so; its calls of a ring come while the one that causes them waits for its answer.
 std::optional<std::uint64_t> ServiceToMethod::sender_of(const dds::RequestId& id) {
-  suspects_.update(*participant_);
+  suspects_.update(*context_.participant);
   if (id.from_bridge ||
       ((outstanding_ > 0 || method_.fire_and_forget) && suspects_.is_at(id.request.writer, called_))) {
     return std::nullopt;
@@ -217,10 +226,10 @@ void ServiceToMethod::on_request(const dds::RequestId& id, const dds::ServiceMes
     const auto suspected = std::ranges::find_if(called_, [&](const IpAddress& host) {
       return suspects_.is_at(id.request.writer, {&host, 1});
     });
-    return suspected == called_.end()
-               ? "who else answers " + method_.ros_service
-               : fmt::format("{}, which calls it, and the SOME/IP service at {}",
-                             suspects_.name_at(*suspected, *participant_), someip::to_string(*suspected));
+    return suspected == called_.end() ? "who else answers " + method_.ros_service
+                                      : fmt::format("{}, which calls it, and the SOME/IP service at {}",
+                                                    suspects_.name_at(*suspected, *context_.participant),
+                                                    someip::to_string(*suspected));
   };
   if (!loop_.may_carry(message_hash(request.cdr()), sender_of(id), std::chrono::steady_clock::now(),
                        through)) {
@@ -398,7 +407,7 @@ void ServiceToMethod::send(const dds::RequestId& id, std::span<const ByteView> s
   work_->arm();
 }
 
-void ServiceToMethod::append_diagnoses(std::vector<Diagnosis>& diagnoses) const {
+void ServiceToMethod::append_diagnoses(std::vector<Diagnosis>& diagnoses, bool /*all*/) const {
   const std::string at = called_id(method_.service, method_.instance, method_.method);
   diagnoses.push_back(method_state(counters(), ready(), "the SOME/IP service is not offered", at));
   if (e2e_) {

@@ -5,14 +5,13 @@
 #include "bridge/carry/config/bridge_config.hpp"
 #include "bridge/carry/runtime/bridge_mark.hpp"
 #include "bridge/carry/runtime/conversion_log.hpp"
-#include "bridge/carry/runtime/counters.hpp"
 #include "bridge/carry/runtime/e2e_status.hpp"
-#include "bridge/carry/runtime/failure_reply.hpp"
 #include "bridge/carry/runtime/loop_guard.hpp"
 #include "bridge/carry/runtime/loop_suspects.hpp"
+#include "bridge/carry/runtime/method_parts.hpp"
+#include "bridge/carry/runtime/route_context.hpp"
+#include "bridge/carry/runtime/running_route.hpp"
 #include "bridge/carry/runtime/service_work.hpp"
-#include "bridge/messages/convert/service_plans.hpp"
-#include "dds_adapter/service.hpp"
 #include "sd/net/proxy.hpp"
 
 namespace trestle::carry {
@@ -21,38 +20,34 @@ namespace trestle::carry {
 /// with what that answers. The ROS service is there only while the SOME/IP service is; one by which another
 /// bridge offers the very ROS service is none. On the thread that
 /// runs the io_context. docs/services.md tells what becomes of calls that go wrong.
-class ServiceToMethod {
+class ServiceToMethod final : public RunningRoute {
  public:
-  /// Looks for the SOME/IP service.
-  /// @param node  outlives this object.
-  /// @param failure  what is answered when a call goes wrong; nothing if the type cannot say so.
-  /// @param address  of the bridge in SOME/IP.
-  ServiceToMethod(sd::Node& node, const MethodRoute& method, messages::ServicePlans plans,
-                  dds::ServiceConfig ros, std::optional<FailureReply> failure, const IpAddress& address);
-  ~ServiceToMethod();
+  /// @param context  outlives the route.
+  ServiceToMethod(const RouteContext& context, const MethodRoute& method, MethodParts parts);
+  ~ServiceToMethod() override;
   ServiceToMethod(const ServiceToMethod&) = delete;
   ServiceToMethod& operator=(const ServiceToMethod&) = delete;
 
-  /// To be called before the io_context runs.
-  /// @param participant  outlives this object.
-  void open(dds::Participant& participant) { participant_ = &participant; }
-  /// The value that the field has, as its notifier tells; nothing: not known any more.
-  void note_value(std::optional<ByteView> value);
-  /// To be called when clients of other bridges may have come or gone.
-  void bridges_changed();
+  /// Looks for the SOME/IP service.
+  void join_someip(const ServiceOffers& offers) override;
+  /// The ROS service begins when the SOME/IP service is there.
+  void join_dds() override {}
   /// Nothing is called any more, and the ROS service ends.
-  void stop();
+  void stop() override;
+  void writers_changed() override;
 
-  [[nodiscard]] const MethodRoute& method() const noexcept { return method_; }
-  /// Whether the SOME/IP service is there, and with it the ROS service.
-  [[nodiscard]] bool ready() const noexcept { return server_.has_value(); }
-  /// Its state, and that of the end-to-end protection, if there is any.
-  void append_diagnoses(std::vector<Diagnosis>& diagnoses) const;
-  /// Calls `changed` when one of them is another.
-  void on_change(const std::function<void()>& changed);
-  [[nodiscard]] CounterGroup counters() const;
+  [[nodiscard]] CounterGroup counters() const override;
+  /// Its state is OK while the SOME/IP service is there.
+  void append_diagnoses(std::vector<Diagnosis>& diagnoses, bool all) const override;
+  [[nodiscard]] bool has_checks() const override { return e2e_.has_value(); }
+  void on_change(const std::function<void()>& changed) override;
 
  private:
+  /// The value that the field has, as its notifier tells; nothing: not known any more.
+  void note_value(std::optional<ByteView> value);
+  void end();
+  /// Whether the SOME/IP service is there, and with it the ROS service.
+  [[nodiscard]] bool ready() const noexcept { return server_.has_value(); }
   /// Has the ROS service begin or end, when the SOME/IP service has.
   void settle();
   void settle_soon();
@@ -74,7 +69,7 @@ class ServiceToMethod {
   void fail(const dds::RequestId& id, const std::string& why, bool is_certain);
   void send(const dds::RequestId& id, std::span<const ByteView> sample);
 
-  sd::Node& node_;
+  const RouteContext& context_;
   const MethodRoute method_;
   LoopSuspects suspects_;  ///< ROS clients
   messages::ServicePlans plans_;
@@ -86,7 +81,6 @@ class ServiceToMethod {
   std::optional<std::vector<std::byte>>
       value_;  ///< of the field, if it is a setter that has no getter to ask
   std::function<void()> changed_;
-  dds::Participant* participant_ = nullptr;
   Returns returns_;
   std::optional<someip::InstanceId> chosen_;  ///< where not all servers may be called
   bool told_returns_ = false;

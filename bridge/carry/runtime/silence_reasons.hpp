@@ -1,4 +1,5 @@
 #pragma once
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
@@ -35,6 +36,22 @@ struct SilenceReason {
   friend bool operator==(const SilenceReason&, const SilenceReason&) = default;
 };
 inline constexpr std::size_t silence_kinds = 17;
+
+/// What both networks have around the bridge, of one look at them.
+struct Surroundings {
+  std::map<someip::ServiceId, std::vector<sd::SeenOffer>> offers{};  ///< of others
+  std::map<std::string, std::vector<dds::FoundWriter>> writers{};    ///< of others, by topic on the DDS wire
+  std::size_t participants = 0;                                      ///< others
+  std::string other_interface{};  ///< not empty: the one that has our address, instead of the configured
+  [[nodiscard]] std::span<const sd::SeenOffer> offers_of(someip::ServiceId service) const {
+    const auto found = offers.find(service);
+    return found == offers.end() ? std::span<const sd::SeenOffer>{} : std::span{found->second};
+  }
+  [[nodiscard]] std::span<const dds::FoundWriter> writers_of(const std::string& topic) const {
+    const auto found = writers.find(topic);
+    return found == writers.end() ? std::span<const dds::FoundWriter>{} : std::span{found->second};
+  }
+};
 
 /// What the SOME/IP side knows of a route from there.
 struct SomeipSilence {

@@ -43,18 +43,14 @@ struct Job {
 }  // namespace
 
 struct TopicToEvent::State : std::enable_shared_from_this<State> {
-  State(boost::asio::io_context& context, sd::Node& sender, ServiceOffer& offered, dds::Participant& joined,
-        const Route& what, messages::ConversionPlan how, std::string told, Report& watcher)
-      : io{context},
-        participant{joined},
+  State(const RouteContext& shared, const Route& what, messages::ConversionPlan how, std::string told)
+      : context{shared},
         user_data{std::move(told)},
-        node{&sender},
-        offer{offered},
         route{what},
         plan{std::move(how)},
-        report{watcher},
         log{what.topic},
-        loop{context, what.topic, {}, &mutex},
+        ours{mark_of(shared.address, what)},
+        loop{shared.io, what.topic, {}, &mutex},
         pacing{pacing_of(what.tp)},
         max_lent{what.qos.depth + lent_to_slow},
         qos{what.qos},
@@ -124,7 +120,7 @@ struct TopicToEvent::State : std::enable_shared_from_this<State> {
   }
 
   void drain_soon() {
-    boost::asio::post(io, boost::asio::bind_allocator(memory, [weak = weak_from_this()] {
+    boost::asio::post(context.io, boost::asio::bind_allocator(memory, [weak = weak_from_this()] {
                         if (const auto self = weak.lock()) {
                           self->drain();
                         }
@@ -154,7 +150,7 @@ struct TopicToEvent::State : std::enable_shared_from_this<State> {
 
   std::optional<dds::Sample> next_sample() {
     const std::lock_guard lock{mutex};
-    if (waiting.empty() || node == nullptr || held) {
+    if (waiting.empty() || ended || held) {
       woken = false;
       return std::nullopt;
     }
@@ -165,7 +161,7 @@ struct TopicToEvent::State : std::enable_shared_from_this<State> {
 
   // From here on: on the thread that runs the io_context.
   void open_reader() {
-    reader = participant.create_reader(
+    reader = context.participant->create_reader(
         dds::ros_topic_name(route.topic), dds::ros_type_name(route.type), dds_qos(qos),
         [this](dds::Sample sample) { on_sample(std::move(sample)); }, max_sample_bytes(route),
         {.user_data = user_data,
@@ -194,7 +190,7 @@ struct TopicToEvent::State : std::enable_shared_from_this<State> {
     }
     const bool begins_to_latch = wanted.transient_local && !qos.transient_local;
     if (qos.transient_local && !wanted.transient_local) {
-      offer.forget(route.event);
+      offer->forget(route.event);
     }
     qos = wanted;
     {
@@ -257,7 +253,7 @@ struct TopicToEvent::State : std::enable_shared_from_this<State> {
 
   // Of the bridge whose writer it is.
   [[nodiscard]] std::string name_of(const dds::Guid& writer) const {
-    for (const dds::BridgeEnd& end : participant.bridge_ends(dds::ros_topic_name(route.topic))) {
+    for (const dds::BridgeEnd& end : context.participant->bridge_ends(dds::ros_topic_name(route.topic))) {
       const auto mark = end.guid == writer ? parse_bridge_mark(end.text) : std::nullopt;
       if (mark) {
         return "the bridge " + someip::to_string(mark->address);
@@ -290,7 +286,8 @@ struct TopicToEvent::State : std::enable_shared_from_this<State> {
       ++expired;
       return;
     }
-    if (!qos.transient_local && (!offer.handle() || node->subscribers(*offer.handle(), route.event) == 0)) {
+    if (!qos.transient_local &&
+        (!offer->handle() || context.node->subscribers(*offer->handle(), route.event) == 0)) {
       ++no_subscriber;
       return;
     }
@@ -313,9 +310,10 @@ struct TopicToEvent::State : std::enable_shared_from_this<State> {
     }
     const std::size_t bytes = payload->bytes;
     const auto source_time = job->sample.source_time();
-    const auto sent = qos.transient_local ? offer.set(route.event, gathered(*payload))
-                                          : node->notify(*offer.handle(), route.event, payload->slices,
-                                                         lend ? job : std::shared_ptr<const void>{}, pacing);
+    const auto sent = qos.transient_local
+                          ? offer->set(route.event, gathered(*payload))
+                          : context.node->notify(*offer->handle(), route.event, payload->slices,
+                                                 lend ? job : std::shared_ptr<const void>{}, pacing);
     copied += lend || qos.transient_local ? 0 : 1;
     send_dropped += sent.dropped;
     slow_subscriber += sent.overtaken;
@@ -325,13 +323,13 @@ struct TopicToEvent::State : std::enable_shared_from_this<State> {
     if (sent.subscribers > 0) {
       ++carried;
       carried_bytes += bytes;
-      report.carried({.topic = route.topic,
-                      .direction = route.direction,
-                      .session = sent.session,
-                      .before = before,
-                      .after = after,
-                      .source_time = source_time,
-                      .bytes = bytes});
+      context.report.carried({.topic = route.topic,
+                              .direction = route.direction,
+                              .session = sent.session,
+                              .before = before,
+                              .after = after,
+                              .source_time = source_time,
+                              .bytes = bytes});
     }
   }
 
@@ -367,16 +365,13 @@ struct TopicToEvent::State : std::enable_shared_from_this<State> {
             memory};
   }
 
-  boost::asio::io_context& io;
-  dds::Participant& participant;
+  const RouteContext& context;
   const std::string user_data;
-  sd::Node* node;
-  ServiceOffer& offer;
+  ServiceOffer* offer = nullptr;
   const Route route;
   messages::ConversionPlan plan;
-  Report& report;
   ConversionLog log;
-  BridgeMark ours;  ///< what the reader says of itself
+  const BridgeMark ours;  ///< what the reader says of itself
   std::atomic<bool> look_at_rings = false;
   LoopGuard loop;  ///< but for its timer under the mutex
   const someip::TpPacing pacing;
@@ -404,6 +399,7 @@ struct TopicToEvent::State : std::enable_shared_from_this<State> {
   bool held;                        ///< what comes waits until it is known whether the topic is latched
   std::vector<dds::SampleId> seen;  ///< the last of each writer that the reader before had
   bool woken = false;               ///< drain() has been asked for
+  bool ended = false;               ///< the route is gone: what is lent out may come back later
   std::uint64_t received = 0;
   std::uint64_t overtaken = 0;
   bool is_stopped = false;
@@ -416,19 +412,39 @@ struct TopicToEvent::State : std::enable_shared_from_this<State> {
   std::optional<dds::Reader> reader;  // last: its destructor waits for callbacks that use the above
 };
 
-TopicToEvent::TopicToEvent(boost::asio::io_context& io, sd::Node& node, ServiceOffer& offer,
-                           dds::Participant& participant, const Route& route, messages::ConversionPlan plan,
-                           const std::string& user_data, const IpAddress& address, Report& report)
-    : state_{
-          std::make_shared<State>(io, node, offer, participant, route, std::move(plan), user_data, report)} {
-  state_->ours = mark_of(address, route);
-  state_->open_reader();
-}
+TopicToEvent::TopicToEvent(const RouteContext& context, const Route& route, messages::ConversionPlan plan,
+                           std::string user_data)
+    : state_{std::make_shared<State>(context, route, std::move(plan), std::move(user_data))} {}
 
 TopicToEvent::~TopicToEvent() {
   state_->reader.reset();  // from here on no callback
   const std::lock_guard lock{state_->mutex};
-  state_->node = nullptr;
+  state_->ended = true;
+}
+
+void TopicToEvent::describe(std::vector<OfferedService>& services) {
+  add_event(services, state_->route);
+}
+
+void TopicToEvent::join_someip(const ServiceOffers& offers) {
+  state_->offer = &offers.of(state_->route.service, state_->route.instance);
+}
+
+void TopicToEvent::join_dds() {
+  const RouteContext& context = state_->context;
+  const Route& route = state_->route;
+  const std::string topic = dds::ros_topic_name(route.topic);
+  state_->open_reader();
+  if (route.presence.offer_while_published) {
+    state_->offer->needs([this] { return published(); });
+    if (context.watch != nullptr) {
+      context.watch->watch(topic, TopicWatch::End::reader, [offer = state_->offer] { offer->update(); });
+    }
+  }
+  if (context.publishers != nullptr && is_as_published(route.qos)) {
+    context.publishers->add(topic, dds::ros_type_name(route.type), state_->ours,
+                            [this](const PublishedQos& published) { follow(published); });
+  }
 }
 
 void TopicToEvent::stop() {
@@ -446,8 +462,14 @@ bool TopicToEvent::published() const {
   return matches || state.between_readers;
 }
 
-Diagnosis TopicToEvent::state() const {
-  return route_state(counters(), published(), "nobody publishes the topic", state_->route);
+void TopicToEvent::append_diagnoses(std::vector<Diagnosis>& diagnoses, bool all) const {
+  if (all) {
+    diagnoses.push_back(route_state(counters(), published(), "nobody publishes the topic", state_->route));
+  }
+}
+
+const std::string* TopicToEvent::awaited() const {
+  return &state_->route.topic;
 }
 
 std::uint64_t TopicToEvent::received() const {
@@ -455,13 +477,12 @@ std::uint64_t TopicToEvent::received() const {
   return state_->received;
 }
 
-SilenceReason TopicToEvent::silence(std::span<const dds::FoundWriter> writers,
-                                    std::size_t participants) const {
+SilenceReason TopicToEvent::silence(const Surroundings& around) const {
   std::vector<dds::FoundWriter> others;  // than bridges that it has nothing to do with
-  std::ranges::copy_if(writers, std::back_inserter(others), [this](const dds::FoundWriter& one) {
-    return !one.bridge || goes_on(state_->ours, one.bridge_text);
-  });
-  return why_silent(state_->route, DdsSilence{.participants = participants,
+  std::ranges::copy_if(
+      around.writers_of(dds::ros_topic_name(state_->route.topic)), std::back_inserter(others),
+      [this](const dds::FoundWriter& one) { return !one.bridge || goes_on(state_->ours, one.bridge_text); });
+  return why_silent(state_->route, DdsSilence{.participants = around.participants,
                                               .writers = others,
                                               .matched = state_->reader ? state_->reader->matched() : 0});
 }
@@ -473,8 +494,9 @@ CounterGroup TopicToEvent::counters() const {
   dds::ReaderCounters all = state.past;
   all += dds;
   const std::uint64_t publishers = state.reader ? state.reader->matched() : 0;
-  const std::uint64_t bridges = state.participant.bridge_ends(dds::ros_topic_name(state.route.topic)).size();
-  const std::uint64_t offered = state.offer.handle() ? 1 : 0;
+  const std::uint64_t bridges =
+      state.context.participant->bridge_ends(dds::ros_topic_name(state.route.topic)).size();
+  const std::uint64_t offered = state.offer->handle() ? 1 : 0;
   const std::lock_guard lock{state.mutex};
   return {"route " + state.route.topic + " to SOME/IP",
           {{"received", state.received},

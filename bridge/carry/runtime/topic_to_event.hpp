@@ -2,15 +2,9 @@
 #include <memory>
 
 #include "bridge/carry/config/bridge_config.hpp"
-#include "bridge/carry/runtime/counters.hpp"
-#include "bridge/carry/runtime/diagnostics.hpp"
-#include "bridge/carry/runtime/published_qos.hpp"
-#include "bridge/carry/runtime/report.hpp"
-#include "bridge/carry/runtime/service_offer.hpp"
-#include "bridge/carry/runtime/silence_reasons.hpp"
+#include "bridge/carry/runtime/route_context.hpp"
+#include "bridge/carry/runtime/running_route.hpp"
 #include "bridge/messages/convert/conversion_plan.hpp"
-#include "dds_adapter/participant.hpp"
-#include "sd/net/node.hpp"
 
 namespace trestle::carry {
 
@@ -22,39 +16,39 @@ namespace trestle::carry {
 ///
 /// A subscriber who takes them more slowly than they come gets the newest, as many as the depth: what is
 /// dropped is dropped for that subscriber alone.
-class TopicToEvent {
+class TopicToEvent final : public RunningRoute {
  public:
-  /// @param offer  the service of the route, on `node`; outlives the route.
+  /// @param context  outlives the route.
   /// @param user_data  of the reader.
-  /// @param address  of the bridge in SOME/IP.
-  /// @throws dds::DdsError
-  TopicToEvent(boost::asio::io_context& io, sd::Node& node, ServiceOffer& offer,
-               dds::Participant& participant, const Route& route, messages::ConversionPlan plan,
-               const std::string& user_data, const IpAddress& address, Report& report);
-  ~TopicToEvent();
+  TopicToEvent(const RouteContext& context, const Route& route, messages::ConversionPlan plan,
+               std::string user_data);
+  ~TopicToEvent() override;
   TopicToEvent(const TopicToEvent&) = delete;
   TopicToEvent& operator=(const TopicToEvent&) = delete;
 
-  /// From now on nothing is carried: what waits or comes is counted as `stopped`.
-  void stop();
+  void describe(std::vector<OfferedService>& services) override;
+  void join_someip(const ServiceOffers& offers) override;
+  void join_dds() override;
+  /// What waits or comes is counted as `stopped`.
+  void stop() override;
 
   /// Where the quality of service is to be as published: asks for the least that the publishers offer.
   /// Until this has been called samples wait, as they may be those of a latched topic. To be called when
-  /// publishers have come or gone; on the thread that runs the io_context.
-  void follow(const PublishedQos& published);
+  /// publishers have come or gone.
+  void follow(const PublishedQos& published) override;
 
+  [[nodiscard]] CounterGroup counters() const override;
+  /// OK while somebody publishes the topic.
+  void append_diagnoses(std::vector<Diagnosis>& diagnoses, bool all) const override;
+
+  [[nodiscard]] const std::string* awaited() const override;
+  [[nodiscard]] std::uint64_t received() const override;
+  [[nodiscard]] SilenceReason silence(const Surroundings& around) const override;
+
+ private:
   /// Whether the topic has a publisher now.
   [[nodiscard]] bool published() const;
 
-  [[nodiscard]] CounterGroup counters() const;
-  [[nodiscard]] std::uint64_t received() const;
-  /// OK while somebody publishes the topic.
-  [[nodiscard]] Diagnosis state() const;
-  /// Why nothing has come. @param writers  of the topic. @param participants  others in the domain.
-  [[nodiscard]] SilenceReason silence(std::span<const dds::FoundWriter> writers,
-                                      std::size_t participants) const;
-
- private:
   struct State;
   std::shared_ptr<State> state_;
 };

@@ -1,0 +1,49 @@
+#pragma once
+#include <functional>
+#include <map>
+#include <optional>
+#include <tuple>
+
+#include "bridge/carry/runtime/publisher_watch.hpp"
+#include "bridge/carry/runtime/report.hpp"
+#include "bridge/carry/runtime/topic_watch.hpp"
+#include "dds_adapter/participant.hpp"
+#include "sd/net/node.hpp"
+
+namespace trestle::carry {
+
+/// Whom the routes of a bridge tell which values a field has: the setter beside a notifier.
+class FieldValues {
+ public:
+  /// Told of each value, and of nothing when it is not known any more whether that is still the value.
+  using Told = std::function<void(std::optional<ByteView> value)>;
+
+  void tell(someip::ServiceId service, someip::InstanceId instance, someip::MethodId notifier, Told told) {
+    told_.try_emplace({service, instance, notifier}, std::move(told));
+  }
+  /// Empty: nobody wants to know.
+  [[nodiscard]] Told of(someip::ServiceId service, someip::InstanceId instance,
+                        someip::MethodId notifier) const {
+    const auto told = told_.find({service, instance, notifier});
+    return told == told_.end() ? Told{} : told->second;
+  }
+
+ private:
+  std::map<std::tuple<someip::ServiceId, someip::InstanceId, someip::MethodId>, Told> told_;
+};
+
+/// What all routes of a bridge work with. Outlives them.
+struct RouteContext {
+  boost::asio::io_context& io;
+  Report& report;
+  IpAddress address;                        ///< of the bridge in SOME/IP
+  sd::Node* node = nullptr;                 ///< there from join_someip() on
+  dds::Participant* participant = nullptr;  ///< there from join_dds() on
+  FieldValues* values = nullptr;            ///< filled while routes are made
+  /// Who tells that others on a topic have come or gone, and what they offer. Nothing: who made the route
+  /// sees to that.
+  TopicWatch* watch = nullptr;
+  PublisherWatch* publishers = nullptr;
+};
+
+}  // namespace trestle::carry
