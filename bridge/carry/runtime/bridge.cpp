@@ -100,8 +100,9 @@ struct Bridge::State {
       return std::make_unique<sd::Node>(context.io, node_config(config), log_at(spdlog::level::info),
                                         log_at(spdlog::level::warn));
     });
-    context.node = node.get();
-    routes.join_someip(*node);
+    someip = someip_side_of(*node);
+    context.someip = someip.get();
+    routes.join_someip(*someip);
   }
 
   void join_dds(const BridgeConfig& config) {
@@ -140,7 +141,8 @@ struct Bridge::State {
               },
           .on_writers = [watched = watch] { watched->on_writers(); }});
     });
-    context.participant = participant.get();
+    dds = dds_side_of(*participant);
+    context.dds = dds.get();
     if (participant->incoming() >= 0) {
       receiver.emplace(context.io, *participant);
     }
@@ -240,7 +242,9 @@ struct Bridge::State {
   FieldValues values;
   std::unique_ptr<dds::Participant> participant;
   std::optional<DdsReceiver> receiver;
+  std::unique_ptr<DdsSide> dds;
   std::unique_ptr<sd::Node> node;
+  std::unique_ptr<SomeipSide> someip;
   RouteContext context;
   Routes routes;                                 ///< of the configuration
   std::unique_ptr<DiscoveredRoutes> discovered;  ///< if there are patterns
@@ -262,7 +266,7 @@ Bridge::Bridge(boost::asio::io_context& io, const BridgeConfig& config, messages
   }
   state.join_dds(config);
   state.routes.join_dds();
-  state.publishers.open(*state.participant);
+  state.publishers.open(*state.dds);
   state.watch->watch_writers([&state] {
     for (const auto& [mark, route] : state.routes) {
       route->writers_changed();

@@ -86,15 +86,15 @@ bool is_carried(const BridgeMark& ours, const dds::FoundWriter& writer) {
   return !writer.refused && (!writer.bridge || goes_on(ours, writer.bridge_text));
 }
 
-bool Returns::update(const dds::Participant& participant) {
-  const std::uint64_t changes = participant.bridge_changes();
+bool Returns::update(const DdsSide& dds) {
+  const std::uint64_t changes = dds.bridge_changes();
   if (changes == seen_) {
     return false;
   }
   seen_ = changes;
   addresses_.clear();
   std::vector<IpAddress> unwanted;
-  for (const dds::BridgeEnd& end : participant.bridge_ends(topic_)) {
+  for (const dds::BridgeEnd& end : dds.bridge_ends(topic_)) {
     const auto mark = parse_bridge_mark(end.text);
     if (mark && mark->to_someip != ours_.to_someip && mark->service == ours_.service &&
         mark->instance == ours_.instance && mark->id == ours_.id) {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bridge/carry/config/bridge_config.hpp"
-#include "dds_adapter/participant.hpp"
+#include "bridge/carry/runtime/dds_side.hpp"
 #include "someip/wire/endpoint.hpp"
 
 namespace trestle::carry {
@@ -48,7 +48,7 @@ class Returns {
   /// Looks again if ends of other bridges have come or gone. Cheap if not.
   /// @return whether the addresses are others than before. Those of bridges that carry on what we bring in
   ///         do not count, nor for none(): as a rule they do so into another network.
-  bool update(const dds::Participant& participant);
+  bool update(const DdsSide& dds);
   [[nodiscard]] bool has(const IpAddress& address) const;
   [[nodiscard]] bool none() const noexcept { return unwanted_.empty(); }
 

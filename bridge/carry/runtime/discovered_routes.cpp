@@ -62,7 +62,7 @@ DiscoveredRoutes::DiscoveredRoutes(const RouteContext& context, const BridgeConf
     patterns_[i].settings = &settings;
     if (settings.route.direction == Direction::dds_to_someip) {
       patterns_[i].port = start_at(config, settings.mark, [&] {
-        return context.node->hold_port(settings.route.port, settings.route.transport);
+        return context.someip->hold_port(settings.route.port, settings.route.transport);
       });
     }
   }
@@ -92,7 +92,7 @@ DiscoveredRoutes::Pattern* DiscoveredRoutes::owner_of(const std::string& topic) 
 }
 
 void DiscoveredRoutes::open() {
-  own_.participant = context_.participant;
+  own_.dds = context_.dds;
   opened_ = true;
   settle();
 }
@@ -158,7 +158,7 @@ std::map<DiscoveredRoutes::TopicAndType, DiscoveredRoutes::Found> DiscoveredRout
   }
   std::map<TopicAndType, Found> found;
   std::map<std::string, Pattern*> owners;
-  for (const dds::FoundWriter& writer : context_.participant->writers()) {
+  for (const dds::FoundWriter& writer : context_.dds->writers()) {
     const auto topic = dds::topic_of_ros(writer.topic);
     if (!topic || !messages::is_topic_name(*topic) || own_topics_.contains(*topic)) {
       continue;
@@ -291,7 +291,7 @@ std::optional<someip::ServiceId> DiscoveredRoutes::new_id(const TopicAndType& wh
   const ServiceRange range = pattern.settings->services;
   // What another bridge has chosen for another topic is left to it. Our own lock file says nothing of that.
   const auto id = choose_service(range, what.first, what.second, [&](someip::ServiceId one) {
-    return taken_.contains(one) || context_.node->is_offered_by_others(one);
+    return taken_.contains(one) || context_.someip->is_offered_by_others(one);
   });
   if (!id) {
     refuse(what, pattern, Refusal::no_id,
@@ -364,7 +364,7 @@ void DiscoveredRoutes::make(Candidate& candidate) {
     std::vector<MadeRoute> made;
     made.push_back({route.mark, make_route(own_, route, std::move(candidate.plan), types_)});
     Routes running{std::move(made)};
-    running.join_someip(*context_.node);
+    running.join_someip(*context_.someip);
     running.join_dds();
     spdlog::info("discovered {} ({}): {}, event 0x{:04x}", route.topic, route.type, in_words(route),
                  someip::value(route.event));
@@ -412,7 +412,7 @@ void DiscoveredRoutes::append_silence(SilenceWatch& silence) {
                    .received = [&pattern] { return pattern.made; },
                    .reason =
                        [this, &pattern] {
-                         return why_silent(PatternSilence{.participants = context_.participant->peers(),
+                         return why_silent(PatternSilence{.participants = context_.dds->peers(),
                                                           .topics = pattern.topics,
                                                           .brought = pattern.brought});
                        }});
@@ -478,7 +478,7 @@ void DiscoveredRoutes::append_counters(std::vector<CounterGroup>& groups) const 
       groups.push_back(counters_of(pattern));
     }
   }
-  groups.push_back({"DDS discovery", {{"not_remembered", context_.participant->not_remembered(), loss}}});
+  groups.push_back({"DDS discovery", {{"not_remembered", context_.dds->not_remembered(), loss}}});
 }
 
 }  // namespace trestle::carry

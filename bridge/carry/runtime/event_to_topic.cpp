@@ -41,21 +41,21 @@ void EventToTopic::join_someip(const ServiceOffers& /*offers*/) {
     on_value_ = context_.values->of(route_.service, route_.instance, route_.event);
   }
   if (route_.presence.write_while_offered) {
-    requirement_ = context_.node->require({.service = wanted.service,
-                                           .instance = wanted.instance,
-                                           .major = wanted.major,
-                                           .minor = wanted.minor},
-                                          [this](const sd::RemoteService&, bool) { settle_soon(); });
+    requirement_ = context_.someip->require({.service = wanted.service,
+                                             .instance = wanted.instance,
+                                             .major = wanted.major,
+                                             .minor = wanted.minor},
+                                            [this](const sd::RemoteService&, bool) { settle_soon(); });
   }
   if (!route_.presence.subscribe_while_read) {
     subscribe();
   } else if (wanted.udp && wanted.port != 0) {
-    port_ = context_.node->hold_port(wanted.port, Transport::udp);
+    port_ = context_.someip->hold_port(wanted.port, Transport::udp);
   }
 }
 
 void EventToTopic::subscribe() {
-  subscription_ = context_.node->subscribe(
+  subscription_ = context_.someip->subscribe(
       subscription_spec_, [this](const someip::Message& event, const Endpoint& from) { carry(event, from); });
 }
 
@@ -73,7 +73,7 @@ void EventToTopic::join_dds() {
 }
 
 void EventToTopic::make_writer() {
-  writer_ = context_.participant->create_writer(
+  writer_ = context_.dds->writer(
       dds::ros_topic_name(route_.topic), dds::ros_type_name(route_.type), dds_qos(route_.qos),
       max_sample_bytes(route_),
       {.on_match = loop_.suspects().on_match(),
@@ -103,7 +103,7 @@ void EventToTopic::settle_soon() {
 
 // What was written before the other bridge was known is forgotten: who comes late has it from its publisher.
 void EventToTopic::bridges_changed() {
-  if (stopped_ || !returns_.update(*context_.participant) || returns_.none() || !writer_) {
+  if (stopped_ || !returns_.update(*context_.dds) || returns_.none() || !writer_) {
     return;
   }
   try {
@@ -119,7 +119,7 @@ void EventToTopic::settle() {
     return;
   }
   try {
-    const bool offered = !requirement_ || !context_.node->available(*requirement_).empty();
+    const bool offered = !requirement_ || !context_.someip->available(*requirement_).empty();
     if (offered && !writer_) {
       make_writer();
     } else if (!offered && writer_) {
@@ -133,7 +133,7 @@ void EventToTopic::settle() {
       subscribe();
     } else if (!read && subscription_) {
       past_faults_ = faults();
-      context_.node->unsubscribe(*subscription_);
+      context_.someip->unsubscribe(*subscription_);
       subscription_.reset();
       if (on_value_) {
         on_value_(std::nullopt);
@@ -146,7 +146,7 @@ void EventToTopic::settle() {
 
 bool EventToTopic::comes_back(const Endpoint& from) {
   if (!route_.qos.transient_local) {  // else by bridges_changed()
-    returns_.update(*context_.participant);
+    returns_.update(*context_.dds);
   }
   if (!returns_.has(from.address)) {
     return false;
@@ -186,7 +186,7 @@ void EventToTopic::carry(const someip::Message& event, const Endpoint& from) {
     return;
   }
   const auto before = Clock::now();
-  if (loop_.refuses(event.payload, from, *context_.participant, before)) {
+  if (loop_.refuses(event.payload, from, *context_.dds, before)) {
     return;
   }
   const auto sample = plan_.someip_to_cdr(event.payload, scratch_);
@@ -213,9 +213,9 @@ void EventToTopic::carry(const someip::Message& event, const Endpoint& from) {
 void EventToTopic::append_diagnoses(std::vector<Diagnosis>& diagnoses, bool all) const {
   if (all) {
     const bool waits = !subscription_ && route_.presence.subscribe_while_read &&
-                       (!requirement_ || !context_.node->available(*requirement_).empty());
+                       (!requirement_ || !context_.someip->available(*requirement_).empty());
     diagnoses.push_back(route_state(counters(),
-                                    waits || (subscription_ && context_.node->subscribed(*subscription_)),
+                                    waits || (subscription_ && context_.someip->subscribed(*subscription_)),
                                     "the SOME/IP service is not there, or not subscribed to", route_));
   }
   if (e2e_) {
@@ -234,7 +234,7 @@ void EventToTopic::on_change(const std::function<void()>& changed) {
 sd::SubscriptionFaults EventToTopic::faults() const {
   sd::SubscriptionFaults sum = past_faults_;
   if (subscription_) {
-    const sd::SubscriptionFaults now = context_.node->subscription_faults(*subscription_);
+    const sd::SubscriptionFaults now = context_.someip->subscription_faults(*subscription_);
     sum.refused += now.refused;
     sum.other_transport += now.other_transport;
     sum.other_version += now.other_version;
@@ -244,7 +244,7 @@ sd::SubscriptionFaults EventToTopic::faults() const {
 
 // Ends of other bridges on the topic.
 std::uint64_t EventToTopic::bridges() const {
-  return context_.participant->bridge_ends(dds::ros_topic_name(route_.topic)).size();
+  return context_.dds->bridge_ends(dds::ros_topic_name(route_.topic)).size();
 }
 
 SilenceReason EventToTopic::silence(const Surroundings& around) const {
@@ -253,10 +253,10 @@ SilenceReason EventToTopic::silence(const Surroundings& around) const {
                     SomeipSilence{.other_interface = around.other_interface,
                                   .offers = around.offers_of(route_.service),
                                   .subscription = subscription_.has_value(),
-                                  .subscribed = subscription_ && context_.node->subscribed(*subscription_),
+                                  .subscribed = subscription_ && context_.someip->subscribed(*subscription_),
                                   .refused = sd.refused > 0,
                                   .over_tcp_only = sd.other_transport > 0,
-                                  .others = context_.node->other_events(route_.service)});
+                                  .others = context_.someip->other_events(route_.service)});
 }
 
 CounterGroup EventToTopic::counters() const {
@@ -273,13 +273,13 @@ CounterGroup EventToTopic::counters() const {
                       {"readers", writer_ ? writer_->matched() : 0},
                       {"bridges", bridges()},
                       {"written", writer_ ? 1U : 0U},
-                      {"subscribed", subscription_ && context_.node->subscribed(*subscription_) ? 1U : 0U},
+                      {"subscribed", subscription_ && context_.someip->subscribed(*subscription_) ? 1U : 0U},
                       {"refused", sd.refused, loss},
                       {"other_transport", sd.other_transport, loss},
                       {"other_version", sd.other_version, loss},
                       {"returned", returned_, loss},
                       {"looped", loop_.looped(), loss},
-                      {"unexpected", context_.node->other_events(route_.service).count, loss},
+                      {"unexpected", context_.someip->other_events(route_.service).count, loss},
                       {"no_reader", no_reader_, loss},
                       {"not_convertible", not_convertible_, loss},
                       {"too_large", too_large_, loss},

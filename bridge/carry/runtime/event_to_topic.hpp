@@ -65,7 +65,7 @@ class EventToTopic final : public RunningRoute {
   Returns returns_;
   std::vector<IpAddress> told_returns_;
   SuspectedLoop loop_;  ///< closed by who reads the topic and does not say that he is a bridge
-  std::optional<dds::Writer> writer_;
+  std::unique_ptr<DdsWriter> writer_;
   dds::WriterCounters past_writers_;
   std::optional<sd::RequirementId> requirement_;  ///< to write while the service is offered
   std::optional<sd::SubscriptionId> subscription_;

@@ -33,9 +33,9 @@ dds::ServiceConfig LoopSuspects::watching(dds::ServiceConfig ros) const {
   return ros;
 }
 
-void LoopSuspects::look(const dds::Participant& participant) {
+void LoopSuspects::look(const DdsSide& dds) {
   seen_ = *changes_;  // before it looks: who comes meanwhile is looked at again
-  const std::vector<dds::Counterpart> found = participant.counterparts(topic_, writers_);
+  const std::vector<dds::Counterpart> found = dds.counterparts(topic_, writers_);
   set(found, found.empty() ? std::vector<IpAddress>{} : someip::own_addresses());
 }
 
@@ -89,8 +89,8 @@ bool LoopSuspects::is_at(const dds::Guid& endpoint, std::span<const IpAddress> h
          std::ranges::any_of(hosts, [&](const IpAddress& host) { return has(*found, host); });
 }
 
-std::string LoopSuspects::name_at(const IpAddress& host, const dds::Participant& participant) const {
-  for (const dds::Counterpart& one : participant.counterparts(topic_, writers_)) {
+std::string LoopSuspects::name_at(const IpAddress& host, const DdsSide& dds) const {
+  for (const dds::Counterpart& one : dds.counterparts(topic_, writers_)) {
     if (!has(suspect(one), host)) {
       continue;
     }

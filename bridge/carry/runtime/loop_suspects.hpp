@@ -5,8 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "dds_adapter/participant.hpp"
-#include "dds_adapter/service.hpp"
+#include "bridge/carry/runtime/dds_side.hpp"
 #include "someip/wire/endpoint.hpp"
 
 namespace trestle::carry {
@@ -25,9 +24,9 @@ class LoopSuspects {
   /// The same for a ROS service or client of ours: ServiceConfig::on_request_match.
   [[nodiscard]] dds::ServiceConfig watching(dds::ServiceConfig ros) const;
   /// Looks again if some have come or gone. Cheap if not.
-  void update(const dds::Participant& participant) {
+  void update(const DdsSide& dds) {
     if (changes_->load(std::memory_order_relaxed) != seen_) {
-      look(participant);
+      look(dds);
     }
   }
   /// What update() finds. @param own  addresses of this host.
@@ -44,7 +43,7 @@ class LoopSuspects {
   /// Whether the one of the participant that this reader or writer is of is at one of these hosts.
   [[nodiscard]] bool is_at(const dds::Guid& endpoint, std::span<const IpAddress> hosts) const noexcept;
   /// Words for the first one at this host, for the log: "the ROS node /gateway".
-  [[nodiscard]] std::string name_at(const IpAddress& host, const dds::Participant& participant) const;
+  [[nodiscard]] std::string name_at(const IpAddress& host, const DdsSide& dds) const;
 
  private:
   /// Where one is.
@@ -53,7 +52,7 @@ class LoopSuspects {
     std::vector<IpAddress> addresses{};  ///< sorted
     bool here = false;                   ///< on this host
   };
-  void look(const dds::Participant& participant);
+  void look(const DdsSide& dds);
   [[nodiscard]] Suspect suspect(const dds::Counterpart& found) const;
   [[nodiscard]] bool is_here(const IpAddress& host) const noexcept;
   [[nodiscard]] bool find(const IpAddress& host) const noexcept;

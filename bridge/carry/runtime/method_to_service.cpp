@@ -88,7 +88,7 @@ void MethodToService::join_dds() {
   if (!method_.offer_always) {
     offer_->needs([this] { return was_ready_; });
   }
-  client_.emplace(*context_.participant, ros_, work_->waker());
+  client_ = context_.dds->client(ros_, work_->waker());
 }
 
 void MethodToService::stop() {
@@ -109,7 +109,7 @@ void MethodToService::work(dds::TimePoint now) {
 void MethodToService::on_request(const someip::Message& request, sd::Responder responder) {
   ++received_;
   // Its server asks us what our ROS service was asked, as long as it does not know us yet.
-  returns_.update(*context_.participant);
+  returns_.update(*context_.dds);
   if (returns_.has(responder.caller().address)) {
     ++returned_;
     responder.error(ReturnCode::not_ok);
@@ -124,8 +124,7 @@ void MethodToService::on_request(const someip::Message& request, sd::Responder r
     responder.error(ReturnCode::not_ok);
     return;
   }
-  if (loop_.refuses(request.payload, responder.caller(), *context_.participant,
-                    std::chrono::steady_clock::now())) {
+  if (loop_.refuses(request.payload, responder.caller(), *context_.dds, std::chrono::steady_clock::now())) {
     responder.error(ReturnCode::not_ok);
     return;
   }

@@ -66,7 +66,7 @@ class MethodToService final : public RunningRoute {
   std::uint64_t answers_not_convertible_ = 0;
   std::uint64_t answers_too_large_ = 0;
   std::uint64_t answers_not_sent_ = 0;
-  std::optional<dds::ServiceClient> client_;  // last: it has the calls, which use the above
+  std::unique_ptr<DdsClient> client_;  // last: it has the calls, which use the above
 };
 
 }  // namespace trestle::carry

@@ -8,13 +8,13 @@ constexpr auto soonest_next_look = std::chrono::milliseconds{50};
 
 }  // namespace
 
-void PublisherWatch::open(const dds::Participant& participant) {
-  participant_ = &participant;
+void PublisherWatch::open(const DdsSide& dds) {
+  dds_ = &dds;
   look();
 }
 
 void PublisherWatch::changed() {
-  if (participant_ == nullptr || std::exchange(due_, true)) {
+  if (dds_ == nullptr || std::exchange(due_, true)) {
     return;
   }
   const auto now = std::chrono::steady_clock::now();
@@ -31,20 +31,20 @@ void PublisherWatch::changed() {
 }
 
 void PublisherWatch::stop() {
-  participant_ = nullptr;
+  dds_ = nullptr;
   timer_.cancel();
 }
 
 void PublisherWatch::look() {
   due_ = false;
-  if (participant_ == nullptr) {
+  if (dds_ == nullptr) {
     return;
   }
   last_ = std::chrono::steady_clock::now();
   for (auto& [what, told] : told_) {
     told.published = {};
   }
-  for (const dds::FoundWriter& writer : participant_->writers()) {
+  for (const dds::FoundWriter& writer : dds_->writers()) {
     const auto found = told_.find({writer.topic, writer.type});
     if (found != told_.end() && is_carried(found->second.mark, writer)) {
       found->second.published.add(writer.qos);

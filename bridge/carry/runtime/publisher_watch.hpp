@@ -23,8 +23,8 @@ class PublisherWatch {
            std::function<void(const PublishedQos&)> tell) {
     told_.emplace(std::pair{std::move(topic), std::move(type)}, Told{std::move(mark), std::move(tell), {}});
   }
-  /// Looks. @param participant  outlives this object.
-  void open(const dds::Participant& participant);
+  /// Looks. @param dds  outlives this object.
+  void open(const DdsSide& dds);
   /// To be called when writers have come or gone.
   void changed();
   void stop();
@@ -38,7 +38,7 @@ class PublisherWatch {
     PublishedQos published;
   };
   std::map<std::pair<std::string, std::string>, Told> told_;
-  const dds::Participant* participant_ = nullptr;
+  const DdsSide* dds_ = nullptr;
   boost::asio::steady_timer timer_;
   std::chrono::steady_clock::time_point last_{};
   bool due_ = false;

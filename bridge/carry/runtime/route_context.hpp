@@ -4,11 +4,11 @@
 #include <optional>
 #include <tuple>
 
+#include "bridge/carry/runtime/dds_side.hpp"
 #include "bridge/carry/runtime/publisher_watch.hpp"
 #include "bridge/carry/runtime/report.hpp"
+#include "bridge/carry/runtime/someip_side.hpp"
 #include "bridge/carry/runtime/topic_watch.hpp"
-#include "dds_adapter/participant.hpp"
-#include "sd/net/node.hpp"
 
 namespace trestle::carry {
 
@@ -36,10 +36,10 @@ class FieldValues {
 struct RouteContext {
   boost::asio::io_context& io;
   Report& report;
-  IpAddress address;                        ///< of the bridge in SOME/IP
-  sd::Node* node = nullptr;                 ///< there from join_someip() on
-  dds::Participant* participant = nullptr;  ///< there from join_dds() on
-  FieldValues* values = nullptr;            ///< filled while routes are made
+  IpAddress address;              ///< of the bridge in SOME/IP
+  SomeipSide* someip = nullptr;   ///< there from join_someip() on
+  DdsSide* dds = nullptr;         ///< there from join_dds() on
+  FieldValues* values = nullptr;  ///< filled while routes are made
   /// Who tells that others on a topic have come or gone, and what they offer. Nothing: who made the route
   /// sees to that.
   TopicWatch* watch = nullptr;

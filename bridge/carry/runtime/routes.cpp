@@ -12,14 +12,14 @@ auto at(const BridgeConfig* config, documents::Mark mark, const Start& start) {
 
 }  // namespace
 
-void Routes::join_someip(sd::Node& node) {
+void Routes::join_someip(SomeipSide& someip) {
   std::vector<OfferedService> services;
   for (const auto& [mark, route] : routes_) {
     route->describe(services);
   }
   for (OfferedService& service : services) {
     at(config_, service.mark, [&] {
-      offers_.add(std::make_unique<ServiceOffer>(node, std::move(service.spec), service.while_there));
+      offers_.add(std::make_unique<ServiceOffer>(someip, std::move(service.spec), service.while_there));
     });
   }
   for (const auto& [mark, route] : routes_) {

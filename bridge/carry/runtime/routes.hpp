@@ -22,7 +22,7 @@ class Routes {
       : config_{config}, routes_{std::move(routes)} {}
 
   /// Offers what they offer, and looks for what they use.  @throws std::runtime_error
-  void join_someip(sd::Node& node);
+  void join_someip(SomeipSide& someip);
   /// Opens their ends in DDS.  @throws std::runtime_error
   void join_dds();
   /// Offers and withdraws, if what the services need has come or gone.

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "sd/net/node.hpp"
+#include "bridge/carry/runtime/someip_side.hpp"
 
 namespace trestle::carry {
 
@@ -14,9 +14,9 @@ class ServiceOffer {
  public:
   /// Opens its ports, and offers it unless it is to be offered only `while_published`: then it waits for
   /// update().
-  /// @param node  outlives this object.
+  /// @param someip  outlives this object.
   /// @throws as sd::Node::offer().
-  ServiceOffer(sd::Node& node, sd::ServiceSpec spec, bool while_published);
+  ServiceOffer(SomeipSide& someip, sd::ServiceSpec spec, bool while_published);
 
   /// Offers it from now on only while this is true, too.
   void needs(std::function<bool()> published) { needs_.push_back(std::move(published)); }
@@ -31,7 +31,7 @@ class ServiceOffer {
   void forget(someip::MethodId notifier);
   /// The value of the field with this notifier; nothing while it has none.
   [[nodiscard]] std::shared_ptr<const std::vector<std::byte>> value(someip::MethodId notifier) const {
-    return handle_ ? node_.field(*handle_, notifier) : nullptr;
+    return handle_ ? someip_.field(*handle_, notifier) : nullptr;
   }
   /// The node is about to withdraw it: it is not offered again.
   void stop() {
@@ -44,7 +44,7 @@ class ServiceOffer {
   [[nodiscard]] const std::optional<sd::OfferHandle>& handle() const noexcept { return handle_; }
 
  private:
-  sd::Node& node_;
+  SomeipSide& someip_;
   sd::ServiceSpec spec_;
   std::vector<std::shared_ptr<const void>> ports_;
   std::vector<std::function<bool()>> needs_;

@@ -91,18 +91,17 @@ ServiceToMethod::ServiceToMethod(const RouteContext& context, const MethodRoute&
 }
 
 void ServiceToMethod::join_someip(const ServiceOffers& /*offers*/) {
-  proxy_.emplace(*context_.node,
-                 sd::RequireSpec{.service = method_.service,
-                                 .instance = method_.instance,
-                                 .major = method_.major,
-                                 .minor = method_.minor,
-                                 .e2e = protection(method_)},
-                 [this](const sd::RemoteService&, bool available) {
-                   if (!available) {
-                     value_.reset();
-                   }
-                   settle_soon();
-                 });
+  proxy_ = context_.someip->client(sd::RequireSpec{.service = method_.service,
+                                                   .instance = method_.instance,
+                                                   .major = method_.major,
+                                                   .minor = method_.minor,
+                                                   .e2e = protection(method_)},
+                                   [this](const sd::RemoteService&, bool available) {
+                                     if (!available) {
+                                       value_.reset();
+                                     }
+                                     settle_soon();
+                                   });
 }
 
 ServiceToMethod::~ServiceToMethod() {
@@ -126,7 +125,7 @@ void ServiceToMethod::end() {
 bool ServiceToMethod::look_for_servers() {
   chosen_.reset();
   called_.clear();
-  returns_.update(*context_.participant);
+  returns_.update(*context_.dds);
   bool any = false;
   bool all = true;
   std::optional<someip::InstanceId> first;
@@ -159,7 +158,7 @@ bool ServiceToMethod::look_for_servers() {
 }
 
 void ServiceToMethod::writers_changed() {
-  if (!stopped_ && returns_.update(*context_.participant)) {
+  if (!stopped_ && returns_.update(*context_.dds)) {
     settle_soon();
   }
 }
@@ -175,7 +174,7 @@ void ServiceToMethod::settle_soon() {
 
 void ServiceToMethod::settle() {
   const bool wanted = look_for_servers();
-  if (wanted == server_.has_value()) {
+  if (wanted == ready()) {
     return;
   }
   if (!wanted) {
@@ -186,8 +185,8 @@ void ServiceToMethod::settle() {
     return;
   }
   try {
-    server_.emplace(
-        *context_.participant, ros_, work_->waker(),
+    server_ = context_.dds->server(
+        ros_, work_->waker(),
         [this](const dds::RequestId& id, const dds::ServiceMessage& request) { on_request(id, request); });
     spdlog::info("ROS service {}: begun, as the SOME/IP service is there", method_.ros_service);
     tell_change();
@@ -212,7 +211,7 @@ void ServiceToMethod::tell_change() const {
 // Behind a bridge there are many senders. A client at the host of the SOME/IP service may be one, too, that
 // does not say so; its calls of a ring come while the one that causes them waits for its answer.
 std::optional<std::uint64_t> ServiceToMethod::sender_of(const dds::RequestId& id) {
-  suspects_.update(*context_.participant);
+  suspects_.update(*context_.dds);
   if (id.from_bridge ||
       ((outstanding_ > 0 || method_.fire_and_forget) && suspects_.is_at(id.request.writer, called_))) {
     return std::nullopt;
@@ -226,10 +225,10 @@ void ServiceToMethod::on_request(const dds::RequestId& id, const dds::ServiceMes
     const auto suspected = std::ranges::find_if(called_, [&](const IpAddress& host) {
       return suspects_.is_at(id.request.writer, {&host, 1});
     });
-    return suspected == called_.end() ? "who else answers " + method_.ros_service
-                                      : fmt::format("{}, which calls it, and the SOME/IP service at {}",
-                                                    suspects_.name_at(*suspected, *context_.participant),
-                                                    someip::to_string(*suspected));
+    return suspected == called_.end()
+               ? "who else answers " + method_.ros_service
+               : fmt::format("{}, which calls it, and the SOME/IP service at {}",
+                             suspects_.name_at(*suspected, *context_.dds), someip::to_string(*suspected));
   };
   if (!loop_.may_carry(message_hash(request.cdr()), sender_of(id), std::chrono::steady_clock::now(),
                        through)) {
@@ -265,13 +264,11 @@ void ServiceToMethod::on_request(const dds::RequestId& id, const dds::ServiceMes
                 .transport = method_.transport,
                 .instance = chosen_,
                 .pacing = pacing_of(method_.tp)},
-               std::move(payload),
-               [this, id, wanted = std::move(wanted), weak = std::weak_ptr{alive_}](
-                   boost::system::error_code error, const sd::Response& response) {
-                 if (!weak.expired()) {
-                   on_response(id, wanted, error, response);
-                 }
-               });
+               std::move(payload), ends(), {.id = id, .wanted = std::move(wanted)});
+}
+
+std::weak_ptr<CallEnds> ServiceToMethod::ends() {
+  return std::shared_ptr<CallEnds>{alive_, this};
 }
 
 // ROS clients wait for an answer also where the method has none: they get the defaults of the response.
@@ -288,9 +285,14 @@ void ServiceToMethod::tell(const dds::RequestId& id, const std::vector<std::byte
   reply(id, {});
 }
 
-void ServiceToMethod::on_response(const dds::RequestId& id, ByteView wanted, boost::system::error_code error,
+void ServiceToMethod::on_response(const Caller& caller, boost::system::error_code error,
                                   const sd::Response& response) {
   --outstanding_;
+  if (!caller.refusal.empty()) {
+    on_value(caller, error, response);
+    return;
+  }
+  const dds::RequestId& id = caller.id;
   if (e2e_ && response.check) {
     e2e_->note(*response.check);
     if (!e2e_->passes()) {
@@ -308,7 +310,7 @@ void ServiceToMethod::on_response(const dds::RequestId& id, ByteView wanted, boo
   }
   if (method_.access == messages::FieldAccess::set && is_return_code(error) &&
       (method_.getter || is_certain(error))) {
-    on_refused(id, wanted, error);
+    on_refused(id, caller.wanted, error);
     return;
   }
   ++(error == sd::CallFault::unavailable || error == sd::CallFault::not_connected ? unavailable_
@@ -352,28 +354,25 @@ void ServiceToMethod::on_refused(const dds::RequestId& id, ByteView wanted,
 
 void ServiceToMethod::ask_getter(const dds::RequestId& id, const std::string& refusal) {
   ++outstanding_;
-  proxy_->call(
-      {.method = method_.getter->id,
-       .timeout = method_.timeout,
-       .transport = method_.transport,
-       .instance = chosen_},
-      {},
-      [this, id, refusal, weak = std::weak_ptr{alive_}](boost::system::error_code error,
-                                                        const sd::Response& value) {
-        if (weak.expired()) {
-          return;
-        }
-        --outstanding_;
-        if (error) {
-          ++errors_;
-          fail(id, fmt::format("{}, and which it has the getter does not say: {}", refusal, error.message()),
-               true);
-          return;
-        }
-        ++refused_;
-        log_.tell(refusal + "; answered with the one that it has");
-        reply(id, value.payload);
-      });
+  proxy_->call({.method = method_.getter->id,
+                .timeout = method_.timeout,
+                .transport = method_.transport,
+                .instance = chosen_},
+               {}, ends(), {.id = id, .refusal = refusal});
+}
+
+void ServiceToMethod::on_value(const Caller& caller, const boost::system::error_code& error,
+                               const sd::Response& value) {
+  if (error) {
+    ++errors_;
+    fail(caller.id,
+         fmt::format("{}, and which it has the getter does not say: {}", caller.refusal, error.message()),
+         true);
+    return;
+  }
+  ++refused_;
+  log_.tell(caller.refusal + "; answered with the one that it has");
+  reply(caller.id, value.payload);
 }
 
 void ServiceToMethod::fail(const dds::RequestId& id, const std::string& why, bool is_certain) {

@@ -12,7 +12,6 @@
 #include "bridge/carry/runtime/route_context.hpp"
 #include "bridge/carry/runtime/running_route.hpp"
 #include "bridge/carry/runtime/service_work.hpp"
-#include "sd/net/proxy.hpp"
 
 namespace trestle::carry {
 
@@ -20,7 +19,7 @@ namespace trestle::carry {
 /// with what that answers. The ROS service is there only while the SOME/IP service is; one by which another
 /// bridge offers the very ROS service is none. On the thread that
 /// runs the io_context. docs/services.md tells what becomes of calls that go wrong.
-class ServiceToMethod final : public RunningRoute {
+class ServiceToMethod final : public RunningRoute, private CallEnds {
  public:
   /// @param context  outlives the route.
   ServiceToMethod(const RouteContext& context, const MethodRoute& method, MethodParts parts);
@@ -47,7 +46,7 @@ class ServiceToMethod final : public RunningRoute {
   void note_value(std::optional<ByteView> value);
   void end();
   /// Whether the SOME/IP service is there, and with it the ROS service.
-  [[nodiscard]] bool ready() const noexcept { return server_.has_value(); }
+  [[nodiscard]] bool ready() const noexcept { return server_ != nullptr; }
   /// Has the ROS service begin or end, when the SOME/IP service has.
   void settle();
   void settle_soon();
@@ -58,12 +57,14 @@ class ServiceToMethod final : public RunningRoute {
   [[nodiscard]] std::optional<std::uint64_t> sender_of(const dds::RequestId& id);
   void on_request(const dds::RequestId& id, const dds::ServiceMessage& request);
   void tell(const dds::RequestId& id, const std::vector<std::byte>& payload);
-  /// @param wanted  the value, of a setter that has no getter to ask.
-  void on_response(const dds::RequestId& id, ByteView wanted, boost::system::error_code error,
-                   const sd::Response& response);
+  void on_response(const Caller& caller, boost::system::error_code error,
+                   const sd::Response& response) override;
   /// The server did not take a value: what it has is the answer.
   void on_refused(const dds::RequestId& id, ByteView wanted, const boost::system::error_code& why);
+  [[nodiscard]] std::weak_ptr<CallEnds> ends();
   void ask_getter(const dds::RequestId& id, const std::string& refusal);
+  /// What the getter says.
+  void on_value(const Caller& caller, const boost::system::error_code& error, const sd::Response& value);
   void reply(const dds::RequestId& id, ByteView payload);
   /// Logs what went wrong, and has it answered where the type can say so.
   void fail(const dds::RequestId& id, const std::string& why, bool is_certain);
@@ -104,8 +105,8 @@ class ServiceToMethod final : public RunningRoute {
   std::uint64_t ended_ = 0;
   bool stopped_ = false;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
-  std::optional<dds::ServiceServer> server_;
-  std::optional<sd::Proxy> proxy_;
+  std::unique_ptr<DdsServer> server_;
+  std::unique_ptr<SomeipClient> proxy_;
 };
 
 }  // namespace trestle::carry

@@ -12,9 +12,9 @@ SuspectedLoop::SuspectedLoop(boost::asio::io_context& io, std::string what, Loop
       words_{std::move(words)},
       limits_{limits} {}
 
-bool SuspectedLoop::refuses(ByteView payload, const Endpoint& from, const dds::Participant& participant,
+bool SuspectedLoop::refuses(ByteView payload, const Endpoint& from, const DdsSide& dds,
                             LoopCheck::TimePoint now) {
-  suspects_.update(participant);
+  suspects_.update(dds);
   if (!suspects_.at(from.address)) {
     return false;
   }
@@ -22,7 +22,7 @@ bool SuspectedLoop::refuses(ByteView payload, const Endpoint& from, const dds::P
     guard_ = std::make_unique<LoopGuard>(io_, what_, limits_);
   }
   if (guard_->may_carry(message_hash(payload), std::nullopt, now, [&] {
-        return suspects_.name_at(from.address, participant) + words_ + someip::to_string(from);
+        return suspects_.name_at(from.address, dds) + words_ + someip::to_string(from);
       })) {
     return false;
   }

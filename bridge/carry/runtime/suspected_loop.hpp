@@ -19,7 +19,7 @@ class SuspectedLoop {
 
   [[nodiscard]] const LoopSuspects& suspects() const noexcept { return suspects_; }
   /// Whether what came from there is not to be carried for now.
-  [[nodiscard]] bool refuses(ByteView payload, const Endpoint& from, const dds::Participant& participant,
+  [[nodiscard]] bool refuses(ByteView payload, const Endpoint& from, const DdsSide& dds,
                              LoopCheck::TimePoint now);
   /// Messages that were refused.
   [[nodiscard]] std::uint64_t looped() const noexcept { return guard_ ? guard_->looped() : 0; }

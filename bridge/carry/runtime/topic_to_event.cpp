@@ -161,7 +161,7 @@ struct TopicToEvent::State : std::enable_shared_from_this<State> {
 
   // From here on: on the thread that runs the io_context.
   void open_reader() {
-    reader = context.participant->create_reader(
+    reader = context.dds->reader(
         dds::ros_topic_name(route.topic), dds::ros_type_name(route.type), dds_qos(qos),
         [this](dds::Sample sample) { on_sample(std::move(sample)); }, max_sample_bytes(route),
         {.user_data = user_data,
@@ -253,7 +253,7 @@ struct TopicToEvent::State : std::enable_shared_from_this<State> {
 
   // Of the bridge whose writer it is.
   [[nodiscard]] std::string name_of(const dds::Guid& writer) const {
-    for (const dds::BridgeEnd& end : context.participant->bridge_ends(dds::ros_topic_name(route.topic))) {
+    for (const dds::BridgeEnd& end : context.dds->bridge_ends(dds::ros_topic_name(route.topic))) {
       const auto mark = end.guid == writer ? parse_bridge_mark(end.text) : std::nullopt;
       if (mark) {
         return "the bridge " + someip::to_string(mark->address);
@@ -287,7 +287,7 @@ struct TopicToEvent::State : std::enable_shared_from_this<State> {
       return;
     }
     if (!qos.transient_local &&
-        (!offer->handle() || context.node->subscribers(*offer->handle(), route.event) == 0)) {
+        (!offer->handle() || context.someip->subscribers(*offer->handle(), route.event) == 0)) {
       ++no_subscriber;
       return;
     }
@@ -312,8 +312,8 @@ struct TopicToEvent::State : std::enable_shared_from_this<State> {
     const auto source_time = job->sample.source_time();
     const auto sent = qos.transient_local
                           ? offer->set(route.event, gathered(*payload))
-                          : context.node->notify(*offer->handle(), route.event, payload->slices,
-                                                 lend ? job : std::shared_ptr<const void>{}, pacing);
+                          : context.someip->notify(*offer->handle(), route.event, payload->slices,
+                                                   lend ? job : std::shared_ptr<const void>{}, pacing);
     copied += lend || qos.transient_local ? 0 : 1;
     send_dropped += sent.dropped;
     slow_subscriber += sent.overtaken;
@@ -409,7 +409,7 @@ struct TopicToEvent::State : std::enable_shared_from_this<State> {
   bool told_bridged = false;
   bool told_returned = false;
 
-  std::optional<dds::Reader> reader;  // last: its destructor waits for callbacks that use the above
+  std::unique_ptr<DdsReader> reader;  // last: its destructor waits for callbacks that use the above
 };
 
 TopicToEvent::TopicToEvent(const RouteContext& context, const Route& route, messages::ConversionPlan plan,
@@ -494,8 +494,7 @@ CounterGroup TopicToEvent::counters() const {
   dds::ReaderCounters all = state.past;
   all += dds;
   const std::uint64_t publishers = state.reader ? state.reader->matched() : 0;
-  const std::uint64_t bridges =
-      state.context.participant->bridge_ends(dds::ros_topic_name(state.route.topic)).size();
+  const std::uint64_t bridges = state.context.dds->bridge_ends(dds::ros_topic_name(state.route.topic)).size();
   const std::uint64_t offered = state.offer->handle() ? 1 : 0;
   const std::lock_guard lock{state.mutex};
   return {"route " + state.route.topic + " to SOME/IP",
