@@ -249,6 +249,9 @@ class Sample {
   Sample() noexcept;
   /// @param from_bridge  see below.
   explicit Sample(std::unique_ptr<detail::Loan> loan, bool from_bridge = false) noexcept;
+  /// One that did not come by DDS, and nothing was lent for: its writer is none.
+  /// @param cdr  outlives the sample.
+  Sample(ByteView cdr, std::chrono::nanoseconds source_time, std::uint64_t sequence) noexcept;
   Sample(Sample&&) noexcept;
   Sample& operator=(Sample&&) noexcept;
   ~Sample();

@@ -297,6 +297,9 @@ Sample::Sample(std::unique_ptr<detail::Loan> loan, bool from_bridge) noexcept
   sequence_ = fast::number_of(info.sample_identity.sequence_number());
 }
 
+Sample::Sample(ByteView cdr, std::chrono::nanoseconds source_time, std::uint64_t sequence) noexcept
+    : cdr_{cdr}, source_time_{source_time}, sequence_{sequence} {}
+
 Sample::Sample(Sample&& other) noexcept
     : cdr_{std::exchange(other.cdr_, {})},
       source_time_{other.source_time_},

@@ -20,7 +20,7 @@ bool ReplyPath::send_bytes(const someip::Header& header, std::span<const ByteVie
   }
   const auto port = udp.lock();
   if (!port) {
-    return false;
+    return taker != nullptr && taker->take(header, payload);
   }
   const std::size_t bytes = size_of(payload);
   const bool large = bytes > someip::max_plain_payload_bytes;

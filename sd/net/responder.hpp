@@ -17,12 +17,22 @@ class ServiceDiscovery;
 struct TcpPort;
 struct UdpPort;
 
+/// Takes answers where there is no port: for who brings requests that did not come by a network.
+class AnswerTaker {
+ public:
+  virtual bool take(const someip::Header& header, std::span<const ByteView> payload) = 0;
+
+ protected:
+  ~AnswerTaker() = default;
+};
+
 /// The way back to who sent a request.
 struct ReplyPath {
   Endpoint to{};
   // The port that the request came to; none: there is no answer.
   std::weak_ptr<UdpPort> udp{};
   std::weak_ptr<TcpPort> tcp{};
+  AnswerTaker* taker = nullptr;      ///< in place of a port; outlives the request
   bool in_segments = true;           ///< whether a large answer may go over UDP  [feat_req_someiptp_788]
   someip::TpPacing pacing{};         ///< of a large answer over UDP
   NodeCounters* counters = nullptr;  ///< of the node, which no port outlives

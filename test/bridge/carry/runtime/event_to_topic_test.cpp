@@ -1,0 +1,132 @@
+#include "test/bridge/carry/runtime/route_test.hpp"
+
+namespace trestle::test::event_to_topic_test {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+class EventToTopicTest : public RouteTest {
+ protected:
+  EventToTopicTest() { config_.routes = {route(carry::Direction::someip_to_dds)}; }
+  carry::Route& settings() { return config_.routes.front(); }
+  void send(const Bytes& payload, const someip::e2e::CheckResult* check = nullptr) {
+    someip_.on_event({.payload = payload, .check = check}, {IpAddress::v4(10, 0, 0, 2), 30501});
+  }
+};
+
+TEST_F(EventToTopicTest, CarriesAnEvent) {
+  start();
+  send(hello);
+  EXPECT_THAT(dds_.written, ElementsAre(hello_cdr));
+  EXPECT_EQ(count("received"), 1U);
+  EXPECT_EQ(count("carried"), 1U);
+  EXPECT_EQ(route_at(0).received(), 1U);
+}
+
+TEST_F(EventToTopicTest, CountsWhatCannotBeConverted) {
+  start();
+  send(wrong);
+  send(hello);
+  EXPECT_EQ(count("not_convertible"), 1U);
+  EXPECT_THAT(dds_.written, ElementsAre(hello_cdr));
+}
+
+TEST_F(EventToTopicTest, CountsByTheirReasonsThoseThatAreNotCarried) {
+  settings().tp.max_message = hello.size();
+  start();
+  Bytes longer = hello;
+  longer.resize(hello.size() + 1);
+  send(longer);
+  EXPECT_EQ(count("too_large"), 1U);
+  dds_.matched = 0;
+  send(hello);
+  EXPECT_EQ(count("no_reader"), 1U);
+  dds_.matched = 1;
+  dds_.refuses_to_write = dds::WriteError::timeout;
+  send(hello);
+  EXPECT_EQ(count("dds_refused"), 1U);
+  EXPECT_EQ(count("received"), 3U);
+  EXPECT_EQ(count("carried"), 0U);
+}
+
+TEST_F(EventToTopicTest, DropsWhatFailsItsCheckAndTellsOfIt) {
+  settings().e2e.emplace();
+  start();
+  const someip::e2e::CheckResult bad{.status = someip::e2e::CheckStatus::error,
+                                     .state = someip::e2e::State::invalid};
+  send(hello, &bad);
+  EXPECT_THAT(dds_.written, IsEmpty());
+  EXPECT_EQ(count("e2e_error"), 1U);
+  EXPECT_TRUE(route_at(0).has_checks());
+  std::vector<carry::Diagnosis> told;
+  route_at(0).append_diagnoses(told, false);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told.front().name, "trestle: E2E of /talk");
+  EXPECT_EQ(told.front().level, carry::Diagnosis::Level::error);
+}
+
+TEST_F(EventToTopicTest, TellsWhetherItIsSubscribed) {
+  start();
+  EXPECT_EQ(state(), "OK: ready");
+  someip_.acknowledged = false;
+  EXPECT_EQ(state(), "WARN: the SOME/IP service is not there, or not subscribed to");
+  std::vector<carry::Diagnosis> told;
+  route_at(0).append_diagnoses(told, false);
+  EXPECT_THAT(told, IsEmpty()) << "states are told if they are wanted";
+}
+
+TEST_F(EventToTopicTest, WritesWhileTheServiceIsOffered) {
+  settings().presence.write_while_offered = true;
+  start();
+  EXPECT_FALSE(dds_.writes);
+  someip_.service_comes_or_goes(true);
+  work();
+  EXPECT_TRUE(dds_.writes);
+  send(hello);
+  someip_.service_comes_or_goes(false);
+  work();
+  EXPECT_FALSE(dds_.writes);
+  send(hello);
+  EXPECT_EQ(count("no_reader"), 1U);
+  EXPECT_THAT(dds_.written, ElementsAre(hello_cdr));
+}
+
+TEST_F(EventToTopicTest, SubscribesWhileSomebodyReads) {
+  settings().presence.subscribe_while_read = true;
+  const auto watch = std::make_shared<carry::TopicWatch>(io_);
+  context_.watch = watch.get();
+  const auto readers = [&](std::size_t number) {
+    dds_.matched = number;
+    watch->on_event({dds::Event::Kind::matched, "rt/talk", "", "", "writer", number});
+    work();
+  };
+  start();
+  EXPECT_FALSE(someip_.on_event);
+  readers(1);
+  EXPECT_TRUE(someip_.on_event);
+  readers(0);
+  EXPECT_FALSE(someip_.on_event);
+  EXPECT_EQ(state(), "OK: ready") << "nobody reads, so that nothing is amiss";
+}
+
+TEST_F(EventToTopicTest, BeginsNothingOnceItIsStopped) {
+  settings().presence.write_while_offered = true;
+  start();
+  routes_->stop();
+  someip_.service_comes_or_goes(true);
+  work();
+  EXPECT_FALSE(dds_.writes);
+}
+
+TEST_F(EventToTopicTest, EndsWhileAServiceComes) {
+  settings().presence.write_while_offered = true;
+  start();
+  someip_.service_comes_or_goes(true);
+  routes_.reset();
+  work();
+  EXPECT_FALSE(dds_.writes);
+}
+
+}  // namespace
+}  // namespace trestle::test::event_to_topic_test

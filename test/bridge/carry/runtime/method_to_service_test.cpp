@@ -1,0 +1,119 @@
+#include "test/bridge/carry/runtime/route_test.hpp"
+
+namespace trestle::test::method_to_service_test {
+namespace {
+
+using someip::ReturnCode;
+using testing::ElementsAre;
+using testing::IsEmpty;
+using testing::Pair;
+
+// std_srvs/srv/SetBool: {bool data} and {bool success, string message}.
+const Bytes on = hex("01");
+const Bytes on_cdr = hex("00010000 01");
+const Bytes done = hex("01 00000004 efbbbf 00");
+const Bytes done_cdr = hex("00010000 01 000000 01000000 00");
+
+class MethodToServiceTest : public RouteTest {
+ protected:
+  MethodToServiceTest() { config_.methods = {method(carry::Server::ros)}; }
+  carry::MethodRoute& settings() { return config_.methods.front(); }
+  void start_ready() {
+    start();
+    dds_.wake();
+    work();
+  }
+  void reply(std::size_t call, const Bytes& cdr) { dds_.called.at(call).second(dds::ServiceMessage{cdr}); }
+  void fail(std::size_t call, dds::CallFault why) { dds_.called.at(call).second(tl::unexpected{why}); }
+};
+
+TEST_F(MethodToServiceTest, CarriesACallAndItsAnswer) {
+  start_ready();
+  someip_.request(on);
+  ASSERT_EQ(dds_.called.size(), 1U);
+  EXPECT_EQ(dds_.called.front().first, on_cdr);
+  EXPECT_EQ(count("in_flight"), 1U);
+  reply(0, done_cdr);
+  EXPECT_THAT(someip_.answers, ElementsAre(Pair(ReturnCode::ok, done)));
+  EXPECT_EQ(count("received"), 1U);
+  EXPECT_EQ(count("answered"), 1U);
+  EXPECT_EQ(count("in_flight"), 0U);
+}
+
+TEST_F(MethodToServiceTest, CountsAndAnswersWhatCannotBeConverted) {
+  start_ready();
+  someip_.request({});
+  EXPECT_THAT(someip_.answers, ElementsAre(Pair(ReturnCode::malformed_message, IsEmpty())));
+  EXPECT_EQ(count("not_convertible"), 1U);
+  EXPECT_THAT(dds_.called, IsEmpty());
+  someip_.request(on);
+  reply(0, wrong);
+  EXPECT_EQ(someip_.answers.back().first, ReturnCode::not_ok);
+  EXPECT_EQ(count("answers_not_convertible"), 1U);
+}
+
+TEST_F(MethodToServiceTest, RefusesWhatIsTooLarge) {
+  settings().tp.max_message = 1;
+  start_ready();
+  someip_.request(hex("01 00"));
+  EXPECT_THAT(someip_.answers, ElementsAre(Pair(ReturnCode::not_ok, IsEmpty())));
+  EXPECT_EQ(count("too_large"), 1U);
+  someip_.request(on);
+  reply(0, done_cdr);
+  EXPECT_EQ(someip_.answers.back().first, ReturnCode::not_ok);
+  EXPECT_EQ(count("answers_too_large"), 1U);
+}
+
+TEST_F(MethodToServiceTest, AnswersWithTheReasonOfACallThatFails) {
+  start_ready();
+  const auto answer_to = [&](dds::CallFault why) {
+    someip_.request(on);
+    fail(dds_.called.size() - 1, why);
+    return someip_.answers.back().first;
+  };
+  EXPECT_EQ(answer_to(dds::CallFault::unavailable), ReturnCode::not_ready);
+  EXPECT_EQ(answer_to(dds::CallFault::too_many), ReturnCode::not_ready);
+  EXPECT_EQ(answer_to(dds::CallFault::gone), ReturnCode::not_reachable);
+  EXPECT_EQ(answer_to(dds::CallFault::timed_out), ReturnCode::timeout);
+  EXPECT_EQ(answer_to(dds::CallFault::not_written), ReturnCode::not_ok);
+  EXPECT_EQ(count("answered"), 0U);
+  EXPECT_EQ(count("in_flight"), 0U);
+}
+
+TEST_F(MethodToServiceTest, CountsAnAnswerThatCannotBeSent) {
+  start_ready();
+  someip_.sends_answers = false;
+  someip_.request(on);
+  reply(0, done_cdr);
+  EXPECT_EQ(count("answers_not_sent"), 1U);
+  EXPECT_EQ(count("answered"), 0U);
+}
+
+TEST_F(MethodToServiceTest, OffersTheMethodWhileTheServiceIsThere) {
+  dds_.ready = false;
+  start_ready();
+  EXPECT_FALSE(someip_.offered);
+  EXPECT_EQ(state(), "WARN: the ROS service is not there");
+  int changes = 0;
+  route_at(0).on_change([&] { ++changes; });
+  dds_.ready = true;
+  dds_.wake();
+  work();
+  EXPECT_TRUE(someip_.offered);
+  EXPECT_EQ(state(), "OK: ready");
+  EXPECT_EQ(changes, 1);
+}
+
+TEST_F(MethodToServiceTest, LooksForNothingOnceItIsStopped) {
+  dds_.ready = false;
+  start_ready();
+  routes_->stop();
+  dds_.ready = true;
+  dds_.wake();
+  work();
+  EXPECT_FALSE(someip_.offered);
+  EXPECT_EQ(state(), "WARN: the ROS service is not there");
+}
+
+}  // namespace
+}  // namespace trestle::test::method_to_service_test

@@ -1,0 +1,126 @@
+#include "sd/net/call_errors.hpp"
+#include "test/bridge/carry/runtime/route_test.hpp"
+
+namespace trestle::test::service_to_method_test {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+// std_srvs/srv/SetBool: {bool data} and {bool success, string message}.
+const Bytes on = hex("01");
+const Bytes on_cdr = hex("00010000 01");
+const Bytes done = hex("01 00000004 efbbbf 00");
+const Bytes done_cdr = hex("00010000 01 000000 01000000 00");
+
+class ServiceToMethodTest : public RouteTest {
+ protected:
+  ServiceToMethodTest() { config_.methods = {method(carry::Server::someip)}; }
+  carry::MethodRoute& settings() { return config_.methods.front(); }
+  void start_there() {
+    start();
+    someip_.service_comes_or_goes(true);
+    work();
+  }
+  void request(const Bytes& cdr) { dds_.on_request({}, dds::ServiceMessage{cdr}); }
+};
+
+TEST_F(ServiceToMethodTest, CarriesACallAndItsAnswer) {
+  start_there();
+  request(on_cdr);
+  ASSERT_THAT(someip_.called, SizeIs(1));
+  EXPECT_EQ(someip_.called.front().payload, on);
+  EXPECT_EQ(someip_.called.front().spec.method, someip::MethodId{0x21});
+  EXPECT_EQ(count("in_flight"), 1U);
+  someip_.respond(0, {}, done);
+  EXPECT_THAT(dds_.replies, ElementsAre(done_cdr));
+  EXPECT_EQ(count("received"), 1U);
+  EXPECT_EQ(count("answered"), 1U);
+  EXPECT_EQ(count("in_flight"), 0U);
+}
+
+TEST_F(ServiceToMethodTest, CountsAndAnswersWhatCannotBeConverted) {
+  start_there();
+  request(hex("000100ff"));
+  EXPECT_THAT(someip_.called, IsEmpty());
+  EXPECT_EQ(count("not_convertible"), 1U);
+  EXPECT_EQ(count("failures_answered"), 1U);
+  ASSERT_THAT(dds_.replies, SizeIs(1));
+  EXPECT_EQ(dds_.replies.front()[4], std::byte{0}) << "no success";
+  request(on_cdr);
+  someip_.respond(0, {}, hex("01"));
+  EXPECT_EQ(count("answers_not_convertible"), 1U);
+}
+
+TEST_F(ServiceToMethodTest, RefusesMoreCallsThanMayWait) {
+  start_there();
+  request(on_cdr);
+  request(on_cdr);
+  request(on_cdr);
+  EXPECT_THAT(someip_.called, SizeIs(2));
+  EXPECT_EQ(count("too_many"), 1U);
+  EXPECT_EQ(count("failures_answered"), 1U);
+  someip_.respond(0, {}, done);
+  request(on_cdr);
+  EXPECT_THAT(someip_.called, SizeIs(3));
+}
+
+TEST_F(ServiceToMethodTest, CountsByTheirReasonsCallsThatFail) {
+  start_there();
+  const auto fails = [&](boost::system::error_code why, const std::string& counter) {
+    request(on_cdr);
+    someip_.respond(someip_.called.size() - 1, why, {});
+    return count(counter);
+  };
+  EXPECT_EQ(fails(sd::CallFault::unavailable, "unavailable"), 1U);
+  EXPECT_EQ(fails(sd::CallFault::not_connected, "unavailable"), 2U);
+  EXPECT_EQ(fails(sd::CallFault::timed_out, "timed_out"), 1U);
+  EXPECT_EQ(fails(sd::CallFault::not_sent, "not_sent"), 1U);
+  EXPECT_EQ(fails(sd::CallFault::too_many_calls, "too_many"), 1U);
+  EXPECT_EQ(fails(make_error_code(someip::ReturnCode::not_ok), "errors"), 1U);
+  EXPECT_EQ(count("answered"), 0U);
+  EXPECT_THAT(dds_.replies, SizeIs(6));
+}
+
+TEST_F(ServiceToMethodTest, IsThereWhileTheServiceIs) {
+  start();
+  EXPECT_FALSE(dds_.serves);
+  EXPECT_EQ(state(), "WARN: the SOME/IP service is not offered");
+  int changes = 0;
+  route_at(0).on_change([&] { ++changes; });
+  someip_.service_comes_or_goes(true);
+  work();
+  EXPECT_TRUE(dds_.serves);
+  EXPECT_EQ(state(), "OK: ready");
+  request(on_cdr);
+  someip_.service_comes_or_goes(false);
+  work();
+  EXPECT_FALSE(dds_.serves);
+  EXPECT_EQ(changes, 2);
+  someip_.respond(0, {}, done);
+  EXPECT_EQ(count("ended"), 1U) << "whoever asked is gone with the ROS service";
+}
+
+TEST_F(ServiceToMethodTest, CarriesNothingOnceItIsStopped) {
+  start_there();
+  request(on_cdr);
+  routes_->stop();
+  EXPECT_FALSE(dds_.serves);
+  someip_.respond(0, {}, done);
+  EXPECT_THAT(dds_.replies, IsEmpty());
+  someip_.service_comes_or_goes(true);
+  work();
+  EXPECT_FALSE(dds_.serves);
+}
+
+TEST_F(ServiceToMethodTest, EndsWhileACallIsOutstanding) {
+  start_there();
+  request(on_cdr);
+  routes_.reset();
+  someip_.respond(0, {}, done);
+  EXPECT_THAT(dds_.replies, IsEmpty());
+}
+
+}  // namespace
+}  // namespace trestle::test::service_to_method_test
