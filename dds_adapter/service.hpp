@@ -158,6 +158,9 @@ struct ServiceServerCounters {
   std::uint64_t not_written = 0;  ///< replies that DDS refused
   ReaderCounters reader;
   WriterCounters writer;
+
+  /// With what another server has done.
+  ServiceServerCounters& operator+=(const ServiceServerCounters& other) noexcept;
 };
 
 /// Serves a service.

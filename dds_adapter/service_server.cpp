@@ -227,4 +227,18 @@ ServiceServerCounters ServiceServer::counters() const {
   return detail::all_counters(state_->counters, state_->mutex, *state_->reader, *state_->writer);
 }
 
+ServiceServerCounters& ServiceServerCounters::operator+=(const ServiceServerCounters& other) noexcept {
+  requests += other.requests;
+  replies += other.replies;
+  malformed += other.malformed;
+  dropped += other.dropped;
+  client_gone += other.client_gone;
+  unmatched += other.unmatched;
+  too_many += other.too_many;
+  not_written += other.not_written;
+  reader += other.reader;
+  writer += other.writer;
+  return *this;
+}
+
 }  // namespace trestle::dds

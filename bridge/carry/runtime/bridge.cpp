@@ -16,6 +16,7 @@
 #include "bridge/carry/runtime/discovered_routes.hpp"
 #include "bridge/carry/runtime/make_routes.hpp"
 #include "bridge/carry/runtime/node_config.hpp"
+#include "bridge/carry/runtime/node_counters.hpp"
 #include "bridge/carry/runtime/route_parts.hpp"
 #include "bridge/carry/runtime/silence_watch.hpp"
 #include "bridge/carry/runtime/start_at.hpp"
@@ -295,7 +296,6 @@ void Bridge::stop() {
 }
 
 std::vector<CounterGroup> Bridge::counters() const {
-  using enum Counter::Kind;
   std::vector<CounterGroup> groups;
   for (const auto& [mark, route] : state_->routes) {
     groups.push_back(route->counters());
@@ -303,81 +303,7 @@ std::vector<CounterGroup> Bridge::counters() const {
   if (state_->discovered) {
     state_->discovered->append_counters(groups);
   }
-  const sd::NodeCounters node = state_->node->counters();
-  const auto sender = state_->node->sender_counters();
-  groups.push_back({"SOME/IP",
-                    {{"datagrams_received", node.datagrams},
-                     {"events_received", node.events},
-                     {"datagrams_sent", sender.datagrams},
-                     {"messages_sent", sender.messages},
-                     {"calls_answered_with_an_error", node.requests_answered},
-                     {"answers_refused", node.answers_refused, loss},
-                     {"malformed", node.malformed, loss},
-                     {"wrong_version", node.wrong_version, loss},
-                     {"unexpected", node.unexpected, loss},
-                     {"unknown_sender", node.unknown_sender, loss},
-                     {"queue_full", sender.queue_full, loss},
-                     {"slow_subscriber", sender.overtaken, loss},
-                     {"refused_by_system", sender.refused, loss},
-                     {"abandoned", sender.abandoned, loss},
-                     {"bad_return_code", node.bad_return_code, loss},
-                     {"e2e_not_protected", node.e2e_not_protected, loss},
-                     {"receive_buffer_full", node.overflowed, loss}}});
-  const auto server = state_->node->tcp_server_counters();
-  const auto client = state_->node->tcp_client_counters();
-  auto streams = server.streams;
-  streams += client.streams;
-  groups.push_back({"SOME/IP over TCP",
-                    {{"messages_received", streams.received.messages},
-                     {"messages_sent", streams.messages_sent},
-                     {"accepted", server.accepted},
-                     {"connected", client.connections},
-                     {"failed_attempts", client.failed_attempts},
-                     {"closed_as_idle", server.idle},
-                     {"refused", server.refused, loss},
-                     {"gave_way", server.gave_way, loss},
-                     {"no_memory", streams.no_memory, loss},
-                     {"bad_framing", server.bad_framing, loss},
-                     {"timed_out", streams.timed_out, loss},
-                     {"queue_full", streams.queue_full, loss},
-                     {"slow_subscriber", streams.overtaken, loss},
-                     {"not_connected", client.not_connected, loss}}});
-  const someip::TpCounters tp = state_->node->reassembly_counters();
-  CounterGroup segments{"SOME/IP-TP",
-                        {{"segments_received", tp.segments}, {"messages_received", tp.messages}}};
-  for (std::size_t i = 0; i < someip::tp_drop_count; ++i) {
-    segments.counters.push_back({to_string(static_cast<someip::TpDrop>(i)), tp.drops[i], loss});
-  }
-  groups.push_back(std::move(segments));
-  const sd::Counters& sd = state_->node->discovery_counters();
-  groups.push_back({"SOME/IP-SD",
-                    {{"datagrams_received", sd.datagrams_received},
-                     {"datagrams_sent", sd.datagrams_sent},
-                     {"entries_sent", sd.entries_sent},
-                     {"nacks_sent", sd.nacks_sent},
-                     {"reboots_detected", sd.reboots_detected},
-                     {"down", sd.dropped_down, loss},
-                     {"own_echoes", sd.dropped_own},
-                     {"source", sd.dropped_source, loss},
-                     {"not_sd", sd.dropped_not_sd, loss},
-                     {"malformed", sd.dropped_malformed, loss},
-                     {"no_room", sd.ignored_no_room, loss},
-                     {"too_many", sd.ignored_too_many, loss},
-                     {"too_many_reboots", sd.dropped_reboots, loss},
-                     {"duplicates", sd.dropped_duplicates},
-                     {"displaced", sd.displaced, loss},
-                     {"unknown_type", sd.ignored_unknown_type, loss},
-                     {"wrong_transport", sd.ignored_wrong_transport, loss},
-                     {"unknown_subscriptions", sd.ignored_unknown_subscriptions, loss},
-                     {"bad_options", sd.ignored_bad_options, loss},
-                     {"offered_twice", node.offered_twice, loss},
-                     {"conflicting_offer", sd.ignored_conflicting_offer, loss},
-                     {"unexpected_ack", sd.ignored_unexpected_ack, loss},
-                     {"unsendable", sd.unsendable_entries, loss},
-                     {"not_sent", node.discovery_not_sent, loss},
-                     {"waited_to_be_sent", node.discovery_waited},
-                     {"not_sent_no_room", node.discovery_no_room, loss},
-                     {"not_sent_in_time", node.discovery_outdated, loss}}});
+  append_counters(groups, *state_->node);
   return groups;
 }
 

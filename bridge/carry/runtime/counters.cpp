@@ -1,8 +1,25 @@
 #include "bridge/carry/runtime/counters.hpp"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 namespace trestle::carry {
+
+void add(CounterGroup& sum, const CounterGroup& ended) {
+  for (const Counter& counter : ended.counters) {
+    if (counter.kind == Counter::Kind::now) {
+      continue;
+    }
+    const auto same = std::ranges::find(sum.counters, std::string_view{counter.name},
+                                        [](const Counter& one) { return std::string_view{one.name}; });
+    if (same == sum.counters.end()) {
+      sum.counters.push_back(counter);
+    } else {
+      same->count += counter.count;
+    }
+  }
+}
 
 std::string to_string(const CounterGroup& group) {
   std::string traffic;
@@ -10,7 +27,7 @@ std::string to_string(const CounterGroup& group) {
   std::string doubts;
   for (const Counter& counter : group.counters) {
     using Kind = Counter::Kind;
-    if (counter.kind != Kind::traffic && counter.count == 0) {
+    if (counter.says_nothing()) {
       continue;
     }
     std::string& text = counter.kind == Kind::loss ? losses : counter.kind == Kind::doubt ? doubts : traffic;

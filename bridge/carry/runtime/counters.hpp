@@ -8,10 +8,19 @@ namespace trestle::carry {
 /// One thing that was counted. Every message that the bridge does not carry is in one counter of losses.
 /// Those in doubt were carried, and may be lost beyond it.
 struct Counter {
-  enum class Kind : std::uint8_t { traffic, loss, doubt };
+  enum class Kind : std::uint8_t {
+    traffic,
+    loss,
+    doubt,
+    now,  ///< how many there are at the moment: it ends with what it is of, and has no sum over time
+  };
   const char* name;
   std::uint64_t count;
   Kind kind = Kind::traffic;
+  /// Whether it says nothing: a loss or doubt that there is none of.
+  [[nodiscard]] bool says_nothing() const noexcept {
+    return (kind == Kind::loss || kind == Kind::doubt) && count == 0;
+  }
 };
 
 /// The counters of one part of the bridge: a route, or one of its networks.
@@ -19,6 +28,9 @@ struct CounterGroup {
   std::string name;
   std::vector<Counter> counters;
 };
+
+/// Adds what was counted by something that has ended.
+void add(CounterGroup& sum, const CounterGroup& ended);
 
 /// "route /points: received 12, sent 11; lost: no_subscriber 1; perhaps lost: dds_overwritten 1", without a
 /// line end. Losses and doubts that there are none of are left out.

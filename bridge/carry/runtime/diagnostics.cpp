@@ -37,8 +37,7 @@ Diagnosis method_state(const CounterGroup& counters, bool is_there, const char* 
 
 Diagnosis route_state(const CounterGroup& counters, bool is_there, const char* missing, const Route& route) {
   CounterGroup some = counters;
-  std::erase_if(some.counters,
-                [](const Counter& one) { return one.kind != Counter::Kind::traffic && one.count == 0; });
+  std::erase_if(some.counters, [](const Counter& one) { return one.says_nothing(); });
   return method_state(some, is_there, missing,
                       fmt::format("0x{:04x}.0x{:04x} event 0x{:04x}", value(route.service),
                                   value(route.instance), value(route.event)));

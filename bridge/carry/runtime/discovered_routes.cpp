@@ -210,19 +210,7 @@ void DiscoveredRoutes::drop(std::map<std::string, Live>::iterator live) {
     watcher_.ends(live->first);
   }
   live->second.running.withdraw();
-  for (const Counter& counter : live->second.one().counters().counters) {
-    const std::string_view name = counter.name;
-    if (name == "publishers" || name == "bridges" || name == "offered") {  // now, which is over
-      continue;
-    }
-    const auto sum = std::ranges::find(past_.counters, name,
-                                       [](const Counter& one) { return std::string_view{one.name}; });
-    if (sum == past_.counters.end()) {
-      past_.counters.push_back(counter);
-    } else {
-      sum->count += counter.count;
-    }
-  }
+  add(past_, live->second.one().counters());
   live_.erase(live);
 }
 

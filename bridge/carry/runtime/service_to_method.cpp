@@ -14,25 +14,6 @@
 namespace trestle::carry {
 namespace {
 
-void add_to(dds::ServiceServerCounters& sum, const dds::ServiceServerCounters& more) {
-  sum.requests += more.requests;
-  sum.replies += more.replies;
-  sum.malformed += more.malformed;
-  sum.dropped += more.dropped;
-  sum.client_gone += more.client_gone;
-  sum.unmatched += more.unmatched;
-  sum.too_many += more.too_many;
-  sum.not_written += more.not_written;
-  sum.reader.bad_encapsulation += more.reader.bad_encapsulation;
-  sum.reader.oversize += more.reader.oversize;
-  sum.reader.from_bridge += more.reader.from_bridge;
-  sum.reader.other_type += more.reader.other_type;
-  sum.writer.other_type += more.writer.other_type;
-  sum.reader.lost += more.reader.lost;
-  sum.reader.rejected += more.reader.rejected;
-  sum.writer.overwritten += more.writer.overwritten;
-}
-
 // What went wrong is the code of an answer.
 bool is_return_code(const boost::system::error_code& error) {
   return error && error.category() == make_error_code(someip::ReturnCode::not_ok).category();
@@ -117,7 +98,7 @@ void ServiceToMethod::end() {
   alive_.reset();  // nobody is told how the calls end that are still outstanding
   work_->stop();
   if (server_) {
-    add_to(past_, server_->counters());
+    past_ += server_->counters();
     server_.reset();
   }
 }
@@ -178,7 +159,7 @@ void ServiceToMethod::settle() {
     return;
   }
   if (!wanted) {
-    add_to(past_, server_->counters());
+    past_ += server_->counters();
     server_.reset();
     spdlog::info("ROS service {}: ended, as the SOME/IP service has", method_.ros_service);
     tell_change();
@@ -418,15 +399,15 @@ CounterGroup ServiceToMethod::counters() const {
   using enum Counter::Kind;
   dds::ServiceServerCounters ros = past_;
   if (server_) {
-    add_to(ros, server_->counters());
+    ros += server_->counters();
   }
   CounterGroup group{"ROS service of method " + method_.ros_service,
                      {{"received", received_},
                       {"answered", answered_},
                       {"refused", refused_},
                       {"failures_answered", failures_answered_},
-                      {"in_flight", outstanding_},
-                      {"ready", ready() ? 1U : 0U},
+                      {"in_flight", outstanding_, now},
+                      {"ready", ready() ? 1U : 0U, now},
                       {"not_convertible", not_convertible_, loss},
                       {"too_large", too_large_, loss},
                       {"looped", loop_.looped(), loss},

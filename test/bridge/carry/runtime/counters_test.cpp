@@ -17,6 +17,13 @@ TEST(Counters, TellWhatIsLostFromWhatMayBe) {
   EXPECT_EQ(to_string({"TCP", {{"late", 1, doubt}}}), "TCP: perhaps lost: late 1");
 }
 
+TEST(Counters, SumWhatHasEndedAndNotWhatWasOnceSo) {
+  CounterGroup sum{"former routes", {{"received", 1}}};
+  add(sum, {"route /a", {{"received", 2}, {"publishers", 3, now}, {"late", 4, loss}}});
+  add(sum, {"route /b", {{"received", 5}, {"publishers", 6, now}, {"late", 7, loss}}});
+  EXPECT_EQ(to_string(sum), "former routes: received 8; lost: late 11");
+}
+
 TEST(Counters, ComeAllInJson) {
   EXPECT_EQ(to_json({"a", {{"received", 2}, {"late", 0, loss}, {"overwritten", 3, doubt}}}),
             R"({"event":"counters","group":"a","received":2,"late":0,"overwritten":3})");
