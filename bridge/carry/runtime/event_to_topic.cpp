@@ -211,17 +211,17 @@ void EventToTopic::carry(const someip::Message& event, const Endpoint& from) {
 }
 
 void EventToTopic::append_diagnoses(std::vector<Diagnosis>& diagnoses, bool all) const {
+  if (e2e_) {
+    diagnoses.push_back(
+        e2e_->diagnosis(route_.topic, fmt::format("0x{:04x}.0x{:04x} event 0x{:04x}", value(route_.service),
+                                                  value(route_.instance), value(route_.event))));
+  }
   if (all) {
     const bool waits = !subscription_ && route_.presence.subscribe_while_read &&
                        (!requirement_ || !context_.someip->available(*requirement_).empty());
     diagnoses.push_back(route_state(counters(),
                                     waits || (subscription_ && context_.someip->subscribed(*subscription_)),
                                     "the SOME/IP service is not there, or not subscribed to", route_));
-  }
-  if (e2e_) {
-    diagnoses.push_back(
-        e2e_->diagnosis(route_.topic, fmt::format("0x{:04x}.0x{:04x} event 0x{:04x}", value(route_.service),
-                                                  value(route_.instance), value(route_.event))));
   }
 }
 
