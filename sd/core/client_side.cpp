@@ -186,8 +186,8 @@ void ServiceDiscovery::request(OwnSubscription& subscription, TimePoint due, Cau
   // Subscribes that answer multicast offers are watched for that.  [feat_req_someipsd_844]
   // [feat_req_someipsd_1169] [feat_req_someipsd_1176]
   const bool unanswered = cause == Cause::multicast_offer && subscription.ack_overdue;
-  if (guards && cause != Cause::silence && subscription.state == State::requested) {
-    not_answered(remotes_[subscription.remote]);
+  if (guards && cause < Cause::silence) {
+    note_asked(remotes_[subscription.remote], subscription.state != State::subscribed, due);
   }
   const bool server_is_asked =
       settings_.explicit_initial_data && peers_[remotes_[subscription.remote].peer].explicit_initial_data;
@@ -206,7 +206,7 @@ void ServiceDiscovery::request(OwnSubscription& subscription, TimePoint due, Cau
   const bool initial_data = settings_.explicit_initial_data && (first || again || cause == Cause::silence);
   send_subscribe(subscription, due, subscription.ttl_s, initial_data)->first = first;
   subscription.is_requested = true;
-  if (cause != Cause::silence) {
+  if (cause < Cause::silence) {
     subscription.ack_overdue = cause == Cause::multicast_offer;
   }
   subscription.asked = true;
@@ -328,7 +328,9 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
     return;
   }
   OwnSubscription& subscription = *meant;
-  answered(remotes_[subscription.remote]);
+  if (!guards || entry.ttl_s != 0) {  // whoever refuses has not shown that it serves
+    answered(remotes_[subscription.remote]);
+  }
   const auto handle = subscriptions_.handle_of<SubscriptionHandle>(subscription);
   if (entry.ttl_s == 0) {
     subscription.ack_overdue = false;

@@ -25,7 +25,8 @@ slots::Peer* ServiceDiscovery::peer_at(const Endpoint& endpoint, TimePoint now) 
   if (place != nullptr) {
     place->endpoint = endpoint;
     place->last_seen = now;
-    if (guards && std::ranges::find(displaced_, mark_of(endpoint)) != displaced_.end()) {
+    if (guards &&
+        std::ranges::find(displaced_, mark_of(endpoint.address, endpoint.port)) != displaced_.end()) {
       place->heard = 954;  // a second
     }
   }
@@ -75,7 +76,8 @@ slots::Peer* ServiceDiscovery::place_for(const Endpoint& endpoint, TimePoint now
   // Whoever changes its address for each message must not have a new allowance each time.
   const RateLimit entries = oldest->entries;
   if (oldest->is_used) {
-    displaced_[next_displaced_++ % std::max<std::size_t>(displaced_.size(), 1)] = mark_of(oldest->endpoint);
+    displaced_[next_displaced_++ % std::max<std::size_t>(displaced_.size(), 1)] =
+        mark_of(oldest->endpoint.address, oldest->endpoint.port);
   }
   forget(*oldest);
   if (oldest->slot_state == SlotBase::State::in_use) {
@@ -83,6 +85,9 @@ slots::Peer* ServiceDiscovery::place_for(const Endpoint& endpoint, TimePoint now
   }
   slots::Peer* const place = peers_.add();
   place->entries = entries;
+  if constexpr (optimised_for_many) {
+    place->is_to_prove = true;
+  }
   return place;
 }
 
@@ -167,10 +172,32 @@ bool ServiceDiscovery::within_rate(std::uint16_t peer, std::uint32_t cost, TimeP
   return false;
 }
 
+// Where others had to make room for a client, it is sent an Offer after a time that nobody can foresee.
+// Clients answer an Offer with a Subscribe at once; who does so receives what is sent to its address, and is
+// no passer-by: a flood from ever other addresses does not displace it any more.
+void ServiceDiscovery::probe(const slots::Offer& offer, const Arrival& arrival) noexcept {
+  using std::chrono::milliseconds;
+  slots::Peer& peer = peers_[arrival.peer];
+  if (!peer.is_to_prove) {
+    return;
+  }
+  for (std::uint16_t& probe_due : peer.probe_due) {  // the one
+    const auto since = static_cast<std::uint16_t>(slots::ticks(arrival.now) - probe_due);
+    if (since < 50) {
+      peer.is_to_prove = false;
+      peer.heard = 0xffff;
+    } else if (since >= 1000 && since < 0xff00 && has_room_for_answer(arrival.peer)) {  // beyond: not due yet
+      const TimePoint due = arrival.now + random_.between(milliseconds{20}, milliseconds{100});
+      probe_due = static_cast<std::uint16_t>(slots::ticks(due));
+      send_offer(offer, arrival.peer, due, offer.ttl_s);
+    }
+  }
+}
+
 // --- Who makes room in a full table -----------------------------------------------------------------------
 
-std::uint16_t ServiceDiscovery::mark_of(const Endpoint& peer) noexcept {
-  const std::uint32_t hash = hash_of(peer.port, std::as_bytes(std::span{peer.address.bytes}));
+std::uint16_t ServiceDiscovery::mark_of(const IpAddress& peer, std::uint16_t more) noexcept {
+  const std::uint32_t hash = hash_of(more, std::as_bytes(std::span{peer.bytes}));
   return static_cast<std::uint16_t>(std::max<std::uint32_t>(hash >> 16U, 1));  // 0: none
 }
 
@@ -268,6 +295,9 @@ std::optional<Limit> ServiceDiscovery::make_room(const slots::Offer& offer, Even
     return group_is_full ? Limit::subscribers_per_eventgroup : Limit::subscribers;
   }
   count(counters_.displaced);
+  if constexpr (optimised_for_many) {
+    peers_[arrival.peer].is_to_prove = true;
+  }
   lose(*other, LossReason::displaced);
   return event_places() > 0 ? std::nullopt : std::optional{Limit::pending_events};
 }

@@ -32,38 +32,6 @@ std::optional<RemoteService> ServiceDiscovery::remote(RemoteHandle service) cons
   return slot == nullptr ? std::nullopt : std::optional{service_of(*slot)};
 }
 
-std::optional<RemoteService> ServiceDiscovery::contested() const noexcept {
-  if (contested_ >= remotes_.size() || remotes_[contested_].slot_state != SlotBase::State::in_use) {
-    return std::nullopt;
-  }
-  return service_of(remotes_[contested_]);
-}
-
-std::optional<Takeover> ServiceDiscovery::take_takeover() noexcept {
-  const std::uint16_t index = std::exchange(taken_over_, slots::Remote::none);
-  if (index >= remotes_.size() || remotes_[index].slot_state != SlotBase::State::in_use) {
-    return std::nullopt;
-  }
-  return Takeover{service_of(remotes_[index]), peers_[loser_].endpoint};
-}
-
-void ServiceDiscovery::not_answered(RemoteHandle service) noexcept {
-  if (slots::Remote* const remote = remotes_.find(service)) {
-    not_answered(*remote);
-  }
-}
-
-void ServiceDiscovery::answered(RemoteHandle service) noexcept {
-  if (slots::Remote* const remote = remotes_.find(service)) {
-    answered(*remote);
-  }
-}
-
-bool ServiceDiscovery::is_mute(RemoteHandle service) const noexcept {
-  const slots::Remote* const remote = remotes_.find(service);
-  return remote != nullptr && remote->unanswered == slots::Remote::is_mute;
-}
-
 std::size_t ServiceDiscovery::requirements_of(const slots::Remote& remote) const noexcept {
   std::size_t count = 0;
   for (const slots::Requirement& requirement : requirements_) {
@@ -287,7 +255,7 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
     // offer would help nobody. Only who does not answer has to go.
     contested_ = remote->index;
     count(counters_.ignored_conflicting_offer);
-    if (!guards || remote->unanswered < slots::Remote::is_mute) {
+    if (!guards || !gives_way(*remote, arrival.now)) {
       return;
     }
     contested_ = slots::Remote::none;
@@ -323,8 +291,9 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
     *remote = offered;
     remote->is_wanted = wanting > 0;
     ++peers_[remote->peer].remotes;
-    if (guards && is_taken_over) {
-      taken_over_ = remote->index;
+    if constexpr (guards) {
+      recall(*remote, arrival.now);
+      taken_over_ = is_taken_over ? remote->index : taken_over_;
     }
   }
   remote->options = offered.options;
@@ -376,6 +345,9 @@ void ServiceDiscovery::on_stop_offer(const Entry& entry, const Arrival& arrival)
 }
 
 void ServiceDiscovery::lose(slots::Remote& remote, LossReason reason, TimePoint now) noexcept {
+  if (guards && remote.is_asked) {
+    remember(remote);
+  }
   while (remote.subscribed_by != slots::Remote::none) {
     unbind(subscriptions_[remote.subscribed_by], reason);
   }
@@ -398,7 +370,14 @@ void ServiceDiscovery::lose(slots::Remote& remote, LossReason reason, TimePoint 
 
 // Advances finds and ends offers whose time is over. What finds no room stays due.
 void ServiceDiscovery::seek(TimePoint now) noexcept {
+  const bool are_asked = guards && is_due(questions_due_, now);
+  if (are_asked) {
+    questions_due_ = never;
+  }
   for (slots::Remote& remote : remotes_) {
+    if (are_asked && remote.is_contested) {
+      static_cast<void>(gives_way(remote, now));
+    }
     if (is_due(remote.expiry, now) && (guards || events_.free_places() > requirements_of(remote))) {
       lose(remote, LossReason::expired, now);
     }

@@ -437,7 +437,11 @@ void ServiceDiscovery::on_subscribe(const Entry& entry, const Arrival& arrival) 
   const slots::Offer* const offer = offered(entry, arrival);
   const Eventgroup* const eventgroup = offer != nullptr ? eventgroup_of(*offer, entry.eventgroup()) : nullptr;
   if (eventgroup != nullptr) {
-    acknowledge(offer, entry, arrival, accept(*offer, *eventgroup, entry, arrival));
+    const Accepted accepted = accept(*offer, *eventgroup, entry, arrival);
+    acknowledge(offer, entry, arrival, accepted);
+    if (guards && optimised_for_many && accepted) {
+      probe(*offer, arrival);
+    }
   } else if (settings_.answer_unknown_subscriptions) {
     acknowledge(offer, entry, arrival, tl::unexpected{why_unknown(entry)});
   } else {

@@ -496,6 +496,9 @@ std::optional<TimePoint> ServiceDiscovery::deadline() const noexcept {
     consider(subscription.expiry);
     consider(subscription.silent_at);
   }
+  if constexpr (guards) {
+    consider(questions_due_);
+  }
   return earliest == never ? std::nullopt : std::optional{earliest};
 }
 

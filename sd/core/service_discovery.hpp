@@ -2,7 +2,8 @@
 //
 //   service_discovery.hpp  the whole interface. Its functions are in several files:
 //                          server_side.cpp (offers, subscribers), client_side.cpp (our subscriptions),
-//                          remote_services.cpp (offers of peers, Finds), peers.cpp (peers, restarts, limits),
+//                          remote_services.cpp (offers of peers, Finds), rivals.cpp (which of two servers is
+//                          kept), peers.cpp (peers, restarts, limits),
 //                          losses.cpp (telling the application what has ended)
 //   settings.hpp           what it is told about the network; storage.hpp: its memory and limits
 //   events.hpp             what it tells the application
@@ -266,8 +267,8 @@ class ServiceDiscovery {
     }
   }
   [[nodiscard]] RemoteService service_of(const slots::Remote& remote) const noexcept;
-  /// How many other nodes are known to take part in discovery.
-  [[nodiscard]] std::size_t known_peers() const noexcept { return peers_.size(); }
+  /// How many other nodes have been heard, and not been forgotten since.
+  [[nodiscard]] std::size_t known_peers() const noexcept { return peers_.size() - peers_.free_slots(); }
   /// A peer's service; nothing when it is gone.
   [[nodiscard]] std::optional<RemoteService> remote(RemoteHandle service) const noexcept;
   /// When two nodes offer the same instance, the one that answers is kept: a server that was asked several
@@ -437,8 +438,9 @@ class ServiceDiscovery {
   [[nodiscard]] bool is_fleeting(const slots::Peer& peer, TimePoint now) const noexcept {
     return is_due(peer.last_seen + Duration{std::int64_t{peer.heard} << 21U}, now) || is_silent(peer, now);
   }
-  [[nodiscard]] static std::uint16_t mark_of(const Endpoint& peer) noexcept;
+  [[nodiscard]] static std::uint16_t mark_of(const IpAddress& peer, std::uint16_t more) noexcept;
   static void note_heard(slots::Peer& peer, TimePoint now) noexcept;
+  void probe(const slots::Offer& offer, const Arrival& arrival) noexcept;
   template <typename Slot, typename Candidate>
   [[nodiscard]] Slot* who_gives_way(const Table<Slot>& table, std::uint16_t newcomer, TimePoint now,
                                     Candidate is_candidate) noexcept;
@@ -494,15 +496,6 @@ class ServiceDiscovery {
   void make_room_for_remote(const Arrival& arrival) noexcept;
   void remove(slots::Remote& remote) noexcept;
   [[nodiscard]] std::size_t requirements_of(const slots::Remote& remote) const noexcept;
-  static void not_answered(slots::Remote& remote) noexcept {
-    if (remote.unanswered < slots::Remote::is_mute) {
-      ++remote.unanswered;
-    }
-  }
-  static void answered(slots::Remote& remote) noexcept {
-    remote.unanswered = 0;
-    remote.has_answered = guards;
-  }
   void announce(const slots::Remote& remote) noexcept;
   void tell_available(slots::Requirement& requirement, const slots::Remote& remote) noexcept;
   void tell_known(slots::Requirement& requirement) noexcept;
@@ -513,10 +506,20 @@ class ServiceDiscovery {
   [[nodiscard]] bool fits(const slots::Requirement& requirement, const slots::Remote& remote) const noexcept;
   void seek(TimePoint now) noexcept;
 
+  // rivals.cpp
+  void not_answered(slots::Remote& remote) noexcept;
+  void answered(slots::Remote& remote) noexcept;
+  [[nodiscard]] slots::Silence* silence_of(const slots::Remote& remote, bool is_new) noexcept;
+  void remember(const slots::Remote& remote) noexcept;
+  void recall(slots::Remote& remote, TimePoint now) noexcept;
+  void spread(const slots::Remote& remote) noexcept;
+  bool note_asked(slots::Remote& remote, bool is_open, TimePoint when) noexcept;
+  [[nodiscard]] bool gives_way(slots::Remote& remote, TimePoint now) noexcept;
+
   // client_side.cpp
   void on_ack(const Entry& entry, const Arrival& arrival) noexcept;
   void renew_subscriptions(slots::Remote& remote, bool is_new, const Arrival& arrival) noexcept;
-  enum class Cause : std::uint8_t { application_or_unicast_offer, multicast_offer, silence };
+  enum class Cause : std::uint8_t { application_or_unicast_offer, multicast_offer, silence, rival };
   void request(slots::OwnSubscription& subscription, TimePoint due, Cause cause) noexcept;
   void withdraw(slots::OwnSubscription& subscription, TimePoint now) noexcept;
   void unbind(slots::OwnSubscription& subscription, LossReason reason) noexcept;
@@ -554,6 +557,10 @@ class ServiceDiscovery {
   // The last peers that had to make room, by a hash: a peer that soon comes again is there to stay.
   [[no_unique_address]] std::array<std::uint16_t, !guards ? 0U : optimised_for_many ? 64U : 3U> displaced_{};
   std::uint16_t next_displaced_ = 0;
+  std::uint16_t next_silence_ = 0;
+  // Who did not answer, whatever became of its offers.
+  [[no_unique_address]] std::array<slots::Silence, !guards ? 0U : optimised_for_many ? 8U : 2U> silences_{};
+  TimePoint questions_due_ = never;  // when to look at who is contested
   Table<slots::Peer> peers_;
   Table<slots::Remote> remotes_;
   Table<slots::Requirement> requirements_;

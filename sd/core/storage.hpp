@@ -112,6 +112,8 @@ struct Remote : SlotBase {
   std::uint8_t major = 0;
   bool is_wanted : 1 = false;       // it fits a requirement
   bool has_answered : 1 = false;    // since it was offered first
+  bool is_asked : 1 = false;        // and has not answered yet
+  bool is_contested : 1 = false;    // somebody else offers it: it is asked until it answers or is mute
   std::uint8_t unanswered : 2 = 0;  // see ServiceDiscovery::not_answered(); up to is_mute
   static constexpr std::uint8_t is_mute = 3;
   std::uint32_t minor = 0;
@@ -122,12 +124,26 @@ struct Remote : SlotBase {
   std::optional<Endpoint> udp;
   std::optional<Endpoint> tcp;
   OfferOptions options;
-  TimePoint expiry = never;  // which is at the next reboot
-  TimePoint answer_due{};    // when to react to the last offer
+  TimePoint expiry = never;     // which is at the next reboot
+  TimePoint answer_due{};       // when to react to the last offer
+  std::uint16_t proof_due = 0;  // in ticks: until when the last question may be answered
 
   // Once it is lost, and has no subscriptions: of that, the requirements before this index.
   [[nodiscard]] std::uint16_t& told() noexcept { return subscribed_by; }
 };
+
+/// What is remembered of a host that was asked by a service and did not answer: else it would begin anew with
+/// each offer that differs from the one before.
+struct Silence {
+  std::uint16_t key = 0;             // a hash of the address and the service; 0: none
+  std::uint16_t last_seen : 14 = 0;  // see rivals.cpp
+  std::uint16_t unanswered : 2 = 0;  // as in Remote
+  std::uint16_t proof_due = 0;       // likewise
+};
+/// Of about a millisecond, 2^20 ns: small processors have no instruction for a division of 64 bits.
+[[nodiscard]] constexpr std::uint32_t ticks(TimePoint at) noexcept {
+  return static_cast<std::uint32_t>(at.time_since_epoch().count() >> 20U);
+}
 
 /// Our subscription to an eventgroup of a peer.
 struct OwnSubscription : SlotBase {
@@ -157,6 +173,12 @@ struct OwnSubscription : SlotBase {
   TimePoint silent_at = never;  // when to ask anew, unless an event comes
 };
 
+/// An empty array, which takes no room in another object.
+struct NoneKept {
+  [[nodiscard]] static constexpr std::uint16_t* begin() noexcept { return nullptr; }
+  [[nodiscard]] static constexpr std::uint16_t* end() noexcept { return nullptr; }
+};
+
 /// A node that has sent SD messages, or that we send some.
 struct Peer : SlotBase {
   std::uint16_t subscribers = 0;  // slots that name it, lost ones included
@@ -168,9 +190,14 @@ struct Peer : SlotBase {
   RebootDetector reboots;
   [[no_unique_address]] RecentMessages recent;
   someip::SessionCounter sessions{};  // of what we send there by unicast  [feat_req_someipsd_765]
-  bool explicit_initial_data = false;
-  bool is_used = false;    // scratch of the search for one to forget
-  std::uint16_t held = 0;  // scratch of the search for who holds most
+  bool explicit_initial_data : 1 = false;
+  bool is_to_prove : 1 = false;  // that it hears us, as others had to make room for it
+  bool is_used = false;          // scratch of the search for one to forget
+  std::uint16_t held = 0;        // scratch of the search for who holds most
+  // When it was last asked for that, in ticks. Where there are few places, nobody is asked.
+  [[no_unique_address]] std::conditional_t<guards && optimised_for_many, std::array<std::uint16_t, 1>,
+                                           NoneKept>
+      probe_due{};
   TimePoint last_seen{};
   RateLimit entries;
   RateLimit real_reboots;

@@ -147,9 +147,22 @@ void Consumer::connected(const Endpoint& remote) {
   changed_();
 }
 
+// Who offers it there cannot even be asked.
+void Consumer::note_not_connected(const Endpoint& remote) {
+  for (const auto& subscription : subscriptions_) {
+    for (const RemoteService& server : subscription->servers) {
+      if (server.tcp == remote && subscription->wanted.tcp) {
+        discovery_.not_answered(server.handle);
+        return;
+      }
+    }
+  }
+}
+
 // A subscription is worth nothing without the connection that it named: it is made anew with the next one.
 void Consumer::disconnected(const Endpoint& remote, const std::string& why) {
   log_(why);
+  note_not_connected(remote);
   for (const auto& subscription : subscriptions_) {
     for (Binding& binding : subscription->bindings) {
       if (binding.connection == remote) {

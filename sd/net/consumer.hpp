@@ -176,6 +176,7 @@ class Consumer {
   Connection& connection_to(const Endpoint& remote);
   void connected(const Endpoint& remote);
   void disconnected(const Endpoint& remote, const std::string& why);
+  void note_not_connected(const Endpoint& remote);
   void disconnect(const Endpoint& remote);
   [[nodiscard]] bool is_needed(const Endpoint& remote, const Connection& connection) const;
   void bind(Subscription& subscription, const RemoteService& server, TimePoint now);

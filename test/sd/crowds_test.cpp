@@ -134,5 +134,51 @@ INSTANTIATE_TEST_SUITE_P(Of, Crowds,
                                          Crowd{"SpeakingTwice", Duration{1s} / 60, 10, 1}),
                          [](const auto& info) { return info.param.what; });
 
+// Addresses that the attacker has, or not, but does not read at: they speak again when they like.
+class FastCrowds : public testing::TestWithParam<std::pair<int, int>> {};  // per second, addresses
+
+TEST_P(FastCrowds, DisplaceNobodyWhoHearsWhatIsSentToIt) {
+  if constexpr (!optimised_for_many) {
+    GTEST_SKIP() << "too few places for a flood as fast as this";
+  }
+  const auto [rate, addresses] = GetParam();
+  Machine<Limits{.max_subscribers = 4096, .max_peers = 256}> machine;
+  OfferedService first_only = service;
+  first_only.eventgroups = std::span{groups}.first(1);
+  ASSERT_TRUE(machine.discovery.offer(first_only, machine.now));
+  std::vector<FakePeer> crowd;
+  for (int i = 0; i < addresses; ++i) {
+    crowd.emplace_back(Endpoint{
+        IpAddress::v4(10, 1, static_cast<std::uint8_t>(i / 250), static_cast<std::uint8_t>(i % 250)), 30490});
+  }
+  FakePeer honest{host(99)};
+  const auto renew = [&] { machine.unicast(honest, {subscribe(1, {udp(host(99, 5000))})}); };
+  bool subscribed = false;
+  int lost = 0;
+  for (int i = 0; i < 10 * rate; ++i) {
+    FakePeer& one = crowd[static_cast<std::size_t>(i % addresses)];
+    machine.unicast(one, {subscribe(1, {udp({one.endpoint().address, 6000})}, infinite_ttl_s)});
+    for (const std::string& sent : machine.run_to(machine.now - start + Duration{1s} / rate)) {
+      const bool is_offer = sent.find(": offer") != std::string::npos;
+      if (subscribed && is_offer &&
+          (sent.find("224.244") != std::string::npos || sent.find("10.0.0.99") != std::string::npos)) {
+        renew();
+      }
+    }
+    if (i == 3 * rate) {
+      renew();
+      subscribed = true;
+    }
+    for (const std::string& event : machine.events()) {
+      const bool its = event.find("10.0.0.99") != std::string::npos;
+      lost += i > 3 * rate + rate / 4 && its && event.find("removed") != std::string::npos ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(lost, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, FastCrowds,
+                         testing::Values(std::pair{300, 600}, std::pair{1000, 600}, std::pair{1000, 2000}));
+
 }  // namespace
 }  // namespace trestle::sd::crowds_test

@@ -34,6 +34,16 @@ class Limited : public testing::Test {
   Machine<small> machine;
 };
 
+TEST_F(Limited, KnowsAsManyPeersAsWereHeard) {
+  EXPECT_EQ(machine.discovery.known_peers(), 0U);
+  for (std::uint8_t number = 2; number < 4; ++number) {
+    FakePeer peer{host(number)};
+    machine.multicast(peer, {find(0x9999)});
+    machine.multicast(peer, {find(0x9999)});
+  }
+  EXPECT_EQ(machine.discovery.known_peers(), 2U);
+}
+
 TEST_F(Limited, RefusesTheSubscriberTooMany) {
   covers({"feat_req_someipsd_1137"});
   ASSERT_TRUE(machine.discovery.offer(service, machine.now));

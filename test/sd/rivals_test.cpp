@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <functional>
 #include <set>
 
 #include "test/sd/client_fixture.hpp"
@@ -48,7 +49,7 @@ TEST_F(ClientBesideARival, KeepsWhoAnswers) {
 TEST_F(ClientBesideARival, LetsWhoDoesNotAnswerGiveWay) {
   require(required);
   subscribe_to({.eventgroup = EventgroupId{1}, .udp = own_udp});
-  both_offer(3);
+  both_offer(2);
   EXPECT_THAT(machine.events(), ElementsAre(HasSubstr("available 1234.5678 v1.0 udp 10.0.0.2:30509")));
   both_offer(1);
   EXPECT_THAT(machine.events(), ElementsAre(HasSubstr("lost 1234.5678"),
@@ -85,6 +86,124 @@ TEST_F(ClientBesideARival, LetsWhoseCallsTimeOutGiveWay) {
   both_offer(1);
   EXPECT_THAT(machine.events(), ElementsAre(HasSubstr("lost 1234.5678"),
                                             HasSubstr("available 1234.5678 v1.0 udp 10.0.0.3:30509")));
+}
+
+// The impostor is the one that is called server here, and never answers; the honest one is the rival.
+class ClientOfAnImpostor : public ClientBesideARival {
+ protected:
+  void SetUp() override {
+    require(required);
+    subscription = subscribe_to({.eventgroup = EventgroupId{1}, .udp = own_udp});
+  }
+  [[nodiscard]] Duration time() const { return machine.now - start; }
+  void pass(Duration time_to_pass) {
+    machine.run_to(time() + time_to_pass);
+    machine.events();
+  }
+  /// Each second, as long as it is not known, and answers what it is asked.
+  /// @return when its service was taken; nothing within ten seconds
+  std::optional<Duration> taken_after(Duration pause, const std::function<void()>& impostor) {
+    const Duration begin = time();
+    for (Duration passed{}; passed < 10s; passed += pause) {
+      impostor();
+      if (passed % 1s == 0s) {
+        machine.multicast(rival, {offer({udp(rival_udp)})});
+      }
+      for (const std::string& sent : machine.run_to(begin + passed + pause)) {
+        if (sent.find("-> 10.0.0.3") != std::string::npos) {
+          machine.unicast(rival, {ack(1)});
+        } else if (nacks && sent.find("-> 10.0.0.2") != std::string::npos) {
+          machine.unicast(server, {ack(1, {}, 0)});
+        }
+      }
+      for (const std::string& event : machine.events()) {
+        if (event == "subscribed") {
+          return passed;
+        }
+      }
+    }
+    return {};
+  }
+  SubscriptionHandle subscription;
+  std::uint16_t port = 1;
+  bool nacks = false;
+};
+
+TEST_F(ClientOfAnImpostor, TakesTheHonestOneAfterOneForgedOfferWithoutEnd) {
+  machine.unicast(server, {offer({udp(server_udp)}, infinite_ttl_s)});
+  pass(2s);
+  const auto taken = taken_after(1s, [] {});
+  ASSERT_TRUE(taken);
+  EXPECT_LE(*taken, 2s);
+  EXPECT_EQ(machine.discovery.take_takeover().value().from, server_sd);
+}
+
+TEST_F(ClientOfAnImpostor, TakesTheServiceThatMovedFromADeadHost) {
+  machine.discovery.unsubscribe(subscription, machine.now);
+  subscribe_to({.eventgroup = EventgroupId{1}, .udp = own_udp, .ttl_s = infinite_ttl_s});
+  machine.unicast(server, {offer({udp(server_udp)}, infinite_ttl_s)});
+  machine.unicast(server, {ack(1)});
+  pass(100s);
+  const auto taken = taken_after(1s, [] {});
+  ASSERT_TRUE(taken);
+  EXPECT_LE(*taken, 3s);
+}
+
+TEST_F(ClientOfAnImpostor, AsksByTimeNotByTheNumberOfOffers) {
+  machine.unicast(server, {offer({udp(server_udp)})});
+  for (int i = 0; i < 1000; ++i) {
+    machine.multicast(rival, {offer({udp(rival_udp)})});
+  }
+  const auto sent = machine.run_to(300ms);
+  EXPECT_THAT(sent, testing::SizeIs(testing::Le(2)));
+  machine.unicast(server, {ack(1)});
+  machine.events();
+  EXPECT_THAT(machine.run_to(2s), IsEmpty()) << "it has answered";
+  EXPECT_FALSE(machine.discovery.take_takeover());
+}
+
+TEST_F(ClientOfAnImpostor, IsNotMisledByOffersThatNameEverOtherPorts) {
+  const auto taken = taken_after(20ms, [&] {
+    machine.multicast(server, {offer({udp({server_sd.address, port++})})});
+  });
+  ASSERT_TRUE(taken);
+  EXPECT_LE(*taken, 3s);
+}
+
+TEST_F(ClientOfAnImpostor, IsNotMisledByWhoWithdrawsItsOfferEachTime) {
+  const auto taken = taken_after(250ms, [&] {
+    machine.multicast(server, {offer({udp(server_udp)}, 0), offer({udp(server_udp)})});
+  });
+  ASSERT_TRUE(taken);
+  EXPECT_LE(*taken, 3s);
+}
+
+TEST_F(ClientOfAnImpostor, TakesARefusalForNoAnswer) {
+  nacks = true;
+  const auto taken = taken_after(250ms, [&] { machine.multicast(server, {offer({udp(server_udp)})}); });
+  ASSERT_TRUE(taken);
+  EXPECT_LE(*taken, 3s);
+}
+
+TEST_F(ClientOfAnImpostor, IsKeptBusyByNoPairOfThem) {
+  FakePeer second{{IpAddress::v4(10, 0, 0, 4), 30490}};
+  const auto taken = taken_after(20ms, [&] {
+    machine.multicast(server, {offer({udp(server_udp)})});
+    machine.multicast(second, {offer({udp({second.endpoint().address, 30509})})});
+  });
+  ASSERT_TRUE(taken);
+  EXPECT_LE(*taken, 5s);
+}
+
+TEST_F(ClientBesideARival, HoldsNoPlaceForWhoIsSilentAndWasNeverOfUse) {
+  require(required);
+  machine.unicast(server, {offer({udp(server_udp)}, infinite_ttl_s)});
+  machine.run_to(9s);
+  machine.multicast(rival, {offer({udp(rival_udp)})});
+  EXPECT_THAT(machine.events(), ElementsAre(HasSubstr("10.0.0.2:30509")));
+  machine.run_to(10s);
+  machine.multicast(rival, {offer({udp(rival_udp)})});
+  EXPECT_THAT(machine.events(), ElementsAre(HasSubstr("lost"), HasSubstr("10.0.0.3:30509")));
 }
 
 // Of two instances, of which the rival's has the better priority.
@@ -155,6 +274,25 @@ TEST_F(ClientBesideAnotherInstance, TriesAllWhenNoneAnswers) {
     instances.insert(value(chosen().instance));
   }
   EXPECT_THAT(instances, ElementsAre(1, 0x77));
+}
+
+TEST_F(ClientBesideAnotherInstance, CountsSilenceByHostHoweverManyInstancesItOffers) {
+  server_offers();
+  const auto offers = [&](std::uint16_t instance) {
+    machine.multicast(rival, {with(offer({udp(rival_udp)}, 3, 0x1234, instance), {rank("00 0000 ffff")})});
+  };
+  for (std::uint16_t instance = 0x100; instance < 0x110; ++instance) {
+    offers(instance);
+  }
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(chosen().peer, rival.endpoint());
+    miss(chosen().handle, 1);
+    offers(static_cast<std::uint16_t>(0x200 + i));
+  }
+  EXPECT_EQ(chosen().peer, server_sd);
+  machine.multicast(rival, {with(offer({udp(rival_udp)}, 0, 0x1234, 0x100), {})});
+  offers(0x300);
+  EXPECT_EQ(chosen().peer, server_sd) << "not even what is offered anew";
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 """So many of everything that no room is left for others."""
 import socket
+import subprocess
 import time
 
 from attacker import CAR, Attacker, open_udp, pace
@@ -51,6 +52,23 @@ def endless_offers(world):
     """The tables are full then; a new honest service has to be found all the same."""
     world.honest("events_out", "events_in", late=True)
     world.beside(pretend_hosts, 300, newcomer=LATE)
+
+
+def come_again(rate, count):
+    """From addresses that are there, as the network sees it; each speaks once in a while, and does not hear the answers."""
+    addresses = [f"10.84.{100 + i // 250}.{1 + i % 250}" for i in range(count)]
+    subprocess.run(["ip", "-batch", "-"], input="\n".join(f"address add {a}/16 dev eth0" for a in addresses), text=True,
+                   check=True)
+    attacker = Attacker()
+    for i in pace(rate):
+        source = addresses[i % count]
+        attacker.say_as(source, subscribe_entry(0x4002, ttl=ENDLESS), endpoint(source, 6000), session=1 + i // count)
+
+
+@scenario("addresses-come-again", 11, "300 Subscribes/s from 600 addresses that are there, each every 2 s")
+def addresses_come_again(world):
+    world.honest("events_out", "calls_udp")
+    world.beside(come_again, 300, 600, newcomer="new=listen:0x4002:1:udp")
 
 
 def many_subscriptions(rate, count):

@@ -7,9 +7,9 @@ import time
 import flows
 from attacker import CAR, Attacker, open_udp, pace
 from figures import at_least, at_most
-from lab import ADDRESS, Failed
+from lab import ADDRESS, SILENT, Failed
 from scenario import scenario
-from wire import GROUP, RESPONSE, SD_PORT, cloud, endpoint, load_balancing, sd_endpoint, service_entry, someip
+from wire import ENDLESS, GROUP, RESPONSE, SD_PORT, cloud, endpoint, load_balancing, sd_endpoint, service_entry, someip
 from world import LATE
 
 HONEST = ADDRESS["honest"]
@@ -71,11 +71,48 @@ def offer_only(rate):
     sink.close()
 
 
-@scenario("first-offer", 10, "an impostor offers an instance first, and does not answer")
-def first_offer(world):
+def offer_once(rate):
+    """In the name of an address that nobody has, and then never again."""
+    attacker = Attacker()
+    for i in range(2):
+        entry = service_entry(1, 0x5002, ttl=ENDLESS, options=1)
+        attacker.say_as(SILENT[0], entry, endpoint(SILENT[0], 41100), session=1 + i)
+        time.sleep(1 / rate)
+    time.sleep(600)
+
+
+def offer_other_ports(rate):
+    attacker = Attacker()
+    for i in pace(rate):
+        attacker.offer(0x5002, 41100 + i % 40)
+        attacker.offer(0x5002, 41100 + i % 40, to=CAR)
+
+
+def offer_anew(rate):
+    """Each message withdraws the offer before."""
+    attacker = Attacker()
+    entries = service_entry(1, 0x5002, ttl=0, options=1) + service_entry(1, 0x5002, ttl=3, options=1)
+    for _ in pace(rate):
+        attacker.say(entries, endpoint(attacker.address, 41100), GROUP)
+        attacker.say(entries, endpoint(attacker.address, 41100), CAR)
+
+
+def offer_and_refuse(rate):
+    """Answers each Subscribe with a Nack."""
+    attacker = Attacker()
+    for _ in pace(rate):
+        attacker.offer(0x5002, 41100)
+        attacker.offer(0x5002, 41100, to=CAR)
+        for entries, _, sender in attacker.heard():
+            for entry in entries:
+                if entry[0] == 6:
+                    attacker.say(bytes([7, 0, 0, 0]) + entry[4:9] + bytes(3) + entry[12:], to=sender[0])
+
+
+def first_offer(world, attack, rate):
     """The honest host comes while the impostor is there; its events have to come through all the same."""
     world.honest(routes=world.route_of("events_in"), ends=["events_in=read:/events_in:cloud"])
-    child = world.lab.fork("attacker", offer_only, 2)
+    child = world.lab.fork("attacker", attack, rate)
     world.pass_time(2, "the impostor alone")
     begin = time.monotonic_ns()
     end = world.end("honest", "honest-end", "peer", HONEST, f"events_in=notify:0x5002:1:200:{world.scale.event_hz}")
@@ -87,6 +124,26 @@ def first_offer(world):
     world.figures.append(at_most("the honest one is carried after", wait, 3, "s", timed=bool(first)))
     seen = flows.events(there, here, first or begin, time.monotonic_ns() - int(1e9))
     world.figures.append(at_least("events_in kept from then on", seen.percent, 95, "%"))
+
+
+for _name, _what, _attack, _rate in (
+        ("first-offer", "offers an instance first, and does not answer", offer_only, 2),
+        ("first-offer-once", "offers an instance twice, without end, from an address that nobody has", offer_once, 5),
+        ("first-offer-ports", "offers an instance first, at ever other ports", offer_other_ports, 4),
+        ("first-offer-anew", "offers an instance first, and withdraws it each time", offer_anew, 4),
+        ("first-offer-refused", "offers an instance first, and refuses each subscription", offer_and_refuse, 4)):
+    scenario(_name, 10, f"an impostor {_what}")(
+        lambda world, attack=_attack, rate=_rate: first_offer(world, attack, rate))
+
+
+def offer_ever_others(rate, service):
+    """A new instance each time, with the best priority."""
+    attacker = Attacker()
+    sink = open_udp(attacker.address, 41003)
+    for i in pace(rate):
+        for to in GROUP, ADDRESS["second"]:
+            attacker.offer(service, 41003, more=load_balancing(0, 65535), options=2, instance=0x100 + i % 2000, to=to)
+    sink.close()
 
 
 def offer_better(rate, service, instance):
@@ -115,11 +172,10 @@ def better_priority(world):
     assert server.running()
 
 
-@scenario("better-priority-first", 10, "the same, to a client that comes when both are there")
-def better_priority_first(world):
+def called_first(world, attack, *arguments):
     """Nobody can tell at first which of two instances is the honest one: three calls may be lost."""
     world.end("honest", "server", "peer", HONEST, "served=serve:0x5100:1:200")
-    child = world.lab.fork("attacker", offer_better, 2, 0x5100, 0x77)
+    child = world.lab.fork("attacker", attack, *arguments)
     world.pass_time(2, "both offer")
     client = world.end("second", "client", "peer", ADDRESS["second"],
                        f"calls=call:0x5100:0xffff:1:16:{world.scale.call_hz}:udp")
@@ -134,6 +190,16 @@ def better_priority_first(world):
     world.figures.append(at_most("the honest one is called after", wait, 2, "s", timed=bool(first)))
     later = flows.calls(seen, began + int(2e9), ended)
     world.figures.append(at_least("calls answered by it from then on", later.percent, 95, "%"))
+
+
+@scenario("better-priority-first", 10, "the same, to a client that comes when both are there")
+def better_priority_first(world):
+    called_first(world, offer_better, 2, 0x5100, 0x77)
+
+
+@scenario("ever-other-instances", 10, "an impostor offers 50 instances/s with a better priority, and answers no calls")
+def ever_other_instances(world):
+    called_first(world, offer_ever_others, 50, 0x5100)
 
 
 @scenario("better-priority-away", 10, "the same, while the honest one is away for some seconds")

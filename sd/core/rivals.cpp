@@ -1,0 +1,165 @@
+// Two servers that offer the same service: which of them is kept. Nobody can tell who is the honest one, but
+// whoever holds the place has to answer: as soon as somebody else offers the service, our Subscribes are
+// repeated by time until there is an answer, or too many are missing. Then the next who offers it has its
+// turn.
+#include "sd/core/service_discovery.hpp"
+
+namespace trestle::sd {
+
+namespace {
+
+constexpr unsigned unit = 26;  // of what is remembered: 67 ms, so that 14 bits begin anew after 18 minutes
+constexpr std::uint16_t mask = 0x3fff;
+
+std::uint16_t coarse(TimePoint at) noexcept {
+  return static_cast<std::uint16_t>(at.time_since_epoch().count() >> unit);
+}
+
+}  // namespace
+
+std::optional<RemoteService> ServiceDiscovery::contested() const noexcept {
+  if (contested_ >= remotes_.size() || remotes_[contested_].slot_state != SlotBase::State::in_use) {
+    return std::nullopt;
+  }
+  return service_of(remotes_[contested_]);
+}
+
+std::optional<Takeover> ServiceDiscovery::take_takeover() noexcept {
+  const std::uint16_t index = std::exchange(taken_over_, slots::Remote::none);
+  if (index >= remotes_.size() || remotes_[index].slot_state != SlotBase::State::in_use) {
+    return std::nullopt;
+  }
+  return Takeover{service_of(remotes_[index]), peers_[loser_].endpoint};
+}
+
+void ServiceDiscovery::not_answered(RemoteHandle service) noexcept {
+  if (slots::Remote* const remote = remotes_.find(service)) {
+    not_answered(*remote);
+  }
+}
+
+void ServiceDiscovery::answered(RemoteHandle service) noexcept {
+  if (slots::Remote* const remote = remotes_.find(service)) {
+    answered(*remote);
+  }
+}
+
+bool ServiceDiscovery::is_mute(RemoteHandle service) const noexcept {
+  const slots::Remote* const remote = remotes_.find(service);
+  return remote != nullptr && remote->unanswered == slots::Remote::is_mute;
+}
+
+// --- Whether they answer ----------------------------------------------------------------------------------
+
+// What is remembered of its host and service; else a place for that, or null.
+slots::Silence* ServiceDiscovery::silence_of(const slots::Remote& remote, bool is_new) noexcept {
+  const std::uint16_t key = mark_of(peers_[remote.peer].endpoint.address, someip::value(remote.service));
+  for (slots::Silence& known : silences_) {
+    if (known.key == key) {
+      return &known;
+    }
+  }
+  if (!is_new) {
+    return nullptr;
+  }
+  slots::Silence& place = silences_[next_silence_++ % std::max<std::size_t>(silences_.size(), 1)];
+  place.key = key;
+  return &place;
+}
+
+// Else each offer with another port, or of another instance, would be a new beginning.
+void ServiceDiscovery::remember(const slots::Remote& remote) noexcept {
+  if (!remote.has_answered) {
+    slots::Silence& silence = *silence_of(remote, true);
+    silence.last_seen = coarse(peers_[remote.peer].last_seen) & mask;
+    silence.unanswered = remote.unanswered;
+    silence.proof_due = remote.proof_due;
+  }
+}
+
+void ServiceDiscovery::recall(slots::Remote& remote, TimePoint now) noexcept {
+  const slots::Silence* const known = silence_of(remote, false);
+  if (known != nullptr &&
+      ((coarse(now) - known->last_seen) & mask) < (settings_.silent_after.count() >> unit)) {
+    remote.unanswered = known->unanswered;
+    remote.proof_due = known->proof_due;
+    remote.is_asked = true;
+  }
+}
+
+// To what else the host offers of the service, and has never answered for.
+void ServiceDiscovery::spread(const slots::Remote& remote) noexcept {
+  const IpAddress& address = peers_[remote.peer].endpoint.address;
+  for (slots::Remote& other : remotes_) {
+    if (other.service == remote.service && !other.has_answered &&
+        peers_[other.peer].endpoint.address == address) {
+      other.unanswered = remote.unanswered;
+    }
+  }
+}
+
+void ServiceDiscovery::not_answered(slots::Remote& remote) noexcept {
+  if (remote.unanswered < slots::Remote::is_mute) {
+    ++remote.unanswered;
+  }
+  if (guards && !remote.has_answered) {
+    remember(remote);
+    spread(remote);
+  }
+}
+
+void ServiceDiscovery::answered(slots::Remote& remote) noexcept {
+  remote.unanswered = 0;
+  if constexpr (guards) {
+    remote.is_contested = false;
+    remote.is_asked = false;
+    peers_[remote.peer].heard = 0xffff;  // it hears us: no passer-by
+    if (!remote.has_answered) {
+      spread(remote);
+      remote.has_answered = true;
+      if (slots::Silence* const known = silence_of(remote, false)) {
+        known->key = 0;
+      }
+    }
+  }
+}
+
+// A Subscribe goes there. The one before may be unanswered by now, unless `is_open` is false: then only its
+// subscription was to be renewed.
+// @return whether it matters: none is open, and there are none too many
+bool ServiceDiscovery::note_asked(slots::Remote& remote, bool is_open, TimePoint when) noexcept {
+  constexpr std::uint16_t patience = 381;  // 400 ms for one answer
+  const auto at = static_cast<std::uint16_t>(slots::ticks(when));
+  // Of an answer that was due more than two seconds ago, its ticks may look as if it were still to come.
+  if (static_cast<std::uint16_t>(remote.proof_due - at - 1) < 2000) {
+    return false;
+  }
+  if (remote.is_asked && is_open) {
+    not_answered(remote);
+  }
+  remote.is_asked = true;
+  remote.proof_due = static_cast<std::uint16_t>(at + patience);
+  return remote.unanswered < slots::Remote::is_mute;
+}
+
+// Whether the place is free for somebody else, who offers the service, too. If not, who holds it is asked
+// until it has answered. Where there is nothing to be answered, who has long been silent does not keep it
+// from who speaks.
+bool ServiceDiscovery::gives_way(slots::Remote& remote, TimePoint now) noexcept {
+  if (remote.unanswered == slots::Remote::is_mute) {
+    return true;
+  }
+  if (remote.subscribed_by == slots::Remote::none) {
+    return !remote.has_answered && is_silent(peers_[remote.peer], now);
+  }
+  remote.is_contested = true;
+  questions_due_ = earlier(questions_due_, now + std::chrono::milliseconds{100});
+  if (pending_.free_places() >= 2 && note_asked(remote, true, now)) {
+    for (std::uint16_t at = remote.subscribed_by; at != slots::Remote::none; at = subscriptions_[at].next) {
+      request(subscriptions_[at], now, Cause::rival);
+    }
+  }
+  return false;
+}
+
+}  // namespace trestle::sd
