@@ -11,6 +11,10 @@ class Problems;
 class Section;
 }  // namespace trestle::documents
 
+namespace trestle::sd {
+struct NodeConfig;
+}
+
 namespace trestle::carry {
 
 /// A limit of the SOME/IP side that a configuration may set; the name is that of the stack's own setting.
@@ -19,6 +23,7 @@ struct LimitKey {
   const char* name;
   std::uint64_t min;
   std::uint64_t max;
+  void (*set)(sd::NodeConfig& node, std::uint64_t limit);
   Kind kind = Kind::number;
 };
 /// All of them, as docs/configuration.md lists them.

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <map>
 
+#include "bridge/carry/config/load_limits.hpp"
 #include "someip/wire/header.hpp"
 
 namespace trestle::carry {
@@ -82,53 +83,6 @@ std::size_t most_kinds_at_one_port(const BridgeConfig& config) {
   return most;
 }
 
-// By the name that limit_keys() has.
-void set_limit(sd::NodeConfig& node, std::string_view name, std::uint64_t limit) {
-  const auto set = [&](const char* key, auto& into) {
-    if (name == key) {
-      into = static_cast<std::remove_reference_t<decltype(into)>>(limit);
-    }
-  };
-  sd::Limits& limits = node.limits;
-  set("max_peers", limits.max_peers);
-  set("max_remote_services", limits.max_remote_services);
-  set("max_subscribers", limits.max_subscribers);
-  set("max_offers", limits.max_offers);
-  set("max_eventgroups", limits.max_eventgroups);
-  set("max_requirements", limits.max_requirements);
-  set("max_subscriptions", limits.max_subscriptions);
-  set("max_tcp_connections", limits.max_tcp_connections);
-  set("max_configurations", limits.max_configurations);
-  set("max_configuration_bytes", limits.max_configuration_bytes);
-  set("max_pending_entries", limits.max_pending_entries);
-  set("max_pending_events", limits.max_pending_events);
-  sd::DiscoveryRules& rules = node.discovery;
-  set("max_peers_per_address", rules.max_peers_per_address);
-  set("max_subscribers_per_eventgroup", rules.max_subscribers_per_eventgroup);
-  set("max_subscribers_per_eventgroup_and_address", rules.max_subscribers_per_eventgroup_and_address);
-  set("max_entries_per_second", rules.max_entries_per_second);
-  set("max_entries_at_once", rules.max_entries_at_once);
-  set("max_reboots_at_once", rules.max_reboots_at_once);
-  set("max_calls", node.max_calls);
-  set("max_tcp_clients", node.max_tcp_clients);
-  set("max_tcp_clients_per_address", node.max_tcp_clients_per_address);
-  set("unproven_answer_bytes", node.unproven_answer_bytes);
-  set("unproven_answer_rate", node.unproven_answer_rate);
-  set("max_unread_answer_bytes", node.max_unread_answer_bytes);
-  set("max_tcp_queued_bytes", node.max_tcp_queued_bytes);
-  set("max_tcp_receive_bytes", node.max_tcp_receive_bytes);
-  set("max_reassemblies", node.max_reassemblies);
-  set("max_reassemblies_per_sender", node.max_reassemblies_per_sender);
-  set("max_udp_receive_bytes", node.max_udp_receive_bytes);
-  set("reassembly_protected_rate", node.reassembly_protected_rate);
-  set("reassembly_timeout", node.reassembly_timeout);
-  set("tcp_message_timeout", node.tcp_message_timeout);
-  set("silent_after", rules.silent_after);
-  set("reboot_pause", rules.reboot_pause);
-  set("max_queued_bytes", node.max_queued_bytes);
-  set("max_waiting_discovery", node.max_waiting_discovery);
-}
-
 }  // namespace
 
 sd::NodeConfig node_config(const BridgeConfig& config) {
@@ -180,8 +134,10 @@ sd::NodeConfig node_config(const BridgeConfig& config) {
   // A route has up to two messages on their way at once.
   node.max_queued_bytes =
       std::max(node.max_queued_bytes, 2 * (node.max_message_bytes + someip::header_bytes));
-  for (const auto& [name, limit] : config.someip.limits) {
-    set_limit(node, name, limit);
+  for (const LimitKey& key : limit_keys()) {
+    if (const auto given = config.someip.limits.find(key.name); given != config.someip.limits.end()) {
+      key.set(node, given->second);
+    }
   }
   raise(node.limits.max_pending_entries,  // a shutdown needs them
         std::size_t{node.limits.max_offers} + node.limits.max_subscriptions);
