@@ -237,10 +237,8 @@ struct Node::State : std::enable_shared_from_this<State> {
   void say_which_limits_were_reached() {
     const auto& reached = discovery.counters().limits_reached;
     for (std::size_t i = 0; i < limit_count; ++i) {
-      RareLine& limit = limits[i];
-      if (reached[i] > limit.unsaid && now() >= limit.next_line) {
-        limit.next_line = now() + std::chrono::seconds{10};
-        const std::uint64_t times = reached[i] - std::exchange(limit.unsaid, reached[i]);
+      reached_lines[i].unsaid += reached[i] - std::exchange(reached_noted[i], reached[i]);
+      if (const std::uint64_t times = reached_lines[i].due()) {
         const std::string name = to_string(static_cast<Limit>(i));
         warn("no room for " + std::to_string(times) + " entries or peers: " + name +
              " is reached; raise it for more (in a bridge: someip: limits: " + name + ")");
@@ -482,7 +480,11 @@ struct Node::State : std::enable_shared_from_this<State> {
     /// Takes note of so many more. How many a line is to tell of now; 0: none is to be written.
     std::uint64_t to_tell(std::uint64_t more, Duration pause = std::chrono::seconds{10}) {
       unsaid += more;
-      if (more == 0) {
+      return more == 0 ? 0 : due(pause);
+    }
+    /// The same of what is noted already.
+    std::uint64_t due(Duration pause = std::chrono::seconds{10}) {
+      if (unsaid == 0) {
         return 0;
       }
       const TimePoint time = now();
@@ -497,7 +499,8 @@ struct Node::State : std::enable_shared_from_this<State> {
     std::uint64_t unsaid = 0;
   };
   std::array<RareLine, nack_reasons> refusals{};
-  std::array<RareLine, limit_count> limits{};  ///< here `unsaid` is up to where it has been said
+  std::array<RareLine, limit_count> reached_lines{};
+  std::array<std::uint64_t, limit_count> reached_noted{};
   RareLine foreign{};
   RareLine contested{};
   RareLine takeovers{};
