@@ -7,6 +7,7 @@
 #include "dds_adapter/policies.hpp"
 #include "dds_adapter/raw_type.hpp"
 #include "dds_adapter/ros_names.hpp"
+#include "someip/wire/add_counters.hpp"
 
 namespace trestle::dds {
 
@@ -387,18 +388,7 @@ Reader Participant::create_reader(std::string_view topic, std::string_view type,
 }
 
 ReaderCounters& ReaderCounters::operator+=(const ReaderCounters& other) noexcept {
-  received += other.received;
-  received_bytes += other.received_bytes;
-  own += other.own;
-  from_bridge += other.from_bridge;
-  other_type += other.other_type;
-  bad_encapsulation += other.bad_encapsulation;
-  oversize += other.oversize;
-  lost += other.lost;
-  rejected += other.rejected;
-  incompatible_qos += other.incompatible_qos;
-  deadlines_missed += other.deadlines_missed;
-  liveliness_lost += other.liveliness_lost;
+  someip::add_counters(*this, other);
   return *this;
 }
 

@@ -6,6 +6,7 @@
 #include "dds_adapter/ros_names.hpp"
 #include "dds_adapter/service_end.hpp"
 #include "dds_adapter/service_form.hpp"
+#include "someip/wire/add_counters.hpp"
 
 namespace trestle::dds {
 
@@ -228,16 +229,7 @@ ServiceServerCounters ServiceServer::counters() const {
 }
 
 ServiceServerCounters& ServiceServerCounters::operator+=(const ServiceServerCounters& other) noexcept {
-  requests += other.requests;
-  replies += other.replies;
-  malformed += other.malformed;
-  dropped += other.dropped;
-  client_gone += other.client_gone;
-  unmatched += other.unmatched;
-  too_many += other.too_many;
-  not_written += other.not_written;
-  reader += other.reader;
-  writer += other.writer;
+  someip::add_counters(*this, other);
   return *this;
 }
 

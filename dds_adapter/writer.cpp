@@ -13,6 +13,7 @@
 #include "dds_adapter/ros_names.hpp"
 #include "dds_adapter/sending_thread.hpp"
 #include "dds_adapter/session_start.hpp"
+#include "someip/wire/add_counters.hpp"
 
 namespace trestle::dds {
 
@@ -421,16 +422,7 @@ Writer Participant::create_writer(std::string_view topic, std::string_view type,
 }
 
 WriterCounters& WriterCounters::operator+=(const WriterCounters& other) noexcept {
-  sent += other.sent;
-  sent_bytes += other.sent_bytes;
-  bad_encapsulation += other.bad_encapsulation;
-  oversize += other.oversize;
-  refused += other.refused;
-  other_type += other.other_type;
-  overwritten += other.overwritten;
-  incompatible_qos += other.incompatible_qos;
-  deadlines_missed += other.deadlines_missed;
-  liveliness_lost += other.liveliness_lost;
+  someip::add_counters(*this, other);
   return *this;
 }
 

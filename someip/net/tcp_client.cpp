@@ -16,6 +16,7 @@
 #include "someip/net/addresses.hpp"
 #include "someip/net/copy_pool.hpp"
 #include "someip/net/socket_calls.hpp"
+#include "someip/wire/add_counters.hpp"
 
 namespace trestle::someip {
 namespace {
@@ -244,10 +245,7 @@ std::optional<Endpoint> TcpClient::local() const {
   return state_->stream ? std::optional{state_->stream->local()} : std::nullopt;
 }
 TcpClientCounters& TcpClientCounters::operator+=(const TcpClientCounters& other) noexcept {
-  streams += other.streams;
-  connections += other.connections;
-  failed_attempts += other.failed_attempts;
-  not_connected += other.not_connected;
+  add_counters(*this, other);
   return *this;
 }
 

@@ -23,6 +23,7 @@
 #include "someip/net/receive_memory.hpp"
 #include "someip/net/send_budget.hpp"
 #include "someip/net/socket_calls.hpp"
+#include "someip/wire/add_counters.hpp"
 #include "someip/wire/slices.hpp"
 
 namespace trestle::someip {
@@ -635,13 +636,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
 };
 
 TcpStreamCounters& TcpStreamCounters::operator+=(const TcpStreamCounters& other) noexcept {
-  received += other.received;
-  messages_sent += other.messages_sent;
-  queue_full += other.queue_full;
-  overtaken += other.overtaken;
-  timed_out += other.timed_out;
-  held_back += other.held_back;
-  no_memory += other.no_memory;
+  add_counters(*this, other);
   return *this;
 }
 

@@ -1,0 +1,25 @@
+#pragma once
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <type_traits>
+
+namespace trestle::someip {
+
+/// Adds each counter of `more` to that of `sum`. The fields of the struct, and of structs in it, are the list
+/// of what is added: std::uint64_t all.
+template <typename Counters>
+constexpr void add_counters(Counters& sum, const Counters& more) noexcept {
+  static_assert(std::is_trivially_copyable_v<Counters> && std::is_aggregate_v<Counters> &&
+                std::has_unique_object_representations_v<Counters> &&
+                alignof(Counters) == alignof(std::uint64_t));
+  using Fields = std::array<std::uint64_t, sizeof(Counters) / sizeof(std::uint64_t)>;
+  auto fields = std::bit_cast<Fields>(sum);
+  const auto added = std::bit_cast<Fields>(more);
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    fields[i] += added[i];
+  }
+  sum = std::bit_cast<Counters>(fields);
+}
+
+}  // namespace trestle::someip
