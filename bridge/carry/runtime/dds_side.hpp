@@ -4,46 +4,32 @@
 #include <string_view>
 #include <vector>
 
+#include "bridge/carry/runtime/interface.hpp"
 #include "dds_adapter/participant.hpp"
 #include "dds_adapter/service.hpp"
 #include "someip/wire/types.hpp"
 
 namespace trestle::carry {
 
-/// What a route reads from: dds::Reader.
-class DdsReader {
+/// What a route reads from: dds::Reader. After its end the callback is not running and will not be called
+/// again.
+class DdsReader : public Interface {
  public:
-  DdsReader() = default;
-  /// After this the callback is not running and will not be called again.
-  virtual ~DdsReader() = default;
-  DdsReader(const DdsReader&) = delete;
-  DdsReader& operator=(const DdsReader&) = delete;
-
   [[nodiscard]] virtual std::size_t matched() const = 0;
   [[nodiscard]] virtual dds::ReaderCounters counters() const = 0;
 };
 
 /// What a route writes to: dds::Writer.
-class DdsWriter {
+class DdsWriter : public Interface {
  public:
-  DdsWriter() = default;
-  virtual ~DdsWriter() = default;
-  DdsWriter(const DdsWriter&) = delete;
-  DdsWriter& operator=(const DdsWriter&) = delete;
-
   virtual tl::expected<void, dds::WriteError> write(std::span<const ByteView> pieces) = 0;
   [[nodiscard]] virtual std::size_t matched() const = 0;
   [[nodiscard]] virtual dds::WriterCounters counters() const = 0;
 };
 
 /// What calls a ROS service: dds::ServiceClient.
-class DdsClient {
+class DdsClient : public Interface {
  public:
-  DdsClient() = default;
-  virtual ~DdsClient() = default;
-  DdsClient(const DdsClient&) = delete;
-  DdsClient& operator=(const DdsClient&) = delete;
-
   [[nodiscard]] virtual bool ready() const = 0;
   virtual void call(std::span<const ByteView> pieces, std::chrono::nanoseconds timeout, dds::TimePoint now,
                     dds::ServiceClient::Handler handler) = 0;
@@ -53,13 +39,8 @@ class DdsClient {
 };
 
 /// What answers as a ROS service: dds::ServiceServer.
-class DdsServer {
+class DdsServer : public Interface {
  public:
-  DdsServer() = default;
-  virtual ~DdsServer() = default;
-  DdsServer(const DdsServer&) = delete;
-  DdsServer& operator=(const DdsServer&) = delete;
-
   virtual void reply(const dds::RequestId& id, std::span<const ByteView> pieces, dds::TimePoint now) = 0;
   virtual void work(dds::TimePoint now) = 0;
   [[nodiscard]] virtual std::optional<dds::TimePoint> deadline() const = 0;
@@ -67,13 +48,8 @@ class DdsServer {
 };
 
 /// What routes need of DDS. All as of dds::Participant; tests of routes have one without a network.
-class DdsSide {
+class DdsSide : public Interface {
  public:
-  DdsSide() = default;
-  virtual ~DdsSide() = default;
-  DdsSide(const DdsSide&) = delete;
-  DdsSide& operator=(const DdsSide&) = delete;
-
   /// @param topic, type  their names on the DDS wire.
   [[nodiscard]] virtual std::unique_ptr<DdsReader> reader(std::string_view topic, std::string_view type,
                                                           const dds::Qos& qos, dds::OnSample on_sample,

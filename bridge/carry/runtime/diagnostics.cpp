@@ -22,6 +22,11 @@ void write_text(messages::CdrWriter& out, const std::string& text) {
 
 }  // namespace
 
+std::string event_id(const Route& route) {
+  return fmt::format("0x{:04x}.0x{:04x} event 0x{:04x}", value(route.service), value(route.instance),
+                     value(route.event));
+}
+
 Diagnosis method_state(const CounterGroup& counters, bool is_there, const char* missing,
                        const std::string& at) {
   Diagnosis result{.level = is_there ? Diagnosis::Level::ok : Diagnosis::Level::warn,
@@ -38,9 +43,7 @@ Diagnosis method_state(const CounterGroup& counters, bool is_there, const char* 
 Diagnosis route_state(const CounterGroup& counters, bool is_there, const char* missing, const Route& route) {
   CounterGroup some = counters;
   std::erase_if(some.counters, [](const Counter& one) { return one.says_nothing(); });
-  return method_state(some, is_there, missing,
-                      fmt::format("0x{:04x}.0x{:04x} event 0x{:04x}", value(route.service),
-                                  value(route.instance), value(route.event)));
+  return method_state(some, is_there, missing, event_id(route));
 }
 
 std::vector<std::byte> diagnostic_array(std::chrono::nanoseconds stamp, std::span<const Diagnosis> statuses) {

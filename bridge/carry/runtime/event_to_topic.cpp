@@ -12,13 +12,15 @@
 #include "bridge/carry/runtime/sample_limit.hpp"
 #include "dds_adapter/ros_names.hpp"
 #include "someip/net/address_text.hpp"
+#include "someip/wire/add_counters.hpp"
 
 namespace trestle::carry {
 
 EventToTopic::EventToTopic(const RouteContext& context, const Route& route,
                            const sd::SubscribeSpec& subscription, messages::ConversionPlan plan,
                            std::string user_data)
-    : context_{context},
+    : RunningRoute{route.e2e},
+      context_{context},
       subscription_spec_{subscription},
       route_{route},
       plan_{std::move(plan)},
@@ -29,13 +31,9 @@ EventToTopic::EventToTopic(const RouteContext& context, const Route& route,
       loop_{context.io,
             route.topic,
             {dds::ros_topic_name(route.topic), false},
-            ", who reads the topic, and the SOME/IP service at "} {
-  if (route_.e2e) {
-    e2e_.emplace(route_.e2e->pass_failed);
-  }
-}
+            ", who reads the topic, and the SOME/IP service at "} {}
 
-void EventToTopic::join_someip(const ServiceOffers& /*offers*/) {
+void EventToTopic::join_someip() {
   const sd::SubscribeSpec& wanted = subscription_spec_;
   if (context_.values != nullptr) {
     on_value_ = context_.values->of(route_.service, route_.instance, route_.event);
@@ -211,11 +209,7 @@ void EventToTopic::carry(const someip::Message& event, const Endpoint& from) {
 }
 
 void EventToTopic::append_diagnoses(std::vector<Diagnosis>& diagnoses, bool all) const {
-  if (e2e_) {
-    diagnoses.push_back(
-        e2e_->diagnosis(route_.topic, fmt::format("0x{:04x}.0x{:04x} event 0x{:04x}", value(route_.service),
-                                                  value(route_.instance), value(route_.event))));
-  }
+  append_checks(diagnoses, route_.topic, event_id(route_));
   if (all) {
     const bool waits = !subscription_ && route_.presence.subscribe_while_read &&
                        (!requirement_ || !context_.someip->available(*requirement_).empty());
@@ -225,19 +219,10 @@ void EventToTopic::append_diagnoses(std::vector<Diagnosis>& diagnoses, bool all)
   }
 }
 
-void EventToTopic::on_change(const std::function<void()>& changed) {
-  if (e2e_) {
-    e2e_->on_change(changed);
-  }
-}
-
 sd::SubscriptionFaults EventToTopic::faults() const {
   sd::SubscriptionFaults sum = past_faults_;
   if (subscription_) {
-    const sd::SubscriptionFaults now = context_.someip->subscription_faults(*subscription_);
-    sum.refused += now.refused;
-    sum.other_transport += now.other_transport;
-    sum.other_version += now.other_version;
+    someip::add_counters(sum, context_.someip->subscription_faults(*subscription_));
   }
   return sum;
 }

@@ -6,7 +6,6 @@
 #include "bridge/carry/config/bridge_config.hpp"
 #include "bridge/carry/runtime/bridge_mark.hpp"
 #include "bridge/carry/runtime/conversion_log.hpp"
-#include "bridge/carry/runtime/e2e_status.hpp"
 #include "bridge/carry/runtime/route_context.hpp"
 #include "bridge/carry/runtime/running_route.hpp"
 #include "bridge/carry/runtime/suspected_loop.hpp"
@@ -27,15 +26,13 @@ class EventToTopic final : public RunningRoute {
                messages::ConversionPlan plan, std::string user_data);
 
   /// Subscribes, or looks for the service.
-  void join_someip(const ServiceOffers& offers) override;
+  void join_someip() override;
   void join_dds() override;
   void stop() override { stopped_ = true; }
 
   [[nodiscard]] CounterGroup counters() const override;
   /// Its state is OK while it is subscribed, or need not be as nobody reads.
   void append_diagnoses(std::vector<Diagnosis>& diagnoses, bool all) const override;
-  [[nodiscard]] bool has_checks() const override { return e2e_.has_value(); }
-  void on_change(const std::function<void()>& changed) override;
 
   [[nodiscard]] const std::string* awaited() const override { return &route_.topic; }
   [[nodiscard]] std::uint64_t received() const override { return received_; }
@@ -74,7 +71,6 @@ class EventToTopic final : public RunningRoute {
   bool settling_soon_ = false;
   bool stopped_ = false;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
-  std::optional<E2eStatus> e2e_;
   FieldValues::Told on_value_;  ///< of each payload
   std::uint64_t received_ = 0;
   std::uint64_t carried_ = 0;

@@ -1,37 +1,22 @@
 #include "bridge/carry/runtime/getter_to_topic.hpp"
 
-#include <algorithm>
-
 #include "bridge/carry/runtime/pacing.hpp"
 
 namespace trestle::carry {
 
 using someip::ReturnCode;
 
-GetterToTopic::GetterToTopic(const Route& route)
-    : topic_{route.topic},
-      service_{route.service},
-      instance_{route.instance},
-      notifier_{route.event},
-      getter_{*route.getter},
-      pacing_{pacing_of(route.tp)} {
-  if (getter_.e2e) {
-    e2e_.emplace(getter_.e2e->pass_failed);
-  }
-}
-
-void GetterToTopic::describe(std::vector<OfferedService>& services) {
-  const auto service = std::ranges::find_if(services, [this](const OfferedService& one) {
-    return one.spec.service == service_ && one.spec.instance == instance_;
-  });
-  service->spec.methods.push_back(
-      {.id = getter_.id,
+void GetterToTopic::describe(ServiceOffers& offers) {
+  ServiceOffer& offer = offers.of(route_);
+  offer_ = &offer;
+  offer.spec().methods.push_back(
+      {.id = route_.getter->id,
        .handler = [this](const someip::Message& request,
                          sd::Responder responder) { on_request(request, std::move(responder)); },
        .kind = someip::MethodKind::request_response,
-       .pacing = pacing_});
-  if (getter_.e2e) {
-    service->spec.e2e.push_back(served(getter_.id, *getter_.e2e, true));
+       .pacing = pacing_of(route_.tp)});
+  if (route_.getter->e2e) {
+    offer.spec().e2e.push_back(served(route_.getter->id, *route_.getter->e2e, true));
   }
 }
 
@@ -43,7 +28,7 @@ void GetterToTopic::on_request(const someip::Message& request, sd::Responder res
     responder.error(*refused);
     return;
   }
-  const auto value = offer_->value(notifier_);
+  const auto value = offer_->value(route_.event);
   if (!value) {
     ++without_value_;
     responder.error(ReturnCode::not_ready);
@@ -54,21 +39,13 @@ void GetterToTopic::on_request(const someip::Message& request, sd::Responder res
 }
 
 void GetterToTopic::append_diagnoses(std::vector<Diagnosis>& diagnoses, bool /*all*/) const {
-  if (e2e_) {
-    diagnoses.push_back(
-        e2e_->diagnosis("the getter of " + topic_, called_id(service_, instance_, getter_.id)));
-  }
-}
-
-void GetterToTopic::on_change(const std::function<void()>& changed) {
-  if (e2e_) {
-    e2e_->on_change(changed);
-  }
+  append_checks(diagnoses, "the getter of " + route_.topic,
+                called_id(route_.service, route_.instance, route_.getter->id));
 }
 
 CounterGroup GetterToTopic::counters() const {
   using enum Counter::Kind;
-  CounterGroup group{"getter of " + topic_,
+  CounterGroup group{"getter of " + route_.topic,
                      {{"received", received_},
                       {"answered", answered_},
                       {"without_value", without_value_, loss},

@@ -35,7 +35,8 @@ ReturnCode code_of(dds::CallFault fault) {
 }  // namespace
 
 MethodToService::MethodToService(const RouteContext& context, const MethodRoute& method, MethodParts parts)
-    : context_{context},
+    : RunningRoute{method.e2e},
+      context_{context},
       method_{method},
       loop_{context.io,
             method.ros_service,
@@ -47,11 +48,7 @@ MethodToService::MethodToService(const RouteContext& context, const MethodRoute&
       log_{method.ros_service},
       returns_{dds::ros_request_topic(method.ros_service), mark_of(context.address, method)},
       work_{std::make_shared<ServiceWork>(
-          context.io, [this](dds::TimePoint now) { work(now); }, [this] { return client_->deadline(); })} {
-  if (method_.e2e) {
-    e2e_.emplace(method_.e2e->pass_failed);
-  }
-}
+          context.io, [this](dds::TimePoint now) { work(now); }, [this] { return client_->deadline(); })} {}
 
 MethodToService::~MethodToService() {
   work_->stop();
@@ -68,19 +65,14 @@ sd::MethodSpec MethodToService::spec() {
           .max_request_bytes = most ? std::optional{messages::room_to_receive(*most)} : std::nullopt};
 }
 
-void MethodToService::describe(std::vector<OfferedService>& services) {
-  OfferedService& service = offered_service(services,
-                                            {.service = method_.service,
-                                             .instance = method_.instance,
-                                             .major = method_.major,
-                                             .minor = method_.minor,
-                                             .udp_port = {}},
-                                            method_.mark);
-  service.while_there |= !method_.offer_always;
-  (method_.transport == Transport::tcp ? service.spec.tcp_port : service.spec.udp_port) = method_.port;
-  service.spec.methods.push_back(spec());
+void MethodToService::describe(ServiceOffers& offers) {
+  offer_ = &offers.of(method_);
+  offer_->wait_for_needs(!method_.offer_always);
+  sd::ServiceSpec& service = offer_->spec();
+  (method_.transport == Transport::tcp ? service.tcp_port : service.udp_port) = method_.port;
+  service.methods.push_back(spec());
   if (method_.e2e) {
-    service.spec.e2e.push_back(served(method_.method, *method_.e2e, !method_.fire_and_forget));
+    service.e2e.push_back(served(method_.method, *method_.e2e, !method_.fire_and_forget));
   }
 }
 
@@ -100,9 +92,7 @@ void MethodToService::work(dds::TimePoint now) {
   const bool ready = client_->ready();
   if (std::exchange(was_ready_, ready) != ready) {
     offer_->update();
-    if (changed_) {
-      changed_();
-    }
+    tell_change();
   }
 }
 
@@ -210,16 +200,7 @@ CounterGroup MethodToService::counters() const {
 void MethodToService::append_diagnoses(std::vector<Diagnosis>& diagnoses, bool /*all*/) const {
   const std::string at = called_id(method_.service, method_.instance, method_.method);
   diagnoses.push_back(method_state(counters(), was_ready_, "the ROS service is not there", at));
-  if (e2e_) {
-    diagnoses.push_back(e2e_->diagnosis("requests to " + method_.ros_service, at));
-  }
-}
-
-void MethodToService::on_change(const std::function<void()>& changed) {
-  changed_ = changed;
-  if (e2e_) {
-    e2e_->on_change(changed);
-  }
+  append_checks(diagnoses, "requests to " + method_.ros_service, at);
 }
 
 }  // namespace trestle::carry

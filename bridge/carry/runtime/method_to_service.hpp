@@ -1,13 +1,11 @@
 #pragma once
 #include <memory>
-#include <optional>
 
 #include "bridge/carry/config/bridge_config.hpp"
 #include "bridge/carry/runtime/bridge_mark.hpp"
 #include "bridge/carry/runtime/conversion_log.hpp"
-#include "bridge/carry/runtime/e2e_status.hpp"
-#include "bridge/carry/runtime/method_parts.hpp"
 #include "bridge/carry/runtime/route_context.hpp"
+#include "bridge/carry/runtime/route_parts.hpp"
 #include "bridge/carry/runtime/running_route.hpp"
 #include "bridge/carry/runtime/service_work.hpp"
 #include "bridge/carry/runtime/suspected_loop.hpp"
@@ -25,18 +23,13 @@ class MethodToService final : public RunningRoute {
   MethodToService(const MethodToService&) = delete;
   MethodToService& operator=(const MethodToService&) = delete;
 
-  void describe(std::vector<OfferedService>& services) override;
-  void join_someip(const ServiceOffers& offers) override {
-    offer_ = &offers.of(method_.service, method_.instance);
-  }
+  void describe(ServiceOffers& offers) override;
   void join_dds() override;
   void stop() override;
 
   [[nodiscard]] CounterGroup counters() const override;
   /// Its state is OK while the ROS service is there.
   void append_diagnoses(std::vector<Diagnosis>& diagnoses, bool all) const override;
-  [[nodiscard]] bool has_checks() const override { return e2e_.has_value(); }
-  void on_change(const std::function<void()>& changed) override;
 
  private:
   [[nodiscard]] sd::MethodSpec spec();
@@ -53,9 +46,7 @@ class MethodToService final : public RunningRoute {
   ConversionLog log_;
   ServiceOffer* offer_ = nullptr;
   Returns returns_;
-  std::optional<E2eStatus> e2e_;
   std::shared_ptr<ServiceWork> work_;
-  std::function<void()> changed_;
   bool was_ready_ = false;
   std::uint64_t returned_ = 0;
   std::uint64_t received_ = 0;

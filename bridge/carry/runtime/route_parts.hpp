@@ -1,10 +1,14 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "bridge/carry/config/bridge_config.hpp"
+#include "bridge/carry/runtime/failure_reply.hpp"
 #include "bridge/messages/convert/conversion_plan.hpp"
+#include "bridge/messages/convert/service_plans.hpp"
 #include "bridge/messages/types/type_library.hpp"
+#include "dds_adapter/service.hpp"
 #include "sd/net/service_spec.hpp"
 
 /// What routes are made from, those of the configuration and those of discovery.
@@ -14,10 +18,21 @@ namespace trestle::carry {
 /// @throws std::runtime_error  its type is not known or cannot be carried.
 [[nodiscard]] messages::ConversionPlan compile(const Route& route, messages::TypeLibrary& types);
 
+/// What a method is made from.
+struct MethodParts {
+  messages::ServicePlans plans;
+  dds::ServiceConfig ros;
+  std::optional<FailureReply> failure{};  ///< server: someip; what is answered when a call goes wrong
+};
+
+/// Compiles the method's conversions.
+/// @param address  of the bridge in SOME/IP.
+/// @throws std::runtime_error  its type is not known or cannot be carried.
+[[nodiscard]] MethodParts compile(const MethodRoute& method, const IpAddress& address,
+                                  messages::TypeLibrary& types);
+
 /// What ROS 2 nodes learn of the type by discovery; they warn of topics that lack it.
 [[nodiscard]] std::string user_data_of(const std::string& type, messages::TypeLibrary& types);
-/// What they learn of the service that a request or reply belongs to, beside that of its message.
-[[nodiscard]] std::string user_data_of_service(const std::string& type, messages::TypeLibrary& types);
 
 /// All routes of an eventgroup share a subscription, which names every protocol that they need.
 /// @param routes  of the configuration.

@@ -13,17 +13,14 @@ auto at(const BridgeConfig* config, documents::Mark mark, const Start& start) {
 }  // namespace
 
 void Routes::join_someip(SomeipSide& someip) {
-  std::vector<OfferedService> services;
   for (const auto& [mark, route] : routes_) {
-    route->describe(services);
+    route->describe(offers_);
   }
-  for (OfferedService& service : services) {
-    at(config_, service.mark, [&] {
-      offers_.add(std::make_unique<ServiceOffer>(someip, std::move(service.spec), service.while_there));
-    });
+  for (const auto& offer : offers_) {
+    at(config_, offer->mark(), [&] { offer->open(someip); });
   }
   for (const auto& [mark, route] : routes_) {
-    at(config_, mark, [&one = *route, this] { one.join_someip(offers_); });
+    at(config_, mark, [&one = *route] { one.join_someip(); });
   }
 }
 

@@ -1,12 +1,12 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "bridge/carry/runtime/counters.hpp"
-#include "bridge/carry/runtime/diagnostics.hpp"
-#include "bridge/carry/runtime/offered_services.hpp"
+#include "bridge/carry/runtime/e2e_status.hpp"
+#include "bridge/carry/runtime/interface.hpp"
 #include "bridge/carry/runtime/published_qos.hpp"
 #include "bridge/carry/runtime/service_offer.hpp"
 #include "bridge/carry/runtime/silence_reasons.hpp"
@@ -17,23 +17,16 @@ namespace trestle::carry {
 /// topic_to_event, event_to_topic, service_to_method, method_to_service, getter_to_topic. (Fields and actions
 /// are made of these.) Made by make_routes(); then it joins SOME/IP, then DDS, before the io_context runs or
 /// on its thread, on which all else happens, too.
-class RunningRoute {
+class RunningRoute : public Interface {
  public:
-  RunningRoute() = default;
-  virtual ~RunningRoute() = default;
-  RunningRoute(const RunningRoute&) = delete;
-  RunningRoute& operator=(const RunningRoute&) = delete;
-
-  /// Adds what it offers in SOME/IP to the services of the bridge, whose offers must not be used after the
-  /// end of the route.
-  virtual void describe(std::vector<OfferedService>& /*services*/) {}
-  /// Looks for what it uses in SOME/IP, and takes the offer of what it has described.
-  /// @param offers  outlive the route.  @throws someip::NetError
-  virtual void join_someip(const ServiceOffers& offers) = 0;
+  /// Describes what it offers in SOME/IP, by offers that outlive the route.
+  virtual void describe(ServiceOffers& /*offers*/) {}
+  /// Looks for what it uses in SOME/IP.  @throws someip::NetError
+  virtual void join_someip() {}
   /// Opens its ends in DDS.  @throws dds::DdsError
-  virtual void join_dds() = 0;
+  virtual void join_dds() {}
   /// Nothing begins any more; what comes is not carried.
-  virtual void stop() = 0;
+  virtual void stop() {}
 
   /// To be called when writers of others in DDS have come or gone, among which may be those of bridges.
   virtual void writers_changed() {}
@@ -45,9 +38,14 @@ class RunningRoute {
   /// @param all  also states that are only told if that is wanted: there may be a thousand.
   virtual void append_diagnoses(std::vector<Diagnosis>& diagnoses, bool all) const = 0;
   /// Whether it has checks of end-to-end protection, which are told of also if no states are wanted.
-  [[nodiscard]] virtual bool has_checks() const { return false; }
+  [[nodiscard]] bool has_checks() const noexcept { return e2e_.has_value(); }
   /// Calls `changed` when what append_diagnoses() tells has another level.
-  virtual void on_change(const std::function<void()>& /*changed*/) {}
+  void on_change(std::function<void()> changed) {
+    if (e2e_) {
+      e2e_->on_change(changed);
+    }
+    changed_ = std::move(changed);
+  }
 
   /// What is waited for, if a person should know when it does not come: the topic. Nothing: as it may.
   [[nodiscard]] virtual const std::string* awaited() const { return nullptr; }
@@ -55,6 +53,31 @@ class RunningRoute {
   [[nodiscard]] virtual std::uint64_t received() const { return 0; }
   /// Why nothing has come.
   [[nodiscard]] virtual SilenceReason silence(const Surroundings& /*around*/) const { return {}; }
+
+ protected:
+  RunningRoute() = default;
+  /// @param checks  of what comes; nothing: none.
+  explicit RunningRoute(const std::optional<E2eSettings>& checks) {
+    if (checks) {
+      e2e_.emplace(checks->pass_failed);
+    }
+  }
+  void tell_change() const {
+    if (changed_) {
+      changed_();
+    }
+  }
+  /// @param of, at  as of E2eStatus::diagnosis().
+  void append_checks(std::vector<Diagnosis>& diagnoses, const std::string& of, const std::string& at) const {
+    if (e2e_) {
+      diagnoses.push_back(e2e_->diagnosis(of, at));
+    }
+  }
+
+  std::optional<E2eStatus> e2e_;
+
+ private:
+  std::function<void()> changed_;
 };
 
 }  // namespace trestle::carry

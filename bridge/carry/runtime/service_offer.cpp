@@ -6,17 +6,17 @@
 
 namespace trestle::carry {
 
-ServiceOffer::ServiceOffer(SomeipSide& someip, sd::ServiceSpec spec, bool while_published)
-    : someip_{someip}, spec_{std::move(spec)} {
-  if (!while_published) {
-    handle_ = someip_.offer(spec_);
+void ServiceOffer::open(SomeipSide& someip) {
+  someip_ = &someip;
+  if (!waits_) {
+    handle_ = someip.offer(spec_);
     return;
   }
   if (spec_.udp_port) {
-    ports_.push_back(someip_.hold_port(*spec_.udp_port, Transport::udp));
+    ports_.push_back(someip.hold_port(*spec_.udp_port, Transport::udp));
   }
   if (spec_.tcp_port) {
-    ports_.push_back(someip_.hold_port(*spec_.tcp_port, Transport::tcp));
+    ports_.push_back(someip.hold_port(*spec_.tcp_port, Transport::tcp));
   }
 }
 
@@ -27,7 +27,7 @@ void ServiceOffer::update() {
   }
   if (wanted) {
     try {
-      handle_ = someip_.offer(spec_);
+      handle_ = someip_->offer(spec_);
     } catch (const std::exception& error) {
       spdlog::error("{}", error.what());
     }
@@ -41,14 +41,14 @@ void ServiceOffer::update() {
 
 void ServiceOffer::withdraw() {
   if (handle_) {
-    someip_.withdraw(*handle_);
+    someip_->withdraw(*handle_);
     handle_.reset();
   }
 }
 
 void ServiceOffer::forget(someip::MethodId notifier) {
   if (handle_) {
-    someip_.forget_field(*handle_, notifier);
+    someip_->forget_field(*handle_, notifier);
   }
   const auto field = std::ranges::find(spec_.fields, std::optional{notifier}, &sd::FieldSpec::notifier);
   if (field != spec_.fields.end()) {
@@ -59,7 +59,7 @@ void ServiceOffer::forget(someip::MethodId notifier) {
 sd::Notified ServiceOffer::set(someip::MethodId notifier,
                                std::shared_ptr<const std::vector<std::byte>> value) {
   if (handle_) {
-    return someip_.set_field(*handle_, notifier, std::move(value));
+    return someip_->set_field(*handle_, notifier, std::move(value));
   }
   const auto field = std::ranges::find(spec_.fields, std::optional{notifier}, &sd::FieldSpec::notifier);
   if (field != spec_.fields.end() && !stopped_) {
@@ -68,10 +68,13 @@ sd::Notified ServiceOffer::set(someip::MethodId notifier,
   return {};
 }
 
-ServiceOffer& ServiceOffers::of(someip::ServiceId service, someip::InstanceId instance) const {
-  return **std::ranges::find_if(offers_, [&](const auto& one) {
-    return one->spec().service == service && one->spec().instance == instance;
+ServiceOffer& ServiceOffers::of(sd::ServiceSpec service, documents::Mark mark) {
+  const auto known = std::ranges::find_if(offers_, [&](const auto& one) {
+    return one->spec().service == service.service && one->spec().instance == service.instance;
   });
+  return known != offers_.end()
+             ? **known
+             : *offers_.emplace_back(std::make_unique<ServiceOffer>(std::move(service), mark));
 }
 
 }  // namespace trestle::carry

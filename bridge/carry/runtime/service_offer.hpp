@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "bridge/carry/runtime/someip_side.hpp"
+#include "bridge/documents/problem.hpp"
 
 namespace trestle::carry {
 
@@ -12,11 +13,19 @@ namespace trestle::carry {
 /// that runs the io_context.
 class ServiceOffer {
  public:
-  /// Opens its ports, and offers it unless it is to be offered only `while_published`: then it waits for
-  /// update().
+  /// @param mark  where the first of its routes and methods stands.
+  ServiceOffer(sd::ServiceSpec spec, documents::Mark mark) : spec_{std::move(spec)}, mark_{mark} {}
+
+  /// To be completed by routes and methods before it is opened.
+  [[nodiscard]] sd::ServiceSpec& spec() noexcept { return spec_; }
+  /// It is to be offered only while what its routes and methods need is there.
+  void wait_for_needs(bool waits) { waits_ |= waits; }
+  [[nodiscard]] const sd::ServiceSpec& spec() const noexcept { return spec_; }
+  [[nodiscard]] documents::Mark mark() const noexcept { return mark_; }
+  /// Opens its ports, and offers it unless it waits for what it needs: then update() does.
   /// @param someip  outlives this object.
   /// @throws as sd::Node::offer().
-  ServiceOffer(SomeipSide& someip, sd::ServiceSpec spec, bool while_published);
+  void open(SomeipSide& someip);
 
   /// Offers it from now on only while this is true, too.
   void needs(std::function<bool()> published) { needs_.push_back(std::move(published)); }
@@ -31,7 +40,7 @@ class ServiceOffer {
   void forget(someip::MethodId notifier);
   /// The value of the field with this notifier; nothing while it has none.
   [[nodiscard]] std::shared_ptr<const std::vector<std::byte>> value(someip::MethodId notifier) const {
-    return handle_ ? someip_.field(*handle_, notifier) : nullptr;
+    return handle_ ? someip_->field(*handle_, notifier) : nullptr;
   }
   /// The node is about to withdraw it: it is not offered again.
   void stop() {
@@ -39,13 +48,14 @@ class ServiceOffer {
     handle_.reset();
   }
 
-  [[nodiscard]] const sd::ServiceSpec& spec() const noexcept { return spec_; }
   /// Nothing: it is not offered now.
   [[nodiscard]] const std::optional<sd::OfferHandle>& handle() const noexcept { return handle_; }
 
  private:
-  SomeipSide& someip_;
   sd::ServiceSpec spec_;
+  const documents::Mark mark_;
+  bool waits_ = false;
+  SomeipSide* someip_ = nullptr;
   std::vector<std::shared_ptr<const void>> ports_;
   std::vector<std::function<bool()>> needs_;
   std::optional<sd::OfferHandle> handle_;
@@ -55,13 +65,22 @@ class ServiceOffer {
 /// Those of a bridge, one for each service instance.
 class ServiceOffers {
  public:
-  void add(std::unique_ptr<ServiceOffer> offer) { offers_.push_back(std::move(offer)); }
-  /// The one of this instance, which is there.
-  [[nodiscard]] ServiceOffer& of(someip::ServiceId service, someip::InstanceId instance) const;
+  /// That of a route or method of the configuration; made if there is none yet.
+  template <typename Configured>
+  [[nodiscard]] ServiceOffer& of(const Configured& one) {
+    return of({.service = one.service,
+               .instance = one.instance,
+               .major = one.major,
+               .minor = one.minor,
+               .udp_port = {}},
+              one.mark);
+  }
   [[nodiscard]] auto begin() const noexcept { return offers_.begin(); }
   [[nodiscard]] auto end() const noexcept { return offers_.end(); }
 
  private:
+  [[nodiscard]] ServiceOffer& of(sd::ServiceSpec service, documents::Mark mark);
+
   std::vector<std::unique_ptr<ServiceOffer>> offers_;
 };
 

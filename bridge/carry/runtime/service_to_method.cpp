@@ -45,7 +45,8 @@ std::vector<sd::E2eSpec> protection(const MethodRoute& method) {
 }  // namespace
 
 ServiceToMethod::ServiceToMethod(const RouteContext& context, const MethodRoute& method, MethodParts parts)
-    : context_{context},
+    : RunningRoute{method.e2e},
+      context_{context},
       method_{method},
       suspects_{dds::ros_request_topic(method.ros_service), true},
       plans_{std::move(parts.plans)},
@@ -62,16 +63,13 @@ ServiceToMethod::ServiceToMethod(const RouteContext& context, const MethodRoute&
             }
           },
           [this] { return server_ ? server_->deadline() : std::nullopt; })} {
-  if (method.e2e) {
-    e2e_.emplace(method.e2e->pass_failed);
-  }
   if (method.notifier && context.values != nullptr) {
     context.values->tell(method.service, method.instance, *method.notifier,
                          [this](std::optional<ByteView> value) { note_value(value); });
   }
 }
 
-void ServiceToMethod::join_someip(const ServiceOffers& /*offers*/) {
+void ServiceToMethod::join_someip() {
   proxy_ = context_.someip->client(sd::RequireSpec{.service = method_.service,
                                                    .instance = method_.instance,
                                                    .major = method_.major,
@@ -86,14 +84,10 @@ void ServiceToMethod::join_someip(const ServiceOffers& /*offers*/) {
 }
 
 ServiceToMethod::~ServiceToMethod() {
-  end();
+  ServiceToMethod::stop();
 }
 
 void ServiceToMethod::stop() {
-  end();
-}
-
-void ServiceToMethod::end() {
   stopped_ = true;
   alive_.reset();  // nobody is told how the calls end that are still outstanding
   work_->stop();
@@ -173,19 +167,6 @@ void ServiceToMethod::settle() {
     tell_change();
   } catch (const std::exception& error) {
     spdlog::error("ROS service {}: {}", method_.ros_service, error.what());
-  }
-}
-
-void ServiceToMethod::on_change(const std::function<void()>& changed) {
-  changed_ = changed;
-  if (e2e_) {
-    e2e_->on_change(changed);
-  }
-}
-
-void ServiceToMethod::tell_change() const {
-  if (changed_) {
-    changed_();
   }
 }
 
@@ -390,9 +371,7 @@ void ServiceToMethod::send(const dds::RequestId& id, std::span<const ByteView> s
 void ServiceToMethod::append_diagnoses(std::vector<Diagnosis>& diagnoses, bool /*all*/) const {
   const std::string at = called_id(method_.service, method_.instance, method_.method);
   diagnoses.push_back(method_state(counters(), ready(), "the SOME/IP service is not offered", at));
-  if (e2e_) {
-    diagnoses.push_back(e2e_->diagnosis("answers to " + method_.ros_service, at));
-  }
+  append_checks(diagnoses, "answers to " + method_.ros_service, at);
 }
 
 CounterGroup ServiceToMethod::counters() const {

@@ -5,11 +5,10 @@
 #include "bridge/carry/config/bridge_config.hpp"
 #include "bridge/carry/runtime/bridge_mark.hpp"
 #include "bridge/carry/runtime/conversion_log.hpp"
-#include "bridge/carry/runtime/e2e_status.hpp"
 #include "bridge/carry/runtime/loop_guard.hpp"
 #include "bridge/carry/runtime/loop_suspects.hpp"
-#include "bridge/carry/runtime/method_parts.hpp"
 #include "bridge/carry/runtime/route_context.hpp"
+#include "bridge/carry/runtime/route_parts.hpp"
 #include "bridge/carry/runtime/running_route.hpp"
 #include "bridge/carry/runtime/service_work.hpp"
 
@@ -27,10 +26,8 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
   ServiceToMethod(const ServiceToMethod&) = delete;
   ServiceToMethod& operator=(const ServiceToMethod&) = delete;
 
-  /// Looks for the SOME/IP service.
-  void join_someip(const ServiceOffers& offers) override;
-  /// The ROS service begins when the SOME/IP service is there.
-  void join_dds() override {}
+  /// Looks for the SOME/IP service; when it is there the ROS service begins.
+  void join_someip() override;
   /// Nothing is called any more, and the ROS service ends.
   void stop() override;
   void writers_changed() override;
@@ -38,19 +35,15 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
   [[nodiscard]] CounterGroup counters() const override;
   /// Its state is OK while the SOME/IP service is there.
   void append_diagnoses(std::vector<Diagnosis>& diagnoses, bool all) const override;
-  [[nodiscard]] bool has_checks() const override { return e2e_.has_value(); }
-  void on_change(const std::function<void()>& changed) override;
 
  private:
   /// The value that the field has, as its notifier tells; nothing: not known any more.
   void note_value(std::optional<ByteView> value);
-  void end();
   /// Whether the SOME/IP service is there, and with it the ROS service.
   [[nodiscard]] bool ready() const noexcept { return server_ != nullptr; }
   /// Has the ROS service begin or end, when the SOME/IP service has.
   void settle();
   void settle_soon();
-  void tell_change() const;
   /// Looks for servers that are not ourselves by way of another bridge.
   [[nodiscard]] bool look_for_servers();
   /// The sender of a request, for the LoopGuard; nothing: one that may be part of a ring.
@@ -78,10 +71,8 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
   messages::ConversionScratch scratch_;
   ConversionLog log_;
   const std::optional<FailureReply> failure_;
-  std::optional<E2eStatus> e2e_;
   std::optional<std::vector<std::byte>>
       value_;  ///< of the field, if it is a setter that has no getter to ask
-  std::function<void()> changed_;
   Returns returns_;
   std::optional<someip::InstanceId> chosen_;  ///< where not all servers may be called
   bool told_returns_ = false;

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "bridge/carry/runtime/interface.hpp"
 #include "dds_adapter/service.hpp"
 #include "sd/net/proxy.hpp"
 #include "sd/net/service_spec.hpp"
@@ -30,13 +31,8 @@ class CallEnds {
 };
 
 /// A service of others, whose methods are called: sd::Proxy.
-class SomeipClient {
+class SomeipClient : public Interface {
  public:
-  SomeipClient() = default;
-  virtual ~SomeipClient() = default;
-  SomeipClient(const SomeipClient&) = delete;
-  SomeipClient& operator=(const SomeipClient&) = delete;
-
   [[nodiscard]] virtual std::vector<sd::RemoteService> available() const = 0;
   /// @param ends  told once, later, unless it is gone by then.
   virtual void call(const sd::CallSpec& spec, std::vector<std::byte> payload, std::weak_ptr<CallEnds> ends,
@@ -45,13 +41,8 @@ class SomeipClient {
 };
 
 /// What routes need of SOME/IP. All as of sd::Node; tests of routes have one without a network.
-class SomeipSide {
+class SomeipSide : public Interface {
  public:
-  SomeipSide() = default;
-  virtual ~SomeipSide() = default;
-  SomeipSide(const SomeipSide&) = delete;
-  SomeipSide& operator=(const SomeipSide&) = delete;
-
   // Services of ours.
   virtual sd::OfferHandle offer(const sd::ServiceSpec& spec) = 0;
   virtual void withdraw(sd::OfferHandle offer) = 0;

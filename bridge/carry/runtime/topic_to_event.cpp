@@ -422,12 +422,40 @@ TopicToEvent::~TopicToEvent() {
   state_->ended = true;
 }
 
-void TopicToEvent::describe(std::vector<OfferedService>& services) {
-  add_event(services, state_->route);
-}
-
-void TopicToEvent::join_someip(const ServiceOffers& offers) {
-  state_->offer = &offers.of(state_->route.service, state_->route.instance);
+void TopicToEvent::describe(ServiceOffers& offers) {
+  const Route& route = state_->route;
+  state_->offer = &offers.of(route);
+  state_->offer->wait_for_needs(route.presence.offer_while_published);
+  sd::ServiceSpec& spec = state_->offer->spec();
+  if (route.transport == Transport::tcp) {
+    spec.tcp_port = route.port;
+    spec.tcp_events.push_back(route.event);
+  } else {
+    spec.udp_port = route.port;
+  }
+  auto& groups = spec.eventgroups;
+  auto group = std::ranges::find(groups, route.eventgroup, &sd::EventgroupSpec::id);
+  if (group == groups.end()) {
+    group = groups.insert(group, {.id = route.eventgroup});
+  }
+  if (route.multicast) {
+    group->multicast = route.multicast->group;
+    group->multicast_threshold = route.multicast->threshold;
+  }
+  group->events.push_back(route.event);
+  spec.waits.push_back(
+      {.id = route.event,
+       .rule = {.most = std::max<std::size_t>(1, route.qos.depth), .keep_oldest = route.qos.keep_all}});
+  if (route.e2e) {
+    spec.e2e.push_back(
+        {.id = route.event, .protect = route.e2e->profile, .payload_only = route.e2e->payload_only});
+  }
+  // Late subscribers get the last value, as late readers do; none while the topic is not latched.
+  if (route.qos.transient_local || route.qos.durability_as_published) {
+    spec.fields.push_back({.notifier = route.event,
+                           .differs = [](ByteView, ByteView) { return true; },
+                           .pacing = pacing_of(route.tp)});
+  }
 }
 
 void TopicToEvent::join_dds() {

@@ -26,8 +26,7 @@ class TopicToEvent final : public RunningRoute {
   TopicToEvent(const TopicToEvent&) = delete;
   TopicToEvent& operator=(const TopicToEvent&) = delete;
 
-  void describe(std::vector<OfferedService>& services) override;
-  void join_someip(const ServiceOffers& offers) override;
+  void describe(ServiceOffers& offers) override;
   void join_dds() override;
   /// What waits or comes is counted as `stopped`.
   void stop() override;
