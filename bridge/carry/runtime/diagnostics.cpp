@@ -87,7 +87,7 @@ void Diagnostics::changed() {
 std::function<void()> Diagnostics::asker() {
   return [this, alive = std::weak_ptr{alive_}] {
     if (!alive.expired()) {
-      perhaps_changed();
+      look_soon();
     }
   };
 }

@@ -57,9 +57,8 @@ class Diagnostics {
 
   /// To be called when a state has changed: it is published soon, and together with others that change now.
   void changed();
-  /// To be called when one may have: it is published soon if a level or message is another than before.
-  void perhaps_changed() { look_soon(); }
-  /// perhaps_changed(), to be called also after the end of this object.
+  /// To be called, also after the end of this object, when one may have: it is published soon if a level or
+  /// message is another than before.
   [[nodiscard]] std::function<void()> asker();
 
  private:

@@ -94,20 +94,20 @@ DiscoveredRoutes::Pattern* DiscoveredRoutes::owner_of(const std::string& topic) 
 void DiscoveredRoutes::open() {
   own_.dds = context_.dds;
   opened_ = true;
-  settle();
+  update();
 }
 
 void DiscoveredRoutes::changed() {
   if (!std::exchange(due_, true)) {
-    settle_at(std::max(std::chrono::steady_clock::now(), last_ + pause_between_looks));
+    update_at(std::max(std::chrono::steady_clock::now(), last_ + pause_between_looks));
   }
 }
 
-void DiscoveredRoutes::settle_at(std::chrono::steady_clock::time_point when) {
+void DiscoveredRoutes::update_at(std::chrono::steady_clock::time_point when) {
   timer_.expires_at(when);
   timer_.async_wait([this](const boost::system::error_code& cancelled) {
     if (!cancelled) {  // else this object may be gone
-      settle();
+      update();
     }
   });
 }
@@ -120,7 +120,7 @@ void DiscoveredRoutes::stop() {
   }
 }
 
-void DiscoveredRoutes::settle() {
+void DiscoveredRoutes::update() {
   due_ = false;
   if (stopped_ || !opened_) {
     return;
@@ -329,7 +329,7 @@ void DiscoveredRoutes::locked(LockFile file, const tl::expected<void, std::strin
     for (Candidate& one : candidates) {
       make(one);
     }
-    settle();  // some may be gone already
+    update();  // some may be gone already
     return;
   }
   // What has no place there would have another id one day.
@@ -342,7 +342,7 @@ void DiscoveredRoutes::locked(LockFile file, const tl::expected<void, std::strin
   if (std::exchange(missed_, false)) {
     changed();
   } else if (!due_) {
-    settle_at(last_ + pause_before_locking_again);
+    update_at(last_ + pause_before_locking_again);
   }
 }
 

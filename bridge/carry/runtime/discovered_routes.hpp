@@ -97,8 +97,8 @@ class DiscoveredRoutes {
     bool is_new;  ///< its id is not locked yet
   };
 
-  void settle();
-  void settle_at(std::chrono::steady_clock::time_point when);
+  void update();
+  void update_at(std::chrono::steady_clock::time_point when);
   [[nodiscard]] std::map<TopicAndType, Found> look();
   void drop_what_is_gone(const std::map<TopicAndType, Found>& found);
   void drop(std::map<std::string, Live>::iterator live);

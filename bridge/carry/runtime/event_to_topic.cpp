@@ -43,7 +43,7 @@ void EventToTopic::join_someip() {
                                              .instance = wanted.instance,
                                              .major = wanted.major,
                                              .minor = wanted.minor},
-                                            [this](const sd::RemoteService&, bool) { settle_soon(); });
+                                            [this](const sd::RemoteService&, bool) { update_soon(); });
   }
   if (!route_.presence.subscribe_while_read) {
     subscribe();
@@ -59,7 +59,7 @@ void EventToTopic::subscribe() {
 
 void EventToTopic::join_dds() {
   if (context_.watch != nullptr && route_.presence.subscribe_while_read) {
-    context_.watch->watch(dds::ros_topic_name(route_.topic), TopicWatch::End::writer, [this] { settle(); });
+    context_.watch->watch(dds::ros_topic_name(route_.topic), TopicWatch::End::writer, [this] { update(); });
   }
   if (context_.watch != nullptr && route_.qos.transient_local) {
     context_.watch->watch(dds::ros_topic_name(route_.topic), TopicWatch::End::writer,
@@ -87,14 +87,14 @@ void EventToTopic::drop_writer() {
 
 // A server that has restarted is lost and found by one message: when all of it has been looked at, nothing
 // has changed, and the writer stays.
-void EventToTopic::settle_soon() {
-  if (std::exchange(settling_soon_, true)) {
+void EventToTopic::update_soon() {
+  if (std::exchange(updating_soon_, true)) {
     return;
   }
   boost::asio::post(context_.io, [this, alive = std::weak_ptr{alive_}] {
     if (!alive.expired()) {
-      settling_soon_ = false;
-      settle();
+      updating_soon_ = false;
+      update();
     }
   });
 }
@@ -112,7 +112,7 @@ void EventToTopic::bridges_changed() {
   }
 }
 
-void EventToTopic::settle() {
+void EventToTopic::update() {
   if (stopped_) {
     return;
   }

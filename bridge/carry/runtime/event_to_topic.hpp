@@ -44,8 +44,8 @@ class EventToTopic final : public RunningRoute {
   /// Whether the event was on the topic before.
   [[nodiscard]] bool comes_back(const Endpoint& from);
   void subscribe();
-  void settle_soon();
-  void settle();
+  void update_soon();
+  void update();
   void make_writer();
   void drop_writer();
   [[nodiscard]] sd::SubscriptionFaults faults() const;
@@ -68,7 +68,7 @@ class EventToTopic final : public RunningRoute {
   std::optional<sd::SubscriptionId> subscription_;
   sd::SubscriptionFaults past_faults_;  ///< of subscriptions that have ended
   std::shared_ptr<const void> port_;    ///< held while there is no subscription, if it has a number
-  bool settling_soon_ = false;
+  bool updating_soon_ = false;
   bool stopped_ = false;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
   FieldValues::Told on_value_;  ///< of each payload

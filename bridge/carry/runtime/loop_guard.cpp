@@ -22,7 +22,7 @@ LoopGuard::LoopGuard(boost::asio::io_context& io, std::string what, const LoopCh
 
 LoopGuard::~LoopGuard() = default;
 
-void LoopGuard::settle() {
+void LoopGuard::arm() {
   if (armed_) {
     return;
   }

@@ -39,10 +39,8 @@ class LoopGuard {
     return check_.is_repeat(hash, now);
   }
 
-  /// Whether settle() has something to do.
-  [[nodiscard]] bool on_trial() const noexcept { return on_trial_; }
-  /// To be called soon after a message was not to be carried: sees to the end of the trial.
-  void settle();
+  /// To be called soon after a message was not to be carried: has a timer end the trial.
+  void arm();
   /// Messages that were not carried.
   [[nodiscard]] std::uint64_t looped() const noexcept { return looped_; }
 

@@ -79,7 +79,7 @@ void ServiceToMethod::join_someip() {
                                      if (!available) {
                                        value_.reset();
                                      }
-                                     settle_soon();
+                                     update_soon();
                                    });
 }
 
@@ -134,20 +134,20 @@ bool ServiceToMethod::look_for_servers() {
 
 void ServiceToMethod::writers_changed() {
   if (!stopped_ && returns_.update(*context_.dds)) {
-    settle_soon();
+    update_soon();
   }
 }
 
 // Later, as this may come while the ROS service hands over a request.
-void ServiceToMethod::settle_soon() {
+void ServiceToMethod::update_soon() {
   boost::asio::post(context_.io, [this, weak = std::weak_ptr{alive_}] {
     if (!weak.expired()) {
-      settle();
+      update();
     }
   });
 }
 
-void ServiceToMethod::settle() {
+void ServiceToMethod::update() {
   const bool wanted = look_for_servers();
   if (wanted == ready()) {
     return;
@@ -194,7 +194,7 @@ void ServiceToMethod::on_request(const dds::RequestId& id, const dds::ServiceMes
   };
   if (!loop_.may_carry(message_hash(request.cdr()), sender_of(id), std::chrono::steady_clock::now(),
                        through)) {
-    loop_.settle();
+    loop_.arm();
     fail(id, "this route seems to loop", true);
     return;
   }

@@ -42,8 +42,8 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
   /// Whether the SOME/IP service is there, and with it the ROS service.
   [[nodiscard]] bool ready() const noexcept { return server_ != nullptr; }
   /// Has the ROS service begin or end, when the SOME/IP service has.
-  void settle();
-  void settle_soon();
+  void update();
+  void update_soon();
   /// Looks for servers that are not ourselves by way of another bridge.
   [[nodiscard]] bool look_for_servers();
   /// The sender of a request, for the LoopGuard; nothing: one that may be part of a ring.

@@ -26,7 +26,7 @@ bool SuspectedLoop::refuses(ByteView payload, const Endpoint& from, const DdsSid
       })) {
     return false;
   }
-  guard_->settle();
+  guard_->arm();
   return true;
 }
 

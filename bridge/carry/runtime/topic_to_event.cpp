@@ -229,7 +229,7 @@ struct TopicToEvent::State : std::enable_shared_from_this<State> {
   }
 
   void tell_of_rings() {
-    loop.settle();
+    loop.arm();
     std::optional<dds::Guid> by;
     bool in_ring = false;
     {
