@@ -101,6 +101,7 @@ void check(const NodeConfig& config) {
   at_least<std::size_t>(1, config.max_udp_receive_bytes, "max_udp_receive_bytes");
   at_least(1, int{config.max_calls}, "max_calls");
   at_most(int{most_calls}, int{config.max_calls}, "max_calls");
+  at_least(1, int{config.max_repeated_values}, "max_repeated_values");
   at_least<std::size_t>(1, config.max_tcp_clients, "max_tcp_clients");
   at_least<std::size_t>(1, config.max_tcp_clients_per_address, "max_tcp_clients_per_address");
   at_least<std::size_t>(1, config.max_tcp_receive_bytes, "max_tcp_receive_bytes");

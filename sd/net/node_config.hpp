@@ -85,6 +85,10 @@ struct NodeConfig {
   /// each second. Beyond them the answer is ReturnCode::not_ok.
   std::size_t unproven_answer_bytes = std::size_t{64} << 10U;
   std::size_t unproven_answer_rate = std::size_t{2} << 10U;  ///< bytes per second
+  /// How often the initial value of a field goes over UDP to one other host within a short time, when it
+  /// takes segments: somebody may subscribe in its name, again and again. After so many, one goes there every
+  /// two seconds, and other Subscribes bring none.
+  std::uint16_t max_repeated_values = 8;
   someip::AnswerRules answers{};  ///< to requests that are in error, where a service has none of its own
   someip::TpPacing pacing{};      ///< of large requests and responses over UDP
   /// How long a small message over UDP may wait for others from the same port to the same receiver, to share
@@ -127,6 +131,8 @@ struct NodeCounters {
   std::uint64_t not_to_be_segmented = 0;  ///< not sent over UDP: too large for one datagram
   /// Large answers over UDP beyond NodeConfig::unproven_answer_bytes: an error was sent instead.
   std::uint64_t answers_refused = 0;
+  /// Large initial values over UDP beyond NodeConfig::max_repeated_values: not sent.
+  std::uint64_t repeated_values_refused = 0;
   std::uint64_t e2e_failed = 0;  ///< events, requests and answers that failed their end-to-end check
   /// Events, requests and answers of another size than their E2E profile has: not sent.
   std::uint64_t e2e_not_protected = 0;

@@ -61,6 +61,7 @@ Provider::Provider(boost::asio::io_context& io, ServiceDiscovery& discovery, Por
       config_{config},
       counters_{counters},
       unproven_{config.unproven_answer_bytes, config.unproven_answer_rate},
+      repeated_{config.max_repeated_values},
       may_be_sent_{[this](const Endpoint& to, std::size_t bytes) { return may_receive(to, bytes); }},
       log_{std::move(log)},
       warn_{std::move(warn)},
@@ -601,6 +602,11 @@ void Provider::send_initial_values(OfferHandle handle, EventgroupId eventgroup,
       continue;
     }
     const std::size_t size = value->size() + offer->e2e.added_bytes(event);
+    const Transport transport = transport_of(offer->spec, event);
+    const std::optional<Endpoint>& to = transport == Transport::tcp ? subscriber.tcp : subscriber.udp;
+    if (!to || (transport == Transport::udp && !may_be_repeated(*offer, event, *to, size))) {
+      continue;
+    }
     const Header header = event_header(offer->spec, event, session_of(*offer, event, size));
     if (E2eChannel* const channel = offer->e2e.find(event)) {
       value = channel->protect_again(header, *value);
@@ -610,13 +616,28 @@ void Provider::send_initial_values(OfferHandle handle, EventgroupId eventgroup,
       }
     }
     const ByteView bytes{*value};
-    const Transport transport = transport_of(offer->spec, event);
-    if (const auto& to = transport == Transport::tcp ? subscriber.tcp : subscriber.udp) {
-      Notified result;
-      send_to_receiver(*offer, {*to, transport, someip::burst_into(subscriber.receive_buffer_bytes)}, header,
-                       {&bytes, 1}, value, offer->values[*field].pacing, result);
-    }
+    Notified result;
+    send_to_receiver(*offer, {*to, transport, someip::burst_into(subscriber.receive_buffer_bytes)}, header,
+                     {&bytes, 1}, value, offer->values[*field].pacing, result);
   }
+}
+
+bool Provider::may_be_repeated(const Offer& offer, MethodId event, const Endpoint& to, std::size_t bytes) {
+  const TimePoint time = now();
+  if (bytes <= someip::max_plain_payload_bytes || is_of_this_host(to.address, config_.address) ||
+      repeated_.take(to.address, offer.handle, event, time)) {
+    return true;
+  }
+  ++counters_.repeated_values_refused;
+  if (time >= next_refused_line_) {
+    next_refused_line_ = time + slow_pause;
+    warn_("the initial value of event " + hexadecimal(value(event)) + " of " +
+          to_string(offer.spec.service, offer.spec.instance) + ", " + std::to_string(bytes) +
+          " bytes, was not sent to " + someip::to_string(to.address) +
+          ": it has just been sent there several times, and somebody else may subscribe in its name "
+          "(max_repeated_values)");
+  }
+  return false;
 }
 
 // --- What discovery tells ---------------------------------------------------------------------------------

@@ -6,6 +6,7 @@
 #include "sd/core/service_discovery.hpp"
 #include "sd/net/e2e_channel.hpp"
 #include "sd/net/ports.hpp"
+#include "sd/net/repeated_values.hpp"
 #include "sd/net/service_spec.hpp"
 #include "sd/net/unproven_receivers.hpp"
 #include "someip/core/session_counter.hpp"
@@ -141,6 +142,8 @@ class Provider {
   void arm_cycle();
 
   void send_initial_values(OfferHandle handle, EventgroupId eventgroup, const Subscriber& subscriber);
+  [[nodiscard]] bool may_be_repeated(const Offer& offer, someip::MethodId event, const Endpoint& to,
+                                     std::size_t bytes);
   template <typename SubscriberEvent>
   void log_subscriber(const SubscriberEvent& event, const std::string& what) const;
 
@@ -149,6 +152,7 @@ class Provider {
   const NodeConfig& config_;
   NodeCounters& counters_;
   UnprovenReceivers unproven_;
+  RepeatedValues repeated_;
   std::function<bool(const Endpoint& to, std::size_t bytes)> may_be_sent_;  ///< for each ReplyPath
   TimePoint next_refused_line_{};
   DiscoveryLog log_;

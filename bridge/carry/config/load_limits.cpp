@@ -56,6 +56,7 @@ std::span<const LimitKey> limit_keys() noexcept {
       {"max_tcp_clients_per_address", 1, slots_max, set<&Node::max_tcp_clients_per_address>},
       {"unproven_answer_bytes", 0, bytes_max, set<&Node::unproven_answer_bytes>, bytes},
       {"unproven_answer_rate", 0, bytes_max, set<&Node::unproven_answer_rate>, bytes},
+      {"max_repeated_values", 1, slots_max, set<&Node::max_repeated_values>},
       {"max_unread_answer_bytes", 4096, bytes_max, set<&Node::max_unread_answer_bytes>, bytes},
       {"max_tcp_queued_bytes", 4096, bytes_max, set<&Node::max_tcp_queued_bytes>, bytes},
       {"max_tcp_receive_bytes", 4096, bytes_max, set<&Node::max_tcp_receive_bytes>, bytes},

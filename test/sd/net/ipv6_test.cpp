@@ -145,5 +145,43 @@ TEST_F(Ipv6Test, RefusesLargeAnswersOverUdpToWhoHasNotShownToReceiveThere) {
   EXPECT_EQ(server.counters().answers_refused, 2U);
 }
 
+// Somebody may subscribe in its name, again and again. Here in one message, by the groups that the field is
+// in.
+TEST_F(Ipv6Test, SendsALargeInitialValueToOneHostOnlySoOftenAtOnce) {
+  constexpr MethodId large{0x8001};
+  constexpr MethodId small{0x8002};
+  NodeConfig careful = config(1);
+  careful.max_repeated_values = 3;
+  std::vector<std::string> warnings;
+  Node server{io, careful, {}, into(warnings)};
+  Node client{io, config(2)};
+  std::vector<EventgroupSpec> groups;
+  for (std::uint16_t i = 1; i <= 8; ++i) {
+    groups.push_back({.id = EventgroupId{i}, .events = {large, small}});
+  }
+  server.offer({.service = ServiceId{0x1234},
+                .instance = InstanceId{1},
+                .udp_port = 40242,
+                .fields = {{.notifier = large, .value = test::numbers(6'000)},
+                           {.notifier = small, .value = test::numbers(60)}},
+                .eventgroups = groups});
+  std::size_t large_ones = 0;
+  std::size_t small_ones = 0;
+  for (const EventgroupSpec& group : groups) {
+    client.subscribe({.service = ServiceId{0x1234}, .eventgroup = group.id, .events = {large, small}},
+                     [&, counts = group.id == EventgroupId{1}](const Message& message, const Endpoint&) {
+                       if (counts) {
+                         ++(message.payload.size() > 60 ? large_ones : small_ones);
+                       }
+                     });
+  }
+  EXPECT_TRUE(run_until([&] { return small_ones == 8 && server.counters().repeated_values_refused == 5; }));
+  EXPECT_TRUE(run_until([&] { return large_ones == 3; }));
+  EXPECT_THAT(warnings, ::testing::Contains(::testing::AllOf(
+                            ::testing::HasSubstr("the initial value of event 0x8001 of 0x1234.0x0001, 6000 "
+                                                 "bytes, was not sent to fd00::2"),
+                            ::testing::HasSubstr("(max_repeated_values)"))));
+}
+
 }  // namespace
 }  // namespace trestle::sd

@@ -143,6 +143,7 @@ TEST(NodeConfigOfABridge, KnowsEachKey) {
                                         node.max_tcp_clients_per_address,
                                         node.unproven_answer_bytes,
                                         node.unproven_answer_rate,
+                                        node.max_repeated_values,
                                         node.max_unread_answer_bytes,
                                         node.max_tcp_queued_bytes,
                                         node.max_tcp_receive_bytes,
