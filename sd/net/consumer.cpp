@@ -240,7 +240,7 @@ void Consumer::clear() {
   }
   subscriptions_.clear();
   wishes_.clear();
-  others_.clear();
+  by_service_.clear();
   connections_.clear();
 }
 

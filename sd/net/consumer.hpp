@@ -38,7 +38,7 @@ class Consumer {
   void unsubscribe(SubscriptionId id, TimePoint now);
   [[nodiscard]] bool subscribed(SubscriptionId id) const;
   [[nodiscard]] SubscriptionFaults faults(SubscriptionId id) const;
-  [[nodiscard]] OtherEvents other_events(someip::ServiceId service) const;
+  [[nodiscard]] OtherEvents other_events(SubscriptionId id) const;
   void clear();
 
   /// How large this event or answer may be, of which a segment has come; 0: it does not wait for it. Then it
@@ -100,6 +100,7 @@ class Consumer {
     std::shared_ptr<UdpPort> port{};
     std::vector<std::shared_ptr<Listener>> listeners{};
     std::vector<Binding> bindings{};
+    OtherEvents others{};
   };
   /// What is to be told of a requirement of discovery: one of the two.
   struct Requirer {
@@ -127,7 +128,9 @@ class Consumer {
                                                       someip::MethodId event) noexcept {
     return std::uint32_t{value(service)} << 16U | value(event);
   }
-  void note_other_event(const someip::Header& header);
+  /// The one that sends from there, if any.
+  [[nodiscard]] static const RemoteService* server_at(const Subscription& subscription, const Source& source);
+  void note_other_event(const someip::Header& header, const Source& source);
   /// Puts the listeners of this event into called_. If there is none, counts why.
   [[nodiscard]] bool find_listeners(const someip::Header& header, const Source& source);
   [[nodiscard]] std::shared_ptr<Requirement> find(RequirementId id) const;
@@ -198,7 +201,7 @@ class Consumer {
   std::vector<Need*> with_others_;                               ///< needs whose `others` are not empty
   bool unsettled_ = false;                                       ///< something may be unneeded now
   std::unordered_map<std::uint32_t, std::vector<Wish>> wishes_;  ///< by event: asked for each segment
-  std::unordered_map<someip::ServiceId, OtherEvents> others_;    ///< of each service that is subscribed to
+  std::unordered_map<someip::ServiceId, std::vector<Subscription*>> by_service_;  ///< what is subscribed to
   std::map<Endpoint, Connection> connections_;  ///< by the server's end  [feat_req_someip_645]
   someip::TcpClient::Counters past_connections_;
   std::shared_ptr<UdpPort> call_port_;

@@ -57,7 +57,7 @@ SubscriptionId Consumer::subscribe(const SubscribeSpec& spec, EventHandler handl
     subscription->handle = look_for(subscription->spec, now);
     subscriptions_.push_back(subscription);
     add(*subscription, {.subscription = subscription});
-    others_.try_emplace(spec.service);
+    by_service_[spec.service].push_back(subscription.get());
   }
   const SubscriptionId id{next_id_++};
   const auto listener = std::make_shared<Listener>(
@@ -94,17 +94,17 @@ void Consumer::unsubscribe(SubscriptionId id, TimePoint now) {
     discovery_.release(subscription->handle, now);
     remove(*subscription);
     std::erase(subscriptions_, subscription);
-    if (std::ranges::none_of(subscriptions_, [&](const auto& one) {
-          return one->spec.service == subscription->spec.service;
-        })) {
-      others_.erase(subscription->spec.service);
+    const auto of_service = by_service_.find(subscription->spec.service);
+    std::erase(of_service->second, subscription.get());
+    if (of_service->second.empty()) {
+      by_service_.erase(of_service);
     }
   }
 }
 
-OtherEvents Consumer::other_events(someip::ServiceId service) const {
-  const auto found = others_.find(service);
-  return found == others_.end() ? OtherEvents{} : found->second;
+OtherEvents Consumer::other_events(SubscriptionId id) const {
+  const auto subscription = find(id);
+  return subscription ? subscription->others : OtherEvents{};
 }
 
 bool Consumer::subscribed(SubscriptionId id) const {
@@ -116,7 +116,12 @@ bool Consumer::subscribed(SubscriptionId id) const {
 
 SubscriptionFaults Consumer::faults(SubscriptionId id) const {
   const auto subscription = find(id);
-  return subscription ? subscription->faults : SubscriptionFaults{};
+  if (!subscription) {
+    return {};
+  }
+  SubscriptionFaults faults = subscription->faults;
+  faults.other_events = subscription->others.count;
+  return faults;
 }
 
 std::shared_ptr<Consumer::Subscription> Consumer::find(SubscriptionId id) const {
@@ -203,16 +208,29 @@ void Consumer::unbind(Binding& binding, TimePoint now) {
   binding = {.instance = binding.instance};
 }
 
-void Consumer::note_other_event(const Header& header) {
-  const auto found = others_.find(header.service);
-  if (found == others_.end()) {
+const RemoteService* Consumer::server_at(const Subscription& subscription, const Source& source) {
+  const auto server = std::ranges::find_if(subscription.servers, [&](const RemoteService& one) {
+    return (source.transport == Transport::udp ? one.udp : one.tcp) == source.from;
+  });
+  return server == subscription.servers.end() ? nullptr : &*server;
+}
+
+// Whoever is no server of it cannot make anybody believe that its events have other ids.
+void Consumer::note_other_event(const Header& header, const Source& source) {
+  const auto found = by_service_.find(header.service);
+  if (found == by_service_.end()) {
     return;
   }
-  OtherEvents& others = found->second;
-  ++others.count;
-  if (others.ids.size() < OtherEvents::max_ids &&
-      std::ranges::find(others.ids, header.method) == others.ids.end()) {
-    others.ids.push_back(header.method);
+  for (Subscription* const subscription : found->second) {
+    if (server_at(*subscription, source) == nullptr) {
+      continue;
+    }
+    OtherEvents& others = subscription->others;
+    ++others.count;
+    if (others.ids.size() < OtherEvents::max_ids &&
+        std::ranges::find(others.ids, header.method) == others.ids.end()) {
+      others.ids.push_back(header.method);
+    }
   }
 }
 
@@ -225,16 +243,14 @@ bool Consumer::find_listeners(const Header& header, const Source& source) {
   const auto wishes = wishes_.find(key_of(header.service, header.method));
   if (wishes == wishes_.end()) {
     ++counters_.unexpected;
-    note_other_event(header);
+    note_other_event(header, source);
     return false;
   }
   bool right_sender = false;
   for (const Wish& wish : wishes->second) {
     const Subscription& subscription = *wish.subscription;
-    const auto server = std::ranges::find_if(subscription.servers, [&](const RemoteService& one) {
-      return (source.transport == Transport::udp ? one.udp : one.tcp) == source.from;
-    });
-    if (server == subscription.servers.end()) {
+    const RemoteService* const server = server_at(subscription, source);
+    if (server == nullptr) {
       continue;
     }
     right_sender = true;
@@ -245,6 +261,9 @@ bool Consumer::find_listeners(const Header& header, const Source& source) {
   }
   if (called_.empty()) {
     ++(right_sender ? counters_.wrong_version : counters_.unknown_sender);
+    if (!right_sender) {
+      note_other_event(header, source);  // of another instance, of which other events are wanted
+    }
   }
   return !called_.empty();
 }

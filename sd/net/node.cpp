@@ -660,8 +660,8 @@ std::size_t Node::seen_hosts() const {
   return state_->discovery.known_peers();
 }
 
-OtherEvents Node::other_events(someip::ServiceId service) const {
-  return state_->consumer.other_events(service);
+OtherEvents Node::other_events(SubscriptionId subscription) const {
+  return state_->consumer.other_events(subscription);
 }
 
 void Node::link(bool up) {

@@ -116,8 +116,9 @@ class Node {
   [[nodiscard]] std::vector<SeenOffer> seen_offers() const;
   /// How many other hosts are known to take part in discovery.
   [[nodiscard]] std::size_t seen_hosts() const;
-  /// Events of a service that is subscribed to now, which nobody here has asked for.
-  [[nodiscard]] OtherEvents other_events(someip::ServiceId service) const;
+  /// Events of the servers of a subscription, of its service, which nobody here has asked for; nothing for an
+  /// unknown one.
+  [[nodiscard]] OtherEvents other_events(SubscriptionId subscription) const;
 
   /// What a server says about its service: the items of its configuration, in their order, equal keys
   /// included. Nothing once the service is gone.  [feat_req_someipsd_1146] [feat_req_someipsd_1147]

@@ -194,6 +194,8 @@ struct SubscriptionFaults {
   std::uint64_t refused = 0;          ///< the server answered with a Nack
   std::uint64_t other_transport = 0;  ///< the service is not offered over TCP, which was wanted
   std::uint64_t other_version = 0;    ///< the service is only offered in another version
+  /// Events of its servers that nobody here has asked for; of a message in segments each. No warnings.
+  std::uint64_t other_events = 0;
 };
 
 /// A service that somebody else offers now.
@@ -205,7 +207,7 @@ struct SeenOffer {
   IpAddress host;
 };
 
-/// Events of a service that is subscribed to which nobody here has asked for.
+/// Events that came from the servers of a subscription, of its service, and that nobody here has asked for.
 struct OtherEvents {
   static constexpr std::size_t max_ids = 8;
   std::uint64_t count = 0;              ///< of a message in segments each

@@ -241,7 +241,7 @@ SilenceReason EventToTopic::silence(const Surroundings& around) const {
                                   .subscribed = subscription_ && context_.someip->subscribed(*subscription_),
                                   .refused = sd.refused > 0,
                                   .over_tcp_only = sd.other_transport > 0,
-                                  .others = context_.someip->other_events(route_.service)});
+                                  .others = subscription_ ? context_.someip->other_events(*subscription_) : sd::OtherEvents{}});
 }
 
 CounterGroup EventToTopic::counters() const {
@@ -265,7 +265,7 @@ CounterGroup EventToTopic::counters() const {
        {"other_version", sd.other_version, loss},
        {"returned", returned_, loss},
        {"looped", loop_.looped(), loss},
-       {"unexpected", context_.someip->other_events(route_.service).count, loss},
+       {"unexpected", sd.other_events, loss},
        {"no_reader", no_reader_, loss},
        {"not_convertible", not_convertible_, loss},
        {"too_large", too_large_, loss},

@@ -78,8 +78,8 @@ class NodeSide final : public SomeipSide {
   sd::SubscriptionFaults subscription_faults(sd::SubscriptionId subscription) const override {
     return node_.subscription_faults(subscription);
   }
-  sd::OtherEvents other_events(someip::ServiceId service) const override {
-    return node_.other_events(service);
+  sd::OtherEvents other_events(sd::SubscriptionId subscription) const override {
+    return node_.other_events(subscription);
   }
 
  private:

@@ -68,7 +68,7 @@ class SomeipSide : public Interface {
   virtual void unsubscribe(sd::SubscriptionId subscription) = 0;
   [[nodiscard]] virtual bool subscribed(sd::SubscriptionId subscription) const = 0;
   [[nodiscard]] virtual sd::SubscriptionFaults subscription_faults(sd::SubscriptionId subscription) const = 0;
-  [[nodiscard]] virtual sd::OtherEvents other_events(someip::ServiceId service) const = 0;
+  [[nodiscard]] virtual sd::OtherEvents other_events(sd::SubscriptionId subscription) const = 0;
 };
 
 /// @param node  outlives the result.

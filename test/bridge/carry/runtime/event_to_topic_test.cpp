@@ -110,6 +110,27 @@ TEST_F(EventToTopicTest, SubscribesWhileSomebodyReads) {
   EXPECT_EQ(state(), "OK: ready") << "nobody reads, so that nothing is amiss";
 }
 
+// Of its servers' events with other ids, it has those of the subscriptions that it had before.
+TEST_F(EventToTopicTest, KeepsTheCountOfOtherEventsWhenItSubscribesAnew) {
+  settings().presence.subscribe_while_read = true;
+  const auto watch = std::make_shared<carry::TopicWatch>(io_);
+  context_.watch = watch.get();
+  const auto readers = [&](std::size_t number) {
+    dds_.matched = number;
+    watch->on_event({dds::Event::Kind::matched, "rt/talk", "", "", "writer", number});
+    work();
+  };
+  start();
+  readers(1);
+  someip_.faults.other_events = 3;
+  EXPECT_EQ(count("unexpected"), 3U);
+  readers(0);
+  EXPECT_EQ(count("unexpected"), 3U);
+  someip_.faults.other_events = 2;
+  readers(1);
+  EXPECT_EQ(count("unexpected"), 5U);
+}
+
 TEST_F(EventToTopicTest, BeginsNothingOnceItIsStopped) {
   settings().presence.write_while_offered = true;
   start();

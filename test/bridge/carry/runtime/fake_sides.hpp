@@ -150,6 +150,7 @@ class FakeSomeip final : public carry::SomeipSide, private sd::AnswerTaker {
   sd::AvailabilityHandler on_service;
   sd::EventHandler on_event;  ///< empty: not subscribed to
   bool acknowledged = true;
+  sd::SubscriptionFaults faults;  ///< of the subscription
   struct Called {
     sd::CallSpec spec;
     Bytes payload;
@@ -228,9 +229,9 @@ class FakeSomeip final : public carry::SomeipSide, private sd::AnswerTaker {
   void unsubscribe(sd::SubscriptionId /*subscription*/) override { on_event = nullptr; }
   bool subscribed(sd::SubscriptionId /*subscription*/) const override { return acknowledged; }
   sd::SubscriptionFaults subscription_faults(sd::SubscriptionId /*subscription*/) const override {
-    return {};
+    return faults;
   }
-  sd::OtherEvents other_events(someip::ServiceId /*service*/) const override { return {}; }
+  sd::OtherEvents other_events(sd::SubscriptionId /*subscription*/) const override { return {}; }
 
  private:
   static sd::RemoteService remote() {
