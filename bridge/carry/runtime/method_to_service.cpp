@@ -5,6 +5,7 @@
 #include "bridge/carry/runtime/pacing.hpp"
 #include "bridge/messages/convert/most_bytes.hpp"
 #include "dds_adapter/ros_names.hpp"
+#include "someip/net/address_text.hpp"
 
 namespace trestle::carry {
 namespace {
@@ -48,7 +49,8 @@ MethodToService::MethodToService(const RouteContext& context, const MethodRoute&
       log_{method.ros_service},
       returns_{dds::ros_request_topic(method.ros_service), mark_of(context.address, method)},
       work_{std::make_shared<ServiceWork>(
-          context.io, [this](dds::TimePoint now) { work(now); }, [this] { return client_->deadline(); })} {}
+          context.io, [this](dds::TimePoint now) { work(now); }, [this] { return client_->deadline(); })},
+      shares_{method.max_calls} {}
 
 MethodToService::~MethodToService() {
   work_->stop();
@@ -125,6 +127,14 @@ void MethodToService::on_request(const someip::Message& request, sd::Responder r
     responder.error(ReturnCode::malformed_message);
     return;
   }
+  const IpAddress caller = responder.caller().address;
+  if (!shares_.take(caller, std::chrono::steady_clock::now())) {
+    ++over_share_;
+    log_.tell(fmt::format("a call of {} was refused: it has its share of `max_calls`, {} of {} wait",
+                          someip::to_string(caller), in_flight_, method_.max_calls));
+    responder.error(ReturnCode::not_ready);
+    return;
+  }
   // A std::function is copied, which a Responder cannot be.
   const auto answer = std::make_shared<sd::Responder>(std::move(responder));
   ++in_flight_;
@@ -138,6 +148,7 @@ void MethodToService::on_request(const someip::Message& request, sd::Responder r
 void MethodToService::on_reply(tl::expected<dds::ServiceMessage, dds::CallFault> reply,
                                sd::Responder& responder) {
   --in_flight_;
+  shares_.give_back(responder.caller().address);
   if (!reply) {
     log_.tell(fmt::format("a call of the ROS service failed: {}", to_string(reply.error())));
     responder.error(code_of(reply.error()));
@@ -179,6 +190,7 @@ CounterGroup MethodToService::counters() const {
                       {"gone", ros.gone, loss},
                       {"timed_out", ros.timed_out, loss},
                       {"too_many", ros.too_many, loss},
+                      {"over_share", over_share_, loss},
                       {"not_written", ros.not_written, loss},
                       {"answers_not_convertible", answers_not_convertible_, loss},
                       {"answers_too_large", answers_too_large_, loss},

@@ -3,6 +3,7 @@
 
 #include "bridge/carry/config/bridge_config.hpp"
 #include "bridge/carry/runtime/bridge_mark.hpp"
+#include "bridge/carry/runtime/call_shares.hpp"
 #include "bridge/carry/runtime/conversion_log.hpp"
 #include "bridge/carry/runtime/route_context.hpp"
 #include "bridge/carry/runtime/route_parts.hpp"
@@ -57,6 +58,8 @@ class MethodToService final : public RunningRoute {
   std::uint64_t answers_not_convertible_ = 0;
   std::uint64_t answers_too_large_ = 0;
   std::uint64_t answers_not_sent_ = 0;
+  std::uint64_t over_share_ = 0;
+  CallShares shares_;
   std::unique_ptr<DdsClient> client_;  // last: it has the calls, which use the above
 };
 

@@ -160,13 +160,13 @@ class FakeSomeip final : public carry::SomeipSide, private sd::AnswerTaker {
   std::vector<Called> called;
 
   /// A request of the method that is offered first.
-  void request(const Bytes& payload, std::size_t method = 0,
-               const someip::e2e::CheckResult* check = nullptr) {
+  void request(const Bytes& payload, std::size_t method = 0, const someip::e2e::CheckResult* check = nullptr,
+               const Endpoint& from = {}) {
     const someip::Header header{.method = offered->methods.at(method).id,
                                 .session = someip::SessionId{1},
                                 .type = someip::MessageType::request};
     offered->methods.at(method).handler({.header = header, .payload = payload, .check = check},
-                                        sd::Responder{header, {}, {.taker = this}, true});
+                                        sd::Responder{header, {}, {.to = from, .taker = this}, true});
   }
   /// Ends a call that was made.
   void respond(std::size_t call, boost::system::error_code error, const Bytes& payload) {

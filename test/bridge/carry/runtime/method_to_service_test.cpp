@@ -89,6 +89,28 @@ TEST_F(MethodToServiceTest, CountsAnAnswerThatCannotBeSent) {
   EXPECT_EQ(count("answered"), 0U);
 }
 
+TEST_F(MethodToServiceTest, LetsNoCallerTakeAllPlaces) {
+  settings().max_calls = 8;
+  start_ready();
+  const auto request_of = [&](std::uint8_t host) {
+    someip_.request(on, 0, nullptr, {IpAddress::v4(10, 0, 0, host), 30490});
+    return dds_.called.size();
+  };
+  request_of(2);
+  reply(0, done_cdr);
+  someip_.answers.clear();
+  for (int i = 0; i < 100; ++i) {
+    request_of(1);
+  }
+  EXPECT_EQ(count("in_flight"), 4U);
+  EXPECT_EQ(count("over_share"), 96U);
+  EXPECT_EQ(someip_.answers.size(), 96U);
+  EXPECT_EQ(someip_.answers.back().first, ReturnCode::not_ready);
+  EXPECT_EQ(request_of(2), 6U) << "of the other";
+  reply(1, done_cdr);
+  EXPECT_EQ(request_of(1), 7U) << "a place that it had";
+}
+
 TEST_F(MethodToServiceTest, OffersTheMethodWhileTheServiceIsThere) {
   dds_.ready = false;
   start_ready();

@@ -1,0 +1,42 @@
+#pragma once
+#include <chrono>
+#include <cstddef>
+#include <vector>
+
+#include "someip/wire/endpoint.hpp"
+
+namespace trestle::carry {
+
+/// Whose calls wait for an answer. While fewer than half of all places are taken anybody may call; beyond
+/// that, nobody may have more places than would be left if all who have called lately had the same. So one
+/// caller that asks without end keeps no other out, and has all places while it is alone.
+class CallShares {
+ public:
+  using TimePoint = std::chrono::steady_clock::time_point;
+  /// How long a caller counts after its last call, refused ones included.
+  static constexpr std::chrono::seconds lately{60};
+  static constexpr std::size_t most_callers = 64;  ///< of whom more is known than that they call
+
+  /// @param places  how many calls may wait at once, which somebody else sees to
+  explicit CallShares(std::size_t places) : places_{places} {}
+
+  /// Whether another call of this address may wait; it does, then.
+  [[nodiscard]] bool take(const IpAddress& caller, TimePoint now);
+  /// A call that waited has ended.
+  void give_back(const IpAddress& caller);
+
+ private:
+  struct Caller {
+    IpAddress address;
+    std::size_t waiting = 0;
+    TimePoint last{};
+  };
+  [[nodiscard]] Caller* find(const IpAddress& caller);
+  [[nodiscard]] Caller* add(const IpAddress& caller);
+
+  std::size_t places_;
+  std::size_t waiting_ = 0;
+  std::vector<Caller> callers_;
+};
+
+}  // namespace trestle::carry
