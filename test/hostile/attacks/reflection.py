@@ -75,3 +75,18 @@ def get_as_victim(rate, seconds):
 def getter_reflected(world):
     world.honest("big_value", "calls_udp", "events_out")
     _bytes_at_victim(world, get_as_victim, 5, 4, most=100_000, sent=20 * 44)
+
+
+def subscribe_anew_as(address, port, rate, seconds):
+    """Each message ends the subscription, and begins another."""
+    attacker = Attacker()
+    for i in pace(rate, seconds):
+        entries = subscribe_entry(0x4005, ttl=0) + subscribe_entry(0x4005, ttl=3)
+        attacker.say_as(address, entries, endpoint(address, port), session=1 + i)
+    time.sleep(600)
+
+
+@scenario("value-again-and-again", 9, "80 Subscribes to a 1 MB field that say they come from the victim: 8 values, and one in 2 s")
+def value_again(world):
+    world.honest("big_value", "calls_udp", "events_out")
+    _bytes_at_victim(world, subscribe_anew_as, VICTIM, 6000, 20, 4, most=15_000_000, sent=80 * 100)
