@@ -496,7 +496,7 @@ std::optional<TimePoint> ServiceDiscovery::deadline() const noexcept {
     consider(subscription.expiry);
     consider(subscription.silent_at);
   }
-  if constexpr (guards) {
+  if (guards && link_up_) {
     consider(questions_due_);
   }
   return earliest == never ? std::nullopt : std::optional{earliest};

@@ -162,6 +162,23 @@ TEST_F(ClientOfAnImpostor, AsksByTimeNotByTheNumberOfOffers) {
   EXPECT_FALSE(machine.discovery.take_takeover());
 }
 
+TEST_F(ClientOfAnImpostor, HasNothingMoreToAskWhenTheLinkIsDown) {
+  machine.unicast(server, {offer({udp(server_udp)})});
+  pass(100ms);
+  machine.multicast(rival, {offer({udp(rival_udp)})});
+  pass(50ms);
+  ASSERT_TRUE(machine.discovery.deadline());
+  machine.discovery.link_down();
+  machine.events();
+  EXPECT_FALSE(machine.discovery.deadline());
+  machine.discovery.link_up(machine.now);
+  pass(5s);
+  machine.discovery.shutdown(machine.now);
+  machine.events();
+  pass(1s);
+  EXPECT_FALSE(machine.discovery.deadline());
+}
+
 TEST_F(ClientOfAnImpostor, IsNotMisledByOffersThatNameEverOtherPorts) {
   const auto taken = taken_after(20ms, [&] {
     machine.multicast(server, {offer({udp({server_sd.address, port++})})});
