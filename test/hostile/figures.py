@@ -79,7 +79,7 @@ def markdown(results):
             cells["late"] = f"{worst.text(worst.alone)}, {worst.text(worst.value)}"
         also = []
         for one in result["figures"]:
-            if one.what.startswith("a new honest peer"):
+            if one.what == "a new honest peer is served after":
                 cells["new"] = one.text(one.value)
             elif one.what == "memory afterwards":
                 cells["memory"] = f"{one.text(one.alone)}, {one.text(one.value)}"
