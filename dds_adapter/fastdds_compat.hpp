@@ -352,8 +352,8 @@ inline void use_discovery_servers(const std::vector<ParticipantConfig::Server>& 
 }
 
 /// From now on each reader is sent a copy that names it. One copy for several readers names none, and a
-/// reader that is refused (match_guard.hpp) would accept it if it shares a participant with one of them. Only
-/// versions before 2.10 have a way to do this.
+/// reader that is refused (match_guard.hpp) would accept it if it shares a participant with one of them. With
+/// 3.x the writers of who refuses do so from the beginning (match_guard.cpp); in between there is no way.
 inline void send_to_each_reader_alone([[maybe_unused]] const DataWriter& writer) {
 #if TRESTLE_FASTDDS_VERSION < 21000
   rtps::RTPSWriter* const inner = rtps::RTPSDomainImpl::find_local_writer(writer.guid());
@@ -612,8 +612,7 @@ std::vector<std::string> addresses_of(const Data& data) {
 class DiscoveryListener : public DomainParticipantListener {
  protected:
   virtual void on_peer(const FoundPeer& peer) = 0;
-  /// @return  whether to ignore it, if Fast DDS can: 3.x.
-  virtual bool on_endpoint(const FoundEndpoint& endpoint) = 0;
+  virtual void on_endpoint(const FoundEndpoint& endpoint) = 0;
 
  private:
 #if TRESTLE_FASTDDS_3
@@ -625,10 +624,10 @@ class DiscoveryListener : public DomainParticipantListener {
          addresses_of(data));
   }
   void on_data_reader_discovery(DomainParticipant*, rtps::ReaderDiscoveryStatus status,
-                                const SubscriptionBuiltinTopicData& data, bool& ignore) final {
-    ignore = on_endpoint({data.guid, data.topic_name.to_string(), data.type_name.to_string(), false,
-                          status != rtps::ReaderDiscoveryStatus::REMOVED_READER, found_qos(data),
-                          user_data_text(data.user_data)});
+                                const SubscriptionBuiltinTopicData& data, bool&) final {
+    on_endpoint({data.guid, data.topic_name.to_string(), data.type_name.to_string(), false,
+                 status != rtps::ReaderDiscoveryStatus::REMOVED_READER, found_qos(data),
+                 user_data_text(data.user_data)});
   }
   void on_data_writer_discovery(DomainParticipant*, rtps::WriterDiscoveryStatus status,
                                 const PublicationBuiltinTopicData& data, bool&) final {

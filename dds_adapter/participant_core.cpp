@@ -478,10 +478,6 @@ void ParticipantCore::on_peer(const fast::FoundPeer& peer) {
     const std::lock_guard lock{mutex_};
     if (peer.change == Change::lost) {
       peers_.erase(peer.guid.guidPrefix);
-      // Of those that it ignores Fast DDS 3 does not say that they have left.
-      std::erase_if(found_, [&](const auto& known) {
-        return known.first.guidPrefix == peer.guid.guidPrefix && !known.second.refused_by.empty();
-      });
     } else if (peers_.size() < max_found) {
       peers_.insert_or_assign(peer.guid.guidPrefix, Peer{peer.vendor, peer.name, peer.addresses});
     }
@@ -490,7 +486,7 @@ void ParticipantCore::on_peer(const fast::FoundPeer& peer) {
   report({kind, "", "", to_hex(peer.guid.guidPrefix), peer.name, 0});
 }
 
-bool ParticipantCore::on_endpoint(const fast::FoundEndpoint& endpoint) {
+void ParticipantCore::on_endpoint(const fast::FoundEndpoint& endpoint) {
   // Before it is matched, which Fast DDS does after this: no sample comes of one that is not known yet.
   if (!is_own(endpoint.guid)) {
     bridge_ends_.note(endpoint);
@@ -504,9 +500,6 @@ bool ParticipantCore::on_endpoint(const fast::FoundEndpoint& endpoint) {
       on_writers_();
     }
   }
-  const std::lock_guard lock{mutex_};
-  const auto found = found_.find(endpoint.guid);
-  return found != found_.end() && !endpoint.writer && !found->second.refused_by.empty();
 }
 
 std::vector<Event> ParticipantCore::remember(const fast::FoundEndpoint& endpoint) {

@@ -117,7 +117,7 @@ class ParticipantCore final : private fast::DiscoveryListener {
  private:
   // May come before the constructor has finished. Fast DDS also tells of our own endpoints.
   void on_peer(const fast::FoundPeer& peer) override;
-  bool on_endpoint(const fast::FoundEndpoint& endpoint) override;
+  void on_endpoint(const fast::FoundEndpoint& endpoint) override;
   struct Found {
     fast::FoundEndpoint endpoint;
     std::vector<const Endpoint*> told;          ///< ours that it does not match, which has been reported
