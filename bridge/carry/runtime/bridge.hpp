@@ -1,8 +1,10 @@
 // bridge/carry/runtime: a running bridge.
 //
 //   bridge.hpp              start here: joins SOME/IP and DDS, has all routes, gives their counters
-//   topic_to_event.hpp, event_to_topic.hpp, service_to_method.hpp, method_to_service.hpp, getter_to_topic.hpp
-//                           the kinds of routes, each named by its direction
+//   running_route.hpp, route_kinds.hpp   what a route is while it runs, and the kinds, each in a file that is
+//                           named by its direction
+//   make_routes.hpp         makes them of a configuration
+//   someip_side.hpp, dds_side.hpp        all that routes see of the networks
 //   discovered_routes.hpp   routes of patterns, made when topics appear
 //   counters.hpp, diagnostics.hpp, silence_watch.hpp, report.hpp   what a bridge reports about itself
 //   loop_guard.hpp, loop_check.hpp, suspected_loop.hpp, bridge_mark.hpp   keep messages from going round in a

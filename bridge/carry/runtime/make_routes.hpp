@@ -18,7 +18,7 @@ namespace trestle::carry {
 
 /// One of a topic, with its conversion.
 /// @param beside  all routes of the configuration, which may share its subscription.
-[[nodiscard]] std::unique_ptr<RunningRoute> make_route(const RouteContext& context, const Route& route,
+[[nodiscard]] std::shared_ptr<RunningRoute> make_route(const RouteContext& context, const Route& route,
                                                        messages::ConversionPlan plan,
                                                        messages::TypeLibrary& types,
                                                        const std::vector<Route>& beside = {});

@@ -9,7 +9,7 @@ namespace trestle::carry {
 /// A route, and where it begins in the configuration.
 struct MadeRoute {
   documents::Mark mark;
-  std::unique_ptr<RunningRoute> route;
+  std::shared_ptr<RunningRoute> route;
 };
 
 /// Routes that run, and the services that they offer together: all those of a configuration, or one that was

@@ -1,4 +1,4 @@
-#include "bridge/carry/runtime/service_to_method.hpp"
+#include "bridge/carry/runtime/route_kinds.hpp"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -6,8 +6,17 @@
 #include <algorithm>
 #include <boost/asio/error.hpp>
 #include <boost/asio/post.hpp>
+#include <memory>
+#include <optional>
 
+#include "bridge/carry/config/bridge_config.hpp"
+#include "bridge/carry/runtime/bridge_mark.hpp"
+#include "bridge/carry/runtime/conversion_log.hpp"
+#include "bridge/carry/runtime/loop_guard.hpp"
+#include "bridge/carry/runtime/loop_suspects.hpp"
 #include "bridge/carry/runtime/pacing.hpp"
+#include "bridge/carry/runtime/route_parts.hpp"
+#include "bridge/carry/runtime/service_work.hpp"
 #include "dds_adapter/ros_names.hpp"
 #include "someip/net/address_text.hpp"
 
@@ -42,374 +51,430 @@ std::vector<sd::E2eSpec> protection(const MethodRoute& method) {
   return specs;
 }
 
-}  // namespace
-
-ServiceToMethod::ServiceToMethod(const RouteContext& context, const MethodRoute& method, MethodParts parts)
-    : RunningRoute{method.e2e},
-      context_{context},
-      method_{method},
-      suspects_{dds::ros_request_topic(method.ros_service), true},
-      plans_{std::move(parts.plans)},
-      ros_{suspects_.watching(std::move(parts.ros))},
-      log_{method.ros_service},
-      failure_{std::move(parts.failure)},
-      returns_{dds::ros_request_topic(method.ros_service), mark_of(context.address, method)},
-      loop_{context.io, method.ros_service, limits_of_calls},
-      work_{std::make_shared<ServiceWork>(
-          context.io,
-          [this](dds::TimePoint now) {
-            if (server_) {
-              server_->work(now);
-            }
-          },
-          [this] { return server_ ? server_->deadline() : std::nullopt; })} {
-  if (method.notifier && context.values != nullptr) {
-    context.values->tell(method.service, method.instance, *method.notifier,
-                         [this](std::optional<ByteView> value) { note_value(value); });
-  }
-}
-
-void ServiceToMethod::join_someip() {
-  proxy_ = context_.someip->client(sd::RequireSpec{.service = method_.service,
-                                                   .instance = method_.instance,
-                                                   .major = method_.major,
-                                                   .minor = method_.minor,
-                                                   .e2e = protection(method_)},
-                                   [this](const sd::RemoteService&, bool available) {
-                                     if (!available) {
-                                       value_.reset();
-                                     }
-                                     update_soon();
-                                   });
-}
-
-ServiceToMethod::~ServiceToMethod() {
-  ServiceToMethod::stop();
-}
-
-void ServiceToMethod::stop() {
-  stopped_ = true;
-  alive_.reset();  // nobody is told how the calls end that are still outstanding
-  work_->stop();
-  if (server_) {
-    past_ += server_->counters();
-    server_.reset();
-  }
-}
-
-bool ServiceToMethod::look_for_servers() {
-  chosen_.reset();
-  called_.clear();
-  returns_.update(*context_.dds);
-  bool any = false;
-  bool all = true;
-  std::optional<someip::InstanceId> first;
-  for (const sd::RemoteService& server : proxy_->available()) {
-    if (method_.transport && !(*method_.transport == Transport::tcp ? server.tcp : server.udp)) {
-      continue;
+/// A method as a ROS service: requests of ROS clients are converted, put to the SOME/IP service, and answered
+/// with what that answers. The ROS service is there only while the SOME/IP service is; one by which another
+/// bridge offers the very ROS service is none. On the thread that runs the io_context. docs/services.md tells
+/// what becomes of calls that go wrong.
+class ServiceToMethod final : public RunningRoute, private CallEnds {
+ public:
+  /// @param context  outlives the route.
+  ServiceToMethod(const RouteContext& context, const MethodRoute& method, MethodParts parts)
+      : RunningRoute{method.e2e},
+        context_{context},
+        method_{method},
+        suspects_{dds::ros_request_topic(method.ros_service), true},
+        plans_{std::move(parts.plans)},
+        ros_{suspects_.watching(std::move(parts.ros))},
+        log_{method.ros_service},
+        failure_{std::move(parts.failure)},
+        returns_{dds::ros_request_topic(method.ros_service), mark_of(context.address, method)},
+        loop_{context.io, method.ros_service, limits_of_calls},
+        work_{std::make_shared<ServiceWork>(
+            context.io,
+            [this](dds::TimePoint now) {
+              if (server_) {
+                server_->work(now);
+              }
+            },
+            [this] { return server_ ? server_->deadline() : std::nullopt; })} {
+    if (method.notifier && context.values != nullptr) {
+      context.values->tell(method.service, method.instance, *method.notifier,
+                           [this](std::optional<ByteView> value) { note_value(value); });
     }
-    const auto& at = server.udp ? server.udp : server.tcp;
-    if (at && returns_.has(at->address)) {
-      all = false;
-      if (!std::exchange(told_returns_, true)) {
-        spdlog::warn(
-            "ROS service {}: the SOME/IP service at {} is not called for it: the bridge there calls this "
-            "very "
-            "ROS service",
-            method_.ros_service, someip::to_string(at->address));
-      }
-      continue;
+  }
+
+  ~ServiceToMethod() override { ServiceToMethod::stop(); }
+
+  /// Looks for the SOME/IP service; when it is there the ROS service begins.
+  void join_someip() override {
+    proxy_ = context_.someip->client(sd::RequireSpec{.service = method_.service,
+                                                     .instance = method_.instance,
+                                                     .major = method_.major,
+                                                     .minor = method_.minor,
+                                                     .e2e = protection(method_)},
+                                     [this](const sd::RemoteService&, bool available) {
+                                       if (!available) {
+                                         value_.reset();
+                                       }
+                                       update_soon();
+                                     });
+  }
+
+  /// Nothing is called any more, and the ROS service ends.
+  void stop() override {
+    stopped_ = true;
+    alive_.reset();  // nobody is told how the calls end that are still outstanding
+    work_->stop();
+    if (server_) {
+      past_ += server_->counters();
+      server_.reset();
     }
-    any = true;
-    if (at) {
-      called_.push_back(at->address);
+  }
+
+  void writers_changed() override {
+    if (!stopped_ && returns_.update(*context_.dds)) {
+      update_soon();
     }
-    first = first ? first : server.instance;
   }
-  if (!all) {
-    chosen_ = first;
-  }
-  return any;
-}
 
-void ServiceToMethod::writers_changed() {
-  if (!stopped_ && returns_.update(*context_.dds)) {
-    update_soon();
-  }
-}
-
-// Later, as this may come while the ROS service hands over a request.
-void ServiceToMethod::update_soon() {
-  boost::asio::post(context_.io, [this, weak = std::weak_ptr{alive_}] {
-    if (!weak.expired()) {
-      update();
+  [[nodiscard]] CounterGroup counters() const override {
+    using enum Counter::Kind;
+    dds::ServiceServerCounters ros = past_;
+    if (server_) {
+      ros += server_->counters();
     }
-  });
-}
+    CounterGroup group{"ROS service of method " + method_.ros_service,
+                       {{"received", received_},
+                        {"answered", answered_},
+                        {"refused", refused_},
+                        {"failures_answered", failures_answered_},
+                        {"in_flight", outstanding_, now},
+                        {"ready", ready() ? 1U : 0U, now},
+                        {"not_convertible", not_convertible_, loss},
+                        {"too_large", too_large_, loss},
+                        {"looped", loop_.looped(), loss},
+                        {"dds_from_bridge", ros.reader.from_bridge, loss},
+                        {"too_many", too_many_, loss},
+                        {"unavailable", unavailable_, loss},
+                        {"timed_out", timed_out_, loss},
+                        {"not_sent", not_sent_, loss},
+                        {"errors", errors_, loss},
+                        {"answers_not_convertible", answers_not_convertible_, loss},
+                        {"ended", ended_, loss},
+                        {"dds_replies", ros.replies},
+                        {"dds_malformed", ros.malformed + ros.reader.bad_encapsulation, loss},
+                        {"dds_dropped", ros.dropped, loss},
+                        {"dds_other_type", ros.reader.other_type + ros.writer.other_type, loss},
+                        {"dds_client_gone", ros.client_gone, loss},
+                        {"dds_unmatched", ros.unmatched + ros.too_many, loss},
+                        {"dds_not_written", ros.not_written, loss},
+                        {"dds_oversize", ros.reader.oversize, loss},
+                        {"dds_lost", ros.reader.lost + ros.reader.rejected, loss},
+                        {"dds_overwritten", ros.writer.overwritten, doubt}}};
+    append_e2e(group, e2e_);
+    return group;
+  }
 
-void ServiceToMethod::update() {
-  const bool wanted = look_for_servers();
-  if (wanted == ready()) {
-    return;
+  /// Its state is OK while the SOME/IP service is there.
+  void append_diagnoses(std::vector<Diagnosis>& diagnoses, bool /*all*/) const override {
+    const std::string at = called_id(method_.service, method_.instance, method_.method);
+    diagnoses.push_back(method_state(counters(), ready(), "the SOME/IP service is not offered", at));
+    append_checks(diagnoses, "answers to " + method_.ros_service, at);
   }
-  if (!wanted) {
-    past_ += server_->counters();
-    server_.reset();
-    spdlog::info("ROS service {}: ended, as the SOME/IP service has", method_.ros_service);
-    tell_change();
-    return;
-  }
-  try {
-    server_ = context_.dds->server(
-        ros_, work_->waker(),
-        [this](const dds::RequestId& id, const dds::ServiceMessage& request) { on_request(id, request); });
-    spdlog::info("ROS service {}: begun, as the SOME/IP service is there", method_.ros_service);
-    tell_change();
-  } catch (const std::exception& error) {
-    spdlog::error("ROS service {}: {}", method_.ros_service, error.what());
-  }
-}
 
-// Behind a bridge there are many senders. A client at the host of the SOME/IP service may be one, too, that
-// does not say so; its calls of a ring come while the one that causes them waits for its answer.
-std::optional<std::uint64_t> ServiceToMethod::sender_of(const dds::RequestId& id) {
-  suspects_.update(*context_.dds);
-  if (id.from_bridge ||
-      ((outstanding_ > 0 || method_.fire_and_forget) && suspects_.is_at(id.request.writer, called_))) {
-    return std::nullopt;
+ private:
+  /// The value that the field has, as its notifier tells; nothing: not known any more.
+  void note_value(std::optional<ByteView> value) {
+    if (value) {
+      value_.emplace(value->begin(), value->end());
+    } else {
+      value_.reset();
+    }
   }
-  return message_hash(id.request.writer);
-}
 
-void ServiceToMethod::on_request(const dds::RequestId& id, const dds::ServiceMessage& request) {
-  ++received_;
-  const auto through = [&] {
-    const auto suspected = std::ranges::find_if(called_, [&](const IpAddress& host) {
-      return suspects_.is_at(id.request.writer, {&host, 1});
-    });
-    return suspected == called_.end()
-               ? "who else answers " + method_.ros_service
-               : fmt::format("{}, which calls it, and the SOME/IP service at {}",
-                             suspects_.name_at(*suspected, *context_.dds), someip::to_string(*suspected));
-  };
-  if (!loop_.may_carry(message_hash(request.cdr()), sender_of(id), std::chrono::steady_clock::now(),
-                       through)) {
-    loop_.arm();
-    fail(id, "this route seems to loop", true);
-    return;
-  }
-  if (outstanding_ >= method_.max_calls) {
-    ++too_many_;
-    fail(id, "as many as `max_calls` wait for an answer", true);
-    return;
-  }
-  const auto converted = plans_.request.cdr_to_someip(request.cdr(), scratch_);
-  if (!converted) {
-    ++not_convertible_;
-    fail(id, "the request cannot be converted: " + to_string(converted.error()), true);
-    return;
-  }
-  if (converted->bytes > method_.tp.max_message) {
-    ++too_large_;
-    fail(id, "the request is larger than `max_message`", true);
-    return;
-  }
-  std::vector<std::byte> payload = joined(*converted);
-  if (method_.fire_and_forget) {
-    tell(id, payload);
-    return;
-  }
-  ++outstanding_;
-  std::vector<std::byte> wanted = keeps_value(method_) ? payload : std::vector<std::byte>{};
-  proxy_->call({.method = method_.method,
-                .timeout = method_.timeout,
-                .transport = method_.transport,
-                .instance = chosen_,
-                .pacing = pacing_of(method_.tp)},
-               std::move(payload), ends(), {.id = id, .wanted = std::move(wanted)});
-}
-
-std::weak_ptr<CallEnds> ServiceToMethod::ends() {
-  return std::shared_ptr<CallEnds>{alive_, this};
-}
-
-// ROS clients wait for an answer also where the method has none: they get the defaults of the response.
-void ServiceToMethod::tell(const dds::RequestId& id, const std::vector<std::byte>& payload) {
-  if (!proxy_->send({.method = method_.method,
-                     .transport = method_.transport,
-                     .instance = chosen_,
-                     .pacing = pacing_of(method_.tp)},
-                    payload)) {
-    ++not_sent_;
-    fail(id, "the request could not be sent", true);
-    return;
-  }
-  reply(id, {});
-}
-
-void ServiceToMethod::on_response(const Caller& caller, boost::system::error_code error,
-                                  const sd::Response& response) {
-  --outstanding_;
-  if (!caller.refusal.empty()) {
-    on_value(caller, error, response);
-    return;
-  }
-  const dds::RequestId& id = caller.id;
-  if (e2e_ && response.check) {
-    e2e_->note(*response.check);
-    if (!e2e_->passes()) {
-      fail(id, fmt::format("the answer fails its end-to-end check: {}", to_string(response.check->status)),
-           false);
+  /// Whether the SOME/IP service is there, and with it the ROS service.
+  [[nodiscard]] bool ready() const noexcept { return server_ != nullptr; }
+  /// Has the ROS service begin or end, when the SOME/IP service has.
+  void update() {
+    const bool wanted = look_for_servers();
+    if (wanted == ready()) {
       return;
     }
-  }
-  if (!error) {
-    if (keeps_value(method_) && response.payload.size() <= method_.tp.max_message) {
-      value_ = response.payload;
+    if (!wanted) {
+      past_ += server_->counters();
+      server_.reset();
+      spdlog::info("ROS service {}: ended, as the SOME/IP service has", method_.ros_service);
+      tell_change();
+      return;
     }
-    reply(id, response.payload);
-    return;
+    try {
+      server_ = context_.dds->server(
+          ros_, work_->waker(),
+          [this](const dds::RequestId& id, const dds::ServiceMessage& request) { on_request(id, request); });
+      spdlog::info("ROS service {}: begun, as the SOME/IP service is there", method_.ros_service);
+      tell_change();
+    } catch (const std::exception& error) {
+      spdlog::error("ROS service {}: {}", method_.ros_service, error.what());
+    }
   }
-  if (method_.access == messages::FieldAccess::set && is_return_code(error) &&
-      (method_.getter || is_certain(error))) {
-    on_refused(id, caller.wanted, error);
-    return;
-  }
-  ++(error == sd::CallFault::unavailable || error == sd::CallFault::not_connected ? unavailable_
-     : error == sd::CallFault::timed_out                                          ? timed_out_
-     : error == sd::CallFault::not_sent                                           ? not_sent_
-     : error == sd::CallFault::too_many_calls                                     ? too_many_
-                                                                                  : errors_);
-  fail(id,
-       fmt::format("{} of SOME/IP service {}", error.message(),
-                   called_id(method_.service, method_.instance, method_.method)),
-       is_certain(error));
-}
 
-void ServiceToMethod::note_value(std::optional<ByteView> value) {
-  if (value) {
-    value_.emplace(value->begin(), value->end());
-  } else {
-    value_.reset();
+  // Later, as this may come while the ROS service hands over a request.
+  void update_soon() {
+    boost::asio::post(context_.io, [this, weak = std::weak_ptr{alive_}] {
+      if (!weak.expired()) {
+        update();
+      }
+    });
   }
-}
 
-void ServiceToMethod::on_refused(const dds::RequestId& id, ByteView wanted,
-                                 const boost::system::error_code& why) {
-  const std::string refusal = fmt::format("a value was refused: {} of SOME/IP service {}", why.message(),
-                                          called_id(method_.service, method_.instance, method_.method));
-  if (method_.getter) {
-    ask_getter(id, refusal);
-    return;
+  /// Looks for servers that are not ourselves by way of another bridge.
+  [[nodiscard]] bool look_for_servers() {
+    chosen_.reset();
+    called_.clear();
+    returns_.update(*context_.dds);
+    bool any = false;
+    bool all = true;
+    std::optional<someip::InstanceId> first;
+    for (const sd::RemoteService& server : proxy_->available()) {
+      if (method_.transport && !(*method_.transport == Transport::tcp ? server.tcp : server.udp)) {
+        continue;
+      }
+      const auto& at = server.udp ? server.udp : server.tcp;
+      if (at && returns_.has(at->address)) {
+        all = false;
+        if (!std::exchange(told_returns_, true)) {
+          spdlog::warn(
+              "ROS service {}: the SOME/IP service at {} is not called for it: the bridge there calls this "
+              "very "
+              "ROS service",
+              method_.ros_service, someip::to_string(at->address));
+        }
+        continue;
+      }
+      any = true;
+      if (at) {
+        called_.push_back(at->address);
+      }
+      first = first ? first : server.instance;
+    }
+    if (!all) {
+      chosen_ = first;
+    }
+    return any;
   }
-  // Without a notifier it is what the setter answered last. Others may have changed it since: an answer that
-  // is the value which was refused would say that it was taken.
-  if (value_ && (method_.notifier || !std::ranges::equal(*value_, wanted))) {
-    ++refused_;
-    log_.tell(refusal + "; answered with the one that it had last");
-    reply(id, *value_);
-    return;
+
+  /// The sender of a request, for the LoopGuard; nothing: one that may be part of a ring.
+  // Behind a bridge there are many senders. A client at the host of the SOME/IP service may be one, too, that
+  // does not say so; its calls of a ring come while the one that causes them waits for its answer.
+  [[nodiscard]] std::optional<std::uint64_t> sender_of(const dds::RequestId& id) {
+    suspects_.update(*context_.dds);
+    if (id.from_bridge ||
+        ((outstanding_ > 0 || method_.fire_and_forget) && suspects_.is_at(id.request.writer, called_))) {
+      return std::nullopt;
+    }
+    return message_hash(id.request.writer);
   }
-  ++errors_;
-  fail(id, refusal + ", and which it has is not known", true);
-}
 
-void ServiceToMethod::ask_getter(const dds::RequestId& id, const std::string& refusal) {
-  ++outstanding_;
-  proxy_->call({.method = method_.getter->id,
-                .timeout = method_.timeout,
-                .transport = method_.transport,
-                .instance = chosen_},
-               {}, ends(), {.id = id, .refusal = refusal});
-}
+  void on_request(const dds::RequestId& id, const dds::ServiceMessage& request) {
+    ++received_;
+    const auto through = [&] {
+      const auto suspected = std::ranges::find_if(called_, [&](const IpAddress& host) {
+        return suspects_.is_at(id.request.writer, {&host, 1});
+      });
+      return suspected == called_.end()
+                 ? "who else answers " + method_.ros_service
+                 : fmt::format("{}, which calls it, and the SOME/IP service at {}",
+                               suspects_.name_at(*suspected, *context_.dds), someip::to_string(*suspected));
+    };
+    if (!loop_.may_carry(message_hash(request.cdr()), sender_of(id), std::chrono::steady_clock::now(),
+                         through)) {
+      loop_.arm();
+      fail(id, "this route seems to loop", true);
+      return;
+    }
+    if (outstanding_ >= method_.max_calls) {
+      ++too_many_;
+      fail(id, "as many as `max_calls` wait for an answer", true);
+      return;
+    }
+    const auto converted = plans_.request.cdr_to_someip(request.cdr(), scratch_);
+    if (!converted) {
+      ++not_convertible_;
+      fail(id, "the request cannot be converted: " + to_string(converted.error()), true);
+      return;
+    }
+    if (converted->bytes > method_.tp.max_message) {
+      ++too_large_;
+      fail(id, "the request is larger than `max_message`", true);
+      return;
+    }
+    std::vector<std::byte> payload = joined(*converted);
+    if (method_.fire_and_forget) {
+      tell(id, payload);
+      return;
+    }
+    ++outstanding_;
+    std::vector<std::byte> wanted = keeps_value(method_) ? payload : std::vector<std::byte>{};
+    proxy_->call({.method = method_.method,
+                  .timeout = method_.timeout,
+                  .transport = method_.transport,
+                  .instance = chosen_,
+                  .pacing = pacing_of(method_.tp)},
+                 std::move(payload), ends(), {.id = id, .wanted = std::move(wanted)});
+  }
 
-void ServiceToMethod::on_value(const Caller& caller, const boost::system::error_code& error,
-                               const sd::Response& value) {
-  if (error) {
+  // ROS clients wait for an answer also where the method has none: they get the defaults of the response.
+  void tell(const dds::RequestId& id, const std::vector<std::byte>& payload) {
+    if (!proxy_->send({.method = method_.method,
+                       .transport = method_.transport,
+                       .instance = chosen_,
+                       .pacing = pacing_of(method_.tp)},
+                      payload)) {
+      ++not_sent_;
+      fail(id, "the request could not be sent", true);
+      return;
+    }
+    reply(id, {});
+  }
+
+  void on_response(const Caller& caller, boost::system::error_code error,
+                   const sd::Response& response) override {
+    --outstanding_;
+    if (!caller.refusal.empty()) {
+      on_value(caller, error, response);
+      return;
+    }
+    const dds::RequestId& id = caller.id;
+    if (e2e_ && response.check) {
+      e2e_->note(*response.check);
+      if (!e2e_->passes()) {
+        fail(id, fmt::format("the answer fails its end-to-end check: {}", to_string(response.check->status)),
+             false);
+        return;
+      }
+    }
+    if (!error) {
+      if (keeps_value(method_) && response.payload.size() <= method_.tp.max_message) {
+        value_ = response.payload;
+      }
+      reply(id, response.payload);
+      return;
+    }
+    if (method_.access == messages::FieldAccess::set && is_return_code(error) &&
+        (method_.getter || is_certain(error))) {
+      on_refused(id, caller.wanted, error);
+      return;
+    }
+    ++(error == sd::CallFault::unavailable || error == sd::CallFault::not_connected ? unavailable_
+       : error == sd::CallFault::timed_out                                          ? timed_out_
+       : error == sd::CallFault::not_sent                                           ? not_sent_
+       : error == sd::CallFault::too_many_calls                                     ? too_many_
+                                                                                    : errors_);
+    fail(id,
+         fmt::format("{} of SOME/IP service {}", error.message(),
+                     called_id(method_.service, method_.instance, method_.method)),
+         is_certain(error));
+  }
+
+  /// The server did not take a value: what it has is the answer.
+  void on_refused(const dds::RequestId& id, ByteView wanted, const boost::system::error_code& why) {
+    const std::string refusal = fmt::format("a value was refused: {} of SOME/IP service {}", why.message(),
+                                            called_id(method_.service, method_.instance, method_.method));
+    if (method_.getter) {
+      ask_getter(id, refusal);
+      return;
+    }
+    // Without a notifier it is what the setter answered last. Others may have changed it since: an answer
+    // that is the value which was refused would say that it was taken.
+    if (value_ && (method_.notifier || !std::ranges::equal(*value_, wanted))) {
+      ++refused_;
+      log_.tell(refusal + "; answered with the one that it had last");
+      reply(id, *value_);
+      return;
+    }
     ++errors_;
-    fail(caller.id,
-         fmt::format("{}, and which it has the getter does not say: {}", caller.refusal, error.message()),
-         true);
-    return;
+    fail(id, refusal + ", and which it has is not known", true);
   }
-  ++refused_;
-  log_.tell(caller.refusal + "; answered with the one that it has");
-  reply(caller.id, value.payload);
-}
 
-void ServiceToMethod::fail(const dds::RequestId& id, const std::string& why, bool is_certain) {
-  const auto sample = failure_ && server_ ? failure_->sample(why, is_certain) : std::nullopt;
-  log_.tell(sample ? fmt::format("a call went wrong: {}", why)
-                   : fmt::format("a call went wrong, and its ROS client gets no answer: {}", why));
-  if (sample) {
-    ++failures_answered_;
-    const ByteView bytes{*sample};
-    send(id, {&bytes, 1});
+  [[nodiscard]] std::weak_ptr<CallEnds> ends() { return std::shared_ptr<CallEnds>{alive_, this}; }
+
+  void ask_getter(const dds::RequestId& id, const std::string& refusal) {
+    ++outstanding_;
+    proxy_->call({.method = method_.getter->id,
+                  .timeout = method_.timeout,
+                  .transport = method_.transport,
+                  .instance = chosen_},
+                 {}, ends(), {.id = id, .refusal = refusal});
   }
-}
 
-void ServiceToMethod::reply(const dds::RequestId& id, ByteView payload) {
-  if (!server_) {
-    ++ended_;
-    return;
+  /// What the getter says.
+  void on_value(const Caller& caller, const boost::system::error_code& error, const sd::Response& value) {
+    if (error) {
+      ++errors_;
+      fail(caller.id,
+           fmt::format("{}, and which it has the getter does not say: {}", caller.refusal, error.message()),
+           true);
+      return;
+    }
+    ++refused_;
+    log_.tell(caller.refusal + "; answered with the one that it has");
+    reply(caller.id, value.payload);
   }
-  const auto sample = plans_.response.someip_to_cdr(payload, scratch_);
-  if (!sample) {
-    ++answers_not_convertible_;
-    fail(id, "the answer cannot be converted: " + to_string(sample.error()), false);
-    return;
+
+  void reply(const dds::RequestId& id, ByteView payload) {
+    if (!server_) {
+      ++ended_;
+      return;
+    }
+    const auto sample = plans_.response.someip_to_cdr(payload, scratch_);
+    if (!sample) {
+      ++answers_not_convertible_;
+      fail(id, "the answer cannot be converted: " + to_string(sample.error()), false);
+      return;
+    }
+    ++answered_;
+    send(id, sample->slices);
   }
-  ++answered_;
-  send(id, sample->slices);
-}
 
-void ServiceToMethod::send(const dds::RequestId& id, std::span<const ByteView> sample) {
-  server_->reply(id, sample, std::chrono::steady_clock::now());
-  work_->arm();
-}
-
-void ServiceToMethod::append_diagnoses(std::vector<Diagnosis>& diagnoses, bool /*all*/) const {
-  const std::string at = called_id(method_.service, method_.instance, method_.method);
-  diagnoses.push_back(method_state(counters(), ready(), "the SOME/IP service is not offered", at));
-  append_checks(diagnoses, "answers to " + method_.ros_service, at);
-}
-
-CounterGroup ServiceToMethod::counters() const {
-  using enum Counter::Kind;
-  dds::ServiceServerCounters ros = past_;
-  if (server_) {
-    ros += server_->counters();
+  /// Logs what went wrong, and has it answered where the type can say so.
+  void fail(const dds::RequestId& id, const std::string& why, bool is_certain) {
+    const auto sample = failure_ && server_ ? failure_->sample(why, is_certain) : std::nullopt;
+    log_.tell(sample ? fmt::format("a call went wrong: {}", why)
+                     : fmt::format("a call went wrong, and its ROS client gets no answer: {}", why));
+    if (sample) {
+      ++failures_answered_;
+      const ByteView bytes{*sample};
+      send(id, {&bytes, 1});
+    }
   }
-  CounterGroup group{"ROS service of method " + method_.ros_service,
-                     {{"received", received_},
-                      {"answered", answered_},
-                      {"refused", refused_},
-                      {"failures_answered", failures_answered_},
-                      {"in_flight", outstanding_, now},
-                      {"ready", ready() ? 1U : 0U, now},
-                      {"not_convertible", not_convertible_, loss},
-                      {"too_large", too_large_, loss},
-                      {"looped", loop_.looped(), loss},
-                      {"dds_from_bridge", ros.reader.from_bridge, loss},
-                      {"too_many", too_many_, loss},
-                      {"unavailable", unavailable_, loss},
-                      {"timed_out", timed_out_, loss},
-                      {"not_sent", not_sent_, loss},
-                      {"errors", errors_, loss},
-                      {"answers_not_convertible", answers_not_convertible_, loss},
-                      {"ended", ended_, loss},
-                      {"dds_replies", ros.replies},
-                      {"dds_malformed", ros.malformed + ros.reader.bad_encapsulation, loss},
-                      {"dds_dropped", ros.dropped, loss},
-                      {"dds_other_type", ros.reader.other_type + ros.writer.other_type, loss},
-                      {"dds_client_gone", ros.client_gone, loss},
-                      {"dds_unmatched", ros.unmatched + ros.too_many, loss},
-                      {"dds_not_written", ros.not_written, loss},
-                      {"dds_oversize", ros.reader.oversize, loss},
-                      {"dds_lost", ros.reader.lost + ros.reader.rejected, loss},
-                      {"dds_overwritten", ros.writer.overwritten, doubt}}};
-  append_e2e(group, e2e_);
-  return group;
+
+  void send(const dds::RequestId& id, std::span<const ByteView> sample) {
+    server_->reply(id, sample, std::chrono::steady_clock::now());
+    work_->arm();
+  }
+
+  const RouteContext& context_;
+  const MethodRoute method_;
+  LoopSuspects suspects_;  ///< ROS clients
+  messages::ServicePlans plans_;
+  const dds::ServiceConfig ros_;
+  messages::ConversionScratch scratch_;
+  ConversionLog log_;
+  const std::optional<FailureReply> failure_;
+  std::optional<std::vector<std::byte>>
+      value_;  ///< of the field, if it is a setter that has no getter to ask
+  Returns returns_;
+  std::optional<someip::InstanceId> chosen_;  ///< where not all servers may be called
+  bool told_returns_ = false;
+  std::vector<IpAddress> called_;  ///< where the servers are
+  LoopGuard loop_;
+  std::shared_ptr<ServiceWork> work_;
+  dds::ServiceServerCounters past_;  ///< of servers that have ended
+  std::uint64_t received_ = 0;
+  std::uint64_t answered_ = 0;
+  std::size_t outstanding_ = 0;
+  std::uint64_t not_convertible_ = 0;
+  std::uint64_t too_large_ = 0;
+  std::uint64_t too_many_ = 0;
+  std::uint64_t unavailable_ = 0;
+  std::uint64_t timed_out_ = 0;
+  std::uint64_t not_sent_ = 0;
+  std::uint64_t errors_ = 0;
+  std::uint64_t refused_ = 0;
+  std::uint64_t failures_answered_ = 0;
+  std::uint64_t answers_not_convertible_ = 0;
+  std::uint64_t ended_ = 0;
+  bool stopped_ = false;
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+  std::unique_ptr<DdsServer> server_;
+  std::unique_ptr<SomeipClient> proxy_;
+};
+
+}  // namespace
+
+std::shared_ptr<RunningRoute> service_to_method(const RouteContext& context, const MethodRoute& method,
+                                                MethodParts parts) {
+  return std::make_shared<ServiceToMethod>(context, method, std::move(parts));
 }
 
 }  // namespace trestle::carry

@@ -1,4 +1,4 @@
-#include "bridge/carry/runtime/topic_to_event.hpp"
+#include "bridge/carry/runtime/route_kinds.hpp"
 
 #include <spdlog/spdlog.h>
 
@@ -40,23 +40,169 @@ struct Job {
   messages::ConversionScratch scratch;
 };
 
-}  // namespace
+/// Carries a DDS topic to a SOME/IP event. Samples arrive on threads of DDS and wait, at most as many as the
+/// route's QoS depth, for the thread that runs the io_context; there they are converted and sent. A sample's
+/// memory stays on loan from DDS until the last byte of it has been sent: nothing is copied on the way.
+///
+/// What other bridges brought to the topic from SOME/IP is not carried.
+///
+/// A subscriber who takes them more slowly than they come gets the newest, as many as the depth: what is
+/// dropped is dropped for that subscriber alone.
+class TopicToEvent final : public RunningRoute, public std::enable_shared_from_this<TopicToEvent> {
+ public:
+  TopicToEvent(const RouteContext& context, const Route& route, messages::ConversionPlan plan,
+               std::string user_data)
+      : context_{context},
+        user_data_{std::move(user_data)},
+        route_{route},
+        plan_{std::move(plan)},
+        log_{route.topic},
+        ours_{mark_of(context.address, route)},
+        loop_{context.io, route.topic, {}, &mutex_},
+        pacing_{pacing_of(route.tp)},
+        max_lent_{route.qos.depth + lent_to_slow},
+        qos_{route.qos},
+        waiting_{std::max<std::size_t>(1, route.qos.depth)},
+        held_{route.qos.durability_as_published} {}
 
-struct TopicToEvent::State : std::enable_shared_from_this<State> {
-  State(const RouteContext& shared, const Route& what, messages::ConversionPlan how, std::string told)
-      : context{shared},
-        user_data{std::move(told)},
-        route{what},
-        plan{std::move(how)},
-        log{what.topic},
-        ours{mark_of(shared.address, what)},
-        loop{shared.io, what.topic, {}, &mutex},
-        pacing{pacing_of(what.tp)},
-        max_lent{what.qos.depth + lent_to_slow},
-        qos{what.qos},
-        waiting{std::max<std::size_t>(1, what.qos.depth)},
-        held{what.qos.durability_as_published} {}
+  void describe(ServiceOffers& offers) override {
+    offer_ = &offers.of(route_);
+    offer_->wait_for_needs(route_.presence.offer_while_published);
+    sd::ServiceSpec& spec = offer_->spec();
+    if (route_.transport == Transport::tcp) {
+      spec.tcp_port = route_.port;
+      spec.tcp_events.push_back(route_.event);
+    } else {
+      spec.udp_port = route_.port;
+    }
+    auto& groups = spec.eventgroups;
+    auto group = std::ranges::find(groups, route_.eventgroup, &sd::EventgroupSpec::id);
+    if (group == groups.end()) {
+      group = groups.insert(group, {.id = route_.eventgroup});
+    }
+    if (route_.multicast) {
+      group->multicast = route_.multicast->group;
+      group->multicast_threshold = route_.multicast->threshold;
+    }
+    group->events.push_back(route_.event);
+    spec.waits.push_back(
+        {.id = route_.event,
+         .rule = {.most = std::max<std::size_t>(1, route_.qos.depth), .keep_oldest = route_.qos.keep_all}});
+    if (route_.e2e) {
+      spec.e2e.push_back(
+          {.id = route_.event, .protect = route_.e2e->profile, .payload_only = route_.e2e->payload_only});
+    }
+    // Late subscribers get the last value, as late readers do; none while the topic is not latched.
+    if (route_.qos.transient_local || route_.qos.durability_as_published) {
+      spec.fields.push_back({.notifier = route_.event,
+                             .differs = [](ByteView, ByteView) { return true; },
+                             .pacing = pacing_of(route_.tp)});
+    }
+  }
 
+  void join_dds() override {
+    const std::string topic = dds::ros_topic_name(route_.topic);
+    open_reader();
+    if (route_.presence.offer_while_published) {
+      offer_->needs([this] { return published(); });
+      if (context_.watch != nullptr) {
+        context_.watch->watch(topic, TopicWatch::End::reader, [offer = offer_] { offer->update(); });
+      }
+    }
+    if (context_.publishers != nullptr && is_as_published(route_.qos)) {
+      context_.publishers->add(topic, dds::ros_type_name(route_.type), ours_,
+                               [this](const PublishedQos& published) { follow(published); });
+    }
+  }
+
+  /// What waits or comes is counted as `stopped`.
+  void stop() override {
+    boost::circular_buffer<dds::Sample> dropped;  // released without the lock, as above
+    const std::lock_guard lock{mutex_};
+    is_stopped_ = true;
+    stopped_ += waiting_.size();
+    dropped.swap(waiting_);
+  }
+
+  /// Where the quality of service is to be as published: asks for the least that the publishers offer.
+  /// Until this has been called samples wait, as they may be those of a latched topic. To be called when
+  /// publishers have come or gone.
+  void follow(const PublishedQos& published) override {
+    const QosSettings wanted = followed(route_.qos, published);
+    if (published.publishers > 0 && wanted != qos_) {
+      exchange_reader(wanted);
+    }
+    between_readers_ = between_readers_ && published.publishers > 0;
+    // What publishes nothing yet may be latched when it does. Of one that matches and is not known, as there
+    // are more than can be remembered, that will never be known.
+    hold(route_.qos.durability_as_published && published.publishers == 0 &&
+         (!reader_ || reader_->matched() == 0));
+  }
+
+  [[nodiscard]] CounterGroup counters() const override {
+    using enum Counter::Kind;
+    const dds::ReaderCounters dds = reader_ ? reader_->counters() : dds::ReaderCounters{};
+    dds::ReaderCounters all = past_;
+    all += dds;
+    const std::uint64_t publishers = reader_ ? reader_->matched() : 0;
+    const std::uint64_t bridges = context_.dds->bridge_ends(dds::ros_topic_name(route_.topic)).size();
+    const std::uint64_t offered = offer_->handle() ? 1 : 0;
+    const std::lock_guard lock{mutex_};
+    return {"route " + route_.topic + " to SOME/IP",
+            {{"received", received_},
+             {"carried", carried_},
+             {"bytes", carried_bytes_},
+             {"publishers", publishers, now},
+             {"bridges", bridges, now},
+             {"offered", offered, now},
+             {"no_subscriber", no_subscriber_, loss},
+             {"kept", kept_},
+             {"expired", expired_, loss},
+             {"overtaken", overtaken_, loss},
+             {"not_convertible", not_convertible_, loss},
+             {"too_large", too_large_, loss},
+             {"not_sent", send_dropped_, loss},
+             {"slow_subscriber", slow_subscriber_, loss},
+             {"copied", copied_},
+             {"stopped", stopped_, loss},
+             {"looped", loop_.looped(), loss},
+             {"dds_own", all.own, loss},
+             {"dds_from_bridge", all.from_bridge, loss},
+             {"dds_other_type", all.other_type, loss},
+             {"dds_bad_encapsulation", all.bad_encapsulation, loss},
+             {"dds_oversize", all.oversize, loss},
+             {"dds_lost", all.lost, loss},
+             {"dds_rejected", all.rejected, loss},
+             {"dds_incompatible_qos", dds.incompatible_qos, loss},  // of those before: why they are gone
+             {"dds_deadlines_missed", all.deadlines_missed, loss},
+             {"dds_liveliness_lost", all.liveliness_lost, loss}}};
+  }
+
+  /// OK while somebody publishes the topic.
+  void append_diagnoses(std::vector<Diagnosis>& diagnoses, bool all) const override {
+    if (all) {
+      diagnoses.push_back(route_state(counters(), published(), "nobody publishes the topic", route_));
+    }
+  }
+
+  [[nodiscard]] const std::string* awaited() const override { return &route_.topic; }
+
+  [[nodiscard]] std::uint64_t received() const override {
+    const std::lock_guard lock{mutex_};
+    return received_;
+  }
+
+  [[nodiscard]] SilenceReason silence(const Surroundings& around) const override {
+    std::vector<dds::FoundWriter> others;  // than bridges that it has nothing to do with
+    std::ranges::copy_if(
+        around.writers_of(dds::ros_topic_name(route_.topic)), std::back_inserter(others),
+        [this](const dds::FoundWriter& one) { return !one.bridge || goes_on(ours_, one.bridge_text); });
+    return why_silent(route_, DdsSilence{.participants = around.participants,
+                                         .writers = others,
+                                         .matched = reader_ ? reader_->matched() : 0});
+  }
+
+ private:
   // On a thread of DDS.
   void on_sample(dds::Sample sample) {
     std::optional<dds::Sample> oldest;  // released without the lock: DDS has locks of its own
@@ -67,32 +213,32 @@ struct TopicToEvent::State : std::enable_shared_from_this<State> {
         sample.from_bridge() ? std::nullopt : std::optional{message_hash(sample.id().writer)};
     const auto now = std::chrono::steady_clock::now();
     {
-      const std::lock_guard lock{mutex};
-      if (!seen.empty() && was_seen(sample.id())) {
+      const std::lock_guard lock{mutex_};
+      if (!seen_.empty() && was_seen(sample.id())) {
         return;
       }
-      ++received;
-      if (is_stopped) {
-        ++stopped;
+      ++received_;
+      if (is_stopped_) {
+        ++stopped_;
         return;
       }
-      if (!loop.may_carry(hash, from, now, [&] {
+      if (!loop_.may_carry(hash, from, now, [&] {
             return from ? "the DDS writer " + sample.writer() : name_of(sample.id().writer);
           })) {
-        look_at_rings = true;
-        wake = !std::exchange(woken, true);
+        look_at_rings_ = true;
+        wake = !std::exchange(woken_, true);
         oldest = std::move(sample);
-      } else if (route.qos.keep_all && waiting.full()) {
-        ++overtaken;
+      } else if (route_.qos.keep_all && waiting_.full()) {
+        ++overtaken_;
         return;
       } else {
-        if (waiting.full()) {
-          oldest = std::move(waiting.front());
-          waiting.pop_front();
-          ++overtaken;
+        if (waiting_.full()) {
+          oldest = std::move(waiting_.front());
+          waiting_.pop_front();
+          ++overtaken_;
         }
-        waiting.push_back(std::move(sample));
-        wake = !held && !std::exchange(woken, true);
+        waiting_.push_back(std::move(sample));
+        wake = !held_ && !std::exchange(woken_, true);
       }
     }
     if (wake) {
@@ -107,12 +253,12 @@ struct TopicToEvent::State : std::enable_shared_from_this<State> {
     const auto now = std::chrono::steady_clock::now();
     bool wake = false;
     {
-      const std::lock_guard lock{mutex};
-      bridged_by = writer;
-      returned += loop.is_repeat(hash, now) ? 1U : 0U;
-      wake = !told_bridged || (!told_returned && returned >= returned_in_ring);
-      look_at_rings = look_at_rings || wake;
-      wake = wake && !std::exchange(woken, true);
+      const std::lock_guard lock{mutex_};
+      bridged_by_ = writer;
+      returned_ += loop_.is_repeat(hash, now) ? 1U : 0U;
+      wake = !told_bridged_ || (!told_returned_ && returned_ >= returned_in_ring);
+      look_at_rings_ = look_at_rings_ || wake;
+      wake = wake && !std::exchange(woken_, true);
     }
     if (wake) {
       drain_soon();
@@ -120,7 +266,7 @@ struct TopicToEvent::State : std::enable_shared_from_this<State> {
   }
 
   void drain_soon() {
-    boost::asio::post(context.io, boost::asio::bind_allocator(memory, [weak = weak_from_this()] {
+    boost::asio::post(context_.io, boost::asio::bind_allocator(memory_, [weak = weak_from_this()] {
                         if (const auto self = weak.lock()) {
                           self->drain();
                         }
@@ -129,99 +275,79 @@ struct TopicToEvent::State : std::enable_shared_from_this<State> {
 
   // Whether the reader before had it already: who asks for what was published before gets that again.
   bool was_seen(const dds::SampleId& id) {
-    const auto last = std::ranges::find(seen, id.writer, &dds::SampleId::writer);
-    if (last == seen.end()) {
+    const auto last = std::ranges::find(seen_, id.writer, &dds::SampleId::writer);
+    if (last == seen_.end()) {
       return false;
     }
     if (id.sequence <= last->sequence) {
       return true;
     }
-    seen.erase(last);
+    seen_.erase(last);
     return false;
   }
 
-  void stop() {
-    boost::circular_buffer<dds::Sample> dropped;  // released without the lock, as above
-    const std::lock_guard lock{mutex};
-    is_stopped = true;
-    stopped += waiting.size();
-    dropped.swap(waiting);
-  }
-
   std::optional<dds::Sample> next_sample() {
-    const std::lock_guard lock{mutex};
-    if (waiting.empty() || ended || held) {
-      woken = false;
+    const std::lock_guard lock{mutex_};
+    if (waiting_.empty() || held_) {
+      woken_ = false;
       return std::nullopt;
     }
-    std::optional<dds::Sample> sample{std::move(waiting.front())};
-    waiting.pop_front();
+    std::optional<dds::Sample> sample{std::move(waiting_.front())};
+    waiting_.pop_front();
     return sample;
   }
 
   // From here on: on the thread that runs the io_context.
   void open_reader() {
-    reader = context.dds->reader(
-        dds::ros_topic_name(route.topic), dds::ros_type_name(route.type), dds_qos(qos),
-        [this](dds::Sample sample) { on_sample(std::move(sample)); }, max_sample_bytes(route),
-        {.user_data = user_data,
-         .bridge = to_text(ours),
-         .takes_bridge = [mark = ours](std::string_view other) { return goes_on(mark, other); },
+    reader_ = context_.dds->reader(
+        dds::ros_topic_name(route_.topic), dds::ros_type_name(route_.type), dds_qos(qos_),
+        [this](dds::Sample sample) { on_sample(std::move(sample)); }, max_sample_bytes(route_),
+        {.user_data = user_data_,
+         .bridge = to_text(ours_),
+         .takes_bridge = [mark = ours_](std::string_view other) { return goes_on(mark, other); },
          .on_bridged = [this](ByteView cdr, const dds::Guid& writer) { on_bridged(cdr, writer); }});
   }
 
-  void follow(const PublishedQos& published) {
-    const QosSettings wanted = followed(route.qos, published);
-    if (published.publishers > 0 && wanted != qos) {
-      exchange_reader(wanted);
-    }
-    between_readers = between_readers && published.publishers > 0;
-    // What publishes nothing yet may be latched when it does. Of one that matches and is not known, as there
-    // are more than can be remembered, that will never be known.
-    hold(route.qos.durability_as_published && published.publishers == 0 &&
-         (!reader || reader->matched() == 0));
-  }
-
   void exchange_reader(const QosSettings& wanted) {
-    if (reader) {
-      between_readers = reader->matched() > 0;
-      past += reader->counters();
-      reader.reset();
+    if (reader_) {
+      between_readers_ = reader_->matched() > 0;
+      past_ += reader_->counters();
+      reader_.reset();
     }
-    const bool begins_to_latch = wanted.transient_local && !qos.transient_local;
-    if (qos.transient_local && !wanted.transient_local) {
-      offer->forget(route.event);
+    const bool begins_to_latch = wanted.transient_local && !qos_.transient_local;
+    if (qos_.transient_local && !wanted.transient_local) {
+      offer_->forget(route_.event);
     }
-    qos = wanted;
+    qos_ = wanted;
     {
-      const std::lock_guard lock{mutex};
-      seen.clear();
-      for (const dds::Sample& sample : waiting) {
+      const std::lock_guard lock{mutex_};
+      seen_.clear();
+      for (const dds::Sample& sample : waiting_) {
         const dds::SampleId id = sample.id();
-        const auto known = std::ranges::find(seen, id.writer, &dds::SampleId::writer);
-        if (known != seen.end()) {
+        const auto known = std::ranges::find(seen_, id.writer, &dds::SampleId::writer);
+        if (known != seen_.end()) {
           known->sequence = std::max(known->sequence, id.sequence);
         } else if (begins_to_latch) {
-          seen.push_back(id);
+          seen_.push_back(id);
         }
       }
     }
-    spdlog::info("{}: asks for what its publishers offer: {}, {}", route.topic,
-                 qos.reliable ? "reliable" : "best_effort",
-                 qos.transient_local ? "transient_local" : "volatile");
+    spdlog::info("{}: asks for what its publishers offer: {}, {}", route_.topic,
+                 qos_.reliable ? "reliable" : "best_effort",
+                 qos_.transient_local ? "transient_local" : "volatile");
     try {
       open_reader();
     } catch (const std::exception& error) {  // tried again when publishers come or go
-      spdlog::error("{}: {}", route.topic, error.what());
+      spdlog::error("{}: {}", route_.topic, error.what());
     }
   }
 
   void hold(bool now) {
     bool wake = false;
     {
-      const std::lock_guard lock{mutex};
-      held = now;
-      wake = !held && !waiting.empty() && !std::exchange(woken, true);
+      const std::lock_guard lock{mutex_};
+      held_ = now;
+      wake = !held_ && !waiting_.empty() && !std::exchange(woken_, true);
     }
     if (wake) {
       drain_soon();
@@ -229,31 +355,31 @@ struct TopicToEvent::State : std::enable_shared_from_this<State> {
   }
 
   void tell_of_rings() {
-    loop.arm();
+    loop_.arm();
     std::optional<dds::Guid> by;
     bool in_ring = false;
     {
-      const std::lock_guard lock{mutex};
-      in_ring = !told_returned && returned >= returned_in_ring;
-      if (bridged_by && (!told_bridged || in_ring)) {
-        by = bridged_by;
-        told_bridged = true;
-        told_returned = told_returned || in_ring;
+      const std::lock_guard lock{mutex_};
+      in_ring = !told_returned_ && returned_ >= returned_in_ring;
+      if (bridged_by_ && (!told_bridged_ || in_ring)) {
+        by = bridged_by_;
+        told_bridged_ = true;
+        told_returned_ = told_returned_ || in_ring;
       }
     }
     if (by && in_ring) {
       spdlog::error(
           "{}: this route seems to loop through {}: what it carries comes back from there. It is not carried "
           "again; end the ring (docs/several_bridges.md)",
-          route.topic, name_of(*by));
+          route_.topic, name_of(*by));
     } else if (by) {
-      spdlog::info("{}: what {} brings from SOME/IP is not carried there again", route.topic, name_of(*by));
+      spdlog::info("{}: what {} brings from SOME/IP is not carried there again", route_.topic, name_of(*by));
     }
   }
 
   // Of the bridge whose writer it is.
   [[nodiscard]] std::string name_of(const dds::Guid& writer) const {
-    for (const dds::BridgeEnd& end : context.dds->bridge_ends(dds::ros_topic_name(route.topic))) {
+    for (const dds::BridgeEnd& end : context_.dds->bridge_ends(dds::ros_topic_name(route_.topic))) {
       const auto mark = end.guid == writer ? parse_bridge_mark(end.text) : std::nullopt;
       if (mark) {
         return "the bridge " + someip::to_string(mark->address);
@@ -263,80 +389,80 @@ struct TopicToEvent::State : std::enable_shared_from_this<State> {
   }
 
   void drain() {
-    if (look_at_rings.exchange(false)) {
+    if (look_at_rings_.exchange(false)) {
       tell_of_rings();
     }
-    if (draining) {
+    if (draining_) {
       return;  // a job that was done at once: the loop below goes on
     }
-    draining = true;
+    draining_ = true;
     while (auto sample = next_sample()) {
       carry(std::move(*sample));
     }
-    draining = false;
+    draining_ = false;
   }
 
   void carry(dds::Sample sample) {
-    if (idle_jobs.empty()) {
-      idle_jobs.push_back(std::make_unique<Job>());
-      ++jobs;
+    if (idle_jobs_.empty()) {
+      idle_jobs_.push_back(std::make_unique<Job>());
+      ++jobs_;
     }
-    plan.expect(sample.cdr(), idle_jobs.back()->scratch);
+    plan_.expect(sample.cdr(), idle_jobs_.back()->scratch);
     if (is_expired(sample)) {
-      ++expired;
+      ++expired_;
       return;
     }
-    if (!qos.transient_local &&
-        (!offer->handle() || context.someip->subscribers(*offer->handle(), route.event) == 0)) {
-      ++no_subscriber;
+    if (!qos_.transient_local &&
+        (!offer_->handle() || context_.someip->subscribers(*offer_->handle(), route_.event) == 0)) {
+      ++no_subscriber_;
       return;
     }
     // Where too many are lent out to who does not take them, what has to wait of this one is copied, to
     // memory that has a bound of its own: NodeConfig::max_queued_bytes.
-    const bool lend = jobs - idle_jobs.size() < max_lent;
+    const bool lend = jobs_ - idle_jobs_.size() < max_lent_;
     const auto job = take_job();
     job->sample = std::move(sample);
     const auto before = Clock::now();
-    const auto payload = plan.cdr_to_someip(job->sample.cdr(), job->scratch);
+    const auto payload = plan_.cdr_to_someip(job->sample.cdr(), job->scratch);
     const auto after = Clock::now();
     if (!payload) {
-      ++not_convertible;
-      log.refused(payload.error(), job->sample.cdr());
+      ++not_convertible_;
+      log_.refused(payload.error(), job->sample.cdr());
       return;
     }
-    if (payload->bytes > route.tp.max_message) {
-      ++too_large;
+    if (payload->bytes > route_.tp.max_message) {
+      ++too_large_;
       return;
     }
     const std::size_t bytes = payload->bytes;
     const auto source_time = job->sample.source_time();
-    const auto sent = qos.transient_local
-                          ? offer->set(route.event, gathered(*payload))
-                          : context.someip->notify(*offer->handle(), route.event, payload->slices,
-                                                   lend ? job : std::shared_ptr<const void>{}, pacing);
-    copied += lend || qos.transient_local ? 0 : 1;
-    send_dropped += sent.dropped;
-    slow_subscriber += sent.overtaken;
-    if (sent.subscribers == 0 && qos.transient_local) {
-      ++kept;
+    const auto sent = qos_.transient_local
+                          ? offer_->set(route_.event, gathered(*payload))
+                          : context_.someip->notify(*offer_->handle(), route_.event, payload->slices,
+                                                    lend ? job : std::shared_ptr<const void>{}, pacing_);
+    copied_ += lend || qos_.transient_local ? 0 : 1;
+    send_dropped_ += sent.dropped;
+    slow_subscriber_ += sent.overtaken;
+    if (sent.subscribers == 0 && qos_.transient_local) {
+      ++kept_;
     }
     if (sent.subscribers > 0) {
-      ++carried;
-      carried_bytes += bytes;
-      context.report.carried({.topic = route.topic,
-                              .direction = route.direction,
-                              .session = sent.session,
-                              .before = before,
-                              .after = after,
-                              .source_time = source_time,
-                              .bytes = bytes});
+      ++carried_;
+      carried_bytes_ += bytes;
+      context_.report.carried({.topic = route_.topic,
+                               .direction = route_.direction,
+                               .session = sent.session,
+                               .before = before,
+                               .after = after,
+                               .source_time = source_time,
+                               .bytes = bytes});
     }
   }
 
   // Nothing that waited for longer than its lifespan is worth carrying.
   [[nodiscard]] bool is_expired(const dds::Sample& sample) const {
-    return route.qos.lifespan.count() > 0 && sample.source_time().count() > 0 &&
-           std::chrono::system_clock::now().time_since_epoch() > sample.source_time() + route.qos.lifespan;
+    return route_.qos.lifespan.count() > 0 && sample.source_time().count() > 0 &&
+           std::chrono::system_clock::now().time_since_epoch() > sample.source_time() + route_.qos.lifespan;
   }
 
   // The value of a field is kept in one piece.
@@ -351,208 +477,78 @@ struct TopicToEvent::State : std::enable_shared_from_this<State> {
 
   // A job that comes back by itself when the last sender lets go of it.
   std::shared_ptr<Job> take_job() {
-    std::unique_ptr<Job> job = std::move(idle_jobs.back());
-    idle_jobs.pop_back();
+    std::unique_ptr<Job> job = std::move(idle_jobs_.back());
+    idle_jobs_.pop_back();
     return {job.release(),
             [weak = weak_from_this()](Job* done) {
               std::unique_ptr<Job> owned{done};
               owned->sample.release();
               if (const auto self = weak.lock()) {
-                self->idle_jobs.push_back(std::move(owned));
+                self->idle_jobs_.push_back(std::move(owned));
                 self->drain();
               }
             },
-            memory};
+            memory_};
   }
 
-  const RouteContext& context;
-  const std::string user_data;
-  ServiceOffer* offer = nullptr;
-  const Route route;
-  messages::ConversionPlan plan;
-  ConversionLog log;
-  const BridgeMark ours;  ///< what the reader says of itself
-  std::atomic<bool> look_at_rings = false;
-  LoopGuard loop;  ///< but for its timer under the mutex
-  const someip::TpPacing pacing;
-  const someip::PoolAllocator<std::byte> memory;  ///< of what comes and goes with each sample
-  const std::size_t max_lent;
-  QosSettings qos;               ///< of the reader
-  bool between_readers = false;  ///< the reader is new, and matches again what the one before did
-  dds::ReaderCounters past;      ///< of readers before
-  std::vector<std::unique_ptr<Job>> idle_jobs;
-  std::size_t jobs = 0;  ///< those that are idle, and one for each sample that is lent out
-  bool draining = false;
-  std::uint64_t carried = 0;
-  std::uint64_t carried_bytes = 0;
-  std::uint64_t kept = 0;  ///< values of a latched topic that wait for subscribers
-  std::uint64_t no_subscriber = 0;
-  std::uint64_t expired = 0;
-  std::uint64_t not_convertible = 0;
-  std::uint64_t too_large = 0;
-  std::uint64_t send_dropped = 0;
-  std::uint64_t slow_subscriber = 0;
-  std::uint64_t copied = 0;  ///< samples that could not be lent out
+  /// Whether the topic has a publisher now.
+  [[nodiscard]] bool published() const {
+    const bool matches = reader_ && reader_->matched() > 0;
+    between_readers_ = between_readers_ && !matches;
+    return matches || between_readers_;
+  }
 
-  mutable std::mutex mutex;  // of what follows
-  boost::circular_buffer<dds::Sample> waiting;
-  bool held;                        ///< what comes waits until it is known whether the topic is latched
-  std::vector<dds::SampleId> seen;  ///< the last of each writer that the reader before had
-  bool woken = false;               ///< drain() has been asked for
-  bool ended = false;               ///< the route is gone: what is lent out may come back later
-  std::uint64_t received = 0;
-  std::uint64_t overtaken = 0;
-  bool is_stopped = false;
-  std::uint64_t stopped = 0;
-  std::optional<dds::Guid> bridged_by;  ///< the last one
-  std::uint64_t returned = 0;           ///< what others brought back that was carried before
-  bool told_bridged = false;
-  bool told_returned = false;
+  const RouteContext& context_;
+  const std::string user_data_;
+  ServiceOffer* offer_ = nullptr;
+  const Route route_;
+  messages::ConversionPlan plan_;
+  ConversionLog log_;
+  const BridgeMark ours_;  ///< what the reader says of itself
+  std::atomic<bool> look_at_rings_ = false;
+  LoopGuard loop_;  ///< but for its timer under the mutex
+  const someip::TpPacing pacing_;
+  const someip::PoolAllocator<std::byte> memory_;  ///< of what comes and goes with each sample
+  const std::size_t max_lent_;
+  QosSettings qos_;                       ///< of the reader
+  mutable bool between_readers_ = false;  ///< the reader is new, and matches again what the one before did
+  dds::ReaderCounters past_;              ///< of readers before
+  std::vector<std::unique_ptr<Job>> idle_jobs_;
+  std::size_t jobs_ = 0;  ///< those that are idle, and one for each sample that is lent out
+  bool draining_ = false;
+  std::uint64_t carried_ = 0;
+  std::uint64_t carried_bytes_ = 0;
+  std::uint64_t kept_ = 0;  ///< values of a latched topic that wait for subscribers
+  std::uint64_t no_subscriber_ = 0;
+  std::uint64_t expired_ = 0;
+  std::uint64_t not_convertible_ = 0;
+  std::uint64_t too_large_ = 0;
+  std::uint64_t send_dropped_ = 0;
+  std::uint64_t slow_subscriber_ = 0;
+  std::uint64_t copied_ = 0;  ///< samples that could not be lent out
 
-  std::unique_ptr<DdsReader> reader;  // last: its destructor waits for callbacks that use the above
+  mutable std::mutex mutex_;  // of what follows
+  boost::circular_buffer<dds::Sample> waiting_;
+  bool held_;                        ///< what comes waits until it is known whether the topic is latched
+  std::vector<dds::SampleId> seen_;  ///< the last of each writer that the reader before had
+  bool woken_ = false;               ///< drain() has been asked for
+  std::uint64_t received_ = 0;
+  std::uint64_t overtaken_ = 0;
+  bool is_stopped_ = false;
+  std::uint64_t stopped_ = 0;
+  std::optional<dds::Guid> bridged_by_;  ///< the last one
+  std::uint64_t returned_ = 0;           ///< what others brought back that was carried before
+  bool told_bridged_ = false;
+  bool told_returned_ = false;
+
+  std::unique_ptr<DdsReader> reader_;  // last: its destructor waits for callbacks that use the above
 };
 
-TopicToEvent::TopicToEvent(const RouteContext& context, const Route& route, messages::ConversionPlan plan,
-                           std::string user_data)
-    : state_{std::make_shared<State>(context, route, std::move(plan), std::move(user_data))} {}
+}  // namespace
 
-TopicToEvent::~TopicToEvent() {
-  state_->reader.reset();  // from here on no callback
-  const std::lock_guard lock{state_->mutex};
-  state_->ended = true;
-}
-
-void TopicToEvent::describe(ServiceOffers& offers) {
-  const Route& route = state_->route;
-  state_->offer = &offers.of(route);
-  state_->offer->wait_for_needs(route.presence.offer_while_published);
-  sd::ServiceSpec& spec = state_->offer->spec();
-  if (route.transport == Transport::tcp) {
-    spec.tcp_port = route.port;
-    spec.tcp_events.push_back(route.event);
-  } else {
-    spec.udp_port = route.port;
-  }
-  auto& groups = spec.eventgroups;
-  auto group = std::ranges::find(groups, route.eventgroup, &sd::EventgroupSpec::id);
-  if (group == groups.end()) {
-    group = groups.insert(group, {.id = route.eventgroup});
-  }
-  if (route.multicast) {
-    group->multicast = route.multicast->group;
-    group->multicast_threshold = route.multicast->threshold;
-  }
-  group->events.push_back(route.event);
-  spec.waits.push_back(
-      {.id = route.event,
-       .rule = {.most = std::max<std::size_t>(1, route.qos.depth), .keep_oldest = route.qos.keep_all}});
-  if (route.e2e) {
-    spec.e2e.push_back(
-        {.id = route.event, .protect = route.e2e->profile, .payload_only = route.e2e->payload_only});
-  }
-  // Late subscribers get the last value, as late readers do; none while the topic is not latched.
-  if (route.qos.transient_local || route.qos.durability_as_published) {
-    spec.fields.push_back({.notifier = route.event,
-                           .differs = [](ByteView, ByteView) { return true; },
-                           .pacing = pacing_of(route.tp)});
-  }
-}
-
-void TopicToEvent::join_dds() {
-  const RouteContext& context = state_->context;
-  const Route& route = state_->route;
-  const std::string topic = dds::ros_topic_name(route.topic);
-  state_->open_reader();
-  if (route.presence.offer_while_published) {
-    state_->offer->needs([this] { return published(); });
-    if (context.watch != nullptr) {
-      context.watch->watch(topic, TopicWatch::End::reader, [offer = state_->offer] { offer->update(); });
-    }
-  }
-  if (context.publishers != nullptr && is_as_published(route.qos)) {
-    context.publishers->add(topic, dds::ros_type_name(route.type), state_->ours,
-                            [this](const PublishedQos& published) { follow(published); });
-  }
-}
-
-void TopicToEvent::stop() {
-  state_->stop();
-}
-
-void TopicToEvent::follow(const PublishedQos& published) {
-  state_->follow(published);
-}
-
-bool TopicToEvent::published() const {
-  State& state = *state_;
-  const bool matches = state.reader && state.reader->matched() > 0;
-  state.between_readers = state.between_readers && !matches;
-  return matches || state.between_readers;
-}
-
-void TopicToEvent::append_diagnoses(std::vector<Diagnosis>& diagnoses, bool all) const {
-  if (all) {
-    diagnoses.push_back(route_state(counters(), published(), "nobody publishes the topic", state_->route));
-  }
-}
-
-const std::string* TopicToEvent::awaited() const {
-  return &state_->route.topic;
-}
-
-std::uint64_t TopicToEvent::received() const {
-  const std::lock_guard lock{state_->mutex};
-  return state_->received;
-}
-
-SilenceReason TopicToEvent::silence(const Surroundings& around) const {
-  std::vector<dds::FoundWriter> others;  // than bridges that it has nothing to do with
-  std::ranges::copy_if(
-      around.writers_of(dds::ros_topic_name(state_->route.topic)), std::back_inserter(others),
-      [this](const dds::FoundWriter& one) { return !one.bridge || goes_on(state_->ours, one.bridge_text); });
-  return why_silent(state_->route, DdsSilence{.participants = around.participants,
-                                              .writers = others,
-                                              .matched = state_->reader ? state_->reader->matched() : 0});
-}
-
-CounterGroup TopicToEvent::counters() const {
-  using enum Counter::Kind;
-  const State& state = *state_;
-  const dds::ReaderCounters dds = state.reader ? state.reader->counters() : dds::ReaderCounters{};
-  dds::ReaderCounters all = state.past;
-  all += dds;
-  const std::uint64_t publishers = state.reader ? state.reader->matched() : 0;
-  const std::uint64_t bridges = state.context.dds->bridge_ends(dds::ros_topic_name(state.route.topic)).size();
-  const std::uint64_t offered = state.offer->handle() ? 1 : 0;
-  const std::lock_guard lock{state.mutex};
-  return {"route " + state.route.topic + " to SOME/IP",
-          {{"received", state.received},
-           {"carried", state.carried},
-           {"bytes", state.carried_bytes},
-           {"publishers", publishers, now},
-           {"bridges", bridges, now},
-           {"offered", offered, now},
-           {"no_subscriber", state.no_subscriber, loss},
-           {"kept", state.kept},
-           {"expired", state.expired, loss},
-           {"overtaken", state.overtaken, loss},
-           {"not_convertible", state.not_convertible, loss},
-           {"too_large", state.too_large, loss},
-           {"not_sent", state.send_dropped, loss},
-           {"slow_subscriber", state.slow_subscriber, loss},
-           {"copied", state.copied},
-           {"stopped", state.stopped, loss},
-           {"looped", state.loop.looped(), loss},
-           {"dds_own", all.own, loss},
-           {"dds_from_bridge", all.from_bridge, loss},
-           {"dds_other_type", all.other_type, loss},
-           {"dds_bad_encapsulation", all.bad_encapsulation, loss},
-           {"dds_oversize", all.oversize, loss},
-           {"dds_lost", all.lost, loss},
-           {"dds_rejected", all.rejected, loss},
-           {"dds_incompatible_qos", dds.incompatible_qos, loss},  // of those before: why they are gone
-           {"dds_deadlines_missed", all.deadlines_missed, loss},
-           {"dds_liveliness_lost", all.liveliness_lost, loss}}};
+std::shared_ptr<RunningRoute> topic_to_event(const RouteContext& context, const Route& route,
+                                             messages::ConversionPlan plan, std::string user_data) {
+  return std::make_shared<TopicToEvent>(context, route, std::move(plan), std::move(user_data));
 }
 
 }  // namespace trestle::carry
