@@ -54,7 +54,8 @@ RequirementHandle Consumer::look_for(const RequireSpec& spec, TimePoint now) {
                                 ": refused by service discovery: " +
                                 refusal_text(handle.error(), "max_requirements, max_configurations")};
   }
-  if (!any_need(spec.service, [&](const Need& need) { return need.spec.instance == spec.instance; })) {
+  if (!any_search(spec.service,
+                  [&](const Search& search) { return search.spec.instance == spec.instance; })) {
     log_("looking for " + to_string(spec.service, spec.instance));
   }
   return *handle;
@@ -101,26 +102,26 @@ Consumer::Requirer Consumer::find(RequirementHandle handle) const {
     return {};
   }
   const Requirer& there = requirers_[handle.index];
-  const Need* const need =
-      there.subscription ? static_cast<const Need*>(there.subscription.get()) : there.requirement.get();
-  return need != nullptr && need->handle == handle ? there : Requirer{};
+  const Search* const search =
+      there.subscription ? static_cast<const Search*>(there.subscription.get()) : there.requirement.get();
+  return search != nullptr && search->handle == handle ? there : Requirer{};
 }
 
-void Consumer::add(Need& need, Requirer requirer) {
-  needs_[need.spec.service].push_back(&need);
-  requirers_.resize(std::max<std::size_t>(requirers_.size(), need.handle.index + 1U));
-  requirers_[need.handle.index] = std::move(requirer);
+void Consumer::add(Search& search, Requirer requirer) {
+  searches_[search.spec.service].push_back(&search);
+  requirers_.resize(std::max<std::size_t>(requirers_.size(), search.handle.index + 1U));
+  requirers_[search.handle.index] = std::move(requirer);
 }
 
-void Consumer::remove(Need& need) {
-  unsettled_ = true;
-  std::erase(with_others_, &need);
-  const auto needs = needs_.find(need.spec.service);
-  std::erase(needs->second, &need);
-  if (needs->second.empty()) {
-    needs_.erase(needs);
+void Consumer::remove(Search& search) {
+  perhaps_unneeded_ = true;
+  std::erase(with_others_, &search);
+  const auto searches = searches_.find(search.spec.service);
+  std::erase(searches->second, &search);
+  if (searches->second.empty()) {
+    searches_.erase(searches);
   }
-  requirers_[need.handle.index] = {};  // may end it
+  requirers_[search.handle.index] = {};  // may end it
 }
 
 // --- TCP connections --------------------------------------------------------------------------------------
@@ -140,7 +141,7 @@ void Consumer::connected(const Endpoint& remote) {
   for (const auto& subscription : subscriptions_) {
     for (const RemoteService& server : subscription->servers) {
       if (server.tcp == remote && subscription->wanted.tcp) {
-        bind(*subscription, server, now());
+        subscribe_at(*subscription, server, now());
       }
     }
   }
@@ -164,9 +165,9 @@ void Consumer::disconnected(const Endpoint& remote, const std::string& why) {
   log_(why);
   note_not_connected(remote);
   for (const auto& subscription : subscriptions_) {
-    for (Binding& binding : subscription->bindings) {
-      if (binding.connection == remote) {
-        unbind(binding, now());
+    for (AtServer& at_server : subscription->at_servers) {
+      if (at_server.connection == remote) {
+        unsubscribe_at(at_server, now());
       }
     }
   }
@@ -197,19 +198,19 @@ bool Consumer::is_needed(const Endpoint& remote, const Connection& connection) c
          });
 }
 
-void Consumer::settle(TimePoint now) {
-  if (!std::exchange(unsettled_, false)) {
+void Consumer::end_unneeded(TimePoint now) {
+  if (!std::exchange(perhaps_unneeded_, false)) {
     return;
   }
   // What is subscribed to wherever it is offered is forgotten where it is not offered any more: instances
   // that come and go must not fill our tables.
   for (const auto& subscription : subscriptions_) {
     if (subscription->spec.instance == someip::any_instance) {
-      std::erase_if(subscription->bindings, [&](Binding& binding) {
-        const bool gone = std::ranges::find(subscription->servers, binding.instance,
+      std::erase_if(subscription->at_servers, [&](AtServer& at_server) {
+        const bool gone = std::ranges::find(subscription->servers, at_server.instance,
                                             &RemoteService::instance) == subscription->servers.end();
         if (gone) {
-          unbind(binding, now);
+          unsubscribe_at(at_server, now);
         }
         return gone;
       });
@@ -228,10 +229,10 @@ void Consumer::settle(TimePoint now) {
 }
 
 void Consumer::clear() {
-  needs_.clear();
+  searches_.clear();
   with_others_.clear();
   requirers_.clear();
-  bound_to_.clear();
+  owners_.clear();
   requirements_.clear();
   for (const auto& subscription : subscriptions_) {
     for (const auto& listener : subscription->listeners) {
@@ -247,47 +248,47 @@ void Consumer::clear() {
 // --- Other versions ---------------------------------------------------------------------------------------
 
 void Consumer::note_other_versions() {
-  std::vector<Need*> concerned = std::exchange(with_others_, {});
+  std::vector<Search*> concerned = std::exchange(with_others_, {});
   discovery_.for_each_remote([&](const slots::Remote& remote) {
-    const auto needs = needs_.find(remote.service);
-    if (needs == needs_.end()) {
+    const auto searches = searches_.find(remote.service);
+    if (searches == searches_.end()) {
       return;
     }
-    for (Need* const need : needs->second) {
-      const RequireSpec& wanted = need->spec;
+    for (Search* const search : searches->second) {
+      const RequireSpec& wanted = search->spec;
       const bool is_right = (wanted.major == any_major || wanted.major == remote.major) &&
                             (wanted.minor == any_minor || wanted.minor == remote.minor);
-      if (is_right || !need->servers.empty() || !wanted.otherserv.empty() ||
+      if (is_right || !search->servers.empty() || !wanted.otherserv.empty() ||
           (wanted.instance != someip::any_instance && wanted.instance != remote.instance)) {
         continue;
       }
-      if (need->others.empty() && need->seen.empty()) {
-        concerned.push_back(need);
+      if (search->others.empty() && search->seen.empty()) {
+        concerned.push_back(search);
       }
-      need->seen.push_back(discovery_.service_of(remote));
+      search->seen.push_back(discovery_.service_of(remote));
     }
   });
-  for (Need* const need : concerned) {
-    warn_of_others(*need);
-    if (!need->others.empty()) {
-      with_others_.push_back(need);
+  for (Search* const search : concerned) {
+    warn_of_others(*search);
+    if (!search->others.empty()) {
+      with_others_.push_back(search);
     }
   }
 }
 
-void Consumer::warn_of_others(Need& need) {
-  const RequireSpec& wanted = need.spec;
-  const std::vector<RemoteService> others = std::exchange(need.seen, {});
+void Consumer::warn_of_others(Search& search) {
+  const RequireSpec& wanted = search.spec;
+  const std::vector<RemoteService> others = std::exchange(search.seen, {});
   std::vector<RemoteHandle> handles(others.size());
   std::ranges::transform(others, handles.begin(), &RemoteService::handle);
-  const std::vector<RemoteHandle> known = std::exchange(need.others, std::move(handles));
+  const std::vector<RemoteHandle> known = std::exchange(search.others, std::move(handles));
   for (const RemoteService& other : others) {
     if (std::ranges::find(known, other.handle) != known.end()) {
       continue;
     }
-    ++need.faults.other_version;
-    const bool is_said = any_need(wanted.service, [&](const Need& one) {
-      return &one != &need && one.spec.major == wanted.major && one.spec.minor == wanted.minor &&
+    ++search.faults.other_version;
+    const bool is_said = any_search(wanted.service, [&](const Search& one) {
+      return &one != &search && one.spec.major == wanted.major && one.spec.minor == wanted.minor &&
              std::ranges::find(one.others, other.handle) != one.others.end();
     });
     if (!is_said) {
@@ -301,20 +302,20 @@ void Consumer::warn_of_others(Need& need) {
 // --- What discovery tells ---------------------------------------------------------------------------------
 
 void Consumer::on_event(const ServiceAvailable& event, TimePoint now) {
-  unsettled_ = true;
-  if (!any_need(event.service.service, [&](const Need& need) {
-        return std::ranges::find(need.servers, event.service) != need.servers.end();
+  perhaps_unneeded_ = true;
+  if (!any_search(event.service.service, [&](const Search& search) {
+        return std::ranges::find(search.servers, event.service) != search.servers.end();
       })) {
     log_(describe(event.service));
   }
-  const auto note = [&](Need& need) {
-    std::erase_if(need.servers, [&](const RemoteService& known) { return same(known, event.service); });
-    need.servers.push_back(event.service);
+  const auto note = [&](Search& search) {
+    std::erase_if(search.servers, [&](const RemoteService& known) { return same(known, event.service); });
+    search.servers.push_back(event.service);
   };
   const auto [subscription, requirement] = find(event.requirement);  // kept: a handler may end it
   if (subscription) {
     note(*subscription);
-    bind(*subscription, event.service, now);
+    subscribe_at(*subscription, event.service, now);
   }
   if (requirement) {
     note(*requirement);
@@ -326,14 +327,14 @@ void Consumer::on_event(const ServiceAvailable& event, TimePoint now) {
 
 void Consumer::on_event(const ServiceLost& event) {
   const auto is_it = [&](const RemoteService& known) { return same(known, event.service); };
-  unsettled_ = true;
+  perhaps_unneeded_ = true;
   const auto [subscription, requirement] = find(event.requirement);  // kept: a handler may end it
   if (subscription) {
     std::erase_if(subscription->servers, is_it);
-    const auto binding =
-        std::ranges::find(subscription->bindings, event.service.instance, &Binding::instance);
-    if (binding != subscription->bindings.end()) {
-      binding->not_over_tcp = false;
+    const auto at_server =
+        std::ranges::find(subscription->at_servers, event.service.instance, &AtServer::instance);
+    if (at_server != subscription->at_servers.end()) {
+      at_server->not_over_tcp = false;
     }
     for (const auto& listener : subscription->listeners) {
       listener->e2e.forget(event.service.udp, event.service.tcp);
@@ -343,8 +344,8 @@ void Consumer::on_event(const ServiceLost& event) {
     std::erase_if(requirement->servers, is_it);
     requirement->e2e.forget(event.service.udp, event.service.tcp);
   }
-  if (!any_need(event.service.service,
-                [&](const Need& need) { return std::ranges::any_of(need.servers, is_it); })) {
+  if (!any_search(event.service.service,
+                  [&](const Search& search) { return std::ranges::any_of(search.servers, is_it); })) {
     log_("service " + to_string(event.service.service, event.service.instance) + " of " +
          someip::to_string(event.service.peer.address) + " is gone: " + to_string(event.reason));
   }

@@ -43,7 +43,7 @@ class Consumer {
 
   /// How large this event or answer may be, of which a segment has come; 0: it does not wait for it. Then it
   /// counts why.
-  [[nodiscard]] std::size_t wants(const someip::Header& header, const Source& source);
+  [[nodiscard]] std::size_t room_for(const someip::Header& header, const Source& source);
   void on_notification(const someip::Message& message, const Source& source);
   /// A RESPONSE or ERROR.
   void on_answer(const someip::Message& message, const Source& source);
@@ -54,7 +54,7 @@ class Consumer {
   void on_event(const SubscriptionLost& event);
   /// After the events that came together: lets go what they have left unneeded, and no sooner, for what a
   /// message stops it may also start anew.  [feat_req_someipsd_1170]
-  void settle(TimePoint now);
+  void end_unneeded(TimePoint now);
   /// Warns of services that are looked for and only offered in another version. After all events.
   void note_other_versions();
 
@@ -63,7 +63,7 @@ class Consumer {
 
  private:
   /// A service that is looked for, and the servers that offer it now.
-  struct Need {
+  struct Search {
     RequirementHandle handle;
     RequireSpec spec;
     std::vector<RemoteService> servers{};
@@ -72,7 +72,7 @@ class Consumer {
     std::vector<RemoteService> seen{};           ///< those that are there now; only while they are compared
     SubscriptionFaults faults{};                 ///< of a subscription
   };
-  struct Requirement : Need {
+  struct Requirement : Search {
     RequirementId id{};
     AvailabilityHandler handler{};
     E2eChannels e2e{};
@@ -87,7 +87,7 @@ class Consumer {
     bool active = true;  ///< false once it has unsubscribed, though it may still be in line to be called
   };
   /// A subscription at one server.
-  struct Binding {
+  struct AtServer {
     someip::InstanceId instance{};
     std::optional<SubscriptionHandle> handle{};
     std::optional<Endpoint> connection{};  ///< the server's end of the TCP connection that it was made with
@@ -95,21 +95,21 @@ class Consumer {
     bool not_over_tcp = false;  ///< the server does not offer that, of which has been warned
     std::shared_ptr<GroupPort> group{};
   };
-  struct Subscription : Need, std::enable_shared_from_this<Subscription> {
+  struct SharedSubscription : Search, std::enable_shared_from_this<SharedSubscription> {
     SubscribeSpec wanted{};  ///< whose events count for nothing: each listener has its own
     std::shared_ptr<UdpPort> port{};
     std::vector<std::shared_ptr<Listener>> listeners{};
-    std::vector<Binding> bindings{};
+    std::vector<AtServer> at_servers{};
     OtherEvents others{};
   };
   /// What is to be told of a requirement of discovery: one of the two.
   struct Requirer {
-    std::shared_ptr<Subscription> subscription{};
+    std::shared_ptr<SharedSubscription> subscription{};
     std::shared_ptr<Requirement> requirement{};
   };
   /// That a listener wants an event.
   struct Wish {
-    std::shared_ptr<Subscription> subscription;
+    std::shared_ptr<SharedSubscription> subscription;
     std::shared_ptr<Listener> listener;
   };
   struct Connection {
@@ -117,7 +117,7 @@ class Consumer {
     bool called = false;  ///< methods were called over it
   };
   /// Where a call goes, and at which pace.
-  struct Route {
+  struct CallPath {
     const RemoteService* server = nullptr;
     someip::CallTarget target;
     someip::TpPacing pacing;
@@ -129,41 +129,42 @@ class Consumer {
     return std::uint32_t{value(service)} << 16U | value(event);
   }
   /// The one that sends from there, if any.
-  [[nodiscard]] static const RemoteService* server_at(const Subscription& subscription, const Source& source);
+  [[nodiscard]] static const RemoteService* server_at(const SharedSubscription& subscription,
+                                                      const Source& source);
   void note_other_event(const someip::Header& header, const Source& source);
   /// Puts the listeners of this event into called_. If there is none, counts why.
   [[nodiscard]] bool find_listeners(const someip::Header& header, const Source& source);
   [[nodiscard]] std::shared_ptr<Requirement> find(RequirementId id) const;
-  [[nodiscard]] std::shared_ptr<Subscription> find(SubscriptionId id) const;
-  [[nodiscard]] Binding* find(SubscriptionHandle handle, Subscription** owner = nullptr) const;
+  [[nodiscard]] std::shared_ptr<SharedSubscription> find(SubscriptionId id) const;
+  [[nodiscard]] AtServer* find(SubscriptionHandle handle, SharedSubscription** owner = nullptr) const;
   [[nodiscard]] RequirementHandle look_for(const RequireSpec& spec, TimePoint now);
   [[nodiscard]] Requirer find(RequirementHandle handle) const;
-  void add(Need& need, Requirer requirer);
-  void remove(Need& need);
-  /// Whether `is_true` for any need for the service, so that what concerns several is logged once.
+  void add(Search& search, Requirer requirer);
+  void remove(Search& search);
+  /// Whether `is_true` for any search for the service, so that what concerns several is logged once.
   template <typename Test>
-  [[nodiscard]] bool any_need(someip::ServiceId service, Test is_true) const {
-    const auto found = needs_.find(service);
-    return found != needs_.end() &&
-           std::ranges::any_of(found->second, [&](const Need* need) { return is_true(*need); });
+  [[nodiscard]] bool any_search(someip::ServiceId service, Test is_true) const {
+    const auto found = searches_.find(service);
+    return found != searches_.end() &&
+           std::ranges::any_of(found->second, [&](const Search* search) { return is_true(*search); });
   }
 
-  void warn_of_others(Need& need);
+  void warn_of_others(Search& search);
 
-  [[nodiscard]] std::optional<Route> route(Need& need, const CallSpec& spec, std::size_t bytes);
-  void choose(Need& need);
-  [[nodiscard]] std::optional<CallFault> transmit(const Route& route, const Requirement& requirement,
+  [[nodiscard]] std::optional<CallPath> route(Search& search, const CallSpec& spec, std::size_t bytes);
+  void choose(Search& search);
+  [[nodiscard]] std::optional<CallFault> transmit(const CallPath& route, const Requirement& requirement,
                                                   const someip::Header& header,
                                                   std::span<const ByteView> payload,
                                                   std::shared_ptr<const void> keep_alive);
-  [[nodiscard]] std::optional<CallFault> transmit_bytes(const Route& route, const RequireSpec& spec,
+  [[nodiscard]] std::optional<CallFault> transmit_bytes(const CallPath& route, const RequireSpec& spec,
                                                         const someip::Header& header,
                                                         std::span<const ByteView> payload,
                                                         std::shared_ptr<const void> keep_alive);
   // End-to-end protection: consumer_e2e.cpp.
   [[nodiscard]] E2eChannels channels_of(const RequireSpec& spec) const;
   [[nodiscard]] static E2eChannels channels_of(const SubscribeSpec& spec);
-  [[nodiscard]] std::optional<CallFault> transmit_protected(E2eChannel& channel, const Route& route,
+  [[nodiscard]] std::optional<CallFault> transmit_protected(E2eChannel& channel, const CallPath& route,
                                                             const RequireSpec& spec,
                                                             const someip::Header& header,
                                                             std::span<const ByteView> payload);
@@ -171,7 +172,7 @@ class Consumer {
                                         ResponseHandler handler);
   void deliver_checked(const Listener& listener, E2eChannel& channel, someip::Message message,
                        const Source& source);
-  void note_event(const Subscription& subscription, const someip::InstanceId& instance, TimePoint now);
+  void note_event(const SharedSubscription& subscription, const someip::InstanceId& instance, TimePoint now);
   void fail_later(ResponseHandler handler, CallFault fault);
   void finish(someip::CallHandle call, const CallResult& result);
   void time_out(someip::CallHandle call);
@@ -182,8 +183,8 @@ class Consumer {
   void note_not_connected(const Endpoint& remote);
   void disconnect(const Endpoint& remote);
   [[nodiscard]] bool is_needed(const Endpoint& remote, const Connection& connection) const;
-  void bind(Subscription& subscription, const RemoteService& server, TimePoint now);
-  void unbind(Binding& binding, TimePoint now);
+  void subscribe_at(SharedSubscription& subscription, const RemoteService& server, TimePoint now);
+  void unsubscribe_at(AtServer& at_server, TimePoint now);
 
   boost::asio::io_context& io_;
   ServiceDiscovery& discovery_;
@@ -194,14 +195,15 @@ class Consumer {
   DiscoveryLog warn_;
   std::function<void()> changed_;
   std::vector<std::shared_ptr<Requirement>> requirements_;  ///< by id
-  std::vector<std::shared_ptr<Subscription>> subscriptions_;
-  std::vector<Requirer> requirers_;                    ///< by the index of a handle, as those below
-  std::vector<std::weak_ptr<Subscription>> bound_to_;  ///< owners of discovery's, past ones too
-  std::unordered_map<someip::ServiceId, std::vector<Need*>> needs_;
-  std::vector<Need*> with_others_;                               ///< needs whose `others` are not empty
-  bool unsettled_ = false;                                       ///< something may be unneeded now
+  std::vector<std::shared_ptr<SharedSubscription>> subscriptions_;
+  std::vector<Requirer> requirers_;                        ///< by the index of a handle, as those below
+  std::vector<std::weak_ptr<SharedSubscription>> owners_;  ///< owners of discovery's, past ones too
+  std::unordered_map<someip::ServiceId, std::vector<Search*>> searches_;
+  std::vector<Search*> with_others_;                             ///< searches whose `others` are not empty
+  bool perhaps_unneeded_ = false;                                ///< something may be unneeded now
   std::unordered_map<std::uint32_t, std::vector<Wish>> wishes_;  ///< by event: asked for each segment
-  std::unordered_map<someip::ServiceId, std::vector<Subscription*>> by_service_;  ///< what is subscribed to
+  std::unordered_map<someip::ServiceId, std::vector<SharedSubscription*>>
+      by_service_;                              ///< what is subscribed to
   std::map<Endpoint, Connection> connections_;  ///< by the server's end  [feat_req_someip_645]
   someip::TcpClient::Counters past_connections_;
   std::shared_ptr<UdpPort> call_port_;

@@ -40,20 +40,21 @@ const char* to_string(CallFault fault) noexcept {
 
 // Draws once, and again when what was drawn is gone, or does not answer while there is another: calls that
 // belong together go to one server.
-void Consumer::choose(Need& need) {
-  const auto chosen = need.chosen ? std::ranges::find(need.servers, *need.chosen, &RemoteService::instance)
-                                  : need.servers.end();
-  if (chosen == need.servers.end() || (need.servers.size() > 1 && discovery_.is_mute(chosen->handle))) {
-    const auto service = discovery_.choose(need.handle);
-    need.chosen = service ? std::optional{service->instance} : std::nullopt;
+void Consumer::choose(Search& search) {
+  const auto chosen = search.chosen
+                          ? std::ranges::find(search.servers, *search.chosen, &RemoteService::instance)
+                          : search.servers.end();
+  if (chosen == search.servers.end() || (search.servers.size() > 1 && discovery_.is_mute(chosen->handle))) {
+    const auto service = discovery_.choose(search.handle);
+    search.chosen = service ? std::optional{service->instance} : std::nullopt;
   }
 }
 
 // Which server a call goes to, and by which protocol; nothing if no server has what is asked for.
-std::optional<Consumer::Route> Consumer::route(Need& need, const CallSpec& spec, std::size_t bytes) {
-  choose(need);
-  std::optional<Route> way;
-  for (const RemoteService& server : need.servers) {
+std::optional<Consumer::CallPath> Consumer::route(Search& search, const CallSpec& spec, std::size_t bytes) {
+  choose(search);
+  std::optional<CallPath> way;
+  for (const RemoteService& server : search.servers) {
     if (spec.instance && *spec.instance != server.instance) {
       continue;
     }
@@ -61,8 +62,8 @@ std::optional<Consumer::Route> Consumer::route(Need& need, const CallSpec& spec,
     const bool tcp =
         spec.transport ? *spec.transport == Transport::tcp : !server.udp || (large && server.tcp.has_value());
     const auto& endpoint = tcp ? server.tcp : server.udp;
-    if (endpoint && (!way || server.instance == need.chosen)) {
-      way = Route{
+    if (endpoint && (!way || server.instance == search.chosen)) {
+      way = CallPath{
           &server, {*endpoint, tcp ? Transport::tcp : Transport::udp}, spec.pacing.value_or(config_.pacing)};
     }
   }
@@ -75,7 +76,7 @@ std::optional<Consumer::Route> Consumer::route(Need& need, const CallSpec& spec,
 }
 
 // Sends a request, or says why it cannot.
-std::optional<CallFault> Consumer::transmit(const Route& route, const Requirement& requirement,
+std::optional<CallFault> Consumer::transmit(const CallPath& route, const Requirement& requirement,
                                             const Header& header, std::span<const ByteView> payload,
                                             std::shared_ptr<const void> keep_alive) {
   E2eChannel* const channel = requirement.e2e.find(header.method);
@@ -84,7 +85,7 @@ std::optional<CallFault> Consumer::transmit(const Route& route, const Requiremen
              : transmit_bytes(route, requirement.spec, header, payload, std::move(keep_alive));
 }
 
-std::optional<CallFault> Consumer::transmit_bytes(const Route& route, const RequireSpec& spec,
+std::optional<CallFault> Consumer::transmit_bytes(const CallPath& route, const RequireSpec& spec,
                                                   const Header& header, std::span<const ByteView> payload,
                                                   std::shared_ptr<const void> keep_alive) {
   const Endpoint& to = route.target.server;
@@ -202,7 +203,7 @@ void Consumer::time_out(CallHandle call) {
   });
 }
 
-std::size_t Consumer::wants(const Header& header, const Source& source) {
+std::size_t Consumer::room_for(const Header& header, const Source& source) {
   if (someip::without_tp(header.type) == MessageType::notification) {
     if (!find_listeners(header, source)) {
       return 0;

@@ -93,7 +93,7 @@ void Consumer::deliver_checked(const Listener& listener, E2eChannel& channel, Me
   listener.handler(message, source.from);
 }
 
-std::optional<CallFault> Consumer::transmit_protected(E2eChannel& channel, const Route& route,
+std::optional<CallFault> Consumer::transmit_protected(E2eChannel& channel, const CallPath& route,
                                                       const RequireSpec& spec, const Header& header,
                                                       std::span<const ByteView> payload) {
   const E2ePeer to{route.target.server, route.target.transport};

@@ -42,9 +42,9 @@ SubscriptionId Consumer::subscribe(const SubscribeSpec& spec, EventHandler handl
   E2eChannels e2e = channels_of(spec);
   const auto found = std::ranges::find_if(
       subscriptions_, [&](const auto& one) { return is_same_subscription(one->wanted, spec); });
-  std::shared_ptr<Subscription> subscription = found == subscriptions_.end() ? nullptr : *found;
+  std::shared_ptr<SharedSubscription> subscription = found == subscriptions_.end() ? nullptr : *found;
   if (!subscription) {
-    subscription = std::make_shared<Subscription>();
+    subscription = std::make_shared<SharedSubscription>();
     subscription->wanted = spec;
     subscription->spec = {.service = spec.service,
                           .instance = spec.instance,
@@ -111,7 +111,7 @@ bool Consumer::subscribed(SubscriptionId id) const {
   const auto subscription = find(id);
   return subscription && (subscription->wanted.configured
                               ? !subscription->servers.empty()
-                              : std::ranges::any_of(subscription->bindings, &Binding::subscribed));
+                              : std::ranges::any_of(subscription->at_servers, &AtServer::subscribed));
 }
 
 SubscriptionFaults Consumer::faults(SubscriptionId id) const {
@@ -124,20 +124,20 @@ SubscriptionFaults Consumer::faults(SubscriptionId id) const {
   return faults;
 }
 
-std::shared_ptr<Consumer::Subscription> Consumer::find(SubscriptionId id) const {
+std::shared_ptr<Consumer::SharedSubscription> Consumer::find(SubscriptionId id) const {
   const auto found = std::ranges::find_if(subscriptions_, [&](const auto& subscription) {
     return std::ranges::any_of(subscription->listeners, [&](const auto& one) { return one->id == id; });
   });
   return found == subscriptions_.end() ? nullptr : *found;
 }
 
-Consumer::Binding* Consumer::find(SubscriptionHandle handle, Subscription** owner) const {
-  const auto subscription = handle.index < bound_to_.size() ? bound_to_[handle.index].lock() : nullptr;
+Consumer::AtServer* Consumer::find(SubscriptionHandle handle, SharedSubscription** owner) const {
+  const auto subscription = handle.index < owners_.size() ? owners_[handle.index].lock() : nullptr;
   if (!subscription) {
     return nullptr;
   }
-  const auto found = std::ranges::find(subscription->bindings, handle, &Binding::handle);
-  if (found == subscription->bindings.end()) {
+  const auto found = std::ranges::find(subscription->at_servers, handle, &AtServer::handle);
+  if (found == subscription->at_servers.end()) {
     return nullptr;
   }
   if (owner != nullptr) {
@@ -147,10 +147,10 @@ Consumer::Binding* Consumer::find(SubscriptionHandle handle, Subscription** owne
 }
 
 // Subscribes at this server, as soon as the connection is there if that is needed.
-void Consumer::bind(Subscription& subscription, const RemoteService& server, TimePoint now) {
-  auto binding = std::ranges::find(subscription.bindings, server.instance, &Binding::instance);
-  if (binding == subscription.bindings.end()) {
-    binding = subscription.bindings.insert(binding, {.instance = server.instance});
+void Consumer::subscribe_at(SharedSubscription& subscription, const RemoteService& server, TimePoint now) {
+  auto at_server = std::ranges::find(subscription.at_servers, server.instance, &AtServer::instance);
+  if (at_server == subscription.at_servers.end()) {
+    at_server = subscription.at_servers.insert(at_server, {.instance = server.instance});
   }
   if (subscription.wanted.configured) {
     return;
@@ -158,7 +158,7 @@ void Consumer::bind(Subscription& subscription, const RemoteService& server, Tim
   std::optional<Endpoint> tcp;
   if (subscription.wanted.tcp) {
     if (!server.tcp) {
-      if (!std::exchange(binding->not_over_tcp, true)) {
+      if (!std::exchange(at_server->not_over_tcp, true)) {
         ++subscription.faults.other_transport;
         warn_("cannot subscribe to " + name_of(subscription.wanted, server.instance) +
               " over TCP: it is not offered over TCP, only at " + endpoints_text(server));
@@ -169,11 +169,11 @@ void Consumer::bind(Subscription& subscription, const RemoteService& server, Tim
     if (!tcp) {
       return;  // connected() comes back  [feat_req_someipsd_767]
     }
-    binding->connection = server.tcp;
+    at_server->connection = server.tcp;
   }
-  if (binding->handle) {
+  if (at_server->handle) {
     if (tcp) {
-      discovery_.reconnected(*binding->handle, *tcp, now);
+      discovery_.reconnected(*at_server->handle, *tcp, now);
     }
     return;  // without TCP discovery subscribes again by itself
   }
@@ -190,9 +190,9 @@ void Consumer::bind(Subscription& subscription, const RemoteService& server, Tim
                              : 0U},
       now);
   if (handle) {
-    binding->handle = *handle;
-    bound_to_.resize(std::max<std::size_t>(bound_to_.size(), handle->index + 1U));
-    bound_to_[handle->index] = subscription.weak_from_this();
+    at_server->handle = *handle;
+    owners_.resize(std::max<std::size_t>(owners_.size(), handle->index + 1U));
+    owners_[handle->index] = subscription.weak_from_this();
   } else {
     warn_("cannot subscribe to " + name_of(subscription.wanted, server.instance) + ": " +
           refusal_text(handle.error(),
@@ -201,14 +201,14 @@ void Consumer::bind(Subscription& subscription, const RemoteService& server, Tim
   }
 }
 
-void Consumer::unbind(Binding& binding, TimePoint now) {
-  if (binding.handle) {
-    discovery_.unsubscribe(*binding.handle, now);
+void Consumer::unsubscribe_at(AtServer& at_server, TimePoint now) {
+  if (at_server.handle) {
+    discovery_.unsubscribe(*at_server.handle, now);
   }
-  binding = {.instance = binding.instance};
+  at_server = {.instance = at_server.instance};
 }
 
-const RemoteService* Consumer::server_at(const Subscription& subscription, const Source& source) {
+const RemoteService* Consumer::server_at(const SharedSubscription& subscription, const Source& source) {
   const auto server = std::ranges::find_if(subscription.servers, [&](const RemoteService& one) {
     return (source.transport == Transport::udp ? one.udp : one.tcp) == source.from;
   });
@@ -221,7 +221,7 @@ void Consumer::note_other_event(const Header& header, const Source& source) {
   if (found == by_service_.end()) {
     return;
   }
-  for (Subscription* const subscription : found->second) {
+  for (SharedSubscription* const subscription : found->second) {
     if (server_at(*subscription, source) == nullptr) {
       continue;
     }
@@ -248,7 +248,7 @@ bool Consumer::find_listeners(const Header& header, const Source& source) {
   }
   bool right_sender = false;
   for (const Wish& wish : wishes->second) {
-    const Subscription& subscription = *wish.subscription;
+    const SharedSubscription& subscription = *wish.subscription;
     const RemoteService* const server = server_at(subscription, source);
     if (server == nullptr) {
       continue;
@@ -292,32 +292,33 @@ void Consumer::on_notification(const Message& message, const Source& source) {
 }
 
 // [feat_req_someipsd_439]
-void Consumer::note_event(const Subscription& subscription, const someip::InstanceId& instance,
+void Consumer::note_event(const SharedSubscription& subscription, const someip::InstanceId& instance,
                           TimePoint now) {
-  const auto binding = std::ranges::find(subscription.bindings, instance, &Binding::instance);
-  if (subscription.wanted.silence_timeout && binding != subscription.bindings.end() && binding->handle) {
-    discovery_.event_received(*binding->handle, now);
+  const auto at_server = std::ranges::find(subscription.at_servers, instance, &AtServer::instance);
+  if (subscription.wanted.silence_timeout && at_server != subscription.at_servers.end() &&
+      at_server->handle) {
+    discovery_.event_received(*at_server->handle, now);
   }
 }
 
 // --- What discovery tells of subscriptions ----------------------------------------------------------------
 
 void Consumer::on_event(const Subscribed& event) {
-  Subscription* owner = nullptr;
-  Binding* const binding = find(event.subscription, &owner);
-  if (binding == nullptr) {
+  SharedSubscription* owner = nullptr;
+  AtServer* const at_server = find(event.subscription, &owner);
+  if (at_server == nullptr) {
     return;
   }
-  binding->subscribed = true;
-  const std::string name = name_of(owner->wanted, binding->instance);
-  binding->group.reset();
+  at_server->subscribed = true;
+  const std::string name = name_of(owner->wanted, at_server->instance);
+  at_server->group.reset();
   if (!event.multicast) {
     log_("subscribed to " + name);
     return;
   }
   std::string missed;
   try {
-    binding->group = ports_.group(*event.multicast);
+    at_server->group = ports_.group(*event.multicast);
   } catch (const someip::NetError& error) {
     missed = error.what();
   }
@@ -331,12 +332,12 @@ void Consumer::on_event(const Subscribed& event) {
 // The server may have lost the TCP connection that we still believe in: a probe finds out, and the connection
 // is then made anew and the eventgroup subscribed to through it.  [feat_req_someipsd_869]
 void Consumer::on_event(const SubscriptionRefused& event) {
-  Subscription* owner = nullptr;
-  if (Binding* const binding = find(event.subscription, &owner)) {
-    binding->subscribed = false;
-    binding->group.reset();
+  SharedSubscription* owner = nullptr;
+  if (AtServer* const at_server = find(event.subscription, &owner)) {
+    at_server->subscribed = false;
+    at_server->group.reset();
     // A Nack gives no reason, but this one can be guessed.  [feat_req_someipsd_102]
-    const auto server = std::ranges::find(owner->servers, binding->instance, &RemoteService::instance);
+    const auto server = std::ranges::find(owner->servers, at_server->instance, &RemoteService::instance);
     const bool known = server != owner->servers.end();
     const char* const missing =
         known && server->udp && !owner->wanted.udp   ? "; it may want a UDP endpoint, too"
@@ -344,11 +345,11 @@ void Consumer::on_event(const SubscriptionRefused& event) {
                                                      : "";
     ++owner->faults.refused;
     const char* const over = !owner->wanted.tcp ? "UDP" : owner->wanted.udp ? "UDP and TCP" : "TCP";
-    warn_("subscription to " + name_of(owner->wanted, binding->instance) +
+    warn_("subscription to " + name_of(owner->wanted, at_server->instance) +
           " refused by the server; trying again with its next offer; wanted over " + over +
           (known ? ", offered at " + endpoints_text(*server) : "") + missing);
     const auto connection =
-        binding->connection ? connections_.find(*binding->connection) : connections_.end();
+        at_server->connection ? connections_.find(*at_server->connection) : connections_.end();
     if (connection != connections_.end()) {
       connection->second.client->probe();
     }
@@ -356,11 +357,11 @@ void Consumer::on_event(const SubscriptionRefused& event) {
 }
 
 void Consumer::on_event(const SubscriptionLost& event) {
-  Subscription* owner = nullptr;
-  if (Binding* const binding = find(event.subscription, &owner)) {
-    binding->subscribed = false;
-    binding->group.reset();
-    log_("subscription to " + name_of(owner->wanted, binding->instance) +
+  SharedSubscription* owner = nullptr;
+  if (AtServer* const at_server = find(event.subscription, &owner)) {
+    at_server->subscribed = false;
+    at_server->group.reset();
+    log_("subscription to " + name_of(owner->wanted, at_server->instance) +
          " lost: " + to_string(event.reason));
   }
 }

@@ -86,7 +86,7 @@ struct Node::State : std::enable_shared_from_this<State> {
             config,
             counters,
             {.wanted = [this](const Message& segment,
-                              const Source& source) { return wants(segment, source); },
+                              const Source& source) { return room_for(segment, source); },
              .message = [this](const Message& message, const Source& source) { on_message(message, source); },
              .tcp_client = [this](const Endpoint& own, const Endpoint& client,
                                   bool connected) { on_tcp_client(own, client, connected); },
@@ -298,7 +298,7 @@ struct Node::State : std::enable_shared_from_this<State> {
       } else if (std::exchange(settled, true)) {
         break;
       } else {
-        consumer.settle(now());
+        consumer.end_unneeded(now());
         transmit();
       }
     }
@@ -381,14 +381,14 @@ struct Node::State : std::enable_shared_from_this<State> {
     }
   }
 
-  std::size_t wants(const Message& segment, const Source& source) {
+  std::size_t room_for(const Message& segment, const Source& source) {
     switch (someip::without_tp(segment.header.type)) {
       case MessageType::notification:
       case MessageType::response:
       case MessageType::error:
-        return consumer.wants(segment.header, source);
+        return consumer.room_for(segment.header, source);
       default:
-        return provider.wants(segment, source);
+        return provider.room_for(segment, source);
     }
   }
 

@@ -88,7 +88,7 @@ OfferHandle Provider::offer(ServiceSpec spec, TimePoint now) {
              other->spec.instance != spec.instance;
     });
   };
-  const auto offer = std::make_shared<Offer>();
+  const auto offer = std::make_shared<OpenOffer>();
   if (spec.udp_port) {
     offer->udp = ports_.udp(*spec.udp_port, usable);
   }
@@ -183,7 +183,7 @@ Eventgroup Provider::eventgroup_of(const ServiceSpec& spec, const EventgroupSpec
 
 void Provider::withdraw(OfferHandle handle, TimePoint now) {
   discovery_.stop_offer(handle, now);
-  const auto found = std::ranges::find(offers_, handle, &Offer::handle);
+  const auto found = std::ranges::find(offers_, handle, &OpenOffer::handle);
   if (found != offers_.end()) {
     const ServiceSpec& spec = (*found)->spec;
     offered_.erase(key_of(spec.service, spec.instance, spec.major));
@@ -220,8 +220,8 @@ void Provider::note_rivals() {
   }
 }
 
-std::shared_ptr<Provider::Offer> Provider::find(OfferHandle handle) const {
-  const auto found = std::ranges::find(offers_, handle, &Offer::handle);
+std::shared_ptr<Provider::OpenOffer> Provider::find(OfferHandle handle) const {
+  const auto found = std::ranges::find(offers_, handle, &OpenOffer::handle);
   return found == offers_.end() ? nullptr : *found;
 }
 
@@ -232,7 +232,7 @@ Transport Provider::transport_of(const ServiceSpec& spec, MethodId event) {
 }
 
 // Also who subscribed to several eventgroups with the event gets it once.  [feat_req_someipsd_1168]
-void Provider::find_receivers(const Offer& offer, MethodId event, const SubscriberFilter& wanted) const {
+void Provider::find_receivers(const OpenOffer& offer, MethodId event, const SubscriberFilter& wanted) const {
   receivers_.clear();
   by_multicast_.clear();
   const Transport transport = transport_of(offer.spec, event);
@@ -306,7 +306,7 @@ Header event_header(const ServiceSpec& spec, MethodId event, someip::SessionId s
 }  // namespace
 
 // [feat_req_someip_667] [feat_req_someip_700] Segments need one to be put together.  [feat_req_someiptp_762]
-someip::SessionId Provider::session_of(Offer& offer, MethodId event, std::size_t bytes) {
+someip::SessionId Provider::session_of(OpenOffer& offer, MethodId event, std::size_t bytes) {
   const bool none =
       contains(offer.spec.events_without_session, event) && bytes <= someip::max_plain_payload_bytes;
   return none ? someip::SessionId{0} : offer.events[event].session.next();
@@ -336,7 +336,7 @@ Notified Provider::notify(OfferHandle handle, MethodId event, const SubscriberFi
   return store(*offer, *ruled, std::make_shared<const std::vector<std::byte>>(joined(payload)));
 }
 
-Notified Provider::send_event(Offer& offer, MethodId event, const SubscriberFilter& wanted,
+Notified Provider::send_event(OpenOffer& offer, MethodId event, const SubscriberFilter& wanted,
                               std::span<const ByteView> payload,
                               const std::shared_ptr<const void>& keep_alive, const someip::TpPacing& pacing) {
   E2eChannel* const channel = offer.e2e.find(event);
@@ -350,7 +350,8 @@ Notified Provider::send_event(Offer& offer, MethodId event, const SubscriberFilt
                             : send_to_receivers(offer, header, payload, keep_alive, pacing);
 }
 
-Notified Provider::send_to_receivers(Offer& offer, const Header& header, std::span<const ByteView> payload,
+Notified Provider::send_to_receivers(OpenOffer& offer, const Header& header,
+                                     std::span<const ByteView> payload,
                                      const std::shared_ptr<const void>& keep_alive,
                                      const someip::TpPacing& pacing) {
   Notified result{.session = header.session};
@@ -363,7 +364,7 @@ Notified Provider::send_to_receivers(Offer& offer, const Header& header, std::sp
   return result;
 }
 
-void Provider::send_to_receiver(Offer& offer, const Receiver& receiver, const Header& header,
+void Provider::send_to_receiver(OpenOffer& offer, const Receiver& receiver, const Header& header,
                                 std::span<const ByteView> payload,
                                 const std::shared_ptr<const void>& keep_alive, const someip::TpPacing& pacing,
                                 Notified& result) {
@@ -391,7 +392,7 @@ void Provider::send_to_receiver(Offer& offer, const Receiver& receiver, const He
   ++(taken ? result.subscribers : result.dropped);
 }
 
-void Provider::note_slow(const Offer& offer, const Receiver& receiver, const Header& header,
+void Provider::note_slow(const OpenOffer& offer, const Receiver& receiver, const Header& header,
                          std::size_t overtaken) {
   counters_.overtaken += overtaken;
   const auto found = std::ranges::find_if(slow_, [&](const Slow& one) {
@@ -426,7 +427,7 @@ std::vector<SlowSubscriber> Provider::slow_subscribers() const {
 
 // --- Requests ---------------------------------------------------------------------------------------------
 
-MethodKind Provider::kind_of(const Offer& offer, MethodId id) const {
+MethodKind Provider::kind_of(const OpenOffer& offer, MethodId id) const {
   const auto method = std::ranges::find(offer.spec.methods, id, &MethodSpec::id);
   if (method != offer.spec.methods.end()) {
     return method->kind;
@@ -480,7 +481,7 @@ void Provider::refuse(const someip::RequestCheck& check, const Source& source) {
   }
 }
 
-std::size_t Provider::wants(const Message& segment, const Source& source) {
+std::size_t Provider::room_for(const Message& segment, const Source& source) {
   if (!source.udp) {
     ++counters_.unexpected;  // by multicast
     return 0;
@@ -562,7 +563,7 @@ bool Provider::may_receive(const Endpoint& to, std::size_t bytes) {
 }
 
 // Holds the offer: a handler may withdraw it.
-void Provider::handle(const std::shared_ptr<Offer>& offer, const Message& message, Responder responder) {
+void Provider::handle(const std::shared_ptr<OpenOffer>& offer, const Message& message, Responder responder) {
   const auto method = std::ranges::find(offer->spec.methods, message.header.method, &MethodSpec::id);
   if (method != offer->spec.methods.end()) {
     method->handler(message, std::move(responder));
@@ -622,7 +623,8 @@ void Provider::send_initial_values(OfferHandle handle, EventgroupId eventgroup,
   }
 }
 
-bool Provider::may_be_repeated(const Offer& offer, MethodId event, const Endpoint& to, std::size_t bytes) {
+bool Provider::may_be_repeated(const OpenOffer& offer, MethodId event, const Endpoint& to,
+                               std::size_t bytes) {
   const TimePoint time = now();
   if (bytes <= someip::max_plain_payload_bytes || is_of_this_host(to.address, config_.address) ||
       repeated_.take(to.address, offer.handle, event, time)) {

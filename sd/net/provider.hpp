@@ -44,7 +44,7 @@ class Provider {
 
   /// How large the request may be of which this segment has come. 0: it is not to a method that is offered at
   /// this port, or the method takes no large requests. Then this also answers once, or counts.
-  [[nodiscard]] std::size_t wants(const someip::Message& segment, const Source& source);
+  [[nodiscard]] std::size_t room_for(const someip::Message& segment, const Source& source);
   /// A message that is neither a notification nor an answer.
   void on_request(const someip::Message& message, const Source& source);
   void on_event(const SubscriberAdded& event);
@@ -75,7 +75,8 @@ class Provider {
     std::uint64_t unsaid = 0;
     TimePoint next_line{};
   };
-  struct Offer {
+  /// What we offer now, with its ports.
+  struct OpenOffer {
     OfferHandle handle;
     ServiceSpec spec;
     std::shared_ptr<UdpPort> udp;
@@ -90,28 +91,30 @@ class Provider {
                                                       std::uint8_t major) noexcept {
     return std::uint64_t{value(service)} << 32U | std::uint64_t{value(instance)} << 8U | major;
   }
-  [[nodiscard]] std::shared_ptr<Offer> find(OfferHandle handle) const;
+  [[nodiscard]] std::shared_ptr<OpenOffer> find(OfferHandle handle) const;
   /// The field with this getter, setter or notifier, as an index.
-  [[nodiscard]] static std::optional<std::size_t> field_of(const Offer& offer, someip::MethodId any);
+  [[nodiscard]] static std::optional<std::size_t> field_of(const OpenOffer& offer, someip::MethodId any);
   [[nodiscard]] static Transport transport_of(const ServiceSpec& spec, someip::MethodId event);
   [[nodiscard]] static Eventgroup eventgroup_of(const ServiceSpec& spec, const EventgroupSpec& group);
   /// Fills receivers_ with all that get this event, each once.
-  void find_receivers(const Offer& offer, someip::MethodId event, const SubscriberFilter& wanted) const;
-  Notified send_event(Offer& offer, someip::MethodId event, const SubscriberFilter& wanted,
+  void find_receivers(const OpenOffer& offer, someip::MethodId event, const SubscriberFilter& wanted) const;
+  Notified send_event(OpenOffer& offer, someip::MethodId event, const SubscriberFilter& wanted,
                       std::span<const ByteView> payload, const std::shared_ptr<const void>& keep_alive,
                       const someip::TpPacing& pacing);
-  [[nodiscard]] static someip::SessionId session_of(Offer& offer, someip::MethodId event, std::size_t bytes);
-  Notified send_to_receivers(Offer& offer, const someip::Header& header, std::span<const ByteView> payload,
-                             const std::shared_ptr<const void>& keep_alive, const someip::TpPacing& pacing);
+  [[nodiscard]] static someip::SessionId session_of(OpenOffer& offer, someip::MethodId event,
+                                                    std::size_t bytes);
+  Notified send_to_receivers(OpenOffer& offer, const someip::Header& header,
+                             std::span<const ByteView> payload, const std::shared_ptr<const void>& keep_alive,
+                             const someip::TpPacing& pacing);
   /// Follows the event's rule for slow subscribers.
-  void send_to_receiver(Offer& offer, const Receiver& receiver, const someip::Header& header,
+  void send_to_receiver(OpenOffer& offer, const Receiver& receiver, const someip::Header& header,
                         std::span<const ByteView> payload, const std::shared_ptr<const void>& keep_alive,
                         const someip::TpPacing& pacing, Notified& result);
-  void note_slow(const Offer& offer, const Receiver& receiver, const someip::Header& header,
+  void note_slow(const OpenOffer& offer, const Receiver& receiver, const someip::Header& header,
                  std::size_t overtaken);
   /// A request as it is judged by its header.
   struct Judged {
-    std::shared_ptr<Offer> offer;      ///< that it is to, if it has no fault
+    std::shared_ptr<OpenOffer> offer;  ///< that it is to, if it has no fault
     const someip::AnswerRules* rules;  ///< of the interface that it is for, if there is any
     someip::RequestCheck check;
   };
@@ -121,28 +124,28 @@ class Provider {
   /// Whether so large an answer may go there over UDP: a host in whose name others may have asked gets
   /// little.
   [[nodiscard]] bool may_receive(const Endpoint& to, std::size_t bytes);
-  [[nodiscard]] someip::MethodKind kind_of(const Offer& offer, someip::MethodId method) const;
+  [[nodiscard]] someip::MethodKind kind_of(const OpenOffer& offer, someip::MethodId method) const;
   /// Of what a method, getter or setter answers.
   [[nodiscard]] someip::TpPacing pacing_of(const ServiceSpec& spec, someip::MethodId method) const;
-  void handle(const std::shared_ptr<Offer>& offer, const someip::Message& message, Responder responder);
+  void handle(const std::shared_ptr<OpenOffer>& offer, const someip::Message& message, Responder responder);
   // With end-to-end protection: provider_e2e.cpp.
   [[nodiscard]] static E2eChannels channels_of(const ServiceSpec& spec);
-  Notified notify_protected(Offer& offer, E2eChannel& channel, const someip::Header& header,
+  Notified notify_protected(OpenOffer& offer, E2eChannel& channel, const someip::Header& header,
                             std::span<const ByteView> payload, const someip::TpPacing& pacing);
-  void handle_checked(const std::shared_ptr<Offer>& offer, E2eChannel& channel, someip::Message message,
+  void handle_checked(const std::shared_ptr<OpenOffer>& offer, E2eChannel& channel, someip::Message message,
                       const Source& source, ReplyPath path);
   // Values: provider_values.cpp.
   /// Takes the initial values out of `spec`.
   [[nodiscard]] std::vector<Ruled> values_of(ServiceSpec& spec, TimePoint now) const;
-  [[nodiscard]] static Ruled* event_with_rule(Offer& offer, someip::MethodId event);
-  void call_setter(const Offer& offer, std::size_t field, ByteView wanted, Responder& responder);
-  Notified store(Offer& offer, Ruled& ruled, Value value);
-  Notified send_value(Offer& offer, Ruled& ruled);
+  [[nodiscard]] static Ruled* event_with_rule(OpenOffer& offer, someip::MethodId event);
+  void call_setter(const OpenOffer& offer, std::size_t field, ByteView wanted, Responder& responder);
+  Notified store(OpenOffer& offer, Ruled& ruled, Value value);
+  Notified send_value(OpenOffer& offer, Ruled& ruled);
   void send_cyclic_values();
   void arm_cycle();
 
   void send_initial_values(OfferHandle handle, EventgroupId eventgroup, const Subscriber& subscriber);
-  [[nodiscard]] bool may_be_repeated(const Offer& offer, someip::MethodId event, const Endpoint& to,
+  [[nodiscard]] bool may_be_repeated(const OpenOffer& offer, someip::MethodId event, const Endpoint& to,
                                      std::size_t bytes);
   template <typename SubscriberEvent>
   void log_subscriber(const SubscriberEvent& event, const std::string& what) const;
@@ -157,7 +160,7 @@ class Provider {
   TimePoint next_refused_line_{};
   DiscoveryLog log_;
   DiscoveryLog warn_;
-  std::vector<std::shared_ptr<Offer>> offers_;
+  std::vector<std::shared_ptr<OpenOffer>> offers_;
   std::unordered_set<std::uint64_t> offered_;  ///< the instances of offers_, but for other protocols
   std::vector<RemoteHandle> rivals_;           ///< offers of the same by others, of which has been warned
   std::vector<Slow> slow_;                     ///< the one that was so last is last

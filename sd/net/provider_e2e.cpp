@@ -50,7 +50,7 @@ E2eChannels Provider::channels_of(const ServiceSpec& spec) {
 }
 
 // To those of receivers_. One message with one counter for all of them: the protection is the event's.
-Notified Provider::notify_protected(Offer& offer, E2eChannel& channel, const Header& header,
+Notified Provider::notify_protected(OpenOffer& offer, E2eChannel& channel, const Header& header,
                                     std::span<const ByteView> payload, const someip::TpPacing& pacing) {
   if (receivers_.empty()) {
     return {.session = header.session};
@@ -64,7 +64,7 @@ Notified Provider::notify_protected(Offer& offer, E2eChannel& channel, const Hea
   return send_to_receivers(offer, header, {&slice, 1}, bytes, pacing);
 }
 
-void Provider::handle_checked(const std::shared_ptr<Offer>& offer, E2eChannel& channel, Message message,
+void Provider::handle_checked(const std::shared_ptr<OpenOffer>& offer, E2eChannel& channel, Message message,
                               const Source& source, ReplyPath path) {
   e2e::CheckResult result;
   std::vector<std::byte> room;

@@ -13,7 +13,7 @@ using someip::ReturnCode;
 
 // --- Fields -----------------------------------------------------------------------------------------------
 
-std::optional<std::size_t> Provider::field_of(const Offer& offer, MethodId any) {
+std::optional<std::size_t> Provider::field_of(const OpenOffer& offer, MethodId any) {
   const auto found = std::ranges::find_if(offer.spec.fields, [any](const FieldSpec& field) {
     return field.getter == any || field.setter == any || field.notifier == any;
   });
@@ -22,7 +22,7 @@ std::optional<std::size_t> Provider::field_of(const Offer& offer, MethodId any) 
              : std::optional{static_cast<std::size_t>(found - offer.spec.fields.begin())};
 }
 
-void Provider::call_setter(const Offer& offer, std::size_t field, ByteView wanted, Responder& responder) {
+void Provider::call_setter(const OpenOffer& offer, std::size_t field, ByteView wanted, Responder& responder) {
   std::vector<std::byte> value;
   if (const SetHandler& judge = offer.spec.fields[field].on_set) {
     auto judged = judge(wanted);
@@ -95,14 +95,14 @@ std::vector<Provider::Ruled> Provider::values_of(ServiceSpec& spec, TimePoint no
   return values;
 }
 
-Provider::Ruled* Provider::event_with_rule(Offer& offer, MethodId event) {
+Provider::Ruled* Provider::event_with_rule(OpenOffer& offer, MethodId event) {
   const std::span events = std::span{offer.values}.subspan(offer.spec.fields.size());
   const auto found = std::ranges::find(events, event, &Ruled::event);
   return found == events.end() ? nullptr : &*found;
 }
 
 // [feat_req_someip_635]
-Notified Provider::store(Offer& offer, Ruled& ruled, Value value) {
+Notified Provider::store(OpenOffer& offer, Ruled& ruled, Value value) {
   if (!ruled.value || *ruled.value != *value) {
     ruled.value = std::move(value);
   }
@@ -113,7 +113,7 @@ Notified Provider::store(Offer& offer, Ruled& ruled, Value value) {
   return due ? send_value(offer, ruled) : Notified{};
 }
 
-Notified Provider::send_value(Offer& offer, Ruled& ruled) {
+Notified Provider::send_value(OpenOffer& offer, Ruled& ruled) {
   ruled.sent = ruled.value;
   const ByteView bytes{*ruled.value};
   return ruled.event ? send_event(offer, *ruled.event, {}, {&bytes, 1}, ruled.value, ruled.pacing)
