@@ -18,8 +18,9 @@ class FieldValues {
   /// Told of each value, and of nothing when it is not known any more whether that is still the value.
   using Told = std::function<void(std::optional<ByteView> value)>;
 
-  void tell(someip::ServiceId service, someip::InstanceId instance, someip::MethodId notifier, Told told) {
-    told_.try_emplace({service, instance, notifier}, std::move(told));
+  void tell(someip::ServiceId service, someip::InstanceId instance, someip::MethodId notifier,
+            const Told& told) {
+    told_.try_emplace({service, instance, notifier}, told);
   }
   /// Empty: nobody wants to know.
   [[nodiscard]] Told of(someip::ServiceId service, someip::InstanceId instance,
