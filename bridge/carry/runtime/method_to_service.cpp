@@ -102,7 +102,7 @@ class MethodToService final : public RunningRoute {
                         {"unavailable", ros.unavailable, loss},
                         {"gone", ros.gone, loss},
                         {"timed_out", ros.timed_out, loss},
-                        {"too_many", ros.too_many, loss},
+                        {"too_many", ros.too_many + too_many_, loss},
                         {"over_share", over_share_, loss},
                         {"not_written", ros.not_written, loss},
                         {"answers_not_convertible", answers_not_convertible_, loss},
@@ -181,7 +181,7 @@ class MethodToService final : public RunningRoute {
     }
     const IpAddress caller = responder.caller().address;
     if (!shares_.take(caller, std::chrono::steady_clock::now())) {
-      ++over_share_;
+      ++(in_flight_ < method_.max_calls ? over_share_ : too_many_);
       log_.tell(fmt::format("a call of {} was refused: it has its share of `max_calls`, {} of {} wait",
                             someip::to_string(caller), in_flight_, method_.max_calls));
       responder.error(ReturnCode::not_ready);
@@ -246,6 +246,7 @@ class MethodToService final : public RunningRoute {
   std::uint64_t answers_too_large_ = 0;
   std::uint64_t answers_not_sent_ = 0;
   std::uint64_t over_share_ = 0;
+  std::uint64_t too_many_ = 0;
   CallShares shares_;
   std::unique_ptr<DdsClient> client_;  // last: it has the calls, which use the above
 };
