@@ -12,7 +12,7 @@ namespace {
 
 #if defined(__x86_64__)
 
-// Between these the C library copies by "rep movsb", where it has that.
+// Between these sizes the C library copies with "rep movsb", where it can.
 constexpr std::size_t from_bytes = 2048;
 constexpr std::size_t to_bytes = 1024 * 1024;
 
@@ -20,15 +20,16 @@ bool can_copy_blocks() noexcept {
   return __builtin_cpu_supports("avx2") != 0;
 }
 
-/// AMD's Zen 3 and 4 take 15 to 25 times as long for that where the target begins less than 16 bytes behind
-/// the source, as places within a page of 4 KB: so the data of a cloud may, behind its front, and then does
-/// each time. Elsewhere blocks are as quick. (glibc has not known until 2.39, its bug 30994.)
+/// On AMD's Zen 3 and 4 that takes 15 to 25 times as long if the target begins less than 16 bytes behind the
+/// source, compared by their places within a page of 4 KB. The data of a cloud may lie so behind its front,
+/// and then does each time. Otherwise blocks are as quick. (glibc did not know this until 2.39, see its bug
+/// 30994.)
 bool is_slow() noexcept {
   return __builtin_cpu_is("amdfam19h") != 0;
 }
 
-/// Four at a time: a load must not wait for a store that seems to be to the same place. Blocks of 16 bytes
-/// would be half as quick beside a busy neighbour on the same core, those of 64 are not quicker.
+/// Four at a time, so that a load does not wait for a store that seems to go to the same place. Blocks of 16
+/// bytes would be half as quick while the core's other thread is busy, and blocks of 64 are not quicker.
 __attribute__((target("avx2"))) void copy_blocks(std::byte* to, const std::byte* from,
                                                  std::size_t size) noexcept {
   constexpr std::size_t block = sizeof(__m256i);

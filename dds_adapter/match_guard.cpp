@@ -56,7 +56,7 @@ namespace trestle::dds::fast {
 
 namespace {
 
-/// The participants of this process that refuse.
+/// The participants of this process that refuse readers of other types.
 struct Refusing {
   std::mutex mutex;
   std::set<rtps::GuidPrefix_t> participants;

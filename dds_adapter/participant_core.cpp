@@ -77,12 +77,12 @@ ParticipantCore::ParticipantCore(const ParticipantConfig& config)
   }
   check_interfaces(config.interfaces);
   const fast::DomainParticipantQos qos = participant_qos(config, sockets_);
-  // The callbacks of discovery come whatever the mask says, and from now on.
+  // Discovery callbacks come from now on, whatever the mask says.
   auto* factory = fast::DomainParticipantFactory::get_instance();
   participant_ = factory->create_participant(config.domain, qos, this, fast::StatusMask::none());
   if (participant_ == nullptr) {
     throw DdsError{"Fast DDS could not make a participant in domain " + std::to_string(config.domain) +
-                   "; its own message stands on standard error (are all ports of the domain taken?)"};
+                   "; see its own message on standard error (are all ports of the domain taken?)"};
   }
   prefix_ = participant_->guid().guidPrefix;
   if (strict_types_) {
@@ -156,7 +156,7 @@ std::vector<std::string> ParticipantCore::buffers_not_granted() const {
 }
 
 fast::Topic* ParticipantCore::use_topic(const std::string& topic, const std::string& type) {
-  // Creating topics and types calls nobody back, so the lock may be held.
+  // Creating topics and types runs no callbacks, so the lock may be held.
   const std::lock_guard lock{mutex_};
   UsedTopic& used = topics_[topic];
   if (used.users == 0) {
@@ -193,7 +193,7 @@ void ParticipantCore::drop_topic(const std::string& topic) noexcept {
 
 namespace {
 
-/// Of one participant, where a topic has one type.
+/// Both are of one participant, where a topic has only one type.
 bool are_matched(const ParticipantCore::Endpoint& one, const ParticipantCore::Endpoint& other) {
   return one.topic == other.topic && one.writer != other.writer &&
          (one.writer ? differing_policies(one.qos, other.qos) : differing_policies(other.qos, one.qos))
@@ -262,7 +262,7 @@ void ParticipantCore::remove(const Endpoint* endpoint, const fast::Guid& guid) n
 Vendor ParticipantCore::vendor(const fast::Prefix& participant) const {
   constexpr std::array<std::uint8_t, 2> eprosima{0x01, 0x0f};
   constexpr std::array<std::uint8_t, 2> eclipse{0x01, 0x10};
-  // Prefixes begin with the vendor, but for those that users choose, as for discovery servers.
+  // Prefixes begin with the vendor id, except those that users choose, for example for discovery servers.
   std::array<std::uint8_t, 2> id{participant.value[0], participant.value[1]};
   {
     const std::lock_guard lock{mutex_};
@@ -286,12 +286,13 @@ bool are_counterparts(const ParticipantCore::Endpoint& ours, const fast::FoundEn
   return peer.topic == ours.topic && peer.type == ours.type && peer.writer != ours.writer;
 }
 
-/// What keeps counterparts from matching; empty when nothing does.
+/// The policies that keep counterparts from matching; empty if there are none.
 std::string policies_between(const ParticipantCore::Endpoint& ours, const fast::FoundEndpoint& peer) {
   return ours.writer ? differing_policies(ours.qos, peer.qos) : differing_policies(peer.qos, ours.qos);
 }
 
-/// What the peer misses of ours, or ours of the peer, also where they match for what ours announces.
+/// The policies that one of the two wants and the other does not really offer, even if they match because of
+/// what ours announces.
 std::string unmet_policies(const ParticipantCore::Endpoint& ours, const fast::FoundEndpoint& peer) {
   if (ours.unserved == nullptr) {
     return policies_between(ours, peer);
@@ -399,8 +400,8 @@ std::vector<Event> ParticipantCore::newly_incompatible(const Endpoint& endpoint,
       events.push_back(incompatible(endpoint, found));
     }
   }
-  // By a policy that ROS 2 does not use, or of one that we have no room to remember. Nobody at all: Fast
-  // DDS has met a peer that it has not told of yet, and will call again when it has.
+  // Here the policy is one that ROS 2 does not use, or the peer one that we had no room to remember. If no
+  // peer is known at all, Fast DDS has not reported it yet, and will call again when it has.
   if (events.empty() && is_of_others) {
     events.push_back({Event::Kind::incompatible_qos,
                       endpoint.topic,
@@ -511,7 +512,7 @@ std::vector<Event> ParticipantCore::remember(const fast::FoundEndpoint& endpoint
   std::vector<Event> events;
   auto known = found_.find(endpoint.guid);
   if (known != found_.end()) {
-    known->second.endpoint = endpoint;  // what is told of one that is announced again stays told
+    known->second.endpoint = endpoint;  // announced again: what was reported is not reported again
   } else if (found_.size() < max_found) {
     known = found_.emplace(endpoint.guid, Found{endpoint, {}}).first;
   } else {

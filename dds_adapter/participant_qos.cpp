@@ -25,25 +25,25 @@ void load_profile(const ParticipantConfig& config, fast::DomainParticipantQos& q
   }
   if (!fast::is_ok(factory->load_XML_profiles_file(config.profiles_file))) {
     throw DdsError{"Fast DDS does not take " + config.profiles_file +
-                   " for a file of profiles; its own message stands on standard error"};
+                   " for a file of profiles; see its own message on standard error"};
   }
   if (!fast::is_ok(factory->get_participant_qos_from_profile(config.profile, qos))) {
     throw DdsError{config.profiles_file + " has no participant profile '" + config.profile + "'"};
   }
 }
 
-/// `qos`: by default, or as a profile has it.
+/// `qos` is the default or comes from a profile.
 void set_transports(const ParticipantConfig& config, const std::shared_ptr<SampleSockets>& sockets,
                     fast::DomainParticipantQos& qos) {
   auto& transport = qos.transport();
-  // Fast DDS's own built-in ones are never used: shared memory is among them.
+  // Fast DDS's built-in transports are never used, because they include shared memory.
   bool wants_udp = std::exchange(transport.use_builtin_transports, false);
   if (config.shared_memory || !config.interfaces.empty()) {
     transport.user_transports.clear();
   }
   wants_udp = wants_udp || transport.user_transports.empty();
   if (!wants_udp) {
-    return;  // the profile has all that it wants
+    return;  // the profile has all the transports that it wants
   }
   const auto or_ours = [](std::uint32_t of_profile) {
     return of_profile != 0 ? of_profile : socket_buffer_bytes;
@@ -62,7 +62,7 @@ void set_transports(const ParticipantConfig& config, const std::shared_ptr<Sampl
 }
 
 void set_lease(std::chrono::nanoseconds lease, fast::DomainParticipantQos& qos) {
-  // Several announcements may be lost before somebody gives us up; by default 3 s pass between two.
+  // Several announcements may be lost before peers give us up; by default they come every 3 s.
   auto& discovery = qos.wire_protocol().builtin.discovery_config;
   discovery.leaseDuration = fast::duration_of(lease);
   discovery.leaseDuration_announcementperiod =
@@ -106,7 +106,7 @@ fast::DomainParticipantQos participant_qos(const ParticipantConfig& config,
   }
   qos.name(config.name);
   set_transports(config, sockets, qos);
-  // A profile's lease stays, unless one is asked for.
+  // The lease of a profile stays, unless the configuration sets one.
   if (!has_profile || config.lease != ParticipantConfig{}.lease) {
     set_lease(config.lease, qos);
   }

@@ -13,11 +13,11 @@ void check_endpoint(std::string_view what, std::string_view topic, std::string_v
     throw DdsError{subject + "a topic name has 1 to 255 characters"};
   }
   if (type.empty() || type.size() > max_name) {
-    throw DdsError{subject + "the type name '" + std::string{type} + "' has not 1 to 255 characters"};
+    throw DdsError{subject + "the type name '" + std::string{type} + "' must have 1 to 255 characters"};
   }
   for (const std::chrono::nanoseconds time : {qos.deadline, qos.lifespan, qos.liveliness_lease}) {
     if (time.count() < 0 || time > std::chrono::hours{24 * 365}) {
-      throw DdsError{subject + "its times are 0 or up to a year"};
+      throw DdsError{subject + "its times must be from 0 to one year"};
     }
   }
   if (qos.depth < 1 || qos.depth > max_depth) {

@@ -21,7 +21,7 @@ class PolledUdp final : public fast::ForwardingTransport {
   explicit PolledUdp(const PolledDescriptor& descriptor)
       : fast::ForwardingTransport{descriptor}, sockets_{descriptor.sockets}, udp_{descriptor.udp} {}
 
-  /// Asked for those of readers and writers before any is opened.
+  /// Called for the locators of readers and writers, before any of them is opened.
   bool getDefaultUnicastLocators(fast::LocatorList& locators, std::uint32_t port) const override {
     first_port_ = port;
     return low_level_transport_->getDefaultUnicastLocators(locators, port);
@@ -57,7 +57,8 @@ class PolledUdp final : public fast::ForwardingTransport {
     return fast::rtps::IPLocator::getPhysicalPort(locator);
   }
 
-  /// Discovery has a port just before each of these: who finds one taken tries the one after the next.
+  /// Just before each of these ports there is one for discovery; if a port is taken, the next but one is
+  /// tried.
   [[nodiscard]] bool is_for_samples(const fast::Locator& locator) const {
     const std::uint32_t port = port_of(locator);
     return first_port_ != 0 && port >= first_port_ && (port - first_port_) % 2 == 0 &&
@@ -66,7 +67,7 @@ class PolledUdp final : public fast::ForwardingTransport {
 
   const std::shared_ptr<SampleSockets> sockets_;
   const std::shared_ptr<fast::UdpV4Descriptor> udp_;
-  mutable std::uint32_t first_port_ = 0;  ///< 0: none, as a profile has others
+  mutable std::uint32_t first_port_ = 0;  ///< 0: none, because a profile has other locators
 };
 
 fast::Transport* PolledDescriptor::create_transport() const {

@@ -13,8 +13,8 @@ namespace trestle::dds {
 
 namespace detail {
 
-/// What keeps a received sample: the payload is on loan until it is given back, so the reader is kept as
-/// well.
+/// Keeps a received sample. Its payload is on loan from the reader until it is given back, so this keeps the
+/// reader too.
 struct Loan {
   fast::DataReader* from = nullptr;
   fast::LoanableSequence<RawSample> samples;
@@ -55,7 +55,7 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
     participant_->add(&endpoint_, reader_->guid());
   }
 
-  /// The reader stays until the last sample has been returned, but the callback is over.
+  /// The reader stays until the last sample has been returned, but the callback is not called any more.
   void close() {
     reader_->set_listener(nullptr);
     {
@@ -85,7 +85,7 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
 
   [[nodiscard]] Guid guid() const { return to_guid(reader_->guid()); }
 
-  /// For the next sample.
+  /// Keeps the object for the next sample.
   void keep(std::unique_ptr<Loan> unused) {
     const std::lock_guard lock{unused_mutex_};
     unused_.push_back(std::move(unused));
@@ -109,14 +109,15 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
     fast::set_common(qos, wanted);
     qos.history().kind = fast::KEEP_LAST_HISTORY_QOS;
     qos.history().depth = static_cast<std::int32_t>(wanted.depth);
-    // The history holds `depth` samples; those on loan come on top, and their number is the holder's choice.
+    // The history holds `depth` samples; samples on loan come on top, as many as users keep.
     qos.resource_limits().max_samples = 0;
     qos.resource_limits().max_instances = 1;
     qos.resource_limits().max_samples_per_instance = 0;
     qos.resource_limits().allocated_samples = static_cast<std::int32_t>(wanted.depth);
     qos.endpoint().history_memory_policy =
         participant_->frees_samples() ? fast::dynamic_reserve : fast::dynamic_reusable;
-    // Shared histories between processes tear loaned samples and can spin for ever on one that is too large.
+    // Data sharing between processes corrupts loaned samples, and can loop for ever on a sample that is too
+    // large.
     qos.data_sharing().off();
     fast::set_heartbeat_delay(qos, fast::Duration{0, 1'000'000});
     return qos;
@@ -148,7 +149,7 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
     }
   }
 
-  /// Counts what another bridge brought in.
+  /// Whether the sample comes from another bridge; counts those that are ignored.
   OtherEnd judge(const Loan& loan) {
     if (!endpoint_.bridge || !loan.infos[0].valid_data) {
       return OtherEnd::none;
@@ -166,7 +167,7 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
   bool is_wanted(Loan& loan) {
     const fast::SampleInfo& info = loan.infos[0];
     if (!info.valid_data) {
-      return false;  // says that a writer has gone
+      return false;  // reports that a writer has gone
     }
     const ByteView bytes = loan.samples[0].received;
     const std::lock_guard lock{counters_mutex_};
@@ -219,7 +220,7 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
                                       counters_.incompatible_qos);
   }
 
-  /// The first of a row is told; each is counted.
+  /// Each missed deadline is counted; only the first one in a row is reported.
   void on_requested_deadline_missed(fast::DataReader* /*reader*/,
                                     const fast::RequestedDeadlineMissedStatus& status) override {
     {
@@ -263,13 +264,14 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
   OnSample on_sample_;
   const std::size_t max_sample_bytes_;
   const std::string user_data_;
-  std::mutex match_gate_;  ///< held while on_match_ runs, as gate_
+  std::mutex match_gate_;  ///< like gate_, but for on_match_
   OnMatch on_match_;
   std::function<void(ByteView, const Guid&)> on_bridged_;  ///< under gate_
   BridgeCheck bridge_check_;                               ///< likewise
   fast::Guid last_writer_;                                 ///< likewise
   bool refuses_last_ = false;
-  /// To ask DDS would take what has changed from under the listener, who could not tell a match from its end.
+  /// A query to DDS would reset the changes before the listener sees them: it could not tell a match from its
+  /// end.
   std::atomic<std::int32_t> matched_ = 0;
   fast::DataReader* reader_ = nullptr;
   mutable std::mutex counters_mutex_;
@@ -277,7 +279,7 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
   bool is_late_ = false;  ///< the deadline has been missed since the last sample
   fast::QosPolicyCountSeq seen_policies_;
   std::mutex unused_mutex_;
-  std::vector<std::unique_ptr<Loan>> unused_;  ///< as many as were on loan at a time
+  std::vector<std::unique_ptr<Loan>> unused_;  ///< as many as were on loan at the same time
 };
 
 void give_back(std::unique_ptr<Loan> loan) noexcept {

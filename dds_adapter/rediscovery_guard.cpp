@@ -5,11 +5,11 @@
 #include <fastdds/rtps/builtin/data/WriterProxyData.h>
 #include <fastdds/rtps/reader/StatefulReader.h>
 
-// When only one side of two gives the other up, as after a stall that is longer than its lease, and finds it
-// again, it asks the other's discovery for everything anew: by an empty acknowledgement, which goes out after
-// 70 ms, but never when a heartbeat came before. What it then asks for has been acknowledged long ago, and
-// the other ignores it: the one does not see the other's readers and writers until one of them ends. These
-// definitions take the place of the library's, as in type_object_guard.cpp, and call them.
+// Only one of two participants, A, may give the other, B, up and find it again, for example after a stall
+// that is longer than the lease. A then asks the discovery of B for everything anew, by an empty
+// acknowledgement. That is sent after 70 ms, but never if a heartbeat comes first. What A asks for then has
+// been acknowledged long ago, so B ignores it, and A does not see the readers and writers of B until one of
+// the two ends. These definitions replace the library's, as in type_object_guard.cpp, and call them.
 namespace eprosima::fastrtps::rtps {
 
 namespace {
@@ -21,7 +21,7 @@ Function* of_library(const char* symbol) {
 
 }  // namespace
 
-/// We are the one: the question goes out at once.
+/// We are A: the question is sent at once.
 bool StatefulReader::matched_writer_add(const WriterProxyData& writer) {
   static auto* const add = of_library<bool(StatefulReader*, const WriterProxyData&)>(
       "_ZN8eprosima8fastrtps4rtps14StatefulReader18matched_writer_addERKNS1_15WriterProxyDataE");
@@ -40,7 +40,7 @@ bool StatefulReader::matched_writer_add(const WriterProxyData& writer) {
   return true;
 }
 
-/// We are the other: who asks for what it had has lost all.
+/// We are B: a participant that asks for what it has acknowledged has lost everything.
 bool ReaderProxy::requested_changes_set(const SequenceNumberSet_t& wanted, RTPSGapBuilder& gaps,
                                         const SequenceNumber_t& first) {
   static auto* const request =

@@ -43,7 +43,7 @@ fast::DataWriterQos graph_writer_qos() {
 }
 
 fast::DataReaderQos graph_reader_qos() {
-  constexpr std::int32_t depth = 64;  // they are taken at once
+  constexpr std::int32_t depth = 64;  // samples are taken as soon as they come
   fast::DataReaderQos qos;
   qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
   qos.durability().kind = fast::TRANSIENT_LOCAL_DURABILITY_QOS;
@@ -208,8 +208,8 @@ void RosGraph::learn(ByteView sample, const fast::Guid& from) {
     }
   }
   on_names_();
-  // Humble's nodes cannot read the other form, later ones cannot read theirs. Once only: two of us that
-  // followed what they hear last would follow each other for ever.
+  // Humble's nodes cannot read the other form, and later nodes cannot read Humble's. Changed only once: two
+  // bridges that always took the form they heard last would follow each other for ever.
   if (detects_form_ && decoded->form == GidForm::humble) {
     const std::lock_guard lock{own_mutex_};
     if (form_ != GidForm::humble) {

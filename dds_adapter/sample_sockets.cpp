@@ -17,8 +17,8 @@ namespace trestle::dds::detail {
 namespace {
 
 constexpr std::size_t largest_datagram = 65536;
-// Of what is taken of a socket at once: two of the largest, as a sample of 64 KB comes in two, or some small
-// ones.
+// How much is taken from a socket at once: two of the largest datagrams, because a sample of 64 KB comes in
+// two, or several small ones.
 constexpr std::size_t most_bytes = 2 * largest_datagram;
 constexpr std::size_t most_datagrams = 32;
 
@@ -26,7 +26,7 @@ sockaddr* as_address(sockaddr_in& address) noexcept {
   return reinterpret_cast<sockaddr*>(&address);
 }
 
-/// @return -1: not to be had.
+/// @return -1 if it cannot be opened.
 int open_at(sockaddr_in at, std::uint32_t buffer_bytes) {
   const int descriptor = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (descriptor < 0) {

@@ -24,8 +24,8 @@ extern "C" const char* __tsan_default_suppressions();
 extern "C" const char* __tsan_default_suppressions() {
   return "deadlock:libfastrtps.so\ndeadlock:libfastdds.so\n";
 }
-/// The sanitizer knows pthread_mutex_timedlock, but not this, which std::timed_mutex uses: it would take
-/// Fast DDS's most important locks for never taken.
+/// The sanitizer knows pthread_mutex_timedlock, but not this function, which std::timed_mutex uses. It would
+/// believe that Fast DDS's most important locks are never taken.
 extern "C" int pthread_mutex_clocklock(pthread_mutex_t* mutex, clockid_t clock, const timespec* until) {
   constexpr long second_ns = 1'000'000'000;
   timespec now{};

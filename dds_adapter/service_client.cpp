@@ -12,8 +12,8 @@ namespace trestle::dds {
 
 namespace {
 
-/// The readers of requests and writers of replies that match ours. A server is there when both of one
-/// participant are.
+/// The readers of requests and writers of replies that match ours. A server is there when one participant has
+/// both.
 class FoundServers {
  public:
   void reader(const Guid& guid, bool matched, Vendor vendor) {
@@ -41,7 +41,7 @@ class FoundServers {
   /// How often the last server has left.
   [[nodiscard]] std::uint64_t times_lost() const { return times_lost_; }
 
-  /// One form has to do for all servers of the name, as all of them get each request.
+  /// There is one form for all servers of the name, because each request goes to all of them.
   [[nodiscard]] RosForm form(RosForm configured) const {
     const bool any_other = readers_.any_there([&](const Guid& reader, Vendor vendor) {
       return vendor != Vendor::cyclone_dds && is_complete(reader);
@@ -61,7 +61,7 @@ class FoundServers {
   std::uint64_t times_lost_ = 0;
 };
 
-/// Unique among all clients of the domain, as GUIDs are: FNV-1a of one.
+/// As unique among all clients of the domain as GUIDs are: the FNV-1a hash of a GUID.
 std::uint64_t client_number(const Guid& guid) {
   std::uint64_t hash = 0xcbf29ce484222325U;
   for (const std::byte byte : guid) {
@@ -73,7 +73,7 @@ std::uint64_t client_number(const Guid& guid) {
 }  // namespace
 
 struct ServiceClient::State {
-  /// A request is known by its number in its form.
+  /// Identifies a request: its form, and its number in this form.
   using Key = std::pair<RosForm, std::uint64_t>;
   struct Sent {
     TimePoint end;
@@ -148,7 +148,7 @@ struct ServiceClient::State {
       const std::lock_guard lock{mutex};
       const auto number = number_of_ours(sample, form);
       if (!number) {
-        return;  // counted there
+        return;  // number_of_ours() has counted it
       }
       if (replies.size() >= config.max_calls) {
         ++counters.dropped;
@@ -159,7 +159,7 @@ struct ServiceClient::State {
     wake();
   }
 
-  /// The number of our request that this is the reply to.
+  /// The number of our request to which this is the reply.
   std::optional<std::uint64_t> number_of_ours(const Sample& sample, RosForm form) {
     if (form == RosForm::cyclonedds) {
       const auto header = detail::inline_header(sample.cdr());
@@ -211,7 +211,7 @@ struct ServiceClient::State {
       const detail::PiecesWithHeader whole{pieces, {client, static_cast<std::int64_t>(++last_number)}};
       number = writer->write_related(whole.pieces(), {}).map([&](std::uint64_t) { return last_number; });
     } else {
-      // Whom to answer; a number it does not have.
+      // Names the reader for the answer, which has no sequence number.
       number = writer->write_related(pieces, {reader_guid, 0});
     }
     if (!number) {
@@ -292,10 +292,10 @@ struct ServiceClient::State {
   std::map<Key, Sent> sent;
   std::set<std::pair<TimePoint, Key>> due;  ///< of `sent`
   std::vector<Waiting> waiting;
-  std::vector<std::pair<CallFault, Handler>> refused;  ///< to be told by work()
-  std::uint64_t last_number = 0;                       ///< of cyclonedds
+  std::vector<std::pair<CallFault, Handler>> refused;  ///< work() reports them
+  std::uint64_t last_number = 0;                       ///< in the form of cyclonedds
   std::uint64_t seen_lost = 0;
-  std::optional<TimePoint> look_again;  ///< whether requests reach the servers
+  std::optional<TimePoint> look_again;  ///< when to check again whether requests reach the servers
 
   mutable std::mutex mutex;  ///< of what follows
   FoundServers servers;

@@ -11,7 +11,7 @@ Qos service_qos(const ServiceConfig& config) {
 
 void FoundReaders::change(const Guid& reader, bool matched, Vendor vendor) {
   if (matched) {
-    // Its own kind a writer reaches at once.
+    // A Fast DDS writer reaches Fast DDS readers at once.
     readers_.insert_or_assign(reader, Found{vendor, vendor == Vendor::fast_dds});
   } else {
     readers_.erase(reader);

@@ -34,7 +34,7 @@ std::optional<InlineHeader> inline_header(ByteView cdr) {
 }
 
 std::vector<std::byte> without_inline_header(ByteView cdr) {
-  // The encapsulation header goes where the last bytes of the inline one have been.
+  // The encapsulation header takes the place of the last bytes of the inline header.
   const ByteView kept = cdr.subspan(inline_header_bytes);
   std::vector<std::byte> result{kept.begin(), kept.end()};
   std::ranges::copy(cdr.first(encapsulation_size), result.begin());
@@ -42,8 +42,8 @@ std::vector<std::byte> without_inline_header(ByteView cdr) {
 }
 
 PiecesWithHeader::PiecesWithHeader(std::span<const ByteView> pieces, const InlineHeader& header) {
-  pieces_.emplace_back();  // of the front, below
-  std::size_t filled = 0;  // of the encapsulation header, wherever it is cut
+  pieces_.emplace_back();  // for front_, set below
+  std::size_t filled = 0;  // bytes of the encapsulation header, which pieces may cut anywhere
   for (const ByteView piece : pieces) {
     const std::size_t taken = std::min(piece.size(), encapsulation_size - filled);
     std::ranges::copy(piece.first(taken), std::span{front_}.subspan(filled).begin());
@@ -53,7 +53,7 @@ PiecesWithHeader::PiecesWithHeader(std::span<const ByteView> pieces, const Inlin
     }
   }
   if (filled < encapsulation_size) {
-    pieces_.front() = ByteView{front_}.first(filled);  // the writer refuses it for what it is
+    pieces_.front() = ByteView{front_}.first(filled);  // the writer refuses such a short sample
     return;
   }
   const bool little = is_little_endian(front_);

@@ -31,7 +31,7 @@ struct ServiceServer::State {
   void open() {
     const Qos qos = detail::service_qos(config);
     const std::string user_data = detail::pairing_user_data("serviceid", participant);
-    // The writer first: who finds the reader may send a request at once.
+    // The writer first: a client that finds the reader may send a request at once.
     writer.emplace(participant.create_writer(
         ros_reply_topic(config.name), ros_type_name(config.type + "_Response"), qos, config.max_sample_bytes,
         {.on_match =
@@ -118,7 +118,7 @@ struct ServiceServer::State {
   }
 
   [[nodiscard]] Client find(const RequestId& id) const {
-    // Of entity kinds, those of readers have this bit.  (RTPS 9.3.1.2)
+    // The entity kinds of readers have this bit. (RTPS 9.3.1.2)
     constexpr std::byte reader_bit{0x04};
     const std::lock_guard lock{mutex};
     const bool names_reader =
@@ -150,7 +150,7 @@ struct ServiceServer::State {
   detail::WakeOnce wake;
   const Handler on_request;
   std::vector<Waiting> waiting;
-  std::optional<TimePoint> look_again;  ///< whether replies reach the clients
+  std::optional<TimePoint> look_again;  ///< when to check again whether replies reach the clients
 
   mutable std::mutex mutex;  ///< of what follows
   std::set<Guid> request_writers;

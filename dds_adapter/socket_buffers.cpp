@@ -9,16 +9,16 @@
 namespace trestle::dds::detail {
 namespace {
 
-// Of which some would fill any send buffer that is smaller than asked for.
+// A few samples of this size fill any send buffer that is smaller than requested.
 constexpr std::size_t large_sample = std::size_t{1} << 20U;
 
 int as_option(std::uint32_t bytes) noexcept {
   return static_cast<int>(std::min<std::uint32_t>(bytes, std::numeric_limits<int>::max()));
 }
 
-/// @param ask  a socket for a buffer of `bytes`; false: that cannot be done.
-/// @param name  of it: SO_RCVBUF or SO_SNDBUF.
-/// @return what is granted of so many bytes; all of them when that cannot be found out.
+/// @param ask   asks a socket for a buffer of `bytes`; false if that fails.
+/// @param name  the option: SO_RCVBUF or SO_SNDBUF.
+/// @return how many of these bytes the system grants; all of them if that cannot be found out.
 template <typename Ask>
 std::uint32_t granted(std::uint32_t bytes, int name, Ask ask) noexcept {
   const int probe = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);

@@ -63,8 +63,8 @@ class WriterCore final : private fast::WriterListener {
     participant_->drop_topic(endpoint_.topic);
   }
 
-  /// @param related  of the sample that this one belongs to; none: nothing is said of such a one, and the
-  ///                 number that is returned means nothing.
+  /// @param related  the sample to which this one belongs. If null, it belongs to none, and the returned
+  ///                 number has no meaning.
   tl::expected<std::uint64_t, WriteError> write(std::span<const ByteView> pieces, const SampleId* related) {
     RawSample sample;
     sample.pieces = pieces;
@@ -98,7 +98,7 @@ class WriterCore final : private fast::WriterListener {
     }
     return session_start().reaches(to_fast(reader), [this]() -> std::uint64_t {
       if (unacknowledged_->next_overwrites()) {
-        return 0;  // not now: it would cost a sample
+        return 0;  // not now: it would overwrite a sample
       }
       constexpr std::array header{std::byte{0}, std::byte{1}, std::byte{0}, std::byte{0}};
       const ByteView piece{header};
@@ -142,7 +142,7 @@ class WriterCore final : private fast::WriterListener {
     fast::DataWriterQos qos;
     fast::set_common(qos, offered);
     qos.history().kind = offered.keep_all ? fast::KEEP_ALL_HISTORY_QOS : fast::KEEP_LAST_HISTORY_QOS;
-    if (offered.keep_all) {  // who writes does not wait, but is told
+    if (offered.keep_all) {  // the caller does not wait, but gets an error
       qos.reliability().max_blocking_time = fast::Duration{0, 0};
     }
     if (offered.lifespan.count() > 0) {
@@ -158,8 +158,9 @@ class WriterCore final : private fast::WriterListener {
     qos.data_sharing().off();
     qos.publish_mode().kind =
         leaves_to_dds_ ? fast::ASYNCHRONOUS_PUBLISH_MODE : fast::SYNCHRONOUS_PUBLISH_MODE;
-    // A large sample is a burst that a full socket buffer cuts; these say how soon it is mended. The defaults
-    // (3 s between heartbeats) would let one lost fragment hold up a stream for longer than it stays useful.
+    // A large sample is a burst, of which a full socket buffer loses a part; these times say how soon that is
+    // sent again. The defaults (3 s between heartbeats) would let one lost fragment hold up a stream for
+    // longer than it stays useful.
     fast::set_heartbeat_period(qos, fast::Duration{0, 50'000'000});
     fast::set_nack_delay(qos, fast::Duration{0, 1'000'000});
     return qos;
@@ -175,7 +176,7 @@ class WriterCore final : private fast::WriterListener {
     return {};
   }
 
-  /// Whether the caller leaves it to another thread.
+  /// Whether another thread sends it.
   [[nodiscard]] bool is_large(const RawSample& sample) const {
     const auto readers = static_cast<std::size_t>(std::max(matched_.load(), 1));
     return !leaves_to_dds_ && sample.size > most_sent_by_caller / readers;
@@ -192,7 +193,7 @@ class WriterCore final : private fast::WriterListener {
     }
   }
 
-  /// What was given, on the thread for that.
+  /// Sends a sample that was given to the sending thread; runs on that thread.
   void send_given(RawSample& sample) {
     if (!send(sample, nullptr)) {
       take_back(sample.size);
@@ -206,7 +207,7 @@ class WriterCore final : private fast::WriterListener {
     is_late_ = false;
   }
 
-  /// Counted as sent, it was not.
+  /// Corrects the counters for a sample that was counted as sent, but was not sent.
   void take_back(std::size_t size) {
     const std::lock_guard lock{counters_mutex_};
     --counters_.sent;
@@ -230,7 +231,7 @@ class WriterCore final : private fast::WriterListener {
     return number;
   }
 
-  // The variant with a handle says why it refuses.
+  // The overload with a handle returns why it refuses.
   tl::expected<std::uint64_t, WriteError> hand_over(RawSample& sample) {
     const auto code = writer_->write(&sample, fast::HANDLE_NIL);
     if (fast::is_ok(code)) {
@@ -250,7 +251,7 @@ class WriterCore final : private fast::WriterListener {
     return number;
   }
 
-  /// Made by the first who asks: most writers need none.
+  /// Made when it is first needed: most writers need none.
   fast::SessionStart& session_start() {
     const std::lock_guard lock{session_start_mutex_};
     if (!session_start_) {
@@ -327,18 +328,19 @@ class WriterCore final : private fast::WriterListener {
     ++counters_.overwritten;
   }
 
-  /// A sample of more than a datagram does not leave at once.
+  /// A sample of more than one datagram is not sent at once.
   static constexpr std::size_t one_datagram = 60'000;
-  /// What a caller sends itself, to all readers together: five datagrams. Measured on loopback, that keeps it
-  /// for 90 µs with 65,536 bytes, 150 with 196,608 and 180 with 262,144; to hand those over takes 40 µs, and
-  /// they arrive 40 µs later.
+  /// The most that a caller sends itself, to all readers together: five datagrams. Measured on loopback, the
+  /// caller needs 90 µs for 65,536 bytes, 150 for 196,608 and 180 for 262,144. Handing these over takes 40
+  /// µs, and they arrive 40 µs later.
   static constexpr std::size_t most_sent_by_caller = 300'000;
 
   const std::shared_ptr<ParticipantCore> participant_;
-  /// A volatile writer drops a sample when the last reader that lacks it leaves, and in some versions of Fast
-  /// DDS waits for itself then. A transient-local one never does. So we announce that, which offers more than
-  /// was asked for, and drop samples that everybody has when the next one is written. DDS does not tell then
-  /// of readers that want what is not kept for them: the participant does.
+  /// A volatile writer drops a sample when the last reader that lacks it leaves; in some versions of Fast DDS
+  /// it then waits for itself for ever. A transient-local one never does. So we announce transient-local,
+  /// which offers more than was asked for, and drop samples that all readers have when the next one is
+  /// written. DDS then does not report readers that want samples which are not kept for them: the participant
+  /// does.
   const bool forgets_;
   std::atomic<std::uint64_t> unserved_ = 0;
   std::atomic<std::uint64_t> refused_ = 0;
@@ -346,12 +348,12 @@ class WriterCore final : private fast::WriterListener {
   std::mutex write_mutex_;
   bool is_separate_ = false;  ///< under write_mutex_
   const std::size_t max_sample_bytes_;
-  /// DDS's own thread sends, which costs small samples a change of threads: where the caller must be told at
-  /// once what becomes of a sample, whether there is room for it or what its number is.
+  /// DDS's own thread sends, which costs small samples a change of threads. Used where the caller must learn
+  /// at once what becomes of a sample: whether there is room for it, or what its number is.
   const bool leaves_to_dds_;
   const OnMatch on_match_;
   fast::DataWriter* writer_ = nullptr;
-  /// Readers, our own among them. To ask Fast DDS is to wait until it has sent a sample.
+  /// Matched readers, including our own. A query to Fast DDS would wait until it has sent a sample.
   std::atomic<std::int32_t> matched_ = 0;
   std::optional<fast::UnacknowledgedProbe> unacknowledged_;  ///< reliable writers only
   std::mutex session_start_mutex_;
@@ -360,7 +362,7 @@ class WriterCore final : private fast::WriterListener {
   WriterCounters counters_;
   bool is_late_ = false;  ///< the deadline has been missed since the last sample
   fast::QosPolicyCountSeq seen_policies_;
-  SendingThread large_;  ///< last, as its thread uses the others
+  SendingThread large_;  ///< last, because its thread uses the others
 };
 
 }  // namespace detail

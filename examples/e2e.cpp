@@ -43,7 +43,7 @@ int main(int argc, char** argv) try {
        .eventgroup = EventgroupId{1},
        .events = {speed},
        .e2e = {{.id = speed, .check = speed_profile}}},
-      [&](const Message& event, const trestle::Endpoint&) {  // of what passed the check
+      [&](const Message& event, const trestle::Endpoint&) {  // of messages that passed the check
         std::printf("speed %.1f, %s, channel %s\n", unpack<double>(event.payload).value_or(0),
                     to_string(event.check->status), to_string(event.check->state));
         if (++events == 3) {

@@ -1,4 +1,4 @@
-// A thermostat: a field that others read, set and are told of. Server and client, here in one program.
+// A thermostat: a field that others read, set and subscribe to. Server and client, here in one program.
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <cstdio>
@@ -23,7 +23,7 @@ int main(int argc, char** argv) try {
   sd::Node client{io,
                   {.address = parse_address(argc > 2 ? argv[2] : "127.0.0.2").value(), .multicast = group}};
 
-  // The Node keeps the value, answers the getter and tells subscribers. What is set is judged here:
+  // The Node keeps the value, answers the getter and notifies subscribers. New values are checked here:
   const auto within_limits = [](double wanted) -> Result<double, ReturnCode> {
     if (wanted < 0) {
       return tl::unexpected{ReturnCode::not_ok};
@@ -58,7 +58,7 @@ int main(int argc, char** argv) try {
       [&](const Message& event, const trestle::Endpoint&) {
         const double target = unpack<double>(event.payload).value_or(0);
         std::printf("target is %.1f\n", target);
-        if (!begun) {  // the value that a new subscriber is told
+        if (!begun) {  // the value that a new subscriber gets
           begin();
         } else if (target == 18.5) {
           io.stop();

@@ -19,7 +19,7 @@ int main(int argc, char** argv) try {
   sd::Node client{io,
                   {.address = parse_address(argc > 2 ? argv[2] : "127.0.0.2").value(),
                    .multicast = group,
-                   .max_message_bytes = std::size_t{4} << 20U}};  // what others may make it store
+                   .max_message_bytes = std::size_t{4} << 20U}};  // the most that others may make it store
 
   // This one takes bytes as they are.
   const auto echo = [](const Message& request, sd::Responder responder) {

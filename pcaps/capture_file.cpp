@@ -16,7 +16,7 @@ CaptureFile::CaptureFile(const std::string& path) {
   const std::string name = path == "-" ? "standard input" : path;
   if (!file_) {
     std::string why = reason.data();
-    // libpcap itself names the file in some of its messages.
+    // Some messages of libpcap already contain the file name.
     if (const std::string prefix = path + ": "; why.starts_with(prefix)) {
       why.erase(0, prefix.size());
     }

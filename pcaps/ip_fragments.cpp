@@ -6,7 +6,7 @@ namespace trestle::pcaps {
 
 FrameResult<std::optional<IpPacket>> IpFragments::add(const IpPacket& packet, Timestamp now) {
   const IpPacket::Fragment fragment = *packet.fragment;
-  // In IPv4 the protocol is part of a packet's identity; in IPv6 only the first fragment tells it for sure.
+  // In IPv4 the protocol is part of a packet's identity; in IPv6 only the first fragment is sure to give it.
   const Key key{packet.from, packet.to, packet.from.v6 ? std::uint8_t{0} : packet.protocol, fragment.id};
   const std::size_t size = packet.payload.size();
   const std::size_t end = fragment.offset + size;
@@ -22,7 +22,7 @@ FrameResult<std::optional<IpPacket>> IpFragments::add(const IpPacket& packet, Ti
     }
     ++dropped_;
     if (packet.missing != 0) {
-      return std::nullopt;  // the recorder cut it: nobody's fault
+      return std::nullopt;  // the recorder cut the frame: not an error of the sender
     }
     return tl::unexpected{FrameError{FrameFault::fragment, packet.offset}};
   }
@@ -54,7 +54,7 @@ FrameResult<std::optional<IpPacket>> IpFragments::add(const IpPacket& packet, Ti
   const std::size_t total = *partial.total_bytes;
   whole_ = std::move(partial.bytes);
   partials_.erase(key);
-  if (whole_.size() != total) {  // a fragment beyond what turned out to be the end
+  if (whole_.size() != total) {  // an earlier fragment lies beyond the end that is known now
     ++dropped_;
     return tl::unexpected{FrameError{FrameFault::fragment, packet.offset}};
   }

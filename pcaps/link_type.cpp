@@ -41,7 +41,7 @@ LinkType link_type_of(pcap* handle, const std::string& name) {
 
 Frame to_frame(std::uint64_t number, LinkType link, const pcap_pkthdr& header,
                const unsigned char* bytes) noexcept {
-  // Asked for nanoseconds, libpcap puts them where microseconds usually are.
+  // When nanoseconds are requested, libpcap puts them into the field for microseconds.
   const Timestamp time{std::chrono::seconds{header.ts.tv_sec} + std::chrono::nanoseconds{header.ts.tv_usec}};
   return {number, time, link, std::as_bytes(std::span{bytes, header.caplen}), header.len};
 }

@@ -7,7 +7,7 @@
 namespace trestle::pcaps {
 namespace {
 
-/// Above everything that offloading hands over in one piece.
+/// More than offloading ever hands over in one piece.
 constexpr int longest_frame = 256 << 10;
 constexpr int buffer_bytes = 16 << 20;
 /// How long the system may gather frames before it hands them over.
@@ -30,12 +30,12 @@ LiveCapture::LiveCapture(const std::string& interface) {
   }
   pcap* const handle = handle_.get();
   pcap_set_snaplen(handle, longest_frame);
-  pcap_set_promisc(handle, interface == "any" ? 0 : 1);  // what a mirror port shows is for others
-  // Not one at a time (pcap_set_immediate_mode): for that each frame would take room for the longest one, so
-  // that the buffer were full with 64 of them.
+  pcap_set_promisc(handle, interface == "any" ? 0 : 1);  // frames from a mirror port are addressed to others
+  // Not pcap_set_immediate_mode, which delivers frames one by one: then each frame would take the room of the
+  // longest one, and 64 frames would fill the buffer.
   pcap_set_timeout(handle, gathering_ms);
   pcap_set_buffer_size(handle, buffer_bytes);
-  // Else microseconds, which to_frame() would take for nanoseconds: every Linux device has them.
+  // Otherwise to_frame() would take microseconds for nanoseconds. Every Linux device has nanoseconds.
   if (pcap_set_tstamp_precision(handle, PCAP_TSTAMP_PRECISION_NANO) != 0) {
     fail("it has no time stamps in nanoseconds");
   }
@@ -53,7 +53,7 @@ LiveCapture::LiveCapture(const std::string& interface) {
   link_ = link_type_of(handle, interface);
   fd_ = pcap_get_selectable_fd(handle);
   if (fd_ < 0) {
-    fail("it cannot be waited for");
+    fail("it has no descriptor to wait for");
   }
 }
 

@@ -31,7 +31,7 @@ std::uint32_t little_endian(ByteReader& in, unsigned bytes) noexcept {
   return number;
 }
 
-/// Reads up to what an 802.11 frame carries; 0 when that is nothing that we can read.
+/// Skips the headers of an 802.11 frame; returns the ethertype of its content, or 0 if we cannot read that.
 std::uint16_t wlan_ethertype(ByteReader& in) noexcept {
   const std::uint8_t kind = in.u8();  // version, type, subtype
   const std::uint8_t flags = in.u8();
@@ -50,7 +50,7 @@ std::uint16_t wlan_ethertype(ByteReader& in) noexcept {
   }
   if (is_qos) {
     const std::uint8_t control = in.u8();
-    in.skip((flags & 0x80U) != 0 ? 5 : 1);  // the control's rest, and that of 802.11n if it is there
+    in.skip((flags & 0x80U) != 0 ? 5 : 1);  // the rest of the QoS control, and the 802.11n control if present
     if ((control & 0x80U) != 0) {
       return 0;  // several packets in one frame
     }
@@ -61,7 +61,7 @@ std::uint16_t wlan_ethertype(ByteReader& in) noexcept {
   return llc == 0xaaaa0300U && (organisation == 0 || organisation == 0xf8U) ? ethertype : std::uint16_t{0};
 }
 
-/// What comes after the header of Per-Packet Information, which is passed over.
+/// Skips the header of Per-Packet Information; returns the link type behind it.
 LinkType ppi_link(ByteReader& in) noexcept {
   in.skip(2);  // version, flags
   const std::uint32_t size = little_endian(in, 2);
@@ -90,7 +90,8 @@ std::uint16_t ethertype_after(LinkType link, ByteReader& in) noexcept {
       in.skip(18);
       return ethertype;
     case LinkType::null_loopback: {
-      // The family is in the byte order of whoever recorded; 2 is IPv4 everywhere, IPv6 differs by system.
+      // The family is in the byte order of the recording host; 2 is IPv4 everywhere, the value for IPv6
+      // depends on the system.
       const std::uint32_t family = in.u32();
       const std::uint32_t number = family > 0xffff ? family >> 24U : family;
       return number == 2                                                    ? ethertype_ipv4
@@ -103,7 +104,7 @@ std::uint16_t ethertype_after(LinkType link, ByteReader& in) noexcept {
       return wlan_ethertype(in);
     case LinkType::ppi: {
       const LinkType inner = ppi_link(in);
-      return ethertype_after(inner, in);  // which is no PPI again
+      return ethertype_after(inner, in);  // never PPI again
     }
     case LinkType::unsupported:
       break;
@@ -111,7 +112,7 @@ std::uint16_t ethertype_after(LinkType link, ByteReader& in) noexcept {
   return 0;
 }
 
-/// Where the IP header begins; nothing when something else than IP follows.
+/// Where the IP header begins; nothing if something other than IP follows.
 FrameResult<std::optional<std::size_t>> skip_link_header(const Frame& frame) noexcept {
   ByteReader in{frame.bytes};
   std::uint16_t ethertype = ethertype_after(frame.link, in);
@@ -128,8 +129,8 @@ FrameResult<std::optional<std::size_t>> skip_link_header(const Frame& frame) noe
   return in.position();
 }
 
-/// Sets the packet's payload: from `offset` for as long as IP says. What is missing must be missing because
-/// the recorder cut the frame.
+/// Sets the packet's payload: from `offset` for as long as IP says. Bytes may be missing only because the
+/// recorder cut the frame.
 FrameResult<std::optional<IpPacket>> with_payload(IpPacket packet, const Frame& frame, std::size_t offset,
                                                   std::size_t end) noexcept {
   if (end < offset || end > std::max(frame.wire_bytes, frame.bytes.size())) {
@@ -176,7 +177,7 @@ FrameResult<std::optional<IpPacket>> parse_ipv4(const Frame& frame, std::size_t 
   return with_payload(packet, frame, start + header_bytes, end);
 }
 
-/// Walks over the extension headers; leaves `packet.protocol` at what follows them.
+/// Walks over the extension headers; sets `packet.protocol` to the protocol that follows them.
 /// @return where that begins.
 FrameResult<std::size_t> skip_extensions(IpPacket& packet, const Frame& frame, std::size_t offset) noexcept {
   for (std::size_t count = 0; count <= max_extension_headers; ++count) {
@@ -290,7 +291,7 @@ FrameResult<UdpDatagram> parse_udp(const IpPacket& packet) noexcept {
     return fault(FrameFault::udp_header, packet.offset);
   }
   const std::size_t whole = packet.payload.size() + packet.missing;
-  // 0 in jumbograms, and in what a sender leaves to its hardware to segment.
+  // 0 in jumbograms, and in datagrams that a sender leaves to its hardware to segment.
   size = size == 0 ? whole : size;
   if (size < 8 || size > whole) {
     return fault(FrameFault::udp_length, packet.offset + 4);

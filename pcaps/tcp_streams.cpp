@@ -46,7 +46,7 @@ bool TcpStreams::accept(Stream& stream, const TcpSegment& segment) {
   std::vector<std::byte>& place = stream.pending[position];
   if (place.size() < bytes.size()) {
     stream.pending_bytes += bytes.size() - place.size();
-    // What came first stays; a longer repetition only adds its end.
+    // The bytes that came first stay; a longer repetition only adds its end.
     place.insert(place.end(), bytes.begin() + static_cast<std::ptrdiff_t>(place.size()), bytes.end());
   }
   return false;

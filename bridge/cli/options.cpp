@@ -28,7 +28,7 @@ IpAddress address_of(const char* option, const std::string& text) {
   return *address;
 }
 
-/// The own address that the system would send from; nothing is sent.
+/// The own address from which the system would send; nothing is sent.
 IpAddress own_address_towards(const IpAddress& group, std::uint16_t port) {
   namespace ip = boost::asio::ip;
   boost::asio::io_context io;
@@ -39,7 +39,7 @@ IpAddress own_address_towards(const IpAddress& group, std::uint16_t port) {
       error ? std::nullopt : someip::parse_address(socket.local_endpoint(error).address().to_string());
   if (error || !local) {
     throw std::runtime_error{
-        fmt::format("no network leads to {}: say with --address which one to use", someip::to_string(group))};
+        fmt::format("no network leads to {}: choose one with --address", someip::to_string(group))};
   }
   return *local;
 }
@@ -50,14 +50,14 @@ std::string read_all(std::istream& in) {
   while (in.read(part, sizeof part), in.gcount() > 0) {
     text.append(part, static_cast<std::size_t>(in.gcount()));
     if (text.size() > messages::max_text_bytes) {
-      break;  // whoever parses it says that it is too long
+      break;  // the parser reports that it is too long
     }
   }
   return text;
 }
 
-/// The text of an argument, and what messages call it.
-/// @param option  whose argument it is; `what` it is.
+/// The text of an argument, and its name for error messages.
+/// @param option  the option with this argument; `what` names the argument itself.
 std::pair<std::string, std::string> text_of(const char* option, const char* what,
                                             const std::string& argument) {
   if (!argument.starts_with('@')) {
@@ -75,7 +75,7 @@ std::pair<std::string, std::string> text_of(const char* option, const char* what
   return {std::move(text), name};
 }
 
-/// What stands under `wire` of a route in the bridge's configuration.
+/// The same as `wire` of a route in the bridge's configuration.
 messages::MessageRules parse_wire(const std::string& argument) {
   const auto [text, name] = text_of("--wire", "wire", argument);
   messages::MessageRules rules;
@@ -122,7 +122,7 @@ sd::NodeConfig NetworkOptions::config_without_address() const {
     throw CLI::ValidationError("--multicast", fmt::format("'{}' is no multicast address", multicast_));
   }
   config.port = sd_port_;
-  config.check_subnet = false;  // a tool shows whoever is there
+  config.check_subnet = false;  // a tool shows all peers
   config.discovery.own_endpoints_only = false;
   if (address_.empty()) {
     config.address.v6 = config.multicast.v6;
@@ -145,7 +145,7 @@ void PayloadOptions::add_to(CLI::App& command) {
       ->type_name(calls ? "PKG/SRV/TYPE or PKG/MSG/TYPE" : "PKG/MSG/TYPE");
   command
       .add_option("--msg-path", msg_path_,
-                  "Folder with .msg packages, looked at before AMENT_PREFIX_PATH (may be repeated)")
+                  "Folder with .msg packages, searched before AMENT_PREFIX_PATH (may be repeated)")
       ->type_name("DIR")
       ->allow_extra_args(false);
   command
@@ -231,7 +231,8 @@ std::vector<std::byte> PayloadOptions::parse(const std::string& argument) const 
   auto payload =
       values_->parse(text, form_ == Form::json ? messages::ValueForm::json : messages::ValueForm::yaml);
   if (!payload) {
-    // Of the text as a whole: whoever wanted JSON printed only may not know what else --json means.
+    // For errors of the whole text: users that only want JSON output may not know that --json also means JSON
+    // input.
     const bool no_json = form_ == Form::json && payload.error().field.empty();
     throw CLI::ValidationError("PAYLOAD",
                                fmt::format("{}:{}{}", name, to_string(payload.error()),

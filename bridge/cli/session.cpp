@@ -8,7 +8,7 @@
 namespace trestle::cli {
 
 Session::Session(double timeout_s) {
-  // A closed pipe is noticed by print(), which lets offers and subscriptions be withdrawn.
+  // print() notices a closed pipe, so that offers and subscriptions can still be withdrawn.
   std::signal(SIGPIPE, SIG_IGN);
   if (timeout_s > 0) {
     timeout_.expires_after(std::chrono::duration_cast<Duration>(std::chrono::duration<double>{timeout_s}));
@@ -25,7 +25,7 @@ void Session::print(const std::string& text) {
   std::fwrite(text.data(), 1, text.size(), stdout);
   if (std::fflush(stdout) != 0) {
     if (errno == EPIPE) {
-      std::clearerr(stdout);  // no failure: the reader has enough
+      std::clearerr(stdout);  // not a failure: the reader wants no more
     }
     finish();
   }
@@ -48,7 +48,8 @@ void Session::every(Duration period, std::function<void()> tick) {
 void Session::arm(Duration period) {
   ticker_.async_wait([this, period](const boost::system::error_code& error) {
     if (!error) {
-      // From when it was due, so that being late does not add up; but what was missed is not made up for.
+      // Counted from the time when it was due, so that delays do not add up; missed ticks are not made up
+      // for.
       ticker_.expires_at(std::max(ticker_.expiry() + period, std::chrono::steady_clock::now()));
       arm(period);
       tick_();

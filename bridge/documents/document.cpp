@@ -16,10 +16,10 @@
 namespace trestle::documents {
 namespace {
 
-// No hand-written configuration comes near; a file that does is not one.
+// Far more than any hand-written configuration; a larger file is not a configuration.
 constexpr std::size_t file_bytes_max = std::size_t{1} << 20U;
 
-/// Walks over a file to see where documents begin.
+/// Walks over a file to find where documents begin.
 class DocumentStarts : public YAML::EventHandler {
  public:
   void OnDocumentStart(const YAML::Mark& mark) override { last = to_mark(mark); }
@@ -38,12 +38,12 @@ class DocumentStarts : public YAML::EventHandler {
   Mark last;
 };
 
-/// The bracket that is never closed and was opened last; nothing if there is none.
+/// The last opened bracket that is never closed; nothing if there is none.
 std::optional<std::pair<char, Mark>> open_bracket(std::string_view text) {
   std::vector<std::pair<char, Mark>> open;
   Mark here{.line = 1, .column = 1};
-  char quote = 0;      // within a text in quotes
-  char before = '\n';  // what stands before a quote that opens, or a comment
+  char quote = 0;      // the quote that a quoted text began with
+  char before = '\n';  // the character before an opening quote or a comment
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
     if (quote != 0) {
@@ -112,7 +112,7 @@ YAML::Node parse_document(const std::string& text, const std::string& expected, 
     return YAML::Node{YAML::NodeType::Undefined};
   }
   try {
-    // Not YAML::LoadAll: on brackets too many at the end it finds documents without end.
+    // Not YAML::LoadAll: with too many brackets at the end it finds documents without end.
     std::istringstream stream{text};
     YAML::Parser parser{stream};
     DocumentStarts documents;

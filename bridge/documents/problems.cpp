@@ -44,7 +44,7 @@ std::vector<Problem> Problems::take() {
     return std::tuple{problem.mark.line, problem.mark.column};
   };
   std::ranges::stable_sort(problems_, {}, place);
-  // Equal ones may have others between them when these share their place.
+  // Equal problems need not be neighbours, because others may have the same place.
   std::vector<Problem> once;
   for (Problem& problem : problems_) {
     const auto same = [&](const Problem& other) { return other.text == problem.text; };

@@ -9,10 +9,10 @@
 namespace trestle::documents {
 namespace {
 
-// Merging can name mappings that merge others in turn, also in circles: both are bounded.
+// A merge can name mappings that merge others, even in circles, so depth and number are limited.
 constexpr int merge_depth_max = 8;
 constexpr int merge_sources_max = 64;
-// Far above what there are keys for; keeps the search for duplicates short in what is no configuration.
+// Far more than there are keys; keeps the search for duplicates short in a file that is not a configuration.
 constexpr std::size_t keys_max = 256;
 
 std::string found(const YAML::Node& node) {
@@ -67,7 +67,7 @@ void Section::gather(const YAML::Node& node, const Mark* merge_mark, int depth) 
                       fmt::format("{} is given twice, first in line {}", quote(key), first->second.line));
     } else if (key == "<<") {
       merges.emplace_back(pair.second, key_mark);
-    } else if (find(key) == nullptr) {  // what is nearer wins over what is merged in
+    } else if (find(key) == nullptr) {  // a key of the mapping itself wins over a merged one
       entries_.push_back(
           {key, key_mark, pair.second, merge_mark != nullptr, merge_mark != nullptr ? *merge_mark : Mark{}});
     }
@@ -129,7 +129,7 @@ Mark Section::use_mark(const char* key) const {
 }
 
 void Section::missing(const char* key, const std::string& expected) {
-  if (is_mapping_) {  // else that has been said already
+  if (is_mapping_) {  // otherwise that has been reported already
     problems_.error(mark_, fmt::format("{}'{}' is missing: expected {}", name_.empty() ? "" : name_ + ": ",
                                        key, expected));
   }

@@ -76,7 +76,7 @@ bool StopSignals::wait_until(std::int64_t until_ns) {
     stopped_ = (files[0].revents & POLLIN) != 0;
     std::uint64_t count = 0;
     if ((files[1].revents & POLLIN) != 0 && read(wakes_, &count, sizeof(count)) < 0) {
-      return stopped_;  // somebody else has read it
+      return stopped_;  // another reader was faster
     }
   }
   return stopped_;
@@ -85,7 +85,7 @@ bool StopSignals::wait_until(std::int64_t until_ns) {
 void StopSignals::wake() const {
   const std::uint64_t one = 1;
   if (write(wakes_, &one, sizeof(one)) < 0) {
-    return;  // it is full: the wait ends anyway
+    return;  // the counter is full: the wait ends anyway
   }
 }
 

@@ -23,8 +23,8 @@ namespace {
 
 using namespace trestle;
 
-/// Options with the names of their values alone. CLI11 adds types, ranges and exclusions, which are for
-/// programmers: descriptions say what matters of them.
+/// Shows options only with the names of their values. CLI11 adds types, ranges and exclusions, which are for
+/// programmers: the descriptions say what matters for users.
 class HelpFormatter : public CLI::Formatter {
  public:
   std::string make_option_opts(const CLI::Option* option) const override {
@@ -47,7 +47,7 @@ class HelpFormatter : public CLI::Formatter {
   }
 };
 
-/// The program, or the command of those that were given whose own commands come next.
+/// The last of the given commands, whose subcommands come next; the program if none was given.
 const CLI::App& asked_command(const CLI::App& app) {
   const std::vector<CLI::App*> given = app.get_subcommands();
   return given.empty() ? app : asked_command(*given.front());
@@ -56,15 +56,15 @@ const CLI::App& asked_command(const CLI::App& app) {
 std::vector<std::string> command_names(const CLI::App& app) {
   std::vector<std::string> names;
   for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
-    if (!command->get_group().empty()) {  // else it is not for people
+    if (!command->get_group().empty()) {  // otherwise it is hidden from users
       names.push_back(command->get_name());
     }
   }
   return names;
 }
 
-/// Each command lives in a folder of its own, which has `add_X_command(app, status)`: that makes the
-/// subcommand, whose callback runs it and leaves an exit status (exit_status.hpp) in `status`.
+/// Each command has its own folder with a function `add_X_command(app, status)`. It adds the subcommand,
+/// whose callback runs it and stores an exit status (exit_status.hpp) in `status`.
 int run(int argc, char** argv) {
   CLI::App app{"Trestle joins DDS (ROS 2) topics and SOME/IP services."};
   app.name("trestle");
@@ -96,7 +96,7 @@ int run(int argc, char** argv) {
       app.exit(error);
       return cli::exit_usage;
     }
-    // CLI11 only says that a command is missing, also to one that does not exist.
+    // CLI11 only says that a command is missing, even for one that does not exist.
     if (const std::vector<std::string> unknown = asked.remaining(); !unknown.empty()) {
       const std::string likely = documents::nearest(unknown.front(), commands);
       std::fprintf(stderr, "There is no command or option '%s'%s\n\n",
@@ -119,7 +119,8 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
   try {
     const int status = run(argc, argv);
-    // A full disk may show only now, when what is buffered has to go. A reader who went away has enough.
+    // A full disk may show only now, when buffered output is written. If the reader went away, that is no
+    // error.
     errno = 0;
     if ((std::fflush(stdout) != 0 || std::ferror(stdout) != 0) && errno != EPIPE) {
       throw std::runtime_error{"cannot write all of the output; is the disk full?"};

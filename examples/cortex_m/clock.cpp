@@ -33,7 +33,7 @@ void start_clock() noexcept {
 
 TimePoint now() noexcept {
   const std::uint32_t count = at(counter);
-  elapsed += std::chrono::microseconds{count - last_count};  // also when it has begun anew
+  elapsed += std::chrono::microseconds{count - last_count};  // also when it has wrapped around
   last_count = count;
   return TimePoint{elapsed};
 }

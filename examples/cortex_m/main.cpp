@@ -14,7 +14,7 @@ namespace {
 // The board.
 constexpr std::uintptr_t controller = 0x4020'0000;
 
-// The device: each one of a network needs another MAC, address and seed.
+// The device: each device in a network needs its own MAC, address and seed.
 constexpr net::Mac mac{0x02, 0x00, 0x00, 0x00, 0x78, 0x02};
 constexpr IpAddress address = IpAddress::v4(10, 78, 0, 2);
 constexpr std::uint64_t seed = 0x7802;
@@ -30,7 +30,7 @@ device::Settings settings() noexcept {
   return settings;
 }
 
-// All that the firmware stores, beside its stack.
+// All data of the firmware, except its stack.
 struct Firmware {
   device::StaticDevice<example::limits> device{settings()};
   example::Sensor sensor{device};
@@ -67,7 +67,7 @@ bool Firmware::start() noexcept {
   return true;
 }
 
-// Lets the device send and tell all it has to: first send, then look at one happening, and so on.
+// Lets the device send and report everything: first send, then take one happening, and so on.
 void Firmware::drain(TimePoint now) noexcept {
   const ByteSpan room = std::span{sent}.subspan(net::IpStack::headers);
   for (;;) {
@@ -82,9 +82,9 @@ void Firmware::drain(TimePoint now) noexcept {
   }
 }
 
-// Does what there is to do.
-// @return whether more frames may have come: they are not taken for ever, lest a flood keeps events from
-// being sent.
+// Does all work that is due.
+// @return whether more frames may have come: a step takes only some, so that a flood does not stop events
+//         from being sent.
 bool Firmware::step() noexcept {
   int left = 8;
   for (; left > 0; --left) {

@@ -74,7 +74,7 @@ void Sensor::on_time(TimePoint now) noexcept {
     const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(since_start);
     someip::store(uptime.data(), static_cast<std::uint32_t>(seconds.count()));
     someip::store(uptime.data() + 4, static_cast<std::uint32_t>((since_start - seconds).count()));
-    static_cast<void>(device_.notify(0, uptime_event, uptime));  // one that finds no room is left out
+    static_cast<void>(device_.notify(0, uptime_event, uptime));  // if there is no room, this one is left out
     uptime_due_ = now + std::chrono::milliseconds{period_ms()};
   }
   if (now >= scan_due_ && !scan_is_being_sent_ && device_.subscribers(0, scan_event) > 0) {
@@ -91,7 +91,7 @@ void Sensor::on(const device::Happening& happening) noexcept {
   if (const auto* request = std::get_if<device::Request>(&happening)) {
     on_request(*request);
   } else if (std::holds_alternative<device::SendFinished>(happening)) {
-    scan_is_being_sent_ = false;  // nothing else is so large that it is not copied
+    scan_is_being_sent_ = false;  // only the scan is so large that it is not copied
   } else if (const auto* added = std::get_if<device::SubscriberAdded>(&happening)) {
     Line{} << "subscribed to eventgroup " << someip::value(added->eventgroup) << ": " << added->subscriber;
   } else if (const auto* removed = std::get_if<device::SubscriberRemoved>(&happening)) {

@@ -51,7 +51,7 @@ Tables lay_out(const Sizes& sizes, ByteSpan memory) noexcept {
   return tables;
 }
 
-/// Takes the next places of a table.
+/// Takes the next `count` entries of a table.
 template <typename T>
 std::span<T> take(std::span<T>& table, std::size_t count) noexcept {
   const std::span<T> taken = table.first(count);
@@ -160,7 +160,7 @@ std::size_t most_tables_bytes(const trestle_limits& limits) noexcept {
                     .needs = limits.needs,
                     .subscriptions = limits.subscriptions};
   static_assert(sizeof(device::Field) >= sizeof(device::Event));
-  return tables_bytes(sizes) + device::memory_alignment;  // an empty table may begin later than another
+  return tables_bytes(sizes) + device::memory_alignment;  // empty tables may begin at different places
 }
 
 Tables copy_tables(const trestle_settings& from, const Sizes& sizes, ByteSpan memory) noexcept {

@@ -253,8 +253,8 @@ class Translator {
   trestle_happening& to_;
 };
 
-// Not std::visit: of so many alternatives it makes a table of functions, and calls through it have no known
-// stack.
+// Not std::visit: for so many alternatives it uses a table of functions, and the stack that calls through it
+// need is unknown.
 template <typename... Kinds>
 void translate(const std::variant<Kinds...>& what, Translator translator) noexcept {
   const auto if_it_is = [&](const auto* kind) {

@@ -20,7 +20,7 @@ void ServiceDiscovery::release(RequirementHandle handle, TimePoint now) noexcept
   }
   requirements_.remove(*requirement);
   for (slots::Remote& remote : remotes_) {
-    if (fits(*requirement, remote)) {  // what was removed still says what it was
+    if (fits(*requirement, remote)) {  // a removed slot still has its old content
       remote.is_wanted = requirements_of(remote) > 0;
     }
   }
@@ -110,8 +110,8 @@ void ServiceDiscovery::bind(OwnSubscription& subscription, TimePoint now) noexce
     if (remote.instance == subscription.instance && remote.is_wanted &&
         fits(requirements_[subscription.requirement], remote)) {
       attach(subscription, remote);
-      // An application that subscribes on ServiceAvailable answers the offer: it waits as long as we would
-      // have. [feat_req_someipsd_766]
+      // An application that subscribes on ServiceAvailable answers the offer, so its Subscribe is delayed as
+      // ours would be.  [feat_req_someipsd_766]
       request(subscription, is_due(remote.answer_due, now) ? now : remote.answer_due,
               Cause::application_or_unicast_offer);
       return;
@@ -138,8 +138,9 @@ slots::PendingEntry* ServiceDiscovery::send_subscribe(const OwnSubscription& sub
   pending->add(EndpointRole::unicast, subscription.udp, Transport::udp);
   pending->add(EndpointRole::unicast, subscription.tcp, Transport::tcp);
   pending->configuration = requirements_[subscription.requirement].configuration;
-  // In a StopSubscribe too: it references what the Subscribe did [feat_req_someipsd_1177]. Not told to stacks
-  // from before explicit initial data, some of which fail at every configuration option.
+  // Also in a StopSubscribe: it references the same options as the Subscribe  [feat_req_someipsd_1177]. Not
+  // sent to stacks without explicit initial data: some of these older stacks fail at every configuration
+  // option.
   if (peers_[remote.peer].explicit_initial_data) {
     pending->receive_buffer_bytes = subscription.receive_buffer_bytes;
   }
@@ -153,7 +154,8 @@ void ServiceDiscovery::cancel_requests(OwnSubscription& subscription) noexcept {
   }
 }
 
-// The subscriptions to one offer are in a list, for it is renewed every second.
+// The subscriptions to one offer are linked in a list, because they are renewed with each offer, every
+// second.
 void ServiceDiscovery::attach(OwnSubscription& subscription, slots::Remote& remote) noexcept {
   std::uint16_t* end = &remote.subscribed_by;
   while (*end != slots::Remote::none) {
@@ -182,8 +184,8 @@ void ServiceDiscovery::request(OwnSubscription& subscription, TimePoint due, Cau
     refuse(Limit::pending_entries);
     return;
   }
-  // A Subscribe that went unanswered may be lost, or its answer, or the initial events after it. Only
-  // Subscribes that answer multicast offers are watched for that.  [feat_req_someipsd_844]
+  // If a Subscribe got no answer, the Subscribe, its answer or the initial events after it may be lost. This
+  // is watched only for Subscribes that answer multicast offers.  [feat_req_someipsd_844]
   // [feat_req_someipsd_1169] [feat_req_someipsd_1176]
   const bool unanswered = cause == Cause::multicast_offer && subscription.ack_overdue;
   if (guards && cause < Cause::silence) {
@@ -194,13 +196,14 @@ void ServiceDiscovery::request(OwnSubscription& subscription, TimePoint due, Cau
   if (unanswered && !server_is_asked) {
     send_subscribe(subscription, due, 0, false)->with_next = true;  // [feat_req_someipsd_1178]
   }
-  // The first asks for initial events [feat_req_someipsd_1191], an additional one, while the TTL of the one
-  // before it runs on, does not, answered or not [feat_req_someipsd_1192]; nor does one behind a
-  // StopSubscribe, which asks for them in the way that servers understand which do not know the flag.
+  // The first Subscribe asks for initial events  [feat_req_someipsd_1191]. An additional one does not, as
+  // long as the TTL of the previous one runs, answered or not  [feat_req_someipsd_1192]. Nor does one after a
+  // StopSubscribe: that pair asks for them in the way that servers understand which do not know the flag.
   // [feat_req_someipsd_844]
   const bool first = !subscription.asked;
-  // The reasons that _1193 names are not all: after a silence they may be lost, and when the additional one
-  // was acknowledged, but not the first, the server did not hear of the request.  [feat_req_someipsd_691]
+  // There are more reasons to ask again than _1193 names: after a silence the events may be lost, and if the
+  // additional Subscribe was acknowledged but not the first, the server did not get the request.
+  // [feat_req_someipsd_691]
   const bool again = server_is_asked &&
                      (unanswered || (subscription.state == State::subscribed && subscription.initial_open));
   const bool initial_data = settings_.explicit_initial_data && (first || again || cause == Cause::silence);
@@ -221,8 +224,8 @@ void ServiceDiscovery::request(OwnSubscription& subscription, TimePoint due, Cau
   }
 }
 
-// The server has answered, or the time of the last Subscribe is over, before the next one is sent, which is
-// already queued: that is now an additional one, or the first.
+// Called when the server has answered, or the TTL of the last Subscribe has ended, while the next Subscribe
+// is still queued: the queued one becomes an additional one, or the first.
 void ServiceDiscovery::amend_request(OwnSubscription& subscription) noexcept {
   const bool first = subscription.state != State::subscribed;
   subscription.asked = !first;
@@ -238,14 +241,14 @@ void ServiceDiscovery::amend_request(OwnSubscription& subscription) noexcept {
     slots::PendingEntry& pending = pending_[i];
     if (pending.entry.ttl_s != 0 && pending.subscription == subscription.index) {
       subscription.asked = true;
-      pending.first = first || pending.first;  // an answer to what has not been sent means nothing
+      pending.first = first || pending.first;  // an answer to an unsent Subscribe means nothing
       pending.entry.tail = Entry::eventgroup_tail(subscription.eventgroup, subscription.counter,
                                                   pending.first && settings_.explicit_initial_data);
     }
   }
 }
 
-// Ends a subscription by the application's wish.
+// Ends a subscription because the application wants that.
 void ServiceDiscovery::withdraw(OwnSubscription& subscription, TimePoint now) noexcept {
   if (subscription.remote != OwnSubscription::no_remote) {
     cancel_requests(subscription);
@@ -259,7 +262,7 @@ void ServiceDiscovery::withdraw(OwnSubscription& subscription, TimePoint now) no
   subscriptions_.remove(subscription);
 }
 
-// The offer is gone, and with it the subscription; the application's wish stays.
+// The offer is gone, and so is the subscription to it; the application still wants to be subscribed.
 void ServiceDiscovery::unbind(OwnSubscription& subscription, LossReason reason) noexcept {
   cancel_requests(subscription);
   if (subscription.state == State::subscribed) {
@@ -267,8 +270,9 @@ void ServiceDiscovery::unbind(OwnSubscription& subscription, LossReason reason) 
   }
   detach(subscription);
   subscription.state = State::idle;
-  // A reboot may be a false alarm, after which the server still has the subscription and would take the next
-  // Subscribe for a renewal: as after a missing Ack, a StopSubscribe before it brings the initial events.
+  // A reboot may be a false alarm: the server then still has the subscription and would take the next
+  // Subscribe for a renewal. As after a missing Ack, a StopSubscribe before it makes the server send the
+  // initial events.
   subscription.ack_overdue = reason == LossReason::rebooted;
   subscription.asked = false;
   subscription.initial_open = false;
@@ -364,7 +368,7 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
   }
 }
 
-// Ends own subscriptions whose time is over, and renews those whose events are missing.
+// Ends own subscriptions whose TTL is over, and renews those whose events do not come.
 void ServiceDiscovery::watch(TimePoint now) noexcept {
   for (OwnSubscription& subscription : subscriptions_) {
     if (is_due(subscription.expiry, now) && (guards || events_.free_places() > 0)) {

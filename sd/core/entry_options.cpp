@@ -30,7 +30,7 @@ TRESTLE_ONCE bool is_subnet_broadcast(const IpAddress& address, std::size_t pref
   return (number & host_bits) == host_bits;
 }
 
-// Takes `value` as the one of its kind; false when there is another already.
+// Stores `value` in `place`; false when a different value is there already.
 template <typename T>
 TRESTLE_ONCE bool take(std::optional<T>& place, const T& value) noexcept {
   if (!place) {
@@ -61,7 +61,7 @@ std::optional<OptionFault> take_multicast(EntryOptions& found, const EndpointOpt
 std::optional<OptionFault> take_endpoint(EntryOptions& found, const Option& option, EntryType type,
                                          const OptionRules& rules) noexcept {
   const auto endpoint = EndpointOption::decode(option);
-  if (!endpoint) {  // of a wrong length, or no endpoint but an option of unknown type
+  if (!endpoint) {  // wrong length, or not an endpoint but an option of unknown type
     return endpoint.error() == WireError::bad_option_length ? std::optional{OptionFault::malformed}
                                                             : std::nullopt;
   }
@@ -78,7 +78,7 @@ std::optional<OptionFault> take_endpoint(EntryOptions& found, const Option& opti
   return std::nullopt;
 }
 
-// An option of a kind that is decoded whole. Such as cannot be held here (no_room) are not wrong.
+// An option of a kind that is decoded as a whole. Options that do not fit here (no_room) are not errors.
 template <typename Kind>
 std::optional<OptionFault> take_decoded(std::optional<Kind>& place, const Option& option) noexcept {
   const auto decoded = Kind::decode(option);
@@ -110,7 +110,7 @@ std::optional<OptionFault> take(EntryOptions& found, const Option& option, Entry
   if (option.type == OptionType::configuration) {
     return take_configuration(found, option);
   }
-  std::optional<OptionFault> fault = take_endpoint(found, option, type, rules);  // nothing for other types
+  std::optional<OptionFault> fault = take_endpoint(found, option, type, rules);  // no fault for other types
   OfferOptions::for_each(found.offer, [&](auto& place) {
     if (!fault) {
       fault = take_decoded(place, option);

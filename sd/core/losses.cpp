@@ -1,6 +1,7 @@
-// Losses and new services are never untold: what ended keeps its slot, unseen by everybody else, until there
-// is room for the event. Then a reboot, or a link that goes down, may end more than there are places for
-// events. That is a guard: else the queue has to be large enough, and what it has no room for is counted.
+// Losses and new services are always reported: what ended keeps its slot, hidden from everything else, until
+// there is room for the event. So a reboot or a link that goes down may end more than there are places for
+// events. That is a guard: without guards the queue has to be large enough, and events for which it has no
+// room are counted.
 #include "sd/core/service_discovery.hpp"
 
 namespace trestle::sd {
@@ -39,7 +40,7 @@ void ServiceDiscovery::tell_loss(slots::Subscription& subscription) noexcept {
   }
 }
 
-// The subscription itself stays: the application still wishes for it.
+// The subscription itself stays: the application still wants it.
 void ServiceDiscovery::lose(slots::OwnSubscription& subscription, LossReason reason) noexcept {
   subscription.set_loss(reason);
   tell_loss(subscription);
@@ -55,7 +56,7 @@ void ServiceDiscovery::tell_loss(slots::OwnSubscription& subscription) noexcept 
   }
 }
 
-// Of a service: each requirement that it was for, but none that has not been told of it yet.
+// Of a service: reports to each requirement that it matched, except those that have not been told of it yet.
 void ServiceDiscovery::tell_loss(slots::Remote& remote) noexcept {
   for (const slots::Requirement& requirement : requirements_) {
     const bool is_told =
@@ -76,7 +77,7 @@ void ServiceDiscovery::tell_loss(slots::Remote& remote) noexcept {
   remove(remote);
 }
 
-// Each requirement that it is for, but none that is told of all services later.
+// Reports to each requirement that the service matches, except those that are told of all services later.
 void ServiceDiscovery::tell_new(slots::Remote& remote) noexcept {
   for (slots::Requirement& requirement : requirements_) {
     const bool is_told = guards && (requirement.index < remote.announced || requirement.told <= remote.index);
@@ -92,7 +93,7 @@ void ServiceDiscovery::tell_new(slots::Remote& remote) noexcept {
   remote.announced = slots::Requirement::all;
 }
 
-// Of the services that were known before it.
+// Reports the services that were known before the requirement.
 void ServiceDiscovery::tell_known(slots::Requirement& requirement) noexcept {
   for (const slots::Remote& remote : remotes_) {
     if ((guards && remote.index < requirement.told) || !fits(requirement, remote)) {
@@ -107,8 +108,8 @@ void ServiceDiscovery::tell_known(slots::Requirement& requirement) noexcept {
   requirement.told = slots::Requirement::all;
 }
 
-// Whose subscriptions end is told before the service is lost; what is new comes last, for it may be what was
-// lost before.
+// Ends of subscriptions are reported before losses of services. New services come last, because they may be
+// ones that were lost before.
 void ServiceDiscovery::tell_what_is_untold() noexcept {
   is_some_untold_ = false;  // until it turns out that there is more
   const auto tell_losses = [this](auto&& slots) {

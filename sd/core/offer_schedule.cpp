@@ -18,17 +18,17 @@ bool OfferSchedule::on_time(TimePoint now) noexcept {
   if (!is_due(due_, now)) {
     return false;
   }
-  // Waits start at the real send, not at the missed deadline: after a stall of the host the offers must not
-  // come out in a burst.  [feat_req_someipsd_81]
+  // Waits start when the offer is really sent, not at the missed deadline: after a stall of the host there
+  // must be no burst of offers.  [feat_req_someipsd_81]
   if (repetitions_left_ > 0) {
     phase_ = Phase::repetition;
     due_ = now + repetition_delay_;
     repetition_delay_ = doubled(repetition_delay_);
     --repetitions_left_;
   } else {
-    // Also the way from the initial wait when REPETITIONS_MAX is 0 [feat_req_someipsd_74]. The example in _77
-    // waits for another doubled delay and sends at once on entering this phase, requirement _80 waits for one
-    // CYCLIC_OFFER_DELAY: the requirement wins.
+    // Also reached from the initial wait when REPETITIONS_MAX is 0  [feat_req_someipsd_74]. The example in
+    // _77 waits for another doubled delay and sends as soon as this phase begins, but requirement _80 waits
+    // for one CYCLIC_OFFER_DELAY first: we follow the requirement.
     phase_ = Phase::main;
     due_ = cyclic_delay_.count() > 0 ? now + cyclic_delay_ : never;
   }

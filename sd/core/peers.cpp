@@ -1,4 +1,4 @@
-// The peers we hear from or talk to: their sessions, and what a reboot of one entails.
+// The peers that we hear or send to: their sessions, and what follows from a reboot of one.
 #include "sd/core/service_discovery.hpp"
 
 namespace trestle::sd {
@@ -17,8 +17,8 @@ slots::Peer* ServiceDiscovery::peer_at(const Endpoint& endpoint, TimePoint now) 
     if (place == nullptr) {
       place = guest();
     }
-    // Somebody forgotten may be back. A session that it has had before would look like a reboot of ours, so
-    // its sessions go on behind all that were forgotten; the flag says on which side of 0xffff.
+    // This may be a forgotten peer. If we repeated a session, that would look like a reboot of ours. So its
+    // sessions continue after all that were forgotten; the flag says on which side of 0xffff.
     // [feat_req_someipsd_41] [feat_req_someipsd_765] [feat_req_someipsd_764]
     place->sessions = forgotten_sessions_;
   }
@@ -33,7 +33,7 @@ slots::Peer* ServiceDiscovery::peer_at(const Endpoint& endpoint, TimePoint now) 
   return place;
 }
 
-// It need not be a guest any more.
+// There is a place now, so the peer is no guest any more.
 slots::Peer& ServiceDiscovery::move_guest(slots::Peer& guest, slots::Peer& place) noexcept {
   const SlotBase base = static_cast<const SlotBase&>(place);
   place = guest;
@@ -46,7 +46,7 @@ slots::Peer& ServiceDiscovery::move_guest(slots::Peer& guest, slots::Peer& place
   return place;
 }
 
-// A place that is kept, if need be that of another peer, which is then forgotten.
+// A lasting place for a peer; if necessary that of another peer, which is then forgotten.
 slots::Peer* ServiceDiscovery::place_for(const Endpoint& endpoint, TimePoint now) noexcept {
   if constexpr (!guards) {
     if (slots::Peer* const place = peers_.add()) {
@@ -73,7 +73,7 @@ slots::Peer* ServiceDiscovery::place_for(const Endpoint& endpoint, TimePoint now
   if (oldest == nullptr) {
     return nullptr;
   }
-  // Whoever changes its address for each message must not have a new allowance each time.
+  // A sender that changes its address with each message must not get a new allowance each time.
   const RateLimit entries = oldest->entries;
   if (oldest->is_used) {
     displaced_[next_displaced_++ % std::max<std::size_t>(displaced_.size(), 1)] =
@@ -81,7 +81,7 @@ slots::Peer* ServiceDiscovery::place_for(const Endpoint& endpoint, TimePoint now
   }
   forget(*oldest);
   if (oldest->slot_state == SlotBase::State::in_use) {
-    return nullptr;  // it cannot be told yet that what belongs to it has ended
+    return nullptr;  // there is no room yet to report what ended with it
   }
   slots::Peer* const place = peers_.add();
   place->entries = entries;
@@ -91,9 +91,9 @@ slots::Peer* ServiceDiscovery::place_for(const Endpoint& endpoint, TimePoint now
   return place;
 }
 
-// Of the peers, or of those at one address: the one that has nothing with us, else the one whose services
-// nobody requires; of several the one that was silent the longest. What is in use has to make room for others
-// only when its peer is fleeting.
+// Among all peers, or those at one address: one that has no subscription or service, otherwise one whose
+// services nobody requires; among several the one that was silent the longest. A peer in use is forgotten
+// only if it is fleeting.
 slots::Peer* ServiceDiscovery::who_is_forgotten(const IpAddress* among, TimePoint now) noexcept {
   const auto oldest = [&](auto may_be) {
     slots::Peer* best = nullptr;
@@ -129,8 +129,8 @@ slots::Peer* ServiceDiscovery::who_is_forgotten(const IpAddress* among, TimePoin
   return found != nullptr ? found : oldest([&](const slots::Peer& peer) { return is_fleeting(peer, now); });
 }
 
-// With all that it has with us, and what waits to be sent there. Stays when the end of some of that cannot be
-// told yet.
+// Forgets the peer with its subscriptions and services, and what waits to be sent to it. The peer stays if
+// there is no room yet to report some of these ends.
 void ServiceDiscovery::forget(slots::Peer& peer) noexcept {
   for (slots::Subscription& subscription : subscribers_) {
     if (peer.subscribers > 0 && subscription.peer == peer.index) {
@@ -150,7 +150,7 @@ void ServiceDiscovery::forget(slots::Peer& peer) noexcept {
   }
 }
 
-// The last place, whose peer never has anything with us.
+// The last place. Its peer never has subscriptions or services.
 slots::Peer* ServiceDiscovery::guest() noexcept {
   slots::Peer& last = peers_[static_cast<std::uint16_t>(peers_.size() - 1)];
   if (last.slot_state == SlotBase::State::in_use) {
@@ -161,7 +161,7 @@ slots::Peer* ServiceDiscovery::guest() noexcept {
   return peers_.add_at(last);
 }
 
-// Whether another entry of the peer is to be looked at.
+// Whether the peer's rate limit allows another entry.
 bool ServiceDiscovery::within_rate(std::uint16_t peer, std::uint32_t cost, TimePoint now) noexcept {
   const Duration pause{1'000'000'000U / settings_.max_entries_per_second};
   if (peers_[peer].entries.take(now, pause, settings_.max_entries_at_once, cost)) {
@@ -209,7 +209,7 @@ void ServiceDiscovery::note_heard(slots::Peer& peer, TimePoint now) noexcept {
   peer.last_seen = now;
 }
 
-// Of what Peer::held counts, all that is of one address is put together.
+// The peer with the highest Peer::held, after the counts of each address have been added up.
 const slots::Peer* ServiceDiscovery::who_holds_most() noexcept {
   const slots::Peer* most = nullptr;
   for (slots::Peer& peer : peers_) {
@@ -225,10 +225,11 @@ const slots::Peer* ServiceDiscovery::who_holds_most() noexcept {
   return most;
 }
 
-// One of a peer that is silent, or fleeting, if the newcomer has nothing or has been heard for some time
-// itself: then a flood from ever other addresses displaces itself, and who is honest stays after it has come
-// again. Else one of the address that has clearly more than the newcomer's. Where somebody is fleeting it has
-// to be among those, or each address of a flood could take two from who has many.
+// First choice: one of a peer that is silent, or fleeting, if the newcomer has nothing yet or has itself been
+// heard for some time. So a flood from ever new addresses displaces itself, and an honest peer stays after it
+// has come back. Otherwise: one of the address that has clearly more than the newcomer's. If there are
+// fleeting peers, only their addresses count, because each address of a flood could take two from a host that
+// has many.
 template <typename Slot, typename Candidate>
 Slot* ServiceDiscovery::who_gives_way(const Table<Slot>& table, std::uint16_t newcomer, TimePoint now,
                                       Candidate is_candidate) noexcept {
@@ -270,7 +271,7 @@ Slot* ServiceDiscovery::who_gives_way(const Table<Slot>& table, std::uint16_t ne
   return last;
 }
 
-// What keeps another subscription out, if not even others make room for it.
+// The limit that keeps another subscription out, if no other one gives way either.
 std::optional<Limit> ServiceDiscovery::make_room(const slots::Offer& offer, EventgroupId eventgroup,
                                                  const Arrival& arrival) noexcept {
   if (is_guest(arrival.peer)) {
@@ -302,8 +303,8 @@ std::optional<Limit> ServiceDiscovery::make_room(const slots::Offer& offer, Even
   return event_places() > 0 ? std::nullopt : std::optional{Limit::pending_events};
 }
 
-// Services that nobody requires are remembered too, as long as there is room: a later requirement then need
-// not look for them. They make room for those that are required.  [feat_req_someipsd_17]
+// Services that nobody requires are remembered too, as long as there is room: a later requirement then needs
+// no Find. They give way to required ones.  [feat_req_someipsd_17]
 slots::Remote* ServiceDiscovery::new_remote(std::size_t wanting, const Arrival& arrival) noexcept {
   if (is_guest(arrival.peer)) {
     return nullptr;
@@ -329,9 +330,9 @@ void ServiceDiscovery::make_room_for_remote(const Arrival& arrival) noexcept {
   }
 }
 
-// Whether a connection is of the former life of a peer that was started anew: a subscription of that life
-// uses it, or it stood when the peer spoke last. What was opened since may be of the new life, whose clients
-// connect before they say anything; if not, the probes of the connection find out.
+// Whether a connection is from before the restart of a peer: an old subscription uses it, or it existed at
+// the last SD message of the peer. A later connection may be from after the restart, because clients connect
+// before they send SD messages. If it is not, the probes of the connection find out.
 bool ServiceDiscovery::is_outdated(const slots::TcpConnection& connection,
                                    std::uint16_t peer) const noexcept {
   return (connection.peer_spoke && connection.remote.address == peers_[peer].endpoint.address) ||
@@ -341,8 +342,8 @@ bool ServiceDiscovery::is_outdated(const slots::TcpConnection& connection,
          }) != nullptr;
 }
 
-// What the peer had with us is gone with its former life; the message that showed the reboot may already
-// start anew.  [feat_req_someipsd_871]
+// What the peer had before its restart is gone; the message that showed the reboot may already contain new
+// entries.  [feat_req_someipsd_871]
 void ServiceDiscovery::on_reboot(std::uint16_t peer, TimePoint now) noexcept {
   count(counters_.reboots_detected);
   for (slots::TcpConnection& connection : tcp_connections_) {

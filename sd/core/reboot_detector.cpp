@@ -2,8 +2,8 @@
 
 namespace trestle::sd {
 
-// Reordered datagrams look like a reboot to these rules, which are the specification's; peers renew what is
-// lost by them with the next offer. Of duplicates see RecentMessages.
+// By these rules of the specification reordered datagrams look like a reboot; what is lost by that is renewed
+// with the next offer. For duplicates see RecentMessages.
 bool RebootDetector::shows_reboot(Channel channel, SessionId session, bool reboot) const noexcept {
   const Last& last = channel == Channel::unicast ? unicast_ : multicast_;
   if (last.session == someip::no_session || !reboot) {

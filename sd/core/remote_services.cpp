@@ -72,7 +72,7 @@ Result<RequirementHandle, SdError> ServiceDiscovery::require(const RequiredServi
   slot->major = service.major;
   slot->minor = service.minor;
   slot->configuration = configuration;
-  // Who looks for what is looked for already joins in: there is one Find for all.
+  // A requirement that is already looked for joins the running Find: there is one Find for all.
   const slots::Requirement* const joined = requirements_.find_if([&](const slots::Requirement& other) {
     return other.schedule.deadline() != never && other.service == slot->service &&
            other.instance == slot->instance && other.major == slot->major &&
@@ -93,8 +93,8 @@ Result<RequirementHandle, SdError> ServiceDiscovery::require(const RequiredServi
   return requirements_.handle_of<RequirementHandle>(*slot);
 }
 
-// A Find for one instance is over with its offer [feat_req_someipsd_238]; one for all instances cannot know
-// whether it has seen them all [feat_req_someipsd_239].
+// A Find for one instance ends with its offer  [feat_req_someipsd_238]; a Find for all instances cannot know
+// whether it has found them all  [feat_req_someipsd_239].
 void ServiceDiscovery::settle(slots::Requirement& requirement) noexcept {
   if (requirement.instance == someip::any_instance) {
     requirement.schedule.found_some();
@@ -115,7 +115,7 @@ std::optional<RemoteService> ServiceDiscovery::choose(RequirementHandle handle) 
     return is_mute(remote) ? LoadBalancingOption{}
                            : remote.options.load_balancing.value_or(settings_.unranked);
   };
-  // The lower, the better: who does not answer is last, whoever has answered comes before others.
+  // Lower is better: servers that do not answer come last, servers that have answered come first.
   const auto order = [&](const slots::Remote& remote) {
     std::uint32_t result = rank(remote).priority;
     if constexpr (guards) {
@@ -143,7 +143,7 @@ std::optional<RemoteService> ServiceDiscovery::choose(RequirementHandle handle) 
   if (candidates == 0) {
     return std::nullopt;
   }
-  // Without any weight all are equal; next to others, a weight of 0 is never drawn.
+  // If all weights are 0, all servers are equal; otherwise one with weight 0 is never chosen.
   std::uint64_t draw = random_.next() % (weights > 0 ? weights : candidates);
   for (const slots::Remote& remote : remotes_) {
     if (!is_candidate(remote)) {
@@ -168,7 +168,7 @@ ConfigurationCursor ServiceDiscovery::configuration(RemoteHandle handle) const n
 
 namespace {
 
-// Whether both are the same to who uses the service.
+// Whether a user of the service sees no difference between the two.
 TRESTLE_ONCE bool same_access(const slots::Remote& a, const slots::Remote& b) noexcept {
   return a.minor == b.minor && are_same(a.udp, b.udp) && are_same(a.tcp, b.tcp) &&
          a.options.mac_groupcast == b.options.mac_groupcast;
@@ -226,7 +226,7 @@ bool ServiceDiscovery::read_offer(const Entry& entry, const Arrival& arrival,
   return is_good;
 }
 
-// False when the service cannot be known without its configuration, and that finds no room.
+// False when there is no room for the configuration and the service cannot be identified without it.
 bool ServiceDiscovery::keep_configuration_of(slots::Remote& offered, bool required) noexcept {
   const auto kept = keep_configuration(required);
   if (!kept) {
@@ -242,7 +242,7 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
   if (!read_offer(entry, arrival, offered)) {
     return;
   }
-  // May forget services that nobody requires: before looking for this one.
+  // This may forget services that nobody requires, so it comes before the search for this one.
   if (offered.configuration != ConfigurationPool::none &&
       !keep_configuration_of(offered, requirements_of(offered) > 0)) {
     refuse(Limit::configurations);
@@ -251,8 +251,8 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
   slots::Remote* remote = remote_of(entry, otherserv_of(configurations_[offered.configuration]));
   bool is_taken_over = false;
   if (remote != nullptr && remote->peer != arrival.peer) {
-    // Two servers claim the same service. Whom we know stays until its TTL is over: changing over with every
-    // offer would help nobody. Only who does not answer has to go.
+    // Two servers claim the same service. The known one stays until its TTL is over: changing with every
+    // offer would help nobody. It is replaced only if it does not answer.
     contested_ = remote->index;
     count(counters_.ignored_conflicting_offer);
     if (!guards || !gives_way(*remote, arrival.now)) {
@@ -326,7 +326,7 @@ void ServiceDiscovery::announce(const slots::Remote& remote) noexcept {
   }
 }
 
-// If it is what the requirement is for.
+// Reports the service if the requirement matches it.
 void ServiceDiscovery::tell_available(slots::Requirement& requirement, const slots::Remote& remote) noexcept {
   if (fits(requirement, remote)) {
     settle(requirement);
@@ -368,7 +368,7 @@ void ServiceDiscovery::lose(slots::Remote& remote, LossReason reason, TimePoint 
   tell_loss(remote);
 }
 
-// Advances finds and ends offers whose time is over. What finds no room stays due.
+// Advances Finds and ends offers whose TTL is over. What has no room stays due.
 void ServiceDiscovery::seek(TimePoint now) noexcept {
   const bool are_asked = guards && is_due(questions_due_, now);
   if (are_asked) {
@@ -386,7 +386,7 @@ void ServiceDiscovery::seek(TimePoint now) noexcept {
     if (pending_.free_places() == 0 || !requirement.schedule.on_time(now)) {
       continue;
     }
-    bool is_there = false;  // as another requirement looks for the same
+    bool is_there = false;  // queued for another requirement
     for (std::size_t i = 0; i < pending_.size() && !is_there; ++i) {
       const slots::PendingEntry& other = pending_[i];
       is_there = other.entry.type == EntryType::find_service && other.entry.service == requirement.service &&

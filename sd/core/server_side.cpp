@@ -8,12 +8,12 @@ bool usable(const Eventgroup& eventgroup, const OfferedService& service, const O
   const std::optional<Endpoint>& multicast = eventgroup.multicast;
   const bool multicast_fits = !multicast || (multicast->port != 0 && multicast->address.v6 == rules.v6() &&
                                              multicast->address.is_multicast());
-  // Events leave from the offered endpoints alone [feat_req_someipsd_797], so those must be there.
+  // Events are sent only from the offered endpoints  [feat_req_someipsd_797], so those must exist.
   return multicast_fits && someip::names_an_eventgroup(eventgroup.id) && (!eventgroup.udp || service.udp) &&
          (!eventgroup.tcp || service.tcp);
 }
 
-// Whether it can be reached at all, and by nothing that it must not have.
+// Whether the service can be reached, and only in ways that are allowed for it.
 bool has_access(const OfferedService& service) noexcept {
   if (const auto& mac = service.options.mac_groupcast) {
     return service.service == other_protocols &&
@@ -120,11 +120,11 @@ void ServiceDiscovery::stop_offer(OfferHandle handle, TimePoint now) noexcept {
   if (offer == nullptr) {
     return;
   }
-  // Neither an Offer nor an Ack of it must follow the StopOffer.
+  // No Offer or Ack of the service may follow the StopOffer.
   pending_.remove_if([offer](const slots::PendingEntry& pending) {
     const bool ours = pending.entry.type == EntryType::offer_service ||
                       pending.entry.type == EntryType::subscribe_eventgroup_ack;
-    // The same ids may be those of several offers of other protocols: their configurations differ.
+    // Several offers of other protocols may have the same ids: only their configurations differ.
     return ours && same_instance(pending.entry, *offer) &&
            (offer->service != other_protocols || pending.configuration == offer->configuration);
   });
@@ -280,8 +280,8 @@ void ServiceDiscovery::send_offer(const slots::Offer& offer, std::uint16_t to, T
   pending->configuration = offer.configuration;
 }
 
-// The multicast endpoint that the service's eventgroups share; nothing when there are several, since two in
-// one entry would be in conflict.
+// The multicast endpoint that the service's eventgroups share; nothing when they have several, because two in
+// one entry would be a conflict.
 std::optional<Endpoint> ServiceDiscovery::multicast_of(const slots::Offer& offer) const noexcept {
   std::optional<Endpoint> shared;
   for (const slots::OfferedEventgroup& slot : eventgroups_) {
@@ -297,7 +297,7 @@ std::optional<Endpoint> ServiceDiscovery::multicast_of(const slots::Offer& offer
   return shared;
 }
 
-// Advances offers and ends subscriptions whose time is over. What finds no room stays due.
+// Advances offers and ends subscriptions whose TTL is over. What has no room stays due.
 void ServiceDiscovery::serve(TimePoint now) noexcept {
   for (slots::Subscription& subscription : subscribers_) {
     if (is_due(subscription.expiry, now) && (guards || events_.free_places() > 0)) {
@@ -312,7 +312,7 @@ void ServiceDiscovery::serve(TimePoint now) noexcept {
   }
 }
 
-// Endpoint and multicast options of a Find mean nothing and are not even looked at.  [feat_req_someipsd_878]
+// Endpoint and multicast options of a Find have no meaning and are not read.  [feat_req_someipsd_878]
 void ServiceDiscovery::on_find(const Entry& entry, const Arrival& arrival) noexcept {
   if (entry.ttl_s == 0 ||  // a Find must not have it  [feat_req_someipsd_239]
       !may_go_on(arrival.peer, 1, arrival.now)) {
@@ -326,7 +326,7 @@ void ServiceDiscovery::on_find(const Entry& entry, const Arrival& arrival) noexc
                          (entry.minor() == any_minor || entry.minor() == offer.minor) &&
                          has_name(offer.service, offer.configuration, name);
     const Phase phase = offer.schedule.phase();
-    // In the initial wait phase the first offer is about to come by itself.
+    // In the initial wait phase the first offer is sent soon anyway.
     if (!matches || phase == Phase::down || phase == Phase::initial_wait ||
         (phase == Phase::repetition && !settings_.answer_finds_in_repetition_phase)) {
       continue;
@@ -352,14 +352,14 @@ void ServiceDiscovery::on_find(const Entry& entry, const Arrival& arrival) noexc
       refuse(Limit::pending_entries);
       continue;
     }
-    // The figure of the server's states would restart the offer's timer here. We don't: whoever asks often
-    // enough could then keep our offers from everybody else.
+    // The figure of the server's states restarts the offer's timer here. We do not: a peer that sends Finds
+    // often enough could then keep our offers from all others.
     send_offer(offer, to, arrival.answer_due, offer.ttl_s);
   }
 }
 
-// Delayed answers may take half of the queue: a flood of Finds must not keep back what else is to be sent. Up
-// to three quarters, there is still room for some to addresses that have few.
+// Delayed answers may take half of the queue, so that a flood of Finds does not hold back other entries.
+// Addresses with few answers may use up to three quarters.
 bool ServiceDiscovery::has_room_for_answer(std::uint16_t peer) const noexcept {
   const std::size_t free = pending_.free_places();
   if (!guards || free > pending_.size()) {
@@ -407,7 +407,7 @@ slots::Subscription* ServiceDiscovery::subscription_of(const slots::Offer& offer
 
 namespace {
 
-// Leaves of the referenced endpoints what the eventgroup has a use for.  [feat_req_someipsd_1141]
+// Keeps of the referenced endpoints only those that the eventgroup uses.  [feat_req_someipsd_1141]
 TRESTLE_ONCE void keep_needed(EntryOptions& options, const Eventgroup& eventgroup) noexcept {
   if (!eventgroup.udp) {
     options.udp.reset();
@@ -449,7 +449,7 @@ void ServiceDiscovery::on_subscribe(const Entry& entry, const Arrival& arrival) 
   }
 }
 
-// Which of the ids of an entry, for which there is no eventgroup, is the first unknown one.
+// For an entry without a matching eventgroup: which of its ids is the first unknown one.
 NackReason ServiceDiscovery::why_unknown(const Entry& entry) const noexcept {
   auto reason = NackReason::unknown_service;
   for (const slots::Offer& offer : offers_) {
@@ -464,7 +464,7 @@ NackReason ServiceDiscovery::why_unknown(const Entry& entry) const noexcept {
   return reason;
 }
 
-// What the subscription to an eventgroup lacks.
+// What is missing for a subscription to the eventgroup.
 std::optional<NackReason> ServiceDiscovery::lack_of(const slots::Offer& offer, const Eventgroup& eventgroup,
                                                     const EntryOptions& needed) const noexcept {
   const bool lacks_udp = eventgroup.udp && !needed.udp;
@@ -518,7 +518,7 @@ void ServiceDiscovery::remove(slots::Subscription& subscription) noexcept {
   subscribers_.remove(subscription);
 }
 
-// Enters or renews the subscription, unless it is to be refused.  [feat_req_someipsd_1164]
+// Adds or renews the subscription, unless it has to be refused.  [feat_req_someipsd_1164]
 ServiceDiscovery::Accepted ServiceDiscovery::accept(const slots::Offer& offer, const Eventgroup& eventgroup,
                                                     const Entry& entry, const Arrival& arrival) noexcept {
   auto options = read_options(arrival.message, entry, rules_);
@@ -547,7 +547,7 @@ ServiceDiscovery::Accepted ServiceDiscovery::accept(const slots::Offer& offer, c
   }
   slot->receive_buffer_bytes = options->receive_buffer_bytes;  // which may have changed
   slot->expiry = end_of(entry.ttl_s, arrival.now);
-  // Whoever can ask for initial data gets it when asking, all others with each new subscription.
+  // A peer that can ask for initial data gets it when it asks, all others with each new subscription.
   // [feat_req_someipsd_1188] [feat_req_someipsd_833]
   const bool asks = settings_.explicit_initial_data && arrival.message.explicit_initial_data();
   const bool initial_data = asks ? entry.initial_data_requested() : is_new;
@@ -560,7 +560,7 @@ ServiceDiscovery::Accepted ServiceDiscovery::accept(const slots::Offer& offer, c
   return &eventgroup;
 }
 
-// The answer repeats everything that the Subscribe says, its reserved bits too.  [feat_req_someipsd_614]
+// The answer repeats everything of the Subscribe, including the reserved bits.  [feat_req_someipsd_614]
 // [feat_req_someipsd_619]
 void ServiceDiscovery::acknowledge(const slots::Offer* offer, const Entry& entry, const Arrival& arrival,
                                    const Accepted& accepted) noexcept {

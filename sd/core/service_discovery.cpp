@@ -284,8 +284,8 @@ void ServiceDiscovery::on_message(const someip::Message& bytes, const Endpoint& 
   note_heard(peer, now);
   peer.explicit_initial_data = message->explicit_initial_data();  // [feat_req_someipsd_1188]
   count(counters_.messages_received);
-  // One delay for the whole message, so that the answers share a message too. Only what came to many at once
-  // needs one.  [feat_req_someipsd_83] [feat_req_someipsd_766] [feat_req_someipsd_624]
+  // One delay for the whole message, so that the answers share a message too. Only multicast messages need
+  // one.  [feat_req_someipsd_83] [feat_req_someipsd_766] [feat_req_someipsd_624]
   const Timing& timing = settings_.timing;
   const Duration delay =
       via_multicast ? random_.between(timing.request_response_delay_min, timing.request_response_delay_max)
@@ -296,7 +296,7 @@ void ServiceDiscovery::on_message(const someip::Message& bytes, const Endpoint& 
   }
 }
 
-// A peer that may name its SD endpoint may name others there, too.
+// A peer that may use a foreign address for its SD endpoint may use it for other endpoints, too.
 bool ServiceDiscovery::is_foreign(const EntryOptions& options, const Arrival& arrival) const noexcept {
   for (const std::optional<Endpoint>* const one : {&options.udp, &options.tcp}) {
     if (*one && (*one)->address != peers_[arrival.peer].endpoint.address &&
@@ -320,7 +320,8 @@ std::string_view ServiceDiscovery::name_in(const Entry& entry, const Arrival& ar
   return otherserv_of(configurations_[configurations_.take(merged.body)]);
 }
 
-// Keeps what was read last. For what is important, remote services that nobody requires make room.
+// Keeps the configuration that was read last. An important one displaces remote services that nobody
+// requires.
 std::optional<std::uint16_t> ServiceDiscovery::keep_configuration(bool important) noexcept {
   const auto mark = [this](auto in_use) {
     const auto mark_all = [&](const auto& table) {
@@ -379,7 +380,7 @@ void ServiceDiscovery::on_time(TimePoint now) noexcept {
 
 namespace {
 
-// What a pending entry references, as the writer wants it.
+// The options of a pending entry, in the form that the writer takes.
 struct OptionList {
   OptionList(const slots::PendingEntry& pending, ByteView configuration) noexcept
       : receive_buffer{pending.receive_buffer_bytes} {
@@ -431,8 +432,8 @@ std::optional<Transmit> ServiceDiscovery::poll_transmit(ByteSpan room, TimePoint
     if (full || !is_due(pending.due, now) || (destination != nobody && pending.peer != destination)) {
       return keep(pending);
     }
-    // A StopSubscribe that must stand before its Subscribe starts the next message if only it fits into this
-    // one.
+    // A StopSubscribe and its Subscribe stay together: if only the first fits into this message, both go into
+    // the next.
     const OptionList options{pending, configurations_[pending.configuration]};
     const bool pair_fits =
         !pending.with_next || writer.entry_count() == 0 || writer.fits(2, 2 * options.bytes);

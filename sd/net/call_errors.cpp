@@ -11,7 +11,7 @@
 namespace trestle {
 namespace {
 
-// Of std, since those of Boost have no virtual destructor.
+// A std::error_category, because Boost's category has no virtual destructor.
 class FaultCategory : public std::error_category {
  public:
   const char* name() const noexcept override { return "trestle.call"; }
@@ -52,7 +52,7 @@ class ReturnCodeCategory : public std::error_category {
 }  // namespace
 
 namespace sd {
-// Boost takes 0 for success, which CallFault has not.
+// For Boost 0 means success, and CallFault has no value for that.
 boost::system::error_code make_error_code(CallFault fault) noexcept {
   static const FaultCategory category;
   return std::error_code{static_cast<int>(fault) + 1, category};

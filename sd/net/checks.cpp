@@ -11,7 +11,7 @@ namespace trestle::sd {
 namespace {
 
 constexpr std::uint8_t most_dscp = 63;
-constexpr std::size_t most_payload_bytes = 0xfffffff7;  // what the Length field can say
+constexpr std::size_t most_payload_bytes = 0xfffffff7;  // the largest payload for the Length field
 constexpr std::uint16_t most_calls = 0x8000;
 
 [[noreturn]] void refuse(const std::string& field, const std::string& why) {
@@ -119,9 +119,9 @@ void check(const NodeConfig& config) {
   in_order("tcp_retry_min", "tcp_retry_max", config.tcp_retry_min, config.tcp_retry_max);
   if (config.tcp_retry_min == Duration::zero() || config.tcp_connect_timeout <= Duration::zero()) {
     refuse(config.tcp_retry_min == Duration::zero() ? "tcp_retry_min" : "tcp_connect_timeout",
-           "must be longer than nothing");
+           "must be longer than 0");
   }
-  // The system counts them as int, in milliseconds.
+  // The system takes them as milliseconds in an int.
   if (config.tcp_dead_after < std::chrono::seconds{1} ||
       config.tcp_dead_after > std::chrono::milliseconds{std::numeric_limits<int>::max()}) {
     refuse("tcp_dead_after", "must be from 1 second to 24 days");

@@ -28,9 +28,10 @@ std::string mistake_in_ttl(const std::optional<std::uint32_t>& ttl_s) {
              : "ttl_s: must be from 1 to 16777215, is " + std::to_string(*ttl_s);
 }
 
-// --- What is said of the service --------------------------------------------------------------------------
+// --- The description of the service -----------------------------------------------------------------------
 
-// The items one by one, to say which is wrong; then all, as they have to fit together.
+// First the items one by one, to say which one is wrong; then all of them, because together they have to fit
+// too.
 std::string mistake_in_configuration(const ServiceSpec& spec, const NodeConfig& config) {
   std::vector<ConfigurationItem> items;
   std::array<std::byte, 0x200> one{};  // more than any item
@@ -326,7 +327,7 @@ std::string mistake_in(const SubscribeSpec& spec, const NodeConfig& config) {
     return "a configured one needs a UDP port of its own, and no TCP";
   }
   if (spec.silence_timeout && *spec.silence_timeout <= Duration::zero()) {
-    return "silence_timeout: must be longer than nothing";
+    return "silence_timeout: must be longer than 0";
   }
   return mistake_in_ttl(spec.ttl_s);
 }

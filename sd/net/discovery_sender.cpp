@@ -8,12 +8,13 @@ namespace {
 
 using someip::SendStatus;
 
-// A table of neighbours that is full shows as ENOBUFS over IPv4, and so over IPv6.
+// When the neighbour table is full, the error is ENOBUFS over IPv4 but EINVAL over IPv6; treat both alike.
 SendStatus classified(SendStatus status, const Endpoint& to) {
   return status == SendStatus::failed && to.address.v6 && errno == EINVAL ? SendStatus::would_block : status;
 }
 
-// Else the system has no place for this neighbour, or the network interface none for a packet.
+// Whether the socket buffer is full. Otherwise the system has no room for this neighbour, or the network
+// interface has none for a packet.
 bool is_buffer_full() {
   return errno == EAGAIN || errno == EWOULDBLOCK;
 }

@@ -93,7 +93,8 @@ E2eChannel::Bytes E2eChannel::protect(e2e::Protector& protector, const Header& h
   }
   const auto bytes = std::make_shared<std::vector<std::byte>>();
   bytes->reserve(given + place.bytes);
-  // All in one piece behind the room for the E2E header; what belongs in front of that then goes there.
+  // The whole payload goes behind the room for the E2E header; then the part that belongs before the header
+  // is moved there.
   bytes->resize(place.bytes);
   for (const ByteView slice : payload) {
     bytes->insert(bytes->end(), slice.begin(), slice.end());
@@ -147,7 +148,7 @@ e2e::CheckResult E2eChannel::check(const E2ePeer& from, someip::Message& message
   } else {
     e2e::Checker first = receiving_->peers.fresh();
     result = first.check(front.view(), message.payload, expected);
-    // Else anybody could make us forget the others.
+    // Otherwise anybody could make us forget the other peers.
     if (known || result.fault == e2e::Fault::none) {
       receiving_->peers.add(from, first);
     }

@@ -16,7 +16,7 @@
 namespace trestle::sd {
 namespace {
 
-/// The structure at the front; nothing when there is less.
+/// The structure at the front; nothing when there are too few bytes.
 template <typename Structure>
 std::optional<Structure> front(ByteView bytes) {
   static_assert(std::is_trivially_copyable_v<Structure>);
@@ -28,7 +28,8 @@ std::optional<Structure> front(ByteView bytes) {
   return result;
 }
 
-/// What lies behind so many bytes, which are padded to a multiple of four; the last ones may lack that.
+/// The bytes behind the first `size`, which are padded to a multiple of four; at the end the padding may be
+/// missing.
 ByteView behind(ByteView bytes, std::size_t size) {
   return bytes.subspan(std::min((size + 3) / 4 * 4, bytes.size()));
 }
@@ -93,7 +94,8 @@ std::optional<LinkState::Message> LinkState::take(ByteView& messages) {
 
 void LinkState::on_link(ByteView body, bool gone) {
   const auto fixed = front<ifinfomsg>(body);
-  // Of another family: what a bridge says of its ports, and no word about the interface itself.
+  // Messages of another family, such as those of a network bridge about its ports, say nothing about the
+  // interface itself.
   if (!fixed || fixed->ifi_family != AF_UNSPEC) {
     return;
   }
@@ -131,7 +133,7 @@ void LinkState::on_address(ByteView body, bool gone) {
   bool local = false;
   bool any = false;
   for_each_attribute(behind(body, sizeof(ifaddrmsg)), [&](unsigned type, ByteView content) {
-    // Of a link with two ends IFA_ADDRESS is the other end's; then IFA_LOCAL is there too.
+    // On a point-to-point link IFA_ADDRESS is the other end's address; then there is IFA_LOCAL too.
     if ((type == IFA_LOCAL || (type == IFA_ADDRESS && !local)) && content.size() == (own_.v6 ? 16U : 4U)) {
       std::memcpy(found.address.bytes.data(), content.data(), content.size());
       local = local || type == IFA_LOCAL;

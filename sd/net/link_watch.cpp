@@ -69,11 +69,11 @@ struct LinkWatch::State : std::enable_shared_from_this<State> {
     for (int round = 0; round < read_rounds && !closed; ++round) {
       ByteView messages = receive();
       if (messages.empty() && errno == ENOBUFS) {
-        lost = true;  // reported once; what has come since can be read
+        lost = true;  // reported once; later messages can still be read
       } else if (messages.empty()) {
         break;
       }
-      // One by one: a link that went down and up again in between was down.
+      // One by one, so that a link which went down and up again is also reported as down.
       while (!closed && state.take(messages)) {
         tell();
       }
@@ -87,7 +87,7 @@ struct LinkWatch::State : std::enable_shared_from_this<State> {
     }
   }
 
-  // What came with one datagram of the kernel; nothing, and errno, when there is none.
+  // The messages of one datagram from the kernel; empty, with errno set, when there is none.
   ByteView receive() {
     for (;;) {
       sockaddr_nl sender{};
@@ -101,13 +101,13 @@ struct LinkWatch::State : std::enable_shared_from_this<State> {
       if (size < 0 && errno != EINTR) {
         return {};
       }
-      if (size > 0 && sender.nl_pid == 0) {  // of the kernel itself
+      if (size > 0 && sender.nl_pid == 0) {  // sent by the kernel itself
         return {room.get(), static_cast<std::size_t>(size)};
       }
     }
   }
 
-  // Asks for all that there is; false, and errno: no answer that could be believed.
+  // Asks for the complete state; false, with errno set, if no consistent answer came.
   bool ask() {
     for (int i = 0; i < max_questions; ++i) {
       LinkState fresh{own, interface};
@@ -119,7 +119,7 @@ struct LinkWatch::State : std::enable_shared_from_this<State> {
     return false;
   }
 
-  // The kernel answers at once: there is nothing to wait for. News may come in between, in their order.
+  // The kernel answers at once, so this does not wait. News may come between the answers, in the right order.
   bool ask(std::uint16_t what, LinkState& into) {
     struct {
       nlmsghdr header;

@@ -36,7 +36,7 @@ std::uint64_t random_seed() {
   return (std::uint64_t{device()} << 32U) | device();
 }
 
-// Behind what a line tells of one of them.
+// The end of a log line that describes only one of several cases.
 std::string and_others(std::uint64_t times) {
   return times == 1 ? "" : " (and " + std::to_string(times - 1) + " others before)";
 }
@@ -124,8 +124,8 @@ struct Node::State : std::enable_shared_from_this<State> {
               }} {
     unicast.receive(feed(false));
     multicast.receive(feed(true));
-    // Only a socket that takes note of errors is told when the table of neighbours is full. Who is not there
-    // says nothing new to discovery.
+    // A socket learns that the neighbour table is full only if it reports errors. That a peer is unreachable
+    // is nothing new for discovery.
     unicast.report_unreachable([](const Endpoint&) {});
     multicast.report_unreachable([](const Endpoint&) {});
     say_what_is_not_granted();
@@ -173,7 +173,7 @@ struct Node::State : std::enable_shared_from_this<State> {
     drain();
   }
 
-  // The node's other sockets ask for the same, and get the same.
+  // The node's other sockets ask for the same size and get the same.
   void say_buffer(const char* which, int granted, int wanted, const char* limit, const char* so) {
     if (granted < wanted) {
       warn("the system grants " + std::string{which} + " buffers of " + std::to_string(granted >> 10) +
@@ -182,7 +182,7 @@ struct Node::State : std::enable_shared_from_this<State> {
     }
   }
 
-  // Only who sends large messages needs a large one.
+  // Only a node that sends large messages needs a large send buffer.
   void say_that_sending_is_slow(int granted) {
     if (!std::exchange(slow_sending_said, true)) {
       shielded(io, [&] {
@@ -199,9 +199,9 @@ struct Node::State : std::enable_shared_from_this<State> {
           someip::granted_buffers({.receive_buffer_bytes = config.tcp_receive_buffer_bytes,
                                    .send_buffer_bytes = config.tcp_send_buffer_bytes});
       say_buffer("TCP receive", tcp.receive_bytes, config.tcp_receive_buffer_bytes, "rmem_max",
-                 "less may be under way to us");
+                 "less data can be in flight to us");
       say_buffer("TCP send", tcp.send_bytes, config.tcp_send_buffer_bytes, "wmem_max",
-                 "less may be under way from us");
+                 "less data can be in flight from us");
     }
     if (unicast.busy_poll() < config.busy_poll) {
       log("the system does not poll the network device (SO_BUSY_POLL): it needs CAP_NET_ADMIN");
@@ -233,7 +233,7 @@ struct Node::State : std::enable_shared_from_this<State> {
     }
   }
 
-  // Somebody was refused or ignored, and with a larger limit would not have been.
+  // Some peers were refused or ignored because of a limit that is too small.
   void say_which_limits_were_reached() {
     const auto& reached = discovery.counters().limits_reached;
     for (std::size_t i = 0; i < limit_count; ++i) {
@@ -271,7 +271,7 @@ struct Node::State : std::enable_shared_from_this<State> {
     }
   }
 
-  // Mostly a lie, but hosts with several addresses may mean it.
+  // Such an endpoint is usually forged, but a host with several addresses may really mean it.
   void say_what_is_foreign(const Counters& before, const Counters& after, const Endpoint& from) {
     const std::uint64_t more = after.ignored_foreign_endpoints - before.ignored_foreign_endpoints;
     if (const std::uint64_t times = foreign.to_tell(more, std::chrono::seconds{1})) {
@@ -280,8 +280,9 @@ struct Node::State : std::enable_shared_from_this<State> {
     }
   }
 
-  // After each call of discovery: does what it wants done. An Ack leaves before the initial events
-  // [feat_req_someipsd_107]; what else is to be sent waits for all that happened at once, to share datagrams.
+  // After each call of discovery: carries out what discovery wants. An Ack leaves before the initial events
+  // [feat_req_someipsd_107]; other entries are sent when all events have been handled, so that they share
+  // datagrams.
   void drain() {
     if (draining) {
       return;  // called from a handler of the loop below
@@ -311,7 +312,7 @@ struct Node::State : std::enable_shared_from_this<State> {
     timer.arm(discovery.deadline());
   }
 
-  // Not at once: a handler is not called from within the call that it was given to.
+  // Posted: a handler is not called from within the call to which it was passed.
   void drain_later() {
     boost::asio::post(io, [weak = weak_from_this()] {
       if (const auto self = weak.lock()) {
@@ -323,7 +324,7 @@ struct Node::State : std::enable_shared_from_this<State> {
   void transmit() {
     std::array<std::byte, someip::max_plain_payload_bytes> room;
     while (const auto datagram = discovery.poll_transmit(room, now())) {
-      ports.flush();  // events first: whoever hears that the service ends takes no more of them
+      ports.flush();  // events first: a client that hears of the end of the service takes no more events
       const int why = sender.send(datagram->destination, datagram->bytes, now());
       const bool sent = why == 0;
       if (datagram->destination.address == config.multicast && sent != multicast_works) {
@@ -338,7 +339,7 @@ struct Node::State : std::enable_shared_from_this<State> {
   }
 
   someip::SendStatus send_to_group(const Endpoint& to, ByteView bytes, bool heard_here) {
-    if (heard_here) {  // again, it would look like a restart of ours to other stacks of this host
+    if (heard_here) {  // heard twice, it would look like a restart to other stacks on this host
       multicast.loop_multicast(false);
     }
     const auto status = multicast.send(to, {&bytes, 1});
@@ -354,10 +355,10 @@ struct Node::State : std::enable_shared_from_this<State> {
     if (const std::uint64_t times = not_sent.to_tell(more)) {
       shielded(io, [&] {
         warn(std::to_string(times) +
-             " datagrams of discovery could not be sent in time: the send buffer is full, as hosts do not "
-             "answer to their addresses (send_buffer_bytes; of a bridge: someip: send_buffer), or the table "
+             " datagrams of discovery could not be sent in time: the send buffer is full, because hosts do "
+             "not answer (send_buffer_bytes; of a bridge: someip: send_buffer), or the table "
              "of "
-             "neighbours is (as root: sysctl net.ipv4.neigh.default.gc_thresh3)");
+             "neighbours is full (as root: sysctl net.ipv4.neigh.default.gc_thresh3)");
       });
     }
   }
@@ -435,7 +436,7 @@ struct Node::State : std::enable_shared_from_this<State> {
   void on_queue_full(const Endpoint* to) {
     if (queue_full.to_tell(1) > 0) {
       shielded(io, [&] {
-        warn("messages are dropped, as too much waits to be sent " +
+        warn("messages are dropped, because too much waits to be sent " +
              (to != nullptr ? "by UDP, now to " + someip::to_string(*to)
                             : std::string{"over a TCP connection"}) +
              ": max_queued_bytes (" + std::to_string(config.max_queued_bytes) + ")");
@@ -456,7 +457,7 @@ struct Node::State : std::enable_shared_from_this<State> {
   DiscoveryLog warn;
   NodeCounters counters;
   std::function<void()> subscriptions_changed;
-  bool multicast_works = true;  ///< as far as the system says when we send
+  bool multicast_works = true;  ///< as far as the results of sending tell
   someip::UdpSocket unicast;
   someip::UdpSocket multicast;
   HeapStorage storage;
@@ -470,14 +471,15 @@ struct Node::State : std::enable_shared_from_this<State> {
   DeadlineTimer retry_timer;
   DeadlineTimer timer;
   bool draining = false;
-  /// The services of others that offers and needs of ours were compared with; nothing after one is new.
+  /// The state of the peers' services with which our offers and needs were last compared; empty after a new
+  /// offer or need.
   std::optional<std::uint32_t> noted{};
   std::optional<LinkWatch> watch;
-  bool link_seen = true;  ///< up, by what the system says
-  bool link_told = true;  ///< up, by what the application says
+  bool link_seen = true;  ///< up, according to the system
+  bool link_told = true;  ///< up, according to the application
   /// Lines of one kind: a peer must not fill the log.
   struct RareLine {
-    /// Takes note of so many more. How many a line is to tell of now; 0: none is to be written.
+    /// Counts `more` cases. Returns how many the next line reports; 0: no line is due.
     std::uint64_t to_tell(std::uint64_t more, Duration pause = std::chrono::seconds{10}) {
       unsaid += more;
       return more == 0 ? 0 : due(pause);
@@ -682,7 +684,7 @@ std::vector<ConfigurationText> Node::configuration(const RemoteService& service)
 void Node::shutdown() {
   state_->watch.reset();
   state_->discovery.shutdown(now());
-  state_->transmit();  // at once, also when a handler that drain() has called does this
+  state_->transmit();  // at once, also when it comes from a handler that drain() has called
   state_->drain();
   state_->sender.finish(now());
   state_->provider.clear();

@@ -11,10 +11,10 @@ namespace {
 // Longer than it takes a client to learn that the service is gone and to close its connection.
 constexpr Duration leaving_time = std::chrono::seconds{3};
 
-// Of which some would fill any send buffer that is smaller than asked for.
+// A few messages of this size fill any send buffer that is smaller than requested.
 constexpr std::size_t large_message = std::size_t{1} << 20U;
 
-/// The live one that fits; forgets those that are gone.
+/// The port that exists and fits; removes those that are gone.
 template <typename Port, typename Fits>
 std::shared_ptr<Port> find_port(std::vector<std::weak_ptr<Port>>& ports, Fits fits) {
   std::erase_if(ports, [](const auto& weak) { return weak.expired(); });
@@ -91,7 +91,7 @@ Ports::Ports(boost::asio::io_context& io, const NodeConfig& config, NodeCounters
           std::max(config.max_tcp_receive_bytes, config.max_message_bytes + someip::header_bytes))},
       send_budget_{std::make_shared<someip::SendBudget>(
           std::max(config.max_tcp_queued_bytes, config.max_queued_bytes))},
-      // Of a message the last chunk counts in full.
+      // The last chunk of a message counts in full, hence the extra room.
       reassembly_budget_{std::make_shared<someip::ReassemblyBudget>(
           std::max(config.max_udp_receive_bytes, 2 * config.max_message_bytes + (std::size_t{64} << 10U)))},
       reassembly_timer_{io, [this] { on_reassembly_time(); }} {}
@@ -216,13 +216,13 @@ void Ports::disconnect(const Endpoint& own, const Endpoint& client, const std::s
 void Ports::on_train(const someip::Train& train, const Source& source, LargeMessages& large,
                      const std::weak_ptr<const void>& port) {
   const TimePoint time = now();
-  // Of the last segment; the next one is most likely of the same message.
+  // The header of the last segment; the next one most likely belongs to the same message.
   someip::Header wanted;
-  someip::Reassembly* known = nullptr;  ///< where that one is put together
+  someip::Reassembly* known = nullptr;  ///< where that message is reassembled
   std::size_t max_bytes = 0;            ///< of it
   for (std::size_t i = 0; i < train.size(); ++i) {
     if (i > 0 && port.use_count() == 1) {
-      return;  // a handler has let go of it, only we still hold it
+      return;  // a handler has released it, only we still hold it
     }
     const ByteView datagram = train[i];
     ++counters_.datagrams;
@@ -243,7 +243,7 @@ void Ports::on_train(const someip::Train& train, const Source& source, LargeMess
         wanted = message->header;
       }
       const auto whole = known->on_segment(source.from, *message, time, max_bytes);
-      // Armed, it wakes us before any message that begins now is too old.
+      // A timer that is already armed fires before any message that begins now is too old.
       if (!reassembly_timer_.armed()) {
         reassembly_timer_.arm(known->deadline());
       }

@@ -16,9 +16,9 @@ std::optional<someip::e2e::CheckResult> copy_of(const someip::e2e::CheckResult* 
   return check != nullptr ? std::optional{*check} : std::nullopt;
 }
 
-/// How long until a call that could not be sent is tried again. When a server comes it is tried at once.
+/// The time until a call that could not be sent is tried again. When a server comes, it is tried at once.
 constexpr Duration retry_period = std::chrono::milliseconds{100};
-/// "Forever", without an overflow of what is added to it.
+/// Practically for ever, but additions do not overflow.
 constexpr Duration longest_timeout = std::chrono::hours{24 * 365};
 
 }  // namespace
@@ -39,8 +39,8 @@ struct Proxy::State : std::enable_shared_from_this<State> {
     CallSpec spec = call->spec;
     spec.timeout = std::max(call->deadline - now(), Duration{});
     const ByteView bytes{call->payload};
-    // Both are there as long as the Node has this: end() takes it back. It is so small that std::function
-    // needs no memory for it.
+    // `this` and the call exist as long as the Node has this handler: end() removes it. It is small enough
+    // for std::function to need no memory.
     const auto started = node.try_call(
         requirement, spec, {&bytes, 1},
         [this, one = call.get()](const CallResult& result) { on_result(*one, result); }, call);
@@ -71,7 +71,7 @@ struct Proxy::State : std::enable_shared_from_this<State> {
     }
   }
 
-  // The request has not left, so that trying again cannot carry it out twice.
+  // The request has not been sent, so a retry cannot execute it twice.
   void wait(const std::shared_ptr<Call>& call, CallFault why) {
     const auto waits = [](const auto& one) { return one->waiting; };
     if (now() >= call->deadline) {
@@ -90,7 +90,7 @@ struct Proxy::State : std::enable_shared_from_this<State> {
   }
 
   void on_server() {
-    const auto all = calls;  // an attempt may end
+    const auto all = calls;  // copied: an attempt may end
     for (const auto& call : all) {
       if (call->waiting) {
         call->retry.cancel();
@@ -99,7 +99,7 @@ struct Proxy::State : std::enable_shared_from_this<State> {
     }
   }
 
-  /// Takes the call out. Nothing may be done after its handler has been called.
+  /// Removes the call. After its handler has been called, nothing may be accessed.
   [[nodiscard]] std::shared_ptr<Call> end(Call& call) {
     const auto place = std::ranges::find(calls, &call, &std::shared_ptr<Call>::get);
     std::shared_ptr<Call> own = std::move(*place);
@@ -116,7 +116,7 @@ struct Proxy::State : std::enable_shared_from_this<State> {
     const auto own = end(call);
     own->complete(error, std::move(response));
   }
-  /// In what is called by the user, who does not expect to be called back before that returns.
+  /// For functions that the user calls: no callback is expected before they return.
   void end_later(Call& call, boost::system::error_code error) {
     boost::asio::post(io, [own = end(call), error] { own->complete(error, {}); });
   }

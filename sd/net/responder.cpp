@@ -33,7 +33,7 @@ bool ReplyPath::send_bytes(const someip::Header& header, std::span<const ByteVie
     return false;
   }
   someip::TpPacing paced = pacing;
-  // As the application wants, else as the client can take it, if it tells that in a subscription.
+  // As the application wants, otherwise as the client can take it, if a subscription of it says that.
   if (large && !paced.burst) {
     paced.burst = someip::burst_into(discovery->receive_buffer_of(to));
   }

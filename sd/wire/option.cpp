@@ -246,7 +246,7 @@ std::optional<ConfigurationItem> ConfigurationCursor::next() noexcept {
     return std::nullopt;
   }
   const std::string_view characters = text(sequence);
-  // Not by find() and substr(), which call for a C library, and for what throws with a formatted text.
+  // Not find() and substr(): they need a C library and code that throws exceptions with formatted texts.
   const auto equals = std::ranges::find(characters, '=');
   ConfigurationItem item{{characters.begin(), equals}, std::nullopt};  // [feat_req_someipsd_160]
   if (equals != characters.end()) {
@@ -292,7 +292,7 @@ std::optional<WireError> find_fault(const Option& option) noexcept {
     }
     return cursor.error();
   }
-  // What is of another kind has bad_value, and what only we have no room for is not wrong.
+  // Other kinds of options give bad_value, and options for which only we have no room are not wrong.
   std::optional<WireError> fault;
   const auto check = [&](const auto& decoded) {
     if (!decoded && decoded.error() == WireError::bad_option_length) {

@@ -31,8 +31,8 @@ OptionRun run_of(std::size_t index, std::size_t count) noexcept {
 
 }  // namespace
 
-// While the message grows, the options array stands right behind the entries and moves up by 16 bytes with
-// each new one: a datagram is small, and so no second buffer is needed.
+// While the message grows, the options array stands right behind the entries and moves by 16 bytes with each
+// new entry. A datagram is small, so this is cheap and needs no second buffer.
 SdWriter::SdWriter(ByteSpan room) noexcept : room_{room} {
   assert(room.size() >= min_room_bytes);
 }
@@ -55,7 +55,7 @@ SdWriter::Place SdWriter::locate(std::span<const Option> run, bool may_continue_
       ++same;
       option = ahead.next();
     }
-    // The run stands here whole, or its front is the end of the array and the rest can follow.
+    // The whole run stands here, or its front is at the end of the array and the rest can be appended.
     if (same == run.size() || (may_continue_the_end && same > 0 && start + same == option_count_)) {
       return {start, same};
     }
@@ -68,8 +68,8 @@ bool SdWriter::add(const Entry& entry, std::span<const Option> options) noexcept
   if (options.size() > 2 * max_run || !std::ranges::all_of(options, length_fits)) {
     return false;
   }
-  // Every way to cut the options into two runs is tried; the one that adds the fewest bytes wins, a single
-  // run among equals.
+  // Tries every way to cut the options into two runs; the one that adds the fewest bytes wins, in a tie a
+  // single run.
   struct Choice {
     std::size_t cut = 0;
     Place first;
@@ -93,7 +93,7 @@ bool SdWriter::add(const Entry& entry, std::span<const Option> options) noexcept
   }
   const std::size_t added_first = best->cut - best->first.shared;
   if (best->second.shared == 0) {
-    best->second.index += added_first;  // both runs are appended: the second comes behind the first
+    best->second.index += added_first;  // both runs are appended: the second follows the first
   }
   const bool index_fits = best->first.index <= max_index && best->second.index <= max_index;
   if (!index_fits || !fits(1, best->added_bytes)) {

@@ -27,7 +27,8 @@ const char* to_string(AnswerDrop reason) noexcept {
 
 CallTable::CallTable(std::span<CallSlot> slots, ClientId client, SessionId first) noexcept
     : slots_{slots}, client_{client}, sessions_{first} {
-  // With more slots than half the Session IDs, 0xffff to 1 could leave a slot that no session leads to.
+  // With more slots than half of the Session IDs, the wrap from 0xffff to 1 could leave a slot that no
+  // session leads to.
   assert(!slots.empty() && slots.size() <= 0x8000);
 }
 
@@ -85,8 +86,8 @@ Result<CallAnswer, AnswerDrop> CallTable::on_answer(const CallTarget& from, cons
   if (header.type != MessageType::response && header.type != MessageType::error) {
     return drop(AnswerDrop::not_an_answer);
   }
-  // In the order of the flow chart the versions come before the session, but only the call knows which
-  // interface version it was.  [feat_req_someip_718]
+  // The flow chart checks the versions before the session, but only the call knows which interface version it
+  // was.  [feat_req_someip_718]
   CallSlot& slot = slot_of(header.session);
   if (slot.state_ == CallSlot::State::unused || !is_of(slot, header)) {
     return drop(AnswerDrop::unknown);
@@ -110,7 +111,7 @@ Result<CallAnswer, AnswerDrop> CallTable::on_answer(const CallTarget& from, cons
   }
   end(slot, CallSlot::State::answered);
   ++counters_.answered;
-  // An ERROR that says E_OK contradicts itself; it surely is no success.  [feat_req_someip_683]
+  // An ERROR with E_OK contradicts itself; it is certainly not a success.  [feat_req_someip_683]
   const bool contradicts = header.type == MessageType::error && header.return_code == ReturnCode::ok;
   const ReturnCode code = contradicts ? ReturnCode::not_ok : header.return_code;
   counters_.errors += code == ReturnCode::ok ? 0 : 1;

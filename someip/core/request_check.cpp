@@ -5,8 +5,8 @@
 namespace trestle::someip {
 namespace {
 
-// Whether this type is one that the method is called by. A method that is not known has none, but then it is
-// not the type that is wrong.
+// Whether the method may be called with this message type. For an unknown method either is accepted: the
+// fault is then not the type.
 bool is_configured(MessageType type, MethodKind method) noexcept {
   switch (method) {
     case MethodKind::request_response:

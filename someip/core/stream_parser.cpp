@@ -18,7 +18,7 @@ bool is_cookie(const std::byte* bytes) noexcept {
          std::memcmp(bytes, server_cookie.data(), server_cookie.size()) == 0;
 }
 
-// Where the first cookie begins, or nothing.
+// Where the first cookie begins; nothing if there is none.
 std::optional<std::size_t> cookie_in(ByteView bytes) noexcept {
   for (std::size_t at = 0; at + header_bytes <= bytes.size(); ++at) {
     const ByteView starts = bytes.subspan(at, bytes.size() - at - header_bytes + 1);
@@ -42,7 +42,7 @@ StreamParser::StreamParser(ByteSpan buffer, std::size_t max_bytes) noexcept
 }
 
 void StreamParser::feed(ByteView chunk) noexcept {
-  assert(chunk_.empty() && "next() has not returned nothing yet");
+  assert(chunk_.empty() && "next() must have returned nothing before");
   chunk_ = chunk;
 }
 
@@ -87,7 +87,7 @@ std::optional<Message> StreamParser::next() noexcept {
   }
 }
 
-// The message in `bytes`, which end with it; nothing if it is a cookie.
+// The message that fills `bytes`; nothing if it is a cookie.
 std::optional<Message> StreamParser::whole(ByteView bytes) noexcept {
   if (bytes.size() == header_bytes && is_cookie(bytes.data())) {
     ++counters_.cookies;
@@ -99,7 +99,7 @@ std::optional<Message> StreamParser::whole(ByteView bytes) noexcept {
   return *message;
 }
 
-// Takes note of the size of the message that begins with this header. Framing is lost if it cannot be.
+// Notes the size of the message that begins with this header. If that size is impossible, framing is lost.
 bool StreamParser::framed(ByteView header) noexcept {
   const auto length = load<std::uint32_t>(header.data() + length_field_at);
   if (length < length_covered_header_bytes) {
@@ -114,7 +114,8 @@ bool StreamParser::framed(ByteView header) noexcept {
   return !lost_;
 }
 
-// Moves bytes from the chunk to the buffer until it holds so many. False if there were not enough.
+// Moves bytes from the chunk to the buffer until the buffer holds `until` bytes. False if there were not
+// enough.
 bool StreamParser::hold(std::size_t until) noexcept {
   const std::size_t moved = std::min({until - held_, chunk_.size(), buffer_.size() - held_});
   if (moved != 0) {
@@ -125,7 +126,7 @@ bool StreamParser::hold(std::size_t until) noexcept {
   return held_ == until;
 }
 
-// Skips until behind the next cookie. What could be the beginning of one stays in the buffer.
+// Skips to the end of the next cookie. Bytes that could be the beginning of a cookie stay in the buffer.
 void StreamParser::find_cookie() noexcept {
   constexpr std::size_t most_of_cookie = header_bytes - 1;
   if (held_ != 0) {  // a cookie may lie across the seam: it begins in the buffer and ends in the chunk

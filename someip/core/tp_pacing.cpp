@@ -5,8 +5,8 @@
 namespace trestle::someip {
 namespace {
 
-constexpr std::size_t charged_bytes = 2304;  // for a full segment, by Linux
-constexpr std::size_t share = 2;             // of the bytes asked for, which is a quarter of what there is
+constexpr std::size_t charged_bytes = 2304;  // that Linux counts for a full segment
+constexpr std::size_t share = 2;             // of the requested size: a quarter of the real buffer
 
 }  // namespace
 
@@ -19,7 +19,7 @@ std::size_t burst_into(std::size_t receive_buffer_bytes, std::size_t least) noex
 std::size_t PaceWindow::room(const TpPacing& pacing, TimePoint now) noexcept {
   const Duration since = now - begin_;
   if (since >= pacing.separation) {
-    // From the burst before: a late timer must not slow the stream down for good.
+    // Counted from the previous burst, so that late timers do not slow the stream down more and more.
     begin_ = since - pacing.separation < pacing.separation ? begin_ + pacing.separation : now;
     sent_ = 0;
   }

@@ -13,7 +13,8 @@ namespace {
 
 constexpr std::size_t largest_payload_bytes = 0xffffffff - length_covered_header_bytes;
 
-/// All that must be equal in the segments of one message, but the session.  [feat_req_someiptp_781]
+/// Whether everything is equal that must be in the segments of one message, except the session.
+/// [feat_req_someiptp_781]
 bool same_kind(const Header& a, const Header& b) noexcept {
   return a.method == b.method && a.service == b.service && a.client == b.client && a.type == b.type &&
          a.interface_version == b.interface_version && a.protocol == b.protocol;
@@ -25,8 +26,9 @@ void copy(ByteSpan buffer, std::uint32_t begin, std::uint32_t end, std::uint32_t
   std::memcpy(buffer.data() + begin, slice.data() + (begin - offset), end - begin);
 }
 
-// A bit of a map stands for so many bytes. All segments but the last are a multiple of them long
-// [feat_req_someiptp_772], so they are there all or not at all; of the last ones, all that the message has.
+// A bit of a map stands for this many bytes, a unit. All segments but the last are a multiple of it long
+// [feat_req_someiptp_772], so a unit is there completely or not at all; the last unit ends where the message
+// ends.
 constexpr std::uint32_t unit_bytes = 16;
 constexpr std::uint32_t word_units = 32;
 
@@ -34,7 +36,7 @@ constexpr std::uint32_t units(std::uint32_t bytes) noexcept {
   return bytes / unit_bytes + (bytes % unit_bytes == 0 ? 0U : 1U);
 }
 
-/// Sets units [from, to) to be there or missing.
+/// Marks units [from, to) as there or missing.
 void mark(std::span<std::uint32_t> map, std::uint32_t from, std::uint32_t to, bool there) noexcept {
   constexpr std::uint32_t all = ~std::uint32_t{0};
   while (from < to) {
@@ -69,7 +71,7 @@ std::uint32_t first_unit(std::span<const std::uint32_t> map, std::uint32_t from,
 
 constexpr std::uint64_t ages_per_s = 1'000'000'000 / 1024;
 
-// The share of the protected rate below which a message has as good as stopped.
+// A message has practically stopped when it is slower than this fraction of the protected rate.
 constexpr std::uint32_t stopped_share = 64;
 
 }  // namespace
@@ -141,11 +143,11 @@ TpReassembler::Outcome TpReassembler::on_segment(const Endpoint& from, const Mes
     }
     return add(*slot, *segment, message.header.return_code, now);
   }
-  // Here another message begins. Stragglers of the one before must not undo it: that would lose both.
+  // Here another message begins. Late segments of the previous one must not replace it: both would be lost.
   if (slot != nullptr && slot->previous_ == message.header.session) {
     return drop(TpDrop::stale);
   }
-  // What cannot be kept ends the wait for the old message, but takes no slot from others.
+  // A segment that is too large ends the wait for the old message, but takes no slot from others.
   if (slot == nullptr &&
       segment->header.offset + std::uint64_t{segment->slice.size()} > limits_.max_message_bytes) {
     return drop(TpDrop::too_large);
@@ -203,7 +205,7 @@ bool TpReassembler::within_share(const IpAddress& address, bool at_start, TimePo
   }
   TpSlot* const slowest = make_way(&address, at_start, now);
   if (slowest != nullptr) {
-    finish(*slowest, now);  // so that its rest is stale
+    finish(*slowest, now);  // so that its remaining segments are stale
   }
   return slowest != nullptr;
 }
@@ -240,7 +242,7 @@ std::uint64_t TpReassembler::rate(std::size_t slot, TimePoint now) const noexcep
 }
 
 TpSlot* TpReassembler::vacant() noexcept {
-  // Of finished messages only the session is remembered; the one finished first is the first to be forgotten.
+  // Only the session is remembered of finished messages; the one that finished first is forgotten first.
   TpSlot* best = nullptr;
   for (TpSlot& slot : slots_) {
     if (slot.state_ == TpSlot::State::unused) {

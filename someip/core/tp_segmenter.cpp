@@ -9,7 +9,7 @@ namespace trestle::someip {
 namespace {
 
 constexpr std::size_t max_payload_bytes = 0xffffffff - length_covered_header_bytes;
-/// More does not fit a UDP datagram together with the two headers.
+/// A UDP datagram has no room for more behind the two headers.
 constexpr std::size_t max_segment_bytes = 65472;
 
 constexpr std::size_t usable(std::size_t segment_bytes) noexcept {
@@ -33,7 +33,7 @@ std::optional<TpSegment> TpSegmenter::next() noexcept {
   }
   const std::size_t rest = payload_bytes_ - offset_;
   const bool more = rest > segment_bytes_;
-  // Made in its place: copying what was just stored in small parts would stall.
+  // Constructed in place: copying fields that were just stored one by one would stall the processor.
   std::optional<TpSegment> segment{std::in_place};
   segment->header = header_;
   segment->offset = offset_;

@@ -14,8 +14,8 @@ bool UpdateSchedule::on_time(TimePoint now) noexcept {
   if (!due_ || now < *due_) {
     return false;
   }
-  // The interval is fixed: a late timer does not shift it, and what a stall of the host left out is not made
-  // up for by a burst.
+  // The interval is fixed: a late timer does not shift it, and after a stall of the host there is no burst of
+  // missed updates.
   *due_ += ((now - *due_) / rule_.cycle + 1) * rule_.cycle;
   return true;
 }

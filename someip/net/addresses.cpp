@@ -89,8 +89,8 @@ std::optional<OwnAddress> own_address(const IpAddress& address) {
     if (one.ifa_netmask != nullptr) {
       mask.assign(*one.ifa_netmask);
     }
-    // Linux's loopback answers on all of 127.0.0.0/8 though it has only the first address: any address in the
-    // subnet of a loopback interface is an own one.
+    // Linux's loopback answers on all of 127.0.0.0/8 although it has only 127.0.0.1: all addresses in the
+    // subnet of a loopback interface are this host's.
     bool same = own == address;
     if (!same && (one.ifa_flags & IFF_LOOPBACK) != 0U && own.v6 == address.v6) {
       same = true;
@@ -137,7 +137,7 @@ std::optional<std::uint8_t> subnet_prefix_bits(const IpAddress& address) {
 }
 
 bool udp_endpoint_in_use(const Endpoint& endpoint) {
-  // As the kernel lists them: words of 32 bits in the host's byte order, in hexadecimal.
+  // In the form that the kernel uses: hexadecimal words of 32 bits in the host's byte order.
   std::string wanted;
   for (std::size_t word = 0; word < (endpoint.address.v6 ? 4U : 1U); ++word) {
     std::uint32_t number = 0;

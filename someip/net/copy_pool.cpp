@@ -6,13 +6,13 @@
 namespace trestle::someip {
 namespace {
 
-constexpr std::size_t max_copies = 64;  // all of them are looked at
+constexpr std::size_t max_copies = 64;  // few, because each search looks at all of them
 
 }  // namespace
 
 std::vector<std::byte> CopyPool::take(std::size_t bytes) {
-  // Not what is much larger: small messages to a receiver that reads nothing would hold it for as long as
-  // they wait, and count for little in what may wait.
+  // Not a much larger buffer: small messages to a receiver that reads nothing would keep it as long as they
+  // wait, but count with their own size only.
   const auto found = std::find_if(unused_.rbegin(), unused_.rend(), [&](const std::vector<std::byte>& one) {
     return one.capacity() >= bytes && one.capacity() - bytes <= bytes;
   });

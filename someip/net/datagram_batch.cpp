@@ -4,7 +4,7 @@ namespace trestle::someip {
 
 ByteSpan DatagramBatch::add(const Endpoint& to, std::size_t bytes, std::size_t messages) {
   if (!room_) {
-    room_.reset(new std::byte[room_bytes]);  // not zeroed: all that is sent is written before
+    room_.reset(new std::byte[room_bytes]);  // not zeroed: only bytes that were written are sent
     entries_.reserve(max_datagrams);
     trains_.reserve(max_datagrams);
   }

@@ -24,10 +24,10 @@ constexpr std::size_t batch_segments = 64;  // what UdpSocket::send_segments() t
 constexpr std::size_t batch_bytes = 65000;
 constexpr std::size_t max_datagram_bytes =
     header_bytes + max_plain_payload_bytes;  // no fragments on Ethernet
-constexpr std::size_t max_collections = 64;  // receivers that messages are collected for at once
+constexpr std::size_t max_collections = 64;  // receivers for which messages are collected at the same time
 constexpr Duration first_look = std::chrono::milliseconds{1};  // for an answer to ARP
 constexpr Duration longest_look = std::chrono::milliseconds{100};
-constexpr std::size_t slices_per_segment = 2;  // a segment that lies in more pieces is copied together
+constexpr std::size_t slices_per_segment = 2;  // a segment in more pieces is copied into one
 
 // Small messages to one receiver that leave in one datagram.
 struct Collection {
@@ -129,7 +129,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   }
 
   void send_all_collected() {
-    // Apart, as the end of a message that is sent may bring forth another one.
+    // Moved out first: when a message has been sent, its owner may send another one.
     std::list<Collection> leaving = std::exchange(collections, {});
     while (!leaving.empty()) {
       send_first_of(leaving);
@@ -138,7 +138,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     end_turn();
   }
 
-  // What is collected for this receiver goes before what follows.
+  // Sends what is collected for this receiver, before any later message.
   void send_collected_for(const Endpoint& to) {
     const auto one = collection_for(to);
     if (one != collections.end()) {
@@ -159,8 +159,8 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
 
   // --- small ones together ---
 
-  // From now on until the end of the handler that is running, or of all that deal with what the socket has
-  // received at once, small messages wait for each other.
+  // From now on small messages wait for each other: until the running handler ends, or until all messages
+  // that the socket has received at once have been handled.
   void open_turn() {
     turn_open = true;
     if (socket->receiving() || std::exchange(deferred, true)) {
@@ -222,7 +222,8 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
 
   // --- sending ---
 
-  // While it lives, a message is sent from where the caller of send() has it. What waits then is copied.
+  // While this object lives, a message is sent from the memory of the caller of send(). If it then still
+  // waits, it is copied.
   struct Lending {
     Lending(State& of, PendingMessage& message) : state{of.shared_from_this()} {
       state->lent = &message;
@@ -253,7 +254,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
 
   SendStatus send_plain(const Endpoint& to, const Header& header, std::span<const ByteView> payload,
                         std::size_t bytes) {
-    // A small message in many pieces is copied together: cheaper than a long list for the kernel.
+    // A small message in many pieces is copied into one: cheaper than a long list for the kernel.
     std::array<std::byte, header_bytes + max_plain_payload_bytes> datagram;
     static_cast<void>(encode_header(header, bytes, datagram));
     std::array<ByteView, 2> parts{ByteView{datagram}.first(header_bytes), {}};
@@ -326,10 +327,10 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     flat_used += bytes;
   }
 
-  // Sends what may leave now, of each lane a burst at most: each time the loop gets its turn in between.
+  // Sends what may leave now, at most one burst of each lane; then the event loop runs again.
   void pump() {
     if (std::exchange(pumping, true)) {
-      again = true;  // the end of a message that was sent has brought forth another one
+      again = true;  // the owner of a message that was sent has sent another one
       return;
     }
     const auto self = shared_from_this();
@@ -377,7 +378,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     }
   }
 
-  // Whether somebody has answered to the receiver's address; looks ever more seldom.
+  // Whether the receiver has answered to ARP; the pauses between two looks grow.
   bool is_there(SendLane& lane, TimePoint now) {
     AwaitedHost& host = *lane.host;
     if (now < host.next_look) {
@@ -448,7 +449,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     return true;
   }
 
-  // Leaves the timer alone if it is to wake us earlier: pump() finds out what is due.
+  // Does not touch a timer that fires earlier: pump() finds out what is due.
   void wait_until(TimePoint time) {
     if (wakes && *wakes <= time) {
       return;
@@ -500,7 +501,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     return true;
   }
 
-  // Of messages that gave way.
+  // Releases messages that gave way to newer ones.
   void let_go() {
     if (lanes.some_gave_way()) {
       const auto self = shared_from_this();
@@ -553,18 +554,18 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   std::list<Collection> collections;
   std::list<Collection> spare_collections;  ///< kept to reuse their memory
   bool pumping = false;                     ///< pump() is being called
-  bool again = false;                       ///< and has more to do
+  bool again = false;                       ///< and has to start again
   bool blocked = false;                     ///< the socket is full and will call pump()
-  PendingMessage* lent = nullptr;           ///< waits, and lies in memory of who is calling send()
+  PendingMessage* lent = nullptr;           ///< this message waits in the memory of the caller of send()
   DatagramBatch batch;
   bool turn_open = false;  ///< a small message has left, further ones wait for each other in the batch
-  bool deferred = false;   ///< end_turn() is on its way
+  bool deferred = false;   ///< end_turn() has been posted
   Counters counters;
   std::size_t large_above = std::numeric_limits<std::size_t>::max();
   std::function<void()> on_large;
   std::function<void(const Endpoint& to)> on_full;
   Link link;
-  std::vector<Endpoint> gone;  ///< to be told of
+  std::vector<Endpoint> gone;  ///< still to be reported
   // Of one batch; kept to reuse their memory.
   std::array<std::array<std::byte, header_bytes + tp_header_bytes>, batch_segments> headers{};
   std::vector<ByteView> slices;

@@ -76,7 +76,7 @@ Neighbours::Answer Neighbours::answer_of(const IpAddress& host) const noexcept {
   return answer == Answer::unasked && interface_of(host) != 0 ? Answer::untold : answer;
 }
 
-// In the table of ARP.
+// Looks it up in the ARP table.
 Neighbours::Answer Neighbours::looked_up(const IpAddress& host) const noexcept {
   if (host.v6 || interface_.empty() || interface_.size() >= sizeof arpreq::arp_dev) {
     return Answer::untold;

@@ -100,7 +100,7 @@ Result<std::optional<Reassembled>, TpDrop> Reassembly::count_chunks(const std::o
     return whole;
   }
   budget_->make_room(*this, slot, now);
-  if (budget_->used_bytes_ > budget_->max_bytes_ && !whole) {  // nobody is slower
+  if (budget_->used_bytes_ > budget_->max_bytes_ && !whole) {  // no message is slower than this one
     auto refused = machine_.end(slot, TpDrop::no_memory, now);
     empty(place);
     return refused;
@@ -124,9 +124,9 @@ void Reassembly::add_place() {
   void* const memory = ::mmap(nullptr, place_bytes_, PROT_READ | PROT_WRITE,
                               MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
   if (memory == MAP_FAILED) {
-    return;  // those that are there go on
+    return;  // work goes on with the places that exist
   }
-  ::madvise(memory, place_bytes_, MADV_NOHUGEPAGE);  // or a small message would have 2 MB
+  ::madvise(memory, place_bytes_, MADV_NOHUGEPAGE);  // otherwise a small message would take 2 MB
   const std::size_t words = tp_map_words(max_message_bytes_);
   auto* const buffer = static_cast<std::byte*>(memory) + in_pages(words * sizeof(std::uint32_t));
   places_.push_back({memory});
@@ -148,7 +148,7 @@ void Reassembly::on_time(TimePoint now) {
   while (const auto slot = machine_.forget(now)) {
     empty(places_[*slot]);
   }
-  // One stays for the next message. Those in the middle cost nothing but addresses.
+  // One place stays for the next message. Unused places in the middle cost only address space.
   while (slots_.size() > 1 && !machine_.used(slots_.size() - 1) && !machine_.used(slots_.size() - 2)) {
     remove_place();
   }

@@ -14,7 +14,7 @@ std::size_t whole_pages(std::size_t bytes) {
   return (bytes + page - 1) / page * page;
 }
 
-/// Who begins large messages and does not go on has much of it soon; who is quick has little.
+/// Soon high for a sender that begins large messages and does not continue them; low for a quick one.
 double byte_seconds(const ReceiveMemory::Use& use) {
   return static_cast<double>(use.held_bytes) * std::chrono::duration<double>(use.held_for).count();
 }

@@ -8,7 +8,8 @@ namespace {
 
 constexpr std::size_t max_unused = 64;      // places that are kept for reuse
 constexpr std::size_t max_idle_lanes = 64;  // receivers whose last burst is remembered
-// That a message takes beside its payload: many without any must not take memory without end.
+// What a message takes beside its payload. It is counted, so that messages without payload cannot take
+// unlimited memory.
 constexpr std::size_t place_bytes = sizeof(PendingMessage);
 
 }  // namespace
@@ -42,7 +43,7 @@ bool SendLanes::must_wait(const Endpoint& to, const Header& header) const {
           }));
 }
 
-// When there are many, a new receiver gets that of the one which has been idle the longest.
+// When there are many lanes, a new receiver takes over the one that has been idle the longest.
 SendLane& SendLanes::lane_of(const Endpoint& to) {
   SendLane* idle = nullptr;
   for (SendLane& lane : lanes_) {
@@ -69,14 +70,15 @@ PendingMessage* SendLanes::add(const Endpoint& to, std::span<const ByteView> par
   if (unused_.empty()) {
     unused_.emplace_front();
   }
-  PendingMessage& place = unused_.front();  // the one last used, which is warm
+  PendingMessage& place = unused_.front();  // the one used last, which is still in the cache
   place.bytes = bytes;
   place.slices.assign(parts.begin(), parts.end());
   place.cursor = {};
   place.begun = false;
   place.lent = false;
   if (!keep) {
-    // For all of it, whatever is left when it has to wait: so the next one of this size finds enough.
+    // For the whole message, even if less is left to copy: so the next message of this size can reuse the
+    // memory.
     place.copy = copies_.take(bytes);
   }
   SendLane& lane = lane_of(to);
@@ -162,7 +164,7 @@ void SendLanes::finish(SendLane& lane) {
   reuse(lane.queue);
 }
 
-// The place of the first of these, whose owner is let go last.
+// Keeps the place of the first one for reuse. The owner of that message is released last.
 void SendLanes::reuse(Queue& from) {
   const auto done = from.begin();
   const std::shared_ptr<const void> kept = std::move(done->keep_alive);

@@ -71,7 +71,7 @@ struct TcpClient::State : std::enable_shared_from_this<State> {
                             }
                           });
     after(options.connect_timeout, [](State& self) {
-      if (self.attempting) {  // else it was about to end when it did
+      if (self.attempting) {  // otherwise it ended just before the timeout
         boost::system::error_code ignored;
         self.connecting.close(ignored);
         self.attempt_failed(ETIMEDOUT);
@@ -91,7 +91,7 @@ struct TcpClient::State : std::enable_shared_from_this<State> {
     }
     SocketAddress own;
     getsockname(socket.get(), own.data(), &own.size());
-    if (own.endpoint() == options.remote) {  // on one host TCP may connect a port that nobody has to itself
+    if (own.endpoint() == options.remote) {  // TCP may connect a port to itself if nobody listens there
       attempt_failed(ECONNREFUSED);
       return;
     }
@@ -205,7 +205,7 @@ struct TcpClient::State : std::enable_shared_from_this<State> {
 
 TcpClient::TcpClient(boost::asio::io_context& io, const TcpClientOptions& options, Handlers handlers)
     : state_{std::make_shared<State>(io, options, std::move(handlers))} {
-  // Not from here: an attempt may fail at once, and nobody expects to be called back yet.
+  // Not called directly: the attempt may fail at once, and the caller does not expect a callback yet.
   boost::asio::post(io, [weak = std::weak_ptr{state_}] {
     const auto self = weak.lock();
     if (self && !self->stopped) {

@@ -34,7 +34,7 @@ int listen_at(const Endpoint& local, const TcpOptions& options) {
   }
   // Past connections may still linger in TIME_WAIT; a second listener is refused all the same.
   set_option(socket.get(), SOL_SOCKET, SO_REUSEADDR, 1);
-  // Which its connections inherit.
+  // Connections inherit these options.
   set_dscp(socket.get(), options.dscp);
   set_unicast_ttl(socket.get(), options.unicast_ttl);
   if (const int error = bind_to(socket.get(), local, v6 ? interface_of(local.address) : 0); error != 0) {
@@ -99,7 +99,8 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
       } else if (errno == EAGAIN || errno == EWOULDBLOCK) {
         break;
       } else if (errno != ECONNABORTED && errno != EINTR) {
-        // No descriptors, say. The client still waits, so that waiting for one would not be waiting.
+        // For example, no file descriptor is free. The client is still there, so waiting for the socket would
+        // return at once.
         retry.expires_after(pause_after_error);
         retry.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
           const auto self = weak.lock();
@@ -115,7 +116,7 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
     }
   }
 
-  // Without memory, also in a handler, it is this client that has no connection.
+  // When memory runs out, also in a handler, this client loses its connection and the others stay.
   void accept(Descriptor client, const Endpoint& from) {
     try {
       accept_one(std::move(client), from);
@@ -127,13 +128,13 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
       if (!stopped && clients.contains(from)) {
         closed(from, no_memory_for_a_message);
       }
-    } catch (const std::bad_alloc&) {  // whoever was to be told
+    } catch (const std::bad_alloc&) {  // the handler has no memory either
       clients.erase(from);
     }
   }
 
   void accept_one(Descriptor client, const Endpoint& from) {
-    if (clients.contains(from)) {  // of whose end we have not heard
+    if (clients.contains(from)) {  // the end of the old connection was not seen
       closed(from, "the client connected anew");
       if (stopped) {
         return;  // its handler has destroyed the server
@@ -168,7 +169,7 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
         std::ranges::count_if(clients, [&](const auto& one) { return one.first.address == address; }));
   }
 
-  // For one more of this client, or tells why there is none.
+  // Makes room for one more connection of this client, or reports why there is none.
   bool make_room(const Endpoint& from) {
     const std::size_t own = connections_of(from.address);
     if (own >= options.max_connections_per_address) {
@@ -195,7 +196,8 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
     }
   }
 
-  // For one of an address that has `own`: so each address comes to as many as the others.
+  // Which connection gives way to one of an address that has `own` connections. This gives all addresses an
+  // equal share.
   std::optional<Endpoint> who_gives_way(std::size_t own) {
     const auto now = Clock::now();
     std::size_t most = 0;
@@ -225,7 +227,7 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
         return endpoint;
       }
     }
-    // All are needed: the one that is so for the least time.
+    // All are in use: the one with the most recent activity.
     return by_address ? std::optional{candidates.back().second} : std::nullopt;
   }
 
@@ -239,7 +241,7 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
       if (!error && self && !self->stopped) {
         try {
           self->close_idle();
-        } catch (const std::bad_alloc&) {  // another time
+        } catch (const std::bad_alloc&) {  // later, when there may be memory
           ++self->counters.streams.no_memory;
           self->watch_idle();
         }

@@ -32,7 +32,7 @@ namespace {
 constexpr std::size_t stream_room = 65536;
 constexpr int stream_rounds = 16;                // before other handlers get their turn
 constexpr std::size_t max_slices = 64;           // of one system call
-constexpr std::size_t small_bytes = 4096;        // of a message that is worth a copy to save a system call
+constexpr std::size_t small_bytes = 4096;        // messages up to this size are copied to save a system call
 constexpr std::size_t max_unused_messages = 64;  // places of the queue that are kept for reuse
 constexpr std::size_t message_id_bytes = 4;      // of a header: Service ID and Method ID
 
@@ -42,10 +42,10 @@ struct Outgoing {
   std::size_t head_start = header_bytes;  ///< 0 with a cookie
   std::size_t payload_bytes = 0;
   std::vector<ByteView> payload{};
-  std::vector<std::byte> copy{};  ///< of what is left of it, when nobody else keeps it
+  std::vector<std::byte> copy{};  ///< holds what is left, if nobody else keeps it
   std::shared_ptr<const void> keep_alive{};
-  std::size_t part = 0;    ///< where the next byte is: 0 is the head, 1 the first slice, ...
-  std::size_t offset = 0;  ///< in that part
+  std::size_t part = 0;    ///< part with the next byte: 0 is the head, 1 the first slice, ...
+  std::size_t offset = 0;  ///< position in that part
   bool answer = false;     ///< counts for TcpOptions::max_unread_answer_bytes
 
   [[nodiscard]] bool done() const noexcept { return part > payload.size(); }
@@ -90,7 +90,7 @@ struct Outgoing {
     }
     return bytes;
   }
-  /// Makes what is left our own, in `memory`.
+  /// Copies what is left into `memory`, which the message then owns.
   void copy_rest(std::vector<std::byte> memory) {
     copy = std::move(memory);
     const std::size_t first = part == 0 ? 1 : part;
@@ -144,12 +144,12 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
         std::shared_ptr<CopyPool> pool)
       : descriptor{io, connected.get()},
         message_timer{io},
-        fd{connected.release()},  // which the descriptor closes, also if what follows throws
+        fd{connected.release()},  // the descriptor closes it, also if the code below throws
         own{which},
         options{tcp},
         copies{std::move(pool)},
         queued_bytes{tcp.send_budget},
-        // A message that begins in what was received at once always fits.
+        // A message that lies in one read always fits.
         place{tcp.receive_budget ? tcp.receive_budget : no_bound(),
               std::min(header_bytes + options.max_message_bytes, header_bytes + stream_room),
               [this] { return use_of_memory(); }, [this] { memory_taken(); },
@@ -168,8 +168,8 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
 
   // --- receiving ---
 
-  // Who asks and does not read the answers is not asked for more. Only a server stops: if both ends did, each
-  // could wait for the other.
+  // From a client that does not read its answers no more requests are read. Only a server does this: if both
+  // ends did, each could wait for the other.
   [[nodiscard]] bool answers_are_unread() const noexcept {
     return own == StreamEnd::server && answer_bytes > options.max_unread_answer_bytes;
   }
@@ -209,14 +209,14 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
                             : std::chrono::steady_clock::duration::zero()};
   }
 
-  // Another connection needs it.
+  // Another connection needs the memory.
   void memory_taken() {
     taken = true;
     ++no_memory;
     close_later(no_memory_for_a_message);
   }
 
-  // Twice of what has come, so that a peer only takes memory by filling it.
+  // Twice as much as has been received, so that a peer must fill memory before it gets more.
   bool make_room_for_message() {
     const std::size_t all = parser.held() + parser.waiting();
     if (place.grow(std::min(parser.needed(), std::max(2 * parser.held(), all)))) {
@@ -235,7 +235,8 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     return parser.counters().messages + parser.counters().cookies;
   }
 
-  // The timer is not touched for each message: it looks how long the one under way is when it fires.
+  // The timer is not set anew for each message: when it fires, it checks how long the present message has
+  // taken.
   void watch_message() {
     if (!message_under_way()) {
       return;
@@ -271,9 +272,9 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     });
   }
 
-  // Without memory, also in a handler, it is this connection that ends.
+  // When memory runs out, also in a handler, this connection ends and the others stay.
   bool receive_or_end() {
-    static const std::string why{no_memory_for_a_message};  // which is there when there is no memory
+    static const std::string why{no_memory_for_a_message};  // allocated while there is memory
     try {
       return receive_once();
     } catch (const std::bad_alloc&) {
@@ -281,7 +282,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     }
     try {
       close(why);
-    } catch (const std::bad_alloc&) {  // whoever was to be told
+    } catch (const std::bad_alloc&) {  // the handler has no memory either
       closed = true;
     }
     return false;
@@ -351,7 +352,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
 
   // --- sending ---
 
-  // Sends a message, or queues what of it the system does not take at once. Nothing waits before it.
+  // Sends a message; what the system does not take at once is queued. Only called when the queue is empty.
   void send_now(const Outgoing& head, std::span<const ByteView> payload,
                 std::shared_ptr<const void>&& keep_alive, std::size_t bytes) {
     std::array<iovec, max_slices> parts;
@@ -373,10 +374,10 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     }
   }
 
-  // `sent` bytes of it have left already.
+  // `sent` bytes of the message have left already.
   void enqueue(const Outgoing& head, std::span<const ByteView> payload,
                std::shared_ptr<const void>&& keep_alive, std::size_t bytes, std::size_t sent) {
-    // For all of it, whatever is left: so the next one of this size finds enough.
+    // For the whole message, even if less is left: so the next message of this size can reuse the memory.
     std::vector<std::byte> memory = keep_alive ? std::vector<std::byte>{} : copies->take(head.payload_bytes);
     if (unused.empty()) {
       unused.emplace_front();
@@ -399,7 +400,8 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     queued_bytes.add(bytes - sent);
   }
 
-  // The first of these. Its owner is let go last, and may send another message, or destroy the stream.
+  // Removes the first one. Its owner is released last, because it may send another message or destroy the
+  // stream.
   void dispose_first(std::list<Outgoing>& of) {
     Outgoing& first = of.front();
     answer_bytes -= first.answer ? header_bytes + first.payload_bytes : 0;
@@ -412,7 +414,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     }
   }
 
-  // What is in a segment with a cookie counts as having begun to leave.
+  // Messages in a segment with a cookie count as partly sent.
   Room make_room(const Header& newer, const WaitRule& rule) {
     if (rule.most == 0 || queue.size() < rule.most) {
       return {};
@@ -423,7 +425,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
       return {false, 1};
     }
     std::size_t like_it = 0;
-    std::size_t before = 0;  // bytes of those before it, but for the first one, of which some may have left
+    std::size_t before = 0;  // bytes of those before it, except the first, which may be partly sent
     auto oldest = queue.end();
     for (auto one = queue.begin(); one != queue.end(); ++one) {
       if (one->part == 0 && one->offset == 0 && before >= segment_left && one->has_id_of(id)) {
@@ -453,14 +455,14 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
 
   void pump() {
     if (std::exchange(pumping, true)) {
-      return;  // the owner of a message that has left sends another one: the loop below goes on
+      return;  // called by the owner of a sent message: the loop below goes on
     }
     const auto self = shared_from_this();
     send_what_waits();
     pumping = false;
   }
 
-  // Several messages at a time, until the system takes no more.  [feat_req_someip_702]
+  // Sends several messages with one call, until the system takes no more.  [feat_req_someip_702]
   void send_what_waits() {
     while (!queue.empty() && !broken) {
       std::array<iovec, max_slices> parts;
@@ -479,7 +481,8 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
       auto bytes = static_cast<std::size_t>(sent);
       queued_bytes.remove(bytes);
       segment_left -= std::min(segment_left, bytes);
-      // All that have left are known before an owner is let go, who may have others dropped.
+      // All sent messages are removed first, and only then the owners released, because an owner may have
+      // other messages dropped.
       std::list<Outgoing> done;
       while (!queue.empty()) {
         bytes = queue.front().sent(bytes);
@@ -506,7 +509,8 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     return options.magic_cookies && options.cookie_in_each_segment;
   }
 
-  // Puts what one call is to send into `parts`, of which it uses `used`; returns the flags of the call.
+  // Puts what one system call sends into `parts`, of which `used` are used then; returns the flags of the
+  // call.
   int gather(std::span<iovec> parts, std::size_t& used) {
     const bool segments = by_segment();
     if (segments && segment_left == 0) {
@@ -524,12 +528,12 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
         bytes += part.iov_len;
       }
     }
-    // With "end of record" the system never puts what follows into the same segment; with "more" it awaits
-    // what belongs to it.
+    // After MSG_EOR the system never puts later bytes into the same segment; after MSG_MORE it waits for the
+    // rest of the segment.
     return !segments ? 0 : bytes == segment_left ? MSG_EOR : MSG_MORE;
   }
 
-  // A cookie, and behind it as many whole messages as fit; at least one.  [feat_req_someip_591]
+  // Begins a segment with a cookie and as many whole messages as fit; at least one.  [feat_req_someip_591]
   // [feat_req_someip_592]
   void begin_segment() {
     int most = 0;
@@ -585,7 +589,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   }
 
   void release() {
-    pump_if_ready();  // what has only waited for others still leaves
+    pump_if_ready();  // messages that only waited to be sent together still leave
     closed = true;
     message_timer.cancel();
     boost::system::error_code ignored;
@@ -615,9 +619,9 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   CloseHandler on_closed;
   std::list<Outgoing> queue;
   std::list<Outgoing> unused;
-  std::size_t answer_bytes = 0;  ///< of them, in answers; a message that has begun to leave counts as a whole
+  std::size_t answer_bytes = 0;  ///< bytes of answers in the queue; a partly sent message counts in full
   bool holding_back = false;     ///< nothing is read until some of these have left
-  std::size_t segment_left = 0;  ///< of the segment that is being sent, if each has a cookie
+  std::size_t segment_left = 0;  ///< bytes left of the present segment, if segments begin with cookies
   CookieSchedule cookies;
   std::uint64_t messages_sent = 0;
   std::uint64_t queue_full = 0;
@@ -625,7 +629,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   std::uint64_t timed_out = 0;
   std::uint64_t held_back = 0;
   std::uint64_t no_memory = 0;
-  bool taken = false;    ///< the place: nothing is received any more, and it is about to be closed
+  bool taken = false;    ///< the receive memory: nothing more is received, and the connection is closed soon
   bool pumping = false;  ///< pump() is being called
   bool waiting = false;  ///< for room to send
   bool broken = false;   ///< sending failed: about to be closed
@@ -666,7 +670,7 @@ bool TcpStream::send(const Header& header, std::span<const ByteView> payload,
   Outgoing message;
   message.payload_bytes = payload_bytes;
   const std::size_t most = message.head.size() + payload_bytes;
-  // With the places that messages take: many without payload must not take memory without end.
+  // The places of messages count too, so that messages without payload cannot take unlimited memory.
   const std::size_t waiting = state.queued_bytes.count() + state.queue.size() * sizeof(Outgoing);
   if (most > state.options.max_queued_bytes - std::min(waiting, state.options.max_queued_bytes) ||
       !state.queued_bytes.admits(most)) {
@@ -686,7 +690,7 @@ bool TcpStream::send(const Header& header, std::span<const ByteView> payload,
   }
   message.answer = header.type == MessageType::response || header.type == MessageType::error;
   const std::size_t bytes = message.bytes();
-  // What answers several messages that came together leaves together, but for the first.
+  // Answers to messages that came together leave together, except the first answer.
   const bool wait = state.delivering && std::exchange(state.answered, true) && bytes <= small_bytes;
   try {
     if (state.queue.empty() && !wait && !by_segment) {
@@ -712,9 +716,9 @@ Room TcpStream::make_room(const Header& newer, const WaitRule& rule) {
 void TcpStream::probe() {
   State& state = *state_;
   if (state.closed || state.broken || !state.queue.empty()) {
-    return;  // what is on its way finds it out too
+    return;  // what is being sent finds out as well
   }
-  Outgoing message;  // that is nothing but a cookie
+  Outgoing message;  // only a cookie
   const auto cookie = magic_cookie(state.own);
   std::copy(cookie.begin(), cookie.end(), message.head.begin() + header_bytes);
   state.send_now(message, {}, nullptr, message.bytes());

@@ -18,7 +18,7 @@
 namespace trestle::someip {
 namespace {
 
-// Not what says that a datagram is too large, or that one of its fragments was lost on the way.
+// False for errors about a datagram that is too large, or of which a fragment was lost.
 bool says_unreachable(const sock_extended_err& error) noexcept {
   return (error.ee_origin == SO_EE_ORIGIN_ICMP && error.ee_type == ICMP_DEST_UNREACH &&
           error.ee_code != ICMP_FRAG_NEEDED) ||
@@ -33,7 +33,7 @@ void keep_udp_errors(int fd, bool v6) noexcept {
 
 std::optional<UdpError> next_udp_error(int fd) noexcept {
   SocketAddress receiver;
-  // The error, the address of who sent it, and room for what other options of the socket may add.
+  // The error, the address of its sender, and room for what other socket options may add.
   alignas(cmsghdr) std::array<std::byte, 512> control;
   msghdr message{};
   message.msg_name = receiver.data();

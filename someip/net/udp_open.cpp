@@ -36,7 +36,8 @@ void join_group(int fd, const UdpOptions& options, unsigned interface) {
     fail({*options.join, options.local.port}, "join the multicast group", errno);
   }
   if (!options.join->v6) {
-    // Only groups that this very socket joined, not those of other programs of the host.
+    // Receive only from groups that this socket joined, not from those that other programs of this host
+    // joined.
     set_option(fd, IPPROTO_IP, IP_MULTICAST_ALL, 0);
   }
 }
@@ -82,10 +83,10 @@ unsigned udp_interface(const UdpOptions& options) {
 unsigned follow_interface(int fd, const UdpOptions& options, unsigned before) {
   const unsigned interface = udp_interface(options);
   if (interface == before) {
-    return interface;  // where the system keeps what we joined, also while it is switched off
+    return interface;  // the system keeps our membership there, also while the interface is down
   }
   if (options.join) {
-    change_membership(fd, *options.join, before, false);  // a socket can have but a few
+    change_membership(fd, *options.join, before, false);  // the number of memberships of a socket is limited
     join_group(fd, options, interface);
   }
   send_multicast_from(fd, options, interface);
@@ -104,14 +105,14 @@ int open_udp(const UdpOptions& options) {
     set_option(fd, IPPROTO_IPV6, IPV6_V6ONLY, 1);
   }
   if (options.sharing != PortSharing::exclusive) {
-    // With this the kernel would give us an address that another socket has, and that one's datagrams.
+    // SO_REUSEADDR below would also give us an address that another socket has, together with its datagrams.
     if (options.sharing == PortSharing::by_address && udp_endpoint_in_use(options.local)) {
       fail(options.local, "bind", EADDRINUSE);
     }
     set_option(fd, SOL_SOCKET, SO_REUSEADDR, 1);
-    // Two sockets share a port when both ask for it in the same way. Most stacks ask for SO_REUSEADDR, some,
-    // as pysomeip, for SO_REUSEPORT alone. A group's datagrams reach each socket; those to an address would
-    // be divided among the sockets that have it.
+    // Two sockets share a port when both ask for it in the same way. Most stacks ask for SO_REUSEADDR; some,
+    // such as pysomeip, only for SO_REUSEPORT. Multicast datagrams reach each socket; unicast datagrams would
+    // be divided among the sockets of an address.
     if (options.local.address.is_multicast()) {
       set_option(fd, SOL_SOCKET, SO_REUSEPORT, 1);
     }

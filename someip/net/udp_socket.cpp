@@ -22,13 +22,13 @@
 namespace trestle::someip {
 namespace {
 
-constexpr std::size_t receive_batch = 16;    // datagrams, or trains of datagrams with GRO, a system call
+constexpr std::size_t receive_batch = 16;    // datagrams (with GRO: trains of datagrams) per system call
 constexpr std::size_t receive_room = 65536;  // bytes of each
 constexpr int receive_rounds = 16;           // batches before other handlers get their turn
-constexpr int error_batch = 16;              // errors of sent datagrams that are read in place of a batch
+constexpr int error_batch = 16;              // errors of sent datagrams that are read instead of a batch
 constexpr std::chrono::milliseconds interface_pause{1};  // before a full network interface is tried again
 
-// What the kernel tells beside a datagram.
+// What the kernel reports together with a datagram.
 struct Ancillary {
   /// The size of the datagrams in a train that it joined (UDP_GRO); 0 when it is a single one.
   std::size_t segment_bytes = 0;
@@ -57,7 +57,7 @@ struct Inbox {
       reset(i);
     }
   }
-  // Says how much room there is, where the system has said how much it used.
+  // Sets the sizes of the room again: the system has overwritten them with what it used.
   void reset(std::size_t i) noexcept {
     messages[i].msg_hdr.msg_namelen = sizeof(sockaddr_storage);
     messages[i].msg_hdr.msg_controllen = ancillary_room;
@@ -139,8 +139,8 @@ struct UdpSocket::State : std::enable_shared_from_this<State> {
     }
   }
 
-  // Tells of some errors that are kept. While there are any, the socket counts as readable. False if there
-  // were none.
+  // Reports some of the errors that the system has stored. While it has any, the socket is readable. False if
+  // there were none.
   bool read_errors() {
     bool some = false;
     for (int i = 0; i < error_batch && !closed; ++i) {
@@ -160,7 +160,7 @@ struct UdpSocket::State : std::enable_shared_from_this<State> {
   bool receive_once(bool first) {
     const int received = receive_batch_of(inbox->messages);
     if (received <= 0) {
-      // An error was told in place of datagrams, or it alone is why we were called.
+      // The call returned an error instead of datagrams, or a stored error alone made the socket readable.
       return unreachable && (first || !retry_later(errno)) && read_errors();
     }
     struct Receiving {  // also when a handler throws
@@ -184,7 +184,7 @@ struct UdpSocket::State : std::enable_shared_from_this<State> {
     if (!closed && received_all) {
       received_all();
     }
-    // Whether it was a whole batch; of one datagram at a time nobody knows.
+    // Whether the batch was full; when datagrams are received one by one, more may always wait.
     return !closed && (received == static_cast<int>(receive_batch) || !has_recvmmsg);
   }
 

@@ -13,7 +13,7 @@
 namespace trestle::someip {
 namespace {
 
-// Says how large the datagrams are that the kernel is to cut a message into.
+// Tells the kernel the size of the datagrams into which it cuts a message.
 struct SegmentSize {
   alignas(cmsghdr) std::array<std::byte, CMSG_SPACE(sizeof(std::uint16_t))> control;
 
@@ -30,8 +30,8 @@ struct SegmentSize {
   }
 };
 
-/// Whether the kernel or the device may have no offload for this, or a filter of system calls may forbid it.
-/// If something else is wrong, that will show again when the datagrams are sent singly.
+/// Whether the kernel or the device may lack this offload, or a filter of system calls may forbid it. Any
+/// other fault shows again when the datagrams are sent one by one.
 bool says_no_offload(int error) noexcept {
   return error == EIO || error == EINVAL || error == EMSGSIZE || error == EOPNOTSUPP ||
          error == ENOPROTOOPT || error == EPERM;
@@ -108,7 +108,7 @@ UdpTransmitter::Batch UdpTransmitter::send_segments(const Endpoint& to, std::spa
 UdpTransmitter::Batch UdpTransmitter::send_trains(std::span<const Train> trains) {
   Batch sum;
   while (!trains.empty()) {
-    // Each train is one message to the system, if it can cut it, else each datagram is.
+    // Each train is one message for the system if it can cut the train, otherwise each datagram is one.
     std::array<SegmentSize, max_datagrams> sizes;
     std::array<std::uint8_t, max_datagrams> datagrams;
     std::array<std::uint8_t, max_datagrams> train_of;
@@ -140,7 +140,7 @@ UdpTransmitter::Batch UdpTransmitter::send_trains(std::span<const Train> trains)
       return sum;
     }
     trains = trains.subspan(train_of[batch.sent]);
-    note_refusal(trains.front().peer.address);  // so that it goes the other way now
+    note_refusal(trains.front().peer.address);  // so that it is sent as single datagrams now
   }
   return sum;
 }
@@ -204,7 +204,7 @@ bool UdpTransmitter::offload_for(const IpAddress& receiver) {
     --known->trains_left;
     return false;
   }
-  return true;  // has it again, or is noted anew
+  return true;  // the offload works again, or the refusal is noted anew
 }
 
 void UdpTransmitter::note_refusal(const IpAddress& receiver) {

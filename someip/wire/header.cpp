@@ -24,8 +24,8 @@ std::optional<WireError> read(ByteView bytes, Message& message) noexcept {
   if (in.failed()) {
     return WireError::truncated;
   }
-  // Length counts from the Request ID on, so half of the header is inside it [feat_req_someip_77].
-  // Asking first keeps the subtraction from wrapping.  [feat_req_someip_798]
+  // Length counts from the Request ID on, so it includes half of the header  [feat_req_someip_77]. This check
+  // keeps the subtraction from wrapping.  [feat_req_someip_798]
   if (length < length_covered_header_bytes) {
     return WireError::bad_length;
   }

@@ -30,7 +30,7 @@ std::string_view as_text(ByteView utf8) noexcept {
 
 std::optional<DataId> PayloadReader::next_member() noexcept {
   const std::size_t start = position_;
-  if (member_) {  // nobody read the one before
+  if (member_) {  // the previous member was not read
     const std::optional<std::size_t> number = number_bytes(*member_);
     if (number) {
       member_.reset();
@@ -168,7 +168,7 @@ PayloadReader::Union PayloadReader::begin_union(std::uint32_t members, std::size
   Union result;
   std::size_t size = longest;
   const bool tagged = member_.has_value();
-  if (tagged) {  // its length field is the tag's, so it counts the type field too
+  if (tagged) {  // the tag's length field is used, which counts the type field too
     result.open = begin(FieldWidth::none, true, false);
   } else if (rules_.union_length_first && rules_.union_length != FieldWidth::none) {
     size = field(rules_.union_length);

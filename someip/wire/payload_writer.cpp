@@ -7,7 +7,7 @@
 
 namespace trestle::someip {
 PayloadWriter& PayloadWriter::tagged(DataId id) noexcept {
-  // Padding behind one member would be taken for the tag of the next.
+  // Receivers would take padding behind a member for the next tag.
   if (tag_ || static_cast<std::uint16_t>(id) > max_data_id || rules_.alignment > 1) {
     fail(WireError::bad_tag);
   }
@@ -47,7 +47,7 @@ void PayloadWriter::string(std::string_view text, StringEncoding encoding) noexc
 }
 
 void PayloadWriter::fixed_string(std::string_view text, std::size_t size) noexcept {
-  // Only a length field tells those who don't know the member where it ends.
+  // Only a length field tells receivers that do not know the member where it ends.
   const std::optional<Open> member = tag_ ? std::optional{begin_tagged()} : std::nullopt;
   const std::size_t start = position_;
   put_text(text, rules_.string_encoding);
@@ -171,7 +171,7 @@ void PayloadWriter::end(const Open& element) noexcept {
   in_array_ = element.is_element_;
   const std::size_t size = position_ - element.contents_at_;
   put_field(element.shrinks_ ? shrink(element) : element.length_, size, WireError::bad_length);
-  // Alignment counts from the start of the message, so the header takes part.  [feat_req_someip_711]
+  // Alignment counts from the start of the message, so it includes the header.  [feat_req_someip_711]
   const std::size_t unit = std::max<std::size_t>(rules_.alignment, 1);
   const std::size_t beyond = (header_bytes + position_) % unit;
   if (element.variable_ && beyond != 0) {

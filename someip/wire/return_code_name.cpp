@@ -5,7 +5,7 @@
 namespace trestle::someip {
 
 std::string_view name_of(ReturnCode code) noexcept {
-  // Up to E_WRONG_MESSAGE_TYPE the Open SOME/IP Specification's, then AUTOSAR's for the same protocol.
+  // Names up to E_WRONG_MESSAGE_TYPE are from the Open SOME/IP Specification, later ones from AUTOSAR.
   constexpr std::array<std::string_view, 16> names{"E_OK",
                                                    "E_NOT_OK",
                                                    "E_UNKNOWN_SERVICE",

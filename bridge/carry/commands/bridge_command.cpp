@@ -41,7 +41,7 @@ void print_counters(const Bridge& bridge, Report& report) {
   std::fflush(stdout);
 }
 
-/// The bridge of a configuration, which can be replaced by that of another one.
+/// Runs the bridge of a configuration, and can replace it by the bridge of another one.
 class Runner {
  public:
   Runner(boost::asio::io_context& io, const Options& options, BridgeConfig config)
@@ -56,7 +56,8 @@ class Runner {
     bridge_->stop();
   }
 
-  /// Reads the configuration and the message types anew. With what is wrong the bridge goes on as it was.
+  /// Reads the configuration and the message types anew. If something is wrong with them, the bridge goes on
+  /// as before.
   void reload() {
     auto changed = load_or_explain(file_);
     if (!changed) {
@@ -66,7 +67,7 @@ class Runner {
     spdlog::info("{} was read again: beginning anew", file_);
     show();
     bridge_->stop();
-    bridge_.reset();  // it has the sockets
+    bridge_.reset();  // frees the sockets for the new bridge
     const BridgeConfig before = std::exchange(config_, std::move(*changed));
     try {
       start();
@@ -78,12 +79,12 @@ class Runner {
     }
   }
 
-  /// Of the configuration that is carried out now.
+  /// The value in the present configuration.
   [[nodiscard]] const Duration& busy_poll() const noexcept { return config_.someip.busy_poll; }
 
  private:
   void start() {
-    // As the files of the types may have changed, they are read again too.
+    // The files of the types are read again too, because they may have changed.
     messages::TypeLibrary types{{config_.type_paths.begin(), config_.type_paths.end()},
                                 messages::ament_prefixes()};
     bridge_ = std::make_unique<Bridge>(io_, config_, types, report_);
@@ -113,7 +114,7 @@ int run(const Options& options) {
   boost::asio::io_context io{1};
   std::optional<Runner> runner;
   const bool has_terminal = isatty(STDERR_FILENO) != 0;
-  // Before the bridge, whose DDS starts threads.
+  // Before the bridge, because its DDS starts threads.
   const cli::OnSignal signals{io, {SIGINT, SIGTERM, SIGUSR1, SIGHUP}, [&](int signal) {
                                 const bool terminal_gone =
                                     signal == SIGHUP && has_terminal && isatty(STDERR_FILENO) == 0;

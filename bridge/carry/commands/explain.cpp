@@ -61,7 +61,7 @@ std::string explain(const std::vector<documents::Problem>& problems, std::string
     if (at - problems.begin() >= shown_max) {
       continue;
     }
-    // The severity is what to_string() has between the place and the text.
+    // In the result of to_string() the severity stands between the place and the text.
     const std::string severity = is_error ? "error: " : "warning: ";
     std::string message = to_string(problem);
     message.insert(message.size() - problem.text.size(), colours.off);
@@ -93,7 +93,7 @@ std::optional<BridgeConfig> load_or_explain(const std::string& file) {
     return TypeVerdict{messages::check_type(use.type, paths, rules),
                        messages::check_lengths(use.type, paths, rules)};
   });
-  // Those of the file itself, then those of the lock file that it names.
+  // Problems of the file itself, then those of the lock file that it names.
   const std::vector<documents::Problem>& problems = loaded ? loaded->warnings : loaded.error();
   for (auto begin = problems.begin(); begin != problems.end();) {
     const auto end = std::find_if(begin, problems.end(), [&](const documents::Problem& problem) {

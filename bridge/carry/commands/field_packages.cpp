@@ -9,7 +9,7 @@
 namespace trestle::carry {
 namespace {
 
-/// A package with the services of values that one other package has.
+/// A package of services that get and set values with types of one other package.
 struct Package {
   std::string of;  ///< "std_msgs"
   std::set<std::string> services;
@@ -65,7 +65,7 @@ std::map<std::string, std::string> field_packages(const BridgeConfig& config) {
     const auto service = messages::interface_name(method.type);
     const auto value = messages::interface_name(method.value_type);
     if (!service || !value) {
-      continue;  // the configuration is good: both are names
+      continue;  // not reached: in a good configuration both are names
     }
     Package& package = packages[service->package];
     package.of = value->package;

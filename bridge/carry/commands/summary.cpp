@@ -91,7 +91,7 @@ std::string describe(const TpSettings& tp) {
                      documents::bytes_to_string(tp.max_message));
 }
 
-/// @param pattern  whose settings these are, or nothing.
+/// @param pattern  the pattern to which the settings belong, or null.
 std::string describe(const QosSettings& qos, const TopicPattern* pattern = nullptr) {
   const bool is_locked = pattern != nullptr && pattern->route.direction == Direction::someip_to_dds;
   const bool reliability_follows = qos.reliability_as_published;
@@ -134,8 +134,8 @@ std::string describe_from(const std::vector<IpAddress>& bridges) {
   return text;
 }
 
-/// @param is_checked  else only protected.
-/// @param is_protected  also, in answers or requests.
+/// @param is_checked  received messages are checked.
+/// @param is_protected  sent messages are protected.
 std::string describe(const E2eSettings& e2e, bool is_protected, bool is_checked) {
   constexpr std::array names{"1", "2", "4", "4m", "5", "6", "7", "7m", "8", "11", "22", "44", "44m"};
   std::string text = fmt::format("profile {}", names.at(e2e.profile.index()));
@@ -169,7 +169,7 @@ std::string describe(const E2eSettings& e2e, bool is_protected, bool is_checked)
   return text;
 }
 
-/// What few have, a line each.
+/// Rarely used settings, one line each.
 std::string describe_more(const DdsSettings& dds) {
   std::string text;
   if (!dds.profiles.empty()) {
@@ -261,7 +261,7 @@ PatternRow row(const TopicPattern& pattern, const BridgeConfig& config) {
           outbound ? fmt::format("{} of {}", locked, pattern.max_routes) : fmt::format("{}", locked)};
 }
 
-/// What is locked and has no row of its own as a route.
+/// A topic of the lock file that has no row of its own as a route.
 using LockedRow = std::array<std::string, 4>;
 
 LockedRow row(const LockedTopic& locked, const BridgeConfig& config) {
@@ -270,7 +270,7 @@ LockedRow row(const LockedTopic& locked, const BridgeConfig& config) {
           pattern != nullptr ? pattern->topics : "none: reserved", locked.type};
 }
 
-/// The settings of routes, and of what is going to be made by patterns.
+/// The routes, and for each pattern a route with the settings of those that it will make.
 std::vector<Route> with_patterns(const BridgeConfig& config) {
   std::vector<Route> routes = config.routes;
   for (const TopicPattern& pattern : config.patterns) {
@@ -335,7 +335,7 @@ std::string describe(const MethodRoute& method) {
                      method.max_calls, form_names[static_cast<std::size_t>(method.form)]);
 }
 
-/// Services whose types no package has yet: ROS nodes need them to call these.
+/// Services whose types are made by the bridge: no package has them yet, and ROS nodes need them for calls.
 void append_made_services(std::string& out, const BridgeConfig& config, const cli::Colours& colours) {
   std::map<std::string, std::vector<std::string>> made;
   for (const MethodRoute& method : config.methods) {
@@ -350,7 +350,7 @@ void append_made_services(std::string& out, const BridgeConfig& config, const cl
   }
 }
 
-/// As append_settings() of routes.
+/// Like append_settings() for routes.
 void append_method_settings(std::string& out, const char* title, const std::vector<MethodRoute>& methods,
                             const cli::Colours& colours,
                             const std::function<std::string(const MethodRoute&)>& describe_method) {

@@ -22,7 +22,7 @@ std::string instance_name(const Route& route) {
   return fmt::format("service 0x{:04x} instance 0x{:04x}", value(route.service), value(route.instance));
 }
 
-/// The first route that has the same key, or nothing after remembering this one.
+/// Finds the first route that has the same key; if there is none, remembers this one.
 template <typename Key>
 class Firsts {
  public:
@@ -59,7 +59,8 @@ void topics(const std::vector<RouteInFile>& routes, documents::Problems& problem
   }
 }
 
-/// An event comes from one topic or goes to one. A bridge that receives its own event would do so for ever.
+/// An event comes from one topic or goes to one topic. A bridge that receives its own event would send it
+/// round for ever.
 void events(const std::vector<RouteInFile>& routes, documents::Problems& problems) {
   Firsts<std::tuple<someip::ServiceId, someip::InstanceId, someip::MethodId>> firsts;
   for (const RouteInFile& in_file : routes) {
@@ -103,7 +104,8 @@ void instances(const std::vector<RouteInFile>& routes, documents::Problems& prob
   }
 }
 
-/// Routes of one eventgroup are sent alike. Where a route says nothing, what another says counts.
+/// All routes of one eventgroup are sent in the same way. If a route says nothing, the setting of another
+/// route of the group counts.
 void eventgroups(const std::vector<RouteInFile>& routes, bool ipv6, documents::Problems& problems) {
   Firsts<std::tuple<someip::ServiceId, someip::InstanceId, someip::EventgroupId>> firsts;
   for (const RouteInFile& in_file : routes) {
@@ -146,7 +148,7 @@ void ports(const std::vector<RouteInFile>& routes, std::uint16_t sd_port, docume
             fmt::format("port: {} is used the other way ({}) by the route in line {}; take two ports",
                         route.port, to_string(there.direction), there.mark.line));
       } else if (same_service && there.instance != route.instance) {
-        // Messages name the service but not the instance: only the port tells these apart.
+        // Messages name the service but not the instance: only the port distinguishes instances.
         // [feat_req_someip_445]
         problems.error(
             mark(in_file, "port"),
@@ -181,10 +183,11 @@ void report_diagnostics_conflicts(const std::vector<RouteInFile>& routes,
   for (const RouteInFile& in_file : routes) {
     if (published && has(in_file, {"topic", "type"}) && in_file.route.topic == diagnostics.topic &&
         in_file.route.type != "diagnostic_msgs/msg/DiagnosticArray") {
-      problems.error(mark(in_file, "type"),
-                     fmt::format("type: {} is where the diagnostics of this bridge are published: it has "
-                                 "diagnostic_msgs/msg/DiagnosticArray (see `diagnostics: topic`)",
-                                 diagnostics.topic));
+      problems.error(
+          mark(in_file, "type"),
+          fmt::format("type: {} is where the diagnostics of this bridge are published, so it must be "
+                      "diagnostic_msgs/msg/DiagnosticArray (see `diagnostics: topic`)",
+                      diagnostics.topic));
     }
   }
 }

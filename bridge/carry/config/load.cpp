@@ -120,7 +120,7 @@ bool is_link_local(const IpAddress& address) {
 void load_someip(const YAML::Node& node, SomeipSettings& into, documents::Problems& problems) {
   documents::Section someip{node, "someip", problems};
   auto unicast = documents::ip_address();
-  unicast.expected = "this host's own IPv4 or IPv6 address, which services are offered at";
+  unicast.expected = "this host's own IPv4 or IPv6 address, at which services are offered";
   unicast.read = [read = std::move(unicast.read)](std::string_view text) {
     const auto address = read(text);
     return address && !address->is_multicast() ? address : std::nullopt;
@@ -176,7 +176,7 @@ void load_types(const YAML::Node& node, const std::string& file, std::vector<std
 }
 
 std::vector<RouteInFile> load_routes(documents::Section& section, documents::Problems& problems) {
-  // One of the lists has to be there.
+  // At least one of the lists is required.
   const bool required = section.is_missing("methods") && section.is_missing("fields") &&
                         section.is_missing("actions") && section.is_missing("patterns");
   const std::vector<YAML::Node> nodes = required ? section.required_list("routes", "a list of routes")
@@ -204,7 +204,7 @@ std::vector<MethodInFile> load_methods(documents::Section& section, documents::P
   return methods;
 }
 
-/// A field is what it is made of from here on.
+/// From here on a field is only its methods and its route.
 void load_fields(documents::Section& section, std::vector<RouteInFile>& routes,
                  std::vector<MethodInFile>& methods, documents::Problems& problems) {
   std::size_t count = 0;
@@ -221,7 +221,7 @@ void load_fields(documents::Section& section, std::vector<RouteInFile>& routes,
   }
 }
 
-/// An action is what it is made of from here on.
+/// From here on an action is only its methods and routes.
 void load_actions(documents::Section& section, std::vector<RouteInFile>& routes,
                   std::vector<MethodInFile>& methods, documents::Problems& problems) {
   for (const YAML::Node& node : section.list("actions", "a list of actions")) {
@@ -249,7 +249,7 @@ std::vector<PatternInFile> load_patterns(documents::Section& section, documents:
   return patterns;
 }
 
-/// Reads what the patterns found before; what is wrong with it goes to `lock_problems`, of that file.
+/// Reads what the patterns found in earlier runs; problems of the lock file go to `lock_problems`.
 void load_lock_file(documents::Section& section, BridgeConfig& config, documents::Problems& problems,
                     std::vector<documents::Problem>& lock_problems) {
   std::string name;
@@ -332,9 +332,9 @@ void load_root(const YAML::Node& root, BridgeConfig& config, const TypeCheck& ch
     report_lock_conflicts(config, routes, methods, of_lock);
     std::ranges::move(locked_routes(config, routes, check_type, of_lock), std::back_inserter(routes));
     if (of_lock.has_errors()) {
-      problems.error(section.value_mark("lock_file"),
-                     fmt::format("lock_file: {} does not go with this configuration",
-                                 documents::quote(config.lock_file)));
+      problems.error(
+          section.value_mark("lock_file"),
+          fmt::format("lock_file: {} does not match this configuration", documents::quote(config.lock_file)));
     }
     lock_problems = of_lock.take();
   }

@@ -14,11 +14,11 @@ namespace {
 /// What the parts of an action have in common.
 struct Common {
   std::string name;
-  std::string package;  ///< of its type: "nav2_msgs/action/"
-  std::string type;     ///< and the rest: "NavigateToPose"
+  std::string package;  ///< of the action type: "nav2_msgs/action/"
+  std::string type;     ///< the rest of the type: "NavigateToPose"
   Server server = Server::someip;
   Transport transport = Transport::udp;
-  bool any_transport = true;  ///< none was given
+  bool any_transport = true;  ///< no transport was given
   std::map<std::string, documents::Mark, std::less<>> good;
   MethodRoute method;  ///< ids, version, port and rules
   Duration result_timeout = std::chrono::hours{1};
@@ -37,7 +37,7 @@ void load_action_endpoint(documents::Section& section, Common& common, documents
   } else if (section.read("port", port, common.method.port) && common.good.contains("server")) {
     problems.error(
         section.use_mark("port"),
-        "port: is where we offer an action, with server: ros; the offer of a SOME/IP server names its own");
+        "port: is where we offer an action, with server: ros; a SOME/IP server names its port in its offer");
   }
   if (section.read("offer", documents::one_of<bool>({{"while_served", false}, {"always", true}}),
                    common.method.offer_always) &&
@@ -73,7 +73,7 @@ RouteInFile route_of(const Common& common, const char* name, const std::string& 
   route.port = common.method.port;
   route.rules = common.method.rules;
   route.tp = common.method.tp;
-  // ROS clients tell by the topics, too, whether the server is there.
+  // ROS clients also see from the topics whether the server is there.
   route.presence.offer_while_published = common.server == Server::ros && !common.method.offer_always;
   route.presence.write_while_offered = common.server == Server::someip;
   route.from_bridges = common.method.from_bridges;
@@ -81,7 +81,7 @@ RouteInFile route_of(const Common& common, const char* name, const std::string& 
   return result;
 }
 
-/// Ids by name: each must be there.
+/// Reads ids by their names; each one is required.
 template <typename Into>
 void load_ids(documents::Section& section, const char* key, std::uint64_t min, std::uint64_t max,
               documents::Problems& problems, std::initializer_list<std::pair<const char*, Into>> names) {
@@ -129,7 +129,7 @@ ActionInFile load_action(const YAML::Node& node, documents::Problems& problems) 
         return messages::is_topic_name(text) ? std::optional<std::string>{text} : std::nullopt;
       }};
   if (require("action", name, common.name)) {
-    // What the parts are called is made of it.
+    // The names of the parts are made from it.
     common.good.emplace("ros_service", section.use_mark("action"));
     common.good.emplace("topic", section.use_mark("action"));
   }
@@ -178,7 +178,7 @@ ActionInFile load_action(const YAML::Node& node, documents::Problems& problems) 
                        route_of(common, "status", "action_msgs/msg/GoalStatusArray")}};
   auto& [send_goal, cancel_goal, get_result] = action.methods;
   auto& [feedback, status] = action.routes;
-  get_result.method.timeout = common.result_timeout;  // the answer comes when the goal has ended
+  get_result.method.timeout = common.result_timeout;  // the answer comes only when the goal has ended
   status.route.qos = {.reliable = true, .transient_local = true, .depth = 1};
   load_ids<MethodInFile*>(
       section, "methods", 0x0001, 0x7fff, problems,
@@ -196,7 +196,7 @@ ActionInFile load_action(const YAML::Node& node, documents::Problems& problems) 
                  "actions with server: someip", feedback.route.presence, problems);
   status.route.presence.subscribe_while_read = feedback.route.presence.subscribe_while_read;
   load_multicast(section, feedback, problems);
-  status.route.multicast = feedback.route.multicast;  // of the eventgroup, which they share
+  status.route.multicast = feedback.route.multicast;  // both are in the same eventgroup
   section.finish();
   return action;
 }

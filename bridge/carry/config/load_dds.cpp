@@ -85,7 +85,7 @@ documents::Format<std::vector<DiscoveryServer>> discovery_servers() {
       "addresses of discovery servers such as 10.0.0.1:11811, [fd00::1]:11811 or host:11811 (several with "
       "';' between them)",
       [](std::string_view text) -> std::optional<std::vector<DiscoveryServer>> {
-        constexpr std::size_t servers_max = 256;  // as many have a number
+        constexpr std::size_t servers_max = 256;  // this many servers have an id
         std::vector<DiscoveryServer> servers;
         for (bool more = true; more;) {
           const std::size_t end = std::min(text.find(';'), text.size());
@@ -106,7 +106,7 @@ documents::Format<std::vector<DiscoveryServer>> discovery_servers() {
 
 namespace {
 
-/// A path that is meant from the configuration's folder; an absolute one stays as it is.
+/// A path relative to the folder of the configuration; an absolute path stays as it is.
 std::filesystem::path beside(const std::string& file, const std::string& path) {
   return (std::filesystem::path{file}.parent_path() / path).lexically_normal();
 }
@@ -129,7 +129,7 @@ void load_security(const YAML::Node& node, const std::string& file, SecuritySett
   security.finish();
 }
 
-/// The names of what in a file of profiles are profiles of readers and writers.
+/// The names of the profiles of readers and writers in a file of profiles.
 std::vector<std::string> endpoint_profiles(const std::filesystem::path& file) {
   std::vector<std::string> names;
   tinyxml2::XMLDocument document;
@@ -167,7 +167,7 @@ void load_profiles(documents::Section& dds, const std::string& file, DdsSettings
         problems.warning(
             dds.value_mark("profiles"),
             fmt::format(
-                "profiles: {} of readers and writers: not used, as these have the `qos` of their routes",
+                "profiles: {} of readers and writers: not used, because these have the `qos` of their routes",
                 fmt::join(unused, ", ")));
       }
     } else {
@@ -177,7 +177,7 @@ void load_profiles(documents::Section& dds, const std::string& file, DdsSettings
   }
   if (dds.read("profile", documents::any_text("the name of a participant profile"), into.profile) &&
       dds.is_missing("profiles")) {
-    problems.error(dds.value_mark("profile"), "profile: needs 'profiles', the file that it stands in");
+    problems.error(dds.value_mark("profile"), "profile: needs 'profiles', the file that contains it");
   }
 }
 

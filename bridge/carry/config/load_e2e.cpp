@@ -27,8 +27,8 @@ void load_sequence(documents::Section& section, e2e::EarlySequence& into) {
                into.behavior);
 }
 
-// The keys have the names of the fields: what a profile does not have is an unknown key. What a value has to
-// be is judged when all of them are known.
+// The keys have the names of the fields: a field that the profile does not have is an unknown key. Values are
+// checked when all of them are known.
 template <typename Profile>
 void load_profile(documents::Section& section, bool payload_only, Profile& into,
                   documents::Problems& problems) {
@@ -115,7 +115,7 @@ void load_state_machine(const YAML::Node& node, e2e::StateMachineConfig& into,
   }
 }
 
-// What the bytes of a message then look like must be possible.
+// Checks that a message can have the layout that results from the settings.
 void check_layout(const documents::Section& section, const E2eSettings& settings,
                   documents::Problems& problems) {
   const auto layout = e2e::make_layout(settings.profile);
@@ -145,7 +145,7 @@ documents::Format<e2e::Config> event_profile() {
                                          {"44", e2e::Profile44{}}});
 }
 
-// 4m, 7m and 44m tell requests from answers.
+// Profiles 4m, 7m and 44m distinguish requests from answers.
 documents::Format<e2e::Config> method_profile() {
   const auto with_m = documents::one_of<e2e::Config>(
       {{"4m", e2e::Profile4m{}}, {"7m", e2e::Profile7m{}}, {"44m", e2e::Profile44m{}}});
@@ -162,7 +162,7 @@ bool has_source_id(const e2e::Config& profile) {
          std::holds_alternative<e2e::Profile44m>(profile);
 }
 
-/// @param refused  what becomes of a key that only receivers have, else nothing.
+/// @param refused  called for each given key that only receivers have; reports it if it is not allowed.
 std::optional<E2eSettings> load_settings(documents::Section& section,
                                          const documents::Format<e2e::Config>& profiles,
                                          const std::function<void(const char*)>& refused,
@@ -190,7 +190,7 @@ std::optional<E2eSettings> load_settings(documents::Section& section,
     }
   }
   section.finish();
-  if (!problems.has_errors()) {  // else it may be about what was not read
+  if (!problems.has_errors()) {  // otherwise the problem may be a value that was not read
     check_layout(section, settings, problems);
   }
   return settings;
@@ -217,7 +217,7 @@ std::optional<E2eSettings> load_method_e2e(const YAML::Node& node, std::optional
     if (known == Server::ros && std::string_view{key} == "source_id") {
       problems.error(
           section.use_mark(key),
-          "source_id: identifies the caller, with server: someip; answers have that of their request");
+          "source_id: identifies the caller, with server: someip; an answer has the id of its request");
     }
   };
   return load_settings(section, method_profile(), refused, problems);

@@ -10,7 +10,7 @@
 namespace trestle::carry {
 namespace {
 
-/// What the parts of a field have in common.
+/// The keys that all parts of a field share.
 struct FieldKeys {
   std::string topic;
   std::string type;
@@ -25,13 +25,13 @@ struct FieldKeys {
   [[nodiscard]] bool is_of(Server server) const { return good.contains("server") && method.server == server; }
 };
 
-/// What the getter and the setter have each.
+/// The keys that the getter and the setter each have.
 struct AccessKeys {
   messages::FieldAccess access;
   const char* id;
   const char* service;
   const char* type;
-  const char* suffix;  ///< of the service, where it has no name
+  const char* suffix;  ///< for the name of the service, if none is given
 };
 constexpr AccessKeys getter_keys{messages::FieldAccess::get, "getter", "get_service", "get_type", "/get"};
 constexpr AccessKeys setter_keys{messages::FieldAccess::set, "setter", "set_service", "set_type", "/set"};
@@ -50,7 +50,7 @@ void load_field_endpoint(documents::Section& section, FieldKeys& field, document
   } else if (section.read("port", port, field.method.port) && field.good.contains("server")) {
     problems.error(
         section.use_mark("port"),
-        "port: is where we offer a field, with server: ros; the offer of a SOME/IP server names its own");
+        "port: is where we offer a field, with server: ros; a SOME/IP server names its port in its offer");
   }
   if (section.read("offer", documents::one_of<bool>({{"while_served", false}, {"always", true}}),
                    field.method.offer_always) &&
@@ -75,7 +75,7 @@ std::optional<RouteInFile> load_notifier(documents::Section& section, const Fiel
     for (const char* key : {"eventgroup", "multicast", "subscribe"}) {
       if (!section.is_missing(key)) {
         problems.error(section.use_mark(key),
-                       std::string{key} + ": is that of the `event`, which is missing");
+                       std::string{key} + ": belongs to the `event`, which is missing");
       }
     }
     return std::nullopt;
@@ -111,8 +111,8 @@ std::optional<RouteInFile> load_notifier(documents::Section& section, const Fiel
   return result;
 }
 
-/// The getter or setter as a method, if it is one.
-/// @param notifier  which answers a getter that has no service.
+/// The getter or setter as a method, if there is one.
+/// @param notifier  its route answers a getter that has no service.
 std::optional<MethodInFile> load_access(documents::Section& section, const AccessKeys& keys,
                                         const FieldKeys& field, RouteInFile* notifier,
                                         documents::Problems& problems) {
@@ -132,7 +132,7 @@ std::optional<MethodInFile> load_access(documents::Section& section, const Acces
   for (const char* key : {keys.service, keys.type}) {
     if (!has_id && !section.is_missing(key)) {
       problems.error(section.use_mark(key),
-                     std::string{key} + ": is that of the `" + keys.id + "`, which is missing");
+                     std::string{key} + ": belongs to the `" + keys.id + "`, which is missing");
     }
   }
   if (!has_id) {
@@ -158,7 +158,7 @@ std::optional<MethodInFile> load_access(documents::Section& section, const Acces
     result.good.emplace("ros_service", section.use_mark("topic"));
     if (section.is_missing(keys.service) && !messages::is_topic_name(method.ros_service)) {
       problems.error(section.use_mark("topic"),
-                     std::string{"topic: is too long for the service that is called like it, with "} +
+                     std::string{"topic: is too long for the service that is named after it, with "} +
                          keys.suffix + "; give it another name by `" + keys.service + "`");
     }
   }
@@ -227,7 +227,8 @@ FieldInFile load_field(const YAML::Node& node, documents::Problems& problems) {
                      std::string{"e2e: has settings of the `"} + key + "`, which is missing");
     }
   }
-  // Who refuses a value says no more than that: getter or notifier tell what ROS is answered with.
+  // A server that refuses a value says no more than that: the getter or the notifier gives the value for the
+  // answer to ROS.
   if (!result.methods.empty() && method.server == Server::someip) {
     MethodRoute& last = result.methods.back().method;
     if (result.methods.size() == 2) {

@@ -28,7 +28,7 @@ void load_method_endpoint(documents::Section& section, MethodInFile& into, docum
   } else if (section.read("port", port, method.port)) {
     problems.error(
         section.use_mark("port"),
-        "port: is where we offer a method, with server: ros; the offer of a SOME/IP server names its own");
+        "port: is where we offer a method, with server: ros; a SOME/IP server names its port in its offer");
   }
 }
 

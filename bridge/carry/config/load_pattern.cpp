@@ -8,7 +8,7 @@
 namespace trestle::carry {
 namespace {
 
-/// Also with the name that topics have on the DDS wire: "rt/sensing/**".
+/// Also accepts the names of topics in DDS: "rt/sensing/**".
 documents::Format<std::string> topic_pattern() {
   return {
       "a pattern of topics such as /sensing/** (absolute; * stands for one level or a part of it, ** for "

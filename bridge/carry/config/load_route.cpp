@@ -29,7 +29,7 @@ void load_group(const YAML::Node& node, const Route& route, bool direction_is_go
                  settings.threshold);
   multicast.finish();
   if (route.direction != Direction::dds_to_someip && direction_is_good) {
-    problems.error(key, "multicast: the server names the group; of a route from SOME/IP it cannot be set");
+    problems.error(key, "multicast: the server names the group; a route from SOME/IP cannot set it");
   } else if (route.transport != Transport::udp) {
     problems.error(key, "multicast: needs transport: udp");
   } else if (has_address && has_port) {
@@ -97,13 +97,13 @@ void load_transport(documents::Section& section, const documents::Format<Transpo
   section.read("transport", format, route.transport);
   if (route.transport == Transport::tcp && route.direction == Direction::someip_to_dds && route.port != 0) {
     problems.error(section.use_mark("port"),
-                   "port: of a TCP connection to a server, the system chooses ours");
+                   "port: the system chooses our port of a TCP connection to a server");
   }
 }
 
 void load_carriage(documents::Section& section, RouteInFile& into, documents::Problems& problems) {
   Route& route = into.route;
-  // The port of a service is part of its offer; that of a client is nobody's business.
+  // The port of a service is part of its offer, so it is required; that of a client is not.
   const auto port = documents::as<std::uint16_t>(documents::whole_number(1, 65535));
   if (route.direction == Direction::dds_to_someip && into.good.contains("direction")) {
     if (section.require("port", port, route.port)) {
@@ -125,7 +125,7 @@ void load_carriage(documents::Section& section, RouteInFile& into, documents::Pr
 
 void load_qos(const YAML::Node& node, QosSettings& settings, bool can_follow, documents::Problems& problems) {
   documents::Section qos{node, "qos", problems};
-  // Nothing: as published.
+  // No value means: as published.
   const auto read = [&](const char* key, const documents::Format<std::optional<bool>>& format, bool& value,
                         bool& follows) {
     std::optional<bool> given;
@@ -156,7 +156,7 @@ void load_qos(const YAML::Node& node, QosSettings& settings, bool can_follow, do
   qos.read("liveliness", documents::one_of<bool>({{"automatic", false}, {"manual_by_topic", true}}),
            settings.manual_liveliness);
   qos.read("liveliness_lease", time, settings.liveliness_lease);
-  // What is transient local is reliable, and what is best effort is volatile.
+  // Transient local implies reliable, and best effort implies volatile.
   settings.reliability_as_published = settings.reliability_as_published && !settings.transient_local;
   settings.durability_as_published = settings.durability_as_published && settings.reliable;
   if (settings.transient_local && !settings.reliable) {
@@ -191,7 +191,7 @@ void load_subscribe(documents::Section& section, bool is_right, const char* whom
 
 void load_from_bridges(documents::Section& section, bool is_right, const char* whom,
                        std::vector<IpAddress>& into, documents::Problems& problems) {
-  constexpr std::size_t most = 8;  // they are told by discovery, with each reader and writer
+  constexpr std::size_t most = 8;  // discovery announces them with each reader and writer
   std::vector<documents::Mark> marks;
   section.read_list("from_bridges", documents::ip_address(), into, marks);
   if (section.is_missing("from_bridges")) {
@@ -230,7 +230,8 @@ RouteInFile load_route(const YAML::Node& node, documents::Problems& problems) {
           documents::one_of<Direction>(
               {{"dds_to_someip", Direction::dds_to_someip}, {"someip_to_dds", Direction::someip_to_dds}}),
           route.direction);
-  // [feat_req_someip_627]: 0x0000 and 0xffff name no service; 0xfffe is kept for what is not SOME/IP.
+  // [feat_req_someip_627]: 0x0000 and 0xffff name no service; 0xfffe is reserved for services that are not
+  // SOME/IP.
   require("service", documents::as<someip::ServiceId>(documents::id_number(0x0001, 0xfffd)), route.service);
   // [feat_req_someip_579]
   require("instance", documents::as<someip::InstanceId>(documents::id_number(0x0001, 0xfffe)),
@@ -257,7 +258,7 @@ RouteInFile load_route(const YAML::Node& node, documents::Problems& problems) {
                  route, problems);
   load_multicast(section, result, problems);
   if (route.multicast && route.multicast->threshold == 1) {
-    route.qos.durability_as_published = false;  // a field would need subscribers that have unicast, too
+    route.qos.durability_as_published = false;  // a field would also need unicast to subscribers
   }
   if (const YAML::Node e2e = section.child("e2e")) {
     route.e2e = load_e2e(

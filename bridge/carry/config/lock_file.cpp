@@ -79,7 +79,7 @@ std::string why() {
   return std::generic_category().message(errno);
 }
 
-/// Closes what is open, whatever happens.
+/// Closes the file in any case.
 class OpenFile {
  public:
   OpenFile(const std::string& file, int flags) : number_{::open(file.c_str(), flags | O_CLOEXEC, 0666)} {}
@@ -97,7 +97,7 @@ class OpenFile {
     }
     return true;
   }
-  /// Makes it empty, unless another process is just writing it.
+  /// Empties the file, unless another process is writing it at this time.
   [[nodiscard]] bool take() const {
     return ::flock(number_, LOCK_EX | LOCK_NB) == 0 && ::ftruncate(number_, 0) == 0;
   }
@@ -155,7 +155,7 @@ tl::expected<void, std::string> LockFile::add(const std::vector<LockedTopic>& mo
     const auto now = documents::read_text_file(file_);
     if (!now || *now != text_) {
       return tl::unexpected{fmt::format(
-          "{} was changed or removed since this bridge read it; SIGHUP has it read again", file_)};
+          "{} was changed or removed since this bridge read it; send SIGHUP to read it again", file_)};
     }
   }
   std::vector<LockedTopic> topics = topics_;
@@ -210,8 +210,8 @@ tl::expected<void, std::string> replace_file(const std::string& file, std::strin
   if (::rename(beside.c_str(), target.c_str()) != 0) {
     return fail(target);
   }
-  // So that the new name is there after a power failure, too. Not every file system can do this; what is
-  // written is written.
+  // So that the new name survives a power failure. Not every file system can do this; then the file is
+  // written all the same.
   const std::filesystem::path folder = std::filesystem::path{target}.parent_path();
   const OpenFile place{folder.empty() ? "." : folder.string(), O_RDONLY | O_DIRECTORY};
   [[maybe_unused]] const bool is_safe = place.is_open() && place.sync();

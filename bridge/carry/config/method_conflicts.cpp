@@ -19,12 +19,12 @@ std::string in_words(someip::ServiceId service, someip::InstanceId instance) {
   return fmt::format("service 0x{:04x} instance 0x{:04x}", value(service), value(instance));
 }
 
-/// What methods and routes have in common: a service instance that they offer or use. The getter of a field
-/// that a route answers is one of its own.
+/// What methods and routes have in common: a service instance that they offer or use. A getter that is
+/// answered by a route counts as a use of its own.
 struct Use {
   const char* kind;  ///< "method" or "route"
-  const char* key;   ///< under which the file has its id
-  bool is_called;    ///< else it is an event: those are compared elsewhere
+  const char* key;   ///< the key of its id in the file
+  bool is_called;    ///< otherwise it is an event; events are compared elsewhere
   const Good* good;
   documents::Mark mark;
   someip::ServiceId service;
@@ -90,7 +90,7 @@ void names(const std::vector<MethodInFile>& methods, documents::Problems& proble
   }
 }
 
-/// Says what keeps a method and what stands before it from being one service.
+/// Reports why a method and an earlier use cannot belong to one service.
 void compare(const Use& method, const Use& other, documents::Problems& problems) {
   const std::string whose = in_words(method.service, method.instance);
   const auto error = [&](const char* key, const std::string& text) {
@@ -101,7 +101,7 @@ void compare(const Use& method, const Use& other, documents::Problems& problems)
                                   value(method.member), other.kind, other.mark.line));
   }
   if (method.offered != other.offered) {
-    error("server", fmt::format("{} is {} by the {} in line {}: it is offered by us or by somebody else",
+    error("server", fmt::format("{} is {} by the {} in line {}: either we offer it or somebody else does",
                                 whose, other.offered ? "offered" : "used", other.kind, other.mark.line));
     return;
   }
@@ -122,7 +122,7 @@ void instances_of_methods(const std::vector<Use>& uses, documents::Problems& pro
     if (!use->is_called) {
       continue;
     }
-    bool compared = false;  // with what is alike one complaint is enough
+    bool compared = false;  // one complaint is enough, the others would say the same
     for (auto other = uses.begin(); other != use; ++other) {
       const bool same = other->service == use->service && other->instance == use->instance;
       if (same && (!compared || other->member == use->member)) {
@@ -165,7 +165,7 @@ void ports_of_methods(const std::vector<Use>& uses, std::uint16_t sd_port, docum
   }
 }
 
-/// To its server we are one client, whose requests of a method have one counter, whatever the instance.
+/// For a server we are one client: its requests for a method share one counter, for all instances.
 void protection_of_calls(const std::vector<MethodInFile>& methods, documents::Problems& problems) {
   std::map<std::pair<someip::ServiceId, someip::MethodId>, const MethodRoute*> firsts;
   for (const MethodInFile& in_file : methods) {
@@ -178,7 +178,7 @@ void protection_of_calls(const std::vector<MethodInFile>& methods, documents::Pr
     if (!is_new && first->second->e2e != method.e2e) {
       problems.error(in_file.good.find("service")->second,
                      fmt::format("service: method 0x{:04x} of service 0x{:04x} has another e2e in line {}: "
-                                 "calls of all instances have the same",
+                                 "all instances must have the same",
                                  value(method.method), value(method.service), first->second->mark.line));
     }
   }

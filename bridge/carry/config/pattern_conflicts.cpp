@@ -17,7 +17,7 @@ struct PortUser {
   const Route* route;
 };
 
-/// Whose an id is, for messages; `name` is that of its topic or ROS service.
+/// The owner of an id, for error messages; `name` is its topic or ROS service.
 struct IdOwner {
   const char* kind;
   std::string name;

@@ -22,17 +22,17 @@ Environment process_environment() {
 
 std::string apply_ros_environment(DdsSettings& settings, const Environment& environment) {
   const std::string domain = environment("ROS_DOMAIN_ID").value_or("");
-  if (!settings.domain && !domain.empty()) {  // as ROS 2 takes an empty one
+  if (!settings.domain && !domain.empty()) {  // ROS 2 ignores an empty one too
     const auto format = domain_id();
     settings.domain = format.read(domain);
     if (!settings.domain) {
       return fmt::format(
-          "ROS_DOMAIN_ID in the environment: expected {}, found {} (dds.domain would take its place)",
+          "ROS_DOMAIN_ID in the environment: expected {}, found {} (dds.domain would override it)",
           format.expected, documents::quote(domain));
     }
   }
   if (settings.discovery_servers.empty() && settings.profiles.empty()) {  // profiles may have servers
-    // What we don't understand Fast DDS reads itself, or says what is wrong with it.
+    // If we do not understand the text, Fast DDS reads it itself, or says what is wrong with it.
     const auto servers = discovery_servers().read(environment("ROS_DISCOVERY_SERVER").value_or(""));
     settings.discovery_servers = servers.value_or(settings.discovery_servers);
   }
@@ -41,8 +41,8 @@ std::string apply_ros_environment(DdsSettings& settings, const Environment& envi
     settings.ros_distro = distro;
   }
   if (settings.security.keystore.empty() && environment("ROS_SECURITY_ENABLE") == "true") {
-    // Without a keystore, or without the enclave in it, the bridge says so when it starts, unless nodes
-    // without security are welcome.
+    // If the keystore or the enclave in it is missing, the bridge reports that when it starts, unless nodes
+    // without security are allowed.
     SecuritySettings security{environment("ROS_SECURITY_KEYSTORE").value_or("ROS_SECURITY_KEYSTORE"),
                               environment("ROS_SECURITY_ENCLAVE_OVERRIDE").value_or("/")};
     std::error_code ignored;

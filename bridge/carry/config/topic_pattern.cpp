@@ -25,16 +25,16 @@ bool is_hidden(std::string_view level) {
   return level.starts_with('_');
 }
 
-/// One level, in which each '*' stands for any characters. A '*' never takes back what it has left behind the
-/// next one, so this is done after as many steps as both lengths multiplied at most.
+/// Compares one level, in which each '*' stands for any characters. Only the last '*' is ever extended, so
+/// this takes at most as many steps as the product of both lengths.
 bool level_matches(std::string_view pattern, std::string_view level) {
   if (is_hidden(level) && !is_hidden(pattern)) {
     return false;
   }
   std::size_t at = 0;
   std::size_t in_pattern = 0;
-  std::size_t star = std::string_view::npos;  // the last one that was passed ...
-  std::size_t taken = 0;                      // ... and where what it stands for ends
+  std::size_t star = std::string_view::npos;  // the last '*' that was passed ...
+  std::size_t taken = 0;                      // ... and the end of the text that it matches
   while (at < level.size()) {
     if (in_pattern < pattern.size() && pattern[in_pattern] == '*') {
       star = in_pattern++;
@@ -55,7 +55,7 @@ bool level_matches(std::string_view pattern, std::string_view level) {
 }  // namespace
 
 bool is_topic_pattern(std::string_view pattern) {
-  // With every '*' of a name made a letter it has to be a name; "**" is no part of a level.
+  // With every '*' replaced by a letter it must be a valid name; "**" must be a whole level.
   std::string name{pattern};
   std::ranges::replace(name, '*', 'x');
   return messages::is_topic_name(name) && std::ranges::all_of(levels_of(pattern), [](std::string_view level) {
@@ -69,7 +69,7 @@ bool matches(std::string_view pattern, std::string_view topic) {
   }
   const std::vector<std::string_view> wanted = levels_of(pattern);
   const std::vector<std::string_view> levels = levels_of(topic);
-  // Whether what has been looked at of the pattern matches the first i levels, level by level of the pattern.
+  // reached[i]: whether the levels of the pattern so far match the first i levels of the topic.
   std::vector<char> reached(levels.size() + 1, 0);
   reached[0] = 1;
   for (const std::string_view level : wanted) {

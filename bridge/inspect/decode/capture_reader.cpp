@@ -6,7 +6,7 @@ namespace trestle::inspect {
 namespace {
 
 constexpr std::uint32_t max_datagram_length = 0xffff;
-/// In torn messages of all TCP streams together; the stream that goes beyond is given up.
+/// Bytes of incomplete messages of all TCP streams together; a stream that exceeds this is given up.
 constexpr std::size_t max_waiting_bytes = std::size_t{256} << 20U;
 
 Place place_of(const pcaps::Origin& origin, Transport transport, std::size_t missing = 0) {
@@ -58,7 +58,7 @@ void CaptureReader::on_stream(const pcaps::Origin& origin, const pcaps::StreamBy
   }
 }
 
-/// Takes bytes of a stream that was not taken for SOME/IP so far.
+/// Takes bytes of a stream that has not been recognised as SOME/IP so far.
 void CaptureReader::begin(Stream& stream, const pcaps::StreamBytes& bytes) {
   const Endpoint& from = stream.last.from;
   const Endpoint& to = stream.last.to;
@@ -75,7 +75,7 @@ void CaptureReader::begin(Stream& stream, const pcaps::StreamBytes& bytes) {
   stream.front.insert(stream.front.end(), bytes.bytes.begin(), bytes.bytes.end());
   if (!known) {
     if (stream.front.size() < someip::header_bytes) {
-      return;  // too few to tell
+      return;  // too few bytes to decide
     }
     if (!SomeipPorts::may_guess(from, to) || !looks_like_header(stream.front, max_stream_length)) {
       stream.foreign = true;

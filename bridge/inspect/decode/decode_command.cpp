@@ -32,7 +32,7 @@ int status_of(std::uint64_t malformed) {
   return malformed > 0 ? cli::exit_failure : cli::exit_ok;
 }
 
-/// Tells what the objects on standard output cannot.
+/// Reports what the objects on standard output cannot say.
 void note(std::uint64_t count, const char* what) {
   if (count > 0) {
     tell(cli::colours_for(STDERR_FILENO).yellow, "note", fmt::format("{} {}", count, what));
@@ -51,7 +51,7 @@ int decode_capture(const Arguments& arguments) {
   CaptureDecoder decoder{{arguments.reassemble, arguments.ports},
                          [&](const Json& object) { output.print(object); }};
   pcaps::Traffic traffic{decoder};
-  // Somebody may watch a recording grow.
+  // Somebody may watch the output while the recording grows.
   const bool live = arguments.file == "-" || cli::is_terminal(STDOUT_FILENO);
   while (!output.closed()) {
     const std::optional<pcaps::Frame> frame = file->next();
@@ -67,7 +67,7 @@ int decode_capture(const Arguments& arguments) {
   decoder.finish();
   output.flush();
   if (output.closed()) {
-    return status_of(decoder.messages().malformed());  // it was not read to its end: nothing is lacking
+    return status_of(decoder.messages().malformed());  // not read to its end, so nothing counts as missing
   }
   note(decoder.foreign_datagrams(),
        "UDP datagrams were not taken for SOME/IP (--port N takes all on a port for it)");
@@ -104,7 +104,7 @@ int decode_hex(const Arguments& arguments) {
     Place place;
     place.line = ++number;
     decode_line(decoder, place, line);
-    // Whoever waits for the answer before sending the next line gets it.
+    // Flush, so that a sender that waits for the answer before its next line gets it.
     if (std::cin.rdbuf()->in_avail() <= 0) {
       output.flush();
     }
@@ -131,7 +131,7 @@ void add_decode_command(CLI::App& app, int& status) {
   CLI::Option* port = command->add_option(
       "--port", arguments->ports, "Take all that this UDP or TCP port carries for SOME/IP (may be repeated)");
   port->type_name("N")->check(CLI::Range(1, 65535))->excludes(hex);
-  port->allow_extra_args(false);  // else it would take FILE for a port
+  port->allow_extra_args(false);  // otherwise FILE would be taken for a port
   file->excludes(hex);
   command->footer(
       "docs/decode.md explains every field and how SOME/IP is told from other traffic. Examples:\n"

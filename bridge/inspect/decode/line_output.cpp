@@ -19,7 +19,7 @@ LineOutput::LineOutput(int fd) : fd_{fd} {
 }
 
 void LineOutput::print(const Json& object) {
-  // Text from the network need not be UTF-8, which JSON is.
+  // JSON is UTF-8, but text from the network need not be.
   buffer_ += object.dump(-1, ' ', false, Json::error_handler_t::replace);
   buffer_ += '\n';
   if (buffer_.size() >= buffer_bytes) {

@@ -22,7 +22,7 @@ std::string timestamp(pcaps::Timestamp time) {
                      clock.subseconds().count());
 }
 
-/// What each object about these bytes begins with.
+/// The fields with which each object about these bytes begins.
 Json fields_of(const Place& place) {
   Json fields;
   if (place.line > 0) {

@@ -12,10 +12,11 @@ std::uint32_t length_field(ByteView header) noexcept {
   return someip::load<std::uint32_t>(header.data() + 4);
 }
 
-/// While nothing confirms what looks like a header, this many bytes behind it are waited for.
+/// While nothing confirms a possible header, this waits for so many bytes behind it.
 constexpr std::size_t max_doubt_bytes = std::size_t{64} << 10U;
 
-/// A stricter look than looks_like_header(): in the middle of a stream shifted headers look like headers too.
+/// Stricter than looks_like_header(), because in the middle of a stream shifted headers look like headers
+/// too.
 bool may_begin_here(ByteView bytes) noexcept {
   if (!looks_like_header(bytes, max_stream_length) ||
       length_field(bytes) < someip::length_covered_header_bytes) {
@@ -26,7 +27,8 @@ bool may_begin_here(ByteView bytes) noexcept {
   return answer || bytes[15] == std::byte{0};  // only answers have a return code  [feat_req_someip_683]
 }
 
-/// Whether the message at the front of `bytes` is followed by another one, or by the end of what came so far.
+/// Whether the message at the front of `bytes` is followed by another one, or ends with the bytes received so
+/// far.
 bool is_confirmed(ByteView bytes) noexcept {
   const std::size_t size = std::size_t{someip::length_covered_header_bytes} + length_field(bytes);
   return size == bytes.size() || (size < bytes.size() && may_begin_here(bytes.subspan(size)));
@@ -54,7 +56,7 @@ void MessageStream::add(const Place& place, ByteView bytes, MessageSink& sink) {
   offset_ += done;
 }
 
-/// @return how many bytes are done with; 0 when more are needed.
+/// @return how many bytes have been consumed; 0 when more are needed.
 std::size_t MessageStream::read_message(const Place& place, ByteView bytes, std::size_t offset,
                                         MessageSink& sink) {
   const someip::Result<someip::Message> message = someip::decode(bytes);
@@ -67,19 +69,19 @@ std::size_t MessageStream::read_message(const Place& place, ByteView bytes, std:
   } else if (bytes.size() >= someip::header_bytes && length_field(bytes) > max_stream_length) {
     sink.undecodable(place, offset, bytes.first(someip::header_bytes),
                      {"bad_length", "feat_req_someip_77", offset + 4,
-                      fmt::format("Length {} is more than the {} that any message is believed to have",
-                                  length_field(bytes), max_stream_length)});
+                      fmt::format("Length {} is more than {}, the most that is believed", length_field(bytes),
+                                  max_stream_length)});
   } else {
     return 0;
   }
-  // Nothing tells where the next message begins: perhaps right after the Length field.
+  // It is unknown where the next message begins: perhaps right after the Length field.
   in_step_ = false;
   searched_from_ = offset + someip::length_covered_header_bytes;
   return someip::length_covered_header_bytes;
 }
 
-/// Puts us in step if a message begins somewhere in `bytes`.
-/// @return how many bytes no message begins at.
+/// Searches `bytes` for the beginning of a message; sets in_step_ if it finds one.
+/// @return how many bytes to skip because no message begins there.
 std::size_t MessageStream::find_message(const Place& place, ByteView bytes, std::size_t offset,
                                         MessageSink& sink) {
   std::optional<std::size_t> doubtful;

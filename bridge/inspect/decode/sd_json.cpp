@@ -82,7 +82,7 @@ void add_fields(Json& object, const sd::MacGroupcastOption& option) {
       hex_digits(std::as_bytes(std::span{option.identifier}.first(option.identifier_bytes)));
 }
 
-/// Adds what is said by an option of an offer, if it is one.
+/// Adds the content of the option if it is an option of an offer.
 bool add_offer_option(Json& object, const Option& option) {
   bool is_one = false;
   sd::for_each_offer_option([&]<typename Kind>() {

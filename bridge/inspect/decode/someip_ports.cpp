@@ -9,8 +9,8 @@ namespace trestle::inspect {
 namespace {
 
 constexpr std::uint16_t sd_port = 30490;  // [feat_req_someip_658]
-/// Name services (DNS, NetBIOS, mDNS, LLMNR): some of their messages pass for SOME/IP, reverse look-ups of
-/// IPv6 addresses for one.
+/// Name services (DNS, NetBIOS, mDNS, LLMNR): some of their messages look like SOME/IP, for example reverse
+/// look-ups of IPv6 addresses.
 constexpr std::array<std::uint16_t, 4> never_guessed{53, 137, 5353, 5355};
 constexpr std::size_t max_learnt = 65536;
 
@@ -40,7 +40,7 @@ bool looks_like_header(ByteView bytes, std::uint32_t max_length) noexcept {
   if (bytes.size() < someip::header_bytes) {
     return false;
   }
-  constexpr std::uint8_t last_return_code = 0x5e;  // of the application
+  constexpr std::uint8_t last_return_code = 0x5e;  // the highest code for applications
   const auto length = someip::load<std::uint32_t>(bytes.data() + 4);
   const auto type = someip::without_tp(someip::MessageType{std::to_integer<std::uint8_t>(bytes[14])});
   const bool type_exists = type == someip::MessageType::request ||

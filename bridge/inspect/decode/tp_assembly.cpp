@@ -4,7 +4,7 @@ namespace trestle::inspect {
 namespace {
 
 constexpr std::size_t max_message_bytes = std::size_t{64} << 20U;
-constexpr std::size_t max_messages = 16;  // under way at a time
+constexpr std::size_t max_messages = 16;  // messages being reassembled at a time
 constexpr std::size_t max_flows = 65536;
 constexpr Duration max_age = std::chrono::seconds{10};
 
@@ -27,9 +27,9 @@ TpAssembly::TpAssembly() {
 someip::Result<std::optional<someip::Reassembled>, someip::TpDrop> TpAssembly::add(
     const Flow& flow, const someip::Message& segment, TimePoint now) {
   if (flows_.size() == max_flows) {
-    flows_.clear();  // messages under way are lost; numbers are not used twice within max_age in earnest
+    flows_.clear();  // incomplete messages are lost; in real traffic no number is used twice within max_age
   }
-  // To the reassembler a flow is a sender: a made-up address that holds its number.
+  // The reassembler sees each flow as a sender, with a made-up address that contains the flow's number.
   const std::uint32_t number =
       flows_.try_emplace(flow, static_cast<std::uint32_t>(flows_.size())).first->second;
   Endpoint sender;

@@ -14,7 +14,7 @@
 namespace trestle::inspect {
 namespace {
 
-/// How often a request that nobody answers is tried to be sent, and asked whether it has been.
+/// How often we try to send a request without answer, and then check whether it has been sent.
 constexpr Duration sending_period = std::chrono::milliseconds{5};
 
 struct CallArguments {
@@ -34,7 +34,7 @@ struct CallArguments {
 
 using Bytes = std::vector<std::byte>;
 
-// Fire and forget: the exit status.
+// Sends a fire-and-forget request; returns the exit status.
 int send(const sd::Proxy& proxy, const OtherVersions& others, const sd::CallSpec& spec, Bytes payload,
          cli::Session& session) {
   auto bytes = std::make_shared<const Bytes>(std::move(payload));
@@ -43,7 +43,7 @@ int send(const sd::Proxy& proxy, const OtherVersions& others, const sd::CallSpec
   session.every(sending_period, [&] {
     accepted = accepted || proxy.send(spec, *bytes, bytes);
     if (accepted) {
-      bytes.reset();  // now it lives until it has been sent
+      bytes.reset();  // from now on only the node holds it, until it has been sent
       if (unsent.expired()) {
         session.finish();
       }

@@ -57,7 +57,7 @@ int run(const FindArguments& options) {
                     }};
   if (!options.service.empty()) {
     if (listener.open_for_finding()) {
-      // Now, and again for who was not listening.
+      // Asks now, and again for servers that were not listening yet.
       listener.find(wanted.service, wanted.instance);
       session.every(std::chrono::seconds{1}, [&] { listener.find(wanted.service, wanted.instance); });
     } else {

@@ -9,7 +9,7 @@
 namespace trestle::inspect {
 namespace {
 
-/// Frames taken before others have their turn.
+/// Frames that are taken before other handlers run.
 constexpr int frames_at_a_time = 1000;
 
 std::string program() {
@@ -31,7 +31,7 @@ LiveWatch::LiveWatch(cli::Session& session, const Where& where, std::uint16_t sd
   if (!where.network) {
     return;
   }
-  // Being in the group makes switches send what goes to it here; what comes is seen in the frames.
+  // Joining the group makes switches send its messages here; they are then seen in the captured frames.
   try {
     listener_.emplace(session.io, *where.network,
                       [this](ByteView datagram, const Endpoint& from, const Endpoint& to) {
@@ -48,7 +48,7 @@ LiveWatch::LiveWatch(cli::Session& session, const Where& where, std::uint16_t sd
 
 LiveWatch::~LiveWatch() {
   if (readable_) {
-    readable_->release();  // the file descriptor is the capture's
+    readable_->release();  // the capture owns the file descriptor
   }
 }
 

@@ -26,7 +26,7 @@ Text values_text(ByteView payload, const cli::PayloadOptions& options) {
       {.longest = cli::is_terminal(STDOUT_FILENO) ? shown_on_terminal : 0});
 }
 
-/// `"key":` and the values or the bytes.
+/// The values or the bytes with their key, as a member of a JSON object.
 std::string json_member(const std::string& values, ByteView payload) {
   return values.empty() ? fmt::format("\"payload\":\"{}\"", hex_digits(payload))
                         : fmt::format("\"values\":{}", values);
@@ -38,7 +38,7 @@ Text answer_text(const someip::Message& answer, const cli::PayloadOptions& optio
   if (options.form() == Form::hex) {
     return hex_digits(answer.payload) + "\n";
   }
-  // What an error carries is not of the answer's type.
+  // The payload of an error does not have the type of the answer.
   const bool good = answer.header.return_code == someip::ReturnCode::ok;
   Text values = good ? values_text(answer.payload, options) : Text{};
   if (!values || options.form() == Form::yaml) {

@@ -39,7 +39,7 @@ void lose(SeenSubscription& subscription, Kind why, TimePoint now, std::vector<S
   }
 }
 
-/// The sender's SD endpoint, if it stands in the message; it may be behind another address.
+/// The sender's SD endpoint, if the message names it; the sender may have used another address.
 /// [feat_req_someipsd_1151]
 Endpoint peer_of(const sd::SdMessage& message, const Endpoint& from) {
   const auto first = message.option(0);
@@ -130,7 +130,7 @@ void NetworkView::on_session(const Endpoint& peer, const Endpoint& to, someip::S
   }
   constexpr auto channel = sd::RebootDetector::Channel::unicast;  // there is one detector for each receiver
   if (sessions_[key].shows_reboot(channel, session, reboot)) {
-    // All its counters began anew, which must not be taken for further reboots.
+    // All its session counters began anew; this must not be taken for further reboots.
     std::erase_if(sessions_, [&](const auto& one) { return one.first.first == peer; });
     for (auto& [service_key, service] : services_) {
       if (service.peer == peer) {
@@ -241,7 +241,7 @@ void NetworkView::on_stop_offer(const SeenService& offer, TimePoint now, std::ve
   if (known != services_.end()) {
     lose(known->second, Kind::stopped, now, sightings);
   }
-  // What was subscribed of it is over as well, of which nothing needs to be told.  [feat_req_someipsd_830]
+  // Subscriptions to it end as well; nothing needs to be sent for that.  [feat_req_someipsd_830]
   for (auto& [key, subscription] : subscriptions_) {
     const bool of_it = subscription.server == offer.peer && subscription.service == offer.service &&
                        subscription.instance == offer.instance && subscription.major == offer.major;
@@ -292,7 +292,7 @@ void NetworkView::on_answer(const SubscriptionKey& key, const SeenSubscription& 
   const bool news = !known || seen->state != answer.state;
   if (!known) {
     *seen = answer;
-    seen->ttl_s = usual_ttl_s;  // a refusal has none
+    seen->ttl_s = usual_ttl_s;  // a refusal has no TTL
   }
   seen->state = answer.state;
   seen->multicast = answer.multicast;
@@ -317,7 +317,7 @@ void NetworkView::on_time(TimePoint now, std::vector<Sighting>& sightings) {
       continue;
     }
     if (subscription.state == SeenSubscription::State::refused) {
-      subscription.gone = now;  // which is no news
+      subscription.gone = now;  // not worth a report
     } else {
       lose(subscription, Kind::expired, now, sightings);
     }

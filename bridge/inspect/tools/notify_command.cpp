@@ -36,7 +36,7 @@ int run(NotifyArguments& options) {
   const std::chrono::duration<double> period{1 / options.rate_hz};
   session.every(std::chrono::duration_cast<Duration>(period), [&] {
     if (options.count != 0 && sent == options.count) {
-      session.finish();  // one period after the last, which had that time to leave
+      session.finish();  // one period after the last event, which gave it time to leave
     } else if (node.subscribers(handle, event) > 0) {
       const ByteView bytes{*payload};
       node.notify(handle, event, {&bytes, 1}, payload);

@@ -26,7 +26,7 @@ struct OfferArguments : OfferOptions {
   std::string answer_type;
 };
 
-/// What stands before and behind the first separator; nothing behind when there is none.
+/// The texts before and after the first separator; no second text if there is no separator.
 std::pair<std::string, std::optional<std::string>> split(const std::string& text, char separator) {
   const auto at = text.find(separator);
   return at == std::string::npos ? std::pair{text, std::optional<std::string>{}}
@@ -74,7 +74,7 @@ Field parse_field(const std::string& ids) {
   return field;
 }
 
-/// Makes the service, whose handlers print what comes.
+/// The service to offer. Its handlers print the requests.
 class Service {
  public:
   explicit Service(OfferArguments& options) : options_{options}, spec_{options.spec()} {
@@ -82,7 +82,7 @@ class Service {
     const cli::PayloadOptions answers = options_.payload.of_type("--answer-type", options_.answer_type);
     for (const std::string& text : options_.methods) {
       const Definition method = parse_definition(text);
-      // A method with a type of its own answers with that, too, unless it says otherwise.
+      // A method with its own type also answers with that type, unless it names another one.
       const cli::PayloadOptions& usual = method.type.empty() ? answers : options_.payload;
       const std::string& type = method.answer_type.empty() ? method.type : method.answer_type;
       add_method(cli::parse_id("--method", method.ids), method.type,
@@ -124,7 +124,7 @@ class Service {
   }
 
  private:
-  /// @return false: it is no message of the type.
+  /// @return false if it is no message of the type.
   bool print(const someip::Message& request, const Endpoint& from, const cli::PayloadOptions& payload) {
     const auto text = message_text(request, &from, payload);
     if (!text) {
@@ -150,8 +150,8 @@ class Service {
     spec_.methods.push_back({.id = MethodId{id}, .handler = handler, .kind = someip::MethodKind::either});
   }
 
-  /// Getter and setter are methods of ours, so that their requests can be printed; the notifier is a field of
-  /// the Node, which sends it to new subscribers.
+  /// Getter and setter are our own methods, so that their requests can be printed. The notifier is a field of
+  /// the Node, which sends the value to new subscribers.
   void add_field(const Definition& definition) {
     const auto field = std::make_shared<Field>(parse_field(definition.ids));
     const cli::PayloadOptions payload = options_.payload.of_type("--field", definition.type);

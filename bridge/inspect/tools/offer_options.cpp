@@ -10,10 +10,10 @@ void OfferOptions::add_to(CLI::App& command) {
       ->check(CLI::Range(0, 254))
       ->capture_default_str();
   command.add_option("--minor", minor, "Minor version of the service")->type_name("N")->capture_default_str();
-  command.add_option("--timeout", timeout_s, "End after so long")
+  command.add_option("--timeout", timeout_s, "End after this time")
       ->type_name("SECONDS")
       ->check(cli::seconds_above_zero());
-  command.add_flag("-q,--quiet", quiet, "Do not tell what discovery does");
+  command.add_flag("-q,--quiet", quiet, "Do not report discovery");
   transport.add_to(command, "The service is offered");
   payload.add_to(command);
   network.add_to(command);

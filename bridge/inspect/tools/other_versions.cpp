@@ -25,7 +25,7 @@ std::string OtherVersions::nobody_offers() const {
   for (const sd::RemoteService& server : all_.available()) {
     offered.insert(server.major);
   }
-  // Of the wanted version: not over the wanted protocol.
+  // If the wanted version is offered, then not over the wanted protocol.
   return offered.empty() || offered.contains(wanted_)
              ? "nobody offers the service"
              : fmt::format("nobody offers the service with major version {}, only with {}", wanted_,

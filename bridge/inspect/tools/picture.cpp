@@ -200,14 +200,13 @@ std::string title_of(const Picture& picture) {
 std::string screen_of(const Picture& picture, cli::TerminalSize size, const cli::Colours& colours) {
   std::string out = "\033[H";
   const auto line = [&](const Line& one) {
-    // Not wider than the screen, and with nothing left of what was there before.
+    // Not wider than the screen; the rest of the old line is cleared.
     out += one.colour + one.text.substr(0, size.columns) + colours.off + "\033[K\n";
   };
   line({colours.bold, title_of(picture)});
   const std::vector<Table> tables = tables_of(picture, colours);
-  // Each table takes an empty line, its heading, and perhaps a line that tells how many rows are hidden; the
-  // cursor stands on the last line of the screen. What one table does not need of its share the next ones
-  // may.
+  // Each table takes an empty line, its heading, and perhaps a line with the number of hidden rows; the
+  // cursor stands on the last line of the screen. Rows that one table does not need go to the next ones.
   std::size_t room = size.rows > 2 ? size.rows - 2 : 0;
   for (std::size_t at = 0; at < tables.size(); ++at) {
     const Table& table = tables[at];

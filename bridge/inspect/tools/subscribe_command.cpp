@@ -25,7 +25,7 @@ struct SubscribeArguments {
   bool quiet = false;
 };
 
-/// The events that are wanted; all there can be when none is named, as Node wants a list.
+/// The wanted events; all possible ids when none is named, because Node needs a list.
 std::vector<someip::MethodId> events_of(const std::vector<std::string>& names) {
   std::vector<someip::MethodId> events;
   events.reserve(names.empty() ? 0xfffe : names.size());

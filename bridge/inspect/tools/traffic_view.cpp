@@ -14,15 +14,15 @@ std::int64_t second_of(TimePoint time) {
   return std::chrono::floor<std::chrono::seconds>(time).time_since_epoch().count();
 }
 
-/// How far `session` is ahead of `last` in the circle from 1 to 0xffff; 0 is the same one.
+/// How far `session` is ahead of `last` in the cycle from 1 to 0xffff; 0 means the same session.
 std::uint32_t steps(SessionId last, SessionId session) {
   constexpr std::uint32_t all = 0xffff;
   return (value(session) + all - value(last)) % all;
 }
 
-/// More sessions than that are not believed to be lost at a time ...
+/// A larger step forward is not taken for lost messages ...
 constexpr std::uint32_t farthest_ahead = 1000;
-/// ... and if this is no message that was overtaken, the server began anew.
+/// ... but for a late message if it is at most this far back, otherwise for a restart of the server.
 constexpr std::uint32_t farthest_back = 64;
 constexpr SessionId first_session{1};
 
@@ -153,9 +153,10 @@ SeenTraffic* TrafficView::row_of(const someip::Header& header, const Endpoint& s
 
 void TrafficView::on_session(SeenTraffic& row, SessionId session) {
   if (session == SessionId{}) {
-    return;  // it is not counted  [feat_req_someip_700]
+    return;  // the sender does not count messages  [feat_req_someip_700]
   }
-  // Ahead of the last one: by how much, and remembered as the last one. A copy for another receiver is not.
+  // How far the session is ahead of the last one; it becomes the last one, unless it was overtaken. A copy
+  // for another receiver is not ahead.
   const auto ahead = [&](const SessionKey& key) -> std::optional<std::uint32_t> {
     const auto [last, is_new] = sessions_.try_emplace(key, session);
     if (is_new) {
@@ -168,7 +169,7 @@ void TrafficView::on_session(SeenTraffic& row, SessionId session) {
   };
   const auto of_event = ahead({row.service, row.method, row.server});
   const auto of_service = ahead({row.service, someip::MethodId{}, {row.server.address, 0}});
-  // Whichever of the two counts, the smaller step is the right one.
+  // The server may count per event or for the whole service; in both cases the smaller step is right.
   if (of_event && of_service && std::min(*of_event, *of_service) > 1) {
     row.skipped += std::min(*of_event, *of_service) - 1;
   }

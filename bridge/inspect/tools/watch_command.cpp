@@ -19,9 +19,9 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Duration table_period = 1s;
-/// What expired is told within this time; the TTL of an offer is whole seconds.
+/// Expiries are reported within this time; the TTL of an offer is in whole seconds.
 constexpr Duration expiry_period = 100ms;
-/// How long what is gone stays in the table, and what is silent.
+/// How long services that are gone, and silent traffic, stay in the table.
 constexpr Duration shown_after_gone = 5s;
 constexpr Duration shown_when_idle = 60s;
 constexpr double once_s = 3;
@@ -44,7 +44,7 @@ struct WatchArguments {
   [[nodiscard]] WatchLines::Options of_lines() const { return {json, rates(), count}; }
 };
 
-/// Where the system sends multicast from, if it does.
+/// The address from which the system sends multicast, if it can.
 std::optional<IpAddress> own_address(const WatchArguments& options) {
   try {
     return options.network.config().address;
@@ -103,7 +103,7 @@ int watch_as_table(const WatchArguments& options, const Where& where, std::uint1
     session.print(
         screen_of(live.picture(true), cli::terminal_size(STDOUT_FILENO), cli::colours_for(STDOUT_FILENO)));
   };
-  session.print("\033[?25l\033[2J");  // no cursor, and nothing else on the screen
+  session.print("\033[?25l\033[2J");  // hides the cursor and clears the screen
   draw();
   session.every(table_period, draw);
   session.run();

@@ -5,7 +5,7 @@
 namespace trestle::inspect {
 namespace {
 
-/// Services; as many subscriptions.
+/// The most services, and the most subscriptions.
 constexpr std::size_t max_seen = 10'000;
 
 }  // namespace
@@ -64,7 +64,7 @@ std::uint64_t Watcher::malformed() const noexcept {
 
 void Watcher::tell(const std::vector<Sighting>& sightings, TimePoint now) {
   for (const Sighting& one : sightings) {
-    // What discovery announces is SOME/IP, whatever it looks like.
+    // Endpoints that discovery announces carry SOME/IP, whatever their bytes look like.
     const auto& udp = one.subscription ? one.subscription->udp : one.service.udp;
     const auto& tcp = one.subscription ? one.subscription->tcp : one.service.tcp;
     if (udp) {

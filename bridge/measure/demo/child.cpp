@@ -35,11 +35,11 @@ PipeEnds make_pipe() {
 
 // Between fork and exec: system calls only.
 [[noreturn]] void become(const char* program, char* const* arguments, int report, int output, pid_t parent) {
-  // A group of its own, so that Ctrl-C reaches the demo alone, which ends its processes in order.
+  // Its own process group, so that Ctrl-C reaches only the demo, which ends its processes in order.
   setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) {
-    _exit(127);  // it ended before it could take us along
+    _exit(127);  // the parent ended before prctl() took effect
   }
   sigset_t none;
   sigemptyset(&none);
@@ -48,7 +48,7 @@ PipeEnds make_pipe() {
   dup2(null, STDIN_FILENO);
   dup2(output, STDOUT_FILENO);
   dup2(output, STDERR_FILENO);
-  // Descriptor 3 may be one of those at hand; dup2() onto itself would leave it to be closed by exec.
+  // `report` may already be descriptor 3; dup2() onto itself would leave it to be closed by exec.
   if (report == Child::report_fd) {
     fcntl(report, F_SETFD, 0);
   } else {
@@ -182,7 +182,7 @@ std::string Child::fault() const {
   }
   if (WIFSIGNALED(*wait_status_)) {
     if (asked_to_stop_ && WTERMSIG(*wait_status_) == SIGINT) {
-      return {};  // it had not come so far that it could end more gently
+      return {};  // it could not handle the signal yet
     }
     return fmt::format("{} was ended by signal {} ({})", name_, WTERMSIG(*wait_status_),
                        strsignal(WTERMSIG(*wait_status_)));

@@ -52,7 +52,7 @@ class ProbeSocket {
   ProbeSocket(const ProbeSocket&) = delete;
   ProbeSocket& operator=(const ProbeSocket&) = delete;
 
-  /// 0: somebody has it.
+  /// 0 if the port is taken.
   [[nodiscard]] std::uint16_t port() const noexcept { return port_; }
 
  private:
@@ -60,10 +60,10 @@ class ProbeSocket {
   std::uint16_t port_ = 0;
 };
 
-/// A DDS domain that nobody on this host is in, from `first` on.
+/// A DDS domain that nobody on this host uses; the search begins at `first`.
 std::uint32_t free_domain(std::uint32_t first) {
-  // Above those that people choose by hand, and such that DDS's ports stay below those that the system hands
-  // out.
+  // Above the domains that people choose by hand, and low enough for DDS's ports to stay below the system's
+  // ephemeral ports.
   constexpr std::uint32_t lowest = 40;
   constexpr std::uint32_t count = 60;
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -76,8 +76,8 @@ std::uint32_t free_domain(std::uint32_t first) {
   throw std::runtime_error{"every DDS domain from 40 to 99 is in use on this host"};
 }
 
-/// The loopback addresses from 127.0.0.1 on at which no SOME/IP stack is; the first two when there seem to be
-/// none, so that the bridges say what is in their way.
+/// The first loopback addresses from 127.0.0.1 on without a SOME/IP stack. If there seem to be none,
+/// 127.0.0.1 and 127.0.0.2, so that the bridges report what is wrong.
 void choose_addresses(DemoNetwork& network) {
   constexpr std::uint16_t discovery_port = 30490;
   std::vector<std::string> free;
@@ -109,7 +109,7 @@ DemoNetwork choose_network() {
   return network;
 }
 
-/// A folder that is gone when the demo is.
+/// A folder that is removed at the end of the demo.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -168,7 +168,7 @@ class Demo {
   void run(const DemoOptions& options) {
     wait(options.discovery_limit, [&] { return figures_.discovered(); });
     if (figures_.discovered() && fault_.empty()) {
-      folder_.reset();  // the bridges have read their configurations
+      folder_.reset();  // the bridges have read their configurations by now
       if (options.duration) {
         wait(*options.duration, [] { return false; });
       } else {
@@ -180,7 +180,7 @@ class Demo {
     finish(options.stop_limit);
   }
 
-  /// Empty when all was well.
+  /// Empty if there was no fault.
   [[nodiscard]] std::string fault() const { return fault_.empty() ? figures_.fault() : fault_; }
   [[nodiscard]] const Figures& figures() const noexcept { return figures_; }
 
@@ -211,7 +211,7 @@ class Demo {
   }
   [[nodiscard]] Child& child(Process process) { return *children_[static_cast<std::size_t>(process)]; }
 
-  /// Serves all processes until `done`, a fault, a wish to end, or the time is over.
+  /// Serves all processes until `done`, a fault, a request to stop, or the end of the time.
   void wait(std::chrono::nanoseconds limit, const std::function<bool()>& done) {
     const std::int64_t until = monotonic_ns() + limit.count();
     const int stops = stops_;
@@ -227,7 +227,7 @@ class Demo {
   void serve(std::int64_t timeout_ns) {
     std::vector<pollfd> files{{signals_.fd(), POLLIN, 0}};
     for (const auto& each : children_) {
-      files.push_back({each->reports(), POLLIN, 0});  // poll() passes over -1
+      files.push_back({each->reports(), POLLIN, 0});  // poll() ignores -1
       files.push_back({each->output(), POLLIN, 0});
     }
     poll(files.data(), files.size(), static_cast<int>((timeout_ns + 999'999) / 1'000'000));
@@ -237,7 +237,7 @@ class Demo {
     read_all();
     for (const auto& each : children_) {
       if (each->ended()) {
-        read(*each);  // what it wrote last
+        read(*each);  // its last output
         if (fault_.empty()) {
           fault_ = each->fault();
         }
@@ -248,7 +248,7 @@ class Demo {
 
   void read(Child& child) {
     child.read_output([&](std::string_view line) {
-      if (!finishing_) {  // then the bridges print their counters
+      if (!finishing_) {  // at the end the bridges print their counters
         screen_.log(fmt::format("{}: {}", child.name(), line));
       }
     });
@@ -266,7 +266,7 @@ class Demo {
     }
   }
 
-  /// Ends the processes from the front of the way to its back, so that nothing is lost on it.
+  /// Ends the processes in the order of the data flow, so that nothing is lost on the way.
   void finish(std::chrono::milliseconds limit) {
     finishing_ = true;
     const bool was_well = fault_.empty();

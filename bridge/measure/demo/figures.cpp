@@ -12,7 +12,7 @@ namespace {
 
 // Clouds younger than this may still be under way.
 constexpr std::int64_t grace_ns = second_ns;
-// Of the live rate.
+// The window of the live rate.
 constexpr std::int64_t window_ns = 3 * second_ns;
 // Messages with the same session id further apart than this are different ones: the id has wrapped.
 constexpr std::int64_t same_session_ns = 10 * second_ns;
@@ -134,7 +134,8 @@ void Figures::on_published(const Json& event) {
   judge_waiting(time_ns);
 }
 
-/// What was received before this one was published is one of those that were reported before it.
+/// A cloud that was received before this publication belongs to an earlier publication, all of which have
+/// been reported.
 void Figures::judge_waiting(std::int64_t before_ns) {
   for (const Arrival& arrival : std::exchange(waiting_, {})) {
     if (arrival.time_ns < before_ns || published_.contains(arrival.stamp_ns)) {
@@ -181,7 +182,7 @@ void Figures::judge(const Arrival& arrival) {
   published.arrived = true;
 }
 
-/// Which cloud it was meant to be may be damaged too, so that one is not known to have arrived.
+/// The stamp that identifies the cloud may be damaged too, so no cloud is counted as arrived.
 void Figures::count_corrupt(const std::string& reason) {
   ++counts_.corrupt;
   log_.push_back("subscriber: received a damaged cloud: " + reason);
@@ -224,7 +225,7 @@ void Figures::on_carried(Process from, const Json& event) {
     left_a_.erase(left);
     came_b_.erase(came);
   } else if (transport < 0) {
-    came_b_.erase(came);  // of a message whose other line was left out, long ago
+    came_b_.erase(came);  // of an old message whose other line was left out
   } else {
     left_a_.erase(left);
   }

@@ -89,7 +89,8 @@ LidarScene::LidarScene(std::uint64_t seed) : seed_{seed} {
 /// All solids near the sensor, in its coordinates.
 std::vector<LidarScene::Solid> LidarScene::around(float travelled, float time_s) const {
   std::vector<Solid> solids;
-  // Houses, trees and parked cars: each stretch of the street looks as its number says, for ever.
+  // Houses, trees and parked cars: each stretch of the street is generated from its number, so it always
+  // looks the same.
   constexpr float stretch_m = 14;
   const auto first = static_cast<std::int64_t>(std::floor((travelled - max_range_m) / stretch_m));
   const auto last = static_cast<std::int64_t>(std::ceil((travelled + max_range_m) / stretch_m));
@@ -120,7 +121,7 @@ std::vector<LidarScene::Solid> LidarScene::around(float travelled, float time_s)
     }
   }
   for (Solid mover : movers_) {
-    // They come back at one end of what can be seen when they have left it at the other.
+    // When they leave the visible range at one end, they come back at the other.
     constexpr float circuit = 2 * max_range_m;
     const float x = mover.x + mover.speed * time_s - travelled;
     mover.x = x - circuit * std::round(x / circuit);
@@ -192,7 +193,7 @@ void LidarScene::render(std::uint64_t frame, Cloud& cloud) const {
           reflectivity = solid.reflectivity;
           break;
         }
-        if (sensor_height_m + slope * solid.far < solid.top) {  // its roof, coming down on it
+        if (sensor_height_m + slope * solid.far < solid.top) {  // its roof, hit from above
           distance = std::min(distance, (solid.top - sensor_height_m) / slope);
           reflectivity = solid.reflectivity;
           break;

@@ -12,7 +12,7 @@ bool expand_lzf(ByteView from, ByteSpan to) noexcept {
   while (!in.rest().empty()) {
     const std::size_t control = in.u8();
     constexpr std::size_t longest_literal = 32;
-    if (control < longest_literal) {  // that many bytes and one follow as they are
+    if (control < longest_literal) {  // control + 1 literal bytes follow
       const ByteView literal = in.take(control + 1);
       if (in.failed() || literal.size() > to.size() - at) {
         return false;
@@ -21,7 +21,7 @@ bool expand_lzf(ByteView from, ByteSpan to) noexcept {
       at += literal.size();
       continue;
     }
-    // A repetition: 3 bits of length, of which 7 means that a byte more comes, and 13 bits of distance.
+    // A repetition: 3 bits of length, where 7 means that one more byte follows, and 13 bits of distance.
     std::size_t length = control >> 5U;
     if (length == 7) {
       length += in.u8();

@@ -331,7 +331,7 @@ tl::expected<Cloud, std::string> parse_pcd(std::string_view text, const std::str
 
 tl::expected<Cloud, std::string> load_pcd(const std::string& file) {
   std::ifstream in{file, std::ios::binary};
-  // Ascii takes several times the room of what it says.
+  // ASCII takes several times the room of the values.
   constexpr std::size_t max_file_bytes = 8 * max_pcd_bytes;
   std::string text;
   if (in) {

@@ -78,7 +78,7 @@ void run_publisher(const PublisherOptions& options) {
   std::int64_t stamp = 0;
   std::uint64_t published = 0;
   for (std::uint64_t number = 1; due < end; ++number) {
-    const Cloud& cloud = source.frame(number);  // ahead of its time, so that rendering makes nobody wait
+    const Cloud& cloud = source.frame(number);  // rendered early, so that it delays nobody
     bool stopped = false;
     do {
       stopped = signals.wait_until(due);
@@ -86,8 +86,7 @@ void run_publisher(const PublisherOptions& options) {
     if (stopped || report.closed()) {
       break;
     }
-    stamp =
-        std::max(stamp + 1, realtime_ns());  // is what a cloud is known by, also when the clock is set back
+    stamp = std::max(stamp + 1, realtime_ns());  // identifies a cloud; grows even if the clock is set back
     const EncodedCloud encoded = encode(cloud, stamp, frame_id);
     const std::array<ByteView, 3> pieces{encoded.front, encoded.data, ByteView{&encoded.tail, 1}};
     const std::int64_t time = monotonic_ns();
@@ -101,7 +100,7 @@ void run_publisher(const PublisherOptions& options) {
     } else {
       report.line({{"event", "refused"}, {"reason", to_string(written.error())}});
     }
-    // After a stall the clouds must not come out in a burst.
+    // After a stall there must be no burst of clouds.
     due = std::max(due + period, monotonic_ns());
   }
   (void)writer.wait_until_received(std::chrono::seconds{2});

@@ -86,7 +86,7 @@ void Screen::log(const std::string& line) {
 void Screen::redraw(const std::string& text) {
   std::string out;
   if (drawn_lines_ > 0) {
-    out += fmt::format("\033[{}A", drawn_lines_);  // up, to the first line drawn before
+    out += fmt::format("\033[{}A", drawn_lines_);  // moves up, to the first line that was drawn before
   }
   out += "\033[J";  // clear from here on
   out += text;
@@ -112,7 +112,8 @@ void Screen::update(const Figures& figures, std::int64_t now_ns) {
   std::string text = fmt::format("  time     {} s   {}{}{}\n", running.count(), colours_.yellow,
                                  figures.discovered() ? "" : "discovering", colours_.off);
   text += table(figures, figures.rate_now(now_ns), figures.lost(now_ns), colours_) + "\n";
-  // What does not fit the terminal would scroll or wrap, and spoil the count of lines to draw over.
+  // Lines that do not fit the terminal would scroll or wrap, and the count of lines to overwrite would be
+  // wrong.
   const cli::TerminalSize size = cli::terminal_size(STDOUT_FILENO);
   const auto used = static_cast<std::size_t>(std::ranges::count(text, '\n')) + 1;
   const std::size_t room = size.rows > used ? size.rows - used : 0;

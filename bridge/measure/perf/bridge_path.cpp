@@ -25,7 +25,7 @@ struct Received {
   std::int64_t at_ns = 0;
 };
 
-/// Samples on their way from the thread of DDS to ours.
+/// Samples on their way from the thread of DDS to the main thread.
 class Inbox {
  public:
   explicit Inbox(const StopSignals& waiting) : waiting_{waiting} {}
@@ -35,7 +35,7 @@ class Inbox {
     const std::int64_t now = monotonic_ns();
     {
       const std::lock_guard lock{mutex_};
-      if (samples_.size() < most) {  // else it counts as lost
+      if (samples_.size() < most) {  // otherwise it counts as lost
         samples_.push_back({std::move(sample), now});
       }
     }
@@ -52,9 +52,9 @@ class Inbox {
   std::deque<Received> samples_;
 };
 
-/// One side of the way.
+/// One end of the path.
 struct Side {
-  /// @param on_sample  on a thread of DDS.
+  /// @param on_sample  called on a thread of DDS.
   Side(const PathOptions& options, const char* writes, const char* reads,
        std::function<void(dds::Sample)> on_sample)
       : participant{{.domain = options.domain,
@@ -87,10 +87,10 @@ struct Side {
   dds::Reader reader;
 };
 
-/// Clouds whose stamps are their numbers, so many under way at a time.
+/// Sends clouds whose stamps are their numbers, and keeps `window` of them under way.
 class Pinger {
  public:
-  /// Told how long a cloud was on its way, both ways; nothing: it has not come back in time.
+  /// Called with the round-trip time of a cloud; with nothing if it has not come back in time.
   using Done = std::function<void(std::optional<std::int64_t> trip_ns)>;
 
   explicit Pinger(const PathOptions& options)
@@ -108,7 +108,7 @@ class Pinger {
 
   [[nodiscard]] std::size_t bytes() const noexcept { return cloud_.data.size(); }
 
-  /// Fills the window, and waits for something to come back, or to be taken for lost after `limit_ns`.
+  /// Fills the window, and waits until a cloud comes back, or is taken for lost after `limit_ns`.
   void step(std::int64_t limit_ns, const Done& done) {
     while (under_way_.size() < window_) {
       send(limit_ns);
@@ -132,7 +132,7 @@ class Pinger {
       done(std::nullopt);
     }
   }
-  /// Takes what is under way neither for lost nor for received.
+  /// Counts clouds that are under way neither as lost nor as received.
   void forget() { under_way_.clear(); }
   [[nodiscard]] bool stopped() const noexcept { return stopped_; }
 
@@ -149,7 +149,7 @@ class Pinger {
     const std::array<ByteView, 3> pieces{encoded.front, encoded.data, ByteView{&encoded.tail, 1}};
     const std::int64_t now = monotonic_ns();
     under_way_.push_back({number_, now, now + limit_ns});
-    (void)side_.writer.write(pieces);  // what is refused does not come back
+    (void)side_.writer.write(pieces);  // a refused cloud does not come back
   }
 
   StopSignals signals_;
@@ -157,7 +157,7 @@ class Pinger {
   Side side_;
   Cloud cloud_;
   std::size_t window_;
-  std::deque<Ping> under_way_;  ///< in the order of their numbers
+  std::deque<Ping> under_way_;  ///< ordered by number
   std::int64_t number_ = 0;
   bool stopped_ = false;
 };
@@ -173,7 +173,7 @@ std::optional<Result> measure_path(const PathOptions& options,
   result.how = fmt::format("{} under way, half of the way there and back", options.window);
   result.payload_bytes = pinger.bytes();
 
-  // Discovery takes its time on every part of the way: what is sent earlier goes nowhere.
+  // Discovery takes time on every part of the path; clouds that are sent earlier are lost.
   constexpr std::int64_t try_ns = second_ns / 10;
   const std::int64_t patience_end = monotonic_ns() + options.patience.count();
   bool open = false;
@@ -183,7 +183,7 @@ std::optional<Result> measure_path(const PathOptions& options,
       return std::nullopt;
     }
   }
-  pinger.forget();  // which may still go nowhere
+  pinger.forget();  // clouds sent so far may still get lost
   const std::int64_t limit_ns = std::min<std::int64_t>(options.patience.count(), second_ns);
   for (const std::int64_t warm = monotonic_ns() + options.warm_up.count();
        monotonic_ns() < warm && !pinger.stopped();) {
@@ -217,9 +217,9 @@ std::optional<Result> measure_path(const PathOptions& options,
 
 void reflect(const PathOptions& options) {
   StopSignals signals;
-  // By the thread that brings them; the writer is there before the reader.
+  // On the thread that delivers them; the writer exists before the reader.
   Side side{options, "back", "there", [&side](const dds::Sample& sample) {
-              (void)side.writer.write(sample.cdr());  // what is refused is lost, and so counted
+              (void)side.writer.write(sample.cdr());  // a refused sample is lost and counted as lost
             }};
   while (!signals.wait_until(std::numeric_limits<std::int64_t>::max())) {
   }

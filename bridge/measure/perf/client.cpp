@@ -14,9 +14,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// Round trips by which clocks are compared; the shortest counts.
+/// Round trips for comparing clocks; the shortest one counts.
 constexpr unsigned clock_samples = 20;
-/// Until something is tried again that was not possible yet.
+/// The pause before something is tried again that was not possible yet.
 constexpr Duration pause = 5ms;
 
 std::string words(const ClientOptions& options) {
@@ -97,7 +97,7 @@ void Client::on_service(const sd::RemoteService& service, bool available) {
 }
 
 void Client::ask(someip::MethodId method, StatusHandler handler, Duration left) {
-  // In a flood of events answers get lost as well.
+  // In a flood of events answers may get lost, so ask again after a short time.
   const Duration timeout = std::min<Duration>(left, 500ms);
   node_.call(
       service_, {.method = method, .timeout = timeout, .transport = Transport::udp}, {},
@@ -157,10 +157,10 @@ void Client::start_events() {
   node_.call(service_, {.method = start_method, .timeout = options_.patience, .transport = Transport::udp},
              {&bytes, 1}, [this](const sd::CallResult& answer) {
                if (phase_ != Phase::preparing) {
-                 return;  // an event was quicker
+                 return;  // an event came first
                }
                if (!answer && answer.error().code == someip::ReturnCode::not_ready) {
-                 after(pause, &Client::start_events);  // the subscription is under way
+                 after(pause, &Client::start_events);  // the subscription is not complete yet
                } else if (!answer) {
                  end("the service does not take the plan for its events");
                }
@@ -180,14 +180,14 @@ void Client::call() {
 void Client::on_answer(std::int64_t called_ns, const sd::CallResult& answer) {
   if (phase_ == Phase::preparing) {
     if (answer) {
-      // The way is open: warm up with as many as there shall be.
+      // The path works: warm up with the full number of calls.
       phase_ = Phase::warming_up;
       after(options_.warm_up, &Client::tick);
       for (std::uint32_t i = 1; i < options_.in_flight; ++i) {
         call();
       }
     } else {
-      after(pause, &Client::call);  // a TCP connection takes its time
+      after(pause, &Client::call);  // a TCP connection takes some time
       return;
     }
   }
@@ -293,7 +293,7 @@ void Client::finish(const Status& status) {
                       {"unexpected", counters.unexpected}};
   if (options_.events) {
     result_.counters["dropped_by_server"] = status.dropped;
-    // Also a few that went out just before and after what was measured.
+    // Includes a few events sent just before and after the measured time.
     result_.counters["sent_by_server"] = status.events - server_before_.events;
   }
   end(result_.received > 0 ? "" : options_.events ? "no event came" : "no call was answered");

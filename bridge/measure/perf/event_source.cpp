@@ -16,11 +16,11 @@ namespace {
 namespace asio = boost::asio;
 using namespace std::chrono_literals;
 
-/// Events sent between two looks at the network.
+/// Events that are sent before other handlers run.
 constexpr unsigned batch = 64;
 /// Large events that may wait to be sent.
 constexpr unsigned max_waiting = 4;
-/// After so long without an acknowledgement, what is under way is taken for lost.
+/// After this time without an acknowledgement, events under way are taken for lost.
 constexpr Duration patience = 100ms;
 
 }  // namespace
@@ -29,7 +29,7 @@ struct EventSource::State : std::enable_shared_from_this<State> {
   State(sd::Node& on, sd::OfferHandle of)
       : node{&on}, offer{of}, due_timer{on.io()}, patience_timer{on.io()} {}
 
-  /// What an event consists of, for as long as it waits.
+  /// The parts of an event, kept as long as it waits.
   struct Event {
     Event(std::shared_ptr<State> of, std::uint32_t of_round) : source{std::move(of)}, round{of_round} {}
     ~Event() { source->on_sent(round); }
@@ -48,7 +48,7 @@ struct EventSource::State : std::enable_shared_from_this<State> {
     out.u64(static_cast<std::uint64_t>(std::chrono::nanoseconds{due_at.time_since_epoch()}.count()));
   }
 
-  /// @param due_at  from when on its latency counts.
+  /// @param due_at  the time from which its latency counts.
   void send(TimePoint due_at) {
     ++events;
     const someip::MethodId event = plan.tcp ? tcp_event : udp_event;
@@ -84,7 +84,7 @@ struct EventSource::State : std::enable_shared_from_this<State> {
   void pump() {
     for (unsigned i = 0; i < batch; ++i) {
       if (!has_room()) {
-        return;  // an acknowledgement, or the end of an event's wait, comes back here
+        return;  // called again by an acknowledgement, or when an event stops waiting
       }
       const TimePoint now = std::chrono::steady_clock::now();
       if (plan.rate_hz > 0) {
@@ -97,7 +97,7 @@ struct EventSource::State : std::enable_shared_from_this<State> {
           });
           return;
         }
-        // After a stall all that were due come, with the latency that it has given them.
+        // After a stall all due events are sent; their latency includes the stall.
         send(due);
         due += period;
       } else {

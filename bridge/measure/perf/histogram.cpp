@@ -49,7 +49,7 @@ double Histogram::mean() const noexcept {
 }
 
 std::int64_t Histogram::percentile(double percent) const noexcept {
-  // 99.9 is not exactly that, and 99.9 % of 1000 is still 999.
+  // 99.9 is not exact as a double, but 99.9 % of 1000 must be 999.
   constexpr double rounding = 1e-6;
   const double share = std::clamp(percent, 0.0, 100.0) * static_cast<double>(count_) / 100;
   const auto rank = static_cast<std::uint64_t>(std::max(1.0, std::ceil(share - rounding)));

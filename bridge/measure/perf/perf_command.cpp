@@ -22,7 +22,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// What every measuring command can do with its result.
+/// The output options that all measuring commands share.
 struct OutputOptions {
   bool json = false;
   bool quiet = false;
@@ -35,7 +35,7 @@ struct OutputOptions {
     command.add_flag("-q,--quiet", quiet, "Show no progress");
   }
 
-  /// What is seen once a second.
+  /// Prints the progress once a second.
   [[nodiscard]] perf::Client::Progress progress() const {
     if (json || quiet) {
       return {};
@@ -88,7 +88,7 @@ struct ServerOptions {
 int serve(const ServerOptions& options) {
   const cli::ServiceArgument service = cli::parse_service(options.service, false);
   sd::NodeConfig network = options.network.config();
-  network.unproven_answer_bytes = std::numeric_limits<std::size_t>::max();  // it is there to answer much
+  network.unproven_answer_bytes = std::numeric_limits<std::size_t>::max();  // large answers are its purpose
   cli::Session session{options.timeout_s};
   sd::Node node{session.io, network,
                 [&](const std::string& line) {
@@ -125,7 +125,7 @@ void add_server(CLI::App& perf, int& status) {
   command->callback([options, &status] { status = serve(*options); });
 }
 
-/// How long, of whatever is measured.
+/// The times that all measurements share.
 struct TimeOptions {
   double seconds = 5;
   double warm_up_s = 0.2;
@@ -180,8 +180,9 @@ int measure(const ClientCommand& command) {
     throw CLI::ValidationError("--size", fmt::format("events have at least {} bytes", perf::min_event_bytes));
   }
   sd::NodeConfig network = command.network.config();
-  // All calls at a time may wait to be sent, and their answers at the server, whose node has the same bound.
-  constexpr std::size_t most_beside_payload = 1024;  // what a queue counts for each
+  // All calls in flight may wait to be sent at once, and so may their answers at the server, whose node has
+  // the same limit.
+  constexpr std::size_t most_beside_payload = 1024;  // what a queue counts for each besides its payload
   if (!options.events &&
       options.in_flight * (options.plan.bytes + most_beside_payload) > network.max_queued_bytes) {
     throw CLI::ValidationError(
@@ -241,7 +242,7 @@ void add_client(CLI::App& perf, int& status) {
   command->add_option("--in-flight", options->client.in_flight, "Calls at a time")
       ->type_name("N")
       ->check(CLI::Range(1, 1000))
-      ->excludes(events)  // refused, as are those below, where it would have no effect
+      ->excludes(events)  // an option that would have no effect is refused, here and below
       ->capture_default_str();
   command->add_option("--window", options->window, "Events under way at a time; 0: no limit")
       ->type_name("N")

@@ -16,10 +16,10 @@ constexpr double left = 80;
 constexpr double right = 20;
 constexpr double top = 40;
 constexpr double bottom = 50;
-/// Of the axis of percentiles, 1 - 10^-x.
+/// The end of the percentile axis, 1 - 10^-x.
 constexpr double nines = 5;
 
-/// Both axes logarithmic: latency upwards, and to the right what part of all samples is slower.
+/// Both axes are logarithmic: latency upwards, and to the right the fraction of samples that is slower.
 class Axes {
  public:
   explicit Axes(const Histogram& latency)
@@ -91,7 +91,7 @@ std::string to_svg(const Result& result) {
     const double y = axes.y(static_cast<double>(std::min(bucket.up_to, result.latency.max())));
     out += fmt::format("{:.1f},{:.1f} ", Axes::x(1 - static_cast<double>(seen) / all), y);
     seen += bucket.count;
-    // The slowest sample is no percentile: the curve ends where only it is left.
+    // The slowest sample is not a percentile: the curve ends where only this sample is left.
     const double slower = std::max(1 - static_cast<double>(seen) / all, 0.5 / all);
     out += fmt::format("{:.1f},{:.1f} ", Axes::x(slower), y);
   }

@@ -30,7 +30,7 @@ std::string to_text(const Result& result) {
                      cli::duration_text(latency.max()));
   if (result.clock_error_ns) {
     out +=
-        fmt::format("             of two clocks: right to {}\n", cli::duration_text(*result.clock_error_ns));
+        fmt::format("             of two clocks: exact to {}\n", cli::duration_text(*result.clock_error_ns));
   }
   for (const auto& [process, cpu] : result.cpu) {
     out += fmt::format("  CPU        {}: {:.0f} % of a core, {:.0f} % of it in the kernel\n", process,

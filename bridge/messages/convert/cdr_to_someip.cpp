@@ -30,8 +30,8 @@ class CdrToSomeip : Converter<CdrToSomeip, false, quick::LoopToSomeip> {
   }
 
   struct LengthField {
-    std::size_t place;  ///< in the scratch
-    std::size_t begin;  ///< position of what it counts
+    std::size_t place;  ///< in the scratch memory
+    std::size_t begin;  ///< position of the bytes that it counts
     FieldWidth width;
   };
 
@@ -51,8 +51,7 @@ class CdrToSomeip : Converter<CdrToSomeip, false, quick::LoopToSomeip> {
     if (count > left()) {
       return failure_.set(ConversionFault::truncated, at_ + left(), i, left());
     }
-    // A DDS reader refuses other values too; sent on, they would not be what SOME/IP allows.
-    // [feat_req_someip_817]
+    // A DDS reader refuses other values too, and SOME/IP does not allow them.  [feat_req_someip_817]
     const ByteView bytes{in_ + at_, static_cast<std::size_t>(count)};
     if (!all_bools(bytes)) {
       const auto bad = static_cast<std::size_t>(
@@ -64,7 +63,7 @@ class CdrToSomeip : Converter<CdrToSomeip, false, quick::LoopToSomeip> {
     return true;
   }
 
-  /// The first boolean is the lowest bit; bits that stand for nothing are 0.  [feat_req_someip_689]
+  /// The first boolean is the lowest bit; unused bits are 0.  [feat_req_someip_689]
   bool bits(std::size_t i, const Op& op) {
     const auto count = static_cast<std::size_t>(op.count);
     if (count > left()) {
@@ -97,7 +96,7 @@ class CdrToSomeip : Converter<CdrToSomeip, false, quick::LoopToSomeip> {
       return failure_.set(ConversionFault::truncated, begin, i);
     }
     if (elements > 0) {
-      recording_ = nullptr;  // the next one has as many only by chance
+      recording_ = nullptr;  // the next message rarely has the same number
     }
     const auto numbers = static_cast<std::size_t>(elements * op.count);
     if (!write_length(op.length, numbers * op.width)) {
@@ -171,7 +170,7 @@ class CdrToSomeip : Converter<CdrToSomeip, false, quick::LoopToSomeip> {
     return true;
   }
 
-  /// Makes the length field of 32 bits behind a tag the smallest that can say `length`.
+  /// Replaces the length field of 32 bits behind a tag by the smallest one that can hold `length`.
   void shrink_length(std::size_t tag_place, std::size_t length, someip::DataId id) {
     const FieldWidth width = someip::smallest_width(length);
     someip::store(out_.place(tag_place), to_number(someip::Tag{someip::length_type(width), id}));
@@ -196,7 +195,7 @@ class CdrToSomeip : Converter<CdrToSomeip, false, quick::LoopToSomeip> {
     }
     const std::size_t data = out_.position();
     if (!op.is_tagged) {
-      length.begin = data;  // it leaves out the type field  [feat_req_someip_272]
+      length.begin = data;  // the length does not count the type field  [feat_req_someip_272]
     }
     std::size_t type = 0;
     std::size_t chosen = 0;
@@ -243,8 +242,8 @@ class CdrToSomeip : Converter<CdrToSomeip, false, quick::LoopToSomeip> {
     }
     ByteView text{in_ + at_, size};
     at_ += size;
-    // The size counts the terminator, so 0 is none that CDR knows: some write it for an empty string, and
-    // all read it as one.
+    // The size includes the terminator, so CDR does not know size 0. Some writers use it for an empty string,
+    // and all readers take it as one.
     if (!text.empty()) {
       if (text.back() != std::byte{0}) {
         return failure_.set(ConversionFault::bad_string, begin, i);
@@ -269,7 +268,7 @@ class CdrToSomeip : Converter<CdrToSomeip, false, quick::LoopToSomeip> {
     return end_string(i, op, length, begin);
   }
 
-  /// False: not well-formed UTF-8.
+  /// False if it is not well-formed UTF-8.
   bool put_utf16(ByteView text) {
     const std::endian order = utf16_order(rules_.string_encoding);
     const std::size_t room = 2 * text.size();  // a byte of UTF-8 is never more than a unit of UTF-16
@@ -321,7 +320,7 @@ class CdrToSomeip : Converter<CdrToSomeip, false, quick::LoopToSomeip> {
     return rules_.string_terminator || op.fixed_bytes != 0;
   }
 
-  /// Behind the terminator.
+  /// Called after the terminator has been written.
   bool end_string(std::size_t i, const Op& op, const LengthField& length, std::size_t begin) {
     if (op.fixed_bytes != 0) {  // [feat_req_someip_233]
       const std::size_t used = out_.position() - length.begin;

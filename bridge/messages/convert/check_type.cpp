@@ -14,7 +14,7 @@
 namespace trestle::messages {
 namespace {
 
-/// The most bytes of SOME/IP that a field can have; nothing: there is no limit that matters here.
+/// The most bytes that a field can have in SOME/IP; nothing if there is no limit that matters here.
 class Most {
  public:
   Most(const TypeTree& tree, const someip::PayloadRules& rules) : tree_{tree}, rules_{rules} {}
@@ -22,7 +22,7 @@ class Most {
   using Bytes = std::optional<std::uint64_t>;
 
   [[nodiscard]] Bytes message(const MessageDefinition& definition) const {
-    // What generates IDL from .msg files gives an empty message a field of one byte.
+    // Generators of IDL from .msg files give an empty message a field of one byte.
     Bytes sum = bytes(rules_.struct_length) + (definition.fields.empty() ? 1 : 0);
     for (const Field& field : definition.fields) {
       sum = plus(sum, one(field.type));
@@ -30,7 +30,7 @@ class Most {
     return sum;
   }
 
-  /// Of all elements of an array, without its length field.
+  /// The bytes of all elements of an array, without its length field.
   [[nodiscard]] Bytes elements(const FieldType& type) const {
     const Bytes element = single(type);
     return type.array == ArrayKind::unbounded || !element ? std::nullopt
@@ -38,7 +38,8 @@ class Most {
   }
 
  private:
-  // No length field counts more, so larger sums need no telling apart; products of two such do not overflow.
+  // No length field can count more, so all larger sums are alike; the product of two limited numbers does not
+  // overflow.
   static Bytes limited(std::uint64_t number) {
     return number > std::numeric_limits<std::uint32_t>::max() ? std::nullopt : Bytes{number};
   }
@@ -48,7 +49,7 @@ class Most {
   }
 
   [[nodiscard]] Bytes one(const FieldType& type) const {
-    // Alignment puts up to this much behind what has a variable length.
+    // Alignment puts up to this many bytes behind data of variable length.
     const std::uint64_t padding = rules_.alignment - 1U;
     switch (type.array) {
       case ArrayKind::none:

@@ -19,7 +19,7 @@ bool DefaultWriter::write(std::size_t i) {
                                                   : zeros(i + 1, op.end);
 }
 
-/// What the operations make of nothing at all.
+/// Writes what the operations produce without any input.
 bool DefaultWriter::zeros(std::size_t begin, std::size_t end) {
   for (std::size_t i = begin; i < end;) {
     const Op& op = program_.ops[i];

@@ -64,7 +64,7 @@ Bytes most_of(const Program& program, std::size_t from, std::size_t to) {
       case Op::Kind::member:
       case Op::Kind::choice:
       case Op::Kind::alternative:
-        break;  // what we do not know is skipped
+        break;  // unknown members in the input are skipped
     }
     if (!most || sum + *most > too_many) {
       return std::nullopt;

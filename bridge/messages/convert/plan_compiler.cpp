@@ -63,7 +63,7 @@ class Compiler {
   }
 
  private:
-  /// Rules that speak of what is not there are slips of the pen.
+  /// Rules for types or fields that do not exist are mistakes.
   void check_types() {
     for (const auto& [name, own] : rules_.types) {
       const auto used = std::ranges::find(tree_.messages, name, &MessageDefinition::name);
@@ -97,8 +97,8 @@ class Compiler {
     }
   }
 
-  /// Whether rosidl estimates too large a size: it adds the alignment of the numbers behind the count of a
-  /// sequence, which an empty one does not have, and a terminator of wstrings.
+  /// Whether rosidl estimates too large a size: it adds padding for the numbers after the count of a
+  /// sequence, which an empty sequence does not have, and a terminator for wstrings.
   [[nodiscard]] bool is_overestimated() const {
     return std::ranges::any_of(tree_.messages, [](const MessageDefinition& definition) {
       return std::ranges::any_of(definition.fields, [](const Field& field) {
@@ -115,10 +115,10 @@ class Compiler {
     return own == rules_.types.end() ? nullptr : &own->second;
   }
 
-  /// The length field of an element: that of its kind, or that which follows a tag.
+  /// The length field of an element: the one of its kind, or the one that follows a tag.
   [[nodiscard]] FieldWidth length(FieldWidth of_its_kind, bool is_tagged) const {
     return !is_tagged                        ? of_its_kind
-           : payload_.smallest_tagged_length ? FieldWidth::bits32  // room that is taken back
+           : payload_.smallest_tagged_length ? FieldWidth::bits32  // shortened afterwards
                                              : payload_.tagged_length;
   }
 
@@ -142,7 +142,7 @@ class Compiler {
                     [&] { return fields(definition, path, true); });
   }
 
-  /// @param may_miss  whether one can see where the message ends: the last fields may be missing then.
+  /// @param may_miss  whether the end of the message can be seen, so that the last fields may be missing.
   Least fields(const MessageDefinition& definition, const std::string& path, bool may_miss) {
     Least least;
     for_each_field(definition, path, [&](const Field& one, const std::string& name) {
@@ -285,7 +285,7 @@ class Compiler {
     return {4, bytes(width) + fixed_bytes_};
   }
 
-  /// Numbers or booleans like `op`; one operation with those just before where they are alike.
+  /// Numbers or booleans like `op`; joined with the operation just before if that is of the same kind.
   Least run(Op op, std::uint64_t count, Label label) {
     const Least least{times(count, op.width), times(count, op.width)};
     if (program_.ops.size() > barrier_) {
@@ -400,7 +400,7 @@ class Compiler {
     if (optional || rules_.default_missing) {
       return {optional ? 4 : least.cdr, 0};
     }
-    // The tag may announce a length field of 8 bits, whatever the rules say.
+    // A tag may always announce a length field of 8 bits, whatever the rules say.
     const std::size_t surplus = is_number(program_.ops[op + 1]) ? 0 : bytes(length({}, true)) - 1;
     return {least.cdr, least.someip - surplus + someip::tag_bytes};
   }
@@ -508,7 +508,7 @@ class Compiler {
   struct Loop {
     std::size_t op;
     Least least;          ///< of one element
-    std::size_t barrier;  ///< as it was before
+    std::size_t barrier;  ///< the barrier before the loop
   };
 
   /// An operation whose body is one element of `type`.
@@ -537,7 +537,7 @@ class Compiler {
     return least;
   }
 
-  /// The body of a loop, if it is but one run: then the loop can be one run itself.
+  /// The body of a loop, if it is a single run: then the loop can be a run itself.
   [[nodiscard]] std::optional<Op> only_run(std::size_t loop) const {
     if (program_.ops.size() != loop + 2) {
       return std::nullopt;
@@ -569,8 +569,8 @@ class Compiler {
   Program program_;
   std::size_t barrier_ = 0;  ///< operations before this one are complete: nothing joins them
   std::size_t fields_ = 0;
-  std::endian order_;              ///< of the numbers of the field at hand
-  std::uint32_t fixed_bytes_ = 0;  ///< of the strings of the field at hand
+  std::endian order_;              ///< of the numbers in the present field
+  std::uint32_t fixed_bytes_ = 0;  ///< of the strings in the present field
   std::string complaint_;
 };
 

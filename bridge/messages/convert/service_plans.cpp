@@ -69,8 +69,8 @@ tl::expected<ServicePlans, std::string> compile_service(const ServiceTypes& type
   return ServicePlans{std::move(*request), std::move(*response)};
 }
 
-// In CDR a message that is the only member of another looks as it does by itself, so the plans of the value
-// do.
+// In CDR a message that is the only member of another one has the same bytes as by itself, so the plans of
+// the value can be used.
 tl::expected<ServicePlans, std::string> compile_field_service(const FieldServiceTypes& types,
                                                               FieldAccess access, const MessageRules& rules) {
   auto response = ConversionPlan::compile(types.value, rules);

@@ -50,7 +50,7 @@ class SomeipToCdr : Converter<SomeipToCdr, true, quick::LoopToCdr> {
     return true;
   }
 
-  /// The first boolean is the lowest bit; bits that stand for nothing are ignored.  [feat_req_someip_689]
+  /// The first boolean is the lowest bit; unused bits are ignored.  [feat_req_someip_689]
   bool bits(std::size_t i, const Op& op) {
     if (op.width > left()) {
       return failure_.set(ConversionFault::truncated, at_, i);
@@ -73,7 +73,7 @@ class SomeipToCdr : Converter<SomeipToCdr, true, quick::LoopToCdr> {
     }
     const std::size_t end = at_ + length;
     const std::uint64_t element_bytes = op.count * op.width;
-    // A division takes longer than all the rest.
+    // A shift if possible: a division would take longer than all the rest.
     std::uint64_t elements = op.count == 1 ? length >> std::countr_zero(op.width) : length / element_bytes;
     if (elements >= op.bound && rules_.cut_longer_arrays) {  // [feat_req_someipcompat_1199]
       elements = op.bound;
@@ -84,7 +84,7 @@ class SomeipToCdr : Converter<SomeipToCdr, true, quick::LoopToCdr> {
       return failure_.set(ConversionFault::bound_exceeded, begin, i);
     }
     if (elements > 0) {
-      recording_ = nullptr;  // the next one has as many only by chance
+      recording_ = nullptr;  // the next message rarely has the same number
     }
     write_u32(static_cast<std::uint32_t>(elements));
     if (op.kind == Op::Kind::bool_sequence) {
@@ -140,7 +140,7 @@ class SomeipToCdr : Converter<SomeipToCdr, true, quick::LoopToCdr> {
     if (op.kind == Op::Kind::fixed_array && at_ != limit_ && !rules_.cut_longer_arrays) {
       return failure_.set(ConversionFault::bad_length, begin, i);
     }
-    // What a newer version has more is skipped.  [feat_req_someip_601] [feat_req_someipcompat_1199]
+    // Members that a newer version has added are skipped.  [feat_req_someip_601] [feat_req_someipcompat_1199]
     at_ = limit_;
     limit_ = outer;
     return true;
@@ -154,7 +154,7 @@ class SomeipToCdr : Converter<SomeipToCdr, true, quick::LoopToCdr> {
     return defaults_.write(i) || failure_.set(ConversionFault::too_large, at_, i);
   }
 
-  /// Members may come in any order, so they are looked up before they are converted in that of the type.
+  /// Members may come in any order, so all are located first and then converted in the order of the type.
   bool tagged(std::size_t i, const Op& op) {
     const std::size_t begin = at_;
     const std::size_t outer = limit_;
@@ -184,7 +184,7 @@ class SomeipToCdr : Converter<SomeipToCdr, true, quick::LoopToCdr> {
     return true;
   }
 
-  /// Notes where the members stand, and skips those that the type does not have.
+  /// Notes the places of the members, and skips those that the type does not have.
   bool find_members(std::size_t i, const Op& op, std::size_t first) {
     const std::vector<MemberId>& known = program_.members[op.members_at];
     while (at_ < limit_) {
@@ -269,7 +269,7 @@ class SomeipToCdr : Converter<SomeipToCdr, true, quick::LoopToCdr> {
     return true;
   }
 
-  /// Reads the type and the length of what follows both. False: they are not there, or that is not.
+  /// Reads the type, and the length of the value behind it. False if one of them, or the value, is missing.
   bool read_union_head(const Op& op, std::size_t& type, std::size_t& length) noexcept {
     if (op.is_tagged) {  // the tag's length counts the type field too
       if (!read_length(op.length, length)) {
@@ -360,12 +360,12 @@ class SomeipToCdr : Converter<SomeipToCdr, true, quick::LoopToCdr> {
 
   // Reading SOME/IP
 
-  /// A length field and whether what it counts is there.
+  /// Reads a length field; false if it, or the bytes that it counts, are missing.
   bool read_length(FieldWidth width, std::size_t& length) noexcept {
     return read_number(std::exchange(announced_, std::nullopt).value_or(width), length) && length <= left();
   }
 
-  /// A length or type field.
+  /// Reads a length or type field.
   bool read_number(FieldWidth width, std::size_t& number) noexcept {
     if (left() < bytes(width)) {
       return false;
@@ -391,14 +391,14 @@ class SomeipToCdr : Converter<SomeipToCdr, true, quick::LoopToCdr> {
     return found.has_value() || failure_.set(ConversionFault::bad_string, begin, i);
   }
 
-  /// The padding behind strings and dynamic arrays. Senders differ in whether the last one has it.
+  /// Skips the padding behind strings and dynamic arrays. Not all senders put it behind the last one.
   void skip_padding() noexcept {
     if (rules_.alignment > 1) {
       at_ += std::min(padding(at_, rules_.alignment), left());
     }
   }
 
-  /// A string of a fixed size is not followed by any.
+  /// A string of a fixed size has no padding.
   void skip_padding_of(const Op& op) noexcept {
     if (op.fixed_bytes == 0) {
       skip_padding();
@@ -410,7 +410,7 @@ class SomeipToCdr : Converter<SomeipToCdr, true, quick::LoopToCdr> {
   void align(std::size_t width) { align_cdr(out_, width); }
   void write_u32(std::uint32_t number) { write_cdr_u32(out_, number); }
 
-  /// Of a boolean's byte only the lowest bit counts.  [feat_req_someip_817]
+  /// Only the lowest bit of a boolean's byte counts.  [feat_req_someip_817]
   void put_bools(std::size_t count) {
     const ByteView values{in_ + at_, count};
     if (all_bools(values)) {
@@ -421,7 +421,7 @@ class SomeipToCdr : Converter<SomeipToCdr, true, quick::LoopToCdr> {
     at_ += count;
   }
 
-  std::optional<FieldWidth> announced_;  ///< by a tag: of the length field that comes next
+  std::optional<FieldWidth> announced_;  ///< the width of the next length field, if a tag announced it
   DefaultWriter defaults_;
 };
 

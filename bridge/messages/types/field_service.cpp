@@ -17,11 +17,11 @@ InterfaceName made_service(const std::string& value_type, FieldAccess access) {
 
 bool same_type(const Field& left, const Field& right) {
   FieldType type = left.type;
-  type.message_index = right.type.message_index;  // each counts in its own tree
+  type.message_index = right.type.message_index;  // each index belongs to its own tree
   return type == right.type;
 }
 
-/// Whether CDR of the message is that of the value: what a message is nested in adds nothing to it.
+/// Whether the message and the value have the same CDR: an enclosing message adds no bytes.
 bool holds(const MessageDefinition& message, const MessageDefinition& value) {
   const bool is_one_member = message.fields.size() == 1 && message.fields[0].type.message == value.name &&
                              message.fields[0].type.array == ArrayKind::none;
@@ -36,7 +36,7 @@ std::string fault_of(const FieldServiceTypes& types, FieldAccess access) {
     return fmt::format("{} has no fields, so it cannot be the value of a field", value.name);
   }
   if (access == FieldAccess::get && !request.fields.empty()) {
-    return fmt::format("{} is not empty, but a getter is asked for nothing", request.name);
+    return fmt::format("{} is not empty, but a getter has no parameters", request.name);
   }
   const auto wrong = [&](const MessageDefinition& message) {
     return fmt::format(

@@ -16,13 +16,13 @@ bool in_word(char c) {
   return starts_word(c) || decimal(c);
 }
 
-/// How many characters at the front are of one kind.
+/// The number of characters at the front that are of this kind.
 template <typename Kind>
 std::size_t run(std::string_view text, Kind kind) {
   return static_cast<std::size_t>(std::ranges::find_if_not(text, kind) - text.begin());
 }
 
-/// Digits with what else a number may have: "0x1f", "1.5", ".5e-3".
+/// The size of the number at the front: "0x1f", "1.5", ".5e-3".
 std::size_t number_size(std::string_view text) {
   std::size_t size = run(text, [](char c) { return in_word(c) || c == '.'; });
   const bool exponent = size > 0 && size < text.size() && (text[size - 1] == 'e' || text[size - 1] == 'E') &&
@@ -33,7 +33,7 @@ std::size_t number_size(std::string_view text) {
   return size;
 }
 
-/// Up to the closing quote; 0: there is none.
+/// The size up to the closing quote; 0 if there is none.
 std::size_t string_size(std::string_view text) {
   for (std::size_t at = text.find('"') + 1; at < text.size(); ++at) {
     if (text[at] == '"') {
@@ -58,7 +58,7 @@ void append_utf8(std::string& text, std::uint32_t character) {
   }
 }
 
-/// Appends the character that an escape sequence stands for; how many characters it has behind the backslash.
+/// Appends the character of an escape sequence; returns the length of the sequence after the backslash.
 std::size_t unescape(std::string_view text, bool wide, std::string& into) {
   constexpr std::string_view names = "ntvbrfa";
   constexpr std::string_view characters = "\n\t\v\b\r\f\a";
@@ -125,7 +125,7 @@ bool IdlLexer::skip_blanks(IdlToken& into) {
   return !text_.empty();
 }
 
-/// Types are found by their names, so the line says nothing new.
+/// Types are found by their names, so the line is not needed.
 bool IdlLexer::skip_include(IdlToken& into) {
   const std::string_view line = text_.substr(0, text_.find('\n'));
   constexpr std::string_view keyword = "#include";
@@ -133,7 +133,7 @@ bool IdlLexer::skip_include(IdlToken& into) {
   const char quote = open < line.size() ? line[open] : '\0';
   const std::size_t close = line.find(quote == '<' ? '>' : '"', open + 1);
   if (!line.starts_with(keyword) || (quote != '<' && quote != '"') || close == std::string_view::npos) {
-    into = bad("of the preprocessor there is only #include \"file\" in ROS");
+    into = bad("the only preprocessor directive in ROS is #include \"file\"");
     return false;
   }
   skip(close + 1);

@@ -40,7 +40,7 @@ constexpr std::array<std::pair<std::string_view, Primitive>, 15> idl_types{{
     {"uint64", Primitive::uint64},
 }};
 
-/// Words of IDL that begin what cannot be carried, and why.
+/// Words of IDL that begin something that cannot be carried, and why.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 13> refused_words{{
     {"wchar", "SOME/IP has no single wide characters; take a wstring"},
     {"enum", "rosidl does not generate enumerations; take an integer and constants"},
@@ -57,10 +57,10 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 13> refused_
     {"struct", "a struct within another declaration"},
 }};
 
-/// Annotations with which a ROS 2 node and another DDS application, or this bridge, would not understand each
-/// other. `key` is not among them: up to Jazzy no topic of ROS 2 has keys, whatever its type says.
+/// Annotations that a ROS 2 node and another DDS application, or this bridge, treat differently. `key` is not
+/// among them: up to Jazzy no topic of ROS 2 has keys, whatever its type says.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 1> refused_annotations{{
-    {"optional", "rosidl sends such a member always, others do not"},
+    {"optional", "rosidl always sends such a member, others do not"},
 }};
 
 template <typename Table>
@@ -521,7 +521,7 @@ class IdlParser {
 
   IdlLexer lexer_;
   const std::string& file_;
-  IdlToken token_;                     ///< the next one
+  IdlToken token_;                     ///< the next token
   std::vector<std::string> expected_;  ///< the names of the structs
   std::vector<std::string_view> modules_;
   std::map<std::string, FieldType, std::less<>> type_names_;

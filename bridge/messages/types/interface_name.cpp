@@ -19,7 +19,7 @@ bool name_part(std::string_view text) {
          std::ranges::all_of(text, [](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '_'; });
 }
 
-/// Without the first of the suffixes that it has; whether it had one, and something before it.
+/// Removes the first of the suffixes that it has; false if it has none, or nothing before it.
 bool remove_suffix(std::string& type, std::span<const std::string_view> suffixes) {
   for (const std::string_view suffix : suffixes) {
     if (type.ends_with(suffix) && type.size() > suffix.size()) {

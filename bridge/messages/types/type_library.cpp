@@ -16,8 +16,8 @@ namespace fs = std::filesystem;
 /// What add() knows of the tree that it is building.
 struct TypeLibrary::Resolving {
   TypeTree tree;
-  std::map<std::string, std::size_t> done;  ///< where finished messages stand in the tree
-  std::vector<std::string> path;            ///< messages begun, from the root
+  std::map<std::string, std::size_t> done;  ///< index of finished messages in the tree
+  std::vector<std::string> path;            ///< unfinished messages, from the root
 };
 
 TypeLibrary::TypeLibrary(const std::vector<fs::path>& folders, const std::vector<fs::path>& ament_prefixes) {
@@ -96,13 +96,13 @@ tl::expected<std::size_t, TypeError> TypeLibrary::add(const std::string& name, R
     }
     auto nested = add(field.type.message, resolving);
     if (!nested && nested.error().file.empty() && field.type.message.ends_with("/msg/Header")) {
-      // ROS 1 files write Header for std_msgs/Header, and many still do.
+      // ROS 1 files write Header for std_msgs/Header, and many files still do.
       field.type.message = "std_msgs/msg/Header";
       nested = add(field.type.message, resolving);
     }
     if (!nested) {
       TypeError error = std::move(nested.error());
-      if (error.file.empty()) {  // not found: the place to look at is where it is used
+      if (error.file.empty()) {  // not found: report the place where it is used
         error.file = message.file;
         error.line = field.line;
         error.column = field.column;
@@ -129,15 +129,15 @@ tl::expected<const MessageDefinition*, TypeError> TypeLibrary::find(const std::s
     return tl::unexpected{TypeError{{},
                                     0,
                                     0,
-                                    fmt::format("{} is {}, and no message: those that it has are {}{}, ...",
-                                                name, action ? "an action" : "a service", name,
+                                    fmt::format("{} is {}, not a message; its messages are {}{}, ...", name,
+                                                action ? "an action" : "a service", name,
                                                 action ? action_suffixes[0] : service_suffixes[0])}};
   }
   if (auto loaded = load(*interface); !loaded) {
     return tl::unexpected{std::move(loaded.error())};
   }
   const auto known = known_.find(name);
-  assert(known != known_.end());  // every name that leads to an interface is one that it has
+  assert(known != known_.end());  // load() has entered all names of this interface
   return &known->second;
 }
 

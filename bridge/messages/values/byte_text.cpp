@@ -73,14 +73,14 @@ std::optional<std::vector<std::byte>> from_base64(std::string_view text) {
     }
     bits = bits << 6U | static_cast<unsigned>(at);
     if (++digits % 4 != 1) {
-      // The 2nd, 3rd and 4th digit complete a byte each, with 4, 2 and 0 bits left over.
+      // The 2nd, 3rd and 4th digit each complete a byte, and leave 4, 2 and 0 bits.
       const unsigned left = 2 * (3 - (digits - 1) % 4);
       bytes.push_back(static_cast<std::byte>(bits >> left & 0xffU));
       bits &= (1U << left) - 1;
     }
   }
   const std::size_t last = digits % 4;
-  // Bits left over that are not zero would be lost.
+  // Remaining bits must be zero, because they would be lost.
   if (last == 1 || bits != 0 || (padding != 0 && (last + padding) != 4)) {
     return std::nullopt;
   }

@@ -9,7 +9,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// Where the parser is in the text. It reads through CountedIterator, as it does not tell itself.
+/// The parser's position in the text. It does not tell its position, so it reads through CountedIterator.
 struct Progress {
   const char* at = nullptr;
 };
@@ -77,7 +77,7 @@ class Events : public nlohmann::json_sax<Json> {
   [[nodiscard]] const ValueError& error() const { return error_; }
 
  private:
-  /// Numbers are taken as written, as neither double nor int64 holds all of them.
+  /// Numbers are kept as text, because neither double nor int64 can hold all of them.
   bool literal(TextValue::Kind kind) {
     const TextPlace place = next_token();
     const std::string_view rest{begin_, static_cast<std::size_t>(text_.data() + text_.size() - begin_)};
@@ -100,8 +100,8 @@ class Events : public nlohmann::json_sax<Json> {
     return true;
   }
 
-  /// The place where the token begins that the parser has just read. It reads one character further behind
-  /// numbers; that is skipped here or is a token that comes next.
+  /// The place where the token begins that the parser has just read. After a number the parser reads one
+  /// character more: either it is skipped here, or it is the next token.
   TextPlace next_token() {
     const char* const end = text_.data() + text_.size();
     begin_ = std::find_if(
@@ -110,7 +110,7 @@ class Events : public nlohmann::json_sax<Json> {
     return place_of(begin_);
   }
 
-  /// Counts lines from where it was asked for last.
+  /// Counts lines from the last place that was asked for.
   TextPlace place_of(const char* at) {
     for (; counted_ < at; ++counted_) {
       if (*counted_ == '\n') {
@@ -127,7 +127,7 @@ class Events : public nlohmann::json_sax<Json> {
   std::string_view text_;
   const Progress& progress_;
   const char* token_;            ///< where the search for the next token begins
-  const char* begin_ = nullptr;  ///< of the last token
+  const char* begin_ = nullptr;  ///< beginning of the last token
   const char* counted_;
   const char* line_ = text_.data();
   TextPlace place_{1, 1};

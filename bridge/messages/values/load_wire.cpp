@@ -27,7 +27,8 @@ documents::Format<FieldWidth> field_width() {
 }
 
 void load_payload_rules(documents::Section& wire, PayloadRules& rules) {
-  // The one profile there is: a named starting point for the rest, instead of the specification's defaults.
+  // A profile replaces the defaults of the specification; the other keys then change single rules. There is
+  // only one.
   wire.read("profile", documents::one_of<PayloadRules>({{"commonapi", someip::commonapi_rules}}), rules);
   wire.read("byte_order", byte_order(), rules.byte_order);
   wire.read("length_order", documents::one_of<bool>({{"big", true}, {"as_payload", false}}),
@@ -60,7 +61,7 @@ void load_payload_rules(documents::Section& wire, PayloadRules& rules) {
             rules.cut_longer_arrays);
 }
 
-/// A mapping from fields to what each has.
+/// A mapping from fields to the setting of each.
 template <typename T>
 void load_fields(documents::Section& type, const char* key, const documents::Format<T>& format,
                  std::map<std::string, T, std::less<>>& into, documents::Problems& problems) {

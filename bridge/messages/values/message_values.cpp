@@ -75,7 +75,7 @@ tl::expected<std::vector<std::byte>, ValueError> MessageValues::parse(std::strin
   ConversionScratch scratch;
   const auto payload = plan_.cdr_to_someip(*sample, scratch);
   if (!payload) {
-    // The sample is sound, so what fails is what these wire rules cannot say.
+    // The sample is valid, so the failure is something that these wire rules cannot express.
     const ConversionError& error = payload.error();
     const char* const why =
         error.fault == ConversionFault::length_overflow ? "more bytes than the length field can say"

@@ -12,7 +12,8 @@
 namespace trestle::messages {
 namespace {
 
-/// What is not to be written as it is: controls, and what breaks lines or reverses their order.
+/// Characters that must be escaped: control characters, and those that break lines or reverse the direction
+/// of text.
 bool is_unsafe(char32_t code) {
   return code < 0x20 || (code >= 0x7f && code < 0xa0) || code == 0x061c || code == 0x200e || code == 0x200f ||
          (code >= 0x2028 && code <= 0x202e) || (code >= 0x2066 && code <= 0x2069) || code == 0xfeff ||

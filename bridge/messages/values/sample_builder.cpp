@@ -31,7 +31,7 @@ class Builder {
   }
 
  private:
-  // Each writes a value, or zeros and defaults when there is none in the text; false: error_ says why not.
+  // Each function writes a value, or zeros and defaults if the text has none. After false, error_ says why.
 
   bool message(const MessageDefinition& type, const TextValue* value) {
     std::vector<const TextValue*> given(type.fields.size());
@@ -259,7 +259,7 @@ class Builder {
   bool floating(const TextValue* value) {
     T number = 0;
     if (value != nullptr) {
-      // JSON has no other way than a string to say NaN.
+      // JSON can express NaN only as a string.
       const auto read = may_be_number(*value) ? read_float<T>(value->text)
                         : value->kind == Kind::quoted && read_special(value->text)
                             ? std::optional{static_cast<T>(*read_special(value->text))}
@@ -274,7 +274,7 @@ class Builder {
     return true;
   }
 
-  /// What a string field is to hold, or nothing when `value` is no string.
+  /// The text for a string field; null if `value` is not a string.
   static const std::string* text_of(const TextValue& value) {
     return value.kind == Kind::plain || value.kind == Kind::quoted ? &value.text : nullptr;
   }

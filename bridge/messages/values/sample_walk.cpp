@@ -92,7 +92,7 @@ class Walk {
     sink_->end_array();
   }
 
-  /// Elements that nobody is told of.
+  /// Skips elements without reporting them.
   void skip(const FieldType& type, std::size_t count) {
     ValueSink nobody;
     ValueSink* const sink = std::exchange(sink_, &nobody);

@@ -48,7 +48,7 @@ void YamlPrinter::end_message(const MessageDefinition& type) {
 
 void YamlPrinter::begin_array(bool numbers, std::size_t size, std::size_t shown) {
   const bool flow = numbers || size == 0;
-  // Arrays stand in messages only, so there is a key before each.
+  // Arrays are always fields of messages, so there is a key before each.
   out_ += flow ? " [" : "\n";
   arrays_.push_back({.flow = flow, .size = size, .shown = shown, .indent = indent_});
   before_ = Before::nothing;

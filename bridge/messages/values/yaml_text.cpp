@@ -14,7 +14,7 @@ TextPlace place_of(const YAML::Mark& mark) {
   return mark.is_null() ? TextPlace{} : TextPlace{mark.line + 1, mark.column + 1};
 }
 
-/// Leaves yaml-cpp with its own kind of exception when the text is more than a message needs.
+/// Throws yaml-cpp's own kind of exception when the text uses more of YAML than a message needs.
 class Events : public YAML::EventHandler {
  public:
   void OnDocumentStart(const YAML::Mark& mark) override { start_ = mark; }
@@ -41,8 +41,8 @@ class Events : public YAML::EventHandler {
   }
   void OnMapEnd() override { end(); }
 
-  /// A list or mapping in place of a key is told of here: yaml-cpp takes a bracket that is never closed for
-  /// one.
+  /// Reports a list or mapping in the place of a key only here, because to yaml-cpp an unclosed bracket looks
+  /// like one.
   [[nodiscard]] TextValue take() {
     if (key_fault_) {
       throw YAML::ParserException{*key_fault_, "expected the name of a field"};
@@ -116,7 +116,7 @@ class Events : public YAML::EventHandler {
   std::optional<YAML::Mark> key_fault_;
 };
 
-/// What is wrong with a text that ends within brackets, which yaml-cpp says of its first column.
+/// The error for a text that ends within brackets; yaml-cpp reports it at the first column.
 std::optional<ValueError> unclosed(std::string_view text, const YAML::Mark& error, const Events& events) {
   constexpr std::string_view mark_of_utf8 = "\xef\xbb\xbf";  // yaml-cpp does not count it
   const std::size_t skipped = text.starts_with(mark_of_utf8) ? mark_of_utf8.size() : 0;
@@ -128,11 +128,11 @@ std::optional<ValueError> unclosed(std::string_view text, const YAML::Mark& erro
     const auto at = static_cast<std::size_t>(open->pos);
     const char bracket = at < text.size() ? text[at] : ' ';
     if (bracket != '{' && bracket != '[') {
-      continue;  // by indentation
+      continue;  // begun by indentation, not by a bracket
     }
     const std::size_t end = text.find_last_not_of(" \t\r\n") + 1;
     const std::string_view lines = text.substr(0, end);
-    const auto line_start = lines.find_last_of('\n') + 1;  // 0 without one
+    const auto line_start = lines.find_last_of('\n') + 1;  // 0 if there is no line break
     const TextPlace place{static_cast<int>(std::ranges::count(lines, '\n')) + 1,
                           static_cast<int>(end - line_start) + 1};
     const TextPlace begin = place_of(*open);
@@ -156,7 +156,7 @@ tl::expected<TextValue, ValueError> parse_yaml_text(std::string_view text) {
     std::istringstream stream{std::string{text}};
     YAML::Parser parser{stream};
     parser.HandleNextDocument(first);
-    // A "---" at the end, as stands between printed messages, begins one more document with nothing in it.
+    // A "---" at the end, which stands between printed messages, begins one more, empty document.
     Events second;
     if (parser.HandleNextDocument(second) && second.take().kind != TextValue::Kind::nothing) {
       return tl::unexpected{ValueError{place_of(second.start()), {}, "expected the end of the message"}};

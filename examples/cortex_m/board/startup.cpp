@@ -23,7 +23,7 @@ extern Constructor __init_array_end;
 }
 // NOLINTEND(bugprone-reserved-identifier)
 
-// The standard lets nobody call it by its name. One without parameters takes no notice of them.
+// The C++ standard does not allow a call of main() by its name. A main() without parameters ignores these.
 int main_program(int count, const char** arguments) asm("main");
 
 extern "C" {

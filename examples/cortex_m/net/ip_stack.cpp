@@ -61,14 +61,14 @@ std::uint32_t sum(ByteView bytes, std::uint32_t from = 0) noexcept {
   return i < bytes.size() ? from + std::to_integer<std::uint32_t>(bytes[i]) * 256U : from;
 }
 
-/// The checksum for that sum, which has no more than 64 KB in it; 0 for what has a right one inside.
+/// The checksum for a sum over at most 64 KB; 0 if these bytes contain a correct checksum.
 std::uint16_t checksum(std::uint32_t sum) noexcept {
   sum = (sum >> 16U) + (sum & 0xffffU);
   sum = (sum >> 16U) + (sum & 0xffffU);
   return static_cast<std::uint16_t>(~sum);
 }
 
-/// The sum of what UDP protects beside itself.
+/// The sum of the fields that UDP protects in addition to its own bytes.
 std::uint32_t pseudo_header(const IpAddress& from, const IpAddress& to, std::size_t udp_size) noexcept {
   const auto halves = [](std::uint32_t address) { return (address >> 16U) + (address & 0xffffU); };
   return halves(number(from)) + halves(number(to)) + udp + static_cast<std::uint32_t>(udp_size);
@@ -110,7 +110,7 @@ void write_ip_header(ByteWriter& out, const IpFields& fields, ByteView options =
   out.u8(fields.protocol);
   const ByteSpan sum_place = out.reserve(2);
   if (sum_place.empty()) {
-    return;  // no room; the caller asks for it in the end
+    return;  // no room; the caller checks that at the end
   }
   someip::store(sum_place.data(), std::uint16_t{0});
   write(out, fields.from);
@@ -232,13 +232,13 @@ Arrival IpStack::on_arp(ByteView packet, ByteSpan room, TimePoint now) noexcept 
     return drop(Drop::bad_arp);
   }
   const bool asks_us = operation == arp_request && to == settings_.address;
-  if (asks_us && from.is_unspecified()) {  // whether the address is in use  [RFC 5227 2.1.1]
+  if (asks_us && from.is_unspecified()) {  // a probe whether the address is in use  [RFC 5227 2.1.1]
     return {std::nullopt, arp(arp_reply, from_mac, from, room)};
   }
   if (!can_send(from) || !is_near(from)) {
     return drop(Drop::bad_arp);
   }
-  if (to != settings_.address) {  // of others, only what corrects what we know is of use
+  if (to != settings_.address) {  // from packets to others, only take corrections of known neighbours
     if (neighbour_at(from) != nullptr) {
       heard_of(from, from_mac, now);
     }
@@ -246,7 +246,7 @@ Arrival IpStack::on_arp(ByteView packet, ByteSpan room, TimePoint now) noexcept 
   }
   heard_of(from, from_mac, now);
   if (waiting_size_ != 0 && waits_for_ == from) {
-    // One frame answers one frame: who asked will ask again.
+    // One frame answers one frame: if this was also a request, it will be repeated.
     if (room.size() < waiting_size_) {
       return drop(Drop::too_large);
     }
@@ -387,8 +387,8 @@ Arrival IpStack::on_igmp(const Packet& packet, TimePoint now) noexcept {
   }
   switch (type) {
     case 0x11: {
-      // 0 is a query of IGMPv1, which means 10 s; above 127 IGMPv3 has an exponent, of which we take the
-      // least.
+      // 0 is a query of IGMPv1, which means 10 s. Values above 127 have an exponent in IGMPv3; we use the
+      // smallest of these times.
       const Duration longest = 100ms * (max_response == 0 ? 100 : std::min<int>(max_response, 128));
       for (Group& joined : groups_) {
         if (joined.address.is_unspecified() || (!group.is_unspecified() && group != joined.address)) {
@@ -402,7 +402,7 @@ Arrival IpStack::on_igmp(const Packet& packet, TimePoint now) noexcept {
     case 0x12:
     case 0x16:
       if (Group* const joined = group_at(group); joined != nullptr && group.is_multicast()) {
-        joined->report_due.reset();  // another member has said it
+        joined->report_due.reset();  // another member has reported the group
         joined->repetitions = 0;
       }
       return {};
@@ -445,7 +445,7 @@ ByteView IpStack::send(std::uint16_t from_port, const Endpoint& to, ByteView pay
   const Neighbour* const known = to_group ? nullptr : neighbour_at(next_hop);
   const bool reachable = to_group || (known != nullptr && now < known->heard + neighbour_lifetime);
 
-  // First of all, as it may lie where the headers do not reach.
+  // The payload first: it may already lie in `room`, behind the headers.
   if (!payload.empty()) {
     std::memmove(room.data() + headers, payload.data(), payload.size());
   }
@@ -466,7 +466,7 @@ ByteView IpStack::send(std::uint16_t from_port, const Endpoint& to, ByteView pay
   const ByteSpan frame = room.first(headers + payload.size());
   const std::uint16_t right =
       checksum(sum(frame.last(udp_size), pseudo_header(settings_.address, to.address, udp_size)));
-  someip::store(checksum_place, right == 0 ? std::uint16_t{0xffff} : right);  // 0 says: none
+  someip::store(checksum_place, right == 0 ? std::uint16_t{0xffff} : right);  // 0 would mean: no checksum
   if (reachable) {
     return frame;
   }

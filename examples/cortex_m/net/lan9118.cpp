@@ -98,7 +98,7 @@ bool Lan9118::start(const Mac& mac) noexcept {
 }
 
 std::optional<ByteView> Lan9118::receive(ByteSpan room) noexcept {
-  while ((read(rx_fifo) >> 16U & 0xffU) != 0) {  // how many frames have a status
+  while ((read(rx_fifo) >> 16U & 0xffU) != 0) {  // the number of frames with a status
     const std::uint32_t status = read(rx_status);
     const std::size_t size = status >> 16U & 0x3fffU;  // with the frame's checksum
     const std::size_t words = (size + 3) / 4;
@@ -124,7 +124,7 @@ std::optional<ByteView> Lan9118::receive(ByteSpan room) noexcept {
 }
 
 bool Lan9118::send(ByteView frame) noexcept {
-  // The status of each frame sent takes room until it is read.
+  // The status of each sent frame takes room until it is read.
   while ((read(tx_fifo) >> 16U & 0xffU) != 0) {
     if ((read(tx_status) & 1U << 15U) != 0) {
       ++send_errors_;

@@ -1,4 +1,4 @@
-// What a device takes of a description, and which member it is that it does not take.
+// Checks which descriptions a device accepts, and names the member that it does not accept.
 #include "sd/core/device/argument.hpp"
 
 #include <algorithm>
@@ -27,7 +27,7 @@ bool can_be(std::optional<std::uint32_t> ttl_s) noexcept {
   return !ttl_s || (*ttl_s >= 1 && *ttl_s <= sd::infinite_ttl_s);
 }
 
-// An id of a service, and whose it is.
+// An id in a service, and what it belongs to.
 struct Listed {
   MethodId id{};
   IdKind kind{};
@@ -38,7 +38,7 @@ std::size_t count_ids(const Service& service) noexcept {
   return service.methods.size() + service.events.size() + 3 * service.fields.size();
 }
 
-// All of them in one row: of methods, events, fields. A field has 0 for what it has not.
+// The ids in one sequence: of methods, then events, then fields. A field has 0 for a missing part.
 Listed id_at(const Service& service, std::size_t place) noexcept {
   if (place < service.methods.size()) {
     return {service.methods[place].id, IdKind::method, bad(Argument::method, place)};

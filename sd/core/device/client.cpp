@@ -7,7 +7,7 @@ using someip::Header;
 using someip::Message;
 using someip::MessageType;
 
-// Ids, ports and times were looked at before: what discovery still does not take, its own settings say.
+// Ids, ports and times were checked before. What discovery still refuses depends on its own settings.
 tl::unexpected<Error> Device::refused(sd::SdError error) noexcept {
   switch (error) {
     case sd::SdError::table_full:
@@ -90,7 +90,7 @@ void Device::release(std::size_t need, TimePoint now) noexcept {
 
 // --- Calls ------------------------------------------------------------------------------------------------
 
-// Chooses once, and again when what was chosen is gone: calls that belong together go to one server.
+// Chooses once, and again only when the chosen server is gone: calls that belong together go to one server.
 std::optional<sd::RemoteService> Device::server_of(std::size_t need) noexcept {
   if (!is_needed(need)) {
     return std::nullopt;
@@ -171,7 +171,7 @@ void Device::on_answer(const Message& message) noexcept {
 
 // --- Events -----------------------------------------------------------------------------------------------
 
-// The subscription that a notification is for; counts why it is for none.
+// The subscription for which a notification is; if there is none, counts why.
 std::optional<Device::Found> Device::find_subscription(const Header& header) noexcept {
   if (header.return_code != someip::ReturnCode::ok) {  // [feat_req_someip_683] [feat_req_someip_367]
     ++counters_.bad_return_code;
@@ -264,7 +264,7 @@ std::optional<Happening> Device::on_event(const sd::SubscriptionLost& event) noe
                : std::nullopt;
 }
 
-// There is no TCP here.
+// Devices have no TCP.
 std::optional<Happening> Device::on_event(const sd::ConnectionOutdated& /*event*/) noexcept {
   return std::nullopt;
 }

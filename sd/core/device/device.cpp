@@ -1,4 +1,4 @@
-// Device: reception, polling, and what both sides have.
+// Device: reception, polling, and what client and server share.
 #include "sd/core/device/device.hpp"
 
 namespace trestle::device {
@@ -86,7 +86,7 @@ void Device::drop_rest() noexcept {
 
 // Takes messages until one is for the application, or has to be answered; false at the end of the datagram.
 bool Device::take_message(TimePoint now) noexcept {
-  // What is done with a message needs room for a response and a notification at most.
+  // Handling a message needs room for at most one response and one notification.
   if (!std::holds_alternative<std::monostate>(ready_) || !queue_.has_room(2, 0)) {
     return false;
   }
@@ -109,7 +109,7 @@ bool Device::take_message(TimePoint now) noexcept {
   return true;
 }
 
-// Whether segments with this header are worth to be put together.
+// Whether segments with this header should be reassembled.
 bool Device::wants(const Header& header) noexcept {
   switch (someip::without_tp(header.type)) {
     case MessageType::notification:
@@ -143,7 +143,7 @@ void Device::on_message(const Message& message, TimePoint now) noexcept {
 
 // --- Sending ----------------------------------------------------------------------------------------------
 
-// Errors of what the application asks for.
+// Errors in what the application asks for.
 Result<void> Device::check_payload(ByteView payload) const noexcept {
   if (payload.size() > max_payload_bytes) {
     return tl::unexpected{Error::too_large};

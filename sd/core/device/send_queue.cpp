@@ -14,8 +14,8 @@ bool is_large(const Send& send) noexcept {
   return send.bytes > someip::max_plain_payload_bytes;
 }
 
-// Whether `later` may not pass a large message that waits: messages with one Message ID to one receiver keep
-// their order, and large ones share the pace.
+// Whether `later` must not overtake a large message that waits: messages with the same Message ID to one
+// receiver keep their order, and large messages share one pace.
 bool must_follow(const Send& large, const Send& later) noexcept {
   const bool same_id =
       later.header.service == large.header.service && later.header.method == large.header.method;
@@ -73,7 +73,7 @@ std::span<std::uint8_t> SendQueue::receivers_of(const Send& send) const noexcept
   return receivers_.subspan(static_cast<std::size_t>(&send - sends_.data()) * bytes, bytes);
 }
 
-// Of those that wait, the first whose number is not before `from`. Numbers may wrap.
+// The first waiting message whose number is not before `from`. Numbers may wrap.
 Send* SendQueue::earliest(std::uint32_t from) const noexcept {
   Send* first = nullptr;
   for (Send& send : sends_) {
@@ -126,7 +126,8 @@ std::optional<Transmit> SendQueue::poll(ByteSpan room, const sd::ServiceDiscover
   return std::nullopt;
 }
 
-// A round sends one segment to each receiver; a pause comes between two rounds. A small message has one.
+// A round sends one segment to each receiver; there is a pause between two rounds. A small message has one
+// round.
 std::optional<Transmit> SendQueue::poll(Send& send, ByteSpan room, const sd::ServiceDiscovery& discovery,
                                         Counters& counters, TimePoint now) noexcept {
   while (send.state == Send::State::waiting) {
@@ -138,7 +139,7 @@ std::optional<Transmit> SendQueue::poll(Send& send, ByteSpan room, const sd::Ser
     if (to == nullptr) {
       send.offset += is_large(send) ? pacing_.segment_bytes : send.bytes;
       send.next_receiver = 0;
-      if (first_of_round || send.offset >= send.bytes) {  // nobody is left, or all has been sent
+      if (first_of_round || send.offset >= send.bytes) {  // no receiver is left, or everything has been sent
         finish(send);
       }
       continue;
@@ -179,7 +180,7 @@ void SendQueue::finish(Send& send) noexcept {
   if (send.kind != Payload::copied || send.bytes == 0) {
     return;
   }
-  // What was copied later moves up.
+  // Payloads that were copied later move up.
   const auto begin = static_cast<std::size_t>(send.payload - bytes_.data());
   const std::size_t end = begin + send.bytes;
   std::memmove(bytes_.data() + begin, bytes_.data() + end, used_bytes_ - end);

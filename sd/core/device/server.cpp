@@ -108,8 +108,8 @@ void Device::withdraw(std::size_t service, TimePoint now) noexcept {
 
 // --- Events -----------------------------------------------------------------------------------------------
 
-// Whether who has the subscription in this place gets an event of these eventgroups. Also who subscribed to
-// several of them gets it once: by the first of their subscriptions.  [feat_req_someipsd_1168]
+// Whether an event of these eventgroups is sent for the subscription in this place. A subscriber with several
+// subscriptions gets it once: for the first of them.  [feat_req_someipsd_1168]
 bool Device::is_receiver(std::size_t service, std::span<const EventgroupId> groups,
                          std::size_t place) const noexcept {
   const auto endpoint_at = [&](std::size_t at) -> const Endpoint* {
@@ -188,8 +188,8 @@ void Device::send_event(std::size_t service, const Header& header, std::span<con
                     [&](std::size_t place) { return is_receiver(service, groups, place); });
 }
 
-// By unicast, also when the subscriber has them by another eventgroup.  [feat_req_someipsd_793]
-// [feat_req_someipsd_1167] Events that are no field's have no initial value.  [feat_req_someipsd_833]
+// By unicast, also when the subscriber has the events through another eventgroup.  [feat_req_someipsd_793]
+// [feat_req_someipsd_1167] Events that belong to no field have no initial value.  [feat_req_someipsd_833]
 void Device::send_initial_events(std::size_t index, EventgroupId eventgroup,
                                  const Endpoint& receiver) noexcept {
   const Service& service = services_[index];
@@ -220,7 +220,8 @@ std::optional<ByteView> Device::field(std::size_t service, std::size_t field) co
              : std::nullopt;
 }
 
-// Whether the field can be given this value now, and all be told of it: with `answers` more messages.
+// Whether the field can take this value now and all subscribers can be notified, with `answers` more
+// messages.
 Result<void> Device::check_value(std::size_t service, std::size_t index, ByteView value,
                                  std::size_t answers) const noexcept {
   const Field& one = services_[service].fields[index];
@@ -342,7 +343,7 @@ void Device::handle(const Request& request) noexcept {
     } else {
       set(request, *index);
     }
-    // A getter is called with nothing [feat_req_someip_633]; what follows that, a newer client means.
+    // A getter has no parameters  [feat_req_someip_633]; any payload comes from a newer client.
     // [feat_req_someip_168]
   } else if (const auto value = field(request.service, *index)) {
     answer(someip::answer_header(request.header, ReturnCode::ok, service.answers), *value);
@@ -357,7 +358,7 @@ void Device::refuse(const Request& request, ReturnCode code) noexcept {
   }
 }
 
-// The response first, so that who sets the value knows why it is notified.  [feat_req_someip_634]
+// The response first, so that the client that sets the value knows why it is notified.  [feat_req_someip_634]
 void Device::set(const Request& request, std::size_t index) noexcept {
   const auto possible = check_value(request.service, index, request.payload, 1);
   if (!possible) {

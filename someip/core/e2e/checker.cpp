@@ -59,7 +59,7 @@ void Checker::reset() noexcept {
 
 CheckResult Checker::check(ByteView front, ByteView data, const MethodExpectation& expected) noexcept {
   CheckResult result;
-  // Each check widens what the next good message may have missed.
+  // After each check the next good message may have missed one message more.
   max_delta_counter_ = std::min(max_delta_counter_ + 1, layout_.counter_max);
   const Received received = read(front, data, expected);
   result.fault = received.fault;
@@ -169,7 +169,7 @@ CheckStatus Checker::judge_early_sequence(std::uint32_t counter) noexcept {
   return CheckStatus::wrong_sequence;
 }
 
-/// `status`, unless the synchronisation that a disturbance started still goes on.
+/// `status`, unless the receiver is still synchronising after a disturbance.
 CheckStatus Checker::after_disturbance(CheckStatus status) noexcept {
   if (sync_counter_ == 0) {
     return status;

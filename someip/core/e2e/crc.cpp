@@ -9,8 +9,8 @@
 namespace trestle::someip::e2e {
 namespace {
 
-// Bytes a step of the reflected CRCs. Each takes tables of 4 KB: where small code is asked for, one has to
-// do.
+// Bytes that the reflected CRCs take in one step. Each byte takes 4 KB of tables, so code that is optimized
+// for size takes one byte.
 #ifdef __OPTIMIZE_SIZE__
 constexpr std::size_t slices = 1;
 #else
@@ -20,7 +20,7 @@ constexpr std::size_t slices = 8;
 template <std::unsigned_integral T>
 using Table = std::array<T, 256>;
 
-/// For CRCs that shift to the left: the register after one byte has passed through it.
+/// For CRCs that shift to the left: the register after each possible byte.
 template <std::unsigned_integral T>
 constexpr Table<T> forward_table(T polynomial) {
   constexpr unsigned width = std::numeric_limits<T>::digits;
@@ -77,7 +77,7 @@ std::uint8_t crc8_over(const Table<std::uint8_t>& table, ByteView bytes, std::ui
   return sum;
 }
 
-/// What byte `n` of the number (0: the lowest) stands for when the bytes above it follow.
+/// The contribution of byte `n` of the number (0: the lowest) when `followed_by` bytes come after it.
 template <std::unsigned_integral T, std::unsigned_integral Number>
 T slice(const std::array<Table<T>, slices>& tables, Number number, unsigned n, unsigned followed_by) {
   return tables[followed_by][(number >> (8U * n)) & 0xffU];

@@ -37,7 +37,7 @@ void set_length_range(Layout& l, Requirements& rules, std::uint32_t min_bits, st
   rules.require(min_bits % 8 == 0 && (min_bits == 0 || min_bits >= needed), "min_data_bits",
                 "a multiple of 8, and 0 or long enough for the E2E header at its offset");
   rules.require(max_bits % 8 == 0 && max_bits <= limit_bits, "max_data_bits",
-                "a multiple of 8 that the profile's length field can tell");
+                "a multiple of 8 that the profile's length field can hold");
   rules.require(max_bits >= std::max(min_bits, needed), "max_data_bits",
                 "at least min_data_bits and long enough for the E2E header at its offset");
   l.min_bytes = std::max(min_bits, needed) / 8;
@@ -108,7 +108,7 @@ Layout listed_ids(const Profile& profile, Requirements& rules) {
   l.crc = {profile.offset_bits, 8};
   l.counter = {profile.offset_bits + 8, 4};
   l.counter_max = 15;
-  l.first_counter = 1;  // these count before they send
+  l.first_counter = 1;  // these profiles increment the counter before they send
   l.implicit_id = Layout::ImplicitId::behind_by_counter;
   l.id_list = profile.data_id_list;
   require_offset(rules, profile.offset_bits, "offset_bits");

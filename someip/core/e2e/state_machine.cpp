@@ -68,7 +68,7 @@ State StateMachine::on_check(CheckStatus status) noexcept {
   add(status);
   switch (state_) {
     case State::no_data:
-      // The figure of the specification leaves open which window fills here; we take that of init.
+      // The figure of the specification does not say which window is meant here; we take that of init.
       if (c.transit_to_invalid_extended && checks_ >= c.window_size_init) {
         enter_invalid();
       } else if (status != CheckStatus::error && status != CheckStatus::no_new_data) {
@@ -126,14 +126,13 @@ std::size_t StateMachine::bad(std::size_t window) const noexcept {
   return (bad_ << (max_window - window)).count();
 }
 
-/// Whether so many checks since the beginning of init were not good that the window cannot hold enough good
-/// ones any more.
+/// Whether too many checks since the beginning of init were not good for the window to hold enough good ones.
 bool StateMachine::cannot_become_valid() const noexcept {
   const std::size_t window = config_.window_size_init;
   return config_.transit_to_invalid_extended && checks_ - good(window) > window - config_.min_ok_init;
 }
 
-/// The window of valid is the larger one: what left the former window must not come back.
+/// The window of valid may be larger than the one before: checks that have left that one must not come back.
 void StateMachine::enter_valid(std::size_t window) noexcept {
   forget_all_but(window);
   state_ = State::valid;

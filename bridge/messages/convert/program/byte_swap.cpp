@@ -27,7 +27,7 @@ void swap_each(std::byte* to, const std::byte* from, std::size_t count) noexcept
 constexpr std::size_t avx2_block = 32;
 constexpr std::size_t avx512_block = 64;
 
-/// Where each byte of a block comes from, within its 16, for numbers of 2, 4 and 8 bytes.
+/// The source of each byte within its group of 16, for numbers of 2, 4 and 8 bytes.
 constexpr auto sources = [] {
   std::array<std::array<std::uint8_t, avx512_block>, 3> from_byte{};
   for (std::size_t k = 0; k < from_byte.size(); ++k) {
@@ -42,11 +42,12 @@ const void* sources_of(std::size_t width) noexcept {
   return sources[width / 4].data();
 }
 
-// Two functions that are alike: a template cannot have the instructions of one or the other.
+// Two similar functions: a template cannot choose between two instruction sets.
 //
-// From the first block boundary of the target on no store crosses two lines of the cache, if numbers can be
-// there: what is before it is done once more by the block at the front, and what is left at the end by one
-// that ends there. Four blocks a turn: how fast a loop of one is depends on where the linker puts it.
+// From the first block boundary of the target on, no store crosses a cache line, if a number can begin at
+// that boundary. Bytes before it are done by a block at the front that overlaps the next one, and the rest by
+// a block that ends at the end. Four blocks per turn, because the speed of a loop with one block depends on
+// where the linker puts it.
 
 /// Reverses the bytes of each number.
 /// @param bytes  at least a block.

@@ -6,7 +6,7 @@
 namespace trestle::messages::quick {
 namespace {
 
-/// What the loop makes of an operation.
+/// How the loop handles an operation.
 Op::Loop loop_of(const Program& program, const Op& op) {
   const bool is_few = !exceed(op.count, op.width, most_few_bytes);
   const bool has_usual_length = !program.quick.is_usual || op.length == someip::FieldWidth::bits32;
@@ -31,8 +31,8 @@ bool is_without_arrays(const Op& op) {
   return op.loop == Op::Loop::numbers || op.loop == Op::Loop::bools || op.loop == Op::Loop::string;
 }
 
-/// The loop does numbers and booleans under any rules, as their place in SOME/IP does not matter. Of texts
-/// and arrays it does those of UTF-8 and without padding behind them: others are rare.
+/// The loop handles numbers and booleans under any rules, because their place in SOME/IP does not matter.
+/// Strings and arrays only in UTF-8 and without padding behind them: others are rare.
 void choose_loop(Program& program) {
   QuickWays& quick = program.quick;
   quick.strings = QuickFrame{program.rules};
@@ -46,20 +46,20 @@ void choose_loop(Program& program) {
   }
   for (std::size_t i = 0; i < program.ops.size(); ++i) {
     Op& op = program.ops[i];
-    // With arrays in it the loop is slower for texts, and elements with arrays are seldom short.
+    // A loop that also handles arrays is slower for strings, and elements with arrays are seldom short.
     op.all_in_loop = (op.kind == Op::Kind::sequence || op.kind == Op::Kind::repeat) &&
                      std::all_of(program.ops.begin() + static_cast<std::ptrdiff_t>(i) + 1,
                                  program.ops.begin() + op.end, is_without_arrays);
   }
 }
 
-/// A stretch of operations can be remembered while their results depend on nothing but their own bytes and
-/// where these stand in CDR.
+/// A series of operations can be remembered as long as their results depend only on their own bytes and the
+/// place of these in CDR.
 void find_repeating(Program& program) {
   std::vector<Op>& ops = program.ops;
   for (std::size_t i = ops.size(); i-- > 0;) {
-    // Padding depends on the place in SOME/IP, what may be missing on where the message ends. Tagged members
-    // come in any order, and their length fields are made shorter afterwards.
+    // Padding depends on the place in SOME/IP, and fields that may be missing depend on the end of the
+    // message. Tagged members come in any order, and their length fields are shortened afterwards.
     ops[i].repeats = program.rules.alignment <= 1 && !ops[i].may_miss && ops[i].kind != Op::Kind::tagged;
     for (std::size_t j = i + 1; j < program.behind(i); j = program.behind(j)) {
       ops[i].repeats = ops[i].repeats && ops[j].repeats;
@@ -67,7 +67,7 @@ void find_repeating(Program& program) {
   }
 }
 
-/// Whether enough operations at the front of [begin, end) repeat: few are as quick by themselves.
+/// Whether enough operations at the front of [begin, end) repeat: a few are as quick without a shape.
 bool pays(const Program& program, std::size_t begin, std::size_t end) {
   std::size_t i = begin;
   while (i < end && program.ops[i].repeats) {
@@ -76,9 +76,9 @@ bool pays(const Program& program, std::size_t begin, std::size_t end) {
   return i - begin >= Shape::least_operations;
 }
 
-/// A MessageShape needs an array of single bytes, which stay as they are. What stands in front of it must
-/// repeat, and be enough; what stands behind it must not depend on how long it is, so it is single bytes,
-/// too.
+/// A MessageShape needs an array of single bytes, which are copied unchanged. Enough operations must stand
+/// before it, and all of them must repeat. The part after it must not depend on the length of the array, so
+/// it must be single bytes, too.
 void choose_message_shape(Program& program) {
   const std::vector<Op>& ops = program.ops;
   const auto is_array = [](const Op& op) {
@@ -99,8 +99,8 @@ void choose_message_shape(Program& program) {
   }
 }
 
-/// Whether a message is mostly numbers: with arrays of them, and at most one text or array of something else.
-/// So are laser scans.
+/// Whether a message is mostly numbers, such as a laser scan: it has arrays of numbers, and at most one
+/// string or other array.
 bool is_mostly_numbers(const Program& program) {
   std::size_t arrays = 0;
   std::size_t others = 0;
@@ -112,8 +112,8 @@ bool is_mostly_numbers(const Program& program) {
   return arrays > 0 && others <= 1;
 }
 
-/// The front of a message, elements of arrays, and what a length field in front of the message holds. The
-/// loop is quicker where it does all of it, or most.
+/// Shapes are used for the front of a message, for elements of arrays, and for the content of a length field
+/// in front of the message. The loop is quicker if it handles all or most of that.
 void choose_shapes(Program& program) {
   program.quick.front =
       program.quick.array_at != 0 || (program.ops[0].kind != Op::Kind::structure &&

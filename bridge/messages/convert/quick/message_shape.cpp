@@ -8,7 +8,7 @@
 namespace trestle::messages::quick {
 namespace {
 
-/// Of the count in CDR and of the length field in SOME/IP.
+/// The size of the count in CDR, and of the length field in SOME/IP.
 constexpr std::size_t count_bytes = 4;
 
 }  // namespace
@@ -62,7 +62,7 @@ void MessageShape::learn(const Program& program, const Shape::Conversion& conver
   count_order_to_ = to_cdr_ ? std::endian::native : length;
   const std::size_t array_at = places().array;
   const std::size_t bytes = load_u32(&input[array_at - count_bytes], count_order_);
-  // Single bytes, which are as many on both sides; see choose().
+  // Single bytes, the same number on both sides; see choose().
   const ByteView behind = input.subspan(array_at + bytes);
   if (behind.size() > most_bytes_behind || made.slices.back().size() < behind.size()) {
     return;

@@ -9,14 +9,14 @@
 namespace trestle::messages::quick {
 namespace {
 
-/// Bytes that are compared at once.
+/// The number of bytes that are compared at once.
 constexpr std::size_t block = 32;
 static_assert(Shape::least_bytes >= block);
 
 constexpr std::byte all{0xff};
 constexpr std::byte none{0};
 
-/// Bytes in a register, where the processor has them so wide.
+/// Fits a vector register, if the processor has one of this width.
 using Words = std::uint64_t __attribute__((vector_size(16)));
 
 Words words(const std::byte* from) noexcept {
@@ -62,7 +62,7 @@ __attribute__((hot)) bool Shape::fits(const Conversion& conversion, ByteView inp
   return true;
 }
 
-/// Those numbers that differ are not compared any more.
+/// From now on the numbers that differ are not compared any more.
 __attribute__((noinline)) void Shape::set_loose(const std::byte* input) noexcept {
   for (std::uint32_t i = loose_; i < places_; ++i) {
     const Place place = place_[i];
@@ -84,7 +84,7 @@ __attribute__((hot)) void Shape::put_numbers(const std::byte* input, std::byte* 
     const Place place = place_[i];
     const std::byte* from = input + place.from;
     std::byte* out = to + place.to;
-    // Number by number, in little code: in a running bridge it comes from memory.
+    // Number by number, to keep the code small: in a running bridge it is not in the cache.
     for (const std::byte* const end = from + place.bytes; from != end;
          from += place.width, out += place.width) {
       copy_few_numbers(out, from, 1, place.width, place.swap);

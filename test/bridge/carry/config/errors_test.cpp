@@ -23,7 +23,7 @@ someip: {adress: 127.0.0.1}
           "b.yaml:1:1: error: unknown key 'rutes'; did you mean 'routes'?",
           "b.yaml:2:15: error: domain: expected a whole number from 0 to 232, found '-1'",
           "b.yaml:3:9: error: someip: 'address' is missing: expected this host's own IPv4 or IPv6 address, "
-          "which services are offered at",
+          "at which services are offered",
           "b.yaml:3:10: error: unknown key 'adress' in someip; did you mean 'address'?"));
 }
 

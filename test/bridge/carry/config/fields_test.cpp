@@ -203,14 +203,14 @@ TEST(LoadFields, NameWhatIsWrong) {
   EXPECT_THAT(changed(of_someip, "    eventgroup: 0x0003\n", ""),
               ElementsAre(HasSubstr("b.yaml:3:5: error: field: 'eventgroup' is missing")));
   EXPECT_THAT(changed(of_someip, "    event: 0x8044\n", ""),
-              ElementsAre("b.yaml:8:17: error: eventgroup: is that of the `event`, which is missing"));
+              ElementsAre("b.yaml:8:17: error: eventgroup: belongs to the `event`, which is missing"));
   EXPECT_THAT(changed(of_someip, "event: 0x8044", "event: 0x18044"),
               ElementsAre(HasSubstr("b.yaml:8:12: error: event: expected an id from 0x0001 to 0xfffe")));
   EXPECT_THAT(changed(of_someip, "setter: 0x0042", "setter: 0"),
               ElementsAre(HasSubstr("b.yaml:11:13: error: setter: expected an id from 0x0001 to 0xfffe")));
   EXPECT_THAT(changed(of_someip, "    setter: 0x0042\n", "    set_service: /a\n    set_type: a/srv/B\n"),
-              ElementsAre("b.yaml:11:18: error: set_service: is that of the `setter`, which is missing",
-                          "b.yaml:12:15: error: set_type: is that of the `setter`, which is missing"));
+              ElementsAre("b.yaml:11:18: error: set_service: belongs to the `setter`, which is missing",
+                          "b.yaml:12:15: error: set_type: belongs to the `setter`, which is missing"));
   EXPECT_THAT(changed(of_ros, "/cabin/get_light", "cabin"),
               ElementsAre(HasSubstr("b.yaml:12:18: error: get_service: expected a service such as")));
   EXPECT_THAT(changed(of_ros, "cabin_msgs/srv/SetLight", "cabin_msgs/msg/SetLight"),
@@ -219,9 +219,9 @@ TEST(LoadFields, NameWhatIsWrong) {
               ElementsAre("b.yaml:11:5: error: unknown key 'settre' in field; did you mean 'setter'?"));
   EXPECT_THAT(
       changed(of_someip, "topic: /light", "topic: /" + std::string(245, 'a')),
-      ElementsAre("b.yaml:3:12: error: topic: is too long for the service that is called like it, with "
+      ElementsAre("b.yaml:3:12: error: topic: is too long for the service that is named after it, with "
                   "/get; give it another name by `get_service`",
-                  "b.yaml:3:12: error: topic: is too long for the service that is called like it, with "
+                  "b.yaml:3:12: error: topic: is too long for the service that is named after it, with "
                   "/set; give it another name by `set_service`"));
   EXPECT_THAT(problems_of("someip: {address: 192.0.2.1}\nfields: []\n"),
               ElementsAre("b.yaml:2:9: error: fields: expected a list of fields, found an empty list"));

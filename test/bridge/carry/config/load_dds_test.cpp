@@ -65,7 +65,7 @@ TEST_F(BigSystems, NameAProfile) {
   EXPECT_THAT(problems_of(with("profiles: none.xml")),
               ElementsAre("b.yaml:3:13: error: profiles: there is no file 'none.xml'"));
   EXPECT_THAT(problems_of(with("profile: vehicle")),
-              ElementsAre("b.yaml:3:12: error: profile: needs 'profiles', the file that it stands in"));
+              ElementsAre("b.yaml:3:12: error: profile: needs 'profiles', the file that contains it"));
 }
 
 TEST_F(BigSystems, AreToldWhichProfilesAreNotUsed) {
@@ -83,8 +83,9 @@ TEST_F(BigSystems, AreToldWhichProfilesAreNotUsed) {
       R"(<data_writer profile_name="rt/a"/></profiles>)";
   EXPECT_THAT(
       warnings("<dds>" + unused + R"(<profiles><data_reader profile_name="b"/></profiles></dds>)"),
-      ElementsAre("3: profiles: 'rt/a', 'b' of readers and writers: not used, as these have the `qos` of "
-                  "their routes"));
+      ElementsAre(
+          "3: profiles: 'rt/a', 'b' of readers and writers: not used, because these have the `qos` of "
+          "their routes"));
   EXPECT_THAT(warnings(unused), ElementsAre(HasSubstr("'rt/a' of readers")));
   EXPECT_THAT(warnings(R"(<dds><profiles><participant profile_name="trestle"/></profiles></dds>)"),
               testing::IsEmpty());

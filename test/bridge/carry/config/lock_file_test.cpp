@@ -210,7 +210,7 @@ TEST_F(LockFiles, AreNotWrittenOverWhatSomebodyElseWrote) {
   const auto written = ours.add({points});
   ASSERT_FALSE(written.has_value());
   EXPECT_EQ(written.error(),
-            file() + " was changed or removed since this bridge read it; SIGHUP has it read again");
+            file() + " was changed or removed since this bridge read it; send SIGHUP to read it again");
   EXPECT_EQ(told(read().topics()), told({imu}));
   fs::remove(file());
   EXPECT_FALSE(theirs.add({points}));

@@ -69,7 +69,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "",
                 {"b.yaml:2:3: error: someip: 'address' is missing: expected this host's own IPv4 or IPv6 "
                  "address, "
-                 "which services are offered at"}},
+                 "at which services are offered"}},
         Mistake{
             "AddressOfAnotherIpVersion",
             "192.0.2.1",
@@ -226,7 +226,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"PortOfATcpClient",
                 "event: 32769",
                 "event: 32769\n    transport: tcp\n    port: 40002",
-                {"b.yaml:84:11: error: port: of a TCP connection to a server, the system chooses ours"}},
+                {"b.yaml:84:11: error: port: the system chooses our port of a TCP connection to a server"}},
         Mistake{"MulticastGroup",
                 "239.1.2.4",
                 "192.0.2.4",
@@ -251,8 +251,8 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"MulticastOfAClient",
                 "event: 32769",
                 "event: 32769\n    multicast: {address: 239.1.2.4, port: 5}",
-                {"b.yaml:83:16: error: multicast: the server names the group; of a route from SOME/IP it "
-                 "cannot be set"}},
+                {"b.yaml:83:16: error: multicast: the server names the group; a route from SOME/IP cannot "
+                 "set it"}},
         Mistake{"Transport",
                 "transport: udp",
                 "transport: can",

@@ -76,7 +76,7 @@ TEST(MethodE2e, NamesWhatCannotBe) {
       "method: 3, server: someip, e2e: {profile: 4m, data_id: ";
   EXPECT_THAT(problems_of(method(two + "2}")),
               ElementsAre("b.yaml:5:60: error: service: method 0x0003 of service 0x0001 has another e2e in "
-                          "line 3: calls of all instances have the same"));
+                          "line 3: all instances must have the same"));
   EXPECT_THAT(config_of(method(two + "1}")).methods, SizeIs(2));
 }
 
@@ -144,7 +144,7 @@ TEST(FieldMulticast, IsThatOfItsEventgroup) {
   EXPECT_THAT(problems_of(field("server: ros, port: 40001, transport: tcp" + all_parts + group)),
               ElementsAre(HasSubstr("multicast: needs transport: udp")));
   EXPECT_THAT(problems_of(field("server: ros, port: 40001, setter: 5" + group)),
-              ElementsAre(HasSubstr("multicast: is that of the `event`, which is missing")));
+              ElementsAre(HasSubstr("multicast: belongs to the `event`, which is missing")));
   EXPECT_THAT(problems_of(field("server: no" + all_parts + group)),
               ElementsAre(HasSubstr("server: expected one of someip, ros")));
 }
@@ -157,7 +157,7 @@ TEST(FieldSubscription, IsThereWhileTheTopicIsRead) {
   EXPECT_THAT(problems_of(field("server: ros, port: 40001, subscribe: while_read" + all_parts)),
               ElementsAre(HasSubstr("subscribe: is for fields with server: someip")));
   EXPECT_THAT(problems_of(field("server: someip, subscribe: while_read, setter: 5")),
-              ElementsAre(HasSubstr("subscribe: is that of the `event`, which is missing")));
+              ElementsAre(HasSubstr("subscribe: belongs to the `event`, which is missing")));
 }
 
 TEST(ActionParts, HaveWhatRoutesAndMethodsHave) {

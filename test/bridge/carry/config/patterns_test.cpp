@@ -236,7 +236,7 @@ TEST_F(LockedPatterns, ClashWithIdsThatOthersHave) {
       "instance: 9,\n     eventgroup: 1, event: 0x8001}\n";
   EXPECT_THAT(
       problems(outbound_with("", route), locked_a),
-      ElementsAre("b.yaml:2:12: error: lock_file: 'none.lock' does not go with this configuration",
+      ElementsAre("b.yaml:2:12: error: lock_file: 'none.lock' does not match this configuration",
                   "none.lock:3:5: error: service: 0x6001 of /s/a also belongs to the route /r in line 10 "
                   "of b.yaml: give that one another id, or remove this line, so that /s/a gets a new id"));
   const std::string method =

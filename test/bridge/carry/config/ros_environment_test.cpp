@@ -44,7 +44,7 @@ TEST(RosEnvironment, ChoosesTheDomainWhereTheFileDoesNot) {
     DdsSettings left_open;
     EXPECT_EQ(apply_ros_environment(left_open, environment({{"ROS_DOMAIN_ID", wrong}})),
               "ROS_DOMAIN_ID in the environment: expected a whole number from 0 to 232, found '" +
-                  std::string{wrong} + "' (dds.domain would take its place)");
+                  std::string{wrong} + "' (dds.domain would override it)");
   }
 }
 

@@ -203,7 +203,7 @@ TEST(IdlParser, SaysWhereAndWhatIsRefused) {
       {"sequence<any> x;", "2:10: any: ROS 2 has no any"},
       {"fixed<3,2> x;", "2:1: fixed: ROS 2 has no fixed-point numbers"},
       {"struct B { long y; } x;", "2:1: struct: a struct within another declaration"},
-      {"@optional long x;", "2:2: @optional: rosidl sends such a member always, others do not"},
+      {"@optional long x;", "2:2: @optional: rosidl always sends such a member, others do not"},
       {"sequence<sequence<long>> x;", "2:10: ROS 2 has no sequences of arrays or sequences"},
       {"long x[2][3];", "2:10: ROS 2 has no arrays of arrays"},
       {"sequence<long> x[2];", "2:17: ROS 2 has no arrays of arrays"},
@@ -226,7 +226,7 @@ TEST(IdlParser, SaysWhereAndWhatIsRefused) {
       {"@verbatim (text=\"x\" long x;", "3:9: expected ), found the end of the file"},
       {"@verbatim (text=\"x) long x;", "2:17: the string has no closing quote"},
       {"long x; /* y", "2:9: the comment has no end"},
-      {"#define x y", "2:1: of the preprocessor there is only #include \"file\" in ROS"},
+      {"#define x y", "2:1: the only preprocessor directive in ROS is #include \"file\""},
   };
   for (const auto& [text, error] : members) {
     EXPECT_EQ(error_of(parse_members(text)), std::string{"A.idl:"} + error) << text;

@@ -146,9 +146,9 @@ TEST_F(InterfaceTest, SaysWhatIsWrongAndWhere) {
   EXPECT_EQ(error_of("a/action/B.action", "---\n", "a/action/B_Goal"),
             (root_ / "a/action/B.action").string() + ": expected 3 parts with --- between them, found 2");
   EXPECT_EQ(error_of("a/srv/B.srv", "---\n", "a/srv/B"),
-            "a/srv/B is a service, and no message: those that it has are a/srv/B_Request, ...");
+            "a/srv/B is a service, not a message; its messages are a/srv/B_Request, ...");
   EXPECT_EQ(error_of("a/srv/B.srv", "---\n", "a/action/B"),
-            "a/action/B is an action, and no message: those that it has are a/action/B_Goal, ...");
+            "a/action/B is an action, not a message; its messages are a/action/B_Goal, ...");
   TypeLibrary library{{root_}};
   EXPECT_EQ(to_string(library.resolve_service("std_msgs/msg/String").error()),
             "\"std_msgs/msg/String\" is no service: expected pkg/srv/Name or pkg/Name");
