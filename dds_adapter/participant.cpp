@@ -4,27 +4,27 @@
 
 namespace trestle::dds {
 
-const char* to_string(Event::Kind kind) noexcept {
+const char* to_string(Happening::Kind kind) noexcept {
   switch (kind) {
-    case Event::Kind::peer_found:
+    case Happening::Kind::peer_found:
       return "peer_found";
-    case Event::Kind::peer_lost:
+    case Happening::Kind::peer_lost:
       return "peer_lost";
-    case Event::Kind::matched:
+    case Happening::Kind::matched:
       return "matched";
-    case Event::Kind::unmatched:
+    case Happening::Kind::unmatched:
       return "unmatched";
-    case Event::Kind::incompatible_qos:
+    case Happening::Kind::incompatible_qos:
       return "incompatible_qos";
-    case Event::Kind::incompatible_type:
+    case Happening::Kind::incompatible_type:
       return "incompatible_type";
-    case Event::Kind::other_type_hash:
+    case Happening::Kind::other_type_hash:
       return "other_type_hash";
-    case Event::Kind::deadline_missed:
+    case Happening::Kind::deadline_missed:
       return "deadline_missed";
-    case Event::Kind::liveliness_lost:
+    case Happening::Kind::liveliness_lost:
       return "liveliness_lost";
-    case Event::Kind::small_send_buffer:
+    case Happening::Kind::small_send_buffer:
       return "small_send_buffer";
   }
   return "?";

@@ -61,7 +61,7 @@ struct Qos {
 };
 
 /// Something that happened in the DDS network, for the log. Endpoints of the own participant never count.
-struct Event {
+struct Happening {
   enum class Kind : std::uint8_t {
     peer_found,         ///< a participant has appeared; `detail` is its name
     peer_lost,          ///< a participant has left, or has been silent for its lease time
@@ -91,7 +91,7 @@ struct Event {
 };
 
 /// The kind's name as it stands above, for logs.
-[[nodiscard]] const char* to_string(Event::Kind kind) noexcept;
+[[nodiscard]] const char* to_string(Happening::Kind kind) noexcept;
 
 /// How a participant joins its domain. The constructor of Participant refuses impossible values.
 struct ParticipantConfig {
@@ -144,7 +144,7 @@ struct ParticipantConfig {
   /// Frees the memory of a sample together with it. Otherwise the histories of readers and writers reuse it,
   /// and keep as much as they ever needed.
   bool frees_samples = false;
-  std::function<void(const Event&)> on_event;  ///< may be empty; see "Threads" above
+  std::function<void(const Happening&)> on_event;  ///< may be empty; see "Threads" above
   /// Participant::writers() has changed. As on_event.
   std::function<void()> on_writers{};
 };
@@ -448,7 +448,7 @@ class Participant {
   [[nodiscard]] bool shares_memory() const;
   /// Receive buffers of its UDP sockets that the system does not grant in full, for the log: a line each with
   /// the sysctl that helps. Empty when all are granted. Send buffers matter only to programs that write large
-  /// samples: see Event::Kind::small_send_buffer.
+  /// samples: see Happening::Kind::small_send_buffer.
   [[nodiscard]] std::vector<std::string> buffers_not_granted() const;
   /// Which DDS the participant of a reader or writer uses, as discovery says.
   [[nodiscard]] Vendor vendor(const Guid& endpoint) const;

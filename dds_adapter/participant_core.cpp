@@ -137,7 +137,7 @@ std::uint32_t ParticipantCore::send_buffer_wanted() const {
 void ParticipantCore::on_large_sample() {
   if (large_sample_.exchange(never_large) != never_large) {
     if (const auto line = detail::send_buffer_not_granted(send_buffer_wanted())) {
-      report({Event::Kind::small_send_buffer, "", "", "", *line, 0});
+      report({Happening::Kind::small_send_buffer, "", "", "", *line, 0});
     }
   }
 }
@@ -215,7 +215,7 @@ void ParticipantCore::count_own_matches(const Endpoint& endpoint) const {
 }
 
 void ParticipantCore::add(const Endpoint* endpoint, const fast::Guid& guid) {
-  std::vector<Event> events;
+  std::vector<Happening> events;
   {
     const std::lock_guard lock{mutex_};
     std::size_t own_matches = 0;
@@ -233,13 +233,13 @@ void ParticipantCore::add(const Endpoint* endpoint, const fast::Guid& guid) {
       note_hash(*endpoint, known, events);
       if (found.topic == endpoint->topic && found.type != endpoint->type &&
           found.writer != endpoint->writer) {
-        events.push_back(
-            {Event::Kind::incompatible_type, endpoint->topic, endpoint->type, to_hex(peer), found.type, 0});
+        events.push_back({Happening::Kind::incompatible_type, endpoint->topic, endpoint->type, to_hex(peer),
+                          found.type, 0});
       }
     }
   }
   graph_.add(guid, endpoint->writer);
-  for (const Event& event : events) {
+  for (const Happening& event : events) {
     report(event);
   }
 }
@@ -273,7 +273,7 @@ Vendor ParticipantCore::vendor(const fast::Prefix& participant) const {
   return id == eprosima ? Vendor::fast_dds : id == eclipse ? Vendor::cyclone_dds : Vendor::other;
 }
 
-void ParticipantCore::report(const Event& event) {
+void ParticipantCore::report(const Happening& event) {
   const std::lock_guard lock{event_gate_};
   if (on_event_) {
     on_event_(event);
@@ -305,7 +305,7 @@ std::string unmet_policies(const ParticipantCore::Endpoint& ours, const fast::Fo
 }  // namespace
 
 void ParticipantCore::note_unserved(const Endpoint& endpoint, Found& found,
-                                    std::vector<Event>& events) const {
+                                    std::vector<Happening>& events) const {
   const fast::FoundEndpoint& peer = found.endpoint;
   if (endpoint.unserved == nullptr || is_own(peer.guid) || !are_counterparts(endpoint, peer) ||
       !policies_between(endpoint, peer).empty() || unmet_policies(endpoint, peer).empty() ||
@@ -317,7 +317,7 @@ void ParticipantCore::note_unserved(const Endpoint& endpoint, Found& found,
   events.push_back(incompatible(endpoint, found));
 }
 
-void ParticipantCore::note_hash(const Endpoint& endpoint, Found& found, std::vector<Event>& events) {
+void ParticipantCore::note_hash(const Endpoint& endpoint, Found& found, std::vector<Happening>& events) {
   const fast::FoundEndpoint& peer = found.endpoint;
   if (is_own(peer.guid) || !are_counterparts(endpoint, peer) ||
       !have_other_type_hashes(endpoint.user_data, peer.user_data)) {
@@ -332,12 +332,12 @@ void ParticipantCore::note_hash(const Endpoint& endpoint, Found& found, std::vec
   if (found.other_hash) {
     return;
   }
-  Event event{Event::Kind::other_type_hash,
-              endpoint.topic,
-              endpoint.type,
-              to_hex(peer.guid),
-              std::string{user_data_value(peer.user_data, "typehash")},
-              0};
+  Happening event{Happening::Kind::other_type_hash,
+                  endpoint.topic,
+                  endpoint.type,
+                  to_hex(peer.guid),
+                  std::string{user_data_value(peer.user_data, "typehash")},
+                  0};
   event.node = graph_.node_of(peer.guid);
   event.ours_reads = !endpoint.writer;
   event.hash = user_data_value(endpoint.user_data, "typehash");
@@ -369,13 +369,13 @@ bool ParticipantCore::has_reliable_reader(const Endpoint& writer) const {
          });
 }
 
-Event ParticipantCore::incompatible(const Endpoint& endpoint, Found& found) const {
-  Event event{Event::Kind::incompatible_qos,
-              endpoint.topic,
-              endpoint.type,
-              to_hex(found.endpoint.guid),
-              unmet_policies(endpoint, found.endpoint),
-              0};
+Happening ParticipantCore::incompatible(const Endpoint& endpoint, Found& found) const {
+  Happening event{Happening::Kind::incompatible_qos,
+                  endpoint.topic,
+                  endpoint.type,
+                  to_hex(found.endpoint.guid),
+                  unmet_policies(endpoint, found.endpoint),
+                  0};
   event.node = graph_.node_of(found.endpoint.guid);
   event.ours_reads = !endpoint.writer;
   event.theirs = found.endpoint.qos;
@@ -384,9 +384,9 @@ Event ParticipantCore::incompatible(const Endpoint& endpoint, Found& found) cons
   return event;
 }
 
-std::vector<Event> ParticipantCore::newly_incompatible(const Endpoint& endpoint,
-                                                       const std::string& policies) {
-  std::vector<Event> events;
+std::vector<Happening> ParticipantCore::newly_incompatible(const Endpoint& endpoint,
+                                                           const std::string& policies) {
+  std::vector<Happening> events;
   const std::lock_guard lock{mutex_};
   bool is_of_others = found_.size() >= max_found;
   for (auto& [guid, found] : found_) {
@@ -403,7 +403,7 @@ std::vector<Event> ParticipantCore::newly_incompatible(const Endpoint& endpoint,
   // Here the policy is one that ROS 2 does not use, or the peer one that we had no room to remember. If no
   // peer is known at all, Fast DDS has not reported it yet, and will call again when it has.
   if (events.empty() && is_of_others) {
-    events.push_back({Event::Kind::incompatible_qos,
+    events.push_back({Happening::Kind::incompatible_qos,
                       endpoint.topic,
                       endpoint.type,
                       "",
@@ -424,18 +424,18 @@ void ParticipantCore::report_incompatible(const Endpoint& endpoint, const fast::
     const std::lock_guard lock{guard};
     policies = risen_policies(now, seen);
   }
-  const std::vector<Event> events = newly_incompatible(endpoint, policies);
+  const std::vector<Happening> events = newly_incompatible(endpoint, policies);
   {
     const std::lock_guard lock{guard};
     count += events.size();
   }
-  for (const Event& event : events) {
+  for (const Happening& event : events) {
     report(event);
   }
 }
 
 void ParticipantCore::on_names() {
-  std::vector<Event> events;
+  std::vector<Happening> events;
   {
     const std::lock_guard lock{mutex_};
     for (auto& [guid, found] : found_) {
@@ -452,7 +452,7 @@ void ParticipantCore::on_names() {
       }
     }
   }
-  for (const Event& event : events) {
+  for (const Happening& event : events) {
     report(event);
   }
 }
@@ -483,7 +483,7 @@ void ParticipantCore::on_peer(const fast::FoundPeer& peer) {
       peers_.insert_or_assign(peer.guid.guidPrefix, Peer{peer.vendor, peer.name, peer.addresses});
     }
   }
-  const auto kind = peer.change == Change::found ? Event::Kind::peer_found : Event::Kind::peer_lost;
+  const auto kind = peer.change == Change::found ? Happening::Kind::peer_found : Happening::Kind::peer_lost;
   report({kind, "", "", to_hex(peer.guid.guidPrefix), peer.name, 0});
 }
 
@@ -492,7 +492,7 @@ void ParticipantCore::on_endpoint(const fast::FoundEndpoint& endpoint) {
   if (!is_own(endpoint.guid)) {
     bridge_ends_.note(endpoint);
   }
-  for (const Event& event : remember(endpoint)) {
+  for (const Happening& event : remember(endpoint)) {
     report(event);
   }
   if (endpoint.writer && !is_own(endpoint.guid)) {
@@ -503,13 +503,13 @@ void ParticipantCore::on_endpoint(const fast::FoundEndpoint& endpoint) {
   }
 }
 
-std::vector<Event> ParticipantCore::remember(const fast::FoundEndpoint& endpoint) {
+std::vector<Happening> ParticipantCore::remember(const fast::FoundEndpoint& endpoint) {
   const std::lock_guard lock{mutex_};
   if (!endpoint.there) {
     found_.erase(endpoint.guid);
     return {};
   }
-  std::vector<Event> events;
+  std::vector<Happening> events;
   auto known = found_.find(endpoint.guid);
   if (known != found_.end()) {
     known->second.endpoint = endpoint;  // announced again: what was reported is not reported again
@@ -528,8 +528,8 @@ std::vector<Event> ParticipantCore::remember(const fast::FoundEndpoint& endpoint
     return own->topic == endpoint.topic && own->type != endpoint.type && own->writer != endpoint.writer;
   });
   if (ours != endpoints_.end()) {
-    events.push_back({Event::Kind::incompatible_type, endpoint.topic, (*ours)->type, to_hex(endpoint.guid),
-                      endpoint.type, 0});
+    events.push_back({Happening::Kind::incompatible_type, endpoint.topic, (*ours)->type,
+                      to_hex(endpoint.guid), endpoint.type, 0});
   }
   return events;
 }

@@ -72,7 +72,7 @@ class ParticipantCore final : private fast::DiscoveryListener {
   void add(const Endpoint* endpoint, const fast::Guid& guid);
   void remove(const Endpoint* endpoint, const fast::Guid& guid) noexcept;
 
-  void report(const Event& event);
+  void report(const Happening& event);
   /// Whether a reliable reader matches this writer. One that there was no room to remember may be one.
   [[nodiscard]] bool has_reliable_reader(const Endpoint& writer) const;
 
@@ -122,23 +122,24 @@ class ParticipantCore final : private fast::DiscoveryListener {
     fast::FoundEndpoint endpoint;
     std::vector<const Endpoint*> told;          ///< ours that it does not match, which has been reported
     bool needs_name = false;                    ///< ... but not yet of which node
-    std::optional<Event> other_hash{};          ///< that its type is not ours, which has been reported
+    std::optional<Happening> other_hash{};      ///< that its type is not ours, which has been reported
     std::vector<const Endpoint*> refused_by{};  ///< ours that have counted it
   };
 
   /// What discovery tells, and what is to be reported of it.
-  [[nodiscard]] std::vector<Event> remember(const fast::FoundEndpoint& endpoint);
+  [[nodiscard]] std::vector<Happening> remember(const fast::FoundEndpoint& endpoint);
   /// Adds what a writer of ours that announces too much is to report of this reader.
-  void note_unserved(const Endpoint& endpoint, Found& found, std::vector<Event>& events) const;
+  void note_unserved(const Endpoint& endpoint, Found& found, std::vector<Happening>& events) const;
   /// Adds what is to report of a counterpart whose type is another one of the same name.
-  void note_hash(const Endpoint& endpoint, Found& found, std::vector<Event>& events);
+  void note_hash(const Endpoint& endpoint, Found& found, std::vector<Happening>& events);
   void on_large_sample();
   [[nodiscard]] std::uint32_t send_buffer_wanted() const;
   void destroy() noexcept;
   /// A peer has told of its nodes: those that were reported without one are reported again.
   void on_names();
-  [[nodiscard]] std::vector<Event> newly_incompatible(const Endpoint& endpoint, const std::string& policies);
-  Event incompatible(const Endpoint& endpoint, Found& found) const;
+  [[nodiscard]] std::vector<Happening> newly_incompatible(const Endpoint& endpoint,
+                                                          const std::string& policies);
+  Happening incompatible(const Endpoint& endpoint, Found& found) const;
 
   struct UsedTopic {
     fast::Topic* topic = nullptr;
@@ -174,7 +175,7 @@ class ParticipantCore final : private fast::DiscoveryListener {
   std::map<fast::Prefix, Peer> peers_;  ///< foreign participants
 
   std::mutex event_gate_;
-  std::function<void(const Event&)> on_event_;
+  std::function<void(const Happening&)> on_event_;
   std::function<void()> on_writers_;
 };
 

@@ -204,12 +204,13 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
                                                            participant_->ignores(endpoint_, peer));
     matched_ = status.current_count;
     if (!participant_->is_own(peer)) {
-      const auto kind = status.current_count_change > 0 ? Event::Kind::matched : Event::Kind::unmatched;
+      const auto kind =
+          status.current_count_change > 0 ? Happening::Kind::matched : Happening::Kind::unmatched;
       participant_->report({kind, endpoint_.topic, endpoint_.type, to_hex(peer), "reader",
                             endpoint_.foreign(status.current_count)});
       const std::lock_guard lock{match_gate_};
       if (on_match_ && !ignored) {
-        on_match_(to_guid(peer), kind == Event::Kind::matched);
+        on_match_(to_guid(peer), kind == Happening::Kind::matched);
       }
     }
   }
@@ -230,7 +231,8 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
         return;
       }
     }
-    participant_->report({Event::Kind::deadline_missed, endpoint_.topic, endpoint_.type, "", "reader", 0});
+    participant_->report(
+        {Happening::Kind::deadline_missed, endpoint_.topic, endpoint_.type, "", "reader", 0});
   }
 
   void on_liveliness_changed(fast::DataReader* /*reader*/,
@@ -244,7 +246,7 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
       counters_.liveliness_lost += static_cast<std::uint64_t>(status.not_alive_count_change);
     }
     participant_->report(
-        {Event::Kind::liveliness_lost, endpoint_.topic, endpoint_.type, to_hex(peer), "reader", 0});
+        {Happening::Kind::liveliness_lost, endpoint_.topic, endpoint_.type, to_hex(peer), "reader", 0});
   }
 
   void on_sample_lost(fast::DataReader* /*reader*/, const fast::SampleLostStatus& status) override {

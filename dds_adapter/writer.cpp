@@ -278,17 +278,18 @@ class WriterCore final : private fast::WriterListener {
                                                            participant_->ignores(endpoint_, peer));
     matched_ = status.current_count;
     if (!participant_->is_own(peer)) {
-      const auto kind = status.current_count_change > 0 ? Event::Kind::matched : Event::Kind::unmatched;
+      const auto kind =
+          status.current_count_change > 0 ? Happening::Kind::matched : Happening::Kind::unmatched;
       participant_->report({kind, endpoint_.topic, endpoint_.type, to_hex(peer), "writer",
                             endpoint_.foreign(status.current_count)});
-      if (kind == Event::Kind::unmatched) {
+      if (kind == Happening::Kind::unmatched) {
         const std::lock_guard lock{session_start_mutex_};
         if (session_start_) {
           session_start_->forget(peer);
         }
       }
       if (on_match_ && !ignored) {
-        on_match_(to_guid(peer), kind == Event::Kind::matched);
+        on_match_(to_guid(peer), kind == Happening::Kind::matched);
       }
     }
   }
@@ -308,7 +309,8 @@ class WriterCore final : private fast::WriterListener {
         return;
       }
     }
-    participant_->report({Event::Kind::deadline_missed, endpoint_.topic, endpoint_.type, "", "writer", 0});
+    participant_->report(
+        {Happening::Kind::deadline_missed, endpoint_.topic, endpoint_.type, "", "writer", 0});
   }
 
   void on_liveliness_lost(fast::DataWriter* /*writer*/, const fast::LivelinessLostStatus& status) override {
@@ -316,7 +318,8 @@ class WriterCore final : private fast::WriterListener {
       const std::lock_guard lock{counters_mutex_};
       counters_.liveliness_lost = static_cast<std::uint64_t>(status.total_count);
     }
-    participant_->report({Event::Kind::liveliness_lost, endpoint_.topic, endpoint_.type, "", "writer", 0});
+    participant_->report(
+        {Happening::Kind::liveliness_lost, endpoint_.topic, endpoint_.type, "", "writer", 0});
   }
 
   [[nodiscard]] bool has_reliable_reader() const override {

@@ -87,7 +87,7 @@ EncodedCloud encode(const Cloud& cloud, ByteView data, std::int64_t stamp_ns, st
   out.u32(cloud.height);
   out.u32(cloud.width);
   out.u32(static_cast<std::uint32_t>(cloud.fields.size()));
-  for (const Field& field : cloud.fields) {
+  for (const PointField& field : cloud.fields) {
     out.string(field.name);
     out.u32(field.offset);
     out.u8(static_cast<std::uint8_t>(field.type));
@@ -120,7 +120,7 @@ tl::expected<CloudView, std::string> decode(ByteView cdr) {
     return wrong("truncated or damaged before the field list");
   }
   for (std::uint32_t i = 0; i < fields; ++i) {
-    Field field;
+    PointField field;
     field.name = in.string();
     field.offset = in.u32();
     field.type = FieldType{in.u8()};

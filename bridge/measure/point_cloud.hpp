@@ -29,19 +29,19 @@ enum class FieldType : std::uint8_t {
 }
 
 /// One field of a point: `count` values from byte `offset` of the point on.
-struct Field {
+struct PointField {
   std::string name;
   std::uint32_t offset = 0;
   FieldType type{};
   std::uint32_t count = 1;
-  friend bool operator==(const Field&, const Field&) = default;
+  friend bool operator==(const PointField&, const PointField&) = default;
 };
 
 /// The points of a sensor_msgs/msg/PointCloud2, little-endian.
 struct Cloud {
   std::uint32_t height = 1;
   std::uint32_t width = 0;
-  std::vector<Field> fields;
+  std::vector<PointField> fields;
   std::uint32_t point_bytes = 0;
   bool dense = true;            ///< no point has a NaN
   std::vector<std::byte> data;  ///< height x width x point_bytes
@@ -68,7 +68,7 @@ struct CloudView {
   std::string_view frame_id;
   std::uint32_t height = 0;
   std::uint32_t width = 0;
-  std::vector<Field> fields;
+  std::vector<PointField> fields;
   bool big_endian = false;
   std::uint32_t point_bytes = 0;
   std::uint32_t row_bytes = 0;

@@ -3,8 +3,8 @@
 
 namespace trestle::sd {
 
-using slots::OwnSubscription;
-using State = OwnSubscription::State;
+using slots::Subscription;
+using State = Subscription::State;
 
 // --- Calls of the application -----------------------------------------------------------------------------
 
@@ -13,7 +13,7 @@ void ServiceDiscovery::release(RequirementHandle handle, TimePoint now) noexcept
   if (requirement == nullptr) {
     return;
   }
-  for (OwnSubscription& subscription : subscriptions_) {
+  for (Subscription& subscription : subscriptions_) {
     if (subscription.requirement == handle.index) {
       withdraw(subscription, now);
     }
@@ -27,8 +27,8 @@ void ServiceDiscovery::release(RequirementHandle handle, TimePoint now) noexcept
 }
 
 std::optional<RemoteService> ServiceDiscovery::server_of(SubscriptionHandle handle) const noexcept {
-  const OwnSubscription* const subscription = subscriptions_.find(handle);
-  return subscription == nullptr || subscription->remote == OwnSubscription::no_remote
+  const Subscription* const subscription = subscriptions_.find(handle);
+  return subscription == nullptr || subscription->remote == Subscription::no_remote
              ? std::nullopt
              : std::optional{service_of(remotes_[subscription->remote])};
 }
@@ -51,7 +51,7 @@ Result<SubscriptionHandle, SdError> ServiceDiscovery::subscribe(RequirementHandl
   }
   // Parallel subscriptions to one eventgroup differ in their counter.  [feat_req_someipsd_322]
   const auto counter_taken = [&](std::uint8_t counter) {
-    return subscriptions_.find_if([&](const OwnSubscription& other) {
+    return subscriptions_.find_if([&](const Subscription& other) {
       return other.counter == counter && other.eventgroup == request.eventgroup &&
              other.instance == instance && requirements_[other.requirement].service == requirement->service;
     }) != nullptr;
@@ -60,7 +60,7 @@ Result<SubscriptionHandle, SdError> ServiceDiscovery::subscribe(RequirementHandl
   while (counter < 16 && counter_taken(counter)) {
     ++counter;
   }
-  OwnSubscription* const slot = counter < 16 ? subscriptions_.add() : nullptr;
+  Subscription* const slot = counter < 16 ? subscriptions_.add() : nullptr;
   if (slot == nullptr) {
     return tl::unexpected{SdError::table_full};
   }
@@ -74,28 +74,28 @@ Result<SubscriptionHandle, SdError> ServiceDiscovery::subscribe(RequirementHandl
   slot->silence_timeout = request.silence_timeout.value_or(Duration{});
   slot->receive_buffer_bytes =
       settings_.tell_receive_buffer && request.udp ? request.receive_buffer_bytes : 0;
-  bind(*slot, now);
+  join_remote(*slot, now);
   return subscriptions_.handle_of<SubscriptionHandle>(*slot);
 }
 
 void ServiceDiscovery::unsubscribe(SubscriptionHandle handle, TimePoint now) noexcept {
-  if (OwnSubscription* const subscription = subscriptions_.find(handle)) {
+  if (Subscription* const subscription = subscriptions_.find(handle)) {
     withdraw(*subscription, now);
   }
 }
 
 void ServiceDiscovery::reconnected(SubscriptionHandle handle, const Endpoint& tcp, TimePoint now) noexcept {
-  OwnSubscription* const subscription = subscriptions_.find(handle);
+  Subscription* const subscription = subscriptions_.find(handle);
   if (subscription == nullptr || !subscription->needs_connection) {
     return;
   }
   subscription->tcp = tcp;
   subscription->needs_connection = false;
-  bind(*subscription, now);
+  join_remote(*subscription, now);
 }
 
 void ServiceDiscovery::event_received(SubscriptionHandle handle, TimePoint now) noexcept {
-  OwnSubscription* const subscription = subscriptions_.find(handle);
+  Subscription* const subscription = subscriptions_.find(handle);
   if (subscription != nullptr && subscription->silence_timeout.count() > 0 &&
       subscription->state == State::subscribed) {
     subscription->silent_at = now + subscription->silence_timeout;
@@ -105,7 +105,7 @@ void ServiceDiscovery::event_received(SubscriptionHandle handle, TimePoint now) 
 // --- Own subscriptions ------------------------------------------------------------------------------------
 
 // Ties the subscription to the offer it is for, if that is known.
-void ServiceDiscovery::bind(OwnSubscription& subscription, TimePoint now) noexcept {
+void ServiceDiscovery::join_remote(Subscription& subscription, TimePoint now) noexcept {
   for (slots::Remote& remote : remotes_) {
     if (remote.instance == subscription.instance && remote.is_wanted &&
         fits(requirements_[subscription.requirement], remote)) {
@@ -120,7 +120,7 @@ void ServiceDiscovery::bind(OwnSubscription& subscription, TimePoint now) noexce
 }
 
 // Queues a Subscribe, or with a TTL of 0 a StopSubscribe.
-slots::PendingEntry* ServiceDiscovery::send_subscribe(const OwnSubscription& subscription, TimePoint due,
+slots::PendingEntry* ServiceDiscovery::send_subscribe(const Subscription& subscription, TimePoint due,
                                                       std::uint32_t ttl_s, bool initial_data) noexcept {
   const slots::Remote& remote = remotes_[subscription.remote];
   slots::PendingEntry* const pending = send(remote.peer, due);  // always by unicast  [feat_req_someipsd_818]
@@ -147,7 +147,7 @@ slots::PendingEntry* ServiceDiscovery::send_subscribe(const OwnSubscription& sub
   return pending;
 }
 
-void ServiceDiscovery::cancel_requests(OwnSubscription& subscription) noexcept {
+void ServiceDiscovery::cancel_requests(Subscription& subscription) noexcept {
   if (std::exchange(subscription.is_requested, false)) {
     pending_.remove_if(
         [&](const slots::PendingEntry& pending) { return pending.subscription == subscription.index; });
@@ -156,7 +156,7 @@ void ServiceDiscovery::cancel_requests(OwnSubscription& subscription) noexcept {
 
 // The subscriptions to one offer are linked in a list, because they are renewed with each offer, every
 // second.
-void ServiceDiscovery::attach(OwnSubscription& subscription, slots::Remote& remote) noexcept {
+void ServiceDiscovery::attach(Subscription& subscription, slots::Remote& remote) noexcept {
   std::uint16_t* end = &remote.subscribed_by;
   while (*end != slots::Remote::none) {
     end = &subscriptions_[*end].next;
@@ -166,17 +166,17 @@ void ServiceDiscovery::attach(OwnSubscription& subscription, slots::Remote& remo
   subscription.next = slots::Remote::none;
 }
 
-void ServiceDiscovery::detach(OwnSubscription& subscription) noexcept {
+void ServiceDiscovery::detach(Subscription& subscription) noexcept {
   std::uint16_t* at = &remotes_[subscription.remote].subscribed_by;
   while (*at != subscription.index) {
     at = &subscriptions_[*at].next;
   }
   *at = subscription.next;
-  subscription.remote = OwnSubscription::no_remote;
+  subscription.remote = Subscription::no_remote;
 }
 
 // Queues a Subscribe to the offer the subscription is tied to.
-void ServiceDiscovery::request(OwnSubscription& subscription, TimePoint due, Cause cause) noexcept {
+void ServiceDiscovery::request(Subscription& subscription, TimePoint due, Cause cause) noexcept {
   if (subscription.is_requested) {
     return;
   }
@@ -226,7 +226,7 @@ void ServiceDiscovery::request(OwnSubscription& subscription, TimePoint due, Cau
 
 // Called when the server has answered, or the TTL of the last Subscribe has ended, while the next Subscribe
 // is still queued: the queued one becomes an additional one, or the first.
-void ServiceDiscovery::amend_request(OwnSubscription& subscription) noexcept {
+void ServiceDiscovery::amend_request(Subscription& subscription) noexcept {
   const bool first = subscription.state != State::subscribed;
   subscription.asked = !first;
   if (!subscription.is_requested) {
@@ -249,8 +249,8 @@ void ServiceDiscovery::amend_request(OwnSubscription& subscription) noexcept {
 }
 
 // Ends a subscription because the application wants that.
-void ServiceDiscovery::withdraw(OwnSubscription& subscription, TimePoint now) noexcept {
-  if (subscription.remote != OwnSubscription::no_remote) {
+void ServiceDiscovery::withdraw(Subscription& subscription, TimePoint now) noexcept {
+  if (subscription.remote != Subscription::no_remote) {
     cancel_requests(subscription);
     if (link_up_ && subscription.state != State::idle && subscription.state != State::refused) {
       if (slots::PendingEntry* const stop = send_subscribe(subscription, now, 0, false)) {
@@ -263,7 +263,7 @@ void ServiceDiscovery::withdraw(OwnSubscription& subscription, TimePoint now) no
 }
 
 // The offer is gone, and so is the subscription to it; the application still wants to be subscribed.
-void ServiceDiscovery::unbind(OwnSubscription& subscription, LossReason reason) noexcept {
+void ServiceDiscovery::leave_remote(Subscription& subscription, LossReason reason) noexcept {
   cancel_requests(subscription);
   if (subscription.state == State::subscribed) {
     lose(subscription, reason);
@@ -284,18 +284,18 @@ void ServiceDiscovery::unbind(OwnSubscription& subscription, LossReason reason) 
 // [feat_req_someipsd_431] [feat_req_someipsd_812]
 void ServiceDiscovery::renew_subscriptions(slots::Remote& remote, bool is_new,
                                            const Arrival& arrival) noexcept {
-  for (OwnSubscription& subscription : subscriptions_) {
+  for (Subscription& subscription : subscriptions_) {
     if (!is_new || !remote.is_wanted) {
       break;
     }
-    const bool unbound = subscription.remote == OwnSubscription::no_remote;
+    const bool unbound = subscription.remote == Subscription::no_remote;
     if (unbound && !subscription.needs_connection && subscription.instance == remote.instance &&
         fits(requirements_[subscription.requirement], remote)) {
       attach(subscription, remote);
     }
   }
   for (std::uint16_t at = remote.subscribed_by; at != slots::Remote::none;) {
-    OwnSubscription& subscription = subscriptions_[at];
+    Subscription& subscription = subscriptions_[at];
     at = subscription.next;
     const bool lasts = subscription.state == State::subscribed && subscription.ttl_s == infinite_ttl_s &&
                        !settings_.renew_infinite_subscriptions;
@@ -312,8 +312,8 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
     return;
   }
   const std::string_view name = name_in(entry, arrival);
-  const auto is_meant = [&](const OwnSubscription& subscription) {
-    if (subscription.remote == OwnSubscription::no_remote) {
+  const auto is_meant = [&](const Subscription& subscription) {
+    if (subscription.remote == Subscription::no_remote) {
       return false;
     }
     const slots::Remote& remote = remotes_[subscription.remote];
@@ -322,7 +322,7 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
            subscription.eventgroup == entry.eventgroup() && subscription.counter == entry.counter() &&
            (name.empty() || has_name(remote.service, remote.configuration, name));
   };
-  OwnSubscription* const meant = subscriptions_.search(is_meant);
+  Subscription* const meant = subscriptions_.search(is_meant);
   if (meant == nullptr) {
     count(counters_.ignored_unexpected_ack);
     return;
@@ -331,7 +331,7 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
     refuse(Limit::pending_events);
     return;
   }
-  OwnSubscription& subscription = *meant;
+  Subscription& subscription = *meant;
   if (!guards || entry.ttl_s != 0) {  // whoever refuses has not shown that it serves
     answered(remotes_[subscription.remote]);
   }
@@ -370,7 +370,7 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
 
 // Ends own subscriptions whose TTL is over, and renews those whose events do not come.
 void ServiceDiscovery::watch(TimePoint now) noexcept {
-  for (OwnSubscription& subscription : subscriptions_) {
+  for (Subscription& subscription : subscriptions_) {
     if (is_due(subscription.expiry, now) && (guards || events_.free_places() > 0)) {
       subscription.expiry = never;
       subscription.silent_at = never;
@@ -383,7 +383,7 @@ void ServiceDiscovery::watch(TimePoint now) noexcept {
       amend_request(subscription);
     }
   }
-  for (OwnSubscription& subscription : subscriptions_) {
+  for (Subscription& subscription : subscriptions_) {
     if (is_due(subscription.silent_at, now)) {
       count(counters_.silences);
       subscription.silent_at = now + subscription.silence_timeout;

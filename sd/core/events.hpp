@@ -133,7 +133,8 @@ struct SubscriptionLost {
   LossReason reason{};
 };
 
-using Event = std::variant<SubscriberAdded, InitialDataRequested, SubscriberRemoved, ConnectionOutdated,
-                           ServiceAvailable, ServiceLost, Subscribed, SubscriptionRefused, SubscriptionLost>;
+using Happening =
+    std::variant<SubscriberAdded, InitialDataRequested, SubscriberRemoved, ConnectionOutdated,
+                 ServiceAvailable, ServiceLost, Subscribed, SubscriptionRefused, SubscriptionLost>;
 
 }  // namespace trestle::sd

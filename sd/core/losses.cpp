@@ -24,12 +24,12 @@ void ServiceDiscovery::tell_loss(slots::TcpConnection& connection) noexcept {
   }
 }
 
-void ServiceDiscovery::lose(slots::Subscription& subscription, LossReason reason) noexcept {
-  Table<slots::Subscription>::lose(subscription, reason);
+void ServiceDiscovery::lose(slots::Subscriber& subscription, LossReason reason) noexcept {
+  Table<slots::Subscriber>::lose(subscription, reason);
   tell_loss(subscription);
 }
 
-void ServiceDiscovery::tell_loss(slots::Subscription& subscription) noexcept {
+void ServiceDiscovery::tell_loss(slots::Subscriber& subscription) noexcept {
   if (has_place_to_tell()) {
     tell([&] {
       return SubscriberRemoved{offers_.handle_of<OfferHandle>(offers_[subscription.offer]),
@@ -41,12 +41,12 @@ void ServiceDiscovery::tell_loss(slots::Subscription& subscription) noexcept {
 }
 
 // The subscription itself stays: the application still wants it.
-void ServiceDiscovery::lose(slots::OwnSubscription& subscription, LossReason reason) noexcept {
+void ServiceDiscovery::lose(slots::Subscription& subscription, LossReason reason) noexcept {
   subscription.set_loss(reason);
   tell_loss(subscription);
 }
 
-void ServiceDiscovery::tell_loss(slots::OwnSubscription& subscription) noexcept {
+void ServiceDiscovery::tell_loss(slots::Subscription& subscription) noexcept {
   if (has_place_to_tell()) {
     tell([&] {
       return SubscriptionLost{subscriptions_.handle_of<SubscriptionHandle>(subscription),

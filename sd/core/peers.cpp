@@ -132,7 +132,7 @@ slots::Peer* ServiceDiscovery::who_is_forgotten(const IpAddress* among, TimePoin
 // Forgets the peer with its subscriptions and services, and what waits to be sent to it. The peer stays if
 // there is no room yet to report some of these ends.
 void ServiceDiscovery::forget(slots::Peer& peer) noexcept {
-  for (slots::Subscription& subscription : subscribers_) {
+  for (slots::Subscriber& subscription : subscribers_) {
     if (peer.subscribers > 0 && subscription.peer == peer.index) {
       count(counters_.displaced);
       lose(subscription, LossReason::displaced);
@@ -287,10 +287,10 @@ std::optional<Limit> ServiceDiscovery::make_room(const slots::Offer& offer, Even
   if (!group_is_full && subscribers_.free_slots() > 0) {
     return std::nullopt;
   }
-  slots::Subscription* const other =
-      who_gives_way(subscribers_, arrival.peer, arrival.now, [&](const slots::Subscription& one) {
+  slots::Subscriber* const other =
+      who_gives_way(subscribers_, arrival.peer, arrival.now, [&](const slots::Subscriber& one) {
         const bool is_here = one.offer == offer.index && one.eventgroup == eventgroup;
-        return one.peer != slots::Subscription::nobody && (is_here || !group_is_full);
+        return one.peer != slots::Subscriber::nobody && (is_here || !group_is_full);
       });
   if (other == nullptr) {
     return group_is_full ? Limit::subscribers_per_eventgroup : Limit::subscribers;
@@ -336,7 +336,7 @@ void ServiceDiscovery::make_room_for_remote(const Arrival& arrival) noexcept {
 bool ServiceDiscovery::is_outdated(const slots::TcpConnection& connection,
                                    std::uint16_t peer) const noexcept {
   return (connection.peer_spoke && connection.remote.address == peers_[peer].endpoint.address) ||
-         subscribers_.find_if([&](const slots::Subscription& one) {
+         subscribers_.find_if([&](const slots::Subscriber& one) {
            return one.peer == peer && one.tcp == connection.remote &&
                   offers_[one.offer].tcp == connection.own;
          }) != nullptr;
@@ -351,7 +351,7 @@ void ServiceDiscovery::on_reboot(std::uint16_t peer, TimePoint now) noexcept {
       lose(connection);
     }
   }
-  for (slots::Subscription& subscription : subscribers_) {
+  for (slots::Subscriber& subscription : subscribers_) {
     if (subscription.peer == peer) {
       lose(subscription, LossReason::rebooted);
     }

@@ -3,7 +3,7 @@
 
 namespace trestle::sd {
 
-using slots::OwnSubscription;
+using slots::Subscription;
 
 bool ServiceDiscovery::fits(const slots::Requirement& requirement,
                             const slots::Remote& remote) const noexcept {
@@ -95,7 +95,7 @@ Result<RequirementHandle, SdError> ServiceDiscovery::require(const RequiredServi
 
 // A Find for one instance ends with its offer  [feat_req_someipsd_238]; a Find for all instances cannot know
 // whether it has found them all  [feat_req_someipsd_239].
-void ServiceDiscovery::settle(slots::Requirement& requirement) noexcept {
+void ServiceDiscovery::slow_or_end_finds(slots::Requirement& requirement) noexcept {
   if (requirement.instance == someip::any_instance) {
     requirement.schedule.found_some();
   } else {
@@ -329,7 +329,7 @@ void ServiceDiscovery::announce(const slots::Remote& remote) noexcept {
 // Reports the service if the requirement matches it.
 void ServiceDiscovery::tell_available(slots::Requirement& requirement, const slots::Remote& remote) noexcept {
   if (fits(requirement, remote)) {
-    settle(requirement);
+    slow_or_end_finds(requirement);
     tell([&] {
       return ServiceAvailable{requirements_.handle_of<RequirementHandle>(requirement), service_of(remote)};
     });
@@ -349,7 +349,7 @@ void ServiceDiscovery::lose(slots::Remote& remote, LossReason reason, TimePoint 
     remember(remote);
   }
   while (remote.subscribed_by != slots::Remote::none) {
-    unbind(subscriptions_[remote.subscribed_by], reason);
+    leave_remote(subscriptions_[remote.subscribed_by], reason);
   }
   remote.told() = 0;
   Table<slots::Remote>::lose(remote, reason);

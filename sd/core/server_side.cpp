@@ -131,7 +131,7 @@ void ServiceDiscovery::stop_offer(OfferHandle handle, TimePoint now) noexcept {
   if (link_up_) {
     send_offer(*offer, slots::PendingEntry::to_multicast, now, 0);
   }
-  for (slots::Subscription& subscription : subscribers_.all()) {
+  for (slots::Subscriber& subscription : subscribers_.all()) {
     if (subscription.offer == handle.index) {
       remove(subscription);
     }
@@ -154,14 +154,14 @@ Result<void, SdError> ServiceDiscovery::add_subscriber(OfferHandle handle, Event
   if (eventgroup == nullptr || eventgroup->tcp || !rules_.allow_own(client)) {
     return tl::unexpected{SdError::bad_argument};
   }
-  const auto is_same = [&](const slots::Subscription& other) {
-    return other.peer == slots::Subscription::nobody && other.offer == handle.index &&
-           other.eventgroup == id && other.configured_at == client;
+  const auto is_same = [&](const slots::Subscriber& other) {
+    return other.peer == slots::Subscriber::nobody && other.offer == handle.index && other.eventgroup == id &&
+           other.configured_at == client;
   };
   if (subscribers_.find_if(is_same) != nullptr) {
     return tl::unexpected{SdError::duplicate};
   }
-  slots::Subscription* const slot =
+  slots::Subscriber* const slot =
       subscribers_of(handle.index, id, nullptr) < settings_.max_subscribers_per_eventgroup
           ? subscribers_.add()
           : nullptr;
@@ -194,7 +194,7 @@ void ServiceDiscovery::tcp_closed(const Endpoint& own, const Endpoint& client) n
       tcp_connections_.remove(connection);
     }
   }
-  for (slots::Subscription& subscription : subscribers_) {
+  for (slots::Subscriber& subscription : subscribers_) {
     if (subscription.tcp == client && offers_[subscription.offer].tcp == own) {
       lose(subscription, LossReason::unreachable);
     }
@@ -202,7 +202,7 @@ void ServiceDiscovery::tcp_closed(const Endpoint& own, const Endpoint& client) n
 }
 
 bool ServiceDiscovery::tcp_needed(const Endpoint& own, const Endpoint& client) const noexcept {
-  return subscribers_.find_if([&](const slots::Subscription& subscription) {
+  return subscribers_.find_if([&](const slots::Subscriber& subscription) {
     return subscription.tcp == client && offers_[subscription.offer].tcp == own;
   }) != nullptr;
 }
@@ -211,22 +211,22 @@ bool ServiceDiscovery::is_proven(const IpAddress& client) const noexcept {
   return tcp_connections_.find_if([&](const slots::TcpConnection& connection) {
     return connection.remote.address == client;
   }) != nullptr ||
-         subscribers_.find_if([&](const slots::Subscription& subscription) {
+         subscribers_.find_if([&](const slots::Subscriber& subscription) {
            return (subscription.udp && subscription.udp->address == client) ||
                   (subscription.tcp && subscription.tcp->address == client);
          }) != nullptr;
 }
 
 void ServiceDiscovery::unreachable(const Endpoint& subscriber) noexcept {
-  for (slots::Subscription& subscription : subscribers_) {
-    if (subscription.udp == subscriber && subscription.peer != slots::Subscription::nobody) {
+  for (slots::Subscriber& subscription : subscribers_) {
+    if (subscription.udp == subscriber && subscription.peer != slots::Subscriber::nobody) {
       lose(subscription, LossReason::unreachable);
     }
   }
 }
 
 std::uint32_t ServiceDiscovery::receive_buffer_of(const Endpoint& client) const noexcept {
-  for (const slots::Subscription& slot : subscribers_) {
+  for (const slots::Subscriber& slot : subscribers_) {
     if (slot.udp == client && slot.receive_buffer_bytes != 0) {
       return slot.receive_buffer_bytes;
     }
@@ -240,18 +240,17 @@ bool ServiceDiscovery::tcp_ready(const slots::Offer& offer, const Endpoint& clie
   }) != nullptr;
 }
 
-Subscriber ServiceDiscovery::subscriber_of(const slots::Subscription& slot) const noexcept {
-  const bool configured = slot.peer == slots::Subscription::nobody;
+Subscriber ServiceDiscovery::subscriber_of(const slots::Subscriber& slot) const noexcept {
+  const bool configured = slot.peer == slots::Subscriber::nobody;
   return {configured ? slot.configured_at : peers_[slot.peer].endpoint, slot.udp, slot.tcp,
           slot.receive_buffer_bytes};
 }
 
-const slots::Subscription* ServiceDiscovery::subscription(OfferHandle offer,
-                                                          std::size_t place) const noexcept {
+const slots::Subscriber* ServiceDiscovery::subscription(OfferHandle offer, std::size_t place) const noexcept {
   if (place >= subscribers_.size() || offers_.find(offer) == nullptr) {
     return nullptr;
   }
-  const slots::Subscription& slot = subscribers_[static_cast<std::uint16_t>(place)];
+  const slots::Subscriber& slot = subscribers_[static_cast<std::uint16_t>(place)];
   return slot.slot_state == SlotBase::State::in_use && slot.offer == offer.index ? &slot : nullptr;
 }
 
@@ -299,7 +298,7 @@ std::optional<Endpoint> ServiceDiscovery::multicast_of(const slots::Offer& offer
 
 // Advances offers and ends subscriptions whose TTL is over. What has no room stays due.
 void ServiceDiscovery::serve(TimePoint now) noexcept {
-  for (slots::Subscription& subscription : subscribers_) {
+  for (slots::Subscriber& subscription : subscribers_) {
     if (is_due(subscription.expiry, now) && (guards || events_.free_places() > 0)) {
       lose(subscription, LossReason::expired);  // [feat_req_someipsd_445]
     }
@@ -395,10 +394,10 @@ const Eventgroup* ServiceDiscovery::eventgroup_of(const slots::Offer& offer, Eve
   return found == nullptr ? nullptr : &found->eventgroup;
 }
 
-slots::Subscription* ServiceDiscovery::subscription_of(const slots::Offer& offer, const Entry& entry,
-                                                       std::uint16_t peer,
-                                                       const EntryOptions& options) const noexcept {
-  return subscribers_.search([&](const slots::Subscription& slot) {
+slots::Subscriber* ServiceDiscovery::subscription_of(const slots::Offer& offer, const Entry& entry,
+                                                     std::uint16_t peer,
+                                                     const EntryOptions& options) const noexcept {
+  return subscribers_.search([&](const slots::Subscriber& slot) {
     return slot.offer == offer.index && slot.peer == peer && slot.eventgroup == entry.eventgroup() &&
            slot.counter == entry.counter() && are_same(slot.udp, options.udp) &&
            are_same(slot.tcp, options.tcp);
@@ -482,24 +481,24 @@ std::optional<NackReason> ServiceDiscovery::lack_of(const slots::Offer& offer, c
 std::size_t ServiceDiscovery::subscribers_of(std::uint16_t offer, EventgroupId eventgroup,
                                              const IpAddress* from) const noexcept {
   std::size_t count = 0;
-  for (const slots::Subscription& other : subscribers_) {
+  for (const slots::Subscriber& other : subscribers_) {
     const bool is_meant =
         !guards || from == nullptr ||
-        (other.peer != slots::Subscription::nobody && peers_[other.peer].endpoint.address == *from);
+        (other.peer != slots::Subscriber::nobody && peers_[other.peer].endpoint.address == *from);
     count += is_meant && other.offer == offer && other.eventgroup == eventgroup ? 1 : 0;
   }
   return count;
 }
 
-slots::Subscription* ServiceDiscovery::new_subscription(const slots::Offer& offer, EventgroupId eventgroup,
-                                                        const Arrival& arrival) noexcept {
+slots::Subscriber* ServiceDiscovery::new_subscription(const slots::Offer& offer, EventgroupId eventgroup,
+                                                      const Arrival& arrival) noexcept {
   std::optional<Limit> full;
   if constexpr (guards) {
     full = make_room(offer, eventgroup, arrival);
   } else if (subscribers_of(offer.index, eventgroup, nullptr) >= settings_.max_subscribers_per_eventgroup) {
     full = Limit::subscribers_per_eventgroup;
   }
-  slots::Subscription* const slot = full ? nullptr : subscribers_.add();
+  slots::Subscriber* const slot = full ? nullptr : subscribers_.add();
   if (slot == nullptr) {
     refuse(full.value_or(Limit::subscribers));
     return nullptr;
@@ -511,8 +510,8 @@ slots::Subscription* ServiceDiscovery::new_subscription(const slots::Offer& offe
   return slot;
 }
 
-void ServiceDiscovery::remove(slots::Subscription& subscription) noexcept {
-  if (subscription.peer != slots::Subscription::nobody) {
+void ServiceDiscovery::remove(slots::Subscriber& subscription) noexcept {
+  if (subscription.peer != slots::Subscriber::nobody) {
     --peers_[subscription.peer].subscribers;
   }
   subscribers_.remove(subscription);
@@ -534,7 +533,7 @@ ServiceDiscovery::Accepted ServiceDiscovery::accept(const slots::Offer& offer, c
   if (const auto reason = lack_of(offer, eventgroup, *options)) {
     return tl::unexpected{*reason};
   }
-  slots::Subscription* slot = subscription_of(offer, entry, arrival.peer, *options);
+  slots::Subscriber* slot = subscription_of(offer, entry, arrival.peer, *options);
   const bool is_new = slot == nullptr;
   if (is_new) {
     slot = new_subscription(offer, entry.eventgroup(), arrival);
@@ -599,7 +598,7 @@ void ServiceDiscovery::on_stop_subscribe(const Entry& entry, const Arrival& arri
     return;
   }
   keep_needed(*options, *eventgroup);
-  if (slots::Subscription* const slot = subscription_of(*offer, entry, arrival.peer, *options)) {
+  if (slots::Subscriber* const slot = subscription_of(*offer, entry, arrival.peer, *options)) {
     lose(*slot, LossReason::stopped);
   }
 }

@@ -147,8 +147,8 @@ slots::PendingEntry* ServiceDiscovery::send(std::uint16_t to, TimePoint due) noe
   return pending;
 }
 
-Event* ServiceDiscovery::next_event() noexcept {
-  Event* const event = events_.append();
+Happening* ServiceDiscovery::next_event() noexcept {
+  Happening* const event = events_.append();
   if (event == nullptr) {
     count(counters_.lost_events);
     note(Limit::pending_events);
@@ -159,8 +159,8 @@ Event* ServiceDiscovery::next_event() noexcept {
 void ServiceDiscovery::link_down() noexcept {
   link_up_ = false;
   pending_.clear();
-  for (slots::Subscription& subscription : subscribers_) {
-    if (subscription.peer != slots::Subscription::nobody) {
+  for (slots::Subscriber& subscription : subscribers_) {
+    if (subscription.peer != slots::Subscriber::nobody) {
       lose(subscription, LossReason::link_down);
     }
   }
@@ -468,7 +468,7 @@ std::optional<Transmit> ServiceDiscovery::poll_transmit(ByteSpan room, TimePoint
                   writer.finish(flags, session, someip::ClientId{client})};
 }
 
-std::optional<Event> ServiceDiscovery::poll_event() noexcept {
+std::optional<Happening> ServiceDiscovery::poll_event() noexcept {
   if (guards && is_some_untold_ && events_.empty()) {
     tell_what_is_untold();
   }
@@ -487,13 +487,13 @@ std::optional<TimePoint> ServiceDiscovery::deadline() const noexcept {
   for (const slots::Requirement& requirement : requirements_) {
     consider(requirement.schedule.deadline());
   }
-  for (const slots::Subscription& subscription : subscribers_) {
+  for (const slots::Subscriber& subscription : subscribers_) {
     consider(subscription.expiry);
   }
   for (const slots::Remote& remote : remotes_) {
     consider(remote.expiry);
   }
-  for (const slots::OwnSubscription& subscription : subscriptions_) {
+  for (const slots::Subscription& subscription : subscriptions_) {
     consider(subscription.expiry);
     consider(subscription.silent_at);
   }

@@ -121,7 +121,7 @@ struct Transmit {
 };
 
 /// What happened since construction.
-struct Counters {
+struct SdCounters {
   std::uint64_t datagrams_received = 0;
   std::uint64_t messages_received = 0;  ///< SD messages that were processed
   std::uint64_t datagrams_sent = 0;
@@ -201,7 +201,7 @@ class ServiceDiscovery {
     if (offers_.find(offer) == nullptr) {
       return;
     }
-    for (const slots::Subscription& slot : subscribers_) {
+    for (const slots::Subscriber& slot : subscribers_) {
       if (slot.offer == offer.index && slot.eventgroup == eventgroup) {
         visit(subscriber_of(slot));
       }
@@ -214,7 +214,7 @@ class ServiceDiscovery {
 
   /// The subscription in this place, below max_subscribers, of the table of all; null when there is none, or
   /// it is to another offer. Valid until the next call that is told the time.
-  [[nodiscard]] const slots::Subscription* subscription(OfferHandle offer, std::size_t place) const noexcept;
+  [[nodiscard]] const slots::Subscriber* subscription(OfferHandle offer, std::size_t place) const noexcept;
 
   /// Adds a subscriber that both sides are configured with, so that it never says so: it stays as long as the
   /// offer, whatever happens to the link. SubscriberAdded does not tell of it. In an eventgroup without UDP
@@ -278,7 +278,7 @@ class ServiceDiscovery {
   void answered(RemoteHandle service) noexcept;
   /// Whether it was asked several times in a row and has not answered. False when it is gone.
   [[nodiscard]] bool is_mute(RemoteHandle service) const noexcept;
-  /// The service that somebody else offered last while it was there, as Counters::ignored_conflicting_offer
+  /// The service that somebody else offered last while it was there, as SdCounters::ignored_conflicting_offer
   /// counts; nothing when it had to give way.
   [[nodiscard]] std::optional<RemoteService> contested() const noexcept;
   /// The last service that another peer took over since the last call, because the one that had offered it
@@ -338,7 +338,7 @@ class ServiceDiscovery {
   [[nodiscard]] std::optional<Transmit> poll_transmit(ByteSpan room, TimePoint now) noexcept;
 
   /// The next event, or nothing. Events come in the order in which things happened.
-  [[nodiscard]] std::optional<Event> poll_event() noexcept;
+  [[nodiscard]] std::optional<Happening> poll_event() noexcept;
 
   /// When to call on_time() and poll_transmit() again; nothing: when a datagram arrives or a call is made.
   [[nodiscard]] std::optional<TimePoint> deadline() const noexcept;
@@ -347,7 +347,7 @@ class ServiceDiscovery {
   /// others.
   [[nodiscard]] std::uint32_t remote_changes() const noexcept { return remote_changes_; }
 
-  [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
+  [[nodiscard]] const SdCounters& counters() const noexcept { return counters_; }
 
  private:
   // A message being processed, and what is known about its sender.
@@ -395,7 +395,7 @@ class ServiceDiscovery {
       transmit_due_ = earlier(transmit_due_, due);
     }
   }
-  [[nodiscard]] Event* next_event() noexcept;
+  [[nodiscard]] Happening* next_event() noexcept;
   // For what is new. Losses that are still to be told come before it.
   [[nodiscard]] std::size_t event_places() const noexcept {
     return guards && is_some_untold_ ? 0 : events_.free_places();
@@ -408,7 +408,7 @@ class ServiceDiscovery {
       explicit operator What() const noexcept { return make(); }
       const Make& make;
     };
-    if (Event* const event = next_event()) {
+    if (Happening* const event = next_event()) {
       event->emplace<What>(Made{make});
     }
   }
@@ -459,29 +459,29 @@ class ServiceDiscovery {
   void on_stop_subscribe(const Entry& entry, const Arrival& arrival) noexcept;
   [[nodiscard]] const slots::Offer* offered(const Entry& entry, const Arrival& arrival) noexcept;
   [[nodiscard]] const Eventgroup* eventgroup_of(const slots::Offer& offer, EventgroupId id) const noexcept;
-  [[nodiscard]] slots::Subscription* subscription_of(const slots::Offer& offer, const Entry& entry,
-                                                     std::uint16_t peer,
-                                                     const EntryOptions& options) const noexcept;
+  [[nodiscard]] slots::Subscriber* subscription_of(const slots::Offer& offer, const Entry& entry,
+                                                   std::uint16_t peer,
+                                                   const EntryOptions& options) const noexcept;
   using Accepted = Result<const Eventgroup*, NackReason>;
   [[nodiscard]] NackReason why_unknown(const Entry& entry) const noexcept;
   [[nodiscard]] std::optional<NackReason> lack_of(const slots::Offer& offer, const Eventgroup& eventgroup,
                                                   const EntryOptions& needed) const noexcept;
   [[nodiscard]] Accepted accept(const slots::Offer& offer, const Eventgroup& eventgroup, const Entry& entry,
                                 const Arrival& arrival) noexcept;
-  [[nodiscard]] slots::Subscription* new_subscription(const slots::Offer& offer, EventgroupId eventgroup,
-                                                      const Arrival& arrival) noexcept;
+  [[nodiscard]] slots::Subscriber* new_subscription(const slots::Offer& offer, EventgroupId eventgroup,
+                                                    const Arrival& arrival) noexcept;
   [[nodiscard]] std::optional<Limit> make_room(const slots::Offer& offer, EventgroupId eventgroup,
                                                const Arrival& arrival) noexcept;
   [[nodiscard]] std::size_t subscribers_of(std::uint16_t offer, EventgroupId eventgroup,
                                            const IpAddress* from) const noexcept;
-  void remove(slots::Subscription& subscription) noexcept;
+  void remove(slots::Subscriber& subscription) noexcept;
   [[nodiscard]] std::optional<Endpoint> multicast_of(const slots::Offer& offer) const noexcept;
   void acknowledge(const slots::Offer* offer, const Entry& entry, const Arrival& arrival,
                    const Accepted& accepted) noexcept;
-  void lose(slots::Subscription& subscription, LossReason reason) noexcept;
-  void tell_loss(slots::Subscription& subscription) noexcept;
+  void lose(slots::Subscriber& subscription, LossReason reason) noexcept;
+  void tell_loss(slots::Subscriber& subscription) noexcept;
   void send_offer(const slots::Offer& offer, std::uint16_t to, TimePoint due, std::uint32_t ttl_s) noexcept;
-  [[nodiscard]] Subscriber subscriber_of(const slots::Subscription& slot) const noexcept;
+  [[nodiscard]] Subscriber subscriber_of(const slots::Subscriber& slot) const noexcept;
   [[nodiscard]] bool tcp_ready(const slots::Offer& offer, const Endpoint& client) const noexcept;
   void serve(TimePoint now) noexcept;
 
@@ -501,7 +501,7 @@ class ServiceDiscovery {
   void tell_known(slots::Requirement& requirement) noexcept;
   void tell_new(slots::Remote& remote) noexcept;
   void tell_loss(slots::Remote& remote) noexcept;
-  void settle(slots::Requirement& requirement) noexcept;
+  void slow_or_end_finds(slots::Requirement& requirement) noexcept;
   void lose(slots::Remote& remote, LossReason reason, TimePoint now) noexcept;
   [[nodiscard]] bool fits(const slots::Requirement& requirement, const slots::Remote& remote) const noexcept;
   void seek(TimePoint now) noexcept;
@@ -520,19 +520,19 @@ class ServiceDiscovery {
   void on_ack(const Entry& entry, const Arrival& arrival) noexcept;
   void renew_subscriptions(slots::Remote& remote, bool is_new, const Arrival& arrival) noexcept;
   enum class Cause : std::uint8_t { application_or_unicast_offer, multicast_offer, silence, rival };
-  void request(slots::OwnSubscription& subscription, TimePoint due, Cause cause) noexcept;
-  void withdraw(slots::OwnSubscription& subscription, TimePoint now) noexcept;
-  void unbind(slots::OwnSubscription& subscription, LossReason reason) noexcept;
-  void bind(slots::OwnSubscription& subscription, TimePoint now) noexcept;
-  void cancel_requests(slots::OwnSubscription& subscription) noexcept;
-  void amend_request(slots::OwnSubscription& subscription) noexcept;
-  void attach(slots::OwnSubscription& subscription, slots::Remote& remote) noexcept;
-  void detach(slots::OwnSubscription& subscription) noexcept;
+  void request(slots::Subscription& subscription, TimePoint due, Cause cause) noexcept;
+  void withdraw(slots::Subscription& subscription, TimePoint now) noexcept;
+  void leave_remote(slots::Subscription& subscription, LossReason reason) noexcept;
+  void join_remote(slots::Subscription& subscription, TimePoint now) noexcept;
+  void cancel_requests(slots::Subscription& subscription) noexcept;
+  void amend_request(slots::Subscription& subscription) noexcept;
+  void attach(slots::Subscription& subscription, slots::Remote& remote) noexcept;
+  void detach(slots::Subscription& subscription) noexcept;
   void watch(TimePoint now) noexcept;
-  slots::PendingEntry* send_subscribe(const slots::OwnSubscription& subscription, TimePoint due,
+  slots::PendingEntry* send_subscribe(const slots::Subscription& subscription, TimePoint due,
                                       std::uint32_t ttl_s, bool initial_data) noexcept;
-  void lose(slots::OwnSubscription& subscription, LossReason reason) noexcept;
-  void tell_loss(slots::OwnSubscription& subscription) noexcept;
+  void lose(slots::Subscription& subscription, LossReason reason) noexcept;
+  void tell_loss(slots::Subscription& subscription) noexcept;
 
   // losses.cpp
   void tell_what_is_untold() noexcept;
@@ -544,7 +544,7 @@ class ServiceDiscovery {
 
   // What is used most stands first, where small processors reach it with short instructions.
   BoundedQueue<slots::PendingEntry> pending_;
-  BoundedQueue<Event> events_;
+  BoundedQueue<Happening> events_;
   bool link_up_ = true;
   bool is_some_untold_ = false;  // losses, or services, wait for room among the events
   std::uint16_t contested_ = slots::Remote::none;
@@ -564,16 +564,16 @@ class ServiceDiscovery {
   Table<slots::Peer> peers_;
   Table<slots::Remote> remotes_;
   Table<slots::Requirement> requirements_;
-  Table<slots::OwnSubscription> subscriptions_;
+  Table<slots::Subscription> subscriptions_;
   Table<slots::Offer> offers_;
-  Table<slots::Subscription> subscribers_;
+  Table<slots::Subscriber> subscribers_;
   Table<slots::OfferedEventgroup> eventgroups_;
   Table<slots::TcpConnection> tcp_connections_;
   ConfigurationPool configurations_;
   Settings settings_;
   OptionRules rules_;
   Random random_;
-  Counters counters_{};
+  SdCounters counters_{};
 };
 
 }  // namespace trestle::sd

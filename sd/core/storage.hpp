@@ -76,7 +76,7 @@ struct OfferedEventgroup : SlotBase {
 };
 
 /// A peer's subscription to an eventgroup of ours.
-struct Subscription : SlotBase {
+struct Subscriber : SlotBase {
   static constexpr std::uint16_t nobody = 0xffff;  // a configured one, which no peer asked for
 
   std::uint16_t offer = 0;
@@ -146,7 +146,7 @@ struct Silence {
 }
 
 /// Our subscription to an eventgroup of a peer.
-struct OwnSubscription : SlotBase {
+struct Subscription : SlotBase {
   enum class State : std::uint8_t { idle, requested, subscribed, refused };
   static constexpr std::uint16_t no_remote = 0xffff;
 
@@ -239,14 +239,14 @@ struct PendingEntry {
 struct StorageView {
   std::span<slots::Offer> offers;
   std::span<slots::OfferedEventgroup> eventgroups;
-  std::span<slots::Subscription> subscribers;
+  std::span<slots::Subscriber> subscribers;
   std::span<slots::Requirement> requirements;
-  std::span<slots::OwnSubscription> subscriptions;
+  std::span<slots::Subscription> subscriptions;
   std::span<slots::Remote> remotes;
   std::span<slots::Peer> peers;
   std::span<slots::TcpConnection> tcp_connections;
   std::span<slots::PendingEntry> pending_entries;
-  std::span<Event> pending_events;
+  std::span<Happening> pending_events;
   std::span<std::byte> configuration_bytes;
   std::span<slots::ConfigurationBlock> configurations;
 };
@@ -281,14 +281,14 @@ class Storage {
   struct Memory {
     Slots<slots::Offer, limits.max_offers> offers;
     Slots<slots::OfferedEventgroup, limits.max_eventgroups> eventgroups;
-    Slots<slots::Subscription, limits.max_subscribers> subscribers;
+    Slots<slots::Subscriber, limits.max_subscribers> subscribers;
     Slots<slots::Requirement, limits.max_requirements> requirements;
-    Slots<slots::OwnSubscription, limits.max_subscriptions> subscriptions;
+    Slots<slots::Subscription, limits.max_subscriptions> subscriptions;
     Slots<slots::Remote, limits.max_remote_services> remotes;
     Slots<slots::Peer, limits.max_peers + std::size_t{1}> peers;
     Slots<slots::TcpConnection, limits.max_tcp_connections> tcp_connections;
     Slots<slots::PendingEntry, limits.max_pending_entries> pending;
-    Slots<Event, limits.max_pending_events> pending_events;
+    Slots<Happening, limits.max_pending_events> pending_events;
     std::array<std::byte, (limits.max_configurations + std::size_t{1}) * limits.max_configuration_bytes>
         configuration_bytes;
     Slots<slots::ConfigurationBlock, limits.max_configurations> configurations;

@@ -128,7 +128,7 @@ someip::Result<CallId, CallFault> Consumer::try_call(RequirementId id, const Cal
   check(spec);
   const auto requirement = find(id);
   const std::size_t bytes = size_of(payload) + (requirement ? requirement->e2e.added_bytes(spec.method) : 0);
-  const auto way = requirement ? route(*requirement, spec, bytes) : std::nullopt;
+  const auto way = requirement ? path_of(*requirement, spec, bytes) : std::nullopt;
   if (!way) {
     return tl::unexpected{CallFault::unavailable};
   }
@@ -155,7 +155,7 @@ bool Consumer::send(RequirementId id, const CallSpec& spec, std::span<const Byte
   check(spec);
   const auto requirement = find(id);
   const std::size_t bytes = size_of(payload) + (requirement ? requirement->e2e.added_bytes(spec.method) : 0);
-  const auto way = requirement ? route(*requirement, spec, bytes) : std::nullopt;
+  const auto way = requirement ? path_of(*requirement, spec, bytes) : std::nullopt;
   if (!way) {
     return false;
   }

@@ -31,14 +31,14 @@ class HeapStorage {
  private:
   std::vector<slots::Offer> offers_;
   std::vector<slots::OfferedEventgroup> eventgroups_;
-  std::vector<slots::Subscription> subscribers_;
+  std::vector<slots::Subscriber> subscribers_;
   std::vector<slots::Requirement> requirements_;
-  std::vector<slots::OwnSubscription> subscriptions_;
+  std::vector<slots::Subscription> subscriptions_;
   std::vector<slots::Remote> remotes_;
   std::vector<slots::Peer> peers_;
   std::vector<slots::TcpConnection> tcp_connections_;
   std::vector<slots::PendingEntry> pending_entries_;
-  std::vector<Event> pending_events_;
+  std::vector<Happening> pending_events_;
   std::vector<std::byte> configuration_bytes_;
   std::vector<slots::ConfigurationBlock> configurations_;
 };

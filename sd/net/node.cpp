@@ -210,15 +210,15 @@ struct Node::State : std::enable_shared_from_this<State> {
 
   someip::UdpSocket::Handler feed(bool via_multicast) {
     return [this, via_multicast](ByteView datagram, const Endpoint& from) {
-      const Counters before = discovery.counters();
+      const SdCounters before = discovery.counters();
       discovery.on_datagram(datagram, from, via_multicast, now());
       say_what_has_no_event(before, from);
       drain();
     };
   }
 
-  void say_what_has_no_event(const Counters& before, const Endpoint& from) {
-    const Counters& after = discovery.counters();
+  void say_what_has_no_event(const SdCounters& before, const Endpoint& from) {
+    const SdCounters& after = discovery.counters();
     if (after.reboots_detected > before.reboots_detected) {
       log(someip::to_string(from.address) + " has restarted");
     }
@@ -246,7 +246,7 @@ struct Node::State : std::enable_shared_from_this<State> {
     }
   }
 
-  void say_who_offers_the_same(const Counters& before, const Counters& after, const Endpoint& from) {
+  void say_who_offers_the_same(const SdCounters& before, const SdCounters& after, const Endpoint& from) {
     const std::uint64_t more = after.ignored_conflicting_offer - before.ignored_conflicting_offer;
     if (more == 0) {
       return;
@@ -272,7 +272,7 @@ struct Node::State : std::enable_shared_from_this<State> {
   }
 
   // Such an endpoint is usually forged, but a host with several addresses may really mean it.
-  void say_what_is_foreign(const Counters& before, const Counters& after, const Endpoint& from) {
+  void say_what_is_foreign(const SdCounters& before, const SdCounters& after, const Endpoint& from) {
     const std::uint64_t more = after.ignored_foreign_endpoints - before.ignored_foreign_endpoints;
     if (const std::uint64_t times = foreign.to_tell(more, std::chrono::seconds{1})) {
       warn("ignored an offer, subscription or SD endpoint of " + someip::to_string(from.address) +
@@ -700,7 +700,7 @@ NodeCounters Node::counters() const {
 std::vector<SlowSubscriber> Node::slow_subscribers() const {
   return state_->provider.slow_subscribers();
 }
-const Counters& Node::discovery_counters() const noexcept {
+const SdCounters& Node::discovery_counters() const noexcept {
   return state_->discovery.counters();
 }
 someip::TpCounters Node::reassembly_counters() const {

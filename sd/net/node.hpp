@@ -174,7 +174,7 @@ class Node {
   [[nodiscard]] NodeCounters counters() const;
   /// The last 32 subscribers for which events were dropped because they take them too slowly (EventWait).
   [[nodiscard]] std::vector<SlowSubscriber> slow_subscribers() const;
-  [[nodiscard]] const Counters& discovery_counters() const noexcept;
+  [[nodiscard]] const SdCounters& discovery_counters() const noexcept;
   [[nodiscard]] someip::TpCounters reassembly_counters() const;
   [[nodiscard]] const someip::CallCounters& call_counters() const noexcept;
   [[nodiscard]] someip::SenderCounters sender_counters() const;

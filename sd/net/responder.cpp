@@ -48,7 +48,7 @@ Responder::Responder(const someip::Header& request, const someip::AnswerRules& r
   }
 }
 
-bool Responder::settle() {
+bool Responder::take_answer() {
   const bool was = std::exchange(pending_, false);
   if (const auto port = path_.tcp.lock(); port && was) {
     port->server.answered(path_.to);
@@ -80,14 +80,14 @@ bool Responder::respond(std::span<const ByteView> payload, std::shared_ptr<const
 bool Responder::error(someip::ReturnCode code, ByteView payload) {
   // An error never answers an error.  [feat_req_someip_704]
   if (request_.return_code != someip::ReturnCode::ok) {
-    settle();
+    take_answer();
   }
   return answer(code, {&payload, 1}, nullptr);
 }
 
 bool Responder::answer(someip::ReturnCode code, std::span<const ByteView> payload,
                        std::shared_ptr<const void> keep_alive) {
-  return settle() &&
+  return take_answer() &&
          path_.send(someip::answer_header(request_, code, rules_), payload, std::move(keep_alive));
 }
 

@@ -82,7 +82,7 @@ class Responder {
 
  private:
   /// Whether it was pending; it is no more.
-  bool settle();
+  bool take_answer();
   bool answer(someip::ReturnCode code, std::span<const ByteView> payload,
               std::shared_ptr<const void> keep_alive);
 

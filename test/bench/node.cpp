@@ -85,7 +85,7 @@ void idle(const sd::NodeConfig& config, double seconds) {
   };
   run_for(1s);  // the repetition phase is over by then
 
-  const sd::Counters& counters = node.discovery_counters();
+  const sd::SdCounters& counters = node.discovery_counters();
   const auto datagrams = [&] {
     return counters.datagrams_sent + counters.datagrams_received - counters.dropped_own;
   };

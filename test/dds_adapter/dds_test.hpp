@@ -154,7 +154,8 @@ class DdsTest : public testing::Test {
     }
   }
 
-  [[nodiscard]] dds::ParticipantConfig config(std::function<void(const dds::Event&)> on_event = {}) const {
+  [[nodiscard]] dds::ParticipantConfig config(
+      std::function<void(const dds::Happening&)> on_event = {}) const {
     dds::ParticipantConfig result;
     result.domain = domain_.id();
     result.interfaces = {"127.0.0.1"};

@@ -86,7 +86,7 @@ void on_datagram(someip::TpReassembler& tp, const Endpoint& from) {
   }
 }
 
-void on_event(const sd::Event& event) {
+void on_event(const sd::Happening& event) {
   events = events + event.index();
 }
 

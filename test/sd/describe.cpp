@@ -145,7 +145,7 @@ std::string describe_datagram(ByteView datagram) {
   return text;
 }
 
-std::string describe(const sd::Event& event) {
+std::string describe(const sd::Happening& event) {
   return std::visit(EventText{}, event);
 }
 

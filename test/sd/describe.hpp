@@ -20,6 +20,6 @@ std::string describe(const sd::SdMessage& message, const sd::Entry& entry);
 std::string describe_datagram(ByteView datagram);
 
 /// "available 1234.5678 v1.0 udp 10.0.0.1:30509 at 10.0.0.1:30490" and the like.
-std::string describe(const sd::Event& event);
+std::string describe(const sd::Happening& event);
 
 }  // namespace trestle::test

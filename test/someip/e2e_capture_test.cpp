@@ -156,7 +156,7 @@ TEST_P(E2eRecording, IsMadeAgainBitByBit) {
   for (const Event& event : events) {
     const Bytes front = front_of(event);
     Bytes payload = event.payload;
-    for (const Field& field :
+    for (const HeaderField& field :
          {layout->crc, layout->counter, layout->length, layout->data_id, layout->data_id_nibble}) {
       write_field(field, payload, front.size(), ~std::uint64_t{0});  // nothing of the header is left
     }

@@ -45,8 +45,8 @@ std::vector<dds::ParticipantConfig::Server> servers(const std::vector<DiscoveryS
 }
 
 // A reader that follows its publishers is about to ask for what they offer: nothing to warn of.
-bool is_followed(const std::map<std::string, QosSettings>& following, const dds::Event& event) {
-  if (event.kind != dds::Event::Kind::incompatible_qos || !event.ours_reads) {
+bool is_followed(const std::map<std::string, QosSettings>& following, const dds::Happening& event) {
+  if (event.kind != dds::Happening::Kind::incompatible_qos || !event.ours_reads) {
     return false;
   }
   const auto route = following.find(event.topic);
@@ -68,8 +68,8 @@ std::string other_interface(const SomeipSettings& settings) {
                      settings.interface, if_indextoname(found, name.data()) == nullptr ? "?" : name.data());
 }
 
-void log_dds(spdlog::logger& logger, const dds::Event& event) {
-  using Kind = dds::Event::Kind;
+void log_dds(spdlog::logger& logger, const dds::Happening& event) {
+  using Kind = dds::Happening::Kind;
   const bool bad = event.kind == Kind::incompatible_qos || event.kind == Kind::incompatible_type ||
                    event.kind == Kind::other_type_hash || event.kind == Kind::deadline_missed ||
                    event.kind == Kind::liveliness_lost || event.kind == Kind::small_send_buffer;
@@ -134,7 +134,7 @@ struct Bridge::State {
           .strict_types = config.dds.strict_types,
           .frees_samples = true,
           .on_event =
-              [log = logger, watched = watch, following = std::move(following)](const dds::Event& event) {
+              [log = logger, watched = watch, following = std::move(following)](const dds::Happening& event) {
                 if (!is_followed(following, event)) {
                   log_dds(*log, event);
                 }

@@ -9,7 +9,7 @@ namespace {
 
 /// What to write in the configuration so that both go together: "write `qos: {...}`"; empty if the peer's
 /// quality of service is not known.
-std::string mend(const dds::Event& event) {
+std::string mend(const dds::Happening& event) {
   const auto differs = [&](const char* policy) { return event.detail.find(policy) != std::string::npos; };
   if (!differs("reliability") && !differs("durability") && !differs("deadline") && !differs("liveliness")) {
     return "no route has that: take it out of the peer's settings (of its XML profile, if it is a ROS 2 "
@@ -61,8 +61,8 @@ std::string mend(const dds::Event& event) {
 
 }  // namespace
 
-std::string in_words(const dds::Event& event) {
-  using Kind = dds::Event::Kind;
+std::string in_words(const dds::Happening& event) {
+  using Kind = dds::Happening::Kind;
   // `detail` of a match says which end of the topic is ours.
   const bool ours_reads = event.detail == "reader";
   const char* const theirs = ours_reads ? "publisher" : "subscriber";

@@ -53,7 +53,7 @@ void append_counters(std::vector<CounterGroup>& groups, const sd::Node& node) {
     segments.counters.push_back({to_string(static_cast<someip::TpDrop>(i)), tp.drops[i], loss});
   }
   groups.push_back(std::move(segments));
-  const sd::Counters& sd = node.discovery_counters();
+  const sd::SdCounters& sd = node.discovery_counters();
   groups.push_back({"SOME/IP-SD",
                     {{"datagrams_received", sd.datagrams_received},
                      {"datagrams_sent", sd.datagrams_sent},

@@ -19,8 +19,8 @@ void TopicWatch::stop() {
   stopped_ = true;
 }
 
-void TopicWatch::on_event(const dds::Event& event) {
-  if (event.kind != dds::Event::Kind::matched && event.kind != dds::Event::Kind::unmatched) {
+void TopicWatch::on_event(const dds::Happening& event) {
+  if (event.kind != dds::Happening::Kind::matched && event.kind != dds::Happening::Kind::unmatched) {
     return;
   }
   const End ours = event.detail == "reader" ? End::reader : End::writer;

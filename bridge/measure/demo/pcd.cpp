@@ -292,7 +292,7 @@ class Pcd {
 
   [[nodiscard]] bool has_nan() const {
     constexpr auto order = std::endian::little;
-    for (const Field& field : cloud_.fields) {
+    for (const PointField& field : cloud_.fields) {
       if (field.type != FieldType::float32 && field.type != FieldType::float64) {
         continue;
       }

@@ -60,8 +60,8 @@ void run_publisher(const PublisherOptions& options) {
   config.domain = options.domain;
   config.name = "trestle demo publisher";
   config.interfaces = options.interfaces;
-  config.on_event = [&report](const dds::Event& event) {
-    if (event.kind == dds::Event::Kind::matched || event.kind == dds::Event::Kind::unmatched) {
+  config.on_event = [&report](const dds::Happening& event) {
+    if (event.kind == dds::Happening::Kind::matched || event.kind == dds::Happening::Kind::unmatched) {
       report.line({{"event", "matched"}, {"count", event.matched}});
     }
   };

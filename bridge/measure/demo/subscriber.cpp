@@ -68,8 +68,8 @@ void run_subscriber(const SubscriberOptions& options) {
   config.domain = options.domain;
   config.name = "trestle demo subscriber";
   config.interfaces = options.interfaces;
-  config.on_event = [&report](const dds::Event& event) {
-    if (event.kind == dds::Event::Kind::matched || event.kind == dds::Event::Kind::unmatched) {
+  config.on_event = [&report](const dds::Happening& event) {
+    if (event.kind == dds::Happening::Kind::matched || event.kind == dds::Happening::Kind::unmatched) {
       report.line({{"event", "matched"}, {"count", event.matched}});
     }
   };

@@ -62,8 +62,8 @@ struct Side {
                      .interfaces = options.interfaces,
                      .shared_memory = options.shared_memory ? std::optional{true} : std::nullopt,
                      .on_event =
-                         [warn = options.warn](const dds::Event& event) {
-                           if (warn && event.kind == dds::Event::Kind::small_send_buffer) {
+                         [warn = options.warn](const dds::Happening& event) {
+                           if (warn && event.kind == dds::Happening::Kind::small_send_buffer) {
                              warn("DDS: " + event.detail);
                            }
                          }}},

@@ -98,7 +98,7 @@ bool Device::take_message(TimePoint now) noexcept {
   }
   if (!someip::is_tp(message->header.type)) {
     on_message(*message, now);
-  } else if (wants(message->header)) {
+  } else if (admit(message->header)) {
     const auto whole = reassembler_.on_segment(from_, *message, now);
     if (!whole) {
       ++counters_.not_reassembled;
@@ -110,7 +110,7 @@ bool Device::take_message(TimePoint now) noexcept {
 }
 
 // Whether segments with this header should be reassembled.
-bool Device::wants(const Header& header) noexcept {
+bool Device::admit(const Header& header) noexcept {
   switch (someip::without_tp(header.type)) {
     case MessageType::notification:
       return find_subscription(header).has_value();
@@ -248,7 +248,7 @@ void Device::shutdown(TimePoint now) noexcept {
 
 // --- What discovery tells ---------------------------------------------------------------------------------
 
-std::optional<Happening> Device::happening_of(const sd::Event& event) noexcept {
+std::optional<Happening> Device::happening_of(const sd::Happening& event) noexcept {
   return std::visit([this](const auto& what) -> std::optional<Happening> { return on_event(what); }, event);
 }
 

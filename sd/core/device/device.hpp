@@ -179,7 +179,7 @@ class Device {
   [[nodiscard]] const BadArgument& bad_argument() const noexcept { return bad_argument_; }
 
   [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
-  [[nodiscard]] const sd::Counters& discovery() const noexcept { return discovery_.counters(); }
+  [[nodiscard]] const sd::SdCounters& discovery() const noexcept { return discovery_.counters(); }
   [[nodiscard]] const someip::TpCounters& reassembly() const noexcept { return reassembler_.counters(); }
   /// All 0 without room for calls.
   [[nodiscard]] someip::CallCounters calls() const noexcept {
@@ -201,11 +201,11 @@ class Device {
   [[nodiscard]] bool may_be_port(std::uint16_t port) const noexcept;
   void drop_rest() noexcept;
   bool take_message(TimePoint now) noexcept;
-  [[nodiscard]] bool wants(const someip::Header& header) noexcept;
+  [[nodiscard]] bool admit(const someip::Header& header) noexcept;
   void on_message(const someip::Message& message, TimePoint now) noexcept;
   [[nodiscard]] Result<void> check_payload(ByteView payload) const noexcept;
   void answer(const someip::Header& header, ByteView payload) noexcept;
-  [[nodiscard]] std::optional<Happening> happening_of(const sd::Event& event) noexcept;
+  [[nodiscard]] std::optional<Happening> happening_of(const sd::Happening& event) noexcept;
 
   // server.cpp
   [[nodiscard]] bool is_offered(std::size_t service) const noexcept;

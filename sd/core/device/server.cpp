@@ -113,7 +113,7 @@ void Device::withdraw(std::size_t service, TimePoint now) noexcept {
 bool Device::is_receiver(std::size_t service, std::span<const EventgroupId> groups,
                          std::size_t place) const noexcept {
   const auto endpoint_at = [&](std::size_t at) -> const Endpoint* {
-    const sd::slots::Subscription* const slot = discovery_.subscription(service_slots_[service].offer, at);
+    const sd::slots::Subscriber* const slot = discovery_.subscription(service_slots_[service].offer, at);
     return slot != nullptr && slot->udp && contains(groups, slot->eventgroup) ? &*slot->udp : nullptr;
   };
   const Endpoint* const endpoint = endpoint_at(place);

@@ -90,7 +90,7 @@ Checker::Received Checker::read(ByteView front, ByteView data,
   if (layout_.header_at() < front.size()) {
     return {.fault = Fault::header_in_front};
   }
-  const auto field = [&](Field which) {
+  const auto field = [&](HeaderField which) {
     return static_cast<std::uint32_t>(read_field(which, data, front.size()));
   };
   const std::uint32_t counter = field(layout_.counter);

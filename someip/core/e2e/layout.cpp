@@ -272,7 +272,7 @@ T sum_up(T (*crc)(ByteView, T) noexcept, T sum, const Layout& layout, ByteView f
 
 std::uint32_t Layout::header_at() const noexcept {
   std::uint32_t first = std::min(crc.at, counter.at);
-  for (const Field& field : {length, data_id, data_id_nibble, source}) {
+  for (const HeaderField& field : {length, data_id, data_id_nibble, source}) {
     first = field.size == 0 ? first : std::min(first, field.at);
   }
   return first / 8;
@@ -281,7 +281,7 @@ std::uint32_t Layout::header_at() const noexcept {
 std::optional<std::uint32_t> Layout::header_bytes() const noexcept {
   const std::uint32_t bytes = (fields_end(*this) + 7) / 8 - header_at();
   std::uint32_t covered = 0;
-  for (const Field& field : {crc, counter, length, data_id, source}) {
+  for (const HeaderField& field : {crc, counter, length, data_id, source}) {
     covered += (field.size + 7) / 8;
   }
   // The Data ID nibble may share the byte of the counter.
@@ -315,7 +315,8 @@ std::uint64_t checksum(const Layout& layout, ByteView front, ByteView data, std:
   return 0;
 }
 
-std::uint64_t read_field(Field field, ByteView data, std::size_t front_bytes, std::endian order) noexcept {
+std::uint64_t read_field(HeaderField field, ByteView data, std::size_t front_bytes,
+                         std::endian order) noexcept {
   const std::byte* at = data.data() + (field.at / 8 - front_bytes);
   switch (field.size) {
     case 4:
@@ -333,7 +334,7 @@ std::uint64_t read_field(Field field, ByteView data, std::size_t front_bytes, st
   }
 }
 
-void write_field(Field field, ByteSpan data, std::size_t front_bytes, std::uint64_t value,
+void write_field(HeaderField field, ByteSpan data, std::size_t front_bytes, std::uint64_t value,
                  std::endian order) noexcept {
   if (field.size == 0) {
     return;

@@ -11,7 +11,7 @@
 namespace trestle::someip::e2e {
 
 /// Where something of `size` stands in the Data, both in bits; size 0: it does not exist in this profile.
-struct Field {
+struct HeaderField {
   std::uint32_t at = 0;
   std::uint32_t size = 0;
   [[nodiscard]] constexpr std::uint32_t end() const noexcept { return at + size; }
@@ -35,12 +35,12 @@ struct Layout {
   Crc crc_kind = Crc::p4;
   ImplicitId implicit_id = ImplicitId::none;
   std::endian crc_order = std::endian::big;
-  Field crc;
-  Field counter;
-  Field length;          ///< of the Data, in bytes
-  Field data_id;         ///< of all 32 bits
-  Field data_id_nibble;  ///< of bits 8 to 11
-  Field source;          ///< message type, message result and source id
+  HeaderField crc;
+  HeaderField counter;
+  HeaderField length;          ///< of the Data, in bytes
+  HeaderField data_id;         ///< of all 32 bits
+  HeaderField data_id_nibble;  ///< of bits 8 to 11
+  HeaderField source;          ///< message type, message result and source id
   std::uint32_t id = 0;
   std::array<std::uint8_t, 16> id_list{};
   std::uint32_t min_bytes = 0;  ///< of the Data; never less than the fields need
@@ -74,10 +74,10 @@ struct Layout {
 
 /// Reads and writes a field of `data`, which begins `front_bytes` behind the beginning of the Data. Fields of
 /// 4 bits are the nibble that begins at that bit, counting a byte's bits from the low end, as AUTOSAR does.
-[[nodiscard]] std::uint64_t read_field(Field field, ByteView data, std::size_t front_bytes,
+[[nodiscard]] std::uint64_t read_field(HeaderField field, ByteView data, std::size_t front_bytes,
                                        std::endian order = std::endian::big) noexcept;
 /// Writes as many of the lower bits of `value` as the field has.
-void write_field(Field field, ByteSpan data, std::size_t front_bytes, std::uint64_t value,
+void write_field(HeaderField field, ByteSpan data, std::size_t front_bytes, std::uint64_t value,
                  std::endian order = std::endian::big) noexcept;
 
 }  // namespace trestle::someip::e2e

@@ -181,7 +181,7 @@ TEST_F(EndToEnd, CarriesMessagesUpToMaxMessage) {
 TEST_F(EndToEnd, JoinsDdsOnlyWhenItHasItsSockets) {
   Inbox<std::string> seen;
   dds::ParticipantConfig watching = config();
-  watching.on_event = [&](const dds::Event& event) { seen.put(event.detail); };
+  watching.on_event = [&](const dds::Happening& event) { seen.put(event.detail); };
   const dds::Participant observer{watching};
   boost::asio::io_context io;
   const auto bytes = own_address(1).bytes;

@@ -145,7 +145,9 @@ TEST_F(Presence, WritesATopicWhileTheServiceIsOffered) {
 TEST_F(Presence, KeepsTheWriterWhenTheServerHasOnlyRestarted) {
   std::atomic<int> lost = 0;
   dds::ParticipantConfig watching = config();
-  watching.on_event = [&](const dds::Event& event) { lost += event.kind == dds::Event::Kind::unmatched; };
+  watching.on_event = [&](const dds::Happening& event) {
+    lost += event.kind == dds::Happening::Kind::unmatched;
+  };
   dds::Participant watcher{watching};
   start(route("/a", "someip_to_dds", 1, "write: while_offered"));
   const auto a =

@@ -287,11 +287,11 @@ void watch(std::uint32_t domain) {
                                 .name = "watch",
                                 .interfaces = {"127.0.0.1"},
                                 .shared_memory = false,
-                                .on_event = [&](const dds::Event& event) {
+                                .on_event = [&](const dds::Happening& event) {
                                   const std::lock_guard lock{mutex};
-                                  if (event.kind == dds::Event::Kind::peer_found) {
+                                  if (event.kind == dds::Happening::Kind::peer_found) {
                                     there.insert(event.peer);
-                                  } else if (event.kind == dds::Event::Kind::peer_lost) {
+                                  } else if (event.kind == dds::Happening::Kind::peer_lost) {
                                     there.erase(event.peer);
                                   }
                                 }}};

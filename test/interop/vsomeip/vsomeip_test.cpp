@@ -138,7 +138,7 @@ std::string VsomeipTest::described_counters() const {
   if (!node) {
     return "";
   }
-  const sd::Counters& seen = node->discovery_counters();
+  const sd::SdCounters& seen = node->discovery_counters();
   std::string text;
   for (const auto& [name, count] : {std::pair{"received", seen.datagrams_received},
                                     {"processed", seen.messages_received},

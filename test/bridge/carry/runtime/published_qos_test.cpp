@@ -50,8 +50,8 @@ TEST(PublishedQos, ChangesOnlyWhatFollows) {
 }
 
 std::string said_of(bool ours_reads, const std::string& policies, const dds::Qos& theirs) {
-  dds::Event event{};
-  event.kind = dds::Event::Kind::incompatible_qos;
+  dds::Happening event{};
+  event.kind = dds::Happening::Kind::incompatible_qos;
   event.topic = "rt/a";
   event.detail = policies;
   event.ours_reads = ours_reads;
@@ -88,8 +88,8 @@ TEST(DdsWords, NameWhatTheConfigurationTakes) {
                                                     {"reliable", "transient_local"},
                                                     {"best_effort", "volatile"}}) {
         for (const auto time : {0ns, 10ns, 1'500'000'000ns, 100'000'000'000'000ns}) {
-          dds::Event event{};
-          event.kind = dds::Event::Kind::incompatible_qos;
+          dds::Happening event{};
+          event.kind = dds::Happening::Kind::incompatible_qos;
           event.topic = "rt/a";
           event.detail = policies;
           event.ours_reads = ours_reads;

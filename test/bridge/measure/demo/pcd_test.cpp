@@ -46,8 +46,8 @@ void expect_two_points(const tl::expected<Cloud, std::string>& cloud) {
   EXPECT_EQ(cloud->height, 1U);
   EXPECT_EQ(cloud->point_bytes, 10U);
   EXPECT_TRUE(cloud->dense);
-  EXPECT_THAT(cloud->fields,
-              ElementsAre(Field{"x", 0, FieldType::float32, 1}, Field{"ring", 8, FieldType::uint16, 1}));
+  EXPECT_THAT(cloud->fields, ElementsAre(PointField{"x", 0, FieldType::float32, 1},
+                                         PointField{"ring", 8, FieldType::uint16, 1}));
   EXPECT_EQ(to_hex(cloud->data),
             "0000c03f"
             "01020304"
@@ -96,7 +96,7 @@ TEST(Pcd, KnowsAllTypesOfPointCloud2) {
             "ffffffff"
             "0000003f"
             "000000000000d03f");
-  EXPECT_EQ(cloud->fields[7], (Field{"h", 18, FieldType::float64, 1}));
+  EXPECT_EQ(cloud->fields[7], (PointField{"h", 18, FieldType::float64, 1}));
 }
 
 std::string error_of(const std::string& text) {
