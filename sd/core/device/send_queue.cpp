@@ -96,7 +96,7 @@ const Endpoint* SendQueue::take_receiver(Send& send, const sd::ServiceDiscovery&
     if ((bits[place / 8] >> (place % 8) & 1U) == 0) {
       continue;
     }
-    const sd::slots::Subscription* const subscriber =
+    const sd::slots::Subscriber* const subscriber =
         discovery.subscription(services_[send.service].offer, place);
     if (subscriber != nullptr && subscriber->udp) {
       return &*subscriber->udp;
