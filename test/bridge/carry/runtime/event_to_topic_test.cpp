@@ -117,7 +117,7 @@ TEST_F(EventToTopicTest, KeepsTheCountOfOtherEventsWhenItSubscribesAnew) {
   context_.watch = watch.get();
   const auto readers = [&](std::size_t number) {
     dds_.matched = number;
-    watch->on_event({dds::Event::Kind::matched, "rt/talk", "", "", "writer", number});
+    watch->on_event({dds::Happening::Kind::matched, "rt/talk", "", "", "writer", number});
     work();
   };
   start();
