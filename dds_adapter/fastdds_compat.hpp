@@ -300,7 +300,7 @@ Qos found_qos(const FoundQos& found) {
 #endif
 
 /// @throws DdsError  when nobody knows a host of that name.
-inline rtps::Locator_t locator_of(const ParticipantConfig::Server& server) {
+inline rtps::Locator_t locator_of(const DiscoveryServer& server) {
   std::string address = server.address;
   if (!rtps::IPLocator::isIPv4(address) && !rtps::IPLocator::isIPv6(address)) {
     const auto [v4, v6] = rtps::IPLocator::resolveNameDNS(address);
@@ -322,8 +322,7 @@ inline rtps::Locator_t locator_of(const ParticipantConfig::Server& server) {
 
 /// Finds others by these servers. A server's number, which stands for its GUID before 3.x, is its place in
 /// the list. Mere clients are told only of the topics that they have endpoints of.
-inline void use_discovery_servers(const std::vector<ParticipantConfig::Server>& servers,
-                                  DomainParticipantQos& qos) {
+inline void use_discovery_servers(const std::vector<DiscoveryServer>& servers, DomainParticipantQos& qos) {
   auto& discovery = qos.wire_protocol().builtin.discovery_config;
 #if TRESTLE_FASTDDS_3
   discovery.discoveryProtocol = rtps::DiscoveryProtocol::SUPER_CLIENT;

@@ -60,6 +60,13 @@ struct Qos {
   friend constexpr bool operator==(const Qos&, const Qos&) = default;
 };
 
+/// Where DDS discovery has a server.
+struct DiscoveryServer {
+  std::string address{};  ///< IPv4, IPv6 or the name of a host; empty: no server has this number
+  std::uint16_t port = 11811;
+  friend bool operator==(const DiscoveryServer&, const DiscoveryServer&) = default;
+};
+
 /// Something that happened in the DDS network, for the log. Endpoints of the own participant never count.
 struct Happening {
   enum class Kind : std::uint8_t {
@@ -121,12 +128,7 @@ struct ParticipantConfig {
   std::string profile{};
   /// Discovery servers, through which participants find each other instead of by multicast. Number 0 comes
   /// first.
-  struct Server {
-    std::string address{};  ///< IPv4, IPv6 or the name of a host; empty: no server has this number
-    std::uint16_t port = 11811;
-    friend bool operator==(const Server&, const Server&) = default;
-  };
-  std::vector<Server> discovery_servers{};
+  std::vector<DiscoveryServer> discovery_servers{};
   /// The folder of an enclave of ROS 2's security: certificates, key, governance and permissions. Empty: no
   /// security.
   std::string security_folder{};

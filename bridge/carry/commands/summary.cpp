@@ -175,7 +175,7 @@ std::string describe_more(const DdsSettings& dds) {
   if (!dds.profiles.empty()) {
     text += fmt::format("          profile {} of {}\n", dds.profile, dds.profiles);
   }
-  for (const DiscoveryServer& server : dds.discovery_servers) {
+  for (const dds::DiscoveryServer& server : dds.discovery_servers) {
     if (!server.address.empty()) {
       const bool v6 = server.address.find(':') != std::string::npos;
       text += fmt::format("          discovery server {}{}{}:{}\n", v6 ? "[" : "", server.address,
@@ -442,8 +442,9 @@ std::string summary(const BridgeConfig& config, const cli::Colours& colours) {
                      someip::to_string(settings.address),
                      settings.interface.empty() ? "" : " (" + settings.interface + ")",
                      someip::to_string(settings.sd.multicast), settings.sd.port,
-                     settings.sd.ttl.count() == 0xff'ffff ? "until the next reboot"
-                                                          : documents::to_string(Duration{settings.sd.ttl}));
+                     settings.sd.ttl_s == 0xff'ffff
+                         ? "until the next reboot"
+                         : documents::to_string(Duration{std::chrono::seconds{settings.sd.ttl_s}}));
 
   if (!config.routes.empty()) {
     std::vector<Row> rows{{"TOPIC", "", "SERVICE.INSTANCE", "EVENT", "GROUP", "VERSION", "PORT", "TYPE"}};

@@ -20,9 +20,11 @@
 #include "bridge/documents/problem.hpp"
 #include "bridge/messages/convert/message_rules.hpp"
 #include "bridge/messages/types/field_service.hpp"
+#include "dds_adapter/participant.hpp"
 #include "sd/core/settings.hpp"
 #include "someip/core/e2e/config.hpp"
 #include "someip/core/e2e/state_machine.hpp"
+#include "someip/core/tp_pacing.hpp"
 #include "someip/wire/endpoint.hpp"
 #include "someip/wire/types.hpp"
 
@@ -39,21 +41,11 @@ enum class Direction : std::uint8_t { dds_to_someip, someip_to_dds };
   return direction == Direction::dds_to_someip ? "dds_to_someip" : "someip_to_dds";
 }
 
-/// Timing and addresses of SOME/IP-SD; the names are the specification's.  [feat_req_someipsd_63]
-struct SdSettings {
+/// Timing and addresses of SOME/IP-SD.
+struct SdSettings : sd::Timing {
   IpAddress multicast = IpAddress::v4(224, 244, 224, 245);
   std::uint16_t port = 30490;
-  Duration initial_delay_min = std::chrono::milliseconds{10};
-  Duration initial_delay_max = std::chrono::milliseconds{100};
-  Duration repetitions_base_delay = std::chrono::milliseconds{30};
-  std::uint8_t repetitions_max = 3;
-  Duration cyclic_offer_delay = std::chrono::seconds{1};
-  /// How long the answer to a multicast Find waits, drawn at random between the two.
-  Duration request_response_delay_min{0};
-  Duration request_response_delay_max = std::chrono::milliseconds{10};
-  /// Of offers and subscriptions: whole seconds, 1 to 0xFFFFFE; 0xFFFFFF is "until the next reboot".
-  std::chrono::seconds ttl{3};
-  bool check_subnet = true;        ///< peers outside of the subnet of our address are not heard
+  bool check_subnet = true;        ///< peers outside of the subnet of our address are ignored
   bool own_endpoints_only = true;  ///< peers may name endpoints at their own address alone, but for these
   std::vector<sd::ForeignEndpoints> foreign_endpoints{};
   friend bool operator==(const SdSettings&, const SdSettings&) = default;
@@ -74,13 +66,6 @@ struct SomeipSettings {
   documents::Mark interface_mark;  ///< of the interface, if there is one
 };
 
-/// Where DDS discovery has a server.
-struct DiscoveryServer {
-  std::string address;  ///< IPv4, IPv6 or the name of a host; empty: there is none of this number
-  std::uint16_t port = 11811;
-  friend bool operator==(const DiscoveryServer&, const DiscoveryServer&) = default;
-};
-
 /// ROS 2's security: the keys and rights of an enclave in a keystore that `ros2 security` made.
 struct SecuritySettings {
   std::string keystore;  ///< a folder, absolute or relative to the working directory; empty: no security
@@ -90,14 +75,15 @@ struct SecuritySettings {
 
 /// The DDS side: which domain we join, and by which ways.
 struct DdsSettings {
-  std::optional<std::uint32_t> domain{};             ///< 0 to 232; nothing: 0
-  std::vector<std::string> interfaces;               ///< IPv4 addresses that DDS may use; empty: all
-  std::optional<bool> shared_memory{};               ///< nothing: as the profile has it, else not
-  Duration lease = std::chrono::seconds{20};         ///< until others notice that we were killed
-  std::string node = "/trestle";                     ///< the ROS 2 node that we are
-  std::string profiles{};                            ///< file of Fast DDS's XML profiles; empty: none
-  std::string profile = "trestle";                   ///< the participant profile in it
-  std::vector<DiscoveryServer> discovery_servers{};  ///< number 0 first; empty: discovery is by multicast
+  std::optional<std::uint32_t> domain{};      ///< 0 to 232; nothing: 0
+  std::vector<std::string> interfaces;        ///< IPv4 addresses that DDS may use; empty: all
+  std::optional<bool> shared_memory{};        ///< nothing: as the profile has it, else not
+  Duration lease = std::chrono::seconds{20};  ///< until others notice that we were killed
+  std::string node = "/trestle";              ///< the ROS 2 node that we are
+  std::string profiles{};                     ///< file of Fast DDS's XML profiles; empty: none
+  std::string profile = "trestle";            ///< the participant profile in it
+  std::vector<dds::DiscoveryServer>
+      discovery_servers{};  ///< number 0 first; empty: discovery is by multicast
   SecuritySettings security{};
   bool strict_types = false;  ///< nothing is taken from publishers whose type has another hash
   std::string ros_distro{};   ///< of the nodes in the domain, "jazzy"; empty: not known
@@ -105,15 +91,7 @@ struct DdsSettings {
 };
 
 /// Quality of service of a route's DDS reader or writer.
-struct QosSettings {
-  bool reliable = true;          ///< else best effort
-  bool transient_local = false;  ///< else volatile; only if reliable
-  std::uint32_t depth = 10;      ///< samples kept
-  bool keep_all = false;         ///< when they are too many, the newest is dropped; else the oldest
-  Duration deadline{0};          ///< a sample comes at least this often; 0: no demand, as with those below
-  Duration lifespan{0};          ///< older samples are not carried
-  bool manual_liveliness = false;
-  Duration liveliness_lease{0};
+struct QosSettings : dds::Qos {
   /// dds_to_someip: what stands above holds until a publisher is known; then it is what all of them offer.
   bool reliability_as_published = false;
   bool durability_as_published = false;  ///< likewise
@@ -121,13 +99,9 @@ struct QosSettings {
 };
 
 /// How messages that don't fit one datagram travel.
-struct TpSettings {
-  std::uint32_t segment_bytes = 1392;  ///< payload of a segment; a multiple of 16
-  /// Segments that may leave at once, before `separation` passes; nothing: as many as the receiver can take.
-  std::optional<std::uint32_t> burst{};
-  Duration separation = std::chrono::microseconds{500};  ///< pause between bursts; 0: none
-  std::size_t max_message = std::size_t{16}
-                            << 20U;  ///< payload bytes; larger messages are dropped and counted
+struct TpSettings : someip::TpPacing {
+  /// Payload bytes; larger messages are dropped and counted.
+  std::size_t max_message = std::size_t{16} << 20U;
   friend constexpr bool operator==(const TpSettings&, const TpSettings&) = default;
 };
 

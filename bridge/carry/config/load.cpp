@@ -27,17 +27,16 @@ constexpr std::size_t routes_max = 1000;
 
 using namespace std::chrono_literals;
 
-documents::Format<std::chrono::seconds> time_to_live() {
-  constexpr std::chrono::seconds until_reboot{0xff'ffff};
+documents::Format<std::uint32_t> time_to_live() {
+  constexpr std::uint32_t until_reboot = 0xff'ffff;
   return {"a whole number of seconds from 1 s to 16777214 s, or until_reboot",
-          [=](std::string_view text) -> std::optional<std::chrono::seconds> {
+          [=](std::string_view text) -> std::optional<std::uint32_t> {
             if (text == "until_reboot") {
               return until_reboot;
             }
-            const auto time = documents::duration(1s, until_reboot - 1s).read(text);
-            return time && *time % 1s == 0s
-                       ? std::optional{std::chrono::duration_cast<std::chrono::seconds>(*time)}
-                       : std::nullopt;
+            const auto time = documents::duration(1s, std::chrono::seconds{until_reboot - 1}).read(text);
+            return time && *time % 1s == 0s ? std::optional{static_cast<std::uint32_t>(*time / 1s)}
+                                            : std::nullopt;
           }};
 }
 
@@ -73,7 +72,7 @@ void load_sd(documents::Section& someip, SomeipSettings& settings, bool address_
     sd.read("cyclic_offer_delay", documents::duration(10ms, 1h), into.cyclic_offer_delay);
     sd.read("request_response_delay_min", delay, into.request_response_delay_min);
     sd.read("request_response_delay_max", delay, into.request_response_delay_max);
-    sd.read("ttl", time_to_live(), into.ttl);
+    sd.read("ttl", time_to_live(), into.ttl_s);
     sd.read("check_subnet", documents::truth(), into.check_subnet);  // [feat_req_someipsd_1149]
     sd.read("own_endpoints_only", documents::truth(), into.own_endpoints_only);
     std::vector<documents::Mark> marks;
@@ -97,11 +96,10 @@ void load_sd(documents::Section& someip, SomeipSettings& settings, bool address_
                                  documents::to_string(into.request_response_delay_min),
                                  documents::to_string(into.request_response_delay_max)));
     }
-    if (into.cyclic_offer_delay >= into.ttl) {
-      problems.warning(
-          sd.value_mark("ttl"),
-          fmt::format("ttl: offers live {} but are renewed only every {} (cyclic_offer_delay)",
-                      documents::to_string(into.ttl), documents::to_string(into.cyclic_offer_delay)));
+    if (const Duration ttl = std::chrono::seconds{into.ttl_s}; into.cyclic_offer_delay >= ttl) {
+      problems.warning(sd.value_mark("ttl"),
+                       fmt::format("ttl: offers live {} but are renewed only every {} (cyclic_offer_delay)",
+                                   documents::to_string(ttl), documents::to_string(into.cyclic_offer_delay)));
     }
   }
   if (address_is_good && settings.address.v6 != into.multicast.v6) {

@@ -179,7 +179,7 @@ ActionInFile load_action(const YAML::Node& node, documents::Problems& problems) 
   auto& [send_goal, cancel_goal, get_result] = action.methods;
   auto& [feedback, status] = action.routes;
   get_result.method.timeout = common.result_timeout;  // the answer comes only when the goal has ended
-  status.route.qos = {.reliable = true, .transient_local = true, .depth = 1};
+  status.route.qos = {{.reliable = true, .transient_local = true, .depth = 1}};
   load_ids<MethodInFile*>(
       section, "methods", 0x0001, 0x7fff, problems,
       {{"send_goal", &send_goal}, {"cancel_goal", &cancel_goal}, {"get_result", &get_result}});

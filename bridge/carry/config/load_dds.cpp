@@ -47,7 +47,7 @@ bool is_host_name(std::string_view text) {
 }
 
 /// "10.0.0.1", "10.0.0.1:11811", "host:11811", "fd00::1", "[fd00::1]:11811".
-std::optional<DiscoveryServer> discovery_server(std::string_view text) {
+std::optional<dds::DiscoveryServer> discovery_server(std::string_view text) {
   const bool bracketed = text.starts_with('[');
   const bool bare_v6 = !bracketed && std::ranges::count(text, ':') > 1;
   const std::size_t end = bracketed ? text.find(']')
@@ -58,7 +58,7 @@ std::optional<DiscoveryServer> discovery_server(std::string_view text) {
   }
   const std::string_view host = bracketed ? text.substr(1, end - 1) : text.substr(0, end);
   const std::string_view rest = text.substr(bracketed ? end + 1 : end);
-  DiscoveryServer server{std::string{host}};
+  dds::DiscoveryServer server{std::string{host}};
   if (const auto address = documents::ip_address().read(host)) {
     if (address->is_multicast() || address->v6 != (bracketed || bare_v6)) {
       return std::nullopt;
@@ -80,16 +80,16 @@ std::optional<DiscoveryServer> discovery_server(std::string_view text) {
 
 }  // namespace
 
-documents::Format<std::vector<DiscoveryServer>> discovery_servers() {
+documents::Format<std::vector<dds::DiscoveryServer>> discovery_servers() {
   return {
       "addresses of discovery servers such as 10.0.0.1:11811, [fd00::1]:11811 or host:11811 (several with "
       "';' between them)",
-      [](std::string_view text) -> std::optional<std::vector<DiscoveryServer>> {
+      [](std::string_view text) -> std::optional<std::vector<dds::DiscoveryServer>> {
         constexpr std::size_t servers_max = 256;  // this many servers have an id
-        std::vector<DiscoveryServer> servers;
+        std::vector<dds::DiscoveryServer> servers;
         for (bool more = true; more;) {
           const std::size_t end = std::min(text.find(';'), text.size());
-          const auto server = end == 0 ? DiscoveryServer{} : discovery_server(text.substr(0, end));
+          const auto server = end == 0 ? dds::DiscoveryServer{} : discovery_server(text.substr(0, end));
           if (!server || servers.size() == servers_max) {
             return std::nullopt;
           }

@@ -8,7 +8,7 @@
 namespace trestle::carry {
 
 /// As ROS_DISCOVERY_SERVER has them: "10.0.0.1:11811;;host", where no server has the number 1.
-[[nodiscard]] documents::Format<std::vector<DiscoveryServer>> discovery_servers();
+[[nodiscard]] documents::Format<std::vector<dds::DiscoveryServer>> discovery_servers();
 
 /// Reads `dds`: changes what it speaks of.
 /// @param file  the configuration's, from whose folder relative paths are meant.

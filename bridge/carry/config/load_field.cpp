@@ -100,7 +100,7 @@ std::optional<RouteInFile> load_notifier(documents::Section& section, const Fiel
   route.port = method.port;
   route.rules = method.rules;
   route.tp = method.tp;
-  route.qos = {.reliable = true, .transient_local = true, .depth = 1};
+  route.qos = {{.reliable = true, .transient_local = true, .depth = 1}};
   route.presence.offer_while_published = method.server == Server::ros && !method.offer_always;
   route.presence.write_while_offered = method.server == Server::someip;
   load_subscribe(section, !field.is_of(Server::ros), "fields with server: someip", route.presence, problems);

@@ -75,18 +75,18 @@ documents::Format<std::size_t> message_size() {
 }
 
 void load_pacing(documents::Section& tp, TpSettings& settings) {
-  constexpr std::uint32_t segment_bytes_max = 1392;  // [feat_req_someiptp_773]
-  const documents::Format<std::uint32_t> multiple_of_16{
-      "a multiple of 16 from 16 to 1392 (bytes)", [](std::string_view text) -> std::optional<std::uint32_t> {
+  constexpr std::size_t segment_bytes_max = 1392;  // [feat_req_someiptp_773]
+  const documents::Format<std::size_t> multiple_of_16{
+      "a multiple of 16 from 16 to 1392 (bytes)", [](std::string_view text) -> std::optional<std::size_t> {
         const auto bytes = documents::read_whole(text);
         // [feat_req_someiptp_772]
         return bytes && *bytes >= 16 && *bytes <= segment_bytes_max && *bytes % 16 == 0
-                   ? std::optional{static_cast<std::uint32_t>(*bytes)}
+                   ? std::optional{static_cast<std::size_t>(*bytes)}
                    : std::nullopt;
       }};
   tp.read("segment_bytes", multiple_of_16, settings.segment_bytes);
-  std::uint32_t burst = 0;
-  if (tp.read("burst", documents::as<std::uint32_t>(documents::whole_number(1, 65535)), burst)) {
+  std::size_t burst = 0;
+  if (tp.read("burst", documents::as<std::size_t>(documents::whole_number(1, 65535)), burst)) {
     settings.burst = burst;
   }
   tp.read("separation", documents::duration(Duration{0}, std::chrono::seconds{1}), settings.separation);

@@ -35,15 +35,6 @@ void check_interface(const std::string& name) {
   }
 }
 
-std::vector<dds::ParticipantConfig::Server> servers(const std::vector<DiscoveryServer>& configured) {
-  std::vector<dds::ParticipantConfig::Server> result;
-  result.reserve(configured.size());
-  for (const DiscoveryServer& server : configured) {
-    result.push_back({server.address, server.port});
-  }
-  return result;
-}
-
 // A reader that follows its publishers is about to ask for what they offer: nothing to warn of.
 bool is_followed(const std::map<std::string, QosSettings>& following, const dds::Happening& event) {
   if (event.kind != dds::Happening::Kind::incompatible_qos || !event.ours_reads) {
@@ -128,7 +119,7 @@ struct Bridge::State {
           .gid_bytes = gid_bytes(config.dds.ros_distro),
           .profiles_file = config.dds.profiles,
           .profile = config.dds.profile,
-          .discovery_servers = servers(config.dds.discovery_servers),
+          .discovery_servers = config.dds.discovery_servers,
           .security_folder = security_folder(config.dds.security),
           .polled = receives_samples(),
           .strict_types = config.dds.strict_types,

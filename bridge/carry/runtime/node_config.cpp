@@ -91,14 +91,7 @@ sd::NodeConfig node_config(const BridgeConfig& config) {
                       .multicast_interface = config.someip.interface,
                       .multicast = sd.multicast,
                       .port = sd.port};
-  node.timing = {.initial_delay_min = sd.initial_delay_min,
-                 .initial_delay_max = sd.initial_delay_max,
-                 .repetitions_base_delay = sd.repetitions_base_delay,
-                 .repetitions_max = sd.repetitions_max,
-                 .cyclic_offer_delay = sd.cyclic_offer_delay,
-                 .request_response_delay_min = sd.request_response_delay_min,
-                 .request_response_delay_max = sd.request_response_delay_max,
-                 .ttl_s = static_cast<std::uint32_t>(sd.ttl.count())};
+  node.timing = sd;
   node.check_subnet = sd.check_subnet;
   node.discovery.own_endpoints_only = sd.own_endpoints_only;
   node.foreign_endpoints = sd.foreign_endpoints;

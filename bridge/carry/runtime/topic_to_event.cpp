@@ -15,9 +15,7 @@
 
 #include "bridge/carry/runtime/bridge_mark.hpp"
 #include "bridge/carry/runtime/conversion_log.hpp"
-#include "bridge/carry/runtime/dds_qos.hpp"
 #include "bridge/carry/runtime/loop_guard.hpp"
-#include "bridge/carry/runtime/pacing.hpp"
 #include "bridge/carry/runtime/sample_limit.hpp"
 #include "dds_adapter/ros_names.hpp"
 #include "someip/net/address_text.hpp"

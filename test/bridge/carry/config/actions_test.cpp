@@ -70,8 +70,7 @@ TEST(LoadActions, AreThreeMethodsAndTwoRoutes) {
     EXPECT_EQ(method.port, 40001);
     EXPECT_EQ(method.timeout, i == 2 ? Duration{5s} : Duration{250ms});
     EXPECT_EQ(method.max_calls, 7U);
-    EXPECT_EQ(method.tp,
-              (TpSettings{.segment_bytes = 160, .burst = 4, .separation = 2ms, .max_message = 8192}));
+    EXPECT_EQ(method.tp, (TpSettings{{.segment_bytes = 160, .burst = 4, .separation = 2ms}, 8192}));
     EXPECT_EQ(method.form, ServiceForm::cyclonedds);
     EXPECT_EQ(method.rules.payload.string_length, someip::FieldWidth::bits16);
     EXPECT_EQ(method.mark, (documents::Mark{3, 5}));
@@ -96,8 +95,7 @@ TEST(LoadActions, AreThreeMethodsAndTwoRoutes) {
     EXPECT_EQ(route.minor, 6U);
     EXPECT_EQ(route.transport, Transport::tcp);
     EXPECT_EQ(route.port, 40001);
-    EXPECT_EQ(route.tp,
-              (TpSettings{.segment_bytes = 160, .burst = 4, .separation = 2ms, .max_message = 8192}));
+    EXPECT_EQ(route.tp, (TpSettings{{.segment_bytes = 160, .burst = 4, .separation = 2ms}, 8192}));
     EXPECT_EQ(route.rules.payload.string_length, someip::FieldWidth::bits16);
     EXPECT_TRUE(route.presence.offer_while_published);
   }

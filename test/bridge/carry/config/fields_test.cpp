@@ -82,9 +82,9 @@ TEST(LoadFields, AreALatchedTopicAndTwoServices) {
   EXPECT_EQ(route.minor, 6U);
   EXPECT_EQ(route.transport, Transport::tcp);
   EXPECT_EQ(route.port, 40001);
-  EXPECT_EQ(route.qos, (QosSettings{.reliable = true, .transient_local = true, .depth = 1}));
+  EXPECT_EQ(route.qos, (QosSettings{{.reliable = true, .transient_local = true, .depth = 1}}));
   EXPECT_EQ(route.presence, Presence{});
-  EXPECT_EQ(route.tp, (TpSettings{.segment_bytes = 160, .burst = 4, .separation = 2ms, .max_message = 8192}));
+  EXPECT_EQ(route.tp, (TpSettings{{.segment_bytes = 160, .burst = 4, .separation = 2ms}, 8192}));
   EXPECT_EQ(route.rules.payload.byte_order, std::endian::little);
   EXPECT_EQ(route.mark, (documents::Mark{3, 5}));
 
@@ -101,8 +101,7 @@ TEST(LoadFields, AreALatchedTopicAndTwoServices) {
     EXPECT_TRUE(method.offer_always);
     EXPECT_EQ(method.timeout, Duration{250ms});
     EXPECT_EQ(method.max_calls, 7U);
-    EXPECT_EQ(method.tp,
-              (TpSettings{.segment_bytes = 160, .burst = 4, .separation = 2ms, .max_message = 8192}));
+    EXPECT_EQ(method.tp, (TpSettings{{.segment_bytes = 160, .burst = 4, .separation = 2ms}, 8192}));
     EXPECT_EQ(method.form, ServiceForm::cyclonedds);
     EXPECT_EQ(method.rules.payload.byte_order, std::endian::little);
     EXPECT_EQ(method.mark, (documents::Mark{3, 5}));

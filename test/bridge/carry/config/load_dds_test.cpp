@@ -12,7 +12,7 @@ namespace trestle::test::load_dds_test {
 namespace {
 
 using carry::DdsSettings;
-using carry::DiscoveryServer;
+using dds::DiscoveryServer;
 using testing::ElementsAre;
 using testing::HasSubstr;
 

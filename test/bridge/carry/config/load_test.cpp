@@ -44,16 +44,16 @@ TEST(LoadConfig, ReadsEveryKey) {
   EXPECT_EQ(config.file, "bridge.yaml");
   EXPECT_EQ(config.someip.address, IpAddress::v4(192, 0, 2, 1));
   EXPECT_EQ(config.someip.interface, "eth0");
-  const SdSettings sd{.multicast = IpAddress::v4(239, 1, 2, 3),
-                      .port = 30491,
-                      .initial_delay_min = 20ms,
-                      .initial_delay_max = 200ms,
-                      .repetitions_base_delay = 40ms,
-                      .repetitions_max = 4,
-                      .cyclic_offer_delay = 2s,
-                      .request_response_delay_min = 5ms,
-                      .request_response_delay_max = 15ms,
-                      .ttl = 10s};
+  const SdSettings sd{{.initial_delay_min = 20ms,
+                       .initial_delay_max = 200ms,
+                       .repetitions_base_delay = 40ms,
+                       .repetitions_max = 4,
+                       .cyclic_offer_delay = 2s,
+                       .request_response_delay_min = 5ms,
+                       .request_response_delay_max = 15ms,
+                       .ttl_s = 10},
+                      IpAddress::v4(239, 1, 2, 3),
+                      30491};
   EXPECT_EQ(config.someip.sd, sd);
   EXPECT_EQ(config.dds.domain, 7U);
   EXPECT_THAT(config.dds.interfaces, ElementsAre("127.0.0.1", "192.0.2.7"));
@@ -75,10 +75,8 @@ TEST(LoadConfig, ReadsEveryKey) {
   EXPECT_EQ(points.minor, 6U);
   EXPECT_EQ(points.transport, Transport::udp);
   EXPECT_EQ(points.port, 40001);
-  EXPECT_EQ(
-      points.tp,
-      (TpSettings{
-          .segment_bytes = 1024, .burst = 16, .separation = 250us, .max_message = std::size_t{8} << 20U}));
+  EXPECT_EQ(points.tp,
+            (TpSettings{{.segment_bytes = 1024, .burst = 16, .separation = 250us}, std::size_t{8} << 20U}));
   EXPECT_EQ(points.rules.payload, (PayloadRules{.byte_order = std::endian::little,
                                                 .length_fields_always_big = true,
                                                 .array_length = FieldWidth::bits16,
@@ -105,14 +103,14 @@ TEST(LoadConfig, ReadsEveryKey) {
                                  .byte_orders = {{"offset", std::endian::big}}}));
   EXPECT_EQ(points.rules.types.at("std_msgs/msg/Header"),
             (messages::TypeRules{.form = messages::TypeRules::Form::choice}));
-  EXPECT_EQ(points.qos, (QosSettings{.reliable = true,
-                                     .transient_local = true,
-                                     .depth = 3,
-                                     .keep_all = true,
-                                     .deadline = 250ms,
-                                     .lifespan = 2s,
-                                     .manual_liveliness = true,
-                                     .liveliness_lease = 500ms}));
+  EXPECT_EQ(points.qos, (QosSettings{{.reliable = true,
+                                      .transient_local = true,
+                                      .depth = 3,
+                                      .keep_all = true,
+                                      .deadline = 250ms,
+                                      .lifespan = 2s,
+                                      .manual_liveliness = true,
+                                      .liveliness_lease = 500ms}}));
   EXPECT_EQ(points.multicast,
             (MulticastSettings{.group = {IpAddress::v4(239, 1, 2, 4), 40100}, .threshold = 3}));
   EXPECT_EQ(points.mark, (documents::Mark{24, 5}));
@@ -215,7 +213,7 @@ TEST(LoadConfig, TakesIpv6WithAMulticastAddressOfItsOwn) {
 
 TEST(LoadConfig, KeepsAnOfferUntilTheNextReboot) {
   const BridgeConfig config = load_good(replaced(good_config, "ttl: 10 s", "ttl: until_reboot"));
-  EXPECT_EQ(config.someip.sd.ttl, std::chrono::seconds{0xff'ffff});
+  EXPECT_EQ(config.someip.sd.ttl_s, 0xff'ffffU);
 }
 
 TEST(LoadConfig, LeavesBuffersToTheSizeOfMessagesUnlessTold) {

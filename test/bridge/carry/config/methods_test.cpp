@@ -62,8 +62,7 @@ TEST(LoadMethods, ReadsEveryKey) {
   EXPECT_TRUE(method.fire_and_forget);
   EXPECT_EQ(method.timeout, 250ms);
   EXPECT_EQ(method.max_calls, 7U);
-  EXPECT_EQ(method.tp,
-            (TpSettings{.segment_bytes = 160, .burst = 4, .separation = 2ms, .max_message = 8192}));
+  EXPECT_EQ(method.tp, (TpSettings{{.segment_bytes = 160, .burst = 4, .separation = 2ms}, 8192}));
   EXPECT_EQ(method.form, ServiceForm::cyclonedds);
   EXPECT_EQ(method.rules.payload.string_length, someip::FieldWidth::bits16);
   EXPECT_TRUE(method.rules.types.contains("std_srvs/srv/SetBool_Request"));

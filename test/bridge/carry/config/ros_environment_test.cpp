@@ -53,7 +53,7 @@ TEST(RosEnvironment, NamesDiscoveryServersWhereTheFileDoesNot) {
     EXPECT_EQ(apply_ros_environment(dds, environment({{"ROS_DISCOVERY_SERVER", value}})), "");
     return dds.discovery_servers;
   };
-  using Servers = std::vector<DiscoveryServer>;
+  using Servers = std::vector<dds::DiscoveryServer>;
   EXPECT_EQ(servers(";10.0.0.1:7000", {}), (Servers{{}, {"10.0.0.1", 7000}}));
   EXPECT_EQ(servers("TCPv4:[10.0.0.1]:7000", {}), Servers{});
   DdsSettings set;

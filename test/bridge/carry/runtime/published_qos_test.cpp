@@ -18,7 +18,7 @@ using carry::PublishedQos;
 using carry::QosSettings;
 using testing::HasSubstr;
 
-constexpr QosSettings as_published{.reliability_as_published = true, .durability_as_published = true};
+constexpr QosSettings as_published{{}, true, true};
 
 QosSettings with(std::initializer_list<dds::Qos> publishers, const QosSettings& settings = as_published) {
   PublishedQos published;
@@ -42,9 +42,9 @@ TEST(PublishedQos, IsTheLeastThatAnyPublisherOffers) {
 }
 
 TEST(PublishedQos, ChangesOnlyWhatFollows) {
-  const QosSettings fixed{.reliable = true, .transient_local = true};
+  const QosSettings fixed{{.reliable = true, .transient_local = true}};
   EXPECT_EQ(with({{.reliable = false}}, fixed), fixed);
-  const QosSettings reliability{.reliable = true, .reliability_as_published = true};
+  const QosSettings reliability{{.reliable = true}, true};
   EXPECT_FALSE(with({{.reliable = false, .transient_local = true}}, reliability).reliable);
   EXPECT_FALSE(with({{.transient_local = true}}, reliability).transient_local);
 }
