@@ -160,8 +160,7 @@ void Consumer::note_not_connected(const Endpoint& remote) {
   }
 }
 
-// A subscription is useless without the connection that it named; with the next connection we subscribe
-// again.
+// A subscription is worth nothing without the connection that it named: it is made anew with the next one.
 void Consumer::disconnected(const Endpoint& remote, const std::string& why) {
   log_(why);
   note_not_connected(remote);
@@ -203,8 +202,8 @@ void Consumer::end_unneeded(TimePoint now) {
   if (!std::exchange(perhaps_unneeded_, false)) {
     return;
   }
-  // For a subscription to all instances, forget those that are no longer offered: instances that come and go
-  // must not fill our tables.
+  // What is subscribed to wherever it is offered is forgotten where it is not offered any more: instances
+  // that come and go must not fill our tables.
   for (const auto& subscription : subscriptions_) {
     if (subscription->spec.instance == someip::any_instance) {
       std::erase_if(subscription->at_servers, [&](AtServer& at_server) {
@@ -237,7 +236,7 @@ void Consumer::clear() {
   requirements_.clear();
   for (const auto& subscription : subscriptions_) {
     for (const auto& listener : subscription->listeners) {
-      listener->active = false;  // its call may be next, if a handler calls clear()
+      listener->active = false;  // it may be in line, if a handler does this
     }
   }
   subscriptions_.clear();
@@ -350,7 +349,7 @@ void Consumer::on_event(const ServiceLost& event) {
     log_("service " + to_string(event.service.service, event.service.instance) + " of " +
          someip::to_string(event.service.peer.address) + " is gone: " + to_string(event.reason));
   }
-  // After a restart the server knows nothing of the connection.  [feat_req_someipsd_872]
+  // Whoever restarted knows nothing of the connection.  [feat_req_someipsd_872]
   if (event.reason == LossReason::rebooted && event.service.tcp) {
     disconnect(*event.service.tcp);
   }

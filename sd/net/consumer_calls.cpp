@@ -67,7 +67,7 @@ std::optional<Consumer::CallPath> Consumer::route(Search& search, const CallSpec
           &server, {*endpoint, tcp ? Transport::tcp : Transport::udp}, spec.pacing.value_or(config_.pacing)};
     }
   }
-  // As the application wants, otherwise as the server can receive it.
+  // As the application wants, else as the server can take it.
   if (way && way->target.transport == Transport::udp && bytes > someip::max_plain_payload_bytes &&
       !way->pacing.burst) {
     way->pacing.burst = someip::burst_into(receive_buffer_in(discovery_.configuration(way->server->handle)));
@@ -128,7 +128,7 @@ someip::Result<CallId, CallFault> Consumer::try_call(RequirementId id, const Cal
   check(spec);
   const auto requirement = find(id);
   const std::size_t bytes = size_of(payload) + (requirement ? requirement->e2e.added_bytes(spec.method) : 0);
-  const auto way = requirement ? path_of(*requirement, spec, bytes) : std::nullopt;
+  const auto way = requirement ? route(*requirement, spec, bytes) : std::nullopt;
   if (!way) {
     return tl::unexpected{CallFault::unavailable};
   }
@@ -155,11 +155,11 @@ bool Consumer::send(RequirementId id, const CallSpec& spec, std::span<const Byte
   check(spec);
   const auto requirement = find(id);
   const std::size_t bytes = size_of(payload) + (requirement ? requirement->e2e.added_bytes(spec.method) : 0);
-  const auto way = requirement ? path_of(*requirement, spec, bytes) : std::nullopt;
+  const auto way = requirement ? route(*requirement, spec, bytes) : std::nullopt;
   if (!way) {
     return false;
   }
-  // Reassembly needs a session.  [feat_req_someiptp_762]
+  // Segments need one to be put together.  [feat_req_someiptp_762]
   const bool with_session = spec.session || bytes > someip::max_plain_payload_bytes;
   const Header header{.service = requirement->spec.service,
                       .method = spec.method,
@@ -181,7 +181,7 @@ bool Consumer::cancel(CallId call) {
   return true;
 }
 
-// Never from within call(): the caller does not expect a callback before call() returns.
+// Never from within call(): who calls does not expect to be called back before it returns.
 void Consumer::fail_later(ResponseHandler handler, CallFault fault) {
   boost::asio::post(io_, [weak = std::weak_ptr{alive_}, handler = std::move(handler), fault] {
     if (!weak.expired()) {
@@ -191,7 +191,7 @@ void Consumer::fail_later(ResponseHandler handler, CallFault fault) {
 }
 
 void Consumer::finish(CallHandle call, const CallResult& result) {
-  // Taken out first: the handler may make another call, which may get the same place.
+  // Taken out first: the handler may call again, and get the same place.
   const ResponseHandler handler = std::exchange(waiting_[call.index], nullptr);
   handler(result);
 }

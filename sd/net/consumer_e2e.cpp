@@ -19,8 +19,8 @@ std::string in_words(const E2eSpec& spec) {
 
 }  // namespace
 
-// Requirements of one service share their channels: for the server they are one client, whose requests have
-// one counter.
+// Requirements of one service share what they have in common: to the server they are one client, whose
+// requests have one counter.
 E2eChannels Consumer::channels_of(const RequireSpec& spec) const {
   E2eChannels channels;
   for (const E2eSpec& one : spec.e2e) {
@@ -105,13 +105,13 @@ std::optional<CallFault> Consumer::transmit_protected(E2eChannel& channel, const
   }
   const ByteView slice{*bytes};
   const auto fault = transmit_bytes(route, spec, header, {&slice, 1}, bytes);
-  if (fault) {  // the caller knows; the server should not see a gap
+  if (fault) {  // the caller knows; the server need not miss it
     channel.take_back(to);
   }
   return fault;
 }
 
-// Checks the answer before `handler` gets it.
+// Looks at the answer before `handler` does.
 ResponseHandler Consumer::checked(E2eChannel& channel, const someip::CallTarget& target,
                                   ResponseHandler handler) {
   return [this, channel = channel.shared_from_this(), from = E2ePeer{target.server, target.transport},
@@ -122,7 +122,7 @@ ResponseHandler Consumer::checked(E2eChannel& channel, const someip::CallTarget&
     } else if (result.error().header != nullptr && !result.error().payload.empty()) {
       message = {*result.error().header, result.error().payload};
     } else {
-      handler(result);  // no answer, or an error without protection, for example from the server's stack
+      handler(result);  // no answer, or an error without protection: of the server's stack, say
       return;
     }
     std::vector<std::byte> room;

@@ -65,7 +65,7 @@ SubscriptionId Consumer::subscribe(const SubscribeSpec& spec, EventHandler handl
   subscription->listeners.push_back(listener);
   for (const someip::MethodId event : spec.events) {
     std::vector<Wish>& wishes = wishes_[key_of(spec.service, event)];
-    if (std::ranges::find(wishes, listener, &Wish::listener) == wishes.end()) {  // unless listed twice
+    if (std::ranges::find(wishes, listener, &Wish::listener) == wishes.end()) {  // else it is named twice
       wishes.push_back({subscription, listener});
     }
   }
@@ -167,7 +167,7 @@ void Consumer::subscribe_at(SharedSubscription& subscription, const RemoteServic
     }
     tcp = connection_to(*server.tcp).client->local();
     if (!tcp) {
-      return;  // connected() will call this again  [feat_req_someipsd_767]
+      return;  // connected() comes back  [feat_req_someipsd_767]
     }
     at_server->connection = server.tcp;
   }
@@ -175,7 +175,7 @@ void Consumer::subscribe_at(SharedSubscription& subscription, const RemoteServic
     if (tcp) {
       discovery_.reconnected(*at_server->handle, *tcp, now);
     }
-    return;  // without TCP, discovery itself subscribes again
+    return;  // without TCP discovery subscribes again by itself
   }
   const auto handle = discovery_.subscribe(
       subscription.handle,
@@ -273,7 +273,7 @@ void Consumer::on_notification(const Message& message, const Source& source) {
     return;
   }
   ++counters_.events;
-  // Moved out: a handler may run the io_context, so the next event may come here before this call ends.
+  // Taken out: a handler may run the io_context, and the next event then comes here in between.
   std::vector<std::shared_ptr<Listener>> called = std::move(called_);
   for (const auto& listener : called) {  // a handler may unsubscribe itself and others
     if (!listener->active) {
@@ -322,15 +322,15 @@ void Consumer::on_event(const Subscribed& event) {
   } catch (const someip::NetError& error) {
     missed = error.what();
   }
-  // Logged only now: readers of this line may rely on the group being joined.
+  // Who reads this may rely on the group being joined.
   log_("subscribed to " + name + ", whose multicast events come at " + someip::to_string(*event.multicast));
   if (!missed.empty()) {
     warn_("multicast events of " + name + " will be missed: " + missed);
   }
 }
 
-// The server may have lost a TCP connection that seems to exist here. A probe finds out; then we connect
-// again and subscribe to the eventgroup over the new connection.  [feat_req_someipsd_869]
+// The server may have lost the TCP connection that we still believe in: a probe finds out, and the connection
+// is then made anew and the eventgroup subscribed to through it.  [feat_req_someipsd_869]
 void Consumer::on_event(const SubscriptionRefused& event) {
   SharedSubscription* owner = nullptr;
   if (AtServer* const at_server = find(event.subscription, &owner)) {

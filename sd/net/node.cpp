@@ -288,15 +288,15 @@ struct Node::State : std::enable_shared_from_this<State> {
       return;  // called from a handler of the loop below
     }
     draining = true;
-    for (bool settled = false;;) {
+    for (bool let_go = false;;) {
       if (const auto event = discovery.poll_event()) {
         if (std::holds_alternative<SubscriberAdded>(*event) ||
             std::holds_alternative<InitialDataRequested>(*event)) {
           transmit();
         }
         shielded(io, [&] { std::visit([this](const auto& what) { on_event(what); }, *event); });
-        settled = false;
-      } else if (std::exchange(settled, true)) {
+        let_go = false;
+      } else if (std::exchange(let_go, true)) {
         break;
       } else {
         consumer.end_unneeded(now());

@@ -22,7 +22,7 @@ using someip::ReturnCode;
 namespace {
 
 constexpr std::size_t max_slow = 32;                       // slow subscribers that are remembered
-constexpr Duration slow_pause = std::chrono::seconds{10};  // between two log lines about the same one
+constexpr Duration slow_pause = std::chrono::seconds{10};  // from one line about one of them to the next
 
 bool contains(const std::vector<MethodId>& ids, MethodId id) {
   return std::ranges::find(ids, id) != ids.end();
@@ -43,7 +43,7 @@ bool may_be_sent(const ServiceSpec& spec, MethodId id, std::size_t bytes) {
   return bytes <= someip::max_plain_payload_bytes || !spec.segmented || contains(*spec.segmented, id);
 }
 
-/// Whether the description says so explicitly.
+/// Whether its description says so, and not only leaves it open.
 bool takes_large_requests(const ServiceSpec& spec) {
   const auto listed = [&spec](const auto& method) { return contains(*spec.segmented, method); };
   return spec.segmented && (std::ranges::any_of(spec.methods, listed, &MethodSpec::id) ||
@@ -151,7 +151,7 @@ OfferHandle Provider::offer(ServiceSpec spec, TimePoint now) {
   for (const std::string& doubt : doubts_about(spec)) {
     log_(std::string{name}.append(": ").append(doubt));
   }
-  if (spec.service != other_protocols) {  // services of other protocols differ in their names
+  if (spec.service != other_protocols) {  // those differ in their names
     offered_.insert(key_of(spec.service, spec.instance, spec.major));
   }
   offer->spec = std::move(spec);
@@ -289,7 +289,7 @@ std::size_t Provider::subscribers(OfferHandle handle, MethodId event) const {
 
 namespace {
 
-// As the application wants, otherwise as the receiver can take it.
+// As the application wants, else as the receiver can take it.
 someip::TpPacing with_burst(someip::TpPacing pacing, std::size_t burst) {
   pacing.burst = pacing.burst.value_or(burst);
   return pacing;
@@ -355,7 +355,7 @@ Notified Provider::send_to_receivers(OpenOffer& offer, const Header& header,
                                      const std::shared_ptr<const void>& keep_alive,
                                      const someip::TpPacing& pacing) {
   Notified result{.session = header.session};
-  // Moved out: the owner of a message that has left may send another one.
+  // The owner of a message that has left may send another one.
   std::vector<Receiver> receivers = std::move(receivers_);
   for (const Receiver& receiver : receivers) {
     send_to_receiver(offer, receiver, header, payload, keep_alive, pacing, result);
@@ -450,7 +450,7 @@ someip::TpPacing Provider::pacing_of(const ServiceSpec& spec, MethodId id) const
 Provider::Judged Provider::judge(const Header& header, const Source& source) const {
   someip::RequestTarget target;
   Judged judged{.offer = nullptr, .rules = &config_.answers, .check = {}};
-  // The answer rules of the interface for which the request is, if it has any.  [feat_req_someip_726]
+  // Those of the interface that the request is for, if it has any.  [feat_req_someip_726]
   // [feat_req_someip_106]
   for (const auto& one : offers_) {
     const bool here = source.udp ? one->udp == source.udp : one->tcp == source.tcp;
@@ -501,10 +501,10 @@ std::size_t Provider::room_for(const Message& segment, const Source& source) {
         may_be_sent(spec, header.method, someip::max_plain_payload_bytes + 1)) {
       return most;
     }
-    // [feat_req_someiptp_788] A getter has no parameters.  [feat_req_someip_633]
+    // [feat_req_someiptp_788] A getter is called with nothing.  [feat_req_someip_633]
     judged.check = {ReturnCode::not_ok, someip::error_answer(header, ReturnCode::not_ok, *judged.rules)};
   }
-  // One answer for all segments: to the first one, which every message has.
+  // One answer to all segments: to the one that is there whatever the size.
   const auto tp = someip::decode_tp(segment);
   if (!tp || tp->header.offset != 0) {
     judged.check.answer.reset();
@@ -515,7 +515,7 @@ std::size_t Provider::room_for(const Message& segment, const Source& source) {
 
 void Provider::on_request(const Message& message, const Source& source) {
   if (!source.udp && !source.tcp) {
-    ++counters_.unexpected;  // by multicast, or over a connection through which we are the client
+    ++counters_.unexpected;  // by multicast, or over a connection that is ours to call through
     return;
   }
   const Judged judged = judge(message.header, source);
@@ -584,9 +584,8 @@ void Provider::handle(const std::shared_ptr<OpenOffer>& offer, const Message& me
 
 // --- Initial events ---------------------------------------------------------------------------------------
 
-// By unicast, and also when the subscriber has the events through another eventgroup.
-// [feat_req_someipsd_793] [feat_req_someipsd_1167] Events that belong to no field have no initial value.
-// [feat_req_someipsd_833]
+// By unicast, and also when the subscriber has them by another eventgroup.  [feat_req_someipsd_793]
+// [feat_req_someipsd_1167] Events that are no field's have no initial value.  [feat_req_someipsd_833]
 void Provider::send_initial_values(OfferHandle handle, EventgroupId eventgroup,
                                    const Subscriber& subscriber) {
   const auto offer = find(handle);

@@ -12,7 +12,7 @@ using someip::Header;
 using someip::Message;
 using someip::ReturnCode;
 
-// The channels for the protection that the service description asks for.
+// What the description of a service says of protection.
 E2eChannels Provider::channels_of(const ServiceSpec& spec) {
   E2eChannels channels;
   for (const E2eSpec& one : spec.e2e) {
@@ -73,7 +73,7 @@ void Provider::handle_checked(const std::shared_ptr<OpenOffer>& offer, E2eChanne
     message.check = &result;
   }
   const bool passes = !channel.checks() || channel.passes(result);
-  // A request that could not be decoded has no counter or source that an answer could repeat.
+  // What could not be understood has no counter and no source that an answer could repeat.
   if (channel.protects() && (passes || result.fault == e2e::Fault::none)) {
     path.protection = std::make_shared<const E2eReply>(E2eReply{channel.shared_from_this(), result});
   }
@@ -89,16 +89,16 @@ void Provider::handle_checked(const std::shared_ptr<OpenOffer>& offer, E2eChanne
   handle(offer, message, std::move(responder));
 }
 
-// An answer repeats the counter and the source of its request, so each client sees its own sequence.
+// An answer repeats the counter and the source of its request: so each client sees a sequence of its own.
 bool ReplyPath::send_protected(const Header& header, std::span<const ByteView> payload) const {
-  if (udp.expired() && tcp.expired()) {  // and maybe our node is gone too
+  if (udp.expired() && tcp.expired()) {  // and with them maybe our node
     return false;
   }
   const auto& channel = protection->channel;
   const e2e::CheckResult& request = protection->request;
   const bool counted = channel->checks() && request.fault == e2e::Fault::none;
   if (header.return_code == ReturnCode::e2e && request.fault != e2e::Fault::none) {
-    // The handler, which gets all requests, reports the fault itself: send the same bytes as above.
+    // The handler, who gets everything, says so itself: with the same bytes as above.
     return send_bytes(header, {}, nullptr);
   }
   const auto protect = [&](const Header& as, std::span<const ByteView> what) {
@@ -114,8 +114,8 @@ bool ReplyPath::send_protected(const Header& header, std::span<const ByteView> p
     const ByteView slice{*bytes};
     return send_bytes(header, {&slice, 1}, bytes);
   }
-  // The profile does not allow this length. An error is then sent without protection, so that the caller does
-  // not wait in vain; any other answer becomes an error.
+  // The profile has no such length. An error goes without protection then, so that the caller need not wait
+  // in vain; anything else becomes one.
   Header failed = header;
   if (header.return_code == ReturnCode::ok) {
     ++counters->e2e_not_protected;

@@ -1,4 +1,4 @@
-// The values that a Node keeps: those of fields, and the last ones of events with an update rule.
+// The values that a Node keeps: those of fields, and what events with an update rule have sent last.
 #include <algorithm>
 #include <stdexcept>
 
@@ -34,8 +34,7 @@ void Provider::call_setter(const OpenOffer& offer, std::size_t field, ByteView w
   } else {
     value.assign(wanted.begin(), wanted.end());
   }
-  // The response first, so that the client that sets the value knows why it is notified.
-  // [feat_req_someip_634]
+  // The response first, so that who sets the value knows why it is notified.  [feat_req_someip_634]
   responder.respond(ByteView{value});
   if (const auto still = find(offer.handle)) {
     store(*still, still->values[field], std::make_shared<const std::vector<std::byte>>(std::move(value)));
@@ -84,7 +83,7 @@ std::vector<Provider::Ruled> Provider::values_of(ServiceSpec& spec, TimePoint no
   for (FieldSpec& field : spec.fields) {
     Ruled& ruled = values.emplace_back(Ruled{field.notifier, someip::UpdateSchedule{field.update},
                                              field.differs, field.pacing.value_or(config_.pacing)});
-    if (field.value) {  // an initial value is no change
+    if (field.value) {  // which is no change for anybody
       ruled.value = std::make_shared<const std::vector<std::byte>>(std::move(*field.value));
       ruled.sent = ruled.value;
       static_cast<void>(ruled.schedule.on_value(true, now));

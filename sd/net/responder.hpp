@@ -17,7 +17,7 @@ class ServiceDiscovery;
 struct TcpPort;
 struct UdpPort;
 
-/// Takes answers where there is no port: for who brings requests that did not come by a network.
+/// Takes answers where there is no port: for a caller whose requests did not come by a network.
 class AnswerTaker {
  public:
   virtual bool take(const someip::Header& header, std::span<const ByteView> payload) = 0;

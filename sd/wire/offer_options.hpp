@@ -5,10 +5,10 @@
 
 namespace trestle::sd {
 
-/// What an offer says by options of a fixed size, besides its endpoints. It is the same from who offers
-/// (OfferedService, ServiceSpec) to who finds (RemoteService), and in all that lies between: a new option of
-/// this kind is a struct with `option_type`, encode() and decode(), a member here, and its line in
-/// for_each(). Its configuration, as long as you like, is kept apart: ConfigurationPool.
+/// What an offer says by options of a fixed size, besides its endpoints. Servers (OfferedService,
+/// ServiceSpec), clients (RemoteService) and all between them use this struct: a new option of this kind is a
+/// struct with `option_type`, encode() and decode(), a member here, and its line in for_each(). The
+/// configuration option has no fixed size and is kept apart: ConfigurationPool.
 struct OfferOptions {
   /// How clients rank it among the instances of its service, ServiceDiscovery::choose().
   /// [feat_req_someipsd_174]

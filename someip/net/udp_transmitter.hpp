@@ -68,7 +68,7 @@ class UdpTransmitter {
   bool told_errors_ = false;
   bool told_error_ = false;
   bool interface_full_ = false;
-  /// What says so (IP_PKTINFO); empty: the socket's own.
+  /// The control message that sets the source address (IP_PKTINFO); empty: the socket's own address.
   alignas(std::max_align_t) std::array<std::byte, 64> source_{};
   std::size_t source_bytes_ = 0;
   std::vector<Refusal> refusals_;

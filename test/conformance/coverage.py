@@ -180,7 +180,7 @@ def write(log):
     def cell(row):
         tests = ", ".join(f"`{test}`" for test in sorted(recorded.get(row["id"], ())))
         return tests or reasons.get(row["id"]) or "nothing to test: " + (
-            "explanation" if row["kind"] == "info" else "a rule for who designs or configures a system")
+            "explanation" if row["kind"] == "info" else "a rule for those who design or configure a system")
 
     summary = []
     for area in sorted(areas):

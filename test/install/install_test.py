@@ -86,7 +86,8 @@ class Whole(unittest.TestCase):
         self.assertEqual([path.name for path in (PREFIX / "include").iterdir()], ["trestle"])
         for public in ("sd/net/node.hpp", "sd/core/device/device.hpp", "trestle.h", "bridge/carry/runtime/bridge.hpp"):
             self.assertTrue((PREFIX / "include/trestle" / public).exists(), public)
-        for private in ("sd/net/ports.hpp", "someip/net/udp_socket.hpp", "bridge/messages/convert/shape.hpp"):
+        for private in ("sd/net/ports.hpp", "someip/net/udp_socket.hpp", "bridge/messages/convert/quick/shape.hpp"):
+            self.assertTrue((SOURCE / private).exists(), private)
             self.assertFalse((PREFIX / "include/trestle" / private).exists(), private)
 
     def test_no_installed_header_includes_one_that_is_not(self):

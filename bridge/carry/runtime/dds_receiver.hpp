@@ -9,13 +9,13 @@ class io_context;
 
 namespace trestle::carry {
 
-/// Whether the thread of a bridge is to receive the samples of DDS: where the system lets enough of them wait
-/// while that thread sends others, which takes a millisecond at most. Else a thread of DDS is always there to
-/// take them.
+/// Whether the thread of a bridge receives the samples of DDS: only if the system lets enough of them wait
+/// while that thread sends others, which takes a millisecond at most. Otherwise a thread of DDS is always
+/// free to take them.
 [[nodiscard]] bool receives_samples() noexcept;
 
-/// Receives what comes for a participant that is polled, on the thread that runs the io_context: a sample
-/// does not change threads on its way through the bridge.
+/// Receives the samples of a polled participant on the thread that runs the io_context, so that a sample does
+/// not change threads on its way through the bridge.
 class DdsReceiver {
  public:
   /// @param participant  outlives it.

@@ -27,7 +27,8 @@ struct Diagnosis {
 /// What a diagnosis says of a route: "0x1234.0x0001 event 0x8001".
 [[nodiscard]] std::string event_id(const Route& route);
 
-/// The state of a method: OK while who answers its calls is there, else WARN; its counters are the values.
+/// The state of a method: OK while the server that answers its calls is there, otherwise WARN; its counters
+/// are the values.
 /// @param missing  what to say when they are not. @param at  what it is for SOME/IP.
 [[nodiscard]] Diagnosis method_state(const CounterGroup& counters, bool is_there, const char* missing,
                                      const std::string& at);

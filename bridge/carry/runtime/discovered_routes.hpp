@@ -20,20 +20,20 @@
 namespace trestle::carry {
 
 /// The routes of patterns to SOME/IP: one for each topic that matches, has a type that is known, and is
-/// published by somebody else; it ends with its last publisher. The ids are those of the lock file, which
-/// gets those that are new before anybody hears of them. On the thread that runs the io_context.
+/// published by somebody else; it ends with its last publisher. The ids come from the lock file; new ids are
+/// written there before they are offered. On the thread that runs the io_context.
 class DiscoveredRoutes {
  public:
   /// Opens the ports of the patterns and reads the lock file.
   /// @param context  of all routes, which has joined SOME/IP; outlives this object.
-  /// @param types  is copied: who publishes later may have a type that nobody asked for yet.
+  /// @param types  is copied: a later publisher may have a type that nobody has asked for yet.
   /// @throws std::runtime_error  with the place in the configuration or lock file.
   DiscoveredRoutes(const RouteContext& context, const BridgeConfig& config,
                    const messages::TypeLibrary& types);
   DiscoveredRoutes(const DiscoveredRoutes&) = delete;
   DiscoveredRoutes& operator=(const DiscoveredRoutes&) = delete;
 
-  /// Makes the routes of who is there, once DDS has been joined.
+  /// Makes routes for the publishers that are there, once DDS has been joined.
   void open();
   /// To be called when writers have come or gone, or counterparts of our readers. What comes together, or
   /// soon after, is looked at together.
@@ -109,9 +109,9 @@ class DiscoveredRoutes {
   [[nodiscard]] std::optional<messages::ConversionPlan> plan_of(const TopicAndType& what, const Route& route,
                                                                 Pattern& pattern);
   [[nodiscard]] std::optional<someip::ServiceId> new_id(const TopicAndType& what, Pattern& pattern);
-  /// Has what is new get its place in the lock file; leaves the candidates that have one.
+  /// Writes the ids of new topics to the lock file, and removes the candidates that have an id already.
   void lock(std::vector<Candidate>& candidates);
-  /// What is new has its place in `file` now, or has none.
+  /// The ids of new topics are in `file` now, or could not be written.
   void locked(LockFile file, const tl::expected<void, std::string>& written);
   void make(Candidate& candidate);
   [[nodiscard]] std::size_t routes_of(const Pattern& pattern) const;

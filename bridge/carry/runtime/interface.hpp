@@ -2,7 +2,7 @@
 
 namespace trestle::carry {
 
-/// The base of an interface: it is there once, and ends by a pointer to it.
+/// Base of interfaces: objects are not copied, and may be deleted through a pointer to it.
 class Interface {
  public:
   Interface() = default;

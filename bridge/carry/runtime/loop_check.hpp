@@ -10,11 +10,11 @@ namespace trestle::carry {
 
 /// Names a message by its length and up to 256 of its bytes. Others may have the same.
 [[nodiscard]] std::uint64_t message_hash(ByteView message) noexcept;
-/// Finds out that a route is part of a ring that something closes which does not say that it is a bridge: an
+/// Finds out that a route is part of a ring which is closed by something that does not say it is a bridge: an
 /// older version, or another maker's. In a ring the same messages come again and again, from another sender
-/// than who sent them first, but only as long as they are carried. So when many such ones come, for a moment
-/// they are not carried. If they stop coming, it was a ring, which is empty then; if not, several senders
-/// just have the same to say, and may go on, also with twice as many.
+/// than the first one, but only as long as they are carried. So when many such messages come, the route does
+/// not carry them for a moment. If they stop, it was a ring, which is empty now. If they do not, several
+/// senders just say the same. They may go on, also with twice as many.
 ///
 /// No clock, no memory but its own. docs/several_bridges.md has the figures.
 class LoopCheck {
@@ -22,7 +22,7 @@ class LoopCheck {
   using TimePoint = std::chrono::steady_clock::time_point;
 
   struct Limits {
-    /// Messages in a second that others sent in the second before: from so many on it is tried.
+    /// It is tried from so many messages in a second on that others sent in the second before.
     std::uint32_t repeats = 100;
     /// The same, in the minute after a ring was found.
     std::uint32_t repeats_in_ring = 10;

@@ -13,7 +13,7 @@ namespace trestle::carry {
 class LoopGuard {
  public:
   /// @param what   the route, for the log.
-  /// @param mutex  held by who calls may_carry() and reads looped(); nothing: one thread does all.
+  /// @param mutex  held by callers of may_carry() and looped(); nothing: one thread does all.
   LoopGuard(boost::asio::io_context& io, std::string what, const LoopCheck::Limits& limits = {},
             std::mutex* mutex = nullptr);
   ~LoopGuard();

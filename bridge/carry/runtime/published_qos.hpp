@@ -6,7 +6,8 @@
 
 namespace trestle::carry {
 
-/// The least that the publishers of a topic offer: who asks for no more gets the samples of all of them.
+/// The least that the publishers of a topic offer: a reader that asks for no more gets the samples of all of
+/// them.
 struct PublishedQos {
   bool reliable = true;
   bool transient_local = true;

@@ -12,7 +12,8 @@
 
 namespace trestle::carry {
 
-/// Whom the routes of a bridge tell which values a field has: the setter beside a notifier.
+/// Tells the values of a field from one route of a bridge to another: from a notifier to the setter beside
+/// it.
 class FieldValues {
  public:
   /// Told of each value, and of nothing when it is not known any more whether that is still the value.
@@ -41,8 +42,8 @@ struct RouteContext {
   SomeipSide* someip = nullptr;   ///< there from join_someip() on
   DdsSide* dds = nullptr;         ///< there from join_dds() on
   FieldValues* values = nullptr;  ///< filled while routes are made
-  /// Who tells that others on a topic have come or gone, and what they offer. Nothing: who made the route
-  /// sees to that.
+  /// They tell that others on a topic have come or gone, and what they offer. Null: the maker of the route
+  /// does that.
   TopicWatch* watch = nullptr;
   PublisherWatch* publishers = nullptr;
 };

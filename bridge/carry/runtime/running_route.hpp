@@ -25,19 +25,19 @@ class RunningRoute : public Interface {
   virtual void join_someip() {}
   /// Opens its ends in DDS.  @throws dds::DdsError
   virtual void join_dds() {}
-  /// Nothing begins any more; what comes is not carried.
+  /// Carries nothing from now on, and begins nothing.
   virtual void stop() {}
 
   /// To be called when writers of others in DDS have come or gone, among which may be those of bridges.
   virtual void writers_changed() {}
-  /// The same for who follows the publishers of its topic, with what they offer now.
+  /// The same for a route that follows the publishers of its topic, with what they offer now.
   virtual void follow(const PublishedQos& /*published*/) {}
 
   [[nodiscard]] virtual CounterGroup counters() const = 0;
   /// Its state, and what the checks of its end-to-end protection have found.
   /// @param all  also states that are only told if that is wanted: there may be a thousand.
   virtual void append_diagnoses(std::vector<Diagnosis>& diagnoses, bool all) const = 0;
-  /// Whether it has checks of end-to-end protection, which are told of also if no states are wanted.
+  /// Whether it has checks of end-to-end protection, which are published even if no states are wanted.
   [[nodiscard]] bool has_checks() const noexcept { return e2e_.has_value(); }
   /// Calls `changed` when what append_diagnoses() tells has another level.
   void on_change(std::function<void()> changed) {
@@ -47,7 +47,7 @@ class RunningRoute : public Interface {
     changed_ = std::move(changed);
   }
 
-  /// What is waited for, if a person should know when it does not come: the topic. Nothing: as it may.
+  /// The topic, if a person should be told when nothing comes; null if silence is normal.
   [[nodiscard]] virtual const std::string* awaited() const { return nullptr; }
   /// Messages that have come.
   [[nodiscard]] virtual std::uint64_t received() const { return 0; }

@@ -10,11 +10,10 @@
 
 namespace trestle::carry {
 
-/// Says of routes to which nothing comes why that is: 5 s after the start, and every 5 s what has changed. Of
-/// those that begin later, after 5 to 10 s; of those to which something came before, when nobody is there any
-/// longer who could send. Some lines at most, however many routes there are:
-/// where there are many, those with one kind of reason share a line. On the thread that runs the io_context,
-/// with one timer for all.
+/// Says why nothing comes on a route: 5 s after the start, and then every 5 s what has changed. For routes
+/// that begin later, after 5 to 10 s; for routes on which something came before, when no sender is left. It
+/// writes only some lines, however many routes there are: routes with the same kind of reason share a line.
+/// On the thread that runs the io_context, with one timer for all.
 class SilenceWatch {
  public:
   static constexpr std::chrono::seconds period{5};

@@ -12,7 +12,7 @@
 
 namespace trestle::carry {
 
-/// For whom a method is called. It goes with the call, which so needs no memory but its own.
+/// The client for which a method is called. It travels with the call, which so needs no other memory.
 struct Caller {
   dds::RequestId id{};              ///< of the ROS client's request
   std::vector<std::byte> wanted{};  ///< the value, of a setter that has no getter to ask
@@ -40,7 +40,8 @@ class SomeipClient : public Interface {
   [[nodiscard]] virtual bool send(const sd::CallSpec& spec, ByteView payload) = 0;
 };
 
-/// What routes need of SOME/IP. All as of sd::Node; tests of routes have one without a network.
+/// What routes need from SOME/IP. All functions are like those of sd::Node; tests of routes have an
+/// implementation without a network.
 class SomeipSide : public Interface {
  public:
   // Services of ours.

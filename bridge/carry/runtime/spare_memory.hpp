@@ -10,7 +10,7 @@ namespace trestle::carry {
 class SpareMemoryRule {
  public:
   static constexpr std::size_t worth_it = 4'000'000;  ///< bytes; below, what is freed is soon used again
-  static constexpr int longest_wait = 4;              ///< looks; for who needs it again and again
+  static constexpr int longest_wait = 4;              ///< looks, for a bridge that needs it again and again
 
   /// Whether to give back now. unused: bytes that the process has and does not use.
   [[nodiscard]] bool is_due(std::size_t unused) {

@@ -5,13 +5,13 @@
 
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/session.hpp"
-#include "bridge/inspect/tools/offer_options.hpp"
+#include "bridge/inspect/tools/service_arguments.hpp"
 #include "bridge/inspect/tools/tool_commands.hpp"
 
 namespace trestle::inspect {
 namespace {
 
-struct NotifyArguments : OfferOptions {
+struct NotifyArguments : ServiceArguments {
   std::string eventgroup;
   std::string event;
   std::string value;

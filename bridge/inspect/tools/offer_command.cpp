@@ -8,7 +8,7 @@
 #include "bridge/cli/session.hpp"
 #include "bridge/documents/format.hpp"
 #include "bridge/inspect/tools/message_text.hpp"
-#include "bridge/inspect/tools/offer_options.hpp"
+#include "bridge/inspect/tools/service_arguments.hpp"
 #include "bridge/inspect/tools/tool_commands.hpp"
 
 namespace trestle::inspect {
@@ -18,7 +18,7 @@ using Bytes = std::vector<std::byte>;
 using someip::MethodId;
 using someip::ReturnCode;
 
-struct OfferArguments : OfferOptions {
+struct OfferArguments : ServiceArguments {
   std::vector<std::string> eventgroups;
   std::vector<std::string> methods;
   std::vector<std::string> errors;

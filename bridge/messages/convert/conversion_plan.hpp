@@ -99,7 +99,7 @@ class ConversionPlan {
   /// Asks for the memory that a conversion will look at, so that it comes while something else is done.
   void expect(ByteView message, const ConversionScratch& scratch) const noexcept;
 
-  /// What was compiled, for tests and curious eyes.
+  /// The compiled program, for tests and for printing.
   [[nodiscard]] const Program& program() const noexcept { return program_; }
 
  private:

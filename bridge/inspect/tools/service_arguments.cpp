@@ -1,10 +1,10 @@
-#include "bridge/inspect/tools/offer_options.hpp"
+#include "bridge/inspect/tools/service_arguments.hpp"
 
 #include "bridge/cli/session.hpp"
 
 namespace trestle::inspect {
 
-void OfferOptions::add_to(CLI::App& command) {
+void ServiceArguments::add_to(CLI::App& command) {
   command.add_option("--major", major, "Major version of the service")
       ->type_name("N")
       ->check(CLI::Range(0, 254))
@@ -19,7 +19,7 @@ void OfferOptions::add_to(CLI::App& command) {
   network.add_to(command);
 }
 
-sd::ServiceSpec OfferOptions::spec() const {
+sd::ServiceSpec ServiceArguments::spec() const {
   const cli::ServiceArgument id = cli::parse_service(service, false);
   sd::ServiceSpec spec{.service = id.service,
                        .instance = id.instance,
@@ -34,7 +34,7 @@ sd::ServiceSpec OfferOptions::spec() const {
   return spec;
 }
 
-sd::DiscoveryLog OfferOptions::log() const {
+sd::DiscoveryLog ServiceArguments::log() const {
   return [silent = quiet](const std::string& line) {
     if (!silent) {
       cli::Session::note(line);

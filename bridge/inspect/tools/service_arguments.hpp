@@ -4,7 +4,7 @@
 namespace trestle::inspect {
 
 /// What the commands that offer a service have in common.
-struct OfferOptions {
+struct ServiceArguments {
   cli::NetworkOptions network;
   cli::PayloadOptions payload;
   cli::TransportOptions transport;
