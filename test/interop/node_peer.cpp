@@ -208,7 +208,7 @@ class Peer {
 
   void counters() {
     const NodeCounters& node = node_.counters();
-    const Counters& sd = node_.discovery_counters();
+    const SdCounters& sd = node_.discovery_counters();
     tell(fmt::format("counters malformed {} sd-malformed {} reboots {} nacks {} subscribed {}",
                      node.malformed, sd.dropped_malformed, sd.reboots_detected, sd.nacks_sent,
                      subscription_ == SubscriptionId{} ? false : node_.subscribed(subscription_)));

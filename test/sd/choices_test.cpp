@@ -252,7 +252,7 @@ TEST(SubscriptionsToWhatIsUnknown, AreRefusedUnlessToldNot) {
       machine.unicast(peer, {unknown});
       EXPECT_EQ(machine.sent().size(), answer ? 1U : 0U);
     }
-    const Counters& counted = machine.discovery.counters();
+    const SdCounters& counted = machine.discovery.counters();
     EXPECT_EQ(counted.nacks_sent, answer ? 5U : 0U);
     EXPECT_EQ(counted.nacks_by_reason[static_cast<std::size_t>(NackReason::unknown_service)],
               answer ? 2U : 0U);

@@ -13,7 +13,7 @@ using testing::IsEmpty;
 class DuplicatesAtAServer : public Server {
  protected:
   void SetUp() override { offer(udp_service); }
-  [[nodiscard]] const Counters& counters() const { return machine.discovery.counters(); }
+  [[nodiscard]] const SdCounters& counters() const { return machine.discovery.counters(); }
   void bring(const std::vector<std::byte>& datagram) { machine.receive(datagram, client_sd, false); }
 };
 

@@ -293,7 +293,7 @@ TEST_F(Recorded, AnswersBrokenSubscriptionsAsVsomeipDoes) {
                                         [&](const Subscriber& subscriber) { left.push_back(subscriber); });
   EXPECT_THAT(left, testing::ElementsAre(
                         Subscriber{vsomeip_client, Endpoint{IpAddress::v4(10, 0, 0, 77), 0xa028}, {}}));
-  const Counters& counters = machine.discovery.counters();
+  const SdCounters& counters = machine.discovery.counters();
   EXPECT_EQ(counters.dropped_malformed, 3U);
   EXPECT_EQ(counters.ignored_unknown_type, 1U);
   EXPECT_EQ(counters.nacks_sent, 15U);

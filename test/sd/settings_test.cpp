@@ -65,7 +65,7 @@ TEST(Limits, SufficeForACar) {
 }
 
 TEST(Counters, BeginAtZero) {
-  const Counters counters;
+  const SdCounters counters;
   for (const std::uint64_t count : {counters.datagrams_received,
                                     counters.messages_received,
                                     counters.datagrams_sent,
