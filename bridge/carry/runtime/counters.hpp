@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "bridge/carry/config/bridge_config.hpp"
+
 namespace trestle::carry {
 
 /// One thing that was counted. Every message that the bridge does not carry is in one counter of losses.
@@ -23,11 +25,22 @@ struct Counter {
   }
 };
 
+/// What the counters are about, for programs that must not take a group's name apart.
+struct Label {
+  const char*
+      name;  ///< "topic", "ros_service", "direction", "service", "instance", "event", "method", "pattern"
+  std::string value;
+};
+
 /// The counters of one part of the bridge: a route, or one of its networks.
 struct CounterGroup {
   std::string name;
   std::vector<Counter> counters;
+  std::vector<Label> labels{};
 };
+
+[[nodiscard]] std::vector<Label> labels_of(const Route& route);
+[[nodiscard]] std::vector<Label> labels_of(const MethodRoute& method);
 
 /// Adds what was counted by something that has ended.
 void add(CounterGroup& sum, const CounterGroup& ended);
@@ -35,7 +48,8 @@ void add(CounterGroup& sum, const CounterGroup& ended);
 /// "route /points: received 12, sent 11; lost: no_subscriber 1; perhaps lost: dds_overwritten 1", without a
 /// line end. Losses and doubts that there are none of are left out.
 [[nodiscard]] std::string to_string(const CounterGroup& group);
-/// {"event":"counters","group":"route /points","received":12,...}, with everything.
+/// {"event":"counters","group":"route /points","labels":{"topic":"/points",...},"received":12,...}, with
+/// everything; without labels if there are none.
 [[nodiscard]] std::string to_json(const CounterGroup& group);
 
 }  // namespace trestle::carry

@@ -446,7 +446,8 @@ CounterGroup DiscoveredRoutes::counters_of(const Pattern& pattern) const {
                      {{"topics", pattern.topics},
                       {"routes", routes_of(pattern)},
                       {"routes_made", pattern.made},
-                      {"locked", pattern.locked}}};
+                      {"locked", pattern.locked}},
+                     {{"pattern", pattern.settings->topics}}};
   for (std::size_t i = 0; i < refusals; ++i) {
     group.counters.push_back({names.at(i), pattern.refused.at(i), Counter::Kind::loss});
   }

@@ -24,6 +24,24 @@ TEST(Counters, SumWhatHasEndedAndNotWhatWasOnceSo) {
   EXPECT_EQ(to_string(sum), "former routes: received 8; lost: late 11");
 }
 
+TEST(Counters, HaveLabelsForPrograms) {
+  Route route;
+  route.topic = "/a";
+  route.service = someip::ServiceId{0x1234};
+  route.event = someip::MethodId{0x8001};
+  EXPECT_EQ(to_json({"route /a", {{"received", 2}}, labels_of(route)}),
+            R"({"event":"counters","group":"route /a","labels":{"topic":"/a","direction":"dds_to_someip",)"
+            R"("service":"0x1234","instance":"0x0000","event":"0x8001"},"received":2})");
+  MethodRoute method;
+  method.ros_service = "/s";
+  method.server = Server::ros;
+  method.method = someip::MethodId{0x0001};
+  EXPECT_EQ(
+      to_json({"method", {}, labels_of(method)}),
+      R"({"event":"counters","group":"method","labels":{"ros_service":"/s","direction":"someip_to_dds",)"
+      R"("service":"0x0000","instance":"0x0000","method":"0x0001"}})");
+}
+
 TEST(Counters, ComeAllInJson) {
   EXPECT_EQ(to_json({"a", {{"received", 2}, {"late", 0, loss}, {"overwritten", 3, doubt}}}),
             R"({"event":"counters","group":"a","received":2,"late":0,"overwritten":3})");
