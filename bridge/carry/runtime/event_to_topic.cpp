@@ -14,7 +14,6 @@
 #include "bridge/carry/config/bridge_config.hpp"
 #include "bridge/carry/runtime/bridge_mark.hpp"
 #include "bridge/carry/runtime/conversion_log.hpp"
-#include "bridge/carry/runtime/dds_qos.hpp"
 #include "bridge/carry/runtime/sample_limit.hpp"
 #include "bridge/carry/runtime/suspected_loop.hpp"
 #include "bridge/messages/convert/conversion_plan.hpp"
@@ -284,7 +283,7 @@ class EventToTopic final : public RunningRoute {
 
   void make_writer() {
     writer_ = context_.dds->writer(
-        dds::ros_topic_name(route_.topic), dds::ros_type_name(route_.type), dds_qos(route_.qos),
+        dds::ros_topic_name(route_.topic), dds::ros_type_name(route_.type), route_.qos,
         max_sample_bytes(route_),
         {.on_match = loop_.suspects().on_match(),
          .user_data = user_data_,

@@ -1,7 +1,6 @@
 #include "bridge/carry/runtime/route_kinds.hpp"
 
 #include "bridge/carry/config/bridge_config.hpp"
-#include "bridge/carry/runtime/pacing.hpp"
 
 namespace trestle::carry {
 namespace {
@@ -23,7 +22,7 @@ class GetterToTopic final : public RunningRoute {
          .handler = [this](const someip::Message& request,
                            sd::Responder responder) { on_request(request, std::move(responder)); },
          .kind = someip::MethodKind::request_response,
-         .pacing = pacing_of(route_.tp)});
+         .pacing = route_.tp});
     if (route_.getter->e2e) {
       offer.spec().e2e.push_back(served(route_.getter->id, *route_.getter->e2e, true));
     }

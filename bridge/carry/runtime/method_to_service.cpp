@@ -8,7 +8,6 @@
 #include "bridge/carry/runtime/bridge_mark.hpp"
 #include "bridge/carry/runtime/call_shares.hpp"
 #include "bridge/carry/runtime/conversion_log.hpp"
-#include "bridge/carry/runtime/pacing.hpp"
 #include "bridge/carry/runtime/route_parts.hpp"
 #include "bridge/carry/runtime/service_work.hpp"
 #include "bridge/carry/runtime/suspected_loop.hpp"
@@ -137,7 +136,7 @@ class MethodToService final : public RunningRoute {
                               sd::Responder responder) { on_request(request, std::move(responder)); },
             .kind = method_.fire_and_forget ? someip::MethodKind::fire_and_forget
                                             : someip::MethodKind::request_response,
-            .pacing = pacing_of(method_.tp),
+            .pacing = method_.tp,
             .max_request_bytes = most ? std::optional{messages::room_to_receive(*most)} : std::nullopt};
   }
 

@@ -14,7 +14,6 @@
 #include "bridge/carry/runtime/conversion_log.hpp"
 #include "bridge/carry/runtime/loop_guard.hpp"
 #include "bridge/carry/runtime/loop_suspects.hpp"
-#include "bridge/carry/runtime/pacing.hpp"
 #include "bridge/carry/runtime/route_parts.hpp"
 #include "bridge/carry/runtime/service_work.hpp"
 #include "dds_adapter/ros_names.hpp"
@@ -299,7 +298,7 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
                   .timeout = method_.timeout,
                   .transport = method_.transport,
                   .instance = chosen_,
-                  .pacing = pacing_of(method_.tp)},
+                  .pacing = method_.tp},
                  std::move(payload), ends(), {.id = id, .wanted = std::move(wanted)});
   }
 
@@ -308,7 +307,7 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
     if (!proxy_->send({.method = method_.method,
                        .transport = method_.transport,
                        .instance = chosen_,
-                       .pacing = pacing_of(method_.tp)},
+                       .pacing = method_.tp},
                       payload)) {
       ++not_sent_;
       fail(id, "the request could not be sent", true);

@@ -57,7 +57,7 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
         log_{route.topic},
         ours_{mark_of(context.address, route)},
         loop_{context.io, route.topic, {}, &mutex_},
-        pacing_{pacing_of(route.tp)},
+        pacing_{route.tp},
         max_lent_{route.qos.depth + lent_to_slow},
         qos_{route.qos},
         waiting_{std::max<std::size_t>(1, route.qos.depth)},
@@ -94,7 +94,7 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
     if (route_.qos.transient_local || route_.qos.durability_as_published) {
       spec.fields.push_back({.notifier = route_.event,
                              .differs = [](ByteView, ByteView) { return true; },
-                             .pacing = pacing_of(route_.tp)});
+                             .pacing = route_.tp});
     }
   }
 
@@ -298,7 +298,7 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
   // From here on: on the thread that runs the io_context.
   void open_reader() {
     reader_ = context_.dds->reader(
-        dds::ros_topic_name(route_.topic), dds::ros_type_name(route_.type), dds_qos(qos_),
+        dds::ros_topic_name(route_.topic), dds::ros_type_name(route_.type), qos_,
         [this](dds::Sample sample) { on_sample(std::move(sample)); }, max_sample_bytes(route_),
         {.user_data = user_data_,
          .bridge = to_text(ours_),
