@@ -167,9 +167,9 @@ TEST_F(BigSystems, SayThatTheSendBufferIsSmallWithTheFirstLargeSampleAndOnce) {
   ParticipantConfig profiled = config();
   profiled.profiles_file = file;
   profiled.profile = "generous";
-  profiled.on_event = [&](const Event& event) {
+  profiled.on_event = [&](const Happening& event) {
     const std::lock_guard lock{guard};
-    if (event.kind == Event::Kind::small_send_buffer) {
+    if (event.kind == Happening::Kind::small_send_buffer) {
       lines.push_back(event.detail);
     }
   };
@@ -318,8 +318,8 @@ class ServedSystems : public BigSystems {
 };
 
 TEST_F(ServedSystems, FindEachOtherByADiscoveryServer) {
-  Inbox<Event> events;
-  Participant alone{config([&](const Event& event) { events.put(event); })};
+  Inbox<Happening> events;
+  Participant alone{config([&](const Happening& event) { events.put(event); })};
   Participant from{client()};
   Participant to{client()};
   expect_carried(from, to, "rt/a");
@@ -368,8 +368,8 @@ TEST_F(ServedSystems, SeeTopicsThatTheyHaveNoEndpointsOf) {
 }
 
 TEST_F(ServedSystems, TakeTheServerFromTheEnvironmentOfROS) {
-  Inbox<Event> events;
-  Participant alone{config([&](const Event& event) { events.put(event); })};
+  Inbox<Happening> events;
+  Participant alone{config([&](const Happening& event) { events.put(event); })};
   setenv(of_ros, ("127.0.0.1:" + std::to_string(port_)).c_str(), 1);
   Participant from{config()};
   Participant to{config()};
@@ -406,9 +406,9 @@ TEST_F(ServedSystems, OutliveOneOfTwoServers) {
 class SecureSystems : public BigSystems {
  protected:
   void SetUp() override { make_keystore(folder_); }
-  [[nodiscard]] ParticipantConfig secure(const std::string& enclave, Inbox<Event>* events = nullptr) const {
+  [[nodiscard]] ParticipantConfig secure(const std::string& enclave, Inbox<Happening>* events = nullptr) const {
     ParticipantConfig result =
-        events == nullptr ? config() : config([=](const Event& event) { events->put(event); });
+        events == nullptr ? config() : config([=](const Happening& event) { events->put(event); });
     result.node = "/trestle";
     result.enclave = enclave;
     result.security_folder = folder_ + "/enclaves" + enclave;
@@ -417,16 +417,16 @@ class SecureSystems : public BigSystems {
 };
 
 TEST_F(SecureSystems, TalkAmongThemselvesOnly) {
-  Inbox<Event> seen;
-  Participant outsider{config([&](const Event& event) { seen.put(event); })};
+  Inbox<Happening> seen;
+  Participant outsider{config([&](const Happening& event) { seen.put(event); })};
   const Reader eavesdropper = outsider.create_reader("rt/allowed", type, {}, [](const Sample&) {});
   Participant from{secure("/vehicle/trestle")};
   Participant to{secure("/lidar")};
   expect_carried(from, to, "rt/allowed");
   expect_carried(to, from, "rt/allowed");
   EXPECT_EQ(eavesdropper.matched(), 0U);
-  for (const Event& event : seen.take()) {
-    EXPECT_TRUE(event.kind == Event::Kind::peer_found || event.kind == Event::Kind::peer_lost)
+  for (const Happening& event : seen.take()) {
+    EXPECT_TRUE(event.kind == Happening::Kind::peer_found || event.kind == Happening::Kind::peer_lost)
         << to_string(event.kind);
   }
 }

@@ -170,19 +170,19 @@ TEST_F(Cyclone, WroteThingsBeforeWeCame) {
 }
 
 TEST_F(Cyclone, IsToldApartByQualityOfServiceByName) {
-  Inbox<Event> events;
-  Participant participant{config([&](const Event& event) { events.put(event); })};
+  Inbox<Happening> events;
+  Participant participant{config([&](const Happening& event) { events.put(event); })};
   const Reader reader = participant.create_reader(
       blob_topic, blob_type, {.reliable = true, .transient_local = true, .depth = 1}, [](const Sample&) {});
   CyclonePeer peer{domain_.id()};
   peer.open_writer({.reliable = false, .transient_local = false, .depth = 1});
   ASSERT_TRUE(events.wait([](const auto& all) {
     return std::ranges::any_of(
-        all, [](const Event& event) { return event.kind == Event::Kind::incompatible_qos; });
+        all, [](const Happening& event) { return event.kind == Happening::Kind::incompatible_qos; });
   }));
-  for (const Event& event : events.take()) {
-    EXPECT_NE(event.kind, Event::Kind::matched);
-    if (event.kind == Event::Kind::incompatible_qos) {
+  for (const Happening& event : events.take()) {
+    EXPECT_NE(event.kind, Happening::Kind::matched);
+    if (event.kind == Happening::Kind::incompatible_qos) {
       EXPECT_EQ(event.topic, blob_topic);
       EXPECT_EQ(event.detail, "durability, reliability");
     }

@@ -95,9 +95,9 @@ TEST_F(Participants, CountOnlyTheMatchesOfOthersWhateverComesAndGoes) {
   constexpr Qos of_best_effort{.reliable = false, .transient_local = false, .depth = 1};
   constexpr const char* other_topic = "rt/other";
   const auto ignore = [](const Sample&) {};
-  Inbox<Event> events;
-  Participant bridge{config([&](const Event& event) {
-    if (event.kind == Event::Kind::matched || event.kind == Event::Kind::unmatched) {
+  Inbox<Happening> events;
+  Participant bridge{config([&](const Happening& event) {
+    if (event.kind == Happening::Kind::matched || event.kind == Happening::Kind::unmatched) {
       events.put(event);
     }
   })};
@@ -171,21 +171,21 @@ TEST_F(Participants, OfDifferentDomainsDoNotMeet) {
 }
 
 TEST_F(Participants, NameThePoliciesThatKeepEndpointsApart) {
-  Inbox<Event> at_writer;
-  Inbox<Event> at_reader;
-  Participant from{config([&](const Event& event) { at_writer.put(event); })};
-  Participant to{config([&](const Event& event) { at_reader.put(event); })};
+  Inbox<Happening> at_writer;
+  Inbox<Happening> at_reader;
+  Participant from{config([&](const Happening& event) { at_writer.put(event); })};
+  Participant to{config([&](const Happening& event) { at_reader.put(event); })};
   const Writer writer =
       from.create_writer(topic, type, {.reliable = false, .transient_local = false, .depth = 1});
   const Reader reader = to.create_reader(
       topic, type, {.reliable = true, .transient_local = false, .depth = 1}, [](const Sample&) {});
-  for (Inbox<Event>* events : {&at_writer, &at_reader}) {
+  for (Inbox<Happening>* events : {&at_writer, &at_reader}) {
     ASSERT_TRUE(events->wait([](const auto& all) {
       return std::ranges::any_of(
-          all, [](const Event& event) { return event.kind == Event::Kind::incompatible_qos; });
+          all, [](const Happening& event) { return event.kind == Happening::Kind::incompatible_qos; });
     }));
     const Event last = events->take().back();
-    EXPECT_EQ(last.kind, Event::Kind::incompatible_qos);
+    EXPECT_EQ(last.kind, Happening::Kind::incompatible_qos);
     EXPECT_EQ(last.topic, topic);
     EXPECT_EQ(last.type, type);
     EXPECT_EQ(last.detail, "reliability");
@@ -196,14 +196,14 @@ TEST_F(Participants, NameThePoliciesThatKeepEndpointsApart) {
 }
 
 TEST_F(Participants, ReportATopicThatHasAnotherTypeElsewhere) {
-  Inbox<Event> at_first;
-  Inbox<Event> at_second;
+  Inbox<Happening> at_first;
+  Inbox<Happening> at_second;
   const auto has_mismatch = [](const auto& all) {
     return std::ranges::any_of(
-        all, [](const Event& event) { return event.kind == Event::Kind::incompatible_type; });
+        all, [](const Happening& event) { return event.kind == Happening::Kind::incompatible_type; });
   };
-  Participant first{config([&](const Event& event) { at_first.put(event); })};
-  Participant second{config([&](const Event& event) { at_second.put(event); })};
+  Participant first{config([&](const Happening& event) { at_first.put(event); })};
+  Participant second{config([&](const Happening& event) { at_second.put(event); })};
   const Reader reader = first.create_reader(topic, type, {}, [](const Sample&) {});
   // The second makes its writer when it has long known of the reader, the first learns of the writer later.
   ASSERT_TRUE(at_second.wait_for_count(1));
@@ -219,8 +219,8 @@ TEST_F(Participants, ReportATopicThatHasAnotherTypeElsewhere) {
 }
 
 TEST_F(Participants, ReportEachOthersComingAndGoing) {
-  Inbox<Event> events;
-  Participant stays{config([&](const Event& event) { events.put(event); })};
+  Inbox<Happening> events;
+  Participant stays{config([&](const Happening& event) { events.put(event); })};
   const Reader reader = stays.create_reader(topic, type, {}, [](const Sample&) {});
   std::string guid;
   {
@@ -233,25 +233,25 @@ TEST_F(Participants, ReportEachOthersComingAndGoing) {
   }
   ASSERT_TRUE(events.wait_for_count(4));
   const auto all = events.take();
-  EXPECT_EQ(all[0].kind, Event::Kind::peer_found);
+  EXPECT_EQ(all[0].kind, Happening::Kind::peer_found);
   EXPECT_EQ(all[0].peer, guid);
   EXPECT_EQ(all[0].detail, "lidar");
-  EXPECT_EQ(all[1].kind, Event::Kind::matched);
+  EXPECT_EQ(all[1].kind, Happening::Kind::matched);
   EXPECT_EQ(all[1].topic, topic);
   EXPECT_THAT(all[1].peer, testing::StartsWith(guid));
   EXPECT_EQ(all[1].matched, 1U);
-  EXPECT_EQ(all[2].kind, Event::Kind::unmatched);
+  EXPECT_EQ(all[2].kind, Happening::Kind::unmatched);
   EXPECT_EQ(all[2].matched, 0U);
-  EXPECT_EQ(all[3].kind, Event::Kind::peer_lost);
+  EXPECT_EQ(all[3].kind, Happening::Kind::peer_lost);
   EXPECT_EQ(all[3].peer, guid);
 }
 
 TEST_F(Participants, TellAMatchFromItsEndWhoeverAsksMeanwhile) {
   constexpr std::size_t lives = 1000;
   Inbox<bool> matches;
-  Participant stays{config([&](const Event& event) {
-    if (event.kind == Event::Kind::matched || event.kind == Event::Kind::unmatched) {
-      matches.put(event.kind == Event::Kind::matched);
+  Participant stays{config([&](const Happening& event) {
+    if (event.kind == Happening::Kind::matched || event.kind == Happening::Kind::unmatched) {
+      matches.put(event.kind == Happening::Kind::matched);
     }
   })};
   const Reader reader = stays.create_reader(topic, type, {}, [](const Sample&) {});

@@ -18,19 +18,19 @@ constexpr const char* type = "sensor_msgs::msg::dds_::PointCloud2_";
 
 class QualityOfService : public DdsTest {
  protected:
-  [[nodiscard]] ParticipantConfig node(const std::string& name, Inbox<Event>& events) const {
-    ParticipantConfig result = config([&](const Event& event) { events.put(event); });
+  [[nodiscard]] ParticipantConfig node(const std::string& name, Inbox<Happening>& events) const {
+    ParticipantConfig result = config([&](const Happening& event) { events.put(event); });
     result.node = name;
     return result;
   }
 
   /// Waits for an event of this kind that is as wanted.
   template <typename Wanted>
-  static std::optional<Event> event(Inbox<Event>& events, Event::Kind kind, const Wanted& wanted) {
-    std::optional<Event> found;
+  static std::optional<Happening> event(Inbox<Happening>& events, Happening::Kind kind, const Wanted& wanted) {
+    std::optional<Happening> found;
     events.wait([&](const auto& all) {
       const auto at =
-          std::ranges::find_if(all, [&](const Event& one) { return one.kind == kind && wanted(one); });
+          std::ranges::find_if(all, [&](const Happening& one) { return one.kind == kind && wanted(one); });
       if (at != all.end()) {
         found = *at;
       }
@@ -38,7 +38,7 @@ class QualityOfService : public DdsTest {
     });
     return found;
   }
-  static std::size_t count(Inbox<Event>& events, Event::Kind kind) {
+  static std::size_t count(Inbox<Happening>& events, Happening::Kind kind) {
     const auto all = events.take();
     return static_cast<std::size_t>(std::ranges::count(all, kind, &Event::kind));
   }
@@ -75,20 +75,20 @@ TEST_F(QualityOfService, ThatKeepsEndpointsApartIsNamedWithThePeersNode) {
   };
   for (const Pair& pair : pairs) {
     SCOPED_TRACE(pair.policies);
-    Inbox<Event> at_writer;
-    Inbox<Event> at_reader;
+    Inbox<Happening> at_writer;
+    Inbox<Happening> at_reader;
     Participant from{node("/front/lidar", at_writer)};
     Participant to{node("/rviz", at_reader)};
     const Writer writer = from.create_writer(topic, type, pair.offered);
     const Reader reader = to.create_reader(topic, type, pair.wanted, [](const Sample&) {});
     const auto of_writer =
-        event(at_writer, Event::Kind::incompatible_qos, [](const Event& one) { return one.node == "/rviz"; });
+        event(at_writer, Happening::Kind::incompatible_qos, [](const Happening& one) { return one.node == "/rviz"; });
     ASSERT_TRUE(of_writer);
     EXPECT_EQ(of_writer->topic, topic);
     EXPECT_EQ(of_writer->peer.substr(0, 24), to.guid());
     EXPECT_EQ(of_writer->detail, pair.policies);
-    const auto of_reader = event(at_reader, Event::Kind::incompatible_qos,
-                                 [](const Event& one) { return one.node == "/front/lidar"; });
+    const auto of_reader = event(at_reader, Happening::Kind::incompatible_qos,
+                                 [](const Happening& one) { return one.node == "/front/lidar"; });
     ASSERT_TRUE(of_reader);
     EXPECT_EQ(of_reader->peer.substr(0, 24), from.guid());
     EXPECT_EQ(of_reader->detail, pair.policies);
@@ -102,10 +102,10 @@ TEST_F(QualityOfService, ThatKeepsEndpointsApartIsNamedWithThePeersNode) {
 // Also where it matches, as Fast DDS makes us announce more than we keep.
 TEST_F(QualityOfService, OfAVolatileWriterIsNamedToWhoWantsWhatWasBefore) {
   const Qos wants_history = with([](Qos& qos) { qos.transient_local = true; });
-  const auto is_rviz = [](const Event& one) { return one.node == "/rviz"; };
-  Inbox<Event> at_writer;
+  const auto is_rviz = [](const Happening& one) { return one.node == "/rviz"; };
+  Inbox<Happening> at_writer;
   Participant from{node("/front/lidar", at_writer)};
-  Inbox<Event> unused;
+  Inbox<Happening> unused;
   Participant to{node("/rviz", unused)};
   const Writer early = from.create_writer(topic, type, Qos{});
   const Reader volatile_one = to.create_reader(topic, type, Qos{}, [](const Sample&) {});
@@ -113,7 +113,7 @@ TEST_F(QualityOfService, OfAVolatileWriterIsNamedToWhoWantsWhatWasBefore) {
   EXPECT_EQ(early.counters().incompatible_qos, 0U);
 
   const Reader reader = to.create_reader(topic, type, wants_history, [](const Sample&) {});
-  const auto found = event(at_writer, Event::Kind::incompatible_qos, is_rviz);
+  const auto found = event(at_writer, Happening::Kind::incompatible_qos, is_rviz);
   ASSERT_TRUE(found);
   EXPECT_EQ(found->topic, topic);
   EXPECT_EQ(found->peer.substr(0, 24), to.guid());
@@ -122,7 +122,7 @@ TEST_F(QualityOfService, OfAVolatileWriterIsNamedToWhoWantsWhatWasBefore) {
 
   std::ignore = at_writer.take();
   const Writer late = from.create_writer(topic, type, Qos{});
-  ASSERT_TRUE(event(at_writer, Event::Kind::incompatible_qos, is_rviz));
+  ASSERT_TRUE(event(at_writer, Happening::Kind::incompatible_qos, is_rviz));
   EXPECT_EQ(late.counters().incompatible_qos, 1U);
   const Writer keeps = from.create_writer(topic, type, wants_history);
   ASSERT_TRUE(eventually([&] { return keeps.matched() == 2; }));
@@ -151,10 +151,10 @@ TEST_F(QualityOfService, MatchesWhereMoreIsOfferedThanWanted) {
 }
 
 TEST_F(QualityOfService, CountsMissedDeadlinesAndTellsTheFirstOfARow) {
-  Inbox<Event> at_writer;
-  Inbox<Event> at_reader;
-  Participant from{config([&](const Event& one) { at_writer.put(one); })};
-  Participant to{config([&](const Event& one) { at_reader.put(one); })};
+  Inbox<Happening> at_writer;
+  Inbox<Happening> at_reader;
+  Participant from{config([&](const Happening& one) { at_writer.put(one); })};
+  Participant to{config([&](const Happening& one) { at_reader.put(one); })};
   const Qos often = with([](Qos& qos) { qos.deadline = 30ms; });
   Inbox<Bytes> inbox;
   Writer writer = from.create_writer(topic, type, often);
@@ -172,16 +172,16 @@ TEST_F(QualityOfService, CountsMissedDeadlinesAndTellsTheFirstOfARow) {
     }));
   }
   // One for each time that it stopped after a sample (or, before the first one, after the match).
-  EXPECT_THAT(count(at_writer, Event::Kind::deadline_missed),
+  EXPECT_THAT(count(at_writer, Happening::Kind::deadline_missed),
               testing::AllOf(testing::Ge(2U), testing::Le(3U)));
-  EXPECT_THAT(count(at_reader, Event::Kind::deadline_missed),
+  EXPECT_THAT(count(at_reader, Happening::Kind::deadline_missed),
               testing::AllOf(testing::Ge(2U), testing::Le(3U)));
 }
 
 TEST_F(QualityOfService, NoticesAWriterThatDoesNotShowItself) {
-  Inbox<Event> at_reader;
+  Inbox<Happening> at_reader;
   Participant from{config()};
-  Participant to{config([&](const Event& one) { at_reader.put(one); })};
+  Participant to{config([&](const Happening& one) { at_reader.put(one); })};
   const Qos shows = with([](Qos& qos) {
     qos.manual_liveliness = true;
     qos.liveliness_lease = 50ms;
@@ -193,8 +193,8 @@ TEST_F(QualityOfService, NoticesAWriterThatDoesNotShowItself) {
   ASSERT_TRUE(eventually([&] { return writer.matched() == 1 && reader.matched() == 1; }));
   ASSERT_TRUE(writer.write(make_sample(100, 1)));
   ASSERT_TRUE(inbox.wait_for_count(1));
-  ASSERT_TRUE(event(at_reader, Event::Kind::liveliness_lost,
-                    [&](const Event& one) { return one.peer.starts_with(from.guid()); }));
+  ASSERT_TRUE(event(at_reader, Happening::Kind::liveliness_lost,
+                    [&](const Happening& one) { return one.peer.starts_with(from.guid()); }));
   EXPECT_TRUE(eventually([&] { return reader.counters().liveliness_lost > 0; }));
   EXPECT_TRUE(eventually([&] { return writer.counters().liveliness_lost > 0; }));
 }

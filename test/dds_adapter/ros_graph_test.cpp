@@ -76,8 +76,8 @@ TEST_F(RosGraphOfParticipants, NamesTheNodeAndAllItsReadersAndWriters) {
   EXPECT_EQ(bare->entities.nodes[0].name, "trestle");
   EXPECT_EQ(to_hex(bare->entities.participant), participant.guid() + "000001c1");
 
-  Inbox<Event> matches;
-  ParticipantConfig watching = config([&](const Event& event) { matches.put(event); });
+  Inbox<Happening> matches;
+  ParticipantConfig watching = config([&](const Happening& event) { matches.put(event); });
   const Participant watcher{watching};
   const Writer writer = participant.create_writer(topic, type, {});
   {

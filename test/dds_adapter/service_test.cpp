@@ -67,8 +67,8 @@ TEST_F(Service, AnswersInCyclonesFormWhenTold) {
 TEST_F(Service, KeepsManyCallsOfManyClientsApart) {
   for (const RosForm form : {RosForm::fastrtps, RosForm::cyclonedds}) {
     std::atomic<std::size_t> readers_of_replies = 0;
-    Participant far{config([&](const Event& event) {
-      if (event.kind == Event::Kind::matched && event.topic == "rr/addReply") {
+    Participant far{config([&](const Happening& event) {
+      if (event.kind == Happening::Kind::matched && event.topic == "rr/addReply") {
         readers_of_replies = event.matched;
       }
     })};

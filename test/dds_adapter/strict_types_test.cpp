@@ -21,8 +21,8 @@ const std::string other = ros_type_hash_entry("RIHS01_" + std::string(64, 'b'));
 class StrictTypes : public test::Participants {
  protected:
   [[nodiscard]] ParticipantConfig strict() {
-    ParticipantConfig result = config([this](const Event& event) {
-      if (event.kind == Event::Kind::other_type_hash) {
+    ParticipantConfig result = config([this](const Happening& event) {
+      if (event.kind == Happening::Kind::other_type_hash) {
         told_.put(event);
       }
     });
@@ -39,7 +39,7 @@ class StrictTypes : public test::Participants {
                             {.user_data = user_data});
   }
 
-  Inbox<Event> told_;
+  Inbox<Happening> told_;
   Participant strict_{strict()};
   Participant peer_{[this] {
     ParticipantConfig result = config();
@@ -85,7 +85,7 @@ TEST_F(StrictTypes, SendNothingToReadersOfAnother) {
     })) << "by name, as soon as it is known";
   }
   const auto told = told_.take();
-  EXPECT_TRUE(std::ranges::all_of(told, [](const Event& one) { return one.refused && !one.ours_reads; }));
+  EXPECT_TRUE(std::ranges::all_of(told, [](const Happening& one) { return one.refused && !one.ours_reads; }));
   EXPECT_LE(told.size(), 4U);
 }
 

@@ -14,20 +14,20 @@ using HostilePeers = test::DdsTest;
 
 // Without type_object_guard.cpp this ends the process, in Fast DDS 2.x.
 TEST_F(HostilePeers, MayDescribeTheirTypesWithoutHarm) {
-  Inbox<Event> events;
-  Participant participant{config([&](const Event& event) { events.put(event); })};
+  Inbox<Happening> events;
+  Participant participant{config([&](const Happening& event) { events.put(event); })};
   const Reader reader = participant.create_reader("rt/outers", "Other", {}, [](const Sample&) {});
   {
     const PeerProcess peer{TYPE_OBJECT_PEER " " + std::to_string(domain_.id()) + " >/dev/null"};
     ASSERT_TRUE(events.wait([](const auto& all) {
-      return std::ranges::any_of(all, [](const Event& event) {
-        return event.kind == Event::Kind::incompatible_type && event.detail == "Outer";
+      return std::ranges::any_of(all, [](const Happening& event) {
+        return event.kind == Happening::Kind::incompatible_type && event.detail == "Outer";
       });
     }));
   }
   // The thread that learns of this would have met its end after the event above.
   ASSERT_TRUE(events.wait([](const auto& all) {
-    return std::ranges::any_of(all, [](const Event& event) { return event.kind == Event::Kind::peer_lost; });
+    return std::ranges::any_of(all, [](const Happening& event) { return event.kind == Happening::Kind::peer_lost; });
   }));
 }
 
