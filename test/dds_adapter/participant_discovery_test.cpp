@@ -184,7 +184,7 @@ TEST_F(Participants, NameThePoliciesThatKeepEndpointsApart) {
       return std::ranges::any_of(
           all, [](const Happening& event) { return event.kind == Happening::Kind::incompatible_qos; });
     }));
-    const Event last = events->take().back();
+    const Happening last = events->take().back();
     EXPECT_EQ(last.kind, Happening::Kind::incompatible_qos);
     EXPECT_EQ(last.topic, topic);
     EXPECT_EQ(last.type, type);
@@ -209,7 +209,7 @@ TEST_F(Participants, ReportATopicThatHasAnotherTypeElsewhere) {
   ASSERT_TRUE(at_second.wait_for_count(1));
   const Writer writer = second.create_writer(topic, "std_msgs::msg::dds_::String_", {});
   ASSERT_TRUE(at_first.wait(has_mismatch));
-  const Event seen_by_first = at_first.take().back();
+  const Happening seen_by_first = at_first.take().back();
   EXPECT_EQ(seen_by_first.topic, topic);
   EXPECT_EQ(seen_by_first.type, type);
   EXPECT_EQ(seen_by_first.detail, "std_msgs::msg::dds_::String_");

@@ -26,7 +26,8 @@ class QualityOfService : public DdsTest {
 
   /// Waits for an event of this kind that is as wanted.
   template <typename Wanted>
-  static std::optional<Happening> event(Inbox<Happening>& events, Happening::Kind kind, const Wanted& wanted) {
+  static std::optional<Happening> event(Inbox<Happening>& events, Happening::Kind kind,
+                                        const Wanted& wanted) {
     std::optional<Happening> found;
     events.wait([&](const auto& all) {
       const auto at =
@@ -40,7 +41,7 @@ class QualityOfService : public DdsTest {
   }
   static std::size_t count(Inbox<Happening>& events, Happening::Kind kind) {
     const auto all = events.take();
-    return static_cast<std::size_t>(std::ranges::count(all, kind, &Event::kind));
+    return static_cast<std::size_t>(std::ranges::count(all, kind, &Happening::kind));
   }
 };
 
@@ -81,8 +82,8 @@ TEST_F(QualityOfService, ThatKeepsEndpointsApartIsNamedWithThePeersNode) {
     Participant to{node("/rviz", at_reader)};
     const Writer writer = from.create_writer(topic, type, pair.offered);
     const Reader reader = to.create_reader(topic, type, pair.wanted, [](const Sample&) {});
-    const auto of_writer =
-        event(at_writer, Happening::Kind::incompatible_qos, [](const Happening& one) { return one.node == "/rviz"; });
+    const auto of_writer = event(at_writer, Happening::Kind::incompatible_qos,
+                                 [](const Happening& one) { return one.node == "/rviz"; });
     ASSERT_TRUE(of_writer);
     EXPECT_EQ(of_writer->topic, topic);
     EXPECT_EQ(of_writer->peer.substr(0, 24), to.guid());

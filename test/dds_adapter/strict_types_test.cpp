@@ -81,7 +81,7 @@ TEST_F(StrictTypes, SendNothingToReadersOfAnother) {
     EXPECT_EQ(wrong_inbox_.size(), 0U);
     ++rounds;  // and it is there: the name of who has left is not asked for
     ASSERT_TRUE(told_.wait([&](const auto& events) {
-      return std::ranges::count(events, "/peer", &Event::node) == rounds;
+      return std::ranges::count(events, "/peer", &Happening::node) == rounds;
     })) << "by name, as soon as it is known";
   }
   const auto told = told_.take();
