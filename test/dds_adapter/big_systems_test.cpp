@@ -406,7 +406,8 @@ TEST_F(ServedSystems, OutliveOneOfTwoServers) {
 class SecureSystems : public BigSystems {
  protected:
   void SetUp() override { make_keystore(folder_); }
-  [[nodiscard]] ParticipantConfig secure(const std::string& enclave, Inbox<Happening>* events = nullptr) const {
+  [[nodiscard]] ParticipantConfig secure(const std::string& enclave,
+                                         Inbox<Happening>* events = nullptr) const {
     ParticipantConfig result =
         events == nullptr ? config() : config([=](const Happening& event) { events->put(event); });
     result.node = "/trestle";

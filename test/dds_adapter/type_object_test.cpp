@@ -27,7 +27,8 @@ TEST_F(HostilePeers, MayDescribeTheirTypesWithoutHarm) {
   }
   // The thread that learns of this would have met its end after the event above.
   ASSERT_TRUE(events.wait([](const auto& all) {
-    return std::ranges::any_of(all, [](const Happening& event) { return event.kind == Happening::Kind::peer_lost; });
+    return std::ranges::any_of(
+        all, [](const Happening& event) { return event.kind == Happening::Kind::peer_lost; });
   }));
 }
 
