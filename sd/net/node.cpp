@@ -695,6 +695,7 @@ NodeCounters Node::counters() const {
   NodeCounters sum = state_->counters;
   sum.overflowed =
       state_->unicast.receive_overflows() + state_->multicast.receive_overflows() + state_->ports.overflows();
+  sum.unreachable_ignored = state_->ports.unreachable_ignored();
   return sum;
 }
 std::vector<SlowSubscriber> Node::slow_subscribers() const {

@@ -145,6 +145,8 @@ struct NodeCounters {
   std::uint64_t discovery_no_room = 0;   ///< of them dropped: more waited than max_waiting_discovery
   std::uint64_t discovery_outdated = 0;  ///< likewise: for 3 s, until the link went down, or to the end
   std::uint64_t unreachable = 0;  ///< errors of the network (ICMP): a UDP receiver of ours is not there
+  /// Such errors that neither the receiver nor this host sent: not believed, as anybody can send them.
+  std::uint64_t unreachable_ignored = 0;
 };
 
 /// Told what discovery did, in words: one line without a line end.

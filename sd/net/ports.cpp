@@ -370,6 +370,7 @@ void Ports::keep_counters(UdpPort& last) {
   add(past_sent_, last.sender.counters());
   add(past_reassembly_, last.large);
   past_overflows_ += last.socket.receive_overflows();
+  past_unreachable_ignored_ += last.socket.unreachable_ignored();
 }
 
 void Ports::keep_counters(GroupPort& last) {
@@ -405,6 +406,12 @@ std::uint64_t Ports::overflows() const {
   std::uint64_t sum = past_overflows_;
   for_each(udp_, [&](const UdpPort& port) { sum += port.socket.receive_overflows(); });
   for_each(groups_, [&](const GroupPort& port) { sum += port.socket.receive_overflows(); });
+  return sum;
+}
+
+std::uint64_t Ports::unreachable_ignored() const {
+  std::uint64_t sum = past_unreachable_ignored_;
+  for_each(udp_, [&](const UdpPort& port) { sum += port.socket.unreachable_ignored(); });
   return sum;
 }
 

@@ -125,6 +125,8 @@ class Ports {
   [[nodiscard]] someip::TcpServer::Counters tcp_counters() const;
   /// Datagrams that the system dropped as a receive buffer was full.
   [[nodiscard]] std::uint64_t overflows() const;
+  /// As UdpSocket::unreachable_ignored().
+  [[nodiscard]] std::uint64_t unreachable_ignored() const;
 
  private:
   /// @param port  that it came to: no more is handed out once that is closed.
@@ -155,6 +157,7 @@ class Ports {
   someip::TcpServer::Counters past_tcp_;
   someip::TpCounters past_reassembly_;
   std::uint64_t past_overflows_ = 0;
+  std::uint64_t past_unreachable_ignored_ = 0;
   std::vector<std::weak_ptr<UdpPort>> udp_;
   std::vector<std::weak_ptr<TcpPort>> tcp_;
   std::vector<std::weak_ptr<GroupPort>> groups_;

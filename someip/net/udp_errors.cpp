@@ -25,13 +25,26 @@ bool says_unreachable(const sock_extended_err& error) noexcept {
          (error.ee_origin == SO_EE_ORIGIN_ICMP6 && error.ee_type == ICMP6_DST_UNREACH);
 }
 
+// Who sent the ICMP message: its address follows the error.
+IpAddress offender_of(const cmsghdr& part) noexcept {
+  SocketAddress offender;
+  const auto* const bytes = CMSG_DATA(&part) + sizeof(sock_extended_err);
+  sa_family_t family = AF_UNSPEC;
+  std::memcpy(&family, bytes, sizeof family);
+  if (family != AF_INET && family != AF_INET6) {
+    return {};
+  }
+  std::memcpy(offender.data(), bytes, family == AF_INET6 ? sizeof(sockaddr_in6) : sizeof(sockaddr_in));
+  return offender.endpoint().address;
+}
+
 }  // namespace
 
 void keep_udp_errors(int fd, bool v6) noexcept {
   set_option(fd, v6 ? IPPROTO_IPV6 : IPPROTO_IP, v6 ? IPV6_RECVERR : IP_RECVERR, 1);
 }
 
-std::optional<UdpError> next_udp_error(int fd) noexcept {
+std::optional<UdpError> next_udp_error(int fd, const IpAddress& own) noexcept {
   SocketAddress receiver;
   // The error, the address of its sender, and room for what other socket options may add.
   alignas(cmsghdr) std::array<std::byte, 512> control;
@@ -53,7 +66,11 @@ std::optional<UdpError> next_udp_error(int fd) noexcept {
         (part->cmsg_level == IPPROTO_IPV6 && part->cmsg_type == IPV6_RECVERR)) {
       sock_extended_err error{};
       std::memcpy(&error, CMSG_DATA(part), sizeof error);
-      result.unreachable = says_unreachable(error);
+      if (says_unreachable(error)) {
+        const IpAddress offender = offender_of(*part);
+        result.kind = offender == result.receiver.address || offender == own ? UdpError::Kind::unreachable
+                                                                             : UdpError::Kind::hearsay;
+      }
     }
   }
   return result;

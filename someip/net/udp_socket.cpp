@@ -144,13 +144,15 @@ struct UdpSocket::State : std::enable_shared_from_this<State> {
   bool read_errors() {
     bool some = false;
     for (int i = 0; i < error_batch && !closed; ++i) {
-      const auto error = next_udp_error(fd);
+      const auto error = next_udp_error(fd, local.address);
       if (!error) {
         break;
       }
       some = true;
-      if (error->unreachable) {
+      if (error->kind == UdpError::Kind::unreachable) {
         unreachable(error->receiver);
+      } else if (error->kind == UdpError::Kind::hearsay) {
+        ++hearsay;
       }
     }
     return some;
@@ -216,6 +218,7 @@ struct UdpSocket::State : std::enable_shared_from_this<State> {
   bool has_recvmmsg = true;
   bool waiting = false;  ///< for room to send
   std::uint64_t overflows = 0;
+  std::uint64_t hearsay = 0;  ///< see unreachable_ignored()
   TrainHandler handler;
   std::function<void(const Endpoint&)> unreachable;
   std::function<void()> received_all;
@@ -299,6 +302,10 @@ Endpoint UdpSocket::local() const {
 
 std::uint64_t UdpSocket::receive_overflows() const {
   return state_->overflows;
+}
+
+std::uint64_t UdpSocket::unreachable_ignored() const noexcept {
+  return state_->hearsay;
 }
 
 int UdpSocket::receive_buffer_bytes() const {

