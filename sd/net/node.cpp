@@ -422,7 +422,9 @@ struct Node::State : std::enable_shared_from_this<State> {
 
   void on_tcp_refused(const Endpoint& client, const std::string& why) {
     if (tcp_refused.to_tell(1) > 0) {
-      warn("no TCP connection for " + someip::to_string(client.address) + ": " + why);
+      const std::string who =
+          client.address.is_unspecified() ? "those who ask for it" : someip::to_string(client.address);
+      warn("no TCP connection for " + who + ": " + why);
     }
   }
 

@@ -64,6 +64,7 @@ void add(someip::TcpServer::Counters& sum, const someip::TcpServer::Counters& on
   sum.open += one.open;
   sum.accepted += one.accepted;
   sum.refused += one.refused;
+  sum.not_accepted += one.not_accepted;
   sum.gave_way += one.gave_way;
   sum.idle += one.idle;
   sum.bad_framing += one.bad_framing;

@@ -76,7 +76,8 @@ class Ports {
     std::function<void(const Endpoint& own, const Endpoint& client, bool connected)> tcp_client;
     /// Whether a client's connection to `own` is needed although nothing is said.
     std::function<bool(const Endpoint& own, const Endpoint& client)> tcp_needed;
-    /// A client was refused a connection, or lost it because a limit of ours was reached.
+    /// A client was refused a connection, or lost it because a limit of ours was reached. An unspecified
+    /// address: one of which no more is known.
     std::function<void(const Endpoint& client, const std::string& why)> tcp_refused;
     /// Large messages were lost as a limit of ours was reached: what happened, with the limit's name. `from`
     /// has sent the last one that came.

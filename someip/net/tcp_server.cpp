@@ -10,6 +10,7 @@
 #include <map>
 #include <new>
 #include <optional>
+#include <system_error>
 #include <vector>
 
 #include "someip/net/addresses.hpp"
@@ -99,20 +100,32 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
       } else if (errno == EAGAIN || errno == EWOULDBLOCK) {
         break;
       } else if (errno != ECONNABORTED && errno != EINTR) {
-        // For example, no file descriptor is free. The client is still there, so waiting for the socket would
-        // return at once.
-        retry.expires_after(pause_after_error);
-        retry.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
-          const auto self = weak.lock();
-          if (!error && self) {
-            self->accept_all();
-          }
-        });
+        accept_later(errno);
         return;
       }
     }
     if (!stopped) {
       wait_for_client();
+    }
+  }
+
+  // The client is still there, so waiting for the socket would return at once.
+  void accept_later(int why) {
+    ++counters.not_accepted;
+    retry.expires_after(pause_after_error);
+    retry.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
+      const auto self = weak.lock();
+      if (!error && self) {
+        self->accept_all();
+      }
+    });
+    try {
+      if (handlers.refused) {
+        handlers.refused({}, why == EMFILE || why == ENFILE ? "no file descriptor is free (ulimit -n)"
+                                                            : std::generic_category().message(why));
+      }
+    } catch (const std::bad_alloc&) {
+      ++counters.streams.no_memory;
     }
   }
 

@@ -40,6 +40,7 @@ void append_counters(std::vector<CounterGroup>& groups, const sd::Node& node) {
                      {"failed_attempts", client.failed_attempts},
                      {"closed_as_idle", server.idle},
                      {"refused", server.refused, loss},
+                     {"not_accepted", server.not_accepted, loss},
                      {"gave_way", server.gave_way, loss},
                      {"no_memory", streams.no_memory, loss},
                      {"bad_framing", server.bad_framing, loss},

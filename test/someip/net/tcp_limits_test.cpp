@@ -120,6 +120,29 @@ class TcpLimitsTest : public testing::Test {
   std::vector<std::byte> answer;  ///< to each message; empty: none
 };
 
+// --- Descriptors ------------------------------------------------------------------------------------------
+
+TEST_F(TcpLimitsTest, AreTakenForAConnectionAsSoonAsThereIsADescriptor) {
+  open({});
+  tcp::socket& socket = clients.emplace_back(io);
+  socket.open(tcp::v4());
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+  rlimit none = before;
+  none.rlim_cur = 0;  // those that are open stay
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &none), 0);
+  boost::system::error_code error;
+  socket.connect({boost::asio::ip::make_address(to_string(server->local().address)), server->local().port},
+                 error);
+  const bool told = run_until([&] { return !refused.empty(); });
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &before), 0);
+  EXPECT_FALSE(error);
+  EXPECT_TRUE(told);
+  EXPECT_THAT(refused.front(), testing::HasSubstr("ulimit -n"));
+  EXPECT_GE(server->counters().not_accepted, 1U);
+  EXPECT_TRUE(run_until([&] { return server->counters().accepted == 1; })) << "it is tried again";
+}
+
 // --- Memory -----------------------------------------------------------------------------------------------
 
 TEST_F(TcpLimitsTest, MemoryIsTakenAsAMessageComes) {
