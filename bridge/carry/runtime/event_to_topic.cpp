@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/post.hpp>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -13,6 +12,7 @@
 
 #include "bridge/carry/config/bridge_config.hpp"
 #include "bridge/carry/runtime/bridge_mark.hpp"
+#include "bridge/carry/runtime/calm_updates.hpp"
 #include "bridge/carry/runtime/conversion_log.hpp"
 #include "bridge/carry/runtime/sample_limit.hpp"
 #include "bridge/carry/runtime/suspected_loop.hpp"
@@ -47,7 +47,8 @@ class EventToTopic final : public RunningRoute {
         loop_{context.io,
               route.topic,
               {dds::ros_topic_name(route.topic), false},
-              ", who reads the topic, and the SOME/IP service at "} {}
+              ", who reads the topic, and the SOME/IP service at "},
+        updates_{context.io, [this] { return update(); }} {}
 
   /// Subscribes, or looks for the service.
   void join_someip() override {
@@ -56,11 +57,12 @@ class EventToTopic final : public RunningRoute {
       on_value_ = context_.values->of(route_.service, route_.instance, route_.event);
     }
     if (route_.presence.write_while_offered) {
-      requirement_ = context_.someip->require({.service = wanted.service,
-                                               .instance = wanted.instance,
-                                               .major = wanted.major,
-                                               .minor = wanted.minor},
-                                              [this](const sd::RemoteService&, bool) { update_soon(); });
+      requirement_ =
+          context_.someip->require({.service = wanted.service,
+                                    .instance = wanted.instance,
+                                    .major = wanted.major,
+                                    .minor = wanted.minor},
+                                   [this](const sd::RemoteService&, bool) { updates_.look_soon(); });
     }
     if (!route_.presence.subscribe_while_read) {
       subscribe();
@@ -237,33 +239,22 @@ class EventToTopic final : public RunningRoute {
         [this](const someip::Message& event, const Endpoint& from) { carry(event, from); });
   }
 
-  // A server that has restarted is lost and found by one message: when all of it has been looked at, nothing
-  // has changed, and the writer stays.
-  void update_soon() {
-    if (std::exchange(updating_soon_, true)) {
-      return;
-    }
-    boost::asio::post(context_.io, [this, alive = std::weak_ptr{alive_}] {
-      if (!alive.expired()) {
-        updating_soon_ = false;
-        update();
-      }
-    });
-  }
-
-  void update() {
+  /// Makes or ends writer and subscription, as they are needed. Returns whether the writer has changed.
+  bool update() {
+    bool changed = false;
     if (stopped_) {
-      return;
+      return changed;
     }
     try {
       const bool offered = !requirement_ || !context_.someip->available(*requirement_).empty();
+      changed = offered == (writer_ == nullptr);
       if (offered && !writer_) {
         make_writer();
       } else if (!offered && writer_) {
         drop_writer();
       }
       if (!route_.presence.subscribe_while_read) {
-        return;
+        return changed;
       }
       const bool read = writer_ && writer_->matched() > 0;
       if (read && !subscription_) {
@@ -279,6 +270,7 @@ class EventToTopic final : public RunningRoute {
     } catch (const std::exception& error) {
       spdlog::error("{}: {}", route_.topic, error.what());
     }
+    return changed;
   }
 
   void make_writer() {
@@ -326,9 +318,10 @@ class EventToTopic final : public RunningRoute {
   std::optional<sd::SubscriptionId> subscription_;
   sd::SubscriptionFaults past_faults_;  ///< of subscriptions that have ended
   std::shared_ptr<const void> port_;    ///< held while there is no subscription, if it has a number
-  bool updating_soon_ = false;
+  /// A server that has restarted is lost and found by one message: when all of it has been looked at, nothing
+  /// has changed, and the writer stays.
+  CalmUpdates updates_;
   bool stopped_ = false;
-  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
   FieldValues::Told on_value_;  ///< of each payload
   std::uint64_t received_ = 0;
   std::uint64_t carried_ = 0;

@@ -5,12 +5,12 @@
 
 #include <algorithm>
 #include <boost/asio/error.hpp>
-#include <boost/asio/post.hpp>
 #include <memory>
 #include <optional>
 
 #include "bridge/carry/config/bridge_config.hpp"
 #include "bridge/carry/runtime/bridge_mark.hpp"
+#include "bridge/carry/runtime/calm_updates.hpp"
 #include "bridge/carry/runtime/conversion_log.hpp"
 #include "bridge/carry/runtime/loop_guard.hpp"
 #include "bridge/carry/runtime/loop_suspects.hpp"
@@ -75,7 +75,8 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
                 server_->work(now);
               }
             },
-            [this] { return server_ ? server_->deadline() : std::nullopt; })} {
+            [this] { return server_ ? server_->deadline() : std::nullopt; })},
+        updates_{context.io, [this] { return update(); }} {
     if (method.notifier && context.values != nullptr) {
       context.values->tell(method.service, method.instance, *method.notifier,
                            [this](std::optional<ByteView> value) { note_value(value); });
@@ -95,7 +96,7 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
                                        if (!available) {
                                          value_.reset();
                                        }
-                                       update_soon();
+                                       updates_.look_soon();
                                      });
   }
 
@@ -112,7 +113,7 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
 
   void writers_changed() override {
     if (!stopped_ && returns_.update(*context_.dds)) {
-      update_soon();
+      updates_.look_soon();
     }
   }
 
@@ -173,18 +174,21 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
 
   /// Whether the SOME/IP service is there, and with it the ROS service.
   [[nodiscard]] bool ready() const noexcept { return server_ != nullptr; }
-  /// Has the ROS service begin or end, when the SOME/IP service has.
-  void update() {
+  /// Has the ROS service begin or end, when the SOME/IP service has. Returns whether it did.
+  bool update() {
+    if (stopped_) {
+      return false;
+    }
     const bool wanted = look_for_servers();
     if (wanted == ready()) {
-      return;
+      return false;
     }
     if (!wanted) {
       past_ += server_->counters();
       server_.reset();
       spdlog::info("ROS service {}: ended, as the SOME/IP service has", method_.ros_service);
       tell_change();
-      return;
+      return true;
     }
     try {
       server_ = context_.dds->server(
@@ -195,15 +199,7 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
     } catch (const std::exception& error) {
       spdlog::error("ROS service {}: {}", method_.ros_service, error.what());
     }
-  }
-
-  // Later, as this may come while the ROS service hands over a request.
-  void update_soon() {
-    boost::asio::post(context_.io, [this, weak = std::weak_ptr{alive_}] {
-      if (!weak.expired()) {
-        update();
-      }
-    });
+    return true;
   }
 
   /// Looks for servers that are not ourselves by way of another bridge.
@@ -465,6 +461,7 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
   std::uint64_t ended_ = 0;
   bool stopped_ = false;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+  CalmUpdates updates_;  ///< not at once, as this may come while the ROS service hands over a request
   std::unique_ptr<DdsServer> server_;
   std::unique_ptr<SomeipClient> proxy_;
 };

@@ -92,6 +92,14 @@ TEST_F(EventToTopicTest, WritesWhileTheServiceIsOffered) {
   EXPECT_THAT(dds_.written, ElementsAre(hello_cdr));
 }
 
+TEST_F(EventToTopicTest, MakesNoWriterForEachOfferThatIsSoonWithdrawn) {
+  settings().presence.write_while_offered = true;
+  start();
+  const int most = flap();
+  EXPECT_LE(dds_.made, most);
+  EXPECT_TRUE(run_until([&] { return dds_.writes; })) << "in the end it is offered";
+}
+
 TEST_F(EventToTopicTest, SubscribesWhileSomebodyReads) {
   settings().presence.subscribe_while_read = true;
   const auto watch = std::make_shared<carry::TopicWatch>(io_);

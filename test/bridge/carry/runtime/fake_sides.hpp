@@ -29,6 +29,7 @@ class FakeDds final : public carry::DdsSide {
   bool writes = false;
   bool serves = false;
   bool calls = false;
+  int made = 0;             ///< writers and servers
   std::size_t matched = 1;  ///< counterparts of the reader or writer
   dds::OnSample on_sample;
   dds::ReaderCounters reader_counters;
@@ -50,6 +51,7 @@ class FakeDds final : public carry::DdsSide {
   std::unique_ptr<carry::DdsWriter> writer(std::string_view /*topic*/, std::string_view /*type*/,
                                            const dds::Qos& /*qos*/, std::size_t /*most*/,
                                            dds::EndpointExtras /*extras*/) override {
+    ++made;
     return std::make_unique<Writer>(*this);
   }
   std::unique_ptr<carry::DdsClient> client(const dds::ServiceConfig& /*config*/,
@@ -61,6 +63,7 @@ class FakeDds final : public carry::DdsSide {
                                            dds::ServiceServer::Handler told) override {
     wake = std::move(waker);
     on_request = std::move(told);
+    ++made;
     return std::make_unique<Server>(*this);
   }
   std::vector<dds::FoundWriter> writers() const override { return {}; }

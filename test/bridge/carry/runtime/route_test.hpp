@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
+#include <chrono>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "bridge/carry/runtime/calm_updates.hpp"
 #include "bridge/carry/runtime/make_routes.hpp"
 #include "test/bridge/carry/runtime/fake_sides.hpp"
 #include "test/bytes.hpp"
@@ -60,6 +62,29 @@ class RouteTest : public testing::Test {
   void work() {
     io_.restart();
     io_.poll();
+  }
+  /// The service is offered and withdrawn very often, and in the end it is there. Returns how often something
+  /// may have been made for it in DDS.
+  int flap() {
+    const auto begin = std::chrono::steady_clock::now();
+    for (int i = 0; i < 1001; ++i) {
+      someip_.service_comes_or_goes(i % 2 == 0);
+      work();
+    }
+    const auto took = std::chrono::steady_clock::now() - begin;
+    return carry::CalmUpdates::at_once + 1 + static_cast<int>(took / carry::CalmUpdates::pause);
+  }
+  /// Runs until `condition` holds; false when it never does.
+  template <typename Condition>
+  bool run_until(Condition condition) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds{60};
+    io_.restart();
+    while (!condition() && std::chrono::steady_clock::now() < end) {
+      if (io_.run_one_for(std::chrono::milliseconds{20}) == 0) {
+        io_.restart();
+      }
+    }
+    return condition();
   }
   /// The route that begins there in the list.
   [[nodiscard]] carry::RunningRoute& route_at(std::size_t index) const {

@@ -102,6 +102,14 @@ TEST_F(ServiceToMethodTest, IsThereWhileTheServiceIs) {
   EXPECT_EQ(count("ended"), 1U) << "whoever asked is gone with the ROS service";
 }
 
+TEST_F(ServiceToMethodTest, IsNotMadeForEachOfferThatIsSoonWithdrawn) {
+  start();
+  const int most = flap();
+  EXPECT_LE(dds_.made, most);
+  EXPECT_TRUE(run_until([&] { return dds_.serves; })) << "in the end the service is there";
+  EXPECT_EQ(state(), "OK: ready");
+}
+
 TEST_F(ServiceToMethodTest, CarriesNothingOnceItIsStopped) {
   start_there();
   request(on_cdr);
