@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <map>
 
 #include "sd/net/clock.hpp"
 
@@ -212,6 +213,33 @@ void Ports::disconnect(const Endpoint& own, const Endpoint& client, const std::s
   if (const auto port = find_port(tcp_, [&](const TcpPort& one) { return one.server.local() == own; })) {
     port->server.disconnect(client, why);
   }
+}
+
+bool Ports::make_room(const Endpoint& client) {
+  std::map<IpAddress, std::size_t> by_address;
+  for_each(tcp_, [&](const TcpPort& port) {
+    port.server.for_each_client([&](const Endpoint& one) { ++by_address[one.address]; });
+  });
+  const auto most = std::ranges::max_element(by_address, {}, [](const auto& one) { return one.second; });
+  if (most == by_address.end() || most->second <= by_address[client.address]) {
+    return false;
+  }
+  for (const auto& weak : std::vector{tcp_}) {
+    const auto port = weak.lock();
+    std::optional<Endpoint> idle;
+    if (port) {
+      port->server.for_each_client([&](const Endpoint& one) {
+        if (one.address == most->first && !handlers_.tcp_needed(port->server.local(), one)) {
+          idle = one;
+        }
+      });
+    }
+    if (idle) {
+      port->server.give_way(*idle);
+      return true;
+    }
+  }
+  return false;
 }
 
 void Ports::on_train(const someip::Train& train, const Source& source, LargeMessages& large,

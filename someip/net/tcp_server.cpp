@@ -22,6 +22,7 @@ namespace {
 
 constexpr int backlog = 64;
 constexpr auto time_to_speak = std::chrono::seconds{1};  // before a connection may have to give way
+constexpr const char* for_another = "it gave way to another one";
 constexpr auto pause_after_error = std::chrono::milliseconds{100};  // until the next attempt to accept
 
 int listen_at(const Endpoint& local, const TcpOptions& options) {
@@ -198,7 +199,7 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
       return false;
     }
     ++counters.gave_way;
-    closed(*worst, "it gave way to another one");
+    closed(*worst, for_another);
     return !stopped;
   }
 
@@ -357,6 +358,17 @@ void TcpServer::disconnect(const Endpoint& client, const std::string& why) {
   const std::shared_ptr<State> state = state_;  // the handler may destroy this
   if (state->clients.contains(client)) {
     state->closed(client, why);
+  }
+}
+
+void TcpServer::give_way(const Endpoint& client) {
+  state_->counters.gave_way += connected(client) ? 1 : 0;
+  disconnect(client, for_another);
+}
+
+void TcpServer::for_each_client(const std::function<void(const Endpoint& client)>& visit) const {
+  for (const auto& [endpoint, client] : state_->clients) {
+    visit(endpoint);
   }
 }
 

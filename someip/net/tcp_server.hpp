@@ -61,6 +61,11 @@ class TcpServer {
   /// Closes the connection of a client, if there is one; Handlers::closed is told `why`.
   void disconnect(const Endpoint& client, const std::string& why);
 
+  /// The same, to make room for another client. Counts it.
+  void give_way(const Endpoint& client);
+
+  /// Calls `visit` for each client.
+  void for_each_client(const std::function<void(const Endpoint& client)>& visit) const;
   /// Where it listens, with the port that the system chose.
   [[nodiscard]] const Endpoint& local() const noexcept;
   [[nodiscard]] bool connected(const Endpoint& client) const;

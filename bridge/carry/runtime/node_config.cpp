@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <map>
+#include <set>
 
 #include "bridge/carry/config/load_limits.hpp"
 #include "someip/wire/header.hpp"
@@ -44,7 +45,6 @@ void size_discovery(const BridgeConfig& config, sd::NodeConfig& node) {
   raise(limits.max_subscribers, 4 * parts);
   raise(limits.max_remote_services, 2 * parts + 256);
   raise(limits.max_peers, 256);
-  raise(limits.max_tcp_connections, 256);
   raise(limits.max_configurations, parts);
   // A shutdown ends all of it, and a find may ask for all of it.
   raise(limits.max_pending_entries, 4 * parts);
@@ -58,6 +58,34 @@ void size_discovery(const BridgeConfig& config, sd::NodeConfig& node) {
       std::max<std::size_t>(rules.max_entries_per_second, 4 * parts * offers_per_second));
   rules.max_entries_at_once =
       static_cast<std::uint32_t>(std::max<std::size_t>(rules.max_entries_at_once, 20 * parts));
+}
+
+// TCP ports that clients connect to.
+std::size_t tcp_ports_of(const BridgeConfig& config) {
+  std::set<std::uint16_t> ports;
+  std::size_t chosen = 0;  // by the system, each its own
+  const auto add = [&](std::uint16_t port) {
+    port == 0 ? static_cast<void>(++chosen) : static_cast<void>(ports.insert(port));
+  };
+  const auto is_served = [](const Route& route) {
+    return route.direction == Direction::dds_to_someip && route.transport == Transport::tcp;
+  };
+  for (const Route& route : config.routes) {
+    if (is_served(route)) {
+      add(route.port);
+    }
+  }
+  for (const TopicPattern& pattern : config.patterns) {
+    if (is_served(pattern.route)) {
+      add(pattern.route.port);
+    }
+  }
+  for (const MethodRoute& method : config.methods) {
+    if (method.server == Server::ros && method.transport == Transport::tcp) {
+      add(method.port);
+    }
+  }
+  return ports.size() + chosen;
 }
 
 // Messages that may come to one UDP port, of events and answers or of requests.
@@ -131,6 +159,11 @@ sd::NodeConfig node_config(const BridgeConfig& config) {
     if (const auto given = config.someip.limits.find(key.name); given != config.someip.limits.end()) {
       key.set(node, given->second);
     }
+  }
+  if (!config.someip.limits.contains("max_tcp_connections")) {
+    // As many as the ports accept: who takes all that one address may have at each leaves the others theirs.
+    raise(node.limits.max_tcp_connections,
+          std::max<std::size_t>(256, tcp_ports_of(config) * node.max_tcp_clients));
   }
   raise(node.limits.max_pending_entries,  // a shutdown needs them
         std::size_t{node.limits.max_offers} + node.limits.max_subscriptions);

@@ -185,6 +185,24 @@ TEST_F(SettingsTest, LimitTheTcpClients) {
   EXPECT_FALSE(is_closed(second, 10ms));
 }
 
+TEST_F(SettingsTest, LimitTheTcpClientsOfAllPortsTogether) {
+  NodeConfig config = quick(test::server_address);
+  config.limits.max_tcp_connections = 2;
+  Node node{io, config};
+  node.offer(spec());
+  tcp::socket& greedy = connect();
+  tcp::socket& second = connect();
+  ASSERT_TRUE(run_until([&] { return node.tcp_server_counters().open == 2; }));
+  tcp::socket& other = connect(test::client_address);
+  ASSERT_TRUE(run_until([&] { return node.tcp_server_counters().gave_way == 1; }));
+  EXPECT_EQ(node.tcp_server_counters().open, 2U);
+  EXPECT_NE(is_closed(greedy, 10ms), is_closed(second, 10ms)) << "one of the address that has the most";
+  EXPECT_TRUE(is_closed(connect(test::own_address(4)))) << "nobody has more than this one";
+  EXPECT_FALSE(is_closed(other, 10ms));
+  EXPECT_EQ(node.tcp_server_counters().gave_way, 1U);
+  EXPECT_GE(node.discovery_counters().limits_reached[static_cast<std::size_t>(Limit::tcp_connections)], 1U);
+}
+
 TEST_F(SettingsTest, LimitTheTcpClientsOfOneAddress) {
   NodeConfig config = quick(test::server_address);
   config.max_tcp_clients_per_address = 2;

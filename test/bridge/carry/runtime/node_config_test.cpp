@@ -110,6 +110,28 @@ TEST(NodeConfigOfABridge, HasPlacesForLargeMessagesByTheRoutesOfAPort) {
   EXPECT_EQ(places(services("someip", "")), 116U);
 }
 
+TEST(NodeConfigOfABridge, HasRoomForAllTcpClientsThatItsPortsTake) {
+  const auto places = [](const std::string& limits, int ports) {
+    std::string text = "someip: {address: 127.0.0.1" + limits + "}\nroutes:\n";
+    for (int i = 0; i < ports; ++i) {
+      const std::string number = std::to_string(i);
+      text += "  - {topic: /t" + number + ", type: std_msgs/msg/String, direction: dds_to_someip, service: " +
+              std::to_string(0x1000 + i) +
+              ", instance: 1, eventgroup: 1, event: 0x8001, transport: tcp, port: " +
+              std::to_string(41000 + i / 2) + "}\n";  // two services at each
+    }
+    text +=
+        "methods:\n  - {ros_service: /s, type: std_srvs/srv/SetBool, server: ros, service: 1, instance: 1, "
+        "method: 1, transport: tcp, port: 40001}\n";
+    return node_config(load(text)).limits.max_tcp_connections;
+  };
+  EXPECT_EQ(places("", 2), 256U);
+  EXPECT_EQ(places("", 600), 301U * 64);
+  EXPECT_EQ(places(", limits: {max_tcp_clients: 5}", 600), 301U * 5);
+  EXPECT_EQ(places(", limits: {max_tcp_clients: 60000}", 600), 60'000U);
+  EXPECT_EQ(places(", limits: {max_tcp_connections: 7}", 600), 7U);
+}
+
 // Each key must change something, so that none is forgotten.
 TEST(NodeConfigOfABridge, KnowsEachKey) {
   for (const LimitKey& key : limit_keys()) {
