@@ -99,6 +99,7 @@ struct Node::State : std::enable_shared_from_this<State> {
              .queue_full = [this](const Endpoint* to) { on_queue_full(to); },
              .unreachable = [this](const Endpoint& receiver) { on_unreachable(receiver); },
              .answer_of = [this](const IpAddress& host) { return neighbours.answer_of(host); },
+             .entry_of = [this](const IpAddress& host) { return neighbours.entry_of(host); },
              .send_buffer_is_small = [this](int granted) { say_that_sending_is_slow(granted); }}},
         provider{io, discovery, ports, config, counters, log, warn},
         consumer{io, discovery, ports, config, counters, log, warn, [this] { drain(); }},

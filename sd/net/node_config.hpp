@@ -131,6 +131,9 @@ struct NodeCounters {
   std::uint64_t not_to_be_segmented = 0;  ///< not sent over UDP: too large for one datagram
   /// Large answers over UDP beyond NodeConfig::unproven_answer_bytes: an error was sent instead.
   std::uint64_t answers_refused = 0;
+  /// Answers over UDP to hosts that do not answer to their address (ARP), while too many such are waited for:
+  /// dropped. Somebody asks in the name of hosts that are not there.
+  std::uint64_t answers_to_silent = 0;
   /// Large initial values over UDP beyond NodeConfig::max_repeated_values: not sent.
   std::uint64_t repeated_values_refused = 0;
   std::uint64_t e2e_failed = 0;  ///< events, requests and answers that failed their end-to-end check

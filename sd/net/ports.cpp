@@ -121,7 +121,8 @@ std::shared_ptr<UdpPort> Ports::udp(std::uint16_t number, const std::function<bo
       }
     };
     port->socket.report_unreachable(unreachable);
-    port->sender.watch_link({.answer_of = handlers_.answer_of, .unreachable = unreachable});
+    port->sender.watch_link(
+        {.answer_of = handlers_.answer_of, .entry_of = handlers_.entry_of, .unreachable = unreachable});
   }
   return port;
 }

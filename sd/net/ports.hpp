@@ -89,6 +89,7 @@ class Ports {
     std::function<void(const Endpoint& receiver)> unreachable;
     /// As Neighbours has it.
     std::function<someip::Neighbours::Answer(const IpAddress& host)> answer_of;
+    std::function<someip::Neighbours::Answer(const IpAddress& host)> entry_of;
     /// A message is sent by UDP for which the send buffer is small, because the system grants only so many
     /// bytes.
     std::function<void(int granted)> send_buffer_is_small;

@@ -22,6 +22,10 @@ bool ReplyPath::send_bytes(const someip::Header& header, std::span<const ByteVie
   if (!port) {
     return taker != nullptr && taker->take(header, payload);
   }
+  if (!port->sender.greet(to)) {
+    ++counters->answers_to_silent;
+    return false;
+  }
   const std::size_t bytes = size_of(payload);
   const bool large = bytes > someip::max_plain_payload_bytes;
   const bool refused = large && in_segments && may_be_sent != nullptr && !(*may_be_sent)(to, bytes);

@@ -27,7 +27,14 @@ constexpr std::size_t max_datagram_bytes =
 constexpr std::size_t max_collections = 64;  // receivers for which messages are collected at the same time
 constexpr Duration first_look = std::chrono::milliseconds{1};  // for an answer to ARP
 constexpr Duration longest_look = std::chrono::milliseconds{100};
-constexpr std::size_t slices_per_segment = 2;  // a segment in more pieces is copied into one
+constexpr Duration known_for = std::chrono::seconds{1};  // after an answer to ARP was seen
+constexpr std::size_t slices_per_segment = 2;            // a segment in more pieces is copied into one
+
+// A host that has answered to ARP, or of which nobody can tell.
+struct Known {
+  IpAddress address{};
+  TimePoint until{};
+};
 
 // Small messages to one receiver that leave in one datagram.
 struct Collection {
@@ -378,6 +385,37 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     }
   }
 
+  bool greet(const Endpoint& to) {
+    if (!link.entry_of) {
+      return true;
+    }
+    const TimePoint now = std::chrono::steady_clock::now();
+    const auto& bytes = to.address.bytes;
+    Known& place = known[static_cast<std::uint8_t>(bytes[3] + 31 * bytes[2] + bytes[15])];
+    if (now < place.until && place.address == to.address) {
+      return true;
+    }
+    if (const SendLane* const lane = lanes.awaiting(to)) {
+      return lane->queue.size() < max_for_silent;
+    }
+    using enum Neighbours::Answer;
+    const auto is_known = [](Neighbours::Answer answer) { return answer == came || answer == untold; };
+    bool there = is_known(link.entry_of(to.address)) || to.address == socket->local().address;
+    if (!there && lanes.awaited() >= max_silent) {
+      return false;
+    }
+    there = there || is_known(link.answer_of(to.address));
+    if (there) {
+      place = {to.address, now + known_for};
+    } else {
+      lanes.await_host(to, {.since = now, .next_look = now + first_look, .pause = first_look, .probe = true});
+      if (!pumping) {
+        wait_until(now + first_look);
+      }
+    }
+    return true;
+  }
+
   // Whether the receiver has answered to ARP; the pauses between two looks grow.
   bool is_there(SendLane& lane, TimePoint now) {
     AwaitedHost& host = *lane.host;
@@ -412,11 +450,11 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   // Sends what waits until a burst is over or nothing is left.
   // @return false when the socket is full.
   bool serve(SendLane& lane, TimePoint now, std::optional<TimePoint>& resume) {
-    if (lane.host && !is_there(lane, now)) {
+    const bool waits = lane.host && !is_there(lane, now);
+    if (waits) {
       resume = resume ? std::min(*resume, lane.host->next_look) : lane.host->next_look;
-      return true;
     }
-    while (!lane.queue.empty()) {
+    while (!lane.queue.empty() && (!waits || lane.host->probe)) {
       PendingMessage& message = lane.queue.front();
       SendStatus status = SendStatus::sent;
       if (message.datagram) {
@@ -424,7 +462,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
       } else if (message.plain()) {
         status = send_plain(lane.to, message.header, message.slices, message.bytes);
       } else if (const std::size_t room = lane.pace.room(message.pacing, now); room > 0) {
-        status = send_batch(lane, message, room);
+        status = send_batch(lane, message, waits ? 1 : room);
       } else {
         const TimePoint next = lane.pace.resume(message.pacing);
         resume = resume ? std::min(*resume, next) : next;
@@ -432,6 +470,9 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
       }
       if (status == SendStatus::would_block) {
         return false;
+      }
+      if (waits) {
+        lane.host->probe = false;
       }
       if (status == SendStatus::failed) {
         counters.refused += message.messages;
@@ -565,7 +606,8 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   std::function<void()> on_large;
   std::function<void(const Endpoint& to)> on_full;
   Link link;
-  std::vector<Endpoint> gone;  ///< still to be reported
+  std::vector<Endpoint> gone;      ///< still to be reported
+  std::array<Known, 256> known{};  ///< each at a place that follows from its address
   // Of one batch; kept to reuse their memory.
   std::array<std::array<std::byte, header_bytes + tp_header_bytes>, batch_segments> headers{};
   std::vector<ByteView> slices;
@@ -596,6 +638,10 @@ void MessageSender::meet(const Endpoint& receiver) {
   if (state_->socket != nullptr) {
     state_->meet(receiver);
   }
+}
+
+bool MessageSender::greet(const Endpoint& receiver) {
+  return state_->socket == nullptr || state_->greet(receiver);
 }
 
 void MessageSender::flush() {

@@ -64,6 +64,7 @@ class MessageSender {
   struct Link {
     /// As Neighbours has it.
     std::function<Neighbours::Answer(const IpAddress& host)> answer_of;
+    std::function<Neighbours::Answer(const IpAddress& host)> entry_of{};
     /// Nobody has answered for `patience`.
     std::function<void(const Endpoint& receiver)> unreachable;
   };
@@ -76,6 +77,14 @@ class MessageSender {
   /// This receiver is new. Messages for it are kept here until somebody has answered to its address. In the
   /// send buffer of the system, which all receivers share, they would take the room of the others.
   void meet(const Endpoint& receiver);
+  /// This receiver has asked for something, or somebody in its name. If nobody has answered to its address,
+  /// one datagram leaves for it, and what follows is kept as after meet(). To be called before each answer;
+  /// of a host that has answered, it costs a look into a small table.
+  /// @return false when so many receivers are waited for, or so many messages wait for this one, that the
+  ///         answer is to be dropped.
+  [[nodiscard]] bool greet(const Endpoint& receiver);
+  static constexpr std::size_t max_silent = 32;      ///< receivers that greet() lets wait
+  static constexpr std::size_t max_for_silent = 64;  ///< messages that wait for one
 
   /// Sends the messages that wait to leave together, now.
   void flush();

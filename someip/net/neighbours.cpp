@@ -68,11 +68,13 @@ bool Neighbours::known(const IpAddress& host) const noexcept {
   return looked_up(host) == Answer::came;
 }
 
+Neighbours::Answer Neighbours::entry_of(const IpAddress& host) const noexcept {
+  const bool has_entry = mask_ != 0 && !host.v6 && ((number(own_) ^ number(host)) & mask_) == 0;
+  return has_entry ? looked_up(host) : Answer::untold;
+}
+
 Neighbours::Answer Neighbours::answer_of(const IpAddress& host) const noexcept {
-  if (mask_ == 0 || host.v6 || ((number(own_) ^ number(host)) & mask_) != 0) {
-    return Answer::untold;
-  }
-  const Answer answer = looked_up(host);
+  const Answer answer = entry_of(host);
   return answer == Answer::unasked && interface_of(host) != 0 ? Answer::untold : answer;
 }
 

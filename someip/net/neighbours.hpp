@@ -26,6 +26,8 @@ class Neighbours {
   };
   /// Whether the host has answered to its address.
   [[nodiscard]] Answer answer_of(const IpAddress& host) const noexcept;
+  /// The same by one system call, where an own address is `unasked`, too.
+  [[nodiscard]] Answer entry_of(const IpAddress& host) const noexcept;
 
  private:
   [[nodiscard]] Answer looked_up(const IpAddress& host) const noexcept;

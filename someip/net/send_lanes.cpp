@@ -182,6 +182,16 @@ SendLane& SendLanes::await_host(const Endpoint& to, const AwaitedHost& host) {
   return lane;
 }
 
+SendLane* SendLanes::awaiting(const Endpoint& to) noexcept {
+  const auto lane = std::ranges::find(lanes_, to, &SendLane::to);
+  return lane != lanes_.end() && lane->host ? &*lane : nullptr;
+}
+
+std::size_t SendLanes::awaited() const noexcept {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(lanes_, [](const SendLane& lane) { return lane.host.has_value(); }));
+}
+
 std::size_t SendLanes::give_up(SendLane& lane) {
   lane.host.reset();
   std::size_t messages = 0;

@@ -50,6 +50,7 @@ struct AwaitedHost {
   TimePoint since{};
   TimePoint next_look{};
   Duration pause{};
+  bool probe = false;  ///< one datagram leaves all the same, so that the system asks
 };
 
 /// What waits for one receiver, and what has left for it lately.
@@ -100,6 +101,10 @@ class SendLanes {
   void finish(SendLane& lane);
   /// From now on everything for this receiver waits.
   SendLane& await_host(const Endpoint& to, const AwaitedHost& host);
+  /// The lane of this receiver, if everything for it waits; else null.
+  [[nodiscard]] SendLane* awaiting(const Endpoint& to) noexcept;
+  /// How many receivers everything waits for.
+  [[nodiscard]] std::size_t awaited() const noexcept;
   /// The lane of a host that is not there.
   /// @return how many messages waited for it.
   std::size_t give_up(SendLane& lane);

@@ -15,6 +15,7 @@ void append_counters(std::vector<CounterGroup>& groups, const sd::Node& node) {
                      {"messages_sent", sender.messages},
                      {"calls_answered_with_an_error", all.requests_answered},
                      {"answers_refused", all.answers_refused, loss},
+                     {"answers_to_silent", all.answers_to_silent, loss},
                      {"repeated_values_refused", all.repeated_values_refused, loss},
                      {"unreachable_ignored", all.unreachable_ignored},
                      {"malformed", all.malformed, loss},

@@ -5,7 +5,7 @@ import time
 from attacker import CAR, Attacker, open_udp, pace
 from lab import MANY, SILENT
 from scenario import scenario
-from wire import TCP, configuration, endpoint, service_entry, subscribe_entry
+from wire import REQUEST, TCP, configuration, endpoint, service_entry, someip, subscribe_entry
 
 NEW_TCP = "new=listen:0x4011:1:tcp"
 NEW_UDP = "new=listen:0x4001:1:udp"
@@ -101,3 +101,18 @@ def discovery_buffer(world):
 def neighbour_table(world):
     world.honest("events_out", "events_in")
     world.beside(find_as_silent, 400, 2000, newcomer="new=listen:0x4002:1:udp")
+
+
+def ask_as_silent(rate, addresses):
+    """Requests of hosts that nobody has, to services without methods: an error would answer each."""
+    attacker = Attacker()
+    for i in pace(rate):
+        for port, service in (40001, 0x4001), (40002, 0x4002), (40003, 0x4003):
+            attacker.send_as((SILENT[i % addresses], 5000), someip(service, 1, session=1 + i % 60000, kind=REQUEST),
+                             (CAR, port))
+
+
+@scenario("silent-callers", 3, "1,000 requests/s at each port from silent addresses, send buffer as ordinary users get it")
+def silent_callers(world):
+    world.honest("clouds_out", "events_out", "calls_udp", more="\n  send_buffer: 208 KiB")
+    world.beside(ask_as_silent, 200 if world.scale.short else 1000, 250, newcomer=NEW_UDP)
