@@ -25,7 +25,7 @@ SPARED = {
     "core": ["Boost", "Threads", *DDS_PACKAGES, *BRIDGE_PACKAGES],
     "net": [*DDS_PACKAGES, *BRIDGE_PACKAGES],
     "sd": [*DDS_PACKAGES, *BRIDGE_PACKAGES],
-    "dds": ["Boost", "tl-expected", "fmt", "spdlog", "yaml-cpp", "nlohmann_json", "CLI11"],
+    "dds": ["Boost", "fmt", "spdlog", "yaml-cpp", "nlohmann_json", "CLI11"],
     "bridge": ["CLI11"],
 }
 PROGRAMS = {"core": "device", "net": "someip_net", "sd": "sd_net", "dds": "dds", "bridge": "bridge"}

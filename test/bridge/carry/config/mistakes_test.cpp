@@ -48,8 +48,8 @@ INSTANTIATE_TEST_SUITE_P(
             "Address",
             "192.0.2.1",
             "192.0.2.256",
-            {"b.yaml:2:12: error: address: expected this host's own IPv4 or IPv6 address, which services are "
-             "offered at, found '192.0.2.256'"}},
+            {"b.yaml:2:12: error: address: expected this host's own IPv4 or IPv6 address, at which services "
+             "are offered, found '192.0.2.256'"}},
         Mistake{"LimitIsUnknown",
                 "  address: 192.0.2.1\n",
                 "  address: 192.0.2.1\n  limits: {max_peer: 5}\n",
@@ -62,8 +62,8 @@ INSTANTIATE_TEST_SUITE_P(
             "AddressIsMulticast",
             "192.0.2.1",
             "224.0.0.1",
-            {"b.yaml:2:12: error: address: expected this host's own IPv4 or IPv6 address, which services are "
-             "offered at, found '224.0.0.1'"}},
+            {"b.yaml:2:12: error: address: expected this host's own IPv4 or IPv6 address, at which services "
+             "are offered, found '224.0.0.1'"}},
         Mistake{"AddressIsMissing",
                 "  address: 192.0.2.1\n",
                 "",
