@@ -13,6 +13,19 @@ class EventToTopicTest : public RouteTest {
   void send(const Bytes& payload, const someip::e2e::CheckResult* check = nullptr) {
     someip_.on_event({.payload = payload, .check = check}, {IpAddress::v4(10, 0, 0, 2), 30501});
   }
+  void start_while_read() {
+    settings().presence.subscribe_while_read = true;
+    context_.watch = watch_.get();
+    start();
+  }
+  /// So many read the topic now.
+  void readers(std::size_t number) {
+    dds_.matched = number;
+    watch_->on_event({dds::Happening::Kind::matched, "rt/talk", "", "", "writer", number});
+    work();
+  }
+
+  const std::shared_ptr<carry::TopicWatch> watch_ = std::make_shared<carry::TopicWatch>(io_);
 };
 
 TEST_F(EventToTopicTest, CarriesAnEvent) {
@@ -101,15 +114,7 @@ TEST_F(EventToTopicTest, MakesNoWriterForEachOfferThatIsSoonWithdrawn) {
 }
 
 TEST_F(EventToTopicTest, SubscribesWhileSomebodyReads) {
-  settings().presence.subscribe_while_read = true;
-  const auto watch = std::make_shared<carry::TopicWatch>(io_);
-  context_.watch = watch.get();
-  const auto readers = [&](std::size_t number) {
-    dds_.matched = number;
-    watch->on_event({dds::Happening::Kind::matched, "rt/talk", "", "", "writer", number});
-    work();
-  };
-  start();
+  start_while_read();
   EXPECT_FALSE(someip_.on_event);
   readers(1);
   EXPECT_TRUE(someip_.on_event);
@@ -120,15 +125,7 @@ TEST_F(EventToTopicTest, SubscribesWhileSomebodyReads) {
 
 // Of its servers' events with other ids, it has those of the subscriptions that it had before.
 TEST_F(EventToTopicTest, KeepsTheCountOfOtherEventsWhenItSubscribesAnew) {
-  settings().presence.subscribe_while_read = true;
-  const auto watch = std::make_shared<carry::TopicWatch>(io_);
-  context_.watch = watch.get();
-  const auto readers = [&](std::size_t number) {
-    dds_.matched = number;
-    watch->on_event({dds::Happening::Kind::matched, "rt/talk", "", "", "writer", number});
-    work();
-  };
-  start();
+  start_while_read();
   readers(1);
   someip_.faults.other_events = 3;
   EXPECT_EQ(count("unexpected"), 3U);
