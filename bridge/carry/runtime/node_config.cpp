@@ -65,7 +65,11 @@ std::size_t tcp_ports_of(const BridgeConfig& config) {
   std::set<std::uint16_t> ports;
   std::size_t chosen = 0;  // by the system, each its own
   const auto add = [&](std::uint16_t port) {
-    port == 0 ? static_cast<void>(++chosen) : static_cast<void>(ports.insert(port));
+    if (port == 0) {
+      ++chosen;
+    } else {
+      ports.insert(port);
+    }
   };
   const auto is_served = [](const Route& route) {
     return route.direction == Direction::dds_to_someip && route.transport == Transport::tcp;
