@@ -1,3 +1,8 @@
+// bridge/program: the program `trestle`.
+//
+//   main.cpp  puts the commands of all rooms together: bridge/carry/commands, bridge/inspect, bridge/measure
+//
+// What a wrong command line is answered with is here; everything else is in the room of the command.
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>

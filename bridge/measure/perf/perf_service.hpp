@@ -1,3 +1,12 @@
+// bridge/measure/perf: `trestle perf`: latency, rate and loss.
+//
+//   perf_service.hpp  the service that is measured: its methods and events
+//   server.hpp        offers it; event_source.hpp: its events
+//   client.hpp        measures calls and events
+//   bridge_path.hpp   measures a way through DDS and bridges
+//   histogram.hpp     latencies; result.hpp: all that was measured, as text, JSON and a drawing
+//
+// docs/tools.md describes the command and the service.
 #pragma once
 #include <cstdint>
 

@@ -1,3 +1,12 @@
+// bridge/messages/convert/program: what a type and its wire rules are compiled into, and what comes out.
+//
+//   program.hpp       operations, with labels and defaults
+//   string_frame.hpp  BOM and terminator of strings
+//   wire_forms.hpp    lengths, numbers and padding of both wire formats
+//   byte_swap.hpp     many numbers in the other byte order
+//   output.hpp        what a conversion writes; gathered.hpp: its result, as a list of slices
+//
+// Knows neither the converters that run a program nor quick/.
 #pragma once
 #include <algorithm>
 #include <cstdint>
