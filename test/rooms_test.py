@@ -23,6 +23,7 @@ bridge/messages/convert/program
 bridge/messages/convert/quick
 bridge/messages/convert
 bridge/messages/values
+bridge/describe
 bridge/cli
 bridge/carry/config bridge/inspect/decode bridge/measure
 bridge/carry/runtime bridge/inspect/tools bridge/measure/demo bridge/measure/perf

@@ -1,0 +1,196 @@
+#include "bridge/describe/model.hpp"
+
+#include <algorithm>
+#include <iterator>
+
+namespace trestle::describe {
+
+const char* to_string(Kind kind) noexcept {
+  switch (kind) {
+    case Kind::primitive:
+      return "primitive";
+    case Kind::string:
+      return "string";
+    case Kind::bytes:
+      return "bytes";
+    case Kind::array:
+      return "array";
+    case Kind::structure:
+      return "structure";
+    case Kind::choice:
+      return "choice";
+    case Kind::enumeration:
+      return "enumeration";
+    case Kind::map:
+      return "map";
+    case Kind::alias:
+      return "alias";
+  }
+  return "";
+}
+
+Wire default_wire(Kind kind) noexcept {
+  Wire wire;
+  switch (kind) {
+    case Kind::string:
+    case Kind::bytes:
+    case Kind::array:
+    case Kind::choice:
+    case Kind::map:
+      wire.length = someip::FieldWidth::bits32;
+      break;
+    case Kind::primitive:
+    case Kind::structure:
+    case Kind::enumeration:
+    case Kind::alias:
+      break;
+  }
+  return wire;
+}
+
+const Service* Model::service(std::string_view name) const {
+  const auto found = std::ranges::find_if(
+      services, [&](const Service& service) { return full_name(service.scope, service.name) == name; });
+  return found == services.end() ? nullptr : &*found;
+}
+
+std::string full_name(std::string_view scope, std::string_view name) {
+  std::string full{scope};
+  if (!scope.empty()) {
+    full += scope.front() == '/' ? '/' : '.';
+  }
+  return full += name;
+}
+
+const Type& resolved(const Model& model, TypeIndex index) {
+  const Type* type = &model.at(index);
+  // No chain without a circle is longer than there are types.
+  for (std::size_t steps = 0; type->kind == Kind::alias && steps < model.types.size(); ++steps) {
+    type = &model.at(type->element.type);
+  }
+  return *type;
+}
+
+namespace {
+
+/// The type and its bases, the outermost base first.
+std::vector<const Type*> line_of(const Model& model, const Type& type) {
+  std::vector<const Type*> line{&type};
+  while (line.back()->base != no_type && line.size() <= model.types.size()) {
+    line.push_back(&resolved(model, line.back()->base));
+  }
+  std::ranges::reverse(line);
+  return line;
+}
+
+}  // namespace
+
+std::vector<Value> all_members(const Model& model, const Type& type) {
+  std::vector<Value> all;
+  for (const Type* part : line_of(model, type)) {
+    all.insert(all.end(), part->members.begin(), part->members.end());
+  }
+  return all;
+}
+
+std::vector<Enumerator> all_enumerators(const Model& model, const Type& type) {
+  std::vector<Enumerator> all;
+  for (const Type* part : line_of(model, type)) {
+    all.insert(all.end(), part->enumerators.begin(), part->enumerators.end());
+  }
+  return all;
+}
+
+namespace {
+
+/// Shifts the indices of a model that becomes the end of another one.
+struct Shift {
+  std::uint32_t types;
+  std::uint32_t files;
+
+  void operator()(TypeIndex& type) const {
+    if (type != no_type) {
+      type = TypeIndex{static_cast<std::uint32_t>(type) + types};
+    }
+  }
+  void operator()(Place& place) const { place.file += files; }
+  void operator()(Value& value) const {
+    (*this)(value.type);
+    (*this)(value.place);
+  }
+  void operator()(Payload& payload) const { each(payload.values); }
+  void operator()(Enumerator& enumerator) const { (*this)(enumerator.place); }
+  void operator()(Constant& constant) const {
+    (*this)(constant.type);
+    (*this)(constant.place);
+  }
+  void operator()(Type& type) const {
+    (*this)(type.variant_of);
+    each(type.members);
+    (*this)(type.base);
+    each(type.enumerators);
+    (*this)(type.element);
+    (*this)(type.key);
+    (*this)(type.place);
+  }
+  void operator()(Event& event) const {
+    (*this)(event.payload);
+    (*this)(event.place);
+  }
+  void operator()(Method& method) const {
+    (*this)(method.request);
+    (*this)(method.response);
+    (*this)(method.error);
+    (*this)(method.place);
+  }
+  void operator()(Field& field) const {
+    (*this)(field.payload);
+    (*this)(field.place);
+  }
+  void operator()(Eventgroup& eventgroup) const { (*this)(eventgroup.place); }
+  void operator()(Service& service) const {
+    each(service.events);
+    each(service.methods);
+    each(service.fields);
+    each(service.eventgroups);
+    (*this)(service.place);
+  }
+  void operator()(Instance& instance) const { (*this)(instance.place); }
+  void operator()(Machine& machine) const { (*this)(machine.place); }
+  template <typename Element>
+  void each(std::vector<Element>& elements) const {
+    for (Element& element : elements) {
+      (*this)(element);
+    }
+  }
+};
+
+template <typename Element>
+void move_to_end(std::vector<Element>& to, std::vector<Element>& from) {
+  to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
+}
+
+}  // namespace
+
+void append(Model& to, Model from) {
+  const Shift shift{static_cast<std::uint32_t>(to.types.size()), static_cast<std::uint32_t>(to.files.size())};
+  shift.each(from.types);
+  shift.each(from.services);
+  shift.each(from.instances);
+  shift.each(from.machines);
+  shift.each(from.constants);
+  move_to_end(to.files, from.files);
+  move_to_end(to.types, from.types);
+  move_to_end(to.services, from.services);
+  move_to_end(to.instances, from.instances);
+  move_to_end(to.machines, from.machines);
+  move_to_end(to.constants, from.constants);
+}
+
+bool Reading::ok() const noexcept {
+  return std::ranges::none_of(problems, [](const documents::Problem& problem) {
+    return problem.severity == documents::Problem::Severity::error;
+  });
+}
+
+}  // namespace trestle::describe
