@@ -1,0 +1,536 @@
+#include "bridge/describe/compare.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <set>
+#include <utility>
+
+namespace trestle::describe {
+namespace {
+
+using enum Impact;
+
+constexpr std::array rules{
+    ChangeRule{"service-added", none, none, "a new service"},
+    ChangeRule{"service-removed", breaking, breaking, "clients find it no more"},
+    ChangeRule{"service-renamed", none, breaking, "the same id under another name"},
+    ChangeRule{"service-id", breaking, none, "old clients look for another service"},
+    ChangeRule{"service-major", breaking, breaking, "clients ask for the other major version"},
+    ChangeRule{"service-minor", compatible, none,
+               "clients that ask for a higher minor version do not find it"},
+    ChangeRule{"method-added", compatible, none, "old servers answer E_UNKNOWN_METHOD"},
+    ChangeRule{"method-removed", breaking, breaking, "old clients get E_UNKNOWN_METHOD"},
+    ChangeRule{"method-renamed", none, breaking, "the same id under another name"},
+    ChangeRule{"method-id", breaking, none, "old clients call another method, or none"},
+    ChangeRule{"method-fire-and-forget", breaking, breaking,
+               "one side waits for an answer that does not come"},
+    ChangeRule{"event-added", compatible, none, "old clients ignore it; old servers do not send it"},
+    ChangeRule{"event-removed", breaking, breaking, "old clients wait for it"},
+    ChangeRule{"event-renamed", none, breaking, "the same id under another name"},
+    ChangeRule{"event-id", breaking, none, "old clients do not know the id"},
+    ChangeRule{"event-eventgroups", breaking, none, "a subscription brings other events"},
+    ChangeRule{"field-added", compatible, none, "old servers do not have it"},
+    ChangeRule{"field-removed", breaking, breaking, "old clients use it"},
+    ChangeRule{"field-renamed", none, breaking, "the same ids under another name"},
+    ChangeRule{"field-id", breaking, none, "old clients use the other id"},
+    ChangeRule{"field-access-added", compatible, none,
+               "a getter, setter or notifier that old servers do not have"},
+    ChangeRule{"field-access-removed", breaking, breaking,
+               "a getter, setter or notifier that old clients use"},
+    ChangeRule{"transport", breaking, none, "old clients come by the other transport"},
+    ChangeRule{"segmentation", compatible, none, "other segments or pauses: receivers cope"},
+    ChangeRule{"byte-order", breaking, none, "numbers are read the wrong way round"},
+    ChangeRule{"alignment", breaking, none, "what follows stands elsewhere"},
+    ChangeRule{"protection", breaking, none, "the other side's check fails"},
+    ChangeRule{"value-renamed", none, breaking, "another name at the same place"},
+    ChangeRule{"value-appended", breaking, breaking,
+               "at the end: old receivers skip it, new receivers miss it in old messages"},
+    ChangeRule{
+        "value-appended-behind-length", compatible, breaking,
+        "at the end of a structure with a length field: old receivers skip it; new ones use a default"},
+    ChangeRule{"value-removed", breaking, breaking, "what follows stands elsewhere, or the end is missing"},
+    ChangeRule{"member-optional-added", compatible, none, "a tagged optional member: old receivers skip it"},
+    ChangeRule{"member-optional-removed", compatible, breaking, "new receivers skip it"},
+    ChangeRule{"member-tag", breaking, none,
+               "the receiver takes it for another member, or for an unknown one"},
+    ChangeRule{"member-optional", breaking, breaking, "one side cannot do without it"},
+    ChangeRule{"type-changed", breaking, breaking, "other bytes, and another type in code"},
+    ChangeRule{"type-renamed", none, breaking, "the same bytes under another name"},
+    ChangeRule{"layout", breaking, none, "length field, encoding or width differ"},
+    ChangeRule{"size-fixed", breaking, breaking, "another number of elements"},
+    ChangeRule{"size-raised", breaking, none, "old receivers may refuse what is longer"},
+    ChangeRule{"size-lowered", compatible, breaking, "new receivers may refuse what old senders send"},
+    ChangeRule{"enumerator-added", compatible, none, "old receivers do not know the value"},
+    ChangeRule{"enumerator-removed", compatible, breaking, "old senders may still send it"},
+    ChangeRule{"enumerator-renamed", none, breaking, "the same value under another name"},
+    ChangeRule{"enumerator-value", breaking, none, "the same name for another number"},
+    ChangeRule{"alternative-added", compatible, none, "old receivers refuse a message that has it"},
+    ChangeRule{"alternative-removed", breaking, breaking, "new receivers refuse it"},
+    ChangeRule{"alternative-selector", breaking, none, "the receiver takes it for another alternative"},
+    ChangeRule{"error-changed", breaking, breaking, "the first value of the answer differs"},
+};
+
+const ChangeRule& rule(std::string_view id) {
+  return *std::ranges::find(rules, id, &ChangeRule::id);
+}
+
+std::string hex(std::uint32_t number) {
+  return fmt::format("0x{:04x}", number);
+}
+
+template <typename Id>
+std::string text(const std::optional<Id>& id) {
+  return id ? hex(static_cast<std::uint32_t>(*id)) : std::string{};
+}
+
+/// Pairs elements of two lists: those of one name first, then those of one id.
+template <typename Element, typename Name, typename Id>
+struct Pairs {
+  std::vector<std::pair<const Element*, const Element*>> both;
+  std::vector<const Element*> removed;
+  std::vector<const Element*> added;
+
+  Pairs(const std::vector<Element>& before, const std::vector<Element>& after, Name name, Id id) {
+    std::set<const Element*> taken;
+    std::map<const Element*, const Element*> old_of;
+    const auto pair_by = [&](auto same) {
+      for (const Element& element : after) {
+        if (old_of.contains(&element)) {
+          continue;
+        }
+        const auto found = std::ranges::find_if(
+            before, [&](const Element& old) { return !taken.contains(&old) && same(old, element); });
+        if (found != before.end()) {
+          taken.insert(&*found);
+          old_of[&element] = &*found;
+        }
+      }
+    };
+    pair_by([&](const Element& a, const Element& b) { return name(a) == name(b); });
+    pair_by([&](const Element& a, const Element& b) { return id(a) && id(a) == id(b); });
+    for (const Element& element : after) {
+      if (const auto old = old_of.find(&element); old != old_of.end()) {
+        both.emplace_back(old->second, &element);
+      } else {
+        added.push_back(&element);
+      }
+    }
+    for (const Element& element : before) {
+      if (!taken.contains(&element)) {
+        removed.push_back(&element);
+      }
+    }
+  }
+};
+
+class Comparison {
+ public:
+  Comparison(const Model& before, const Model& after) : before_{before}, after_{after} {}
+
+  std::vector<Change> run() {
+    const Pairs services{before_.services, after_.services,
+                         [](const Service& service) { return full_name(service.scope, service.name); },
+                         [](const Service& service) { return service.id; }};
+    for (const auto& [old, now] : services.both) {
+      compare(*old, *now);
+    }
+    for (const Service* service : services.added) {
+      add("service-added", service->name, {}, text(service->id), {}, service->place);
+    }
+    for (const Service* service : services.removed) {
+      add("service-removed", service->name, text(service->id), {}, service->place, {});
+    }
+    return std::move(changes_);
+  }
+
+ private:
+  void add(std::string_view id, std::string element, std::string before, std::string after, Place old_place,
+           Place new_place) {
+    changes_.push_back(
+        {&rule(id), std::move(element), std::move(before), std::move(after), old_place, new_place});
+  }
+  /// When the two differ.
+  void differs(std::string_view id, const std::string& element, std::string before, std::string after,
+               Place old_place, Place new_place) {
+    if (before != after) {
+      add(id, element, std::move(before), std::move(after), old_place, new_place);
+    }
+  }
+
+  void compare(const Service& old, const Service& now) {
+    const std::string& name = now.name;
+    differs("service-renamed", name, full_name(old.scope, old.name), full_name(now.scope, now.name),
+            old.place, now.place);
+    differs("service-id", name, text(old.id), text(now.id), old.place, now.place);
+    differs("service-major", name, fmt::to_string(old.major), fmt::to_string(now.major), old.place,
+            now.place);
+    differs("service-minor", name, fmt::to_string(old.minor), fmt::to_string(now.minor), old.place,
+            now.place);
+    members(name, "method", old.methods, now.methods, [](const Method& method) { return method.id; });
+    members(name, "event", old.events, now.events, [](const Event& event) { return event.id; });
+    members(name, "field", old.fields, now.fields, [](const Field& field) {
+      return field.notifier ? field.notifier : field.getter ? field.getter : field.setter;
+    });
+  }
+
+  template <typename Member, typename Id>
+  void members(const std::string& service, const std::string& kind, const std::vector<Member>& old,
+               const std::vector<Member>& now, Id id) {
+    const Pairs pairs{old, now, [](const Member& member) { return member.name; }, id};
+    for (const auto& [before, after] : pairs.both) {
+      const std::string element = service + "." + after->name;
+      differs(kind + "-renamed", element, before->name, after->name, before->place, after->place);
+      compare(element, *before, *after);
+    }
+    for (const Member* member : pairs.added) {
+      add(kind + "-added", service + "." + member->name, {}, text(id(*member)), {}, member->place);
+    }
+    for (const Member* member : pairs.removed) {
+      add(kind + "-removed", service + "." + member->name, text(id(*member)), {}, member->place, {});
+    }
+  }
+
+  void compare(const std::string& element, const Method& old, const Method& now) {
+    differs("method-id", element, text(old.id), text(now.id), old.place, now.place);
+    if (old.fire_and_forget != now.fire_and_forget) {
+      const auto word = [](bool forget) {
+        return std::string{forget ? "fire and forget" : "with an answer"};
+      };
+      add("method-fire-and-forget", element, word(old.fire_and_forget), word(now.fire_and_forget), old.place,
+          now.place);
+    }
+    transfers(element, old.request_transfer, now.request_transfer, old.place, now.place);
+    transfers(element, old.response_transfer, now.response_transfer, old.place, now.place);
+    protection(element, old.e2e, now.e2e, old.place, now.place);
+    if ((old.error == no_type) != (now.error == no_type)) {
+      add("error-changed", element, name_of(before_, old.error), name_of(after_, now.error), old.place,
+          now.place);
+    } else if (now.error != no_type) {
+      types(element + ".error", old.error, now.error, old.place, now.place);
+    }
+    payloads(element + ".request", old.request, now.request, old.place, now.place);
+    payloads(element + ".response", old.response, now.response, old.place, now.place);
+  }
+
+  void compare(const std::string& element, const Event& old, const Event& now) {
+    differs("event-id", element, text(old.id), text(now.id), old.place, now.place);
+    groups(element, old.eventgroups, now.eventgroups, old.place, now.place);
+    transfers(element, old.transfer, now.transfer, old.place, now.place);
+    protection(element, old.e2e, now.e2e, old.place, now.place);
+    payloads(element, old.payload, now.payload, old.place, now.place);
+  }
+
+  void compare(const std::string& element, const Field& old, const Field& now) {
+    const auto access = [&](const char* part, bool was, const std::optional<someip::MethodId>& before,
+                            bool is, const std::optional<someip::MethodId>& after) {
+      if (was != is) {
+        add(is ? "field-access-added" : "field-access-removed", element + "." + part, text(before),
+            text(after), old.place, now.place);
+      } else if (is) {
+        differs("field-id", element + "." + part, text(before), text(after), old.place, now.place);
+      }
+    };
+    access("getter", old.has_getter, old.getter, now.has_getter, now.getter);
+    access("setter", old.has_setter, old.setter, now.has_setter, now.setter);
+    access("notifier", old.has_notifier, old.notifier, now.has_notifier, now.notifier);
+    groups(element, old.eventgroups, now.eventgroups, old.place, now.place);
+    transfers(element + ".getter", old.getter_transfer, now.getter_transfer, old.place, now.place);
+    transfers(element + ".setter", old.setter_transfer, now.setter_transfer, old.place, now.place);
+    transfers(element + ".notifier", old.notifier_transfer, now.notifier_transfer, old.place, now.place);
+    protection(element, old.e2e, now.e2e, old.place, now.place);
+    payloads(element, old.payload, now.payload, old.place, now.place);
+  }
+
+  void groups(const std::string& element, std::vector<someip::EventgroupId> old,
+              std::vector<someip::EventgroupId> now, Place old_place, Place new_place) {
+    const auto list = [](std::vector<someip::EventgroupId> ids) {
+      std::ranges::sort(ids);
+      std::string all;
+      for (const someip::EventgroupId id : ids) {
+        all += (all.empty() ? "" : ", ") + hex(static_cast<std::uint32_t>(id));
+      }
+      return all;
+    };
+    differs("event-eventgroups", element, list(std::move(old)), list(std::move(now)), old_place, new_place);
+  }
+
+  void transfers(const std::string& element, const Transfer& old, const Transfer& now, Place old_place,
+                 Place new_place) {
+    const auto word = [](Transport transport) {
+      return std::string{transport == Transport::tcp ? "TCP" : "UDP"};
+    };
+    differs("transport", element, word(old.transport), word(now.transport), old_place, new_place);
+    const auto segments = [](const Transfer& transfer) {
+      return fmt::format("{} bytes, {} us apart", transfer.segment_bytes, transfer.separation.count());
+    };
+    differs("segmentation", element, segments(old), segments(now), old_place, new_place);
+  }
+
+  void protection(const std::string& element, const Protection& old, const Protection& now, Place old_place,
+                  Place new_place) {
+    if (old != now) {
+      const auto word = [](const Protection& e2e) {
+        return e2e.profile.empty() ? std::string{"none"} : "profile " + e2e.profile;
+      };
+      add("protection", element, word(old), word(now), old_place, new_place);
+    }
+  }
+
+  void payloads(const std::string& element, const Payload& old, const Payload& now, Place old_place,
+                Place new_place) {
+    const auto word = [](std::endian order) {
+      return std::string{order == std::endian::big ? "big endian" : "little endian"};
+    };
+    differs("byte-order", element, word(old.byte_order), word(now.byte_order), old_place, new_place);
+    differs("alignment", element, fmt::to_string(old.alignment), fmt::to_string(now.alignment), old_place,
+            new_place);
+    values(element, old.values, now.values, false, old_place, new_place);
+  }
+
+  /// @param behind_length  a length field tells where the values end.
+  void values(const std::string& element, const std::vector<Value>& old, const std::vector<Value>& now,
+              bool behind_length, Place old_place, Place new_place) {
+    if (std::ranges::any_of(old, [](const Value& value) { return value.tag.has_value(); })) {
+      tagged(element, old, now, new_place);
+      return;
+    }
+    const std::size_t common = std::min(old.size(), now.size());
+    for (std::size_t i = 0; i < common; ++i) {
+      const std::string name = path(element, now[i].name);
+      differs("value-renamed", name, old[i].name, now[i].name, old[i].place, now[i].place);
+      if (old[i].tag != now[i].tag) {
+        add("member-tag", name, text(old[i].tag), text(now[i].tag), old[i].place, now[i].place);
+      }
+      uses(name, old[i], now[i]);
+    }
+    for (std::size_t i = common; i < now.size(); ++i) {
+      add(behind_length ? "value-appended-behind-length" : "value-appended", path(element, now[i].name), {},
+          name_of(after_, now[i].type), old_place, now[i].place);
+    }
+    for (std::size_t i = common; i < old.size(); ++i) {
+      add("value-removed", path(element, old[i].name), name_of(before_, old[i].type), {}, old[i].place,
+          new_place);
+    }
+  }
+
+  void tagged(const std::string& element, const std::vector<Value>& old, const std::vector<Value>& now,
+              Place new_place) {
+    const Pairs pairs{old, now, [](const Value& value) { return value.name; },
+                      [](const Value& value) { return value.tag; }};
+    for (const auto& [before, after] : pairs.both) {
+      const std::string name = path(element, after->name);
+      differs("value-renamed", name, before->name, after->name, before->place, after->place);
+      differs("member-tag", name, text(before->tag), text(after->tag), before->place, after->place);
+      if (before->optional != after->optional) {
+        const auto word = [](bool optional) { return std::string{optional ? "optional" : "always there"}; };
+        add("member-optional", name, word(before->optional), word(after->optional), before->place,
+            after->place);
+      }
+      uses(name, *before, *after);
+    }
+    for (const Value* value : pairs.added) {
+      add(value->optional ? "member-optional-added" : "value-appended", path(element, value->name), {},
+          name_of(after_, value->type), {}, value->place);
+    }
+    for (const Value* value : pairs.removed) {
+      add(value->optional ? "member-optional-removed" : "value-removed", path(element, value->name),
+          name_of(before_, value->type), {}, value->place, new_place);
+    }
+  }
+
+  /// One use of a type, and another.
+  void uses(const std::string& element, const Value& old, const Value& now) {
+    const Type& before = resolved(before_, old.type);
+    const Type& after = resolved(after_, now.type);
+    if (before.kind == after.kind) {
+      const std::string was = layout(before.kind, old.wire);
+      const std::string is = layout(after.kind, now.wire);
+      differs("layout", element, was, is, old.place, now.place);
+    }
+    types(element, old.type, now.type, old.place, now.place);
+  }
+
+  void types(const std::string& element, TypeIndex old_index, TypeIndex new_index, Place old_place,
+             Place new_place) {
+    const Type& old = resolved(before_, old_index);
+    const Type& now = resolved(after_, new_index);
+    if (old.kind != now.kind || (old.kind != Kind::structure && old.primitive != now.primitive &&
+                                 (old.kind == Kind::primitive || old.kind == Kind::enumeration))) {
+      add("type-changed", element, name_of(before_, old_index), name_of(after_, new_index), old_place,
+          new_place);
+      return;
+    }
+    differs("type-renamed", element, old.name, now.name, old_place, new_place);
+    // Types that contain themselves, and types that are used often, are told once.
+    if (!seen_.emplace(old_index, new_index).second) {
+      return;
+    }
+    sizes(element, old, now, old_place, new_place);
+    switch (now.kind) {
+      case Kind::structure:
+        values(element, all_members(before_, old), all_members(after_, now),
+               now.wire.length != someip::FieldWidth::none, old_place, new_place);
+        break;
+      case Kind::choice:
+        alternatives(element, old, now, old_place, new_place);
+        break;
+      case Kind::enumeration:
+        enumerators(element, old, now);
+        break;
+      case Kind::map:
+        uses(element + ".key", old.key, now.key);
+        uses(element + "[]", old.element, now.element);
+        break;
+      case Kind::array:
+        uses(element + "[]", old.element, now.element);
+        break;
+      case Kind::primitive:
+      case Kind::string:
+      case Kind::bytes:
+      case Kind::alias:
+        break;
+    }
+  }
+
+  void sizes(const std::string& element, const Type& old, const Type& now, Place old_place, Place new_place) {
+    if (old.fixed_size || now.fixed_size) {
+      const auto word = [](const Type& type) {
+        return type.fixed_size ? fmt::format("always {}", type.max_size) : std::string{"as many as come"};
+      };
+      differs("size-fixed", element, word(old), word(now), old_place, new_place);
+      return;
+    }
+    if (old.max_size != now.max_size) {
+      const auto word = [](std::uint32_t most) {
+        return most == 0 ? std::string{"no limit"} : fmt::format("at most {}", most);
+      };
+      const bool raised = now.max_size == 0 || (old.max_size != 0 && now.max_size > old.max_size);
+      add(raised ? "size-raised" : "size-lowered", element, word(old.max_size), word(now.max_size), old_place,
+          new_place);
+    }
+  }
+
+  void enumerators(const std::string& element, const Type& old, const Type& now) {
+    const std::vector<Enumerator> before = all_enumerators(before_, old);
+    const std::vector<Enumerator> after = all_enumerators(after_, now);
+    const Pairs pairs{before, after, [](const Enumerator& one) { return one.name; },
+                      [](const Enumerator& one) { return std::optional{one.value}; }};
+    for (const auto& [was, is] : pairs.both) {
+      differs("enumerator-renamed", path(element, is->name), was->name, is->name, was->place, is->place);
+      differs("enumerator-value", path(element, is->name), fmt::to_string(was->value),
+              fmt::to_string(is->value), was->place, is->place);
+    }
+    for (const Enumerator* one : pairs.added) {
+      add("enumerator-added", path(element, one->name), {}, fmt::to_string(one->value), {}, one->place);
+    }
+    for (const Enumerator* one : pairs.removed) {
+      add("enumerator-removed", path(element, one->name), fmt::to_string(one->value), {}, one->place, {});
+    }
+  }
+
+  /// An alternative with the number that announces it.
+  struct Alternative {
+    Value value;
+    std::uint32_t selector;
+  };
+  static std::vector<Alternative> alternatives_of(const Model& model, const Type& type) {
+    std::vector<Alternative> all;
+    for (Value& value : all_members(model, type)) {
+      const std::size_t number = all.size();
+      all.push_back({std::move(value), number < type.selectors.size()
+                                           ? type.selectors[number]
+                                           : static_cast<std::uint32_t>(number + 1)});
+    }
+    return all;
+  }
+
+  void alternatives(const std::string& element, const Type& old, const Type& now, Place old_place,
+                    Place new_place) {
+    const std::vector<Alternative> before = alternatives_of(before_, old);
+    const std::vector<Alternative> after = alternatives_of(after_, now);
+    const Pairs pairs{before, after, [](const Alternative& one) { return one.value.name; },
+                      [](const Alternative& one) { return std::optional{one.selector}; }};
+    for (const auto& [was, is] : pairs.both) {
+      const std::string name = path(element, is->value.name);
+      differs("value-renamed", name, was->value.name, is->value.name, was->value.place, is->value.place);
+      differs("alternative-selector", name, fmt::to_string(was->selector), fmt::to_string(is->selector),
+              was->value.place, is->value.place);
+      uses(name, was->value, is->value);
+    }
+    for (const Alternative* one : pairs.added) {
+      add("alternative-added", path(element, one->value.name), {}, fmt::to_string(one->selector), old_place,
+          one->value.place);
+    }
+    for (const Alternative* one : pairs.removed) {
+      add("alternative-removed", path(element, one->value.name), fmt::to_string(one->selector), {},
+          one->value.place, new_place);
+    }
+  }
+
+  /// The rules of a use that matter for its kind, in words.
+  static std::string layout(Kind kind, const Wire& wire) {
+    std::string words = fmt::format("length field {} bits", 8 * bytes(wire.length));
+    if (kind == Kind::choice) {
+      words += fmt::format(", selector {} bits {}", 8 * bytes(wire.selector),
+                           wire.length_first ? "behind the length" : "before the length");
+    }
+    if (kind == Kind::string) {
+      constexpr std::array names{"UTF-8", "UTF-16LE", "UTF-16BE"};
+      words += fmt::format(", {}{}{}", names.at(static_cast<std::size_t>(wire.encoding)),
+                           wire.bom ? ", BOM" : "", wire.terminator ? ", terminator" : "");
+    }
+    if (wire.fixed_bytes != 0) {
+      words += fmt::format(", always {} bytes", wire.fixed_bytes);
+    }
+    if (wire.bits != 0) {
+      words += fmt::format(", {} bits", wire.bits);
+    }
+    if (wire.byte_order) {
+      words += *wire.byte_order == std::endian::big ? ", big endian" : ", little endian";
+    }
+    return words;
+  }
+
+  static std::string name_of(const Model& model, TypeIndex index) {
+    if (index == no_type) {
+      return {};
+    }
+    const Type& type = model.at(index);
+    if (!type.name.empty()) {
+      return type.name;
+    }
+    const Type& behind = resolved(model, index);
+    switch (behind.kind) {
+      case Kind::primitive:
+        return messages::to_string(behind.primitive);
+      case Kind::array:
+        return behind.element.type == index ? "[]" : name_of(model, behind.element.type) + "[]";
+      default:
+        return to_string(behind.kind);
+    }
+  }
+
+  static std::string path(const std::string& element, const std::string& name) {
+    return name.empty() ? element : element + "." + name;
+  }
+
+  const Model& before_;
+  const Model& after_;
+  std::vector<Change> changes_{};
+  std::set<std::pair<TypeIndex, TypeIndex>> seen_{};
+};
+
+}  // namespace
+
+std::span<const ChangeRule> change_rules() {
+  return rules;
+}
+
+std::vector<Change> compare(const Model& before, const Model& after) {
+  return Comparison{before, after}.run();
+}
+
+}  // namespace trestle::describe

@@ -1,0 +1,46 @@
+#pragma once
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "bridge/describe/model.hpp"
+
+/// What changed between two descriptions of a system, and who is hurt by it.
+namespace trestle::describe {
+
+/// Who a change hurts.
+enum class Impact : std::uint8_t {
+  none,        ///< old and new work together
+  compatible,  ///< they do, within limits that the rule tells
+  breaking,    ///< they do not
+};
+
+/// A kind of change. The table of all is in compare.cpp.
+struct ChangeRule {
+  std::string_view id;  ///< "method-removed": stable, for scripts
+  Impact wire;          ///< between an old and a new program in one network
+  Impact api;           ///< for the source code of an application that uses the interface
+  std::string_view meaning;
+};
+
+/// All rules, in the order of the documents.
+[[nodiscard]] std::span<const ChangeRule> change_rules();
+
+/// One difference.
+struct Change {
+  const ChangeRule* rule = nullptr;
+  std::string element;  ///< "Door.open.request.angle"
+  std::string before;   ///< "uint8"; empty: it was not there
+  std::string after;
+  Place old_place{};
+  Place new_place{};
+};
+
+/// The differences, in the order of the new model; what was removed comes last in its service. Services are
+/// the same if they have the same full name, or else the same id; members by name, or else by id of the same
+/// kind. Types are compared where they are used: a type that nothing uses makes no change.
+[[nodiscard]] std::vector<Change> compare(const Model& before, const Model& after);
+
+}  // namespace trestle::describe

@@ -1,0 +1,207 @@
+#include "bridge/describe/compare.hpp"
+
+#include <gmock/gmock.h>
+
+#include <functional>
+#include <set>
+
+namespace trestle::describe {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+constexpr TypeIndex number{0};
+constexpr TypeIndex text{1};
+constexpr TypeIndex mode{2};
+constexpr TypeIndex status{3};
+constexpr TypeIndex extras{4};
+constexpr TypeIndex either{5};
+constexpr TypeIndex list{6};
+constexpr TypeIndex long_status{7};
+
+/// A service with one of everything.
+Model door() {
+  Model model;
+  model.add({.kind = Kind::primitive, .primitive = messages::Primitive::uint16});
+  model.add({.kind = Kind::string});
+  model.add({.kind = Kind::enumeration, .name = "Mode", .enumerators = {{"OPEN", 0}, {"SHUT", 1}}});
+  model.add({.kind = Kind::structure,
+             .name = "Status",
+             .members = {{.name = "mode", .type = mode}, {.name = "angle", .type = number}}});
+  model.add({.kind = Kind::structure,
+             .name = "Extras",
+             .members = {{.name = "a", .type = number, .tag = someip::DataId{1}},
+                         {.name = "b", .type = number, .tag = someip::DataId{2}, .optional = true}}});
+  model.add({.kind = Kind::choice,
+             .name = "Either",
+             .members = {{.name = "one", .type = number}, {.name = "other", .type = text}}});
+  model.add({.kind = Kind::array, .element = {.type = number}, .max_size = 8});
+  model.add({.kind = Kind::structure,
+             .name = "LongStatus",
+             .wire = {.length = someip::FieldWidth::bits32},
+             .members = {{.name = "angle", .type = number}}});
+  Service service{.name = "Door", .scope = "car", .id = someip::ServiceId{0x1234}};
+  service.methods.push_back({.name = "open",
+                             .id = someip::MethodId{1},
+                             .request = {.values = {{.name = "extras", .type = extras}}},
+                             .response = {.values = {{.name = "done", .type = either}}},
+                             .error = mode});
+  service.events.push_back({.name = "moved",
+                            .id = someip::MethodId{0x8001},
+                            .payload = {.values = {{.name = "status", .type = status},
+                                                   {.name = "angles", .type = list},
+                                                   {.name = "more", .type = long_status}}},
+                            .eventgroups = {someip::EventgroupId{1}}});
+  service.fields.push_back(
+      {.name = "label",
+       .payload = {.values = {{.name = "label", .type = text, .wire = default_wire(Kind::string)}}},
+       .getter = someip::MethodId{2},
+       .setter = someip::MethodId{3},
+       .notifier = someip::MethodId{0x8002}});
+  model.services.push_back(std::move(service));
+  return model;
+}
+
+std::vector<std::string> ids(const std::vector<Change>& changes) {
+  std::vector<std::string> ids;
+  for (const Change& change : changes) {
+    ids.emplace_back(change.rule->id);
+  }
+  return ids;
+}
+
+/// What somebody does to the door, and which rules tell it.
+struct Edit {
+  std::vector<std::string> rules;
+  std::function<void(Model&)> edit;
+};
+
+Service& service(Model& model) {
+  return model.services.front();
+}
+
+const std::vector<Edit>& edits() {
+  static const std::vector<Edit> all{
+      {{"service-added"}, [](Model& m) { m.services.push_back({.name = "Window"}); }},
+      {{"service-removed"}, [](Model& m) { m.services.clear(); }},
+      {{"service-renamed"}, [](Model& m) { service(m).name = "Gate"; }},
+      {{"service-id"}, [](Model& m) { service(m).id = someip::ServiceId{0x4321}; }},
+      {{"service-major"}, [](Model& m) { service(m).major = 2; }},
+      {{"service-minor"}, [](Model& m) { service(m).minor = 7; }},
+      {{"method-added"},
+       [](Model& m) { service(m).methods.push_back({.name = "shut", .id = someip::MethodId{9}}); }},
+      {{"method-removed"}, [](Model& m) { service(m).methods.clear(); }},
+      {{"method-renamed"}, [](Model& m) { service(m).methods.front().name = "unlock"; }},
+      {{"method-id"}, [](Model& m) { service(m).methods.front().id = someip::MethodId{5}; }},
+      {{"method-fire-and-forget"}, [](Model& m) { service(m).methods.front().fire_and_forget = true; }},
+      {{"error-changed"}, [](Model& m) { service(m).methods.front().error = no_type; }},
+      {{"event-added"},
+       [](Model& m) { service(m).events.push_back({.name = "shut", .id = someip::MethodId{0x8009}}); }},
+      {{"event-removed"}, [](Model& m) { service(m).events.clear(); }},
+      {{"event-renamed"}, [](Model& m) { service(m).events.front().name = "turned"; }},
+      {{"event-id"}, [](Model& m) { service(m).events.front().id = someip::MethodId{0x8005}; }},
+      {{"event-eventgroups"},
+       [](Model& m) { service(m).events.front().eventgroups = {someip::EventgroupId{2}}; }},
+      {{"transport"}, [](Model& m) { service(m).events.front().transfer.transport = Transport::tcp; }},
+      {{"segmentation"}, [](Model& m) { service(m).events.front().transfer.segment_bytes = 1000; }},
+      {{"byte-order"}, [](Model& m) { service(m).events.front().payload.byte_order = std::endian::little; }},
+      {{"alignment"}, [](Model& m) { service(m).events.front().payload.alignment = 4; }},
+      {{"protection"}, [](Model& m) { service(m).events.front().e2e.profile = "4"; }},
+      {{"field-added"},
+       [](Model& m) { service(m).fields.push_back({.name = "lamp", .notifier = someip::MethodId{0x8009}}); }},
+      {{"field-removed"}, [](Model& m) { service(m).fields.clear(); }},
+      {{"field-renamed"}, [](Model& m) { service(m).fields.front().name = "sign"; }},
+      {{"field-id"}, [](Model& m) { service(m).fields.front().getter = someip::MethodId{7}; }},
+      {{"field-access-removed"}, [](Model& m) { service(m).fields.front().has_setter = false; }},
+      {{"value-renamed"}, [](Model& m) { m.at(status).members[1].name = "degrees"; }},
+      {{"value-appended"},
+       [](Model& m) { m.at(status).members.push_back({.name = "speed", .type = number}); }},
+      {{"value-appended-behind-length"},
+       [](Model& m) { m.at(long_status).members.push_back({.name = "speed", .type = number}); }},
+      {{"value-removed"}, [](Model& m) { m.at(status).members.pop_back(); }},
+      {{"member-optional-added"},
+       [](Model& m) {
+         m.at(extras).members.push_back(
+             {.name = "c", .type = number, .tag = someip::DataId{3}, .optional = true});
+       }},
+      {{"member-optional-removed"}, [](Model& m) { m.at(extras).members.pop_back(); }},
+      {{"member-tag"}, [](Model& m) { m.at(extras).members[0].tag = someip::DataId{4}; }},
+      {{"member-optional"}, [](Model& m) { m.at(extras).members[0].optional = true; }},
+      {{"type-changed"}, [](Model& m) { m.at(status).members[1].type = text; }},
+      {{"type-renamed"}, [](Model& m) { m.at(status).name = "State"; }},
+      {{"layout"},
+       [](Model& m) {
+         service(m).fields.front().payload.values.front().wire.encoding = someip::StringEncoding::utf16be;
+       }},
+      {{"size-fixed"}, [](Model& m) { m.at(list).fixed_size = true; }},
+      {{"size-raised"}, [](Model& m) { m.at(list).max_size = 9; }},
+      {{"size-raised"}, [](Model& m) { m.at(list).max_size = 0; }},
+      {{"size-lowered"}, [](Model& m) { m.at(list).max_size = 4; }},
+      {{"enumerator-added"},
+       [](Model& m) {
+         m.at(mode).enumerators.push_back({"AJAR", 2});
+       }},
+      {{"enumerator-removed"}, [](Model& m) { m.at(mode).enumerators.pop_back(); }},
+      {{"enumerator-renamed"}, [](Model& m) { m.at(mode).enumerators[1].name = "CLOSED"; }},
+      {{"enumerator-value"}, [](Model& m) { m.at(mode).enumerators[1].value = 7; }},
+      {{"alternative-added"},
+       [](Model& m) { m.at(either).members.push_back({.name = "third", .type = number}); }},
+      {{"alternative-removed"}, [](Model& m) { m.at(either).members.pop_back(); }},
+      {{"alternative-selector"},
+       [](Model& m) {
+         m.at(either).selectors = {1, 9};
+       }},
+  };
+  return all;
+}
+
+TEST(Compare, FindsNothingBetweenEquals) {
+  EXPECT_THAT(compare(door(), door()), IsEmpty());
+}
+
+TEST(Compare, TellsEachKindOfChangeAndNothingElse) {
+  for (const Edit& edit : edits()) {
+    Model edited = door();
+    edit.edit(edited);
+    EXPECT_EQ(ids(compare(door(), edited)), edit.rules);
+  }
+}
+
+TEST(Compare, TellsTheReverse) {
+  Model without = door();
+  service(without).fields.front().has_setter = false;
+  EXPECT_THAT(ids(compare(without, door())), ElementsAre("field-access-added"));
+}
+
+TEST(Compare, HasAnEditForEachRule) {
+  std::set<std::string, std::less<>> tried{"field-access-added"};
+  for (const Edit& edit : edits()) {
+    tried.insert(edit.rules.begin(), edit.rules.end());
+  }
+  for (const ChangeRule& rule : change_rules()) {
+    EXPECT_THAT(tried, Contains(rule.id)) << "no test tries this rule";
+  }
+}
+
+TEST(Compare, NamesTheElementAndWhatItWas) {
+  Model edited = door();
+  edited.at(mode).enumerators[1].value = 7;
+  edited.at(mode).enumerators[1].place = {.file = 0, .mark = {12, 5}};
+  const std::vector<Change> changes = compare(door(), edited);
+  ASSERT_EQ(changes.size(), 1);
+  EXPECT_EQ(changes[0].element, "Door.open.error.SHUT");  // the first use of the type
+  EXPECT_EQ(changes[0].before, "1");
+  EXPECT_EQ(changes[0].after, "7");
+  EXPECT_EQ(changes[0].new_place.mark, (documents::Mark{12, 5}));
+}
+
+TEST(Compare, EndsWithTypesThatContainThemselves) {
+  Model old = door();
+  old.at(list).element.type = list;
+  EXPECT_THAT(compare(old, old), IsEmpty());
+}
+
+}  // namespace
+}  // namespace trestle::describe
