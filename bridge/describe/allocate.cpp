@@ -1,0 +1,295 @@
+#include "bridge/describe/allocate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+#include <string_view>
+#include <utility>
+
+#include "bridge/documents/document.hpp"
+#include "bridge/documents/section.hpp"
+
+namespace trestle::describe {
+namespace {
+
+constexpr std::string_view comment =
+    "# Ids that trestle has chosen. Keep this file with the interfaces: what stands here does not change.\n";
+
+/// FNV-1a: the same everywhere, and for ever.
+std::uint32_t hash(std::string_view text) {
+  std::uint32_t sum = 2166136261U;
+  for (const char character : text) {
+    sum = (sum ^ static_cast<unsigned char>(character)) * 16777619U;
+  }
+  return sum;
+}
+
+/// Ids from `first` to `last` of which some are taken.
+class Numbers {
+ public:
+  Numbers(std::uint32_t first, std::uint32_t last) : first_{first}, last_{last} {}
+
+  void take(std::uint16_t id) { taken_.insert(id); }
+  /// Takes the next free one from `begin` on; at the end it begins anew.
+  std::optional<std::uint16_t> next(std::uint32_t begin) {
+    const std::uint32_t count = last_ - first_ + 1;
+    for (std::uint32_t step = 0; step < count; ++step) {
+      const auto id = static_cast<std::uint16_t>(first_ + (begin - first_ + step) % count);
+      if (taken_.insert(id).second) {
+        return id;
+      }
+    }
+    return std::nullopt;
+  }
+  std::optional<std::uint16_t> next() { return next(first_); }
+
+ private:
+  std::uint32_t first_;
+  std::uint32_t last_;
+  std::set<std::uint16_t> taken_{};
+};
+
+/// Something that has an id or shall get one.
+struct Element {
+  std::string name;
+  std::optional<someip::MethodId>* id;
+};
+
+class Allocation {
+ public:
+  Allocation(Model& model, IdLock& lock) : model_{model}, lock_{lock} {}
+
+  std::vector<documents::Problem> run(IdRange range) {
+    services(range);
+    for (Service& service : model_.services) {
+      LockedIds& locked = lock_.services[full_name(service.scope, service.name)];
+      members(service, methods_of(service), locked.methods, {0x0001, 0x7fff}, "method");
+      members(service, events_of(service), locked.events, {0x8001, 0xfffe}, "event");
+      eventgroups(service);
+      instance(service);
+      if (!locked.service && locked.methods.empty() && locked.events.empty()) {
+        lock_.services.erase(full_name(service.scope, service.name));
+      }
+    }
+    return std::move(problems_);
+  }
+
+ private:
+  void services(IdRange range) {
+    Numbers numbers{range.first, range.last};
+    std::vector<std::pair<std::string, Service*>> without;
+    for (Service& service : model_.services) {
+      if (service.id) {
+        numbers.take(someip::value(*service.id));
+      } else {
+        without.emplace_back(full_name(service.scope, service.name), &service);
+      }
+    }
+    for (const auto& [name, locked] : lock_.services) {
+      if (locked.service) {
+        numbers.take(*locked.service);
+      }
+    }
+    // By name: where two names give one number, the order in the files does not matter.
+    std::ranges::sort(without, {}, [](const auto& one) { return one.first; });
+    for (const auto& [name, service] : without) {
+      std::optional<std::uint16_t>& locked = lock_.services[name].service;
+      if (!locked) {
+        locked = numbers.next(range.first + hash(name) % (range.last - range.first + 1U));
+      }
+      if (locked) {
+        service->id = someip::ServiceId{*locked};
+      } else {
+        none_left(service->place, "service", name);
+      }
+    }
+  }
+
+  static std::vector<Element> methods_of(Service& service) {
+    std::vector<Element> all;
+    for (Method& method : service.methods) {
+      all.push_back({method.name, &method.id});
+    }
+    for (Field& field : service.fields) {
+      if (field.has_getter) {
+        all.push_back({field.name + "/getter", &field.getter});
+      }
+      if (field.has_setter) {
+        all.push_back({field.name + "/setter", &field.setter});
+      }
+    }
+    return all;
+  }
+  static std::vector<Element> events_of(Service& service) {
+    std::vector<Element> all;
+    for (Event& event : service.events) {
+      all.push_back({event.name, &event.id});
+    }
+    for (Field& field : service.fields) {
+      if (field.has_notifier) {
+        all.push_back({field.name + "/notifier", &field.notifier});
+      }
+    }
+    return all;
+  }
+
+  void members(const Service& service, const std::vector<Element>& elements,
+               std::map<std::string, std::uint16_t, std::less<>>& locked, IdRange range, const char* what) {
+    Numbers numbers{range.first, range.last};
+    std::set<std::string, std::less<>> given;
+    for (const Element& element : elements) {
+      if (*element.id) {
+        numbers.take(someip::value(**element.id));
+        given.insert(element.name);
+      }
+    }
+    for (const auto& [name, id] : locked) {
+      numbers.take(id);
+    }
+    for (const Element& element : elements) {
+      if (*element.id) {
+        continue;
+      }
+      auto kept = locked.find(element.name);
+      if (kept == locked.end()) {
+        const std::optional<std::uint16_t> id = numbers.next();
+        if (!id) {
+          none_left(service.place, what, element.name);
+          return;
+        }
+        kept = locked.emplace(element.name, *id).first;
+      }
+      *element.id = someip::MethodId{kept->second};
+    }
+  }
+
+  /// Events without an eventgroup join the lowest one that there is.
+  static void eventgroups(Service& service) {
+    const auto lowest = std::ranges::min_element(service.eventgroups, {}, &Eventgroup::id);
+    const someip::EventgroupId id =
+        lowest == service.eventgroups.end() ? someip::EventgroupId{1} : lowest->id;
+    bool used = false;
+    const auto join = [&](std::vector<someip::EventgroupId>& eventgroups) {
+      if (eventgroups.empty()) {
+        eventgroups = {id};
+        used = true;
+      }
+    };
+    for (Event& event : service.events) {
+      join(event.eventgroups);
+    }
+    for (Field& field : service.fields) {
+      if (field.has_notifier) {
+        join(field.eventgroups);
+      }
+    }
+    if (used && service.eventgroups.empty()) {
+      service.eventgroups.push_back({.name = "all", .id = id});
+    }
+  }
+
+  void instance(const Service& service) {
+    const std::string name = full_name(service.scope, service.name);
+    const bool has_one = std::ranges::any_of(model_.instances, [&](const Instance& instance) {
+      return instance.service == name ||
+             (instance.service.empty() && instance.service_id && instance.service_id == service.id);
+    });
+    if (!has_one) {
+      model_.instances.push_back(
+          {.service = name, .service_id = service.id, .id = someip::InstanceId{1}, .place = service.place});
+    }
+  }
+
+  void none_left(const Place& place, const char* what, const std::string& name) {
+    problems_.push_back({.file = place.file < model_.files.size() ? model_.files[place.file] : std::string{},
+                         .mark = place.mark,
+                         .text = fmt::format("no {} id is left for {}", what, documents::quote(name))});
+  }
+
+  Model& model_;
+  IdLock& lock_;
+  std::vector<documents::Problem> problems_{};
+};
+
+documents::Format<std::uint64_t> id_format() {
+  return documents::id_number(1, 0xffff);
+}
+
+void read_ids(const YAML::Node& node, const char* name, documents::Problems& problems,
+              std::map<std::string, std::uint16_t, std::less<>>& into) {
+  if (!node.IsDefined()) {
+    return;
+  }
+  documents::Section section{node, name, problems};
+  for (const std::string& key : section.keys()) {
+    std::uint64_t id = 0;
+    if (section.require(key.c_str(), id_format(), id)) {
+      into.emplace(key, static_cast<std::uint16_t>(id));
+    }
+  }
+}
+
+}  // namespace
+
+tl::expected<IdLock, std::vector<documents::Problem>> read_id_lock(const std::string& file,
+                                                                   const std::string& text) {
+  IdLock lock;
+  documents::Problems problems{file};
+  if (const YAML::Node node = documents::parse_document(text, "'services'", problems)) {
+    documents::Section top{node, "", problems};
+    for (const YAML::Node& element : top.required_list("services", "a list of services")) {
+      documents::Section section{element, "services", problems};
+      std::string name;
+      section.require("name", documents::any_text("the full name of a service"), name);
+      LockedIds ids;
+      if (std::uint64_t id = 0; section.read("id", id_format(), id)) {
+        ids.service = static_cast<std::uint16_t>(id);
+      }
+      read_ids(section.child("methods"), "methods", problems, ids.methods);
+      read_ids(section.child("events"), "events", problems, ids.events);
+      section.finish();
+      if (!lock.services.emplace(name, std::move(ids)).second) {
+        problems.error(section.mark(), fmt::format("{} is there twice", documents::quote(name)));
+      }
+    }
+    top.finish();
+  }
+  if (problems.has_errors()) {
+    return tl::unexpected{problems.take()};
+  }
+  return lock;
+}
+
+std::string to_text(const IdLock& lock) {
+  YAML::Emitter out;
+  const auto id = [](std::uint16_t number) { return fmt::format("0x{:04x}", number); };
+  const auto ids = [&](const char* name, const std::map<std::string, std::uint16_t, std::less<>>& all) {
+    if (all.empty()) {
+      return;
+    }
+    out << YAML::Key << name << YAML::Value << YAML::BeginMap;
+    for (const auto& [element, number] : all) {
+      out << YAML::Key << element << YAML::Value << id(number);
+    }
+    out << YAML::EndMap;
+  };
+  out << YAML::BeginMap << YAML::Key << "services" << YAML::Value << YAML::BeginSeq;
+  for (const auto& [name, service] : lock.services) {
+    out << YAML::BeginMap << YAML::Key << "name" << YAML::Value << name;
+    if (service.service) {
+      out << YAML::Key << "id" << YAML::Value << id(*service.service);
+    }
+    ids("methods", service.methods);
+    ids("events", service.events);
+    out << YAML::EndMap;
+  }
+  out << YAML::EndSeq << YAML::EndMap;
+  return std::string{comment} + out.c_str() + "\n";
+}
+
+std::vector<documents::Problem> allocate_ids(Model& model, IdLock& lock, IdRange services) {
+  return Allocation{model, lock}.run(services);
+}
+
+}  // namespace trestle::describe

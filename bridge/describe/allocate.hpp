@@ -1,0 +1,49 @@
+#pragma once
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "bridge/describe/model.hpp"
+
+/// Ids for what a description leaves without: chosen once, the same on each machine, and kept.
+namespace trestle::describe {
+
+/// Ids of one service that were chosen before, by the names of its elements.
+struct LockedIds {
+  std::optional<std::uint16_t> service{};
+  /// Also those of getters and setters: "label/getter", "label/setter".
+  std::map<std::string, std::uint16_t, std::less<>> methods{};
+  std::map<std::string, std::uint16_t, std::less<>> events{};  ///< also those of notifiers: "label/notifier"
+};
+
+/// Ids that were chosen before. An id stays here when its element is gone, so that no other one gets it.
+struct IdLock {
+  std::map<std::string, LockedIds, std::less<>> services{};  ///< by full_name()
+};
+
+/// Reads the text of a lock file.
+/// @return the ids; or what is wrong, with line and column.
+[[nodiscard]] tl::expected<IdLock, std::vector<documents::Problem>> read_id_lock(const std::string& file,
+                                                                                 const std::string& text);
+/// The text of a lock file: YAML, sorted.
+[[nodiscard]] std::string to_text(const IdLock& lock);
+
+/// Where ids of services are taken from. Both ends are included.
+struct IdRange {
+  std::uint16_t first = 0x4000;
+  std::uint16_t last = 0x7fff;
+};
+
+/// Gives an id to each service, method, event and part of a field without one, an eventgroup to each event
+/// and notifier without one, and a provided instance with id 1 to each service that has no instance.
+///
+/// A service's id follows from its name, so that other services do not change it. Members get the lowest free
+/// number, in their order. What is in the lock keeps its id, and what is new is added there. An id that the
+/// model has wins over the lock.
+/// @return what cannot be done: no id is left.
+[[nodiscard]] std::vector<documents::Problem> allocate_ids(Model& model, IdLock& lock, IdRange services = {});
+
+}  // namespace trestle::describe

@@ -1,0 +1,121 @@
+#include "bridge/describe/allocate.hpp"
+
+#include <gmock/gmock.h>
+
+#include <set>
+
+namespace trestle::describe {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+Service service(std::string name) {
+  Service service{.name = std::move(name), .scope = "car"};
+  service.methods = {{.name = "open"}, {.name = "shut"}};
+  service.events = {{.name = "moved"}};
+  service.fields = {{.name = "label"}, {.name = "angle", .has_setter = false}};
+  return service;
+}
+
+/// "service method method | event | getter setter notifier ..." of one service.
+std::string ids(const Service& service) {
+  const auto text = [](const auto& id) {
+    return id ? std::to_string(static_cast<unsigned>(*id)) : std::string{"-"};
+  };
+  std::string all;
+  for (const Method& method : service.methods) {
+    all += text(method.id) + " ";
+  }
+  for (const Event& event : service.events) {
+    all += text(event.id) + " ";
+  }
+  for (const Field& field : service.fields) {
+    all += text(field.getter) + " " + text(field.setter) + " " + text(field.notifier) + " ";
+  }
+  return all;
+}
+
+TEST(AllocateIds, NumbersMembersInTheirOrder) {
+  Model model{.services = {service("Door")}};
+  IdLock lock;
+  EXPECT_THAT(allocate_ids(model, lock), IsEmpty());
+  EXPECT_EQ(ids(model.services[0]), "1 2 32769 3 4 32770 5 - 32771 ");
+  EXPECT_THAT(model.services[0].fields[0].eventgroups, ElementsAre(someip::EventgroupId{1}));
+  ASSERT_EQ(model.instances.size(), 1);
+  EXPECT_EQ(model.instances[0].service, "car.Door");
+  EXPECT_EQ(model.instances[0].id, someip::InstanceId{1});
+}
+
+TEST(AllocateIds, LeavesWhatIsGiven) {
+  Model model{.services = {service("Door")}};
+  model.services[0].id = someip::ServiceId{0x1234};
+  model.services[0].methods[1].id = someip::MethodId{1};
+  model.services[0].events[0].eventgroups = {someip::EventgroupId{7}};
+  model.services[0].eventgroups = {{.id = someip::EventgroupId{7}}, {.id = someip::EventgroupId{5}}};
+  model.instances = {{.service = "car.Door", .id = someip::InstanceId{9}}};
+  IdLock lock;
+  EXPECT_THAT(allocate_ids(model, lock), IsEmpty());
+  EXPECT_EQ(model.services[0].id, someip::ServiceId{0x1234});
+  EXPECT_EQ(ids(model.services[0]), "2 1 32769 3 4 32770 5 - 32771 ");
+  EXPECT_THAT(model.services[0].events[0].eventgroups, ElementsAre(someip::EventgroupId{7}));
+  EXPECT_THAT(model.services[0].fields[0].eventgroups, ElementsAre(someip::EventgroupId{5}));
+  EXPECT_EQ(model.instances.size(), 1);
+  EXPECT_FALSE(lock.services.at("car.Door").service);  // given, not chosen
+}
+
+TEST(AllocateIds, GivesServicesTheSameIdsWhateverIsBesideThem) {
+  Model alone{.services = {service("Door")}};
+  IdLock lock;
+  EXPECT_THAT(allocate_ids(alone, lock), IsEmpty());
+  Model beside{.services = {service("Window"), service("Door"), service("Seat")}};
+  IdLock other;
+  EXPECT_THAT(allocate_ids(beside, other), IsEmpty());
+  EXPECT_EQ(beside.services[1].id, alone.services[0].id);
+}
+
+TEST(AllocateIds, ChangesNothingTheSecondTime) {
+  Model first{.services = {service("Door"), service("Window")}};
+  IdLock lock;
+  EXPECT_THAT(allocate_ids(first, lock), IsEmpty());
+  const std::string text = to_text(lock);
+  IdLock again = read_id_lock("lock", text).value();
+  // Something new before what there was, and something gone.
+  Model second{.services = {service("Window"), service("Door")}};
+  second.services[1].methods = {{.name = "lock"}, {.name = "shut"}};
+  EXPECT_THAT(allocate_ids(second, again), IsEmpty());
+  EXPECT_EQ(second.services[1].id, first.services[0].id);
+  EXPECT_EQ(ids(second.services[0]), ids(first.services[1]));
+  EXPECT_EQ(ids(second.services[1]), "6 2 32769 3 4 32770 5 - 32771 ");  // 1 was that of "open"
+  EXPECT_THAT(allocate_ids(first, again), IsEmpty());
+}
+
+TEST(AllocateIds, NeverGivesOneIdTwiceAndSaysWhenNoneIsLeft) {
+  Model model;
+  for (int i = 0; i < 9; ++i) {
+    model.services.push_back({.name = "S" + std::to_string(i)});
+  }
+  IdLock lock;
+  const auto problems = allocate_ids(model, lock, {0x10, 0x17});
+  std::set<someip::ServiceId> ids;
+  for (const Service& one : model.services) {
+    if (one.id) {
+      EXPECT_TRUE(ids.insert(*one.id).second);
+    }
+  }
+  EXPECT_EQ(ids.size(), 8);
+  ASSERT_EQ(problems.size(), 1);
+  EXPECT_EQ(problems[0].text, "no service id is left for 'S8'");
+}
+
+TEST(ReadIdLock, SaysWhereItIsWrong) {
+  const auto lock =
+      read_id_lock("ids.lock", "services:\n  - name: car.Door\n    id: 0x12345\n    methods: {open: x}\n");
+  ASSERT_FALSE(lock);
+  ASSERT_EQ(lock.error().size(), 2);
+  EXPECT_EQ(to_string(lock.error()[0]).substr(0, 24), "ids.lock:3:9: error: id:");
+  EXPECT_EQ(lock.error()[1].mark, (documents::Mark{4, 21}));
+}
+
+}  // namespace
+}  // namespace trestle::describe
