@@ -24,7 +24,7 @@ bridge/messages/convert/quick
 bridge/messages/convert
 bridge/messages/values
 bridge/describe
-bridge/cli
+bridge/cli bridge/web
 bridge/carry/config bridge/inspect/decode bridge/measure
 bridge/carry/runtime bridge/inspect/tools bridge/measure/demo bridge/measure/perf
 bridge/carry/commands

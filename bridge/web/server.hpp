@@ -1,0 +1,78 @@
+// bridge/web: local pages, served by the program itself.
+//
+//   server.hpp  a small HTTP server under Asio: requests in, answers out
+//   assets.hpp  the files of assets/, compiled in: the look that all pages share
+//
+// Knows nothing of SOME/IP, DDS or descriptions; who has a page brings a handler.
+#pragma once
+#include <boost/asio/io_context.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "someip/wire/endpoint.hpp"
+#include "someip/wire/types.hpp"
+
+namespace trestle::web {
+
+/// What a browser asks for.
+struct Request {
+  std::string method;  ///< "GET", "POST"
+  std::string path;    ///< decoded, begins with "/": "/api/model"
+  std::map<std::string, std::string, std::less<>> query{};
+  std::string body{};
+};
+
+/// What it gets.
+struct Answer {
+  unsigned status = 200;
+  std::string type = "text/plain; charset=utf-8";  ///< Content-Type
+  std::string body{};
+  /// A file name for what is to be saved; empty: shown.
+  std::string file_name{};
+};
+
+[[nodiscard]] Answer json_answer(std::string json, unsigned status = 200);
+[[nodiscard]] Answer html_answer(std::string html);
+[[nodiscard]] Answer not_found();
+
+struct ServerLimits {
+  std::size_t connections = 32;  ///< at once; further ones wait in the system's queue
+  std::size_t header_bytes = 16U << 10U;
+  std::size_t body_bytes = 64U << 20U;
+  Duration idle = std::chrono::seconds{30};  ///< until a connection without a request ends
+};
+
+/// Answers HTTP/1.1 requests, one handler for all, on the thread of the io_context.
+///
+/// A page of a stranger must not speak to it through the user's browser. So a request is refused (403) unless
+/// its Host is the address that is listened on, "localhost", or a name in `names`, and a request other than
+/// GET unless its Origin, where there is one, is the same. Answers forbid scripts, frames and connections of
+/// other origins.
+class Server {
+ public:
+  using Handler = std::function<Answer(const Request&)>;
+
+  /// @param at  port 0: the system chooses.
+  /// @throws boost::system::system_error when nothing can listen there.
+  Server(boost::asio::io_context& io, const Endpoint& at, Handler handler, ServerLimits limits = {},
+         std::vector<std::string> names = {});
+  ~Server();
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+  [[nodiscard]] std::uint16_t port() const;
+  /// "http://127.0.0.1:8080/"
+  [[nodiscard]] std::string url() const;
+
+ private:
+  class Implementation;
+  std::shared_ptr<Implementation> implementation_;
+};
+
+}  // namespace trestle::web
