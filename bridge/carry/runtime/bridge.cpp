@@ -71,9 +71,11 @@ void log_dds(spdlog::logger& logger, const dds::Happening& event) {
 
 struct Bridge::State {
   State(boost::asio::io_context& io, const BridgeConfig& config, messages::TypeLibrary& types, Report& report)
-      : watch{std::make_shared<TopicWatch>(io)},
-        publishers{io},
+      : clock{clock_of(io)},
+        watch{std::make_shared<TopicWatch>(io)},
+        publishers{*clock},
         context{.io = io,
+                .clock = *clock,
                 .report = report,
                 .address = config.someip.address,
                 .values = &values,
@@ -169,7 +171,7 @@ struct Bridge::State {
       return;
     }
     diagnostics = start_at(config, config.diagnostics.mark, [&] {
-      return std::make_unique<Diagnostics>(context.io, *participant, config.diagnostics,
+      return std::make_unique<Diagnostics>(*clock, *dds, config.diagnostics,
                                            user_data_of(Diagnostics::type, types), look);
     });
     // Who comes new is told at once, and not with the next period only.
@@ -208,7 +210,7 @@ struct Bridge::State {
   void watch_silence(const BridgeConfig& config) {
     around.other_interface = other_interface(config.someip);
     silence.emplace(
-        context.io,
+        *clock,
         [this] {
           look_around();
           return SilenceWatch::Heard{.someip = node->seen_hosts(), .dds = around.participants};
@@ -229,6 +231,7 @@ struct Bridge::State {
 
   /// For the threads of DDS, which are started after it has been fetched.
   std::shared_ptr<spdlog::logger> logger = spdlog::default_logger();
+  const std::unique_ptr<RouteClock> clock;
   std::shared_ptr<TopicWatch> watch;
   PublisherWatch publishers;  ///< of routes whose quality of service is as published
   FieldValues values;

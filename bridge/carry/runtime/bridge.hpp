@@ -4,7 +4,7 @@
 //   running_route.hpp, route_kinds.hpp   what a route is while it runs, and the kinds, each in a file that is
 //                           named by its direction
 //   make_routes.hpp         makes them of a configuration
-//   someip_side.hpp, dds_side.hpp        all that routes see of the networks
+//   someip_side.hpp, dds_side.hpp, route_clock.hpp   all that routes see of the networks and of time
 //   discovered_routes.hpp   routes of patterns, made when topics appear
 //   counters.hpp, diagnostics.hpp, silence_watch.hpp, report.hpp   what a bridge reports about itself
 //   loop_guard.hpp, loop_check.hpp, suspected_loop.hpp, bridge_mark.hpp   keep messages from going round in a

@@ -1,48 +1,26 @@
 #include "bridge/carry/runtime/calm_updates.hpp"
 
 #include <algorithm>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/post.hpp>
 #include <utility>
 
 namespace trestle::carry {
 
-CalmUpdates::CalmUpdates(boost::asio::io_context& io, std::function<bool()> update)
-    : io_{io}, update_{std::move(update)}, timer_{io} {}
-
-CalmUpdates::~CalmUpdates() = default;
+CalmUpdates::CalmUpdates(RouteClock& clock, std::function<bool()> update)
+    : clock_{clock}, filled_{clock.now()}, look_{clock.timer([this, update = std::move(update)] {
+        if (update()) {
+          --changes_left_;
+        }
+      })} {}
 
 void CalmUpdates::look_soon() {
-  if (std::exchange(soon_, true)) {
+  if (look_->armed()) {
     return;
   }
-  const auto now = Clock::now();
-  const auto grown = std::min<Clock::rep>((now - filled_) / pause, at_once - changes_left_);
+  const auto now = clock_.now();
+  const auto grown = std::min<std::int64_t>((now - filled_) / pause, at_once - changes_left_);
   changes_left_ += static_cast<int>(grown);
   filled_ = changes_left_ == at_once ? now : filled_ + grown * pause;
-  const auto run = [this, alive = std::weak_ptr{alive_}] {
-    if (!alive.expired()) {
-      look();
-    }
-  };
-  if (changes_left_ > 0) {
-    boost::asio::post(io_, run);
-    return;
-  }
-  timer_.expires_at(filled_ + pause);
-  timer_.async_wait([run](const boost::system::error_code& cancelled) {
-    if (!cancelled) {
-      run();
-    }
-  });
-}
-
-void CalmUpdates::look() {
-  soon_ = false;
-  const std::weak_ptr alive{alive_};
-  if (update_() && !alive.expired()) {
-    --changes_left_;
-  }
+  look_->set(changes_left_ > 0 ? now : filled_ + pause);
 }
 
 }  // namespace trestle::carry

@@ -1,8 +1,9 @@
 #pragma once
-#include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <functional>
 #include <memory>
+
+#include "bridge/carry/runtime/route_clock.hpp"
 
 namespace trestle::carry {
 
@@ -15,8 +16,7 @@ class CalmUpdates {
   static constexpr std::chrono::milliseconds pause{200};
 
   /// @param update  returns whether it has changed something. Not called once this object has ended.
-  CalmUpdates(boost::asio::io_context& io, std::function<bool()> update);
-  ~CalmUpdates();
+  CalmUpdates(RouteClock& clock, std::function<bool()> update);
   CalmUpdates(const CalmUpdates&) = delete;
   CalmUpdates& operator=(const CalmUpdates&) = delete;
 
@@ -24,16 +24,10 @@ class CalmUpdates {
   void look_soon();
 
  private:
-  using Clock = std::chrono::steady_clock;
-  void look();
-
-  boost::asio::io_context& io_;
-  std::function<bool()> update_;
-  bool soon_ = false;  ///< look() will be called
+  RouteClock& clock_;
   int changes_left_ = at_once;
-  Clock::time_point filled_ = Clock::now();  ///< when changes_left_ was last full, or raised by one
-  boost::asio::steady_timer timer_;
-  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+  RouteClock::TimePoint filled_;  ///< when changes_left_ was last full, or raised by one
+  std::unique_ptr<RouteTimer> look_;
 };
 
 }  // namespace trestle::carry

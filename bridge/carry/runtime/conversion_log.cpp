@@ -6,7 +6,7 @@ namespace trestle::carry {
 
 void ConversionLog::refused(const messages::ConversionError& error, ByteView input,
                             const someip::PayloadRules* rules) {
-  if (std::chrono::steady_clock::now() < next_) {
+  if (clock_.now() < next_) {
     ++passed_over_;
     return;
   }
@@ -15,7 +15,7 @@ void ConversionLog::refused(const messages::ConversionError& error, ByteView inp
 }
 
 void ConversionLog::tell(std::string_view what) {
-  const auto now = std::chrono::steady_clock::now();
+  const auto now = clock_.now();
   if (now < next_) {
     ++passed_over_;
     return;

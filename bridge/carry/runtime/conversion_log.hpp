@@ -1,10 +1,10 @@
 #pragma once
-#include <chrono>
 #include <cstdint>
 #include <string>
 #include <string_view>
 
 #include "bridge/carry/runtime/conversion_words.hpp"
+#include "bridge/carry/runtime/route_clock.hpp"
 
 namespace trestle::carry {
 
@@ -12,7 +12,7 @@ namespace trestle::carry {
 /// then at most one a second, with how many were passed over in between.
 class ConversionLog {
  public:
-  explicit ConversionLog(std::string topic) : topic_{std::move(topic)} {}
+  ConversionLog(const RouteClock& clock, std::string topic) : clock_{clock}, topic_{std::move(topic)} {}
   /// @param rules  of a SOME/IP payload: for a guess at those of its sender.
   void refused(const messages::ConversionError& error, ByteView input,
                const someip::PayloadRules* rules = nullptr);
@@ -20,8 +20,9 @@ class ConversionLog {
   void tell(std::string_view what);
 
  private:
+  const RouteClock& clock_;
   std::string topic_;
-  std::chrono::steady_clock::time_point next_{};
+  RouteClock::TimePoint next_{};
   std::uint64_t passed_over_ = 0;
 };
 

@@ -67,16 +67,16 @@ std::vector<std::byte> diagnostic_array(std::chrono::nanoseconds stamp, std::spa
   return out.take();
 }
 
-Diagnostics::Diagnostics(boost::asio::io_context& io, dds::Participant& participant,
-                         const DiagnosticsSettings& settings, const std::string& user_data,
-                         std::function<std::vector<Diagnosis>()> look)
+Diagnostics::Diagnostics(RouteClock& clock, DdsSide& dds, const DiagnosticsSettings& settings,
+                         const std::string& user_data, std::function<std::vector<Diagnosis>()> look)
     : period_{settings.period},
       look_{std::move(look)},
-      writer_{participant.create_writer(dds::ros_topic_name(settings.topic), dds::ros_type_name(type), {},
-                                        max_sample, {.user_data = user_data})},
-      timer_{io} {
-  due_ = std::chrono::steady_clock::now() + period_;
-  look_at(due_);
+      writer_{dds.writer(dds::ros_topic_name(settings.topic), dds::ros_type_name(type), {}, max_sample,
+                         {.user_data = user_data})},
+      clock_{clock},
+      next_look_{clock.timer([this] { this->look(); })},
+      due_{clock.now() + period_} {
+  next_look_->set(due_);
 }
 
 void Diagnostics::changed() {
@@ -93,23 +93,14 @@ std::function<void()> Diagnostics::asker() {
 }
 
 void Diagnostics::look_soon() {
-  const auto when = std::max(std::chrono::steady_clock::now(), last_ + soonest);
-  if (when < timer_.expiry()) {
-    look_at(when);
+  const auto when = std::max(clock_.now(), last_ + soonest);
+  if (when < next_look_->armed()) {
+    next_look_->set(when);
   }
 }
 
-void Diagnostics::look_at(std::chrono::steady_clock::time_point when) {
-  timer_.expires_at(when);
-  timer_.async_wait([this, alive = std::weak_ptr{alive_}](const boost::system::error_code& error) {
-    if (!error && !alive.expired()) {
-      look();
-    }
-  });
-}
-
 void Diagnostics::look() {
-  last_ = std::chrono::steady_clock::now();
+  last_ = clock_.now();
   const std::vector<Diagnosis> found = look_();
   Said now;
   now.reserve(found.size());
@@ -118,11 +109,12 @@ void Diagnostics::look() {
   }
   const bool is_other = std::exchange(said_, std::move(now)) != said_;
   if (std::exchange(has_changed_, false) || is_other || last_ >= due_) {
-    const auto sample = diagnostic_array(std::chrono::system_clock::now().time_since_epoch(), found);
-    static_cast<void>(writer_.write(ByteView{sample}));  // with the next one all is said again
+    const auto sample = diagnostic_array(clock_.since_1970(), found);
+    const ByteView bytes{sample};
+    static_cast<void>(writer_->write({&bytes, 1}));  // with the next one all is said again
     due_ = last_ + period_;
   }
-  look_at(due_);
+  next_look_->set(due_);
 }
 
 }  // namespace trestle::carry

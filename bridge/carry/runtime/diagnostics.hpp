@@ -1,5 +1,4 @@
 #pragma once
-#include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <functional>
 #include <memory>
@@ -10,7 +9,8 @@
 
 #include "bridge/carry/config/bridge_config.hpp"
 #include "bridge/carry/runtime/counters.hpp"
-#include "dds_adapter/participant.hpp"
+#include "bridge/carry/runtime/dds_side.hpp"
+#include "bridge/carry/runtime/route_clock.hpp"
 
 namespace trestle::carry {
 
@@ -51,7 +51,7 @@ class Diagnostics {
 
   /// @param user_data  of the writer.
   /// @throws dds::DdsError
-  Diagnostics(boost::asio::io_context& io, dds::Participant& participant, const DiagnosticsSettings& settings,
+  Diagnostics(RouteClock& clock, DdsSide& dds, const DiagnosticsSettings& settings,
               const std::string& user_data, std::function<std::vector<Diagnosis>()> look);
   Diagnostics(const Diagnostics&) = delete;
   Diagnostics& operator=(const Diagnostics&) = delete;
@@ -65,15 +65,15 @@ class Diagnostics {
  private:
   using Said = std::vector<std::pair<std::string, std::string>>;
   void look_soon();
-  void look_at(std::chrono::steady_clock::time_point when);
   void look();
 
   const Duration period_;
   std::function<std::vector<Diagnosis>()> look_;
-  dds::Writer writer_;
-  boost::asio::steady_timer timer_;
-  std::chrono::steady_clock::time_point last_{};
-  std::chrono::steady_clock::time_point due_;  ///< when all is published again, whatever has changed
+  const std::unique_ptr<DdsWriter> writer_;
+  const RouteClock& clock_;
+  const std::unique_ptr<RouteTimer> next_look_;
+  RouteClock::TimePoint last_{};
+  RouteClock::TimePoint due_;  ///< when all is published again, whatever has changed
   bool has_changed_ = false;
   Said said_;  ///< names and messages, as they were published
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);

@@ -53,7 +53,7 @@ DiscoveredRoutes::DiscoveredRoutes(const RouteContext& context, const BridgeConf
       types_{types},
       lock_{read_lock(config.lock_file)},
       past_{"former routes of patterns", {}},
-      timer_{context.io} {
+      next_look_{context.clock.timer([this] { update(); })} {
   own_.watch = nullptr;
   own_.publishers = nullptr;
   patterns_.resize(config_.patterns.size());
@@ -98,30 +98,21 @@ void DiscoveredRoutes::open() {
 }
 
 void DiscoveredRoutes::changed() {
-  if (!std::exchange(due_, true)) {
-    update_at(std::max(std::chrono::steady_clock::now(), last_ + pause_between_looks));
+  const auto when = std::max(context_.clock.now(), last_ + pause_between_looks);
+  if (!next_look_->armed() || when < next_look_->armed()) {
+    next_look_->set(when);
   }
-}
-
-void DiscoveredRoutes::update_at(std::chrono::steady_clock::time_point when) {
-  timer_.expires_at(when);
-  timer_.async_wait([this](const boost::system::error_code& cancelled) {
-    if (!cancelled) {  // else this object may be gone
-      update();
-    }
-  });
 }
 
 void DiscoveredRoutes::stop() {
   stopped_ = true;
-  timer_.cancel();
+  next_look_->cancel();
   for (auto& [topic, live] : live_) {
     live.running.stop();
   }
 }
 
 void DiscoveredRoutes::update() {
-  due_ = false;
   if (stopped_ || !opened_) {
     return;
   }
@@ -129,7 +120,7 @@ void DiscoveredRoutes::update() {
     missed_ = true;
     return;
   }
-  last_ = std::chrono::steady_clock::now();
+  last_ = context_.clock.now();
   const std::map<TopicAndType, Found> found = look();
   drop_what_is_gone(found);
   std::vector<Candidate> candidates;
@@ -341,8 +332,8 @@ void DiscoveredRoutes::locked(LockFile file, const tl::expected<void, std::strin
   }
   if (std::exchange(missed_, false)) {
     changed();
-  } else if (!due_) {
-    update_at(last_ + pause_before_locking_again);
+  } else if (!next_look_->armed()) {
+    next_look_->set(last_ + pause_before_locking_again);
   }
 }
 

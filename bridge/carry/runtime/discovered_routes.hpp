@@ -1,6 +1,5 @@
 #pragma once
 #include <array>
-#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/thread_pool.hpp>
 #include <map>
 #include <memory>
@@ -98,7 +97,6 @@ class DiscoveredRoutes {
   };
 
   void update();
-  void update_at(std::chrono::steady_clock::time_point when);
   [[nodiscard]] std::map<TopicAndType, Found> look();
   void drop_what_is_gone(const std::map<TopicAndType, Found>& found);
   void drop(std::map<std::string, Live>::iterator live);
@@ -133,9 +131,8 @@ class DiscoveredRoutes {
   std::set<std::string> told_;               ///< lines that need not be logged again
   CounterGroup past_;                        ///< sums of the routes that there were
   Watcher watcher_;
-  boost::asio::steady_timer timer_;
-  std::chrono::steady_clock::time_point last_{};
-  bool due_ = false;
+  const std::unique_ptr<RouteTimer> next_look_;
+  RouteClock::TimePoint last_{};
   bool stopped_ = false;
   std::vector<Candidate> being_locked_;  ///< until then nothing else is looked at
   bool locking_ = false;

@@ -40,15 +40,15 @@ class EventToTopic final : public RunningRoute {
         subscription_spec_{subscription},
         route_{route},
         plan_{std::move(plan)},
-        log_{route.topic},
+        log_{context.clock, route.topic},
         user_data_{std::move(user_data)},
         mark_{mark_of(context.address, route)},
         returns_{dds::ros_topic_name(route.topic), mark_},
-        loop_{context.io,
+        loop_{context.clock,
               route.topic,
               {dds::ros_topic_name(route.topic), false},
               ", who reads the topic, and the SOME/IP service at "},
-        updates_{context.io, [this] { return update(); }} {}
+        updates_{context.clock, [this] { return update(); }} {}
 
   /// Subscribes, or looks for the service.
   void join_someip() override {
@@ -191,12 +191,12 @@ class EventToTopic final : public RunningRoute {
       ++no_reader_;
       return;
     }
-    const auto before = Clock::now();
+    const auto before = context_.clock.now();
     if (loop_.refuses(event.payload, from, *context_.dds, before)) {
       return;
     }
     const auto sample = plan_.someip_to_cdr(event.payload, scratch_);
-    const auto after = Clock::now();
+    const auto after = context_.clock.now();
     if (!sample) {
       ++not_convertible_;
       log_.refused(sample.error(), event.payload, &route_.rules.payload);

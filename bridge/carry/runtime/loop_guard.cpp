@@ -2,7 +2,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include <boost/asio/io_context.hpp>
 #include <utility>
 
 namespace trestle::carry {
@@ -16,34 +15,23 @@ std::unique_lock<std::mutex> held(std::mutex* mutex) {
 
 }  // namespace
 
-LoopGuard::LoopGuard(boost::asio::io_context& io, std::string what, const LoopCheck::Limits& limits,
-                     std::mutex* mutex)
-    : what_{std::move(what)}, mutex_{mutex}, check_{limits}, timer_{io} {}
-
-LoopGuard::~LoopGuard() = default;
+LoopGuard::LoopGuard(RouteClock& clock, std::string what, const LoopCheck::Limits& limits, std::mutex* mutex)
+    : clock_{clock}, what_{std::move(what)}, mutex_{mutex}, check_{limits}, trial_end_{clock.timer([this] {
+        judge();
+      })} {}
 
 void LoopGuard::arm() {
-  if (armed_) {
+  if (trial_end_->armed()) {
     return;
   }
-  {
-    const auto lock = held(mutex_);
-    if (!check_.deadline()) {
-      return;
-    }
-    timer_.expires_at(*check_.deadline());
+  const auto lock = held(mutex_);
+  if (check_.deadline()) {
+    trial_end_->set(*check_.deadline());
   }
-  armed_ = true;
-  timer_.async_wait([this, alive = std::weak_ptr{alive_}](const boost::system::error_code& cancelled) {
-    if (!cancelled && !alive.expired()) {
-      judge();
-    }
-  });
 }
 
 void LoopGuard::judge() {
-  armed_ = false;
-  const auto now = std::chrono::steady_clock::now();
+  const auto now = clock_.now();
   std::string through;
   {
     const auto lock = held(mutex_);

@@ -1,10 +1,10 @@
 #pragma once
-#include <boost/asio/steady_timer.hpp>
 #include <memory>
 #include <mutex>
 #include <string>
 
 #include "bridge/carry/runtime/loop_check.hpp"
+#include "bridge/carry/runtime/route_clock.hpp"
 
 namespace trestle::carry {
 
@@ -14,9 +14,8 @@ class LoopGuard {
  public:
   /// @param what   the route, for the log.
   /// @param mutex  held by callers of may_carry() and looped(); nothing: one thread does all.
-  LoopGuard(boost::asio::io_context& io, std::string what, const LoopCheck::Limits& limits = {},
+  LoopGuard(RouteClock& clock, std::string what, const LoopCheck::Limits& limits = {},
             std::mutex* mutex = nullptr);
-  ~LoopGuard();
   LoopGuard(const LoopGuard&) = delete;
   LoopGuard& operator=(const LoopGuard&) = delete;
 
@@ -47,16 +46,15 @@ class LoopGuard {
  private:
   void judge();
 
+  const RouteClock& clock_;
   const std::string what_;
   std::mutex* const mutex_;
   LoopCheck check_;
   bool on_trial_ = false;
-  bool armed_ = false;
   std::string through_;
   std::uint64_t looped_ = 0;
   std::optional<LoopCheck::TimePoint> told_;
-  boost::asio::steady_timer timer_;
-  const std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+  const std::unique_ptr<RouteTimer> trial_end_;
 };
 
 }  // namespace trestle::carry

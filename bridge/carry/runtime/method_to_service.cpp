@@ -51,17 +51,17 @@ class MethodToService final : public RunningRoute {
       : RunningRoute{method.e2e},
         context_{context},
         method_{method},
-        loop_{context.io,
+        loop_{context.clock,
               method.ros_service,
               {dds::ros_request_topic(method.ros_service), false},
               ", which has a server of it, and the SOME/IP client at ",
               limits_of_calls},
         plans_{std::move(parts.plans)},
         ros_{loop_.suspects().watching(std::move(parts.ros))},
-        log_{method.ros_service},
+        log_{context.clock, method.ros_service},
         returns_{dds::ros_request_topic(method.ros_service), mark_of(context.address, method)},
         work_{std::make_shared<ServiceWork>(
-            context.io, [this](dds::TimePoint now) { work(now); }, [this] { return client_->deadline(); })},
+            context, [this](dds::TimePoint now) { work(now); }, [this] { return client_->deadline(); })},
         shares_{method.max_calls} {}
 
   ~MethodToService() override { work_->stop(); }
@@ -167,7 +167,7 @@ class MethodToService final : public RunningRoute {
       responder.error(ReturnCode::not_ok);
       return;
     }
-    if (loop_.refuses(request.payload, responder.caller(), *context_.dds, std::chrono::steady_clock::now())) {
+    if (loop_.refuses(request.payload, responder.caller(), *context_.dds, context_.clock.now())) {
       responder.error(ReturnCode::not_ok);
       return;
     }
@@ -179,7 +179,7 @@ class MethodToService final : public RunningRoute {
       return;
     }
     const IpAddress caller = responder.caller().address;
-    if (!shares_.take(caller, std::chrono::steady_clock::now())) {
+    if (!shares_.take(caller, context_.clock.now())) {
       ++(in_flight_ < method_.max_calls ? over_share_ : too_many_);
       log_.tell(fmt::format("a call of {} was refused: it has its share of `max_calls`, {} of {} wait",
                             someip::to_string(caller), in_flight_, method_.max_calls));
@@ -189,7 +189,7 @@ class MethodToService final : public RunningRoute {
     // A std::function is copied, which a Responder cannot be.
     const auto answer = std::make_shared<sd::Responder>(std::move(responder));
     ++in_flight_;
-    client_->call(sample->slices, method_.timeout, std::chrono::steady_clock::now(),
+    client_->call(sample->slices, method_.timeout, context_.clock.now(),
                   [this, answer](tl::expected<dds::ServiceMessage, dds::CallFault> reply) {
                     on_reply(std::move(reply), *answer);
                   });

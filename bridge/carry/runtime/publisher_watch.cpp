@@ -14,33 +14,23 @@ void PublisherWatch::open(const DdsSide& dds) {
 }
 
 void PublisherWatch::changed() {
-  if (dds_ == nullptr || std::exchange(due_, true)) {
+  if (dds_ == nullptr || next_look_->armed()) {
     return;
   }
-  const auto now = std::chrono::steady_clock::now();
-  if (now >= last_ + soonest_next_look) {
+  if (const auto soonest = last_ + soonest_next_look; clock_.now() < soonest) {
+    next_look_->set(soonest);
+  } else {
     look();
-    return;
   }
-  timer_.expires_at(last_ + soonest_next_look);
-  timer_.async_wait([this](const boost::system::error_code& cancelled) {
-    if (!cancelled) {  // else this object may be gone
-      look();
-    }
-  });
 }
 
 void PublisherWatch::stop() {
   dds_ = nullptr;
-  timer_.cancel();
+  next_look_->cancel();
 }
 
 void PublisherWatch::look() {
-  due_ = false;
-  if (dds_ == nullptr) {
-    return;
-  }
-  last_ = std::chrono::steady_clock::now();
+  last_ = clock_.now();
   for (auto& [what, told] : told_) {
     told.published = {};
   }

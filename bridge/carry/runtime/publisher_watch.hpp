@@ -1,12 +1,13 @@
 #pragma once
-#include <boost/asio/steady_timer.hpp>
 #include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <utility>
 
 #include "bridge/carry/runtime/bridge_mark.hpp"
 #include "bridge/carry/runtime/published_qos.hpp"
+#include "bridge/carry/runtime/route_clock.hpp"
 
 namespace trestle::carry {
 
@@ -14,7 +15,7 @@ namespace trestle::carry {
 /// than it is worth. On the thread that runs the io_context.
 class PublisherWatch {
  public:
-  explicit PublisherWatch(boost::asio::io_context& io) : timer_{io} {}
+  explicit PublisherWatch(RouteClock& clock) : clock_{clock}, next_look_{clock.timer([this] { look(); })} {}
   PublisherWatch(const PublisherWatch&) = delete;
   PublisherWatch& operator=(const PublisherWatch&) = delete;
 
@@ -39,9 +40,9 @@ class PublisherWatch {
   };
   std::map<std::pair<std::string, std::string>, Told> told_;
   const DdsSide* dds_ = nullptr;
-  boost::asio::steady_timer timer_;
-  std::chrono::steady_clock::time_point last_{};
-  bool due_ = false;
+  const RouteClock& clock_;
+  RouteClock::TimePoint last_{};
+  const std::unique_ptr<RouteTimer> next_look_;
 };
 
 }  // namespace trestle::carry

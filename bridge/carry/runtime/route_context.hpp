@@ -7,6 +7,7 @@
 #include "bridge/carry/runtime/dds_side.hpp"
 #include "bridge/carry/runtime/publisher_watch.hpp"
 #include "bridge/carry/runtime/report.hpp"
+#include "bridge/carry/runtime/route_clock.hpp"
 #include "bridge/carry/runtime/someip_side.hpp"
 #include "bridge/carry/runtime/topic_watch.hpp"
 
@@ -37,6 +38,7 @@ class FieldValues {
 /// What all routes of a bridge work with. Outlives them.
 struct RouteContext {
   boost::asio::io_context& io;
+  RouteClock& clock;
   Report& report;
   IpAddress address;              ///< of the bridge in SOME/IP
   SomeipSide* someip = nullptr;   ///< there from join_someip() on

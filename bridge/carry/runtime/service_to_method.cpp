@@ -64,19 +64,19 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
         suspects_{dds::ros_request_topic(method.ros_service), true},
         plans_{std::move(parts.plans)},
         ros_{suspects_.watching(std::move(parts.ros))},
-        log_{method.ros_service},
+        log_{context.clock, method.ros_service},
         failure_{std::move(parts.failure)},
         returns_{dds::ros_request_topic(method.ros_service), mark_of(context.address, method)},
-        loop_{context.io, method.ros_service, limits_of_calls},
+        loop_{context.clock, method.ros_service, limits_of_calls},
         work_{std::make_shared<ServiceWork>(
-            context.io,
+            context,
             [this](dds::TimePoint now) {
               if (server_) {
                 server_->work(now);
               }
             },
             [this] { return server_ ? server_->deadline() : std::nullopt; })},
-        updates_{context.io, [this] { return update(); }} {
+        updates_{context.clock, [this] { return update(); }} {
     if (method.notifier && context.values != nullptr) {
       context.values->tell(method.service, method.instance, *method.notifier,
                            [this](std::optional<ByteView> value) { note_value(value); });
@@ -261,8 +261,7 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
                  : fmt::format("{}, which calls it, and the SOME/IP service at {}",
                                suspects_.name_at(*suspected, *context_.dds), someip::to_string(*suspected));
     };
-    if (!loop_.may_carry(message_hash(request.cdr()), sender_of(id), std::chrono::steady_clock::now(),
-                         through)) {
+    if (!loop_.may_carry(message_hash(request.cdr()), sender_of(id), context_.clock.now(), through)) {
       loop_.arm();
       fail(id, "this route seems to loop", true);
       return;
@@ -424,7 +423,7 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
   }
 
   void send(const dds::RequestId& id, std::span<const ByteView> sample) {
-    server_->reply(id, sample, std::chrono::steady_clock::now());
+    server_->reply(id, sample, context_.clock.now());
     work_->arm();
   }
 

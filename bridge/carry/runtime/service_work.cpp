@@ -5,11 +5,14 @@
 
 namespace trestle::carry {
 
-ServiceWork::ServiceWork(boost::asio::io_context& io, Work work, Deadline deadline)
-    : io_{io}, work_{std::move(work)}, deadline_{std::move(deadline)}, timer_{io} {}
+ServiceWork::ServiceWork(const RouteContext& context, Work work, Deadline deadline)
+    : context_{context},
+      work_{std::move(work)},
+      deadline_{std::move(deadline)},
+      timer_{context.clock.timer([this] { run(); })} {}
 
 std::function<void()> ServiceWork::waker() {
-  return [&io = io_, weak = weak_from_this()] {
+  return [&io = context_.io, weak = weak_from_this()] {
     boost::asio::post(io, [weak] {
       if (const auto self = weak.lock()) {
         self->run();
@@ -20,32 +23,26 @@ std::function<void()> ServiceWork::waker() {
 
 void ServiceWork::run() {
   if (!stopped_) {
-    work_(std::chrono::steady_clock::now());
+    work_(context_.clock.now());
     arm();
   }
 }
 
 void ServiceWork::arm() {
   const auto deadline = stopped_ ? std::nullopt : deadline_();
-  if (std::exchange(armed_, deadline) == deadline) {
+  if (deadline == timer_->armed()) {
     return;
   }
-  if (!deadline) {
-    timer_.cancel();
-    return;
+  if (deadline) {
+    timer_->set(*deadline);
+  } else {
+    timer_->cancel();
   }
-  timer_.expires_at(*deadline);
-  timer_.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
-    if (const auto self = weak.lock(); self && !error) {
-      self->armed_.reset();
-      self->run();
-    }
-  });
 }
 
 void ServiceWork::stop() {
   stopped_ = true;
-  timer_.cancel();
+  timer_->cancel();
 }
 
 }  // namespace trestle::carry

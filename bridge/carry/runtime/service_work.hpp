@@ -1,11 +1,10 @@
 #pragma once
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <functional>
 #include <memory>
 #include <optional>
 
-#include "dds_adapter/service.hpp"
+#include "bridge/carry/runtime/route_context.hpp"
 
 namespace trestle::carry {
 
@@ -17,7 +16,7 @@ class ServiceWork : public std::enable_shared_from_this<ServiceWork> {
   using Deadline = std::function<std::optional<dds::TimePoint>()>;
 
   /// To be held by a shared_ptr.
-  ServiceWork(boost::asio::io_context& io, Work work, Deadline deadline);
+  ServiceWork(const RouteContext& context, Work work, Deadline deadline);
 
   /// What DDS calls, on any thread; it may outlive this object.
   [[nodiscard]] std::function<void()> waker();
@@ -29,11 +28,10 @@ class ServiceWork : public std::enable_shared_from_this<ServiceWork> {
  private:
   void run();
 
-  boost::asio::io_context& io_;
+  const RouteContext& context_;
   Work work_;
   Deadline deadline_;
-  boost::asio::steady_timer timer_;
-  std::optional<dds::TimePoint> armed_;
+  std::unique_ptr<RouteTimer> timer_;
   bool stopped_ = false;
 };
 

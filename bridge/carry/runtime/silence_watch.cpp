@@ -26,18 +26,9 @@ std::string_view silence_of(const SilenceWatch::Watched& route) {
 }  // namespace
 
 void SilenceWatch::arm() {
-  if (!started_ || armed_ || routes_.empty()) {
-    return;
+  if (started_ && !next_look_->armed() && !routes_.empty()) {
+    next_look_->set(clock_.now() + period);
   }
-  armed_ = true;
-  timer_.expires_after(period);
-  timer_.async_wait([this](const boost::system::error_code& cancelled) {
-    if (!cancelled) {  // else this object may be gone
-      armed_ = false;
-      look();
-      arm();
-    }
-  });
 }
 
 void SilenceWatch::remove(const std::string& topic) {

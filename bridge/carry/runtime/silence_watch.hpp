@@ -1,11 +1,11 @@
 #pragma once
-#include <boost/asio/steady_timer.hpp>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "bridge/carry/runtime/route_clock.hpp"
 #include "bridge/carry/runtime/silence_reasons.hpp"
 
 namespace trestle::carry {
@@ -36,9 +36,12 @@ class SilenceWatch {
 
   /// @param prepare  is called before the reasons of a look are asked for: what is known that all need.
   /// @param tell  a line for the log.
-  SilenceWatch(boost::asio::io_context& io, std::function<Heard()> prepare,
+  SilenceWatch(RouteClock& clock, std::function<Heard()> prepare,
                std::function<void(const std::string&)> tell)
-      : prepare_{std::move(prepare)}, tell_{std::move(tell)}, timer_{io} {}
+      : prepare_{std::move(prepare)}, tell_{std::move(tell)}, clock_{clock}, next_look_{clock.timer([this] {
+          look();
+          arm();
+        })} {}
   SilenceWatch(const SilenceWatch&) = delete;
   SilenceWatch& operator=(const SilenceWatch&) = delete;
 
@@ -56,20 +59,19 @@ class SilenceWatch {
   void stop() {
     started_ = false;
     routes_.clear();
-    timer_.cancel();
+    next_look_->cancel();
   }
-  /// What the timer does.
-  void look();
 
  private:
+  void look();
   void arm();
 
   std::function<Heard()> prepare_;
   std::function<void(const std::string&)> tell_;
   std::vector<Watched> routes_;
   bool started_ = false;
-  bool armed_ = false;
-  boost::asio::steady_timer timer_;
+  const RouteClock& clock_;
+  const std::unique_ptr<RouteTimer> next_look_;
 };
 
 }  // namespace trestle::carry

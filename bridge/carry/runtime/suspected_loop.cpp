@@ -4,9 +4,9 @@
 
 namespace trestle::carry {
 
-SuspectedLoop::SuspectedLoop(boost::asio::io_context& io, std::string what, LoopSuspects suspects,
-                             std::string words, const LoopCheck::Limits& limits)
-    : io_{io},
+SuspectedLoop::SuspectedLoop(RouteClock& clock, std::string what, LoopSuspects suspects, std::string words,
+                             const LoopCheck::Limits& limits)
+    : clock_{clock},
       what_{std::move(what)},
       suspects_{std::move(suspects)},
       words_{std::move(words)},
@@ -19,7 +19,7 @@ bool SuspectedLoop::refuses(ByteView payload, const Endpoint& from, const DdsSid
     return false;
   }
   if (!guard_) {
-    guard_ = std::make_unique<LoopGuard>(io_, what_, limits_);
+    guard_ = std::make_unique<LoopGuard>(clock_, what_, limits_);
   }
   if (guard_->may_carry(message_hash(payload), std::nullopt, now, [&] {
         return suspects_.name_at(from.address, dds) + words_ + someip::to_string(from);

@@ -14,7 +14,7 @@ class SuspectedLoop {
   /// @param what   the route, for the log.
   /// @param words  stand in the log between the suspect and the sender: "the ROS node /x" and
   /// "10.0.0.2:30501".
-  SuspectedLoop(boost::asio::io_context& io, std::string what, LoopSuspects suspects, std::string words,
+  SuspectedLoop(RouteClock& clock, std::string what, LoopSuspects suspects, std::string words,
                 const LoopCheck::Limits& limits = {});
 
   [[nodiscard]] const LoopSuspects& suspects() const noexcept { return suspects_; }
@@ -25,7 +25,7 @@ class SuspectedLoop {
   [[nodiscard]] std::uint64_t looped() const noexcept { return guard_ ? guard_->looped() : 0; }
 
  private:
-  boost::asio::io_context& io_;
+  RouteClock& clock_;
   const std::string what_;
   LoopSuspects suspects_;
   const std::string words_;

@@ -54,9 +54,9 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
         user_data_{std::move(user_data)},
         route_{route},
         plan_{std::move(plan)},
-        log_{route.topic},
+        log_{context.clock, route.topic},
         ours_{mark_of(context.address, route)},
-        loop_{context.io, route.topic, {}, &mutex_},
+        loop_{context.clock, route.topic, {}, &mutex_},
         pacing_{route.tp},
         max_lent_{route.qos.depth + lent_to_slow},
         qos_{route.qos},
@@ -209,7 +209,7 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
     // Behind a bridge there are all senders of its network.
     const std::optional<std::uint64_t> from =
         sample.from_bridge() ? std::nullopt : std::optional{message_hash(sample.id().writer)};
-    const auto now = std::chrono::steady_clock::now();
+    const auto now = context_.clock.now();
     {
       const std::lock_guard lock{mutex_};
       if (!seen_.empty() && was_seen(sample.id())) {
@@ -248,7 +248,7 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
   // which something closes on the way that is no bridge of ours.
   void on_bridged(ByteView cdr, const dds::Guid& writer) {
     const std::uint64_t hash = message_hash(cdr);
-    const auto now = std::chrono::steady_clock::now();
+    const auto now = context_.clock.now();
     bool wake = false;
     {
       const std::lock_guard lock{mutex_};
@@ -420,9 +420,9 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
     const bool lend = jobs_ - idle_jobs_.size() < max_lent_;
     const auto job = take_job();
     job->sample = std::move(sample);
-    const auto before = Clock::now();
+    const auto before = context_.clock.now();
     const auto payload = plan_.cdr_to_someip(job->sample.cdr(), job->scratch);
-    const auto after = Clock::now();
+    const auto after = context_.clock.now();
     if (!payload) {
       ++not_convertible_;
       log_.refused(payload.error(), job->sample.cdr());
@@ -460,7 +460,7 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
   // Nothing that waited for longer than its lifespan is worth carrying.
   [[nodiscard]] bool is_expired(const dds::Sample& sample) const {
     return route_.qos.lifespan.count() > 0 && sample.source_time().count() > 0 &&
-           std::chrono::system_clock::now().time_since_epoch() > sample.source_time() + route_.qos.lifespan;
+           context_.clock.since_1970() > sample.source_time() + route_.qos.lifespan;
   }
 
   // The value of a field is kept in one piece.

@@ -5,6 +5,7 @@ namespace {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
+using namespace std::chrono_literals;
 
 class EventToTopicTest : public RouteTest {
  protected:
@@ -108,9 +109,30 @@ TEST_F(EventToTopicTest, WritesWhileTheServiceIsOffered) {
 TEST_F(EventToTopicTest, MakesNoWriterForEachOfferThatIsSoonWithdrawn) {
   settings().presence.write_while_offered = true;
   start();
-  const int most = flap();
-  EXPECT_LE(dds_.made, most);
-  EXPECT_TRUE(run_until([&] { return dds_.writes; })) << "in the end it is offered";
+  flap(1ms);
+  EXPECT_LE(dds_.made, 2 + 1001 / 200 + 1) << "2 at once, then one change in 200 ms";
+  pass(200ms);
+  EXPECT_TRUE(dds_.writes) << "in the end it is offered";
+}
+
+TEST_F(EventToTopicTest, PutsOnTrialWhatComesAgainAndAgainFromAHostWhereSomebodyReads) {
+  start();
+  dds_.counterparts_found = {{.guid = {}, .node = "/gateway", .participant = "", .addresses = {"10.0.0.2"}}};
+  dds_.on_match({}, true);
+  const auto events = [&](int number) {
+    for (int i = 0; i < number; ++i) {
+      send(hello);
+    }
+    return dds_.written.size();
+  };
+  EXPECT_EQ(events(101), 101U) << "the first, and 100 that repeat it";
+  EXPECT_EQ(events(1), 101U);
+  EXPECT_EQ(count("looped"), 1U);
+  pass(1s);  // in which none comes: there is a ring
+  EXPECT_EQ(clock_.armed(), 0);
+  EXPECT_EQ(events(20), 101U + 10U) << "in the minute after that fewer are enough";
+  pass(1min + 2s);
+  EXPECT_EQ(events(20), 101U + 10U + 20U);
 }
 
 TEST_F(EventToTopicTest, SubscribesWhileSomebodyReads) {

@@ -8,8 +8,8 @@
 #include "bridge/carry/runtime/dds_side.hpp"
 #include "bridge/carry/runtime/someip_side.hpp"
 
-/// What routes have to do with in their tests, in place of a network: nobody is there, nothing waits, and
-/// time does not pass.
+/// What routes have to do with in their tests, in place of a network: nobody is there, and nothing waits but
+/// for its time-out.
 namespace trestle::test {
 
 using Bytes = std::vector<std::byte>;
@@ -37,10 +37,20 @@ class FakeDds final : public carry::DdsSide {
   std::optional<dds::WriteError> refuses_to_write;
   // A ROS service that is called, and one that is served.
   bool ready = true;
-  std::vector<std::pair<Bytes, dds::ServiceClient::Handler>> called;
+  struct Call {
+    Bytes request;
+    dds::ServiceClient::Handler handler;
+    dds::TimePoint deadline;
+  };
+  std::vector<Call> called;
   dds::ServiceServer::Handler on_request;
   std::vector<Bytes> replies;
+  std::optional<dds::TimePoint> served_until;  ///< when the server has something to do
   std::function<void()> wake;
+  std::vector<dds::FoundWriter> found;  ///< writers of others
+  mutable int looks = 0;                ///< at them
+  dds::OnMatch on_match;                ///< of our writer
+  std::vector<dds::Counterpart> counterparts_found;
 
   std::unique_ptr<carry::DdsReader> reader(std::string_view /*topic*/, std::string_view /*type*/,
                                            const dds::Qos& /*qos*/, dds::OnSample told, std::size_t /*most*/,
@@ -50,8 +60,9 @@ class FakeDds final : public carry::DdsSide {
   }
   std::unique_ptr<carry::DdsWriter> writer(std::string_view /*topic*/, std::string_view /*type*/,
                                            const dds::Qos& /*qos*/, std::size_t /*most*/,
-                                           dds::EndpointExtras /*extras*/) override {
+                                           dds::EndpointExtras extras) override {
     ++made;
+    on_match = std::move(extras.on_match);
     return std::make_unique<Writer>(*this);
   }
   std::unique_ptr<carry::DdsClient> client(const dds::ServiceConfig& /*config*/,
@@ -66,11 +77,14 @@ class FakeDds final : public carry::DdsSide {
     ++made;
     return std::make_unique<Server>(*this);
   }
-  std::vector<dds::FoundWriter> writers() const override { return {}; }
+  std::vector<dds::FoundWriter> writers() const override {
+    ++looks;
+    return found;
+  }
   std::vector<dds::BridgeEnd> bridge_ends(std::string_view /*topic*/) const override { return {}; }
   std::uint64_t bridge_changes() const override { return 0; }
   std::vector<dds::Counterpart> counterparts(std::string_view /*topic*/, bool /*writers*/) const override {
-    return {};
+    return counterparts_found;
   }
   std::size_t peers() const override { return 0; }
   std::uint64_t not_remembered() const override { return 0; }
@@ -113,24 +127,42 @@ class FakeDds final : public carry::DdsSide {
   struct Client final : carry::DdsClient {
     explicit Client(FakeDds& all) : of{all}, here{all.calls} {}
     bool ready() const override { return of.ready; }
-    void call(std::span<const ByteView> pieces, std::chrono::nanoseconds /*timeout*/, dds::TimePoint /*now*/,
+    void call(std::span<const ByteView> pieces, std::chrono::nanoseconds timeout, dds::TimePoint now,
               dds::ServiceClient::Handler handler) override {
-      of.called.emplace_back(joined(pieces), std::move(handler));
+      of.called.push_back({joined(pieces), std::move(handler), now + timeout});
     }
-    void work(dds::TimePoint /*now*/) override {}
-    std::optional<dds::TimePoint> deadline() const override { return std::nullopt; }
+    void work(dds::TimePoint now) override {
+      for (Call& one : of.called) {
+        if (one.handler && one.deadline <= now) {
+          std::exchange(one.handler, nullptr)(tl::unexpected{dds::CallFault::timed_out});
+        }
+      }
+    }
+    std::optional<dds::TimePoint> deadline() const override {
+      std::optional<dds::TimePoint> first;
+      for (const Call& one : of.called) {
+        if (one.handler && (!first || one.deadline < *first)) {
+          first = one.deadline;
+        }
+      }
+      return first;
+    }
     dds::ServiceClientCounters counters() const override { return {}; }
     FakeDds& of;
     Here here;
   };
   struct Server final : carry::DdsServer {
     explicit Server(FakeDds& all) : of{all}, here{all.serves} {}
-    void reply(const dds::RequestId& /*id*/, std::span<const ByteView> pieces,
-               dds::TimePoint /*now*/) override {
+    void reply(const dds::RequestId& /*id*/, std::span<const ByteView> pieces, dds::TimePoint now) override {
       of.replies.push_back(joined(pieces));
+      of.served_until = now + std::chrono::seconds{1};
     }
-    void work(dds::TimePoint /*now*/) override {}
-    std::optional<dds::TimePoint> deadline() const override { return std::nullopt; }
+    void work(dds::TimePoint now) override {
+      if (of.served_until <= now) {
+        of.served_until.reset();
+      }
+    }
+    std::optional<dds::TimePoint> deadline() const override { return of.served_until; }
     dds::ServiceServerCounters counters() const override { return {}; }
     FakeDds& of;
     Here here;

@@ -7,6 +7,8 @@ using someip::ReturnCode;
 using testing::ElementsAre;
 using testing::IsEmpty;
 using testing::Pair;
+using testing::SizeIs;
+using namespace std::chrono_literals;
 
 // std_srvs/srv/SetBool: {bool data} and {bool success, string message}.
 const Bytes on = hex("01");
@@ -23,15 +25,18 @@ class MethodToServiceTest : public RouteTest {
     dds_.wake();
     work();
   }
-  void reply(std::size_t call, const Bytes& cdr) { dds_.called.at(call).second(dds::ServiceMessage{cdr}); }
-  void fail(std::size_t call, dds::CallFault why) { dds_.called.at(call).second(tl::unexpected{why}); }
+  void end(std::size_t call, tl::expected<dds::ServiceMessage, dds::CallFault> how) {
+    std::exchange(dds_.called.at(call).handler, nullptr)(std::move(how));
+  }
+  void reply(std::size_t call, const Bytes& cdr) { end(call, dds::ServiceMessage{cdr}); }
+  void fail(std::size_t call, dds::CallFault why) { end(call, tl::unexpected{why}); }
 };
 
 TEST_F(MethodToServiceTest, CarriesACallAndItsAnswer) {
   start_ready();
   someip_.request(on);
   ASSERT_EQ(dds_.called.size(), 1U);
-  EXPECT_EQ(dds_.called.front().first, on_cdr);
+  EXPECT_EQ(dds_.called.front().request, on_cdr);
   EXPECT_EQ(count("in_flight"), 1U);
   reply(0, done_cdr);
   EXPECT_THAT(someip_.answers, ElementsAre(Pair(ReturnCode::ok, done)));
@@ -78,6 +83,43 @@ TEST_F(MethodToServiceTest, AnswersWithTheReasonOfACallThatFails) {
   EXPECT_EQ(answer_to(dds::CallFault::not_written), ReturnCode::not_ok);
   EXPECT_EQ(count("answered"), 0U);
   EXPECT_EQ(count("in_flight"), 0U);
+}
+
+TEST_F(MethodToServiceTest, AnswersWhenTheTimeoutIsOver) {
+  settings().timeout = 3s;
+  start_ready();
+  someip_.request(on);
+  pass(1s);
+  someip_.request(on);
+  pass(2s - 1ns);
+  EXPECT_THAT(someip_.answers, IsEmpty());
+  pass(1ns);
+  EXPECT_THAT(someip_.answers, ElementsAre(Pair(ReturnCode::timeout, IsEmpty())));
+  EXPECT_EQ(count("in_flight"), 1U);
+  reply(1, done_cdr);
+  pass(1h);
+  EXPECT_THAT(someip_.answers, SizeIs(2));
+  EXPECT_EQ(someip_.answers.back().first, ReturnCode::ok);
+}
+
+TEST_F(MethodToServiceTest, ForgetsACallerWhoHasBeenSilentForAMinute) {
+  settings().max_calls = 4;
+  settings().timeout = 1h;
+  start_ready();
+  const auto request_of = [&](std::uint8_t host) {
+    someip_.request(on, 0, nullptr, {IpAddress::v4(10, 0, 0, host), 30490});
+    return count("in_flight");
+  };
+  request_of(2);
+  reply(0, done_cdr);
+  for (int i = 0; i < 10; ++i) {
+    request_of(1);
+  }
+  EXPECT_EQ(count("in_flight"), 2U) << "half is left to the other";
+  pass(1min - 1ns);
+  EXPECT_EQ(request_of(1), 2U);
+  pass(1ns);
+  EXPECT_EQ(request_of(1), 3U);
 }
 
 TEST_F(MethodToServiceTest, CountsAnAnswerThatCannotBeSent) {

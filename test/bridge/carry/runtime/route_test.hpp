@@ -3,14 +3,13 @@
 
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
-#include <chrono>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "bridge/carry/runtime/calm_updates.hpp"
 #include "bridge/carry/runtime/make_routes.hpp"
 #include "test/bridge/carry/runtime/fake_sides.hpp"
+#include "test/bridge/carry/runtime/virtual_clock.hpp"
 #include "test/bytes.hpp"
 
 namespace trestle::test {
@@ -58,33 +57,21 @@ class RouteTest : public testing::Test {
     routes_->update_offers();
     work();
   }
-  /// What the thread of the io_context has to do now.
-  void work() {
-    io_.restart();
-    io_.poll();
+  /// Lets time pass, with all that the thread of the io_context has to do meanwhile.
+  void pass(std::chrono::nanoseconds time) {
+    clock_.pass(time, [this] {
+      io_.restart();
+      io_.poll();
+    });
   }
-  /// The service is offered and withdrawn very often, and in the end it is there. Returns how often something
-  /// may have been made for it in DDS.
-  int flap() {
-    const auto begin = std::chrono::steady_clock::now();
+  /// What is to be done now.
+  void work() { pass({}); }
+  /// The service is offered and withdrawn a thousand times, and in the end it is there.
+  void flap(std::chrono::nanoseconds pause) {
     for (int i = 0; i < 1001; ++i) {
       someip_.service_comes_or_goes(i % 2 == 0);
-      work();
+      pass(pause);
     }
-    const auto took = std::chrono::steady_clock::now() - begin;
-    return carry::CalmUpdates::at_once + 1 + static_cast<int>(took / carry::CalmUpdates::pause);
-  }
-  /// Runs until `condition` holds; false when it never does.
-  template <typename Condition>
-  bool run_until(Condition condition) {
-    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds{60};
-    io_.restart();
-    while (!condition() && std::chrono::steady_clock::now() < end) {
-      if (io_.run_one_for(std::chrono::milliseconds{20}) == 0) {
-        io_.restart();
-      }
-    }
-    return condition();
   }
   /// The route that begins there in the list.
   [[nodiscard]] carry::RunningRoute& route_at(std::size_t index) const {
@@ -103,11 +90,13 @@ class RouteTest : public testing::Test {
   }
 
   boost::asio::io_context io_{1};
+  VirtualClock clock_;
   carry::Report report_;
   FakeSomeip someip_;
   FakeDds dds_;
   carry::FieldValues values_;
   carry::RouteContext context_{.io = io_,
+                               .clock = clock_,
                                .report = report_,
                                .address = IpAddress::v4(10, 0, 0, 1),
                                .someip = &someip_,

@@ -1,9 +1,8 @@
 // Why nothing comes to a route, in words, and how often that is said.
 #include <gmock/gmock.h>
 
-#include <boost/asio/io_context.hpp>
-
 #include "bridge/carry/runtime/silence_watch.hpp"
+#include "test/bridge/carry/runtime/virtual_clock.hpp"
 
 namespace trestle::test::silence_test {
 namespace {
@@ -12,6 +11,7 @@ using carry::Route;
 using carry::SilenceReason;
 using carry::SilenceWatch;
 using Kind = carry::SilenceReason::Kind;
+using namespace std::chrono_literals;
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -131,15 +131,16 @@ class Watch : public testing::Test {
   }
   std::vector<std::string> lines() {
     lines_.clear();
-    watch_.look();
+    watch_.start();
+    clock_.pass(SilenceWatch::period);
     return lines_;
   }
-  boost::asio::io_context io_;
+  VirtualClock clock_;
   std::vector<SilenceReason> state_;
   std::vector<std::uint64_t> received_;
   std::vector<std::string> lines_;
   std::size_t looks_ = 0;
-  SilenceWatch watch_{io_,
+  SilenceWatch watch_{clock_,
                       [this] {
                         ++looks_;
                         return SilenceWatch::Heard{.someip = looks_, .dds = 3};
@@ -196,12 +197,19 @@ TEST_F(Watch, GivesTimeToRoutesThatBeginLater) {
 
 TEST_F(Watch, BeginsToLookWhenThereIsSomethingToLookAt) {
   watch_.start();
-  io_.run();  // which ends: no timer
+  EXPECT_EQ(clock_.armed(), 0);
+  clock_.pass(1h);
   add(1);
-  io_.restart();
-  EXPECT_EQ(io_.run_for(std::chrono::milliseconds{1}), 0U);
-  EXPECT_FALSE(io_.stopped()) << "one is armed";
+  EXPECT_EQ(clock_.armed(), 1);
+  clock_.pass(5s - 1ns);
+  EXPECT_EQ(looks_, 0U);
+  clock_.pass(1ns);
+  EXPECT_EQ(looks_, 0U) << "it is new";
+  clock_.pass(5s);
+  EXPECT_EQ(looks_, 1U);
   watch_.stop();
+  clock_.pass(1h);
+  EXPECT_EQ(looks_, 1U);
 }
 
 TEST_F(Watch, TellsOfAThousandRoutesInAFewLines) {

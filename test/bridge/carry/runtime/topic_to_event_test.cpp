@@ -66,7 +66,8 @@ TEST_F(TopicToEventTest, CountsByTheirReasonsThoseThatAreNotCarried) {
   settings().tp.max_message = hello.size() - 1;
   settings().qos.lifespan = 1min;
   start();
-  publish(hello_cdr, std::chrono::system_clock::now().time_since_epoch() - 1h);
+  publish(hello_cdr, clock_.since_1970());
+  clock_.pass(1min + 1ns);  // in which the thread has no time for it
   work();
   EXPECT_EQ(count("expired"), 1U);
   publish(hello_cdr);
