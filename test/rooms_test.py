@@ -27,7 +27,7 @@ bridge/describe
 bridge/cli bridge/web
 bridge/carry/config bridge/inspect/decode bridge/measure
 bridge/carry/runtime bridge/inspect/tools bridge/measure/demo bridge/measure/perf
-bridge/carry/commands
+bridge/carry/commands bridge/generate
 bridge/program
 """
 # The core knows nothing of the network, and nothing below the bridge knows of the other world's protocol; siblings of one

@@ -1,0 +1,223 @@
+#include "bridge/generate/capture_model.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+#include <stdexcept>
+
+#include "bridge/inspect/decode/capture_reader.hpp"
+#include "pcaps/capture_file.hpp"
+#include "pcaps/traffic.hpp"
+#include "sd/wire/message.hpp"
+
+namespace trestle::generate {
+namespace {
+
+/// A connection that both sides can find their step in again; no message of a service.  [feat_req_someip_586]
+bool is_magic_cookie(const someip::Header& header) {
+  return header.service == someip::ServiceId{0xffff} && someip::value(header.method) != 0x8100;
+}
+
+}  // namespace
+
+void CaptureModel::Seen::add(const someip::Message& message, const inspect::Place& place) {
+  if (!there) {
+    first_frame = place.frame;
+  }
+  there = true;
+  most_bytes = std::max(most_bytes, static_cast<std::uint32_t>(message.payload.size()));
+  transport = place.transport.value_or(Transport::udp);
+}
+
+bool CaptureModel::message(const inspect::Place& place, std::size_t offset, const someip::Message& message) {
+  const TimePoint time{place.time.time_since_epoch()};
+  if (sd::is_sd(message.header)) {
+    ++messages_;
+    std::vector<inspect::Sighting> sightings;
+    network_.on_message(message, place.flow.from, place.flow.to, time, sightings);
+    std::ranges::for_each(sightings, [this](const inspect::Sighting& one) { tell(one); });
+    return true;
+  }
+  if (is_tp(message.header.type)) {
+    const auto whole = segments_.add(place.flow, message, time);
+    if (whole && *whole) {
+      this->message(place, offset, {(*whole)->header, (*whole)->payload});
+    }
+    return true;
+  }
+  ++messages_;
+  if (is_magic_cookie(message.header)) {
+    return true;
+  }
+  const auto key = std::tuple{message.header.service, message.header.method};
+  if (!members_.contains(key) && members_.size() >= max_members) {
+    ++passed_over_;
+    return true;
+  }
+  Member& member = members_[key];
+  switch (message.header.type) {
+    case someip::MessageType::request:
+      member.request.add(message, place);
+      break;
+    case someip::MessageType::request_no_return:
+      member.request.add(message, place);
+      member.fire_and_forget = true;
+      break;
+    case someip::MessageType::response:
+      member.response.add(message, place);
+      member.answered = true;
+      break;
+    case someip::MessageType::error:
+      member.answered = true;
+      break;
+    case someip::MessageType::notification:
+      member.event.add(message, place);
+      break;
+    default:
+      ++passed_over_;
+      return true;
+  }
+  member.interface_version = message.header.interface_version;
+  return true;
+}
+
+void CaptureModel::tell(const inspect::Sighting& sighting) const {
+  if (!announced_) {
+    return;
+  }
+  const auto tell = [this](Transport transport, const std::optional<Endpoint>& endpoint) {
+    if (endpoint) {
+      announced_(transport, *endpoint);
+    }
+  };
+  tell(Transport::udp, sighting.service.udp);
+  tell(Transport::tcp, sighting.service.tcp);
+  if (sighting.subscription) {
+    tell(Transport::udp, sighting.subscription->udp);
+    tell(Transport::tcp, sighting.subscription->tcp);
+    tell(Transport::udp, sighting.subscription->multicast);
+  }
+}
+
+void CaptureModel::undecodable(const inspect::Place&, std::size_t, ByteView, const inspect::Violation&) {
+  ++passed_over_;
+}
+
+void CaptureModel::broken_frame(const inspect::Place&, const inspect::Violation&) {
+  ++passed_over_;
+}
+
+describe::Model CaptureModel::model(const std::string& file) const {
+  describe::Model model;
+  model.files = {file};
+  std::map<someip::ServiceId, describe::Service> services;
+  const auto service_of = [&](someip::ServiceId id) -> describe::Service& {
+    const auto [found, is_new] = services.try_emplace(id);
+    if (is_new) {
+      found->second.name = fmt::format("service_{:04x}", someip::value(id));
+      found->second.id = id;
+    }
+    return found->second;
+  };
+  // Offers, by service and instance; the last one that was seen counts.
+  for (const auto& [key, seen] : network_.services()) {
+    describe::Service& service = service_of(seen.service);
+    service.major = seen.major;
+    service.minor = seen.minor;
+    service.has_version = true;
+    describe::Instance instance{.service = service.name, .service_id = seen.service, .id = seen.instance};
+    instance.major = seen.major;
+    instance.minor = seen.minor;
+    if (seen.udp) {
+      instance.address = seen.udp->address;
+      instance.udp_port = seen.udp->port;
+    }
+    if (seen.tcp) {
+      instance.address = seen.tcp->address;
+      instance.tcp_port = seen.tcp->port;
+    }
+    model.instances.push_back(std::move(instance));
+  }
+  std::set<std::pair<someip::ServiceId, someip::EventgroupId>> eventgroups;
+  for (const auto& [key, seen] : network_.subscriptions()) {
+    describe::Service& service = service_of(seen.service);
+    if (eventgroups.emplace(seen.service, seen.eventgroup).second) {
+      service.eventgroups.push_back(
+          {.name = fmt::format("eventgroup_{:04x}", someip::value(seen.eventgroup)), .id = seen.eventgroup});
+    }
+    if (seen.multicast) {
+      for (describe::Instance& instance : model.instances) {
+        const bool known = std::ranges::find(instance.multicast, seen.eventgroup,
+                                             &describe::Multicast::eventgroup) != instance.multicast.end();
+        if (instance.service_id == seen.service && instance.id == seen.instance && !known) {
+          instance.multicast.push_back(
+              {.eventgroup = seen.eventgroup, .group = *seen.multicast, .threshold = 1});
+        }
+      }
+    }
+  }
+  for (const auto& [key, member] : members_) {
+    const auto& [service_id, id] = key;
+    describe::Service& service = service_of(service_id);
+    if (!service.has_version) {
+      service.major = member.interface_version;
+    }
+    if (member.event.there) {
+      describe::Event event{.name = fmt::format("event_{:04x}", someip::value(id)), .id = id};
+      event.transfer.transport = member.event.transport;
+      event.observed_bytes = member.event.most_bytes;
+      service.events.push_back(std::move(event));
+    }
+    if (member.request.there || member.answered) {
+      describe::Method method{.name = fmt::format("method_{:04x}", someip::value(id)), .id = id};
+      method.fire_and_forget = member.fire_and_forget && !member.answered;
+      method.request_transfer.transport = member.request.transport;
+      method.response_transfer.transport = member.response.transport;
+      method.observed_bytes = std::max(member.request.most_bytes, member.response.most_bytes);
+      service.methods.push_back(std::move(method));
+    }
+  }
+  for (auto& [id, service] : services) {
+    std::ranges::sort(service.eventgroups, {}, &describe::Eventgroup::id);
+    // Nothing on the wire says which eventgroup an event belongs to, unless there is only one.
+    if (service.eventgroups.size() == 1) {
+      for (describe::Event& event : service.events) {
+        event.eventgroups = {service.eventgroups.front().id};
+      }
+    }
+    model.services.push_back(std::move(service));
+  }
+  return model;
+}
+
+describe::Reading read_capture(const std::string& file) {
+  describe::Reading reading;
+  const auto error = [&](std::string text) {
+    reading.problems.push_back({.file = file, .mark = {}, .text = std::move(text)});
+  };
+  try {
+    pcaps::CaptureFile capture{file};
+    inspect::CaptureReader* learner = nullptr;
+    CaptureModel sink{[&](Transport transport, const Endpoint& at) { learner->learn(transport, at); }};
+    inspect::CaptureReader reader{{}, sink};
+    learner = &reader;
+    pcaps::Traffic traffic{reader};
+    while (const std::optional<pcaps::Frame> frame = capture.next()) {
+      traffic.on_frame(*frame);
+    }
+    traffic.finish();
+    reader.finish();
+    reading.model = sink.model(file);
+    if (!capture.error().empty()) {
+      error("the capture cannot be read to its end: " + capture.error());
+    } else if (sink.messages() == 0) {
+      error("no SOME/IP message was found");
+    }
+  } catch (const std::runtime_error& failure) {
+    error(failure.what());
+  }
+  return reading;
+}
+
+}  // namespace trestle::generate

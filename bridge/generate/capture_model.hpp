@@ -1,0 +1,74 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <tuple>
+
+#include "bridge/describe/model.hpp"
+#include "bridge/inspect/decode/message_sink.hpp"
+#include "bridge/inspect/decode/tp_assembly.hpp"
+#include "bridge/inspect/tools/network_view.hpp"
+
+namespace trestle::generate {
+
+/// What traffic tells of a system's interfaces: ids, versions, endpoints, eventgroups, and how large payloads
+/// are. It does not tell names or types, so members are called "method_0001" and "event_8001". Feed it
+/// through an inspect::CaptureReader.
+class CaptureModel : public inspect::MessageSink {
+ public:
+  using Announced = std::function<void(Transport, const Endpoint&)>;
+
+  /// @param announced  told of each endpoint that service discovery names; may be empty.
+  explicit CaptureModel(Announced announced = {}) : announced_{std::move(announced)} {}
+
+  using MessageSink::undecodable;
+  bool message(const inspect::Place& place, std::size_t offset, const someip::Message& message) override;
+  void undecodable(const inspect::Place& place, std::size_t offset, ByteView bytes,
+                   const inspect::Violation& violation) override;
+  void broken_frame(const inspect::Place& place, const inspect::Violation& violation) override;
+
+  /// All that was seen until now.
+  /// @param file  the name of the capture, for Model::files.
+  [[nodiscard]] describe::Model model(const std::string& file) const;
+
+  [[nodiscard]] std::uint64_t messages() const noexcept { return messages_; }
+  /// What was no message, and messages of services or members beyond the limits.
+  [[nodiscard]] std::uint64_t passed_over() const noexcept { return passed_over_; }
+
+ private:
+  static constexpr std::size_t max_services = 10'000;
+  static constexpr std::size_t max_members = 20'000;
+
+  /// One direction of one method, or an event.
+  struct Seen {
+    std::uint32_t most_bytes = 0;
+    Transport transport = Transport::udp;
+    bool there = false;
+    std::uint64_t first_frame = 0;
+    void add(const someip::Message& message, const inspect::Place& place);
+  };
+  struct Member {
+    Seen request{};
+    Seen response{};
+    Seen event{};
+    bool answered = false;
+    bool fire_and_forget = false;
+    std::uint8_t interface_version = 1;
+  };
+
+  void tell(const inspect::Sighting& sighting) const;
+
+  Announced announced_;
+  inspect::NetworkView network_{max_services};
+  std::map<std::tuple<someip::ServiceId, someip::MethodId>, Member> members_{};
+  inspect::TpAssembly segments_{};
+  std::uint64_t messages_ = 0;
+  std::uint64_t passed_over_ = 0;
+};
+
+/// The model of a recorded capture (pcap or pcapng).
+/// @return with an error when it cannot be opened or read to its end; what came before the fault is there.
+[[nodiscard]] describe::Reading read_capture(const std::string& file);
+
+}  // namespace trestle::generate
