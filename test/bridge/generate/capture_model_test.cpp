@@ -28,7 +28,8 @@ TEST(ReadCapture, FindsServicesMembersAndEndpoints) {
   ASSERT_THAT(reading.model.services, SizeIs(1));
   const describe::Service& service = reading.model.services.front();
   EXPECT_EQ(service.name, "service_1234");
-  EXPECT_THAT(names(service.methods), ElementsAre("method_0010", "method_0011", "method_0012", "method_0013"));
+  EXPECT_THAT(names(service.methods),
+              ElementsAre("method_0010", "method_0011", "method_0012", "method_0013"));
   EXPECT_THAT(names(service.events), ElementsAre("event_8010", "event_8011"));
   ASSERT_THAT(reading.model.instances, SizeIs(1));
   EXPECT_TRUE(reading.model.instances.front().address);
