@@ -62,6 +62,11 @@ std::string full_name(std::string_view scope, std::string_view name) {
   return full += name;
 }
 
+bool is_of(const Instance& instance, const Service& service) {
+  return instance.service.empty() ? instance.service_id && instance.service_id == service.id
+                                  : instance.service == full_name(service.scope, service.name);
+}
+
 const Type& resolved(const Model& model, TypeIndex index) {
   const Type* type = &model.at(index);
   // No chain without a circle is longer than there are types.

@@ -333,6 +333,9 @@ struct Model {
 /// "scope.name", or "scope/name" where the scope is an AUTOSAR path; the name alone without a scope.
 [[nodiscard]] std::string full_name(std::string_view scope, std::string_view name);
 
+/// Whether an instance is one of a service: by the name that it gives, or else by the id.
+[[nodiscard]] bool is_of(const Instance& instance, const Service& service);
+
 /// Behind all aliases: the type that is on the wire. Terminates also for aliases that go round.
 [[nodiscard]] const Type& resolved(const Model& model, TypeIndex type);
 
