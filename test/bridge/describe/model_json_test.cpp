@@ -13,15 +13,15 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-TypeIndex number(Model& model, messages::Primitive primitive) {
+TypeIndex add_number(Model& model, messages::Primitive primitive) {
   return model.add({.kind = Kind::primitive, .primitive = primitive});
 }
 
 /// A door with everything that has a place in the JSON.
-Model door() {
+Model full_door() {
   Model model;
   model.files = {"door.fidl"};
-  const TypeIndex u8 = number(model, messages::Primitive::uint8);
+  const TypeIndex u8 = add_number(model, messages::Primitive::uint8);
   const TypeIndex text = model.add({.kind = Kind::string});
   const TypeIndex side =
       model.add({.kind = Kind::enumeration,
@@ -71,7 +71,7 @@ Model door() {
 }
 
 TEST(ModelJson, HasTheDocumentedFields) {
-  const auto json = to_json(door(), true);
+  const auto json = to_json(full_door(), true);
   const auto& service = json["services"][0];
   EXPECT_EQ(service["name"], "Door");
   EXPECT_EQ(service["scope"], "org.example");
@@ -111,7 +111,7 @@ TEST(ModelJson, HasTheDocumentedFields) {
 }
 
 TEST(ModelJson, WritesOnlyWireRulesThatDiffer) {
-  const auto json = to_json(door());
+  const auto json = to_json(full_door());
   ASSERT_EQ(json["types"].size(), 2);  // those without a name stand where they are used
   EXPECT_EQ(
       json["types"][1].dump(),
@@ -122,7 +122,7 @@ TEST(ModelJson, WritesOnlyWireRulesThatDiffer) {
 }
 
 TEST(ModelJson, KeepsInstancesOfServicesThatItDoesNotKnow) {
-  const auto json = to_json(door());
+  const auto json = to_json(full_door());
   ASSERT_EQ(json["instances"].size(), 1);
   EXPECT_EQ(json["instances"][0]["service_id"], "0x4444");
   EXPECT_TRUE(json["instances"][0]["id"].is_null());
@@ -154,11 +154,11 @@ TEST(ModelJson, ReplacesWhatIsNotUtf8) {
 }
 
 TEST(ModelJson, CanonicalTextIgnoresOrderIndicesAndPlaces) {
-  const Model model = door();
+  const Model model = full_door();
   Model other;
   other.files = {"x", "y"};
-  number(other, messages::Primitive::float64);  // all indices are others
-  append(other, door());
+  add_number(other, messages::Primitive::float64);  // all indices are others
+  append(other, full_door());
   Service& service = other.services.front();
   service.events.push_back({.name = "a"});
   std::ranges::reverse(service.events);
@@ -171,9 +171,9 @@ TEST(ModelJson, CanonicalTextIgnoresOrderIndicesAndPlaces) {
 }
 
 TEST(ModelJson, CanonicalTextJoinsTypesThatAreAlike) {
-  Model model = door();
-  Model twice = door();
-  Model again = door();
+  Model model = full_door();
+  Model twice = full_door();
+  Model again = full_door();
   again.services.clear();
   again.instances.clear();
   append(twice, std::move(again));
@@ -185,7 +185,7 @@ TEST(ModelJson, CanonicalTextJoinsTypesThatAreAlike) {
 TEST(ModelJson, CanonicalTextTellsVariantsApartThatDifferDeepInside) {
   const auto two_lists = [](bool reverse) {
     Model model;
-    const TypeIndex u8 = number(model, messages::Primitive::uint8);
+    const TypeIndex u8 = add_number(model, messages::Primitive::uint8);
     const std::array<std::uint32_t, 2> sizes = reverse ? std::array{2U, 1U} : std::array{1U, 2U};
     std::vector<TypeIndex> outer;
     for (const std::uint32_t size : sizes) {
