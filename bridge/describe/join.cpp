@@ -1,0 +1,242 @@
+#include "bridge/describe/join.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+namespace trestle::describe {
+namespace {
+
+template <typename T>
+void fill(std::optional<T>& to, const std::optional<T>& from) {
+  if (!to) {
+    to = from;
+  }
+}
+
+/// Has ids and no types: what vsomeip JSON and captures know of a service.
+bool is_bare(const Service& service) {
+  const auto empty = [](const Payload& payload) { return payload.values.empty(); };
+  return std::ranges::all_of(service.events, [&](const Event& event) { return empty(event.payload); }) &&
+         std::ranges::all_of(
+             service.methods,
+             [&](const Method& method) { return empty(method.request) && empty(method.response); }) &&
+         std::ranges::all_of(service.fields, [&](const Field& field) { return empty(field.payload); });
+}
+
+/// Made by a reader from the id, as there is no name.
+bool has_made_name(const Service& service) {
+  return service.scope.empty() && service.id &&
+         service.name == fmt::format("service_{:04x}", someip::value(*service.id));
+}
+
+void add_transfer(Transfer& to, const Transfer& from) {
+  if (to == Transfer{}) {
+    to = from;
+  }
+}
+
+/// What `from` knows of the members of `to`, by their ids.
+void add_members(Service& to, const Service& from) {
+  for (const Eventgroup& eventgroup : from.eventgroups) {
+    if (std::ranges::find(to.eventgroups, eventgroup.id, &Eventgroup::id) == to.eventgroups.end()) {
+      to.eventgroups.push_back(eventgroup);
+    }
+  }
+  std::ranges::sort(to.eventgroups, {}, &Eventgroup::id);
+  for (const Event& event : from.events) {
+    if (const auto same = std::ranges::find(to.events, event.id, &Event::id); same != to.events.end()) {
+      add_transfer(same->transfer, event.transfer);
+      if (same->eventgroups.empty()) {
+        same->eventgroups = event.eventgroups;
+      }
+      if (same->e2e.profile.empty()) {
+        same->e2e = event.e2e;
+      }
+      fill(same->cycle, event.cycle);
+      fill(same->observed_bytes, event.observed_bytes);
+    } else if (const auto field = std::ranges::find(to.fields, event.id, &Field::notifier);
+               field != to.fields.end()) {
+      add_transfer(field->notifier_transfer, event.transfer);
+      if (field->eventgroups.empty()) {
+        field->eventgroups = event.eventgroups;
+      }
+      fill(field->observed_bytes, event.observed_bytes);
+    }
+  }
+  for (const Method& method : from.methods) {
+    if (const auto same = std::ranges::find(to.methods, method.id, &Method::id); same != to.methods.end()) {
+      add_transfer(same->request_transfer, method.request_transfer);
+      add_transfer(same->response_transfer, method.response_transfer);
+      fill(same->observed_bytes, method.observed_bytes);
+    }
+  }
+}
+
+void add_instance(Instance& to, const Instance& from) {
+  fill(to.service_id, from.service_id);
+  fill(to.address, from.address);
+  fill(to.udp_port, from.udp_port);
+  fill(to.tcp_port, from.tcp_port);
+  fill(to.major, from.major);
+  fill(to.minor, from.minor);
+  fill(to.timing, from.timing);
+  fill(to.priority, from.priority);
+  fill(to.weight, from.weight);
+  if (to.multicast.empty()) {
+    to.multicast = from.multicast;
+  }
+  if (to.eventgroups.empty()) {
+    to.eventgroups = from.eventgroups;
+  }
+  to.configuration.insert(from.configuration.begin(), from.configuration.end());
+  if (to.machine.empty()) {
+    to.machine = from.machine;
+  }
+  if (to.name.empty()) {
+    to.name = from.name;
+  }
+}
+
+class Joining {
+ public:
+  explicit Joining(Model& model) : model_{model} {}
+
+  std::vector<documents::Problem> run() {
+    services();
+    for (Instance& instance : model_.instances) {
+      name_service(instance);
+    }
+    instances();
+    for (const Service& service : model_.services) {
+      members(service);
+    }
+    return std::move(problems_);
+  }
+
+ private:
+  void services() {
+    std::vector<Service> bare;
+    std::vector<Service> kept;
+    for (Service& service : model_.services) {
+      (has_made_name(service) && is_bare(service) ? bare : kept).push_back(std::move(service));
+    }
+    std::map<std::string, const Service*, std::less<>> by_name;
+    std::map<someip::ServiceId, const Service*> by_id;
+    for (Service& service : kept) {
+      if (const auto [other, is_new] = by_name.try_emplace(full_name(service.scope, service.name), &service);
+          !is_new) {
+        error(service.place, fmt::format("service {} is described twice, also at {}", other->first,
+                                         to_string(model_, other->second->place)));
+        continue;
+      }
+      if (service.id) {
+        if (const auto [other, is_new] = by_id.try_emplace(*service.id, &service);
+            !is_new && other->second->major == service.major) {
+          error(service.place, fmt::format("service {} has the id 0x{:04x} of {}, at {}", service.name,
+                                           someip::value(*service.id), other->second->name,
+                                           to_string(model_, other->second->place)));
+        }
+      }
+    }
+    for (Service& service : bare) {
+      const auto same = std::ranges::find(kept, service.id, &Service::id);
+      if (same == kept.end()) {
+        kept.push_back(std::move(service));
+      } else {
+        add_members(*same, service);
+      }
+    }
+    model_.services = std::move(kept);
+  }
+
+  /// Instances that know an id alone get the name, and the reverse.
+  void name_service(Instance& instance) const {
+    if (const Service* named = model_.service(instance.service)) {
+      fill(instance.service_id, named->id);
+      return;
+    }
+    if (instance.service_id) {
+      const auto same = std::ranges::find(model_.services, instance.service_id, &Service::id);
+      if (same != model_.services.end()) {
+        instance.service = full_name(same->scope, same->name);
+      }
+    }
+  }
+
+  void instances() {
+    std::vector<Instance> kept;
+    for (Instance& instance : model_.instances) {
+      const auto same = std::ranges::find_if(kept, [&](const Instance& other) {
+        return other.role == instance.role && other.service == instance.service &&
+               other.service_id == instance.service_id && other.id == instance.id &&
+               (other.machine == instance.machine || other.machine.empty() || instance.machine.empty());
+      });
+      if (same == kept.end()) {
+        kept.push_back(std::move(instance));
+      } else {
+        add_instance(*same, instance);
+      }
+    }
+    model_.instances = std::move(kept);
+  }
+
+  void members(const Service& service) {
+    std::map<someip::MethodId, std::pair<std::string, Place>> taken;
+    const auto take = [&](const std::optional<someip::MethodId>& id, const std::string& name,
+                          const Place& place) {
+      if (!id) {
+        return;
+      }
+      if (const auto [other, is_new] = taken.try_emplace(*id, name, place); !is_new) {
+        error(place,
+              fmt::format("{}.{} has the id 0x{:04x} of {}.{}, at {}", service.name, name, someip::value(*id),
+                          service.name, other->second.first, to_string(model_, other->second.second)));
+      }
+    };
+    for (const Method& method : service.methods) {
+      take(method.id, method.name, method.place);
+    }
+    for (const Event& event : service.events) {
+      take(event.id, event.name, event.place);
+    }
+    for (const Field& field : service.fields) {
+      if (field.has_getter) {
+        take(field.getter, field.name + " (getter)", field.place);
+      }
+      if (field.has_setter) {
+        take(field.setter, field.name + " (setter)", field.place);
+      }
+      if (field.has_notifier) {
+        take(field.notifier, field.name + " (notifier)", field.place);
+      }
+    }
+  }
+
+  void error(const Place& place, std::string text) {
+    problems_.push_back({.file = place.file < model_.files.size() ? model_.files[place.file] : std::string{},
+                         .mark = place.mark,
+                         .text = std::move(text)});
+  }
+
+  Model& model_;
+  std::vector<documents::Problem> problems_{};
+};
+
+}  // namespace
+
+std::vector<documents::Problem> join(Model& model) {
+  return Joining{model}.run();
+}
+
+std::string to_string(const Model& model, const Place& place) {
+  if (place.file >= model.files.size()) {
+    return {};
+  }
+  const std::string& file = model.files[place.file];
+  return place.mark.line == 0 ? file : fmt::format("{}:{}:{}", file, place.mark.line, place.mark.column);
+}
+
+}  // namespace trestle::describe
