@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "bridge/measure/demo/checksum.hpp"
+#include "bridge/measure/point_cloud.hpp"
 
 using namespace trestle;
 using namespace trestle::measure;

@@ -76,6 +76,14 @@ struct CloudView {
   bool dense = false;
 };
 
+/// Over all that a cloud says, its stamp and frame too: whoever sends it and whoever receives it tell by it
+/// whether it is the same. Any changed byte shows. Both must be processes of one program: it is std::hash.
+[[nodiscard]] std::uint64_t checksum(const EncodedCloud& cloud) noexcept;
+/// Of a cloud that was received: over what it would be if it were written here. So padding and the byte order
+/// of the message do not count.
+/// @param cloud  whose points are little-endian.
+[[nodiscard]] std::uint64_t checksum(const CloudView& cloud);
+
 /// Reads a serialised PointCloud2 of either byte order; up to 3 bytes of padding may follow it.
 /// @return the cloud, or what is wrong with the sample.
 [[nodiscard]] tl::expected<CloudView, std::string> decode(ByteView cdr);

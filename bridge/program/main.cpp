@@ -21,8 +21,7 @@
 #include "bridge/documents/section.hpp"
 #include "bridge/inspect/decode/decode_command.hpp"
 #include "bridge/inspect/tools/tool_commands.hpp"
-#include "bridge/measure/demo/demo_command.hpp"
-#include "bridge/measure/perf/perf_command.hpp"
+#include "bridge/measure/measure_commands.hpp"
 
 namespace {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "bridge/measure/perf/histogram.hpp"
+#include "bridge/measure/histogram.hpp"
 
 /// What the system itself can do, measured by loops as bare as they can be: the floor under our figures.
 /// Failures of system calls end the program.

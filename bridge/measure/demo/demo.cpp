@@ -303,39 +303,34 @@ class Demo {
   bool finishing_ = false;
 };
 
+std::string bridge_yaml(const char* which, const std::string& address, std::uint32_t domain,
+                        const char* direction, std::uint16_t instance) {
+  return fmt::format(R"(# Bridge {}.
+someip: {{address: {}}}
+dds: {{domain: {}, interfaces: [127.0.0.1]}}
+routes:
+  - topic: /points
+    type: sensor_msgs/msg/PointCloud2
+    direction: {}
+    service: 0x1111
+    instance: {}
+    eventgroup: 0x0001
+    event: 0x8001
+)",
+                     which, address, domain, direction, instance);
+}
+
 }  // namespace
 
 std::string bridge_a_yaml(const DemoNetwork& network) {
-  return fmt::format(R"(# Bridge A of the demo: clouds from DDS to SOME/IP.
-someip: {{address: {}}}
-dds: {{domain: {}, interfaces: [127.0.0.1]}}
-routes:
-  - topic: /points
-    type: sensor_msgs/msg/PointCloud2
-    direction: dds_to_someip
-    service: 0x1111
-    instance: {}
-    eventgroup: 0x0001
-    event: 0x8001
-    port: {}
-)",
-                     network.address_a, network.domain_a, network.instance, network.port);
+  return bridge_yaml("A of the demo: clouds from DDS to SOME/IP", network.address_a, network.domain_a,
+                     "dds_to_someip", network.instance) +
+         fmt::format("    port: {}\n", network.port);
 }
 
 std::string bridge_b_yaml(const DemoNetwork& network) {
-  return fmt::format(R"(# Bridge B of the demo: clouds from SOME/IP to DDS.
-someip: {{address: {}}}
-dds: {{domain: {}, interfaces: [127.0.0.1]}}
-routes:
-  - topic: /points
-    type: sensor_msgs/msg/PointCloud2
-    direction: someip_to_dds
-    service: 0x1111
-    instance: {}
-    eventgroup: 0x0001
-    event: 0x8001
-)",
-                     network.address_b, network.domain_b, network.instance);
+  return bridge_yaml("B of the demo: clouds from SOME/IP to DDS", network.address_b, network.domain_b,
+                     "someip_to_dds", network.instance);
 }
 
 int run_demo(const DemoOptions& options) {

@@ -3,9 +3,8 @@
 //   demo.hpp         starts four processes, shows what they report, ends them
 //   child.hpp        one of these processes
 //   figures.hpp      what they report, put together; screen.hpp: shown to people
-//   publisher.hpp, subscriber.hpp  the processes at both ends
+//   endpoints.hpp    the processes at both ends
 //   lidar_scene.hpp  a made-up street; pcd.hpp: clouds from files
-//   checksum.hpp     whether a cloud has arrived as it was
 //
 // docs/demo.md describes what it shows.
 #pragma once

@@ -1,4 +1,4 @@
-#include "bridge/measure/demo/demo_command.hpp"
+#include "bridge/measure/measure_commands.hpp"
 
 #include <CLI/CLI.hpp>
 #include <limits>
@@ -6,8 +6,7 @@
 
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/measure/demo/demo.hpp"
-#include "bridge/measure/demo/publisher.hpp"
-#include "bridge/measure/demo/subscriber.hpp"
+#include "bridge/measure/demo/endpoints.hpp"
 
 namespace trestle::measure {
 namespace {
@@ -73,7 +72,7 @@ void add_publisher(CLI::App& app, int& status) {
 
 void add_subscriber(CLI::App& app, int& status) {
   CLI::App* command = app.add_subcommand("demo-subscriber", "The subscriber of the demo");
-  const auto options = add_common<demo::SubscriberOptions>(*command);
+  const auto options = add_common<demo::EndpointOptions>(*command);
   command->callback([options, &status] {
     demo::run_subscriber(*options);
     status = cli::exit_ok;

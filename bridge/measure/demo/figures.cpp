@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -26,31 +25,6 @@ Figures::Rate rate_of(std::uint64_t clouds, std::uint64_t bytes, std::int64_t sp
 }
 
 }  // namespace
-
-void Samples::add(std::int64_t duration_ns) {
-  if (samples_.size() < capacity) {
-    samples_.push_back(duration_ns);
-  } else {
-    samples_[count_ % capacity] = duration_ns;
-  }
-  ++count_;
-}
-
-std::int64_t Samples::percentile(double percent) const {
-  if (samples_.empty()) {
-    return 0;
-  }
-  const auto rank = static_cast<std::size_t>(std::ceil(percent / 100 * static_cast<double>(samples_.size())));
-  std::vector<std::int64_t> sorted = samples_;
-  const auto at =
-      sorted.begin() + static_cast<std::ptrdiff_t>(std::clamp<std::size_t>(rank, 1, sorted.size()) - 1);
-  std::ranges::nth_element(sorted, at);
-  return *at;
-}
-
-std::int64_t Samples::max() const {
-  return samples_.empty() ? 0 : *std::ranges::max_element(samples_);
-}
 
 const char* to_string(Process process) noexcept {
   constexpr std::array names{"publisher", "bridge A", "bridge B", "subscriber"};
@@ -283,7 +257,7 @@ nlohmann::ordered_json Figures::to_json() const {
   constexpr std::array names{"dds_to_someip_conversion", "someip_transport", "someip_to_dds_conversion",
                              "publish_to_receive"};
   for (std::size_t i = 0; i < leg_count; ++i) {
-    const Samples& samples = legs_[i];
+    const Histogram& samples = legs_[i];
     latency[names[i]] = {{"count", samples.count()},
                          {"p50", samples.percentile(50)},
                          {"p99", samples.percentile(99)},

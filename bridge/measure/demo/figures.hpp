@@ -10,27 +10,12 @@
 #include <utility>
 #include <vector>
 
+#include "bridge/measure/histogram.hpp"
+
 /// What the demo measures, from what its four processes report. No process, clock or terminal in here.
 namespace trestle::measure::demo {
 
 inline constexpr std::int64_t second_ns = 1'000'000'000;
-
-/// Durations in nanoseconds, of which percentiles are wanted: the last `capacity` ones.
-class Samples {
- public:
-  static constexpr std::size_t capacity = 100'000;
-
-  void add(std::int64_t duration_ns);
-  /// How many were added, in all.
-  [[nodiscard]] std::uint64_t count() const noexcept { return count_; }
-  /// The smallest sample that `percent` of all samples don't exceed (nearest rank); 0 when there is none.
-  [[nodiscard]] std::int64_t percentile(double percent) const;
-  [[nodiscard]] std::int64_t max() const;
-
- private:
-  std::vector<std::int64_t> samples_;
-  std::uint64_t count_ = 0;
-};
 
 /// Which process reports.
 enum class Process : std::uint8_t { publisher, bridge_a, bridge_b, subscriber };
@@ -71,7 +56,7 @@ class Figures {
   [[nodiscard]] std::uint64_t outstanding() const noexcept { return counts_.sent - counts_.arrived; }
   /// The same without those that were sent less than a second ago and may be under way.
   [[nodiscard]] std::uint64_t lost(std::int64_t now_ns) const;
-  [[nodiscard]] const Samples& leg(Leg leg) const noexcept { return legs_[static_cast<std::size_t>(leg)]; }
+  [[nodiscard]] const Histogram& leg(Leg leg) const noexcept { return legs_[static_cast<std::size_t>(leg)]; }
 
   struct Rate {
     double clouds_per_second = 0;
@@ -134,7 +119,7 @@ class Figures {
   std::vector<Arrival> waiting_;                 ///< received, not yet reported as published
 
   // Legs. Of a message on the SOME/IP side both bridges know the session id.
-  std::array<Samples, leg_count> legs_;
+  std::array<Histogram, leg_count> legs_;
   std::map<std::uint16_t, std::int64_t> left_a_;  ///< (2) by session id
   std::map<std::uint16_t, std::int64_t> came_b_;  ///< (3) by session id
 

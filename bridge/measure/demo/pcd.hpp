@@ -20,4 +20,8 @@ inline constexpr std::size_t max_pcd_bytes = std::size_t{64} << 20U;
 /// As above, from a file; one that can't be read is an error too.
 [[nodiscard]] tl::expected<Cloud, std::string> load_pcd(const std::string& file);
 
+/// Expands LZF-compressed bytes, as PCD files have them, into exactly the whole of `to`.
+/// @return false when they are damaged, or more or fewer bytes come out.
+[[nodiscard]] bool expand_lzf(ByteView from, ByteSpan to) noexcept;
+
 }  // namespace trestle::measure::demo

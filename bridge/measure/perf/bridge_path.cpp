@@ -6,12 +6,10 @@
 #include <array>
 #include <deque>
 #include <limits>
-#include <mutex>
 
+#include "bridge/measure/inbox.hpp"
 #include "bridge/measure/perf/perf_service.hpp"
 #include "bridge/measure/point_cloud.hpp"
-#include "bridge/measure/report.hpp"
-#include "dds_adapter/participant.hpp"
 #include "dds_adapter/ros_names.hpp"
 
 namespace trestle::measure::perf {
@@ -19,38 +17,6 @@ namespace {
 
 constexpr std::int64_t second_ns = 1'000'000'000;
 constexpr std::uint32_t point_bytes = 16;
-
-struct Received {
-  dds::Sample sample;
-  std::int64_t at_ns = 0;
-};
-
-/// Samples on their way from the thread of DDS to the main thread.
-class Inbox {
- public:
-  explicit Inbox(const StopSignals& waiting) : waiting_{waiting} {}
-
-  void put(dds::Sample sample) {
-    constexpr std::size_t most = 64;
-    const std::int64_t now = monotonic_ns();
-    {
-      const std::lock_guard lock{mutex_};
-      if (samples_.size() < most) {  // otherwise it counts as lost
-        samples_.push_back({std::move(sample), now});
-      }
-    }
-    waiting_.wake();
-  }
-  std::deque<Received> take() {
-    const std::lock_guard lock{mutex_};
-    return std::exchange(samples_, {});
-  }
-
- private:
-  const StopSignals& waiting_;
-  std::mutex mutex_;
-  std::deque<Received> samples_;
-};
 
 /// One end of the path.
 struct Side {
@@ -115,7 +81,7 @@ class Pinger {
     }
     const std::int64_t until = under_way_.front().lost_at_ns;
     stopped_ = signals_.wait_until(until);
-    for (const Received& one : inbox_.take()) {
+    for (const Inbox::Received& one : inbox_.take()) {
       const auto cloud = decode(one.sample.cdr());
       if (!cloud || cloud->data.size() != cloud_.data.size()) {
         continue;

@@ -1,4 +1,4 @@
-#include "bridge/measure/perf/perf_command.hpp"
+#include "bridge/measure/measure_commands.hpp"
 
 #include <fmt/format.h>
 

@@ -4,7 +4,7 @@
 //   server.hpp        offers it; event_source.hpp: its events
 //   client.hpp        measures calls and events
 //   bridge_path.hpp   measures a way through DDS and bridges
-//   histogram.hpp     latencies; result.hpp: all that was measured, as text, JSON and a drawing
+//   result.hpp        what was measured, as text, JSON and a drawing
 //
 // docs/tools.md describes the command and the service.
 #pragma once

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "bridge/measure/perf/histogram.hpp"
+#include "bridge/measure/histogram.hpp"
 
 namespace trestle::measure::perf {
 

@@ -51,7 +51,7 @@ Server::Server(sd::Node& node, someip::ServiceId service, someip::InstanceId ins
   spec.tcp_events = {tcp_event};
   spec.segmented = {{echo_method, udp_event}};  // so that the offer tells how large bursts of requests may be
   offer_ = node_.offer(std::move(spec));
-  events_ = std::make_unique<EventSource>(node_, offer_);
+  events_ = std::make_shared<EventSource>(node_, offer_);
 }
 
 Server::~Server() {

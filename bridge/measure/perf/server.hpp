@@ -21,7 +21,7 @@ class Server {
 
   sd::Node& node_;
   sd::OfferHandle offer_{};
-  std::unique_ptr<EventSource> events_;
+  std::shared_ptr<EventSource> events_;
 };
 
 }  // namespace trestle::measure::perf

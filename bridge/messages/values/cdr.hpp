@@ -43,21 +43,22 @@ class CdrReader {
   bool failed_ = false;
 };
 
-/// Writes a sample in the host's byte order, with its encapsulation header. A sample that would become larger
-/// than `max_bytes` fails the writer for good.
+/// Writes a sample with its encapsulation header. A sample that would become larger than `max_bytes` fails
+/// the writer for good.
 class CdrWriter {
  public:
-  explicit CdrWriter(std::size_t max_bytes) : max_bytes_{max_bytes} {
-    constexpr bool little = std::endian::native == std::endian::little;
-    sample_ = {std::byte{0}, std::byte{little ? 1U : 0U}, std::byte{0}, std::byte{0}};
-  }
+  explicit CdrWriter(std::size_t max_bytes, std::endian order = std::endian::native)
+      : sample_{std::byte{0}, static_cast<std::byte>(order == std::endian::little ? 1 : 0), std::byte{0},
+                std::byte{0}},
+        max_bytes_{max_bytes},
+        order_{order} {}
 
   template <std::unsigned_integral T>
   void number(T number) {
     align(sizeof(T));
     std::byte* const to = room(sizeof(T));
     if (to != nullptr) {
-      std::memcpy(to, &number, sizeof(T));
+      someip::store(to, number, order_);
     }
   }
   void bytes(ByteView bytes) {
@@ -94,6 +95,7 @@ class CdrWriter {
 
   std::vector<std::byte> sample_;
   std::size_t max_bytes_;
+  std::endian order_;
   bool failed_ = false;
 };
 

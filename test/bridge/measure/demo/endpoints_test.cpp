@@ -11,8 +11,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "bridge/measure/demo/publisher.hpp"
-#include "bridge/measure/demo/subscriber.hpp"
+#include "bridge/measure/demo/endpoints.hpp"
 #include "bridge/measure/report.hpp"
 #include "test/dds_adapter/dds_test.hpp"
 
@@ -97,8 +96,8 @@ class Process {
   std::string buffer_;
 };
 
-SubscriberOptions subscriber_options(const TestDomain& domain, int report_fd) {
-  SubscriberOptions options;
+EndpointOptions subscriber_options(const TestDomain& domain, int report_fd) {
+  EndpointOptions options;
   options.domain = domain.id();
   options.report_fd = report_fd;
   return options;
@@ -185,7 +184,7 @@ TEST(DemoEndpoints, EndWhenTheirTimeIsOver) {
     run_publisher(options);
   }};
   Process subscriber{[&](int out) {
-    SubscriberOptions options = subscriber_options(domain, out);
+    EndpointOptions options = subscriber_options(domain, out);
     options.duration = std::chrono::seconds{1};
     run_subscriber(options);
   }};

@@ -4,7 +4,6 @@
 
 #include <filesystem>
 
-#include "bridge/measure/demo/lzf.hpp"
 #include "test/bytes.hpp"
 
 namespace trestle::measure::demo::pcd_test {

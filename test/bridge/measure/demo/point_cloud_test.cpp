@@ -1,4 +1,4 @@
-#include "bridge/measure/demo/checksum.hpp"
+#include "bridge/measure/point_cloud.hpp"
 
 #include <gmock/gmock.h>
 
@@ -6,20 +6,12 @@
 
 #include "test/bytes.hpp"
 
-namespace trestle::measure::demo::checksum_test {
+namespace trestle::measure::point_cloud_test {
 namespace {
 
 using test::hex;
 using test::to_hex;
 using Bytes = std::vector<std::byte>;
-
-Bytes bytes_of(std::string_view text) {
-  Bytes result;
-  for (const char letter : text) {
-    result.push_back(static_cast<std::byte>(letter));
-  }
-  return result;
-}
 
 Bytes whole(const EncodedCloud& encoded) {
   Bytes bytes = encoded.front;
@@ -35,14 +27,6 @@ Cloud two_points() {
   cloud.fields = {{"x", 0, FieldType::float32, 1}, {"ring", 4, FieldType::uint16, 1}};
   cloud.data = hex("0000803f 0100  00000040 0200");
   return cloud;
-}
-
-// XXH64 of its reference implementation (libxxhash 0.8.1).
-TEST(Xxh64, GivesThePublishedValues) {
-  EXPECT_EQ(xxh64({}), 0xef46db3751d8e999U);
-  EXPECT_EQ(xxh64(bytes_of("a")), 0xd24ec4f1a98c6e5bU);
-  EXPECT_EQ(xxh64(bytes_of("abc")), 0x44bc2cf5ad770999U);
-  EXPECT_EQ(xxh64(bytes_of("Nobody inspects the spammish repetition")), 0xfbcea83c8a378bf1U);
 }
 
 TEST(EncodedCloud, IsThePointCloud2ThatRos2Serialises) {
@@ -146,4 +130,4 @@ TEST(Checksum, IsAnotherOneForEachFlippedBit) {
 }
 
 }  // namespace
-}  // namespace trestle::measure::demo::checksum_test
+}  // namespace trestle::measure::point_cloud_test

@@ -1,10 +1,10 @@
-#include "bridge/measure/perf/histogram.hpp"
+#include "bridge/measure/histogram.hpp"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 
-namespace trestle::measure::perf {
+namespace trestle::measure {
 namespace {
 
 // The first 2^11 buckets hold one value each; every further 2^10 hold twice as many as those before.
@@ -36,14 +36,6 @@ void Histogram::add(std::int64_t value) noexcept {
   sum_ += static_cast<double>(value);
 }
 
-void Histogram::clear() noexcept {
-  std::ranges::fill(counts_, 0);
-  count_ = 0;
-  min_ = largest;
-  max_ = 0;
-  sum_ = 0;
-}
-
 double Histogram::mean() const noexcept {
   return count_ == 0 ? 0 : sum_ / static_cast<double>(count_);
 }
@@ -73,4 +65,4 @@ std::vector<Histogram::Bucket> Histogram::buckets() const {
   return result;
 }
 
-}  // namespace trestle::measure::perf
+}  // namespace trestle::measure

@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace trestle::measure::perf {
+namespace trestle::measure {
 
 /// Latencies in nanoseconds, counted in the buckets of an HdrHistogram of three significant digits: exact
 /// below 2048, from there on in steps of at most 0.1 %. Its memory does not grow.
@@ -15,7 +15,6 @@ class Histogram {
 
   /// Negative values count as 0.
   void add(std::int64_t value) noexcept;
-  void clear() noexcept;
 
   [[nodiscard]] std::uint64_t count() const noexcept { return count_; }
   /// These are 0 when nothing was added.
@@ -42,4 +41,4 @@ class Histogram {
   double sum_ = 0;
 };
 
-}  // namespace trestle::measure::perf
+}  // namespace trestle::measure
