@@ -7,20 +7,6 @@
 #include <fastdds/config.hpp>
 #define TRESTLE_FASTDDS_VERSION \
   (FASTDDS_VERSION_MAJOR * 10000 + FASTDDS_VERSION_MINOR * 100 + FASTDDS_VERSION_MICRO)
-#include <fastdds/dds/core/LoanableSequence.hpp>
-#include <fastdds/dds/domain/DomainParticipant.hpp>
-#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
-#include <fastdds/dds/domain/DomainParticipantListener.hpp>
-#include <fastdds/dds/publisher/DataWriter.hpp>
-#include <fastdds/dds/publisher/DataWriterListener.hpp>
-#include <fastdds/dds/publisher/Publisher.hpp>
-#include <fastdds/dds/subscriber/DataReader.hpp>
-#include <fastdds/dds/subscriber/DataReaderListener.hpp>
-#include <fastdds/dds/subscriber/SampleInfo.hpp>
-#include <fastdds/dds/subscriber/Subscriber.hpp>
-#include <fastdds/dds/topic/Topic.hpp>
-#include <fastdds/dds/topic/TopicDataType.hpp>
-#include <fastdds/dds/topic/TypeSupport.hpp>
 #include <fastdds/rtps/common/WriteParams.hpp>
 #include <fastdds/rtps/transport/ChainingTransport.hpp>
 #include <fastdds/rtps/transport/ChainingTransportDescriptor.hpp>
@@ -40,6 +26,19 @@
 #include <fastdds/rtps/transport/UDPv6TransportDescriptor.h>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
+#if TRESTLE_FASTDDS_VERSION < 21000
+#include <fastdds/rtps/writer/ReaderProxy.h>
+#include <fastdds/rtps/writer/StatefulWriter.h>
+
+// The library has this function but no header for it; see UnacknowledgedProbe.
+namespace eprosima::fastrtps::rtps {
+class RTPSDomainImpl {
+ public:
+  static RTPSWriter* find_local_writer(const GUID_t& writer);
+};
+}  // namespace eprosima::fastrtps::rtps
+#endif
+#endif
 #include <fastdds/dds/core/LoanableSequence.hpp>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
@@ -54,19 +53,6 @@
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TopicDataType.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
-#if TRESTLE_FASTDDS_VERSION < 21000
-#include <fastdds/rtps/writer/ReaderProxy.h>
-#include <fastdds/rtps/writer/StatefulWriter.h>
-
-// The library has this function but no header for it; see UnacknowledgedProbe.
-namespace eprosima::fastrtps::rtps {
-class RTPSDomainImpl {
- public:
-  static RTPSWriter* find_local_writer(const GUID_t& writer);
-};
-}  // namespace eprosima::fastrtps::rtps
-#endif
-#endif
 
 #include <algorithm>
 #include <array>
@@ -80,6 +66,10 @@ class RTPSDomainImpl {
 
 #include "dds_adapter/participant.hpp"
 
+/// Whether match_guard.cpp knows the functions of this Fast DDS.
+#define TRESTLE_REFUSES_READERS \
+  (TRESTLE_FASTDDS_VERSION < 21000 || (TRESTLE_FASTDDS_VERSION >= 30000 && TRESTLE_FASTDDS_VERSION < 30200))
+
 namespace trestle::dds::fast {
 
 using namespace eprosima::fastdds::dds;
@@ -87,15 +77,6 @@ using namespace eprosima::fastdds::dds;
 #if TRESTLE_FASTDDS_3
 namespace rtps = eprosima::fastdds::rtps;
 using Code = ReturnCode_t;
-inline bool is_ok(Code code) {
-  return code == RETCODE_OK;
-}
-inline bool is_timeout(Code code) {
-  return code == RETCODE_TIMEOUT;
-}
-inline bool is_out_of_resources(Code code) {
-  return code == RETCODE_OUT_OF_RESOURCES;
-}
 using Duration = eprosima::fastdds::dds::Duration_t;
 inline constexpr auto dynamic_reserve = rtps::DYNAMIC_RESERVE_MEMORY_MODE;
 inline constexpr auto dynamic_reusable = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
@@ -111,15 +92,7 @@ inline void set_heartbeat_delay(DataReaderQos& qos, const Duration& delay) {
 #else
 namespace rtps = eprosima::fastrtps::rtps;
 using Code = eprosima::fastrtps::types::ReturnCode_t;
-inline bool is_ok(const Code& code) {
-  return code == Code::RETCODE_OK;
-}
-inline bool is_timeout(const Code& code) {
-  return code == Code::RETCODE_TIMEOUT;
-}
-inline bool is_out_of_resources(const Code& code) {
-  return code == Code::RETCODE_OUT_OF_RESOURCES;
-}
+using enum Code::ReturnCodeValue;
 using Duration = eprosima::fastrtps::Duration_t;
 inline constexpr auto dynamic_reserve = rtps::DYNAMIC_RESERVE_MEMORY_MODE;
 inline constexpr auto dynamic_reusable = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
@@ -133,6 +106,16 @@ inline void set_heartbeat_delay(DataReaderQos& qos, const Duration& delay) {
   qos.reliable_reader_qos().times.heartbeatResponseDelay = delay;
 }
 #endif
+
+inline bool is_ok(const Code& code) {
+  return code == RETCODE_OK;
+}
+inline bool is_timeout(const Code& code) {
+  return code == RETCODE_TIMEOUT;
+}
+inline bool is_out_of_resources(const Code& code) {
+  return code == RETCODE_OUT_OF_RESOURCES;
+}
 
 /// A volatile, reliable writer whose reader leaves while samples wait to be sent can stop for ever, and
 /// discovery with it (Fast DDS pull request 5432; cured in 2.10.7, 2.14.5, 3.0.2 and 3.1.1).
@@ -149,8 +132,12 @@ constexpr bool stalled_peer_aborts(int version) {
   return version < 21002 || (version >= 21100 && version < 21102);
 }
 
+/// Tells the sanitizers about Fast DDS: sanitizers.cpp. To be called so that the linker takes that file from
+/// a static library.
+void link_sanitizer_hints() noexcept;
+
 /// Keeps peers from ending the process by describing their types: type_object_guard.cpp, which 3.x does not
-/// need. To be called so that the linker takes that file.
+/// need. To be called likewise.
 #if TRESTLE_FASTDDS_3
 inline void link_type_object_guard() noexcept {}
 #else
@@ -163,6 +150,21 @@ void link_type_object_guard() noexcept;
 inline void link_rediscovery_guard() noexcept {}
 #else
 void link_rediscovery_guard() noexcept;
+#endif
+
+/// From now on no writer of this participant matches a reader whose user data tells another type hash than
+/// the writer's: nothing is sent there. Readers match such writers all the same, and have to drop what comes:
+/// a writer that keeps all would wait for one that does not acknowledge.
+///
+/// With Fast DDS before 2.10, 3.0 and 3.1; with others there is no way: that discovery can be told to ignore
+/// an endpoint, as 3.x has it, means nothing there.
+#if !TRESTLE_REFUSES_READERS
+inline void refuse_readers_of_other_types(const rtps::GuidPrefix_t& /*participant*/) {}
+inline void forget_refusals(const rtps::GuidPrefix_t& /*participant*/) noexcept {}
+#else
+void refuse_readers_of_other_types(const rtps::GuidPrefix_t& participant);
+/// Of a participant that has gone.
+void forget_refusals(const rtps::GuidPrefix_t& participant) noexcept;
 #endif
 
 using Locator = eprosima::fastdds::rtps::Locator;
@@ -351,7 +353,7 @@ inline void use_discovery_servers(const std::vector<DiscoveryServer>& servers, D
 }
 
 /// From now on each reader is sent a copy that names it. One copy for several readers names none, and a
-/// reader that is refused (match_guard.hpp) would accept it if it shares a participant with one of them. With
+/// reader that is refused (match_guard.cpp) would accept it if it shares a participant with one of them. With
 /// 3.x the writers of who refuses do so from the beginning (match_guard.cpp); in between there is no way.
 inline void send_to_each_reader_alone([[maybe_unused]] const DataWriter& writer) {
 #if TRESTLE_FASTDDS_VERSION < 21000

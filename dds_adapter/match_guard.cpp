@@ -1,4 +1,4 @@
-#include "dds_adapter/match_guard.hpp"
+#include "dds_adapter/fastdds_compat.hpp"
 
 #if TRESTLE_REFUSES_READERS
 #include <dlfcn.h>

@@ -1,33 +1,15 @@
 #include "dds_adapter/participant.hpp"
 
 #include "dds_adapter/participant_core.hpp"
+#include "someip/wire/enumerator_name.hpp"
 
 namespace trestle::dds {
 
 const char* to_string(Happening::Kind kind) noexcept {
-  switch (kind) {
-    case Happening::Kind::peer_found:
-      return "peer_found";
-    case Happening::Kind::peer_lost:
-      return "peer_lost";
-    case Happening::Kind::matched:
-      return "matched";
-    case Happening::Kind::unmatched:
-      return "unmatched";
-    case Happening::Kind::incompatible_qos:
-      return "incompatible_qos";
-    case Happening::Kind::incompatible_type:
-      return "incompatible_type";
-    case Happening::Kind::other_type_hash:
-      return "other_type_hash";
-    case Happening::Kind::deadline_missed:
-      return "deadline_missed";
-    case Happening::Kind::liveliness_lost:
-      return "liveliness_lost";
-    case Happening::Kind::small_send_buffer:
-      return "small_send_buffer";
-  }
-  return "?";
+  static constexpr std::array names{
+      "peer_found",        "peer_lost",       "matched",         "unmatched",       "incompatible_qos",
+      "incompatible_type", "other_type_hash", "deadline_missed", "liveliness_lost", "small_send_buffer"};
+  return someip::enumerator_name<Happening::Kind::small_send_buffer>(names, kind, "?");
 }
 
 Participant::Participant(const ParticipantConfig& config)

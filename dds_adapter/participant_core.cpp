@@ -3,10 +3,6 @@
 #include <algorithm>
 #include <array>
 
-#include "dds_adapter/interfaces.hpp"
-#include "dds_adapter/link.hpp"
-#include "dds_adapter/match_guard.hpp"
-#include "dds_adapter/participant_qos.hpp"
 #include "dds_adapter/policies.hpp"
 #include "dds_adapter/polled_udp.hpp"
 #include "dds_adapter/raw_type.hpp"
@@ -67,7 +63,7 @@ ParticipantCore::ParticipantCore(const ParticipantConfig& config)
       on_writers_{config.on_writers} {
   fast::link_type_object_guard();
   fast::link_rediscovery_guard();
-  link_sanitizer_hints();
+  fast::link_sanitizer_hints();
   if (config.domain > max_domain) {
     throw DdsError{"DDS domain " + std::to_string(config.domain) + " is out of range: 0 to " +
                    std::to_string(max_domain)};
@@ -75,7 +71,6 @@ ParticipantCore::ParticipantCore(const ParticipantConfig& config)
   if (config.lease < std::chrono::milliseconds{100} || config.lease > std::chrono::hours{24}) {
     throw DdsError{"the lease of a DDS participant is from 100 ms to 24 h"};
   }
-  check_interfaces(config.interfaces);
   const fast::DomainParticipantQos qos = participant_qos(config, sockets_);
   // Discovery callbacks come from now on, whatever the mask says.
   auto* factory = fast::DomainParticipantFactory::get_instance();
@@ -239,9 +234,7 @@ void ParticipantCore::add(const Endpoint* endpoint, const fast::Guid& guid) {
     }
   }
   graph_.add(guid, endpoint->writer);
-  for (const Happening& event : events) {
-    report(event);
-  }
+  report(events);
 }
 
 void ParticipantCore::remove(const Endpoint* endpoint, const fast::Guid& guid) noexcept {
@@ -278,6 +271,30 @@ void ParticipantCore::report(const Happening& event) {
   if (on_event_) {
     on_event_(event);
   }
+}
+
+void ParticipantCore::report(const std::vector<Happening>& events) {
+  for (const Happening& event : events) {
+    report(event);
+  }
+}
+
+void ParticipantCore::report(Happening::Kind kind, const Endpoint& endpoint, const std::string& peer,
+                             std::size_t matched) {
+  report({kind, endpoint.topic, endpoint.type, peer, endpoint.writer ? "writer" : "reader", matched});
+}
+
+bool ParticipantCore::note_match(const Endpoint& endpoint, const fast::Guid& peer,
+                                 const fast::MatchedStatus& status, std::atomic<std::int32_t>& matched) {
+  const bool is_new = status.current_count_change > 0;
+  const bool ignored = endpoint.ignored_matches->change(peer, is_new, ignores(endpoint, peer));
+  matched = status.current_count;
+  if (is_own(peer)) {
+    return false;
+  }
+  report(is_new ? Happening::Kind::matched : Happening::Kind::unmatched, endpoint, to_hex(peer),
+         endpoint.foreign(status.current_count));
+  return !ignored;
 }
 
 namespace {
@@ -429,9 +446,7 @@ void ParticipantCore::report_incompatible(const Endpoint& endpoint, const fast::
     const std::lock_guard lock{guard};
     count += events.size();
   }
-  for (const Happening& event : events) {
-    report(event);
-  }
+  report(events);
 }
 
 void ParticipantCore::on_names() {
@@ -452,9 +467,7 @@ void ParticipantCore::on_names() {
       }
     }
   }
-  for (const Happening& event : events) {
-    report(event);
-  }
+  report(events);
 }
 
 void ParticipantCore::silence() {
@@ -492,9 +505,7 @@ void ParticipantCore::on_endpoint(const fast::FoundEndpoint& endpoint) {
   if (!is_own(endpoint.guid)) {
     bridge_ends_.note(endpoint);
   }
-  for (const Happening& event : remember(endpoint)) {
-    report(event);
-  }
+  report(remember(endpoint));
   if (endpoint.writer && !is_own(endpoint.guid)) {
     const std::lock_guard lock{event_gate_};
     if (on_writers_) {

@@ -23,6 +23,12 @@ namespace trestle::dds::detail {
 [[nodiscard]] Guid to_guid(const fast::Guid& guid) noexcept;
 [[nodiscard]] fast::Guid to_fast(const Guid& guid) noexcept;
 
+/// Everything that Fast DDS has to know of a participant, but its domain.
+/// @param sockets  that are to receive by UDP; none: threads of DDS do.
+/// @throws DdsError  for interfaces, profiles, servers and keys that cannot be used: says which.
+[[nodiscard]] fast::DomainParticipantQos participant_qos(const ParticipantConfig& config,
+                                                         const std::shared_ptr<SampleSockets>& sockets);
+
 /// In the user data of a writer that announces itself as transient local but keeps nothing for late readers.
 inline constexpr const char* forgets_entry = "durability=volatile;";
 
@@ -73,6 +79,14 @@ class ParticipantCore final : private fast::DiscoveryListener {
   void remove(const Endpoint* endpoint, const fast::Guid& guid) noexcept;
 
   void report(const Happening& event);
+  void report(const std::vector<Happening>& events);
+  /// Reports what happened to an endpoint.
+  void report(Happening::Kind kind, const Endpoint& endpoint, const std::string& peer = {},
+              std::size_t matched = 0);
+  /// A peer matches this endpoint, or does not any more: counts and reports it.
+  /// @return whether it is a counterpart.
+  bool note_match(const Endpoint& endpoint, const fast::Guid& peer, const fast::MatchedStatus& status,
+                  std::atomic<std::int32_t>& matched);
   /// Whether a reliable reader matches this writer. One that there was no room to remember may be one.
   [[nodiscard]] bool has_reliable_reader(const Endpoint& writer) const;
 

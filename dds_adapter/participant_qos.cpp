@@ -1,5 +1,6 @@
-#include "dds_adapter/participant_qos.hpp"
-
+#include <arpa/inet.h>
+#include <ifaddrs.h>
+#include <netinet/in.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -7,6 +8,7 @@
 #include <memory>
 #include <utility>
 
+#include "dds_adapter/participant_core.hpp"
 #include "dds_adapter/polled_udp.hpp"
 #include "dds_adapter/socket_buffers.hpp"
 
@@ -14,9 +16,59 @@ namespace trestle::dds::detail {
 
 namespace {
 
+// Buffers that sockets of UDP ask for; buffers_not_granted() tells what of it is not given. A 4 MB sample is
+// 64 datagrams at once.
+constexpr std::uint32_t socket_buffer_bytes = 16U << 20U;
 // A segment must hold several of the largest samples or it becomes the bottleneck.
 constexpr std::uint32_t shared_memory_bytes = 128U << 20U;
 constexpr std::uint32_t shared_message_bytes = 16U << 20U;
+
+/// All IPv4 addresses of this host, as text.
+std::vector<std::string> host_addresses() {
+  std::vector<std::string> result;
+  ifaddrs* list = nullptr;
+  if (getifaddrs(&list) != 0) {
+    return result;
+  }
+  for (const ifaddrs* entry = list; entry != nullptr; entry = entry->ifa_next) {
+    if (entry->ifa_addr != nullptr && entry->ifa_addr->sa_family == AF_INET) {
+      const void* address = entry->ifa_addr;
+      std::array<char, INET_ADDRSTRLEN> text{};
+      if (inet_ntop(AF_INET, &static_cast<const sockaddr_in*>(address)->sin_addr, text.data(), text.size()) !=
+          nullptr) {
+        result.emplace_back(text.data());
+      }
+    }
+  }
+  freeifaddrs(list);
+  return result;
+}
+
+std::string not_ours(const std::string& address, const std::vector<std::string>& own) {
+  std::string text =
+      "no interface of this host has the address " + address + ", which DDS is to use; there are:";
+  for (const std::string& one : own) {
+    text.append(" ").append(one);
+  }
+  return text;
+}
+
+/// @throws DdsError  unless each is an address of this host: names those that there are.
+void check_interfaces(const std::vector<std::string>& interfaces) {
+  if (interfaces.empty()) {
+    return;
+  }
+  const std::vector<std::string> own = host_addresses();
+  for (const std::string& address : interfaces) {
+    in_addr parsed{};
+    if (inet_pton(AF_INET, address.c_str(), &parsed) != 1) {
+      throw DdsError{"DDS interface '" + address + "' is not an IPv4 address"};
+    }
+    if (std::ranges::find(own, address) == own.end()) {
+      throw DdsError{not_ours(address, own)};
+    }
+  }
+}
 
 void load_profile(const ParticipantConfig& config, fast::DomainParticipantQos& qos) {
   auto* factory = fast::DomainParticipantFactory::get_instance();
@@ -99,6 +151,7 @@ void set_security(const std::string& folder, fast::DomainParticipantQos& qos) {
 
 fast::DomainParticipantQos participant_qos(const ParticipantConfig& config,
                                            const std::shared_ptr<SampleSockets>& sockets) {
+  check_interfaces(config.interfaces);
   fast::DomainParticipantQos qos;
   const bool has_profile = !config.profiles_file.empty();
   if (has_profile) {

@@ -3,9 +3,25 @@
 
 #include "dds_adapter/copy_bytes.hpp"
 #include "dds_adapter/fastdds_compat.hpp"
-#include "dds_adapter/raw_sample.hpp"
 
 namespace trestle::dds::detail {
+
+/// Told when the pieces of a sample that is written are no longer needed.
+class PieceLoan {
+ public:
+  virtual void pieces_copied() = 0;
+
+ protected:
+  ~PieceLoan() = default;
+};
+
+/// The "sample" that Fast DDS handles for us: views of serialised bytes, never the bytes.
+struct RawSample {
+  std::span<const ByteView> pieces;  ///< to write
+  std::size_t size = 0;              ///< of all pieces
+  PieceLoan* loan = nullptr;         ///< of the pieces; may be null
+  ByteView received;                 ///< read: points into the payload that the loan keeps
+};
 
 /// Serialised samples of any one type.
 class RawType final : public fast::AnyType {

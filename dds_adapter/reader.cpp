@@ -200,18 +200,10 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
   void on_subscription_matched(fast::DataReader* /*reader*/,
                                const fast::SubscriptionMatchedStatus& status) override {
     const fast::Guid peer = fast::guid_of(status.last_publication_handle);
-    const bool ignored = endpoint_.ignored_matches->change(peer, status.current_count_change > 0,
-                                                           participant_->ignores(endpoint_, peer));
-    matched_ = status.current_count;
-    if (!participant_->is_own(peer)) {
-      const auto kind =
-          status.current_count_change > 0 ? Happening::Kind::matched : Happening::Kind::unmatched;
-      participant_->report({kind, endpoint_.topic, endpoint_.type, to_hex(peer), "reader",
-                            endpoint_.foreign(status.current_count)});
-      const std::lock_guard lock{match_gate_};
-      if (on_match_ && !ignored) {
-        on_match_(to_guid(peer), kind == Happening::Kind::matched);
-      }
+    const bool counts = participant_->note_match(endpoint_, peer, status, matched_);
+    const std::lock_guard lock{match_gate_};
+    if (on_match_ && counts) {
+      on_match_(to_guid(peer), status.current_count_change > 0);
     }
   }
 
@@ -231,8 +223,7 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
         return;
       }
     }
-    participant_->report(
-        {Happening::Kind::deadline_missed, endpoint_.topic, endpoint_.type, "", "reader", 0});
+    participant_->report(Happening::Kind::deadline_missed, endpoint_);
   }
 
   void on_liveliness_changed(fast::DataReader* /*reader*/,
@@ -245,8 +236,7 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
       const std::lock_guard lock{counters_mutex_};
       counters_.liveliness_lost += static_cast<std::uint64_t>(status.not_alive_count_change);
     }
-    participant_->report(
-        {Happening::Kind::liveliness_lost, endpoint_.topic, endpoint_.type, to_hex(peer), "reader", 0});
+    participant_->report(Happening::Kind::liveliness_lost, endpoint_, to_hex(peer));
   }
 
   void on_sample_lost(fast::DataReader* /*reader*/, const fast::SampleLostStatus& status) override {

@@ -1,8 +1,8 @@
 #include "dds_adapter/ros_graph.hpp"
 
 #include <algorithm>
-#include <cstring>
 
+#include "dds_adapter/participant_core.hpp"
 #include "dds_adapter/raw_type.hpp"
 #include "dds_adapter/ros_names.hpp"
 
@@ -13,13 +13,6 @@ namespace {
 /// The hash of graph_type by REP-2011, which is the same in all distributions that have one.
 constexpr const char* graph_type_hash =
     "RIHS01_91a0593bacdcc50ea9bdcf849a938b128412cc1ea821245c663bcd26f83c295e";
-
-Gid gid_of(const fast::Guid& guid) {
-  Gid gid{};
-  std::memcpy(gid.data(), guid.guidPrefix.value, 12);
-  std::memcpy(gid.data() + 12, guid.entityId.value, 4);
-  return gid;
-}
 
 bool is_node_token(std::string_view token) {
   const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
@@ -95,7 +88,7 @@ RosGraph::RosGraph(const ParticipantConfig& config, std::function<void()> on_nam
 
 void RosGraph::open(const fast::Guid& participant, fast::Publisher& publisher, fast::Subscriber& subscriber,
                     fast::Topic& topic) {
-  own_.participant = gid_of(participant);
+  own_.participant = to_guid(participant);
   own_prefix_ = participant.guidPrefix;
   {
     const std::lock_guard lock{names_mutex_};
@@ -127,7 +120,7 @@ void RosGraph::add(const fast::Guid& endpoint, bool writer) {
     return;
   }
   const std::lock_guard lock{own_mutex_};
-  (writer ? own_.nodes[0].writers : own_.nodes[0].readers).push_back(gid_of(endpoint));
+  (writer ? own_.nodes[0].writers : own_.nodes[0].readers).push_back(to_guid(endpoint));
   publish();
 }
 
@@ -136,7 +129,7 @@ void RosGraph::remove(const fast::Guid& endpoint) noexcept {
     return;
   }
   const std::lock_guard lock{own_mutex_};
-  const Gid gid = gid_of(endpoint);
+  const Gid gid = to_guid(endpoint);
   std::erase(own_.nodes[0].readers, gid);
   std::erase(own_.nodes[0].writers, gid);
   publish();
@@ -155,7 +148,7 @@ void RosGraph::publish() {
 }
 
 std::string RosGraph::node_of(const fast::Guid& endpoint) const {
-  const Gid gid = gid_of(endpoint);
+  const Gid gid = to_guid(endpoint);
   const std::lock_guard lock{names_mutex_};
   const auto peer = peers_.find(endpoint.guidPrefix);
   if (peer == peers_.end()) {

@@ -1,7 +1,7 @@
 #include <pthread.h>
 #include <time.h>  // NOLINT(modernize-deprecated-headers): POSIX
 
-#include "dds_adapter/link.hpp"
+#include "dds_adapter/fastdds_compat.hpp"
 
 #ifdef __has_feature
 #define TRESTLE_HAS_FEATURE(name) __has_feature(name)
@@ -46,8 +46,8 @@ extern "C" int pthread_mutex_clocklock(pthread_mutex_t* mutex, clockid_t clock, 
 #endif
 // NOLINTEND(bugprone-reserved-identifier,readability-identifier-naming)
 
-namespace trestle::dds::detail {
+namespace trestle::dds::fast {
 
 void link_sanitizer_hints() noexcept {}
 
-}  // namespace trestle::dds::detail
+}  // namespace trestle::dds::fast

@@ -7,7 +7,7 @@
 #include <thread>
 #include <utility>
 
-#include "dds_adapter/raw_sample.hpp"
+#include "dds_adapter/raw_type.hpp"
 
 namespace trestle::dds::detail {
 

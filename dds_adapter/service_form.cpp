@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <atomic>
 
+#include "someip/wire/enumerator_name.hpp"
+
 namespace trestle::dds {
 
 namespace detail {
@@ -94,31 +96,13 @@ std::string pairing_user_data(std::string_view key, const Participant& participa
 }  // namespace detail
 
 const char* to_string(RosForm form) noexcept {
-  switch (form) {
-    case RosForm::automatic:
-      return "auto";
-    case RosForm::fastrtps:
-      return "fastrtps";
-    case RosForm::cyclonedds:
-      return "cyclonedds";
-  }
-  return "?";
+  static constexpr std::array names{"auto", "fastrtps", "cyclonedds"};
+  return someip::enumerator_name<RosForm::cyclonedds>(names, form, "?");
 }
 
 const char* to_string(CallFault fault) noexcept {
-  switch (fault) {
-    case CallFault::unavailable:
-      return "unavailable";
-    case CallFault::too_many:
-      return "too_many";
-    case CallFault::not_written:
-      return "not_written";
-    case CallFault::timed_out:
-      return "timed_out";
-    case CallFault::gone:
-      return "gone";
-  }
-  return "?";
+  static constexpr std::array names{"unavailable", "too_many", "not_written", "timed_out", "gone"};
+  return someip::enumerator_name<CallFault::gone>(names, fault, "?");
 }
 
 }  // namespace trestle::dds

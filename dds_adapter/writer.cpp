@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <limits>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <system_error>
@@ -12,12 +14,82 @@
 #include "dds_adapter/raw_type.hpp"
 #include "dds_adapter/ros_names.hpp"
 #include "dds_adapter/sending_thread.hpp"
-#include "dds_adapter/session_start.hpp"
 #include "someip/wire/add_counters.hpp"
+#include "someip/wire/enumerator_name.hpp"
 
 namespace trestle::dds {
 
 namespace detail {
+
+/// Makes sure that a writer's new reader receives all that is written from a moment on.
+///
+/// RTPS does not say with which sample a volatile reader begins. Cyclone DDS's begin after the newest one
+/// that the first heartbeat tells of. So a sample is lost, and acknowledged all the same, when that heartbeat
+/// overtakes it, or when it is written before the reader's side has found the writer. And Fast DDS sends
+/// heartbeats as long as a sample is not acknowledged, but none before there is a sample. So a sample is
+/// written that is relevant to nobody, which no reader gets, and as soon as the reader has acknowledged it
+/// the beginning is behind.
+///
+/// Where Fast DDS gives no way to do so, time has to do: it is enough for readers that were there before the
+/// writer, as the heartbeat with which Fast DDS greets them finds them ready. Others may still lose the first
+/// samples (docs/dds.md).
+class SessionStart {
+ public:
+  /// @param writer  is deleted before this.
+  explicit SessionStart(const fast::DataWriter& writer) : hidden_{writer} {}
+
+  /// False also when there is no such reader.
+  /// @param write  writes a sample that belongs to one of the same writer's, which no other does, and tells
+  ///               its number, 0 when it could not.
+  template <typename Write>
+  bool reaches(const fast::Guid& reader, const Write& write) {
+    if constexpr (!fast::HiddenSamples::are_possible) {
+      return has_settled(reader);
+    }
+    const fast::ReaderProgress progress = hidden_.progress_of(reader);
+    if (progress.acknowledges_nothing) {
+      return true;
+    }
+    if (const std::uint64_t began = began_with(reader); began != 0) {
+      return progress.acknowledged >= began;
+    }
+    if (const std::uint64_t number = progress.is_there ? write() : 0; number != 0) {
+      const std::lock_guard lock{mutex_};
+      began_.emplace(reader, number);
+    }
+    return false;
+  }
+
+  void forget(const fast::Guid& reader) {
+    const std::lock_guard lock{mutex_};
+    began_.erase(reader);
+    first_asked_.erase(reader);
+  }
+
+ private:
+  [[nodiscard]] std::uint64_t began_with(const fast::Guid& reader) const {
+    const std::lock_guard lock{mutex_};
+    const auto began = began_.find(reader);
+    return began == began_.end() ? 0 : began->second;
+  }
+
+  /// Since the first question, which comes as soon as the writer has found the reader.
+  bool has_settled(const fast::Guid& reader) {
+    constexpr std::chrono::milliseconds settling_time{200};
+    constexpr std::size_t max_readers = 4096;  // a question may come after the reader has been forgotten
+    const auto now = std::chrono::steady_clock::now();
+    const std::lock_guard lock{mutex_};
+    if (first_asked_.size() >= max_readers) {
+      first_asked_.clear();  // they wait anew
+    }
+    return now - first_asked_.try_emplace(reader, now).first->second >= settling_time;
+  }
+
+  fast::HiddenSamples hidden_;
+  mutable std::mutex mutex_;
+  std::map<fast::Guid, std::uint64_t> began_;
+  std::map<fast::Guid, std::chrono::steady_clock::time_point> first_asked_;
+};
 
 class WriterCore final : private fast::WriterListener {
  public:
@@ -252,7 +324,7 @@ class WriterCore final : private fast::WriterListener {
   }
 
   /// Made when it is first needed: most writers need none.
-  fast::SessionStart& session_start() {
+  SessionStart& session_start() {
     const std::lock_guard lock{session_start_mutex_};
     if (!session_start_) {
       session_start_.emplace(*writer_);
@@ -274,23 +346,16 @@ class WriterCore final : private fast::WriterListener {
   void on_publication_matched(fast::DataWriter* /*writer*/,
                               const fast::PublicationMatchedStatus& status) override {
     const fast::Guid peer = fast::guid_of(status.last_subscription_handle);
-    const bool ignored = endpoint_.ignored_matches->change(peer, status.current_count_change > 0,
-                                                           participant_->ignores(endpoint_, peer));
-    matched_ = status.current_count;
-    if (!participant_->is_own(peer)) {
-      const auto kind =
-          status.current_count_change > 0 ? Happening::Kind::matched : Happening::Kind::unmatched;
-      participant_->report({kind, endpoint_.topic, endpoint_.type, to_hex(peer), "writer",
-                            endpoint_.foreign(status.current_count)});
-      if (kind == Happening::Kind::unmatched) {
-        const std::lock_guard lock{session_start_mutex_};
-        if (session_start_) {
-          session_start_->forget(peer);
-        }
+    const bool counts = participant_->note_match(endpoint_, peer, status, matched_);
+    const bool is_new = status.current_count_change > 0;
+    if (!is_new) {
+      const std::lock_guard lock{session_start_mutex_};
+      if (session_start_) {
+        session_start_->forget(peer);
       }
-      if (on_match_ && !ignored) {
-        on_match_(to_guid(peer), kind == Happening::Kind::matched);
-      }
+    }
+    if (on_match_ && counts) {
+      on_match_(to_guid(peer), is_new);
     }
   }
 
@@ -309,8 +374,7 @@ class WriterCore final : private fast::WriterListener {
         return;
       }
     }
-    participant_->report(
-        {Happening::Kind::deadline_missed, endpoint_.topic, endpoint_.type, "", "writer", 0});
+    participant_->report(Happening::Kind::deadline_missed, endpoint_);
   }
 
   void on_liveliness_lost(fast::DataWriter* /*writer*/, const fast::LivelinessLostStatus& status) override {
@@ -318,8 +382,7 @@ class WriterCore final : private fast::WriterListener {
       const std::lock_guard lock{counters_mutex_};
       counters_.liveliness_lost = static_cast<std::uint64_t>(status.total_count);
     }
-    participant_->report(
-        {Happening::Kind::liveliness_lost, endpoint_.topic, endpoint_.type, "", "writer", 0});
+    participant_->report(Happening::Kind::liveliness_lost, endpoint_);
   }
 
   [[nodiscard]] bool has_reliable_reader() const override {
@@ -360,7 +423,7 @@ class WriterCore final : private fast::WriterListener {
   std::atomic<std::int32_t> matched_ = 0;
   std::optional<fast::UnacknowledgedProbe> unacknowledged_;  ///< reliable writers only
   std::mutex session_start_mutex_;
-  std::optional<fast::SessionStart> session_start_;
+  std::optional<SessionStart> session_start_;
   mutable std::mutex counters_mutex_;
   WriterCounters counters_;
   bool is_late_ = false;  ///< the deadline has been missed since the last sample
@@ -371,19 +434,8 @@ class WriterCore final : private fast::WriterListener {
 }  // namespace detail
 
 const char* to_string(WriteError error) noexcept {
-  switch (error) {
-    case WriteError::bad_encapsulation:
-      return "bad_encapsulation";
-    case WriteError::oversize:
-      return "oversize";
-    case WriteError::no_memory:
-      return "no_memory";
-    case WriteError::timeout:
-      return "timeout";
-    case WriteError::failed:
-      return "failed";
-  }
-  return "?";
+  static constexpr std::array names{"bad_encapsulation", "oversize", "no_memory", "timeout", "failed"};
+  return someip::enumerator_name<WriteError::failed>(names, error, "?");
 }
 
 Writer::Writer(std::shared_ptr<detail::WriterCore> core) noexcept : core_{std::move(core)} {}

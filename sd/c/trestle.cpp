@@ -57,25 +57,9 @@ trestle_endpoint endpoint(const Endpoint& from) noexcept {
 }
 
 trestle_status status_of(device::Error error) noexcept {
-  switch (error) {
-    case device::Error::bad_argument:
-      return TRESTLE_BAD_ARGUMENT;
-    case device::Error::table_full:
-      return TRESTLE_TABLE_FULL;
-    case device::Error::duplicate:
-      return TRESTLE_DUPLICATE;
-    case device::Error::not_offered:
-      return TRESTLE_NOT_OFFERED;
-    case device::Error::unavailable:
-      return TRESTLE_UNAVAILABLE;
-    case device::Error::no_room:
-      return TRESTLE_NO_ROOM;
-    case device::Error::busy:
-      return TRESTLE_BUSY;
-    case device::Error::too_large:
-      break;
-  }
-  return TRESTLE_TOO_LARGE;
+  constexpr int first = TRESTLE_BAD_ARGUMENT;  // they are in the same order
+  static_assert(TRESTLE_TOO_LARGE == first + static_cast<int>(device::Error::too_large));
+  return static_cast<trestle_status>(first + static_cast<int>(error));
 }
 
 template <typename T>

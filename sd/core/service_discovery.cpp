@@ -2,93 +2,42 @@
 
 #include "sd/core/receive_buffer.hpp"
 #include "sd/wire/writer.hpp"
+#include "someip/wire/enumerator_name.hpp"
 
 namespace trestle::sd {
 
 const char* to_string(LossReason reason) noexcept {
-  switch (reason) {
-    case LossReason::stopped:
-      return "stopped";
-    case LossReason::expired:
-      return "expired";
-    case LossReason::rebooted:
-      return "rebooted";
-    case LossReason::replaced:
-      return "replaced";
-    case LossReason::link_down:
-      return "link down";
-    case LossReason::displaced:
-      return "displaced";
-    case LossReason::unreachable:
-      break;
-  }
-  return "unreachable";
+  static constexpr std::array names{"stopped",   "expired",     "rebooted", "replaced",
+                                    "link down", "unreachable", "displaced"};
+  return someip::enumerator_name<LossReason::displaced>(names, reason);
 }
 
 const char* to_string(SdError error) noexcept {
-  switch (error) {
-    case SdError::table_full:
-      return "table full";
-    case SdError::duplicate:
-      return "duplicate";
-    case SdError::bad_argument:
-      return "bad argument";
-    case SdError::unknown_handle:
-      break;
-  }
-  return "unknown handle";
+  static constexpr std::array names{"table full", "duplicate", "bad argument", "unknown handle"};
+  return someip::enumerator_name<SdError::unknown_handle>(names, error);
 }
 
 const char* to_string(NackReason reason) noexcept {
-  switch (reason) {
-    case NackReason::unknown_service:
-      return "unknown service";
-    case NackReason::unknown_instance:
-      return "unknown instance";
-    case NackReason::unknown_major:
-      return "unknown major version";
-    case NackReason::unknown_eventgroup:
-      return "unknown eventgroup";
-    case NackReason::bad_options:
-      return "bad options";
-    case NackReason::missing_endpoint:
-      return "missing endpoint";
-    case NackReason::no_tcp_connection:
-      return "no TCP connection";
-    case NackReason::no_room:
-      break;
-  }
-  return "no room";
+  static constexpr std::array names{"unknown service",    "unknown instance", "unknown major version",
+                                    "unknown eventgroup", "bad options",      "missing endpoint",
+                                    "no TCP connection",  "no room"};
+  return someip::enumerator_name<NackReason::no_room>(names, reason);
 }
 
 const char* to_string(Limit limit) noexcept {
-  switch (limit) {
-    case Limit::peers:
-      return "max_peers";
-    case Limit::subscribers:
-      return "max_subscribers";
-    case Limit::subscribers_per_eventgroup:
-      return "max_subscribers_per_eventgroup";
-    case Limit::subscribers_per_eventgroup_and_address:
-      return "max_subscribers_per_eventgroup_and_address";
-    case Limit::remote_services:
-      return "max_remote_services";
-    case Limit::tcp_connections:
-      return "max_tcp_connections";
-    case Limit::configurations:
-      return "max_configurations";
-    case Limit::configuration_bytes:
-      return "max_configuration_bytes";
-    case Limit::pending_entries:
-      return "max_pending_entries";
-    case Limit::pending_events:
-      return "max_pending_events";
-    case Limit::entries_per_second:
-      return "max_entries_per_second";
-    case Limit::reboots:
-      break;
-  }
-  return "max_reboots_at_once";
+  static constexpr std::array names{"max_peers",
+                                    "max_subscribers",
+                                    "max_subscribers_per_eventgroup",
+                                    "max_subscribers_per_eventgroup_and_address",
+                                    "max_remote_services",
+                                    "max_tcp_connections",
+                                    "max_configurations",
+                                    "max_configuration_bytes",
+                                    "max_pending_entries",
+                                    "max_pending_events",
+                                    "max_entries_per_second",
+                                    "max_reboots_at_once"};
+  return someip::enumerator_name<Limit::reboots>(names, limit);
 }
 
 ServiceDiscovery::ServiceDiscovery(const Settings& settings, const StorageView& storage) noexcept

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "someip/wire/enumerator_name.hpp"
 #include "someip/wire/return_code_name.hpp"
 
 namespace trestle {
@@ -16,22 +17,14 @@ class FaultCategory : public std::error_category {
  public:
   const char* name() const noexcept override { return "trestle.call"; }
   std::string message(int value) const override {
-    using sd::CallFault;
-    switch (CallFault{static_cast<std::uint8_t>(value - 1)}) {
-      case CallFault::unavailable:
-        return "nobody offers the service";
-      case CallFault::not_connected:
-        return "no TCP connection to the server";
-      case CallFault::not_sent:
-        return "the request could not be sent";
-      case CallFault::too_many_calls:
-        return "too many calls are outstanding";
-      case CallFault::timed_out:
-        return "no answer in time";
-      case CallFault::error:
-        return "the answer is an error";
-    }
-    return "unknown";
+    static constexpr std::array texts{"nobody offers the service",
+                                      "no TCP connection to the server",
+                                      "the request could not be sent",
+                                      "too many calls are outstanding",
+                                      "no answer in time",
+                                      "the answer is an error"};
+    return someip::enumerator_name<sd::CallFault::error>(texts,
+                                                         sd::CallFault{static_cast<std::uint8_t>(value - 1)});
   }
 };
 

@@ -10,6 +10,7 @@
 #include "sd/net/clock.hpp"
 #include "sd/net/discovery_text.hpp"
 #include "sd/net/shielded.hpp"
+#include "someip/wire/enumerator_name.hpp"
 #include "someip/wire/slices.hpp"
 
 namespace trestle::sd {
@@ -21,21 +22,9 @@ using someip::MessageType;
 using someip::ReturnCode;
 
 const char* to_string(CallFault fault) noexcept {
-  switch (fault) {
-    case CallFault::unavailable:
-      return "unavailable";
-    case CallFault::not_connected:
-      return "not_connected";
-    case CallFault::not_sent:
-      return "not_sent";
-    case CallFault::too_many_calls:
-      return "too_many_calls";
-    case CallFault::timed_out:
-      return "timed_out";
-    case CallFault::error:
-      return "error";
-  }
-  return "unknown";
+  static constexpr std::array names{"unavailable",    "not_connected", "not_sent",
+                                    "too_many_calls", "timed_out",     "error"};
+  return someip::enumerator_name<CallFault::error>(names, fault);
 }
 
 // Draws once, and again when what was drawn is gone, or does not answer while there is another: calls that

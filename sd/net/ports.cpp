@@ -5,8 +5,12 @@
 #include <map>
 
 #include "sd/net/clock.hpp"
+#include "someip/wire/add_counters.hpp"
 
 namespace trestle::sd {
+
+using someip::add_counters;
+
 namespace {
 
 // Longer than it takes a client to learn that the service is gone and to close its connection.
@@ -37,38 +41,12 @@ void for_each(const std::vector<std::weak_ptr<Port>>& ports, Visit visit) {
   }
 }
 
-void add(someip::MessageSender::Counters& sum, const someip::MessageSender::Counters& one) {
-  sum.messages += one.messages;
-  sum.datagrams += one.datagrams;
-  sum.queue_full += one.queue_full;
-  sum.overtaken += one.overtaken;
-  sum.refused += one.refused;
-  sum.abandoned += one.abandoned;
-  sum.system_calls += one.system_calls;
-  sum.offload_refused += one.offload_refused;
-}
-
 void add(someip::TpCounters& sum, const LargeMessages& one) {
   for (const auto* large : {one.requests.get(), one.expected.get()}) {
     if (large != nullptr) {
-      sum.segments += large->counters().segments;
-      sum.messages += large->counters().messages;
-      for (std::size_t i = 0; i < sum.drops.size(); ++i) {
-        sum.drops[i] += large->counters().drops[i];
-      }
+      add_counters(sum, large->counters());
     }
   }
-}
-
-void add(someip::TcpServer::Counters& sum, const someip::TcpServer::Counters& one) {
-  sum.streams += one.streams;
-  sum.open += one.open;
-  sum.accepted += one.accepted;
-  sum.refused += one.refused;
-  sum.not_accepted += one.not_accepted;
-  sum.gave_way += one.gave_way;
-  sum.idle += one.idle;
-  sum.bad_framing += one.bad_framing;
 }
 
 }  // namespace
@@ -397,7 +375,7 @@ std::shared_ptr<Port> Ports::share(std::unique_ptr<Port> port) {
 
 void Ports::keep_counters(UdpPort& last) {
   last.sender.close();
-  add(past_sent_, last.sender.counters());
+  add_counters(past_sent_, last.sender.counters());
   add(past_reassembly_, last.large);
   past_overflows_ += last.socket.receive_overflows();
   past_unreachable_ignored_ += last.socket.unreachable_ignored();
@@ -409,7 +387,7 @@ void Ports::keep_counters(GroupPort& last) {
 }
 
 void Ports::keep_counters(TcpPort& last) {
-  add(past_tcp_, last.server.counters());
+  add_counters(past_tcp_, last.server.counters());
   past_tcp_.open = 0;
 }
 
@@ -422,13 +400,13 @@ someip::TpCounters Ports::reassembly_counters() const {
 
 someip::MessageSender::Counters Ports::sender_counters() const {
   someip::MessageSender::Counters sum = past_sent_;
-  for_each(udp_, [&](const UdpPort& port) { add(sum, port.sender.counters()); });
+  for_each(udp_, [&](const UdpPort& port) { add_counters(sum, port.sender.counters()); });
   return sum;
 }
 
 someip::TcpServer::Counters Ports::tcp_counters() const {
   someip::TcpServer::Counters sum = past_tcp_;
-  for_each(tcp_, [&](const TcpPort& port) { add(sum, port.server.counters()); });
+  for_each(tcp_, [&](const TcpPort& port) { add_counters(sum, port.server.counters()); });
   return sum;
 }
 

@@ -1,29 +1,21 @@
 #include "sd/wire/entry.hpp"
 
+#include "someip/wire/enumerator_name.hpp"
+
 namespace trestle::sd {
 using someip::ByteReader;
 using someip::ByteWriter;
 
 const char* to_string(EntryKind kind) noexcept {
-  switch (kind) {
-    case EntryKind::find_service:
-      return "find_service";
-    case EntryKind::offer_service:
-      return "offer_service";
-    case EntryKind::stop_offer_service:
-      return "stop_offer_service";
-    case EntryKind::subscribe_eventgroup:
-      return "subscribe_eventgroup";
-    case EntryKind::stop_subscribe_eventgroup:
-      return "stop_subscribe_eventgroup";
-    case EntryKind::subscribe_eventgroup_ack:
-      return "subscribe_eventgroup_ack";
-    case EntryKind::subscribe_eventgroup_nack:
-      return "subscribe_eventgroup_nack";
-    case EntryKind::unknown:
-      break;
-  }
-  return "unknown";
+  static constexpr std::array names{"find_service",
+                                    "offer_service",
+                                    "stop_offer_service",
+                                    "subscribe_eventgroup",
+                                    "stop_subscribe_eventgroup",
+                                    "subscribe_eventgroup_ack",
+                                    "subscribe_eventgroup_nack",
+                                    "unknown"};
+  return someip::enumerator_name<EntryKind::unknown>(names, kind);
 }
 
 EntryKind Entry::kind() const noexcept {

@@ -3,26 +3,14 @@
 #include <algorithm>
 #include <cassert>
 
+#include "someip/wire/enumerator_name.hpp"
+
 namespace trestle::someip {
 
 const char* to_string(AnswerDrop reason) noexcept {
-  switch (reason) {
-    case AnswerDrop::not_an_answer:
-      return "not_an_answer";
-    case AnswerDrop::wrong_version:
-      return "wrong_version";
-    case AnswerDrop::unknown:
-      return "unknown";
-    case AnswerDrop::late:
-      return "late";
-    case AnswerDrop::after_cancel:
-      return "after_cancel";
-    case AnswerDrop::duplicate:
-      return "duplicate";
-    case AnswerDrop::foreign_sender:
-      return "foreign_sender";
-  }
-  return "unknown reason";
+  static constexpr std::array names{"not_an_answer", "wrong_version", "unknown",       "late",
+                                    "after_cancel",  "duplicate",     "foreign_sender"};
+  return enumerator_name<AnswerDrop::foreign_sender>(names, reason, "unknown reason");
 }
 
 CallTable::CallTable(std::span<CallSlot> slots, ClientId client, SessionId first) noexcept

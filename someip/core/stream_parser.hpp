@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 
+#include "someip/wire/add_counters.hpp"
 #include "someip/wire/header.hpp"
 
 namespace trestle::someip {
@@ -15,12 +16,7 @@ struct StreamCounters {
   std::uint64_t skipped_bytes = 0;
   std::uint64_t resynchronised = 0;  ///< times that a cookie ended the skipping
   constexpr StreamCounters& operator+=(const StreamCounters& other) noexcept {
-    messages += other.messages;
-    cookies += other.cookies;
-    bad_length += other.bad_length;
-    too_large += other.too_large;
-    skipped_bytes += other.skipped_bytes;
-    resynchronised += other.resynchronised;
+    add_counters(*this, other);
     return *this;
   }
   friend constexpr bool operator==(const StreamCounters&, const StreamCounters&) = default;

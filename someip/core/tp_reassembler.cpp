@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "someip/core/guards.hpp"
+#include "someip/wire/enumerator_name.hpp"
 
 namespace trestle::someip {
 namespace {
@@ -77,35 +78,11 @@ constexpr std::uint32_t stopped_share = 64;
 }  // namespace
 
 const char* to_string(TpDrop reason) noexcept {
-  switch (reason) {
-    case TpDrop::malformed:
-      return "malformed";
-    case TpDrop::unaligned:
-      return "unaligned";
-    case TpDrop::session_zero:
-      return "session_zero";
-    case TpDrop::too_large:
-      return "too_large";
-    case TpDrop::too_many_from_sender:
-      return "too_many_from_sender";
-    case TpDrop::no_slot:
-      return "no_slot";
-    case TpDrop::inconsistent_end:
-      return "inconsistent_end";
-    case TpDrop::overlap:
-      return "overlap";
-    case TpDrop::stale:
-      return "stale";
-    case TpDrop::replaced:
-      return "replaced";
-    case TpDrop::aged_out:
-      return "aged_out";
-    case TpDrop::gave_way:
-      return "gave_way";
-    case TpDrop::no_memory:
-      return "no_memory";
-  }
-  return "unknown";
+  static constexpr std::array names{
+      "malformed", "unaligned",        "session_zero", "too_large", "too_many_from_sender",
+      "no_slot",   "inconsistent_end", "overlap",      "stale",     "replaced",
+      "aged_out",  "gave_way",         "no_memory"};
+  return enumerator_name<TpDrop::no_memory>(names, reason);
 }
 
 TpReassembler::TpReassembler(std::span<TpSlot> slots, const TpReassemblyLimits& limits) noexcept

@@ -176,7 +176,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
 
   void wait_readable() {
     if (answers_are_unread()) {
-      ++held_back;
+      ++counters.held_back;
       holding_back = true;
       return;
     }
@@ -212,7 +212,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   // Another connection needs the memory.
   void memory_taken() {
     taken = true;
-    ++no_memory;
+    ++counters.no_memory;
     close_later(no_memory_for_a_message);
   }
 
@@ -222,7 +222,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     if (place.grow(std::min(parser.needed(), std::max(2 * parser.held(), all)))) {
       return true;
     }
-    ++no_memory;
+    ++counters.no_memory;
     close(no_memory_for_a_message);
     return false;
   }
@@ -266,7 +266,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
       } else if (std::chrono::steady_clock::now() < *self->message_since + self->options.message_timeout) {
         self->watch_message();
       } else {
-        ++self->timed_out;
+        ++self->counters.timed_out;
         self->close("a message was begun and not completed in time");
       }
     });
@@ -278,7 +278,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     try {
       return receive_once();
     } catch (const std::bad_alloc&) {
-      ++no_memory;
+      ++counters.no_memory;
     }
     try {
       close(why);
@@ -367,7 +367,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     if (sent < 0 && !retry_later(errno)) {
       close_later(std::strerror(errno));
     } else if (sent >= 0 && static_cast<std::size_t>(sent) == bytes) {
-      ++messages_sent;
+      ++counters.messages_sent;
     } else {
       enqueue(head, payload, std::move(keep_alive), bytes, sent < 0 ? 0 : static_cast<std::size_t>(sent));
       pump();
@@ -421,7 +421,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     }
     std::array<std::byte, 2 * header_bytes> id;
     if (queue.size() > max_looked_through || !encode_header(newer, 0, id)) {
-      ++overtaken;
+      ++counters.overtaken;
       return {false, 1};
     }
     std::size_t like_it = 0;
@@ -436,7 +436,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     if (like_it < rule.most) {
       return {};
     }
-    ++overtaken;
+    ++counters.overtaken;
     if (rule.keep_oldest) {
       return {false, 1};
     }
@@ -489,7 +489,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
         if (!queue.front().done()) {
           break;
         }
-        ++messages_sent;
+        ++counters.messages_sent;
         done.splice(done.end(), queue, queue.begin());
       }
       while (!done.empty()) {
@@ -623,12 +623,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   bool holding_back = false;     ///< nothing is read until some of these have left
   std::size_t segment_left = 0;  ///< bytes left of the present segment, if segments begin with cookies
   CookieSchedule cookies;
-  std::uint64_t messages_sent = 0;
-  std::uint64_t queue_full = 0;
-  std::uint64_t overtaken = 0;
-  std::uint64_t timed_out = 0;
-  std::uint64_t held_back = 0;
-  std::uint64_t no_memory = 0;
+  Counters counters;     ///< but for those of the parser
   bool taken = false;    ///< the receive memory: nothing more is received, and the connection is closed soon
   bool pumping = false;  ///< pump() is being called
   bool waiting = false;  ///< for room to send
@@ -674,7 +669,7 @@ bool TcpStream::send(const Header& header, std::span<const ByteView> payload,
   const std::size_t waiting = state.queued_bytes.count() + state.queue.size() * sizeof(Outgoing);
   if (most > state.options.max_queued_bytes - std::min(waiting, state.options.max_queued_bytes) ||
       !state.queued_bytes.admits(most)) {
-    ++state.queue_full;
+    ++state.counters.queue_full;
     if (state.options.queue_is_full) {
       state.options.queue_is_full();
     }
@@ -702,7 +697,7 @@ bool TcpStream::send(const Header& header, std::span<const ByteView> payload,
       }
     }
   } catch (const std::bad_alloc&) {  // half of it may have left
-    ++state.no_memory;
+    ++state.counters.no_memory;
     state.close_later("there is no memory for a message that has to wait");
   }
   return !state.broken && !state.closed;
@@ -731,8 +726,9 @@ bool TcpStream::idle() const noexcept {
   return state_->queue.empty();
 }
 TcpStream::Counters TcpStream::counters() const noexcept {
-  return {state_->parser.counters(), state_->messages_sent, state_->queue_full, state_->overtaken,
-          state_->timed_out,         state_->held_back,     state_->no_memory};
+  Counters result = state_->counters;
+  result.received = state_->parser.counters();
+  return result;
 }
 
 }  // namespace trestle::someip

@@ -1,41 +1,26 @@
 #include "someip/wire/types.hpp"
 
+#include "someip/wire/enumerator_name.hpp"
+
 namespace trestle::someip {
 
 const char* to_string(WireError error) noexcept {
-  switch (error) {
-    case WireError::truncated:
-      return "truncated";
-    case WireError::bad_length:
-      return "bad_length";
-    case WireError::no_room:
-      return "no_room";
-    case WireError::bad_tp_offset:
-      return "bad_tp_offset";
-    case WireError::bad_tp_flags:
-      return "bad_tp_flags";
-    case WireError::bad_string_encoding:
-      return "bad_string_encoding";
-    case WireError::bad_union_type:
-      return "bad_union_type";
-    case WireError::bad_tag:
-      return "bad_tag";
-    case WireError::not_sd:
-      return "not_sd";
-    case WireError::bad_entries_length:
-      return "bad_entries_length";
-    case WireError::bad_options_length:
-      return "bad_options_length";
-    case WireError::bad_option_length:
-      return "bad_option_length";
-    case WireError::bad_entry_type:
-      return "bad_entry_type";
-    case WireError::bad_option_reference:
-      return "bad_option_reference";
-    case WireError::bad_value:
-      return "bad_value";
-  }
-  return "unknown";
+  static constexpr std::array names{"truncated",
+                                    "bad_length",
+                                    "no_room",
+                                    "bad_tp_offset",
+                                    "bad_tp_flags",
+                                    "bad_string_encoding",
+                                    "bad_union_type",
+                                    "bad_tag",
+                                    "not_sd",
+                                    "bad_entries_length",
+                                    "bad_options_length",
+                                    "bad_option_length",
+                                    "bad_entry_type",
+                                    "bad_option_reference",
+                                    "bad_value"};
+  return enumerator_name<WireError::bad_value>(names, error);
 }
 
 }  // namespace trestle::someip

@@ -17,7 +17,6 @@
 #include <memory>
 
 #include "dds_adapter/fastdds_compat.hpp"
-#include "dds_adapter/link.hpp"
 
 namespace fast = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "sd/core/method_ids.hpp"
+#include "someip/wire/enumerator_name.hpp"
 
 namespace trestle::device {
 
@@ -116,55 +117,30 @@ bool is_someip_service(ServiceId id) noexcept {
 }  // namespace
 
 const char* to_string(Argument argument) noexcept {
-  switch (argument) {
-    case Argument::service:
-      return "service";
-    case Argument::need:
-      return "need";
-    case Argument::field:
-      return "field";
-    case Argument::event:
-      return "event";
-    case Argument::request:
-      return "request";
-    case Argument::return_code:
-      return "return_code";
-    case Argument::service_id:
-      return "service_id";
-    case Argument::instance:
-      return "instance";
-    case Argument::major:
-      return "major";
-    case Argument::port:
-      return "port";
-    case Argument::ttl_s:
-      return "ttl_s";
-    case Argument::subscription:
-      return "subscription";
-    case Argument::discovery:
-      return "discovery";
-    case Argument::eventgroup:
-      return "eventgroup";
-    case Argument::method:
-      return "method";
-    case Argument::listed_event:
-      return "listed_event";
-    case Argument::event_eventgroups:
-      return "event_eventgroups";
-    case Argument::field_getter:
-      return "field_getter";
-    case Argument::field_setter:
-      return "field_setter";
-    case Argument::field_notifier:
-      return "field_notifier";
-    case Argument::field_eventgroups:
-      return "field_eventgroups";
-    case Argument::field_initial_bytes:
-      return "field_initial_bytes";
-    case Argument::none:
-      break;
-  }
-  return "none";
+  static constexpr std::array names{"none",
+                                    "service",
+                                    "need",
+                                    "field",
+                                    "event",
+                                    "request",
+                                    "return_code",
+                                    "service_id",
+                                    "instance",
+                                    "major",
+                                    "port",
+                                    "ttl_s",
+                                    "subscription",
+                                    "discovery",
+                                    "eventgroup",
+                                    "method",
+                                    "listed_event",
+                                    "event_eventgroups",
+                                    "field_getter",
+                                    "field_setter",
+                                    "field_notifier",
+                                    "field_eventgroups",
+                                    "field_initial_bytes"};
+  return someip::enumerator_name<Argument::field_initial_bytes>(names, argument);
 }
 
 BadArgument mistake_in(const Service& service) noexcept {

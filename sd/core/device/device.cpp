@@ -1,6 +1,8 @@
 // Device: reception, polling, and what client and server share.
 #include "sd/core/device/device.hpp"
 
+#include "someip/wire/enumerator_name.hpp"
+
 namespace trestle::device {
 
 using someip::Header;
@@ -8,25 +10,9 @@ using someip::Message;
 using someip::MessageType;
 
 const char* to_string(Error error) noexcept {
-  switch (error) {
-    case Error::bad_argument:
-      return "bad argument";
-    case Error::table_full:
-      return "table full";
-    case Error::duplicate:
-      return "duplicate";
-    case Error::not_offered:
-      return "not offered";
-    case Error::unavailable:
-      return "unavailable";
-    case Error::no_room:
-      return "no room";
-    case Error::busy:
-      return "busy";
-    case Error::too_large:
-      break;
-  }
-  return "too large";
+  static constexpr std::array names{"bad argument", "table full", "duplicate", "not offered",
+                                    "unavailable",  "no room",    "busy",      "too large"};
+  return someip::enumerator_name<Error::too_large>(names, error);
 }
 
 Device::Device(const Settings& settings, const MemoryView& memory) noexcept

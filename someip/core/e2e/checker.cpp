@@ -2,32 +2,15 @@
 
 #include <algorithm>
 
+#include "someip/wire/enumerator_name.hpp"
+
 namespace trestle::someip::e2e {
 
 const char* to_string(Fault fault) noexcept {
-  switch (fault) {
-    case Fault::none:
-      return "none";
-    case Fault::data_length:
-      return "data_length";
-    case Fault::header_in_front:
-      return "header_in_front";
-    case Fault::crc:
-      return "crc";
-    case Fault::counter:
-      return "counter";
-    case Fault::length_field:
-      return "length_field";
-    case Fault::data_id:
-      return "data_id";
-    case Fault::message_type:
-      return "message_type";
-    case Fault::message_result:
-      return "message_result";
-    case Fault::source_id:
-      return "source_id";
-  }
-  return "?";
+  static constexpr std::array names{"none",           "data_length",  "header_in_front", "crc",
+                                    "counter",        "length_field", "data_id",         "message_type",
+                                    "message_result", "source_id"};
+  return enumerator_name<Fault::source_id>(names, fault, "?");
 }
 
 tl::expected<Checker, ConfigError> Checker::create(const Config& config,

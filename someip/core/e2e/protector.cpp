@@ -1,19 +1,12 @@
 #include "someip/core/e2e/protector.hpp"
 
+#include "someip/wire/enumerator_name.hpp"
+
 namespace trestle::someip::e2e {
 
 const char* to_string(ProtectError error) noexcept {
-  switch (error) {
-    case ProtectError::too_short:
-      return "too_short";
-    case ProtectError::too_long:
-      return "too_long";
-    case ProtectError::header_in_front:
-      return "header_in_front";
-    case ProtectError::source_id:
-      return "source_id";
-  }
-  return "?";
+  static constexpr std::array names{"too_short", "too_long", "header_in_front", "source_id"};
+  return enumerator_name<ProtectError::source_id>(names, error, "?");
 }
 
 tl::expected<Protector, ConfigError> Protector::create(const Config& config) noexcept {

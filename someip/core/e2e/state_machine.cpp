@@ -3,39 +3,19 @@
 #include <algorithm>
 
 #include "someip/core/e2e/requirements.hpp"
+#include "someip/wire/enumerator_name.hpp"
 
 namespace trestle::someip::e2e {
 
 const char* to_string(CheckStatus status) noexcept {
-  switch (status) {
-    case CheckStatus::ok:
-      return "ok";
-    case CheckStatus::ok_some_lost:
-      return "ok_some_lost";
-    case CheckStatus::repeated:
-      return "repeated";
-    case CheckStatus::wrong_sequence:
-      return "wrong_sequence";
-    case CheckStatus::error:
-      return "error";
-    case CheckStatus::no_new_data:
-      return "no_new_data";
-  }
-  return "?";
+  static constexpr std::array names{"ok",    "ok_some_lost", "repeated", "wrong_sequence",
+                                    "error", "no_new_data"};
+  return enumerator_name<CheckStatus::no_new_data>(names, status, "?");
 }
 
 const char* to_string(State state) noexcept {
-  switch (state) {
-    case State::no_data:
-      return "no_data";
-    case State::init:
-      return "init";
-    case State::valid:
-      return "valid";
-    case State::invalid:
-      return "invalid";
-  }
-  return "?";
+  static constexpr std::array names{"no_data", "init", "valid", "invalid"};
+  return enumerator_name<State::invalid>(names, state, "?");
 }
 
 tl::expected<StateMachine, ConfigError> StateMachine::create(const StateMachineConfig& config) noexcept {
