@@ -35,4 +35,17 @@ bool OfferSchedule::on_time(TimePoint now) noexcept {
   return true;
 }
 
+void FindSchedule::found() noexcept {
+  phase_ = Phase::main;
+  due_ = never;
+}
+
+void FindSchedule::found_some() noexcept {
+  if (phase_ == Phase::initial_wait) {
+    repetitions_left_ = 0;
+  } else {
+    found();
+  }
+}
+
 }  // namespace trestle::sd

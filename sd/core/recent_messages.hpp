@@ -2,11 +2,20 @@
 #include <algorithm>
 #include <array>
 
-#include "sd/core/hash.hpp"
 #include "sd/core/reboot_detector.hpp"
 #include "someip/core/guards.hpp"
 
 namespace trestle::sd {
+
+/// FNV-1a over some bytes, begun with `seed`. No protection against somebody who looks for two inputs with
+/// the same hash.
+[[nodiscard]] constexpr std::uint32_t hash_of(std::uint32_t seed, ByteView bytes) noexcept {
+  std::uint32_t hash = 0x811c9dc5U ^ seed;
+  for (const std::byte byte : bytes) {
+    hash = (hash ^ static_cast<std::uint32_t>(byte)) * 0x01000193U;
+  }
+  return hash;
+}
 
 /// The last messages of one peer, by a hash of what is in them: networks may bring a message twice, and also
 /// behind the one that was sent after it. It then must not be taken for a sign of a reboot. Empty without

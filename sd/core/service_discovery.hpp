@@ -7,7 +7,7 @@
 //                          losses.cpp (telling the application what has ended)
 //   settings.hpp           what it is told about the network; storage.hpp: its memory and limits
 //   events.hpp             what it tells the application
-//   offer_schedule.hpp, find_schedule.hpp  when Offers and Finds are sent
+//   offer_schedule.hpp     when Offers and Finds are sent
 //   entry_options.hpp      what the options of an entry mean
 //   device/                a whole UDP device in one object, for firmware
 #pragma once

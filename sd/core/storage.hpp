@@ -3,7 +3,7 @@
 #include <type_traits>
 
 #include "sd/core/configuration.hpp"
-#include "sd/core/find_schedule.hpp"
+#include "sd/core/offer_schedule.hpp"
 #include "sd/core/rate_limit.hpp"
 #include "sd/core/reboot_detector.hpp"
 #include "sd/core/recent_messages.hpp"

@@ -6,7 +6,6 @@
 #include "sd/core/service_discovery.hpp"
 #include "sd/net/e2e_channel.hpp"
 #include "sd/net/ports.hpp"
-#include "sd/net/repeated_values.hpp"
 #include "sd/net/service_spec.hpp"
 #include "sd/net/unproven_receivers.hpp"
 #include "someip/core/session_counter.hpp"

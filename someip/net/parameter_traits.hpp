@@ -1,7 +1,9 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <boost/pfr/core.hpp>
+#include <compare>
 #include <map>
 #include <optional>
 #include <string>
@@ -9,10 +11,38 @@
 #include <variant>
 #include <vector>
 
-#include "someip/net/fixed_string.hpp"
-#include "someip/net/in_byte_order.hpp"
 #include "someip/wire/payload_rules.hpp"
 #include "someip/wire/tag.hpp"
+
+namespace trestle::someip {
+
+/// A text that takes `size` bytes of a payload, whatever its length: byte order mark, characters and
+/// terminator have to fit into them, and zeros fill the rest.  [feat_req_someip_233]
+///
+///     struct Plate { FixedString<16> number; };
+///     const Plate plate{.number = {"B-TR 1"}};
+template <std::size_t size>
+struct FixedString {
+  std::string text;  ///< in UTF-8, whatever it is on the wire
+  friend auto operator<=>(const FixedString&, const FixedString&) = default;
+};
+
+/// A parameter that has its own byte order, whatever that of the rules is. All numbers in it have it, unless
+/// they say otherwise themselves; its length and type fields don't.  [feat_req_someip_224]
+///
+///     struct Frame { LittleEndian<std::uint32_t> id; BigEndian<std::vector<float>> samples; };
+///     const Frame frame{.id = {7}, .samples = {{1.5F}}};
+template <typename T, std::endian order>
+struct InByteOrder {
+  T value{};
+  friend auto operator<=>(const InByteOrder&, const InByteOrder&) = default;
+};
+template <typename T>
+using LittleEndian = InByteOrder<T, std::endian::little>;
+template <typename T>
+using BigEndian = InByteOrder<T, std::endian::big>;
+
+}  // namespace trestle::someip
 
 /// What pack() and unpack() ask about types.
 namespace trestle::someip::parameters_detail {

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "sd/core/find_schedule.hpp"
+#include "sd/core/offer_schedule.hpp"
 #include "sd/core/random.hpp"
 #include "sd/core/reboot_detector.hpp"
 #include "test/covers.hpp"

@@ -1,4 +1,4 @@
-#include "sd/net/repeated_values.hpp"
+#include "sd/net/unproven_receivers.hpp"
 
 #include <gtest/gtest.h>
 
