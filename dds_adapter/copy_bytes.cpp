@@ -22,8 +22,7 @@ bool can_copy_blocks() noexcept {
 
 /// On AMD's Zen 3 and 4 that takes 15 to 25 times as long if the target begins less than 16 bytes behind the
 /// source, compared by their places within a page of 4 KB. The data of a cloud may lie so behind its front,
-/// and then does each time. Otherwise blocks are as quick. (glibc did not know this until 2.39, see its bug
-/// 30994.)
+/// each time. Otherwise blocks are as quick. (glibc did not know this until 2.39, see its bug 30994.)
 bool is_slow() noexcept {
   return __builtin_cpu_is("amdfam19h") != 0;
 }

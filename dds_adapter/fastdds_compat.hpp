@@ -132,12 +132,10 @@ constexpr bool stalled_peer_aborts(int version) {
   return version < 21002 || (version >= 21100 && version < 21102);
 }
 
-/// Tells the sanitizers about Fast DDS: sanitizers.cpp. To be called so that the linker takes that file from
-/// a static library.
+/// Tells the sanitizers about Fast DDS: sanitizers.cpp. Called so that the linker takes that file.
 void link_sanitizer_hints() noexcept;
 
-/// Keeps peers from ending the process by describing their types: type_object_guard.cpp, which 3.x does not
-/// need. To be called likewise.
+/// Keeps type descriptions of peers from ending the process: type_object_guard.cpp, not for 3.x. Likewise.
 #if TRESTLE_FASTDDS_3
 inline void link_type_object_guard() noexcept {}
 #else
@@ -224,8 +222,7 @@ inline std::uint64_t number_of(const rtps::SequenceNumber_t& sequence) {
 }
 /// Writes a sample that belongs to another one, whose writer or number may be unknown: its number, or 0 when
 /// DDS refuses it, which it does not say why. On the wire the other one is the parameter 0x800f of
-/// eProsima's; from 2.14 on the standard's 0x0083 goes with it. Both are read from 2.14 on, before that only
-/// eProsima's.
+/// eProsima's; from 2.14 on the standard's 0x0083 goes with it. Earlier versions read only eProsima's.
 inline std::uint64_t write_related(DataWriter& writer, void* sample, const Guid& related_writer,
                                    std::uint64_t related_sequence) {
   rtps::WriteParams params;
@@ -567,7 +564,6 @@ std::string user_data_text(const Policy& policy) {
   return {octets.begin(), octets.end()};
 }
 
-/// What is to be known of a discovered reader or writer.
 struct FoundEndpoint {
   Guid guid;
   std::string topic;
@@ -578,15 +574,13 @@ struct FoundEndpoint {
   std::string user_data;
 };
 
-/// What is to be known of a discovered participant.
 struct FoundPeer {
   enum class Change : std::uint8_t { found, lost, other };
   Guid guid;
   std::string name;
   Change change = Change::other;
   std::array<std::uint8_t, 2> vendor{};
-  /// Where it says that it is reached, IPv4 and IPv6, without ports: each once. Of this host Fast DDS makes
-  /// 127.0.0.1 where it may.
+  /// Where it says that it is reached, each once, without ports. Of this host Fast DDS makes 127.0.0.1.
   std::vector<std::string> addresses{};
 };
 

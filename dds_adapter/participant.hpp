@@ -104,8 +104,7 @@ struct Happening {
 struct ParticipantConfig {
   std::uint32_t domain = 0;  ///< 0 to 232
   std::string name = "trestle";
-  /// IPv4 addresses of this host that DDS may use; empty: all interfaces. 127.0.0.1 keeps everything on the
-  /// host.
+  /// IPv4 addresses of this host that DDS may use; empty: all interfaces. 127.0.0.1 keeps all on the host.
   std::vector<std::string> interfaces;
   /// Use shared memory beside UDP for peers on this host. It is a little faster, but a peer that was killed
   /// can leave segments behind that make its successors slow or deaf, and one with another build of Fast DDS
@@ -126,17 +125,14 @@ struct ParticipantConfig {
   /// unless `interfaces` or `shared_memory` is set; of the built-in ones only UDP is. Empty: none.
   std::string profiles_file{};
   std::string profile{};
-  /// Discovery servers, through which participants find each other instead of by multicast. Number 0 comes
-  /// first.
+  /// Discovery servers, by which participants find each other in place of multicast. Number 0 comes first.
   std::vector<DiscoveryServer> discovery_servers{};
-  /// The folder of an enclave of ROS 2's security: certificates, key, governance and permissions. Empty: no
-  /// security.
+  /// The folder of an enclave of ROS 2's security: certificates, key, governance, permissions. Empty: none.
   std::string security_folder{};
-  /// UDP datagrams for readers and writers are received by Participant::receive(), and not by a thread of
-  /// DDS. It has to be called whenever incoming() is readable. So samples need not be handed to the thread
-  /// that works with them. Threads of DDS still receive discovery, multicast, shared memory, and what comes
-  /// by transports or locators of a profile. (A profile that gives discovery a port of readers and writers
-  /// mixes both.)
+  /// UDP datagrams for readers and writers are received by Participant::receive(), not by a thread of DDS:
+  /// call it whenever incoming() is readable. So samples need not be handed to the thread that works with
+  /// them. Threads of DDS still receive discovery, multicast, shared memory, and what comes by transports or
+  /// locators of a profile. (A profile that gives discovery a port of readers and writers mixes both.)
   bool polled = false;
   /// Readers and writers whose user data has another type hash are kept apart from ours: our readers take
   /// nothing from such writers, our writers send nothing to such readers, and neither counts as a
@@ -160,8 +156,7 @@ struct ParticipantConfig {
 /// and granted to a process that may exceed net.core.rmem_max (CAP_NET_ADMIN).
 [[nodiscard]] std::uint32_t polled_buffer_bytes() noexcept;
 
-/// Whether Writer::reaches() really knows. It does with Fast DDS before 2.10; with later versions it only
-/// waits.
+/// Whether Writer::reaches() really knows: with Fast DDS before 2.10. With later versions it only waits.
 [[nodiscard]] bool sees_readers_begin() noexcept;
 
 /// The largest sample, header included, that a reader or writer takes unless told otherwise.
@@ -177,8 +172,7 @@ struct SampleId {
   friend constexpr bool operator==(const SampleId&, const SampleId&) = default;
 };
 
-/// Told of each counterpart that a reader or writer finds and loses. Endpoints of the own participant do not
-/// count.
+/// Told of each counterpart that a reader or writer finds and loses; not of those of its own participant.
 using OnMatch = std::function<void(const Guid& peer, bool matched)>;
 
 /// Somebody else's writer, as discovery tells of it. The names are those on the DDS wire.
@@ -196,8 +190,7 @@ struct Counterpart {
   Guid guid{};
   std::string node{};         ///< its ROS 2 node, once known
   std::string participant{};  ///< what its participant calls itself
-  /// Where its participant says that it is reached, IPv4 and IPv6, without ports; one on this host as a rule
-  /// at 127.0.0.1.
+  /// Where its participant says that it is reached, without ports; one on this host mostly at 127.0.0.1.
   std::vector<std::string> addresses{};
 };
 
@@ -214,8 +207,7 @@ struct EndpointExtras {
   /// The exception: if this returns true for the text of such an end of another participant, it is a
   /// counterpart like any other. Called on threads of DDS, on several at once. Empty: no exception.
   std::function<bool(std::string_view bridge)> takes_bridge{};
-  /// Of such a reader: told of each sample that it does not take for this reason; valid during the call. A
-  /// callback like that of samples.
+  /// Of such a reader: told of each sample that it does not take for this reason. As that of samples.
   std::function<void(ByteView cdr, const Guid& writer)> on_bridged{};
   bool writes_related = false;  ///< of a writer: Writer::write_related() is used, and no other write()
 };
@@ -370,8 +362,7 @@ class Writer {
   /// slow or stuck.
   tl::expected<void, WriteError> write(std::span<const ByteView> pieces);
   tl::expected<void, WriteError> write(ByteView sample) { return write(std::span{&sample, 1}); }
-  /// The same for a sample that belongs to another one, whose writer and sequence may be unknown: 0. Returns
-  /// the number of the sample.
+  /// The same for a sample that belongs to another one (0: unknown). Returns the number of the sample.
   tl::expected<std::uint64_t, WriteError> write_related(std::span<const ByteView> pieces,
                                                         const SampleId& related);
 
@@ -396,9 +387,8 @@ class Writer {
 /// Takes each new sample, one at a time and in each writer's order. The sample may be moved out and kept.
 using OnSample = std::function<void(Sample)>;
 
-/// Membership of a DDS domain. Samples that are written through a participant are not delivered to its own
-/// readers, so a bridge can carry one topic both ways. Movable; may be destroyed before its readers and
-/// writers, which then go on working.
+/// Membership of a DDS domain. Its own readers don't get what its writers send, so a bridge can carry one
+/// topic both ways. Movable; may be destroyed before its readers and writers, which go on working.
 class Participant {
  public:
   /// @throws DdsError
@@ -425,8 +415,7 @@ class Participant {
   /// The writers of others that are there now, also those of topics that nobody here reads; in no order that
   /// means anything. At most 4096 readers and writers are remembered.
   [[nodiscard]] std::vector<FoundWriter> writers() const;
-  /// Those that match a reader or writer of ours of this topic and are no ends of bridges; of the readers and
-  /// writers that are remembered.
+  /// Those that match a reader or writer of ours of this topic, are no ends of bridges, and are remembered.
   /// @param writers  they write, ours reads; else the other way round.
   [[nodiscard]] std::vector<Counterpart> counterparts(std::string_view topic, bool writers) const;
   /// The ends of other bridges on this topic. At most 4096 are remembered, of all topics.

@@ -1,7 +1,6 @@
 #include "dds_adapter/participant_core.hpp"
 
 #include <algorithm>
-#include <array>
 
 #include "dds_adapter/policies.hpp"
 #include "dds_adapter/polled_udp.hpp"
@@ -308,8 +307,7 @@ std::string policies_between(const ParticipantCore::Endpoint& ours, const fast::
   return ours.writer ? differing_policies(ours.qos, peer.qos) : differing_policies(peer.qos, ours.qos);
 }
 
-/// The policies that one of the two wants and the other does not really offer, even if they match because of
-/// what ours announces.
+/// The policies that one wants and the other does not really offer, even if what ours announces matches.
 std::string unmet_policies(const ParticipantCore::Endpoint& ours, const fast::FoundEndpoint& peer) {
   if (ours.unserved == nullptr) {
     return policies_between(ours, peer);

@@ -57,8 +57,7 @@ class ParticipantCore final : private fast::DiscoveryListener {
     std::atomic<std::uint64_t>* unserved = nullptr;
     /// Of a writer: counts the readers that get nothing for the hash of their type.
     std::atomic<std::uint64_t>* refused = nullptr;
-    /// How many of our own endpoints match this one: they are no counterparts. Kept by the participant,
-    /// because it is asked for before each sample.
+    /// How many of our own endpoints match this one, which are no counterparts: asked for before each sample.
     std::unique_ptr<std::atomic<std::size_t>> own_matches = std::make_unique<std::atomic<std::size_t>>(0);
     /// Those that ParticipantCore::ignores().
     std::unique_ptr<IgnoredMatches> ignored_matches = std::make_unique<IgnoredMatches>();
@@ -80,7 +79,6 @@ class ParticipantCore final : private fast::DiscoveryListener {
 
   void report(const Happening& event);
   void report(const std::vector<Happening>& events);
-  /// Reports what happened to an endpoint.
   void report(Happening::Kind kind, const Endpoint& endpoint, const std::string& peer = {},
               std::size_t matched = 0);
   /// A peer matches this endpoint, or does not any more: counts and reports it.
@@ -90,8 +88,7 @@ class ParticipantCore final : private fast::DiscoveryListener {
   /// Whether a reliable reader matches this writer. One that there was no room to remember may be one.
   [[nodiscard]] bool has_reliable_reader(const Endpoint& writer) const;
 
-  /// Some peer does not match this endpoint: reports and counts each that has not been yet, naming it as far
-  /// as it is known.
+  /// Some peer does not match this endpoint: reports and counts each new one, named as far as it is known.
   /// @param now    how often each policy was in the way, by Fast DDS.
   /// @param guard  of `seen`, the last `now`, and of `count`; not held during the reports.
   void report_incompatible(const Endpoint& endpoint, const fast::QosPolicyCountSeq& now, std::mutex& guard,
@@ -109,8 +106,7 @@ class ParticipantCore final : private fast::DiscoveryListener {
   [[nodiscard]] bool frees_samples() const noexcept { return frees_samples_; }
   /// Whether the peer is refused for the hash of its type.
   [[nodiscard]] bool refuses(const Endpoint& ours, const fast::Guid& peer) const;
-  /// Whether this endpoint has nothing to do with one that it matches: that is refused, or both are ends of
-  /// bridges.
+  /// Whether this endpoint ignores one that it matches: that one is refused, or both are ends of bridges.
   [[nodiscard]] bool ignores(const Endpoint& ours, const fast::Guid& peer) const;
 
   [[nodiscard]] bool is_own(const fast::Guid& guid) const noexcept { return guid.guidPrefix == prefix_; }
@@ -173,8 +169,7 @@ class ParticipantCore final : private fast::DiscoveryListener {
   static constexpr std::size_t max_found = 4096;
   std::map<std::string, UsedTopic> topics_;
   std::vector<const Endpoint*> endpoints_;
-  /// Readers and writers, our own among them: to answer questions, and to report another type on a topic that
-  /// we begin to use later.
+  /// Readers and writers, also ours: for questions, and to report another type on a topic that we use later.
   std::map<fast::Guid, Found> found_;
   const bool strict_types_;
   const bool frees_samples_;

@@ -16,8 +16,7 @@ namespace trestle::dds::detail {
 
 namespace {
 
-// Buffers that sockets of UDP ask for; buffers_not_granted() tells what of it is not given. A 4 MB sample is
-// 64 datagrams at once.
+// What sockets of UDP ask for; see buffers_not_granted(). A 4 MB sample is 64 datagrams at once.
 constexpr std::uint32_t socket_buffer_bytes = 16U << 20U;
 // A segment must hold several of the largest samples or it becomes the bottleneck.
 constexpr std::uint32_t shared_memory_bytes = 128U << 20U;

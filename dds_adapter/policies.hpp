@@ -10,8 +10,7 @@ namespace trestle::dds::detail {
 /// @throws DdsError  unless the names are usable and the quality of service makes sense.
 void check_endpoint(std::string_view what, std::string_view topic, std::string_view type, const Qos& qos);
 
-/// The policies by which a reader does not match a writer, by name; empty: they match. RTPS's rules for what
-/// is offered and what is wanted.
+/// The policies by which a reader does not match a writer by the rules of RTPS, by name; empty: they match.
 [[nodiscard]] std::string differing_policies(const Qos& offered, const Qos& wanted);
 
 /// The policies whose count has risen since `seen`, by name; brings `seen` up to date.

@@ -57,8 +57,7 @@ class PolledUdp final : public fast::ForwardingTransport {
     return fast::rtps::IPLocator::getPhysicalPort(locator);
   }
 
-  /// Just before each of these ports there is one for discovery; if a port is taken, the next but one is
-  /// tried.
+  /// Before each of these ports is one for discovery; if a port is taken, the next but one is tried.
   [[nodiscard]] bool is_for_samples(const fast::Locator& locator) const {
     const std::uint32_t port = port_of(locator);
     return first_port_ != 0 && port >= first_port_ && (port - first_port_) % 2 == 0 &&

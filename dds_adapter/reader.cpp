@@ -13,8 +13,7 @@ namespace trestle::dds {
 
 namespace detail {
 
-/// Keeps a received sample. Its payload is on loan from the reader until it is given back, so this keeps the
-/// reader too.
+/// Keeps a received sample, and its reader too: the payload is on loan from it until it is given back.
 struct Loan {
   fast::DataReader* from = nullptr;
   fast::LoanableSequence<RawSample> samples;
@@ -116,15 +115,13 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
     qos.resource_limits().allocated_samples = static_cast<std::int32_t>(wanted.depth);
     qos.endpoint().history_memory_policy =
         participant_->frees_samples() ? fast::dynamic_reserve : fast::dynamic_reusable;
-    // Data sharing between processes corrupts loaned samples, and can loop for ever on a sample that is too
-    // large.
+    // Data sharing between processes corrupts loaned samples, and can loop for ever on too large a sample.
     qos.data_sharing().off();
     fast::set_heartbeat_delay(qos, fast::Duration{0, 1'000'000});
     return qos;
   }
 
-  /// Takes everything there is. DDS calls this for one sample or several, with the reader's lock held, and
-  /// possibly before `reader_` is known.
+  /// Takes all there is. DDS calls this with the reader's lock held, maybe before `reader_` is known.
   void on_data_available(fast::DataReader* reader) override {
     const std::lock_guard lock{gate_};
     while (on_sample_) {
@@ -262,8 +259,7 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
   BridgeCheck bridge_check_;                               ///< likewise
   fast::Guid last_writer_;                                 ///< likewise
   bool refuses_last_ = false;
-  /// A query to DDS would reset the changes before the listener sees them: it could not tell a match from its
-  /// end.
+  /// A query to DDS would reset the changes before the listener sees them: a match would look like an end.
   std::atomic<std::int32_t> matched_ = 0;
   fast::DataReader* reader_ = nullptr;
   mutable std::mutex counters_mutex_;

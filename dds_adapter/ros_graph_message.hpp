@@ -39,8 +39,7 @@ struct DecodedEntities {
   GidForm form{};  ///< seen from the size: a message fits one form only
 };
 
-/// Of either byte order and form; nothing when the bytes are no such message. Takes memory for a small
-/// multiple of `sample` at most.
+/// Of either byte order and form; nothing for other bytes. Takes a small multiple of `sample` in memory.
 [[nodiscard]] std::optional<DecodedEntities> decode_entities(std::span<const std::byte> sample);
 
 }  // namespace trestle::dds::detail

@@ -24,12 +24,10 @@ namespace trestle::dds {
 /// The other way, with the long form: "sensor_msgs/msg/PointCloud2". Nothing: no type of ROS has this name.
 [[nodiscard]] std::optional<std::string> type_of_ros(std::string_view dds_type);
 
-/// How a reader or writer tells others the hash of its type ("RIHS01_" and 64 hexadecimal digits): an entry
-/// of its EndpointExtras::user_data.
+/// How an endpoint tells its type's hash ("RIHS01_", 64 hexadecimal digits): in EndpointExtras::user_data.
 [[nodiscard]] std::string ros_type_hash_entry(std::string_view type_hash);
 
-/// Likewise the hash of the service that it belongs to, which nodes tell and show since Lyrical. Older ones
-/// pass over it.
+/// Likewise the hash of its service, which nodes tell and show since Lyrical. Older ones pass over it.
 [[nodiscard]] std::string ros_service_hash_entry(std::string_view service_hash);
 
 /// What stands behind "key=" in user data such as "typehash=RIHS01_...;key=value;"; empty if nothing does.

@@ -17,8 +17,7 @@ namespace trestle::dds::detail {
 namespace {
 
 constexpr std::size_t largest_datagram = 65536;
-// How much is taken from a socket at once: two of the largest datagrams, because a sample of 64 KB comes in
-// two, or several small ones.
+// What is taken from a socket at once: two of the largest datagrams (a sample of 64 KB), or small ones.
 constexpr std::size_t most_bytes = 2 * largest_datagram;
 constexpr std::size_t most_datagrams = 32;
 

@@ -11,8 +11,7 @@
 
 namespace trestle::dds::detail {
 
-/// UDP sockets that no thread of DDS reads, but whoever calls receive(). All functions may be called from any
-/// thread.
+/// UDP sockets that no thread of DDS reads, but whoever calls receive(). All may be called from any thread.
 class SampleSockets {
  public:
   /// Takes a datagram, which is valid during the call. Within it no socket may be opened or closed.

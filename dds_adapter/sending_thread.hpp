@@ -12,9 +12,8 @@
 namespace trestle::dds::detail {
 
 /// Sends the large samples of one writer, one at a time, for callers that must not wait as long as that
-/// takes. A caller waits only until the pieces of its sample have been copied into the memory of DDS. So
-/// nothing is queued here, and no copy is made that a sample would not need anyway. The thread begins with
-/// the first sample.
+/// takes. A caller waits only until its sample has been copied into the memory of DDS, as it must be anyway:
+/// nothing is queued here. The thread begins with the first sample.
 class SendingThread final : private PieceLoan {
  public:
   /// Sends a sample, on the thread.

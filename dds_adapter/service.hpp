@@ -38,8 +38,7 @@ struct ServiceConfig {
   std::string name;  ///< as ROS 2 has it: "/add_two_ints"
   std::string type;  ///< likewise: "example_interfaces/srv/AddTwoInts"
   RosForm form = RosForm::automatic;
-  /// For a client: calls that wait for an answer. For a server: requests that wait for work(), and as many
-  /// replies that wait for their reader.
+  /// Of a client: calls without answer. Of a server: requests, and replies without reader, that wait.
   std::size_t max_calls = 256;
   std::size_t max_sample_bytes = default_max_sample_bytes;
   /// How long a request or reply waits until its reader is found; discovery needs some milliseconds for that.
@@ -99,7 +98,6 @@ struct ServiceClientCounters {
   WriterCounters writer;
 };
 
-/// Calls a service.
 class ServiceClient {
  public:
   /// Called exactly once for each call, but not after the end of the client.
@@ -113,12 +111,10 @@ class ServiceClient {
   ServiceClient(const ServiceClient&) = delete;
   ServiceClient& operator=(const ServiceClient&) = delete;
 
-  /// Whether there is a server: both of its topics have been found, and requests reach it. Changes when
-  /// `wake` is called or within work().
+  /// Whether a server's topics have been found and requests reach it. Changes with `wake` or in work().
   [[nodiscard]] bool ready() const;
 
-  /// Sends a request; before a server is there, it waits for one. The pieces together are a message as CDR,
-  /// copied once, and free again on return.
+  /// Sends a request, once a server is there. The pieces together are a message as CDR, and copied.
   /// @param timeout  for the answer, waiting included.
   /// @param handler  is also told of every fault.
   void call(std::span<const ByteView> pieces, std::chrono::nanoseconds timeout, TimePoint now,
@@ -163,7 +159,6 @@ struct ServiceServerCounters {
   ServiceServerCounters& operator+=(const ServiceServerCounters& other) noexcept;
 };
 
-/// Serves a service.
 class ServiceServer {
  public:
   using Handler = std::function<void(const RequestId& id, ServiceMessage request)>;
@@ -181,8 +176,7 @@ class ServiceServer {
   /// client's reader has been found; before that it would be lost.
   void reply(const RequestId& id, std::span<const ByteView> pieces, TimePoint now);
 
-  /// Hands over the requests that have come, sends replies whose readers have been found, and gives up what
-  /// is due.
+  /// Hands over the requests that have come, sends replies whose readers are found, gives up what is due.
   void work(TimePoint now);
   [[nodiscard]] std::optional<TimePoint> deadline() const;
 

@@ -12,8 +12,7 @@ namespace trestle::dds {
 
 namespace {
 
-/// The readers of requests and writers of replies that match ours. A server is there when one participant has
-/// both.
+/// Readers of requests and writers of replies that match ours. A server is a participant that has both.
 class FoundServers {
  public:
   void reader(const Guid& guid, bool matched, Vendor vendor) {

@@ -1,6 +1,5 @@
 #pragma once
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <span>
 #include <vector>
@@ -18,8 +17,7 @@ inline constexpr std::size_t inline_header_bytes = 16;
 
 /// Nothing when the sample is too short for one.
 [[nodiscard]] std::optional<InlineHeader> inline_header(ByteView cdr);
-/// The sample without it. As it has 16 bytes, and nothing in a body is aligned to more than 8, the body needs
-/// no change.
+/// The sample without it. Its 16 bytes change nothing in the body, where nothing is aligned to more than 8.
 [[nodiscard]] std::vector<std::byte> without_inline_header(ByteView cdr);
 
 /// The pieces of a sample with an inline header put in. Valid for as long as this object and the pieces are.
@@ -35,10 +33,8 @@ class PiecesWithHeader {
   std::vector<ByteView> pieces_;
 };
 
-/// All pieces in one.
 [[nodiscard]] std::vector<std::byte> joined(std::span<const ByteView> pieces);
 
-/// Whether two readers or writers belong to one participant.
 [[nodiscard]] bool same_participant(const Guid& left, const Guid& right) noexcept;
 
 /// The form that a peer speaks.

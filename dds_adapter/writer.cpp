@@ -27,20 +27,17 @@ namespace detail {
 /// that the first heartbeat tells of. So a sample is lost, and acknowledged all the same, when that heartbeat
 /// overtakes it, or when it is written before the reader's side has found the writer. And Fast DDS sends
 /// heartbeats as long as a sample is not acknowledged, but none before there is a sample. So a sample is
-/// written that is relevant to nobody, which no reader gets, and as soon as the reader has acknowledged it
-/// the beginning is behind.
+/// written that no reader gets, and when the reader has acknowledged it the beginning is behind.
 ///
-/// Where Fast DDS gives no way to do so, time has to do: it is enough for readers that were there before the
-/// writer, as the heartbeat with which Fast DDS greets them finds them ready. Others may still lose the first
-/// samples (docs/dds.md).
+/// Where Fast DDS gives no way to do so, time has to do: enough for readers that were there before the
+/// writer, as its first heartbeat finds them ready. Others may lose the first samples (docs/dds.md).
 class SessionStart {
  public:
   /// @param writer  is deleted before this.
   explicit SessionStart(const fast::DataWriter& writer) : hidden_{writer} {}
 
   /// False also when there is no such reader.
-  /// @param write  writes a sample that belongs to one of the same writer's, which no other does, and tells
-  ///               its number, 0 when it could not.
+  /// @param write  writes a sample that belongs to one of the same writer's, and tells its number or 0.
   template <typename Write>
   bool reaches(const fast::Guid& reader, const Write& write) {
     if constexpr (!fast::HiddenSamples::are_possible) {
@@ -135,8 +132,7 @@ class WriterCore final : private fast::WriterListener {
     participant_->drop_topic(endpoint_.topic);
   }
 
-  /// @param related  the sample to which this one belongs. If null, it belongs to none, and the returned
-  ///                 number has no meaning.
+  /// @param related  the sample to which this one belongs; null: none, and the result means nothing.
   tl::expected<std::uint64_t, WriteError> write(std::span<const ByteView> pieces, const SampleId* related) {
     RawSample sample;
     sample.pieces = pieces;
@@ -231,8 +227,7 @@ class WriterCore final : private fast::WriterListener {
     qos.publish_mode().kind =
         leaves_to_dds_ ? fast::ASYNCHRONOUS_PUBLISH_MODE : fast::SYNCHRONOUS_PUBLISH_MODE;
     // A large sample is a burst, of which a full socket buffer loses a part; these times say how soon that is
-    // sent again. The defaults (3 s between heartbeats) would let one lost fragment hold up a stream for
-    // longer than it stays useful.
+    // sent again. The defaults (3 s) hold up a stream for too long.
     fast::set_heartbeat_period(qos, fast::Duration{0, 50'000'000});
     fast::set_nack_delay(qos, fast::Duration{0, 1'000'000});
     return qos;
@@ -396,17 +391,15 @@ class WriterCore final : private fast::WriterListener {
 
   /// A sample of more than one datagram is not sent at once.
   static constexpr std::size_t one_datagram = 60'000;
-  /// The most that a caller sends itself, to all readers together: five datagrams. Measured on loopback, the
-  /// caller needs 90 µs for 65,536 bytes, 150 for 196,608 and 180 for 262,144. Handing these over takes 40
-  /// µs, and they arrive 40 µs later.
+  /// The most that a caller sends itself, to all readers together: five datagrams. On loopback the caller
+  /// needs 90 µs for 65,536 bytes, 180 for 262,144; handing over takes 40 µs, and 40 more to arrive.
   static constexpr std::size_t most_sent_by_caller = 300'000;
 
   const std::shared_ptr<ParticipantCore> participant_;
   /// A volatile writer drops a sample when the last reader that lacks it leaves; in some versions of Fast DDS
   /// it then waits for itself for ever. A transient-local one never does. So we announce transient-local,
   /// which offers more than was asked for, and drop samples that all readers have when the next one is
-  /// written. DDS then does not report readers that want samples which are not kept for them: the participant
-  /// does.
+  /// written. Readers that want samples which are not kept are then reported by the participant, not by DDS.
   const bool forgets_;
   std::atomic<std::uint64_t> unserved_ = 0;
   std::atomic<std::uint64_t> refused_ = 0;

@@ -32,10 +32,8 @@ struct Sizes {
 /// How many entries those of C have together.
 [[nodiscard]] Sizes sizes_of(const trestle_settings& settings) noexcept;
 
-/// Whether they are within the limits.
 [[nodiscard]] bool are_within(const Sizes& sizes, const trestle_limits& limits) noexcept;
 
-/// Bytes for tables of these sizes.
 [[nodiscard]] std::size_t tables_bytes(const Sizes& sizes) noexcept;
 /// The most that tables within the limits can take: of events and fields, whichever is larger.
 [[nodiscard]] std::size_t most_tables_bytes(const trestle_limits& limits) noexcept;
@@ -43,7 +41,6 @@ struct Sizes {
 /// Copies the tables into `memory`, of tables_bytes() and aligned to device::memory_alignment.
 [[nodiscard]] Tables copy_tables(const trestle_settings& from, const Sizes& sizes, ByteSpan memory) noexcept;
 
-/// An id of C.
 template <typename Id>
 [[nodiscard]] constexpr Id id(std::uint16_t number) noexcept {
   return static_cast<Id>(number);

@@ -110,8 +110,7 @@ void ServiceDiscovery::join_remote(Subscription& subscription, TimePoint now) no
     if (remote.instance == subscription.instance && remote.is_wanted &&
         fits(requirements_[subscription.requirement], remote)) {
       attach(subscription, remote);
-      // An application that subscribes on ServiceAvailable answers the offer, so its Subscribe is delayed as
-      // ours would be.  [feat_req_someipsd_766]
+      // Whoever subscribes on ServiceAvailable answers the offer: delayed as ours.  [feat_req_someipsd_766]
       request(subscription, is_due(remote.answer_due, now) ? now : remote.answer_due,
               Cause::application_or_unicast_offer);
       return;
@@ -139,8 +138,7 @@ slots::PendingEntry* ServiceDiscovery::send_subscribe(const Subscription& subscr
   pending->add(EndpointRole::unicast, subscription.tcp, Transport::tcp);
   pending->configuration = requirements_[subscription.requirement].configuration;
   // Also in a StopSubscribe: it references the same options as the Subscribe  [feat_req_someipsd_1177]. Not
-  // sent to stacks without explicit initial data: some of these older stacks fail at every configuration
-  // option.
+  // sent to stacks without explicit initial data: some of these fail at any configuration option.
   if (peers_[remote.peer].explicit_initial_data) {
     pending->receive_buffer_bytes = subscription.receive_buffer_bytes;
   }
@@ -154,8 +152,7 @@ void ServiceDiscovery::cancel_requests(Subscription& subscription) noexcept {
   }
 }
 
-// The subscriptions to one offer are linked in a list, because they are renewed with each offer, every
-// second.
+// The subscriptions to one offer are linked in a list, as they are renewed with each offer, every second.
 void ServiceDiscovery::attach(Subscription& subscription, slots::Remote& remote) noexcept {
   std::uint16_t* end = &remote.subscribed_by;
   while (*end != slots::Remote::none) {
@@ -184,9 +181,8 @@ void ServiceDiscovery::request(Subscription& subscription, TimePoint due, Cause 
     refuse(Limit::pending_entries);
     return;
   }
-  // If a Subscribe got no answer, the Subscribe, its answer or the initial events after it may be lost. This
-  // is watched only for Subscribes that answer multicast offers.  [feat_req_someipsd_844]
-  // [feat_req_someipsd_1169] [feat_req_someipsd_1176]
+  // If a Subscribe got no answer, initial events may be lost, too. Watched only for those that answer
+  // multicast offers.  [feat_req_someipsd_844] [feat_req_someipsd_1169] [feat_req_someipsd_1176]
   const bool unanswered = cause == Cause::multicast_offer && subscription.ack_overdue;
   if (guards && cause < Cause::silence) {
     note_asked(remotes_[subscription.remote], subscription.state != State::subscribed, due);
@@ -198,12 +194,10 @@ void ServiceDiscovery::request(Subscription& subscription, TimePoint due, Cause 
   }
   // The first Subscribe asks for initial events  [feat_req_someipsd_1191]. An additional one does not, as
   // long as the TTL of the previous one runs, answered or not  [feat_req_someipsd_1192]. Nor does one after a
-  // StopSubscribe: that pair asks for them in the way that servers understand which do not know the flag.
-  // [feat_req_someipsd_844]
+  // StopSubscribe: that pair asks servers which do not know the flag.  [feat_req_someipsd_844]
   const bool first = !subscription.asked;
-  // There are more reasons to ask again than _1193 names: after a silence the events may be lost, and if the
-  // additional Subscribe was acknowledged but not the first, the server did not get the request.
-  // [feat_req_someipsd_691]
+  // There are more reasons to ask again than _1193 names: after a silence events may be lost, and if only the
+  // additional Subscribe was acknowledged, the request was.  [feat_req_someipsd_691]
   const bool again = server_is_asked &&
                      (unanswered || (subscription.state == State::subscribed && subscription.initial_open));
   const bool initial_data = settings_.explicit_initial_data && (first || again || cause == Cause::silence);
@@ -270,9 +264,8 @@ void ServiceDiscovery::leave_remote(Subscription& subscription, LossReason reaso
   }
   detach(subscription);
   subscription.state = State::idle;
-  // A reboot may be a false alarm: the server then still has the subscription and would take the next
-  // Subscribe for a renewal. As after a missing Ack, a StopSubscribe before it makes the server send the
-  // initial events.
+  // A reboot may be a false alarm: the server would take the next Subscribe for a renewal. As after a missing
+  // Ack, a StopSubscribe before it makes it send the initial events.
   subscription.ack_overdue = reason == LossReason::rebooted;
   subscription.asked = false;
   subscription.initial_open = false;

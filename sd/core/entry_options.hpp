@@ -12,16 +12,13 @@ class OptionRules {
   explicit OptionRules(const Settings& settings) noexcept : settings_{settings} {}
 
   /// Whether `address` can be a peer's: of our IP version, unicast, not unspecified, not broadcast, not our
-  /// own, in our subnet where that is checked. Loopback addresses are those of other nodes on the same host
-  /// when our own address is one, and wrong otherwise, where that is checked.  [feat_req_someipsd_1233]
-  /// [feat_req_someipsd_1135]
+  /// own, in our subnet where that is checked. Loopback addresses are other nodes of this host when our own
+  /// address is one, else wrong where that is checked.  [feat_req_someipsd_1233] [feat_req_someipsd_1135]
   [[nodiscard]] bool allow(const IpAddress& address) const noexcept;
-  /// Whether a sender at `peer` may name endpoints at `named`: its own, or those that the configuration
-  /// allows.
+  /// Whether a sender at `peer` may name endpoints at `named`: its own, or as the configuration allows.
   [[nodiscard]] bool may_name(const IpAddress& peer, const IpAddress& named) const noexcept;
   [[nodiscard]] bool v6() const noexcept { return own().v6; }
-  /// Whether `endpoint`, if there is one, can be what the application says: of our IP version, unicast, not
-  /// unspecified.
+  /// Whether the application may name `endpoint`, if it does: of our IP version, unicast, not unspecified.
   [[nodiscard]] bool allow_own(const std::optional<Endpoint>& endpoint) const noexcept;
   /// Whether an entry cannot be used that references `option`, for its type alone.
   [[nodiscard]] bool refuses(const Option& option) const noexcept {

@@ -20,7 +20,6 @@ using SubscriptionHandle = Handle<struct SubscriptionTag>;
 /// An offer of a peer, from ServiceAvailable to ServiceLost.
 using RemoteHandle = Handle<struct RemoteTag>;
 
-/// Why something ended.
 enum class LossReason : std::uint8_t {
   stopped,      ///< the peer said so: StopOfferService, StopSubscribeEventgroup
   expired,      ///< its TTL ran out
@@ -64,9 +63,8 @@ struct Takeover {
   Endpoint from;  ///< SD endpoint of the peer that offered it before
 };
 
-/// Server: a new subscription was accepted and its Ack is ready to be sent. Send that, then, when
-/// `initial_data`, the current values of the eventgroup's fields by unicast.  [feat_req_someipsd_107]
-/// [feat_req_someipsd_833]
+/// Server: a new subscription was accepted. Send its Ack, then, when `initial_data`, the values of the
+/// eventgroup's fields by unicast.  [feat_req_someipsd_107] [feat_req_someipsd_833]
 struct SubscriberAdded {
   OfferHandle offer;
   EventgroupId eventgroup{};
@@ -89,9 +87,8 @@ struct SubscriberRemoved {
   LossReason reason{};
 };
 
-/// Server: the client of this TCP connection was started anew and knows nothing of it: close it. Told of each
-/// that tcp_connected() has told of before the client's last message; a later one may be of its new life.
-/// [feat_req_someipsd_872]
+/// Server: the client of this TCP connection was started anew and knows nothing of it: close it. Not told of
+/// connections later than the client's last message: they may be new.  [feat_req_someipsd_872]
 struct ConnectionOutdated {
   Endpoint own;
   Endpoint client;
@@ -121,8 +118,7 @@ struct Subscribed {
 };
 
 /// Client: the server refused the subscription, perhaps one that it had accepted before; for TCP events check
-/// the connection. It is tried again with the server's next offer, and told of again only after a success in
-/// between. [feat_req_someipsd_869]
+/// the connection. Tried again with the next offer; told again only after a success. [feat_req_someipsd_869]
 struct SubscriptionRefused {
   SubscriptionHandle subscription;
 };

@@ -1,7 +1,6 @@
 // Losses and new services are always reported: what ended keeps its slot, hidden from everything else, until
 // there is room for the event. So a reboot or a link that goes down may end more than there are places for
-// events. That is a guard: without guards the queue has to be large enough, and events for which it has no
-// room are counted.
+// events. Without guards the queue has to be large enough, and events that it has no room for are counted.
 #include "sd/core/service_discovery.hpp"
 
 namespace trestle::sd {
@@ -108,8 +107,7 @@ void ServiceDiscovery::tell_known(slots::Requirement& requirement) noexcept {
   requirement.told = slots::Requirement::all;
 }
 
-// Ends of subscriptions are reported before losses of services. New services come last, because they may be
-// ones that were lost before.
+// Ends of subscriptions come before losses of services; new services last, as they may have been lost before.
 void ServiceDiscovery::tell_what_is_untold() noexcept {
   is_some_untold_ = false;  // until it turns out that there is more
   const auto tell_losses = [this](auto&& slots) {

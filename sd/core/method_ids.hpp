@@ -11,9 +11,8 @@ namespace trestle::sd {
 
 enum class IdKind : std::uint8_t { method, event };  // also a getter or setter; also a notifier
 
-/// Whether the id is in the range that is meant for the other kind: methods are below 0x8000, events from
-/// there on. The specification says "should" [feat_req_someip_626], so it can be used. [feat_req_someip_60]
-/// [feat_req_someip_67]
+/// Whether the id is in the range for the other kind: methods are below 0x8000, events from there on. That is
+/// a "should", so it can be used.  [feat_req_someip_626] [feat_req_someip_60] [feat_req_someip_67]
 [[nodiscard]] constexpr bool is_for_other_kind(someip::MethodId id, IdKind kind) noexcept {
   return (someip::value(id) >= 0x8000) != (kind == IdKind::event);
 }

@@ -50,8 +50,7 @@ class OfferSchedule {
   return delay.count() > longest.count() / 2 ? longest : 2 * delay;
 }
 
-/// When the multicast Finds of one required service are due. As an OfferSchedule, but silent in the main
-/// phase.  [feat_req_someipsd_866]
+/// When the Finds of a required service are due; silent in the main phase.  [feat_req_someipsd_866]
 class FindSchedule : public OfferSchedule {
  public:
   /// Enters the initial wait phase; the first Find is due at `first`. Before, it is down: nothing is due.
@@ -61,8 +60,7 @@ class FindSchedule : public OfferSchedule {
 
   /// The service is offered: to the main phase.  [feat_req_someipsd_867]
   void found() noexcept;
-  /// Instances of a service are offered, but there may be more: only the first Find, if it has not been sent,
-  /// stays due.  [feat_req_someipsd_239]
+  /// Instances are offered, maybe not all: only an unsent first Find stays due.  [feat_req_someipsd_239]
   void found_some() noexcept;
 };
 

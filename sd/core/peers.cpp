@@ -91,9 +91,8 @@ slots::Peer* ServiceDiscovery::place_for(const Endpoint& endpoint, TimePoint now
   return place;
 }
 
-// Among all peers, or those at one address: one that has no subscription or service, otherwise one whose
-// services nobody requires; among several the one that was silent the longest. A peer in use is forgotten
-// only if it is fleeting.
+// Among all peers, or those at one address: the one silent the longest of those without subscription or
+// service, else of those whose services nobody requires. A peer in use is forgotten only if fleeting.
 slots::Peer* ServiceDiscovery::who_is_forgotten(const IpAddress* among, TimePoint now) noexcept {
   const auto oldest = [&](auto may_be) {
     slots::Peer* best = nullptr;
@@ -228,8 +227,7 @@ const slots::Peer* ServiceDiscovery::who_holds_most() noexcept {
 // First choice: one of a peer that is silent, or fleeting, if the newcomer has nothing yet or has itself been
 // heard for some time. So a flood from ever new addresses displaces itself, and an honest peer stays after it
 // has come back. Otherwise: one of the address that has clearly more than the newcomer's. If there are
-// fleeting peers, only their addresses count, because each address of a flood could take two from a host that
-// has many.
+// fleeting peers, only their addresses count: each of a flood could take two from a host that has many.
 template <typename Slot, typename Candidate>
 Slot* ServiceDiscovery::who_gives_way(const Table<Slot>& table, std::uint16_t newcomer, TimePoint now,
                                       Candidate is_candidate) noexcept {
@@ -342,8 +340,7 @@ bool ServiceDiscovery::is_outdated(const slots::TcpConnection& connection,
          }) != nullptr;
 }
 
-// What the peer had before its restart is gone; the message that showed the reboot may already contain new
-// entries.  [feat_req_someipsd_871]
+// What the peer had is gone; this message may already bring new entries.  [feat_req_someipsd_871]
 void ServiceDiscovery::on_reboot(std::uint16_t peer, TimePoint now) noexcept {
   count(counters_.reboots_detected);
   for (slots::TcpConnection& connection : tcp_connections_) {

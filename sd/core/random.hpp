@@ -22,8 +22,7 @@ class Random {
       return min;
     }
     const auto width = static_cast<std::uint64_t>((max - min).count()) + 1;
-    // A fraction of the width, in units of 2^-32: the remainder of a division would be that of 64 bits, which
-    // small processors have no instruction for.
+    // A fraction of the width, in units of 2^-32: small processors have no instruction for 64-bit remainders.
     const std::uint64_t fraction = next() >> 32U;
     const std::uint64_t drawn = (width >> 32U) * fraction + (((width & 0xffff'ffffU) * fraction) >> 32U);
     return min + Duration{static_cast<Duration::rep>(drawn)};

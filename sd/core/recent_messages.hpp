@@ -7,8 +7,7 @@
 
 namespace trestle::sd {
 
-/// FNV-1a over some bytes, begun with `seed`. No protection against somebody who looks for two inputs with
-/// the same hash.
+/// FNV-1a over some bytes, begun with `seed`. Somebody who looks for two with the same hash can find them.
 [[nodiscard]] constexpr std::uint32_t hash_of(std::uint32_t seed, ByteView bytes) noexcept {
   std::uint32_t hash = 0x811c9dc5U ^ seed;
   for (const std::byte byte : bytes) {
@@ -17,9 +16,8 @@ namespace trestle::sd {
   return hash;
 }
 
-/// The last messages of one peer, by a hash of what is in them: networks may bring a message twice, and also
-/// behind the one that was sent after it. It then must not be taken for a sign of a reboot. Empty without
-/// guards.
+/// The last messages of one peer, by a hash of what is in them: networks may bring a message twice, also
+/// behind the one that was sent after it, which is no sign of a reboot. Empty without guards.
 class RecentMessages {
  public:
   /// @param payload  of the SD message

@@ -279,8 +279,7 @@ void ServiceDiscovery::send_offer(const slots::Offer& offer, std::uint16_t to, T
   pending->configuration = offer.configuration;
 }
 
-// The multicast endpoint that the service's eventgroups share; nothing when they have several, because two in
-// one entry would be a conflict.
+// The multicast endpoint that the service's eventgroups share; nothing for several, which would conflict.
 std::optional<Endpoint> ServiceDiscovery::multicast_of(const slots::Offer& offer) const noexcept {
   std::optional<Endpoint> shared;
   for (const slots::OfferedEventgroup& slot : eventgroups_) {
@@ -559,8 +558,7 @@ ServiceDiscovery::Accepted ServiceDiscovery::accept(const slots::Offer& offer, c
   return &eventgroup;
 }
 
-// The answer repeats everything of the Subscribe, including the reserved bits.  [feat_req_someipsd_614]
-// [feat_req_someipsd_619]
+// Repeats all of the Subscribe, reserved bits too.  [feat_req_someipsd_614] [feat_req_someipsd_619]
 void ServiceDiscovery::acknowledge(const slots::Offer* offer, const Entry& entry, const Arrival& arrival,
                                    const Accepted& accepted) noexcept {
   if (!accepted && !may_go_on(arrival.peer, 3, arrival.now)) {

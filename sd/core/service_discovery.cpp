@@ -61,8 +61,7 @@ ServiceDiscovery::ServiceDiscovery(const Settings& settings, const StorageView& 
   assert(!settings.sd_endpoint || settings.sd_endpoint->address.v6 == settings.unicast.address.v6);
 }
 
-// Offers and Finds that start at about the same time share the random delay, and so a message.
-// [feat_req_someipsd_65]
+// Offers and Finds that start about the same time share the delay, and so a message.  [feat_req_someipsd_65]
 TimePoint ServiceDiscovery::first_due(TimePoint now) noexcept {
   const Duration min = settings_.timing.initial_delay_min;
   const Duration max = settings_.timing.initial_delay_max;
@@ -269,8 +268,7 @@ std::string_view ServiceDiscovery::name_in(const Entry& entry, const Arrival& ar
   return otherserv_of(configurations_[configurations_.take(merged.body)]);
 }
 
-// Keeps the configuration that was read last. An important one displaces remote services that nobody
-// requires.
+// Keeps the configuration that was read last. An important one displaces services that nobody requires.
 std::optional<std::uint16_t> ServiceDiscovery::keep_configuration(bool important) noexcept {
   const auto mark = [this](auto in_use) {
     const auto mark_all = [&](const auto& table) {
@@ -381,8 +379,7 @@ std::optional<Transmit> ServiceDiscovery::poll_transmit(ByteSpan room, TimePoint
     if (full || !is_due(pending.due, now) || (destination != nobody && pending.peer != destination)) {
       return keep(pending);
     }
-    // A StopSubscribe and its Subscribe stay together: if only the first fits into this message, both go into
-    // the next.
+    // A StopSubscribe and its Subscribe stay together: if only the first fits here, both go into the next.
     const OptionList options{pending, configurations_[pending.configuration]};
     const bool pair_fits =
         !pending.with_next || writer.entry_count() == 0 || writer.fits(2, 2 * options.bytes);

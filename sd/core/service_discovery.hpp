@@ -29,8 +29,7 @@ enum class SdError : std::uint8_t {
 /// The error's name as it stands above, for logs.
 [[nodiscard]] const char* to_string(SdError error) noexcept;
 
-/// Why a peer's subscription was refused, in the order in which it is checked.  [feat_req_someipsd_1164]
-/// [feat_req_someipsd_1137]
+/// Why a subscription was refused, in the checks' order.  [feat_req_someipsd_1164] [feat_req_someipsd_1137]
 enum class NackReason : std::uint8_t {
   unknown_service,
   unknown_instance,
@@ -91,8 +90,7 @@ struct RequiredService {
   InstanceId instance = someip::any_instance;
   std::uint8_t major = any_major;
   std::uint32_t minor = any_minor;
-  /// The name of a service of other_protocols, which needs one; read during the call.
-  /// [feat_req_someipsd_503]
+  /// The name of a service of other_protocols (needed); read during the call.  [feat_req_someipsd_503]
   std::string_view otherserv{};
 };
 
@@ -109,8 +107,7 @@ struct EventgroupRequest {
   /// Subscribe anew when no event_received() came for this long, counted from the Ack and from each event:
   /// more than the longest pause between two events of the eventgroup.  [feat_req_someipsd_439]
   std::optional<Duration> silence_timeout{};
-  /// Bytes of datagrams that the socket of `udp` has room for, to be told to the server; 0: it is not told.
-  /// See DiscoveryRules::tell_receive_buffer.
+  /// Bytes that the socket of `udp` has room for; 0: not told. See DiscoveryRules::tell_receive_buffer.
   std::uint32_t receive_buffer_bytes = 0;
 };
 
@@ -143,8 +140,7 @@ struct SdCounters {
       0;  ///< came by multicast where only unicast is allowed, or unannounced
   std::uint64_t ignored_unknown_subscriptions = 0;  ///< see DiscoveryRules::answer_unknown_subscriptions
   std::uint64_t ignored_bad_options = 0;
-  /// Offers and SD endpoints, see DiscoveryRules::own_endpoints_only; for the latter the sender's address
-  /// counts.
+  /// Offers and SD endpoints, see DiscoveryRules::own_endpoints_only; of the latter the sender's address.
   std::uint64_t ignored_foreign_endpoints = 0;
   std::uint64_t ignored_conflicting_offer = 0;  ///< the service is offered by another peer already
   std::uint64_t ignored_unexpected_ack = 0;     ///< for nothing we subscribed to
@@ -208,8 +204,7 @@ class ServiceDiscovery {
     }
   }
 
-  /// How many bytes of datagrams the socket at this UDP endpoint has room for, as a subscription from there
-  /// tells (of whatever service); 0: none does.
+  /// How many bytes the socket at this UDP endpoint has room for, as any subscription from there tells, or 0.
   [[nodiscard]] std::uint32_t receive_buffer_of(const Endpoint& client) const noexcept;
 
   /// The subscription in this place, below max_subscribers, of the table of all; null when there is none, or
@@ -224,8 +219,7 @@ class ServiceDiscovery {
   [[nodiscard]] Result<void, SdError> add_subscriber(OfferHandle offer, EventgroupId eventgroup,
                                                      const Endpoint& client) noexcept;
 
-  /// A client opened a TCP connection to `own`, or closed it; its subscriptions need it.
-  /// [feat_req_someipsd_767]
+  /// A client opened or closed a TCP connection to `own`; its subscriptions need it.  [feat_req_someipsd_767]
   /// @return false when there is no room to remember it: its subscriptions will be refused.
   bool tcp_connected(const Endpoint& own, const Endpoint& client) noexcept;
   void tcp_closed(const Endpoint& own, const Endpoint& client) noexcept;
@@ -235,8 +229,7 @@ class ServiceDiscovery {
   /// Whether this address has shown to receive what we send: it has a subscription here, or a TCP connection.
   [[nodiscard]] bool is_proven(const IpAddress& client) const noexcept;
 
-  /// Sending an event by UDP failed because `subscriber` cannot be reached: its subscriptions end.
-  /// [feat_req_someipsd_435]
+  /// UDP events cannot reach `subscriber`: its subscriptions end.  [feat_req_someipsd_435]
   void unreachable(const Endpoint& subscriber) noexcept;
 
   // --- Client ---------------------------------------------------------------------------------------------
@@ -248,8 +241,7 @@ class ServiceDiscovery {
   [[nodiscard]] Result<RequirementHandle, SdError> require(const RequiredService& service,
                                                            TimePoint now) noexcept;
 
-  /// The service is not needed any more: ends its subscriptions and their handles too.
-  /// [feat_req_someipsd_822]
+  /// The service is not needed any more: ends its subscriptions and handles too.  [feat_req_someipsd_822]
   void release(RequirementHandle requirement, TimePoint now) noexcept;
 
   /// Of the services that are offered and fit the requirement, the one to use: one of the lowest priority
@@ -258,8 +250,7 @@ class ServiceDiscovery {
   /// ones: the priority of an impostor must not count. If all are mute, it is any.
   [[nodiscard]] std::optional<RemoteService> choose(RequirementHandle requirement) noexcept;
 
-  /// Calls `visit(const slots::Remote&)` for each service of a peer that is known: also those that nobody
-  /// requires, as long as there is room for them.
+  /// Calls `visit(const slots::Remote&)` for each known service of a peer, also those that nobody requires.
   template <typename Visit>
   void for_each_remote(Visit visit) const {
     for (const slots::Remote& remote : remotes_) {
@@ -278,11 +269,9 @@ class ServiceDiscovery {
   void answered(RemoteHandle service) noexcept;
   /// Whether it was asked several times in a row and has not answered. False when it is gone.
   [[nodiscard]] bool is_mute(RemoteHandle service) const noexcept;
-  /// The service that somebody else offered last while it was there, as SdCounters::ignored_conflicting_offer
-  /// counts; nothing when it had to give way.
+  /// The last service that SdCounters::ignored_conflicting_offer counted; nothing when it had to give way.
   [[nodiscard]] std::optional<RemoteService> contested() const noexcept;
-  /// The last service that another peer took over since the last call, because the one that had offered it
-  /// did not answer.
+  /// The last service that another peer took over since the last call, as its first server did not answer.
   [[nodiscard]] std::optional<Takeover> take_takeover() noexcept;
   /// The service that a subscription is to; nothing while there is none.
   [[nodiscard]] std::optional<RemoteService> server_of(SubscriptionHandle subscription) const noexcept;
@@ -292,8 +281,7 @@ class ServiceDiscovery {
   /// the next call that is told the time.  [feat_req_someipsd_1146] [feat_req_someipsd_1147]
   [[nodiscard]] ConfigurationCursor configuration(RemoteHandle service) const noexcept;
 
-  /// Subscribes to an eventgroup, as soon as the service is offered and again with each offer.
-  /// [feat_req_someipsd_428] [feat_req_someipsd_431]
+  /// Subscribes to an eventgroup with each offer.  [feat_req_someipsd_428] [feat_req_someipsd_431]
   /// @return its handle, or
   ///         bad_argument  no instance, TTL 0, an endpoint with port 0, a multicast or unspecified address,
   ///         or
@@ -331,8 +319,7 @@ class ServiceDiscovery {
   /// Does what is due. Early and repeated calls change nothing.
   void on_time(TimePoint now) noexcept;
 
-  /// The next datagram to send now, or nothing. Entries that are due for one destination share a datagram as
-  /// long as they fit.  [feat_req_someipsd_836]
+  /// The next datagram to send, or nothing. Entries for one receiver share it.  [feat_req_someipsd_836]
   /// @param room  bounds the datagram: 1400 bytes are a good size, 200 and max_configuration_bytes enough for
   ///              any single entry.
   [[nodiscard]] std::optional<Transmit> poll_transmit(ByteSpan room, TimePoint now) noexcept;
@@ -343,8 +330,7 @@ class ServiceDiscovery {
   /// When to call on_time() and poll_transmit() again; nothing: when a datagram arrives or a call is made.
   [[nodiscard]] std::optional<TimePoint> deadline() const noexcept;
 
-  /// Another value whenever a service of a peer was added, changed or lost: then for_each_remote() shows
-  /// others.
+  /// Another value whenever a peer's service was added, changed or lost: then for_each_remote() shows others.
   [[nodiscard]] std::uint32_t remote_changes() const noexcept { return remote_changes_; }
 
   [[nodiscard]] const SdCounters& counters() const noexcept { return counters_; }
@@ -360,11 +346,9 @@ class ServiceDiscovery {
     TimePoint now;
   };
 
-  // The name that an entry of other_protocols references; empty for others. Valid until the next
-  // configuration is read.
+  // The name that an entry of other_protocols references, or empty; until the next configuration is read.
   [[nodiscard]] std::string_view name_in(const Entry& entry, const Arrival& arrival) noexcept;
-  // Whether a requirement, an offer or a remote service, of these properties, has the name; SOME/IP services
-  // have any.
+  // Whether a requirement, offer or remote service of these properties has the name; SOME/IP has any.
   [[nodiscard]] bool has_name(ServiceId service, std::uint16_t configuration,
                               std::string_view name) const noexcept;
   [[nodiscard]] std::optional<std::uint16_t> keep_configuration(bool important) noexcept;
@@ -433,8 +417,7 @@ class ServiceDiscovery {
   [[nodiscard]] bool is_silent(const slots::Peer& peer, TimePoint now) const noexcept {
     return is_due(peer.last_seen + settings_.silent_after, now);
   }
-  // Whether it has been silent for twice the time that it was heard before, or for long: then a newcomer may
-  // take its place.
+  // Whether it has been silent for twice the time that it was heard, or long: a newcomer may take its place.
   [[nodiscard]] bool is_fleeting(const slots::Peer& peer, TimePoint now) const noexcept {
     return is_due(peer.last_seen + Duration{std::int64_t{peer.heard} << 21U}, now) || is_silent(peer, now);
   }

@@ -13,8 +13,7 @@
 
 namespace trestle::sd {
 
-/// How much a ServiceDiscovery can hold. What does not fit is refused, and a peer is answered with a Nack
-/// where the protocol has one.
+/// How much a ServiceDiscovery can hold. What does not fit is refused, of a peer with a Nack if there is one.
 struct Limits {
   std::uint16_t max_offers = 64;
   std::uint16_t max_eventgroups = 256;    ///< of all offers together
@@ -28,8 +27,7 @@ struct Limits {
   std::uint16_t max_tcp_connections = 64;  ///< of clients, for TCP events
   /// Entries waiting to be sent. A shutdown needs one for each offer and subscription.
   std::uint16_t max_pending_entries = 512;
-  /// Different configurations of offers, requirements and remote services. A peer's service whose
-  /// configuration finds no room is known without it.
+  /// Different configurations of all services. A peer's service whose one finds no room is known without it.
   std::uint16_t max_configurations = 64;
   /// The size of one of them, the whole body of its option: two bytes, and one more for each item. Items of a
   /// peer that do not fit are left out.
@@ -42,9 +40,8 @@ struct Limits {
 /// One eventgroup of an offered service.
 struct Eventgroup {
   EventgroupId id{};
-  /// Whether it has unicast events of that transport: a subscriber then must name an endpoint of that
-  /// transport. With neither, all its events are multicast and a subscriber needs no endpoint.
-  /// [feat_req_someipsd_1179]
+  /// Whether it has unicast events of that transport: a subscriber must name an endpoint of it. With neither,
+  /// all is multicast and no endpoint needed.  [feat_req_someipsd_1179]
   bool udp = true;
   bool tcp = false;
   /// Where multicast events go to, if any do; subscribers learn it from the Ack.  [feat_req_someipsd_763]
@@ -132,8 +129,7 @@ struct Remote : SlotBase {
   [[nodiscard]] std::uint16_t& told() noexcept { return subscribed_by; }
 };
 
-/// What is remembered of a host that was asked by a service and did not answer: else it would begin anew with
-/// each offer that differs from the one before.
+/// What is remembered of a host that did not answer: else it would begin anew with each other offer.
 struct Silence {
   std::uint16_t key = 0;             // a hash of the address and the service; 0: none
   std::uint16_t last_seen : 14 = 0;  // see rivals.cpp

@@ -97,8 +97,7 @@ class TableBase {
   mutable std::uint16_t found_ = 0;  // by the last search()
 };
 
-/// Slots in the caller's memory, taken and freed; walking over it meets those in use.
-/// Its size never changes, and freeing a slot never moves another.
+/// Slots in the caller's memory; walking over it meets those in use. Freeing a slot never moves another.
 template <typename Slot>
 class Table : public TableBase {
  public:

@@ -4,8 +4,7 @@
 #include "sd/net/service_spec.hpp"
 
 /// Why a Proxy's call has no response, as the error codes that Asio passes on: `error ==
-/// CallFault::timed_out`, `error == ReturnCode::not_ready`. A server that answers with an error gives its
-/// ReturnCode, not CallFault::error.
+/// CallFault::timed_out`, `error == ReturnCode::not_ready`. A server's error is its ReturnCode.
 namespace boost::system {
 template <>
 struct is_error_code_enum<trestle::sd::CallFault> : std::true_type {};

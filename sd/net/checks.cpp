@@ -1,6 +1,5 @@
 #include "sd/net/checks.hpp"
 
-#include <algorithm>
 #include <limits>
 #include <stdexcept>
 

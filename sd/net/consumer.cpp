@@ -1,6 +1,5 @@
 #include "sd/net/consumer.hpp"
 
-#include <algorithm>
 #include <stdexcept>
 
 #include "sd/net/checks.hpp"
@@ -202,8 +201,7 @@ void Consumer::end_unneeded(TimePoint now) {
   if (!std::exchange(perhaps_unneeded_, false)) {
     return;
   }
-  // What is subscribed to wherever it is offered is forgotten where it is not offered any more: instances
-  // that come and go must not fill our tables.
+  // What is subscribed to wherever it is offered is forgotten with the offer: else our tables could fill.
   for (const auto& subscription : subscriptions_) {
     if (subscription->spec.instance == someip::any_instance) {
       std::erase_if(subscription->at_servers, [&](AtServer& at_server) {

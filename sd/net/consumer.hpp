@@ -41,11 +41,9 @@ class Consumer {
   [[nodiscard]] OtherEvents other_events(SubscriptionId id) const;
   void clear();
 
-  /// How large this event or answer may be, of which a segment has come; 0: it does not wait for it. Then it
-  /// counts why.
+  /// How large this event or answer may be, of which a segment has come; 0, and counted: it is not awaited.
   [[nodiscard]] std::size_t room_for(const someip::Header& header, const Source& source);
   void on_notification(const someip::Message& message, const Source& source);
-  /// A RESPONSE or ERROR.
   void on_answer(const someip::Message& message, const Source& source);
   void on_event(const ServiceAvailable& event, TimePoint now);
   void on_event(const ServiceLost& event);

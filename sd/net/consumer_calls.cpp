@@ -27,8 +27,7 @@ const char* to_string(CallFault fault) noexcept {
   return someip::enumerator_name<CallFault::error>(names, fault);
 }
 
-// Draws once, and again when what was drawn is gone, or does not answer while there is another: calls that
-// belong together go to one server.
+// Draws anew only when what was drawn is gone, or silent while there is another: calls stay at one server.
 void Consumer::choose(Search& search) {
   const auto chosen = search.chosen
                           ? std::ranges::find(search.servers, *search.chosen, &RemoteService::instance)

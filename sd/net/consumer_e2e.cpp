@@ -13,72 +13,58 @@ using someip::Message;
 
 namespace {
 
-std::string in_words(const E2eSpec& spec) {
-  return "e2e of " + hexadecimal(value(spec.id)) + ": ";
+/// The channels that `whose` describes.
+/// @param mistake  what is wrong with one, or null.
+/// @param shared   the channel of another one that it has in common with it, or null.
+template <typename Mistake, typename Shared>
+E2eChannels channels_for(const std::string& whose, const std::vector<E2eSpec>& specs, const Mistake& mistake,
+                         const Shared& shared) {
+  E2eChannels channels;
+  for (const E2eSpec& one : specs) {
+    const char* const why = channels.find(one.id) != nullptr ? "there is more than one" : mistake(one);
+    if (why != nullptr) {
+      throw std::invalid_argument{whose + ": e2e of " + hexadecimal(value(one.id)) + ": " + why};
+    }
+    try {
+      E2eChannel* const there = shared(one);
+      channels.add(there != nullptr ? there->shared_from_this() : std::make_shared<E2eChannel>(one));
+    } catch (const std::invalid_argument& wrong) {
+      throw std::invalid_argument{whose + ": " + wrong.what()};
+    }
+  }
+  return channels;
 }
 
 }  // namespace
 
-// Requirements of one service share what they have in common: to the server they are one client, whose
-// requests have one counter.
+// Requirements of one service share their channels: to the server they are one client, with one counter.
 E2eChannels Consumer::channels_of(const RequireSpec& spec) const {
-  E2eChannels channels;
-  for (const E2eSpec& one : spec.e2e) {
-    const auto refuse = [&](const std::string& why) {
-      throw std::invalid_argument{"requirement of " + to_string(spec.service, spec.instance) + ": " +
-                                  in_words(one) + why};
-    };
-    if (is_reserved(one.id)) {
-      refuse("the id is reserved");
-    }
-    if (channels.find(one.id) != nullptr) {
-      refuse("there is more than one");
-    }
-    std::shared_ptr<E2eChannel> channel;
+  const auto shared = [&](const E2eSpec& one) {
+    E2eChannel* there = nullptr;
     for (const auto& other : requirements_) {
-      E2eChannel* const there = other->spec.service == spec.service ? other->e2e.find(one.id) : nullptr;
-      if (there != nullptr && there->spec() != one) {
-        refuse("another requirement of the service has another");
-      }
-      channel = there != nullptr ? there->shared_from_this() : channel;
+      E2eChannel* const its = other->spec.service == spec.service ? other->e2e.find(one.id) : nullptr;
+      there = its != nullptr ? its : there;
     }
-    try {
-      channels.add(channel ? channel : std::make_shared<E2eChannel>(one));
-    } catch (const std::invalid_argument& mistake) {
-      throw std::invalid_argument{"requirement of " + to_string(spec.service, spec.instance) + ": " +
-                                  mistake.what()};
-    }
-  }
-  return channels;
+    return there;
+  };
+  const auto mistake = [&](const E2eSpec& one) {
+    const E2eChannel* const there = shared(one);
+    return is_reserved(one.id)                        ? "the id is reserved"
+           : there != nullptr && there->spec() != one ? "another requirement of the service has another"
+                                                      : nullptr;
+  };
+  return channels_for("requirement of " + to_string(spec.service, spec.instance), spec.e2e, mistake, shared);
 }
 
 E2eChannels Consumer::channels_of(const SubscribeSpec& spec) {
-  const std::string name = "subscription to eventgroup " + hexadecimal(value(spec.eventgroup)) + " of " +
-                           to_string(spec.service, spec.instance) + ": ";
-  E2eChannels channels;
-  for (const E2eSpec& one : spec.e2e) {
-    const auto refuse = [&](const std::string& why) {
-      std::string mistake = name;
-      mistake += in_words(one);
-      mistake += why;
-      throw std::invalid_argument{mistake};
-    };
-    if (std::ranges::find(spec.events, one.id) == spec.events.end()) {
-      refuse("it is not among the events");
-    }
-    if (one.protect || !one.check) {
-      refuse("an event is received: it has check, not protect");
-    }
-    if (channels.find(one.id) != nullptr) {
-      refuse("there is more than one");
-    }
-    try {
-      channels.add(std::make_shared<E2eChannel>(one));
-    } catch (const std::invalid_argument& mistake) {
-      throw std::invalid_argument{name + mistake.what()};
-    }
-  }
-  return channels;
+  const auto mistake = [&](const E2eSpec& one) {
+    return std::ranges::find(spec.events, one.id) == spec.events.end() ? "it is not among the events"
+           : one.protect || !one.check ? "an event is received: it has check, not protect"
+                                       : nullptr;
+  };
+  return channels_for("subscription to eventgroup " + hexadecimal(value(spec.eventgroup)) + " of " +
+                          to_string(spec.service, spec.instance),
+                      spec.e2e, mistake, [](const E2eSpec&) -> E2eChannel* { return nullptr; });
 }
 
 void Consumer::deliver_checked(const Listener& listener, E2eChannel& channel, Message message,

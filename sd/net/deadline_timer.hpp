@@ -34,7 +34,6 @@ class DeadlineTimer {
     });
   }
 
-  /// When it calls back next.
   [[nodiscard]] std::optional<TimePoint> armed() const noexcept { return armed_; }
 
  private:

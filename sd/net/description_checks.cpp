@@ -30,8 +30,7 @@ std::string mistake_in_ttl(const std::optional<std::uint32_t>& ttl_s) {
 
 // --- The description of the service -----------------------------------------------------------------------
 
-// First the items one by one, to say which one is wrong; then all of them, because together they have to fit
-// too.
+// First the items one by one, to say which one is wrong; then all, because together they have to fit too.
 std::string mistake_in_configuration(const ServiceSpec& spec, const NodeConfig& config) {
   std::vector<ConfigurationItem> items;
   std::array<std::byte, 0x200> one{};  // more than any item

@@ -12,8 +12,7 @@ SendStatus classified(SendStatus status, const Endpoint& to) {
   return status == SendStatus::failed && to.address.v6 && errno == EINVAL ? SendStatus::would_block : status;
 }
 
-// Whether the socket buffer is full. Otherwise the system has no room for this neighbour, or the network
-// interface has none for a packet.
+// Whether the socket buffer is full. Else there is no room for this neighbour, or none in the interface.
 bool is_buffer_full() {
   return errno == EAGAIN || errno == EWOULDBLOCK;
 }

@@ -34,7 +34,6 @@ class WaitingDatagrams {
   /// If there is no room, the oldest datagram of Rank::others is dropped; if there is none, this one.
   /// @param heard_here  see retry().
   void add(const Endpoint& to, ByteView bytes, Rank rank, bool heard_here, TimePoint now);
-  /// Whether one of the first rank waits.
   [[nodiscard]] bool any_first() const noexcept;
 
   /// Tries each once, but for those whose receiver has just not been sent an earlier one.
@@ -101,8 +100,7 @@ class DiscoverySender {
   /// The least where only unknown hosts are waited for: they must not take each place that becomes free in
   /// the table of neighbours before hosts that send messages can.
   static constexpr Duration retry_unknown = std::chrono::milliseconds{16};
-  /// How long a datagram may wait: as long as the system looks for a neighbour. Discovery repeats what
-  /// matters.
+  /// How long a datagram may wait: as long as the system looks for a neighbour. Discovery repeats itself.
   static constexpr Duration max_age = std::chrono::seconds{3};
 
   /// @param counters  those of discovery's datagrams are kept there.

@@ -93,8 +93,7 @@ E2eChannel::Bytes E2eChannel::protect(e2e::Protector& protector, const Header& h
   }
   const auto bytes = std::make_shared<std::vector<std::byte>>();
   bytes->reserve(given + place.bytes);
-  // The whole payload goes behind the room for the E2E header; then the part that belongs before the header
-  // is moved there.
+  // The payload goes behind the room for the E2E header; what belongs before that is then moved there.
   bytes->resize(place.bytes);
   for (const ByteView slice : payload) {
     bytes->insert(bytes->end(), slice.begin(), slice.end());

@@ -33,11 +33,9 @@ struct E2eSpec {
   bool pass_failed = false;
   /// Profiles 4m, 7m, 44m: names the client that calls. A server answers with the source ID of the request.
   std::uint32_t source_id = 0;
-  /// The protection leaves the SOME/IP header out, and positions count from the beginning of the payload: so
-  /// vsomeip does with profile 1.
+  /// The SOME/IP header is not protected, and positions count from the payload: as vsomeip's profile 1.
   bool payload_only = false;
-  /// How many senders' states are kept (clients of a method, servers). With more, the one heard longest ago
-  /// is forgotten. At least 1.
+  /// How many senders' states are kept, 1 at least. With more, the one heard longest ago is forgotten.
   std::size_t max_peers = 64;
   friend bool operator==(const E2eSpec&, const E2eSpec&) = default;
 };

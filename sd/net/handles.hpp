@@ -23,8 +23,7 @@ class Offer {
   Offer(const Offer&) = delete;
   Offer& operator=(const Offer&) = delete;
 
-  /// Sends an event to all its subscribers, if it has no EventSpec that says otherwise. The payload is
-  /// copied; Node::notify() can do without.
+  /// Sends an event to its subscribers, as its EventSpec says. Copies the payload; Node::notify() need not.
   Notified notify(someip::MethodId event, ByteView payload) const {
     return node_->notify(handle_, event, {&payload, 1});
   }

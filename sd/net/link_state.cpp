@@ -28,8 +28,7 @@ std::optional<Structure> front(ByteView bytes) {
   return result;
 }
 
-/// The bytes behind the first `size`, which are padded to a multiple of four; at the end the padding may be
-/// missing.
+/// The bytes behind the first `size`, which are padded to a multiple of four, though maybe not at the end.
 ByteView behind(ByteView bytes, std::size_t size) {
   return bytes.subspan(std::min((size + 3) / 4 * 4, bytes.size()));
 }
@@ -94,8 +93,7 @@ std::optional<LinkState::Message> LinkState::take(ByteView& messages) {
 
 void LinkState::on_link(ByteView body, bool gone) {
   const auto fixed = front<ifinfomsg>(body);
-  // Messages of another family, such as those of a network bridge about its ports, say nothing about the
-  // interface itself.
+  // Messages of another family, such as of a network bridge about its ports, say nothing of the interface.
   if (!fixed || fixed->ifi_family != AF_UNSPEC) {
     return;
   }

@@ -3,7 +3,6 @@
 #include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
-#include <cerrno>
 #include <chrono>
 #include <optional>
 #include <random>
@@ -125,8 +124,7 @@ struct Node::State : std::enable_shared_from_this<State> {
               }} {
     unicast.receive(feed(false));
     multicast.receive(feed(true));
-    // A socket learns that the neighbour table is full only if it reports errors. That a peer is unreachable
-    // is nothing new for discovery.
+    // A socket learns of a full neighbour table only if it reports errors; else those are nothing new.
     unicast.report_unreachable([](const Endpoint&) {});
     multicast.report_unreachable([](const Endpoint&) {});
     say_what_is_not_granted();
@@ -281,9 +279,8 @@ struct Node::State : std::enable_shared_from_this<State> {
     }
   }
 
-  // After each call of discovery: carries out what discovery wants. An Ack leaves before the initial events
-  // [feat_req_someipsd_107]; other entries are sent when all events have been handled, so that they share
-  // datagrams.
+  // After each call of discovery: carries out what discovery wants. An Ack leaves before initial events
+  // [feat_req_someipsd_107]; other entries when all events are handled, to share datagrams.
   void drain() {
     if (draining) {
       return;  // called from a handler of the loop below
@@ -477,8 +474,7 @@ struct Node::State : std::enable_shared_from_this<State> {
   DeadlineTimer retry_timer;
   DeadlineTimer timer;
   bool draining = false;
-  /// The state of the peers' services with which our offers and needs were last compared; empty after a new
-  /// offer or need.
+  /// The state of the peers' services last compared with our offers and needs; empty after a new one.
   std::optional<std::uint32_t> noted{};
   std::optional<LinkWatch> watch;
   bool link_seen = true;  ///< up, according to the system

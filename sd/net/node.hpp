@@ -35,16 +35,14 @@ class Node {
   /// Opens SD's sockets and starts.
   /// @throws someip::NetError when they cannot be opened; above all when another SOME/IP stack has the port.
   ///         std::invalid_argument for a configuration that makes no sense: what() names the field.
-  /// @param warn  is told, in place of `log`, which socket buffers the system grants smaller than configured,
-  ///              and what is likely to be a mistake in somebody's configuration: others offer less, or
-  ///              something else, than is wanted. Empty: `log` is.
+  /// @param warn  is told, in place of `log`, of socket buffers smaller than configured, and of likely
+  ///              mistakes: others offer less, or something else, than is wanted. Empty: `log` is.
   Node(boost::asio::io_context& io, const NodeConfig& config, DiscoveryLog log = {}, DiscoveryLog warn = {});
   /// No handler is called any more; whoever uses the Node's services notices when their time to live is over.
   ~Node();
   Node(const Node&) = delete;
   Node& operator=(const Node&) = delete;
 
-  /// What it runs on.
   [[nodiscard]] boost::asio::io_context& io() const noexcept;
 
   // --- Services of ours -----------------------------------------------------------------------------------
@@ -68,9 +66,8 @@ class Node {
   /// @param payload     slices that together are the payload.
   /// @param keep_alive  owns what the slices point to; released once the message has been sent or dropped.
   ///                    Without it, the slices need only live during the call: what has to wait is copied.
-  /// @throws std::invalid_argument for an impossible pacing, where what() names the field, and for an event
-  ///         that is in no eventgroup of the service. An offer that has ended is no error: nobody gets the
-  ///         event.
+  /// @throws std::invalid_argument for an impossible pacing (what() names the field), and an event in no
+  ///         eventgroup of the service. An offer that has ended is no error: nobody gets the event.
   Notified notify(OfferHandle offer, someip::MethodId event, std::span<const ByteView> payload,
                   const std::shared_ptr<const void>& keep_alive = nullptr,
                   const someip::TpPacing& pacing = {});
@@ -94,8 +91,7 @@ class Node {
   /// The field's value; nothing if it has none yet.
   [[nodiscard]] std::shared_ptr<const std::vector<std::byte>> field(OfferHandle offer,
                                                                     someip::MethodId field) const;
-  /// The field has no value any more, as before it got its first one: new subscribers get none. Not for a
-  /// field with a cycle, which goes on.
+  /// The field has no value any more, as at first: new subscribers get none. Not for a field with a cycle.
   void forget_field(OfferHandle offer, someip::MethodId field);
 
   // --- Services of others ---------------------------------------------------------------------------------
@@ -111,13 +107,11 @@ class Node {
   /// Whether anybody else is known to offer an instance of the service now. This is for programs that choose
   /// ids. Services that nobody here looks for are remembered only as far as there is room.
   [[nodiscard]] bool is_offered_by_others(someip::ServiceId service) const;
-  /// All services that others are known to offer now, likewise. This is for programs that explain why a
-  /// service is not there.
+  /// All services that others are known to offer now, likewise: to explain why a service is not there.
   [[nodiscard]] std::vector<SeenOffer> seen_offers() const;
   /// How many other hosts are known to take part in discovery.
   [[nodiscard]] std::size_t seen_hosts() const;
-  /// Events of the servers of a subscription, of its service, which nobody here has asked for; nothing for an
-  /// unknown one.
+  /// Events of a subscription's servers and service which nobody here has asked for; nothing if unknown.
   [[nodiscard]] OtherEvents other_events(SubscriptionId subscription) const;
 
   /// What a server says about its service: the items of its configuration, in their order, equal keys
@@ -125,13 +119,11 @@ class Node {
   [[nodiscard]] std::vector<ConfigurationText> configuration(const RemoteService& service) const;
 
   /// Calls a method of a server that offers the service now. `payload` and `keep_alive` as in notify().
-  /// @param handler  is called exactly once: with the response, or why there is none. Not after cancel() or
-  ///                 after the end of the Node.
+  /// @param handler  called once: with the response, or why not. Not after cancel() or the Node's end.
   /// @throws std::invalid_argument without a handler: then it is for send(); and for a pacing, as notify().
   CallId call(RequirementId requirement, const CallSpec& spec, std::span<const ByteView> payload,
               ResponseHandler handler, std::shared_ptr<const void> keep_alive = nullptr);
-  /// The same, but a reason for which the request cannot leave is returned at once, and not given to the
-  /// handler.
+  /// The same, but a reason why the request cannot leave is returned at once, not given to the handler.
   [[nodiscard]] someip::Result<CallId, CallFault> try_call(RequirementId requirement, const CallSpec& spec,
                                                            std::span<const ByteView> payload,
                                                            ResponseHandler handler,
@@ -152,8 +144,7 @@ class Node {
   void unsubscribe(SubscriptionId subscription);
   /// Whether the eventgroup is subscribed to now: a server has acknowledged it.
   [[nodiscard]] bool subscribed(SubscriptionId subscription) const;
-  /// Calls `changed` whenever subscribed() may have changed for some subscription, or a server has refused
-  /// one.
+  /// Calls `changed` whenever subscribed() may have changed for a subscription, or a server refused one.
   void on_subscriptions(std::function<void()> changed);
   /// Subscriptions that share one on the wire share these, too.
   [[nodiscard]] SubscriptionFaults subscription_faults(SubscriptionId subscription) const;

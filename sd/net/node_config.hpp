@@ -27,8 +27,7 @@ struct NodeConfig {
   std::uint16_t port = 30490;  ///< SD's port, of all nodes  [feat_req_someip_676]
   Timing timing{};
   DiscoveryRules discovery{};  ///< see docs/sd_options.md
-  /// Hosts that may name endpoints of other hosts (DiscoveryRules::own_endpoints_only). If there are any,
-  /// they replace those of `discovery`.
+  /// Hosts that may name others' endpoints (DiscoveryRules::own_endpoints_only); they replace `discovery`'s.
   std::vector<ForeignEndpoints> foreign_endpoints{};
   /// Where `discovery` names no prefix length, take that of the interface with `address`, so that peers
   /// outside of its subnet are ignored. False: all peers are heard, also those at loopback addresses of this
@@ -39,13 +38,11 @@ struct NodeConfig {
   bool watch_link = true;
   Limits limits{};  ///< of service discovery
   /// SD datagrams that may wait for up to 3 s when the system cannot take them, because its buffer or its
-  /// table of neighbours is full. Datagrams to the group, and to hosts that have answered to their address,
-  /// go first.
+  /// table of neighbours is full. Datagrams to the group, and to hosts known to be there, go first.
   std::size_t max_waiting_discovery = 256;
   std::size_t max_message_bytes = std::size_t{16} << 20U;  ///< payload of a received message
   /// Bytes that may wait to be sent at one UDP port or TCP connection. Beyond them messages are dropped, at a
-  /// UDP port those to the receiver with the most. Up to as much memory for copies of waiting messages is
-  /// kept for later ones.
+  /// UDP port those to the receiver with the most. As much memory is kept for later copies.
   std::size_t max_queued_bytes = std::size_t{64} << 20U;
   /// Large messages that may be under way to one UDP port at once: so many requests, and as many events and
   /// answers. Their memory is taken as they fill it, and given back when none came for reassembly_timeout.
@@ -67,11 +64,9 @@ struct NodeConfig {
   /// A client's connection is closed when no subscription needs it and no message has passed for this long
   /// (at the latest after a quarter of the time more). 0: never.
   Duration tcp_idle_timeout = std::chrono::minutes{5};
-  /// The same for a connection with a request that a method of ours has not answered yet; the longer time
-  /// counts.
+  /// The same for a connection with a request that we have not answered yet; the longer time counts.
   Duration tcp_unanswered_timeout = std::chrono::hours{1};
-  /// Of a client that does not read its answers no more requests are read over TCP while so much waits for
-  /// it.
+  /// Of a client that does not read its answers no requests are read over TCP while so much waits for it.
   std::size_t max_unread_answer_bytes = std::size_t{1} << 20U;
   /// What may wait to be sent over all TCP connections together; never less than max_queued_bytes. Beyond it,
   /// a connection for which something waits gets its share and no more; messages above that are dropped.
@@ -91,9 +86,8 @@ struct NodeConfig {
   std::uint16_t max_repeated_values = 8;
   someip::AnswerRules answers{};  ///< to requests that are in error, where a service has none of its own
   someip::TpPacing pacing{};      ///< of large requests and responses over UDP
-  /// How long a small message over UDP may wait for others from the same port to the same receiver, to share
-  /// a datagram with them (nPDU). 0: each message has a datagram of its own.  [feat_req_someip_741]
-  /// [feat_req_someip_732]
+  /// How long a small message may wait for others from its UDP port to its receiver, to share a datagram
+  /// (nPDU). 0: each has its own.  [feat_req_someip_741] [feat_req_someip_732]
   Duration collect_for{0};
   bool magic_cookies = false;  ///< on TCP connections, for test setups
   /// Where they stand: one at the start of each TCP segment, and nowhere else; only the further segments of a
@@ -102,8 +96,7 @@ struct NodeConfig {
   bool cookie_in_each_segment = true;
   /// A TCP peer that acknowledges nothing for so long, data or the probes of an idle connection, is given up.
   Duration tcp_dead_after = std::chrono::seconds{10};
-  /// A TCP connection on which a message is under way for longer is closed: half a message must not hold its
-  /// place for ever. 0: never.
+  /// A TCP connection on which one message takes longer is closed: it must not stay for ever. 0: never.
   Duration tcp_message_timeout = std::chrono::seconds{30};
   int tcp_receive_buffer_bytes = 0;  ///< of the kernel, for each connection; 0: it adapts them itself
   int tcp_send_buffer_bytes = 0;     ///< likewise

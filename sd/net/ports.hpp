@@ -51,8 +51,7 @@ struct GroupPort {
   LargeMessages large;
 };
 
-/// Where a message came from, and by which of our ports: one of `udp` and `tcp`, or neither for what came by
-/// multicast or over a connection of our own.
+/// Where a message came from, and by which port: none for multicast or a connection of our own.
 struct Source {
   Endpoint from;
   Transport transport = Transport::udp;
@@ -76,22 +75,18 @@ class Ports {
     std::function<void(const Endpoint& own, const Endpoint& client, bool connected)> tcp_client;
     /// Whether a client's connection to `own` is needed although nothing is said.
     std::function<bool(const Endpoint& own, const Endpoint& client)> tcp_needed;
-    /// A client was refused a connection, or lost it because a limit of ours was reached. An unspecified
-    /// address: one of which no more is known.
+    /// A client was refused a connection, or lost it, by a limit of ours. Unspecified address: some client.
     std::function<void(const Endpoint& client, const std::string& why)> tcp_refused;
-    /// Large messages were lost as a limit of ours was reached: what happened, with the limit's name. `from`
-    /// has sent the last one that came.
+    /// Large messages were lost by a limit of ours: what happened, with its name. `from` sent the last one.
     std::function<void(const Endpoint& from, const std::string& what)> large_lost;
-    /// A message was dropped because too much waits to be sent: at a UDP port (`to` is its receiver), or over
-    /// a connection (null).
+    /// A message was dropped as too much waits to be sent: by UDP (`to` is its receiver), or TCP (null).
     std::function<void(const Endpoint* to)> queue_full;
     /// Datagrams to this UDP endpoint cannot be delivered: no socket or no host is there.
     std::function<void(const Endpoint& receiver)> unreachable;
     /// As Neighbours has it.
     std::function<someip::Neighbours::Answer(const IpAddress& host)> answer_of;
     std::function<someip::Neighbours::Answer(const IpAddress& host)> entry_of;
-    /// A message is sent by UDP for which the send buffer is small, because the system grants only so many
-    /// bytes.
+    /// A message is sent by UDP for which the send buffer is small: the system grants only so many bytes.
     std::function<void(int granted)> send_buffer_is_small;
   };
 
@@ -107,11 +102,9 @@ class Ports {
   std::shared_ptr<TcpPort> tcp(std::uint16_t number, const std::function<bool(const TcpPort&)>& usable);
   /// @throws someip::NetError
   std::shared_ptr<GroupPort> group(const Endpoint& endpoint);
-  /// A connection to a server, not shared.
   std::unique_ptr<someip::TcpClient> connect(const Endpoint& remote, someip::TcpClient::Handlers handlers);
 
-  /// Nothing is offered at this port any more. Keeps it for a while, so that the clients close their
-  /// connections.  [feat_req_someip_680]
+  /// Nothing is offered here any more. Stays a while, so that the clients disconnect.  [feat_req_someip_680]
   void leave(std::shared_ptr<TcpPort> port);
 
   /// Closes the connection of a client to our TCP endpoint `own`, if it stands.
@@ -119,7 +112,6 @@ class Ports {
   /// Discovery has no place for the connection of this client: one of the address that has the most, at all
   /// ports together, gives way. False if there is none of an address with more.
   bool make_room(const Endpoint& client);
-  /// See UdpSocket::follow_interface().
   void follow_interface();
   /// Sends now what waits to leave together with others.
   void flush();
@@ -130,7 +122,6 @@ class Ports {
   [[nodiscard]] someip::TcpServer::Counters tcp_counters() const;
   /// Datagrams that the system dropped as a receive buffer was full.
   [[nodiscard]] std::uint64_t overflows() const;
-  /// As UdpSocket::unreachable_ignored().
   [[nodiscard]] std::uint64_t unreachable_ignored() const;
 
  private:

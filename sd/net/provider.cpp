@@ -37,8 +37,7 @@ std::vector<std::byte> joined(std::span<const ByteView> slices) {
   return all;
 }
 
-/// Whether a payload of this size may go over UDP: large ones only if they may be segmented.
-/// [feat_req_someiptp_788]
+/// Whether so large a payload may go over UDP: maybe only in segments.  [feat_req_someiptp_788]
 bool may_be_sent(const ServiceSpec& spec, MethodId id, std::size_t bytes) {
   return bytes <= someip::max_plain_payload_bytes || !spec.segmented || contains(*spec.segmented, id);
 }
@@ -450,8 +449,7 @@ someip::TpPacing Provider::pacing_of(const ServiceSpec& spec, MethodId id) const
 Provider::Judged Provider::judge(const Header& header, const Source& source) const {
   someip::RequestTarget target;
   Judged judged{.offer = nullptr, .rules = &config_.answers, .check = {}};
-  // Those of the interface that the request is for, if it has any.  [feat_req_someip_726]
-  // [feat_req_someip_106]
+  // Those of the interface of the request, if any.  [feat_req_someip_726] [feat_req_someip_106]
   for (const auto& one : offers_) {
     const bool here = source.udp ? one->udp == source.udp : one->tcp == source.tcp;
     if (!here || one->spec.service != header.service) {
@@ -572,8 +570,7 @@ void Provider::handle(const std::shared_ptr<OpenOffer>& offer, const Message& me
   const std::size_t field = *field_of(*offer, message.header.method);
   if (offer->spec.fields[field].setter == message.header.method) {
     call_setter(*offer, field, message.payload, responder);
-    // A getter is called with nothing [feat_req_someip_633]; what follows that, a newer client means.
-    // [feat_req_someip_168]
+    // Called with nothing [feat_req_someip_633]; more is of a newer client.  [feat_req_someip_168]
   } else if (const auto value = offer->values[field].value) {
     const ByteView bytes{*value};
     responder.respond({&bytes, 1}, value);

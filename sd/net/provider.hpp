@@ -18,7 +18,6 @@ class Provider {
   Provider(boost::asio::io_context& io, ServiceDiscovery& discovery, Ports& ports, const NodeConfig& config,
            NodeCounters& counters, DiscoveryLog log, DiscoveryLog warn);
 
-  /// Where an event goes.
   struct Receiver {
     Endpoint to;
     Transport transport = Transport::udp;
@@ -120,8 +119,7 @@ class Provider {
   [[nodiscard]] Judged judge(const someip::Header& header, const Source& source) const;
   void refuse(const someip::RequestCheck& check, const Source& source);
   [[nodiscard]] ReplyPath reply_path(const Source& source, bool in_segments);
-  /// Whether so large an answer may go there over UDP: a host in whose name others may have asked gets
-  /// little.
+  /// Whether so large an answer may go there over UDP: a host in whose name others may ask gets little.
   [[nodiscard]] bool may_receive(const Endpoint& to, std::size_t bytes);
   [[nodiscard]] someip::MethodKind kind_of(const OpenOffer& offer, someip::MethodId method) const;
   /// Of what a method, getter or setter answers.
@@ -167,8 +165,7 @@ class Provider {
   DeadlineTimer cycle_;                        ///< of all values that are sent cyclically
   // Of one event; kept to reuse their memory, empty while it is sent.
   mutable std::vector<Receiver> receivers_;
-  /// The subscribers that get it by multicast: their UDP endpoints, or their SD endpoints if they need no
-  /// other.
+  /// Subscribers that get it by multicast: their UDP endpoints, or SD endpoints if they need no other.
   mutable std::vector<Endpoint> by_multicast_;
 };
 

@@ -14,16 +14,14 @@
 
 namespace trestle::sd {
 
-/// What a call brought. Of an error: method, return code and, if it has one, the payload. Else, without an
-/// answer, nothing.
+/// What a call brought. Of an error: method, return code and any payload. Without an answer, nothing.
 struct Response {
   someip::Header header{};
   std::vector<std::byte> payload{};
   std::optional<someip::e2e::CheckResult> check{};  ///< of an answer with end-to-end protection
 };
 
-/// A service of others, looked for as long as this object lives, whose methods can be called. The Node must
-/// outlive it.
+/// A service of others, looked for as long as this object lives, and its methods. The Node outlives it.
 class Proxy {
  public:
   /// @param handler  is told of each server that comes and goes. It may destroy the Proxy.

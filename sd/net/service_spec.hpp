@@ -26,17 +26,15 @@ struct MethodSpec {
   std::optional<std::size_t> max_request_bytes{};
 };
 
-/// Judges the value that a setter brings: gives the value to be set, which may be another, or the error.
-/// [feat_req_someip_634]
+/// Judges what a setter brings: gives the value to set, or the error.  [feat_req_someip_634]
 using SetHandler = std::function<someip::Result<std::vector<std::byte>, someip::ReturnCode>(ByteView wanted)>;
 
 /// Whether the value of a field or event differs from the one that was sent last by so much that it is worth
 /// a notification: for a number, by more than an epsilon.
 using DifferenceCheck = std::function<bool(ByteView sent, ByteView value)>;
 
-/// A field of an offered service: any of getter, setter and notifier, but one of them.  [feat_req_someip_631]
-/// [feat_req_someip_632] The Node keeps its value: it answers the getter, and notifies of changes and new
-/// subscribers of the value.
+/// A field of an offered service: one or more of getter, setter and notifier. The Node keeps its value,
+/// answers the getter, and notifies of changes.  [feat_req_someip_631] [feat_req_someip_632]
 struct FieldSpec {
   std::optional<someip::MethodId> getter{};
   std::optional<someip::MethodId> setter{};
@@ -51,10 +49,9 @@ struct FieldSpec {
   std::optional<someip::TpPacing> pacing{};
 };
 
-/// When an event is sent that Node::notify() gives a payload: a service lists those that want a rule here,
-/// all others are sent by each notify(). The Node keeps a copy of the last payload, to compare and to repeat,
-/// but has nothing for new subscribers, as events that are no field's have no initial value.
-/// [feat_req_someip_635] [feat_req_someipsd_833]
+/// When an event is sent that Node::notify() gives a payload: all without such a rule are sent by each
+/// notify(). The Node copies the last payload, to compare and to repeat, but not for new subscribers: only
+/// fields have initial values.  [feat_req_someip_635] [feat_req_someipsd_833]
 struct EventSpec {
   someip::MethodId id{};
   someip::UpdateRule update{};  ///< on change, in a cycle from the first notify() on, or both
@@ -80,8 +77,7 @@ struct EventgroupSpec {
   std::vector<someip::MethodId> events{};
   /// Where its UDP events go to when multicast is used.
   std::optional<Endpoint> multicast{};
-  /// From how many subscribers on multicast is used, if there is an endpoint for it: 0 is never, 1 always.
-  /// [feat_req_someip_813]
+  /// From how many subscribers on multicast is used, if it can be: 0 is never.  [feat_req_someip_813]
   std::size_t multicast_threshold = 1;
   /// UDP endpoints of clients that both sides are configured with: they get the events without ever
   /// subscribing, but no initial ones. Not for eventgroups with TCP events.  [feat_req_someipsd_444]
@@ -104,23 +100,19 @@ struct ServiceSpec {
   std::vector<EventgroupSpec> eventgroups{};
   /// Events and notifiers that go over TCP. Those of a service without UDP do anyway, all others go over UDP.
   std::vector<someip::MethodId> tcp_events{};
-  /// Events whose messages have Session ID 0, unless they are sent in segments, which need one.
-  /// [feat_req_someip_667] [feat_req_someip_700]
+  /// Events with Session ID 0, unless sent in segments.  [feat_req_someip_667] [feat_req_someip_700]
   std::vector<someip::MethodId> events_without_session{};
   /// Events, and methods with their responses, that may be sent over UDP in segments when they are large.
-  /// Nothing: all. [feat_req_someiptp_788] If there is a method or setter among them, the offer tells how
-  /// much its socket has room for, DiscoveryRules::tell_receive_buffer, unless it has a `configuration` of
-  /// its own.
+  /// Nothing: all. [feat_req_someiptp_788] With a method or setter among them, the offer tells how much its
+  /// socket has room for, DiscoveryRules::tell_receive_buffer, unless it has its own `configuration`.
   std::optional<std::vector<someip::MethodId>> segmented{};
-  /// How many messages of an event may wait for a slow subscriber. Without an entry here it is as many as
-  /// NodeConfig::max_queued_bytes has room for.
+  /// How many messages of an event may wait for a slow subscriber; else as NodeConfig::max_queued_bytes says.
   std::vector<EventWait> waits{};
   std::vector<E2eSpec> e2e{};  ///< events, methods, getters, setters and notifiers with protection
   /// What else discovery says about the service, in this order.  [feat_req_someipsd_857] A service of
   /// other_protocols is named by its item `otherserv`.  [feat_req_someipsd_500]
   std::vector<ConfigurationText> configuration{};
-  /// How long it lives unless it is offered again, 1 to infinite_ttl_s; nothing: Timing::ttl_s of the node.
-  /// [feat_req_someipsd_253]
+  /// How long it lives unless offered again, from 1 on; nothing: Timing::ttl_s.  [feat_req_someipsd_253]
   std::optional<std::uint32_t> ttl_s{};
   OfferOptions options{};  ///< of a service with `mac_groupcast` neither port is needed
   /// How its requests that are in error are answered; nothing: as NodeConfig says.  [feat_req_someip_726]
@@ -135,8 +127,7 @@ struct Notified {
   someip::SessionId session{};  ///< of the message that was sent
   std::size_t subscribers = 0;  ///< endpoints that it was sent to, or queued for
   std::size_t dropped = 0;      ///< those that did not get it, as the counters tell
-  /// Messages of this event that were dropped as a subscriber takes them too slowly, EventWait: older ones,
-  /// or this one.
+  /// Messages of this event, also this one, that were dropped for a slow subscriber, see EventWait.
   std::size_t overtaken = 0;
 };
 
@@ -153,8 +144,7 @@ struct RequireSpec {
   someip::InstanceId instance = someip::any_instance;
   std::uint8_t major = 1;
   std::uint32_t minor = any_minor;
-  /// Methods whose requests may be sent over UDP in segments when they are large. Nothing: all.
-  /// [feat_req_someiptp_788]
+  /// Methods whose large requests may go over UDP, in segments. Nothing: all.  [feat_req_someiptp_788]
   std::optional<std::vector<someip::MethodId>> segmented{};
   std::vector<E2eSpec> e2e{};  ///< methods, getters and setters with end-to-end protection
   std::string otherserv{};     ///< the name, for other_protocols  [feat_req_someipsd_503]
@@ -172,24 +162,20 @@ struct SubscribeSpec {
   bool udp = true;
   bool tcp = false;
   std::uint16_t port = 0;  ///< UDP, to receive at; 0: one that all subscriptions of the node share
-  /// The server is configured with us as a subscriber: only receive, say nothing. UDP only.
-  /// [feat_req_someipsd_444]
+  /// The server is configured with us as subscriber: only receive. UDP only.  [feat_req_someipsd_444]
   bool configured = false;
   /// Subscribe anew when no event of `events` came for this long, counted from the Ack and from each event;
   /// nothing: never.  [feat_req_someipsd_439] [feat_req_someipsd_691]
   std::optional<Duration> silence_timeout{};
-  /// How long it lives unless it is renewed, 1 to infinite_ttl_s; nothing: Timing::ttl_s of the node.
-  /// [feat_req_someipsd_322]
+  /// How long it lives unless renewed, from 1 on; nothing: Timing::ttl_s.  [feat_req_someipsd_322]
   std::optional<std::uint32_t> ttl_s{};
   std::vector<E2eSpec> e2e{};  ///< of `events` with end-to-end protection
-  /// The largest of `events` that comes over UDP in segments: a larger one is not put together. Nothing:
-  /// NodeConfig::max_message_bytes.
+  /// The largest event that is put together from segments. Nothing: NodeConfig::max_message_bytes.
   std::optional<std::size_t> max_event_bytes{};
   std::string otherserv{};  ///< the name, for other_protocols  [feat_req_someipsd_503]
 };
 
-/// How often something came between a subscription and its events; each counts when it begins, and is logged
-/// as a warning.
+/// How often something came between a subscription and its events; each is also logged, as a warning.
 struct SubscriptionFaults {
   std::uint64_t refused = 0;          ///< the server answered with a Nack
   std::uint64_t other_transport = 0;  ///< the service is not offered over TCP, which was wanted
@@ -245,8 +231,7 @@ struct CallSpec {
   Duration timeout = std::chrono::seconds{5};
   /// Nothing: what is offered, and if that is both, TCP for a payload that does not fit a datagram.
   std::optional<Transport> transport{};
-  /// Nothing: one that is offered, chosen by priority and weight for as long as it stays and answers.
-  /// [feat_req_someipsd_770]
+  /// Nothing: one chosen by priority and weight while it stays and answers.  [feat_req_someipsd_770]
   std::optional<someip::InstanceId> instance{};
   /// Fire and forget only: false sends Session ID 0. A call needs a session to recognise its answer.
   /// [feat_req_someip_667] [feat_req_someip_700]

@@ -8,8 +8,7 @@ namespace trestle::sd {
 
 /// What is sent, for the mere asking, to addresses that have not shown to receive anything: somebody may have
 /// asked in their name, and a few bytes must not bring them megabytes. Each address has a budget that grows
-/// with time. Of those that there is no room for, one takes the place of that with most of its budget left,
-/// and has no more than was left of that.
+/// with time. Without room, one takes the place of that with most left, and has no more than that.
 class UnprovenReceivers {
  public:
   /// @param most           bytes at once to one address.
@@ -33,8 +32,7 @@ class UnprovenReceivers {
   std::array<Budget, 64> budgets_{};
 };
 
-/// Whether nobody outside of this host can have sent in the name of this address: the system takes no such
-/// packets from a network.
+/// Whether nobody else can have sent in the name of this address: the system takes no such packets.
 [[nodiscard]] bool is_of_this_host(const IpAddress& address, const IpAddress& own) noexcept;
 
 /// How often a large initial value goes to one address: somebody may subscribe in its name, again and again,

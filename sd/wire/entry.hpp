@@ -10,8 +10,7 @@ using someip::ServiceId;
 using someip::SessionId;
 using someip::WireError;
 
-/// The type byte of an entry; others than these may come and are kept.  [feat_req_someipsd_47]
-/// [feat_req_someipsd_109]
+/// The type byte of an entry; others may come and are kept.  [feat_req_someipsd_47] [feat_req_someipsd_109]
 enum class EntryType : std::uint8_t {
   find_service = 0x00,
   offer_service = 0x01,

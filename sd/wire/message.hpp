@@ -143,9 +143,8 @@ class SdMessage {
 /// @return bad_option_length, bad_value, bad_entry_type or bad_option_reference with its place, or nothing.
 [[nodiscard]] std::optional<WireFault> find_fault(const SdMessage& message) noexcept;
 
-/// Writes a decoded message again, entry by entry and option by option as they stand: any message without
-/// option that breaks off comes out as it went in, byte for byte, reserved bits, unreferenced options and
-/// trailing bytes included.
+/// Writes a decoded message again, entry by entry and option by option as they stand: unless an option breaks
+/// off, it comes out as it went in, with reserved bits, unreferenced options and trailing bytes.
 /// @return the payload, at the front of `room`; no_room; or bad_option_length for a broken options array.
 [[nodiscard]] Result<ByteView> encode(const SdMessage& message, ByteSpan room) noexcept;
 

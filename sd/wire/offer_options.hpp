@@ -10,8 +10,7 @@ namespace trestle::sd {
 /// struct with `option_type`, encode() and decode(), a member here, and its line in for_each(). The
 /// configuration option has no fixed size and is kept apart: ConfigurationPool.
 struct OfferOptions {
-  /// How clients rank it among the instances of its service, ServiceDiscovery::choose().
-  /// [feat_req_someipsd_174]
+  /// How clients rank it among instances, see ServiceDiscovery::choose().  [feat_req_someipsd_174]
   std::optional<LoadBalancingOption> load_balancing{};
   /// Of other_protocols alone, which then needs no endpoint.  [feat_req_someipsd_1250]
   std::optional<MacGroupcastOption> mac_groupcast{};

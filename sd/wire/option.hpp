@@ -25,7 +25,6 @@ enum class OptionType : std::uint8_t {
 
 /// The type's name as it stands above, for logs and reports; "unknown" for others.
 [[nodiscard]] const char* to_string(OptionType type) noexcept;
-/// Whether the type is one of the above.
 [[nodiscard]] bool is_known(OptionType type) noexcept;
 
 /// An option as it stands in the options array. `body` is what its Length field counts: everything after the
@@ -36,12 +35,10 @@ struct Option {
 
   /// With the Length and Type fields, in bytes.
   [[nodiscard]] constexpr std::size_t size() const noexcept { return 3 + body.size(); }
-  /// Whether a receiver that does not know the option may do as if it were not there.
-  /// [feat_req_someipsd_102]
+  /// Whether a receiver that does not know the option may pass over it.  [feat_req_someipsd_102]
   [[nodiscard]] constexpr bool discardable() const noexcept {
     return !body.empty() && (std::to_integer<unsigned>(body.front()) & 0x80U) != 0;
   }
-  /// Same type and same bytes.
   friend bool operator==(const Option& a, const Option& b) noexcept;
 };
 
@@ -102,8 +99,7 @@ struct LoadBalancingOption {
   friend constexpr bool operator==(const LoadBalancingOption&, const LoadBalancingOption&) = default;
 };
 
-/// Where the layer 2 traffic of a service goes to that is not SOME/IP.  [feat_req_someipsd_1252]
-/// [feat_req_someipsd_1253]
+/// Where layer 2 traffic that is not SOME/IP goes to.  [feat_req_someipsd_1252] [feat_req_someipsd_1253]
 struct MacGroupcastOption {
   static constexpr OptionType option_type = OptionType::mac_groupcast;
   static constexpr std::size_t max_identifier_bytes = 12;
@@ -132,8 +128,7 @@ struct ConfigurationItem {
   std::optional<std::string_view> value;  ///< nothing without '=', empty after a final '='
 };
 
-/// Walks over the items of a configuration option, in their order, equal keys included.
-/// [feat_req_someipsd_150] [feat_req_someipsd_684]
+/// Walks over the items of a configuration option.  [feat_req_someipsd_150] [feat_req_someipsd_684]
 class ConfigurationCursor {
  public:
   /// `option` is one of type OptionType::configuration.

@@ -68,8 +68,7 @@ bool SdWriter::add(const Entry& entry, std::span<const Option> options) noexcept
   if (options.size() > 2 * max_run || !std::ranges::all_of(options, length_fits)) {
     return false;
   }
-  // Tries every way to cut the options into two runs; the one that adds the fewest bytes wins, in a tie a
-  // single run.
+  // Tries all ways to cut the options into two runs; the one that adds the fewest bytes wins, or one run.
   struct Choice {
     std::size_t cut = 0;
     Place first;

@@ -3,8 +3,7 @@
 
 namespace trestle::sd {
 
-/// Writes one SD message, a whole datagram, into the caller's buffer. Entries may be added until one does not
-/// fit; that one then starts the next datagram.
+/// Writes one SD message, a whole datagram. An entry that does not fit starts the next datagram.
 ///
 ///     SdWriter writer{room};
 ///     while (more && writer.add(entry, options)) { ... }
@@ -17,9 +16,8 @@ class SdWriter {
   /// @param room  at least `min_room_bytes`; its size bounds the datagram. Must outlive the writer.
   explicit SdWriter(ByteSpan room) noexcept;
 
-  /// Adds an entry that references `options` (30 at most), after those that are there. Its runs are chosen
-  /// here: options that the message has already are shared [feat_req_someipsd_900], empty runs get index 0
-  /// [feat_req_someipsd_348].
+  /// Adds an entry that references `options` (30 at most), after those that are there. Options that are there
+  /// already are shared [feat_req_someipsd_900], empty runs get index 0 [feat_req_someipsd_348].
   /// @return false when it does not fit: the message is as it was.
   [[nodiscard]] bool add(const Entry& entry, std::span<const Option> options) noexcept;
 

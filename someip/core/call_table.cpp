@@ -15,8 +15,7 @@ const char* to_string(AnswerDrop reason) noexcept {
 
 CallTable::CallTable(std::span<CallSlot> slots, ClientId client, SessionId first) noexcept
     : slots_{slots}, client_{client}, sessions_{first} {
-  // With more slots than half of the Session IDs, the wrap from 0xffff to 1 could leave a slot that no
-  // session leads to.
+  // With slots for more than half of the Session IDs, the wrap to 1 could leave one that no session leads to.
   assert(!slots.empty() && slots.size() <= 0x8000);
 }
 
@@ -74,8 +73,7 @@ Result<CallAnswer, AnswerDrop> CallTable::on_answer(const CallTarget& from, cons
   if (header.type != MessageType::response && header.type != MessageType::error) {
     return drop(AnswerDrop::not_an_answer);
   }
-  // The flow chart checks the versions before the session, but only the call knows which interface version it
-  // was.  [feat_req_someip_718]
+  // The flow chart checks versions before the session, but only the call knows them.  [feat_req_someip_718]
   CallSlot& slot = slot_of(header.session);
   if (slot.state_ == CallSlot::State::unused || !is_of(slot, header)) {
     return drop(AnswerDrop::unknown);

@@ -103,8 +103,7 @@ class CallTable {
   /// Whether this is a RESPONSE or ERROR, or a segment of one, that would end a call.
   [[nodiscard]] bool awaits(const CallTarget& from, const Header& header) const noexcept;
 
-  /// Takes the header of a received RESPONSE or ERROR, segments put together; both may carry an error.
-  /// [feat_req_someip_107]
+  /// Takes the header of a whole RESPONSE or ERROR; both may carry an error.  [feat_req_someip_107]
   /// @return the call that it ends, or why it is dropped.
   [[nodiscard]] Result<CallAnswer, AnswerDrop> on_answer(const CallTarget& from,
                                                          const Header& header) noexcept;

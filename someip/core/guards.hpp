@@ -19,8 +19,7 @@ namespace trestle {
 /// is still bounded and safe in memory, but one peer can take what the others need. A closed network may
 /// leave them out, and saves flash memory.
 ///
-/// CMake's option TRESTLE_GUARDS. Everything that is compiled with the core's headers has to agree, so its
-/// targets pass TRESTLE_GUARDS=0 on.
+/// CMake's option TRESTLE_GUARDS. All that includes the core's headers has to agree: its targets pass it on.
 #ifdef TRESTLE_GUARDS
 inline constexpr bool guards = TRESTLE_GUARDS != 0;
 #else

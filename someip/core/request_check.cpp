@@ -5,8 +5,7 @@
 namespace trestle::someip {
 namespace {
 
-// Whether the method may be called with this message type. For an unknown method either is accepted: the
-// fault is then not the type.
+// Whether the method may be called with this message type. Of an unknown method, that is not the fault.
 bool is_configured(MessageType type, MethodKind method) noexcept {
   switch (method) {
     case MethodKind::request_response:

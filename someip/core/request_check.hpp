@@ -14,8 +14,7 @@ struct AnswerRules {
   bool answer_unknown_service = true;          ///< optional  [feat_req_someip_816]
   bool answer_unknown_method = true;           ///< optional  [feat_req_someip_816]
   bool answer_wrong_interface_version = true;  ///< as the flow chart has it  [feat_req_someip_718]
-  /// The flow chart has this answer, another requirement calls it obsolete.  [feat_req_someip_718]
-  /// [feat_req_someip_818]
+  /// The flow chart has this answer, elsewhere it is obsolete.  [feat_req_someip_718] [feat_req_someip_818]
   bool answer_wrong_protocol_version = true;
   /// Whether a request whose return code is not E_OK, as it has to be [feat_req_someip_683], is processed as
   /// if it were; else it is dropped. No error is sent for one in either case.  [feat_req_someip_704]
@@ -38,7 +37,6 @@ struct RequestTarget {
   MethodKind method = MethodKind::unknown;  ///< of that service in that version
 };
 
-/// The outcome of check_request().
 struct RequestCheck {
   /// What is wrong with the message; nothing: hand it to the method.
   std::optional<ReturnCode> fault;
@@ -63,9 +61,8 @@ struct RequestCheck {
 /// The header of the error message for `received`; its payload is empty.  [feat_req_someip_655]
 ///
 /// @param code  why; not ReturnCode::ok.
-/// @return nothing when no error may be sent: to events, to fire-and-forget requests, to responses, and to
-///         messages that bring an error themselves.  [feat_req_someip_597] [feat_req_someip_654]
-///         [feat_req_someip_348] [feat_req_someip_704]
+/// @return nothing when no error may be sent: to events, fire-and-forget requests, responses and errors.
+///         [feat_req_someip_597] [feat_req_someip_654] [feat_req_someip_348] [feat_req_someip_704]
 [[nodiscard]] std::optional<Header> error_answer(const Header& received, ReturnCode code,
                                                  const AnswerRules& rules = {}) noexcept;
 

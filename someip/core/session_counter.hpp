@@ -6,15 +6,12 @@ namespace trestle::someip {
 /// The value of a Session ID where session handling is off.  [feat_req_someip_700]
 inline constexpr SessionId no_session{0};
 
-/// Hands out the Session IDs of one client, event or SD relation: 1, 2, ... 0xffff, 1, ...
-/// [feat_req_someip_88]
+/// The Session IDs of one client, event or SD relation: 1, 2, ... 0xffff, 1, ...  [feat_req_someip_88]
 class SessionCounter {
  public:
-  /// @param first  the first id handed out; a test or a conformance case may want another than the
-  ///               specification's 1.  [feat_req_someip_649]
+  /// @param first  the first id; tests may want another than the specification's 1.  [feat_req_someip_649]
   explicit constexpr SessionCounter(SessionId first = SessionId{1}) noexcept : next_{first} {}
 
-  /// The Session ID of the next message.
   [[nodiscard]] constexpr SessionId next() noexcept {
     const SessionId session = next_;
     wrapped_ = wrapped_ || wraps_next_;

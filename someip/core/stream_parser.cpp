@@ -114,8 +114,7 @@ bool StreamParser::framed(ByteView header) noexcept {
   return !lost_;
 }
 
-// Moves bytes from the chunk to the buffer until the buffer holds `until` bytes. False if there were not
-// enough.
+// Moves bytes from the chunk to the buffer until it holds `until` bytes. False if there were not enough.
 bool StreamParser::hold(std::size_t until) noexcept {
   const std::size_t moved = std::min({until - held_, chunk_.size(), buffer_.size() - held_});
   if (moved != 0) {

@@ -22,9 +22,8 @@ struct StreamCounters {
   friend constexpr bool operator==(const StreamCounters&, const StreamCounters&) = default;
 };
 
-/// Finds the messages in the bytes of one direction of a TCP connection, however they come in pieces: several
-/// in one, one over many, beginning anywhere.  [feat_req_someip_585] [feat_req_someip_664]
-/// [feat_req_someip_702]
+/// Finds the messages in the bytes of one direction of a TCP connection, whatever pieces they come in,
+/// beginning anywhere.  [feat_req_someip_585] [feat_req_someip_664] [feat_req_someip_702]
 ///
 ///     parser.feed(chunk);
 ///     while (const auto message = parser.next()) { ... }
@@ -42,9 +41,8 @@ struct StreamCounters {
 /// next message begins until a Magic Cookie says so; without them the connection is of no more use.
 /// [feat_req_someip_586] No payload is searched for cookies while framing holds: it could forge messages.
 ///
-/// The buffer may be smaller than the largest message, so that a peer cannot take memory by announcing much:
-/// when next() has returned nothing and waiting() is not 0, the message under way fills it, and use() has to
-/// bring a larger one before next() goes on.
+/// The buffer may be smaller than the largest message, so that announcing much takes no memory: when next()
+/// has returned nothing and waiting() is not 0, use() has to bring a larger one before next() goes on.
 class StreamParser {
  public:
   /// @param buffer  takes a message, header and payload, that comes in pieces; at least 16 bytes. Its size is
@@ -53,8 +51,7 @@ class StreamParser {
   /// @param max_bytes  the largest message, header and payload, instead of the size of the buffer.
   StreamParser(ByteSpan buffer, std::size_t max_bytes) noexcept;
 
-  /// The next bytes of the stream. They must live until next() has returned nothing, which must have been so
-  /// before the next call.
+  /// The next bytes of the stream, when next() has returned nothing; they must live until it does again.
   void feed(ByteView chunk) noexcept;
 
   /// The next message, or nothing until more is fed. Cookies are counted and left out. The payload points

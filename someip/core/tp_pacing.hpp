@@ -19,8 +19,7 @@ inline constexpr std::size_t least_burst = 4;
 /// less, TpPacing::burst is to say so.
 inline constexpr std::size_t least_burst_to_group = 32;
 
-/// The most that leave at once for one that tells more: 5.7 MB of segments, in 500 us faster than any
-/// network.
+/// The most that leave at once for one that tells more: 5.7 MB of segments, faster than any network.
 inline constexpr std::size_t most_burst = 4096;
 
 /// How many segments may leave at once for a receiver whose socket has room for so many bytes of datagrams
@@ -33,12 +32,10 @@ inline constexpr std::size_t most_burst = 4096;
 [[nodiscard]] std::size_t burst_into(std::size_t receive_buffer_bytes,
                                      std::size_t least = least_burst) noexcept;
 
-/// How the segments of large messages leave, so that they don't overrun the receiver.
-/// [feat_req_someiptp_801]
+/// How the segments of large messages leave, not to overrun the receiver.  [feat_req_someiptp_801]
 struct TpPacing {
   std::size_t segment_bytes = tp_default_segment_bytes;  ///< payload per segment; a multiple of 16
-  /// Segments that leave at once for one receiver, at least 1; nothing: as burst_into() tells for what it can
-  /// take.
+  /// Segments that leave at once for one receiver, at least 1; nothing: burst_into() of what it can take.
   std::optional<std::size_t> burst{};
   /// From one burst to the next, for one receiver; 0: there are no pauses, whatever the burst.
   Duration separation = std::chrono::microseconds{500};
@@ -53,7 +50,6 @@ class PaceWindow {
   /// So many have left.
   void sent(std::size_t segments) noexcept { sent_ += segments; }
   [[nodiscard]] TimePoint resume(const TpPacing& pacing) const noexcept;
-  /// When the burst began.
   [[nodiscard]] TimePoint begin() const noexcept { return begin_; }
 
  private:

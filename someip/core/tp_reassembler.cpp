@@ -4,7 +4,6 @@
 #include <bit>
 #include <cassert>
 #include <cstring>
-#include <utility>
 
 #include "someip/core/guards.hpp"
 #include "someip/wire/enumerator_name.hpp"
@@ -14,8 +13,7 @@ namespace {
 
 constexpr std::size_t largest_payload_bytes = 0xffffffff - length_covered_header_bytes;
 
-/// Whether everything is equal that must be in the segments of one message, except the session.
-/// [feat_req_someiptp_781]
+/// Whether all is equal that segments of one message share, but the session.  [feat_req_someiptp_781]
 bool same_kind(const Header& a, const Header& b) noexcept {
   return a.method == b.method && a.service == b.service && a.client == b.client && a.type == b.type &&
          a.interface_version == b.interface_version && a.protocol == b.protocol;
@@ -28,8 +26,7 @@ void copy(ByteSpan buffer, std::uint32_t begin, std::uint32_t end, std::uint32_t
 }
 
 // A bit of a map stands for this many bytes, a unit. All segments but the last are a multiple of it long
-// [feat_req_someiptp_772], so a unit is there completely or not at all; the last unit ends where the message
-// ends.
+// [feat_req_someiptp_772], so a unit is there completely or not at all; the last one ends with the message.
 constexpr std::uint32_t unit_bytes = 16;
 constexpr std::uint32_t word_units = 32;
 

@@ -29,8 +29,7 @@ inline constexpr std::size_t tp_drop_count = 13;
 [[nodiscard]] const char* to_string(TpDrop reason) noexcept;
 
 /// What a reassembler has seen. `drops` counts refused segments and lost messages by reason; a segment that
-/// makes its message be given up counts once. A segment that brings new bytes beside known ones is used and
-/// counts as an overlap.
+/// makes its message be given up counts once. New bytes beside known ones count as an overlap.
 struct TpCounters {
   std::uint64_t segments = 0;  ///< all that were offered
   std::uint64_t messages = 0;  ///< completed
@@ -77,8 +76,7 @@ class TpSlot {
   TimePoint until_{};                 ///< collecting: when it is too old; finished: when it is forgotten
 };
 
-/// A message put together again. `payload` points into a slot's buffer until the next on_segment() or
-/// on_time().
+/// A message put together. `payload` points into a slot's buffer until the next on_segment() or on_time().
 struct Reassembled {
   Header header;  ///< without TP flag; return code of the segment that came last  [feat_req_someiptp_784]
   ByteView payload;

@@ -14,8 +14,7 @@ bool UpdateSchedule::on_time(TimePoint now) noexcept {
   if (!due_ || now < *due_) {
     return false;
   }
-  // The interval is fixed: a late timer does not shift it, and after a stall of the host there is no burst of
-  // missed updates.
+  // The interval is fixed: a late timer does not shift it, and after a stall no burst of updates follows.
   *due_ += ((now - *due_) / rule_.cycle + 1) * rule_.cycle;
   return true;
 }

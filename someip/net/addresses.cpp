@@ -7,7 +7,6 @@
 #include <array>
 #include <bit>
 #include <cstdio>
-#include <cstring>
 #include <fstream>
 #include <memory>
 #include <sstream>
@@ -89,8 +88,7 @@ std::optional<OwnAddress> own_address(const IpAddress& address) {
     if (one.ifa_netmask != nullptr) {
       mask.assign(*one.ifa_netmask);
     }
-    // Linux's loopback answers on all of 127.0.0.0/8 although it has only 127.0.0.1: all addresses in the
-    // subnet of a loopback interface are this host's.
+    // All addresses in the subnet of a loopback interface are this host's: Linux answers on all 127.0.0.0/8.
     bool same = own == address;
     if (!same && (one.ifa_flags & IFF_LOOPBACK) != 0U && own.v6 == address.v6) {
       same = true;
@@ -121,6 +119,21 @@ std::vector<IpAddress> own_addresses() {
 unsigned interface_of(const IpAddress& address) {
   const auto own = own_address(address);
   return own ? own->interface : 0;
+}
+
+std::uint32_t mask_with_arp(const IpAddress& address) {
+  std::uint32_t bits = 0;
+  visit_own_addresses([&](const ifaddrs& one, const IpAddress& own) {
+    const bool found = !own.v6 && own == address && one.ifa_netmask != nullptr &&
+                       (one.ifa_flags & (IFF_LOOPBACK | IFF_NOARP | IFF_POINTOPOINT)) == 0;
+    if (found) {
+      SocketAddress mask;
+      mask.assign(*one.ifa_netmask);
+      std::memcpy(&bits, mask.endpoint().address.bytes.data(), sizeof bits);
+    }
+    return found;
+  });
+  return bits;
 }
 
 std::optional<std::uint8_t> subnet_prefix_bits(const IpAddress& address) {

@@ -11,8 +11,7 @@ constexpr std::size_t max_copies = 64;  // few, because each search looks at all
 }  // namespace
 
 std::vector<std::byte> CopyPool::take(std::size_t bytes) {
-  // Not a much larger buffer: small messages to a receiver that reads nothing would keep it as long as they
-  // wait, but count with their own size only.
+  // Not a much larger buffer: waiting small messages would keep it, but count with their own size only.
   const auto found = std::find_if(unused_.rbegin(), unused_.rend(), [&](const std::vector<std::byte>& one) {
     return one.capacity() >= bytes && one.capacity() - bytes <= bytes;
   });

@@ -16,7 +16,6 @@ class CopyPool {
   /// Takes the memory back. What has not been used for the longest gives way to it.
   void give_back(std::vector<std::byte> used);
 
-  /// Bytes that are kept now.
   [[nodiscard]] std::size_t kept_bytes() const noexcept { return kept_bytes_; }
 
  private:

@@ -229,8 +229,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
 
   // --- sending ---
 
-  // While this object lives, a message is sent from the memory of the caller of send(). If it then still
-  // waits, it is copied.
+  // While this object lives, a message is sent from the caller's memory; if it waits then, it is copied.
   struct Lending {
     Lending(State& of, PendingMessage& message) : state{of.shared_from_this()} {
       state->lent = &message;

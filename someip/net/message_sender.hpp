@@ -21,8 +21,7 @@ namespace trestle::someip {
 /// are 64; in a handler of what `socket` has received, when all has been handled that came with it.
 ///
 /// The large messages to one receiver share its bursts, in the order in which they were sent. Messages to
-/// another receiver do not wait for its pauses. Where too much waits, messages to the receiver with the most
-/// are dropped.
+/// another receiver do not wait for its pauses. Where too much waits, the one with the most loses messages.
 class MessageSender {
  public:
   using Counters = SenderCounters;
@@ -53,11 +52,9 @@ class MessageSender {
   /// when too many wait for the receiver, or says that the new one is not to be sent.
   Room make_room(const Endpoint& to, const Header& newer, const WaitRule& rule);
 
-  /// Calls `told` once, when the first message of more bytes than this is to be sent. Not to destroy the
-  /// sender.
+  /// Calls `told` once, for the first message of more bytes than this. Not to destroy the sender.
   void tell_large(std::size_t above, std::function<void()> told);
-  /// Calls `told` with each message for which too much waits: it is dropped, or others are. `to` is its
-  /// receiver. Not to destroy the sender.
+  /// Calls `told` with each message to `to` for which it or others are dropped. Not to destroy the sender.
   void tell_full(std::function<void(const Endpoint& to)> told);
 
   /// Of the hosts on the link.
@@ -69,8 +66,7 @@ class MessageSender {
     std::function<void(const Endpoint& receiver)> unreachable;
   };
   static constexpr Duration patience = std::chrono::milliseconds{3500};  ///< the system itself has 3 s
-  /// Within this time the system asks for a new host (ARP), as an answer to its subscription is sent there.
-  /// Otherwise it reaches the host in another way.
+  /// Within this time the system asks for a new host (ARP). Otherwise it reaches it in another way.
   static constexpr Duration time_to_ask = std::chrono::milliseconds{200};
 
   void watch_link(Link link);
@@ -80,8 +76,7 @@ class MessageSender {
   /// This receiver has asked for something, or somebody in its name. If nobody has answered to its address,
   /// one datagram leaves for it, and what follows is kept as after meet(). To be called before each answer;
   /// of a host that has answered, it costs a look into a small table.
-  /// @return false when so many receivers are waited for, or so many messages wait for this one, that the
-  ///         answer is to be dropped.
+  /// @return false when too many receivers are waited for, or messages wait for this one: drop the answer.
   [[nodiscard]] bool greet(const Endpoint& receiver);
   static constexpr std::size_t max_silent = 32;      ///< receivers that greet() lets wait
   static constexpr std::size_t max_for_silent = 64;  ///< messages that wait for one
@@ -89,8 +84,7 @@ class MessageSender {
   /// Sends the messages that wait to leave together, now.
   void flush();
 
-  /// Sends what was collected and drops what else waits to be sent. Nothing is sent afterwards; destruction
-  /// does it too.
+  /// Sends what was collected and drops what else waits, as destruction does. Nothing is sent afterwards.
   void close();
 
   /// Whether nothing waits to be sent.

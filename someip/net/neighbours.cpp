@@ -1,6 +1,5 @@
 #include "someip/net/neighbours.hpp"
 
-#include <ifaddrs.h>
 #include <net/if.h>
 #include <net/if_arp.h>
 #include <sys/ioctl.h>
@@ -8,7 +7,6 @@
 
 #include <array>
 #include <cstring>
-#include <memory>
 
 #include "someip/net/addresses.hpp"
 
@@ -18,28 +16,6 @@ namespace {
 std::string interface_name(const IpAddress& own) {
   std::array<char, IF_NAMESIZE> name{};
   return if_indextoname(interface_of(own), name.data()) == nullptr ? std::string{} : std::string{name.data()};
-}
-
-// The mask of this address' subnet, in network order; 0 where there is no ARP.
-std::uint32_t mask_with_arp(const IpAddress& own) {
-  ifaddrs* all = nullptr;
-  if (own.v6 || getifaddrs(&all) != 0) {
-    return 0;
-  }
-  const std::unique_ptr<ifaddrs, void (*)(ifaddrs*)> end{all, &freeifaddrs};
-  for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
-    if (one->ifa_addr != nullptr && one->ifa_addr->sa_family == AF_INET && one->ifa_netmask != nullptr &&
-        (one->ifa_flags & (IFF_LOOPBACK | IFF_NOARP | IFF_POINTOPOINT)) == 0) {
-      sockaddr_in address{};
-      sockaddr_in mask{};
-      std::memcpy(&address, one->ifa_addr, sizeof address);
-      std::memcpy(&mask, one->ifa_netmask, sizeof mask);
-      if (std::memcmp(&address.sin_addr, own.bytes.data(), sizeof address.sin_addr) == 0) {
-        return mask.sin_addr.s_addr;
-      }
-    }
-  }
-  return 0;
 }
 
 std::uint32_t number(const IpAddress& address) {

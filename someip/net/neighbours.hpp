@@ -15,8 +15,7 @@ class Neighbours {
   /// @param interface  its name, or empty.
   Neighbours(const IpAddress& own, std::string interface);
 
-  /// Whether the host has answered to its address (ARP). False where nobody can tell: behind a router, on a
-  /// loopback interface, and over IPv6.
+  /// Whether the host has answered by ARP. False if nobody can tell: behind routers, on loopback, over IPv6.
   [[nodiscard]] bool known(const IpAddress& host) const noexcept;
   enum class Answer : std::uint8_t {
     came,     ///< what is sent there leaves at once

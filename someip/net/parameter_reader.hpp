@@ -102,8 +102,7 @@ struct Members {
   std::array<bool, size> read{};
 };
 
-/// A member that is looked at once its tag has been read. The bytes of those that nobody looks at are
-/// skipped.
+/// A member that is looked at once its tag has been read. The bytes of others are skipped.
 template <std::size_t index, typename T>
 void read_tagged_member(Source& from, DataId id, Members<T>& members) {
   if (id != data_id<T>(index)) {

@@ -89,7 +89,6 @@ constexpr bool data_ids_are_unique() {
   return true;
 }
 
-/// The data id of a member.
 template <Tagged T>
 constexpr DataId data_id(std::size_t member) {
   static_assert(std::size(T::data_ids) == boost::pfr::tuple_size_v<T>,
@@ -117,7 +116,6 @@ constexpr void expect_structure() {
                 "this type cannot be a parameter: someip/net/parameters.hpp lists those that can");
 }
 
-/// Calls `visit` with all members of a struct or tuple.
 template <typename T, typename Visit>
 void visit_members(T& structure, const Visit& visit) {
   expect_structure<std::remove_const_t<T>>();

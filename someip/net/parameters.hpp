@@ -50,9 +50,8 @@ template <typename... Ts>
 using Parameters = std::conditional_t<sizeof...(Ts) == 1, std::tuple_element_t<0, std::tuple<Ts..., void>>,
                                       std::tuple<Ts...>>;
 
-/// The parameters that a payload consists of; or what is wrong with it, as PayloadReader says:
-/// WireError::truncated also when a tagged member is missing. Bytes after the last parameter are left alone.
-/// [feat_req_someip_168]
+/// The parameters that a payload consists of; or what is wrong, as PayloadReader says: truncated also when a
+/// tagged member is missing. Bytes after the last are left alone.  [feat_req_someip_168]
 template <typename... Ts>
 [[nodiscard]] Result<Parameters<Ts...>> unpack(ByteView payload, const PayloadRules& rules = {});
 

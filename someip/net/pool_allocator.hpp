@@ -6,8 +6,7 @@
 
 namespace trestle::someip {
 
-/// Not std::pmr::synchronized_pool_resource: each one of those takes a key of thread-specific data, of which
-/// a process has 1024.
+/// Not std::pmr::synchronized_pool_resource: each takes one of a process's 1024 keys of thread-specific data.
 class SharedPool {
  public:
   [[nodiscard]] void* allocate(std::size_t bytes, std::size_t alignment) {

@@ -10,8 +10,7 @@ namespace trestle::someip {
 
 class ReceiveMemory;
 
-/// What the connections of one owner may take together for messages that come in pieces, beyond the little
-/// that each has from its beginning.
+/// What one owner's connections may take together for messages in pieces, beyond what each begins with.
 class ReceiveBudget {
  public:
   explicit ReceiveBudget(std::size_t max_bytes) noexcept : max_bytes_{max_bytes} {}

@@ -7,8 +7,7 @@
 namespace trestle::someip {
 
 /// How much may wait to be sent over all connections of one owner together. When it is used up, a connection
-/// whose peer reads too slowly gets no more than its share. A connection for which nothing waits can always
-/// send.
+/// whose peer reads too slowly gets only its share; one for which nothing waits can always send.
 class SendBudget {
  public:
   explicit SendBudget(std::size_t max_bytes) noexcept : max_bytes_{max_bytes} {}

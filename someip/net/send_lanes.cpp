@@ -8,8 +8,7 @@ namespace {
 
 constexpr std::size_t max_unused = 64;      // places that are kept for reuse
 constexpr std::size_t max_idle_lanes = 64;  // receivers whose last burst is remembered
-// What a message takes beside its payload. It is counted, so that messages without payload cannot take
-// unlimited memory.
+// What a message takes beside its payload: counted, as small messages must not take unlimited memory, too.
 constexpr std::size_t place_bytes = sizeof(PendingMessage);
 
 }  // namespace
@@ -77,8 +76,7 @@ PendingMessage* SendLanes::add(const Endpoint& to, std::span<const ByteView> par
   place.begun = false;
   place.lent = false;
   if (!keep) {
-    // For the whole message, even if less is left to copy: so the next message of this size can reuse the
-    // memory.
+    // For the whole message, even if less is left to copy: so the next one of this size can reuse the memory.
     place.copy = copies_.take(bytes);
   }
   SendLane& lane = lane_of(to);

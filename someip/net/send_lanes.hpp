@@ -74,26 +74,22 @@ class SendLanes {
   /// Serves this one after the others.
   void put_last(std::list<SendLane>::iterator lane) { lanes_.splice(lanes_.end(), lanes_, lane); }
 
-  /// Whether nothing waits.
   [[nodiscard]] bool empty() const noexcept;
   /// Whether something waits that a message with this header must not overtake.
   [[nodiscard]] bool must_wait(const Endpoint& to, const Header& header) const;
 
   /// A place at the end of the receiver's lane, with `parts` as they lie. Unless they are kept, own() has to
-  /// be called while they live, if the message still waits then.
-  /// When too much waits, messages to the receiver with the most give way, the oldest first that have not
-  /// begun to leave, as long as more waits for it than for this receiver. So a receiver that takes messages
-  /// slowly, or not at all, leaves room for the others. To be followed by let_go().
+  /// be called while they live, if the message still waits then. When too much waits, messages to the
+  /// receiver with the most give way, the oldest first that have not begun to leave, as long as more waits
+  /// for it than for this receiver. So a slow receiver leaves room for others. To be followed by let_go().
   /// @return nothing if so much may not wait.
   [[nodiscard]] PendingMessage* add(const Endpoint& to, std::span<const ByteView> parts, std::size_t bytes,
                                     bool keep);
-  /// To be called before add() for a message that a rule is for: drops the oldest one with its Message ID
-  /// when too many wait for the receiver, or says that the new one is not to be sent. As with add().
+  /// As MessageSender::make_room(), before add(), and as with add().
   Room make_room(const Endpoint& to, const Header& newer, const WaitRule& rule);
   /// Ends the messages that gave way. Their owners are let go, and may call us.
   void let_go();
   [[nodiscard]] bool some_gave_way() const noexcept { return !dropped_.empty(); }
-  /// How many messages gave way in add().
   [[nodiscard]] std::uint64_t gave_way() const noexcept { return gave_way_; }
   /// Copies what of the message, which is not kept by anybody else, is left from its cursor on.
   static void own(PendingMessage& message);

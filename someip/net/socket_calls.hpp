@@ -9,7 +9,6 @@
 
 namespace trestle::someip {
 
-/// Owns a file descriptor.
 class Descriptor {
  public:
   explicit Descriptor(int fd) noexcept : fd_{fd} {}

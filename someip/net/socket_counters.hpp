@@ -37,8 +37,7 @@ struct TcpServerCounters {
   std::uint64_t open = 0;     ///< connections that stand now
   std::uint64_t accepted = 0;
   std::uint64_t refused = 0;  ///< connections that were one too many, of all or of one address
-  /// Attempts that the system refused, as a rule as no file descriptor was free. The client waits, and is
-  /// tried again every 100 ms.
+  /// Attempts that the system refused, mostly as no file descriptor was free; tried again every 100 ms.
   std::uint64_t not_accepted = 0;
   std::uint64_t gave_way = 0;  ///< connections that were closed to make room for others
   std::uint64_t idle = 0;      ///< connections that were closed as no message went over them for too long

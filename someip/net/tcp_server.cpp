@@ -210,8 +210,7 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
     }
   }
 
-  // Which connection gives way to one of an address that has `own` connections. This gives all addresses an
-  // equal share.
+  // Which connection gives way to one of an address that has `own`: all addresses get an equal share.
   std::optional<Endpoint> who_gives_way(std::size_t own) {
     const auto now = Clock::now();
     std::size_t most = 0;

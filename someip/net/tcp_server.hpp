@@ -19,8 +19,7 @@ struct TcpServerOptions {
   TcpOptions tcp = {};
 };
 
-/// Listens at a TCP port and keeps the connections of its clients. Not thread-safe: use it on the thread that
-/// runs the io_context.
+/// Listens at a TCP port and keeps its clients' connections. For the thread that runs the io_context.
 class TcpServer {
  public:
   /// What the server is told. Any may destroy it.
@@ -64,7 +63,6 @@ class TcpServer {
   /// The same, to make room for another client. Counts it.
   void give_way(const Endpoint& client);
 
-  /// Calls `visit` for each client.
   void for_each_client(const std::function<void(const Endpoint& client)>& visit) const;
   /// Where it listens, with the port that the system chose.
   [[nodiscard]] const Endpoint& local() const noexcept;

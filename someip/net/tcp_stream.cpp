@@ -235,8 +235,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     return parser.counters().messages + parser.counters().cookies;
   }
 
-  // The timer is not set anew for each message: when it fires, it checks how long the present message has
-  // taken.
+  // The timer is not set anew for each message: it checks how long the present message has taken.
   void watch_message() {
     if (!message_under_way()) {
       return;
@@ -400,8 +399,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     queued_bytes.add(bytes - sent);
   }
 
-  // Removes the first one. Its owner is released last, because it may send another message or destroy the
-  // stream.
+  // Removes the first one. Its owner is released last: it may send another message or destroy the stream.
   void dispose_first(std::list<Outgoing>& of) {
     Outgoing& first = of.front();
     answer_bytes -= first.answer ? header_bytes + first.payload_bytes : 0;
@@ -481,8 +479,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
       auto bytes = static_cast<std::size_t>(sent);
       queued_bytes.remove(bytes);
       segment_left -= std::min(segment_left, bytes);
-      // All sent messages are removed first, and only then the owners released, because an owner may have
-      // other messages dropped.
+      // All sent messages are removed before their owners are released: an owner may have others dropped.
       std::list<Outgoing> done;
       while (!queue.empty()) {
         bytes = queue.front().sent(bytes);
@@ -509,8 +506,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     return options.magic_cookies && options.cookie_in_each_segment;
   }
 
-  // Puts what one system call sends into `parts`, of which `used` are used then; returns the flags of the
-  // call.
+  // Puts what one system call sends into `parts`, of which it uses `used`; returns the flags of the call.
   int gather(std::span<iovec> parts, std::size_t& used) {
     const bool segments = by_segment();
     if (segments && segment_left == 0) {
@@ -528,13 +524,11 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
         bytes += part.iov_len;
       }
     }
-    // After MSG_EOR the system never puts later bytes into the same segment; after MSG_MORE it waits for the
-    // rest of the segment.
+    // After MSG_EOR no later bytes go into the same segment; after MSG_MORE the system waits for its rest.
     return !segments ? 0 : bytes == segment_left ? MSG_EOR : MSG_MORE;
   }
 
-  // Begins a segment with a cookie and as many whole messages as fit; at least one.  [feat_req_someip_591]
-  // [feat_req_someip_592]
+  // A cookie and as many whole messages as fit; at least one.  [feat_req_someip_591] [feat_req_someip_592]
   void begin_segment() {
     int most = 0;
     socklen_t size = sizeof most;

@@ -35,8 +35,7 @@ struct TcpOptions {
   std::size_t max_unread_answer_bytes = std::size_t{1} << 20U;
   /// A peer that acknowledges nothing for so long, data or the probes of an idle connection, is given up.
   Duration dead_after = std::chrono::seconds{10};
-  /// A connection on which a message is under way for longer is closed: half a message must not hold its
-  /// place for ever. 0: never.
+  /// A connection on which one message takes longer is closed: it must not stay for ever. 0: none is.
   Duration message_timeout = std::chrono::seconds{30};
   /// For test setups: sends Magic Cookies, and waits for one when framing is lost. A peer that sends them is
   /// waited for in any case, any other is disconnected.  [feat_req_someip_586]
@@ -67,14 +66,12 @@ struct TcpBuffers {
 /// @throws NetError
 [[nodiscard]] TcpBuffers granted_buffers(const TcpOptions& options);
 
-/// An open TCP connection that carries messages, driven by an io_context. Not thread-safe: use it on the
-/// thread that runs the io_context.
+/// An open TCP connection that carries messages. For the thread that runs the io_context.
 class TcpStream {
  public:
   /// Gets each message, valid during the call. May destroy the stream.
   using MessageHandler = std::function<void(const Message& message)>;
-  /// Told once, in words, why the connection is over; not when the stream is destroyed. May destroy the
-  /// stream.
+  /// Told once, in words, why the connection is over; not at destruction. May destroy the stream.
   using CloseHandler = std::function<void(const std::string& why)>;
 
   using Counters = TcpStreamCounters;
@@ -93,17 +90,12 @@ class TcpStream {
   /// Starts to receive. Call once.
   void receive(MessageHandler on_message, CloseHandler on_closed);
 
-  /// Sends a message or queues it. Messages keep their order.
-  ///
-  /// @param payload     slices that together are the payload.
-  /// @param keep_alive  owns what the slices point to; released once the message has been sent or dropped.
-  ///                    Without it, the slices need only live during the call: what has to wait is copied.
+  /// Sends a message or queues it, as MessageSender::send(). Messages keep their order.
   /// @return false when the message was dropped: the queue is full, or the connection is over.
   bool send(const Header& header, std::span<const ByteView> payload,
             std::shared_ptr<const void> keep_alive = nullptr);
 
-  /// To be called before send() for a message that a rule is for: drops the oldest one with its Message ID
-  /// when too many wait, or says that the new one is not to be sent.
+  /// As MessageSender::make_room().
   Room make_room(const Header& newer, const WaitRule& rule);
 
   /// Finds out whether the peer still knows the connection, by a Magic Cookie: if it does not, the connection

@@ -36,8 +36,7 @@ void join_group(int fd, const UdpOptions& options, unsigned interface) {
     fail({*options.join, options.local.port}, "join the multicast group", errno);
   }
   if (!options.join->v6) {
-    // Receive only from groups that this socket joined, not from those that other programs of this host
-    // joined.
+    // Receive only from groups that this socket joined, not those that other programs of this host did.
     set_option(fd, IPPROTO_IP, IP_MULTICAST_ALL, 0);
   }
 }

@@ -11,8 +11,7 @@ namespace trestle::someip {
 /// @throws NetError when there is none such.
 [[nodiscard]] unsigned udp_interface(const UdpOptions& options);
 
-/// For when the interface for multicast may have been removed and made anew, as another one: joins there, and
-/// sends from there.
+/// When the interface for multicast may have been removed and made anew: joins and sends there.
 /// @param before  its index so far.
 /// @return its index now.
 /// @throws NetError

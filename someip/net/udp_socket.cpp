@@ -139,8 +139,7 @@ struct UdpSocket::State : std::enable_shared_from_this<State> {
     }
   }
 
-  // Reports some of the errors that the system has stored. While it has any, the socket is readable. False if
-  // there were none.
+  // Reports some of the errors that the system has, which make the socket readable. False if there were none.
   bool read_errors() {
     bool some = false;
     for (int i = 0; i < error_batch && !closed; ++i) {

@@ -30,8 +30,7 @@ namespace trestle::someip {
 /// Which other sockets of this host may have the port.
 enum class PortSharing : std::uint8_t {
   exclusive,  ///< nobody, on this address or on all
-  /// Nobody on this very address; but some socket may have it on all addresses, if that one agrees to share
-  /// too: so do the SD sockets of other stacks.
+  /// Nobody on this very address; but SD sockets of other stacks may have it on all addresses, to share.
   by_address,
   shared,  ///< every socket that also shares it: for multicast groups, where each member receives
 };
@@ -64,8 +63,7 @@ enum class SendStatus : std::uint8_t {
   failed,       ///< the system refused the datagram (no route, too large, ...), errno says why: it is lost
 };
 
-/// Datagrams from, or to, one peer that lie behind each other: all but the last are `datagram_bytes` long,
-/// and that one is not longer.
+/// Datagrams from, or to, one peer in a row: all `datagram_bytes` long, but the last, which may be shorter.
 struct Train {
   Endpoint peer{};
   ByteView bytes{};  ///< of all datagrams; none: one datagram that is empty
@@ -111,10 +109,9 @@ class UdpSocket {
   /// The same; the datagrams that the system has joined come together.
   void receive_trains(TrainHandler handler);
 
-  /// From now on tells which receivers cannot be reached, by the errors that the network sends back for
-  /// datagrams (ICMP: nobody has the port, the host is down, there is no way to it). Only for a socket that
-  /// receives. The handler may destroy the socket. What others than the receiver or this host say is only
-  /// counted, see next_udp_error().
+  /// From now on tells which receivers cannot be reached, by ICMP errors (nobody has the port, the host is
+  /// down, no way to it). Only for a socket that receives. The handler may destroy the socket. What others
+  /// than the receiver or this host say is only counted, see next_udp_error().
   void report_unreachable(std::function<void(const Endpoint& receiver)> handler);
 
   /// Whether a handler of receive() is being called. After it, and those for what else was received with the
@@ -138,22 +135,18 @@ class UdpSocket {
   /// Sends datagrams to one receiver or several, likewise: at most 64 in all, 64 KB of each train.
   Batch send_trains(std::span<const Train> trains);
 
-  /// Calls `ready` once, later, when there is room to send again. Replaces the one given before; nothing:
-  /// calls nobody any more.
+  /// Calls `ready` once, later, when there is room to send again; replaces the one before. Empty: nobody.
   void wait_writable(std::function<void()> ready);
 
-  /// For when the interface for multicast may have been removed and made anew: joins its group there again,
-  /// and sends from there.
+  /// When the interface for multicast may have been removed and made anew: joins and sends there.
   /// @throws NetError when it cannot; nothing else has changed then, and it can be tried again.
   void follow_interface();
 
   /// Where it is bound, with the port that the system chose.
   [[nodiscard]] Endpoint local() const;
-  /// Datagrams that arrived while the receive buffer was full and are lost, as the system told with the last
-  /// one received.
+  /// Datagrams lost as the receive buffer was full, as the system told with the last one received.
   [[nodiscard]] std::uint64_t receive_overflows() const;
-  /// ICMP errors of which report_unreachable() does not tell, as neither the receiver nor this host sent
-  /// them.
+  /// ICMP errors that neither the receiver nor this host sent: report_unreachable() does not tell.
   [[nodiscard]] std::uint64_t unreachable_ignored() const noexcept;
   /// What the system granted, which may be less than asked for (sysctl net.core.rmem_max).
   [[nodiscard]] int receive_buffer_bytes() const;

@@ -3,7 +3,6 @@
 #include <netinet/udp.h>
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cerrno>
 #include <cstring>

@@ -14,9 +14,8 @@ namespace trestle::someip {
 /// Sends datagrams through a socket with as few system calls as the system allows, which is found out by
 /// trying: UDP segmentation offload, sendmmsg, sendmsg.
 ///
-/// Whether there is offload depends on the way to the receiver: not all devices and tunnels can do it. So a
-/// receiver that it fails for is noted, and gets datagram by datagram. It is tried again after
-/// `offload_pause` trains, as ways may change.
+/// Whether there is offload depends on the way to the receiver: not all devices and tunnels can do it. A
+/// receiver that it fails for gets datagram by datagram; after `offload_pause` trains it is tried again.
 class UdpTransmitter {
  public:
   using Batch = UdpSocket::Batch;
@@ -32,13 +31,11 @@ class UdpTransmitter {
   /// From now on send() gives the datagrams this address as their source.
   void send_from(const IpAddress& source) noexcept;
 
-  /// The socket tells the errors that earlier datagrams met, see keep_udp_errors(): what it then does not
-  /// send is tried again.
+  /// The socket tells errors of earlier datagrams, keep_udp_errors(): what it does not send is tried again.
   void expect_told_errors() noexcept { told_errors_ = true; }
   /// Whether an error may have been told since the last call.
   [[nodiscard]] bool take_told_error() noexcept { return std::exchange(told_error_, false); }
-  /// Whether the last that would block found the queue of the network interface full, not the send buffer:
-  /// no event tells when it has room.
+  /// Whether the interface's queue was full, not the send buffer: no event tells when it has room.
   [[nodiscard]] bool interface_full() const noexcept { return interface_full_; }
 
   // As those of UdpSocket.

@@ -6,8 +6,7 @@
 
 namespace trestle::someip {
 
-/// Adds each counter of `more` to that of `sum`. The fields of the struct, and of structs in it, are the list
-/// of what is added: std::uint64_t all.
+/// Adds each counter of `more` to that of `sum`: all fields, which are std::uint64_t, also of inner structs.
 template <typename Counters>
 constexpr void add_counters(Counters& sum, const Counters& more) noexcept {
   static_assert(std::is_trivially_copyable_v<Counters> && std::is_aggregate_v<Counters> &&

@@ -10,7 +10,6 @@
 
 namespace trestle::someip {
 
-/// The number with its bytes in reverse order.
 template <std::unsigned_integral T>
 [[nodiscard]] constexpr T byteswap(T number) noexcept {
   if constexpr (sizeof(T) == 1) {
@@ -96,8 +95,7 @@ class ByteReader {
   bool failed_ = false;
 };
 
-/// Writes numbers to the front of a buffer. The first write beyond the end fails the writer for good and
-/// writes nothing; asks failed() once at the end.
+/// Writes numbers to the front of a buffer. The first beyond its end fails it for good: see failed().
 class ByteWriter {
  public:
   explicit constexpr ByteWriter(ByteSpan room, std::endian order = std::endian::big) noexcept

@@ -40,8 +40,7 @@ struct alignas(4) Endpoint {
   friend constexpr auto operator<=>(const Endpoint&, const Endpoint&) = default;
 };
 
-/// Whether both are the same endpoint, or none. Not by the operator of std::optional, which GCC inlines anew
-/// wherever it stands.
+/// Whether both are the same endpoint, or none. Not std::optional's operator, which GCC always inlines.
 [[nodiscard]] TRESTLE_ONCE constexpr bool are_same(const std::optional<Endpoint>& a,
                                                    const std::optional<Endpoint>& b) noexcept {
   return a == b;

@@ -16,8 +16,7 @@
 
 namespace trestle::someip {
 
-/// What a message is. A header can carry any byte here; those without a name are invalid.
-/// [feat_req_someip_95] [feat_req_someip_684]
+/// What a message is; all other bytes are invalid.  [feat_req_someip_95] [feat_req_someip_684]
 enum class MessageType : std::uint8_t {
   request = 0x00,
   request_no_return = 0x01,  ///< fire and forget
@@ -103,8 +102,7 @@ struct Message {
 
 /// Decodes the SOME/IP message at the front of `bytes`.  [feat_req_someip_45]
 ///
-/// Accepts every value a field can hold: rejecting an unknown version or type is the core's duty, which
-/// needs the header to answer with an error.
+/// Accepts every value of a field: it is the core that rejects an unknown version or type, and answers.
 ///
 /// @param bytes  a whole UDP datagram, or the unread part of a TCP stream; what follows is left alone.
 /// @return the message, or

@@ -114,8 +114,7 @@ class PayloadReader {
   [[nodiscard]] std::size_t rest(const Open& element) const noexcept {
     return error_ || !element.bounded_ ? 0 : element.end_ - position_;
   }
-  /// Whether nothing is left of what is being read: the innermost element with a length field, else the
-  /// payload. False after a failure.
+  /// Whether nothing is left of the innermost element with a length field, or payload. False after a failure.
   [[nodiscard]] bool at_end() const noexcept { return !error_ && position_ == limit_; }
   /// Moves on to the next tagged member of what is being read, past the one before if that was not read.
   /// @return which it is; nothing at the end, and after a failure.

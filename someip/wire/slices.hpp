@@ -3,7 +3,6 @@
 
 namespace trestle {
 
-/// Bytes of all slices together.
 [[nodiscard]] constexpr std::size_t size_of(std::span<const ByteView> slices) noexcept {
   std::size_t sum = 0;
   for (const ByteView slice : slices) {

@@ -5,8 +5,7 @@
 #include <span>
 #include <tl/expected.hpp>
 
-// Where size counts, GCC has to be told what is to be in a program once, without variants for each unit, and
-// what is smaller when it is inlined.
+// Where size counts, GCC has to be told what is to be in a program once, and what is smaller when inlined.
 #if defined __OPTIMIZE_SIZE__ && !defined __clang__
 #define TRESTLE_ONCE [[gnu::noinline, gnu::noclone]]
 #define TRESTLE_INLINE [[gnu::always_inline]]
@@ -31,8 +30,7 @@ using ByteSpan = std::span<std::byte>;
 using TimePoint = std::chrono::time_point<std::chrono::steady_clock, std::chrono::nanoseconds>;
 using Duration = std::chrono::nanoseconds;
 
-/// Whether the moment `due` has come. By the numbers: the comparisons of std::chrono go by way of <=>, which
-/// takes GCC several times the code.
+/// Whether the moment `due` has come. By the numbers, as GCC makes far more code of std::chrono's <=>.
 [[nodiscard]] constexpr bool is_due(TimePoint due, TimePoint now) noexcept {
   return due.time_since_epoch().count() <= now.time_since_epoch().count();
 }
@@ -52,8 +50,7 @@ enum class MethodId : std::uint16_t {};
 enum class EventgroupId : std::uint16_t {};
 /// Names a caller on the wire; to the server it is only a number.  [feat_req_someip_699]
 enum class ClientId : std::uint16_t {};
-/// Tells the messages of one sender apart; 0: it does not count them.  [feat_req_someip_88]
-/// [feat_req_someip_700]
+/// Tells messages of one sender apart; 0: it does not count.  [feat_req_someip_88] [feat_req_someip_700]
 enum class SessionId : std::uint16_t {};
 
 /// In a Find or a subscription to offers: every instance.  [feat_req_someip_579]

@@ -24,7 +24,6 @@ struct Character {
 /// Whether all of `text` is well-formed characters; an empty one is.
 [[nodiscard]] bool is_utf8(ByteView text) noexcept;
 
-/// How many bytes a character takes.
 [[nodiscard]] constexpr std::size_t utf8_bytes(char32_t code) noexcept {
   return code < 0x80 ? 1 : code < 0x800 ? 2 : code < 0x10000 ? 3 : 4;
 }

@@ -5,8 +5,7 @@
 
 namespace trestle::device {
 
-/// What a device offers and needs, as constants: tables that may lie in flash memory. All of them are read
-/// for as long as the device lives.
+/// What a device offers and needs: tables that may lie in flash memory, read for as long as the device lives.
 
 using someip::ClientId;
 using someip::EventgroupId;
@@ -14,8 +13,7 @@ using someip::InstanceId;
 using someip::MethodId;
 using someip::ServiceId;
 
-/// A method of an offered service. Requests that do not fit, say of another type, are answered without asking
-/// the application.  [feat_req_someip_718]
+/// A method of an offered service. Requests that do not fit are answered at once.  [feat_req_someip_718]
 struct Method {
   MethodId id{};
   someip::MethodKind kind = someip::MethodKind::request_response;
@@ -35,11 +33,9 @@ struct Field {
   MethodId setter{};
   MethodId notifier{};
   std::span<const EventgroupId> eventgroups{};  ///< of the notifier
-  /// Where the value is kept: the application's memory, as large as the value can get. Only the device writes
-  /// there.
+  /// Where the value is kept: memory as large as the value can get. Only the device writes there.
   ByteSpan room{};
-  /// How many bytes at the front of `room` are the value at first; nothing: there is none until it is set,
-  /// the getter is answered with not_ready.
+  /// How many bytes of `room` are the value at first; nothing: none until it is set (getter: not_ready).
   std::optional<std::size_t> initial_bytes{};
   /// Whether the application judges what a setter brings: it comes as a Request, to be answered with
   /// Device::accept() or respond_error(). Else each value is taken that fits into `room`, and FieldSet tells.
@@ -52,14 +48,12 @@ struct Service {
   InstanceId instance{};
   std::uint8_t major = 1;
   std::uint32_t minor = 0;
-  /// UDP port at the device's address: not SD's. Several services may share one, but not several instances of
-  /// one service.  [feat_req_someip_967]
+  /// UDP port: not SD's. Services may share one, but not instances of one service.  [feat_req_someip_967]
   std::uint16_t port = 0;
   std::span<const Method> methods{};
   std::span<const Event> events{};
   std::span<const Field> fields{};
-  /// All eventgroups that events and fields name. Their events go by UDP unicast: `tcp` and `multicast` stay
-  /// as they are by default.
+  /// All eventgroups that events and fields name. They go by UDP unicast: leave `tcp` and `multicast` alone.
   std::span<const sd::Eventgroup> eventgroups{};
   std::optional<std::uint32_t> ttl_s{};  ///< else that of sd::Timing
   someip::AnswerRules answers{};         ///< to requests that are in error
@@ -88,30 +82,26 @@ struct Need {
   std::span<const Subscription> subscriptions{};
 };
 
-/// How much a device can hold. Whatever goes beyond is refused with a named error, or dropped and counted.
-/// memory_bytes() tells what it costs.
+/// How much a device can hold. More is refused with an error, or dropped and counted. See memory_bytes().
 struct Limits {
   std::uint16_t services = 4;
   std::uint16_t eventgroups = 8;  ///< of all services
   std::uint16_t events = 16;      ///< events and fields of all services
   /// Of all eventgroups; a client that subscribes to two counts twice.
   std::uint16_t subscribers = 16;
-  /// Other nodes that discovery keeps in mind. The one silent for longest, that nothing depends on, makes
-  /// room.
+  /// Other nodes that are kept in mind. The one silent for longest, that nothing depends on, makes room.
   std::uint16_t peers = 8;
   std::uint16_t needs = 0;
   std::uint16_t subscriptions = 0;    ///< of all needs
   std::uint16_t remote_services = 0;  ///< that others offer: at least as many as needs, if there are any
   std::uint16_t calls = 0;            ///< outstanding at a time
-  /// Discovery entries that wait to be sent, at least services + subscriptions. A client that subscribes to
-  /// so many eventgroups at once gets all Acks.
+  /// Discovery entries that wait to be sent, at least services + subscriptions: so many Acks at once, too.
   std::uint16_t pending_entries = 8;
   /// What discovery tells at once: a peer's reboot needs one for each of its subscriptions and services.
   std::uint16_t pending_events = 8;
   /// Messages that wait to be sent, at least 2. An event to many subscribers is one.
   std::uint16_t sends = 8;
-  /// Bytes for copies of their payloads. A payload that is larger than this is not copied: the application
-  /// must keep it until SendFinished.
+  /// Bytes for copies of their payloads. The application must keep a larger payload until SendFinished.
   std::uint16_t send_bytes = 512;
   std::uint16_t tp_buffers = 1;          ///< large messages being received at a time
   std::uint32_t tp_buffer_bytes = 8192;  ///< the largest of them

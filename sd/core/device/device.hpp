@@ -64,9 +64,8 @@ class Device {
 
   // --- Server ---------------------------------------------------------------------------------------------
 
-  /// Starts to offer the service at this place of Settings::services.  [feat_req_someipsd_22]
-  /// Ids that are reserved or meant for the other kind, such as that of an event below 0x8000, are taken:
-  /// UnusualId tells of them.
+  /// Starts to offer the service at this place of Settings::services.  [feat_req_someipsd_22] Reserved ids
+  /// and those meant for the other kind (an event below 0x8000, say) are taken: see UnusualId.
   /// @return `bad_argument`  no such service, or its description cannot be: an id or port that is none, SD's
   ///                         port, an eventgroup by TCP or multicast, an event in an eventgroup that the
   ///                         service has not, an initial value larger than its room, an id that is there
@@ -80,16 +79,14 @@ class Device {
 
   /// Sends an event to its subscribers, each once.  [feat_req_someipsd_1168]
   ///
-  /// @param payload  copied when it has at most max_copied_bytes(). A larger one must stay as it is until
-  ///                 SendFinished tells of it.
+  /// @param payload  copied up to max_copied_bytes(). A larger one must stay as it is until SendFinished.
   /// @return bad_argument (also: the notifier of a field), not_offered, no_room, too_large. Without
   ///         subscribers all is well, and no SendFinished comes.
   [[nodiscard]] Result<void> notify(std::size_t service, MethodId event, ByteView payload) noexcept;
 
   /// Sets a field, and tells its subscribers if it differs.  [feat_req_someip_635]
   /// @param field  its place in Service::fields.
-  /// @return bad_argument, not_offered, too_large for its room, no_room to tell, or busy: the old value is
-  ///         being sent in segments.
+  /// @return bad_argument, not_offered, too_large, no_room to tell, or busy: the old value is being sent.
   [[nodiscard]] Result<void> set_field(std::size_t service, std::size_t field, ByteView value) noexcept;
 
   /// The value of a field; nothing when there is none, or the service is not offered.
@@ -116,10 +113,8 @@ class Device {
 
   // --- Client ---------------------------------------------------------------------------------------------
 
-  /// Starts to look for the service at this place of Settings::needs, and subscribes when it is there.
-  /// [feat_req_someipsd_18]
-  /// @return bad_argument  no such need, ids or a port that are none, SD's port, or subscriptions without a
-  ///                       certain instance;
+  /// Looks for the service at this place of Settings::needs, and subscribes to it.  [feat_req_someipsd_18]
+  /// @return bad_argument  no such need, impossible ids or port, or subscriptions without a certain instance;
   ///         duplicate     it is looked for already;
   ///         table_full    more needs or subscriptions than Limits have.
   [[nodiscard]] Result<void> require(std::size_t need, TimePoint now) noexcept;
@@ -141,13 +136,11 @@ class Device {
 
   // --- Both -----------------------------------------------------------------------------------------------
 
-  /// The link went down: subscribers and found services are lost, and what waits is not sent.
-  /// [feat_req_someipsd_23] [feat_req_someipsd_437]
+  /// The link went down: subscribers and services are lost.  [feat_req_someipsd_23] [feat_req_someipsd_437]
   void link_down() noexcept;
   /// It is up, as it is after construction.  [feat_req_someipsd_436] [feat_req_someipsd_440]
   void link_up(TimePoint now) noexcept;
-  /// Withdraws all that is offered and needed: drain poll_transmit() once more. What arrives afterwards is
-  /// ignored.  [feat_req_someipsd_821]
+  /// Withdraws all: drain poll_transmit() once more. What arrives later is ignored.  [feat_req_someipsd_821]
   void shutdown(TimePoint now) noexcept;
 
   /// Takes a datagram. If the one before was not polled to its end, its rest is lost.
@@ -155,8 +148,7 @@ class Device {
   /// @param to  where it was sent to: the own address, or a group that was joined, and the port.
   void on_datagram(ByteView datagram, const Endpoint& from, const Endpoint& to, TimePoint now) noexcept;
 
-  /// An event or answer could not be sent there as nobody listens (ICMP): its subscriptions end.
-  /// [feat_req_someipsd_435]
+  /// Nobody listens there for events or answers (ICMP): its subscriptions end.  [feat_req_someipsd_435]
   void unreachable(const Endpoint& receiver) noexcept { discovery_.unreachable(receiver); }
 
   /// Does what is due. Early and repeated calls change nothing.
@@ -170,12 +162,10 @@ class Device {
   /// The next happening, or nothing. To be asked when poll_transmit() has nothing more, and then that again.
   [[nodiscard]] std::optional<Happening> poll_happening() noexcept;
 
-  /// When to call on_time() and poll again, in the past if there is something to be polled now; nothing: when
-  /// a datagram arrives or a call is made.
+  /// When to call on_time() and poll again, maybe in the past; nothing: at the next datagram or call.
   [[nodiscard]] std::optional<TimePoint> deadline() const noexcept;
 
-  /// Which argument was wrong of the last call that was refused as bad_argument, or which member of the
-  /// description that the call was about.
+  /// What was wrong when a call was last refused as bad_argument: the argument, or member of a description.
   [[nodiscard]] const BadArgument& bad_argument() const noexcept { return bad_argument_; }
 
   [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
@@ -286,8 +276,7 @@ struct DeviceMemory {
 };
 }  // namespace detail
 
-/// A Device with its memory inside: sizeof() is all the RAM that it takes, besides the values of fields and
-/// the stack.
+/// A Device with its memory: sizeof() is all the RAM that it takes, but for values of fields and the stack.
 template <Limits limits = Limits{}>
 class StaticDevice : private detail::DeviceMemory<limits>, public Device {
  public:

@@ -25,7 +25,6 @@ struct FieldSet {
   ByteView value{};
 };
 
-/// An event of a subscription.
 struct EventReceived {
   std::size_t need = 0;
   std::size_t subscription = 0;  ///< its place in Need::subscriptions
@@ -33,7 +32,6 @@ struct EventReceived {
   ByteView payload{};
 };
 
-/// The end of a call.
 struct CallEnded {
   someip::CallHandle call{};
   bool answered = false;  ///< else no answer came in time  [feat_req_someip_436]
@@ -83,9 +81,8 @@ struct SubscriberRemoved {
   sd::LossReason reason{};
 };
 
-/// A service that is now offered has an id that other stacks may refuse: a reserved one, an event or notifier
-/// below 0x8000, or a method, getter or setter from there on. It works with all that accept it.
-/// [feat_req_someip_626] [feat_req_someipids_636]
+/// A service that is now offered has an id that other stacks may refuse: a reserved one, or one that is meant
+/// for the other kind, such as an event below 0x8000.  [feat_req_someip_626] [feat_req_someipids_636]
 struct UnusualId {
   std::size_t service = 0;
   MethodId id{};
@@ -120,8 +117,7 @@ enum class Error : std::uint8_t {
 template <typename T>
 using Result = tl::expected<T, Error>;
 
-/// What happened since construction, besides what the parts count: discovery, reassembly, calls. Each counts
-/// modulo 2^32.
+/// What happened since construction, besides what discovery, reassembly and calls count. Modulo 2^32.
 struct Counters {
   std::uint32_t datagrams_received = 0;  ///< discovery's left out
   std::uint32_t datagrams_sent = 0;      ///< likewise

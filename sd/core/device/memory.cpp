@@ -1,6 +1,5 @@
 #include "sd/core/device/memory.hpp"
 
-#include <cstdint>
 #include <memory>
 
 namespace trestle::device {

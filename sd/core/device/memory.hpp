@@ -68,7 +68,6 @@ struct MemoryView {
   ByteSpan tp_bytes{};
 };
 
-/// The limits of the discovery within such a device.
 [[nodiscard]] constexpr sd::Limits discovery_limits(const Limits& limits) noexcept {
   return {.max_offers = limits.services,
           .max_eventgroups = limits.eventgroups,

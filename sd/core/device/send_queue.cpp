@@ -126,8 +126,7 @@ std::optional<Transmit> SendQueue::poll(ByteSpan room, const sd::ServiceDiscover
   return std::nullopt;
 }
 
-// A round sends one segment to each receiver; there is a pause between two rounds. A small message has one
-// round.
+// A round sends one segment to each receiver; between two is a pause. A small message has one round.
 std::optional<Transmit> SendQueue::poll(Send& send, ByteSpan room, const sd::ServiceDiscovery& discovery,
                                         Counters& counters, TimePoint now) noexcept {
   while (send.state == Send::State::waiting) {

@@ -52,7 +52,6 @@ class SendQueue {
   [[nodiscard]] bool needs(const std::byte* room) const noexcept;
   /// The next payload of the application that is not needed any more; null: none.
   [[nodiscard]] const std::byte* take_finished() noexcept;
-  /// Drops all that waits.
   void clear() noexcept;
 
  private:

@@ -220,8 +220,7 @@ std::optional<ByteView> Device::field(std::size_t service, std::size_t field) co
              : std::nullopt;
 }
 
-// Whether the field can take this value now and all subscribers can be notified, with `answers` more
-// messages.
+// Whether the field can take this value and all subscribers can be notified, with `answers` more messages.
 Result<void> Device::check_value(std::size_t service, std::size_t index, ByteView value,
                                  std::size_t answers) const noexcept {
   const Field& one = services_[service].fields[index];
@@ -343,8 +342,7 @@ void Device::handle(const Request& request) noexcept {
     } else {
       set(request, *index);
     }
-    // A getter has no parameters  [feat_req_someip_633]; any payload comes from a newer client.
-    // [feat_req_someip_168]
+    // No parameters  [feat_req_someip_633]; any payload comes from a newer client.  [feat_req_someip_168]
   } else if (const auto value = field(request.service, *index)) {
     answer(someip::answer_header(request.header, ReturnCode::ok, service.answers), *value);
   } else {

@@ -48,8 +48,7 @@ struct EarlySequence {
   /// More messages missing or repeated than this in a row and the next good one starts a synchronisation, 0
   /// to 14 (profile 2: 15). The largest value switches this off.
   std::uint8_t max_no_new_or_repeated_data = 14;
-  /// How many good messages a synchronisation takes; 0: none is needed, nor is a jump of the counter
-  /// forgiven.
+  /// How many good messages a synchronisation takes; 0: none is needed, and no jump of the counter forgiven.
   std::uint8_t sync_counter_init = 0;
   Behavior behavior = Behavior::r4_2;
   friend constexpr bool operator==(const EarlySequence&, const EarlySequence&) = default;

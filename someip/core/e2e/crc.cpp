@@ -9,8 +9,7 @@
 namespace trestle::someip::e2e {
 namespace {
 
-// Bytes that the reflected CRCs take in one step. Each byte takes 4 KB of tables, so code that is optimized
-// for size takes one byte.
+// Bytes a step of the reflected CRCs. Each needs 4 KB of tables, so code optimized for size takes one.
 #ifdef __OPTIMIZE_SIZE__
 constexpr std::size_t slices = 1;
 #else
@@ -102,8 +101,7 @@ T reflected_crc(const std::array<Table<T>, slices>& tables, ByteView bytes, T su
 
 }  // namespace
 
-// The XORs at both ends turn a result back into the register, where it continues; 0 becomes the initial
-// value.
+// The XORs at both ends turn a result back into the register to continue; 0 becomes the initial value.
 std::uint8_t crc8(ByteView bytes, std::uint8_t previous) noexcept {
   return crc8_over(j1850_table, bytes, previous ^ 0xffU) ^ 0xffU;
 }

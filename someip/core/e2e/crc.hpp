@@ -7,8 +7,7 @@
 ///
 /// `previous` is the result for the bytes before these, so that a message in several pieces is summed piece
 /// by piece: crc32(b, crc32(a)) is the CRC of a and b. Its default starts a new sum with AUTOSAR's initial
-/// value. All are table-driven; those of 32 and 64 bits take eight bytes a step, since they run over
-/// megabytes.
+/// value. All are table-driven; those of 32 and 64 bits take eight bytes a step, as they run over megabytes.
 namespace trestle::someip::e2e {
 
 /// CRC-8 SAE J1850: polynomial 0x1d, initial value and final XOR 0xff. Check value 0x4b.

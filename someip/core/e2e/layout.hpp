@@ -52,8 +52,7 @@ struct Layout {
 
   /// The first byte of the Data that protect() writes to.
   [[nodiscard]] std::uint32_t header_at() const noexcept;
-  /// How many bytes from there on belong to the E2E header, if nothing else lies between its fields; else
-  /// nothing.
+  /// How many bytes from there on are the E2E header; nothing if something else lies between its fields.
   [[nodiscard]] std::optional<std::uint32_t> header_bytes() const noexcept;
   [[nodiscard]] constexpr std::uint32_t next(std::uint32_t value) const noexcept {
     return value == counter_max ? 0 : value + 1;

@@ -64,7 +64,6 @@ class StateMachine {
   State on_check(CheckStatus status) noexcept;
 
   [[nodiscard]] State state() const noexcept { return state_; }
-  /// Back to the beginning.
   void reset() noexcept;
 
  private:
