@@ -406,11 +406,51 @@ $("save").onclick = () => {
 };
 $("zip").onclick = async () => {
   try {
-    save("interfaces.zip", await (await ask("/api/zip")).blob());
+    const all = [];
+    for (const target of page.targets) {
+      const preview = await askJson("/api/preview", {target: target.name});
+      all.push(...preview.files.map((file) => ({name: `${target.name}/${file.name}`, text: file.text})));
+    }
+    save("interfaces.zip", zip(all));
   } catch (error) {
     state(error.message, true);
   }
 };
+
+/// A zip file that stores: PKWARE's APPNOTE, 4.3.
+function zip(files) {
+  const table = Array.from({length: 256}, (_, byte) => {
+    for (let bit = 0; bit < 8; ++bit) byte = byte & 1 ? 0xedb88320 ^ (byte >>> 1) : byte >>> 1;
+    return byte >>> 0;
+  });
+  const sum = (bytes) => ~bytes.reduce((crc, byte) => table[(crc ^ byte) & 255] ^ (crc >>> 8), ~0) >>> 0;
+  const numbers = (...parts) => {  // [value, bytes] ...
+    const view = new DataView(new ArrayBuffer(parts.reduce((size, [, bytes]) => size + bytes, 0)));
+    let at = 0;
+    for (const [value, bytes] of parts) {
+      if (bytes === 2) view.setUint16(at, value, true);
+      else view.setUint32(at, value, true);
+      at += bytes;
+    }
+    return new Uint8Array(view.buffer);
+  };
+  const body = [];
+  const index = [];
+  let offset = 0;
+  for (const file of files) {
+    const name = new TextEncoder().encode(file.name);
+    const bytes = new TextEncoder().encode(file.text);
+    // Version, names in UTF-8, stored, the first day there is, sum, sizes, length of the name, no more.
+    const common = [[20, 2], [0x800, 2], [0, 2], [0, 2], [33, 2], [sum(bytes), 4], [bytes.length, 4], [bytes.length, 4], [name.length, 2], [0, 2]];
+    const head = numbers([0x04034b50, 4], ...common);
+    body.push(head, name, bytes);
+    index.push(numbers([0x02014b50, 4], [20, 2], ...common, [0, 2], [0, 2], [0, 2], [0, 4], [offset, 4]), name);
+    offset += head.length + name.length + bytes.length;
+  }
+  const size = index.reduce((all, part) => all + part.length, 0);
+  const end = numbers([0x06054b50, 4], [0, 2], [0, 2], [files.length, 2], [files.length, 2], [size, 4], [offset, 4], [0, 2]);
+  return new Blob([...body, ...index, end], {type: "application/zip"});
+}
 
 // ---- files come in ----
 
