@@ -134,6 +134,7 @@ class Server::Implementation : public std::enable_shared_from_this<Implementatio
 
    private:
     void on_read(error_code error) {
+      asked_ = true;
       if (error == http::error::body_limit) {
         answer({.status = 413, .body = "too large\n"}, false);
       } else if (error == http::error::header_limit) {
@@ -142,13 +143,19 @@ class Server::Implementation : public std::enable_shared_from_this<Implementatio
                  error != http::error::end_of_stream && error != http::error::partial_message) {
         answer({.status = 400, .body = "this is no HTTP request: " + error.message() + "\n"}, false);
       } else if (!error) {
-        answer(server_->respond(parser_->get()), parser_->get().keep_alive());
+        const bool keep_alive = parser_->get().keep_alive();
+        server_->respond(parser_->get(), [self = shared_from_this(), keep_alive](Answer answer) {
+          self->answer(std::move(answer), keep_alive);
+        });
       } else {
         close();
       }
     }
 
     void answer(Answer answer, bool keep_alive) {
+      if (!std::exchange(asked_, false)) {
+        return;
+      }
       response_.emplace();
       response_->version(11);
       response_->result(answer.status);
@@ -189,6 +196,7 @@ class Server::Implementation : public std::enable_shared_from_this<Implementatio
     beast::tcp_stream stream_;
     std::shared_ptr<Implementation> server_;
     beast::flat_buffer buffer_{};
+    bool asked_ = false;  ///< and not answered yet
     std::optional<http::request_parser<http::string_body>> parser_{};
     std::optional<http::response<http::string_body>> response_{};
   };
@@ -239,26 +247,26 @@ class Server::Implementation : public std::enable_shared_from_this<Implementatio
     return std::ranges::find(hosts_, host) != hosts_.end();
   }
 
-  [[nodiscard]] Answer respond(const http::request<http::string_body>& message) const {
+  void respond(const http::request<http::string_body>& message, const Reply& reply) const {
     const auto text = [](auto view) { return std::string_view{view.data(), view.size()}; };
     if (!is_ours(text(message[http::field::host]))) {
-      return {.status = 403, .body = "this page is served for " + url() + " only\n"};
+      return reply({.status = 403, .body = "this page is served for " + url() + " only\n"});
     }
     const bool reads = message.method() == http::verb::get || message.method() == http::verb::head;
-    std::string_view origin = text(message[http::field::origin]);
+    const std::string_view origin = text(message[http::field::origin]);
     if (!reads && !origin.empty() && (!origin.starts_with("http://") || !is_ours(origin.substr(7)))) {
-      return {.status = 403, .body = "a page of another origin may not do this\n"};
+      return reply({.status = 403, .body = "a page of another origin may not do this\n"});
     }
     std::optional<Request> request = to_request(text(message.target()));
     if (!request) {
-      return {.status = 400, .body = "the address is badly encoded\n"};
+      return reply({.status = 400, .body = "the address is badly encoded\n"});
     }
     request->method = text(message.method_string());
     request->body = message.body();
     try {
-      return handler_(*request);
+      handler_(*request, reply);
     } catch (const std::exception& error) {
-      return {.status = 500, .body = std::string{error.what()} + "\n"};
+      reply({.status = 500, .body = std::string{error.what()} + "\n"});
     }
   }
 

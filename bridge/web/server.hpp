@@ -56,7 +56,10 @@ struct ServerLimits {
 /// other origins.
 class Server {
  public:
-  using Handler = std::function<Answer(const Request&)>;
+  /// Gives the answer, now or later, on the thread of the io_context; at most once.
+  using Reply = std::function<void(Answer)>;
+  /// What it throws becomes an answer with status 500.
+  using Handler = std::function<void(const Request&, Reply)>;
 
   /// @param at  port 0: the system chooses.
   /// @throws boost::system::system_error when nothing can listen there.

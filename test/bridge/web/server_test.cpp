@@ -4,6 +4,7 @@
 
 #include <boost/asio/connect.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
 #include <boost/asio/read.hpp>
 #include <boost/asio/write.hpp>
 #include <thread>
@@ -23,7 +24,7 @@ class ServerTest : public ::testing::Test {
   ServerTest()
       : server_{io_,
                 {IpAddress::v4(127, 0, 0, 1), 0},
-                [](const Request& request) {
+                [this](const Request& request, const Server::Reply& reply) {
                   if (request.path == "/throw") {
                     throw std::runtime_error{"something broke"};
                   }
@@ -31,8 +32,14 @@ class ServerTest : public ::testing::Test {
                   for (const auto& [key, value] : request.query) {
                     text += " " + key + "=" + value;
                   }
-                  return Answer{.body = text + " [" + request.body + "]",
-                                .file_name = request.path == "/save" ? "a\"b/c.txt" : ""};
+                  const Answer answer{.body = text + " [" + request.body + "]",
+                                      .file_name = request.path == "/save" ? "a\"b/c.txt" : ""};
+                  if (request.path == "/later") {
+                    boost::asio::post(io_, [reply, answer] { reply(answer); });
+                    return;
+                  }
+                  reply(answer);
+                  reply(answer);  // is ignored
                 },
                 {.connections = 4, .header_bytes = 2000, .body_bytes = 1000}},
         thread_{[this] { io_.run(); }} {}
@@ -104,6 +111,10 @@ TEST_F(ServerTest, RefusesWhatIsTooLargeOrNoRequest) {
   EXPECT_THAT(talk("nonsense\r\n\r\n"), StartsWith("HTTP/1.1 400"));
   EXPECT_THAT(get("/%zz"), StartsWith("HTTP/1.1 400"));
   EXPECT_THAT(get("/%4"), StartsWith("HTTP/1.1 400"));
+}
+
+TEST_F(ServerTest, TakesAnAnswerThatComesLater) {
+  EXPECT_THAT(get("/later"), HasSubstr("GET /later []"));
 }
 
 TEST_F(ServerTest, TellsWhatTheHandlerThrew) {
