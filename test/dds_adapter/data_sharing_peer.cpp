@@ -53,7 +53,7 @@ class Bounded : public fast::TopicDataType {
 
 int main(int, char** argv) {
   trestle::dds::fast::link_type_object_guard();
-  trestle::dds::detail::link_sanitizer_hints();
+  trestle::dds::fast::link_sanitizer_hints();
   fast::DomainParticipantQos qos;
   qos.transport().use_builtin_transports = false;
   const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
