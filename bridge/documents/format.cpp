@@ -141,12 +141,16 @@ Format<IpAddress> multicast_address() {
   return result;
 }
 
-Format<std::string> any_text(std::string expected) {
-  return {std::move(expected), [](std::string_view text) -> std::optional<std::string> {
-            return text.empty() || text.find('\0') != std::string_view::npos
-                       ? std::nullopt
-                       : std::optional<std::string>{text};
+Format<std::string> text_that(std::string expected, bool (*is_good)(std::string_view text)) {
+  return {std::move(expected), [is_good](std::string_view text) {
+            return is_good(text) ? std::optional<std::string>{text} : std::nullopt;
           }};
+}
+
+Format<std::string> any_text(std::string expected) {
+  return text_that(std::move(expected), [](std::string_view text) {
+    return !text.empty() && text.find('\0') == std::string_view::npos;
+  });
 }
 
 std::string to_string(Duration duration) {

@@ -38,6 +38,8 @@ struct Format {
 [[nodiscard]] Format<IpAddress> ip_address();
 /// One of a group.
 [[nodiscard]] Format<IpAddress> multicast_address();
+/// A text of which this is true.
+[[nodiscard]] Format<std::string> text_that(std::string expected, bool (*is_good)(std::string_view text));
 /// Any text that is not empty.
 [[nodiscard]] Format<std::string> any_text(std::string expected);
 

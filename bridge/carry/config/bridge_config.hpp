@@ -1,8 +1,9 @@
 // bridge/carry/config: the configuration of a bridge.
 //
 //   bridge_config.hpp   what a file says, as plain values
-//   load.hpp            reads and checks a file; load_*.hpp: one section each
-//   conflicts.hpp, method_conflicts.hpp, pattern_conflicts.hpp  what cannot be true together
+//   load.hpp            reads and checks a file; load_dds.hpp, load_limits.hpp: sections of it
+//   elements.hpp        the elements of its lists, read in load_route.cpp, load_method.cpp and so on
+//   conflicts.hpp, pattern_conflicts.hpp  what cannot be true together
 //   topic_pattern.hpp   patterns of topics; lock_file.hpp, id_allocator.hpp: ids of discovered topics
 //   ros_environment.hpp ROS_DOMAIN_ID and its like
 //

@@ -1,14 +1,18 @@
 #pragma once
 #include <vector>
 
-#include "bridge/carry/config/load_method.hpp"
-#include "bridge/carry/config/load_route.hpp"
+#include "bridge/carry/config/elements.hpp"
 
+/// What is good by itself but cannot be together.
 namespace trestle::carry {
 
-/// Reports routes that are good one by one but cannot be together.
+/// Reports such routes.
 void report_conflicts(const std::vector<RouteInFile>& routes, const SomeipSettings& someip,
                       documents::Problems& problems);
+
+/// Reports such methods, also beside these routes.
+void report_method_conflicts(const std::vector<MethodInFile>& methods, const std::vector<RouteInFile>& routes,
+                             std::uint16_t sd_port, documents::Problems& problems);
 
 /// Reports routes that have the topic of the diagnostics with another type.
 void report_diagnostics_conflicts(const std::vector<RouteInFile>& routes,

@@ -8,16 +8,11 @@
 #include <system_error>
 
 #include "bridge/carry/config/conflicts.hpp"
-#include "bridge/carry/config/load_action.hpp"
 #include "bridge/carry/config/load_dds.hpp"
-#include "bridge/carry/config/load_field.hpp"
 #include "bridge/carry/config/load_limits.hpp"
-#include "bridge/carry/config/load_pattern.hpp"
 #include "bridge/carry/config/lock_file.hpp"
-#include "bridge/carry/config/method_conflicts.hpp"
 #include "bridge/carry/config/pattern_conflicts.hpp"
 #include "bridge/documents/document.hpp"
-#include "bridge/documents/section.hpp"
 #include "someip/net/address_text.hpp"
 
 namespace trestle::carry {
@@ -62,7 +57,7 @@ void load_sd(documents::Section& someip, SomeipSettings& settings, bool address_
   if (node) {
     documents::Section sd{node, "sd", problems};
     sd.read("multicast", documents::multicast_address(), into.multicast);
-    sd.read("port", documents::as<std::uint16_t>(documents::whole_number(1, 65535)), into.port);
+    sd.read("port", port_number(), into.port);
     const documents::Format<Duration> delay = documents::duration(0s, 60s);
     sd.read("initial_delay_min", delay, into.initial_delay_min);
     sd.read("initial_delay_max", delay, into.initial_delay_max);
@@ -84,18 +79,15 @@ void load_sd(documents::Section& someip, SomeipSettings& settings, bool address_
       }
     }
     sd.finish();
-    if (into.initial_delay_min > into.initial_delay_max) {
-      problems.error(sd.value_mark("initial_delay_min"),
-                     fmt::format("initial_delay_min: {} is above initial_delay_max, {}",
-                                 documents::to_string(into.initial_delay_min),
-                                 documents::to_string(into.initial_delay_max)));
-    }
-    if (into.request_response_delay_min > into.request_response_delay_max) {
-      problems.error(sd.value_mark("request_response_delay_min"),
-                     fmt::format("request_response_delay_min: {} is above request_response_delay_max, {}",
-                                 documents::to_string(into.request_response_delay_min),
-                                 documents::to_string(into.request_response_delay_max)));
-    }
+    const auto check_range = [&](const std::string& key, Duration min, Duration max) {
+      if (min > max) {
+        problems.error(sd.value_mark((key + "_min").c_str()),
+                       fmt::format("{0}_min: {1} is above {0}_max, {2}", key, documents::to_string(min),
+                                   documents::to_string(max)));
+      }
+    };
+    check_range("initial_delay", into.initial_delay_min, into.initial_delay_max);
+    check_range("request_response_delay", into.request_response_delay_min, into.request_response_delay_max);
     if (const Duration ttl = std::chrono::seconds{into.ttl_s}; into.cyclic_offer_delay >= ttl) {
       problems.warning(sd.value_mark("ttl"),
                        fmt::format("ttl: offers live {} but are renewed only every {} (cyclic_offer_delay)",
@@ -173,55 +165,41 @@ void load_types(const YAML::Node& node, const std::string& file, std::vector<std
   }
 }
 
-std::vector<RouteInFile> load_routes(documents::Section& section, documents::Problems& problems) {
+/// Reads the elements of a list, as many as there may be.
+template <typename Read>
+void read_elements(const std::vector<YAML::Node>& nodes, const char* key, std::size_t most,
+                   documents::Problems& problems, const Read& read) {
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (i == most) {
+      problems.error(documents::to_mark(nodes[i].Mark()), fmt::format("{}: more than {}", key, most));
+      break;
+    }
+    read(nodes[i]);
+  }
+}
+
+/// Reads all lists. From here on a field or an action is only its methods and routes.
+void load_lists(documents::Section& section, std::vector<RouteInFile>& routes,
+                std::vector<MethodInFile>& methods, std::vector<PatternInFile>& patterns,
+                documents::Problems& problems) {
+  constexpr std::size_t patterns_max = 100;
   // At least one of the lists is required.
   const bool required = section.is_missing("methods") && section.is_missing("fields") &&
                         section.is_missing("actions") && section.is_missing("patterns");
-  const std::vector<YAML::Node> nodes = required ? section.required_list("routes", "a list of routes")
-                                                 : section.list("routes", "a list of routes");
-  std::vector<RouteInFile> routes;
-  for (const YAML::Node& node : nodes) {
-    if (routes.size() == routes_max) {
-      problems.error(documents::to_mark(node.Mark()), fmt::format("routes: more than {}", routes_max));
-      break;
-    }
-    routes.push_back(load_route(node, problems));
-  }
-  return routes;
-}
-
-std::vector<MethodInFile> load_methods(documents::Section& section, documents::Problems& problems) {
-  std::vector<MethodInFile> methods;
-  for (const YAML::Node& node : section.list("methods", "a list of methods")) {
-    if (methods.size() == routes_max) {
-      problems.error(documents::to_mark(node.Mark()), fmt::format("methods: more than {}", routes_max));
-      break;
-    }
-    methods.push_back(load_method(node, problems));
-  }
-  return methods;
-}
-
-/// From here on a field is only its methods and its route.
-void load_fields(documents::Section& section, std::vector<RouteInFile>& routes,
-                 std::vector<MethodInFile>& methods, documents::Problems& problems) {
-  std::size_t count = 0;
-  for (const YAML::Node& node : section.list("fields", "a list of fields")) {
-    if (count++ == routes_max) {
-      problems.error(documents::to_mark(node.Mark()), fmt::format("fields: more than {}", routes_max));
-      break;
-    }
-    FieldInFile field = load_field(node, problems);
-    std::ranges::move(field.methods, std::back_inserter(methods));
-    if (field.route) {
-      routes.push_back(std::move(*field.route));
-    }
-  }
-}
-
-/// From here on an action is only its methods and routes.
-void load_actions(documents::Section& section, std::vector<RouteInFile>& routes,
-                  std::vector<MethodInFile>& methods, documents::Problems& problems) {
+  read_elements(required ? section.required_list("routes", "a list of routes")
+                         : section.list("routes", "a list of routes"),
+                "routes", routes_max, problems,
+                [&](const YAML::Node& node) { routes.push_back(load_route(node, problems)); });
+  read_elements(section.list("methods", "a list of methods"), "methods", routes_max, problems,
+                [&](const YAML::Node& node) { methods.push_back(load_method(node, problems)); });
+  read_elements(section.list("fields", "a list of fields"), "fields", routes_max, problems,
+                [&](const YAML::Node& node) {
+                  FieldInFile field = load_field(node, problems);
+                  std::ranges::move(field.methods, std::back_inserter(methods));
+                  if (field.route) {
+                    routes.push_back(std::move(*field.route));
+                  }
+                });
   for (const YAML::Node& node : section.list("actions", "a list of actions")) {
     if (methods.size() >= routes_max) {
       problems.error(documents::to_mark(node.Mark()),
@@ -232,19 +210,8 @@ void load_actions(documents::Section& section, std::vector<RouteInFile>& routes,
     std::ranges::move(action.methods, std::back_inserter(methods));
     std::ranges::move(action.routes, std::back_inserter(routes));
   }
-}
-
-std::vector<PatternInFile> load_patterns(documents::Section& section, documents::Problems& problems) {
-  constexpr std::size_t patterns_max = 100;
-  std::vector<PatternInFile> patterns;
-  for (const YAML::Node& node : section.list("patterns", "a list of patterns")) {
-    if (patterns.size() == patterns_max) {
-      problems.error(documents::to_mark(node.Mark()), fmt::format("patterns: more than {}", patterns_max));
-      break;
-    }
-    patterns.push_back(load_pattern(node, problems));
-  }
-  return patterns;
+  read_elements(section.list("patterns", "a list of patterns"), "patterns", patterns_max, problems,
+                [&](const YAML::Node& node) { patterns.push_back(load_pattern(node, problems)); });
 }
 
 /// Reads what the patterns found in earlier runs; problems of the lock file go to `lock_problems`.
@@ -313,11 +280,10 @@ void load_root(const YAML::Node& root, BridgeConfig& config, const TypeCheck& ch
   if (const YAML::Node types = section.child("types")) {
     load_types(types, config.file, config.type_paths, problems);
   }
-  std::vector<RouteInFile> routes = load_routes(section, problems);
-  std::vector<MethodInFile> methods = load_methods(section, problems);
-  load_fields(section, routes, methods, problems);
-  load_actions(section, routes, methods, problems);
-  const std::vector<PatternInFile> patterns = load_patterns(section, problems);
+  std::vector<RouteInFile> routes;
+  std::vector<MethodInFile> methods;
+  std::vector<PatternInFile> patterns;
+  load_lists(section, routes, methods, patterns, problems);
   load_lock_file(section, config, problems, lock_problems);
   section.finish();
 

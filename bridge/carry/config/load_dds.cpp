@@ -16,28 +16,6 @@
 namespace trestle::carry {
 namespace {
 
-documents::Format<std::string> node_name() {
-  return {"the absolute name of a ROS 2 node such as /trestle (letters, digits, '_')",
-          [](std::string_view text) -> std::optional<std::string> {
-            return messages::is_topic_name(text) ? std::optional<std::string>{text} : std::nullopt;
-          }};
-}
-
-documents::Format<std::string> enclave_name() {
-  return {"the absolute name of an enclave such as /vehicle/trestle",
-          [](std::string_view text) -> std::optional<std::string> {
-            return text == "/" || messages::is_topic_name(text) ? std::optional<std::string>{text}
-                                                                : std::nullopt;
-          }};
-}
-
-documents::Format<std::string> ros_distro() {
-  return {"the name of a ROS 2 distribution such as jazzy",
-          [](std::string_view text) -> std::optional<std::string> {
-            return is_distro_name(text) ? std::optional<std::string>{text} : std::nullopt;
-          }};
-}
-
 bool is_host_name(std::string_view text) {
   const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
   // Without a letter it would be an address.
@@ -115,7 +93,11 @@ void load_security(const YAML::Node& node, const std::string& file, SecuritySett
                    documents::Problems& problems) {
   documents::Section security{node, "security", problems};
   std::string keystore;
-  security.read("enclave", enclave_name(), into.enclave);
+  security.read("enclave",
+                documents::text_that(
+                    "the absolute name of an enclave such as /vehicle/trestle",
+                    [](std::string_view text) { return text == "/" || messages::is_topic_name(text); }),
+                into.enclave);
   if (security.require("keystore", documents::any_text("a folder that `ros2 security` made"), keystore)) {
     const auto folder = beside(file, keystore);
     std::error_code ignored;
@@ -207,8 +189,13 @@ void load_dds(const YAML::Node& node, const std::string& file, DdsSettings& into
   }
   dds.read("types", documents::one_of<bool>({{"warn", false}, {"strict", true}}), into.strict_types);
   dds.read("lease", documents::duration(std::chrono::seconds{1}, std::chrono::hours{1}), into.lease);
-  dds.read("node", node_name(), into.node);
-  dds.read("ros_distro", ros_distro(), into.ros_distro);
+  dds.read("node",
+           documents::text_that("the absolute name of a ROS 2 node such as /trestle (letters, digits, '_')",
+                                messages::is_topic_name),
+           into.node);
+  dds.read("ros_distro",
+           documents::text_that("the name of a ROS 2 distribution such as jazzy", is_distro_name),
+           into.ros_distro);
   load_profiles(dds, file, into, problems);
   dds.read("discovery_server", discovery_servers(), into.discovery_servers);
   if (const YAML::Node security = dds.child("security")) {

@@ -1,11 +1,9 @@
-#include "bridge/carry/config/load_e2e.hpp"
-
 #include <fmt/format.h>
 
 #include <functional>
 #include <limits>
 
-#include "bridge/documents/section.hpp"
+#include "bridge/carry/config/elements.hpp"
 #include "someip/core/e2e/checker.hpp"
 #include "someip/core/e2e/layout.hpp"
 

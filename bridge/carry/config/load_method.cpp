@@ -1,51 +1,16 @@
-#include "bridge/carry/config/load_method.hpp"
-
-#include "bridge/carry/config/load_e2e.hpp"
-#include "bridge/carry/config/load_route.hpp"
-#include "bridge/carry/config/load_version.hpp"
-#include "bridge/documents/format.hpp"
-#include "bridge/documents/section.hpp"
+#include "bridge/carry/config/elements.hpp"
 #include "bridge/messages/types/names.hpp"
 #include "bridge/messages/values/load_wire.hpp"
 
 namespace trestle::carry {
-namespace {
-
-void load_method_endpoint(documents::Section& section, MethodInFile& into, documents::Problems& problems) {
-  MethodRoute& method = into.method;
-  const auto port = documents::as<std::uint16_t>(documents::whole_number(1, 65535));
-  Transport transport{};
-  if (section.read("transport", udp_or_tcp(), transport)) {
-    method.transport = transport;
-  }
-  if (!into.good.contains("server")) {
-    section.read("port", port, method.port);
-  } else if (method.server == Server::ros) {
-    if (section.require("port", port, method.port)) {
-      into.good.emplace("port", section.use_mark("port"));
-    }
-    method.transport = method.transport.value_or(Transport::udp);
-  } else if (section.read("port", port, method.port)) {
-    problems.error(
-        section.use_mark("port"),
-        "port: is where we offer a method, with server: ros; a SOME/IP server names its port in its offer");
-  }
-}
-
-}  // namespace
 
 documents::Format<std::string> service_name() {
-  return {"a service such as /arm/set_mode (absolute; letters, digits, '_')",
-          [](std::string_view text) -> std::optional<std::string> {
-            return messages::is_topic_name(text) ? std::optional<std::string>{text} : std::nullopt;
-          }};
+  return documents::text_that("a service such as /arm/set_mode (absolute; letters, digits, '_')",
+                              messages::is_topic_name);
 }
 
 documents::Format<std::string> service_type_name() {
-  return {"a service type such as std_srvs/srv/SetBool",
-          [](std::string_view text) -> std::optional<std::string> {
-            return messages::is_service_type_name(text) ? std::optional<std::string>{text} : std::nullopt;
-          }};
+  return documents::text_that("a service type such as std_srvs/srv/SetBool", messages::is_service_type_name);
 }
 
 void check_method_id(const documents::Section& section, const char* key, someip::MethodId method,
@@ -58,68 +23,99 @@ void check_method_id(const documents::Section& section, const char* key, someip:
   }
 }
 
-void load_calls(documents::Section& section, MethodRoute& method, documents::Problems& problems) {
-  section.read("timeout", documents::duration(std::chrono::milliseconds{1}, std::chrono::hours{1}),
+void load_service(Element& element, MethodRoute& method) {
+  if (element.require("server", documents::one_of<Server>({{"someip", Server::someip}, {"ros", Server::ros}}),
+                      method.server)) {
+    element.note("server", "direction");
+  }
+  element.require("service", service_id(), method.service);
+  element.require("instance", id_of<someip::InstanceId>(), method.instance);
+}
+
+void load_calls(Element& element, MethodRoute& method, documents::Problems& problems) {
+  Transport transport{};
+  if (element.read("transport", udp_or_tcp(), transport)) {
+    method.transport = transport;
+  }
+  const bool is_offered = element.has("server") && method.server == Server::ros;
+  if (is_offered) {
+    element.require("port", port_number(), method.port);
+    method.transport = method.transport.value_or(Transport::udp);
+  } else if (element.read("port", port_number(), method.port) && element.has("server")) {
+    problems.error(element.use_mark("port"),
+                   std::string{"port: is where we offer "} + (element.name() == "action" ? "an " : "a ") +
+                       element.name() + ", with server: ros; a SOME/IP server names its port in its offer");
+  }
+  const std::string where = element.name() + "s with server: ros";
+  if (element.read("offer", documents::one_of<bool>({{"while_served", false}, {"always", true}}),
+                   method.offer_always) &&
+      element.has("server") && !is_offered) {
+    problems.error(element.use_mark("offer"), "offer: is for " + where);
+  }
+  load_version(element, method.server == Server::someip, method.major, method.minor);
+  load_from_bridges(element, is_offered || !element.has("server"), where, method.from_bridges, problems);
+  element.read("timeout", documents::duration(std::chrono::milliseconds{1}, std::chrono::hours{1}),
                method.timeout);
-  section.read("max_calls", documents::as<std::size_t>(documents::whole_number(1, 10'000)), method.max_calls);
-  section.read("max_message", message_size(), method.tp.max_message);
-  if (const YAML::Node node = section.child("tp")) {
+  element.read("max_calls", documents::as<std::size_t>(documents::whole_number(1, 10'000)), method.max_calls);
+  element.read("max_message", message_size(), method.tp.max_message);
+  if (const YAML::Node node = element.child("tp")) {
     documents::Section tp{node, "tp", problems};
     load_pacing(tp, method.tp);
     tp.finish();
   }
-  section.read("ros_form",
+  element.read("ros_form",
                documents::one_of<ServiceForm>({{"auto", ServiceForm::automatic},
                                                {"fastrtps", ServiceForm::fastrtps},
                                                {"cyclonedds", ServiceForm::cyclonedds}}),
                method.form);
+  if (const YAML::Node wire = element.child("wire")) {
+    messages::load_wire(wire, method.rules, problems);
+  }
+}
+
+RouteInFile route_beside(const MethodInFile& common, std::string topic, std::string type) {
+  const MethodRoute& method = common.method;
+  const bool is_offered = method.server == Server::ros;
+  RouteInFile result{{}, common.good, common.type_mark};
+  Route& route = result.route;
+  route.topic = std::move(topic);
+  route.type = std::move(type);
+  route.direction = is_offered ? Direction::dds_to_someip : Direction::someip_to_dds;
+  route.service = method.service;
+  route.instance = method.instance;
+  route.major = method.major;
+  route.minor = method.minor;
+  route.transport = method.transport.value_or(Transport::udp);
+  route.port = method.port;
+  route.rules = method.rules;
+  route.tp = method.tp;
+  // ROS clients also see from the topics whether the server is there.
+  route.presence.offer_while_published = is_offered && !method.offer_always;
+  route.presence.write_while_offered = !is_offered;
+  route.from_bridges = method.from_bridges;
+  route.mark = method.mark;
+  return result;
 }
 
 MethodInFile load_method(const YAML::Node& node, documents::Problems& problems) {
   MethodInFile result;
   MethodRoute& method = result.method;
-  documents::Section section{node, "method", problems};
-  method.mark = section.mark();
-  const auto require = [&](const char* key, const auto& format, auto& into) {
-    if (section.require(key, format, into)) {
-      result.good.emplace(key, section.use_mark(key));
-    }
-  };
-
-  require("ros_service", service_name(), method.ros_service);
-  require("type", service_type_name(), method.type);
-  result.type_mark = section.value_mark("type");
-  require("server", documents::one_of<Server>({{"someip", Server::someip}, {"ros", Server::ros}}),
-          method.server);
-  // The ranges are those of a route.
-  require("service", documents::as<someip::ServiceId>(documents::id_number(0x0001, 0xfffd)), method.service);
-  require("instance", documents::as<someip::InstanceId>(documents::id_number(0x0001, 0xfffe)),
-          method.instance);
-  require("method", documents::as<someip::MethodId>(documents::id_number(0x0001, 0xfffe)), method.method);
-  if (result.good.contains("method")) {
-    check_method_id(section, "method", method.method, problems);
+  Element element{node, "method", result.good, problems};
+  method.mark = element.mark();
+  element.require("ros_service", service_name(), method.ros_service);
+  element.require("type", service_type_name(), method.type);
+  result.type_mark = element.value_mark("type");
+  load_service(element, method);
+  if (element.require("method", id_of<someip::MethodId>(), method.method)) {
+    check_method_id(element, "method", method.method, problems);
   }
-  load_method_endpoint(section, result, problems);
-  load_version(section, method.server == Server::someip, method.major, method.minor);
-  result.good.emplace("major", section.use_mark("major"));
-  result.good.emplace("minor", section.use_mark("minor"));
-  if (section.read("offer", documents::one_of<bool>({{"while_served", false}, {"always", true}}),
-                   method.offer_always) &&
-      result.good.contains("server") && method.server != Server::ros) {
-    problems.error(section.use_mark("offer"), "offer: is for methods with server: ros");
+  element.read("fire_and_forget", documents::truth(), method.fire_and_forget);
+  load_calls(element, method, problems);
+  if (const YAML::Node e2e = element.child("e2e")) {
+    method.e2e =
+        load_method_e2e(e2e, element.has("server") ? std::optional{method.server} : std::nullopt, problems);
   }
-  section.read("fire_and_forget", documents::truth(), method.fire_and_forget);
-  load_from_bridges(section, method.server == Server::ros || !result.good.contains("server"),
-                    "methods with server: ros", method.from_bridges, problems);
-  load_calls(section, method, problems);
-  if (const YAML::Node wire = section.child("wire")) {
-    messages::load_wire(wire, method.rules, problems);
-  }
-  if (const YAML::Node e2e = section.child("e2e")) {
-    method.e2e = load_method_e2e(
-        e2e, result.good.contains("server") ? std::optional{method.server} : std::nullopt, problems);
-  }
-  section.finish();
+  element.finish();
   return result;
 }
 

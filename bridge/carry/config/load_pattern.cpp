@@ -1,9 +1,5 @@
-#include "bridge/carry/config/load_pattern.hpp"
-
-#include "bridge/carry/config/load_route.hpp"
+#include "bridge/carry/config/elements.hpp"
 #include "bridge/carry/config/topic_pattern.hpp"
-#include "bridge/documents/format.hpp"
-#include "bridge/documents/section.hpp"
 
 namespace trestle::carry {
 namespace {
@@ -26,7 +22,7 @@ documents::Format<ServiceRange> service_range() {
   return {
       "a range of ids such as 0x6000-0x6fff, within 0x0001 to 0xfffd",
       [](std::string_view text) -> std::optional<ServiceRange> {
-        const auto id = documents::as<someip::ServiceId>(documents::id_number(0x0001, 0xfffd));
+        const auto id = service_id();
         const std::size_t dash = text.find('-');
         if (dash == std::string_view::npos) {
           return std::nullopt;
@@ -55,28 +51,19 @@ void load_pattern_qos(const YAML::Node& node, QosSettings& qos, TopicPattern& pa
 PatternInFile load_pattern(const YAML::Node& node, documents::Problems& problems) {
   PatternInFile result;
   TopicPattern& pattern = result.pattern;
-  RouteInFile common;
-  Route& route = common.route;
-  documents::Section section{node, "pattern", problems};
-  pattern.mark = section.mark();
-  route.mark = section.mark();
-  const auto require = [&](const char* key, const auto& format, auto& into) {
-    if (section.require(key, format, into)) {
-      common.good.emplace(key, section.use_mark(key));
-    }
-  };
-  require("topics", topic_pattern(), pattern.topics);
+  Route& route = pattern.route;
+  Element element{node, "pattern", result.good, problems};
+  pattern.mark = element.mark();
+  route.mark = element.mark();
+  element.require("topics", topic_pattern(), pattern.topics);
   std::vector<documents::Mark> marks;
-  section.read_list("exclude", topic_pattern(), pattern.exclude, marks);
-  require("direction",
-          documents::one_of<Direction>(
-              {{"dds_to_someip", Direction::dds_to_someip}, {"someip_to_dds", Direction::someip_to_dds}}),
-          route.direction);
-  const bool outbound = common.good.contains("direction") && route.direction == Direction::dds_to_someip;
-  const bool inbound = common.good.contains("direction") && !outbound;
+  element.read_list("exclude", topic_pattern(), pattern.exclude, marks);
+  element.require("direction", direction(), route.direction);
+  const bool outbound = element.has("direction") && route.direction == Direction::dds_to_someip;
+  const bool inbound = element.has("direction") && !outbound;
   if (outbound) {
-    require("services", service_range(), pattern.services);
-    section.read("max_routes", documents::as<std::size_t>(documents::whole_number(1, 1000)),
+    element.require("services", service_range(), pattern.services);
+    element.read("max_routes", documents::as<std::size_t>(documents::whole_number(1, 1000)),
                  pattern.max_routes);
     route.qos.reliability_as_published = true;
     route.qos.durability_as_published = true;
@@ -86,29 +73,25 @@ PatternInFile load_pattern(const YAML::Node& node, documents::Problems& problems
   route.instance = someip::InstanceId{1};
   route.eventgroup = someip::EventgroupId{1};
   route.event = someip::MethodId{0x8001};
-  section.read("instance", documents::as<someip::InstanceId>(documents::id_number(0x0001, 0xfffe)),
-               route.instance);
-  section.read("eventgroup", documents::as<someip::EventgroupId>(documents::id_number(0x0001, 0xfffe)),
-               route.eventgroup);
-  section.read("event", documents::as<someip::MethodId>(documents::id_number(0x8001, 0xfffe)), route.event);
-  load_carriage(section, common, problems);
-  load_transport(section, udp_or_tcp(), route, problems);
+  element.read("instance", id_of<someip::InstanceId>(), route.instance);
+  element.read("eventgroup", id_of<someip::EventgroupId>(), route.eventgroup);
+  element.read("event", id_of<someip::MethodId>(0x8001), route.event);
+  load_carriage(element, route, problems);
+  load_transport(element, udp_or_tcp(), route, problems);
   if (inbound) {
     route.presence.write_while_offered = true;
-    load_presence(section, route.direction, route.presence, problems);
+    load_presence(element, route.direction, route.presence, problems);
   }
-  load_from_bridges(section, !inbound, "patterns with direction: dds_to_someip", route.from_bridges,
+  load_from_bridges(element, !inbound, "patterns with direction: dds_to_someip", route.from_bridges,
                     problems);
-  if (const YAML::Node qos = section.child("qos")) {
+  if (const YAML::Node qos = element.child("qos")) {
     load_pattern_qos(qos, route.qos, pattern, inbound, problems);
   }
   pattern.follow_reliability = route.qos.reliability_as_published;
   pattern.follow_durability = inbound ? pattern.follow_durability : route.qos.durability_as_published;
-  if (common.good.contains("direction")) {
-    section.finish();  // which keys there are depends on it
+  if (element.has("direction")) {
+    element.finish();  // which keys there are depends on it
   }
-  pattern.route = std::move(route);
-  result.good = std::move(common.good);
   return result;
 }
 

@@ -1,9 +1,4 @@
-#include "bridge/carry/config/load_route.hpp"
-
-#include "bridge/carry/config/load_e2e.hpp"
-#include "bridge/carry/config/load_version.hpp"
-#include "bridge/documents/format.hpp"
-#include "bridge/documents/section.hpp"
+#include "bridge/carry/config/elements.hpp"
 #include "bridge/messages/types/names.hpp"
 #include "bridge/messages/values/load_wire.hpp"
 
@@ -23,8 +18,7 @@ void load_group(const YAML::Node& node, const Route& route, bool direction_is_go
   documents::Section multicast{node, "multicast", problems};
   const bool has_address =
       multicast.require("address", documents::multicast_address(), settings.group.address);
-  const bool has_port = multicast.require(
-      "port", documents::as<std::uint16_t>(documents::whole_number(1, 65535)), settings.group.port);
+  const bool has_port = multicast.require("port", port_number(), settings.group.port);
   multicast.read("threshold", documents::as<std::size_t>(documents::whole_number(1, 65535)),
                  settings.threshold);
   multicast.finish();
@@ -40,17 +34,25 @@ void load_group(const YAML::Node& node, const Route& route, bool direction_is_go
 }  // namespace
 
 documents::Format<std::string> topic_name() {
-  return {"a topic such as /sensing/points (absolute; letters, digits, '_')",
-          [](std::string_view text) -> std::optional<std::string> {
-            return messages::is_topic_name(text) ? std::optional<std::string>{text} : std::nullopt;
-          }};
+  return documents::text_that("a topic such as /sensing/points (absolute; letters, digits, '_')",
+                              messages::is_topic_name);
 }
 
 documents::Format<std::string> type_name() {
-  return {"a message type such as sensor_msgs/msg/PointCloud2",
-          [](std::string_view text) -> std::optional<std::string> {
-            return messages::is_type_name(text) ? std::optional<std::string>{text} : std::nullopt;
-          }};
+  return documents::text_that("a message type such as sensor_msgs/msg/PointCloud2", messages::is_type_name);
+}
+
+documents::Format<Direction> direction() {
+  return documents::one_of<Direction>(
+      {{"dds_to_someip", Direction::dds_to_someip}, {"someip_to_dds", Direction::someip_to_dds}});
+}
+
+documents::Format<std::uint16_t> port_number() {
+  return documents::as<std::uint16_t>(documents::whole_number(1, 65535));
+}
+
+documents::Format<someip::ServiceId> service_id() {
+  return id_of<someip::ServiceId>(0x0001, 0xfffd);
 }
 
 documents::Format<Transport> udp_or_tcp() {
@@ -101,24 +103,34 @@ void load_transport(documents::Section& section, const documents::Format<Transpo
   }
 }
 
-void load_carriage(documents::Section& section, RouteInFile& into, documents::Problems& problems) {
-  Route& route = into.route;
-  // The port of a service is part of its offer, so it is required; that of a client is not.
-  const auto port = documents::as<std::uint16_t>(documents::whole_number(1, 65535));
-  if (route.direction == Direction::dds_to_someip && into.good.contains("direction")) {
-    if (section.require("port", port, route.port)) {
-      into.good.emplace("port", section.use_mark("port"));
-    }
-  } else if (section.read("port", port, route.port)) {
-    into.good.emplace("port", section.use_mark("port"));
+void load_version(Element& element, bool asked_for, std::uint8_t& major, std::uint32_t& minor) {
+  // 0xff is "any major version", which nothing here can have: conversion depends on it.
+  element.read("major", documents::as<std::uint8_t>(documents::whole_number(0, 254)), major);
+  auto format = documents::as<std::uint32_t>(documents::whole_number(0, any_minor - 1));
+  if (asked_for) {
+    minor = any_minor;
+    format.expected += ", or any";
+    format.read = [number = std::move(format.read)](std::string_view text) {
+      return text == "any" ? std::optional{any_minor} : number(text);
+    };
   }
-  load_version(section, route.direction == Direction::someip_to_dds, route.major, route.minor);
-  into.good.emplace("major", section.use_mark("major"));
-  into.good.emplace("minor", section.use_mark("minor"));
-  if (const YAML::Node wire = section.child("wire")) {
+  element.read("minor", format, minor);
+  element.note("major");
+  element.note("minor");
+}
+
+void load_carriage(Element& element, Route& route, documents::Problems& problems) {
+  // The port of a service is part of its offer, so it is required; that of a client is not.
+  if (route.direction == Direction::dds_to_someip && element.has("direction")) {
+    element.require("port", port_number(), route.port);
+  } else {
+    element.read_good("port", port_number(), route.port);
+  }
+  load_version(element, route.direction == Direction::someip_to_dds, route.major, route.minor);
+  if (const YAML::Node wire = element.child("wire")) {
     messages::load_wire(wire, route.rules, problems);
   }
-  if (const YAML::Node tp = section.child("tp")) {
+  if (const YAML::Node tp = element.child("tp")) {
     load_tp(tp, route.tp, problems);
   }
 }
@@ -189,7 +201,7 @@ void load_subscribe(documents::Section& section, bool is_right, const char* whom
   }
 }
 
-void load_from_bridges(documents::Section& section, bool is_right, const char* whom,
+void load_from_bridges(documents::Section& section, bool is_right, const std::string& whom,
                        std::vector<IpAddress>& into, documents::Problems& problems) {
   constexpr std::size_t most = 8;  // discovery announces them with each reader and writer
   std::vector<documents::Mark> marks;
@@ -198,77 +210,61 @@ void load_from_bridges(documents::Section& section, bool is_right, const char* w
     return;
   }
   if (!is_right) {
-    problems.error(section.use_mark("from_bridges"), std::string{"from_bridges: is for "} + whom);
+    problems.error(section.use_mark("from_bridges"), "from_bridges: is for " + whom);
   } else if (into.size() > most) {
     problems.error(section.use_mark("from_bridges"), "from_bridges: has room for 8 addresses");
   }
 }
 
-void load_multicast(documents::Section& section, RouteInFile& into, documents::Problems& problems) {
-  if (const YAML::Node node = section.child("multicast")) {
-    load_group(node, into.route, into.good.contains("direction"), section.use_mark("multicast"),
-               into.route.multicast, problems);
-    into.good.emplace("multicast", section.use_mark("multicast"));
+void load_multicast(Element& element, Route& route, documents::Problems& problems) {
+  if (const YAML::Node node = element.child("multicast")) {
+    load_group(node, route, element.has("direction"), element.use_mark("multicast"), route.multicast,
+               problems);
+    element.note("multicast");
   }
 }
 
 RouteInFile load_route(const YAML::Node& node, documents::Problems& problems) {
   RouteInFile result;
   Route& route = result.route;
-  documents::Section section{node, "route", problems};
-  route.mark = section.mark();
-  const auto require = [&](const char* key, const auto& format, auto& into) {
-    if (section.require(key, format, into)) {
-      result.good.emplace(key, section.use_mark(key));
-    }
-  };
-
-  require("topic", topic_name(), route.topic);
-  require("type", type_name(), route.type);
-  result.type_mark = section.value_mark("type");
-  require("direction",
-          documents::one_of<Direction>(
-              {{"dds_to_someip", Direction::dds_to_someip}, {"someip_to_dds", Direction::someip_to_dds}}),
-          route.direction);
-  // [feat_req_someip_627]: 0x0000 and 0xffff name no service; 0xfffe is reserved for services that are not
-  // SOME/IP.
-  require("service", documents::as<someip::ServiceId>(documents::id_number(0x0001, 0xfffd)), route.service);
-  // [feat_req_someip_579]
-  require("instance", documents::as<someip::InstanceId>(documents::id_number(0x0001, 0xfffe)),
-          route.instance);
-  require("eventgroup", documents::as<someip::EventgroupId>(documents::id_number(0x0001, 0xfffe)),
-          route.eventgroup);
-  require("event", documents::as<someip::MethodId>(documents::id_number(0x0001, 0xfffe)), route.event);
-  if (result.good.contains("event")) {
-    check_event_id(section, route.event, problems);
+  Element element{node, "route", result.good, problems};
+  route.mark = element.mark();
+  element.require("topic", topic_name(), route.topic);
+  element.require("type", type_name(), route.type);
+  result.type_mark = element.value_mark("type");
+  const bool has_direction = element.require("direction", direction(), route.direction);
+  const auto known = has_direction ? std::optional{route.direction} : std::nullopt;
+  element.require("service", service_id(), route.service);
+  element.require("instance", id_of<someip::InstanceId>(), route.instance);
+  element.require("eventgroup", id_of<someip::EventgroupId>(), route.eventgroup);
+  if (element.require("event", id_of<someip::MethodId>(), route.event)) {
+    check_event_id(element, route.event, problems);
   }
 
-  load_carriage(section, result, problems);
-  const bool outbound = result.good.contains("direction") && route.direction == Direction::dds_to_someip;
+  load_carriage(element, route, problems);
+  const bool outbound = known == Direction::dds_to_someip;
   route.qos.reliability_as_published = outbound;
   route.qos.durability_as_published = outbound;
-  if (const YAML::Node qos = section.child("qos")) {
-    load_qos(qos, route.qos, outbound || !result.good.contains("direction"), problems);
+  if (const YAML::Node qos = element.child("qos")) {
+    load_qos(qos, route.qos, outbound || !has_direction, problems);
   }
-  load_transport(section,
+  load_transport(element,
                  documents::one_of<Transport>(
                      {{"udp", Transport::udp},
                       {"tcp", Transport::tcp},
                       {"by_reliability", route.qos.reliable ? Transport::tcp : Transport::udp}}),
                  route, problems);
-  load_multicast(section, result, problems);
+  load_multicast(element, route, problems);
   if (route.multicast && route.multicast->threshold == 1) {
     route.qos.durability_as_published = false;  // a field would also need unicast to subscribers
   }
-  if (const YAML::Node e2e = section.child("e2e")) {
-    route.e2e = load_e2e(
-        e2e, result.good.contains("direction") ? std::optional{route.direction} : std::nullopt, problems);
+  if (const YAML::Node e2e = element.child("e2e")) {
+    route.e2e = load_e2e(e2e, known, problems);
   }
-  load_presence(section, result.good.contains("direction") ? std::optional{route.direction} : std::nullopt,
-                route.presence, problems);
-  load_from_bridges(section, outbound || !result.good.contains("direction"),
-                    "routes with direction: dds_to_someip", route.from_bridges, problems);
-  section.finish();
+  load_presence(element, known, route.presence, problems);
+  load_from_bridges(element, outbound || !has_direction, "routes with direction: dds_to_someip",
+                    route.from_bridges, problems);
+  element.finish();
   return result;
 }
 

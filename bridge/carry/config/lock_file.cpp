@@ -11,9 +11,8 @@
 #include <map>
 #include <system_error>
 
-#include "bridge/carry/config/load_route.hpp"
+#include "bridge/carry/config/elements.hpp"
 #include "bridge/documents/document.hpp"
-#include "bridge/documents/section.hpp"
 
 namespace trestle::carry {
 namespace {

@@ -1,10 +1,8 @@
 #pragma once
 #include <vector>
 
+#include "bridge/carry/config/elements.hpp"
 #include "bridge/carry/config/load.hpp"
-#include "bridge/carry/config/load_method.hpp"
-#include "bridge/carry/config/load_pattern.hpp"
-#include "bridge/carry/config/load_route.hpp"
 
 namespace trestle::carry {
 
