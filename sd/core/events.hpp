@@ -61,6 +61,9 @@ struct RemoteService {
 struct Takeover {
   RemoteService service;
   Endpoint from;  ///< SD endpoint of the peer that offered it before
+  /// Whether it is the one that held it before, and `from` came while it was away; otherwise `from` does not
+  /// answer.
+  bool is_back = false;
 };
 
 /// Server: a new subscription was accepted. Send its Ack, then, when `initial_data`, the values of the

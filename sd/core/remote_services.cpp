@@ -252,16 +252,20 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
   bool is_taken_over = false;
   if (remote != nullptr && remote->peer != arrival.peer) {
     // Two servers claim the same service. The known one stays until its TTL is over: changing with every
-    // offer would help nobody. It is replaced only if it does not answer.
+    // offer would help nobody. It is replaced only if it does not answer, or came while the other was away.
     contested_ = remote->index;
     count(counters_.ignored_conflicting_offer);
-    if (!guards || !gives_way(*remote, arrival.now)) {
+    offered.is_back = guards && is_back(offered, *remote);
+    if (!guards || (!offered.is_back && !gives_way(*remote, arrival.now))) {
       return;
     }
     contested_ = slots::Remote::none;
     loser_ = remote->peer;
     is_taken_over = true;
     lose(*remote, LossReason::replaced, arrival.now);
+    if (!offered.is_back) {
+      note_mute(*remote, arrival.now);
+    }
     remote = nullptr;
   }
   const bool replaced = remote != nullptr && !same_access(*remote, offered);
@@ -345,8 +349,11 @@ void ServiceDiscovery::on_stop_offer(const Entry& entry, const Arrival& arrival)
 }
 
 void ServiceDiscovery::lose(slots::Remote& remote, LossReason reason, TimePoint now) noexcept {
-  if (guards && remote.is_asked) {
-    remember(remote);
+  if constexpr (guards) {
+    if (remote.is_asked) {
+      remember(remote);
+    }
+    note_held(remote);
   }
   while (remote.subscribed_by != slots::Remote::none) {
     leave_remote(subscriptions_[remote.subscribed_by], reason);

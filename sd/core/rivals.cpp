@@ -1,7 +1,8 @@
 // Two servers that offer the same service: which of them is kept. Nobody can tell who is the honest one, but
 // whoever holds the place has to answer: as soon as somebody else offers the service, our Subscribes are
 // repeated by time until there is an answer, or too many are missing. Then the next who offers it has its
-// turn.
+// turn. Who has answered and comes back, after a restart for example, gets its place back from who came
+// meanwhile.
 #include "sd/core/service_discovery.hpp"
 
 namespace trestle::sd {
@@ -13,6 +14,11 @@ constexpr std::uint16_t mask = 0x3fff;
 
 std::uint16_t coarse(TimePoint at) noexcept {
   return static_cast<std::uint16_t>(at.time_since_epoch().count() >> unit);
+}
+
+// For how long a service was held: in units of 268 ms, so that 16 bits are five hours.
+std::uint32_t held_time(TimePoint at) noexcept {
+  return static_cast<std::uint32_t>(at.time_since_epoch().count() >> 28U);
 }
 
 }  // namespace
@@ -29,7 +35,7 @@ std::optional<Takeover> ServiceDiscovery::take_takeover() noexcept {
   if (index >= remotes_.size() || remotes_[index].slot_state != SlotBase::State::in_use) {
     return std::nullopt;
   }
-  return Takeover{service_of(remotes_[index]), peers_[loser_].endpoint};
+  return Takeover{service_of(remotes_[index]), peers_[loser_].endpoint, remotes_[index].is_back};
 }
 
 void ServiceDiscovery::not_answered(RemoteHandle service) noexcept {
@@ -78,6 +84,7 @@ void ServiceDiscovery::remember(const slots::Remote& remote) noexcept {
 }
 
 void ServiceDiscovery::recall(slots::Remote& remote, TimePoint now) noexcept {
+  remote.since = held_time(now);
   const slots::Silence* const known = silence_of(remote, false);
   if (known != nullptr &&
       ((coarse(now) - known->last_seen) & mask) < (settings_.silent_after.count() >> unit)) {
@@ -160,6 +167,58 @@ bool ServiceDiscovery::gives_way(slots::Remote& remote, TimePoint now) noexcept 
     }
   }
   return false;
+}
+
+// --- Who held a service before ----------------------------------------------------------------------------
+
+std::uint16_t ServiceDiscovery::holder_of(const slots::Remote& remote) const noexcept {
+  return mark_of(peers_[remote.peer].endpoint.address, someip::value(remote.instance));
+}
+
+// From its first offer to when its host was heard last.
+std::uint32_t ServiceDiscovery::held_by(const slots::Remote& remote) const noexcept {
+  return remote.has_answered ? held_time(peers_[remote.peer].last_seen) - remote.since : 0;
+}
+
+// Called when it is lost. Each requirement has a place of its own for this, so that others cannot fill it: it
+// takes an answer to us, and a longer time.
+void ServiceDiscovery::note_held(const slots::Remote& remote) noexcept {
+  const std::uint16_t holder = holder_of(remote);
+  const std::uint32_t held = held_by(remote);
+  for (slots::Requirement& requirement : requirements_) {
+    if (held == 0 || !fits(requirement, remote)) {
+      continue;
+    }
+    const std::uint32_t before = requirement.holder == holder ? requirement.held : 0U;
+    if (before + held > requirement.held) {
+      requirement.holder = holder;
+      requirement.held = static_cast<std::uint16_t>(std::min<std::uint32_t>(before + held, 0xffff));
+    }
+  }
+}
+
+// Called when it has lost its place because it did not answer. If it has been away, it comes back; if it goes
+// on offering what it does not serve, its place must not be given to and fro.
+void ServiceDiscovery::note_mute(const slots::Remote& remote, TimePoint now) noexcept {
+  const bool is_there = !is_due(peers_[remote.peer].last_seen + std::chrono::milliseconds{1100}, now);
+  const std::uint16_t holder = holder_of(remote);
+  for (slots::Requirement& requirement : requirements_) {
+    if (requirement.holder == holder && requirement.service == remote.service) {
+      requirement.held = static_cast<std::uint16_t>(!remote.has_answered ? 0U
+                                                    : is_there           ? requirement.held >> 4U
+                                                                         : requirement.held >> 1U);
+    }
+  }
+}
+
+// Whether what is offered was held by the same host before, for longer than by the rival who came meanwhile.
+bool ServiceDiscovery::is_back(const slots::Remote& offered, const slots::Remote& rival) const noexcept {
+  const std::uint16_t holder = holder_of(offered);
+  const std::uint32_t held = held_by(rival);
+  return holder != holder_of(rival) && !is_guest(offered.peer) &&
+         requirements_.find_if([&](const slots::Requirement& requirement) {
+           return requirement.holder == holder && requirement.held > held && fits(requirement, offered);
+         }) != nullptr;
 }
 
 }  // namespace trestle::sd

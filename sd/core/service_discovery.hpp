@@ -271,7 +271,8 @@ class ServiceDiscovery {
   [[nodiscard]] bool is_mute(RemoteHandle service) const noexcept;
   /// The last service that SdCounters::ignored_conflicting_offer counted; nothing when it had to give way.
   [[nodiscard]] std::optional<RemoteService> contested() const noexcept;
-  /// The last service that another peer took over since the last call, as its first server did not answer.
+  /// The last service that another peer took over since the last call: because the one that had offered it
+  /// did not answer, or had come while the other was away, which had held it for a longer time.
   [[nodiscard]] std::optional<Takeover> take_takeover() noexcept;
   /// The service that a subscription is to; nothing while there is none.
   [[nodiscard]] std::optional<RemoteService> server_of(SubscriptionHandle subscription) const noexcept;
@@ -498,6 +499,11 @@ class ServiceDiscovery {
   void spread(const slots::Remote& remote) noexcept;
   bool note_asked(slots::Remote& remote, bool is_open, TimePoint when) noexcept;
   [[nodiscard]] bool gives_way(slots::Remote& remote, TimePoint now) noexcept;
+  [[nodiscard]] std::uint16_t holder_of(const slots::Remote& remote) const noexcept;
+  [[nodiscard]] std::uint32_t held_by(const slots::Remote& remote) const noexcept;
+  void note_held(const slots::Remote& remote) noexcept;
+  void note_mute(const slots::Remote& remote, TimePoint now) noexcept;
+  [[nodiscard]] bool is_back(const slots::Remote& offered, const slots::Remote& rival) const noexcept;
 
   // client_side.cpp
   void on_ack(const Entry& entry, const Arrival& arrival) noexcept;

@@ -95,6 +95,9 @@ struct Requirement : SlotBase {
   std::uint32_t minor = 0;
   std::uint16_t configuration = ConfigurationPool::none;  // the name of what is not SOME/IP
   std::uint16_t told = all;                               // of the remote services, those before this index
+  // Of who has answered for such an instance, and is not there or not kept: who held it for the longest time.
+  std::uint16_t holder = 0;  // a hash of its address and the instance; 0: nobody
+  std::uint16_t held = 0;    // for how long; see rivals.cpp
   FindSchedule schedule;
 
   static constexpr std::uint16_t all = 0xffff;
@@ -111,6 +114,7 @@ struct Remote : SlotBase {
   bool has_answered : 1 = false;    // since it was offered first
   bool is_asked : 1 = false;        // and has not answered yet
   bool is_contested : 1 = false;    // somebody else offers it: it is asked until it answers or is mute
+  bool is_back : 1 = false;         // took its place back from somebody who came while it was away
   std::uint8_t unanswered : 2 = 0;  // see ServiceDiscovery::not_answered(); up to is_mute
   static constexpr std::uint8_t is_mute = 3;
   std::uint32_t minor = 0;
@@ -124,6 +128,7 @@ struct Remote : SlotBase {
   TimePoint expiry = never;     // which is at the next reboot
   TimePoint answer_due{};       // when to react to the last offer
   std::uint16_t proof_due = 0;  // in ticks: until when the last question may be answered
+  std::uint32_t since = 0;      // it was offered; in the unit of Requirement::held
 
   // Once it is lost, and has no subscriptions: of that, the requirements before this index.
   [[nodiscard]] std::uint16_t& told() noexcept { return subscribed_by; }

@@ -257,8 +257,9 @@ struct Node::State : std::enable_shared_from_this<State> {
     if (const auto taken = discovery.take_takeover()) {
       if (const std::uint64_t times = takeovers.to_tell(1)) {
         const std::string before_it = someip::to_string(taken->from.address);
+        const std::string why = taken->is_back ? " came while it was away" : " does not answer";
         warn(someip::to_string(from.address) + which(taken->service) + before_it + " has offered before; " +
-             before_it + " does not answer and is used no more" + and_others(times));
+             before_it + why + " and is used no more" + and_others(times));
       }
     }
     if (const auto kept = discovery.contested()) {

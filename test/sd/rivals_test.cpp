@@ -88,6 +88,176 @@ TEST_F(ClientBesideARival, LetsWhoseCallsTimeOutGiveWay) {
                                             HasSubstr("available 1234.5678 v1.0 udp 10.0.0.3:30509")));
 }
 
+// The honest one is called server here; the rival answers, too, but comes while the server is away.
+class ClientOfARestartedServer : public ClientBesideARival {
+ protected:
+  void SetUp() override {
+    require(required);
+    subscription = subscribe_to({.eventgroup = EventgroupId{1}, .udp = own_udp});
+  }
+  /// Each of them offers once a second, if it is said to, and answers what it is asked.
+  void run(int seconds, bool server_offers, bool rival_offers) {
+    for (int i = 0; i < seconds; ++i) {
+      if (server_offers) {
+        machine.multicast(server, {offer({udp(server_udp)}, 5)});
+      }
+      if (rival_offers) {
+        machine.multicast(rival, {offer({udp(rival_udp)})});
+      }
+      const Duration end = machine.now - start + 1s;
+      for (int part = 0; part < 20; ++part) {
+        for (const std::string& sent : machine.run_to(machine.now - start + 50ms)) {
+          if (sent.find("-> 10.0.0.3") != std::string::npos && rival_answers) {
+            machine.unicast(rival, {ack(1)});
+          } else if (sent.find("-> 10.0.0.2") != std::string::npos && server_answers) {
+            machine.unicast(server, {ack(1)});
+          }
+        }
+      }
+      ASSERT_EQ(machine.now - start, end);
+    }
+  }
+  [[nodiscard]] IpAddress holder() const {
+    return machine.discovery.server_of(subscription).value_or(RemoteService{}).peer.address;
+  }
+  void stop_server() { machine.multicast(server, {offer({udp(server_udp)}, 0)}); }
+
+  SubscriptionHandle subscription;
+  bool server_answers = true;
+  bool rival_answers = true;
+};
+
+TEST_F(ClientOfARestartedServer, GivesThePlaceBackToWhoHeldItForLonger) {
+  run(10, true, false);
+  stop_server();
+  run(5, false, true);
+  EXPECT_EQ(holder(), rival.endpoint().address);
+  machine.events();
+  server.reboot();
+  run(1, true, true);
+  EXPECT_EQ(holder(), server_sd.address);
+  EXPECT_THAT(machine.events(),
+              ElementsAre("subscription lost replaced", HasSubstr("lost 1234.5678"),
+                          HasSubstr("available 1234.5678 v1.0 udp 10.0.0.2:30509"), "subscribed"));
+  const Takeover told = machine.discovery.take_takeover().value();
+  EXPECT_TRUE(told.is_back);
+  EXPECT_EQ(told.service.peer, server_sd);
+  EXPECT_EQ(told.from, rival.endpoint());
+  run(10, true, true);
+  EXPECT_THAT(machine.events(), IsEmpty()) << "the rival has lost its place";
+}
+
+TEST_F(ClientOfARestartedServer, GivesItBackHoweverOftenTheServerRestarts) {
+  run(10, true, false);
+  for (int i = 0; i < 5; ++i) {
+    stop_server();
+    run(5, false, true);
+    EXPECT_EQ(holder(), rival.endpoint().address);
+    server.reboot();
+    run(1, true, true);
+    EXPECT_EQ(holder(), server_sd.address) << i;
+  }
+}
+
+// It is not known yet that it has gone when the rival takes its place.
+TEST_F(ClientOfARestartedServer, GivesItBackAfterACrash) {
+  run(10, true, true);
+  EXPECT_EQ(holder(), server_sd.address);
+  server_answers = false;
+  run(4, false, true);
+  EXPECT_EQ(holder(), rival.endpoint().address);
+  EXPECT_FALSE(machine.discovery.take_takeover().value().is_back);
+  server_answers = true;
+  server.reboot();
+  run(1, true, true);
+  EXPECT_EQ(holder(), server_sd.address);
+}
+
+TEST_F(ClientOfARestartedServer, LeavesThePlaceToWhoHasHeldItForLonger) {
+  run(10, true, false);
+  stop_server();
+  run(15, false, true);
+  server.reboot();
+  run(10, true, true);
+  EXPECT_EQ(holder(), rival.endpoint().address);
+  EXPECT_FALSE(machine.discovery.take_takeover());
+}
+
+TEST_F(ClientOfARestartedServer, GivesNothingToWhoOnlyOfferedIt) {
+  server_answers = false;
+  run(10, true, false);
+  stop_server();
+  run(2, false, true);
+  server_answers = true;
+  run(5, true, true);
+  EXPECT_EQ(holder(), rival.endpoint().address);
+}
+
+TEST_F(ClientOfARestartedServer, GivesItToAnybodyElseIfItDoesNotAnswerThen) {
+  run(20, true, false);
+  stop_server();
+  run(3, false, true);
+  server_answers = false;
+  run(4, true, true);
+  EXPECT_EQ(holder(), rival.endpoint().address);
+  machine.events();
+  run(20, true, true);
+  EXPECT_THAT(machine.events(), IsEmpty()) << "it has had its chance";
+  EXPECT_EQ(holder(), rival.endpoint().address);
+}
+
+// A server whose discovery goes on, but which serves no more: calls are not answered.
+TEST_F(ClientOfARestartedServer, IsNotTornBetweenTwoWhenOneServesNoMore) {
+  run(1000, true, true);
+  int changes = 0;
+  for (int i = 0; i < 100; ++i) {
+    const auto served_by = machine.discovery.server_of(subscription);
+    if (served_by && served_by->peer == server_sd) {
+      for (int call = 0; call < 3; ++call) {
+        machine.discovery.not_answered(served_by->handle);
+      }
+    }
+    run(1, true, true);
+    changes += machine.discovery.take_takeover() ? 1 : 0;
+  }
+  EXPECT_LE(changes, 8);
+  EXPECT_EQ(holder(), rival.endpoint().address);
+}
+
+TEST_F(ClientOfARestartedServer, HasAPlaceForEachServiceThatItNeeds) {
+  std::vector<SubscriptionHandle> all;
+  for (std::uint16_t i = 1; i <= 60; ++i) {
+    const auto need = machine.discovery.require(
+        {.service = ServiceId{i}, .instance = InstanceId{1}, .major = 1}, machine.now);
+    ASSERT_TRUE(need);
+    all.push_back(
+        machine.discovery.subscribe(*need, {.eventgroup = EventgroupId{1}, .udp = own_udp}, machine.now)
+            .value());
+  }
+  const auto offer_all = [&](FakePeer& peer, const Endpoint& at, std::uint32_t ttl_s) {
+    for (std::uint16_t i = 1; i <= 60; ++i) {
+      machine.multicast(peer, {offer({udp(at)}, ttl_s, i, 1)});
+    }
+    machine.run_to(machine.now - start + 50ms);
+    for (std::uint16_t i = 1; i <= 60; ++i) {
+      FakePeer::Said answer = ack(1);
+      answer.entry.service = ServiceId{i};
+      answer.entry.instance = InstanceId{1};
+      machine.unicast(peer, {answer});
+    }
+    machine.run_to(machine.now - start + 950ms);
+  };
+  for (int i = 0; i < 5; ++i) {
+    offer_all(server, server_udp, 3);
+  }
+  offer_all(server, server_udp, 0);
+  offer_all(rival, rival_udp, 3);
+  offer_all(server, server_udp, 3);
+  for (const SubscriptionHandle one : all) {
+    EXPECT_EQ(machine.discovery.server_of(one).value().peer, server_sd);
+  }
+}
+
 // The impostor is the one that is called server here, and never answers; the honest one is the rival.
 class ClientOfAnImpostor : public ClientBesideARival {
  protected:

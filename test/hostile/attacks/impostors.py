@@ -6,7 +6,7 @@ import time
 
 import flows
 from attacker import CAR, Attacker, open_udp, pace
-from figures import at_least, at_most
+from figures import Figure, at_least, at_most
 from lab import ADDRESS, SILENT, Failed
 from scenario import scenario
 from wire import ENDLESS, GROUP, RESPONSE, SD_PORT, cloud, endpoint, load_balancing, sd_endpoint, service_entry, someip
@@ -134,6 +134,36 @@ for _name, _what, _attack, _rate in (
         ("first-offer-refused", "offers an instance first, and refuses each subscription", offer_and_refuse, 4)):
     scenario(_name, 10, f"an impostor {_what}")(
         lambda world, attack=_attack, rate=_rate: first_offer(world, attack, rate))
+
+
+@scenario("restart-impostor", 10, "an impostor that acknowledges and sends events, while the honest host restarts")
+def restart_impostor(world):
+    """Whoever holds the instance meanwhile, the honest host gets it back, and then nothing forged is accepted."""
+    world.honest(routes=world.route_of("events_in"), ends=["events_in=read:/events_in:cloud"])
+    parts = ("peer", HONEST, f"events_in=notify:0x5002:1:200:{world.scale.event_hz}")
+    before = world.end("honest", "honest-end", *parts)
+    received = lambda: flows.read(world.car_end.out)[0]["events_in"]  # noqa: E731
+    world.wait(lambda: received().received, "nothing comes through the bridge")
+    world.pass_time(6, "without the attack")
+    child = world.lab.fork("attacker", offer_and_forge, 20, False, True)
+    world.pass_time(1, "both offer")
+    before.stop()
+    away = time.monotonic_ns()
+    world.pass_time(2.5, "the impostor alone")
+    back = time.monotonic_ns()
+    after = world.end("honest", "honest-again", *parts)
+    world.pass_time(max(world.scale.attack_s, 6), "both offer again")
+    world.lab.end(child)
+    there, here = flows.read(after.out)[0]["events_in"], received()
+    known = set(there.sent)
+    first = min((came for stamp, came in here.received if stamp in known), default=None)
+    taken = sum(1 for stamp, came in here.received if stamp not in known and away + 1e9 < came < back)
+    wait = (first - back) / 1e9 if first else float("inf")
+    world.figures.append(Figure("forged and accepted while the honest one is away", taken))
+    world.figures.append(at_most("the honest one is carried after", wait, 2, "s", timed=bool(first)))
+    seen = flows.events(there, here, first or back, time.monotonic_ns() - int(1e9))
+    world.figures.append(at_most("forged and accepted from then on", seen.forged, 0))
+    world.figures.append(at_least("events_in kept from then on", seen.percent, 95, "%"))
 
 
 def offer_ever_others(rate, service):
