@@ -251,21 +251,10 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
   slots::Remote* remote = remote_of(entry, otherserv_of(configurations_[offered.configuration]));
   bool is_taken_over = false;
   if (remote != nullptr && remote->peer != arrival.peer) {
-    // Two servers claim the same service. The known one stays until its TTL is over: changing with every
-    // offer would help nobody. It is replaced only if it does not answer, or came while the other was away.
-    contested_ = remote->index;
-    count(counters_.ignored_conflicting_offer);
-    offered.is_back = guards && is_back(offered, *remote);
-    if (!guards || (!offered.is_back && !gives_way(*remote, arrival.now))) {
+    if (!takes_over(offered, *remote, arrival.now)) {
       return;
     }
-    contested_ = slots::Remote::none;
-    loser_ = remote->peer;
     is_taken_over = true;
-    lose(*remote, LossReason::replaced, arrival.now);
-    if (!offered.is_back) {
-      note_mute(*remote, arrival.now);
-    }
     remote = nullptr;
   }
   const bool replaced = remote != nullptr && !same_access(*remote, offered);

@@ -169,6 +169,24 @@ bool ServiceDiscovery::gives_way(slots::Remote& remote, TimePoint now) noexcept 
   return false;
 }
 
+// Two servers claim the same service. The known one stays until its TTL is over: changing with every offer
+// would help nobody. It is replaced only if it does not answer, or came while the other was away.
+bool ServiceDiscovery::takes_over(slots::Remote& offered, slots::Remote& known, TimePoint now) noexcept {
+  contested_ = known.index;
+  count(counters_.ignored_conflicting_offer);
+  offered.is_back = guards && is_back(offered, known);
+  if (!guards || (!offered.is_back && !gives_way(known, now))) {
+    return false;
+  }
+  contested_ = slots::Remote::none;
+  loser_ = known.peer;
+  lose(known, LossReason::replaced, now);
+  if (!offered.is_back) {
+    note_mute(known, now);
+  }
+  return true;
+}
+
 // --- Who held a service before ----------------------------------------------------------------------------
 
 std::uint16_t ServiceDiscovery::holder_of(const slots::Remote& remote) const noexcept {

@@ -499,6 +499,7 @@ class ServiceDiscovery {
   void spread(const slots::Remote& remote) noexcept;
   bool note_asked(slots::Remote& remote, bool is_open, TimePoint when) noexcept;
   [[nodiscard]] bool gives_way(slots::Remote& remote, TimePoint now) noexcept;
+  [[nodiscard]] bool takes_over(slots::Remote& offered, slots::Remote& known, TimePoint now) noexcept;
   [[nodiscard]] std::uint16_t holder_of(const slots::Remote& remote) const noexcept;
   [[nodiscard]] std::uint32_t held_by(const slots::Remote& remote) const noexcept;
   void note_held(const slots::Remote& remote) noexcept;
