@@ -98,13 +98,8 @@ void NetworkOptions::add_to(CLI::App& command) {
       .add_option("--address", address_,
                   "Own address, which chooses the network (default: where the system sends multicast)")
       ->type_name("IP");
-  command.add_option("--multicast", multicast_, "Group of service discovery")
-      ->type_name("IP")
-      ->capture_default_str();
-  command.add_option("--sd-port", sd_port_, "Port of service discovery")
-      ->type_name("N")
-      ->check(CLI::Range(1, 65535))
-      ->capture_default_str();
+  option(command, "--multicast", multicast_, "IP", "Group of service discovery");
+  option(command, "--sd-port", sd_port_, "N", "Port of service discovery", CLI::Range(1, 65535));
 }
 
 sd::NodeConfig NetworkOptions::config() const {
@@ -258,12 +253,22 @@ CLI::Validator number_between(double min, double max) {
   return CLI::Validator{fault, ""};
 }
 
-CLI::Validator seconds_above_zero() {
-  return number_between(0.001, 1e6);
+CLI::Option* add_seconds(CLI::App& command, const char* name, double& seconds, const char* what) {
+  CLI::Option* const option =
+      command.add_option(name, seconds, what)->type_name("SECONDS")->check(number_between(0.001, 1e6));
+  return seconds > 0 ? option->capture_default_str() : option;
 }
 
-CLI::Validator count_above_zero() {
-  return number_between(1, 1e9);
+CLI::Option* add_count(CLI::App& command, std::uint64_t& count, const char* what) {
+  return command.add_option("--count", count, what)->type_name("N")->check(number_between(1, 1e9));
+}
+
+void add_major(CLI::App& command, unsigned& major) {
+  option(command, "--major", major, "N", "Major version of the service", CLI::Range(0, 254));
+}
+
+void add_quiet(CLI::App& command, bool& quiet) {
+  command.add_flag("-q,--quiet", quiet, "Do not report discovery");
 }
 
 ServiceArgument parse_service(const std::string& text, bool any_instance) {

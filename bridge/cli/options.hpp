@@ -1,19 +1,19 @@
 // bridge/cli: what the commands of `trestle` share.
 //
-//   options.hpp         options of the network, services, types and payloads
+//   options.hpp         options of the network, services, types and payloads; option.hpp: any option
 //   session.hpp         an io_context with time limit, signals and output
 //   exit_status.hpp     what every command returns
 //   on_signal.hpp, signals.hpp  Ctrl-C and SIGUSR1
 //   terminal.hpp        colours, width
-//   duration_text.hpp   durations as text; interfaces.hpp: network interfaces by name
+//   duration_text.hpp   durations as text
 //
 // A command that needs something of another command's room finds it here, or puts it here.
 #pragma once
-#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "bridge/cli/option.hpp"
 #include "bridge/messages/values/message_values.hpp"
 #include "sd/net/node.hpp"
 
@@ -90,10 +90,15 @@ class TransportOptions {
 
 /// Checks that a value is a number of this range: unlike CLI::Range also that it is one at all, no NaN.
 [[nodiscard]] CLI::Validator number_between(double min, double max);
-/// The same for times in seconds: above zero, and up to eleven days.
-[[nodiscard]] CLI::Validator seconds_above_zero();
-/// The same for how many of something there are to be, at least one.
-[[nodiscard]] CLI::Validator count_above_zero();
+
+/// Times in seconds: above zero, and up to eleven days. 0 stands for an option that is not given.
+CLI::Option* add_seconds(CLI::App& command, const char* name, double& seconds, const char* what);
+/// --count: how many of something there are to be, at least one; likewise.
+CLI::Option* add_count(CLI::App& command, std::uint64_t& count, const char* what);
+/// --major, of a service.
+void add_major(CLI::App& command, unsigned& major);
+/// -q, --quiet.
+void add_quiet(CLI::App& command, bool& quiet);
 
 /// SERVICE.INSTANCE, such as "0x1234.0x0001" or "4660.1".
 struct ServiceArgument {

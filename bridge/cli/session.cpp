@@ -39,6 +39,14 @@ void Session::warn(const std::string& line) {
   note("warning: " + line);
 }
 
+std::function<void(const std::string& line)> Session::log(bool quiet) {
+  return [quiet](const std::string& line) {
+    if (!quiet) {
+      note(line);
+    }
+  };
+}
+
 void Session::every(Duration period, std::function<void()> tick) {
   tick_ = std::move(tick);
   ticker_.expires_after(period);

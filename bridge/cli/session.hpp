@@ -31,6 +31,8 @@ class Session {
   static void note(const std::string& line);
   /// Likewise, a warning.
   static void warn(const std::string& line);
+  /// note(), for what a Node tells of discovery.
+  static std::function<void(const std::string& line)> log(bool quiet);
 
   /// Calls `tick` every `period`, for the first time after one.
   void every(Duration period, std::function<void()> tick);

@@ -14,8 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "bridge/carry/commands/bridge_command.hpp"
-#include "bridge/carry/commands/check_command.hpp"
+#include "bridge/carry/commands/carry_commands.hpp"
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/terminal.hpp"
 #include "bridge/documents/section.hpp"

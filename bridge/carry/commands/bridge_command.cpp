@@ -1,4 +1,4 @@
-#include "bridge/carry/commands/bridge_command.hpp"
+#include "bridge/carry/commands/carry_commands.hpp"
 
 #include <fcntl.h>
 #include <spdlog/sinks/stdout_color_sinks.h>

@@ -1,8 +1,7 @@
-#include "bridge/carry/commands/check_command.hpp"
+#include "bridge/carry/commands/carry_commands.hpp"
 
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
 
@@ -10,6 +9,7 @@
 #include "bridge/carry/commands/field_packages.hpp"
 #include "bridge/carry/commands/summary.hpp"
 #include "bridge/cli/exit_status.hpp"
+#include "bridge/cli/option.hpp"
 #include "bridge/cli/terminal.hpp"
 
 namespace trestle::carry {
@@ -28,10 +28,8 @@ void add_check_command(CLI::App& app, int& status) {
   command->add_option("FILE", *files, "Configuration files (YAML)")->required();
   command->add_flag("-q,--quiet", *quiet, "Print problems only");
   const auto folder = std::make_shared<std::string>();
-  command
-      ->add_option("--field-services", *folder,
-                   "Write ROS packages with the services that are made for fields into this folder")
-      ->type_name("FOLDER");
+  cli::option(*command, "--field-services", *folder, "FOLDER",
+              "Write ROS packages with the services that are made for fields into this folder");
   command->callback([files, quiet, folder, &status] {
     for (const std::string& file : *files) {
       const auto config = load_or_explain(file);

@@ -19,9 +19,10 @@ namespace {
 
 using someip::value;
 
-std::string version(const Route& route) {
-  return route.minor == any_minor ? fmt::format("{}.any", route.major)
-                                  : fmt::format("{}.{}", route.major, route.minor);
+/// Of a route or a method.
+std::string version(const auto& carried) {
+  return carried.minor == any_minor ? fmt::format("{}.any", carried.major)
+                                    : fmt::format("{}.{}", carried.major, carried.minor);
 }
 
 std::string port(const Route& route) {
@@ -312,8 +313,6 @@ void append_patterns(std::string& out, const BridgeConfig& config, const cli::Co
 using MethodRow = std::array<std::string, 7>;
 
 MethodRow row(const MethodRoute& method) {
-  const std::string version = method.minor == any_minor ? fmt::format("{}.any", method.major)
-                                                        : fmt::format("{}.{}", method.major, method.minor);
   const std::string transport = !method.transport                     ? "as offered"
                                 : *method.transport == Transport::tcp ? "tcp"
                                                                       : "udp";
@@ -321,7 +320,7 @@ MethodRow row(const MethodRoute& method) {
           method.server == Server::someip ? "->" : "<-",
           fmt::format("0x{:04x}.0x{:04x}", value(method.service), value(method.instance)),
           fmt::format("0x{:04x}", value(method.method)),
-          version,
+          version(method),
           method.port == 0 ? transport : fmt::format("{} {}", transport, method.port),
           method.type};
 }

@@ -4,18 +4,59 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <cerrno>
+#include <csignal>
 #include <iostream>
 #include <memory>
+#include <system_error>
 
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/terminal.hpp"
 #include "bridge/documents/hex_line.hpp"
 #include "bridge/inspect/decode/capture_decoder.hpp"
-#include "bridge/inspect/decode/line_output.hpp"
 #include "pcaps/capture_file.hpp"
 
 namespace trestle::inspect {
 namespace {
+
+/// Writes JSON objects to a file descriptor, one a line, many lines at a time.
+class LineOutput {
+ public:
+  /// Ignores SIGPIPE in the whole process: see closed().
+  explicit LineOutput(int fd) : fd_{fd} { std::signal(SIGPIPE, SIG_IGN); }
+
+  /// Throws std::system_error when it has to write and cannot.
+  void print(const Json& object) {
+    constexpr std::size_t buffer_bytes = std::size_t{64} << 10U;
+    // JSON is UTF-8, but text from the network need not be.
+    buffer_ += object.dump(-1, ' ', false, Json::error_handler_t::replace);
+    buffer_ += '\n';
+    if (buffer_.size() >= buffer_bytes) {
+      flush();
+    }
+  }
+  void flush() {
+    for (std::string_view rest{buffer_}; !rest.empty() && !closed_;) {
+      const ssize_t written = ::write(fd_, rest.data(), rest.size());
+      if (written >= 0) {
+        rest.remove_prefix(static_cast<std::size_t>(written));
+      } else if (errno == EPIPE) {
+        closed_ = true;
+      } else if (errno != EINTR) {
+        throw std::system_error{errno, std::generic_category(), "cannot write the output"};
+      }
+    }
+    buffer_.clear();
+  }
+
+  /// The reader has closed its end (`| head`). That is no error: what is printed from now on is dropped.
+  [[nodiscard]] bool closed() const noexcept { return closed_; }
+
+ private:
+  int fd_;
+  std::string buffer_;
+  bool closed_ = false;
+};
 
 struct Arguments {
   std::string file;

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <string_view>
+#include <utility>
 
 #include "someip/wire/bytes.hpp"
 #include "someip/wire/return_code_name.hpp"
@@ -44,40 +47,24 @@ std::string hex_digits(ByteView bytes) {
 }
 
 Json message_type_name(MessageType type) {
-  switch (static_cast<std::uint8_t>(type)) {
-    case 0x00:
-      return "REQUEST";
-    case 0x01:
-      return "REQUEST_NO_RETURN";
-    case 0x02:
-      return "NOTIFICATION";
-    case 0x20:
-      return "TP_REQUEST";
-    case 0x21:
-      return "TP_REQUEST_NO_RETURN";
-    case 0x22:
-      return "TP_NOTIFICATION";
-    case 0x40:
-      return "REQUEST ACK";
-    case 0x41:
-      return "REQUEST_NO_RETURN ACK";
-    case 0x42:
-      return "NOTIFICATION ACK";
-    case 0x80:
-      return "RESPONSE";
-    case 0x81:
-      return "EXCEPTION";
-    case 0xa0:
-      return "TP_RESPONSE";
-    case 0xa1:
-      return "TP_EXCEPTION";
-    case 0xc0:
-      return "RESPONSE ACK";
-    case 0xc1:
-      return "EXCEPTION ACK";
-    default:
-      return nullptr;
-  }
+  constexpr std::array<std::pair<std::uint8_t, const char*>, 15> names{{{0x00, "REQUEST"},
+                                                                        {0x01, "REQUEST_NO_RETURN"},
+                                                                        {0x02, "NOTIFICATION"},
+                                                                        {0x20, "TP_REQUEST"},
+                                                                        {0x21, "TP_REQUEST_NO_RETURN"},
+                                                                        {0x22, "TP_NOTIFICATION"},
+                                                                        {0x40, "REQUEST ACK"},
+                                                                        {0x41, "REQUEST_NO_RETURN ACK"},
+                                                                        {0x42, "NOTIFICATION ACK"},
+                                                                        {0x80, "RESPONSE"},
+                                                                        {0x81, "EXCEPTION"},
+                                                                        {0xa0, "TP_RESPONSE"},
+                                                                        {0xa1, "TP_EXCEPTION"},
+                                                                        {0xc0, "RESPONSE ACK"},
+                                                                        {0xc1, "EXCEPTION ACK"}}};
+  const auto* const found =
+      std::ranges::find(names, static_cast<std::uint8_t>(type), &decltype(names)::value_type::first);
+  return found == names.end() ? Json(nullptr) : Json(found->second);
 }
 
 Json return_code_name(ReturnCode code) {

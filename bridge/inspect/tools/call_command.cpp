@@ -97,13 +97,7 @@ int run(CallArguments& options) {
   const sd::NodeConfig network = options.network.config();
 
   cli::Session session{options.forget ? options.timeout_s : 0};
-  sd::Node node{session.io, network,
-                [&](const std::string& line) {
-                  if (!options.quiet) {
-                    cli::Session::note(line);
-                  }
-                },
-                cli::Session::warn};
+  sd::Node node{session.io, network, cli::Session::log(options.quiet), cli::Session::warn};
   sd::Proxy proxy{node,
                   {.service = service.service,
                    .instance = service.instance,
@@ -139,20 +133,15 @@ void add_call_command(CLI::App& app, int& status) {
       ->required();
   command->add_option("METHOD", options->method, "Its id")->required();
   command->add_option("PAYLOAD", options->value, "Payload of the request");
-  command->add_option("--answer-type", options->answer_type, "Message type of the answer, if not --type")
-      ->type_name("PKG/MSG/TYPE");
-  command->add_option("--major", options->major, "Major version of the service")
-      ->type_name("N")
-      ->check(CLI::Range(0, 254))
-      ->capture_default_str();
-  command->add_option("--timeout", options->timeout_s, "For finding the service and for the answer, together")
-      ->type_name("SECONDS")
-      ->check(cli::seconds_above_zero())
-      ->capture_default_str();
+  cli::option(*command, "--answer-type", options->answer_type, "PKG/MSG/TYPE",
+              "Message type of the answer, if not --type");
+  cli::add_major(*command, options->major);
+  cli::add_seconds(*command, "--timeout", options->timeout_s,
+                   "For finding the service and for the answer, together");
   CLI::Option* udp = command->add_flag("--udp", options->udp, "Call over UDP");
   command->add_flag("--tcp", options->tcp, "Call over TCP")->excludes(udp);
   command->add_flag("--fire-and-forget", options->forget, "End when the request has been sent");
-  command->add_flag("-q,--quiet", options->quiet, "Do not report discovery");
+  cli::add_quiet(*command, options->quiet);
   options->payload.add_to(*command);
   options->network.add_to(*command);
   command->callback([options, &status] { status = run(*options); });

@@ -84,13 +84,8 @@ void add_find_command(CLI::App& app, int& status) {
       "  trestle find 0x1234.0x0001 --address 192.168.1.10 --timeout 10");
   const auto options = std::make_shared<FindArguments>();
   command->add_option("SERVICE", options->service, "SERVICE or SERVICE.INSTANCE, such as 0x1234.0x0001");
-  command->add_option("--timeout", options->timeout_s, "How long to look")
-      ->type_name("SECONDS")
-      ->check(cli::seconds_above_zero())
-      ->capture_default_str();
-  command->add_option("--count", options->count, "End when this many are found")
-      ->type_name("N")
-      ->check(cli::count_above_zero());
+  cli::add_seconds(*command, "--timeout", options->timeout_s, "How long to look");
+  cli::add_count(*command, options->count, "End when this many are found");
   command->add_flag("--json", options->json, "Print a JSON object for each");
   options->network.add_to(*command);
   command->callback([options, &status] { status = run(*options); });

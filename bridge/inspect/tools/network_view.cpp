@@ -1,5 +1,6 @@
 #include "bridge/inspect/tools/network_view.hpp"
 
+#include <array>
 #include <tuple>
 
 namespace trestle::inspect {
@@ -50,41 +51,14 @@ Endpoint peer_of(const sd::SdMessage& message, const Endpoint& from) {
 }  // namespace
 
 const char* to_string(Kind kind) noexcept {
-  switch (kind) {
-    case Kind::offered:
-      return "offered";
-    case Kind::changed:
-      return "changed";
-    case Kind::stopped:
-      return "stopped";
-    case Kind::expired:
-      return "expired";
-    case Kind::rebooted:
-      return "rebooted";
-    case Kind::looked_for:
-      return "looked_for";
-    case Kind::subscribed:
-      return "subscribed";
-    case Kind::acknowledged:
-      return "acknowledged";
-    case Kind::refused:
-      return "refused";
-    case Kind::unsubscribed:
-      break;
-  }
-  return "unsubscribed";
+  constexpr std::array names{"offered",    "changed",    "stopped",      "expired", "rebooted",
+                             "looked_for", "subscribed", "acknowledged", "refused", "unsubscribed"};
+  return names[static_cast<std::size_t>(kind)];
 }
 
 const char* to_string(SeenSubscription::State state) noexcept {
-  switch (state) {
-    case SeenSubscription::State::asked:
-      return "asked";
-    case SeenSubscription::State::acknowledged:
-      return "acknowledged";
-    case SeenSubscription::State::refused:
-      break;
-  }
-  return "refused";
+  constexpr std::array names{"asked", "acknowledged", "refused"};
+  return names[static_cast<std::size_t>(state)];
 }
 
 double SeenService::rate() const {

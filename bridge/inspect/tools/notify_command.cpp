@@ -29,7 +29,7 @@ int run(NotifyArguments& options) {
   const sd::NodeConfig network = options.network.config();
 
   cli::Session session{options.timeout_s};
-  sd::Node node{session.io, network, options.log(), cli::Session::warn};
+  sd::Node node{session.io, network, cli::Session::log(options.quiet), cli::Session::warn};
   const sd::OfferHandle handle = node.offer(spec);
   std::uint64_t sent = 0;
   bool waiting = false;
@@ -71,13 +71,9 @@ void add_notify_command(CLI::App& app, int& status) {
   command->add_option("EVENTGROUP", options->eventgroup, "Its id")->required();
   command->add_option("EVENT", options->event, "Id of the event")->required();
   command->add_option("PAYLOAD", options->value, "Payload of the event")->required();
-  command->add_option("--rate", options->rate_hz, "Events a second")
-      ->type_name("HZ")
-      ->check(cli::number_between(0.001, 10'000))
-      ->capture_default_str();
-  command->add_option("--count", options->count, "End after this many events")
-      ->type_name("N")
-      ->check(cli::count_above_zero());
+  cli::option(*command, "--rate", options->rate_hz, "HZ", "Events a second",
+              cli::number_between(0.001, 10'000));
+  cli::add_count(*command, options->count, "End after this many events");
   options->add_to(*command);
   command->callback([options, &status] { status = run(*options); });
 }

@@ -116,7 +116,7 @@ class Service {
     const sd::NodeConfig network = options_.network.config();
     cli::Session session{options_.timeout_s};
     session_ = &session;
-    sd::Node node{session.io, network, options_.log(), cli::Session::warn};
+    sd::Node node{session.io, network, cli::Session::log(options_.quiet), cli::Session::warn};
     node_ = &node;
     offer_ = node.offer(std::move(spec_));
     session.run();
@@ -237,10 +237,8 @@ void add_offer_command(CLI::App& app, int& status) {
              "Field and its value; '-' in place of an id: it has none");
   repeatable("--eventgroup", options->eventgroups, "ID",
              "Eventgroup with the notifiers of all fields; the default is 1");
-  command
-      ->add_option("--answer-type", options->answer_type,
-                   "Message type of what methods answer, if not --type")
-      ->type_name("PKG/MSG/TYPE");
+  cli::option(*command, "--answer-type", options->answer_type, "PKG/MSG/TYPE",
+              "Message type of what methods answer, if not --type");
   options->add_to(*command);
   command->callback([options, &status] {
     Service{*options}.run();

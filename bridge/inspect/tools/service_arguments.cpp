@@ -1,19 +1,12 @@
 #include "bridge/inspect/tools/service_arguments.hpp"
 
-#include "bridge/cli/session.hpp"
-
 namespace trestle::inspect {
 
 void ServiceArguments::add_to(CLI::App& command) {
-  command.add_option("--major", major, "Major version of the service")
-      ->type_name("N")
-      ->check(CLI::Range(0, 254))
-      ->capture_default_str();
-  command.add_option("--minor", minor, "Minor version of the service")->type_name("N")->capture_default_str();
-  command.add_option("--timeout", timeout_s, "End after this time")
-      ->type_name("SECONDS")
-      ->check(cli::seconds_above_zero());
-  command.add_flag("-q,--quiet", quiet, "Do not report discovery");
+  cli::add_major(command, major);
+  cli::option(command, "--minor", minor, "N", "Minor version of the service");
+  cli::add_seconds(command, "--timeout", timeout_s, "End after this time");
+  cli::add_quiet(command, quiet);
   transport.add_to(command, "The service is offered");
   payload.add_to(command);
   network.add_to(command);
@@ -32,14 +25,6 @@ sd::ServiceSpec ServiceArguments::spec() const {
     spec.tcp_port = 0;
   }
   return spec;
-}
-
-sd::DiscoveryLog ServiceArguments::log() const {
-  return [silent = quiet](const std::string& line) {
-    if (!silent) {
-      cli::Session::note(line);
-    }
-  };
 }
 
 }  // namespace trestle::inspect

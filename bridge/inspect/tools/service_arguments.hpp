@@ -17,7 +17,6 @@ struct ServiceArguments {
   void add_to(CLI::App& command);
   /// The service without its methods and events.
   [[nodiscard]] sd::ServiceSpec spec() const;
-  [[nodiscard]] sd::DiscoveryLog log() const;
 };
 
 }  // namespace trestle::inspect

@@ -23,16 +23,11 @@ std::string lifetime(const Seen& seen) {
   return seen.expires_ever() ? fmt::format("ttl {} s", seen.ttl_s) : "until reboot";
 }
 
+/// With two spaces before them, if there are any.
 template <typename Seen>
-std::string endpoints(const Seen& seen) {
-  std::string text;
-  if (seen.udp) {
-    text += "  udp " + someip::to_string(*seen.udp);
-  }
-  if (seen.tcp) {
-    text += "  tcp " + someip::to_string(*seen.tcp);
-  }
-  return text;
+std::string endpoints_of(const Seen& seen) {
+  const std::string text = endpoints(seen.udp, seen.tcp);
+  return text.empty() ? text : "  " + text;
 }
 
 template <typename Seen>
@@ -52,7 +47,7 @@ std::string describe(Sighting::Kind kind, const SeenSubscription& one) {
                   sd::to_string(one.service, one.instance), sd::hexadecimal(someip::value(one.eventgroup)),
                   someip::to_string(one.subscriber.address), someip::to_string(one.server.address));
   if (kind == Sighting::Kind::subscribed) {
-    text += endpoints(one) + "  " + lifetime(one);
+    text += endpoints_of(one) + "  " + lifetime(one);
   }
   if (kind == Sighting::Kind::acknowledged && one.multicast) {
     text += "  multicast " + someip::to_string(*one.multicast);
@@ -70,8 +65,22 @@ std::string time_text(TimePoint time) {
       since_1970.count() % 1000);
 }
 
+std::string endpoints(const std::optional<Endpoint>& udp, const std::optional<Endpoint>& tcp,
+                      const std::optional<Endpoint>& multicast) {
+  std::string text;
+  const auto add = [&](const char* what, const std::optional<Endpoint>& endpoint) {
+    if (endpoint) {
+      text += fmt::format("{}{} {}", text.empty() ? "" : "  ", what, someip::to_string(*endpoint));
+    }
+  };
+  add("udp", udp);
+  add("tcp", tcp);
+  add("multicast", multicast);
+  return text;
+}
+
 std::string describe(const SeenService& service) {
-  return sd::to_string(service.service, service.instance) + "  " + version(service) + endpoints(service) +
+  return sd::to_string(service.service, service.instance) + "  " + version(service) + endpoints_of(service) +
          "  " + by(service) + "  " + lifetime(service);
 }
 

@@ -17,6 +17,10 @@ namespace trestle::inspect {
 /// The same, after what happened to it: "offered     ".
 [[nodiscard]] std::string describe(const Sighting& sighting);
 
+/// "udp 10.0.0.5:30509  tcp 10.0.0.5:30510", of those that there are.
+[[nodiscard]] std::string endpoints(const std::optional<Endpoint>& udp, const std::optional<Endpoint>& tcp,
+                                    const std::optional<Endpoint>& multicast = {});
+
 /// Adds the fields of a service, "service" to "ttl", to an object.
 void add_service(nlohmann::ordered_json& object, const SeenService& service);
 void add_subscription(nlohmann::ordered_json& object, const SeenSubscription& subscription);

@@ -47,13 +47,7 @@ int run(SubscribeArguments& options) {
   options.payload.resolve();
   const sd::NodeConfig network = options.network.config();
   cli::Session session{options.timeout_s};
-  sd::Node node{session.io, network,
-                [&](const std::string& line) {
-                  if (!options.quiet) {
-                    cli::Session::note(line);
-                  }
-                },
-                cli::Session::warn};
+  sd::Node node{session.io, network, cli::Session::log(options.quiet), cli::Session::warn};
   std::uint64_t received = 0;
   std::uint64_t unprintable = 0;
   node.subscribe({.service = service.service,
@@ -103,17 +97,10 @@ void add_subscribe_command(CLI::App& app, int& status) {
   command->add_option("SERVICE.INSTANCE", options->service, "Such as 0x1234.0x0001")->required();
   command->add_option("EVENTGROUP", options->eventgroup, "Its id")->required();
   command->add_option("EVENT", options->events, "Ids of the events to print (default: all)");
-  command->add_option("--major", options->major, "Major version of the service")
-      ->type_name("N")
-      ->check(CLI::Range(0, 254))
-      ->capture_default_str();
-  command->add_option("--count", options->count, "End after this many events")
-      ->type_name("N")
-      ->check(cli::count_above_zero());
-  command->add_option("--timeout", options->timeout_s, "End after this time")
-      ->type_name("SECONDS")
-      ->check(cli::seconds_above_zero());
-  command->add_flag("-q,--quiet", options->quiet, "Do not report discovery");
+  cli::add_major(*command, options->major);
+  cli::add_count(*command, options->count, "End after this many events");
+  cli::add_seconds(*command, "--timeout", options->timeout_s, "End after this time");
+  cli::add_quiet(*command, options->quiet);
   options->transport.add_to(*command, "Events come");
   options->payload.add_to(*command);
   options->network.add_to(*command);

@@ -1,16 +1,19 @@
+#include <ifaddrs.h>
+#include <net/if.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <memory>
 
 #include "bridge/cli/exit_status.hpp"
-#include "bridge/cli/interfaces.hpp"
 #include "bridge/cli/options.hpp"
 #include "bridge/cli/terminal.hpp"
 #include "bridge/inspect/tools/live_watch.hpp"
 #include "bridge/inspect/tools/tool_commands.hpp"
 #include "bridge/inspect/tools/watch_lines.hpp"
 #include "pcaps/capture_file.hpp"
+#include "someip/net/addresses.hpp"
 #include "someip/net/socket_calls.hpp"
 
 namespace trestle::inspect {
@@ -44,6 +47,32 @@ struct WatchArguments {
   [[nodiscard]] WatchLines::Options of_lines() const { return {json, rates(), count}; }
 };
 
+/// Name of the network interface that has this address; nothing when none has.
+std::optional<std::string> interface_name(const IpAddress& address) {
+  std::array<char, IF_NAMESIZE> name{};
+  const unsigned index = someip::interface_of(address);
+  return index != 0 && if_indextoname(index, name.data()) != nullptr ? std::optional<std::string>{name.data()}
+                                                                     : std::nullopt;
+}
+
+/// The first address of an interface, IPv4 or IPv6; nothing when it has none.
+std::optional<IpAddress> address_of_interface(const std::string& name, bool v6) {
+  ifaddrs* all = nullptr;
+  if (getifaddrs(&all) != 0) {
+    return std::nullopt;
+  }
+  const std::unique_ptr<ifaddrs, decltype(&freeifaddrs)> owner{all, &freeifaddrs};
+  for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
+    if (one->ifa_addr != nullptr && name == one->ifa_name &&
+        one->ifa_addr->sa_family == (v6 ? AF_INET6 : AF_INET)) {
+      someip::SocketAddress address;
+      address.assign(*one->ifa_addr);
+      return address.endpoint().address;
+    }
+  }
+  return std::nullopt;
+}
+
 /// The address from which the system sends multicast, if it can.
 std::optional<IpAddress> own_address(const WatchArguments& options) {
   try {
@@ -57,7 +86,7 @@ Where where_of(const WatchArguments& options) {
   sd::NodeConfig network =
       options.interface.empty() ? options.network.config() : options.network.config_without_address();
   if (!network.address.is_unspecified()) {
-    const auto interface = cli::interface_name(network.address);
+    const auto interface = interface_name(network.address);
     if (!interface) {
       someip::fail(Transport::udp, {network.address, network.port}, "find the network interface",
                    EADDRNOTAVAIL);
@@ -66,7 +95,7 @@ Where where_of(const WatchArguments& options) {
   }
   const auto address = options.interface == "any"
                            ? own_address(options)
-                           : cli::address_of_interface(options.interface, network.multicast.v6);
+                           : address_of_interface(options.interface, network.multicast.v6);
   if (!address) {
     return {options.interface, std::nullopt};
   }
@@ -206,28 +235,18 @@ void add_watch_command(CLI::App& app, int& status) {
       "  trestle watch --json | jq -r 'select(.seen == \"expired\") | .service'");
   const auto options = std::make_shared<WatchArguments>();
   CLI::Option* interface =
-      command
-          ->add_option("--interface", options->interface,
-                       "Network interface to capture from, or any (default: that of --address)")
-          ->type_name("NAME");
-  CLI::Option* file = command
-                          ->add_option("--read", options->file,
-                                       "Show the traffic of a capture (pcap or pcapng; - for standard input)")
-                          ->type_name("FILE")
+      cli::option(*command, "--interface", options->interface, "NAME",
+                  "Network interface to capture from, or any (default: that of --address)");
+  CLI::Option* file = cli::option(*command, "--read", options->file, "FILE",
+                                  "Show the traffic of a capture (pcap or pcapng; - for standard input)")
                           ->excludes(interface);
-  CLI::Option* timeout = command->add_option("--timeout", options->timeout_s, "End after this time")
-                             ->type_name("SECONDS")
-                             ->check(cli::seconds_above_zero())
-                             ->excludes(file);
+  CLI::Option* timeout =
+      cli::add_seconds(*command, "--timeout", options->timeout_s, "End after this time")->excludes(file);
   CLI::Option* lines =
       command->add_flag("--lines", options->lines, "Print lines even on a terminal or for a file");
-  CLI::Option* count = command->add_option("--count", options->count, "End after this many lines")
-                           ->type_name("N")
-                           ->check(cli::count_above_zero());
+  CLI::Option* count = cli::add_count(*command, options->count, "End after this many lines");
   CLI::Option* duration =
-      command->add_option("--for", options->for_s, "Watch for this long, then print the tables once")
-          ->type_name("SECONDS")
-          ->check(cli::seconds_above_zero());
+      cli::add_seconds(*command, "--for", options->for_s, "Watch for this long, then print the tables once");
   command->add_flag("--once", options->once, "The same as --for 3")
       ->excludes(duration)
       ->excludes(file)
@@ -235,10 +254,8 @@ void add_watch_command(CLI::App& app, int& status) {
       ->excludes(lines)
       ->excludes(count);
   duration->excludes(file)->excludes(timeout)->excludes(lines)->excludes(count);
-  command->add_option("--rates", options->rates_s, "How often to print rates; 0: never")
-      ->type_name("SECONDS")
-      ->check(cli::number_between(0, 1e6))
-      ->capture_default_str();
+  cli::option(*command, "--rates", options->rates_s, "SECONDS", "How often to print rates; 0: never",
+              cli::number_between(0, 1e6));
   command->add_flag("--json", options->json, "JSON: an object for each line, or one with the tables");
   options->network.add_to(*command);
   command->callback([options, &status] { status = run(*options); });

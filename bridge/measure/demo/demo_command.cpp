@@ -1,10 +1,10 @@
 #include "bridge/measure/measure_commands.hpp"
 
-#include <CLI/CLI.hpp>
 #include <limits>
 #include <memory>
 
 #include "bridge/cli/exit_status.hpp"
+#include "bridge/cli/option.hpp"
 #include "bridge/measure/demo/demo.hpp"
 #include "bridge/measure/demo/endpoints.hpp"
 
@@ -30,16 +30,14 @@ void add_demo(CLI::App& app, int& status) {
       command->add_option("--seconds", *seconds, "End after this many seconds of clouds (default: Ctrl-C)")
           ->type_name("N")
           ->check(CLI::Range(1U, 1'000'000U));
-  command->add_option("--json", options->json_file, "Write the figures to this file")->type_name("FILE");
+  cli::option(*command, "--json", options->json_file, "FILE", "Write the figures to this file");
   command
       ->add_option("--input", options->inputs,
                    "Publish these point clouds (PCD) in turn instead of the synthetic scene")
       ->type_name("FILE")
       ->check(CLI::ExistingFile);
-  command->add_option("--rate", options->rate_hz, "Clouds a second, 0.1 to 1000")
-      ->type_name("HZ")
-      ->check(CLI::Range(0.1, rate_max_hz))
-      ->capture_default_str();
+  cli::option(*command, "--rate", options->rate_hz, "HZ", "Clouds a second, 0.1 to 1000",
+              CLI::Range(0.1, rate_max_hz));
   command->callback([options, seconds, limit, &status] {
     if (limit->count() > 0) {
       options->duration = std::chrono::seconds{*seconds};

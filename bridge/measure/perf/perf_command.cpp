@@ -30,8 +30,7 @@ struct OutputOptions {
 
   void add_to(CLI::App& command) {
     command.add_flag("--json", json, "Print the result as JSON, and no progress");
-    command.add_option("--plot", plot, "Draw latency over percentile into this file (SVG)")
-        ->type_name("FILE");
+    cli::option(command, "--plot", plot, "FILE", "Draw latency over percentile into this file (SVG)");
     command.add_flag("-q,--quiet", quiet, "Show no progress");
   }
 
@@ -65,12 +64,8 @@ struct WaitOptions {
   double busy_poll_us = 0;
 
   void add_to(CLI::App& command) {
-    command
-        .add_option("--busy-poll", busy_poll_us,
-                    "Poll for this long before waiting: quicker, but uses a core")
-        ->type_name("MICROSECONDS")
-        ->check(cli::number_between(0, 1e6))
-        ->capture_default_str();
+    cli::option(command, "--busy-poll", busy_poll_us, "MICROSECONDS",
+                "Poll for this long before waiting: quicker, but uses a core", cli::number_between(0, 1e6));
   }
   [[nodiscard]] Duration busy_poll() const {
     return std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::micro>{busy_poll_us});
@@ -90,13 +85,7 @@ int serve(const ServerOptions& options) {
   sd::NodeConfig network = options.network.config();
   network.unproven_answer_bytes = std::numeric_limits<std::size_t>::max();  // large answers are its purpose
   cli::Session session{options.timeout_s};
-  sd::Node node{session.io, network,
-                [&](const std::string& line) {
-                  if (!options.quiet) {
-                    cli::Session::note(line);
-                  }
-                },
-                cli::Session::warn};
+  sd::Node node{session.io, network, cli::Session::log(options.quiet), cli::Session::warn};
   {
     const perf::Server server{node, service.service, service.instance};
     session.run(options.wait.busy_poll());
@@ -116,10 +105,8 @@ void add_server(CLI::App& perf, int& status) {
       "  trestle perf server 0x7e57.2 --address 192.168.1.5");
   const auto options = std::make_shared<ServerOptions>();
   command->add_option("SERVICE.INSTANCE", options->service, "Its ids")->capture_default_str();
-  command->add_option("--timeout", options->timeout_s, "End after this time")
-      ->type_name("SECONDS")
-      ->check(cli::seconds_above_zero());
-  command->add_flag("-q,--quiet", options->quiet, "Do not report discovery");
+  cli::add_seconds(*command, "--timeout", options->timeout_s, "End after this time");
+  cli::add_quiet(*command, options->quiet);
   options->wait.add_to(*command);
   options->network.add_to(*command);
   command->callback([options, &status] { status = serve(*options); });
@@ -132,18 +119,10 @@ struct TimeOptions {
   double timeout_s = 5;
 
   void add_to(CLI::App& command, const char* timeout) {
-    command.add_option("--seconds", seconds, "How long to measure")
-        ->type_name("N")
-        ->check(cli::number_between(0.01, 1e6))
-        ->capture_default_str();
-    command.add_option("--warm-up", warm_up_s, "How long to warm up before that")
-        ->type_name("SECONDS")
-        ->check(cli::number_between(0, 1e3))
-        ->capture_default_str();
-    command.add_option("--timeout", timeout_s, timeout)
-        ->type_name("SECONDS")
-        ->check(cli::seconds_above_zero())
-        ->capture_default_str();
+    cli::option(command, "--seconds", seconds, "N", "How long to measure", cli::number_between(0.01, 1e6));
+    cli::option(command, "--warm-up", warm_up_s, "SECONDS", "How long to warm up before that",
+                cli::number_between(0, 1e3));
+    cli::add_seconds(command, "--timeout", timeout_s, timeout);
   }
 };
 
@@ -233,39 +212,25 @@ void add_client(CLI::App& perf, int& status) {
   command->add_option("SERVICE.INSTANCE", options->service, "Ids of the server")->capture_default_str();
   CLI::Option* const events =
       command->add_flag("--events", options->client.events, "Measure events, not calls");
-  command->add_option("--size", options->client.plan.bytes, "Bytes of payload; 64KB, 4MB: of 1024")
-      ->type_name("BYTES")
+  cli::option(*command, "--size", options->client.plan.bytes, "BYTES", "Bytes of payload; 64KB, 4MB: of 1024")
       ->transform(CLI::AsSizeValue(false))
-      ->check(CLI::Range(std::uint32_t{0}, perf::max_event_bytes))
-      ->capture_default_str();
+      ->check(CLI::Range(std::uint32_t{0}, perf::max_event_bytes));
   CLI::Option* const tcp = command->add_flag("--tcp", options->tcp, "Use TCP instead of UDP");
-  command->add_option("--in-flight", options->client.in_flight, "Calls at a time")
-      ->type_name("N")
-      ->check(CLI::Range(1, 1000))
-      ->excludes(events)  // an option that would have no effect is refused, here and below
-      ->capture_default_str();
-  command->add_option("--window", options->window, "Events under way at a time; 0: no limit")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1'000'000))
-      ->needs(events)
-      ->capture_default_str();
-  command->add_option("--rate", options->rate_hz, "Events a second; 0: as many as the window allows")
-      ->type_name("HZ")
-      ->check(cli::number_between(0, 1e7))
-      ->needs(events)
-      ->capture_default_str();
-  command->add_option("--separation", options->separation_us, "Time between two bursts of segments")
-      ->type_name("MICROSECONDS")
-      ->check(cli::number_between(0, 1e6))
-      ->excludes(tcp)
-      ->capture_default_str();
-  command
-      ->add_option("--burst", options->client.plan.burst,
-                   "Segments in a burst; 0: as many as the other end says it can take")
-      ->type_name("N")
-      ->check(CLI::Range(0, 10'000))
-      ->excludes(tcp)
-      ->capture_default_str();
+  // An option that would have no effect is refused.
+  cli::option(*command, "--in-flight", options->client.in_flight, "N", "Calls at a time", CLI::Range(1, 1000))
+      ->excludes(events);
+  cli::option(*command, "--window", options->window, "N", "Events under way at a time; 0: no limit",
+              CLI::Range(0, 1'000'000))
+      ->needs(events);
+  cli::option(*command, "--rate", options->rate_hz, "HZ", "Events a second; 0: as many as the window allows",
+              cli::number_between(0, 1e7))
+      ->needs(events);
+  cli::option(*command, "--separation", options->separation_us, "MICROSECONDS",
+              "Time between two bursts of segments", cli::number_between(0, 1e6))
+      ->excludes(tcp);
+  cli::option(*command, "--burst", options->client.plan.burst, "N",
+              "Segments in a burst; 0: as many as the other end says it can take", CLI::Range(0, 10'000))
+      ->excludes(tcp);
   options->time.add_to(*command, "For finding the service, and for each answer");
   options->output.add_to(*command);
   options->wait.add_to(*command);
@@ -316,10 +281,7 @@ void add_bridge(CLI::App& perf, int& status) {
   const auto options = std::make_shared<BridgeCommand>();
   CLI::Option* const reflect =
       command->add_flag("--reflect", options->reflect, "Be the other end, until Ctrl-C");
-  command->add_option("--domain", options->path.domain, "DDS domain")
-      ->type_name("N")
-      ->check(CLI::Range(0, 232))
-      ->capture_default_str();
+  cli::option(*command, "--domain", options->path.domain, "N", "DDS domain", CLI::Range(0, 232));
   command
       ->add_option("--interface", options->path.interfaces, "Own addresses that DDS may use (default: all)")
       ->type_name("IP")
@@ -327,15 +289,12 @@ void add_bridge(CLI::App& perf, int& status) {
   command->add_flag("--shared-memory", options->path.shared_memory,
                     "Let DDS use shared memory, as the bridges' `shared_memory: true`");
   command->add_option("--topic", options->path.topic, "Before /there and /back")->capture_default_str();
-  command->add_option("--size", options->path.bytes, "Bytes of points, 16 each; 64KB, 4MB: of 1024")
-      ->type_name("BYTES")
+  cli::option(*command, "--size", options->path.bytes, "BYTES",
+              "Bytes of points, 16 each; 64KB, 4MB: of 1024")
       ->transform(CLI::AsSizeValue(false))
-      ->check(CLI::Range(std::uint32_t{16}, perf::max_event_bytes))
-      ->capture_default_str();
-  command->add_option("--window", options->path.window, "Messages under way at a time")
-      ->type_name("N")
-      ->check(CLI::Range(std::uint32_t{1}, perf::max_path_window))
-      ->capture_default_str();
+      ->check(CLI::Range(std::uint32_t{16}, perf::max_event_bytes));
+  cli::option(*command, "--window", options->path.window, "N", "Messages under way at a time",
+              CLI::Range(std::uint32_t{1}, perf::max_path_window));
   options->time.add_to(*command, "For the first message to come back");
   options->output.add_to(*command);
   for (const char* of_who_measures :

@@ -1,0 +1,19 @@
+// bridge/carry/commands: `trestle bridge` and `trestle check`.
+//
+//   carry_commands.hpp  both; bridge_command.cpp runs a bridge; SIGUSR1 prints counters, SIGHUP reads the
+//   file again summary.hpp         that as tables explain.hpp         loads a file, or explains what is wrong
+//   with it field_packages.hpp  writes the ROS packages of field services
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace trestle::carry {
+
+/// `trestle bridge FILE.yaml`: runs the bridge until SIGINT or SIGTERM.
+void add_bridge_command(CLI::App& app, int& status);
+/// `trestle check FILE...`: says what is wrong with configurations, or what they would do.
+void add_check_command(CLI::App& app, int& status);
+
+}  // namespace trestle::carry
