@@ -80,7 +80,7 @@ inline messages::TypeTree everything_with_rules() {
 inline std::vector<messages::MessageRules> all_type_rules() {
   using someip::DataId;
   using someip::FieldWidth;
-  std::vector<messages::MessageRules> rules(5);
+  std::vector<messages::MessageRules> rules(7);
   for (std::size_t i = 0; i < rules.size(); ++i) {
     rules[i].payload.struct_length = FieldWidth::bits16;
     rules[i].default_missing = i % 2 == 1;
@@ -113,6 +113,27 @@ inline std::vector<messages::MessageRules> all_type_rules() {
   rules[4].types["fuzz_msgs/msg/Block"].byte_orders = {{"b", std::endian::little}};
   rules[4].payload.string_terminator = rules[4].payload.string_bom = false;
   rules[4].payload.alignment = 4;
+  for (std::size_t i = 5; i < rules.size(); ++i) {  // rules of single fields
+    using messages::FieldRules;
+    rules[i].default_missing = i == 6;
+    rules[i].payload.struct_length = FieldWidth::none;
+    rules[i].payload.length_fields_always_big = false;
+    rules[i].types["fuzz_msgs/msg/Part"].fields = {{"kind", {.bits = 3}}, {"added", {.bits = 7}}};
+    rules[i].types["fuzz_msgs/msg/Part#2"].itself.struct_length = FieldWidth::bits8;
+    rules[i].types["fuzz_msgs/msg/Shape"].itself = {.union_length = FieldWidth::bits16,
+                                                    .union_type = FieldWidth::bits8,
+                                                    .union_length_first = i == 5,
+                                                    .selectors = {4, 1, 200, 3}};
+    rules[i].types["fuzz_msgs/msg/Block"].fields = {
+        {"b", {.array_length = FieldWidth::bits8}},
+        {"shape", {.union_length = FieldWidth::none, .union_bytes = i == 5 ? 0 : 40}}};
+    rules[i].types["fuzz_msgs/msg/All"].fields = {
+        {"blocks", {.array_length = FieldWidth::bits16, .struct_length = FieldWidth::bits16}},
+        {"texts", {.string_length = FieldWidth::bits8, .bom = false, .terminator = false}},
+        {"wide", {.string_length = FieldWidth::bits16, .encoding = someip::StringEncoding::utf16le}},
+        {"part", {.variant = "fuzz_msgs/msg/Part#2"}},
+        {"more", {.bits = 11}}};
+  }
   return rules;
 }
 

@@ -57,7 +57,7 @@ std::string describe(const someip::PayloadRules& rules) {
 }
 
 std::string describe(const messages::MessageRules& rules) {
-  constexpr std::array forms{"", "a union", "8 bits", "16 bits", "32 bits"};
+  constexpr std::array forms{"", "a union", "8 bits", "16 bits", "32 bits", "empty"};
   std::string text = describe(rules.payload);
   text += rules.payload.union_null ? "; unions may be empty" : "";
   text += rules.payload.cut_longer_arrays ? "" : "; longer arrays refused";
@@ -77,6 +77,12 @@ std::string describe(const messages::MessageRules& rules) {
     }
     if (!type.byte_orders.empty()) {
       text += fmt::format("; {} has fields with a byte order of their own", name);
+    }
+    if (!type.fields.empty() || type.itself != messages::FieldRules{}) {
+      text +=
+          fmt::format("; {} has {}{}{}", name, type.fields.empty() ? "" : "fields with rules of their own",
+                      !type.fields.empty() && type.itself != messages::FieldRules{} ? " and " : "",
+                      type.itself != messages::FieldRules{} ? "rules for itself" : "");
     }
   }
   return text;

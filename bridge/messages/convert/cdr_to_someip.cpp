@@ -82,6 +82,29 @@ class CdrToSomeip : Converter<CdrToSomeip, false, quick::LoopToSomeip> {
     return true;
   }
 
+  bool packed(std::size_t i, const Op& op) {
+    std::byte* const to = out_.room(op.fixed_bytes);
+    std::fill_n(to, op.fixed_bytes, std::byte{0});
+    std::size_t index = 0;
+    for (const PackedNumber& one : program_.packed[op.members_at]) {
+      align(one.width);
+      if (left() < one.width) {
+        return failure_.set(ConversionFault::truncated, at_, i, index);
+      }
+      const std::uint64_t number = load_number(in_ + at_, one.width, source_.order);
+      if (one.is_bool && number > 1) {
+        return failure_.set(ConversionFault::bad_bool, at_, i, index);
+      }
+      if (!has_room_for(one, number)) {
+        return failure_.set(ConversionFault::bound_exceeded, at_, i, index);
+      }
+      put_bits(to, one, number);
+      at_ += one.width;
+      ++index;
+    }
+    return true;
+  }
+
   bool run_sequence(std::size_t i, const Op& op) {
     const std::size_t begin = at_;
     std::uint32_t elements = 0;
@@ -183,24 +206,23 @@ class CdrToSomeip : Converter<CdrToSomeip, false, quick::LoopToSomeip> {
 
   bool choice(std::size_t i, const Op& op) {
     const std::size_t begin = at_;
-    const bool type_first = !op.is_tagged && !rules_.union_length_first;
+    const bool type_first = !op.is_tagged && op.type_first;
     std::size_t type_place = out_.copied();
     if (type_first) {
-      static_cast<void>(out_.room(bytes(rules_.union_type)));
+      static_cast<void>(out_.room(bytes(op.type_width)));
     }
     LengthField length = open_length(op.length);
     if (!type_first) {
       type_place = out_.copied();
-      static_cast<void>(out_.room(bytes(rules_.union_type)));
+      static_cast<void>(out_.room(bytes(op.type_width)));
     }
     const std::size_t data = out_.position();
     if (!op.is_tagged) {
       length.begin = data;  // the length does not count the type field  [feat_req_someip_272]
     }
     std::size_t type = 0;
-    std::size_t chosen = 0;
+    bool chosen = false;
     for (std::size_t j = i + 1; j < op.end; j = program_.ops[j].end) {
-      ++type;
       std::uint32_t count = 0;
       const std::size_t count_at = at_;
       if (!read_count(j, program_.ops[j], count)) {
@@ -209,22 +231,27 @@ class CdrToSomeip : Converter<CdrToSomeip, false, quick::LoopToSomeip> {
       if (count == 0) {
         continue;
       }
-      if (chosen != 0) {  // [feat_req_someip_263]
+      if (chosen) {  // [feat_req_someip_263]
         return failure_.set(ConversionFault::bad_union, count_at, j);
       }
-      chosen = type;
+      chosen = true;
+      type = static_cast<std::size_t>(program_.ops[j].count);
       if (!block(j + 1, program_.ops[j].end)) {
         return failure_.in_loop(0);
       }
     }
-    if (chosen == 0 && !rules_.union_null) {
+    if (!chosen && !rules_.union_null) {
       return failure_.set(ConversionFault::bad_union, begin, i);
     }
-    if (op.length == FieldWidth::none) {  // [feat_req_someip_583]
-      const std::size_t size = static_cast<std::size_t>(op.count) - (out_.position() - data);
+    if (op.length == FieldWidth::none && op.count != 0) {  // [feat_req_someip_583]
+      const std::size_t used = out_.position() - data;
+      if (used > op.count) {
+        return failure_.set(ConversionFault::length_overflow, begin, i);
+      }
+      const std::size_t size = static_cast<std::size_t>(op.count) - used;
       std::fill_n(out_.room(size), size, std::byte{0});
     }
-    store_length(out_.place(type_place), rules_.union_type, chosen, length_order(rules_));
+    store_length(out_.place(type_place), op.type_width, type, length_order(rules_));
     if (op.length != FieldWidth::none) {
       if (!close_length(length)) {
         return failure_.set(ConversionFault::length_overflow, begin, i);
@@ -258,19 +285,19 @@ class CdrToSomeip : Converter<CdrToSomeip, false, quick::LoopToSomeip> {
       return failure_.set(ConversionFault::bound_exceeded, begin, i);
     }
     const LengthField length = open_length(op.length);
-    write(program_.strings.bom);
-    if (rules_.string_encoding == someip::StringEncoding::utf8) {
+    const StringFrame& frame = frame_of(op);
+    write(frame.bom);
+    if (!frame.utf16) {
       out_.put(text);
-    } else if (!put_utf16(text)) {
+    } else if (!put_utf16(text, utf16_order(frame.encoding))) {
       return failure_.set(ConversionFault::bad_encoding, begin, i);
     }
-    write(program_.strings.terminator);
+    write(frame.terminator);
     return end_string(i, op, length, begin);
   }
 
   /// False if it is not well-formed UTF-8.
-  bool put_utf16(ByteView text) {
-    const std::endian order = utf16_order(rules_.string_encoding);
+  bool put_utf16(ByteView text, std::endian order) {
     const std::size_t room = 2 * text.size();  // a byte of UTF-8 is never more than a unit of UTF-16
     std::byte* const to = out_.room(room);
     std::size_t written = 0;
@@ -299,9 +326,10 @@ class CdrToSomeip : Converter<CdrToSomeip, false, quick::LoopToSomeip> {
     }
     const std::size_t bytes = 2 * std::size_t{units};
     const LengthField length = open_length(op.length);
-    write(program_.wide_strings.bom);
+    const StringFrame& frame = frame_of(op);
+    write(frame.bom);
     std::byte* to = out_.room(bytes);
-    const std::endian to_order = utf16_order(wide_encoding(rules_));
+    const std::endian to_order = utf16_order(frame.encoding);
     for (std::uint32_t unit = 0; unit < units; ++unit, at_ += 4, to += 2) {
       const auto character = someip::load<std::uint32_t>(in_ + at_, source_.order);
       if (character > 0xffff) {
@@ -312,12 +340,14 @@ class CdrToSomeip : Converter<CdrToSomeip, false, quick::LoopToSomeip> {
       }
       someip::store(to, static_cast<std::uint16_t>(character), to_order);
     }
-    write(program_.wide_strings.terminator);
+    write(frame.terminator);
     return end_string(i, op, length, begin);
   }
 
+  [[nodiscard]] const StringFrame& frame_of(const Op& op) const noexcept { return program_.frames[op.frame]; }
+
   [[nodiscard]] bool ends_with_zero(const Op& op) const noexcept {
-    return rules_.string_terminator || op.fixed_bytes != 0;
+    return !frame_of(op).terminator.empty() || op.fixed_bytes != 0;
   }
 
   /// Called after the terminator has been written.

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <optional>
 
 #include "bridge/messages/convert/conversion_plan.hpp"
@@ -87,6 +89,30 @@ bool is_service(const std::string& type) {
          type.ends_with("_GetResult");
 }
 
+bool is_short_length(someip::FieldWidth width) {
+  return width == someip::FieldWidth::bits8 || width == someip::FieldWidth::bits16;
+}
+
+/// The shortest length field that an array has, in any of the variants of its message.
+someip::FieldWidth array_length(const MessageRules& rules, const std::string& message,
+                                const std::string& field) {
+  std::optional<someip::FieldWidth> shortest;
+  bool has_own = false;
+  for (const auto& [name, type] : rules.types) {
+    if (type_of_rules(name) != message) {
+      continue;
+    }
+    has_own = has_own || name == message;
+    const auto use = type.fields.find(field);
+    const someip::FieldWidth width = use != type.fields.end() && use->second.array_length
+                                         ? *use->second.array_length
+                                         : rules.payload.array_length;
+    shortest = std::min(width, shortest.value_or(width));
+  }
+  return has_own ? *shortest
+                 : std::min(rules.payload.array_length, shortest.value_or(rules.payload.array_length));
+}
+
 std::string check_lengths_of(const TypeTree& tree, const MessageRules& rules);
 
 }  // namespace
@@ -123,8 +149,12 @@ std::string check_field_service(const std::string& service, const std::string& v
 
 std::string check_lengths(const std::string& type, const std::vector<std::string>& folders,
                           const MessageRules& rules) {
-  if (rules.payload.array_length == someip::FieldWidth::none ||
-      rules.payload.array_length == someip::FieldWidth::bits32) {
+  const auto is_short = [](const auto& one) {
+    return std::ranges::any_of(one.second.fields, [](const auto& field) {
+      return field.second.array_length && is_short_length(*field.second.array_length);
+    });
+  };
+  if (!is_short_length(rules.payload.array_length) && std::ranges::none_of(rules.types, is_short)) {
     return {};
   }
   TypeLibrary library{{folders.begin(), folders.end()}, ament_prefixes()};
@@ -143,9 +173,7 @@ std::string check_lengths(const std::string& type, const std::vector<std::string
 namespace {
 
 std::string check_lengths_of(const TypeTree& tree, const MessageRules& rules) {
-  const std::size_t bits = 8 * bytes(rules.payload.array_length);
-  const std::uint64_t countable = (std::uint64_t{1} << bits) - 1;
-  std::vector<std::string> names;
+  std::map<someip::FieldWidth, std::vector<std::string>> names;
   const Most most{tree, rules.payload};
   for (const MessageDefinition& message : tree.messages) {
     for (const Field& field : message.fields) {
@@ -154,17 +182,24 @@ std::string check_lengths_of(const TypeTree& tree, const MessageRules& rules) {
           (field.type.array != ArrayKind::bounded && field.type.array != ArrayKind::unbounded)) {
         continue;
       }
+      const someip::FieldWidth width = array_length(rules, message.name, field.name);
+      const std::uint64_t countable = (std::uint64_t{1} << 8 * bytes(width)) - 1;
+      if (!is_short_length(width)) {
+        continue;
+      }
       if (const auto elements = most.elements(field.type); !elements || *elements > countable) {
-        names.push_back(&message == &tree.root() ? field.name : message.name + "." + field.name);
+        names[width].push_back(&message == &tree.root() ? field.name : message.name + "." + field.name);
       }
     }
   }
-  if (names.empty()) {
-    return {};
+  std::string text;
+  for (const auto& [width, arrays] : names) {
+    const std::size_t bits = 8 * bytes(width);
+    text += fmt::format(
+        "{}with array_length: {}, messages are dropped in which one of these has more than {} bytes: {}",
+        text.empty() ? "" : "; ", bits, (std::uint64_t{1} << bits) - 1, fmt::join(arrays, ", "));
   }
-  return fmt::format(
-      "with array_length: {}, messages are dropped in which one of these has more than {} bytes: {}", bits,
-      countable, fmt::join(names, ", "));
+  return text;
 }
 
 }  // namespace

@@ -163,6 +163,8 @@ class Converter {
         return side().bools(i, op);
       case Op::Kind::bits:
         return side().bits(i, op);
+      case Op::Kind::packed:
+        return side().packed(i, op);
       case Op::Kind::string:
         return side().string(i, op);
       case Op::Kind::wstring:

@@ -33,6 +33,11 @@ bool DefaultWriter::zeros(std::size_t begin, std::size_t end) {
       case Op::Kind::bits:
         good = zero_numbers(op.count, 1);
         break;
+      case Op::Kind::packed:
+        for (const PackedNumber& one : program_.packed[op.members_at]) {
+          good = good && zero_numbers(1, one.width);
+        }
+        break;
       case Op::Kind::string:
         good = text("", false);
         break;

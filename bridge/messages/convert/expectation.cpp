@@ -44,6 +44,9 @@ std::string when_truncated(const Program& program, const Op& op, bool to_cdr, By
       return bytes_wanted(1, rest.size());
     case Op::Kind::bits:
       return bytes_wanted(to_cdr ? op.width : 1, rest.size());
+    case Op::Kind::packed:
+      return to_cdr ? bytes_wanted(op.fixed_bytes, rest.size())
+                    : fmt::format("a whole number wanted, {} left", count_of(rest.size(), "byte"));
     case Op::Kind::repeat:
       return bytes_wanted(op.count * (to_cdr ? op.min_someip : op.min_cdr), rest.size());
     case Op::Kind::tagged:
@@ -60,7 +63,7 @@ std::string text_wanted(const Program& program, const Op& op, bool to_cdr) {
   if (!to_cdr) {
     return "characters other than zero, and one zero behind them, wanted";
   }
-  const StringFrame& frame = op.kind == Op::Kind::wstring ? program.wide_strings : program.strings;
+  const StringFrame& frame = program.frames[op.frame];
   std::string wanted;
   if (!frame.bom.empty()) {
     wanted += "BOM " + in_hexadecimal(frame.bom);
@@ -99,13 +102,14 @@ std::string expectation(const Program& program, ConversionFault fault, std::size
     case ConversionFault::trailing_bytes:
       return fmt::format("the end wanted, {} left", count_of(rest.size(), "byte"));
     case ConversionFault::bound_exceeded:
-      return fmt::format("at most {} wanted", op.bound);
+      return op.kind == Op::Kind::packed ? "a number that its bits can hold wanted"
+                                         : fmt::format("at most {} wanted", op.bound);
     case ConversionFault::bad_bool:
       return "0 or 1 wanted";
     case ConversionFault::bad_string:
       return text_wanted(program, op, to_cdr);
     case ConversionFault::bad_encoding: {
-      const bool utf16 = op.kind == Op::Kind::wstring || (to_cdr && program.strings.utf16);
+      const bool utf16 = op.kind == Op::Kind::wstring || (to_cdr && program.frames[op.frame].utf16);
       return utf16 ? "UTF-16 wanted" : "UTF-8 wanted";
     }
     case ConversionFault::bad_length:
@@ -113,6 +117,7 @@ std::string expectation(const Program& program, ConversionFault fault, std::size
     case ConversionFault::length_overflow: {
       const std::size_t bits = 8 * bytes(op.length);
       return op.fixed_bytes != 0 ? fmt::format("at most {} bytes wanted", op.fixed_bytes)
+             : bits == 0         ? fmt::format("at most {} bytes wanted", op.count)
                                  : fmt::format("at most {} bytes wanted, as the length field has {} bits",
                                                (std::uint64_t{1} << bits) - 1, bits);
     }
@@ -125,13 +130,14 @@ std::string expectation(const Program& program, ConversionFault fault, std::size
       return "a member with this tag wanted";
     case ConversionFault::bad_union: {
       std::size_t alternatives = 0;
+      bool counted = true;
       const Op& holder = op;
       for (std::size_t j = at + 1; holder.kind == Op::Kind::choice && known && j < holder.end;
            j = program.ops[j].end) {
-        ++alternatives;
+        counted = counted && program.ops[j].count == ++alternatives;
       }
       return !to_cdr ? "one alternative wanted"
-             : alternatives == 0
+             : alternatives == 0 || !counted
                  ? "a type that is known wanted"
                  : fmt::format("a type from {} to {} wanted", program.rules.union_null ? 0 : 1, alternatives);
     }

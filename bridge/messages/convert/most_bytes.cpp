@@ -35,6 +35,9 @@ Bytes most_of(const Program& program, std::size_t from, std::size_t to) {
       case Op::Kind::bits:
         most = op.width;
         break;
+      case Op::Kind::packed:
+        most = op.fixed_bytes;
+        break;
       case Op::Kind::string:
       case Op::Kind::wstring:
         // In any encoding, with BOM and terminator.

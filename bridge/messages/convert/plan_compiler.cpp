@@ -8,6 +8,7 @@
 #include <limits>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "bridge/messages/convert/conversion_plan.hpp"
 #include "bridge/messages/convert/default_values.hpp"
@@ -33,6 +34,19 @@ std::uint64_t times(std::uint64_t a, std::uint64_t b) {
              : a * b;
 }
 
+bool is_signed(Primitive primitive) {
+  return primitive == Primitive::int8 || primitive == Primitive::int16 || primitive == Primitive::int32 ||
+         primitive == Primitive::int64;
+}
+
+bool is_integer(Primitive primitive) {
+  return width(primitive) != 0 && primitive != Primitive::boolean && primitive != Primitive::float32 &&
+         primitive != Primitive::float64;
+}
+
+/// Numbers in one row of bits.
+constexpr std::size_t max_packed_numbers = max_fields_per_type;
+
 bool is_optional(const FieldType& type) {
   return type.array == ArrayKind::bounded && type.array_size == 1;
 }
@@ -51,6 +65,7 @@ class Compiler {
       complain(fmt::format("an alignment of {} bytes: expected a power of two", payload_.alignment));
     } else {
       check_types();
+      check_variants();
       message(tree_.root(), "", false);
       program_.may_be_longer = is_overestimated();
       static std::atomic<std::uint64_t> programs = 0;
@@ -66,7 +81,7 @@ class Compiler {
   /// Rules for types or fields that do not exist are mistakes.
   void check_types() {
     for (const auto& [name, own] : rules_.types) {
-      const auto used = std::ranges::find(tree_.messages, name, &MessageDefinition::name);
+      const auto used = std::ranges::find(tree_.messages, type_of_rules(name), &MessageDefinition::name);
       if (used == tree_.messages.end()) {
         complain(fmt::format("there are rules for {}, which it does not contain", name));
         continue;
@@ -84,6 +99,7 @@ class Compiler {
       expect_fields(own.tags, "tag");
       expect_fields(own.fixed_strings, "size");
       expect_fields(own.byte_orders, "byte order");
+      expect_fields(own.fields, "rule");
       for (const Field& field : used->fields) {
         if (own.byte_orders.contains(field.name) && field.type.primitive &&
             width(*field.type.primitive) < 2) {
@@ -94,6 +110,80 @@ class Compiler {
       if (own.form != TypeRules::Form::structure && !(own.tags.empty() && own.fixed_strings.empty())) {
         complain(fmt::format("{} is no struct, so its fields have no tags or fixed sizes", name));
       }
+      if (own.form != TypeRules::Form::structure && own.form != TypeRules::Form::choice &&
+          !own.fields.empty()) {
+        complain(fmt::format("{} is neither a struct nor a union, so its fields have no rules", name));
+      }
+      if (own.form == TypeRules::Form::empty && !used->fields.empty()) {
+        complain(fmt::format("{} is empty, but has fields", name));
+      }
+      check_itself(own, name);
+    }
+  }
+
+  /// Of a message as a whole there are only the rules of structs and unions.
+  void check_itself(const TypeRules& own, const std::string& name) {
+    const FieldRules& itself = own.itself;
+    if (itself.array_length || itself.string_length || itself.encoding || itself.bom || itself.terminator ||
+        itself.bits != 0 || !itself.variant.empty()) {
+      complain(fmt::format("{} has rules for itself that only fields have", name));
+    }
+    check_frame(itself, own.form, name);
+  }
+
+  /// Whether a message of this form has what the rules are about.
+  void check_frame(const FieldRules& rules, TypeRules::Form form, const std::string& what) {
+    const bool of_union = rules.union_length || rules.union_type || rules.union_length_first ||
+                          rules.union_bytes || !rules.selectors.empty();
+    if (rules.struct_length && form != TypeRules::Form::structure) {
+      complain(fmt::format("{} has a struct length, but is no struct", what));
+    }
+    if (of_union && form != TypeRules::Form::choice) {
+      complain(fmt::format("{} has rules of a union, but is none", what));
+    }
+  }
+
+  /// Rules that no field asks for are mistakes, too.
+  void check_variants() {
+    const auto is_taken = [&](const std::string& variant) {
+      return std::ranges::any_of(rules_.types, [&](const auto& type) {
+        return std::ranges::any_of(type.second.fields,
+                                   [&](const auto& field) { return field.second.variant == variant; });
+      });
+    };
+    for (const auto& [name, own] : rules_.types) {
+      if (type_of_rules(name) != name && !is_taken(name)) {
+        complain(fmt::format("there are rules for {}, which no field takes", name));
+      }
+    }
+  }
+
+  /// Rules of a single field that are about something which it does not have.
+  void check_use(const FieldType& type, const FieldRules& use, const std::string& path, bool is_tagged) {
+    const bool is_array = type.array != ArrayKind::none;
+    const bool is_string = type.primitive && width(*type.primitive) == 0;
+    if (use.array_length && !is_array) {
+      complain(fmt::format("{} has an array length, but is no array", path));
+    }
+    if ((use.string_length || use.encoding || use.bom || use.terminator) && !is_string) {
+      complain(fmt::format("{} has rules of a string, but is none", path));
+    }
+    if (use.bits != 0 && (!type.primitive || !is_integer(*type.primitive))) {
+      complain(fmt::format("{} has a number of bits, but is no integer", path));
+    }
+    if (type.primitive) {
+      check_frame(use, TypeRules::Form::empty, path);
+      if (!use.variant.empty()) {
+        complain(fmt::format("{} takes the rules {}, but is no message", path, use.variant));
+      }
+    } else {
+      const MessageDefinition& nested = tree_.messages[type.message_index];
+      const TypeRules* const own = rules_of(nested, &use);
+      check_frame(use, own == nullptr ? TypeRules::Form::structure : own->form, path);
+    }
+    if (is_tagged && (use.array_length || use.bits != 0 ||
+                      (!is_array && (use.string_length || use.struct_length || use.union_length)))) {
+      complain(fmt::format("{} is tagged: its length field is the one of tagged members", path));
     }
   }
 
@@ -110,9 +200,26 @@ class Compiler {
     });
   }
 
-  [[nodiscard]] const TypeRules* rules_of(const MessageDefinition& definition) const {
-    const auto own = rules_.types.find(definition.name);
+  /// @param use  of the message; null: there are no rules for it.
+  [[nodiscard]] const TypeRules* rules_of(const MessageDefinition& definition, const FieldRules* use) {
+    const bool is_variant = use != nullptr && !use->variant.empty();
+    const std::string& key = is_variant ? use->variant : definition.name;
+    const auto own = rules_.types.find(key);
+    if (is_variant && (own == rules_.types.end() || type_of_rules(key) != definition.name)) {
+      complain(fmt::format("a field takes the rules {}, which are none of {}", key, definition.name));
+      return nullptr;
+    }
     return own == rules_.types.end() ? nullptr : &own->second;
+  }
+
+  /// What is said of a message: by the field, by the message itself, or by the payload.
+  template <typename T>
+  [[nodiscard]] static T said(std::optional<T> FieldRules::*what, const FieldRules* use, const TypeRules* own,
+                              T otherwise) {
+    if (use != nullptr && use->*what) {
+      return *(use->*what);
+    }
+    return own != nullptr && own->itself.*what ? *(own->itself.*what) : otherwise;
   }
 
   /// The length field of an element: the one of its kind, or the one that follows a tag.
@@ -123,37 +230,46 @@ class Compiler {
   }
 
   Least message(const MessageDefinition& definition, const std::string& path, bool is_tagged) {
-    const TypeRules* const own = rules_of(definition);
+    const FieldRules* const use = use_;
+    const TypeRules* const own = rules_of(definition, use);
+    end_row();
     if (own != nullptr && own->form == TypeRules::Form::choice) {
-      return choice(definition, path, is_tagged);
+      return choice(definition, *own, use, path, is_tagged);
+    }
+    if (own != nullptr && own->form == TypeRules::Form::empty) {
+      return pack({.width = 1}, 1, {.path = path});
     }
     if (own != nullptr && own->form != TypeRules::Form::structure) {
       return bits(definition, own->form, path);
     }
-    const FieldWidth width = length(payload_.struct_length, is_tagged);
+    const FieldWidth width =
+        length(said(&FieldRules::struct_length, use, own, payload_.struct_length), is_tagged);
     if (own != nullptr && !own->tags.empty()) {
       return tagged(definition, *own, width, path);
     }
     if (width == FieldWidth::none) {
-      return fields(definition, path, path.empty());
+      return fields(definition, own, path, path.empty());
     }
     // The message itself is a struct like the ones within it.  [feat_req_someip_600]
     return enclosed({.kind = Op::Kind::structure, .length = width}, path,
-                    [&] { return fields(definition, path, true); });
+                    [&] { return fields(definition, own, path, true); });
   }
 
   /// @param may_miss  whether the end of the message can be seen, so that the last fields may be missing.
-  Least fields(const MessageDefinition& definition, const std::string& path, bool may_miss) {
+  Least fields(const MessageDefinition& definition, const TypeRules* own, const std::string& path,
+               bool may_miss) {
     Least least;
     for_each_field(definition, path, [&](const Field& one, const std::string& name) {
-      const std::uint32_t default_at = default_of(one);
+      // Numbers in bits are not missing one by one.
+      const bool is_in_row = is_row_open() || has_bits(own, one);
+      const std::uint32_t default_at = is_in_row ? no_default : default_of(one);
       Least added;
-      if (rules_.default_missing && (may_miss || default_at != no_default)) {
+      if (rules_.default_missing && !is_in_row && (may_miss || default_at != no_default)) {
         added = enclosed({.kind = Op::Kind::field, .may_miss = may_miss, .default_at = default_at}, name,
-                         [&] { return field(definition, one, name, false); });
+                         [&] { return field(own, one, name, false); });
         added.someip = may_miss ? 0 : added.someip;
       } else {
-        added = field(definition, one, name, false);
+        added = field(own, one, name, false);
       }
       add(least, added, name);
     });
@@ -187,6 +303,14 @@ class Compiler {
     }
   }
 
+  [[nodiscard]] static bool has_bits(const TypeRules* own, const Field& field) {
+    if (own == nullptr) {
+      return false;
+    }
+    const auto use = own->fields.find(field.name);
+    return use != own->fields.end() && use->second.bits != 0;
+  }
+
   static constexpr std::uint32_t no_default = std::numeric_limits<std::uint32_t>::max();
 
   std::uint32_t default_of(const Field& field) {
@@ -197,9 +321,7 @@ class Compiler {
     return static_cast<std::uint32_t>(program_.defaults.size() - 1);
   }
 
-  Least field(const MessageDefinition& definition, const Field& field, const std::string& path,
-              bool is_tagged) {
-    const TypeRules* const own = rules_of(definition);
+  Least field(const TypeRules* own, const Field& field, const std::string& path, bool is_tagged) {
     fixed_bytes_ = 0;
     if (own != nullptr && own->fixed_strings.contains(field.name)) {
       fixed_bytes_ = own->fixed_strings.find(field.name)->second;
@@ -207,12 +329,18 @@ class Compiler {
         complain(fmt::format("{} has a fixed size of bytes, but is no string", path));
       }
     }
+    const FieldRules* const outer_use = std::exchange(use_, nullptr);
+    if (own != nullptr && own->fields.contains(field.name)) {
+      use_ = &own->fields.find(field.name)->second;
+      check_use(field.type, *use_, path, is_tagged);
+    }
     const std::endian outer = order_;
     if (own != nullptr && own->byte_orders.contains(field.name)) {
       order_ = own->byte_orders.find(field.name)->second;
     }
     const Least least = array(field.type, path, is_tagged);
     order_ = outer;
+    use_ = outer_use;
     return least;
   }
 
@@ -229,7 +357,8 @@ class Compiler {
       case ArrayKind::none:
         return single(type, path, is_tagged);
       case ArrayKind::fixed: {
-        const FieldWidth width = length(payload_.fixed_array_length, is_tagged);
+        const FieldWidth width =
+            length(said(&FieldRules::array_length, use_, nullptr, payload_.fixed_array_length), is_tagged);
         if (width == FieldWidth::none) {
           return repeat(type, path);
         }
@@ -250,12 +379,17 @@ class Compiler {
     }
     switch (*type.primitive) {
       case Primitive::boolean:
-        return run({.kind = Op::Kind::bools}, 1, {.path = path});
+        return is_row_open() ? pack({.bits = 8, .is_bool = true}, 1, {.path = path})
+                             : run({.kind = Op::Kind::bools}, 1, {.path = path});
       case Primitive::string:
       case Primitive::wstring:
         return string(*type.primitive, type.string_bound, path, is_tagged);
       default: {
         const std::uint8_t bytes = width(*type.primitive);
+        const std::uint8_t bits = use_ == nullptr ? 0 : use_->bits;
+        if (bits != 0 || is_row_open()) {
+          return pack(packed(*type.primitive, bits, path), 1, {.path = path});
+        }
         return run({.kind = Op::Kind::numbers, .width = bytes, .other_order = is_other_order(bytes)}, 1,
                    {.path = path});
       }
@@ -264,8 +398,16 @@ class Compiler {
 
   Least string(Primitive primitive, std::uint32_t bound, const std::string& path, bool is_tagged) {
     const bool wide = primitive == Primitive::wstring;
-    const FieldWidth width = length(fixed_bytes_ != 0 ? FieldWidth::none : payload_.string_length, is_tagged);
-    const StringFrame& frame = wide ? program_.wide_strings : program_.strings;
+    const FieldWidth width =
+        length(fixed_bytes_ != 0 ? FieldWidth::none
+                                 : said(&FieldRules::string_length, use_, nullptr, payload_.string_length),
+               is_tagged);
+    const std::uint8_t frame_at = frame_of(wide);
+    const StringFrame& frame = program_.frames[frame_at];
+    if (fixed_bytes_ != 0 && use_ != nullptr &&
+        use_->string_length.value_or(FieldWidth::none) != FieldWidth::none) {
+      complain(fmt::format("{} has a fixed size of bytes and a length field", path));
+    }
     if (fixed_bytes_ == 0 && width == FieldWidth::none) {
       complain(
           fmt::format("{} is a string: without a string length field it needs a fixed size "
@@ -279,10 +421,90 @@ class Compiler {
     }
     append({.kind = wide ? Op::Kind::wstring : Op::Kind::string,
             .length = width,
+            .frame = frame_at,
             .fixed_bytes = fixed_bytes_,
             .bound = bound == 0 ? std::numeric_limits<std::uint32_t>::max() : bound},
            {.path = path});
     return {4, bytes(width) + fixed_bytes_};
+  }
+
+  /// Which of the program's frames a string in the present field has.
+  std::uint8_t frame_of(bool wide) {
+    using someip::StringEncoding;
+    const StringEncoding encoding = said(&FieldRules::encoding, use_, nullptr, payload_.string_encoding);
+    const StringFrame wanted = string_frame(
+        wide ? wide_encoding(encoding) : encoding, said(&FieldRules::bom, use_, nullptr, payload_.string_bom),
+        said(&FieldRules::terminator, use_, nullptr, payload_.string_terminator));
+    std::vector<StringFrame>& frames = program_.frames;
+    const auto is_wanted = [&](const StringFrame& frame) {
+      return frame.encoding == wanted.encoding && frame.bom.size() == wanted.bom.size() &&
+             frame.terminator.size() == wanted.terminator.size();
+    };
+    const auto found = std::ranges::find_if(frames, is_wanted);
+    const auto at = static_cast<std::uint8_t>(found - frames.begin());
+    if (found == frames.end()) {
+      frames.push_back(wanted);
+    }
+    return at;
+  }
+
+  PackedNumber packed(Primitive primitive, std::uint8_t bits, const std::string& path) {
+    const std::uint8_t bytes = width(primitive);
+    if (bits > 8 * bytes) {
+      complain(fmt::format("{} has {} bits, more than its type", path, bits));
+    }
+    return {.width = bytes,
+            .bits = bits == 0 ? static_cast<std::uint8_t>(8 * bytes) : bits,
+            .is_signed = is_signed(primitive),
+            .order = order_};
+  }
+
+  /// Whether numbers in bits were the last thing, and so can go on.
+  [[nodiscard]] bool is_row() const {
+    return program_.ops.size() > barrier_ && program_.ops.back().kind == Op::Kind::packed;
+  }
+  /// Whether they ended within a byte.
+  [[nodiscard]] bool is_row_open() const {
+    return is_row() && !program_.packed.back().empty() && row_bits() % 8 != 0;
+  }
+  [[nodiscard]] std::uint32_t row_bits() const {
+    const PackedNumber& last = program_.packed.back().back();
+    return last.at + last.bits;
+  }
+  /// What follows begins with a byte.
+  void end_row() {
+    if (is_row()) {
+      barrier_ = program_.ops.size();
+    }
+  }
+
+  /// So many numbers in bits, behind those that were the last thing.
+  Least pack(PackedNumber number, std::uint64_t count, Label label) {
+    if (!is_row()) {
+      append({.kind = Op::Kind::packed,
+              .members_at = static_cast<std::uint32_t>(program_.packed.size()),
+              .count = 0},
+             std::move(label));
+      program_.packed.emplace_back();
+    } else {
+      label.first = program_.ops.back().count;
+      program_.labels.back().push_back(std::move(label));
+    }
+    Op& op = program_.ops.back();
+    std::vector<PackedNumber>& row = program_.packed.back();
+    if (count > max_packed_numbers - row.size()) {
+      complain(fmt::format("more than {} numbers in one row of bits", max_packed_numbers));
+      return {};
+    }
+    const Least least{times(count, number.width), 0};
+    const std::uint32_t before = op.fixed_bytes;
+    for (std::uint64_t i = 0; i < count; ++i) {
+      number.at = row.empty() ? 0 : row_bits();
+      row.push_back(number);
+    }
+    op.count = row.size();
+    op.fixed_bytes = (row_bits() + 7) / 8;
+    return {least.cdr, op.fixed_bytes - before};
   }
 
   /// Numbers or booleans like `op`; joined with the operation just before if that is of the same kind.
@@ -303,6 +525,10 @@ class Compiler {
   }
 
   Least repeat(const FieldType& type, const std::string& path) {
+    if (use_ != nullptr && use_->bits != 0 && type.primitive) {
+      end_row();
+      return pack(packed(*type.primitive, use_->bits, path), type.array_size, {.stride = 1, .path = path});
+    }
     const auto [op, least, barrier] = loop({.kind = Op::Kind::repeat}, type, path);
     program_.ops[op].count = type.array_size;
     if (const auto inner = only_run(op)) {
@@ -314,12 +540,19 @@ class Compiler {
   }
 
   Least sequence(const FieldType& type, const std::string& path, std::uint32_t bound, bool is_tagged) {
-    const FieldWidth width = length(payload_.array_length, is_tagged);
+    const FieldWidth width =
+        length(said(&FieldRules::array_length, use_, nullptr, payload_.array_length), is_tagged);
+    if (use_ != nullptr && use_->bits != 0) {
+      complain(fmt::format("{} is an array of no fixed size, so its numbers have whole bytes", path));
+    }
     if (width == FieldWidth::none) {
       complain(fmt::format("{} is an array of no fixed size: it needs an array length field", path));
     }
     const std::size_t op = loop({.kind = Op::Kind::sequence, .length = width}, type, path).op;
     program_.ops[op].bound = bound;
+    if (program_.ops[op].min_someip == 0) {
+      complain(fmt::format("{} is an array of no fixed size of what may have no bytes", path));
+    }
     if (const auto inner = only_run(op)) {
       drop_from(op);
       append({.kind = inner->kind == Op::Kind::bools ? Op::Kind::bool_sequence : Op::Kind::number_sequence,
@@ -378,19 +611,18 @@ class Compiler {
     members.push_back({tag->second, static_cast<std::uint32_t>(members.size())});
     const bool optional = is_optional(one.type);
     const std::size_t op = program_.ops.size();
-    const Least least =
-        enclosed({.kind = Op::Kind::member,
-                  .optional = optional,
-                  .may_miss = rules_.default_missing,
-                  .id = tag->second,
-                  .default_at = default_of(one),
-                  .bound = 1},
-                 path, [&] {
-                   FieldType type = one.type;
-                   type.array = optional ? ArrayKind::none : type.array;
-                   return field(definition, {.name = one.name, .type = type, .default_value = {}},
-                                optional ? path + "[]" : path, true);
-                 });
+    const Least least = enclosed({.kind = Op::Kind::member,
+                                  .optional = optional,
+                                  .may_miss = rules_.default_missing,
+                                  .id = tag->second,
+                                  .default_at = default_of(one),
+                                  .bound = 1},
+                                 path, [&] {
+                                   FieldType type = one.type;
+                                   type.array = optional ? ArrayKind::none : type.array;
+                                   return field(&own, {.name = one.name, .type = type, .default_value = {}},
+                                                optional ? path + "[]" : path, true);
+                                 });
     if (payload_.tagged_length == FieldWidth::none && !payload_.smallest_tagged_length) {
       complain(fmt::format("{} is tagged: that needs a length field for tagged members", path));
     }
@@ -405,18 +637,55 @@ class Compiler {
     return {least.cdr, least.someip - surplus + someip::tag_bytes};
   }
 
-  Least choice(const MessageDefinition& definition, const std::string& path, bool is_tagged) {
-    const FieldWidth type = payload_.union_type;
-    const FieldWidth width = length(payload_.union_length, is_tagged);
-    if (!fits(type, std::max<std::size_t>(1, definition.fields.size()))) {
+  /// The type field of each of a union's fields.
+  std::vector<std::uint32_t> selectors(const MessageDefinition& definition, const TypeRules& own,
+                                       const FieldRules* use) {
+    std::vector<std::uint32_t> result =
+        use != nullptr && !use->selectors.empty() ? use->selectors : own.itself.selectors;
+    if (result.empty()) {
+      for (std::uint32_t i = 1; i <= definition.fields.size(); ++i) {
+        result.push_back(i);
+      }
+    }
+    const std::set<std::uint32_t> different{result.begin(), result.end()};
+    if (result.size() != definition.fields.size() || different.size() != result.size()) {
+      complain(fmt::format("{} is a union of {} types: it needs as many different selectors", definition.name,
+                           definition.fields.size()));
+      result.resize(definition.fields.size());
+    }
+    if (payload_.union_null && different.contains(0)) {
+      complain(fmt::format("{} has the selector 0, which says that a union is empty", definition.name));
+    }
+    return result;
+  }
+
+  Least choice(const MessageDefinition& definition, const TypeRules& own, const FieldRules* use,
+               const std::string& path, bool is_tagged) {
+    const FieldWidth type = said(&FieldRules::union_type, use, &own, payload_.union_type);
+    const FieldWidth width =
+        length(said(&FieldRules::union_length, use, &own, payload_.union_length), is_tagged);
+    const std::vector<std::uint32_t> numbers = selectors(definition, own, use);
+    constexpr std::uint32_t longest_type = std::numeric_limits<std::uint32_t>::max();
+    const std::uint32_t given = said(&FieldRules::union_bytes, use, &own, longest_type);
+    if (given != longest_type && width != FieldWidth::none) {
+      complain(fmt::format("{} is a union with a length field, and so has no fixed size", definition.name));
+    }
+    if (!fits(type, numbers.empty() ? 1 : std::max(1U, std::ranges::max(numbers)))) {
       complain(fmt::format("{} is a union of {} types: the type field is too short", definition.name,
                            definition.fields.size()));
     }
     const std::size_t op = program_.ops.size();
     std::uint64_t longest = 0;
+    std::uint64_t shortest = max_fixed_bytes;
     bool same = true;
-    const Least least =
-        enclosed({.kind = Op::Kind::choice, .length = width, .is_tagged = is_tagged}, path, [&] {
+    std::size_t index = 0;
+    const Least least = enclosed(
+        {.kind = Op::Kind::choice,
+         .length = width,
+         .is_tagged = is_tagged,
+         .type_width = type,
+         .type_first = !said(&FieldRules::union_length_first, use, &own, payload_.union_length_first)},
+        path, [&] {
           Least all;
           for_each_field(definition, path, [&](const Field& one, const std::string& name) {
             if (!is_optional(one.type)) {
@@ -430,26 +699,33 @@ class Compiler {
             const std::size_t begin = program_.ops.size();
             Least data;
             add(all,
-                enclosed({.kind = Op::Kind::alternative, .bound = 1}, name,
+                enclosed({.kind = Op::Kind::alternative, .count = numbers[index++], .bound = 1}, name,
                          [&] {
                            FieldType alone = one.type;
                            alone.array = ArrayKind::none;
-                           data = field(definition, {.name = one.name, .type = alone, .default_value = {}},
+                           data = field(&own, {.name = one.name, .type = alone, .default_value = {}},
                                         name + "[]", false);
                            return Least{4, 0};
                          }),
                 name);
             longest = std::max(longest, data.someip);
+            shortest = std::min(shortest, data.someip);
             same = same && has_fixed_size(begin);
           });
           return all;
         });
-    if (width == FieldWidth::none && !same) {  // [feat_req_someip_572]
+    if (width == FieldWidth::none && !same && given == longest_type) {  // [feat_req_someip_572]
       complain(fmt::format("{} is a union without a length field: its types must have fixed sizes",
                            definition.name));
     }
-    program_.ops[op].count = longest;
-    return {least.cdr, least.someip + bytes(type) + (width == FieldWidth::none ? longest : 0)};
+    if (given != longest_type && given != 0 && longest > given) {
+      complain(
+          fmt::format("{} is a union of {} bytes, but has a type of {}", definition.name, given, longest));
+    }
+    const std::uint64_t size = given == longest_type ? longest : given;
+    program_.ops[op].count = size;
+    const std::uint64_t fewest = size != 0 ? size : std::min(shortest, longest);
+    return {least.cdr, least.someip + bytes(type) + (width == FieldWidth::none ? fewest : 0)};
   }
 
   /// Whether the operations from `begin` on always take the same number of bytes in SOME/IP.
@@ -460,6 +736,7 @@ class Compiler {
                            case Op::Kind::numbers:
                            case Op::Kind::bools:
                            case Op::Kind::bits:
+                           case Op::Kind::packed:
                            case Op::Kind::repeat:
                            case Op::Kind::alternative:
                              return true;
@@ -467,8 +744,9 @@ class Compiler {
                              return !op.may_miss;
                            case Op::Kind::structure:
                            case Op::Kind::fixed_array:
-                           case Op::Kind::choice:
                              return op.length == FieldWidth::none;
+                           case Op::Kind::choice:
+                             return op.length == FieldWidth::none && op.count != 0;
                            default:
                              return false;
                          }
@@ -569,8 +847,9 @@ class Compiler {
   Program program_;
   std::size_t barrier_ = 0;  ///< operations before this one are complete: nothing joins them
   std::size_t fields_ = 0;
-  std::endian order_;              ///< of the numbers in the present field
-  std::uint32_t fixed_bytes_ = 0;  ///< of the strings in the present field
+  std::endian order_;                ///< of the numbers in the present field
+  const FieldRules* use_ = nullptr;  ///< of the present field
+  std::uint32_t fixed_bytes_ = 0;    ///< of the strings in the present field
   std::string complaint_;
 };
 

@@ -11,8 +11,10 @@
 namespace trestle::messages {
 namespace {
 
-bool contains(const TypeTree& tree, const std::string& message) {
-  return std::ranges::find(tree.messages, message, &MessageDefinition::name) != tree.messages.end();
+/// @param rules  the key of rules for a message.
+bool contains(const TypeTree& tree, std::string_view rules) {
+  return std::ranges::find(tree.messages, type_of_rules(rules), &MessageDefinition::name) !=
+         tree.messages.end();
 }
 
 tl::expected<CallMessagePlan, std::string> compile_message(const TypeTree& tree, const MessageRules& rules) {
@@ -48,6 +50,17 @@ std::optional<std::size_t> CallMessagePlan::most_bytes() const {
 MessageRules rules_for(const TypeTree& tree, const MessageRules& rules) {
   MessageRules result = rules;
   std::erase_if(result.types, [&](const auto& type) { return !contains(tree, type.first); });
+  // Variants may be those of the other message's fields only.
+  const auto is_variant = [](const auto& type) { return type_of_rules(type.first) != type.first; };
+  const auto is_taken = [&](const std::string& variant) {
+    return std::ranges::any_of(result.types, [&](const auto& type) {
+      return std::ranges::any_of(type.second.fields,
+                                 [&](const auto& field) { return field.second.variant == variant; });
+    });
+  };
+  while (std::erase_if(result.types,
+                       [&](const auto& type) { return is_variant(type) && !is_taken(type.first); }) > 0) {
+  }
   return result;
 }
 

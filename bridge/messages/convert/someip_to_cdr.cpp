@@ -65,6 +65,18 @@ class SomeipToCdr : Converter<SomeipToCdr, true, quick::LoopToCdr> {
     return true;
   }
 
+  bool packed(std::size_t i, const Op& op) {
+    if (op.fixed_bytes > left()) {
+      return failure_.set(ConversionFault::truncated, at_, i);
+    }
+    for (const PackedNumber& one : program_.packed[op.members_at]) {
+      align(one.width);
+      store_number(out_.room(one.width), one.width, bits_of(in_ + at_, one), std::endian::native);
+    }
+    at_ += op.fixed_bytes;
+    return true;
+  }
+
   bool run_sequence(std::size_t i, const Op& op) {
     const std::size_t begin = at_;
     std::size_t length = 0;
@@ -250,19 +262,23 @@ class SomeipToCdr : Converter<SomeipToCdr, true, quick::LoopToCdr> {
     }
     const std::size_t end = at_ + length;
     limit_ = end;
-    std::size_t alternative = 0;
+    bool is_known = type == 0 && rules_.union_null;
     for (std::size_t j = i + 1; j < op.end; j = program_.ops[j].end) {
-      const bool is_it = ++alternative == type;
+      const bool is_it = program_.ops[j].count == type;
+      is_known = is_known || is_it;
       write_u32(is_it ? 1 : 0);
       if (is_it && !block(j + 1, program_.ops[j].end)) {
         return failure_.in_loop(0);
       }
     }
-    if (type > alternative || (type == 0 && !rules_.union_null)) {  // [feat_req_someip_273]
+    if (!is_known) {  // [feat_req_someip_273]
       return failure_.set(ConversionFault::bad_union, begin, i);
     }
-    at_ = end;  // behind the padding  [feat_req_someip_274]
     limit_ = outer;
+    if (op.length == FieldWidth::none && op.count == 0) {
+      return true;
+    }
+    at_ = end;  // behind the padding  [feat_req_someip_274]
     if (op.length != FieldWidth::none) {
       skip_padding();
     }
@@ -276,7 +292,7 @@ class SomeipToCdr : Converter<SomeipToCdr, true, quick::LoopToCdr> {
         return false;
       }
       const std::size_t end = at_ + length;
-      if (length < bytes(rules_.union_type) || !read_number(rules_.union_type, type)) {
+      if (length < bytes(op.type_width) || !read_number(op.type_width, type)) {
         return false;
       }
       length = end - at_;
@@ -284,14 +300,17 @@ class SomeipToCdr : Converter<SomeipToCdr, true, quick::LoopToCdr> {
     }
     length = static_cast<std::size_t>(op.count);
     const bool has_length = op.length != FieldWidth::none;
-    if (has_length && rules_.union_length_first && !read_number(op.length, length)) {
+    if (has_length && !op.type_first && !read_number(op.length, length)) {
       return false;
     }
-    if (!read_number(rules_.union_type, type)) {
+    if (!read_number(op.type_width, type)) {
       return false;
     }
-    if (has_length && !rules_.union_length_first && !read_number(op.length, length)) {
+    if (has_length && op.type_first && !read_number(op.length, length)) {
       return false;
+    }
+    if (!has_length && length == 0) {  // ends with its value
+      length = left();
     }
     return length <= left();
   }
@@ -299,20 +318,21 @@ class SomeipToCdr : Converter<SomeipToCdr, true, quick::LoopToCdr> {
   bool string(std::size_t i, const Op& op) {
     const std::size_t begin = at_;
     ByteView text;
-    if (!read_string(i, op, program_.strings, text)) {
+    const StringFrame& frame = program_.frames[op.frame];
+    if (!read_string(i, op, frame, text)) {
       return false;
     }
     align(4);
     const std::size_t size_place = out_.copied();
     static_cast<void>(out_.room(4));
     std::size_t size = text.size();
-    if (rules_.string_encoding == someip::StringEncoding::utf8) {
+    if (!frame.utf16) {
       if (size > op.bound) {
         return failure_.set(ConversionFault::bound_exceeded, begin, i);
       }
       out_.put(text);
     } else {
-      const std::endian order = utf16_order(rules_.string_encoding);
+      const std::endian order = utf16_order(frame.encoding);
       const std::size_t room =
           text.size() / 2 * 3;  // a unit of UTF-16 is never more than three bytes of UTF-8
       std::byte* const to = out_.room(room);
@@ -340,7 +360,8 @@ class SomeipToCdr : Converter<SomeipToCdr, true, quick::LoopToCdr> {
   bool wstring(std::size_t i, const Op& op) {
     const std::size_t begin = at_;
     ByteView text;
-    if (!read_string(i, op, program_.wide_strings, text)) {
+    const StringFrame& frame = program_.frames[op.frame];
+    if (!read_string(i, op, frame, text)) {
       return false;
     }
     const std::size_t units = text.size() / 2;
@@ -349,7 +370,7 @@ class SomeipToCdr : Converter<SomeipToCdr, true, quick::LoopToCdr> {
     }
     write_u32(static_cast<std::uint32_t>(units));
     std::byte* const to = out_.room(4 * units);
-    const std::endian order = utf16_order(wide_encoding(rules_));
+    const std::endian order = utf16_order(frame.encoding);
     for (std::size_t unit = 0; unit < units; ++unit) {
       store_u32(to + 4 * unit, someip::load<std::uint16_t>(text.data() + 2 * unit, order),
                 std::endian::native);

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <optional>
+#include <utility>
+
 #include "bridge/documents/format.hpp"
 #include "bridge/documents/section.hpp"
 #include "bridge/messages/types/names.hpp"
@@ -26,6 +29,16 @@ documents::Format<FieldWidth> field_width() {
   return format;
 }
 
+documents::Format<StringEncoding> encoding() {
+  return documents::one_of<StringEncoding>({{"utf8", StringEncoding::utf8},
+                                            {"utf16le", StringEncoding::utf16le},
+                                            {"utf16be", StringEncoding::utf16be}});
+}
+
+documents::Format<bool> union_order() {
+  return documents::one_of<bool>({{"length_first", true}, {"type_first", false}});
+}
+
 void load_payload_rules(documents::Section& wire, PayloadRules& rules) {
   // A profile replaces the defaults of the specification; the other keys then change single rules. There is
   // only one.
@@ -40,13 +53,8 @@ void load_payload_rules(documents::Section& wire, PayloadRules& rules) {
   wire.read("union_length", field_width(), rules.union_length);
   wire.read("union_type", field_width(), rules.union_type);
   wire.read("union_null", documents::truth(), rules.union_null);
-  wire.read("union_order", documents::one_of<bool>({{"length_first", true}, {"type_first", false}}),
-            rules.union_length_first);
-  wire.read("string_encoding",
-            documents::one_of<StringEncoding>({{"utf8", StringEncoding::utf8},
-                                               {"utf16le", StringEncoding::utf16le},
-                                               {"utf16be", StringEncoding::utf16be}}),
-            rules.string_encoding);
+  wire.read("union_order", union_order(), rules.union_length_first);
+  wire.read("string_encoding", encoding(), rules.string_encoding);
   wire.read("string_bom", documents::truth(), rules.string_bom);
   wire.read("string_terminator", documents::truth(), rules.string_terminator);
   // In the file all widths are bits, as in the specification.
@@ -75,6 +83,42 @@ void load_fields(documents::Section& type, const char* key, const documents::For
   }
 }
 
+template <typename T>
+void read_optional(documents::Section& section, const char* key, const documents::Format<T>& format,
+                   std::optional<T>& into) {
+  T value{};
+  if (section.read(key, format, value)) {
+    into = std::move(value);
+  }
+}
+
+/// What a message as a whole can have.
+void load_frame(documents::Section& section, FieldRules& rules) {
+  read_optional(section, "struct_length", field_width(), rules.struct_length);
+  read_optional(section, "union_length", field_width(), rules.union_length);
+  read_optional(section, "union_type", field_width(), rules.union_type);
+  read_optional(section, "union_order", union_order(), rules.union_length_first);
+  read_optional(section, "union_bytes", documents::as<std::uint32_t>(documents::whole_number(0, 65535)),
+                rules.union_bytes);
+  std::vector<documents::Mark> marks;
+  section.read_list("selectors", documents::as<std::uint32_t>(documents::whole_number(0, 0xffff'ffff)),
+                    rules.selectors, marks);
+}
+
+void load_field_rules(const YAML::Node& node, const std::string& field, FieldRules& rules,
+                      documents::Problems& problems) {
+  documents::Section section{node, field, problems};
+  read_optional(section, "array_length", field_width(), rules.array_length);
+  read_optional(section, "string_length", field_width(), rules.string_length);
+  read_optional(section, "string_encoding", encoding(), rules.encoding);
+  read_optional(section, "string_bom", documents::truth(), rules.bom);
+  read_optional(section, "string_terminator", documents::truth(), rules.terminator);
+  load_frame(section, rules);
+  section.read("bits", documents::as<std::uint8_t>(documents::whole_number(1, 64)), rules.bits);
+  section.read("rules", documents::any_text("a key of types, such as pkg/msg/Type#2"), rules.variant);
+  section.finish();
+}
+
 void load_type(const YAML::Node& node, const std::string& name, TypeRules& rules,
                documents::Problems& problems) {
   using Form = TypeRules::Form;
@@ -84,20 +128,35 @@ void load_type(const YAML::Node& node, const std::string& name, TypeRules& rules
                                      {"union", Form::choice},
                                      {"bits8", Form::bits8},
                                      {"bits16", Form::bits16},
-                                     {"bits32", Form::bits32}}),
+                                     {"bits32", Form::bits32},
+                                     {"empty", Form::empty}}),
             rules.form);
   load_fields(type, "tags", documents::as<someip::DataId>(documents::id_number(0, someip::max_data_id)),
               rules.tags, problems);
   load_fields(type, "fixed_strings", documents::as<std::uint32_t>(documents::whole_number(1, 65535)),
               rules.fixed_strings, problems);
   load_fields(type, "byte_orders", byte_order(), rules.byte_orders, problems);
+  if (const YAML::Node itself = type.child("itself")) {
+    documents::Section section{itself, "itself", problems};
+    load_frame(section, rules.itself);
+    section.finish();
+  }
+  if (const YAML::Node fields = type.child("fields")) {
+    documents::Section section{fields, "fields", problems};
+    for (const std::string& field : section.keys()) {
+      if (const YAML::Node one = section.child(field.c_str())) {
+        load_field_rules(one, field, rules.fields[field], problems);
+      }
+    }
+  }
   type.finish();
 }
 
 void load_types(const YAML::Node& node, MessageRules& rules, documents::Problems& problems) {
   documents::Section types{node, "types", problems};
   for (const std::string& name : types.keys()) {
-    if (!is_type_name(name) && !is_service_type_name(name)) {
+    const std::string_view message = type_of_rules(name);
+    if (!is_type_name(message) && !is_service_type_name(message)) {
       problems.error(
           types.use_mark(name.c_str()),
           fmt::format("types: expected a message type such as sensor_msgs/msg/PointCloud2, found {}",

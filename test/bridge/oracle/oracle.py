@@ -26,7 +26,10 @@ NUMBERS = {'bool': '?', 'byte': 'B', 'char': 'B', 'int8': 'b', 'uint8': 'B', 'in
 FIELD = re.compile(r'([\w/]+)(?:<=(\d+))?(\[(<=)?(\d*)\])?\s+(\w+)\s*(=)?')
 
 DEFAULT = dict(big=True, length_big=True, array=4, fixed=0, string=4, struct=0, encoding='utf-8', bom=True, zero=True,
-               align=1)
+               align=1, by_field=False)
+# 'by_field': of the first, second, third, fourth … field of each message, and of the elements of arrays.
+BY_FIELD = [{}, dict(array=2, fixed=2, string=2, struct=2),
+            dict(array=4, fixed=0, string=1, struct=4, encoding='utf-16-be', bom=False)]
 PROFILES = {
     'commonapi': {},
     'autosar': dict(struct=4, fixed=4),
@@ -38,6 +41,7 @@ PROFILES = {
     'utf16be_plain': dict(encoding='utf-16-be', bom=False),
     'aligned4': dict(align=4),
     'aligned32': dict(align=32, big=False, struct=4),
+    'by_field': dict(by_field=True),
 }
 
 
@@ -161,8 +165,12 @@ class Someip:
             self.pad()
         else:
             def members():
-                for one, field in zip(value, self.types[base]):
+                outer = self.rules
+                for index, (one, field) in enumerate(zip(value, self.types[base])):
+                    if outer['by_field']:
+                        self.rules = DEFAULT | dict(by_field=True) | BY_FIELD[index % 3]
                     self.put(one, field[1], field[3])
+                self.rules = outer
             self.measured(self.rules['struct'], members)
 
 

@@ -9,6 +9,7 @@
 // Knows neither the converters that run a program nor quick/.
 #pragma once
 #include <algorithm>
+#include <bit>
 #include <cstdint>
 #include <limits>
 #include <string>
@@ -30,6 +31,7 @@ struct Op {
     numbers,          ///< `count` numbers of `width` bytes, from any number of neighbouring fields
     bools,            ///< `count` booleans
     bits,             ///< `count` booleans, which are one number of `width` bytes in SOME/IP
+    packed,           ///< `count` numbers, which have some of the bits of `fixed_bytes` bytes in SOME/IP
     string,           ///< of at most `bound` bytes
     wstring,          ///< of at most `bound` UTF-16 units
     number_sequence,  ///< up to `bound` elements, each `count` numbers of `width` bytes
@@ -41,8 +43,9 @@ struct Op {
     field,            ///< the body; nothing of it in SOME/IP means its default, if `may_miss`
     tagged,           ///< `count` members, behind a length field if `length` says so
     member,           ///< of a tagged struct: the body behind a tag
-    choice,           ///< a union whose alternatives are the body; without length field of `count` bytes
-    alternative,      ///< of a union: in CDR none or one of what the body says
+    choice,       ///< a union whose alternatives are the body; without length field of `count` bytes, which
+                  ///< if 0 are as many as needed
+    alternative,  ///< of a union, whose type field then is `count`: in CDR none or one of what the body says
   };
   /// What an operation is to the loop of quick/.
   enum class Loop : std::uint8_t {
@@ -57,22 +60,35 @@ struct Op {
   std::uint8_t width = 1;
   someip::FieldWidth length = someip::FieldWidth::none;  ///< before what has a length in SOME/IP
   bool optional = false;                                 ///< member: in CDR none or one of it
-  bool may_miss = false;          ///< field, member: SOME/IP may do without it, and CDR gets the default
-  bool is_tagged = false;         ///< choice: the length field counts the type field too
-  bool other_order = false;       ///< numbers, bits, number_sequence: not in the byte order of the rules
-  Loop loop = Loop::no;           ///< what quick::run() makes of it; as the next three, see quick::choose()
-  bool all_in_loop = false;       ///< sequence, repeat: so is all of the body
-  bool repeats = false;           ///< what becomes of it depends on its bytes and their place in CDR alone
-  std::uint8_t slot = 0;          ///< sequence, structure: of the body's shape in quick::Memory; 0: none
-  someip::DataId id{};            ///< member
+  bool may_miss = false;     ///< field, member: SOME/IP may do without it, and CDR gets the default
+  bool is_tagged = false;    ///< choice: the length field counts the type field too
+  bool other_order = false;  ///< numbers, bits, number_sequence: not in the byte order of the rules
+  Loop loop = Loop::no;      ///< what quick::run() makes of it; as the next three, see quick::choose()
+  bool all_in_loop = false;  ///< sequence, repeat: so is all of the body
+  bool repeats = false;      ///< what becomes of it depends on its bytes and their place in CDR alone
+  std::uint8_t slot = 0;     ///< sequence, structure: of the body's shape in quick::Memory; 0: none
+  std::uint8_t frame = 0;    ///< string, wstring: in `frames`
+  someip::DataId id{};       ///< member
+  someip::FieldWidth type_width = someip::FieldWidth::none;  ///< choice: of its type field
+  bool type_first = false;                                   ///< choice: type, length, data
   std::uint32_t end = 0;          ///< the body is the operations from the next one up to here
   std::uint32_t default_at = 0;   ///< field, member: in `defaults`; beyond them: zero
-  std::uint32_t members_at = 0;   ///< tagged: in `members`
-  std::uint32_t fixed_bytes = 0;  ///< string, wstring: always that many in SOME/IP; 0: as many as needed
+  std::uint32_t members_at = 0;   ///< tagged: in `members`; packed: in `packed`
+  std::uint32_t fixed_bytes = 0;  ///< string, wstring, packed: always that many in SOME/IP; 0: as needed
   std::uint64_t count = 1;
   std::uint64_t bound = 0;
   std::uint64_t min_cdr = 0;     ///< sequence, repeat: fewest bytes that one element has in CDR; at least 1
   std::uint64_t min_someip = 0;  ///< and in SOME/IP; at least 1
+};
+
+/// A number among others in packed bits.
+struct PackedNumber {
+  std::uint8_t width = 1;  ///< bytes in CDR
+  std::uint8_t bits = 0;   ///< 0: none of it in SOME/IP
+  bool is_signed = false;
+  bool is_bool = false;  ///< its lowest bit counts
+  std::endian order{};   ///< of the bytes that its bits fill
+  std::uint32_t at = 0;  ///< the bit at which it begins, from the operation's first byte on
 };
 
 /// Names a field within an operation, for errors.
@@ -113,8 +129,9 @@ struct Program {
 
   explicit Program(const someip::PayloadRules& payload_rules = {})
       : rules{payload_rules},
-        strings{string_frame(rules, rules.string_encoding)},
-        wide_strings{string_frame(rules, wide_encoding(rules))} {}
+        frames{
+            string_frame(rules.string_encoding, rules.string_bom, rules.string_terminator),
+            string_frame(wide_encoding(rules.string_encoding), rules.string_bom, rules.string_terminator)} {}
 
   /// The operation behind the i-th and its body.
   [[nodiscard]] std::size_t behind(std::size_t i) const noexcept {
@@ -126,9 +143,9 @@ struct Program {
   std::vector<std::vector<Label>> labels;  ///< for each operation, at least one, sorted by `first`
   std::vector<DefaultValue> defaults;
   std::vector<std::vector<MemberId>> members;  ///< of each tagged struct, sorted by id
+  std::vector<std::vector<PackedNumber>> packed;
   someip::PayloadRules rules;
-  StringFrame strings;
-  StringFrame wide_strings;
+  std::vector<StringFrame> frames;  ///< that of strings, that of wstrings, then those of single fields
   QuickWays quick;
   /// CDR samples may be longer than the message: rmw_fastrtps writes down its estimate of their size where an
   /// application serializes them itself (`serialize_message()`, bags written so), and the estimate has too

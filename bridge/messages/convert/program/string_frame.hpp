@@ -15,6 +15,7 @@ struct StringFrame {
   ByteView bom;
   ByteView terminator;
   bool utf16 = false;
+  someip::StringEncoding encoding = someip::StringEncoding::utf8;
   [[nodiscard]] constexpr std::size_t overhead() const noexcept { return bom.size() + terminator.size(); }
 };
 
@@ -23,17 +24,18 @@ inline constexpr std::array<std::byte, 2> utf16le_bom{std::byte{0xff}, std::byte
 inline constexpr std::array<std::byte, 2> utf16be_bom{std::byte{0xfe}, std::byte{0xff}};
 inline constexpr std::array<std::byte, 2> zeros{};
 
-/// The frame of strings under these rules; it points to constants.
-[[nodiscard]] constexpr StringFrame string_frame(const someip::PayloadRules& rules,
-                                                 someip::StringEncoding encoding) noexcept {
+/// What is around such a string; it points to constants.
+[[nodiscard]] constexpr StringFrame string_frame(someip::StringEncoding encoding, bool bom,
+                                                 bool terminator) noexcept {
   StringFrame frame;
   frame.utf16 = encoding != someip::StringEncoding::utf8;
-  if (rules.string_bom) {
+  frame.encoding = encoding;
+  if (bom) {
     frame.bom = encoding == someip::StringEncoding::utf8      ? ByteView{utf8_bom}
                 : encoding == someip::StringEncoding::utf16le ? ByteView{utf16le_bom}
                                                               : ByteView{utf16be_bom};
   }
-  if (rules.string_terminator) {
+  if (terminator) {
     frame.terminator = ByteView{zeros}.first(frame.utf16 ? 2 : 1);
   }
   return frame;
@@ -76,9 +78,9 @@ inline constexpr std::array<std::byte, 2> zeros{};
 }
 
 /// wstrings are UTF-16 also where strings are UTF-8: big endian then.
-[[nodiscard]] constexpr someip::StringEncoding wide_encoding(const someip::PayloadRules& rules) noexcept {
-  return rules.string_encoding == someip::StringEncoding::utf16le ? someip::StringEncoding::utf16le
-                                                                  : someip::StringEncoding::utf16be;
+[[nodiscard]] constexpr someip::StringEncoding wide_encoding(someip::StringEncoding of_strings) noexcept {
+  return of_strings == someip::StringEncoding::utf16le ? someip::StringEncoding::utf16le
+                                                       : someip::StringEncoding::utf16be;
 }
 
 /// The byte order of UTF-16 units; big endian for UTF-8, which has none.

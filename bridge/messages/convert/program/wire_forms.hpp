@@ -115,6 +115,62 @@ inline void store_number(std::byte* to, std::size_t width, std::uint64_t number,
   return op.kind == Op::Kind::numbers || op.kind == Op::Kind::bools || op.kind == Op::Kind::bits;
 }
 
+/// Whether a number's bits can hold it.
+[[nodiscard]] constexpr bool has_room_for(const PackedNumber& one, std::uint64_t number) noexcept {
+  const unsigned all = 8U * one.width;
+  if (one.bits == 0 || one.bits >= all) {
+    return true;
+  }
+  const std::uint64_t rest = number >> (one.bits - (one.is_signed ? 1U : 0U));
+  const std::uint64_t ones = (~std::uint64_t{0} >> (64U - all)) >> (one.bits - 1U);
+  return rest == 0 || (one.is_signed && rest == ones);
+}
+
+/// The bits of a number in groups of a byte, as its byte order wants them.
+/// @param visit  (where the group begins in the number, how many bits it has)
+template <typename Visit>
+constexpr void for_each_group(const PackedNumber& one, const Visit& visit) {
+  const bool is_big = one.order == std::endian::big;
+  for (unsigned done = 0; done < one.bits;) {
+    const unsigned left = one.bits - done;
+    const unsigned part = left % 8U;
+    const unsigned count = is_big && part != 0 ? part : std::min(left, 8U);
+    visit(is_big ? left - count : done, count);
+    done += count;
+  }
+}
+
+/// Puts a number that there is room for into its bits, which are zero.
+inline void put_bits(std::byte* to, const PackedNumber& one, std::uint64_t number) noexcept {
+  std::size_t at = one.at;
+  for_each_group(one, [&](unsigned from, unsigned count) {
+    const auto group = static_cast<unsigned>(number >> from & ((1U << count) - 1U)) << at % 8U;
+    to[at / 8] |= static_cast<std::byte>(group);
+    if (at % 8U + count > 8U) {
+      to[at / 8 + 1] |= static_cast<std::byte>(group >> 8U);
+    }
+    at += count;
+  });
+}
+
+/// The number that put_bits() has put there.
+[[nodiscard]] inline std::uint64_t bits_of(const std::byte* from, const PackedNumber& one) noexcept {
+  std::size_t at = one.at;
+  std::uint64_t number = 0;
+  for_each_group(one, [&](unsigned to, unsigned count) {
+    unsigned group = std::to_integer<unsigned>(from[at / 8]) >> at % 8U;
+    if (at % 8U + count > 8U) {
+      group |= std::to_integer<unsigned>(from[at / 8 + 1]) << (8U - at % 8U);
+    }
+    number |= std::uint64_t{group & ((1U << count) - 1U)} << to;
+    at += count;
+  });
+  if (one.is_signed && one.bits != 0 && one.bits < 64 && (number >> (one.bits - 1U) & 1U) != 0) {
+    number |= ~std::uint64_t{0} << one.bits;
+  }
+  return one.is_bool ? number & 1U : number;
+}
+
 /// False: some byte is neither 0 nor 1.
 [[nodiscard]] inline bool all_bools(ByteView values) noexcept {
   std::byte seen{0};

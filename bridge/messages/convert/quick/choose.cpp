@@ -16,8 +16,9 @@ Op::Loop loop_of(const Program& program, const Op& op) {
     case Op::Kind::bools:
       return is_few ? Op::Loop::bools : Op::Loop::no;
     case Op::Kind::string:
-      return program.quick.strings.is_plain && op.fixed_bytes == 0 && has_usual_length ? Op::Loop::string
-                                                                                       : Op::Loop::no;
+      return program.quick.strings.is_plain && op.fixed_bytes == 0 && op.frame == 0 && has_usual_length
+                 ? Op::Loop::string
+                 : Op::Loop::no;
     case Op::Kind::number_sequence:
       return program.quick.strings.is_plain && has_usual_length ? Op::Loop::array : Op::Loop::no;
     case Op::Kind::sequence:
@@ -59,8 +60,10 @@ void find_repeating(Program& program) {
   std::vector<Op>& ops = program.ops;
   for (std::size_t i = ops.size(); i-- > 0;) {
     // Padding depends on the place in SOME/IP, and fields that may be missing depend on the end of the
-    // message. Tagged members come in any order, and their length fields are shortened afterwards.
-    ops[i].repeats = program.rules.alignment <= 1 && !ops[i].may_miss && ops[i].kind != Op::Kind::tagged;
+    // message. Tagged members come in any order, and their length fields are shortened afterwards. Packed
+    // numbers do not tell a shape where they are, nor that their place in CDR matters.
+    ops[i].repeats = program.rules.alignment <= 1 && !ops[i].may_miss && ops[i].kind != Op::Kind::tagged &&
+                     ops[i].kind != Op::Kind::packed;
     for (std::size_t j = i + 1; j < program.behind(i); j = program.behind(j)) {
       ops[i].repeats = ops[i].repeats && ops[j].repeats;
     }

@@ -64,7 +64,7 @@ routes:
       longer_arrays: refuse
       missing_fields: default
       types:
-        sensor_msgs/msg/PointField: {tags: {name: 0, offset: 0xfff}, fixed_strings: {name: 32}, byte_orders: {offset: big}}
+        sensor_msgs/msg/PointField: {tags: {name: 0, offset: 0xfff}, fixed_strings: {name: 32}, byte_orders: {offset: big}, itself: {union_length: 8, union_type: 16, union_order: type_first, union_bytes: 9, selectors: [3, 5], struct_length: 32}, fields: {name: {string_length: 8, string_encoding: utf16le, string_bom: true, string_terminator: false}, count: {bits: 3}, offset: {array_length: 0, rules: builtin_interfaces/msg/Time#2}}}
         std_msgs/msg/Header: {form: union}
     qos:
       reliability: reliable

@@ -98,9 +98,24 @@ TEST(LoadConfig, ReadsEveryKey) {
   ASSERT_EQ(points.rules.types.size(), 2U);
   const messages::TypeRules& field = points.rules.types.at("sensor_msgs/msg/PointField");
   EXPECT_EQ(field,
-            (messages::TypeRules{.tags = {{"name", someip::DataId{0}}, {"offset", someip::DataId{0xfff}}},
-                                 .fixed_strings = {{"name", 32}},
-                                 .byte_orders = {{"offset", std::endian::big}}}));
+            (messages::TypeRules{
+                .tags = {{"name", someip::DataId{0}}, {"offset", someip::DataId{0xfff}}},
+                .fixed_strings = {{"name", 32}},
+                .byte_orders = {{"offset", std::endian::big}},
+                .fields = {{"name",
+                            {.string_length = FieldWidth::bits8,
+                             .encoding = someip::StringEncoding::utf16le,
+                             .bom = true,
+                             .terminator = false}},
+                           {"count", {.bits = 3}},
+                           {"offset",
+                            {.array_length = FieldWidth::none, .variant = "builtin_interfaces/msg/Time#2"}}},
+                .itself = {.struct_length = FieldWidth::bits32,
+                           .union_length = FieldWidth::bits8,
+                           .union_type = FieldWidth::bits16,
+                           .union_length_first = false,
+                           .union_bytes = 9,
+                           .selectors = {3, 5}}}));
   EXPECT_EQ(points.rules.types.at("std_msgs/msg/Header"),
             (messages::TypeRules{.form = messages::TypeRules::Form::choice}));
   EXPECT_EQ(points.qos, (QosSettings{{.reliable = true,

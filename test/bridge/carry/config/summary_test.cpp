@@ -21,7 +21,7 @@ TEST(ConfigSummary, ShowsWhatGoesWhere) {
   /points  ->  0x1111.0x0022     0x8044  0x0033  5.6      udp 40001, 239.1.2.4:40100 from 3  sensor_msgs/msg/PointCloud2
   /target  <-  0x2222.0x0001     0x8001  0x0001  1.any    udp any                            geometry_msgs/msg/Point
 
-  wire  little endian (lengths big); bits of length fields: arrays 16, fixed arrays 8, strings 8, structs 32, unions 16 (type 8, type first); strings UTF-16BE; aligned to 64 bits; unions may be empty; longer arrays refused; missing fields get their defaults; sensor_msgs/msg/PointField has tags (the smallest length); sensor_msgs/msg/PointField has strings of fixed size; sensor_msgs/msg/PointField has fields with a byte order of their own; std_msgs/msg/Header is a union
+  wire  little endian (lengths big); bits of length fields: arrays 16, fixed arrays 8, strings 8, structs 32, unions 16 (type 8, type first); strings UTF-16BE; aligned to 64 bits; unions may be empty; longer arrays refused; missing fields get their defaults; sensor_msgs/msg/PointField has tags (the smallest length); sensor_msgs/msg/PointField has strings of fixed size; sensor_msgs/msg/PointField has fields with a byte order of their own; sensor_msgs/msg/PointField has fields with rules of their own and rules for itself; std_msgs/msg/Header is a union
           for /points
   wire  big endian; bits of length fields: arrays 32, fixed arrays none, strings 32, structs none, unions 32 (type 32, length first); strings UTF-8, BOM, terminator; no alignment
           for /target

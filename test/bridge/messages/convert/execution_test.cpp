@@ -23,9 +23,9 @@ std::string outcome(const Converted& converted) {
 /// Quick and plain, with a scratch each that goes from message to message.
 class Twins {
  public:
-  Twins(const TypeTree& tree, const someip::PayloadRules& rules, std::size_t reference_from)
-      : quick_{plan_of(tree, rules, reference_from)},
-        plain_{plan_of(tree, rules, reference_from, Execution::plain)} {}
+  Twins(const TypeTree& tree, const MessageRules& rules, std::size_t reference_from)
+      : quick_{plan_with(tree, rules, reference_from)},
+        plain_{plan_with(tree, rules, reference_from, Execution::plain)} {}
 
   std::vector<std::byte> to_someip(ByteView sample) {
     const auto payload = quick_.cdr_to_someip(sample, there_);
@@ -72,7 +72,7 @@ class Executions : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(Rules, Executions,
                          testing::Values("commonapi", "autosar", "commonapi_little", "little", "short",
                                          "legacy_strings", "utf16le", "utf16be_plain", "aligned4",
-                                         "aligned32"),
+                                         "aligned32", "by_field"),
                          [](const auto& rules) { return std::string{rules.param}; });
 
 TEST_P(Executions, MakeTheSameOfEveryBuiltInType) {
@@ -86,7 +86,7 @@ TEST_P(Executions, MakeTheSameOfEveryBuiltInType) {
     const auto tree = library.resolve(name);
     ASSERT_TRUE(tree);
     for (const std::size_t reference_from : {std::size_t{32}, SIZE_MAX}) {
-      Twins twins{*tree, profile(GetParam()), reference_from};
+      Twins twins{*tree, message_rules(GetParam(), *tree), reference_from};
       compare(twins, *tree, random);
       ASSERT_FALSE(HasFailure());
     }

@@ -48,6 +48,10 @@ class RandomMessage {
         }
         continue;
       }
+      bits_ = 0;
+      if (rules != rules_.types.end() && rules->second.fields.contains(field.name)) {
+        bits_ = rules->second.fields.at(field.name).bits;
+      }
       array(field.type);
     }
   }
@@ -92,7 +96,10 @@ class RandomMessage {
         bytes_.push_back(static_cast<std::byte>(pick(2)));
         return;
       default:
-        number(messages::width(*type.primitive));
+        if (bits_ == 0) {
+          return number(messages::width(*type.primitive));
+        }
+        few_bits(messages::width(*type.primitive));
     }
   }
 
@@ -102,6 +109,16 @@ class RandomMessage {
     align(4);
     for (unsigned i = 0; i < 4; ++i) {
       const unsigned shift = order_ == std::endian::little ? 8 * i : 24 - 8 * i;
+      bytes_.push_back(static_cast<std::byte>(value >> shift));
+    }
+  }
+
+  /// A number that has room in the field's bits, whether it has a sign or not.
+  void few_bits(std::size_t width) {
+    align(width);
+    const std::uint64_t value = numbers_() & ((std::uint64_t{1} << (bits_ - 1U)) - 1);
+    for (std::size_t i = 0; i < width; ++i) {
+      const std::size_t shift = order_ == std::endian::little ? 8 * i : 8 * (width - 1 - i);
       bytes_.push_back(static_cast<std::byte>(value >> shift));
     }
   }
@@ -118,6 +135,7 @@ class RandomMessage {
   const messages::TypeTree& tree_;
   const messages::MessageRules rules_;
   RandomSizes sizes_;
+  unsigned bits_ = 0;  ///< of the numbers in the present field; 0: all
   std::endian order_;
   std::minstd_rand form_;
   std::minstd_rand numbers_;

@@ -329,6 +329,33 @@ struct Subject {
   MessageRules rules;
 };
 
+MessageRules field_rules() {
+  using someip::FieldWidth;
+  MessageRules rules{someip::commonapi_rules};
+  rules.types["test_msgs/msg/Part"].fields = {{"a", {.bits = 11}}, {"b", {.bits = 3}}, {"c", {.bits = 17}}};
+  TypeRules& other = rules.types["test_msgs/msg/Part#other"];
+  other.itself.struct_length = FieldWidth::bits16;
+  other.fields = {{"f", {.string_length = FieldWidth::bits8, .bom = false}}};
+  TypeRules& shape = rules.types["test_msgs/msg/Shape"];
+  shape.form = TypeRules::Form::choice;
+  shape.itself = {.union_length = FieldWidth::bits8,
+                  .union_type = FieldWidth::bits16,
+                  .union_length_first = false,
+                  .selectors = {7, 1, 900}};
+  shape.fields["part"].struct_length = FieldWidth::bits8;
+  rules.types["test_msgs/msg/All"].fields = {
+      {"text", {.string_length = FieldWidth::bits8}},
+      {"numbers", {.array_length = FieldWidth::bits16}},
+      {"parts", {.array_length = FieldWidth::bits16, .struct_length = FieldWidth::bits8}},
+      {"few", {.bits = 5}},
+      {"other", {.variant = "test_msgs/msg/Part#other"}},
+      {"texts", {.encoding = someip::StringEncoding::utf16le, .terminator = false}},
+      {"wide", {.string_length = FieldWidth::bits16, .encoding = someip::StringEncoding::utf16le}},
+      {"last", {.array_length = FieldWidth::bits8}},
+      {"data", {.array_length = FieldWidth::bits16}}};
+  return rules;
+}
+
 std::vector<Subject> subjects() {
   std::vector<Subject> result;
   for (const char* const type :
@@ -371,6 +398,16 @@ std::vector<Subject> subjects() {
   result.push_back({"tags and defaults", special, rules});
   rules.default_missing = false;
   result.push_back({"tags", special, rules});
+  const auto uses = trees(
+      {{"Part", "uint16 a\nuint8 b\nint32 c\nbool d\nfloat32 e\nstring f"},
+       {"Shape", "uint8[<=1] dot\nPart[<=1] part\nuint32[<=1] wide"},
+       {"All",
+        "Part part\nstring text\nuint16[] numbers\nPart[] parts\nShape[] shapes\nuint8[6] few\nuint64 long\n"
+        "Part other\nstring[] texts\nwstring wide\nuint16[3] last\nuint8[] data"}});
+  result.push_back({"rules of fields", uses, field_rules()});
+  MessageRules missing = field_rules();
+  missing.default_missing = true;
+  result.push_back({"rules of fields and defaults", uses, missing});
   return result;
 }
 

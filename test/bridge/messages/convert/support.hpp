@@ -31,8 +31,9 @@ inline messages::TypeTree builtin(std::string_view name) {
   return std::move(*tree);
 }
 
-inline messages::ConversionPlan plan_of(
-    const messages::TypeTree& tree, const someip::PayloadRules& rules = {},
+/// Under rules of any kind.
+inline messages::ConversionPlan plan_with(
+    const messages::TypeTree& tree, const messages::MessageRules& rules,
     std::size_t reference_from = messages::ConversionPlan::default_reference_from,
     messages::ConversionPlan::Execution execution = messages::ConversionPlan::Execution::quick) {
   auto plan = messages::ConversionPlan::compile(tree, rules, reference_from, execution);
@@ -40,6 +41,13 @@ inline messages::ConversionPlan plan_of(
     throw std::invalid_argument{plan.error()};
   }
   return std::move(*plan);
+}
+
+inline messages::ConversionPlan plan_of(
+    const messages::TypeTree& tree, const someip::PayloadRules& rules = {},
+    std::size_t reference_from = messages::ConversionPlan::default_reference_from,
+    messages::ConversionPlan::Execution execution = messages::ConversionPlan::Execution::quick) {
+  return plan_with(tree, rules, reference_from, execution);
 }
 
 using Converted = tl::expected<messages::Gathered, messages::ConversionError>;

@@ -63,7 +63,7 @@ void for_each_vector(std::size_t reference_from, const Check& check,
       ASSERT_TRUE(tree) << to_string(tree.error());
       known = plans
                   .emplace(std::pair{vector.type, vector.profile},
-                           plan_of(*tree, profile(vector.profile), reference_from, execution))
+                           plan_with(*tree, message_rules(vector.profile, *tree), reference_from, execution))
                   .first;
     }
     check(vector, known->second);
@@ -115,7 +115,7 @@ TEST(Vectors, AgreeWithThePayloadWriter) {
   for (const Vector& vector : vectors()) {
     const auto tree = types.resolve(vector.type);
     ASSERT_TRUE(tree);
-    if (!has_wstring(*tree)) {
+    if (!has_wstring(*tree) && vector.profile != "by_field") {
       EXPECT_EQ(to_hex(written_by_payload_writer(*tree, vector.little, profile(vector.profile))),
                 to_hex(vector.payload))
           << vector.type << " " << vector.profile;

@@ -61,7 +61,8 @@ void for_each_message(const Check& check) {
     if (values == known.end()) {
       values = known
                    .emplace(std::pair{message.type, message.profile},
-                            values_of(*library.resolve(message.type), profile(message.profile)))
+                            values_with(*library.resolve(message.type),
+                                        message_rules(message.profile, *library.resolve(message.type))))
                    .first;
     }
     check(message, values->second);

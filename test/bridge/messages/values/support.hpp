@@ -8,12 +8,17 @@
 namespace trestle::test {
 
 /// The values of a type that a .msg text without nested messages defines.
-inline messages::MessageValues values_of(messages::TypeTree tree, const someip::PayloadRules& rules = {}) {
+/// Under rules of any kind.
+inline messages::MessageValues values_with(messages::TypeTree tree, const messages::MessageRules& rules) {
   auto values = messages::MessageValues::make(std::move(tree), rules);
   if (!values) {
     throw std::invalid_argument{values.error()};
   }
   return std::move(*values);
+}
+
+inline messages::MessageValues values_of(messages::TypeTree tree, const someip::PayloadRules& rules = {}) {
+  return values_with(std::move(tree), rules);
 }
 
 /// Two messages of two packages: "test_msgs/msg/Test" with the given text, which may use "Part".
