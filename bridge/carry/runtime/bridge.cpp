@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/thread_pool.hpp>
 #include <map>
 #include <stdexcept>
 
@@ -81,7 +82,7 @@ struct Bridge::State {
                 .values = &values,
                 .watch = watch.get(),
                 .publishers = &publishers},
-        routes{make_routes(context, config, types), &config} {}
+        routes{make_routes(context, config, types), config} {}
 
   void join_someip(const BridgeConfig& config) {
     node = start_at(config, config.someip.mark, [&] {
@@ -241,8 +242,9 @@ struct Bridge::State {
   std::unique_ptr<sd::Node> node;
   std::unique_ptr<SomeipSide> someip;
   RouteContext context;
-  Routes routes;                                 ///< of the configuration
-  std::unique_ptr<DiscoveredRoutes> discovered;  ///< if there are patterns
+  std::optional<boost::asio::thread_pool> disk;  ///< of the lock file
+  std::optional<DiscoveredRoutes> discovered;    ///< if there are patterns
+  Routes routes;                                 ///< of the configuration and of the patterns
   std::optional<SilenceWatch> silence;
   Surroundings around;                       ///< of the last look of it
   std::unique_ptr<Diagnostics> diagnostics;  ///< if there is something to tell
@@ -256,8 +258,9 @@ Bridge::Bridge(boost::asio::io_context& io, const BridgeConfig& config, messages
   // First all sockets, which may be taken: who joins DDS is seen by others at once.
   state.join_someip(config);
   if (!config.patterns.empty()) {
-    state.discovered = std::make_unique<DiscoveredRoutes>(state.context, config, types);
-    state.watch->watch_writers([discovered = state.discovered.get()] { discovered->changed(); });
+    state.disk.emplace(1);
+    state.discovered.emplace(state.context, state.routes, config, types, state.disk->get_executor());
+    state.watch->watch_writers([&discovered = *state.discovered] { discovered.changed(); });
   }
   state.join_dds(config);
   state.routes.join_dds();

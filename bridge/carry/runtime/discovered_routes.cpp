@@ -45,15 +45,17 @@ std::string in_words(const Route& route) {
 
 }  // namespace
 
-DiscoveredRoutes::DiscoveredRoutes(const RouteContext& context, const BridgeConfig& config,
-                                   const messages::TypeLibrary& types)
+DiscoveredRoutes::DiscoveredRoutes(const RouteContext& context, Routes& routes, const BridgeConfig& config,
+                                   const messages::TypeLibrary& types, boost::asio::any_io_executor disk)
     : context_{context},
       own_{context},
+      routes_{routes},
       config_{config},
       types_{types},
       lock_{read_lock(config.lock_file)},
       past_{"former routes of patterns", {}},
-      next_look_{context.clock.timer([this] { update(); })} {
+      next_look_{context.clock.timer([this] { update(); })},
+      disk_{std::move(disk)} {
   own_.watch = nullptr;
   own_.publishers = nullptr;
   patterns_.resize(config_.patterns.size());
@@ -107,9 +109,6 @@ void DiscoveredRoutes::changed() {
 void DiscoveredRoutes::stop() {
   stopped_ = true;
   next_look_->cancel();
-  for (auto& [topic, live] : live_) {
-    live.running.stop();
-  }
 }
 
 void DiscoveredRoutes::update() {
@@ -133,10 +132,10 @@ void DiscoveredRoutes::update() {
   }
   for (auto& [topic, live] : live_) {
     if (const auto how = found.find({topic, live.route.type}); how != found.end()) {
-      live.one().follow(how->second.offers);
+      live.running->follow(how->second.offers);
     }
-    live.running.update_offers();
   }
+  routes_.update_offers();
   if (watcher_.looked) {
     watcher_.looked();
   }
@@ -200,8 +199,8 @@ void DiscoveredRoutes::drop(std::map<std::string, Live>::iterator live) {
   if (watcher_.ends) {
     watcher_.ends(live->first);
   }
-  live->second.running.withdraw();
-  add(past_, live->second.one().counters());
+  add(past_, live->second.running->counters());
+  routes_.remove(live->second.route, *live->second.running);
   live_.erase(live);
 }
 
@@ -340,19 +339,16 @@ void DiscoveredRoutes::locked(LockFile file, const tl::expected<void, std::strin
 void DiscoveredRoutes::make(Candidate& candidate) {
   const Route& route = candidate.route;
   try {
-    std::vector<MadeRoute> made;
-    made.push_back({route.mark, make_route(own_, route, std::move(candidate.plan), types_)});
-    Routes running{std::move(made)};
-    running.join_someip(*context_.someip);
-    running.join_dds();
+    auto made = make_route(own_, route, std::move(candidate.plan), types_);
+    RunningRoute& running = *made;
+    routes_.add(route, std::move(made), *context_.someip);
     spdlog::info("discovered {} ({}): {}, event 0x{:04x}", route.topic, route.type, in_words(route),
                  someip::value(route.event));
     ++candidate.pattern->made;
     refused_.erase({route.topic, route.type});
-    const auto [live, is_new] =
-        live_.insert_or_assign(route.topic, Live{candidate.pattern, route, std::move(running)});
+    live_.emplace(route.topic, Live{candidate.pattern, route, &running});
     if (watcher_.made) {
-      watcher_.made(live->second.one());
+      watcher_.made(running);
     }
   } catch (const std::exception& error) {
     refuse({route.topic, route.type}, *candidate.pattern, Refusal::not_opened,
@@ -372,13 +368,6 @@ void DiscoveredRoutes::refuse(const TopicAndType& what, Pattern& pattern, Refusa
   if (told_.size() < told_max && told_.insert(key).second) {
     spdlog::warn("{}:{}:{}: {}{}", config_.file, pattern.settings->mark.line, pattern.settings->mark.column,
                  told, told_.size() == told_max ? " (more such lines are not logged)" : "");
-  }
-}
-
-void DiscoveredRoutes::watched_by(Watcher watcher) {
-  watcher_ = std::move(watcher);
-  for (const auto& [topic, live] : live_) {
-    watcher_.made(live.one());
   }
 }
 
@@ -411,9 +400,6 @@ void DiscoveredRoutes::append_silence(SilenceWatch& silence) {
 }
 
 void DiscoveredRoutes::append_diagnoses(std::vector<Diagnosis>& diagnoses) const {
-  for (const auto& [topic, live] : live_) {
-    live.one().append_diagnoses(diagnoses, true);
-  }
   for (const Pattern& pattern : patterns_) {
     const TopicPattern& settings = *pattern.settings;
     if (settings.route.direction == Direction::dds_to_someip) {
@@ -447,9 +433,6 @@ CounterGroup DiscoveredRoutes::counters_of(const Pattern& pattern) const {
 
 void DiscoveredRoutes::append_counters(std::vector<CounterGroup>& groups) const {
   using enum Counter::Kind;
-  for (const auto& [topic, live] : live_) {
-    groups.push_back(live.one().counters());
-  }
   if (!past_.counters.empty()) {
     groups.push_back(past_);
   }

@@ -1,6 +1,6 @@
 #pragma once
 #include <array>
-#include <boost/asio/thread_pool.hpp>
+#include <boost/asio/any_io_executor.hpp>
 #include <map>
 #include <memory>
 #include <optional>
@@ -25,10 +25,13 @@ class DiscoveredRoutes {
  public:
   /// Opens the ports of the patterns and reads the lock file.
   /// @param context  of all routes, which has joined SOME/IP; outlives this object.
+  /// @param routes  of the bridge, to which those of the patterns are added. Ends before this object.
   /// @param types  is copied: a later publisher may have a type that nobody has asked for yet.
+  /// @param disk  where the lock file is written: until that is on the disk may take a while, in which
+  /// everything else goes on.
   /// @throws std::runtime_error  with the place in the configuration or lock file.
-  DiscoveredRoutes(const RouteContext& context, const BridgeConfig& config,
-                   const messages::TypeLibrary& types);
+  DiscoveredRoutes(const RouteContext& context, Routes& routes, const BridgeConfig& config,
+                   const messages::TypeLibrary& types, boost::asio::any_io_executor disk);
   DiscoveredRoutes(const DiscoveredRoutes&) = delete;
   DiscoveredRoutes& operator=(const DiscoveredRoutes&) = delete;
 
@@ -40,20 +43,20 @@ class DiscoveredRoutes {
   /// Nothing begins or ends any more.
   void stop();
 
-  /// Told of routes: of each that is there, and of those that are made; and of the topics of those that end.
+  /// Told of each route that is made, and of the topics of those that end.
   /// Also after each look at what is there, by which the state of a pattern may have become another.
   struct Watcher {
     std::function<void(const RunningRoute& route)> made;
     std::function<void(const std::string& topic)> ends;
     std::function<void()> looked;
   };
-  void watched_by(Watcher watcher);
+  void watched_by(Watcher watcher) { watcher_ = std::move(watcher); }
   /// Why a pattern has had no route yet, of either direction.
   void append_silence(SilenceWatch& silence);
-  /// The state of each route, and of each pattern to SOME/IP: OK while it has a route.
+  /// The state of each pattern to SOME/IP: OK while it has a route.
   void append_diagnoses(std::vector<Diagnosis>& diagnoses) const;
 
-  /// Those of the patterns, of the routes there are, and of all those there were.
+  /// Those of the patterns, and of all routes that there were.
   void append_counters(std::vector<CounterGroup>& groups) const;
 
  private:
@@ -86,8 +89,7 @@ class DiscoveredRoutes {
   struct Live {
     Pattern* pattern;
     Route route;
-    Routes running;  ///< one
-    [[nodiscard]] RunningRoute& one() const { return *running.begin()->route; }
+    RunningRoute* running;  ///< one of the bridge's routes
   };
   struct Candidate {
     Pattern* pattern;
@@ -118,6 +120,7 @@ class DiscoveredRoutes {
 
   const RouteContext& context_;
   RouteContext own_;  ///< of these routes: this object sees to who comes and goes
+  Routes& routes_;    ///< of the bridge
   const BridgeConfig config_;
   messages::TypeLibrary types_;
   LockFile lock_;
@@ -138,8 +141,7 @@ class DiscoveredRoutes {
   bool locking_ = false;
   bool missed_ = false;  ///< something has changed meanwhile
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
-  /// Writes the lock file: until that is on the disk may take a while, in which everything else goes on.
-  boost::asio::thread_pool disk_{1};
+  const boost::asio::any_io_executor disk_;
 };
 
 }  // namespace trestle::carry

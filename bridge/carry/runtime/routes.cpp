@@ -3,30 +3,21 @@
 #include "bridge/carry/runtime/start_at.hpp"
 
 namespace trestle::carry {
-namespace {
-
-template <typename Start>
-auto at(const BridgeConfig* config, documents::Mark mark, const Start& start) {
-  return config != nullptr ? start_at(*config, mark, start) : start();
-}
-
-}  // namespace
-
 void Routes::join_someip(SomeipSide& someip) {
   for (const auto& [mark, route] : routes_) {
     route->describe(offers_);
   }
   for (const auto& offer : offers_) {
-    at(config_, offer->mark(), [&] { offer->open(someip); });
+    start_at(config_, offer->mark(), [&] { offer->open(someip); });
   }
   for (const auto& [mark, route] : routes_) {
-    at(config_, mark, [&one = *route] { one.join_someip(); });
+    start_at(config_, mark, [&one = *route] { one.join_someip(); });
   }
 }
 
 void Routes::join_dds() {
   for (const auto& [mark, route] : routes_) {
-    at(config_, mark, [&one = *route] { one.join_dds(); });
+    start_at(config_, mark, [&one = *route] { one.join_dds(); });
   }
 }
 
@@ -36,10 +27,24 @@ void Routes::update_offers() {
   }
 }
 
-void Routes::withdraw() {
-  for (const auto& offer : offers_) {
-    offer->withdraw();
+void Routes::add(const Route& what, std::shared_ptr<RunningRoute> route, SomeipSide& someip) {
+  try {
+    route->describe(offers_);
+    offers_.of(what).open(someip);
+    route->join_someip();
+    route->join_dds();
+  } catch (...) {
+    route.reset();  // before the offer that it knows
+    offers_.end(what);
+    throw;
   }
+  routes_.push_back({what.mark, std::move(route)});
+}
+
+void Routes::remove(const Route& what, const RunningRoute& route) {
+  offers_.of(what).withdraw();
+  std::erase_if(routes_, [&](const MadeRoute& one) { return one.route.get() == &route; });
+  offers_.end(what);
 }
 
 void Routes::stop() {

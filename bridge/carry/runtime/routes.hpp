@@ -12,13 +12,12 @@ struct MadeRoute {
   std::shared_ptr<RunningRoute> route;
 };
 
-/// Routes that run, and the services that they offer together: all those of a configuration, or one that was
-/// discovered.
+/// The routes of a bridge while they run, and the services that they offer together: those of the
+/// configuration, then those that discovery adds and removes.
 class Routes {
  public:
-  /// @param config  what cannot be opened is said with its place there; nothing: without. Outlives the
-  /// joining.
-  explicit Routes(std::vector<MadeRoute> routes, const BridgeConfig* config = nullptr)
+  /// @param config  what cannot be opened is said with its place there. Outlives the joining.
+  Routes(std::vector<MadeRoute> routes, const BridgeConfig& config)
       : config_{config}, routes_{std::move(routes)} {}
 
   /// Offers what they offer, and looks for what they use.  @throws std::runtime_error
@@ -27,8 +26,11 @@ class Routes {
   void join_dds();
   /// Offers and withdraws, if what the services need has come or gone.
   void update_offers();
-  /// Ends the offers now: before the end of routes that end before the node.
-  void withdraw();
+  /// Has one more join both sides, now that all others have. No other has its service.
+  /// @param what  is the route.  @throws std::runtime_error  then nothing has begun.
+  void add(const Route& what, std::shared_ptr<RunningRoute> route, SomeipSide& someip);
+  /// Ends such a route and its offer.
+  void remove(const Route& what, const RunningRoute& route);
   /// The node is about to withdraw the offers. Nothing is carried any more.
   void stop();
 
@@ -36,7 +38,7 @@ class Routes {
   [[nodiscard]] auto end() const noexcept { return routes_.end(); }
 
  private:
-  const BridgeConfig* config_;
+  const BridgeConfig& config_;
   ServiceOffers offers_;
   std::vector<MadeRoute> routes_;  // which use the offers
 };

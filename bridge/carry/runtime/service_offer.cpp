@@ -69,9 +69,8 @@ sd::Notified ServiceOffer::set(someip::MethodId notifier,
 }
 
 ServiceOffer& ServiceOffers::of(sd::ServiceSpec service, documents::Mark mark) {
-  const auto known = std::ranges::find_if(offers_, [&](const auto& one) {
-    return one->spec().service == service.service && one->spec().instance == service.instance;
-  });
+  const auto known = std::ranges::find_if(
+      offers_, [&](const auto& one) { return one->is_of(service.service, service.instance); });
   return known != offers_.end()
              ? **known
              : *offers_.emplace_back(std::make_unique<ServiceOffer>(std::move(service), mark));

@@ -21,6 +21,9 @@ class ServiceOffer {
   /// It is to be offered only while what its routes and methods need is there.
   void wait_for_needs(bool waits) { waits_ |= waits; }
   [[nodiscard]] const sd::ServiceSpec& spec() const noexcept { return spec_; }
+  [[nodiscard]] bool is_of(someip::ServiceId service, someip::InstanceId instance) const noexcept {
+    return spec_.service == service && spec_.instance == instance;
+  }
   [[nodiscard]] documents::Mark mark() const noexcept { return mark_; }
   /// Opens its ports, and offers it unless it waits for what it needs: then update() does.
   /// @param someip  outlives this object.
@@ -74,6 +77,12 @@ class ServiceOffers {
                .minor = one.minor,
                .udp_port = {}},
               one.mark);
+  }
+  /// Withdraws it and forgets it.
+  template <typename Configured>
+  void end(const Configured& one) {
+    of(one).withdraw();
+    std::erase_if(offers_, [&](const auto& offer) { return offer->is_of(one.service, one.instance); });
   }
   [[nodiscard]] auto begin() const noexcept { return offers_.begin(); }
   [[nodiscard]] auto end() const noexcept { return offers_.end(); }

@@ -1,6 +1,8 @@
 #pragma once
 #include <map>
 #include <memory>
+#include <set>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,10 +24,12 @@ inline Bytes joined(std::span<const ByteView> pieces) {
   return all;
 }
 
-/// DDS with one end of ours of each kind at most.
+/// DDS with one end of ours of each kind at most, but for readers.
 class FakeDds final : public carry::DdsSide {
  public:
-  bool reads = false;
+  bool no_reader = false;  ///< can be made
+  int reads = 0;           ///< readers
+  dds::Qos asked{};        ///< by the last one
   bool writes = false;
   bool serves = false;
   bool calls = false;
@@ -53,9 +57,13 @@ class FakeDds final : public carry::DdsSide {
   std::vector<dds::Counterpart> counterparts_found;
 
   std::unique_ptr<carry::DdsReader> reader(std::string_view /*topic*/, std::string_view /*type*/,
-                                           const dds::Qos& /*qos*/, dds::OnSample told, std::size_t /*most*/,
+                                           const dds::Qos& qos, dds::OnSample told, std::size_t /*most*/,
                                            dds::EndpointExtras /*extras*/) override {
+    if (no_reader) {
+      throw std::runtime_error{"there is no reader"};
+    }
     on_sample = std::move(told);
+    asked = qos;
     return std::make_unique<Reader>(*this);
   }
   std::unique_ptr<carry::DdsWriter> writer(std::string_view /*topic*/, std::string_view /*type*/,
@@ -102,11 +110,13 @@ class FakeDds final : public carry::DdsSide {
     bool& is_here_;
   };
   struct Reader final : carry::DdsReader {
-    explicit Reader(FakeDds& all) : of{all}, here{all.reads} {}
+    explicit Reader(FakeDds& all) : of{all} { ++of.reads; }
+    ~Reader() override { --of.reads; }
+    Reader(const Reader&) = delete;
+    Reader& operator=(const Reader&) = delete;
     std::size_t matched() const override { return of.matched; }
     dds::ReaderCounters counters() const override { return of.reader_counters; }
     FakeDds& of;
-    Here here;
   };
   struct Writer final : carry::DdsWriter {
     explicit Writer(FakeDds& all) : of{all}, here{all.writes} {}
@@ -169,10 +179,13 @@ class FakeDds final : public carry::DdsSide {
   };
 };
 
-/// SOME/IP with one service of ours, one of others and one subscription at most.
+/// SOME/IP with one service of others and one subscription at most.
 class FakeSomeip final : public carry::SomeipSide, private sd::AnswerTaker {
  public:
-  std::optional<sd::ServiceSpec> offered;
+  std::optional<sd::ServiceSpec> offered;             ///< the last service of ours
+  std::map<std::uint16_t, someip::ServiceId> offers;  ///< all of them
+  std::set<someip::ServiceId> of_others;              ///< services that others offer, too
+  int ports = 0;                                      ///< that are held
   std::size_t subscriber_count = 1;
   std::vector<Bytes> events;                       ///< sent to them
   std::vector<std::shared_ptr<const void>> holds;  ///< what senders have not let go of
@@ -217,11 +230,16 @@ class FakeSomeip final : public carry::SomeipSide, private sd::AnswerTaker {
 
   sd::OfferHandle offer(const sd::ServiceSpec& spec) override {
     offered = spec;
-    return {.index = 0, .generation = 1};
+    offers.emplace(++last_offer_, spec.service);
+    return {.index = last_offer_, .generation = 1};
   }
-  void withdraw(sd::OfferHandle /*offer*/) override { offered.reset(); }
+  void withdraw(sd::OfferHandle offer) override {
+    offered.reset();
+    offers.erase(offer.index);
+  }
   std::shared_ptr<const void> hold_port(std::uint16_t /*number*/, Transport /*transport*/) override {
-    return nullptr;
+    ++ports;
+    return {this, [this](const void*) { --ports; }};
   }
   std::size_t subscribers(sd::OfferHandle /*offer*/, someip::MethodId /*event*/) const override {
     return subscriber_count;
@@ -251,7 +269,7 @@ class FakeSomeip final : public carry::SomeipSide, private sd::AnswerTaker {
     return sd::RequirementId{1};
   }
   std::vector<sd::RemoteService> available(sd::RequirementId /*requirement*/) const override { return all(); }
-  bool is_offered_by_others(someip::ServiceId /*service*/) const override { return is_there; }
+  bool is_offered_by_others(someip::ServiceId service) const override { return of_others.contains(service); }
   std::unique_ptr<carry::SomeipClient> client(const sd::RequireSpec& /*spec*/,
                                               sd::AvailabilityHandler handler) override {
     on_service = std::move(handler);
@@ -298,6 +316,7 @@ class FakeSomeip final : public carry::SomeipSide, private sd::AnswerTaker {
     }
     FakeSomeip& of;
   };
+  std::uint16_t last_offer_ = 0;
 };
 
 }  // namespace trestle::test

@@ -51,7 +51,7 @@ class RouteTest : public testing::Test {
   }
 
   void start() {
-    routes_.emplace(make_routes(context_, config_, types_), &config_);
+    routes_.emplace(make_routes(context_, config_, types_), config_);
     routes_->join_someip(someip_);
     routes_->join_dds();
     routes_->update_offers();

@@ -1,10 +1,13 @@
 // What the factory makes of a configuration, and what routes of one service share.
+#include "bridge/carry/runtime/route_parts.hpp"
 #include "test/bridge/carry/runtime/route_test.hpp"
 
 namespace trestle::test::routes_test {
 namespace {
 
 using testing::ElementsAre;
+using testing::IsEmpty;
+using testing::Pair;
 using testing::SizeIs;
 
 class RoutesTest : public RouteTest {
@@ -68,12 +71,32 @@ TEST_F(RoutesTest, TellASetterWhichValueItsNotifierHas) {
   EXPECT_TRUE(is_known);
 }
 
-TEST_F(RoutesTest, ThatAreWithdrawnOfferNothing) {
+TEST_F(RoutesTest, AreAddedAndRemovedWithTheirOffers) {
   config_.routes = {route(carry::Direction::dds_to_someip)};
   start();
-  EXPECT_TRUE(someip_.offered);
-  routes_->withdraw();
-  EXPECT_FALSE(someip_.offered);
+  carry::Route more = route(carry::Direction::dds_to_someip);
+  more.topic = "/more";
+  more.service = someip::ServiceId{0x4321};
+  auto made = make_route(context_, more, compile(more, types_), types_);
+  const carry::RunningRoute& running = *made;
+  routes_->add(more, std::move(made), someip_);
+  EXPECT_THAT(names(), ElementsAre("route /talk to SOME/IP", "route /more to SOME/IP"));
+  EXPECT_THAT(someip_.offers,
+              ElementsAre(Pair(1, someip::ServiceId{0x1234}), Pair(2, someip::ServiceId{0x4321})));
+  routes_->remove(more, running);
+  EXPECT_THAT(names(), ElementsAre("route /talk to SOME/IP"));
+  EXPECT_THAT(someip_.offers, ElementsAre(Pair(1, someip::ServiceId{0x1234})));
+  EXPECT_EQ(dds_.reads, 1);
+}
+
+TEST_F(RoutesTest, ThatCannotJoinLeaveNoOfferBehind) {
+  start();
+  const carry::Route more = route(carry::Direction::dds_to_someip);
+  dds_.no_reader = true;
+  EXPECT_THROW(routes_->add(more, make_route(context_, more, compile(more, types_), types_), someip_),
+               std::runtime_error);
+  EXPECT_THAT(names(), IsEmpty());
+  EXPECT_THAT(someip_.offers, IsEmpty());
 }
 
 }  // namespace
