@@ -1,9 +1,10 @@
 // bridge/carry/runtime: a running bridge.
 //
 //   bridge.hpp              start here: joins SOME/IP and DDS, has all routes, gives their counters
-//   running_route.hpp, route_kinds.hpp   what a route is while it runs, and the kinds, each in a file that is
-//                           named by its direction
-//   make_routes.hpp         makes them of a configuration
+//   running_route.hpp       what a route is while it runs
+//   make_routes.hpp         makes them of a configuration, by kinds, each in a file X_to_Y.cpp that is named
+//   by
+//                           its direction
 //   someip_side.hpp, dds_side.hpp, route_clock.hpp   all that routes see of the networks and of time
 //   discovered_routes.hpp   routes of patterns, made when topics appear
 //   counters.hpp, diagnostics.hpp, silence_watch.hpp, report.hpp   what a bridge reports about itself

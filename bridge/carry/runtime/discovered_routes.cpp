@@ -127,7 +127,7 @@ void DiscoveredRoutes::update() {
     consider(what, how, candidates);
   }
   lock(candidates);
-  for (Candidate& candidate : candidates) {
+  for (const Candidate& candidate : candidates) {
     make(candidate);
   }
   for (auto& [topic, live] : live_) {
@@ -239,29 +239,29 @@ void DiscoveredRoutes::consider(const TopicAndType& what, const Found& found,
                        pattern.locked, pattern.settings->topics));
     return;
   }
-  std::optional<messages::ConversionPlan> plan = plan_of(what, route, pattern);
-  const std::optional<someip::ServiceId> id = !plan               ? std::nullopt
-                                              : locked != nullptr ? std::optional{locked->service}
-                                                                  : new_id(what, pattern);
+  const std::optional<someip::ServiceId> id = !has_known_type(route, pattern) ? std::nullopt
+                                              : locked != nullptr             ? std::optional{locked->service}
+                                                                              : new_id(what, pattern);
   if (id) {
     route.service = *id;
-    candidates.push_back({&pattern, std::move(route), std::move(*plan), locked == nullptr});
+    candidates.push_back({&pattern, std::move(route), locked == nullptr});
   }
 }
 
-std::optional<messages::ConversionPlan> DiscoveredRoutes::plan_of(const TopicAndType& what,
-                                                                  const Route& route, Pattern& pattern) {
-  const std::string& type = what.second;
-  if (!messages::is_type_name(type)) {  // which would be looked for among files
+bool DiscoveredRoutes::has_known_type(const Route& route, Pattern& pattern) {
+  const TopicAndType what{route.topic, route.type};
+  if (!messages::is_type_name(route.type)) {  // which would be looked for among files
     refuse(what, pattern, Refusal::unknown_type,
-           fmt::format("{} gets no route: {} is no message type of ROS", what.first, documents::quote(type)));
-    return std::nullopt;
+           fmt::format("{} gets no route: {} is no message type of ROS", route.topic,
+                       documents::quote(route.type)));
+    return false;
   }
   try {
-    return compile(route, types_);
+    static_cast<void>(compile(route, types_));
+    return true;
   } catch (const std::exception& error) {
     refuse(what, pattern, Refusal::unknown_type, error.what());
-    return std::nullopt;
+    return false;
   }
 }
 
@@ -316,7 +316,7 @@ void DiscoveredRoutes::locked(LockFile file, const tl::expected<void, std::strin
   if (written) {
     missed_ = false;
     lock_ = std::move(file);
-    for (Candidate& one : candidates) {
+    for (const Candidate& one : candidates) {
       make(one);
     }
     update();  // some may be gone already
@@ -336,10 +336,12 @@ void DiscoveredRoutes::locked(LockFile file, const tl::expected<void, std::strin
   }
 }
 
-void DiscoveredRoutes::make(Candidate& candidate) {
+void DiscoveredRoutes::make(const Candidate& candidate) {
   const Route& route = candidate.route;
   try {
-    auto made = make_route(own_, route, std::move(candidate.plan), types_);
+    BridgeConfig alone;
+    alone.routes = {route};
+    std::shared_ptr<RunningRoute> made = std::move(make_routes(own_, alone, types_).front().route);
     RunningRoute& running = *made;
     routes_.add(route, std::move(made), *context_.someip);
     spdlog::info("discovered {} ({}): {}, event 0x{:04x}", route.topic, route.type, in_words(route),

@@ -13,7 +13,6 @@
 #include "bridge/carry/runtime/route_context.hpp"
 #include "bridge/carry/runtime/routes.hpp"
 #include "bridge/carry/runtime/silence_watch.hpp"
-#include "bridge/messages/convert/conversion_plan.hpp"
 #include "bridge/messages/types/type_library.hpp"
 
 namespace trestle::carry {
@@ -94,7 +93,6 @@ class DiscoveredRoutes {
   struct Candidate {
     Pattern* pattern;
     Route route;
-    messages::ConversionPlan plan;
     bool is_new;  ///< its id is not locked yet
   };
 
@@ -106,14 +104,13 @@ class DiscoveredRoutes {
   [[nodiscard]] Pattern* owner_of(const std::string& topic);
   /// Adds the route of a topic, unless it has one or cannot have one.
   void consider(const TopicAndType& what, const Found& found, std::vector<Candidate>& candidates);
-  [[nodiscard]] std::optional<messages::ConversionPlan> plan_of(const TopicAndType& what, const Route& route,
-                                                                Pattern& pattern);
+  [[nodiscard]] bool has_known_type(const Route& route, Pattern& pattern);
   [[nodiscard]] std::optional<someip::ServiceId> new_id(const TopicAndType& what, Pattern& pattern);
   /// Writes the ids of new topics to the lock file, and removes the candidates that have an id already.
   void lock(std::vector<Candidate>& candidates);
   /// The ids of new topics are in `file` now, or could not be written.
   void locked(LockFile file, const tl::expected<void, std::string>& written);
-  void make(Candidate& candidate);
+  void make(const Candidate& candidate);
   [[nodiscard]] std::size_t routes_of(const Pattern& pattern) const;
   [[nodiscard]] CounterGroup counters_of(const Pattern& pattern) const;
   void refuse(const TopicAndType& what, Pattern& pattern, Refusal why, const std::string& told);

@@ -1,4 +1,4 @@
-#include "bridge/carry/runtime/route_kinds.hpp"
+#include "bridge/carry/runtime/make_routes.hpp"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -334,10 +334,16 @@ class EventToTopic final : public RunningRoute {
 
 }  // namespace
 
-std::shared_ptr<RunningRoute> event_to_topic(const RouteContext& context, const Route& route,
-                                             const sd::SubscribeSpec& subscription,
-                                             messages::ConversionPlan plan, std::string user_data) {
-  return std::make_shared<EventToTopic>(context, route, subscription, std::move(plan), std::move(user_data));
+void event_to_topic(RouteMaker& maker) {
+  maker.each(maker.config.routes, [&](const Route& route) -> std::shared_ptr<RunningRoute> {
+    if (route.direction != Direction::someip_to_dds) {
+      return nullptr;
+    }
+    auto plan = compile(route, maker.types);
+    const auto subscription = subscription_of(maker.config.routes, route, plan);
+    return std::make_shared<EventToTopic>(maker.context, route, subscription, std::move(plan),
+                                          user_data_of(route.type, maker.types));
+  });
 }
 
 }  // namespace trestle::carry

@@ -1,4 +1,4 @@
-#include "bridge/carry/runtime/route_kinds.hpp"
+#include "bridge/carry/runtime/make_routes.hpp"
 
 #include "bridge/carry/config/bridge_config.hpp"
 
@@ -73,8 +73,10 @@ class GetterToTopic final : public RunningRoute {
 
 }  // namespace
 
-std::shared_ptr<RunningRoute> getter_to_topic(const Route& route) {
-  return std::make_shared<GetterToTopic>(route);
+void getter_to_topic(RouteMaker& maker) {
+  maker.each(maker.config.routes, [](const Route& route) {
+    return route.getter ? std::make_shared<GetterToTopic>(route) : nullptr;
+  });
 }
 
 }  // namespace trestle::carry

@@ -1,4 +1,4 @@
-#include "bridge/carry/runtime/route_kinds.hpp"
+#include "bridge/carry/runtime/make_routes.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,6 @@
 #include "bridge/carry/runtime/bridge_mark.hpp"
 #include "bridge/carry/runtime/call_shares.hpp"
 #include "bridge/carry/runtime/conversion_log.hpp"
-#include "bridge/carry/runtime/route_parts.hpp"
 #include "bridge/carry/runtime/service_work.hpp"
 #include "bridge/carry/runtime/suspected_loop.hpp"
 #include "bridge/messages/convert/most_bytes.hpp"
@@ -252,9 +251,13 @@ class MethodToService final : public RunningRoute {
 
 }  // namespace
 
-std::shared_ptr<RunningRoute> method_to_service(const RouteContext& context, const MethodRoute& method,
-                                                MethodParts parts) {
-  return std::make_shared<MethodToService>(context, method, std::move(parts));
+void method_to_service(RouteMaker& maker) {
+  maker.each(maker.config.methods, [&](const MethodRoute& method) {
+    return method.server == Server::ros
+               ? std::make_shared<MethodToService>(maker.context, method,
+                                                   compile(method, maker.context.address, maker.types))
+               : nullptr;
+  });
 }
 
 }  // namespace trestle::carry

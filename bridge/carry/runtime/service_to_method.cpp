@@ -1,4 +1,4 @@
-#include "bridge/carry/runtime/route_kinds.hpp"
+#include "bridge/carry/runtime/make_routes.hpp"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -14,7 +14,6 @@
 #include "bridge/carry/runtime/conversion_log.hpp"
 #include "bridge/carry/runtime/loop_guard.hpp"
 #include "bridge/carry/runtime/loop_suspects.hpp"
-#include "bridge/carry/runtime/route_parts.hpp"
 #include "bridge/carry/runtime/service_work.hpp"
 #include "dds_adapter/ros_names.hpp"
 #include "someip/net/address_text.hpp"
@@ -467,9 +466,13 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
 
 }  // namespace
 
-std::shared_ptr<RunningRoute> service_to_method(const RouteContext& context, const MethodRoute& method,
-                                                MethodParts parts) {
-  return std::make_shared<ServiceToMethod>(context, method, std::move(parts));
+void service_to_method(RouteMaker& maker) {
+  maker.each(maker.config.methods, [&](const MethodRoute& method) {
+    return method.server == Server::someip
+               ? std::make_shared<ServiceToMethod>(maker.context, method,
+                                                   compile(method, maker.context.address, maker.types))
+               : nullptr;
+  });
 }
 
 }  // namespace trestle::carry

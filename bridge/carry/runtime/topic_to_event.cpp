@@ -1,4 +1,4 @@
-#include "bridge/carry/runtime/route_kinds.hpp"
+#include "bridge/carry/runtime/make_routes.hpp"
 
 #include <spdlog/spdlog.h>
 
@@ -544,9 +544,13 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
 
 }  // namespace
 
-std::shared_ptr<RunningRoute> topic_to_event(const RouteContext& context, const Route& route,
-                                             messages::ConversionPlan plan, std::string user_data) {
-  return std::make_shared<TopicToEvent>(context, route, std::move(plan), std::move(user_data));
+void topic_to_event(RouteMaker& maker) {
+  maker.each(maker.config.routes, [&](const Route& route) {
+    return route.direction == Direction::dds_to_someip
+               ? std::make_shared<TopicToEvent>(maker.context, route, compile(route, maker.types),
+                                                user_data_of(route.type, maker.types))
+               : nullptr;
+  });
 }
 
 }  // namespace trestle::carry

@@ -1,5 +1,4 @@
 // What the factory makes of a configuration, and what routes of one service share.
-#include "bridge/carry/runtime/route_parts.hpp"
 #include "test/bridge/carry/runtime/route_test.hpp"
 
 namespace trestle::test::routes_test {
@@ -19,12 +18,21 @@ class RoutesTest : public RouteTest {
     }
     return all;
   }
+  [[nodiscard]] std::shared_ptr<carry::RunningRoute> made_of(const carry::Route& route) {
+    carry::BridgeConfig alone;
+    alone.routes = {route};
+    return make_routes(context_, alone, types_).front().route;
+  }
 };
 
 TEST_F(RoutesTest, OfEachKindStandInTheOrderOfTheConfiguration) {
   config_.routes = {route(carry::Direction::someip_to_dds), route(carry::Direction::dds_to_someip)};
+  config_.routes[0].mark = {.line = 3, .column = 5};
+  config_.routes[1].mark = {.line = 4, .column = 5};
   config_.routes[1].getter.emplace(carry::FieldGetter{.id = someip::MethodId{0x31}});
-  config_.methods = {method(carry::Server::ros), method(carry::Server::someip)};
+  config_.methods = {method(carry::Server::someip), method(carry::Server::ros)};
+  config_.methods[0].mark = {.line = 10, .column = 7};
+  config_.methods[1].mark = {.line = 10, .column = 5};
   start();
   EXPECT_THAT(names(), ElementsAre("route /talk from SOME/IP", "route /talk to SOME/IP", "getter of /talk",
                                    "method of ROS service /set", "ROS service of method /set"));
@@ -77,7 +85,7 @@ TEST_F(RoutesTest, AreAddedAndRemovedWithTheirOffers) {
   carry::Route more = route(carry::Direction::dds_to_someip);
   more.topic = "/more";
   more.service = someip::ServiceId{0x4321};
-  auto made = make_route(context_, more, compile(more, types_), types_);
+  auto made = made_of(more);
   const carry::RunningRoute& running = *made;
   routes_->add(more, std::move(made), someip_);
   EXPECT_THAT(names(), ElementsAre("route /talk to SOME/IP", "route /more to SOME/IP"));
@@ -93,8 +101,7 @@ TEST_F(RoutesTest, ThatCannotJoinLeaveNoOfferBehind) {
   start();
   const carry::Route more = route(carry::Direction::dds_to_someip);
   dds_.no_reader = true;
-  EXPECT_THROW(routes_->add(more, make_route(context_, more, compile(more, types_), types_), someip_),
-               std::runtime_error);
+  EXPECT_THROW(routes_->add(more, made_of(more), someip_), std::runtime_error);
   EXPECT_THAT(names(), IsEmpty());
   EXPECT_THAT(someip_.offers, IsEmpty());
 }
