@@ -265,16 +265,16 @@ Vendor ParticipantCore::vendor(const fast::Prefix& participant) const {
   return id == eprosima ? Vendor::fast_dds : id == eclipse ? Vendor::cyclone_dds : Vendor::other;
 }
 
-void ParticipantCore::report(const Happening& event) {
+void ParticipantCore::report(const Happening& happening) {
   const std::lock_guard lock{event_gate_};
   if (on_event_) {
-    on_event_(event);
+    on_event_(happening);
   }
 }
 
 void ParticipantCore::report(const std::vector<Happening>& events) {
-  for (const Happening& event : events) {
-    report(event);
+  for (const Happening& happening : events) {
+    report(happening);
   }
 }
 
@@ -347,18 +347,18 @@ void ParticipantCore::note_hash(const Endpoint& endpoint, Found& found, std::vec
   if (found.other_hash) {
     return;
   }
-  Happening event{Happening::Kind::other_type_hash,
-                  endpoint.topic,
-                  endpoint.type,
-                  to_hex(peer.guid),
-                  std::string{user_data_value(peer.user_data, "typehash")},
-                  0};
-  event.node = graph_.node_of(peer.guid);
-  event.ours_reads = !endpoint.writer;
-  event.hash = user_data_value(endpoint.user_data, "typehash");
-  event.refused = strict_types_;
-  found.other_hash = event;
-  events.push_back(std::move(event));
+  Happening happening{Happening::Kind::other_type_hash,
+                      endpoint.topic,
+                      endpoint.type,
+                      to_hex(peer.guid),
+                      std::string{user_data_value(peer.user_data, "typehash")},
+                      0};
+  happening.node = graph_.node_of(peer.guid);
+  happening.ours_reads = !endpoint.writer;
+  happening.hash = user_data_value(endpoint.user_data, "typehash");
+  happening.refused = strict_types_;
+  found.other_hash = happening;
+  events.push_back(std::move(happening));
 }
 
 bool ParticipantCore::refuses(const Endpoint& ours, const fast::Guid& peer) const {
@@ -385,18 +385,18 @@ bool ParticipantCore::has_reliable_reader(const Endpoint& writer) const {
 }
 
 Happening ParticipantCore::incompatible(const Endpoint& endpoint, Found& found) const {
-  Happening event{Happening::Kind::incompatible_qos,
-                  endpoint.topic,
-                  endpoint.type,
-                  to_hex(found.endpoint.guid),
-                  unmet_policies(endpoint, found.endpoint),
-                  0};
-  event.node = graph_.node_of(found.endpoint.guid);
-  event.ours_reads = !endpoint.writer;
-  event.theirs = found.endpoint.qos;
-  event.ours = endpoint.qos;
-  found.needs_name = event.node.empty();
-  return event;
+  Happening happening{Happening::Kind::incompatible_qos,
+                      endpoint.topic,
+                      endpoint.type,
+                      to_hex(found.endpoint.guid),
+                      unmet_policies(endpoint, found.endpoint),
+                      0};
+  happening.node = graph_.node_of(found.endpoint.guid);
+  happening.ours_reads = !endpoint.writer;
+  happening.theirs = found.endpoint.qos;
+  happening.ours = endpoint.qos;
+  found.needs_name = happening.node.empty();
+  return happening;
 }
 
 std::vector<Happening> ParticipantCore::newly_incompatible(const Endpoint& endpoint,

@@ -77,7 +77,7 @@ class ParticipantCore final : private fast::DiscoveryListener {
   void add(const Endpoint* endpoint, const fast::Guid& guid);
   void remove(const Endpoint* endpoint, const fast::Guid& guid) noexcept;
 
-  void report(const Happening& event);
+  void report(const Happening& happening);
   void report(const std::vector<Happening>& events);
   void report(Happening::Kind kind, const Endpoint& endpoint, const std::string& peer = {},
               std::size_t matched = 0);

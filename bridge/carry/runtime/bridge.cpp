@@ -37,15 +37,15 @@ void check_interface(const std::string& name) {
 }
 
 // A reader that follows its publishers is about to ask for what they offer: nothing to warn of.
-bool is_followed(const std::map<std::string, QosSettings>& following, const dds::Happening& event) {
-  if (event.kind != dds::Happening::Kind::incompatible_qos || !event.ours_reads) {
+bool is_followed(const std::map<std::string, QosSettings>& following, const dds::Happening& happening) {
+  if (happening.kind != dds::Happening::Kind::incompatible_qos || !happening.ours_reads) {
     return false;
   }
-  const auto route = following.find(event.topic);
+  const auto route = following.find(happening.topic);
   return route != following.end() &&
-         ((event.detail == "reliability" && route->second.reliability_as_published) ||
-          (event.detail == "durability" && route->second.durability_as_published) ||
-          (event.detail == "durability, reliability" && route->second.durability_as_published &&
+         ((happening.detail == "reliability" && route->second.reliability_as_published) ||
+          (happening.detail == "durability" && route->second.durability_as_published) ||
+          (happening.detail == "durability, reliability" && route->second.durability_as_published &&
            route->second.reliability_as_published));
 }
 
@@ -60,12 +60,12 @@ std::string other_interface(const SomeipSettings& settings) {
                      settings.interface, if_indextoname(found, name.data()) == nullptr ? "?" : name.data());
 }
 
-void log_dds(spdlog::logger& logger, const dds::Happening& event) {
+void log_dds(spdlog::logger& logger, const dds::Happening& happening) {
   using Kind = dds::Happening::Kind;
-  const bool bad = event.kind == Kind::incompatible_qos || event.kind == Kind::incompatible_type ||
-                   event.kind == Kind::other_type_hash || event.kind == Kind::deadline_missed ||
-                   event.kind == Kind::liveliness_lost || event.kind == Kind::small_send_buffer;
-  logger.log(bad ? spdlog::level::warn : spdlog::level::info, "DDS {}", in_words(event));
+  const bool bad = happening.kind == Kind::incompatible_qos || happening.kind == Kind::incompatible_type ||
+                   happening.kind == Kind::other_type_hash || happening.kind == Kind::deadline_missed ||
+                   happening.kind == Kind::liveliness_lost || happening.kind == Kind::small_send_buffer;
+  logger.log(bad ? spdlog::level::warn : spdlog::level::info, "DDS {}", in_words(happening));
 }
 
 }  // namespace
@@ -111,30 +111,31 @@ struct Bridge::State {
       watch->watch_writers([this] { publishers.changed(); });
     }
     participant = start_at(config, config.dds.mark, [&] {
-      return std::make_unique<dds::Participant>(dds::ParticipantConfig{
-          .domain = config.dds.domain.value_or(0),
-          .name = "trestle",
-          .interfaces = config.dds.interfaces,
-          .shared_memory = config.dds.shared_memory,
-          .lease = config.dds.lease,
-          .node = config.dds.node,
-          .enclave = config.dds.security.enclave,
-          .gid_bytes = gid_bytes(config.dds.ros_distro),
-          .profiles_file = config.dds.profiles,
-          .profile = config.dds.profile,
-          .discovery_servers = config.dds.discovery_servers,
-          .security_folder = security_folder(config.dds.security),
-          .polled = receives_samples(),
-          .strict_types = config.dds.strict_types,
-          .frees_samples = true,
-          .on_event =
-              [log = logger, watched = watch, following = std::move(following)](const dds::Happening& event) {
-                if (!is_followed(following, event)) {
-                  log_dds(*log, event);
-                }
-                watched->on_event(event);
-              },
-          .on_writers = [watched = watch] { watched->on_writers(); }});
+      return std::make_unique<dds::Participant>(
+          dds::ParticipantConfig{.domain = config.dds.domain.value_or(0),
+                                 .name = "trestle",
+                                 .interfaces = config.dds.interfaces,
+                                 .shared_memory = config.dds.shared_memory,
+                                 .lease = config.dds.lease,
+                                 .node = config.dds.node,
+                                 .enclave = config.dds.security.enclave,
+                                 .gid_bytes = gid_bytes(config.dds.ros_distro),
+                                 .profiles_file = config.dds.profiles,
+                                 .profile = config.dds.profile,
+                                 .discovery_servers = config.dds.discovery_servers,
+                                 .security_folder = security_folder(config.dds.security),
+                                 .polled = receives_samples(),
+                                 .strict_types = config.dds.strict_types,
+                                 .frees_samples = true,
+                                 .on_event =
+                                     [log = logger, watched = watch,
+                                      following = std::move(following)](const dds::Happening& happening) {
+                                       if (!is_followed(following, happening)) {
+                                         log_dds(*log, happening);
+                                       }
+                                       watched->on_event(happening);
+                                     },
+                                 .on_writers = [watched = watch] { watched->on_writers(); }});
     });
     dds = dds_side_of(*participant);
     context.dds = dds.get();

@@ -9,16 +9,16 @@ namespace {
 
 /// What to write in the configuration so that both go together: "write `qos: {...}`"; empty if the peer's
 /// quality of service is not known.
-std::string mend(const dds::Happening& event) {
-  const auto differs = [&](const char* policy) { return event.detail.find(policy) != std::string::npos; };
+std::string mend(const dds::Happening& happening) {
+  const auto differs = [&](const char* policy) { return happening.detail.find(policy) != std::string::npos; };
   if (!differs("reliability") && !differs("durability") && !differs("deadline") && !differs("liveliness")) {
     return "no route has that: take it out of the peer's settings (of its XML profile, if it is a ROS 2 "
            "node)";
   }
-  if (!event.theirs) {
+  if (!happening.theirs) {
     return {};
   }
-  const dds::Qos& theirs = *event.theirs;
+  const dds::Qos& theirs = *happening.theirs;
   std::string keys;
   std::string without;
   const auto write = [&](const std::string& key, const std::string& value) {
@@ -34,12 +34,12 @@ std::string mend(const dds::Happening& event) {
   };
   bool says_reliability = differs("reliability");
   bool says_durability = differs("durability");
-  const dds::Qos ours = event.ours.value_or(dds::Qos{});
-  bool reliable = says_reliability ? !event.ours_reads : ours.reliable;
-  bool latched = says_durability ? !event.ours_reads : ours.transient_local;
+  const dds::Qos ours = happening.ours.value_or(dds::Qos{});
+  bool reliable = says_reliability ? !happening.ours_reads : ours.reliable;
+  bool latched = says_durability ? !happening.ours_reads : ours.transient_local;
   if (latched && !reliable) {  // which the configuration does not take
-    (event.ours_reads ? says_durability : says_reliability) = true;
-    (event.ours_reads ? latched : reliable) = !event.ours_reads;
+    (happening.ours_reads ? says_durability : says_reliability) = true;
+    (happening.ours_reads ? latched : reliable) = !happening.ours_reads;
   }
   if (says_reliability) {
     write("reliability", reliable ? "reliable" : "best_effort");
@@ -61,51 +61,52 @@ std::string mend(const dds::Happening& event) {
 
 }  // namespace
 
-std::string in_words(const dds::Happening& event) {
+std::string in_words(const dds::Happening& happening) {
   using Kind = dds::Happening::Kind;
   // `detail` of a match says which end of the topic is ours.
-  const bool ours_reads = event.detail == "reader";
+  const bool ours_reads = happening.detail == "reader";
   const char* const theirs = ours_reads ? "publisher" : "subscriber";
-  switch (event.kind) {
+  switch (happening.kind) {
     case Kind::peer_found:
-      return fmt::format("participant '{}' ({}) has appeared", event.detail, event.peer);
+      return fmt::format("participant '{}' ({}) has appeared", happening.detail, happening.peer);
     case Kind::peer_lost:
-      return fmt::format("participant '{}' ({}) has gone", event.detail, event.peer);
+      return fmt::format("participant '{}' ({}) has gone", happening.detail, happening.peer);
     case Kind::matched:
-      return fmt::format("{}: found a {} ({}); there {} {} now", event.topic, theirs, event.peer,
-                         event.matched == 1 ? "is" : "are", event.matched);
+      return fmt::format("{}: found a {} ({}); there {} {} now", happening.topic, theirs, happening.peer,
+                         happening.matched == 1 ? "is" : "are", happening.matched);
     case Kind::unmatched:
-      return fmt::format("{}: lost a {} ({}); there {} {} now", event.topic, theirs, event.peer,
-                         event.matched == 1 ? "is" : "are", event.matched);
+      return fmt::format("{}: lost a {} ({}); there {} {} now", happening.topic, theirs, happening.peer,
+                         happening.matched == 1 ? "is" : "are", happening.matched);
     case Kind::incompatible_qos:
-      return fmt::format("{}: the quality of service of {} does not go with the route's `qos`: {}{}{}",
-                         event.topic,
-                         event.peer.empty()   ? "a peer"
-                         : event.node.empty() ? fmt::format("a peer ({})", event.peer)
-                                              : fmt::format("node {} ({})", event.node, event.peer),
-                         event.detail, mend(event).empty() ? "" : "; ", mend(event));
+      return fmt::format(
+          "{}: the quality of service of {} does not go with the route's `qos`: {}{}{}", happening.topic,
+          happening.peer.empty()   ? "a peer"
+          : happening.node.empty() ? fmt::format("a peer ({})", happening.peer)
+                                   : fmt::format("node {} ({})", happening.node, happening.peer),
+          happening.detail, mend(happening).empty() ? "" : "; ", mend(happening));
     case Kind::deadline_missed:
-      return fmt::format("{}: nothing was {} for longer than the deadline in the route's `qos`", event.topic,
-                         ours_reads ? "published" : "carried");
+      return fmt::format("{}: nothing was {} for longer than the deadline in the route's `qos`",
+                         happening.topic, ours_reads ? "published" : "carried");
     case Kind::liveliness_lost:
       return ours_reads
                  ? fmt::format("{}: a publisher ({}) has not shown that it is alive for its lease",
-                               event.topic, event.peer)
-                 : fmt::format("{}: nothing was carried for longer than `liveliness_lease`", event.topic);
+                               happening.topic, happening.peer)
+                 : fmt::format("{}: nothing was carried for longer than `liveliness_lease`", happening.topic);
     case Kind::small_send_buffer:
-      return event.detail;
+      return happening.detail;
     case Kind::other_type_hash:
       return fmt::format(
           "{}: the {} of this topic in {} has another definition of {}: its hash is {}, the route's is {}; "
           "{}. Give the bridge the same definition (`types`){}",
-          event.topic, event.ours_reads ? "publisher" : "subscriber",
-          event.node.empty() ? event.peer : fmt::format("node {} ({})", event.node, event.peer), event.type,
-          event.detail, event.hash,
-          event.refused ? "it is refused (`dds: {types: strict}`)" : "fields may be mixed up",
-          event.refused ? "" : ", or refuse it: write `dds: {types: strict}`");
+          happening.topic, happening.ours_reads ? "publisher" : "subscriber",
+          happening.node.empty() ? happening.peer
+                                 : fmt::format("node {} ({})", happening.node, happening.peer),
+          happening.type, happening.detail, happening.hash,
+          happening.refused ? "it is refused (`dds: {types: strict}`)" : "fields may be mixed up",
+          happening.refused ? "" : ", or refuse it: write `dds: {types: strict}`");
     case Kind::incompatible_type:
       return fmt::format("{}: a peer ({}) has this topic with type {}, the route has {}: they don't meet",
-                         event.topic, event.peer, event.detail, event.type);
+                         happening.topic, happening.peer, happening.detail, happening.type);
   }
   return {};
 }

@@ -6,6 +6,6 @@
 namespace trestle::carry {
 
 /// What has happened in the DDS network, for the log: one line without a line end.
-[[nodiscard]] std::string in_words(const dds::Happening& event);
+[[nodiscard]] std::string in_words(const dds::Happening& happening);
 
 }  // namespace trestle::carry

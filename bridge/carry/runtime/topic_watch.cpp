@@ -19,14 +19,14 @@ void TopicWatch::stop() {
   stopped_ = true;
 }
 
-void TopicWatch::on_event(const dds::Happening& event) {
-  if (event.kind != dds::Happening::Kind::matched && event.kind != dds::Happening::Kind::unmatched) {
+void TopicWatch::on_event(const dds::Happening& happening) {
+  if (happening.kind != dds::Happening::Kind::matched && happening.kind != dds::Happening::Kind::unmatched) {
     return;
   }
-  const End ours = event.detail == "reader" ? End::reader : End::writer;
+  const End ours = happening.detail == "reader" ? End::reader : End::writer;
   const std::lock_guard lock{mutex_};
   for (Watched& one : watched_) {
-    if (one.ours == ours && (one.topic.empty() || one.topic == event.topic)) {
+    if (one.ours == ours && (one.topic.empty() || one.topic == happening.topic)) {
       call_soon(one);
     }
   }

@@ -32,7 +32,7 @@ class TopicWatch : public std::enable_shared_from_this<TopicWatch> {
   void stop();
 
   /// From any thread.
-  void on_event(const dds::Happening& event);
+  void on_event(const dds::Happening& happening);
   void on_writers();
 
  private:
