@@ -1,0 +1,22 @@
+#pragma once
+#include <span>
+
+#include "bridge/describe/model.hpp"
+#include "bridge/describe/read/source_text.hpp"
+
+namespace trestle::describe {
+
+/// Reads configurations of vsomeip, all releases of it: services, instances, events, eventgroups, endpoints,
+/// SD settings, TP, nPDU, E2E. Several files are parts of one configuration, as in vsomeip's folders.
+///
+/// Such files have ids and no names: things are called "service_1234", "event_8001", "field_8002",
+/// "method_0001", and what their payloads are made of is not known, so these are empty. What does not tell
+/// about interfaces (logging, routing, security) is left out without a word.
+///
+/// @return problems: at most 100 a file, with places.
+[[nodiscard]] Reading read_vsomeip(std::span<const SourceText> sources);
+
+/// Files beyond this are refused.
+inline constexpr std::size_t max_vsomeip_bytes = 16U << 20U;
+
+}  // namespace trestle::describe

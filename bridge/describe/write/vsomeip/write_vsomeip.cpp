@@ -1,0 +1,441 @@
+#include "bridge/describe/write/vsomeip/write_vsomeip.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <string_view>
+#include <utility>
+
+#include "someip/net/address_text.hpp"
+
+namespace trestle::describe {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using std::chrono::duration_cast;
+using std::chrono::milliseconds;
+
+/// vsomeip reads all values from texts; numbers as JSON numbers would do too, but not in its older releases.
+template <typename Number>
+std::string text(Number number) {
+  return std::to_string(number);
+}
+template <typename Id>
+std::string id_text(Id id) {
+  return fmt::format("0x{:04x}", someip::value(id));
+}
+
+/// vsomeip takes a whole multiple of 16 up to this, the default.
+constexpr std::uint32_t usual_segment_bytes = 1392;
+
+class VsomeipWriter {
+ public:
+  VsomeipWriter(const Model& model, const VsomeipOptions& options) : model_{model}, options_{options} {}
+
+  Written write() {
+    Json services = Json::array();
+    Json clients = Json::array();
+    for (const Instance& instance : model_.instances) {
+      const Service* service = service_of(instance);
+      if (!instance.id || !id_of(instance, service)) {
+        lost(instance.name.empty() ? instance.service : instance.name,
+             "an instance without ids: vsomeip needs a service id and an instance id", instance.place);
+        continue;
+      }
+      Json ids{{"service", id_text(*id_of(instance, service))}, {"instance", id_text(*instance.id)}};
+      clients.push_back(ids);
+      if (instance.role == Instance::Role::provided) {
+        services.push_back(provided(std::move(ids), instance, service));
+      }
+    }
+    tell_of_the_rest();
+
+    Json server = common("service");
+    server["services"] = services;
+    Json client = common("client");
+    client["clients"] = clients;
+    Json tp = tp_of_clients();
+    if (!tp.empty()) {
+      client["services"] = std::move(tp);
+    }
+    return {{{"vsomeip-service.json", dump(server)}, {"vsomeip-client.json", dump(client)}},
+            std::move(not_carried_)};
+  }
+
+ private:
+  static std::string dump(const Json& json) {
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  }
+  void lost(std::string element, std::string what, Place place) {
+    not_carried_.push_back({std::move(element), std::move(what), place});
+  }
+
+  [[nodiscard]] const Service* service_of(const Instance& instance) const {
+    const auto found = std::ranges::find_if(model_.services,
+                                            [&](const Service& service) { return is_of(instance, service); });
+    return found == model_.services.end() ? nullptr : &*found;
+  }
+  static std::optional<someip::ServiceId> id_of(const Instance& instance, const Service* service) {
+    return service != nullptr && service->id ? service->id : instance.service_id;
+  }
+
+  /// What both sides have.
+  [[nodiscard]] Json common(const char* side) const {
+    Json json = Json::object();
+    const Machine* machine = model_.machines.empty() ? nullptr : &model_.machines.front();
+    const bool is_server = std::string_view{side} == "service";
+    std::optional<IpAddress> address = options_.address;
+    if (!address && is_server) {
+      address = machine != nullptr ? machine->address : std::nullopt;
+      for (const Instance& one : model_.instances) {
+        if (!address && one.role == Instance::Role::provided) {
+          address = one.address;
+        }
+      }
+    }
+    // Without one vsomeip takes 127.0.0.1, where nobody else is.
+    if (address) {
+      json["unicast"] = someip::to_string(*address);
+    }
+    const std::string name = options_.application + "-" + side;
+    json["applications"] = Json::array(
+        {Json{{"name", name}, {"id", fmt::format("0x{:04x}", options_.client_id + (is_server ? 0 : 1))}}});
+    json["routing"] = name;
+    json["service-discovery"] = discovery(machine);
+    Json list = protections(is_server);
+    if (!list.empty()) {
+      json["e2e"] = Json{{"e2e_enabled", "true"}, {"protected", std::move(list)}};
+    }
+    return json;
+  }
+
+  [[nodiscard]] Json discovery(const Machine* machine) const {
+    Json json{{"enable", "true"}};
+    json["multicast"] = machine != nullptr && machine->sd_multicast
+                            ? someip::to_string(*machine->sd_multicast)
+                            : std::string{"224.224.224.245"};
+    json["port"] = text(machine != nullptr ? machine->sd_port.value_or(30490) : 30490);
+    json["protocol"] = "udp";
+    const auto timed =
+        std::ranges::find_if(model_.instances, [](const Instance& one) { return one.timing.has_value(); });
+    const sd::Timing timing = timed == model_.instances.end() ? sd::Timing{} : *timed->timing;
+    const auto time = [&json](const char* key, Duration duration) {
+      json[key] = text(duration_cast<milliseconds>(duration).count());
+    };
+    time("initial_delay_min", timing.initial_delay_min);
+    time("initial_delay_max", timing.initial_delay_max);
+    time("repetitions_base_delay", timing.repetitions_base_delay);
+    json["repetitions_max"] = text(timing.repetitions_max);
+    json["ttl"] = text(timing.ttl_s);
+    time("cyclic_offer_delay", timing.cyclic_offer_delay);
+    time("request_response_delay", timing.request_response_delay_max);
+    return json;
+  }
+
+  Json provided(Json json, const Instance& instance, const Service* service) {
+    if (instance.tcp_port) {
+      json["reliable"] = Json{{"port", text(*instance.tcp_port)}, {"enable-magic-cookies", "false"}};
+    }
+    if (instance.udp_port) {
+      json["unreliable"] = text(*instance.udp_port);
+    }
+    if (!instance.udp_port && !instance.tcp_port) {
+      lost(instance.name, "no port: vsomeip offers it to this host alone", instance.place);
+    }
+    if (service == nullptr) {
+      return json;
+    }
+    if (Json list = events(*service); !list.empty()) {
+      json["events"] = std::move(list);
+    }
+    if (Json list = eventgroups(*service, instance); !list.empty()) {
+      json["eventgroups"] = std::move(list);
+    }
+    if (Json tp = tp_of(*service); !tp.empty()) {
+      json["someip-tp"] = std::move(tp);
+    }
+    if (Json times = debounce(*service); !times.empty()) {
+      json["debounce-times"] = std::move(times);
+    }
+    return json;
+  }
+
+  [[nodiscard]] static Json event(someip::MethodId id, bool is_field, const Transfer& transfer,
+                                  std::optional<std::chrono::microseconds> cycle) {
+    Json json{{"event", id_text(id)},
+              {"is_field", is_field ? "true" : "false"},
+              {"is_reliable", transfer.transport == Transport::tcp ? "true" : "false"}};
+    if (cycle && duration_cast<milliseconds>(*cycle).count() > 0) {
+      json["cycle"] = text(duration_cast<milliseconds>(*cycle).count());
+    }
+    return json;
+  }
+  [[nodiscard]] static Json events(const Service& service) {
+    Json list = Json::array();
+    for (const Event& one : service.events) {
+      if (one.id) {
+        list.push_back(event(*one.id, false, one.transfer, one.cycle));
+      }
+    }
+    for (const Field& one : service.fields) {
+      if (one.has_notifier && one.notifier) {
+        list.push_back(event(*one.notifier, true, one.notifier_transfer, std::nullopt));
+      }
+    }
+    return list;
+  }
+
+  [[nodiscard]] static Json eventgroups(const Service& service, const Instance& instance) {
+    Json list = Json::array();
+    for (const Eventgroup& group : service.eventgroups) {
+      Json json{{"eventgroup", id_text(group.id)}};
+      Json members = Json::array();
+      const auto add = [&](const auto& one, const std::optional<someip::MethodId>& id) {
+        if (id && std::ranges::find(one.eventgroups, group.id) != one.eventgroups.end()) {
+          members.push_back(id_text(*id));
+        }
+      };
+      for (const Event& one : service.events) {
+        add(one, one.id);
+      }
+      for (const Field& one : service.fields) {
+        add(one, one.notifier);
+      }
+      json["events"] = std::move(members);
+      for (const Multicast& one : instance.multicast) {
+        if (one.eventgroup == group.id) {
+          json["multicast"] =
+              Json{{"address", someip::to_string(one.group.address)}, {"port", text(one.group.port)}};
+          json["threshold"] = text(std::min(one.threshold, 255U));
+        }
+      }
+      list.push_back(std::move(json));
+    }
+    return list;
+  }
+
+  /// A method or event with its segments; the short form where all is as usual.
+  static void segments(const std::optional<someip::MethodId>& id, const Transfer& transfer, Json& list) {
+    if (!id || (transfer.segment_bytes == 0 && transfer.separation.count() == 0)) {
+      return;
+    }
+    const std::uint32_t bytes =
+        transfer.segment_bytes == 0 ? usual_segment_bytes : transfer.segment_bytes / 16 * 16;
+    if (bytes == usual_segment_bytes && transfer.separation.count() == 0) {
+      list.push_back(id_text(*id));
+      return;
+    }
+    list.push_back(Json{{"method", id_text(*id)},
+                        {"max-segment-length", text(bytes)},
+                        {"separation-time", text(transfer.separation.count())}});
+  }
+  [[nodiscard]] static Json tp_of(const Service& service) {
+    Json requests = Json::array();
+    Json responses = Json::array();
+    for (const Method& one : service.methods) {
+      segments(one.id, one.request_transfer, requests);
+      segments(one.id, one.response_transfer, responses);
+    }
+    for (const Field& one : service.fields) {
+      segments(one.setter, one.setter_transfer, requests);
+      segments(one.getter, one.getter_transfer, responses);
+      segments(one.setter, one.setter_transfer, responses);
+      segments(one.notifier, one.notifier_transfer, responses);
+    }
+    for (const Event& one : service.events) {
+      segments(one.id, one.transfer, responses);
+    }
+    Json json = Json::object();
+    if (!requests.empty()) {
+      json["client-to-service"] = std::move(requests);
+    }
+    if (!responses.empty()) {
+      json["service-to-client"] = std::move(responses);
+    }
+    return json;
+  }
+
+  static void times(const std::optional<someip::MethodId>& id, const Transfer& transfer, Json& to) {
+    if (id && (transfer.debounce.count() != 0 || transfer.retention.count() != 0)) {
+      to[id_text(*id)] =
+          Json{{"debounce-time", text(duration_cast<milliseconds>(transfer.debounce).count())},
+               {"maximum-retention-time", text(duration_cast<milliseconds>(transfer.retention).count())}};
+    }
+  }
+  [[nodiscard]] static Json debounce(const Service& service) {
+    Json requests = Json::object();
+    Json responses = Json::object();
+    for (const Method& one : service.methods) {
+      times(one.id, one.request_transfer, requests);
+      times(one.id, one.response_transfer, responses);
+    }
+    for (const Field& one : service.fields) {
+      times(one.getter, one.getter_transfer, responses);
+      times(one.setter, one.setter_transfer, requests);
+      times(one.notifier, one.notifier_transfer, responses);
+    }
+    for (const Event& one : service.events) {
+      times(one.id, one.transfer, responses);
+    }
+    Json json = Json::object();
+    if (!requests.empty()) {
+      json["requests"] = std::move(requests);
+    }
+    if (!responses.empty()) {
+      json["responses"] = std::move(responses);
+    }
+    return json;
+  }
+
+  /// A client has to be told, too, what it sends and gets in segments. vsomeip finds that by the endpoint of
+  /// the service.
+  [[nodiscard]] Json tp_of_clients() const {
+    Json list = Json::array();
+    for (const Instance& instance : model_.instances) {
+      const Service* service = service_of(instance);
+      if (service == nullptr || !instance.id || !service->id) {
+        continue;
+      }
+      if (Json tp = tp_of(*service); !tp.empty()) {
+        Json json{{"service", id_text(*service->id)}, {"instance", id_text(*instance.id)}};
+        if (instance.address) {
+          json["unicast"] = someip::to_string(*instance.address);
+        }
+        if (instance.udp_port) {
+          json["unreliable"] = text(*instance.udp_port);
+        }
+        json["someip-tp"] = std::move(tp);
+        list.push_back(std::move(json));
+      }
+    }
+    return list;
+  }
+
+  /// Each protected message as both, because methods are sent and received by either side.
+  [[nodiscard]] Json protections(bool is_server) const {
+    Json list = Json::array();
+    for (const Service& service : model_.services) {
+      const auto add = [&](const std::optional<someip::MethodId>& id, const Protection& e2e, bool is_method) {
+        if (!service.id || !id || !profile_name(e2e)) {
+          return;
+        }
+        for (const bool sends : {true, false}) {
+          if (is_method || sends == is_server) {
+            list.push_back(protection(*service.id, *id, e2e, sends));
+          }
+        }
+      };
+      for (const Event& one : service.events) {
+        add(one.id, one.e2e, false);
+      }
+      for (const Field& one : service.fields) {
+        add(one.notifier, one.e2e, false);
+      }
+      for (const Method& one : service.methods) {
+        add(one.id, one.e2e, true);
+      }
+    }
+    return list;
+  }
+  [[nodiscard]] static const char* profile_name(const Protection& e2e) {
+    const auto word = [&](const char* key) {
+      const auto found = e2e.words.find(key);
+      return found == e2e.words.end() ? std::string{} : found->second;
+    };
+    if (e2e.profile == "4") {
+      return "P04";
+    }
+    if (e2e.profile == "7") {
+      return "P07";
+    }
+    if (e2e.profile == "5") {
+      return word("crc_order") == "big" ? "P05" : nullptr;
+    }
+    return e2e.profile == "1" && word("payload_only") == "true" && word("data_id_mode") != "alternating"
+               ? "P01"
+               : nullptr;
+  }
+  [[nodiscard]] static Json protection(someip::ServiceId service, someip::MethodId id, const Protection& e2e,
+                                       bool sends) {
+    Json json{{"service_id", id_text(service)},
+              {"event_id", id_text(id)},
+              {"profile", profile_name(e2e)},
+              {"variant", sends ? "protector" : "checker"}};
+    const auto put = [&](const char* ours, const char* key, std::optional<std::uint64_t> otherwise) {
+      const auto found = e2e.numbers.find(ours);
+      if (found != e2e.numbers.end()) {
+        json[key] = text(found->second);
+      } else if (otherwise) {
+        json[key] = text(*otherwise);
+      }
+    };
+    if (e2e.profile == "1") {
+      put("crc_offset_bits", "crc_offset", 0);
+      put("counter_offset_bits", "counter_offset", 8);
+      put("data_id_nibble_offset_bits", "data_id_nibble_offset", 12);
+      put("data_bits", "data_length", std::nullopt);
+      const auto mode = e2e.words.find("data_id_mode");
+      json["data_id_mode"] = mode == e2e.words.end() || mode->second == "both" ? "0"
+                             : mode->second == "low"                           ? "2"
+                                                                               : "3";
+    } else {
+      put("offset_bits", "crc_offset", 64);
+      put("data_bits", "data_length", std::nullopt);
+      put("min_data_bits", "min_data_length", std::nullopt);
+      put("max_data_bits", "max_data_length", std::nullopt);
+      put("max_delta_counter", "max_delta_counter", 1);
+    }
+    put("data_id", "data_id", std::nullopt);
+    return json;
+  }
+
+  void tell_of_the_rest() {
+    for (const Service& service : model_.services) {
+      const std::string name = full_name(service.scope, service.name);
+      if (!service.id) {
+        lost(name, "a service without id", service.place);
+        continue;
+      }
+      if (std::ranges::none_of(model_.instances, [&](const Instance& one) { return is_of(one, service); })) {
+        lost(name, "a service without instance", service.place);
+      }
+      const auto e2e = [&](const auto& one) {
+        if (!one.e2e.profile.empty() && profile_name(one.e2e) == nullptr) {
+          lost(name + "." + one.name, "E2E profile " + one.e2e.profile, one.place);
+        }
+      };
+      for (const Event& one : service.events) {
+        e2e(one);
+        if (!one.id) {
+          lost(name + "." + one.name, "an event without id", one.place);
+        }
+        if (one.selective) {
+          lost(name + "." + one.name, "selective", one.place);
+        }
+      }
+      std::ranges::for_each(service.methods, e2e);
+      std::ranges::for_each(service.fields, e2e);
+    }
+    for (const Instance& one : model_.instances) {
+      if (!one.configuration.empty()) {
+        lost(one.name, "configuration options", one.place);
+      }
+      if (one.priority || one.weight) {
+        lost(one.name, "load balancing", one.place);
+      }
+    }
+  }
+
+  const Model& model_;
+  const VsomeipOptions& options_;
+  std::vector<NotCarried> not_carried_;
+};
+
+}  // namespace
+
+Written write_vsomeip(const Model& model, const VsomeipOptions& options) {
+  return VsomeipWriter{model, options}.write();
+}
+
+}  // namespace trestle::describe

@@ -1,0 +1,278 @@
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+#include "bridge/describe/model_json.hpp"
+#include "bridge/describe/read/vsomeip/json_tree.hpp"
+#include "bridge/describe/read/vsomeip/read_vsomeip.hpp"
+#include "bridge/describe/write/vsomeip/write_vsomeip.hpp"
+
+namespace trestle::describe {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+Reading read_one(std::string text) {
+  const SourceText source{"config/car.json", std::move(text)};
+  return read_vsomeip({&source, 1});
+}
+
+std::vector<std::string> told(const Reading& reading) {
+  std::vector<std::string> lines;
+  for (const documents::Problem& problem : reading.problems) {
+    lines.push_back(to_string(problem));
+  }
+  return lines;
+}
+
+constexpr const char* newer = R"({
+  "unicast": "192.168.0.1",
+  "services": [
+    {
+      "service": "0x1234", "instance": "22",
+      "reliable": {"port": "30506", "enable-magic-cookies": "false"},
+      "unreliable": 30501,
+      "events": [
+        {"event": "0x8001", "is_field": "true", "is_reliable": "false"},
+        {"event": 32770, "is_field": false, "is_reliable": true, "cycle": "200"}
+      ],
+      "eventgroups": [
+        {"eventgroup": "0x5", "events": ["0x8001", "0x8002"],
+         "multicast": {"address": "224.225.226.233", "port": "32344"}, "threshold": "4"}
+      ],
+      "someip-tp": {
+        "client-to-service": ["0x1", {"method": "0x2", "max-segment-length": "160", "separation-time": "300"}],
+        "service-to-client": ["0x8001"]
+      },
+      "debounce-times": {"responses": {"0x8002": {"debounce-time": "10", "maximum-retention-time": "100"}}}
+    }
+  ],
+  "service-discovery": {"enable": "true", "multicast": "224.244.224.245", "port": "30490",
+    "initial_delay_min": "10", "initial_delay_max": "100", "repetitions_base_delay": "200",
+    "repetitions_max": "3", "ttl": "0x10", "cyclic_offer_delay": "2000", "request_response_delay": "1500"},
+  "e2e": {"e2e_enabled": "true", "protected": [
+    {"service_id": "0x1234", "event_id": "0x8001", "profile": "P04", "variant": "protector",
+     "crc_offset": "64", "data_id": "0x2d"}]},
+  "routing": {"host": {"name": "routingmanagerd"}}
+})";
+
+TEST(ReadVsomeip, ReadsServicesAndTheirEndpoints) {
+  const Reading reading = read_one(newer);
+  ASSERT_THAT(told(reading), IsEmpty());
+  ASSERT_THAT(reading.model.services, SizeIs(1));
+  const Service& service = reading.model.services[0];
+  EXPECT_EQ(service.name, "service_1234");
+  EXPECT_EQ(service.id, someip::ServiceId{0x1234});
+  ASSERT_THAT(service.fields, SizeIs(1));
+  EXPECT_EQ(service.fields[0].notifier, someip::MethodId{0x8001});
+  EXPECT_EQ(service.fields[0].notifier_transfer.segment_bytes, 1392);
+  EXPECT_EQ(service.fields[0].e2e.profile, "4");
+  EXPECT_EQ(service.fields[0].e2e.numbers.at("data_id"), 0x2d);
+  ASSERT_THAT(service.events, SizeIs(1));
+  EXPECT_EQ(service.events[0].transfer.transport, Transport::tcp);
+  EXPECT_EQ(service.events[0].cycle, 200ms);
+  EXPECT_EQ(service.events[0].transfer.retention, 100ms);
+  EXPECT_THAT(service.events[0].eventgroups, ElementsAre(someip::EventgroupId{5}));
+  ASSERT_THAT(service.methods, SizeIs(2));
+  EXPECT_EQ(service.methods[1].request_transfer.segment_bytes, 160);
+  EXPECT_EQ(service.methods[1].request_transfer.separation, 300us);
+
+  ASSERT_THAT(reading.model.instances, SizeIs(1));
+  const Instance& instance = reading.model.instances[0];
+  EXPECT_EQ(instance.id, someip::InstanceId{22});
+  EXPECT_EQ(instance.address, IpAddress::v4(192, 168, 0, 1));
+  EXPECT_EQ(instance.udp_port, 30501);
+  EXPECT_EQ(instance.tcp_port, 30506);
+  EXPECT_THAT(instance.multicast,
+              ElementsAre(Multicast{someip::EventgroupId{5}, {IpAddress::v4(224, 225, 226, 233), 32344}, 4}));
+  ASSERT_TRUE(instance.timing);
+  EXPECT_EQ(instance.timing->ttl_s, 16);
+  EXPECT_EQ(instance.timing->request_response_delay_max, 1500ms);
+  ASSERT_THAT(reading.model.machines, SizeIs(1));
+  EXPECT_EQ(reading.model.machines[0].name, "car");
+  EXPECT_EQ(reading.model.machines[0].sd_multicast, IpAddress::v4(224, 244, 224, 245));
+}
+
+TEST(ReadVsomeip, ReadsWhatOlderReleasesHad) {
+  const Reading reading = read_one(R"({
+    "unicast": "192.168.0.1",
+    "servicegroups": [{"name": "default", "services": [
+      {"service": "4660", "instance": "0x1", "reliable": ["30506"], "unreliable": "0",
+       "multicast": {"address": "224.0.0.5", "port": "30502"},
+       "events": [{"event": "0x8001", "update-cycle": "1000"}],
+       "eventgroups": [{"eventgroup": "1", "is_multicast": "true", "events": [{"event": "0x8001"}]},
+                       {"eventgroup": "2", "is_multicast": "false", "events": [{"event": "0x8002", "is_field": "true"}]},
+                       {"eventgroup": "3", "multicast": "224.0.0.6", "events": "0x8003"}]}]}],
+    "clients": [{"service": "0x7", "instance": "0x2", "unreliable": ["0x11", 34511]}],
+    "routing": "routingmanagerd",
+    "service-discovery": {"enable": "false"}
+  })");
+  ASSERT_THAT(told(reading), IsEmpty());
+  ASSERT_THAT(reading.model.services, SizeIs(2));
+  const Service& service = reading.model.services[0];
+  ASSERT_THAT(service.events, SizeIs(2));
+  EXPECT_EQ(service.events[0].cycle, 1s);
+  EXPECT_EQ(service.events[0].transfer.transport, Transport::tcp);  // there is no UDP port
+  EXPECT_THAT(service.fields, SizeIs(1));
+  ASSERT_THAT(reading.model.instances, SizeIs(2));
+  const Instance& instance = reading.model.instances[0];
+  EXPECT_EQ(instance.tcp_port, 30506);
+  EXPECT_EQ(instance.udp_port, std::nullopt);
+  EXPECT_THAT(instance.multicast,
+              ElementsAre(Multicast{someip::EventgroupId{1}, {IpAddress::v4(224, 0, 0, 5), 30502}, 1},
+                          Multicast{someip::EventgroupId{3}, {IpAddress::v4(224, 0, 0, 6), 0}, 0}));
+  EXPECT_EQ(instance.timing, std::nullopt);
+  EXPECT_EQ(reading.model.instances[1].role, Instance::Role::required);
+  EXPECT_EQ(reading.model.instances[1].service, "service_0007");
+}
+
+TEST(ReadVsomeip, TellsAllThatIsWrongWithPlaces) {
+  const Reading reading = read_one(R"({
+  "unicast": "192.168.0.300",
+  "services": [
+    {"service": "0x12345", "instance": "1"},
+    {"service": "0x1"},
+    {"service": "0x2", "instance": "1", "unreliable": "x", "events": [{"event": {}}]},
+    {"service": "0x2", "instance": "1"},
+    7
+  ]
+})");
+  EXPECT_FALSE(reading.ok());
+  EXPECT_THAT(told(reading),
+              ElementsAre("config/car.json:2:14: error: expected the host's address, an address such as "
+                          "\"192.168.0.1\", not the text "
+                          "'192.168.0.300'",
+                          "config/car.json:4:17: error: expected a service id, a whole number from 1 to "
+                          "65534 such as \"0x12\" or 18, "
+                          "not the text '0x12345'",
+                          "config/car.json:5:5: error: expected a \"instance\" with its id",
+                          "config/car.json:6:55: error: expected a UDP port, a whole number from 0 to 65535 "
+                          "such as \"0x12\" or 18, "
+                          "not the text 'x'",
+                          "config/car.json:6:81: error: expected an event id, a whole number from 1 to 65534 "
+                          "such as \"0x12\" or 18, "
+                          "not an object",
+                          "config/car.json:7:5: warning: a second description of instance 0x0001 of service "
+                          "0x0002 is left out, as "
+                          "vsomeip does",
+                          "config/car.json:8:5: error: expected a service, an object, not '7'"));
+}
+
+TEST(ReadVsomeip, TakesTemplatesWithAWarning) {
+  const Reading reading =
+      read_one(R"({"unicast": "@TEST_IP@", "services": [{"service": 1, "instance": 1}]})");
+  EXPECT_TRUE(reading.ok());
+  EXPECT_THAT(told(reading),
+              ElementsAre("config/car.json:1:13: warning: the host's address is still to be filled "
+                          "in: '@TEST_IP@'"));
+  EXPECT_THAT(reading.model.services, SizeIs(1));
+}
+
+TEST(ReadVsomeip, JoinsTheFilesOfAFolder) {
+  const std::vector<SourceText> sources{{"net.json", R"({"unicast": "10.0.0.1"})"},
+                                        {"a.json", R"({"services": [{"service": 1, "instance": 1}]})"},
+                                        {"b.json", R"({"services": [{"service": 1, "instance": 2}]})"}};
+  const Reading reading = read_vsomeip(sources);
+  EXPECT_THAT(reading.model.services, SizeIs(1));
+  ASSERT_THAT(reading.model.instances, SizeIs(2));
+  EXPECT_EQ(reading.model.instances[1].address, IpAddress::v4(10, 0, 0, 1));
+  EXPECT_EQ(reading.model.instances[1].place.file, 2);
+}
+
+TEST(JsonTree, ReadsEscapesAndPlaces) {
+  documents::Problems problems{"f"};
+  const auto root =
+      parse_json("\xef\xbb\xbf{ \"a\\u00e9\\n\": [1, true,\n null, \"\\ud83d\\ude00\"] }", problems);
+  ASSERT_TRUE(root);
+  EXPECT_EQ(root->members[0].name, "a\xc3\xa9\n");
+  const JsonNode& list = root->members[0].value;
+  ASSERT_THAT(list.elements, SizeIs(4));
+  EXPECT_EQ(list.elements[2].mark, (documents::Mark{2, 2}));
+  EXPECT_EQ(list.elements[3].text, "\xf0\x9f\x98\x80");
+}
+
+TEST(JsonTree, WarnsOfWhatPeopleAdd) {
+  documents::Problems problems{"f"};
+  EXPECT_TRUE(parse_json("// hello\n[1, /* two */ 2,]", problems));
+  const auto all = problems.take();
+  ASSERT_THAT(all, SizeIs(2));
+  EXPECT_EQ(to_string(all[0]),
+            "f:1:1: warning: a comment, which JSON does not have; vsomeip refuses such a file");
+  EXPECT_EQ(to_string(all[1]), "f:2:16: warning: a comma too many, which vsomeip refuses");
+}
+
+TEST(JsonTree, RefusesWhatIsNoJson) {
+  const std::vector<std::pair<std::string, std::string>> cases{
+      {"", "f:1:1: error: expected a value, not the end of the file"},
+      {"{\"a\" 1}", "f:1:6: error: expected ':', not '1}'"},
+      {"[1 2]", "f:1:4: error: expected ',' or ']', not '2]'"},
+      {"[1", "f:1:3: error: expected ',' or ']', not the end of the file"},
+      {"\"abc", "f:1:5: error: expected a closing \", not the end of the file"},
+      {"{} x", "f:1:4: error: expected the end of the file, not 'x'"},
+      {"tru", "f:1:1: error: expected a value, not 'tru'"},
+      {"\"\\u12\"", "f:1:2: error: expected one of \\\" \\\\ \\/ \\b \\f \\n \\r \\t \\uXXXX, not '\\u12\"'"},
+      {"/*", "f:1:3: error: expected a value, not the end of the file"},
+  };
+  for (const auto& [text, expected] : cases) {
+    documents::Problems problems{"f"};
+    EXPECT_FALSE(parse_json(text, problems)) << text;
+    const auto all = problems.take();
+    ASSERT_FALSE(all.empty()) << text;
+    EXPECT_EQ(to_string(all.back()), expected);
+  }
+}
+
+TEST(JsonTree, RefusesTooDeepOnes) {
+  documents::Problems problems{"f"};
+  EXPECT_FALSE(parse_json(std::string(1000000, '['), problems));
+  EXPECT_THAT(to_string(problems.take().front()), HasSubstr("at most 64 values in each other"));
+}
+
+TEST(WriteVsomeip, WritesWhatItReads) {
+  const Model model = read_one(newer).model;
+  const Written written = write_vsomeip(model);
+  ASSERT_THAT(written.files, SizeIs(2));
+  EXPECT_THAT(written.not_carried, IsEmpty());
+  SourceText again{"config/car.json", written.files[0].text};
+  const Reading reading = read_vsomeip({&again, 1});
+  EXPECT_THAT(told(reading), IsEmpty());
+  Model expected = model;
+  // vsomeip's default for what the file does not say is the checker's.
+  expected.services[0].fields[0].e2e.numbers["max_delta_counter"] = 1;
+  EXPECT_EQ(canonical(reading.model), canonical(expected));
+}
+
+TEST(WriteVsomeip, WritesAClientThatKnowsItsSegments) {
+  const Written written = write_vsomeip(read_one(newer).model);
+  const auto json = nlohmann::json::parse(written.files[1].text);
+  EXPECT_EQ(json["clients"].dump(), R"([{"instance":"0x0016","service":"0x1234"}])");
+  EXPECT_EQ(json["services"][0]["someip-tp"]["client-to-service"][0], "0x0001");
+  EXPECT_EQ(json["services"][0]["unicast"], "192.168.0.1");
+  EXPECT_FALSE(json.contains("unicast"));
+  EXPECT_EQ(json["e2e"]["protected"][0]["variant"], "checker");
+}
+
+TEST(WriteVsomeip, TellsWhatItCannotCarry) {
+  Model model;
+  model.services.push_back({.name = "Door", .scope = "org.example"});
+  model.services.push_back({.name = "Lock",
+                            .scope = "org.example",
+                            .id = someip::ServiceId{1},
+                            .events = {{.name = "e", .selective = true, .e2e = {.profile = "11"}}}});
+  const Written written = write_vsomeip(model);
+  std::vector<std::string> lines;
+  for (const NotCarried& one : written.not_carried) {
+    lines.push_back(one.element + ": " + one.what);
+  }
+  EXPECT_THAT(
+      lines, ElementsAre("org.example.Door: a service without id",
+                         "org.example.Lock: a service without instance", "org.example.Lock.e: E2E profile 11",
+                         "org.example.Lock.e: an event without id", "org.example.Lock.e: selective"));
+}
+
+}  // namespace
+}  // namespace trestle::describe
