@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bridge/messages/convert/conversion_plan.hpp"
-#include "bridge/messages/types/msg_parser.hpp"
+#include "bridge/messages/types/parsers.hpp"
 #include "bridge/messages/types/type_library.hpp"
 
 /// The plans between which the first two bytes of an input choose.

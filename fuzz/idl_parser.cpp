@@ -7,9 +7,8 @@
 #include <cstdlib>
 #include <span>
 
-#include "bridge/messages/types/default_elements.hpp"
-#include "bridge/messages/types/idl_parser.hpp"
-#include "bridge/messages/types/interface_parser.hpp"
+#include "bridge/messages/types/literals.hpp"
+#include "bridge/messages/types/parsers.hpp"
 
 using namespace trestle;
 

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <span>
 
-#include "bridge/messages/types/msg_parser.hpp"
+#include "bridge/messages/types/parsers.hpp"
 
 using namespace trestle;
 

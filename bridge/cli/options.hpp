@@ -4,8 +4,7 @@
 //   session.hpp         an io_context with time limit, signals and output
 //   exit_status.hpp     what every command returns
 //   on_signal.hpp, signals.hpp  Ctrl-C and SIGUSR1
-//   terminal.hpp        colours, width
-//   duration_text.hpp   durations as text
+//   terminal.hpp        colours, width, durations as text
 //
 // A command that needs something of another command's room finds it here, or puts it here.
 #pragma once

@@ -1,5 +1,7 @@
 #pragma once
 #include <cstddef>
+#include <cstdint>
+#include <string>
 
 namespace trestle::cli {
 
@@ -10,7 +12,6 @@ struct Colours {
   const char* red = "";
   const char* green = "";
   const char* yellow = "";
-  const char* cyan = "";
   const char* off = "";
 };
 
@@ -28,5 +29,8 @@ struct TerminalSize {
 /// The colours to use on a file descriptor: none unless it is a terminal, nor with NO_COLOR in the
 /// environment.
 [[nodiscard]] Colours colours_for(int fd);
+
+/// "812 ns", "3.45 us", "12.3 ms", "1.20 s": three digits that matter.
+[[nodiscard]] std::string duration_text(std::int64_t duration_ns);
 
 }  // namespace trestle::cli

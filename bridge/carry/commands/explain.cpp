@@ -5,10 +5,10 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
 #include <iterator>
 
 #include "bridge/carry/config/ros_environment.hpp"
+#include "bridge/documents/document.hpp"
 #include "bridge/messages/convert/check_type.hpp"
 
 namespace trestle::carry {
@@ -40,11 +40,6 @@ std::string excerpt(std::string_view text, documents::Mark mark, const cli::Colo
   std::ranges::replace_if(
       indent, [](char c) { return c != '\t'; }, ' ');
   return fmt::format("{:5} | {}\n      | {}{}^{}\n", mark.line, line, indent, colours.green, colours.off);
-}
-
-std::string read_text(const std::string& file) {
-  std::ifstream in{file, std::ios::binary};
-  return {std::istreambuf_iterator<char>{in}, {}};
 }
 
 }  // namespace
@@ -101,7 +96,7 @@ std::optional<BridgeConfig> load_or_explain(const std::string& file) {
     });
     // A problem with a place means that the file could be read, and is not large.
     const bool has_place = std::prev(end)->mark.line > 0;
-    const std::string text = has_place ? read_text(begin->file) : "";
+    const std::string text = has_place ? documents::read_text_file(begin->file).value_or("") : "";
     std::fputs(explain({begin, end}, text, cli::colours_for(STDERR_FILENO)).c_str(), stderr);
     begin = end;
   }

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <set>
 
-#include "bridge/cli/duration_text.hpp"
+#include "bridge/cli/terminal.hpp"
 #include "sd/net/discovery_text.hpp"
 #include "someip/net/address_text.hpp"
 

@@ -7,7 +7,7 @@
 #include <array>
 #include <cstdio>
 
-#include "bridge/cli/duration_text.hpp"
+#include "bridge/cli/terminal.hpp"
 
 namespace trestle::measure::demo {
 namespace {

@@ -8,10 +8,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "bridge/cli/duration_text.hpp"
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/options.hpp"
 #include "bridge/cli/session.hpp"
+#include "bridge/cli/terminal.hpp"
 #include "bridge/measure/perf/bridge_path.hpp"
 #include "bridge/measure/perf/client.hpp"
 #include "bridge/measure/perf/server.hpp"

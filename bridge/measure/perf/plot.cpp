@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "bridge/cli/duration_text.hpp"
+#include "bridge/cli/terminal.hpp"
 #include "bridge/measure/perf/result.hpp"
 
 namespace trestle::measure::perf {

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "bridge/cli/duration_text.hpp"
+#include "bridge/cli/terminal.hpp"
 
 namespace trestle::measure::perf {
 

@@ -4,8 +4,6 @@
 
 #include <array>
 
-#include "bridge/messages/convert/plan_compiler.hpp"
-
 namespace trestle::messages {
 
 const char* to_string(ConversionFault fault) noexcept {
@@ -24,20 +22,6 @@ std::string place_of(const ConversionError& error) {
 
 std::string to_string(const ConversionError& error) {
   return place_of(error) + (error.expected.empty() ? "" : ": ") + error.expected;
-}
-
-tl::expected<ConversionPlan, std::string> ConversionPlan::compile(const TypeTree& tree,
-                                                                  const MessageRules& rules,
-                                                                  std::size_t reference_from,
-                                                                  Execution execution) {
-  auto program = compile_program(tree, rules);
-  if (!program) {
-    return tl::unexpected{std::move(program.error())};
-  }
-  if (execution == Execution::quick) {
-    quick::choose(*program);
-  }
-  return ConversionPlan{std::move(*program), reference_from};
 }
 
 void ConversionPlan::expect(ByteView message, const ConversionScratch& scratch) const noexcept {

@@ -5,7 +5,6 @@
 //   plan_compiler.cpp      type and rules become a program; program/ has its operations, and what comes out
 //   cdr_to_someip.cpp, someip_to_cdr.cpp  run the program; converter.hpp is what both share
 //   quick/                 quick ways to do the same, behind quick.hpp; Execution::plain does without
-//   conversion_scratch.hpp memory that one conversion after the other uses
 //   service_plans.hpp      the two plans of a service
 //
 // docs/conversion.md says which bytes come out.
@@ -13,11 +12,14 @@
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
+#include <vector>
 
-#include "bridge/messages/convert/conversion_scratch.hpp"
 #include "bridge/messages/convert/message_rules.hpp"
+#include "bridge/messages/convert/program/output.hpp"
 #include "bridge/messages/convert/program/program.hpp"
+#include "bridge/messages/convert/quick/quick.hpp"
 #include "bridge/messages/types/message_definition.hpp"
+#include "someip/wire/tag.hpp"
 
 namespace trestle::messages {
 
@@ -63,6 +65,35 @@ struct ConversionError {
 [[nodiscard]] std::string place_of(const ConversionError& error);
 /// "truncated at byte 17 in fields[3].name: 4 bytes wanted, 0 left"
 [[nodiscard]] std::string to_string(const ConversionError& error);
+
+/// Where a tagged member of the input stands, while the struct that holds it is converted.
+struct MemberPlace {
+  std::size_t at = 0;  ///< behind the tag
+  std::size_t end = 0;
+  someip::WireType type{};
+  bool is_there = false;
+};
+
+/// Memory for conversions, one after another: for their results, and for what quick::Memory remembers of the
+/// messages before. In steady state nothing is allocated.
+///
+/// Made once by the caller, for one thread; the members after reserve() are for the converters.
+class ConversionScratch {
+ public:
+  /// Makes room for results of which `bytes` are copied, not referenced.
+  void reserve(std::size_t bytes) { output_.reserve(bytes); }
+
+  [[nodiscard]] Output& output() noexcept { return output_; }
+  [[nodiscard]] quick::Memory& memory() noexcept { return memory_; }
+  [[nodiscard]] const quick::Memory& memory() const noexcept { return memory_; }
+  /// Places of the members of all structs that are being converted, the innermost struct's last.
+  [[nodiscard]] std::vector<MemberPlace>& members() noexcept { return members_; }
+
+ private:
+  Output output_;
+  quick::Memory memory_;
+  std::vector<MemberPlace> members_;
+};
 
 /// A message type compiled together with the wire rules of a service: converts between the CDR that DDS
 /// carries and the SOME/IP payload, in both directions, without intermediate objects.

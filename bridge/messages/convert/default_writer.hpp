@@ -6,6 +6,9 @@
 
 namespace trestle::messages {
 
+/// The default of a field that has one, which the parser of .msg files has checked.
+[[nodiscard]] DefaultValue default_value_of(const Field& field);
+
 /// Writes the CDR of fields that an older sender's payload does not have.  [feat_req_someipcompat_1200]
 class DefaultWriter {
  public:

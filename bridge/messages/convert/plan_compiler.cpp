@@ -1,5 +1,3 @@
-#include "bridge/messages/convert/plan_compiler.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,7 +9,7 @@
 #include <utility>
 
 #include "bridge/messages/convert/conversion_plan.hpp"
-#include "bridge/messages/convert/default_values.hpp"
+#include "bridge/messages/convert/default_writer.hpp"
 #include "bridge/messages/convert/program/wire_forms.hpp"
 
 namespace trestle::messages {
@@ -855,8 +853,18 @@ class Compiler {
 
 }  // namespace
 
-tl::expected<Program, std::string> compile_program(const TypeTree& tree, const MessageRules& rules) {
-  return Compiler{tree, rules}.compile();
+tl::expected<ConversionPlan, std::string> ConversionPlan::compile(const TypeTree& tree,
+                                                                  const MessageRules& rules,
+                                                                  std::size_t reference_from,
+                                                                  Execution execution) {
+  auto program = Compiler{tree, rules}.compile();
+  if (!program) {
+    return tl::unexpected{std::move(program.error())};
+  }
+  if (execution == Execution::quick) {
+    quick::choose(*program);
+  }
+  return ConversionPlan{std::move(*program), reference_from};
 }
 
 }  // namespace trestle::messages

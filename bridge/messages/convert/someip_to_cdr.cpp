@@ -3,7 +3,6 @@
 #include <optional>
 #include <utility>
 
-#include "bridge/messages/convert/cdr_output.hpp"
 #include "bridge/messages/convert/converter.hpp"
 #include "bridge/messages/convert/default_writer.hpp"
 #include "bridge/messages/convert/program/byte_swap.hpp"

@@ -3,18 +3,10 @@
 #include <algorithm>
 #include <charconv>
 
+#include "bridge/messages/types/characters.hpp"
+
 namespace trestle::messages {
 namespace {
-
-bool starts_word(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
-}
-bool decimal(char c) {
-  return c >= '0' && c <= '9';
-}
-bool in_word(char c) {
-  return starts_word(c) || decimal(c);
-}
 
 /// The number of characters at the front that are of this kind.
 template <typename Kind>
@@ -24,11 +16,11 @@ std::size_t run(std::string_view text, Kind kind) {
 
 /// The size of the number at the front: "0x1f", "1.5", ".5e-3".
 std::size_t number_size(std::string_view text) {
-  std::size_t size = run(text, [](char c) { return in_word(c) || c == '.'; });
+  std::size_t size = run(text, [](char c) { return is_in_word(c) || c == '.'; });
   const bool exponent = size > 0 && size < text.size() && (text[size - 1] == 'e' || text[size - 1] == 'E') &&
                         (text[size] == '-' || text[size] == '+');
   if (exponent && !text.starts_with("0x") && !text.starts_with("0X")) {
-    size += 1 + run(text.substr(size + 1), decimal);
+    size += 1 + run(text.substr(size + 1), is_digit);
   }
   return size;
 }
@@ -92,10 +84,10 @@ IdlToken IdlLexer::next() {
     const std::size_t size = string_size(text_);
     return size == 0 ? bad("the string has no closing quote") : take(IdlToken::Kind::string, size);
   }
-  if (starts_word(first)) {
-    return take(IdlToken::Kind::word, run(text_, in_word));
+  if (is_letter(first) || first == '_') {
+    return take(IdlToken::Kind::word, run(text_, is_in_word));
   }
-  if (decimal(first) || (first == '.' && text_.size() > 1 && decimal(text_[1]))) {
+  if (is_digit(first) || (first == '.' && text_.size() > 1 && is_digit(text_[1]))) {
     return take(IdlToken::Kind::number, number_size(text_));
   }
   return take(IdlToken::Kind::sign, text_.starts_with("::") ? 2 : 1);

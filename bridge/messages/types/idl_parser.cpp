@@ -1,4 +1,4 @@
-#include "bridge/messages/types/idl_parser.hpp"
+#include "bridge/messages/types/parsers.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -11,9 +11,7 @@
 #include <utility>
 
 #include "bridge/messages/types/idl_lexer.hpp"
-#include "bridge/messages/types/idl_literal.hpp"
-#include "bridge/messages/types/interface_parser.hpp"
-#include "bridge/messages/types/msg_parser.hpp"
+#include "bridge/messages/types/literals.hpp"
 
 namespace trestle::messages {
 namespace {

@@ -5,19 +5,12 @@
 #include <algorithm>
 #include <span>
 
+#include "bridge/messages/types/characters.hpp"
+
 namespace trestle::messages {
 namespace {
 
 constexpr std::array kinds{InterfaceKind::message, InterfaceKind::service, InterfaceKind::action};
-
-bool letter(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
-}
-
-bool name_part(std::string_view text) {
-  return !text.empty() && letter(text.front()) &&
-         std::ranges::all_of(text, [](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '_'; });
-}
 
 /// Removes the first of the suffixes that it has; false if it has none, or nothing before it.
 bool remove_suffix(std::string& type, std::span<const std::string_view> suffixes) {
@@ -65,7 +58,8 @@ std::optional<InterfaceName> interface_name(std::string_view name, InterfaceKind
     name.remove_prefix(second + 1);
   }
   parts.type = name;
-  return name_part(parts.package) && name_part(parts.type) ? std::optional{std::move(parts)} : std::nullopt;
+  return is_identifier(parts.package) && is_identifier(parts.type) ? std::optional{std::move(parts)}
+                                                                   : std::nullopt;
 }
 
 std::optional<InterfaceName> defining_interface(const InterfaceName& message) {

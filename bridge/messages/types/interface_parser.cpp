@@ -1,8 +1,6 @@
-#include "bridge/messages/types/interface_parser.hpp"
+#include "bridge/messages/types/parsers.hpp"
 
 #include <utility>
-
-#include "bridge/messages/types/msg_parser.hpp"
 
 namespace trestle::messages {
 namespace {

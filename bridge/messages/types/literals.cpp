@@ -5,41 +5,19 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <limits>
 
-#include "bridge/messages/types/default_elements.hpp"
+#include "bridge/messages/types/number_text.hpp"
 
 namespace trestle::messages {
 namespace {
 
-template <typename Number>
+template <std::integral Number>
 Complaint check_integer(std::string_view text, std::string_view type) {
-  const std::string_view literal = text;
-  const bool negative = !text.empty() && text.front() == '-';
-  if (!text.empty() && (negative || text.front() == '+')) {
-    text.remove_prefix(1);
+  const auto whole = read_signed(text);
+  if (!whole) {
+    return fmt::format("expected an integer for {}, found \"{}\"", type, text);
   }
-  int base = 10;
-  if (text.size() > 2 && text[0] == '0') {
-    const char mark = text[1];
-    base = mark == 'x' || mark == 'X'   ? 16
-           : mark == 'b' || mark == 'B' ? 2
-           : mark == 'o' || mark == 'O' ? 8
-                                        : 10;
-    text.remove_prefix(base == 10 ? 0 : 2);
-  }
-  std::uint64_t magnitude = 0;
-  const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, magnitude, base);
-  if (text.empty() || stop != end || error == std::errc::invalid_argument) {
-    return fmt::format("expected an integer for {}, found \"{}\"", type, literal);
-  }
-  const auto most = static_cast<std::uint64_t>(std::numeric_limits<Number>::max());
-  const std::uint64_t least = std::is_signed_v<Number> ? most + 1 : 0;
-  if (error != std::errc{} || magnitude > (negative ? least : most)) {
-    return fmt::format("{} is out of the range of {}", literal, type);
-  }
-  return {};
+  return read_integer<Number>(text) ? Complaint{} : fmt::format("{} is out of the range of {}", text, type);
 }
 
 Complaint check_float(std::string_view text, std::string_view type) {
@@ -83,32 +61,18 @@ Complaint check_literal(Primitive type, std::uint32_t string_bound, std::string_
                  ? Complaint{}
                  : fmt::format("expected true or false, found \"{}\"", text);
     }
-    case Primitive::byte:
-    case Primitive::character:
-    case Primitive::uint8:
-      return check_integer<std::uint8_t>(text, to_string(type));
-    case Primitive::int8:
-      return check_integer<std::int8_t>(text, to_string(type));
-    case Primitive::int16:
-      return check_integer<std::int16_t>(text, to_string(type));
-    case Primitive::uint16:
-      return check_integer<std::uint16_t>(text, to_string(type));
-    case Primitive::int32:
-      return check_integer<std::int32_t>(text, to_string(type));
-    case Primitive::uint32:
-      return check_integer<std::uint32_t>(text, to_string(type));
-    case Primitive::int64:
-      return check_integer<std::int64_t>(text, to_string(type));
-    case Primitive::uint64:
-      return check_integer<std::uint64_t>(text, to_string(type));
-    case Primitive::float32:
-    case Primitive::float64:
-      return check_float(text, to_string(type));
     case Primitive::string:
     case Primitive::wstring:
       return check_string(text, string_bound);
+    default:
+      return visit_number(type, [&]<typename Number>(Number /*zero*/) {
+        if constexpr (std::is_integral_v<Number>) {
+          return check_integer<Number>(text, to_string(type));
+        } else {
+          return check_float(text, to_string(type));
+        }
+      });
   }
-  return {};
 }
 
 Complaint check_array_literal(const FieldType& type, std::string_view text) {
@@ -137,6 +101,111 @@ Complaint check_array_literal(const FieldType& type, std::string_view text) {
                        type.array == ArrayKind::fixed ? "" : "at most ", type.array_size);
   }
   return {};
+}
+
+std::string_view trimmed(std::string_view text) {
+  const auto begin = std::min(text.find_first_not_of(" \t"), text.size());
+  return text.substr(begin, text.find_last_not_of(" \t") + 1 - begin);
+}
+
+std::size_t element_size(std::string_view text) {
+  char quote = 0;
+  std::size_t end = 0;
+  for (; end < text.size() && (quote != 0 || text[end] != ','); ++end) {
+    if (quote != 0 && text[end] == '\\') {
+      ++end;
+    } else if (quote != 0) {
+      quote = text[end] == quote ? '\0' : quote;
+    } else if (text[end] == '"' || text[end] == '\'') {
+      quote = text[end];
+    }
+  }
+  return std::min(end, text.size());
+}
+
+namespace {
+
+DefaultElement element(Primitive type, std::string_view text) {
+  DefaultElement value;
+  if (type == Primitive::boolean) {
+    value.text = text == "1" || text == "true" || text == "True" ? "true" : "false";
+  } else if (width(type) == 0 && !text.empty() && (text.front() == '"' || text.front() == '\'')) {
+    value.quoted = true;
+    for (std::size_t at = 1; at + 1 < text.size(); ++at) {
+      at += text[at] == '\\' && at + 2 < text.size() ? 1U : 0U;
+      value.text += text[at];
+    }
+  } else {
+    value.text = text;
+  }
+  return value;
+}
+
+}  // namespace
+
+std::vector<DefaultElement> default_elements(const Field& field) {
+  std::string_view text = field.default_value;
+  if (text.empty() || !field.type.primitive) {
+    return {};
+  }
+  if (field.type.array == ArrayKind::none) {
+    return {element(*field.type.primitive, text)};
+  }
+  std::vector<DefaultElement> elements;
+  text = text.substr(1, text.size() - 2);
+  while (!trimmed(text).empty()) {
+    const std::size_t size = element_size(text);
+    elements.push_back(element(*field.type.primitive, trimmed(text.substr(0, size))));
+    text.remove_prefix(std::min(size + 1, text.size()));
+  }
+  return elements;
+}
+
+namespace {
+
+/// rosidl_adapter writes the values of an array as a string: "(1, 2)", as Python does.
+Complaint spell_idl_array(const std::string& text, const FieldType& type, std::string& into) {
+  if (!text.starts_with('(') || !text.ends_with(')')) {
+    return "expected a default value like \"(1, 2)\" for an array";
+  }
+  std::string elements = text.substr(1, text.size() - 2);
+  if (elements.ends_with(',')) {
+    elements.pop_back();  // a single one is "(1,)"
+  }
+  into = "[" + elements + "]";
+  return check_array_literal(type, into);
+}
+
+}  // namespace
+
+Complaint spell_idl_literal(const IdlLiteral& value, const FieldType& type, std::string& into) {
+  if (!type.primitive) {
+    return fmt::format("a member of type {} can have no default value", type.message);
+  }
+  const bool is_text = *type.primitive == Primitive::string || *type.primitive == Primitive::wstring;
+  std::string text;
+  for (const std::string_view part : value.strings) {
+    text += unescaped_idl_string(part, *type.primitive == Primitive::wstring);
+  }
+  if (type.array != ArrayKind::none) {
+    return spell_idl_array(text, type, into);
+  }
+  if (value.strings.empty() == is_text) {
+    return fmt::format("expected {} for {}, found {}", is_text ? "a string" : "a number",
+                       to_string(*type.primitive), value.token.text);
+  }
+  if (is_text) {
+    into = "\"";
+    for (const char c : text) {
+      into += c == '"' || c == '\\' ? std::string{'\\', c} : std::string{c};
+    }
+    into += '"';
+  } else if (value.token.kind == IdlToken::Kind::number) {
+    into = (value.negative ? "-" : "") + std::string{value.token.text};
+  } else {
+    into = value.token.text == "TRUE" ? "true" : "false";
+  }
+  return check_literal(*type.primitive, type.string_bound, into);
 }
 
 }  // namespace trestle::messages

@@ -57,6 +57,34 @@ enum class Primitive : std::uint8_t {
   return 0;
 }
 
+/// Calls `visit` with a zero of the C++ type that a number, byte or char has.
+/// @param primitive  no bool and no string.
+template <typename Visit>
+auto visit_number(Primitive primitive, const Visit& visit) {
+  switch (primitive) {
+    case Primitive::int8:
+      return visit(std::int8_t{});
+    case Primitive::int16:
+      return visit(std::int16_t{});
+    case Primitive::uint16:
+      return visit(std::uint16_t{});
+    case Primitive::int32:
+      return visit(std::int32_t{});
+    case Primitive::uint32:
+      return visit(std::uint32_t{});
+    case Primitive::int64:
+      return visit(std::int64_t{});
+    case Primitive::uint64:
+      return visit(std::uint64_t{});
+    case Primitive::float32:
+      return visit(float{});
+    case Primitive::float64:
+      return visit(double{});
+    default:
+      return visit(std::uint8_t{});
+  }
+}
+
 /// How many elements a field has.
 enum class ArrayKind : std::uint8_t {
   none,

@@ -1,4 +1,4 @@
-#include "bridge/messages/types/msg_parser.hpp"
+#include "bridge/messages/types/parsers.hpp"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "bridge/messages/types/characters.hpp"
-#include "bridge/messages/types/default_elements.hpp"
 #include "bridge/messages/types/interface_name.hpp"
 #include "bridge/messages/types/literals.hpp"
 
@@ -43,11 +42,6 @@ std::optional<Primitive> primitive_named(std::string_view name) {
 
 bool is_blank(char c) {
   return c == ' ' || c == '\t';
-}
-
-bool is_identifier(std::string_view text) {
-  return !text.empty() && is_letter(text.front()) &&
-         std::ranges::all_of(text, [](char c) { return is_letter(c) || is_digit(c) || c == '_'; });
 }
 
 bool is_string(Primitive type) {
@@ -172,8 +166,7 @@ class LineParser {
 
   bool read_type(FieldType& type) {
     const auto begin = at_;
-    while (at_ < line_.size() &&
-           (is_letter(line_[at_]) || is_digit(line_[at_]) || line_[at_] == '_' || line_[at_] == '/')) {
+    while (at_ < line_.size() && (is_in_word(line_[at_]) || line_[at_] == '/')) {
       ++at_;
     }
     const std::string_view name = line_.substr(begin, at_ - begin);
@@ -252,7 +245,7 @@ class LineParser {
   std::string_view read_word() {
     const auto begin = at_;
     if (at_ < line_.size() && is_letter(line_[at_])) {
-      while (at_ < line_.size() && (is_letter(line_[at_]) || is_digit(line_[at_]) || line_[at_] == '_')) {
+      while (at_ < line_.size() && is_in_word(line_[at_])) {
         ++at_;
       }
     }

@@ -11,10 +11,6 @@ namespace {
 // DDS names have room for 255 characters; ROS 2 keeps 8 of them for prefixes such as "rt".
 constexpr std::size_t topic_characters_max = 247;
 
-constexpr bool is_word(char c) {
-  return is_letter(c) || is_digit(c) || c == '_';
-}
-
 std::vector<std::string_view> split(std::string_view text) {
   std::vector<std::string_view> parts;
   for (std::size_t slash = 0; (slash = text.find('/')) != std::string_view::npos;) {
@@ -26,7 +22,7 @@ std::vector<std::string_view> split(std::string_view text) {
 }
 
 bool is_token(std::string_view token) {
-  return !token.empty() && !is_digit(token.front()) && std::ranges::all_of(token, is_word);
+  return !token.empty() && !is_digit(token.front()) && std::ranges::all_of(token, is_in_word);
 }
 
 /// "package/KIND/Name"

@@ -21,7 +21,8 @@ std::optional<Whole> read_signed(std::string_view text) {
   }
   const char* const end = text.data() + text.size();
   const auto [stop, error] = std::from_chars(text.data(), end, whole.magnitude, base);
-  return stop == end && error == std::errc{} ? std::optional{whole} : std::nullopt;
+  whole.too_large = error == std::errc::result_out_of_range;
+  return stop == end && (error == std::errc{} || whole.too_large) ? std::optional{whole} : std::nullopt;
 }
 
 std::optional<double> read_special(std::string_view text) {

@@ -28,9 +28,10 @@ template <std::floating_point T>
 /// Sign and magnitude of a whole number: decimal, or after "0x", "0o", "0b" in the base that it says.
 struct Whole {
   bool negative = false;
+  bool too_large = false;  ///< the magnitude has more than 64 bits, and is not told
   std::uint64_t magnitude = 0;
 };
-/// Nothing unless all of `text` is one such number whose magnitude has at most 64 bits.
+/// Nothing unless all of `text` is one such number.
 [[nodiscard]] std::optional<Whole> read_signed(std::string_view text);
 
 /// A whole number, or nothing when it is none or T cannot hold it.
@@ -39,7 +40,7 @@ template <std::integral T>
   const auto whole = read_signed(text);
   const auto most = static_cast<std::uint64_t>(std::numeric_limits<T>::max());
   const std::uint64_t least = std::is_signed_v<T> ? most + 1 : 0;
-  if (!whole || whole->magnitude > (whole->negative ? least : most)) {
+  if (!whole || whole->too_large || whole->magnitude > (whole->negative ? least : most)) {
     return std::nullopt;
   }
   return static_cast<T>(whole->negative ? std::uint64_t{0} - whole->magnitude : whole->magnitude);

@@ -22,53 +22,26 @@ constexpr int bounded_sequence_offset = 96;
 constexpr int unbounded_sequence_offset = 144;
 
 int type_id(Primitive primitive, bool bounded, bool is_idl) {
-  switch (primitive) {
-    case Primitive::int8:
-      return 2;
-    case Primitive::uint8:
-      return uint8_id;
-    case Primitive::character:  // rosidl makes uint8 of the char of .msg files
-      return is_idl ? 13 : uint8_id;
-    case Primitive::int16:
-      return 4;
-    case Primitive::uint16:
-      return 5;
-    case Primitive::int32:
-      return 6;
-    case Primitive::uint32:
-      return 7;
-    case Primitive::int64:
-      return 8;
-    case Primitive::uint64:
-      return 9;
-    case Primitive::float32:
-      return 10;
-    case Primitive::float64:
-      return 11;
-    case Primitive::boolean:
-      return 15;
-    case Primitive::byte:
-      return 16;
-    case Primitive::string:
-      return bounded ? 21 : 17;
-    case Primitive::wstring:
-      return bounded ? 22 : 18;
+  if (primitive == Primitive::character) {  // rosidl makes uint8 of the char of .msg files
+    return is_idl ? 13 : uint8_id;
   }
-  return 0;
+  constexpr std::array ids{std::pair{Primitive::boolean, 15}, std::pair{Primitive::byte, 16},
+                           std::pair{Primitive::int8, 2},     std::pair{Primitive::uint8, uint8_id},
+                           std::pair{Primitive::int16, 4},    std::pair{Primitive::uint16, 5},
+                           std::pair{Primitive::int32, 6},    std::pair{Primitive::uint32, 7},
+                           std::pair{Primitive::int64, 8},    std::pair{Primitive::uint64, 9},
+                           std::pair{Primitive::float32, 10}, std::pair{Primitive::float64, 11},
+                           std::pair{Primitive::string, 17},  std::pair{Primitive::wstring, 18}};
+  constexpr int bounded_string_offset = 4;
+  return std::ranges::find(ids, primitive, &decltype(ids)::value_type::first)->second +
+         (bounded ? bounded_string_offset : 0);
 }
 
 int array_offset(ArrayKind kind) {
-  switch (kind) {
-    case ArrayKind::none:
-      return 0;
-    case ArrayKind::fixed:
-      return fixed_array_offset;
-    case ArrayKind::bounded:
-      return bounded_sequence_offset;
-    case ArrayKind::unbounded:
-      return unbounded_sequence_offset;
-  }
-  return 0;
+  return kind == ArrayKind::fixed       ? fixed_array_offset
+         : kind == ArrayKind::bounded   ? bounded_sequence_offset
+         : kind == ArrayKind::unbounded ? unbounded_sequence_offset
+                                        : 0;
 }
 
 /// Names hold letters, digits, '_' and '/' only, so nothing has to be escaped.

@@ -7,8 +7,6 @@
 #include <cstdlib>
 
 #include "bridge/messages/types/builtin.hpp"
-#include "bridge/messages/types/builtin_source.hpp"
-#include "bridge/messages/types/folder_source.hpp"
 
 namespace trestle::messages {
 namespace fs = std::filesystem;

@@ -1,10 +1,9 @@
 // bridge/messages/types: ROS 2 message types at run time.
 //
 //   type_library.hpp        finds types by name in an ordered list of sources
-//   type_source.hpp         a source: folder_source.hpp (.msg, .idl), builtin_source.hpp (builtin/),
-//                           made_source.hpp
+//   type_source.hpp         a source: folders with .msg and .idl files, what is compiled in (builtin/), texts
 //   message_definition.hpp  a message type as data, and the tree of all that it is made of
-//   msg_parser.hpp, interface_parser.hpp, idl_parser.hpp  parse .msg, .srv and .action, .idl
+//   parsers.hpp             texts of .msg, .srv, .action and .idl files become definitions
 //   type_hash.hpp           the hash by which ROS 2 nodes compare types
 //   field_service.hpp       services made for the getters and setters of fields
 //
@@ -19,7 +18,6 @@
 #include <vector>
 
 #include "bridge/messages/types/interface_name.hpp"
-#include "bridge/messages/types/made_source.hpp"
 #include "bridge/messages/types/message_definition.hpp"
 #include "bridge/messages/types/type_source.hpp"
 

@@ -1,12 +1,25 @@
 #pragma once
 #include <bit>
+#include <cstdint>
 #include <cstring>
+#include <type_traits>
 #include <vector>
 
 #include "someip/wire/bytes.hpp"
 
 /// Plain CDR (XCDR1), number by number: what the fast paths of bridge/messages/convert do in blocks.
 namespace trestle::messages {
+
+/// The unsigned type of the same width.
+template <typename T>
+using BitsOf =
+    std::conditional_t<sizeof(T) == 1, std::uint8_t,
+                       std::conditional_t<sizeof(T) == 2, std::uint16_t,
+                                          std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>>>;
+template <typename T>
+[[nodiscard]] constexpr BitsOf<T> bits_of(T number) noexcept {
+  return std::bit_cast<BitsOf<T>>(number);
+}
 
 /// Reads the body of a sample. Alignment counts from its first byte. The first read beyond the end fails the
 /// reader for good: later reads give zero or nothing.

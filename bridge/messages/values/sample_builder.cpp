@@ -6,10 +6,10 @@
 #include <bit>
 #include <limits>
 
+#include "bridge/messages/types/literals.hpp"
 #include "bridge/messages/types/number_text.hpp"
 #include "bridge/messages/values/byte_text.hpp"
 #include "bridge/messages/values/cdr.hpp"
-#include "bridge/messages/values/default_value.hpp"
 #include "bridge/messages/values/quoted.hpp"
 #include "someip/wire/utf.hpp"
 
@@ -17,6 +17,19 @@ namespace trestle::messages {
 namespace {
 
 using Kind = TextValue::Kind;
+
+/// The default value of a field that has one, which the parser of .msg files has checked.
+TextValue default_value(const Field& field) {
+  TextValue list;
+  list.kind = TextValue::Kind::list;
+  for (DefaultElement& element : default_elements(field)) {
+    TextValue value;
+    value.kind = element.quoted ? TextValue::Kind::quoted : TextValue::Kind::plain;
+    value.text = std::move(element.text);
+    list.elements.push_back(std::move(value));
+  }
+  return field.type.array == ArrayKind::none ? std::move(list.elements.front()) : std::move(list);
+}
 
 class Builder {
  public:
@@ -193,34 +206,13 @@ class Builder {
     switch (*type.primitive) {
       case Primitive::boolean:
         return boolean(value);
-      case Primitive::byte:
-      case Primitive::character:
-      case Primitive::uint8:
-        return integer<std::uint8_t>(value);
-      case Primitive::int8:
-        return integer<std::int8_t>(value);
-      case Primitive::int16:
-        return integer<std::int16_t>(value);
-      case Primitive::uint16:
-        return integer<std::uint16_t>(value);
-      case Primitive::int32:
-        return integer<std::int32_t>(value);
-      case Primitive::uint32:
-        return integer<std::uint32_t>(value);
-      case Primitive::int64:
-        return integer<std::int64_t>(value);
-      case Primitive::uint64:
-        return integer<std::uint64_t>(value);
-      case Primitive::float32:
-        return floating<float, std::uint32_t>(value);
-      case Primitive::float64:
-        return floating<double, std::uint64_t>(value);
       case Primitive::string:
         return string(value, type.string_bound);
       case Primitive::wstring:
         return wstring(value, type.string_bound);
+      default:
+        return visit_number(*type.primitive, [&]<typename T>(T /*zero*/) { return number<T>(value); });
     }
-    return false;
   }
 
   static bool may_be_number(const TextValue& value) {
@@ -240,38 +232,34 @@ class Builder {
     return true;
   }
 
-  template <std::integral T>
-  bool integer(const TextValue* value) {
+  template <typename T>
+  bool number(const TextValue* value) {
     T number = 0;
     if (value != nullptr) {
-      const auto read = may_be_number(*value) ? read_integer<T>(value->text) : std::nullopt;
+      const auto read = read_number<T>(*value);
       if (!read) {
-        return fail(*value, fmt::format("a whole number from {} to {}", std::numeric_limits<T>::min(),
-                                        std::numeric_limits<T>::max()));
+        return fail(*value, fmt::format("a {}number from {} to {}{}", std::is_integral_v<T> ? "whole " : "",
+                                        std::numeric_limits<T>::lowest(), std::numeric_limits<T>::max(),
+                                        std::is_integral_v<T> ? "" : " or NaN"));
       }
       number = *read;
     }
-    out_.number(static_cast<std::make_unsigned_t<T>>(number));
+    out_.number(bits_of(number));
     return true;
   }
 
-  template <std::floating_point T, std::unsigned_integral Bits>
-  bool floating(const TextValue* value) {
-    T number = 0;
-    if (value != nullptr) {
-      // JSON can express NaN only as a string.
-      const auto read = may_be_number(*value) ? read_float<T>(value->text)
-                        : value->kind == Kind::quoted && read_special(value->text)
-                            ? std::optional{static_cast<T>(*read_special(value->text))}
-                            : std::nullopt;
-      if (!read) {
-        return fail(*value, fmt::format("a number from {} to {} or NaN", std::numeric_limits<T>::lowest(),
-                                        std::numeric_limits<T>::max()));
-      }
-      number = *read;
+  template <std::integral T>
+  static std::optional<T> read_number(const TextValue& value) {
+    return may_be_number(value) ? read_integer<T>(value.text) : std::nullopt;
+  }
+  template <std::floating_point T>
+  static std::optional<T> read_number(const TextValue& value) {
+    if (may_be_number(value)) {
+      return read_float<T>(value.text);
     }
-    out_.number(std::bit_cast<Bits>(number));
-    return true;
+    // JSON can express NaN only as a string.
+    const auto special = value.kind == Kind::quoted ? read_special(value.text) : std::nullopt;
+    return special ? std::optional{static_cast<T>(*special)} : std::nullopt;
   }
 
   /// The text for a string field; null if `value` is not a string.

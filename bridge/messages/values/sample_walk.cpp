@@ -109,34 +109,20 @@ class Walk {
     switch (*type.primitive) {
       case Primitive::boolean:
         return sink_->boolean(in_.number<std::uint8_t>() != 0);
-      case Primitive::byte:
-      case Primitive::character:
-      case Primitive::uint8:
-        return sink_->natural(in_.number<std::uint8_t>());
-      case Primitive::int8:
-        return sink_->whole(static_cast<std::int8_t>(in_.number<std::uint8_t>()));
-      case Primitive::int16:
-        return sink_->whole(static_cast<std::int16_t>(in_.number<std::uint16_t>()));
-      case Primitive::uint16:
-        return sink_->natural(in_.number<std::uint16_t>());
-      case Primitive::int32:
-        return sink_->whole(static_cast<std::int32_t>(in_.number<std::uint32_t>()));
-      case Primitive::uint32:
-        return sink_->natural(in_.number<std::uint32_t>());
-      case Primitive::int64:
-        return sink_->whole(static_cast<std::int64_t>(in_.number<std::uint64_t>()));
-      case Primitive::uint64:
-        return sink_->natural(in_.number<std::uint64_t>());
-      case Primitive::float32:
-        return sink_->float32(std::bit_cast<float>(in_.number<std::uint32_t>()));
-      case Primitive::float64:
-        return sink_->float64(std::bit_cast<double>(in_.number<std::uint64_t>()));
       case Primitive::string:
         return string();
       case Primitive::wstring:
         return wstring();
+      default:
+        return visit_number(*type.primitive,
+                            [&]<typename T>(T /*zero*/) { tell(std::bit_cast<T>(in_.number<BitsOf<T>>())); });
     }
   }
+
+  void tell(std::signed_integral auto number) { sink_->whole(number); }
+  void tell(std::unsigned_integral auto number) { sink_->natural(number); }
+  void tell(float number) { sink_->float32(number); }
+  void tell(double number) { sink_->float64(number); }
 
   void string() {
     const std::size_t size = in_.number<std::uint32_t>();

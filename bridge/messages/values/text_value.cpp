@@ -99,9 +99,7 @@ void TextValueBuilder::key(std::string key, TextPlace place) {
 }
 
 void TextValueBuilder::scalar(TextValue::Kind kind, std::string text, TextPlace place) {
-  TextValue value;
-  value.kind = kind;
-  value.place = place;
+  TextValue value = next(kind, place);
   value.text = std::move(text);
   add(std::move(value));
 }
@@ -110,27 +108,28 @@ bool TextValueBuilder::begin(TextValue::Kind kind, TextPlace place) {
   if (open_.size() == max_text_depth) {
     return false;
   }
-  TextValue& value = open_.emplace_back();
-  value.kind = kind;
-  value.place = place;
-  if (std::exchange(has_key_, false)) {
-    value.key = std::move(key_);
-    value.key_place = key_place_;
-  }
+  open_.push_back(next(kind, place));
   return true;
 }
 
 void TextValueBuilder::end() {
   TextValue value = std::move(open_.back());
   open_.pop_back();
-  (open_.empty() ? root_ : open_.back().elements.emplace_back()) = std::move(value);
+  add(std::move(value));
 }
 
-void TextValueBuilder::add(TextValue value) {
+TextValue TextValueBuilder::next(TextValue::Kind kind, TextPlace place) {
+  TextValue value;
+  value.kind = kind;
+  value.place = place;
   if (std::exchange(has_key_, false)) {
     value.key = std::move(key_);
     value.key_place = key_place_;
   }
+  return value;
+}
+
+void TextValueBuilder::add(TextValue value) {
   (open_.empty() ? root_ : open_.back().elements.emplace_back()) = std::move(value);
 }
 

@@ -81,6 +81,7 @@ class TextValueBuilder {
   [[nodiscard]] TextValue take() { return std::move(root_); }
 
  private:
+  TextValue next(TextValue::Kind kind, TextPlace place);
   void add(TextValue value);
 
   TextValue root_;

@@ -7,7 +7,7 @@
 #include <set>
 #include <sstream>
 
-#include "bridge/messages/types/default_elements.hpp"
+#include "bridge/messages/types/literals.hpp"
 #include "bridge/messages/types/number_text.hpp"
 #include "bridge/messages/types/type_hash.hpp"
 #include "bridge/messages/values/message_values.hpp"

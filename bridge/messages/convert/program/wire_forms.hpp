@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "bridge/messages/convert/program/byte_swap.hpp"
+#include "bridge/messages/convert/program/output.hpp"
 #include "bridge/messages/convert/program/program.hpp"
 #include "bridge/messages/convert/program/string_frame.hpp"
 #include "someip/wire/bytes.hpp"
@@ -184,6 +185,22 @@ inline void put_bits(std::byte* to, const PackedNumber& one, std::uint64_t numbe
 [[nodiscard]] constexpr bool exceed(std::uint64_t count, std::uint64_t each, std::uint64_t limit) noexcept {
   std::uint64_t bytes = 0;
   return __builtin_mul_overflow(count, each, &bytes) || bytes > limit;
+}
+
+// Writing CDR in the host's byte order.
+
+/// Zeros up to a multiple of `width`, counted from the body's first byte.
+inline void align_cdr(Output& out, std::size_t width) {
+  const std::size_t size = (0 - (out.position() - encapsulation_bytes)) & (width - 1);
+  std::byte* const to = out.room(size);
+  for (std::size_t k = 0; k < size; ++k) {
+    to[k] = std::byte{0};
+  }
+}
+
+inline void write_cdr_u32(Output& out, std::uint32_t number) {
+  align_cdr(out, 4);
+  store_u32(out.room(4), number, std::endian::native);
 }
 
 }  // namespace trestle::messages

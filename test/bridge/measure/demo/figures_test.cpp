@@ -7,7 +7,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "bridge/cli/duration_text.hpp"
+#include "bridge/cli/terminal.hpp"
 #include "bridge/measure/demo/screen.hpp"
 
 namespace trestle::test::figures_test {

@@ -2,8 +2,7 @@
 
 #include <gmock/gmock.h>
 
-#include "bridge/messages/types/builtin_source.hpp"
-#include "bridge/messages/types/interface_parser.hpp"
+#include "bridge/messages/types/parsers.hpp"
 #include "bridge/messages/types/type_library.hpp"
 
 namespace trestle::messages::interface_binding_test {

@@ -1,4 +1,4 @@
-#include "bridge/messages/types/interface_parser.hpp"
+#include "bridge/messages/types/parsers.hpp"
 
 #include <gmock/gmock.h>
 

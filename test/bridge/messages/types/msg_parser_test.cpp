@@ -1,4 +1,4 @@
-#include "bridge/messages/types/msg_parser.hpp"
+#include "bridge/messages/types/parsers.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,9 +4,7 @@
 
 #include <map>
 
-#include "bridge/messages/types/builtin_source.hpp"
-#include "bridge/messages/types/folder_source.hpp"
-#include "bridge/messages/types/interface_parser.hpp"
+#include "bridge/messages/types/parsers.hpp"
 #include "bridge/messages/types/type_library.hpp"
 #include "test/bridge/messages/types/folder_test.hpp"
 

@@ -1,13 +1,13 @@
-#include "bridge/messages/types/folder_source.hpp"
+#include "bridge/messages/types/type_source.hpp"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <fstream>
 #include <sstream>
 
-#include "bridge/messages/types/idl_parser.hpp"
-#include "bridge/messages/types/interface_parser.hpp"
-#include "bridge/messages/types/msg_parser.hpp"
+#include "bridge/messages/types/builtin.hpp"
+#include "bridge/messages/types/parsers.hpp"
 
 namespace trestle::messages {
 namespace {
@@ -57,6 +57,29 @@ tl::expected<std::optional<InterfaceMessages>, TypeError> FolderSource::find(
   }
   return path.extension() == ".idl" ? parse_idl(*text, interface, path.string())
                                     : parse_interface(*text, interface, path.string());
+}
+
+tl::expected<std::optional<InterfaceMessages>, TypeError> BuiltinSource::find(
+    const InterfaceName& interface) const {
+  const std::string name = interface.full();
+  const auto all = builtin_definitions();
+  const auto same = std::ranges::lower_bound(all, name, {}, &BuiltinDefinition::name);
+  if (same == all.end() || same->name != name) {
+    return std::nullopt;
+  }
+  return parse_interface(same->text, interface,
+                         "built-in " + name + "." + std::string{to_string(interface.kind)});
+}
+
+tl::expected<std::optional<InterfaceMessages>, TypeError> MadeSource::find(
+    const InterfaceName& interface) const {
+  const std::string name = interface.full();
+  const auto made = texts_.find(name);
+  if (made == texts_.end()) {
+    return std::nullopt;
+  }
+  return parse_interface(made->second, interface,
+                         "made " + name + "." + std::string{to_string(interface.kind)});
 }
 
 }  // namespace trestle::messages
