@@ -40,7 +40,9 @@ struct Place {
 struct Notes {
   std::string description{};  ///< may have several lines
   std::string unit{};         ///< of a number: "km/h"
-  /// Annotations of FIDL ("@deprecated", "@author" …) and others by name, without the description.
+  /// Annotations of FIDL ("@deprecated", "@author" …) and others by name, without the description. Without
+  /// "@": keys of a FDEPL file that the model has no place for ("ErrorType", "Domain" …), with the value as
+  /// written there.
   std::map<std::string, std::string, std::less<>> others{};
   friend bool operator==(const Notes&, const Notes&) = default;
 };
@@ -300,6 +302,7 @@ struct Instance {
   std::map<std::string, std::string, std::less<>>
       configuration{};    ///< CAPABILITY-RECORDS, configuration option
   std::string machine{};  ///< name of a Machine; empty: not known
+  Notes notes{};
   Place place{};
 };
 

@@ -548,6 +548,7 @@ Json ModelWriter::instance(const Instance& instance, bool names_its_service) con
   if (!instance.machine.empty()) {
     json["machine"] = instance.machine;
   }
+  notes(instance.notes, json);
   place(instance.place, json);
   return json;
 }

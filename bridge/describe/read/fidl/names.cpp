@@ -1,0 +1,415 @@
+#include "bridge/describe/read/fidl/names.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <set>
+#include <tuple>
+
+#include "bridge/describe/read/fidl/keys.hpp"
+#include "bridge/documents/problems.hpp"
+
+namespace trestle::describe::fidl {
+namespace {
+
+/// Names that are compared when one is not known.
+constexpr std::size_t most_hints = 3000;
+
+std::string joined(std::string_view scope, std::string_view name) {
+  return scope.empty() || name.empty() ? std::string{scope} + std::string{name}
+                                       : fmt::format("{}.{}", scope, name);
+}
+
+std::tuple<std::string_view, std::string_view> sort_key(const Node& node) {
+  return {node.tag, node.target.text};
+}
+
+bool same_values(const Setting& a, const Setting& b) {
+  return written(a) == written(b);
+}
+
+/// Says once what two elements say of one thing.
+void settle(std::vector<Setting>& settings, Findings& findings) {
+  std::ranges::stable_sort(settings, {}, [](const Setting& setting) { return setting.key.text; });
+  const auto same = [&](const Setting& first, const Setting& second) {
+    if (first.key.text != second.key.text) {
+      return false;
+    }
+    if (!same_values(first, second)) {
+      findings.error(second.key.place,
+                     fmt::format("{} = {} contradicts {} = {} in line {}", second.key.text, written(second),
+                                 first.key.text, written(first), first.key.place.mark.line));
+    }
+    return true;
+  };
+  settings.erase(std::unique(settings.begin(), settings.end(), same), settings.end());
+}
+
+void settle(Node& node, int version, Findings& findings) {
+  node.version = version;
+  settle(node.settings, findings);
+  for (Node& child : node.children) {
+    // "a.b.Types.Mode" is Mode.
+    std::string& name = child.target.text;
+    if (child.tag != "instance") {
+      name.erase(0, name.substr(0, name.find(':')).rfind('.') + 1);
+    }
+  }
+  std::ranges::stable_sort(node.children, {}, sort_key);
+  std::vector<Node> once;
+  for (Node& child : node.children) {
+    if (!once.empty() && child.tag != "instance" && sort_key(once.back()) == sort_key(child)) {
+      std::ranges::move(child.settings, std::back_inserter(once.back().settings));
+      std::ranges::move(child.children, std::back_inserter(once.back().children));
+    } else {
+      once.push_back(std::move(child));
+    }
+  }
+  node.children = std::move(once);
+  for (Node& child : node.children) {
+    settle(child, version, findings);
+  }
+}
+
+}  // namespace
+
+Names::Names(const Sources& sources, Findings& findings) : sources_{sources}, findings_{findings} {
+  for (const FidlSource& source : sources.fidl) {
+    declare(source);
+  }
+  find_lines();
+  deploy();
+  attach();
+}
+
+void Names::declare_once(const std::string& name, Place place, const char* what) {
+  const auto [found, is_new] = declared_.emplace(name, place);
+  if (!is_new && found->second != place) {
+    findings_.error(place,
+                    fmt::format("{} {} is declared twice, first in {}:{}", what, documents::quote(name),
+                                sources_.names[found->second.file], found->second.mark.line));
+  }
+}
+
+void Names::declare(const FidlSource& source) {
+  for (const CollectionTree& tree : source.tree.collections) {
+    Collection& collection = collections_.emplace_back();
+    collection.scope = {&source,
+                        &tree,
+                        joined(source.tree.package, tree.name.text),
+                        joined(source.tree.package, tree.name.in_model()),
+                        {}};
+    const std::string& scope = collection.scope.name;
+    (tree.is_interface ? interface_names_ : collection_names_).insert(scope);
+    if (tree.is_interface) {
+      declare_once(scope, tree.name.place, "the interface");
+      interfaces_.emplace(scope, &collection);
+    }
+    for (const TypeTree& type : tree.types) {
+      const std::string name = joined(scope, type.name.text);
+      declare_once(name, type.name.place, "the type");
+      Declared& declared = types_.emplace_back();
+      declared.tree = &type;
+      declared.scope = collection.scope;
+      types_by_name_.emplace(name, &declared);
+      for (std::size_t i = 0; i < type.enumerators.size(); ++i) {
+        values_.emplace(joined(name, type.enumerators[i].name.text),
+                        Constantlike{nullptr, &declared, i, collection.scope});
+      }
+    }
+    for (const ConstantTree& constant : tree.constants) {
+      const std::string name = joined(scope, constant.name.text);
+      declare_once(name, constant.name.place, "the constant");
+      values_.emplace(name, Constantlike{&constant, nullptr, 0, collection.scope});
+    }
+  }
+}
+
+void Names::find_lines() {
+  for (Collection& collection : collections_) {
+    std::set<const Collection*> seen;
+    const Collection* at = &collection;
+    while (at != nullptr) {
+      if (!seen.insert(at).second) {
+        findings_.error(at->scope.in->base.place,
+                        fmt::format("the interfaces go round: {} extends itself, directly or through others",
+                                    documents::quote(at->scope.name)));
+        break;
+      }
+      collection.line.insert(collection.line.begin(), at);
+      // Not by interface(): looking into what is extended needs what is found here.
+      at = at->scope.in->base.empty() ? nullptr : interface(at->scope.in->base, at->scope);
+      if (collection.line.size() > 200) {
+        findings_.error(collection.scope.in->name.place, "interfaces extend each other more than 200 deep");
+        break;
+      }
+    }
+  }
+}
+
+void Names::deploy() {
+  std::vector<std::string> declared;
+  std::map<std::string, std::string, std::less<>> bases;
+  for (const FdeplSource& source : sources_.fdepl) {
+    for (const SpecificationTree& specification : source.tree.specifications) {
+      declared.insert(declared.end(), specification.keys.begin(), specification.keys.end());
+      bases[specification.name.text] = specification.base.text;
+    }
+  }
+  std::ranges::sort(declared);
+  const auto is_known = [&](std::string name) {
+    for (std::size_t steps = 0; steps <= bases.size(); ++steps) {
+      if (is_known_specification(name)) {
+        return true;
+      }
+      const auto base = bases.find(name);
+      if (base == bases.end()) {
+        return false;
+      }
+      name = base->second;
+    }
+    return false;
+  };
+  bool first = true;
+  for (const FdeplSource& source : sources_.fdepl) {
+    bool told = false;
+    for (const Node& node : source.tree.deployments) {
+      if (!is_known(node.specification.text)) {
+        if (node.specification.text.find("dbus") == std::string::npos) {
+          findings_.warning(node.specification.place,
+                            fmt::format("deployments of {} are left out: they are not of CommonAPI's SOME/IP",
+                                        documents::quote(node.specification.text)));
+        }
+        continue;
+      }
+      if (source.version == 0 && !told) {
+        told = true;
+        findings_.warning(
+            {source.file, {}},
+            "no import tells which version of CommonAPI's specification is meant; the defaults of "
+            "version 2 (CommonAPI-4-SOMEIP_deployment_spec.fdepl) are taken");
+      }
+      if (first) {
+        first = false;
+        version_ = source.version == 0 ? 2 : source.version;
+      }
+      Node copy = node;
+      settle(copy, source.version == 0 ? 2 : source.version, findings_);
+      check_keys(copy, declared, findings_);
+      deploy(copy, source.tree);
+    }
+  }
+  for (auto& [name, node] : deployed_) {
+    settle(node, node.version, findings_);
+  }
+}
+
+void Names::deploy(const Node& node, const FdeplTree& tree) {
+  if (node.tag == "provider" || node.tag == "instance") {
+    providers_.push_back(node);
+    if (node.tag == "instance") {
+      instances_.push_back(&providers_.back());
+    }
+    for (const Node& child : providers_.back().children) {
+      if (child.tag == "instance") {
+        instances_.push_back(&child);
+      } else {
+        findings_.warning(child.place,
+                          fmt::format("{} in a provider means nothing, and is left out; expected instance",
+                                      documents::quote(child.tag)));
+      }
+    }
+    return;
+  }
+  if (node.tag != "interface" && node.tag != "typeCollection") {
+    findings_.warning(node.place,
+                      fmt::format("a deployment for {} means nothing, and is left out; expected interface, "
+                                  "typeCollection, provider or instance",
+                                  documents::quote(node.tag)));
+    return;
+  }
+  const std::set<std::string, std::less<>>& all =
+      node.tag == "interface" ? interface_names_ : collection_names_;
+  std::string target = node.target.text;
+  if (!all.contains(target)) {
+    target = joined(tree.package, node.target.text);
+  }
+  if (!all.contains(target)) {
+    std::vector<std::string> known;
+    for (auto name = all.begin(); name != all.end() && known.size() < most_hints && !findings_.full();
+         ++name) {
+      known.push_back(*name);
+    }
+    findings_.error(node.target.place,
+                    fmt::format("there is no {} {} in the FIDL files{}",
+                                node.tag == "interface" ? "interface" : "type collection",
+                                documents::quote(node.target.text), hint(node.target.text, known)));
+    return;
+  }
+  const auto [found, is_new] = deployed_.emplace(fmt::format("{} {}", node.tag, target), node);
+  if (!is_new) {
+    std::ranges::copy(node.settings, std::back_inserter(found->second.settings));
+    std::ranges::copy(node.children, std::back_inserter(found->second.children));
+  }
+}
+
+void Names::attach() {
+  for (Collection& collection : collections_) {
+    const auto found = deployed_.find(fmt::format(
+        "{} {}", collection.scope.in->is_interface ? "interface" : "typeCollection", collection.scope.name));
+    collection.node = found == deployed_.end() ? nullptr : &found->second;
+    collection.version = collection.node == nullptr ? version_ : collection.node->version;
+  }
+  static const std::map<Kind, std::string_view> tags{
+      {Kind::array, "array"},  {Kind::structure, "struct"},
+      {Kind::choice, "union"}, {Kind::enumeration, "enumeration"},
+      {Kind::map, "map"},      {Kind::alias, "typedef"}};
+  std::map<const CollectionTree*, const Collection*> by_tree;
+  for (const Collection& collection : collections_) {
+    by_tree[collection.scope.in] = &collection;
+  }
+  for (Declared& declared : types_) {
+    const Collection& collection = *by_tree[declared.scope.in];
+    declared.version = collection.version;
+    declared.of_all = collection.node;
+    declared.node = collection.node == nullptr
+                        ? nullptr
+                        : collection.node->child(tags.at(declared.tree->kind), declared.tree->name.text);
+  }
+  // What is deployed has to be there.
+  for (const auto& [name, node] : deployed_) {
+    const std::string target = name.substr(name.find(' ') + 1);
+    for (const Node& child : node.children) {
+      const auto is_tag = [&](const auto& tag) { return tag.second == child.tag; };
+      if (std::ranges::none_of(tags, is_tag)) {
+        continue;
+      }
+      const auto type = types_by_name_.find(joined(target, child.target.text));
+      if (type == types_by_name_.end() || tags.at(type->second->tree->kind) != child.tag) {
+        std::vector<std::string> known;
+        if (findings_.full()) {
+          return;
+        }
+        for (const Declared& other : types_) {
+          if (other.scope.name == target && known.size() < most_hints &&
+              tags.at(other.tree->kind) == child.tag) {
+            known.push_back(other.tree->name.text);
+          }
+        }
+        findings_.error(child.place, fmt::format("there is no {} {} in {}{}", child.tag,
+                                                 documents::quote(child.target.text),
+                                                 documents::quote(target), hint(child.target.text, known)));
+      }
+    }
+  }
+}
+
+std::vector<std::string> Names::candidates(std::string_view name, const Scope& scope) const {
+  std::vector<std::string> all;
+  if (!scope.inner.empty()) {
+    all.push_back(joined(joined(scope.name, scope.inner), name));
+  }
+  all.push_back(joined(scope.name, name));
+  if (scope.in != nullptr && scope.in->is_interface) {
+    const auto own = interfaces_.find(scope.name);
+    if (own != interfaces_.end()) {
+      for (const Collection* base : own->second->line) {
+        all.push_back(joined(base->scope.name, name));
+      }
+    }
+  }
+  if (scope.source != nullptr) {
+    all.push_back(joined(scope.source->tree.package, name));
+    for (const ImportTree& import : scope.source->tree.imports) {
+      if (import.names.ends_with(".*")) {
+        all.push_back(joined(std::string_view{import.names}.substr(0, import.names.size() - 2), name));
+      } else if (!import.names.empty()) {
+        // "import a.b.Types": Types.S is a.b.Types.S.
+        const std::size_t dot = import.names.rfind('.') + 1;
+        const std::string_view first = name.substr(0, name.find('.'));
+        if (std::string_view{import.names}.substr(dot) == first) {
+          all.push_back(import.names + std::string{name.substr(first.size())});
+        }
+      }
+    }
+    all.emplace_back(name);
+    std::string_view package = scope.source->tree.package;
+    while (!package.empty()) {
+      package = package.substr(0, package.rfind('.') == std::string_view::npos ? 0 : package.rfind('.'));
+      all.push_back(joined(package, name));
+    }
+  }
+  return all;
+}
+
+Declared* Names::type(const Name& name, const Scope& scope) {
+  if (name.empty()) {
+    return nullptr;  // it has been said that there is none
+  }
+  for (const std::string& candidate : candidates(name.text, scope)) {
+    const auto found = types_by_name_.find(candidate);
+    if (found != types_by_name_.end()) {
+      return found->second;
+    }
+  }
+  if (findings_.full()) {
+    return nullptr;
+  }
+  std::vector<std::string> known{"Int8",   "UInt8",   "Int16",  "UInt16", "Int32",  "UInt32",    "Int64",
+                                 "UInt64", "Boolean", "String", "Float",  "Double", "ByteBuffer"};
+  std::string elsewhere;
+  const std::string_view last = std::string_view{name.text}.substr(name.text.rfind('.') + 1);
+  for (const Declared& declared : types_) {
+    if (declared.tree->name.text == last) {
+      elsewhere = joined(declared.scope.name, last);
+    }
+    if (known.size() < most_hints) {
+      known.push_back(declared.tree->name.text);
+      known.push_back(joined(declared.scope.name, declared.tree->name.text));
+      if (!declared.scope.in->name.empty()) {
+        known.push_back(joined(declared.scope.in->name.text, declared.tree->name.text));
+      }
+    }
+  }
+  findings_.error(name.place,
+                  fmt::format("the type {} is not known here{}", documents::quote(name.text),
+                              elsewhere.empty() ? hint(name.text, known)
+                                                : fmt::format("; did you mean '{}'?", elsewhere)));
+  return nullptr;
+}
+
+const Collection* Names::interface(const Name& name, const Scope& scope) {
+  if (name.empty()) {
+    return nullptr;
+  }
+  // Not by what is extended: that is just being found out.
+  for (const std::string& candidate : candidates(name.text, {scope.source, nullptr, scope.name, {}, {}})) {
+    const auto found = interfaces_.find(candidate);
+    if (found != interfaces_.end()) {
+      return found->second;
+    }
+  }
+  std::vector<std::string> known;
+  for (const auto& [full, collection] : interfaces_) {
+    if (known.size() < most_hints && !findings_.full()) {
+      known.push_back(full);
+      known.push_back(collection->scope.in->name.text);
+    }
+  }
+  findings_.error(name.place, fmt::format("the interface {} is not known here{}", documents::quote(name.text),
+                                          hint(name.text, known)));
+  return nullptr;
+}
+
+const Constantlike* Names::value(std::string_view name, const Scope& scope) const {
+  for (const std::string& candidate : candidates(name, scope)) {
+    const auto found = values_.find(candidate);
+    if (found != values_.end()) {
+      return &found->second;
+    }
+  }
+  return nullptr;
+}
+
+}  // namespace trestle::describe::fidl

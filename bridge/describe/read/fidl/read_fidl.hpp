@@ -1,0 +1,19 @@
+#pragma once
+#include <span>
+
+#include "bridge/describe/model.hpp"
+#include "bridge/describe/read/source_text.hpp"
+
+namespace trestle::describe {
+
+/// Reads FIDL and FDEPL files, and what they import: docs/describe_fidl.md.
+///
+/// Files that people have and Franca refuses are read with warnings where it is clear what they mean. A FIDL
+/// file without deployment gives services without ids. Never throws; problems tell places, and at most 100
+/// are told.
+///
+/// @param files  at least those that were named; what is among them is not loaded again
+/// @param load   asked for imports by their names as seen from the importing file; may be empty
+[[nodiscard]] Reading read_fidl(std::span<const SourceText> files, const Load& load = {});
+
+}  // namespace trestle::describe

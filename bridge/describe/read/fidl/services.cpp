@@ -1,0 +1,604 @@
+#include "bridge/describe/read/fidl/services.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <set>
+
+#include "bridge/describe/read/fidl/keys.hpp"
+#include "bridge/documents/format.hpp"
+#include "bridge/documents/problems.hpp"
+
+namespace trestle::describe::fidl {
+namespace {
+
+constexpr std::int64_t most_id = 0xffff;
+constexpr std::int64_t most_number = std::numeric_limits<std::int32_t>::max();
+
+class Maker {
+ public:
+  Maker(Model& model, Names& names, Types& types, Findings& findings)
+      : model_{model}, names_{names}, types_{types}, findings_{findings} {}
+
+  void service(const Collection& collection);
+  void instance(const Node& node);
+  void check();
+
+ private:
+  struct Deployment {
+    const Node* node = nullptr;
+    int version = 2;
+  };
+  void members(Service& service, const Collection& from, const Collection& whole);
+  [[nodiscard]] Field field(const AttributeTree& tree, const Collection& from, Deployment deployment);
+  [[nodiscard]] Method method(const MethodTree& tree, const Collection& from, Deployment deployment);
+  [[nodiscard]] Event event(const BroadcastTree& tree, const Collection& from, Deployment deployment);
+  /// That of the interface itself, else that of the one that it extends.
+  [[nodiscard]] static Deployment deployment(const char* tag, const std::string& name,
+                                             const std::string& selector, const Collection& from,
+                                             const Collection& whole);
+  void payload(Payload& into, const std::vector<Variable>& variables, const Collection& from,
+               const Node* arguments, int version);
+  void rules(Payload& into, const Node* node, const char* stem);
+  void check_names(const Service& service);
+  void check_targets(const Collection& collection);
+  void check_ids(const Service& service);
+  void refuse_polymorphic(const Payload& payload, Place place, const std::string& name);
+
+  template <typename Id>
+  std::optional<Id> id(const Node* node, const char* key) {
+    const Setting* setting = node == nullptr ? nullptr : node->setting(key);
+    const auto number = setting == nullptr ? std::nullopt : number_of(*setting, 0, most_id, findings_);
+    return number ? std::optional{Id{static_cast<std::uint16_t>(*number)}} : std::nullopt;
+  }
+  std::vector<someip::EventgroupId> eventgroups(const Node* node, std::initializer_list<const char*> keys);
+  [[nodiscard]] bool is_true(const Node* node, const char* key) {
+    const Setting* setting = node == nullptr ? nullptr : node->setting(key);
+    return setting != nullptr && truth_of(*setting, findings_).value_or(false);
+  }
+  [[nodiscard]] std::optional<std::int64_t> number(const Node* node, const std::string& key,
+                                                   std::int64_t min = 0) {
+    const Setting* setting = node == nullptr ? nullptr : node->setting(key);
+    return setting == nullptr ? std::nullopt : number_of(*setting, min, most_number, findings_);
+  }
+  Transfer transfer(const Node* node, bool reliable, const std::string& segment,
+                    const std::string& separation, const std::string& debounce, const std::string& retention,
+                    std::int64_t retention_ms);
+  static void keep(Notes& notes, const Node* node, std::initializer_list<const char*> keys);
+
+  Model& model_;
+  Names& names_;
+  Types& types_;
+  Findings& findings_;
+  std::map<std::string, std::optional<someip::ServiceId>, std::less<>> ids_;  ///< of services by name
+};
+
+std::vector<someip::EventgroupId> Maker::eventgroups(const Node* node,
+                                                     std::initializer_list<const char*> keys) {
+  std::vector<someip::EventgroupId> groups;
+  for (const char* key : keys) {
+    const Setting* setting = node == nullptr ? nullptr : node->setting(key);
+    if (setting != nullptr) {
+      for (const std::int64_t number : numbers_of(*setting, 0, most_id, findings_)) {
+        const someip::EventgroupId group{static_cast<std::uint16_t>(number)};
+        if (std::ranges::find(groups, group) == groups.end()) {
+          groups.push_back(group);
+        }
+      }
+      break;
+    }
+  }
+  return groups;
+}
+
+/// @param retention_ms  of version 2 when nothing is said; there is none in version 1, and without a
+/// deployment
+Transfer Maker::transfer(const Node* node, bool reliable, const std::string& segment,
+                         const std::string& separation, const std::string& debounce,
+                         const std::string& retention, std::int64_t retention_ms) {
+  Transfer transfer;
+  transfer.transport = reliable ? Transport::tcp : Transport::udp;
+  const auto time = [&](const std::string& key, std::int64_t otherwise) {
+    return std::chrono::milliseconds{key.empty() ? otherwise : number(node, key).value_or(otherwise)};
+  };
+  transfer.segment_bytes =
+      segment.empty() ? 0 : static_cast<std::uint32_t>(number(node, segment).value_or(0));
+  transfer.separation = time(separation, 0);
+  transfer.debounce = time(debounce, 0);
+  transfer.retention = time(retention, node != nullptr && node->version == 2 ? retention_ms : 0);
+  return transfer;
+}
+
+void Maker::keep(Notes& notes, const Node* node, std::initializer_list<const char*> keys) {
+  for (const char* key : keys) {
+    if (const Setting* setting = node == nullptr ? nullptr : node->setting(key)) {
+      notes.others[key] = written(*setting);
+    }
+  }
+}
+
+void Maker::service(const Collection& collection) {
+  const CollectionTree& tree = *collection.scope.in;
+  Service service;
+  service.name = tree.name.in_model();
+  service.scope = collection.scope.source->tree.package;
+  service.place = tree.name.place;
+  service.notes = tree.notes;
+  service.id = id<someip::ServiceId>(collection.node, "SomeIpServiceID");
+  service.has_version = tree.has_version;
+  if (!tree.has_version) {
+    findings_.warning(
+        tree.name.place,
+        fmt::format("{} has no version, for which CommonAPI's generators refuse it; 1.0 is taken",
+                    documents::quote(tree.name.text)));
+  } else if (tree.major < 0 || tree.major > 0xff) {
+    findings_.error(tree.name.place,
+                    fmt::format("the major version of {} is {}; expected a number from 0 to 255, as the "
+                                "header of a message has it",
+                                documents::quote(tree.name.text), tree.major));
+  } else if (tree.minor < 0 || tree.minor > std::numeric_limits<std::uint32_t>::max()) {
+    findings_.error(tree.name.place, fmt::format("the minor version of {} has more than 32 bits",
+                                                 documents::quote(tree.name.text)));
+  } else {
+    service.major = static_cast<std::uint8_t>(tree.major);
+    service.minor = static_cast<std::uint32_t>(tree.minor);
+  }
+  keep(service.notes, collection.node, {"DefaultTimeout", "DefaultEnumBackingType"});
+  if (collection.line.size() > 1) {
+    service.base = collection.line[collection.line.size() - 2]->scope.model;
+  }
+  for (const Name& name : tree.manages) {
+    if (const Collection* other = names_.interface(name, collection.scope)) {
+      service.manages.push_back(other->scope.model);
+    }
+  }
+  for (const Collection* from : collection.line) {
+    members(service, *from, collection);
+  }
+  std::set<someip::EventgroupId> groups;
+  for (const someip::EventgroupId group : eventgroups(collection.node, {"SomeIpEventGroups"})) {
+    groups.insert(group);
+  }
+  for (const Event& event : service.events) {
+    groups.insert(event.eventgroups.begin(), event.eventgroups.end());
+  }
+  for (const Field& field : service.fields) {
+    groups.insert(field.eventgroups.begin(), field.eventgroups.end());
+  }
+  for (const someip::EventgroupId group : groups) {
+    service.eventgroups.push_back({.id = group, .place = service.place});
+  }
+  check_names(service);
+  check_targets(collection);
+  check_ids(service);
+  ids_[collection.scope.model] = service.id;
+  model_.services.push_back(std::move(service));
+}
+
+Maker::Deployment Maker::deployment(const char* tag, const std::string& name, const std::string& selector,
+                                    const Collection& from, const Collection& whole) {
+  const std::string target = selector.empty() ? name : name + ":" + selector;
+  for (const Collection* collection : {&whole, &from}) {
+    if (collection->node == nullptr) {
+      continue;
+    }
+    if (const Node* node = collection->node->child(tag, target)) {
+      return {node, node->version};
+    }
+  }
+  return {nullptr, from.version};
+}
+
+void Maker::members(Service& service, const Collection& from, const Collection& whole) {
+  const CollectionTree& tree = *from.scope.in;
+  for (const AttributeTree& attribute : tree.attributes) {
+    service.fields.push_back(
+        field(attribute, from, deployment("attribute", attribute.value.name.text, "", from, whole)));
+  }
+  for (const MethodTree& one : tree.methods) {
+    service.methods.push_back(
+        method(one, from, deployment("method", one.name.text, one.selector, from, whole)));
+  }
+  for (const BroadcastTree& one : tree.broadcasts) {
+    service.events.push_back(
+        event(one, from, deployment("broadcast", one.name.text, one.selector, from, whole)));
+  }
+}
+
+void Maker::refuse_polymorphic(const Payload& payload, Place place, const std::string& name) {
+  for (const Value& value : payload.values) {
+    const std::string found = types_.polymorphic_in(value.type);
+    if (!found.empty()) {
+      findings_.warning(
+          place, fmt::format("{} uses the polymorphic struct {}: SOME/IP has no form for one, so it can be "
+                             "described but not carried",
+                             documents::quote(name), documents::quote(found)));
+      return;
+    }
+  }
+}
+
+/// Byte order and CRC.
+void Maker::rules(Payload& into, const Node* node, const char* stem) {
+  if (node == nullptr) {
+    return;
+  }
+  if (const Setting* order = node->setting(fmt::format("SomeIp{}Endianess", stem))) {
+    into.byte_order = word_of(*order, {"be", "le"}, findings_) == 1 ? std::endian::little : std::endian::big;
+  }
+  if (const Setting* crc = node->setting(fmt::format("SomeIp{}CRCWidth", stem))) {
+    const std::size_t width = word_of(*crc, {"zero", "one", "four"}, findings_);
+    into.crc_bytes = width == 2 ? 4 : static_cast<std::uint8_t>(width);
+  }
+}
+
+void Maker::payload(Payload& into, const std::vector<Variable>& variables, const Collection& from,
+                    const Node* arguments, int version) {
+  std::set<std::string, std::less<>> names;
+  for (const Variable& variable : variables) {
+    if (!names.insert(variable.name.text).second) {
+      findings_.error(variable.name.place,
+                      fmt::format("the argument {} is there twice", documents::quote(variable.name.text)));
+      continue;
+    }
+    const Node* node = arguments == nullptr ? nullptr : arguments->child("", variable.name.text);
+    Value value = types_.use(variable, from.scope, layers_of(node, User::argument), version);
+    if (value.type != no_type) {
+      into.values.push_back(std::move(value));
+    }
+  }
+  if (arguments != nullptr) {
+    for (const Node& child : arguments->children) {
+      if (child.tag.empty() && !names.contains(child.target.text)) {
+        findings_.error(child.place,
+                        fmt::format("there is no argument {}{}", documents::quote(child.target.text),
+                                    hint(child.target.text, {names.begin(), names.end()})));
+      }
+    }
+  }
+}
+
+Field Maker::field(const AttributeTree& tree, const Collection& from, Deployment deployment) {
+  const Node* node = deployment.node;
+  Field field;
+  field.name = tree.value.name.in_model();
+  field.notes = tree.value.notes;
+  field.place = tree.value.name.place;
+  // "length fields follow the byte order" is CommonAPI's, which is what FIDL is of.
+  Value value = types_.use(tree.value, from.scope, layers_of(node, User::attribute), deployment.version);
+  value.notes = {};
+  if (value.type != no_type) {
+    field.payload.values.push_back(std::move(value));
+  }
+  rules(field.payload, node, "Attribute");
+  field.has_getter = !tree.no_read;
+  field.has_setter = !tree.readonly;
+  field.has_notifier = !tree.no_subscriptions;
+  // An id of 0 means that there is none.
+  const auto part = [&](const char* key, bool& there) -> std::optional<someip::MethodId> {
+    auto found = id<someip::MethodId>(node, key);
+    if (found == someip::MethodId{}) {
+      there = false;
+    }
+    return there ? found : std::nullopt;
+  };
+  field.getter = part("SomeIpGetterID", field.has_getter);
+  field.setter = part("SomeIpSetterID", field.has_setter);
+  field.notifier = part("SomeIpNotifierID", field.has_notifier);
+  field.eventgroups = eventgroups(node, {"SomeIpNotifierEventGroups", "SomeIpEventGroups"});
+  const bool reliable = is_true(node, "SomeIpAttributeReliable");
+  field.getter_transfer = transfer(node, reliable || is_true(node, "SomeIpGetterReliable"),
+                                   "SomeIpGetterSegmentLengthResponse", "SomeIpGetterSeparationTimeResponse",
+                                   "SomeIpGetterRequestDebounceTime", "SomeIpGetterMaxRetentionTime", 5);
+  field.setter_transfer = transfer(node, reliable || is_true(node, "SomeIpSetterReliable"),
+                                   "SomeIpSetterSegmentLength", "SomeIpSetterSeparationTime",
+                                   "SomeIpSetterRequestDebounceTime", "SomeIpSetterMaxRetentionTime", 5);
+  field.notifier_transfer = transfer(node, reliable || is_true(node, "SomeIpNotifierReliable"),
+                                     "SomeIpNotifierSegmentLength", "SomeIpNotifierSeparationTime",
+                                     "SomeIpNotifierDebounceTime", "SomeIpNotifierMaxRetentionTime", 5);
+  keep(field.notes, node,
+       {"AttributeSetterTimeout", "AttributeGetterTimeout", "AttributeNotifierTimeout",
+        "AttributeNotifierUpdateMode", "SomeIpGetterPriority", "SomeIpSetterPriority",
+        "SomeIpNotifierPriority", "SomeIpNotifierMulticast", "SomeIpGetterResponseMaxRetentionTime",
+        "SomeIpSetterResponseMaxRetentionTime", "SomeIpGetterResponseDebounceTime",
+        "SomeIpSetterResponseDebounceTime"});
+  if (const Setting* timeout = node == nullptr ? nullptr : node->setting("Timeout")) {
+    field.notes.others["AttributeGetterTimeout"] = written(*timeout);
+    field.notes.others["AttributeSetterTimeout"] = written(*timeout);
+  }
+  if (field.notifier && field.eventgroups.empty()) {
+    findings_.warning(node->place,
+                      fmt::format("the notifier of {} is in no eventgroup, so nobody can subscribe to it",
+                                  documents::quote(field.name)));
+  }
+  refuse_polymorphic(field.payload, field.place, field.name);
+  return field;
+}
+
+Method Maker::method(const MethodTree& tree, const Collection& from, Deployment deployment) {
+  const Node* node = deployment.node;
+  Method method;
+  method.name = tree.name.in_model();
+  method.selector = tree.selector;
+  method.notes = tree.notes;
+  method.place = tree.name.place;
+  method.fire_and_forget = tree.fire_and_forget;
+  method.id = id<someip::MethodId>(node, "SomeIpMethodID");
+  payload(method.request, tree.in, from, node == nullptr ? nullptr : node->child("in", ""),
+          deployment.version);
+  payload(method.response, tree.out, from, node == nullptr ? nullptr : node->child("out", ""),
+          deployment.version);
+  rules(method.request, node, "Method");
+  rules(method.response, node, "Method");
+  if (tree.own_error != nullptr) {
+    method.error = types_.own_error(*tree.own_error, from.scope, from.version);
+  } else if (!tree.error.empty()) {
+    Declared* error = names_.type(tree.error, from.scope);
+    method.error = error == nullptr ? no_type : types_.type(*error);
+    if (method.error != no_type && resolved(model_, method.error).kind != Kind::enumeration) {
+      findings_.error(tree.error.place, fmt::format("{} is no enumeration; only one can be an error",
+                                                    documents::quote(tree.error.text)));
+      method.error = no_type;
+    }
+  }
+  if (tree.fire_and_forget && (!tree.out.empty() || tree.own_error != nullptr || !tree.error.empty())) {
+    findings_.error(
+        tree.name.place,
+        fmt::format("{} is called without waiting (fireAndForget), so it has no 'out' and no 'error'",
+                    documents::quote(tree.name.text)));
+  }
+  const bool reliable = is_true(node, "SomeIpReliable");
+  method.request_transfer =
+      transfer(node, reliable, "SomeIpMethodSegmentLength", "SomeIpMethodSeparationTime",
+               "SomeIpMethodRequestDebounceTime", "SomeIpMethodMaxRetentionTime", 5);
+  method.response_transfer =
+      transfer(node, reliable, "SomeIpMethodSegmentLengthResponse", "SomeIpMethodSeparationTimeResponse",
+               "SomeIpMethodResponseDebounceTime", "SomeIpMethodResponseMaxRetentionTime", 0);
+  for (const char* key : {"MethodTimeout", "Timeout"}) {
+    if (const auto timeout = number(node, key, -1); timeout && *timeout > 0) {
+      method.timeout = std::chrono::milliseconds{*timeout};
+    }
+  }
+  keep(method.notes, node, {"Errors", "SomeIpPriority"});
+  refuse_polymorphic(method.request, method.place, method.name);
+  refuse_polymorphic(method.response, method.place, method.name);
+  return method;
+}
+
+Event Maker::event(const BroadcastTree& tree, const Collection& from, Deployment deployment) {
+  const Node* node = deployment.node;
+  Event event;
+  event.name = tree.name.in_model();
+  event.selector = tree.selector;
+  event.selective = tree.selective;
+  event.notes = tree.notes;
+  event.place = tree.name.place;
+  event.id = id<someip::MethodId>(node, "SomeIpEventID");
+  payload(event.payload, tree.out, from, node == nullptr ? nullptr : node->child("out", ""),
+          deployment.version);
+  rules(event.payload, node, "Broadcast");
+  event.eventgroups = eventgroups(node, {"SomeIpEventGroups"});
+  event.transfer = transfer(node, is_true(node, "SomeIpReliable"), "SomeIpBroadcastSegmentLength",
+                            "SomeIpBroadcastSeparationTime", "SomeIpBroadcastDebounceTime",
+                            "SomeIpBroadcastMaxRetentionTime", 5);
+  keep(event.notes, node, {"BroadcastType", "ErrorName", "SomeIpPriority", "SomeIpMulticast"});
+  if (event.id && event.eventgroups.empty()) {
+    findings_.warning(node->place,
+                      fmt::format("the broadcast {} is in no eventgroup, so nobody can subscribe to it",
+                                  documents::quote(event.name)));
+  }
+  refuse_polymorphic(event.payload, event.place, event.name);
+  return event;
+}
+
+void Maker::instance(const Node& node) {
+  Instance instance;
+  instance.place = node.place;
+  const Collection* service = names_.interface(node.target, {});
+  if (service == nullptr) {
+    return;
+  }
+  instance.service = service->scope.model;
+  instance.id = id<someip::InstanceId>(&node, "SomeIpInstanceID");
+  if (const auto known = ids_.find(instance.service); known != ids_.end()) {
+    instance.service_id = known->second;
+  }
+  const auto text = [&](const char* key) {
+    const Setting* setting = node.setting(key);
+    const auto texts = setting == nullptr ? std::vector<std::string>{} : texts_of(*setting, findings_);
+    return texts.empty() ? std::string{} : texts.front();
+  };
+  instance.name = text("InstanceId");
+  const documents::Format<IpAddress> format = documents::ip_address();
+  if (const std::string address = text("SomeIpUnicastAddress"); !address.empty() && address != "0.0.0.0") {
+    instance.address = format.read(address);
+    if (!instance.address) {
+      findings_.error(
+          node.setting("SomeIpUnicastAddress")->values.front().place,
+          fmt::format("{} is no address; expected one as 192.168.0.2 or fd00::2", documents::quote(address)));
+    }
+  }
+  const auto port = [&](const char* key) -> std::optional<std::uint16_t> {
+    const Setting* setting = node.setting(key);
+    const auto number = setting == nullptr ? std::nullopt : number_of(*setting, 0, most_id, findings_);
+    return number.value_or(0) == 0 ? std::nullopt : std::optional{static_cast<std::uint16_t>(*number)};
+  };
+  instance.tcp_port = port("SomeIpReliableUnicastPort");
+  instance.udp_port = port("SomeIpUnreliableUnicastPort");
+  if (const auto both = port("SomeIpUnicastPort")) {
+    instance.tcp_port = node.setting("SomeIpReliableUnicastPort") == nullptr ? both : instance.tcp_port;
+    instance.udp_port = node.setting("SomeIpUnreliableUnicastPort") == nullptr ? both : instance.udp_port;
+  }
+  const auto numbers = [&](const char* key, std::int64_t most) {
+    const Setting* setting = node.setting(key);
+    return setting == nullptr ? std::vector<std::int64_t>{} : numbers_of(*setting, 0, most, findings_);
+  };
+  const auto groups = numbers("SomeIpMulticastEventGroups", most_id);
+  const auto ports = numbers("SomeIpMulticastPorts", most_id);
+  const auto thresholds = numbers("SomeIpMulticastThreshold", most_number);
+  const Setting* addresses = node.setting("SomeIpMulticastAddresses");
+  const auto address_texts =
+      addresses == nullptr ? std::vector<std::string>{} : texts_of(*addresses, findings_);
+  if (groups.size() != ports.size() || groups.size() != address_texts.size() ||
+      (!thresholds.empty() && thresholds.size() != groups.size())) {
+    findings_.error(
+        node.place,
+        fmt::format("the lists SomeIpMulticastEventGroups, -Addresses, -Ports and -Threshold belong "
+                    "together, and have {}, {}, {} and {} values",
+                    groups.size(), address_texts.size(), ports.size(), thresholds.size()));
+  } else {
+    for (std::size_t i = 0; i < groups.size(); ++i) {
+      const auto address = documents::multicast_address().read(address_texts[i]);
+      if (!address) {
+        findings_.error(addresses->values[i].place,
+                        fmt::format("{} is no multicast address; expected one as 224.244.224.245",
+                                    documents::quote(address_texts[i])));
+        continue;
+      }
+      // Version 1 has no threshold: there a multicast address was always used.
+      const std::int64_t threshold = thresholds.empty() ? (node.version == 1 ? 1 : 0) : thresholds[i];
+      instance.multicast.push_back({someip::EventgroupId{static_cast<std::uint16_t>(groups[i])},
+                                    {*address, static_cast<std::uint16_t>(ports[i])},
+                                    static_cast<std::uint32_t>(threshold)});
+    }
+  }
+  keep(instance.notes, &node,
+       {"Domain", "Variant", "Year", "PreregisteredProperties", "DefaultTimeout", "CodeArtifactName"});
+  model_.instances.push_back(std::move(instance));
+}
+
+void Maker::check_names(const Service& service) {
+  std::set<std::string, std::less<>> fields;
+  std::set<std::string, std::less<>> methods;
+  std::set<std::string, std::less<>> events;
+  const auto once = [&](std::set<std::string, std::less<>>& names, std::string name, Place place,
+                        const char* what) {
+    if (!names.insert(name).second) {
+      findings_.error(place, fmt::format("{} has the {} {} twice", documents::quote(service.name), what,
+                                         documents::quote(name)));
+    }
+  };
+  const auto named = [](const std::string& name, const std::string& selector) {
+    return selector.empty() ? name : name + ":" + selector;
+  };
+  for (const Field& field : service.fields) {
+    once(fields, field.name, field.place, "attribute");
+  }
+  for (const Method& method : service.methods) {
+    once(methods, named(method.name, method.selector), method.place, "method");
+  }
+  for (const Event& event : service.events) {
+    once(events, named(event.name, event.selector), event.place, "broadcast");
+  }
+}
+
+/// What is deployed has to be there.
+void Maker::check_targets(const Collection& collection) {
+  if (collection.node == nullptr) {
+    return;
+  }
+  std::map<std::string_view, std::set<std::string, std::less<>>> known{
+      {"attribute", {}}, {"method", {}}, {"broadcast", {}}};
+  const auto named = [](const Name& name, const std::string& selector) {
+    return selector.empty() ? name.text : name.text + ":" + selector;
+  };
+  for (const Collection* from : collection.line) {
+    for (const AttributeTree& attribute : from->scope.in->attributes) {
+      known["attribute"].insert(attribute.value.name.text);
+    }
+    for (const MethodTree& method : from->scope.in->methods) {
+      known["method"].insert(named(method.name, method.selector));
+    }
+    for (const BroadcastTree& broadcast : from->scope.in->broadcasts) {
+      known["broadcast"].insert(named(broadcast.name, broadcast.selector));
+    }
+  }
+  for (const Node& child : collection.node->children) {
+    const auto names = known.find(child.tag);
+    if (names == known.end()) {
+      static const std::vector<std::string> tags{"attribute", "method",      "broadcast", "array",  "struct",
+                                                 "union",     "enumeration", "map",       "typedef"};
+      if (std::ranges::find(tags, child.tag) == tags.end()) {
+        findings_.error(child.place,
+                        fmt::format("there is {}; expected one of {}{}", documents::quote(child.tag),
+                                    fmt::join(tags, ", "), hint(child.tag, tags)));
+      }
+    } else if (!names->second.contains(child.target.text)) {
+      findings_.error(child.place,
+                      fmt::format("{} has no {} {}{}", documents::quote(collection.scope.name), child.tag,
+                                  documents::quote(child.target.text),
+                                  hint(child.target.text, {names->second.begin(), names->second.end()})));
+    }
+  }
+}
+
+void Maker::check_ids(const Service& service) {
+  struct Use {
+    std::string name;
+    Place place;
+  };
+  std::map<someip::MethodId, Use> methods;
+  std::map<someip::MethodId, Use> events;
+  const auto once = [&](std::map<someip::MethodId, Use>& ids, std::optional<someip::MethodId> id, Use use) {
+    if (id) {
+      const auto [found, is_new] = ids.emplace(*id, use);
+      if (!is_new) {
+        findings_.error(use.place, fmt::format("{} has the id {} (0x{:04x}), as {} in line {} has", use.name,
+                                               static_cast<unsigned>(*id), static_cast<unsigned>(*id),
+                                               found->second.name, found->second.place.mark.line));
+      }
+    }
+  };
+  for (const Method& method : service.methods) {
+    once(methods, method.id, {fmt::format("the method {}", documents::quote(method.name)), method.place});
+  }
+  for (const Field& field : service.fields) {
+    once(methods, field.getter, {fmt::format("the getter of {}", documents::quote(field.name)), field.place});
+    once(methods, field.setter, {fmt::format("the setter of {}", documents::quote(field.name)), field.place});
+    once(events, field.notifier,
+         {fmt::format("the notifier of {}", documents::quote(field.name)), field.place});
+  }
+  for (const Event& event : service.events) {
+    once(events, event.id, {fmt::format("the broadcast {}", documents::quote(event.name)), event.place});
+  }
+  for (const auto& [id, use] : events) {
+    const auto method = methods.find(id);
+    if (method != methods.end()) {
+      findings_.warning(use.place, fmt::format("{} has the id 0x{:04x}, as {} has", use.name,
+                                               static_cast<unsigned>(id), method->second.name));
+    }
+  }
+}
+
+void Maker::check() {
+  std::map<std::pair<someip::ServiceId, std::uint8_t>, const Service*> services;
+  for (const Service& service : model_.services) {
+    if (service.id) {
+      const auto [found, is_new] = services.emplace(std::pair{*service.id, service.major}, &service);
+      if (!is_new) {
+        findings_.warning(
+            service.place,
+            fmt::format("{} has the service id 0x{:04x}, as {} has", documents::quote(service.name),
+                        static_cast<unsigned>(*service.id), documents::quote(found->second->name)));
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void make_services(Model& model, Names& names, Types& types, Findings& findings) {
+  Maker maker{model, names, types, findings};
+  for (const Collection& collection : names.collections()) {
+    if (collection.scope.in->is_interface) {
+      maker.service(collection);
+    }
+  }
+  for (const Node* node : names.instances()) {
+    maker.instance(*node);
+  }
+  maker.check();
+}
+
+}  // namespace trestle::describe::fidl

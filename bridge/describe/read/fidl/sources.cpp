@@ -1,0 +1,258 @@
+#include "bridge/describe/read/fidl/sources.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "bridge/documents/problems.hpp"
+
+namespace trestle::describe::fidl {
+namespace {
+
+std::string_view base_name(std::string_view name) {
+  const std::size_t slash = name.find_last_of("/\\");
+  return slash == std::string_view::npos ? name : name.substr(slash + 1);
+}
+
+/// The version of CommonAPI's specification that a file of this name is; 0 when it is none of them.
+int specification_version(std::string_view name) {
+  const std::string_view base = base_name(name);
+  if (!base.starts_with("CommonAPI") || base.find("deployment_spec") == std::string_view::npos) {
+    return 0;
+  }
+  return base.find("-4") != std::string_view::npos ? 2 : 1;
+}
+
+/// A specification for another protocol, as that for D-Bus, is not needed.
+bool is_specification(std::string_view name) {
+  return base_name(name).find("deployment_spec") != std::string_view::npos;
+}
+
+bool is_someip(std::string_view name) {
+  const std::string_view base = base_name(name);
+  return base.find("SOMEIP") != std::string_view::npos || base.find("SomeIP") != std::string_view::npos;
+}
+
+bool is_fdepl(const std::string& name, std::string_view text) {
+  if (name.ends_with(".fidl")) {
+    return false;
+  }
+  return name.ends_with(".fdepl") || text.find("define ") != std::string_view::npos;
+}
+
+class Loader {
+ public:
+  Loader(const Load& load, Findings& findings) : load_{load}, findings_{findings} {}
+
+  Sources all(std::span<const SourceText> files);
+
+ private:
+  /// Index of a file that is given, or loaded now; nothing when there is none.
+  std::optional<std::uint32_t> file_for(std::string_view import, std::uint32_t from, Place place);
+  std::optional<std::uint32_t> add(std::string name, std::string text, Place place);
+  void parse(std::uint32_t file);
+  void follow(const ImportTree& import, std::uint32_t from, FdeplSource* into);
+  void find_versions();
+  void tell_of_circles();
+
+  const Load& load_;
+  Findings& findings_;
+  Sources sources_;
+  std::map<std::string, std::uint32_t, std::less<>> files_;
+  std::vector<std::string> texts_;  ///< until they are parsed
+  std::vector<std::vector<std::pair<std::uint32_t, Place>>> imports_;
+  std::size_t bytes_ = 0;
+};
+
+std::optional<std::uint32_t> Loader::add(std::string name, std::string text, Place place) {
+  bytes_ += text.size();
+  if (texts_.size() >= most_files || bytes_ > most_bytes) {
+    findings_.error(
+        place, fmt::format("{} is one file too many: at most {} files with {} MiB together are read", name,
+                           most_files, most_bytes / 1024 / 1024));
+    bytes_ -= text.size();
+    return std::nullopt;
+  }
+  const auto index = static_cast<std::uint32_t>(texts_.size());
+  files_.emplace(beside("", name), index);
+  sources_.names.push_back(std::move(name));
+  texts_.push_back(std::move(text));
+  imports_.emplace_back();
+  return index;
+}
+
+Sources Loader::all(std::span<const SourceText> files) {
+  for (const SourceText& file : files) {
+    if (!files_.contains(beside("", file.name))) {
+      add(file.name, file.text, {static_cast<std::uint32_t>(texts_.size()), {}});
+    }
+  }
+  for (std::uint32_t file = 0; file < texts_.size(); ++file) {
+    parse(file);
+  }
+  tell_of_circles();
+  find_versions();
+  return std::move(sources_);
+}
+
+void Loader::parse(std::uint32_t file) {
+  const std::string text = std::move(texts_[file]);
+  texts_[file].clear();
+  if (is_fdepl(sources_.names[file], text)) {
+    FdeplSource& source = sources_.fdepl.emplace_back();
+    source.file = file;
+    source.tree = parse_fdepl(text, file, findings_);
+    for (const ImportTree& import : source.tree.imports) {
+      follow(import, file, &source);
+    }
+  } else {
+    FidlSource& source = sources_.fidl.emplace_back();
+    source.file = file;
+    source.tree = parse_fidl(text, file, findings_);
+    for (const ImportTree& import : source.tree.imports) {
+      follow(import, file, nullptr);
+    }
+  }
+}
+
+void Loader::follow(const ImportTree& import, std::uint32_t from, FdeplSource* into) {
+  if (import.file.empty()) {
+    return;  // of a specification by its name
+  }
+  if (into != nullptr && is_specification(import.file)) {
+    // The specifications of CommonAPI are known; what others say is not needed.
+    if (is_someip(import.file)) {
+      into->version = specification_version(import.file);
+    }
+    return;
+  }
+  if (const auto file = file_for(import.file, from, import.place)) {
+    imports_[from].emplace_back(*file, import.place);
+    if (into != nullptr) {
+      into->imports.push_back(*file);
+    }
+  }
+}
+
+std::optional<std::uint32_t> Loader::file_for(std::string_view import, std::uint32_t from, Place place) {
+  const std::size_t scheme = import.find(":/");
+  const std::string wanted = scheme != std::string_view::npos && scheme > 1
+                                 ? std::string{import}
+                                 : beside(sources_.names[from], import);
+  if (const auto known = files_.find(wanted); known != files_.end()) {
+    return known->second;
+  }
+  auto text = load_ ? load_(wanted) : tl::unexpected{std::string{"there is no such file here"}};
+  if (text) {
+    return add(wanted, std::move(*text), place);
+  }
+  // Paths of another machine: a file of that name that is at hand is meant.
+  const std::string_view base = base_name(import);
+  for (const auto& [name, index] : files_) {
+    if (base_name(name) == base) {
+      findings_.warning(place, fmt::format("{} cannot be read ({}); {} is taken", documents::quote(wanted),
+                                           documents::printable(text.error()), documents::quote(name)));
+      return index;
+    }
+  }
+  const std::string near = beside(sources_.names[from], base);
+  if (near != wanted && load_) {
+    if (auto other = load_(near)) {
+      findings_.warning(place, fmt::format("{} cannot be read ({}); {} is taken", documents::quote(wanted),
+                                           documents::printable(text.error()), documents::quote(near)));
+      return add(near, std::move(*other), place);
+    }
+  }
+  findings_.error(place, fmt::format("{} cannot be read: {}", documents::quote(wanted),
+                                     documents::printable(text.error())));
+  return std::nullopt;
+}
+
+/// A version is that of the nearest import that has one.
+void Loader::find_versions() {
+  std::map<std::uint32_t, FdeplSource*> by_file;
+  for (FdeplSource& source : sources_.fdepl) {
+    by_file[source.file] = &source;
+  }
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (FdeplSource& source : sources_.fdepl) {
+      for (const std::uint32_t file : source.imports) {
+        const auto other = by_file.find(file);
+        if (source.version == 0 && other != by_file.end() && other->second->version != 0) {
+          source.version = other->second->version;
+          changed = true;
+        }
+      }
+    }
+  }
+}
+
+void Loader::tell_of_circles() {
+  enum class State : std::uint8_t { fresh, open, done };
+  std::vector<State> states(imports_.size(), State::fresh);
+  struct Step {
+    std::uint32_t file;
+    std::size_t next = 0;
+  };
+  for (std::uint32_t start = 0; start < imports_.size(); ++start) {
+    if (states[start] != State::fresh) {
+      continue;
+    }
+    std::vector<Step> path{{start}};
+    states[start] = State::open;
+    while (!path.empty()) {
+      Step& step = path.back();
+      if (step.next == imports_[step.file].size()) {
+        states[step.file] = State::done;
+        path.pop_back();
+        continue;
+      }
+      const auto [file, place] = imports_[step.file][step.next++];
+      if (states[file] == State::open) {
+        findings_.warning(place,
+                          fmt::format("the imports go round: {} imports this file, itself or through others",
+                                      documents::quote(sources_.names[file])));
+      } else if (states[file] == State::fresh) {
+        states[file] = State::open;
+        path.push_back({file});
+      }
+    }
+  }
+}
+
+}  // namespace
+
+std::string beside(std::string_view file, std::string_view import) {
+  std::string path{import};
+  std::ranges::replace(path, '\\', '/');
+  const std::size_t slash = file.find_last_of("/\\");
+  if (!path.starts_with('/') && slash != std::string_view::npos) {
+    path = std::string{file.substr(0, slash + 1)} + path;
+    std::ranges::replace(path, '\\', '/');
+  }
+  std::vector<std::string_view> parts;
+  const bool absolute = path.starts_with('/');
+  for (std::size_t at = 0; at < path.size();) {
+    const std::size_t end = std::min(path.find('/', at), path.size());
+    const std::string_view part = std::string_view{path}.substr(at, end - at);
+    if (part == ".." && !parts.empty() && parts.back() != "..") {
+      parts.pop_back();
+    } else if (part == ".." ? !absolute : !part.empty() && part != ".") {
+      parts.push_back(part);
+    }
+    at = end + 1;
+  }
+  std::string result = absolute ? "/" : "";
+  for (const std::string_view part : parts) {
+    result += (result.empty() || result == "/" ? "" : "/") + std::string{part};
+  }
+  return result;
+}
+
+Sources load_sources(std::span<const SourceText> files, const Load& load, Findings& findings) {
+  return Loader{load, findings}.all(files);
+}
+
+}  // namespace trestle::describe::fidl

@@ -1,0 +1,437 @@
+#include "bridge/describe/read/fidl/read_fidl.hpp"
+
+#include <gmock/gmock.h>
+
+#include <map>
+
+namespace trestle::describe {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+using Files = std::map<std::string, std::string>;
+
+Reading read(const Files& files, std::vector<std::string> named) {
+  std::vector<SourceText> sources;
+  for (const std::string& name : named) {
+    sources.push_back({name, files.at(name)});
+  }
+  return read_fidl(sources, [&](const std::string& name) -> tl::expected<std::string, std::string> {
+    const auto found = files.find(name);
+    if (found == files.end()) {
+      return tl::unexpected{std::string{"there is no such file"}};
+    }
+    return found->second;
+  });
+}
+
+std::vector<std::string> told(const Reading& reading) {
+  std::vector<std::string> all;
+  for (const documents::Problem& problem : reading.problems) {
+    all.push_back(documents::to_string(problem));
+  }
+  return all;
+}
+
+constexpr const char* v2 =
+    "import "
+    "\"platform:/plugin/org.genivi.commonapi.someip/deployment/CommonAPI-4-SOMEIP_deployment_spec.fdepl\"\n";
+constexpr const char* v1 =
+    "import "
+    "\"platform:/plugin/org.genivi.commonapi.someip/deployment/CommonAPI-SOMEIP_deployment_spec.fdepl\"\n";
+constexpr const char* spec = "define org.genivi.commonapi.someip.deployment for ";
+
+/// An interface a.b.I of version 1.2 and its deployment.
+Reading deployed(const std::string& members, const std::string& deployment, const char* version = v2,
+                 const std::string& more = "") {
+  return read(
+      {{"I.fidl", "package a.b\ninterface I {\nversion { major 1 minor 2 }\n" + members + "\n}\n"},
+       {"I.fdepl", version + std::string{"import \"I.fidl\"\n"} + spec +
+                       "interface a.b.I {\nSomeIpServiceID = 0x1234\n" + deployment + "\n}\n" + more}},
+      {"I.fdepl"});
+}
+
+const Value& only_value(const Reading& reading) {
+  return reading.model.services.at(0).fields.at(0).payload.values.at(0);
+}
+
+TEST(ReadFidl, ReadsAnInterfaceWithItsDeployment) {
+  const Reading reading = deployed(
+      R"(
+      <** @description : how fast it goes
+          @details : unit: km/h
+          @deprecated : since 2020 **>
+      attribute UInt16 speed readonly
+      method open { in { UInt8 door String why } out { Boolean done } error { LOCKED BROKEN } }
+      method beep fireAndForget { in { UInt8 times } }
+      broadcast moved selective { out { Int32 by } })",
+      R"(
+      SomeIpEventGroups = { 7 }
+      attribute speed { SomeIpGetterID = 1 SomeIpSetterID = 0 SomeIpNotifierID = 0x8001 SomeIpNotifierEventGroups = { 1, 2 }
+                        SomeIpAttributeReliable = true SomeIpNotifierSegmentLength = 1000 SomeIpNotifierSeparationTime = 2 }
+      method open { SomeIpMethodID = 2 SomeIpMethodEndianess = le SomeIpMethodCRCWidth = four MethodTimeout = 250
+                    in { why { SomeIpStringLengthWidth = 2 SomeIpStringEncoding = utf16be } } }
+      method beep { SomeIpMethodID = 0b11 SomeIpReliable = true }
+      broadcast moved { SomeIpEventID = 0x8002 SomeIpEventGroups = { 2 } })",
+      v2, R"(
+      define org.genivi.commonapi.someip.deployment for provider as P {
+        instance a.b.I { InstanceId = "here" SomeIpInstanceID = 0x10 Domain = "far"
+          SomeIpUnicastAddress = "192.168.0.2" SomeIpReliableUnicastPort = 30499 SomeIpUnreliableUnicastPort = 30500
+          SomeIpMulticastEventGroups = { 1 } SomeIpMulticastAddresses = { "224.244.224.245" }
+          SomeIpMulticastPorts = { 30501 } SomeIpMulticastThreshold = { 3 } } })");
+  ASSERT_THAT(told(reading), IsEmpty());
+  ASSERT_THAT(reading.model.services, SizeIs(1));
+  const Service& service = reading.model.services[0];
+  EXPECT_EQ(service.name, "I");
+  EXPECT_EQ(service.scope, "a.b");
+  EXPECT_EQ(service.id, someip::ServiceId{0x1234});
+  EXPECT_EQ(service.major, 1);
+  EXPECT_EQ(service.minor, 2u);
+  ASSERT_THAT(service.eventgroups, SizeIs(3));
+  EXPECT_EQ(service.eventgroups[2].id, someip::EventgroupId{7});
+
+  const Field& speed = service.fields.at(0);
+  EXPECT_EQ(speed.notes.description, "how fast it goes");
+  EXPECT_EQ(speed.notes.unit, "km/h");
+  EXPECT_EQ(speed.notes.others.at("@deprecated"), "since 2020");
+  EXPECT_EQ(speed.getter, someip::MethodId{1});
+  EXPECT_FALSE(speed.has_setter);
+  EXPECT_EQ(speed.setter, std::nullopt);
+  EXPECT_EQ(speed.notifier, someip::MethodId{0x8001});
+  EXPECT_THAT(speed.eventgroups, ElementsAre(someip::EventgroupId{1}, someip::EventgroupId{2}));
+  EXPECT_EQ(speed.notifier_transfer.transport, Transport::tcp);
+  EXPECT_EQ(speed.notifier_transfer.segment_bytes, 1000u);
+  EXPECT_EQ(speed.notifier_transfer.separation, std::chrono::milliseconds{2});
+  EXPECT_EQ(speed.notifier_transfer.retention, std::chrono::milliseconds{5});
+
+  const Method& open = service.methods.at(0);
+  EXPECT_EQ(open.request.byte_order, std::endian::little);
+  EXPECT_EQ(open.request.crc_bytes, 4);
+  EXPECT_EQ(open.timeout, std::chrono::milliseconds{250});
+  EXPECT_EQ(open.request.values.at(1).wire.length, someip::FieldWidth::bits16);
+  EXPECT_EQ(open.request.values.at(1).wire.encoding, someip::StringEncoding::utf16be);
+  ASSERT_NE(open.error, no_type);
+  EXPECT_THAT(reading.model.at(open.error).enumerators, SizeIs(2));
+  EXPECT_EQ(service.methods.at(1).id, someip::MethodId{3});
+  EXPECT_TRUE(service.methods.at(1).fire_and_forget);
+  EXPECT_TRUE(service.events.at(0).selective);
+
+  const Instance& instance = reading.model.instances.at(0);
+  EXPECT_EQ(instance.name, "here");
+  EXPECT_EQ(instance.service, "a.b.I");
+  EXPECT_EQ(instance.service_id, someip::ServiceId{0x1234});
+  EXPECT_EQ(instance.id, someip::InstanceId{0x10});
+  EXPECT_EQ(instance.tcp_port, 30499);
+  EXPECT_EQ(instance.udp_port, 30500);
+  EXPECT_EQ(instance.notes.others.at("Domain"), "\"far\"");
+  EXPECT_THAT(instance.multicast,
+              ElementsAre(Multicast{someip::EventgroupId{1}, {IpAddress::v4(224, 244, 224, 245), 30501}, 3}));
+}
+
+TEST(ReadFidl, ReadsAFileWithoutDeployment) {
+  const Reading reading = read(
+      {{"d/I.fidl", "package p interface I { version { major 3 minor 0 } method m { } }"}}, {"d/I.fidl"});
+  ASSERT_THAT(told(reading), IsEmpty());
+  EXPECT_EQ(reading.model.services.at(0).id, std::nullopt);
+  EXPECT_EQ(reading.model.services.at(0).methods.at(0).id, std::nullopt);
+  EXPECT_EQ(reading.model.services.at(0).major, 3);
+}
+
+TEST(ReadFidl, TakesTheDefaultsOfTheVersionThatIsImported) {
+  const std::string members = "enumeration E { A B } attribute E e";
+  const std::string ids = "attribute e { SomeIpGetterID = 1 SomeIpEventGroups = { 1 } }";
+  const Reading one = deployed(members, ids, v1);
+  const Reading two = deployed(members, ids, v2);
+  EXPECT_EQ(resolved(one.model, only_value(one).type).primitive, messages::Primitive::uint32);
+  EXPECT_EQ(resolved(two.model, only_value(two).type).primitive, messages::Primitive::uint8);
+  EXPECT_EQ(one.model.services[0].fields[0].getter_transfer.retention, std::chrono::milliseconds{0});
+}
+
+TEST(ReadFidl, ReadsTheOverwritingKeysOfVersionOne) {
+  const Reading reading = deployed(
+      "struct S { UInt8[] a } map M { UInt8 to String } union U { UInt8 x String y } attribute S s attribute "
+      "M m attribute U u "
+      "method f { in { UInt16[] list } }",
+      "struct S { a { SomeIpStructArrayLengthWidth = 2 SomeIpStructArrayMaxLength = 8 } }\n"
+      "attribute s { SomeIpGetterID = 1 SomeIpAttrStructLengthWidth = 1 }\n"
+      "attribute m { SomeIpGetterID = 2 SomeIpAttrMapLengthWidth = 1 SomeIpAttrMapMaxLength = 9 }\n"
+      "attribute u { SomeIpGetterID = 3 SomeIpAttrUnionLengthWidth = 0 SomeIpAttrUnionTypeWidth = 1 "
+      "SomeIpAttrUnionMaxLength = 20 SomeIpAttrUnionDefaultOrder = false }\n"
+      "method f { SomeIpMethodID = 4 in { list { SomeIpArgArrayLengthWidth = 1 } } }",
+      v1);
+  ASSERT_THAT(told(reading), IsEmpty());
+  const Service& service = reading.model.services[0];
+  const Value& s = service.fields[0].payload.values[0];
+  EXPECT_EQ(s.wire.length, someip::FieldWidth::bits8);
+  const Value& a = reading.model.at(s.type).members.at(0);
+  EXPECT_EQ(a.wire.length, someip::FieldWidth::bits16);
+  EXPECT_EQ(reading.model.at(a.type).max_size, 8u);
+  const Value& m = service.fields[1].payload.values[0];
+  EXPECT_EQ(m.wire.length, someip::FieldWidth::bits8);
+  EXPECT_EQ(reading.model.at(m.type).max_size, 9u);
+  EXPECT_NE(reading.model.at(m.type).variant_of, no_type);
+  const Wire& u = service.fields[2].payload.values[0].wire;
+  EXPECT_EQ(u.length, someip::FieldWidth::none);
+  EXPECT_EQ(u.selector, someip::FieldWidth::bits8);
+  EXPECT_EQ(u.fixed_bytes, 20u);
+  EXPECT_FALSE(u.length_first);
+  EXPECT_EQ(service.methods[0].request.values[0].wire.length, someip::FieldWidth::bits8);
+}
+
+TEST(ReadFidl, MakesVariantsOfTypesForNestedOverwrites) {
+  const Reading reading = deployed(
+      "enumeration E { A B } struct Inner { E e String t } struct S { Inner inner UInt8 n } attribute S "
+      "plain attribute S other "
+      "attribute S same",
+      "struct S { SomeIpStructLengthWidth = 2 }\n"
+      "attribute plain { SomeIpGetterID = 1 }\n"
+      "attribute other { SomeIpGetterID = 2 #struct { inner { #struct { SomeIpStructLengthWidth = 1 "
+      "e { #enumeration { SomeIpEnumWidth = 4 } } t { SomeIpStringLengthWidth = 1 } } } } }\n"
+      "attribute same { SomeIpGetterID = 3 #struct { SomeIpStructLengthWidth = 4 } }");
+  ASSERT_THAT(told(reading), IsEmpty());
+  const Model& model = reading.model;
+  const auto& fields = model.services[0].fields;
+  const Value& plain = fields[0].payload.values[0];
+  const Value& other = fields[1].payload.values[0];
+  const Value& same = fields[2].payload.values[0];
+  EXPECT_EQ(plain.wire.length, someip::FieldWidth::bits16);
+  // CommonAPI: "#struct" has the default of the specification when it does not repeat the width.
+  EXPECT_EQ(other.wire.length, someip::FieldWidth::none);
+  EXPECT_EQ(same.wire.length, someip::FieldWidth::bits32);
+  EXPECT_EQ(same.type, plain.type);
+  EXPECT_EQ(model.at(other.type).variant_of, plain.type);
+  const Value& inner = model.at(other.type).members.at(0);
+  EXPECT_EQ(inner.wire.length, someip::FieldWidth::bits8);
+  EXPECT_EQ(model.at(model.at(inner.type).members.at(0).type).primitive, messages::Primitive::uint32);
+  EXPECT_EQ(model.at(inner.type).members.at(1).wire.length, someip::FieldWidth::bits8);
+  // The declared type is as it was.
+  const Value& declared = model.at(plain.type).members.at(0);
+  EXPECT_EQ(declared.wire.length, someip::FieldWidth::none);
+  EXPECT_EQ(model.at(model.at(declared.type).members.at(0).type).primitive, messages::Primitive::uint8);
+}
+
+TEST(ReadFidl, KnowsArraysStringsAndBuffersOfFixedSize) {
+  const Reading reading = deployed(
+      "array Cov of Double attribute Cov cov attribute String s attribute ByteBuffer b attribute UInt16[] "
+      "list",
+      "array Cov { SomeIpArrayLengthWidth = 0 SomeIpArrayMaxLength = 9 }\n"
+      "attribute cov { SomeIpGetterID = 1 }\n"
+      "attribute s { SomeIpGetterID = 2 SomeIpStringLengthWidth = 0 SomeIpStringLength = 20 }\n"
+      "attribute b { SomeIpGetterID = 3 SomeIpByteBufferLengthWidth = 0 SomeIpByteBufferMaxLength = 4 }\n"
+      "attribute list { SomeIpGetterID = 4 SomeIpArrayMinLength = 1 SomeIpArrayMaxLength = 5 "
+      "SomeIpIntegerBitWidth = 12 "
+      "SomeIpIntegerInvalidValue = 4095 }");
+  ASSERT_THAT(told(reading), IsEmpty());
+  const auto& fields = reading.model.services[0].fields;
+  const auto type = [&](std::size_t i) { return resolved(reading.model, fields[i].payload.values[0].type); };
+  EXPECT_TRUE(type(0).fixed_size);
+  EXPECT_EQ(type(0).max_size, 9u);
+  EXPECT_EQ(fields[0].payload.values[0].wire.length, someip::FieldWidth::none);
+  EXPECT_EQ(fields[1].payload.values[0].wire.fixed_bytes, 20u);
+  EXPECT_TRUE(type(2).fixed_size);
+  EXPECT_FALSE(type(3).fixed_size);
+  EXPECT_EQ(type(3).min_size, 1u);
+  EXPECT_EQ(type(3).element.wire.bits, 12);
+  EXPECT_EQ(reading.model.at(type(3).element.type).invalid_value, 4095);
+}
+
+TEST(ReadFidl, FindsTypesByScopePackageAndImport) {
+  const Reading reading = read({{"a/I.fidl", R"(package p.q
+        import p.t.* from "../t/T.fidl"
+        import p.t.Other from "../t/T.fidl"
+        import model "../t/T.fidl"
+        interface Base { version { major 1 minor 0 } struct Own { UInt8 x } attribute Own inherited }
+        interface I extends Base manages Base { version { major 1 minor 0 }
+          attribute Own own  attribute Types.S s  attribute Other.O o  attribute p.t.Types.S full  attribute Free free }
+        typeCollection { version { major 1 minor 0 } typedef Free is Base.Own })"},
+                                {"t/T.fidl", R"(package p.t
+        typeCollection Types { version { major 1 minor 0 } struct S { Integer(0, 10) a Integer(minInt, 5) b } }
+        typeCollection Other { version { major 1 minor 0 } enumeration O { X = 0x10 Y Z = "7" W = Y + C * 2 } const UInt8 C = 3 })"}},
+                               {"a/I.fidl"});
+  ASSERT_THAT(told(reading), IsEmpty());
+  const Service& service = reading.model.services.at(1);
+  EXPECT_EQ(service.base, "p.q.Base");
+  EXPECT_THAT(service.manages, ElementsAre("p.q.Base"));
+  std::vector<std::string> types;
+  for (const Field& field : service.fields) {
+    const Type& type = reading.model.at(field.payload.values.at(0).type);
+    types.push_back(full_name(type.scope, type.name));
+  }
+  EXPECT_THAT(types, ElementsAre("p.q.Base.Own", "p.q.Base.Own", "p.t.Types.S", "p.t.Other.O", "p.t.Types.S",
+                                 "p.q.Free"));
+  std::vector<std::int64_t> values;
+  for (const Enumerator& one : reading.model.at(service.fields[3].payload.values[0].type).enumerators) {
+    values.push_back(one.value);
+  }
+  EXPECT_THAT(values, ElementsAre(16, 17, 7, 23));
+  EXPECT_EQ(reading.model.constants.at(0).value, "3");
+}
+
+TEST(ReadFidl, ReadsInheritanceConstantsAndContracts) {
+  const Reading reading = read({{"K.fidl", R"(package p
+    typeCollection T { version { major 1 minor 0 }
+      struct A { UInt8 ^array } struct B extends A { String b }
+      enumeration E { ONE = 1 } enumeration F extends E { TWO }
+      map M { E to A }
+      const Double PI = 3.14d  const Float S = -1.5e3f  const String TEXT = "a \"b\""  const Boolean YES = !false
+      const A VALUE = { ^array : 7 }  const M LOOKUP = [ E.ONE => { ^array : 1 } ]
+    }
+    interface I { version { major 1 minor 0 } method m:one { } method m:two { in { UInt8 a } }
+      contract { vars { UInt8 i } PSM { initial s state s { on call m -> s on respond m -> s } } } })"}},
+                               {"K.fidl"});
+  ASSERT_THAT(told(reading), IsEmpty());
+  std::map<std::string, std::string> constants;
+  for (const Constant& one : reading.model.constants) {
+    constants[one.name] = one.value;
+  }
+  EXPECT_EQ(constants["PI"], "3.14");
+  EXPECT_EQ(constants["S"], "-1.5e3");
+  EXPECT_EQ(constants["TEXT"], "\"a \\\"b\\\"\"");
+  EXPECT_EQ(constants["YES"], "true");
+  EXPECT_EQ(constants["VALUE"], "{\"array\": 7}");
+  EXPECT_EQ(constants["LOOKUP"], "[[1, {\"array\": 1}]]");
+  EXPECT_THAT(reading.model.services.at(0).methods, SizeIs(2));
+  for (const Type& type : reading.model.types) {
+    if (type.name == "B") {
+      EXPECT_THAT(all_members(reading.model, type), SizeIs(2));
+    }
+    if (type.name == "F") {
+      EXPECT_EQ(type.enumerators.at(0).value, 2);
+    }
+  }
+}
+
+TEST(ReadFidl, ReadsWithAWarningWhatPeopleWrite) {
+  const Reading reading =
+      deployed("attribute UInt8 key", "attribute key { SomeIpGetterID = 1 }", v1,
+               std::string{spec} +
+                   "provider Service { instance a.b.I { InstanceId = \"x\" SomeIpInstanceID = 1 "
+                   "SomeIpUnicastPort = 31000 SomeIpUnknownKey = 1 } }");
+  EXPECT_TRUE(reading.ok());
+  EXPECT_THAT(told(reading),
+              ElementsAre(HasSubstr("I.fdepl:5:11: warning: 'key' is a keyword"),
+                          HasSubstr("I.fdepl:7:60: warning: Franca wants 'provider as Service'"),
+                          HasSubstr("SomeIpUnicastPort is in no version"),
+                          HasSubstr("the key 'SomeIpUnknownKey' is not known")));
+  EXPECT_EQ(reading.model.instances.at(0).udp_port, 31000);
+  EXPECT_EQ(reading.model.instances.at(0).tcp_port, 31000);
+}
+
+TEST(ReadFidl, LeavesOutDeploymentsOfOthers) {
+  const Reading reading = deployed(
+      "attribute UInt8 a", "", v2,
+      "define org.genivi.commonapi.dbus.deployment for interface a.b.I { DBusDefaultAttributeType = x }");
+  EXPECT_THAT(told(reading), IsEmpty());
+}
+
+TEST(ReadFidl, TakesPolymorphicStructsButTellsThatNothingCarriesThem) {
+  const Reading reading = deployed(
+      "struct P polymorphic { } struct Q extends P { UInt8 x } attribute Q[] q attribute UInt8 n", "");
+  EXPECT_TRUE(reading.ok());
+  EXPECT_THAT(told(reading),
+              ElementsAre(HasSubstr("I.fidl:4:71: warning: 'q' uses the polymorphic struct 'a.b.I.P'")));
+  EXPECT_THAT(reading.model.services.at(0).fields, SizeIs(2));
+}
+
+/// The problems of an interface with these members and this deployment.
+std::vector<std::string> problems(const std::string& members, const std::string& deployment,
+                                  const std::string& more = "") {
+  const Reading reading = deployed(members, deployment, v2, more);
+  EXPECT_FALSE(reading.ok());
+  return told(reading);
+}
+
+TEST(ReadFidl, TellsPlacesOfErrorsAndWhatWasExpected) {
+  EXPECT_THAT(problems("attribute Uint8 a", ""),
+              ElementsAre("I.fidl:4:11: error: the type 'Uint8' is not known here; did you mean 'UInt8'?"));
+  EXPECT_THAT(problems("struct S { UInt8 x S[] more }", ""),
+              ElementsAre(HasSubstr("I.fidl:4:8: error: the types go round: 'S'")));
+  EXPECT_THAT(problems("typedef A is B typedef B is A", ""), ElementsAre(HasSubstr("the types go round")));
+  EXPECT_THAT(problems("struct S extends T { } struct T extends S { }", ""),
+              ElementsAre(HasSubstr("the types go round")));
+  EXPECT_THAT(problems("attribute UInt8[4] a", ""),
+              ElementsAre(HasSubstr("I.fidl:4:17: error: there is '4'; expected ']'")));
+  EXPECT_THAT(problems("attribute UInt8 a", "attribute b { }"),
+              ElementsAre(HasSubstr("has no attribute 'b'")));
+  EXPECT_THAT(problems("struct S { UInt8 a }", "struct S { b { } }"),
+              ElementsAre(HasSubstr("I.fdepl:5:12: error: 'S' has no field 'b'")));
+  EXPECT_THAT(problems("", "SomeIpServiceID = 5"),
+              ElementsAre(HasSubstr(
+                  "I.fdepl:5:1: error: SomeIpServiceID = 5 contradicts SomeIpServiceID = 4660 in line 4")));
+  EXPECT_THAT(problems("method a { } method b { }",
+                       "method a { SomeIpMethodID = 7 } method b { SomeIpMethodID = 7 }"),
+              ElementsAre(HasSubstr("the method 'b' has the id 7 (0x0007), as the method 'a'")));
+  EXPECT_THAT(problems("method a { }", "method a { SomeIpMethodID = 0x12345 }"),
+              ElementsAre(HasSubstr("expected a whole number from 0 to 65535")));
+  EXPECT_THAT(problems("method a { }", "method a { SomeIpMethodID = true }"),
+              ElementsAre(HasSubstr("SomeIpMethodID is 'true'")));
+  EXPECT_THAT(problems("attribute String s", "attribute s { SomeIpStringEncoding = utf8be }"),
+              ElementsAre(HasSubstr("expected one of utf8, utf16le, utf16be; did you mean")));
+  EXPECT_THAT(problems("attribute String s", "attribute s { SomeIpStringLengthWidth = 3 }"),
+              ElementsAre(HasSubstr("expected 0, 1, 2 or 4")));
+  EXPECT_THAT(problems("attribute UInt8 a attribute UInt8 a", ""),
+              ElementsAre(HasSubstr("has the attribute 'a' twice")));
+  EXPECT_THAT(problems("struct S { UInt8 a } struct S { UInt8 b }", ""),
+              ElementsAre(HasSubstr("'a.b.I.S' is declared twice, first in I.fidl:4")));
+  EXPECT_THAT(problems("attribute undefined a", ""), ElementsAre(HasSubstr("has no form in a message")));
+  EXPECT_THAT(problems("enumeration E { A = B B = A }", ""),
+              ::testing::Contains(HasSubstr("cannot be computed")));
+}
+
+TEST(ReadFidl, TellsAllErrorsOfAFileAtOnce) {
+  EXPECT_THAT(problems("attribute UInt8\nstruct S { 7 }\nmethod m { in { x } }\nattribute Nothing n", ""),
+              SizeIs(4));
+}
+
+TEST(ReadFidl, TellsOfImportsThatAreMissingOrGoRound) {
+  EXPECT_THAT(told(read({{"x/I.fidl", "package p import model \"../y/J.fidl\""}}, {"x/I.fidl"})),
+              ElementsAre("x/I.fidl:1:11: error: 'y/J.fidl' cannot be read: there is no such file"));
+  EXPECT_THAT(told(read({{"A.fidl", "package p import model \"B.fidl\""},
+                         {"B.fidl", "package p import model \"A.fidl\""}},
+                        {"A.fidl"})),
+              ElementsAre(HasSubstr("B.fidl:1:11: warning: the imports go round")));
+}
+
+TEST(ReadFidl, TellsOfInterfacesThatGoRound) {
+  const Reading reading =
+      read({{"A.fidl", "package p interface A extends B { } interface B extends A { }"}}, {"A.fidl"});
+  EXPECT_FALSE(reading.ok());
+  EXPECT_THAT(told(reading), ::testing::Contains(HasSubstr("the interfaces go round")));
+}
+
+TEST(ReadFidl, EndsSoonWithWhatIsMadeToTakeLong) {
+  std::string deep = "package p typeCollection T { const UInt8 c = ";
+  deep += std::string(100'000, '(') + "1" + std::string(100'000, ')') + "}";
+  EXPECT_FALSE(read({{"A.fidl", deep}}, {"A.fidl"}).ok());
+
+  std::string chain = "package p typeCollection T { const UInt64 c0 = 1\n";
+  for (int i = 1; i < 90; ++i) {
+    chain += "const UInt64 c" + std::to_string(i) + " = c" + std::to_string(i - 1) + " * c" +
+             std::to_string(i - 1) + "\n";
+  }
+  EXPECT_TRUE(read({{"A.fidl", chain + "}"}}, {"A.fidl"}).ok());
+
+  std::string types = "package p typeCollection T { struct S0 { UInt8 a }\n";
+  for (int i = 1; i < 3000; ++i) {
+    types += "struct S" + std::to_string(i) + " { S" + std::to_string(i + 1) + " a S" +
+             std::to_string(i + 1) + " b }\n";
+  }
+  EXPECT_FALSE(read({{"A.fidl", types + "struct S3000 { UInt8 a } }"}}, {"A.fidl"}).ok());
+
+  std::string nodes =
+      std::string{v2} + "import \"A.fidl\" define org.genivi.commonapi.someip.deployment for interface p.I {";
+  for (int i = 0; i < 10'000; ++i) {
+    nodes += "a b {";
+  }
+  EXPECT_FALSE(read({{"A.fidl", "package p interface I { }"}, {"A.fdepl", nodes}}, {"A.fdepl"}).ok());
+
+  const Reading errors =
+      read({{"A.fidl", "package p interface I { " + std::string(5000, '?') + "}"}}, {"A.fidl"});
+  EXPECT_LE(errors.problems.size(), 100u);
+}
+
+}  // namespace
+}  // namespace trestle::describe
