@@ -1,0 +1,567 @@
+#include "bridge/describe/read/arxml/adaptive.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "bridge/describe/read/arxml/values.hpp"
+
+namespace trestle::describe::arxml {
+
+namespace {
+
+[[nodiscard]] std::string hex(std::uint32_t value) {
+  constexpr std::string_view digits = "0123456789abcdef";
+  std::string out = "0x";
+  for (int shift = 12; shift >= 0; shift -= 4) {
+    out += digits[(value >> static_cast<unsigned>(shift)) & 15U];
+  }
+  return out;
+}
+
+}  // namespace
+
+std::optional<std::uint32_t> number_in(const Node* node, std::uint32_t least, std::uint32_t most,
+                                       Problems& problems) {
+  if (node == nullptr) {
+    return std::nullopt;
+  }
+  const std::optional<std::int64_t> value = integer(node->text);
+  if (!value || *value < least || *value > most) {
+    problems.error(node->place(), std::string{to_string(node->tag)} + " is \"" + std::string{node->text} +
+                                      "\", and a number from " + std::to_string(least) + " to " +
+                                      std::to_string(most) + " was expected");
+    return std::nullopt;
+  }
+  return static_cast<std::uint32_t>(*value);
+}
+
+void Adaptive::read() {
+  for (const Node* const properties : tree_.all("END-2-END-EVENT-PROTECTION-PROPS"_tag)) {
+    protections_.emplace(tree_.follow(properties, "EVENT-REF"_tag), properties);
+  }
+  for (const Node* const properties : tree_.all("END-2-END-METHOD-PROTECTION-PROPS"_tag)) {
+    protections_.emplace(tree_.follow(properties, "METHOD-REF"_tag), properties);
+  }
+  std::map<const Node*, std::vector<const Node*>> deployments;
+  std::vector<const Node*> alone;
+  for (const Node* const deployment : tree_.all("SOMEIP-SERVICE-INTERFACE-DEPLOYMENT"_tag)) {
+    const Node* const reference = deployment->child("SERVICE-INTERFACE-REF"_tag);
+    const Node* const interface = reference == nullptr ? nullptr : tree_.resolve(*reference);
+    if (interface != nullptr && interface->tag == "SERVICE-INTERFACE"_tag) {
+      deployments[interface].push_back(deployment);
+      continue;
+    }
+    alone.push_back(deployment);
+    problems_.warning(reference == nullptr ? deployment->place() : reference->place(),
+                      reference == nullptr
+                          ? Tree::path(deployment) + " has no SERVICE-INTERFACE-REF: its types are not known"
+                          : "the service interface " + std::string{reference->text} +
+                                " is in none of the files: its types are not known");
+  }
+  for (const Node* const interface : tree_.all("SERVICE-INTERFACE"_tag)) {
+    const std::vector<const Node*>& list = deployments[interface];
+    if (list.empty()) {
+      read_service(interface, nullptr, false);
+    }
+    for (const Node* const deployment : list) {
+      if (deployment != list.front()) {
+        problems_.warning(deployment->place(), Tree::path(interface) +
+                                                   " is deployed more than once: the service of " +
+                                                   Tree::path(deployment) + " gets the name of that");
+      }
+      read_service(interface, deployment, deployment != list.front());
+    }
+  }
+  for (const Node* const deployment : alone) {
+    read_service(nullptr, deployment, false);
+  }
+  read_machines();
+  for (const Node* const node : tree_.all("PROVIDED-SOMEIP-SERVICE-INSTANCE"_tag)) {
+    read_instance(*node, Instance::Role::provided);
+  }
+  for (const Node* const node : tree_.all("REQUIRED-SOMEIP-SERVICE-INSTANCE"_tag)) {
+    read_instance(*node, Instance::Role::required);
+  }
+  read_places();
+}
+
+void Adaptive::read_service(const Node* interface, const Node* deployment, bool further) {
+  Parts parts;
+  Service& service = parts.service;
+  const Node& names = further || interface == nullptr ? *deployment : *interface;
+  service.name = names.name;
+  service.scope = Tree::scope(names);
+  service.place = names.place();
+  if (interface != nullptr) {
+    read_interface(*interface, parts);
+  }
+  if (deployment != nullptr) {
+    read_deployment(*deployment, parts, interface != nullptr);
+    deployed_[deployment] = {full_name(service.scope, service.name), service.id};
+  }
+  read_protection(parts);
+  std::ranges::sort(service.eventgroups, {}, &Eventgroup::id);
+  check_ids(service);
+  model_.services.push_back(std::move(service));
+}
+
+// --- interfaces -------------------------------------------------------------------------------------------
+
+void Adaptive::fill(Payload& payload, const Context& context) const {
+  const Rules& rules = context.rules;
+  payload.byte_order = rules.byte_order.value_or(std::endian::big);
+  // [feat_req_someip_675]
+  payload.length_fields_always_big = payload.byte_order == std::endian::little;
+  payload.alignment = rules.alignment_bytes.value_or(1);
+  payload.smallest_tagged_length = rules.smallest_length.value_or(false);
+  // One width stands before all tagged members; the files have one for each kind.
+  for (const auto& width : {rules.structure, rules.array, rules.string, rules.choice}) {
+    if (width && *width != someip::FieldWidth::none && contexts_.has_tags(context)) {
+      payload.tagged_length = *width;
+      break;
+    }
+  }
+}
+
+void Adaptive::read_interface(const Node& interface, Parts& parts) {
+  Service& service = parts.service;
+  service.notes = notes_beside(interface);
+  each_in(&interface, "NAMESPACES"_tag, "SYMBOL-PROPS"_tag, [&](const Node& symbol) {
+    const std::string_view text = symbol.child_text("SYMBOL"_tag);
+    service.namespaces.emplace_back(text.empty() ? symbol.name : text);
+  });
+  if (const auto major = number_in(interface.child("MAJOR-VERSION"_tag), 0, 0xff, problems_)) {
+    service.major = static_cast<std::uint8_t>(*major);
+    service.has_version = true;
+  }
+  if (const auto minor = number_in(interface.child("MINOR-VERSION"_tag), 0, 0xffff'ffff, problems_)) {
+    service.minor = *minor;
+  }
+  // Pointers to elements are taken only when there are no more to come.
+  std::vector<const Node*> events;
+  each_in(&interface, "EVENTS"_tag, "VARIABLE-DATA-PROTOTYPE"_tag, [&](const Node& node) {
+    Event event{.name = std::string{node.name}};
+    const Context& context = contexts_.of(&node);
+    fill(event.payload, context);
+    event.notes = notes_beside(node);
+    event.place = node.place();
+    Value value = types_.value(node, context);
+    const Type& type = model_.at(value.type);
+    if (type.kind == Kind::structure && type.scope.ends_with("/Arguments")) {
+      event.payload.values = type.members;  // write/arxml puts several arguments of an event there
+    } else {
+      if (const auto name = event.notes.others.find("argument"); name != event.notes.others.end()) {
+        value.name = name->second;
+        value.notes.others.erase("argument");
+        event.notes.others.erase(name);
+      }
+      std::exchange(value.notes.description, {});
+      event.payload.values.push_back(std::move(value));
+    }
+    service.events.push_back(std::move(event));
+    events.push_back(&node);
+  });
+  each_in(&interface, "TRIGGERS"_tag, "TRIGGER"_tag, [&](const Node& node) {
+    service.events.push_back(
+        {.name = std::string{node.name}, .notes = notes_beside(node), .place = node.place()});
+    fill(service.events.back().payload, contexts_.of(&node));
+    events.push_back(&node);
+  });
+  std::vector<const Node*> methods;
+  each_in(&interface, "METHODS"_tag, "CLIENT-SERVER-OPERATION"_tag, [&](const Node& node) {
+    service.methods.push_back(read_method(node));
+    methods.push_back(&node);
+  });
+  std::vector<const Node*> fields;
+  each_in(&interface, "FIELDS"_tag, "FIELD"_tag, [&](const Node& node) {
+    Field field{.name = std::string{node.name}};
+    const Context& context = contexts_.of(&node);
+    fill(field.payload, context);
+    field.notes = notes_beside(node);
+    field.place = node.place();
+    Value value = types_.value(node, context);
+    value.notes.description.clear();
+    for (const auto& [key, text] : field.notes.others) {
+      value.notes.others.erase(key);
+    }
+    field.payload.values.push_back(std::move(value));
+    const auto has = [&](Tag tag, bool& part) {
+      const Node* const said = node.child(tag);
+      part = said == nullptr ? part : boolean(said->text).value_or(part);
+    };
+    has("HAS-GETTER"_tag, field.has_getter);
+    has("HAS-SETTER"_tag, field.has_setter);
+    has("HAS-NOTIFIER"_tag, field.has_notifier);
+    service.fields.push_back(std::move(field));
+    fields.push_back(&node);
+  });
+  for (std::size_t i = 0; i < events.size(); ++i) {
+    parts.events[events[i]] = &service.events[i];
+  }
+  for (std::size_t i = 0; i < methods.size(); ++i) {
+    parts.methods[methods[i]] = &service.methods[i];
+  }
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    parts.fields[fields[i]] = &service.fields[i];
+  }
+}
+
+Method Adaptive::read_method(const Node& operation) {
+  Method method{.name = std::string{operation.name}};
+  const Context& context = contexts_.of(&operation);
+  fill(method.request, context);
+  fill(method.response, context);
+  method.notes = notes_beside(operation);
+  method.place = operation.place();
+  method.fire_and_forget = boolean(operation.child_text("FIRE-AND-FORGET"_tag)).value_or(false);
+  each_in(&operation, "ARGUMENTS"_tag, "ARGUMENT-DATA-PROTOTYPE"_tag, [&](const Node& argument) {
+    Value value = types_.value(argument, context);
+    value.tag = contexts_.tag(context, &argument);
+    const std::string_view direction = argument.child_text("DIRECTION"_tag);
+    if (direction != "IN" && direction != "OUT" && direction != "INOUT") {
+      problems_.warning(argument.place(), "the DIRECTION of " + Tree::path(&argument) +
+                                              " is neither IN, OUT nor INOUT; IN is taken");
+    }
+    if (direction == "INOUT") {
+      method.inout.push_back(value.name);
+    }
+    if (direction == "OUT" || direction == "INOUT") {
+      method.response.values.push_back(value);
+    }
+    if (direction != "OUT") {
+      method.request.values.push_back(std::move(value));
+    }
+  });
+  const auto add_error = [&](const Node& reference) {
+    method.application_errors.emplace_back(reference.text);
+  };
+  each_in(&operation, "POSSIBLE-AP-ERROR-REFS"_tag, "POSSIBLE-AP-ERROR-REF"_tag, add_error);
+  each_in(&operation, "POSSIBLE-ERROR-REFS"_tag, "POSSIBLE-ERROR-REF"_tag, add_error);
+  each_in(&operation, "POSSIBLE-AP-ERROR-SET-REFS"_tag, "POSSIBLE-AP-ERROR-SET-REF"_tag,
+          [&](const Node& reference) {
+            each_in(tree_.resolve(reference), "AP-APPLICATION-ERROR-REFS"_tag, "AP-APPLICATION-ERROR-REF"_tag,
+                    add_error);
+          });
+  return method;
+}
+
+// --- deployments ------------------------------------------------------------------------------------------
+
+std::optional<someip::MethodId> Adaptive::method_id(const Node* id) {
+  const auto value = number_in(id, 0, 0xffff, problems_);
+  if (value && *value >= 0x8000) {
+    problems_.warning(id->place(),
+                      "METHOD-ID " + hex(*value) + " is one of an event: below 0x8000 was expected");
+  }
+  return value ? std::optional{static_cast<someip::MethodId>(*value)} : std::nullopt;
+}
+
+std::optional<someip::MethodId> Adaptive::event_id(const Node* id, std::size_t& changed) {
+  auto value = number_in(id, 0, 0xffff, problems_);
+  if (value && *value < 0x8000 && options_.set_event_bit) {
+    *value |= 0x8000U;
+    ++changed;
+  }
+  return value ? std::optional{static_cast<someip::MethodId>(*value)} : std::nullopt;
+}
+
+void Adaptive::read_transfer(const Node& deployment, Tag segment, Tag separation, Transfer& transfer) {
+  const std::string_view protocol = deployment.child_text("TRANSPORT-PROTOCOL"_tag);
+  if (protocol == "TCP") {
+    transfer.transport = Transport::tcp;
+  } else if (!protocol.empty() && protocol != "UDP") {
+    problems_.error(deployment.child("TRANSPORT-PROTOCOL"_tag)->place(),
+                    "TRANSPORT-PROTOCOL is " + std::string{protocol} + ", and UDP or TCP was expected");
+  }
+  const Node* const length = deployment.child(segment);
+  if (const auto bytes = number_in(length, 0, 0xffff, problems_); bytes && *bytes > 0) {
+    // With what of the SOME/IP header is in each segment, and the TP header.
+    constexpr std::uint32_t headers = 8 + 4;
+    if (*bytes < headers + 16) {
+      problems_.error(length->place(),
+                      std::string{to_string(segment)} + " is " + std::to_string(*bytes) +
+                          ", and at least 28 was expected: 12 bytes of headers and 16 of payload");
+    } else {
+      transfer.segment_bytes = (*bytes - headers) / 16 * 16;
+      if (transfer.segment_bytes + headers != *bytes) {
+        problems_.warning(length->place(), std::string{to_string(segment)} + " is " + std::to_string(*bytes) +
+                                               ", and 12 and a multiple of 16 was expected; segments have " +
+                                               std::to_string(transfer.segment_bytes) + " bytes of payload");
+      }
+    }
+  }
+  if (const Node* const time = deployment.child(separation); time != nullptr) {
+    if (const auto value = seconds(time->text)) {
+      transfer.separation = std::chrono::round<std::chrono::microseconds>(*value);
+    } else {
+      problems_.error(time->place(), std::string{to_string(separation)} + " is \"" + std::string{time->text} +
+                                         "\", and seconds were expected");
+    }
+  }
+}
+
+void Adaptive::read_deployment(const Node& deployment, Parts& parts, bool with_interface) {
+  Service& service = parts.service;
+  if (const auto id = number_in(deployment.child("SERVICE-INTERFACE-ID"_tag), 0, 0xffff, problems_)) {
+    service.id = static_cast<someip::ServiceId>(*id);
+    if (!someip::names_a_service(*service.id)) {
+      problems_.error(deployment.child("SERVICE-INTERFACE-ID"_tag)->place(),
+                      "the id " + hex(*id) + " cannot be one of a service");
+    }
+  }
+  if (const Node* const version = deployment.child("SERVICE-INTERFACE-VERSION"_tag); version != nullptr) {
+    if (const auto major = number_in(version->child("MAJOR-VERSION"_tag), 0, 0xff, problems_)) {
+      service.major = static_cast<std::uint8_t>(*major);
+      service.has_version = true;
+    }
+    if (const auto minor = number_in(version->child("MINOR-VERSION"_tag), 0, 0xffff'ffff, problems_)) {
+      service.minor = *minor;
+    }
+  }
+  read_methods(deployment, parts, with_interface);
+  read_fields(deployment, parts, with_interface);
+  read_events(deployment, parts, with_interface);
+  read_eventgroups(deployment, parts);
+}
+
+namespace {
+
+/// Elements that a deployment has, in a vector that must not move while others point to its elements.
+template <typename Element>
+[[nodiscard]] Element* added(std::vector<Element>& elements, const Node& node) {
+  elements.push_back({});
+  elements.back().name = node.name;
+  elements.back().place = node.place();
+  return &elements.back();
+}
+
+[[nodiscard]] std::size_t count(const Node& node, Tag list, Tag tag) {
+  std::size_t found = 0;
+  each_in(&node, list, tag, [&](const Node&) { ++found; });
+  return found;
+}
+
+}  // namespace
+
+void Adaptive::read_events(const Node& deployment, Parts& parts, bool with_interface) {
+  std::size_t changed = 0;
+  const Node* first = nullptr;
+  if (!with_interface) {
+    parts.service.events.reserve(count(deployment, "EVENT-DEPLOYMENTS"_tag, "SOMEIP-EVENT-DEPLOYMENT"_tag));
+  }
+  each_in(&deployment, "EVENT-DEPLOYMENTS"_tag, "SOMEIP-EVENT-DEPLOYMENT"_tag, [&](const Node& node) {
+    const Node* reference = node.child("EVENT-REF"_tag);
+    reference = reference == nullptr ? node.child("TRIGGER-REF"_tag) : reference;
+    Event* event = nullptr;
+    if (with_interface) {
+      const auto found = parts.events.find(reference == nullptr ? nullptr : tree_.resolve(*reference));
+      if (found == parts.events.end()) {
+        problems_.warning(node.place(), Tree::path(&node) +
+                                            " is of an event that its interface does not have; "
+                                            "it is left out");
+        return;
+      }
+      event = found->second;
+    } else {
+      event = added(parts.service.events, node);
+      if (reference != nullptr) {
+        event->name = reference->text.substr(reference->text.rfind('/') + 1);
+      }
+    }
+    const Node* const id = node.child("EVENT-ID"_tag);
+    const std::size_t before = changed;
+    if (const auto value = event_id(id, changed)) {
+      if (event->id && *event->id != *value) {
+        problems_.warning(id->place(), Tree::path(&node) + ": the event has the id " +
+                                           hex(someip::value(*event->id)) +
+                                           " as well, which was read before");
+      } else {
+        event->id = value;
+      }
+    }
+    first = first == nullptr && changed > before ? id : first;
+    read_transfer(node, "MAXIMUM-SEGMENT-LENGTH"_tag, "SEPARATION-TIME"_tag, event->transfer);
+    parts.events[&node] = event;
+  });
+  each_in(&deployment, "FIELD-DEPLOYMENTS"_tag, "SOMEIP-FIELD-DEPLOYMENT"_tag, [&](const Node& node) {
+    const auto field = parts.fields.find(&node);
+    const Node* const notifier = node.child("NOTIFIER"_tag);
+    if (field == parts.fields.end() || notifier == nullptr) {
+      return;
+    }
+    const std::size_t before = changed;
+    field->second->notifier = event_id(notifier->child("EVENT-ID"_tag), changed);
+    first = first == nullptr && changed > before ? notifier->child("EVENT-ID"_tag) : first;
+  });
+  if (changed > 0) {
+    problems_.warning(first->place(),
+                      std::to_string(changed) + " event ids of " + Tree::path(&deployment) +
+                          " are below 0x8000: they get bit 15, as events have it on the wire");
+  }
+}
+
+void Adaptive::read_methods(const Node& deployment, Parts& parts, bool with_interface) {
+  if (!with_interface) {
+    parts.service.methods.reserve(
+        count(deployment, "METHOD-DEPLOYMENTS"_tag, "SOMEIP-METHOD-DEPLOYMENT"_tag));
+  }
+  each_in(&deployment, "METHOD-DEPLOYMENTS"_tag, "SOMEIP-METHOD-DEPLOYMENT"_tag, [&](const Node& node) {
+    const Node* const reference = node.child("METHOD-REF"_tag);
+    Method* method = nullptr;
+    if (with_interface) {
+      const auto found = parts.methods.find(reference == nullptr ? nullptr : tree_.resolve(*reference));
+      if (found == parts.methods.end()) {
+        problems_.warning(node.place(), Tree::path(&node) +
+                                            " is of a method that its interface does not have; "
+                                            "it is left out");
+        return;
+      }
+      method = found->second;
+    } else {
+      method = added(parts.service.methods, node);
+      if (reference != nullptr) {
+        method->name = reference->text.substr(reference->text.rfind('/') + 1);
+      }
+    }
+    method->id = method_id(node.child("METHOD-ID"_tag));
+    read_transfer(node, "MAXIMUM-SEGMENT-LENGTH-REQUEST"_tag, "SEPARATION-TIME-REQUEST"_tag,
+                  method->request_transfer);
+    read_transfer(node, "MAXIMUM-SEGMENT-LENGTH-RESPONSE"_tag, "SEPARATION-TIME-RESPONSE"_tag,
+                  method->response_transfer);
+    parts.methods[&node] = method;
+  });
+}
+
+void Adaptive::read_fields(const Node& deployment, Parts& parts, bool with_interface) {
+  if (!with_interface) {
+    parts.service.fields.reserve(count(deployment, "FIELD-DEPLOYMENTS"_tag, "SOMEIP-FIELD-DEPLOYMENT"_tag));
+  }
+  each_in(&deployment, "FIELD-DEPLOYMENTS"_tag, "SOMEIP-FIELD-DEPLOYMENT"_tag, [&](const Node& node) {
+    const Node* const reference = node.child("FIELD-REF"_tag);
+    Field* field = nullptr;
+    const auto part = [&](Tag tag, Tag other) {
+      const Node* const found = node.child(tag);
+      const Node* const misspelt = found == nullptr ? node.child(other) : nullptr;
+      if (misspelt != nullptr) {
+        problems_.warning(misspelt->place(), std::string{to_string(other)} + " is read as " +
+                                                 std::string{to_string(tag)} + ", which was expected");
+      }
+      return found == nullptr ? misspelt : found;
+    };
+    const Node* const getter = part("GET"_tag, "GETTER"_tag);
+    const Node* const setter = part("SET"_tag, "SETTER"_tag);
+    const Node* const notifier = node.child("NOTIFIER"_tag);
+    if (with_interface) {
+      const auto found = parts.fields.find(reference == nullptr ? nullptr : tree_.resolve(*reference));
+      if (found == parts.fields.end()) {
+        problems_.warning(node.place(), Tree::path(&node) +
+                                            " is of a field that its interface does not have; "
+                                            "it is left out");
+        return;
+      }
+      field = found->second;
+    } else {
+      field = added(parts.service.fields, node);
+      if (reference != nullptr) {
+        field->name = reference->text.substr(reference->text.rfind('/') + 1);
+      }
+      field->has_getter = getter != nullptr;
+      field->has_setter = setter != nullptr;
+      field->has_notifier = notifier != nullptr;
+    }
+    parts.fields[&node] = field;
+    if (getter != nullptr) {
+      field->getter = method_id(getter->child("METHOD-ID"_tag));
+      read_transfer(*getter, "MAXIMUM-SEGMENT-LENGTH-RESPONSE"_tag, "SEPARATION-TIME-RESPONSE"_tag,
+                    field->getter_transfer);
+    }
+    if (setter != nullptr) {
+      field->setter = method_id(setter->child("METHOD-ID"_tag));
+      read_transfer(*setter, "MAXIMUM-SEGMENT-LENGTH-REQUEST"_tag, "SEPARATION-TIME-REQUEST"_tag,
+                    field->setter_transfer);
+    }
+    if (notifier != nullptr) {
+      read_transfer(*notifier, "MAXIMUM-SEGMENT-LENGTH"_tag, "SEPARATION-TIME"_tag, field->notifier_transfer);
+      parts.fields[notifier] = field;
+    }
+  });
+}
+
+void Adaptive::read_eventgroups(const Node& deployment, Parts& parts) {
+  const auto read_group = [&](const Node& node) {
+    const auto number = number_in(node.child("EVENT-GROUP-ID"_tag), 0, 0xffff, problems_);
+    if (!number) {
+      problems_.warning(node.place(), Tree::path(&node) + " has no EVENT-GROUP-ID; it is left out");
+      return;
+    }
+    const auto id = static_cast<someip::EventgroupId>(*number);
+    parts.service.eventgroups.push_back({.name = std::string{node.name}, .id = id, .place = node.place()});
+    each_in(&node, "EVENT-REFS"_tag, "EVENT-REF"_tag, [&](const Node& reference) {
+      const Node* target = tree_.resolve(reference);
+      if (target == nullptr && reference.text.rfind('/') > 0) {
+        // …/Field/Notifier, while the notifier has another name.
+        Node shorter = reference;
+        shorter.text = reference.text.substr(0, reference.text.rfind('/'));
+        target = shorter.text.empty() ? nullptr : tree_.resolve(shorter);
+      }
+      if (const auto event = parts.events.find(target); event != parts.events.end()) {
+        event->second->eventgroups.push_back(id);
+      } else if (const auto field = parts.fields.find(target); field != parts.fields.end()) {
+        field->second->eventgroups.push_back(id);
+      } else {
+        problems_.warning(reference.place(),
+                          "\"" + std::string{reference.text} + "\" is no event or notifier of this service");
+      }
+    });
+  };
+  each_in(&deployment, "EVENT-GROUPS"_tag, "SOMEIP-EVENT-GROUP"_tag, read_group);
+  each_child(&deployment, "EVENT-GROUP-DEPLOYMENTS"_tag, [&](const Node& list) {
+    problems_.warning(list.place(), "EVENT-GROUP-DEPLOYMENTS is read as EVENT-GROUPS, which was expected");
+    each_child(&list, "SOMEIP-EVENT-GROUP"_tag, read_group);
+  });
+}
+
+void Adaptive::read_protection(const Parts& parts) {
+  const auto read = [&](const Node* target, Protection& protection) {
+    const auto found = protections_.find(target);
+    if (found != protections_.end()) {
+      const Node* const profile = tree_.follow(found->second, "E-2-E-PROFILE-CONFIGURATION-REF"_tag);
+      protection = protection_of(profile, found->second, problems_);
+    }
+  };
+  for (const auto& [node, event] : parts.events) {
+    read(node, event->e2e);
+  }
+  for (const auto& [node, method] : parts.methods) {
+    read(node, method->e2e);
+  }
+  for (const auto& [node, field] : parts.fields) {
+    read(node, field->e2e);
+  }
+}
+
+void Adaptive::check_ids(const Service& service) {
+  std::map<someip::MethodId, std::string> seen;
+  const auto check = [&](std::optional<someip::MethodId> id, const std::string& name, Place place) {
+    if (id) {
+      const auto [there, is_new] = seen.emplace(*id, name);
+      if (!is_new) {
+        problems_.warning(place, service.name + ": " + name + " has the same id " + hex(someip::value(*id)) +
+                                     " as " + there->second);
+      }
+    }
+  };
+  for (const Method& method : service.methods) {
+    check(method.id, method.name, method.place);
+  }
+  for (const Event& event : service.events) {
+    check(event.id, event.name, event.place);
+  }
+  for (const Field& field : service.fields) {
+    check(field.getter, field.name + "'s getter", field.place);
+    check(field.setter, field.name + "'s setter", field.place);
+    check(field.notifier, field.name + "'s notifier", field.place);
+  }
+}
+
+}  // namespace trestle::describe::arxml

@@ -1,0 +1,82 @@
+#pragma once
+#include <map>
+
+#include "bridge/describe/read/arxml/types.hpp"
+
+namespace trestle::describe::arxml {
+
+/// Service interfaces, SOME/IP deployments, instances and machines of the Adaptive Platform.
+class Adaptive {
+ public:
+  Adaptive(const Tree& tree, Problems& problems, const Contexts& contexts, Types& types,
+           const ArxmlOptions& options, Model& model)
+      : tree_{tree},
+        problems_{problems},
+        contexts_{contexts},
+        types_{types},
+        options_{options},
+        model_{model} {}
+
+  void read();
+
+ private:
+  /// Where the parts of a service came from, while it is read.
+  struct Parts {
+    Service service{};
+    std::map<const Node*, Event*> events{};    ///< by prototype and by deployment
+    std::map<const Node*, Method*> methods{};  ///< by operation and by deployment
+    std::map<const Node*, Field*> fields{};    ///< by prototype, deployment and notifier
+  };
+  /// How a deployment was read.
+  struct Deployed {
+    std::string service{};
+    std::optional<someip::ServiceId> id{};
+  };
+
+  void read_service(const Node* interface, const Node* deployment, bool further);
+  void read_interface(const Node& interface, Parts& parts);
+  void read_deployment(const Node& deployment, Parts& parts, bool with_interface);
+  void read_events(const Node& deployment, Parts& parts, bool with_interface);
+  void read_methods(const Node& deployment, Parts& parts, bool with_interface);
+  void read_fields(const Node& deployment, Parts& parts, bool with_interface);
+  void read_eventgroups(const Node& deployment, Parts& parts);
+  void read_protection(const Parts& parts);
+  void check_ids(const Service& service);
+  void fill(Payload& payload, const Context& context) const;
+  [[nodiscard]] Method read_method(const Node& operation);
+  void read_transfer(const Node& deployment, Tag segment, Tag separation, Transfer& transfer);
+  [[nodiscard]] std::optional<someip::MethodId> method_id(const Node* id);
+  [[nodiscard]] std::optional<someip::MethodId> event_id(const Node* id, std::size_t& changed);
+
+  void read_machines();
+  void read_instance(const Node& node, Instance::Role role);
+  void read_places();
+  [[nodiscard]] std::optional<std::uint16_t> port(const Node& mapping, Tag direct, Tag reference, Tag tp,
+                                                  Tag tp_port);
+
+  const Tree& tree_;
+  Problems& problems_;
+  const Contexts& contexts_;
+  Types& types_;
+  const ArxmlOptions& options_;
+  Model& model_;
+  std::map<const Node*, const Node*> protections_{};  ///< by event, field or method, or its deployment
+  std::map<const Node*, Deployed> deployed_{};
+  std::map<const Node*, std::size_t> instances_{};
+};
+
+/// The number from `least` to `most` in the text of `node`; nothing, and an error, when it is none. Nothing
+/// without an error when there is no node.
+[[nodiscard]] std::optional<std::uint32_t> number_in(const Node* node, std::uint32_t least,
+                                                     std::uint32_t most, Problems& problems);
+/// Timing of service discovery: of the Adaptive configurations, which are elements of their own, and of
+/// Classic's, which stand in the instance. `node` may be nothing.
+[[nodiscard]] std::optional<sd::Timing> timing_of(const Node* node, Problems& problems);
+/// The address of a NETWORK-ENDPOINT.
+[[nodiscard]] std::optional<IpAddress> address_of(const Node* endpoint, Problems& problems);
+/// Of E2E-PROFILE-CONFIGURATION or END-TO-END-TRANSFORMATION-DESCRIPTION, and what protects one element.
+[[nodiscard]] Protection protection_of(const Node* profile, const Node* properties, Problems& problems);
+/// CAPABILITY-RECORDS.
+[[nodiscard]] std::map<std::string, std::string, std::less<>> records_of(const Node& node);
+
+}  // namespace trestle::describe::arxml

@@ -1,0 +1,725 @@
+#include "bridge/describe/read/arxml/classic.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "bridge/describe/read/arxml/values.hpp"
+
+namespace trestle::describe::arxml {
+
+namespace {
+
+constexpr std::uint16_t usual_sd_port = 30490;
+/// Message ID of service discovery.
+constexpr std::uint32_t sd_message = 0xffff'8100;
+
+[[nodiscard]] std::string hex(std::uint32_t value, int digits) {
+  constexpr std::string_view letters = "0123456789abcdef";
+  std::string out = "0x";
+  for (int shift = 4 * (digits - 1); shift >= 0; shift -= 4) {
+    out += letters[(value >> static_cast<unsigned>(shift)) & 15U];
+  }
+  return out;
+}
+
+template <typename T>
+void add_once(std::vector<T>& list, T value) {
+  if (std::ranges::find(list, value) == list.end()) {
+    list.push_back(value);
+  }
+}
+
+}  // namespace
+
+void Classic::read() {
+  for (const Service& service : model_.services) {
+    if (service.id) {
+      described_.insert(*service.id);
+    }
+  }
+  read_machines();
+  read_instances("PROVIDED-SERVICE-INSTANCE"_tag, Instance::Role::provided);
+  read_instances("CONSUMED-SERVICE-INSTANCE"_tag, Instance::Role::required);
+  read_eventgroups();
+  read_segmentation();
+  read_signal_mappings();
+  read_messages();
+  for (const auto& [id, index] : services_) {
+    Service& service = model_.services[index];
+    std::ranges::sort(service.eventgroups, {}, &Eventgroup::id);
+    std::ranges::sort(service.events, {}, &Event::id);
+    std::ranges::sort(service.methods, {}, &Method::id);
+  }
+}
+
+// --- hosts ------------------------------------------------------------------------------------------------
+
+Classic::Socket Classic::socket(const Node* endpoint) {
+  Socket socket;
+  if (endpoint == nullptr) {
+    return socket;
+  }
+  socket.address = address_of(tree_.follow(endpoint, "NETWORK-ENDPOINT-REF"_tag), problems_);
+  const auto port = [&](Tag tp, Tag tp_port) -> std::optional<std::uint16_t> {
+    const auto number = number_in(endpoint->down("TP-CONFIGURATION"_tag, tp, tp_port, "PORT-NUMBER"_tag), 0,
+                                  0xffff, problems_);
+    return number && *number != 0 ? std::optional{static_cast<std::uint16_t>(*number)} : std::nullopt;
+  };
+  socket.udp = port("UDP-TP"_tag, "UDP-TP-PORT"_tag);
+  socket.tcp = port("TCP-TP"_tag, "TCP-TP-PORT"_tag);
+  const Node* const connector = tree_.follow(endpoint->above("SOCKET-ADDRESS"_tag), "CONNECTOR-REF"_tag);
+  const Node* const ecu = connector == nullptr ? nullptr : connector->above("ECU-INSTANCE"_tag);
+  if (ecu != nullptr) {
+    socket.machine = ecu->name;
+  }
+  return socket;
+}
+
+void Classic::read_machines() {
+  std::map<std::string, std::size_t, std::less<>> machines;
+  for (const Node* const ecu : tree_.all("ECU-INSTANCE"_tag)) {
+    machines.emplace(ecu->name, model_.machines.size());
+    model_.machines.push_back({.name = std::string{ecu->name}, .place = ecu->place()});
+  }
+  std::optional<IpAddress> sd_group;
+  for (const Node* const endpoint : tree_.all("APPLICATION-ENDPOINT"_tag)) {
+    const Socket here = socket(endpoint);
+    if (!here.address) {
+      continue;
+    }
+    if (here.address->is_multicast()) {
+      // Service discovery has no element of its own: its group has its port.
+      if (here.udp == usual_sd_port) {
+        sd_group = here.address;
+      }
+    } else if (const auto machine = machines.find(here.machine); machine != machines.end()) {
+      Machine& host = model_.machines[machine->second];
+      if (!host.address) {
+        host.address = here.address;
+      }
+    }
+  }
+  if (sd_group) {
+    for (const auto& [name, index] : machines) {
+      model_.machines[index].sd_multicast = sd_group;
+      model_.machines[index].sd_port = usual_sd_port;
+    }
+  }
+}
+
+// --- instances --------------------------------------------------------------------------------------------
+
+Service& Classic::service(someip::ServiceId id, std::string_view name, Place place) {
+  const auto [there, is_new] = services_.emplace(id, model_.services.size());
+  if (is_new) {
+    Service service{.name = {}, .id = id, .place = place};
+    service.name = name.empty() ? "Service_" + hex(someip::value(id), 4) : std::string{name};
+    const auto taken = [&](const std::string& candidate) {
+      return std::ranges::any_of(model_.services, [&](const Service& other) {
+        return other.scope.empty() && other.name == candidate;
+      });
+    };
+    if (taken(service.name)) {
+      service.name += "_" + hex(someip::value(id), 4);
+    }
+    model_.services.push_back(std::move(service));
+  }
+  return model_.services[there->second];
+}
+
+/// One instance with a UDP and a TCP socket stands at both of them in older files.
+void Classic::merge(Instance instance) {
+  for (Instance& other : model_.instances) {
+    if (other.role == instance.role && other.service_id == instance.service_id && other.id == instance.id &&
+        other.machine == instance.machine && other.address == instance.address) {
+      other.udp_port = other.udp_port ? other.udp_port : instance.udp_port;
+      other.tcp_port = other.tcp_port ? other.tcp_port : instance.tcp_port;
+      other.timing = other.timing ? other.timing : instance.timing;
+      for (const someip::EventgroupId group : instance.eventgroups) {
+        add_once(other.eventgroups, group);
+      }
+      for (const Multicast& multicast : instance.multicast) {
+        add_once(other.multicast, multicast);
+      }
+      return;
+    }
+  }
+  model_.instances.push_back(std::move(instance));
+}
+
+std::optional<someip::EventgroupId> Classic::eventgroup_id(const Node& handler) {
+  const Node* id = handler.child("EVENT-GROUP-IDENTIFIER"_tag);
+  // Older files have it with those who subscribe.
+  each_in(&handler, "CONSUMED-EVENT-GROUP-REFS"_tag, "CONSUMED-EVENT-GROUP-REF"_tag,
+          [&](const Node& reference) {
+            const Node* const group = id == nullptr ? tree_.resolve(reference) : nullptr;
+            id = group == nullptr ? id : group->child("EVENT-GROUP-IDENTIFIER"_tag);
+          });
+  const auto value = number_in(id, 0, 0xffff, problems_);
+  if (id == nullptr) {
+    problems_.warning(handler.place(), "the id of the eventgroup " + Tree::path(&handler) +
+                                           " is neither here nor with those who subscribe to it");
+  }
+  return value ? std::optional{static_cast<someip::EventgroupId>(*value)} : std::nullopt;
+}
+
+void Classic::read_instances(Tag tag, Instance::Role role) {
+  const bool provided = role == Instance::Role::provided;
+  for (const Node* const node : tree_.all(tag)) {
+    const Node* const offered = tree_.follow(node, "PROVIDED-SERVICE-INSTANCE-REF"_tag);
+    const auto said = [&](Tag what) {
+      const Node* const own = node->child(what);
+      return own == nullptr && offered != nullptr ? offered->child(what) : own;
+    };
+    Instance instance{.role = role, .name = std::string{node->name}, .place = node->place()};
+    const Node* const id = said("SERVICE-IDENTIFIER"_tag);
+    const auto service_id = number_in(id, 0, 0xffff, problems_);
+    if (!service_id) {
+      problems_.warning(node->place(), Tree::path(node) + " has no SERVICE-IDENTIFIER; it is left out");
+      continue;
+    }
+    instance.service_id = static_cast<someip::ServiceId>(*service_id);
+    const Node* const number = said("INSTANCE-IDENTIFIER"_tag);
+    if (number != nullptr && number->text != "ANY" && number->text != "ALL" && number->text != "65535") {
+      if (const auto value = number_in(number, 0, 0xffff, problems_)) {
+        instance.id = static_cast<someip::InstanceId>(*value);
+      }
+    }
+    const Node* config = node->child(provided ? "SD-SERVER-CONFIG"_tag : "SD-CLIENT-CONFIG"_tag);
+    const Node* major = node->child("MAJOR-VERSION"_tag);
+    const Node* minor = node->child("MINOR-VERSION"_tag);
+    if (config != nullptr) {
+      major = major == nullptr ? config->child(provided ? "SERVER-SERVICE-MAJOR-VERSION"_tag
+                                                        : "CLIENT-SERVICE-MAJOR-VERSION"_tag)
+                               : major;
+      minor = minor == nullptr ? config->child(provided ? "SERVER-SERVICE-MINOR-VERSION"_tag
+                                                        : "CLIENT-SERVICE-MINOR-VERSION"_tag)
+                               : minor;
+    }
+    each_in(node, "SD-SERVER-TIMER-CONFIGS"_tag,
+            "SOMEIP-SD-SERVER-SERVICE-INSTANCE-CONFIG-REF-CONDITIONAL"_tag, [&](const Node& conditional) {
+              const Node* const named =
+                  tree_.follow(&conditional, "SOMEIP-SD-SERVER-SERVICE-INSTANCE-CONFIG-REF"_tag);
+              config = named == nullptr ? config : named;
+            });
+    each_in(node, "SD-CLIENT-TIMER-CONFIGS"_tag,
+            "SOMEIP-SD-CLIENT-SERVICE-INSTANCE-CONFIG-REF-CONDITIONAL"_tag, [&](const Node& conditional) {
+              const Node* const named =
+                  tree_.follow(&conditional, "SOMEIP-SD-CLIENT-SERVICE-INSTANCE-CONFIG-REF"_tag);
+              config = named == nullptr ? config : named;
+            });
+    instance.timing = timing_of(config, problems_);
+    if (major == nullptr && offered != nullptr) {
+      major = offered->child("MAJOR-VERSION"_tag);
+    }
+    if (const auto value = number_in(major, 0, 0xff, problems_)) {
+      instance.major = static_cast<std::uint8_t>(*value);
+    }
+    if (minor != nullptr && minor->text != "ANY") {
+      instance.minor = number_in(minor, 0, 0xffff'ffff, problems_);
+      if (instance.minor == 0xffff'ffff && !provided) {
+        instance.minor.reset();
+      }
+    }
+    const auto small = [&](Tag what) -> std::optional<std::uint16_t> {
+      const auto value = number_in(node->child(what), 0, 0xffff, problems_);
+      return value ? std::optional{static_cast<std::uint16_t>(*value)} : std::nullopt;
+    };
+    instance.priority = small("LOAD-BALANCING-PRIORITY"_tag);
+    instance.weight = small("LOAD-BALANCING-WEIGHT"_tag);
+    instance.configuration = records_of(*node);
+    // The socket that it stands at, or those that it names.
+    const auto at = [&](const Node* endpoint) {
+      const Socket here = socket(endpoint);
+      instance.address = here.address ? here.address : instance.address;
+      instance.udp_port = here.udp ? here.udp : instance.udp_port;
+      instance.tcp_port = here.tcp ? here.tcp : instance.tcp_port;
+      instance.machine = here.machine.empty() ? instance.machine : here.machine;
+    };
+    at(node->above("APPLICATION-ENDPOINT"_tag));
+    each_in(node, "LOCAL-UNICAST-ADDRESSS"_tag, "APPLICATION-ENDPOINT-REF-CONDITIONAL"_tag,
+            [&](const Node& conditional) { at(tree_.follow(&conditional, "APPLICATION-ENDPOINT-REF"_tag)); });
+
+    const auto service_number = *instance.service_id;
+    if (described_.contains(service_number)) {
+      for (const Service& known : model_.services) {
+        if (known.id == service_number) {
+          instance.service = full_name(known.scope, known.name);
+          break;
+        }
+      }
+    } else {
+      Service& known =
+          service(service_number, offered == nullptr ? node->name : offered->name, node->place());
+      instance.service = known.name;
+      if (provided && instance.major) {
+        known.major = *instance.major;
+        known.minor = instance.minor.value_or(0);
+        known.has_version = true;
+      }
+    }
+    each_in(node, "EVENT-HANDLERS"_tag, "EVENT-HANDLER"_tag, [&](const Node& handler) {
+      const auto group = eventgroup_id(handler);
+      if (!group) {
+        return;
+      }
+      if (!described_.contains(service_number)) {
+        std::vector<Eventgroup>& groups = service(service_number, {}, {}).eventgroups;
+        if (std::ranges::find(groups, *group, &Eventgroup::id) == groups.end()) {
+          groups.push_back({.name = std::string{handler.name}, .id = *group, .place = handler.place()});
+        }
+      }
+      const auto sent_to = [&](const Node* endpoint) {
+        const Socket to = socket(endpoint);
+        if (to.address && to.address->is_multicast()) {
+          const auto threshold = number_in(handler.child("MULTICAST-THRESHOLD"_tag), 0, 0xffff, problems_);
+          add_once(instance.multicast, Multicast{.eventgroup = *group,
+                                                 .group = {*to.address, to.udp.value_or(0)},
+                                                 .threshold = threshold.value_or(2)});
+        }
+      };
+      sent_to(tree_.follow(&handler, "APPLICATION-ENDPOINT-REF"_tag));
+      each_in(&handler, "EVENT-MULTICAST-ADDRESSS"_tag, "APPLICATION-ENDPOINT-REF-CONDITIONAL"_tag,
+              [&](const Node& conditional) {
+                sent_to(tree_.follow(&conditional, "APPLICATION-ENDPOINT-REF"_tag));
+              });
+    });
+    each_in(node, "CONSUMED-EVENT-GROUPS"_tag, "CONSUMED-EVENT-GROUP"_tag, [&](const Node& group) {
+      if (const auto value = number_in(group.child("EVENT-GROUP-IDENTIFIER"_tag), 0, 0xffff, problems_)) {
+        add_once(instance.eventgroups, static_cast<someip::EventgroupId>(*value));
+      }
+    });
+    merge(std::move(instance));
+  }
+}
+
+void Classic::read_eventgroups() {
+  for (const Node* const handler : tree_.all("EVENT-HANDLER"_tag)) {
+    const Node* id = handler->child("EVENT-GROUP-IDENTIFIER"_tag);
+    each_in(handler, "CONSUMED-EVENT-GROUP-REFS"_tag, "CONSUMED-EVENT-GROUP-REF"_tag,
+            [&](const Node& reference) {
+              const Node* const group = id == nullptr ? tree_.resolve(reference) : nullptr;
+              id = group == nullptr ? id : group->child("EVENT-GROUP-IDENTIFIER"_tag);
+            });
+    const std::optional<std::int64_t> value = id == nullptr ? std::nullopt : integer(id->text);
+    if (!value) {
+      continue;
+    }
+    const auto group = static_cast<someip::EventgroupId>(static_cast<std::uint16_t>(*value));
+    each_in(handler, "ROUTING-GROUP-REFS"_tag, "ROUTING-GROUP-REF"_tag,
+            [&](const Node& reference) { add_once(group_ids_[tree_.resolve(reference)], group); });
+    each_in(
+        handler, "PDU-ACTIVATION-ROUTING-GROUPS"_tag, "PDU-ACTIVATION-ROUTING-GROUP"_tag,
+        [&](const Node& activation) {
+          const auto identifier = [&](const Node& reference) {
+            add_once(identifier_ids_[tree_.resolve(reference)], group);
+          };
+          each_in(&activation, "I-PDU-IDENTIFIER-UDP-REFS"_tag, "I-PDU-IDENTIFIER-UDP-REF"_tag, identifier);
+          each_in(&activation, "I-PDU-IDENTIFIER-TCP-REFS"_tag, "I-PDU-IDENTIFIER-TCP-REF"_tag, identifier);
+        });
+  }
+}
+
+// --- messages ---------------------------------------------------------------------------------------------
+
+const Node* Classic::pdu_of(const Node* triggering) const {
+  return triggering != nullptr && triggering->tag == "PDU-TRIGGERING"_tag
+             ? tree_.follow(triggering, "I-PDU-REF"_tag)
+             : triggering;
+}
+
+void Classic::read_segmentation() {
+  for (const Node* const connection : tree_.all("SOMEIP-TP-CONNECTION"_tag)) {
+    const Node* const whole = pdu_of(tree_.follow(connection, "TP-SDU-REF"_tag));
+    const Node* const segment = pdu_of(tree_.follow(connection, "TRANSPORT-PDU-REF"_tag));
+    const Node* const channel = tree_.follow(connection, "TP-CHANNEL-REF"_tag);
+    Transfer transfer;
+    const Node* separation = connection->child("SEPARATION-TIME"_tag);
+    separation =
+        separation == nullptr && channel != nullptr ? channel->child("SEPARATION-TIME"_tag) : separation;
+    if (separation != nullptr) {
+      const auto time = seconds(separation->text);
+      if (time) {
+        transfer.separation = std::chrono::round<std::chrono::microseconds>(*time);
+      } else {
+        problems_.error(separation->place(), "SEPARATION-TIME is \"" + std::string{separation->text} +
+                                                 "\", and seconds were expected");
+      }
+    }
+    // With 8 bytes of the SOME/IP header and 4 of TP.
+    const auto length =
+        number_in(segment == nullptr ? nullptr : segment->child("LENGTH"_tag), 0, 0xffff'ffff, problems_);
+    if (length && *length >= 12 + 16) {
+      transfer.segment_bytes = (*length - 12) / 16 * 16;
+    }
+    for (const Node* const pdu : {whole, segment}) {
+      if (pdu != nullptr) {
+        transfers_[pdu] = transfer;
+      }
+    }
+    if (whole != nullptr && segment != nullptr && whole != segment) {
+      wholes_[segment] = whole;
+    }
+  }
+}
+
+void Classic::read_signal_mappings() {
+  for (const Node* const mapping : tree_.all("CLIENT-SERVER-TO-SIGNAL-MAPPING"_tag)) {
+    if (const Node* const signal = tree_.follow(mapping, "CALL-SIGNAL-REF"_tag); signal != nullptr) {
+      call_mappings_.emplace(signal, mapping);
+    }
+    if (const Node* const signal = tree_.follow(mapping, "RETURN-SIGNAL-REF"_tag); signal != nullptr) {
+      return_mappings_.emplace(signal, mapping);
+    }
+  }
+  for (const Node* const mapping : tree_.all("SENDER-RECEIVER-TO-SIGNAL-MAPPING"_tag)) {
+    const Node* const signal = tree_.follow(mapping, "SYSTEM-SIGNAL-REF"_tag);
+    const Node* const element =
+        tree_.follow(mapping->child("DATA-ELEMENT-IREF"_tag), "TARGET-DATA-PROTOTYPE-REF"_tag);
+    if (signal != nullptr && element != nullptr) {
+      data_mappings_.emplace(signal, element);
+    }
+  }
+}
+
+void Classic::read_messages() {
+  std::map<const Node*, Transport> transports;
+  for (const Node* const connection : tree_.all("STATIC-SOCKET-CONNECTION"_tag)) {
+    const Node* const address = connection->above("SOCKET-ADDRESS"_tag);
+    const Socket here = socket(address == nullptr ? nullptr : address->child("APPLICATION-ENDPOINT"_tag));
+    each_in(
+        connection, "I-PDU-IDENTIFIERS"_tag, "SO-CON-I-PDU-IDENTIFIER-REF-CONDITIONAL"_tag,
+        [&](const Node& conditional) {
+          if (const Node* const identifier = tree_.follow(&conditional, "SO-CON-I-PDU-IDENTIFIER-REF"_tag)) {
+            transports[identifier] = here.tcp && !here.udp ? Transport::tcp : Transport::udp;
+          }
+        });
+  }
+  for (const Node* const identifier : tree_.all("SO-CON-I-PDU-IDENTIFIER"_tag)) {
+    const auto found = transports.find(identifier);
+    read_identifier(*identifier, found == transports.end() ? Transport::udp : found->second);
+  }
+  for (const Node* const bundle : tree_.all("SOCKET-CONNECTION-BUNDLE"_tag)) {
+    const Node* const server = tree_.follow(bundle, "SERVER-PORT-REF"_tag);
+    const Socket here = socket(server == nullptr ? nullptr : server->child("APPLICATION-ENDPOINT"_tag));
+    const Transport transport = here.tcp && !here.udp ? Transport::tcp : Transport::udp;
+    each_in(bundle, "BUNDLED-CONNECTIONS"_tag, "SOCKET-CONNECTION"_tag, [&](const Node& connection) {
+      each_in(&connection, "PDUS"_tag, "SOCKET-CONNECTION-IPDU-IDENTIFIER"_tag,
+              [&](const Node& identifier) { read_identifier(identifier, transport); });
+    });
+    each_in(bundle, "PDUS"_tag, "SOCKET-CONNECTION-IPDU-IDENTIFIER"_tag,
+            [&](const Node& identifier) { read_identifier(identifier, transport); });
+  }
+  for (const auto& [id, list] : messages_) {
+    for (const Message& message : list) {
+      make_message(message);
+    }
+  }
+}
+
+void Classic::read_identifier(const Node& identifier, Transport transport) {
+  const auto id = number_in(identifier.child("HEADER-ID"_tag), 0, 0xffff'ffff, problems_);
+  if (!id || *id == sd_message) {
+    return;
+  }
+  const Node* const triggering = tree_.follow(&identifier, "PDU-TRIGGERING-REF"_tag);
+  Message message{.id = *id,
+                  .pdu = pdu_of(triggering),
+                  .triggering = triggering,
+                  .identifier = &identifier,
+                  .transport = transport};
+  message.pdu = message.pdu == nullptr ? tree_.follow(&identifier, "PDU-REF"_tag) : message.pdu;
+  if (const auto found = identifier_ids_.find(&identifier); found != identifier_ids_.end()) {
+    message.groups = found->second;
+  }
+  each_in(&identifier, "ROUTING-GROUP-REFS"_tag, "ROUTING-GROUP-REF"_tag, [&](const Node& reference) {
+    const auto found = group_ids_.find(tree_.resolve(reference));
+    if (found != group_ids_.end()) {
+      for (const someip::EventgroupId group : found->second) {
+        add_once(message.groups, group);
+      }
+    }
+  });
+  // The same PDU goes to several clients.
+  for (Message& other : messages_[*id]) {
+    if (other.pdu == message.pdu) {
+      for (const someip::EventgroupId group : message.groups) {
+        add_once(other.groups, group);
+      }
+      return;
+    }
+  }
+  messages_[*id].push_back(std::move(message));
+}
+
+const Node* Classic::signal_of(const Message& message) const {
+  const Node* signal = nullptr;
+  const auto whole = wholes_.find(message.pdu);
+  const Node* const pdu = whole == wholes_.end() ? message.pdu : whole->second;
+  for (const Tag list : {"I-SIGNAL-TO-PDU-MAPPINGS"_tag, "SIGNAL-TO-PDU-MAPPINGS"_tag}) {
+    each_in(pdu, list, "I-SIGNAL-TO-I-PDU-MAPPING"_tag, [&](const Node& mapping) {
+      signal = signal == nullptr ? tree_.follow(&mapping, "I-SIGNAL-REF"_tag) : signal;
+    });
+  }
+  each_in(message.triggering, "I-SIGNAL-TRIGGERINGS"_tag, "I-SIGNAL-TRIGGERING-REF-CONDITIONAL"_tag,
+          [&](const Node& conditional) {
+            const Node* const triggering = tree_.follow(&conditional, "I-SIGNAL-TRIGGERING-REF"_tag);
+            signal = signal == nullptr ? tree_.follow(triggering, "I-SIGNAL-REF"_tag) : signal;
+          });
+  return signal;
+}
+
+namespace {
+
+/// The part of …-PROPS-VARIANTS that holds.
+[[nodiscard]] const Node* conditional(const Node* signal, Tag properties, Tag variants, Tag inner) {
+  const Node* const node =
+      signal == nullptr ? nullptr : signal->down("TRANSFORMATION-I-SIGNAL-PROPSS"_tag, properties);
+  const Node* const found = node == nullptr ? nullptr : node->down(variants, inner);
+  return found == nullptr ? node : found;
+}
+
+}  // namespace
+
+const Node* Classic::rules_node(const Node* signal) const {
+  return conditional(signal, "SOMEIP-TRANSFORMATION-I-SIGNAL-PROPS"_tag,
+                     "SOMEIP-TRANSFORMATION-I-SIGNAL-PROPS-VARIANTS"_tag,
+                     "SOMEIP-TRANSFORMATION-I-SIGNAL-PROPS-CONDITIONAL"_tag);
+}
+
+/// The description of a step of the signal's transformation.
+const Node* Classic::description(const Node* signal, const Node* properties, Tag tag) const {
+  const Node* found = nullptr;
+  const auto look = [&](const Node* technology) {
+    const Node* const inner =
+        technology == nullptr ? nullptr : technology->down("TRANSFORMATION-DESCRIPTIONS"_tag, tag);
+    found = found == nullptr ? inner : found;
+  };
+  look(tree_.follow(properties, "TRANSFORMER-REF"_tag));
+  each_in(signal, "DATA-TRANSFORMATIONS"_tag, "DATA-TRANSFORMATION-REF-CONDITIONAL"_tag,
+          [&](const Node& reference) {
+            const Node* const chain = tree_.follow(&reference, "DATA-TRANSFORMATION-REF"_tag);
+            each_in(chain, "TRANSFORMER-CHAIN-REFS"_tag, "TRANSFORMER-CHAIN-REF"_tag,
+                    [&](const Node& step) { look(tree_.resolve(step)); });
+          });
+  return found;
+}
+
+Context Classic::context_of(const Node* signal) {
+  Context context;
+  const Node* const properties = rules_node(signal);
+  const Node* const general = description(signal, properties, "SOMEIP-TRANSFORMATION-DESCRIPTION"_tag);
+  context.rules = joined(rules_of(properties, problems_), rules_of(general, problems_));
+  each_in(properties, "TLV-DATA-ID-DEFINITION-REFS"_tag, "TLV-DATA-ID-DEFINITION-REF"_tag,
+          [&](const Node& reference) {
+            if (const Node* const set = tree_.resolve(reference); set != nullptr) {
+              context.tag_sets.push_back(set);
+            }
+          });
+  each_in(properties, "DATA-PROTOTYPE-TRANSFORMATION-PROPSS"_tag, "DATA-PROTOTYPE-TRANSFORMATION-PROPS"_tag,
+          [&](const Node& special) {
+            Override override;
+            override.rules = rules_of(tree_.follow(&special, "TRANSFORMATION-PROPS-REF"_tag), problems_);
+            override.representation =
+                special.down("NETWORK-REPRESENTATION-PROPS"_tag, "SW-DATA-DEF-PROPS-VARIANTS"_tag,
+                             "SW-DATA-DEF-PROPS-CONDITIONAL"_tag);
+            for (const Tag tag : {"DATA-PROTOTYPE-IN-PORT-INTERFACE-REF"_tag,
+                                  "DATA-PROTOTOTYPE-IN-PORT-INTERFACE-REF"_tag, "DATA-PROTOTYPE-REF"_tag}) {
+              const Node* const holder = special.child(tag);
+              for (const Node* way = holder == nullptr ? nullptr : holder->first_child; way != nullptr;
+                   way = way->next) {
+                const Node* const inner = way->first_child;
+                const bool nested = inner != nullptr && inner->first_child != nullptr;
+                (void)read_way(tree_, nested ? *inner : *way, override, problems_);
+              }
+            }
+            if (override.target != nullptr) {
+              context.overrides.push_back(std::move(override));
+            }
+          });
+  return context;
+}
+
+void Classic::fill(Payload& payload, const Context& context) const {
+  const Rules& rules = context.rules;
+  payload.byte_order = rules.byte_order.value_or(std::endian::big);
+  payload.length_fields_always_big = payload.byte_order == std::endian::little;
+  payload.alignment = rules.alignment_bytes.value_or(1);
+  payload.smallest_tagged_length = rules.smallest_length.value_or(false);
+  for (const auto& width : {rules.structure, rules.array, rules.string, rules.choice}) {
+    if (width && *width != someip::FieldWidth::none && contexts_.has_tags(context)) {
+      payload.tagged_length = *width;
+      break;
+    }
+  }
+}
+
+void Classic::make_message(const Message& message) {
+  const auto service_id = static_cast<someip::ServiceId>(static_cast<std::uint16_t>(message.id >> 16U));
+  if (described_.contains(service_id)) {
+    return;
+  }
+  const Node* const signal = signal_of(message);
+  const Node* const properties = rules_node(signal);
+  const Node* const system_signal = tree_.follow(signal, "SYSTEM-SIGNAL-REF"_tag);
+  const auto call = call_mappings_.find(system_signal);
+  const auto answer = return_mappings_.find(system_signal);
+  const auto data = data_mappings_.find(system_signal);
+  const bool is_someip = properties != nullptr ||
+                         description(signal, nullptr, "SOMEIP-TRANSFORMATION-DESCRIPTION"_tag) != nullptr;
+  if (!services_.contains(service_id) && !is_someip) {
+    problems_.warning_once(
+        "plain PDUs", message.identifier->place(),
+        "HEADER-ID " + hex(message.id, 8) +
+            " is of no service instance and of no SOME/IP transformation: such PDUs are no "
+            "SOME/IP messages, and left out");
+    return;
+  }
+  Service& here = service(service_id, {}, message.identifier->place());
+  const std::string_view type =
+      properties == nullptr ? std::string_view{} : properties->child_text("MESSAGE-TYPE"_tag);
+  if (properties != nullptr && !here.has_version) {
+    const Node* version = properties->child("INTERFACE-VERSION"_tag);
+    const Node* const general = description(signal, properties, "SOMEIP-TRANSFORMATION-DESCRIPTION"_tag);
+    version = version == nullptr && general != nullptr ? general->child("INTERFACE-VERSION"_tag) : version;
+    if (const auto major = number_in(version, 0, 0xff, problems_)) {
+      here.major = static_cast<std::uint8_t>(*major);
+      here.has_version = true;
+    }
+  }
+  // An event may have no bit 15 here: the mapping and the message type tell more than the id.
+  const bool is_event =
+      type == "NOTIFICATION" ||
+      (type.empty() && call == call_mappings_.end() && answer == return_mappings_.end() &&
+       (data != data_mappings_.end() || (message.id & 0x8000U) != 0 || !message.groups.empty()));
+  if (is_event) {
+    make_event(here, message, signal, data == data_mappings_.end() ? nullptr : data->second);
+  } else {
+    const Node* const mapping = call != call_mappings_.end()       ? call->second
+                                : answer != return_mappings_.end() ? answer->second
+                                                                   : nullptr;
+    make_method(here, message, signal, mapping,
+                type == "RESPONSE" || (call == call_mappings_.end() && answer != return_mappings_.end()),
+                type == "REQUEST_NO_RETURN" || type == "REQUEST-NO-RETURN");
+  }
+}
+
+namespace {
+
+[[nodiscard]] std::string name_of(const Node* first, const Node* second, const Node* third,
+                                  std::uint32_t id) {
+  for (const Node* const node : {first, second, third}) {
+    if (node != nullptr && !node->name.empty()) {
+      return std::string{node->name};
+    }
+  }
+  return "member_" + hex(id & 0xffffU, 4);
+}
+
+}  // namespace
+
+void Classic::make_event(Service& here, const Message& message, const Node* signal, const Node* prototype) {
+  const auto id = static_cast<someip::MethodId>(static_cast<std::uint16_t>(message.id));
+  const auto known = std::ranges::find(here.events, std::optional{id}, &Event::id);
+  if (known != here.events.end()) {
+    for (const someip::EventgroupId group : message.groups) {
+      add_once(known->eventgroups, group);
+    }
+    return;
+  }
+  Event event{.name = name_of(prototype, signal, message.pdu, message.id), .id = id};
+  if (std::ranges::find(here.events, event.name, &Event::name) != here.events.end()) {
+    event.name += "_" + hex(message.id & 0xffffU, 4);
+  }
+  event.place = message.identifier->place();
+  event.eventgroups = message.groups;
+  event.transfer.transport = message.transport;
+  add_transfer(message, event.transfer);
+  const Context context = context_of(signal);
+  fill(event.payload, context);
+  if (prototype != nullptr) {
+    event.notes = notes_beside(*prototype);
+    event.payload.values.push_back(types_.value(*prototype, context));
+    event.payload.values.back().notes.description.clear();
+  } else {
+    problems_.warning(event.place, "of " + here.name + "." + event.name + " (" + hex(message.id, 8) +
+                                       ") no mapping tells the data type: its payload is not known");
+  }
+  event.e2e = protection(signal);
+  if (event.notes == Notes{} && message.pdu != nullptr) {
+    event.notes = notes_beside(*message.pdu);
+  }
+  here.events.push_back(std::move(event));
+}
+
+Protection Classic::protection(const Node* signal) {
+  const Node* const properties = conditional(signal, "END-TO-END-TRANSFORMATION-I-SIGNAL-PROPS"_tag,
+                                             "END-TO-END-TRANSFORMATION-I-SIGNAL-PROPS-VARIANTS"_tag,
+                                             "END-TO-END-TRANSFORMATION-I-SIGNAL-PROPS-CONDITIONAL"_tag);
+  if (properties == nullptr) {
+    return {};
+  }
+  return protection_of(description(signal, properties, "END-TO-END-TRANSFORMATION-DESCRIPTION"_tag),
+                       properties, problems_);
+}
+
+void Classic::add_transfer(const Message& message, Transfer& transfer) const {
+  const auto found = transfers_.find(message.pdu);
+  if (found != transfers_.end()) {
+    transfer.segment_bytes = found->second.segment_bytes;
+    transfer.separation = found->second.separation;
+  }
+}
+
+void Classic::make_method(Service& here, const Message& message, const Node* signal, const Node* mapping,
+                          bool is_answer, bool fire_and_forget) {
+  const auto id = static_cast<someip::MethodId>(static_cast<std::uint16_t>(message.id));
+  const Node* const operation =
+      mapping == nullptr
+          ? nullptr
+          : tree_.follow(mapping->child("CLIENT-SERVER-OPERATION-IREF"_tag), "TARGET-OPERATION-REF"_tag);
+  auto method = std::ranges::find(here.methods, std::optional{id}, &Method::id);
+  const bool is_new = method == here.methods.end();
+  if (is_new) {
+    here.methods.push_back({.name = name_of(operation, signal, message.pdu, message.id), .id = id});
+    method = std::prev(here.methods.end());
+    method->place = message.identifier->place();
+    if (operation == nullptr) {
+      problems_.warning(method->place, "of " + here.name + "." + method->name + " (" + hex(message.id, 8) +
+                                           ") no mapping tells the operation: its payloads are not known");
+    } else {
+      method->notes = notes_beside(*operation);
+    }
+    method->e2e = protection(signal);
+    // An operation without any answer on the wire.
+    method->fire_and_forget =
+        fire_and_forget || (mapping != nullptr && mapping->child("RETURN-SIGNAL-REF"_tag) == nullptr);
+  }
+  Transfer& transfer = is_answer ? method->response_transfer : method->request_transfer;
+  transfer.transport = message.transport;
+  add_transfer(message, transfer);
+  Payload& payload = is_answer ? method->response : method->request;
+  if (!payload.values.empty() || operation == nullptr) {
+    return;
+  }
+  const Context context = context_of(signal);
+  fill(payload, context);
+  each_in(operation, "ARGUMENTS"_tag, "ARGUMENT-DATA-PROTOTYPE"_tag, [&](const Node& argument) {
+    const std::string_view direction = argument.child_text("DIRECTION"_tag);
+    const bool in_answer = direction == "OUT" || direction == "INOUT";
+    const bool in_request = direction != "OUT";
+    if (is_answer ? in_answer : in_request) {
+      payload.values.push_back(types_.value(argument, context));
+      payload.values.back().tag = contexts_.tag(context, &argument);
+    }
+    if (direction == "INOUT") {
+      add_once(method->inout, std::string{argument.name});
+    }
+  });
+  if (operation->child("POSSIBLE-ERROR-REFS"_tag) != nullptr && method->application_errors.empty()) {
+    each_in(operation, "POSSIBLE-ERROR-REFS"_tag, "POSSIBLE-ERROR-REF"_tag,
+            [&](const Node& reference) { method->application_errors.emplace_back(reference.text); });
+  }
+}
+
+}  // namespace trestle::describe::arxml

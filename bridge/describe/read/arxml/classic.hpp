@@ -1,0 +1,77 @@
+#pragma once
+#include <map>
+#include <set>
+
+#include "bridge/describe/read/arxml/adaptive.hpp"
+
+namespace trestle::describe::arxml {
+
+/// System descriptions of the Classic Platform: sockets, service instances, PDUs and what they carry.
+/// Messages are found by their HEADER-IDs, which are whole Message IDs.
+class Classic {
+ public:
+  Classic(const Tree& tree, Problems& problems, Types& types, Contexts& contexts, Model& model)
+      : tree_{tree}, problems_{problems}, types_{types}, contexts_{contexts}, model_{model} {}
+
+  void read();
+
+ private:
+  /// A port of a host.
+  struct Socket {
+    std::optional<IpAddress> address{};
+    std::optional<std::uint16_t> udp{};
+    std::optional<std::uint16_t> tcp{};
+    std::string machine{};
+  };
+  /// A PDU with its HEADER-ID.
+  struct Message {
+    std::uint32_t id = 0;
+    const Node* pdu = nullptr;         ///< I-PDU, or nothing
+    const Node* triggering = nullptr;  ///< PDU-TRIGGERING
+    const Node* identifier = nullptr;  ///< what has the HEADER-ID
+    Transport transport = Transport::udp;
+    std::vector<someip::EventgroupId> groups{};
+  };
+
+  void read_machines();
+  void read_instances(Tag tag, Instance::Role role);
+  void read_eventgroups();
+  void read_segmentation();
+  void read_signal_mappings();
+  void read_messages();
+  void read_identifier(const Node& identifier, Transport transport);
+  void make_message(const Message& message);
+  void make_event(Service& here, const Message& message, const Node* signal, const Node* prototype);
+  void make_method(Service& here, const Message& message, const Node* signal, const Node* mapping,
+                   bool is_answer, bool fire_and_forget);
+  void add_transfer(const Message& message, Transfer& transfer) const;
+  [[nodiscard]] Protection protection(const Node* signal);
+  [[nodiscard]] const Node* signal_of(const Message& message) const;
+  [[nodiscard]] const Node* rules_node(const Node* signal) const;
+  [[nodiscard]] const Node* description(const Node* signal, const Node* properties, Tag tag) const;
+  [[nodiscard]] Context context_of(const Node* signal);
+  void fill(Payload& payload, const Context& context) const;
+  [[nodiscard]] Socket socket(const Node* endpoint);
+  [[nodiscard]] const Node* pdu_of(const Node* triggering) const;
+  [[nodiscard]] std::optional<someip::EventgroupId> eventgroup_id(const Node& handler);
+  [[nodiscard]] Service& service(someip::ServiceId id, std::string_view name, Place place);
+  void merge(Instance instance);
+
+  const Tree& tree_;
+  Problems& problems_;
+  Types& types_;
+  Contexts& contexts_;
+  Model& model_;
+  std::map<someip::ServiceId, std::size_t> services_{};
+  std::set<someip::ServiceId> described_{};               ///< by Adaptive elements
+  std::map<const Node*, const Node*> call_mappings_{};    ///< by SYSTEM-SIGNAL of the request
+  std::map<const Node*, const Node*> return_mappings_{};  ///< of the answer
+  std::map<const Node*, const Node*> data_mappings_{};    ///< by SYSTEM-SIGNAL: the data element
+  std::map<const Node*, Transfer> transfers_{};           ///< segmentation, by I-PDU
+  std::map<const Node*, const Node*> wholes_{};           ///< what is segmented, by the segments' PDU
+  std::map<const Node*, std::vector<someip::EventgroupId>> group_ids_{};       ///< by SO-AD-ROUTING-GROUP
+  std::map<const Node*, std::vector<someip::EventgroupId>> identifier_ids_{};  ///< by SO-CON-I-PDU-IDENTIFIER
+  std::map<std::uint32_t, std::vector<Message>> messages_{};
+};
+
+}  // namespace trestle::describe::arxml

@@ -1,0 +1,351 @@
+// Instances and machines of the Adaptive Platform, and what Classic has in common with them.
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "bridge/describe/read/arxml/adaptive.hpp"
+#include "bridge/describe/read/arxml/values.hpp"
+
+namespace trestle::describe::arxml {
+
+std::optional<sd::Timing> timing_of(const Node* node, Problems& problems) {
+  if (node == nullptr) {
+    return std::nullopt;
+  }
+  sd::Timing timing;
+  const auto time = [&](const Node* in, Tag tag, Duration& into) {
+    const Node* const found = in == nullptr ? nullptr : in->child(tag);
+    if (found == nullptr) {
+      return;
+    }
+    const auto value = seconds(found->text);
+    if (!value) {
+      problems.error(found->place(), std::string{to_string(tag)} + " is \"" + std::string{found->text} +
+                                         "\", and seconds were expected");
+      return;
+    }
+    if (*value >= std::chrono::seconds{20} && tag != "OFFER-CYCLIC-DELAY"_tag) {
+      problems.warning(found->place(), std::string{to_string(tag)} + " is " + std::string{found->text} +
+                                           " seconds; were milliseconds meant?");
+    }
+    into = *value;
+  };
+  const Node* initial = node->child("INITIAL-OFFER-BEHAVIOR"_tag);
+  initial = initial == nullptr ? node->child("INITIAL-FIND-BEHAVIOR"_tag) : initial;
+  time(initial, "INITIAL-DELAY-MIN-VALUE"_tag, timing.initial_delay_min);
+  time(initial, "INITIAL-DELAY-MAX-VALUE"_tag, timing.initial_delay_max);
+  time(initial, "INITIAL-REPETITIONS-BASE-DELAY"_tag, timing.repetitions_base_delay);
+  if (initial != nullptr) {
+    if (const auto count = number_in(initial->child("INITIAL-REPETITIONS-MAX"_tag), 0, 0xff, problems)) {
+      timing.repetitions_max = static_cast<std::uint8_t>(*count);
+    }
+  }
+  time(node, "OFFER-CYCLIC-DELAY"_tag, timing.cyclic_offer_delay);
+  const Node* const answer = node->child("REQUEST-RESPONSE-DELAY"_tag);
+  time(answer, "MIN-VALUE"_tag, timing.request_response_delay_min);
+  time(answer, "MAX-VALUE"_tag, timing.request_response_delay_max);
+  for (const Tag tag : {"SERVICE-OFFER-TIME-TO-LIVE"_tag, "SERVICE-FIND-TIME-TO-LIVE"_tag, "TTL"_tag}) {
+    if (const auto ttl = number_in(node->child(tag), 0, 0xffff'ffff, problems)) {
+      timing.ttl_s = std::min<std::uint32_t>(*ttl, 0xff'ffff);  // forever
+    }
+  }
+  return timing;
+}
+
+std::optional<IpAddress> address_of(const Node* endpoint, Problems& problems) {
+  if (endpoint == nullptr) {
+    return std::nullopt;
+  }
+  std::optional<IpAddress> found;
+  const auto read = [&](const Node* text) {
+    if (text == nullptr || found || text->text == "ANY") {
+      return;
+    }
+    found = address(text->text);
+    if (!found) {
+      problems.error(text->place(), "\"" + std::string{text->text} + "\" is no IP address");
+    }
+  };
+  each_in(endpoint, "NETWORK-ENDPOINT-ADDRESSES"_tag, "IPV-4-CONFIGURATION"_tag,
+          [&](const Node& node) { read(node.child("IPV-4-ADDRESS"_tag)); });
+  each_in(endpoint, "NETWORK-ENDPOINT-ADDRESSES"_tag, "IPV-6-CONFIGURATION"_tag,
+          [&](const Node& node) { read(node.child("IPV-6-ADDRESS"_tag)); });
+  return found;
+}
+
+std::map<std::string, std::string, std::less<>> records_of(const Node& node) {
+  std::map<std::string, std::string, std::less<>> records;
+  each_in(&node, "CAPABILITY-RECORDS"_tag, "TAG-WITH-OPTIONAL-VALUE"_tag, [&](const Node& record) {
+    records[std::string{record.child_text("KEY"_tag)}] = record.child_text("VALUE"_tag);
+  });
+  return records;
+}
+
+namespace {
+
+struct NumberKey {
+  Tag tag;
+  const char* key;
+};
+constexpr std::array profile_numbers{
+    NumberKey{"MAX-DELTA-COUNTER"_tag, "max_delta_counter"},
+    NumberKey{"MAX-NO-NEW-OR-REPEATED-DATA"_tag, "max_no_new_or_repeated_data"},
+    NumberKey{"SYNC-COUNTER-INIT"_tag, "sync_counter_init"},
+    NumberKey{"COUNTER-OFFSET"_tag, "counter_offset_bits"},
+    NumberKey{"CRC-OFFSET"_tag, "crc_offset_bits"},
+    NumberKey{"DATA-ID-NIBBLE-OFFSET"_tag, "data_id_nibble_offset_bits"},
+    NumberKey{"OFFSET"_tag, "offset_bits"},
+    NumberKey{"WINDOW-SIZE-INIT"_tag, "window_size_init"},
+    NumberKey{"WINDOW-SIZE-VALID"_tag, "window_size_valid"},
+    NumberKey{"WINDOW-SIZE-INVALID"_tag, "window_size_invalid"},
+    NumberKey{"MIN-OK-STATE-INIT"_tag, "min_ok_init"},
+    NumberKey{"MIN-OK-STATE-VALID"_tag, "min_ok_valid"},
+    NumberKey{"MIN-OK-STATE-INVALID"_tag, "min_ok_invalid"},
+    NumberKey{"MAX-ERROR-STATE-INIT"_tag, "max_error_init"},
+    NumberKey{"MAX-ERROR-STATE-VALID"_tag, "max_error_valid"},
+    NumberKey{"MAX-ERROR-STATE-INVALID"_tag, "max_error_invalid"},
+};
+constexpr std::array element_numbers{
+    NumberKey{"DATA-LENGTH"_tag, "data_bits"},
+    NumberKey{"MIN-DATA-LENGTH"_tag, "min_data_bits"},
+    NumberKey{"MAX-DATA-LENGTH"_tag, "max_data_bits"},
+    NumberKey{"SOURCE-ID"_tag, "source_id"},
+};
+
+}  // namespace
+
+Protection protection_of(const Node* profile, const Node* properties, Problems& problems) {
+  Protection protection;
+  const auto numbers = [&](const Node* node, const auto& keys) {
+    for (const NumberKey& key : keys) {
+      const Node* const found = node == nullptr ? nullptr : node->child(key.tag);
+      if (const auto value = number_in(found, 0, 0xffff'ffff, problems)) {
+        protection.numbers[key.key] = *value;
+      }
+    }
+  };
+  numbers(profile, profile_numbers);
+  numbers(properties, element_numbers);
+  if (profile != nullptr) {
+    std::string name{profile->child_text("PROFILE-NAME"_tag)};
+    if (const std::size_t digits = name.find_first_of("0123456789"); digits != std::string::npos) {
+      name.erase(0, digits);  // PROFILE_04
+    }
+    name.erase(0, std::min(name.find_first_not_of('0'), name.size()));
+    protection.profile = name;
+    const std::string_view mode = profile->child_text("DATA-ID-MODE"_tag);
+    if (mode == "ALL-16-BIT") {
+      protection.words["data_id_mode"] = "both";
+    } else if (mode == "ALTERNATING-8-BIT") {
+      protection.words["data_id_mode"] = "alternating";
+    } else if (mode == "LOWER-8-BIT") {
+      protection.words["data_id_mode"] = "low";
+    } else if (mode == "LOWER-12-BIT") {
+      protection.words["data_id_mode"] = "nibble";
+    }
+    if (const auto clears = boolean(profile->child_text("CLEAR-FROM-VALID-TO-INVALID"_tag))) {
+      protection.words["clear_to_invalid"] = *clears ? "true" : "false";
+    }
+    const std::string_view behavior = profile->child_text("PROFILE-BEHAVIOR"_tag);
+    if (behavior == "PRE-R-4-2") {
+      protection.words["behavior"] = "pre_r4_2";
+    } else if (behavior == "R-4-2") {
+      protection.words["behavior"] = "r4_2";
+    }
+  }
+  std::vector<std::uint32_t> ids;
+  each_in(properties, "DATA-IDS"_tag, "DATA-ID"_tag, [&](const Node& id) {
+    if (const auto value = number_in(&id, 0, 0xffff'ffff, problems)) {
+      ids.push_back(*value);
+    }
+  });
+  if (ids.size() == 1) {
+    protection.numbers["data_id"] = ids.front();
+  } else if (!ids.empty()) {
+    std::string& list = protection.words["data_id_list"];
+    for (const std::uint32_t id : ids) {
+      list += (list.empty() ? "" : " ") + std::to_string(id);
+    }
+  }
+  return protection;
+}
+
+// --- machines ---------------------------------------------------------------------------------------------
+
+namespace {
+
+/// The network endpoint of a connector: one in older schemas, several in newer ones.
+[[nodiscard]] const Node* endpoint_of(const Tree& tree, const Node* connector) {
+  const Node* endpoint = tree.follow(connector, "UNICAST-NETWORK-ENDPOINT-REF"_tag);
+  each_in(
+      connector, "UNICAST-NETWORK-ENDPOINT-REFS"_tag, "UNICAST-NETWORK-ENDPOINT-REF"_tag,
+      [&](const Node& reference) { endpoint = endpoint == nullptr ? tree.resolve(reference) : endpoint; });
+  return endpoint;
+}
+
+}  // namespace
+
+void Adaptive::read_machines() {
+  for (const Node* const node : tree_.all("MACHINE-DESIGN"_tag)) {
+    Machine machine{.name = std::string{node->name}, .place = node->place()};
+    each_in(node, "COMMUNICATION-CONNECTORS"_tag, "ETHERNET-COMMUNICATION-CONNECTOR"_tag,
+            [&](const Node& connector) {
+              if (!machine.address) {
+                machine.address = address_of(endpoint_of(tree_, &connector), problems_);
+              }
+            });
+    for (const Tag list : {"SERVICE-DISCOVERY-CONFIGS"_tag, "SERVICE-DISCOVER-CONFIGS"_tag}) {
+      each_in(node, list, "SOMEIP-SERVICE-DISCOVERY"_tag, [&](const Node& discovery) {
+        machine.sd_multicast =
+            address_of(tree_.follow(&discovery, "MULTICAST-SD-IP-ADDRESS-REF"_tag), problems_);
+        if (const auto number =
+                number_in(discovery.child("SOMEIP-SERVICE-DISCOVERY-PORT"_tag), 1, 0xffff, problems_)) {
+          machine.sd_port = static_cast<std::uint16_t>(*number);
+        }
+      });
+    }
+    model_.machines.push_back(std::move(machine));
+  }
+}
+
+// --- instances --------------------------------------------------------------------------------------------
+
+void Adaptive::read_instance(const Node& node, Instance::Role role) {
+  Instance instance{.role = role, .name = std::string{node.name}, .place = node.place()};
+  const Node* const reference = node.child("SERVICE-INTERFACE-DEPLOYMENT-REF"_tag);
+  if (const Node* const deployment = reference == nullptr ? nullptr : tree_.resolve(*reference);
+      deployment != nullptr) {
+    const auto found = deployed_.find(deployment);
+    if (found != deployed_.end()) {
+      instance.service = found->second.service;
+      instance.service_id = found->second.id;
+    }
+  } else if (reference != nullptr) {
+    problems_.warning(reference->place(),
+                      "the deployment " + std::string{reference->text} + " is in none of the files");
+  }
+  if (const Node* const inlined = node.child("SERVICE-INTERFACE-DEPLOYMENT"_tag); inlined != nullptr) {
+    problems_.warning(
+        inlined->place(),
+        "a SERVICE-INTERFACE-DEPLOYMENT-REF was expected; what stands here is read as a deployment");
+    if (const auto id = number_in(inlined->child("SERVICE-INTERFACE-ID"_tag), 0, 0xffff, problems_)) {
+      instance.service_id = static_cast<someip::ServiceId>(*id);
+    }
+    const Node* const version = inlined->child("SERVICE-INTERFACE-VERSION"_tag);
+    if (version != nullptr) {
+      if (const auto major = number_in(version->child("MAJOR-VERSION"_tag), 0, 0xff, problems_)) {
+        instance.major = static_cast<std::uint8_t>(*major);
+      }
+      instance.minor = number_in(version->child("MINOR-VERSION"_tag), 0, 0xffff'ffff, problems_);
+    }
+    for (const Service& service : model_.services) {
+      if (service.id == instance.service_id && instance.service.empty()) {
+        instance.service = full_name(service.scope, service.name);
+      }
+    }
+  }
+  const Node* id = node.child("SERVICE-INSTANCE-ID"_tag);
+  id = id == nullptr ? node.child("REQUIRED-SERVICE-INSTANCE-ID"_tag) : id;
+  if (id != nullptr && id->text != "ANY" && id->text != "ALL") {
+    if (const auto number = number_in(id, 0, 0xffff, problems_)) {
+      instance.id = static_cast<someip::InstanceId>(*number);
+      if (!someip::names_an_instance(*instance.id)) {
+        problems_.warning(id->place(), std::string{id->text} + " cannot be the id of an instance");
+      }
+    }
+  }
+  const Node* const minor = node.child("REQUIRED-MINOR-VERSION"_tag);
+  if (minor != nullptr && minor->text != "ANY") {
+    instance.minor = number_in(minor, 0, 0xffff'ffff, problems_);
+  }
+  const bool provided = role == Instance::Role::provided;
+  const Tag config_reference = provided ? "SD-SERVER-CONFIG-REF"_tag : "SD-CLIENT-CONFIG-REF"_tag;
+  const Tag config_inside = provided ? "SD-SERVER-CONFIG"_tag : "SD-CLIENT-CONFIG"_tag;
+  const Node* config = tree_.follow(&node, config_reference);
+  config = config == nullptr ? node.child(config_inside) : config;
+  instance.timing = timing_of(config, problems_);
+  const auto small = [&](Tag tag) -> std::optional<std::uint16_t> {
+    const auto value = number_in(node.child(tag), 0, 0xffff, problems_);
+    return value ? std::optional{static_cast<std::uint16_t>(*value)} : std::nullopt;
+  };
+  instance.priority = small("LOAD-BALANCING-PRIORITY"_tag);
+  instance.weight = small("LOAD-BALANCING-WEIGHT"_tag);
+  instance.configuration = records_of(node);
+  const auto group_id = [&](const Node& group) -> std::optional<someip::EventgroupId> {
+    const Node* const target = tree_.follow(&group, "EVENT-GROUP-REF"_tag);
+    const Node* const number = (target == nullptr ? group : *target).child("EVENT-GROUP-ID"_tag);
+    const auto value = number_in(number, 0, 0xffff, problems_);
+    if (!value) {
+      problems_.warning(group.place(),
+                        "the eventgroup of " + Tree::path(&group) + " is in none of the files");
+    }
+    return value ? std::optional{static_cast<someip::EventgroupId>(*value)} : std::nullopt;
+  };
+  each_in(&node, "PROVIDED-EVENT-GROUPS"_tag, "SOMEIP-PROVIDED-EVENT-GROUP"_tag, [&](const Node& group) {
+    const Node* text = group.child("IPV-4-MULTICAST-IP-ADDRESS"_tag);
+    text = text == nullptr ? group.child("IPV-6-MULTICAST-IP-ADDRESS"_tag) : text;
+    if (text == nullptr) {
+      return;
+    }
+    const auto group_number = group_id(group);
+    const auto to = address(text->text);
+    const auto number = number_in(group.child("EVENT-MULTICAST-UDP-PORT"_tag), 1, 0xffff, problems_);
+    if (!to || !to->is_multicast()) {
+      problems_.error(text->place(), "\"" + std::string{text->text} + "\" is no multicast address");
+    } else if (group_number) {
+      // Without a threshold the group would never be used: then a second subscriber is enough.
+      const auto threshold = number_in(group.child("MULTICAST-THRESHOLD"_tag), 0, 0xffff, problems_);
+      instance.multicast.push_back({.eventgroup = *group_number,
+                                    .group = {*to, static_cast<std::uint16_t>(number.value_or(0))},
+                                    .threshold = threshold.value_or(2)});
+    }
+  });
+  each_in(&node, "REQUIRED-EVENT-GROUPS"_tag, "SOMEIP-REQUIRED-EVENT-GROUP"_tag, [&](const Node& group) {
+    if (const auto number = group_id(group)) {
+      instance.eventgroups.push_back(*number);
+    }
+  });
+  instances_[&node] = model_.instances.size();
+  model_.instances.push_back(std::move(instance));
+}
+
+std::optional<std::uint16_t> Adaptive::port(const Node& mapping, Tag direct, Tag reference, Tag tp,
+                                            Tag tp_port) {
+  const Node* number = mapping.child(direct);
+  if (number == nullptr) {
+    const Node* const endpoint = tree_.follow(&mapping, reference);
+    number = endpoint == nullptr ? nullptr
+                                 : endpoint->down("TP-CONFIGURATION"_tag, tp, tp_port, "PORT-NUMBER"_tag);
+  }
+  const auto value = number_in(number, 0, 0xffff, problems_);
+  return value && *value != 0 ? std::optional{static_cast<std::uint16_t>(*value)} : std::nullopt;
+}
+
+void Adaptive::read_places() {
+  for (const Node* const mapping : tree_.all("SOMEIP-SERVICE-INSTANCE-TO-MACHINE-MAPPING"_tag)) {
+    const Node* const connector = tree_.follow(mapping, "COMMUNICATION-CONNECTOR-REF"_tag);
+    const auto host = address_of(endpoint_of(tree_, connector), problems_);
+    const Node* const machine = connector == nullptr ? nullptr : connector->above("MACHINE-DESIGN"_tag);
+    const auto udp = port(*mapping, "UDP-PORT"_tag, "UDP-PORT-REF"_tag, "UDP-TP"_tag, "UDP-TP-PORT"_tag);
+    const auto tcp = port(*mapping, "TCP-PORT"_tag, "TCP-PORT-REF"_tag, "TCP-TP"_tag, "TCP-TP-PORT"_tag);
+    const auto place = [&](const Node& reference) {
+      const auto found = instances_.find(tree_.resolve(reference));
+      if (found == instances_.end()) {
+        problems_.warning(reference.place(),
+                          "the instance " + std::string{reference.text} + " is in none of the files");
+        return;
+      }
+      Instance& instance = model_.instances[found->second];
+      instance.address = host ? host : instance.address;
+      instance.udp_port = udp ? udp : instance.udp_port;
+      instance.tcp_port = tcp ? tcp : instance.tcp_port;
+      if (machine != nullptr) {
+        instance.machine = machine->name;
+      }
+    };
+    each_in(mapping, "SERVICE-INSTANCE-REFS"_tag, "SERVICE-INSTANCE-REF"_tag, place);
+    each_child(mapping, "SERVICE-INSTANCE-REF"_tag, place);
+  }
+}
+
+}  // namespace trestle::describe::arxml

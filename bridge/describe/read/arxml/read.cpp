@@ -1,0 +1,37 @@
+#include "bridge/describe/read/arxml/adaptive.hpp"
+#include "bridge/describe/read/arxml/arxml.hpp"
+#include "bridge/describe/read/arxml/classic.hpp"
+
+namespace trestle::describe {
+
+Reading read_arxml(std::span<ArxmlInput> inputs, const ArxmlOptions& options) {
+  Reading reading;
+  Model& model = reading.model;
+  for (const ArxmlInput& input : inputs) {
+    model.files.push_back(input.name);
+  }
+  arxml::Problems problems{model.files};
+  constexpr std::size_t max_files = 0xffff;
+  if (inputs.size() > max_files) {
+    problems.error({}, "there are more than 65535 files");
+  } else {
+    arxml::Tree tree{options, problems};
+    bool complete = true;
+    for (std::size_t file = 0; file < inputs.size(); ++file) {
+      complete = tree.add(inputs[file].stream, static_cast<std::uint16_t>(file)) && complete;
+    }
+    // References to what is in a file that cannot be read would be wrong as well.
+    if (complete) {
+      tree.join();
+      arxml::Contexts contexts{tree, problems};
+      arxml::Types types{tree, problems, contexts, options, model};
+      arxml::Adaptive{tree, problems, contexts, types, options, model}.read();
+      arxml::Classic{tree, problems, types, contexts, model}.read();
+      types.read_all();
+    }
+  }
+  reading.problems = problems.take();
+  return reading;
+}
+
+}  // namespace trestle::describe

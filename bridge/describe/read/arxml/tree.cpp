@@ -1,0 +1,593 @@
+#include "bridge/describe/read/arxml/tree.hpp"
+
+#include <expat.h>
+
+#include <array>
+#include <limits>
+#include <memory>
+
+namespace trestle::describe::arxml {
+
+namespace {
+
+/// Deeper files do not exist; the deepest elements of real ones are about 40 deep.
+constexpr std::size_t max_depth = 120;
+constexpr std::size_t text_chunk_bytes = 1U << 18U;
+
+[[nodiscard]] std::string_view trimmed(std::string_view text) noexcept {
+  constexpr std::string_view blanks = " \t\r\n";
+  const std::size_t first = text.find_first_not_of(blanks);
+  if (first == std::string_view::npos) {
+    return {};
+  }
+  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
+}
+
+[[nodiscard]] std::string_view without_prefix(std::string_view name) noexcept {
+  const std::size_t colon = name.find(':');
+  return colon == std::string_view::npos ? name : name.substr(colon + 1);
+}
+
+/// Elements of text with markup in it.
+[[nodiscard]] constexpr bool has_markup(Tag tag) noexcept {
+  return tag == "L-2"_tag || tag == "L-4"_tag;
+}
+
+[[nodiscard]] bool contains(std::string_view text, std::string_view part) noexcept {
+  return text.find(part) != std::string_view::npos;
+}
+
+[[nodiscard]] std::string lower(std::string_view text) {
+  std::string out{text};
+  for (char& letter : out) {
+    letter = letter >= 'A' && letter <= 'Z' ? static_cast<char>(letter - 'A' + 'a') : letter;
+  }
+  return out;
+}
+
+}  // namespace
+
+const Node* Node::child(Tag wanted) const noexcept {
+  for (const Node* node = first_child; node != nullptr; node = node->next) {
+    if (node->tag == wanted) {
+      return node;
+    }
+  }
+  return nullptr;
+}
+
+std::string_view Node::child_text(Tag wanted) const noexcept {
+  const Node* const found = child(wanted);
+  return found == nullptr ? std::string_view{} : found->text;
+}
+
+const Node* Node::above(Tag wanted) const noexcept {
+  for (const Node* node = parent; node != nullptr; node = node->parent) {
+    if (node->tag == wanted) {
+      return node;
+    }
+  }
+  return nullptr;
+}
+
+namespace {
+
+void append(Node& parent, Node& child) noexcept {
+  child.parent = &parent;
+  child.next = nullptr;
+  if (parent.last_child == nullptr) {
+    parent.first_child = &child;
+  } else {
+    parent.last_child->next = &child;
+  }
+  parent.last_child = &child;
+}
+
+}  // namespace
+
+/// What expat calls for one file.
+class Handlers {
+ public:
+  Handlers(Tree& tree, XML_Parser parser, std::uint16_t file) : tree_{tree}, parser_{parser}, file_{file} {
+    XML_SetUserData(parser, this);
+    XML_SetElementHandler(parser, &start, &end);
+    XML_SetCharacterDataHandler(parser, &characters);
+    XML_SetStartDoctypeDeclHandler(parser, &doctype);
+  }
+
+  [[nodiscard]] Place here() const noexcept {
+    constexpr XML_Size most = std::numeric_limits<int>::max();
+    return {file_,
+            {static_cast<int>(std::min<XML_Size>(XML_GetCurrentLineNumber(parser_), most)),
+             static_cast<int>(std::min<XML_Size>(XML_GetCurrentColumnNumber(parser_) + 1, most))}};
+  }
+  [[nodiscard]] bool stopped() const noexcept { return stopped_; }
+  /// What is said once for the whole file.
+  void finish() {
+    if (variants_ > 0) {
+      tree_.problems_.warning(first_variant_,
+                              std::to_string(variants_) +
+                                  " elements of this file have a VARIATION-POINT; each of them is read as if "
+                                  "its variant were chosen");
+    }
+  }
+
+ private:
+  static void XMLCALL start(void* self, const XML_Char* name, const XML_Char** attributes) {
+    static_cast<Handlers*>(self)->on_start(name, attributes);
+  }
+  static void XMLCALL end(void* self, const XML_Char* /*name*/) { static_cast<Handlers*>(self)->on_end(); }
+  static void XMLCALL characters(void* self, const XML_Char* text, int size) {
+    static_cast<Handlers*>(self)->on_text({text, static_cast<std::size_t>(size)});
+  }
+  static void XMLCALL doctype(void* self, const XML_Char* /*name*/, const XML_Char* /*system*/,
+                              const XML_Char* /*public_id*/, int /*internal*/) {
+    // Entities of a DTD are how a small file becomes a large one, and how it reads other files.
+    static_cast<Handlers*>(self)->stop("a DTD stands here, and ARXML has none: it is refused");
+  }
+
+  void stop(std::string text) {
+    if (!stopped_) {
+      tree_.problems_.error(here(), std::move(text));
+      stopped_ = true;
+      XML_StopParser(parser_, XML_FALSE);
+    }
+  }
+
+  void on_start(std::string_view name, const XML_Char** attributes) {
+    if (stopped_) {
+      return;
+    }
+    if (++depth_ > max_depth) {
+      stop("elements are nested more than " + std::to_string(max_depth) + " deep");
+      return;
+    }
+    if (skipped_from_ > 0) {
+      return;
+    }
+    name = without_prefix(name);
+    const std::size_t index = index_of(name);
+    if (depth_ == 1 && !accept_top(name, attributes)) {
+      return;
+    }
+    if (index == vocabulary.size()) {
+      // In text, markup is passed through.
+      if (current_ == nullptr || !has_markup(current_->tag)) {
+        skipped_from_ = depth_;
+      }
+      return;
+    }
+    const Tag tag{static_cast<std::uint16_t>(index)};
+    if (tag == "VARIATION-POINT"_tag) {
+      if (variants_++ == 0) {
+        first_variant_ = here();
+      }
+      skipped_from_ = depth_;
+      return;
+    }
+    open(tag, attributes);
+  }
+
+  [[nodiscard]] bool accept_top(std::string_view name, const XML_Char** attributes) {
+    if (name != "AUTOSAR") {
+      stop("the top element is " + std::string{name} + ", and AUTOSAR was expected");
+      return false;
+    }
+    std::string_view space;
+    std::string_view schema;
+    for (; *attributes != nullptr; attributes += 2) {
+      const std::string_view key = attributes[0];
+      if (key.starts_with("xmlns") && contains(attributes[1], "autosar")) {
+        space = attributes[1];
+      } else if (without_prefix(key) == "schemaLocation") {
+        schema = attributes[1];
+      }
+    }
+    if (contains(space, "autosar.org/3") || contains(space, "autosar.org/2") ||
+        contains(space, "schema/r3") || contains(space, "schema/r2")) {
+      stop("the file is of AUTOSAR " + std::string{space} + "; http://autosar.org/schema/r4.0 was expected");
+      return false;
+    }
+    if (!contains(space, "autosar.org/schema/r4")) {
+      tree_.problems_.warning(here(),
+                              "the namespace is not http://autosar.org/schema/r4.0; read as if it were");
+    } else if (!contains(lower(schema), "autosar_")) {
+      tree_.problems_.warning(here(), "xsi:schemaLocation names no AUTOSAR_….xsd; read as AUTOSAR 4");
+    }
+    return true;
+  }
+
+  void open(Tag tag, const XML_Char** attributes) {
+    if (tree_.nodes_.size() >= tree_.options_.max_elements) {
+      stop("there are more than " + std::to_string(tree_.options_.max_elements) +
+           " elements of interest; further ones are not read");
+      return;
+    }
+    Node& node = tree_.nodes_.emplace_back();
+    const Place place = here();
+    node.tag = tag;
+    node.file = file_;
+    node.line = place.mark.line;
+    node.column = static_cast<std::uint16_t>(std::min(place.mark.column, 0xffff));
+    for (; *attributes != nullptr; attributes += 2) {
+      const std::string_view key = attributes[0];
+      if (key == "BASE") {
+        tree_.bases_.emplace(&node, attributes[1]);
+      } else if (key == "INTERVAL-TYPE") {
+        node.open_interval = std::string_view{attributes[1]} == "OPEN";
+      } else if (key == "L") {
+        node.english = std::string_view{attributes[1]} == "EN";
+      } else if (key == "BINDING-TIME") {
+        node.formula = true;
+      }
+    }
+    if (current_ != nullptr) {
+      if (tag == "SHORT-NAME"_tag) {
+        before_name_ = current_->last_child;
+      }
+      append(*current_, node);
+    } else {
+      tree_.tops_.push_back(&node);
+    }
+    current_ = &node;
+    text_.clear();
+  }
+
+  void on_end() {
+    if (stopped_) {
+      return;
+    }
+    const std::size_t depth = depth_--;
+    if (skipped_from_ > 0) {
+      if (skipped_from_ == depth) {
+        skipped_from_ = 0;
+      }
+      return;
+    }
+    // Markup that was passed through has no node.
+    if (current_ == nullptr || (has_markup(current_->tag) && depth > depth_of(current_))) {
+      return;
+    }
+    close(*current_);
+  }
+
+  /// Nodes are exactly as deep as their elements: an element without a node skips all that is in it.
+  [[nodiscard]] static std::size_t depth_of(const Node* node) noexcept {
+    std::size_t depth = 0;
+    for (; node != nullptr; node = node->parent) {
+      ++depth;
+    }
+    return depth;
+  }
+
+  void close(Node& node) {
+    Node* const parent = node.parent;
+    const std::string_view text = trimmed(text_);
+    if (!text.empty() && node.first_child == nullptr) {
+      if (tree_.text_bytes_ + text.size() > tree_.options_.max_text_bytes) {
+        stop("there are more than " + std::to_string(tree_.options_.max_text_bytes) + " bytes of text");
+        return;
+      }
+      node.text = tree_.keep(text);
+    }
+    text_.clear();
+    current_ = parent;
+    if (node.tag == "SHORT-NAME"_tag && parent != nullptr) {
+      take_name(*parent, node);
+    }
+  }
+
+  /// A name is no child of its own, to keep the tree small.
+  void take_name(Node& parent, Node& name) {
+    if (parent.tag == "SUB-ELEMENTS"_tag || parent.tag == "ELEMENTS"_tag || parent.tag == "AR-PACKAGES"_tag) {
+      tree_.problems_.warning(name.place(), "a SHORT-NAME is not expected in " +
+                                                std::string{to_string(parent.tag)} + "; it is ignored");
+    } else if (parent.name.empty()) {
+      parent.name = name.text;
+    }
+    // It is the last node that was made, and the last child, unless there are elements in it.
+    if (&tree_.nodes_.back() == &name) {
+      (before_name_ == nullptr ? parent.first_child : before_name_->next) = nullptr;
+      parent.last_child = before_name_;
+      tree_.nodes_.pop_back();
+    }
+  }
+
+  void on_text(std::string_view text) {
+    if (!stopped_ && skipped_from_ == 0 && current_ != nullptr && current_->first_child == nullptr) {
+      if (text_.size() + text.size() > tree_.options_.max_text_bytes) {
+        stop("the text of this element is too long");
+        return;
+      }
+      text_ += text;
+    }
+  }
+
+  Tree& tree_;
+  XML_Parser parser_;
+  std::uint16_t file_;
+  Node* current_ = nullptr;
+  Node* before_name_ = nullptr;  ///< the child of current_ before its SHORT-NAME
+  std::string text_{};
+  std::size_t depth_ = 0;
+  std::size_t skipped_from_ = 0;  ///< depth of the element that is skipped with all that is in it; 0: none
+  std::size_t variants_ = 0;
+  Place first_variant_{};
+  bool stopped_ = false;
+};
+
+std::string_view Tree::keep(std::string_view text) {
+  if (text_.empty() || text_.back().capacity() - text_.back().size() < text.size()) {
+    text_.emplace_back().reserve(std::max(text_chunk_bytes, text.size()));
+  }
+  std::string& chunk = text_.back();
+  const std::size_t at = chunk.size();
+  chunk += text;  // never moves: there is room
+  text_bytes_ += text.size();
+  return std::string_view{chunk}.substr(at);
+}
+
+bool Tree::add(std::istream& stream, std::uint16_t file) {
+  const std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser{XML_ParserCreate(nullptr),
+                                                                            &XML_ParserFree};
+  if (!parser) {
+    problems_.error({file, {}}, "no memory for reading XML");
+    return false;
+  }
+  Handlers handlers{*this, parser.get(), file};
+  constexpr int buffer_bytes = 1 << 16;
+  for (bool last = false; !last;) {
+    void* const buffer = XML_GetBuffer(parser.get(), buffer_bytes);
+    if (buffer == nullptr) {
+      problems_.error(handlers.here(), "no memory for reading XML");
+      return false;
+    }
+    stream.read(static_cast<char*>(buffer), buffer_bytes);
+    last = !stream.good();
+    if (stream.bad()) {
+      problems_.error(handlers.here(), "the file cannot be read any further");
+      return false;
+    }
+    if (XML_ParseBuffer(parser.get(), static_cast<int>(stream.gcount()), last ? 1 : 0) != XML_STATUS_OK) {
+      if (!handlers.stopped()) {
+        problems_.error(handlers.here(), std::string{"this is no XML any more: "} +
+                                             XML_ErrorString(XML_GetErrorCode(parser.get())));
+      }
+      return false;
+    }
+  }
+  handlers.finish();
+  return true;
+}
+
+// --- joining ----------------------------------------------------------------------------------------------
+
+namespace {
+
+/// Elements without a name that are there once, and hold others.
+[[nodiscard]] bool is_container(const Node& node) noexcept {
+  return node.name.empty() && node.text.empty() && to_string(node.tag).ends_with('S') &&
+         node.tag != "SOMEIP-EVENT-PROPS"_tag && node.tag != "SOMEIP-METHOD-PROPS"_tag;
+}
+
+/// Takes the children away, as a list.
+[[nodiscard]] Node* take_children(Node& node) noexcept {
+  Node* const first = node.first_child;
+  node.first_child = nullptr;
+  node.last_child = nullptr;
+  return first;
+}
+
+}  // namespace
+
+/// The children of an element by what makes them one with others.
+struct Tree::Siblings {
+  std::unordered_map<std::string_view, Node*> packages{};
+  std::unordered_map<std::string_view, Node*> names{};  ///< of others, which may have that of a package
+  std::unordered_map<std::string_view, Node*> texts{};
+  std::unordered_map<std::uint16_t, Node*> containers{};
+
+  [[nodiscard]] std::unordered_map<std::string_view, Node*>& named(Tag tag) noexcept {
+    return tag == "AR-PACKAGE"_tag ? packages : names;
+  }
+  void add(Node& node) {
+    if (!node.name.empty()) {
+      named(node.tag).try_emplace(node.name, &node);
+    } else if (is_container(node)) {
+      containers.try_emplace(static_cast<std::uint16_t>(node.tag), &node);
+    } else if (node.first_child == nullptr) {
+      texts.try_emplace(node.text, &node);
+    }
+  }
+};
+
+void Tree::absorb(Node& into, Node& child, Siblings& siblings) {
+  if (!child.name.empty()) {
+    const auto& named = siblings.named(child.tag);
+    const auto there = named.find(child.name);
+    if (there != named.end() && there->second->tag == child.tag &&
+        (child.tag == "AR-PACKAGE"_tag || there->second->file != child.file)) {
+      merge_children(*there->second, child);
+      return;
+    }
+  } else if (is_container(child)) {
+    const auto there = siblings.containers.find(static_cast<std::uint16_t>(child.tag));
+    if (there != siblings.containers.end()) {
+      merge_children(*there->second, child);
+      return;
+    }
+  } else if (child.first_child == nullptr) {
+    const auto there = siblings.texts.find(child.text);
+    if (there != siblings.texts.end() && there->second->tag == child.tag &&
+        there->second->file != child.file) {
+      return;  // said in both files
+    }
+  }
+  append(into, child);
+  siblings.add(child);
+  if (child.tag == "AR-PACKAGE"_tag || child.tag == "AR-PACKAGES"_tag) {
+    // Also a single file may have a package in several pieces.
+    merge_children(child, child);
+  }
+}
+
+void Tree::merge_children(Node& into, Node& from) {
+  Node* child = take_children(from);
+  Siblings siblings;
+  for (Node* node = into.first_child; node != nullptr; node = node->next) {
+    siblings.add(*node);
+  }
+  while (child != nullptr) {
+    Node& moved = *child;
+    child = child->next;
+    if (&into == &from && into.tag == "AR-PACKAGE"_tag && moved.tag != "AR-PACKAGES"_tag) {
+      append(into, moved);
+    } else {
+      absorb(into, moved, siblings);
+    }
+  }
+}
+
+void Tree::join() {
+  root_.tag = "AUTOSAR"_tag;
+  for (Node* const top : tops_) {
+    merge_children(root_, *top);
+  }
+  by_tag_.resize(vocabulary.size());
+  index(root_, &root_);
+}
+
+void Tree::index(Node& node, Node* named) {
+  for (Node* child = node.first_child; child != nullptr; child = child->next) {
+    by_tag_[static_cast<std::size_t>(child->tag)].push_back(child);
+    if (child->tag == "REFERENCE-BASES"_tag) {
+      reference_bases_.emplace(&node, child);
+    }
+    Node* inner = named;
+    if (!child->name.empty()) {
+      inner = child;
+      const auto [there, is_new] = names_.try_emplace(Key{named, child->name}, child);
+      if (!is_new) {
+        more_names_[Key{named, child->name}].push_back(child);
+        if (there->second->tag == child->tag && node.tag == "ELEMENTS"_tag) {
+          problems_.warning(child->place(), path(child) +
+                                                " is there twice; references mean the one in line " +
+                                                std::to_string(there->second->line));
+        }
+      }
+    }
+    index(*child, inner);
+  }
+}
+
+// --- paths ------------------------------------------------------------------------------------------------
+
+std::string Tree::path(const Node* node) {
+  std::vector<std::string_view> names;
+  for (; node != nullptr; node = node->parent) {
+    if (!node->name.empty()) {
+      names.push_back(node->name);
+    }
+  }
+  std::string path;
+  for (auto name = names.rbegin(); name != names.rend(); ++name) {
+    path += '/';
+    path += *name;
+  }
+  return path;
+}
+
+std::string Tree::scope(const Node& node) {
+  return path(node.parent);
+}
+
+const Node* Tree::find(const Node* from, std::string_view path) const {
+  int steps = 0;
+  return find(from, path, steps);
+}
+
+/// A package and another element may have one name: then the one is meant that the rest of the path is in.
+const Node* Tree::find(const Node* from, std::string_view path, int& steps) const {
+  constexpr int max_steps = 1000;
+  if (from == nullptr || path.empty() || ++steps > max_steps) {
+    return steps > max_steps ? nullptr : from;
+  }
+  const std::size_t slash = path.find('/');
+  const Key key{from, path.substr(0, slash)};
+  const std::string_view rest = slash == std::string_view::npos ? std::string_view{} : path.substr(slash + 1);
+  const auto first = names_.find(key);
+  const Node* found = first == names_.end() ? nullptr : find(first->second, rest, steps);
+  if (found == nullptr && first != names_.end()) {
+    const auto others = more_names_.find(key);
+    if (others != more_names_.end()) {
+      for (const Node* const other : others->second) {
+        found = found == nullptr ? find(other, rest, steps) : found;
+      }
+    }
+  }
+  return found;
+}
+
+const Node* Tree::guess(const Node& reference) const {
+  const std::string_view path = reference.text;
+  // By a base of one of the packages around it.
+  const auto base = bases_.find(&reference);
+  for (const Node* node = &reference; node != nullptr; node = node->parent) {
+    const auto list = reference_bases_.find(node);
+    if (list == reference_bases_.end()) {
+      continue;
+    }
+    const Node* found = nullptr;
+    each_child(list->second, "REFERENCE-BASE"_tag, [&](const Node& candidate) {
+      const bool matches = base != bases_.end() ? candidate.child_text("SHORT-LABEL"_tag) == base->second
+                                                : candidate.child_text("IS-DEFAULT"_tag) == "true";
+      const std::string_view package = candidate.child_text("PACKAGE-REF"_tag);
+      if (matches && found == nullptr && package.starts_with('/')) {
+        found = find(find(&root_, package.substr(1)), path);
+      }
+    });
+    if (found != nullptr) {
+      return found;
+    }
+  }
+  // Relative to one of the elements around it, which no schema knows.
+  for (const Node* node = reference.parent; node != nullptr; node = node->parent) {
+    if (!node->name.empty() || node == &root_) {
+      if (const Node* const found = find(node, path); found != nullptr) {
+        problems_.warning(reference.place(), "\"" + std::string{path} + "\" is no path from the top; " +
+                                                 Tree::path(found) + " was taken");
+        return found;
+      }
+    }
+  }
+  if (!loose_known_) {
+    loose_known_ = true;
+    for (const auto& [key, node] : names_) {
+      loose_[key.name].push_back(node);
+    }
+  }
+  const std::size_t slash = path.rfind('/');
+  const auto candidates = loose_.find(slash == std::string_view::npos ? path : path.substr(slash + 1));
+  if (candidates != loose_.end() && candidates->second.size() == 1) {
+    const Node* const found = candidates->second.front();
+    problems_.warning(reference.place(), "\"" + std::string{path} + "\" is no path from the top; " +
+                                             Tree::path(found) + ", the only one of that name, was taken");
+    return found;
+  }
+  return nullptr;
+}
+
+const Node* Tree::resolve(const Node& reference) const {
+  const std::string_view path = reference.text;
+  if (path.empty()) {
+    return nullptr;
+  }
+  return path.front() == '/' ? find(&root_, path.substr(1)) : guess(reference);
+}
+
+const Node* Tree::follow(const Node* node, Tag reference) const {
+  const Node* const found = node == nullptr ? nullptr : node->child(reference);
+  return found == nullptr ? nullptr : resolve(*found);
+}
+
+}  // namespace trestle::describe::arxml

@@ -1,0 +1,674 @@
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <chrono>
+#include <random>
+
+#include "test/bridge/describe/arxml/arxml_text.hpp"
+
+namespace trestle::describe {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using namespace std::chrono_literals;
+
+constexpr std::string_view base_types = R"(
+<SW-BASE-TYPE><SHORT-NAME>u16</SHORT-NAME><BASE-TYPE-SIZE>16</BASE-TYPE-SIZE><BASE-TYPE-ENCODING>NONE</BASE-TYPE-ENCODING></SW-BASE-TYPE>
+<SW-BASE-TYPE><SHORT-NAME>s32</SHORT-NAME><BASE-TYPE-SIZE>32</BASE-TYPE-SIZE><BASE-TYPE-ENCODING>2C</BASE-TYPE-ENCODING></SW-BASE-TYPE>
+)";
+
+std::string props(std::string_view inner) {
+  return "<SW-DATA-DEF-PROPS><SW-DATA-DEF-PROPS-VARIANTS><SW-DATA-DEF-PROPS-CONDITIONAL>" +
+         std::string{inner} +
+         "</SW-DATA-DEF-PROPS-CONDITIONAL></SW-DATA-DEF-PROPS-VARIANTS></SW-DATA-DEF-PROPS>";
+}
+
+std::string service(std::string_view inner) {
+  return "<SERVICE-INTERFACE><SHORT-NAME>Door</SHORT-NAME>" + std::string{inner} + "</SERVICE-INTERFACE>";
+}
+
+std::string event(std::string_view name, std::string_view type) {
+  return "<VARIABLE-DATA-PROTOTYPE><SHORT-NAME>" + std::string{name} + "</SHORT-NAME><TYPE-TREF DEST=\"X\">" +
+         std::string{type} + "</TYPE-TREF></VARIABLE-DATA-PROTOTYPE>";
+}
+
+std::string field_type(const Reading& reading, std::size_t index = 0) {
+  const Model& model = reading.model;
+  const Value& value = model.services.at(0).events.at(index).payload.values.at(0);
+  const Type& type = resolved(model, value.type);
+  return std::string{to_string(type.kind)} + " " + type.name;
+}
+
+TEST(ReadArxml, ReadsAServiceWithItsDeployment) {
+  const Reading reading = read_texts({arxml(
+      service(
+          "<DESC><L-2 L=\"DE\">Tür</L-2><L-2 L=\"EN\">A <TT>door</TT></L-2></DESC>"
+          "<NAMESPACES><SYMBOL-PROPS><SHORT-NAME>a</SHORT-NAME><SYMBOL>car</SYMBOL></SYMBOL-PROPS></"
+          "NAMESPACES>"
+          "<MAJOR-VERSION>3</MAJOR-VERSION><MINOR-VERSION>1</MINOR-VERSION><EVENTS>" +
+          event("moved", "/ara/stdtypes/uint16_t") +
+          "</EVENTS><FIELDS><FIELD><SHORT-NAME>angle</SHORT-NAME><TYPE-TREF DEST=\"X\">/AUTOSAR/Types/sint8"
+          "</TYPE-TREF><HAS-GETTER>true</HAS-GETTER><HAS-NOTIFIER>true</HAS-NOTIFIER><HAS-SETTER>false"
+          "</HAS-SETTER></FIELD></FIELDS><METHODS><CLIENT-SERVER-OPERATION><SHORT-NAME>open</SHORT-NAME>"
+          "<ARGUMENTS><ARGUMENT-DATA-PROTOTYPE><SHORT-NAME>speed</SHORT-NAME><TYPE-TREF DEST=\"X\">"
+          "/x/float</TYPE-TREF><DIRECTION>INOUT</DIRECTION></ARGUMENT-DATA-PROTOTYPE></ARGUMENTS>"
+          "<POSSIBLE-AP-ERROR-REFS><POSSIBLE-AP-ERROR-REF DEST=\"X\">/E/Jammed</POSSIBLE-AP-ERROR-REF>"
+          "</POSSIBLE-AP-ERROR-REFS></CLIENT-SERVER-OPERATION></METHODS>") +
+      "<SOMEIP-SERVICE-INTERFACE-DEPLOYMENT><SHORT-NAME>Dep</SHORT-NAME><EVENT-DEPLOYMENTS>"
+      "<SOMEIP-EVENT-DEPLOYMENT><SHORT-NAME>m</SHORT-NAME><EVENT-REF DEST=\"X\">/P/Door/moved</EVENT-REF>"
+      "<EVENT-ID>0x8001</EVENT-ID><MAXIMUM-SEGMENT-LENGTH>1404</MAXIMUM-SEGMENT-LENGTH>"
+      "<SEPARATION-TIME>0.002</SEPARATION-TIME><TRANSPORT-PROTOCOL>UDP</TRANSPORT-PROTOCOL>"
+      "</SOMEIP-EVENT-DEPLOYMENT></EVENT-DEPLOYMENTS><FIELD-DEPLOYMENTS><SOMEIP-FIELD-DEPLOYMENT>"
+      "<SHORT-NAME>f</SHORT-NAME><FIELD-REF "
+      "DEST=\"X\">/P/Door/angle</FIELD-REF><GET><SHORT-NAME>g</SHORT-NAME>"
+      "<METHOD-ID>5</METHOD-ID><TRANSPORT-PROTOCOL>TCP</TRANSPORT-PROTOCOL></GET><NOTIFIER><SHORT-NAME>Note"
+      "</SHORT-NAME><EVENT-ID>32770</EVENT-ID></NOTIFIER></SOMEIP-FIELD-DEPLOYMENT></FIELD-DEPLOYMENTS>"
+      "<METHOD-DEPLOYMENTS><SOMEIP-METHOD-DEPLOYMENT><SHORT-NAME>o</SHORT-NAME><METHOD-REF "
+      "DEST=\"X\">/P/Door/open"
+      "</METHOD-REF><METHOD-ID>7</METHOD-ID></SOMEIP-METHOD-DEPLOYMENT></METHOD-DEPLOYMENTS>"
+      "<SERVICE-INTERFACE-REF DEST=\"X\">/P/Door</SERVICE-INTERFACE-REF><EVENT-GROUPS><SOMEIP-EVENT-GROUP>"
+      "<SHORT-NAME>All</SHORT-NAME><EVENT-GROUP-ID>9</EVENT-GROUP-ID><EVENT-REFS>"
+      "<EVENT-REF DEST=\"SOMEIP-EVENT-DEPLOYMENT\">/P/Dep/m</EVENT-REF>"
+      "<EVENT-REF "
+      "DEST=\"SOMEIP-EVENT-DEPLOYMENT\">/P/Dep/f/Note</EVENT-REF></EVENT-REFS></SOMEIP-EVENT-GROUP>"
+      "</EVENT-GROUPS><SERVICE-INTERFACE-ID>4660</SERVICE-INTERFACE-ID></"
+      "SOMEIP-SERVICE-INTERFACE-DEPLOYMENT>")});
+  EXPECT_THAT(problems_of(reading), IsEmpty());
+  ASSERT_EQ(reading.model.services.size(), 1U);
+  const Service& door = reading.model.services[0];
+  EXPECT_EQ(door.scope, "/P");
+  EXPECT_EQ(door.id, someip::ServiceId{0x1234});
+  EXPECT_EQ(door.major, 3);
+  EXPECT_EQ(door.minor, 1U);
+  EXPECT_EQ(door.notes.description, "A door");
+  EXPECT_THAT(door.namespaces, ElementsAre("car"));
+  EXPECT_EQ(door.events[0].id, someip::MethodId{0x8001});
+  EXPECT_EQ(door.events[0].transfer.segment_bytes, 1392U);
+  EXPECT_EQ(door.events[0].transfer.separation, 2ms);
+  EXPECT_THAT(door.events[0].eventgroups, ElementsAre(someip::EventgroupId{9}));
+  EXPECT_EQ(door.fields[0].getter, someip::MethodId{5});
+  EXPECT_EQ(door.fields[0].getter_transfer.transport, Transport::tcp);
+  EXPECT_EQ(door.fields[0].notifier, someip::MethodId{0x8002});
+  EXPECT_FALSE(door.fields[0].has_setter);
+  EXPECT_THAT(door.fields[0].eventgroups, ElementsAre(someip::EventgroupId{9}));
+  EXPECT_EQ(door.methods[0].id, someip::MethodId{7});
+  EXPECT_EQ(door.methods[0].request.values[0].name, "speed");
+  EXPECT_EQ(door.methods[0].response.values[0].name, "speed");
+  EXPECT_THAT(door.methods[0].inout, ElementsAre("speed"));
+  EXPECT_THAT(door.methods[0].application_errors, ElementsAre("/E/Jammed"));
+}
+
+std::string deployed_event(std::string_view id) {
+  return arxml(
+      service("<EVENTS>" + event("e", "/x/uint8") + "</EVENTS>") +
+      "<SOMEIP-SERVICE-INTERFACE-DEPLOYMENT><SHORT-NAME>Dep</SHORT-NAME><EVENT-DEPLOYMENTS>"
+      "<SOMEIP-EVENT-DEPLOYMENT><SHORT-NAME>m</SHORT-NAME><EVENT-REF DEST=\"X\">/P/Door/e</EVENT-REF>"
+      "<EVENT-ID>" +
+      std::string{id} +
+      "</EVENT-ID></SOMEIP-EVENT-DEPLOYMENT></EVENT-DEPLOYMENTS>"
+      "<SERVICE-INTERFACE-REF DEST=\"X\">/P/Door</SERVICE-INTERFACE-REF>"
+      "<SERVICE-INTERFACE-ID>1</SERVICE-INTERFACE-ID></SOMEIP-SERVICE-INTERFACE-DEPLOYMENT>");
+}
+
+TEST(ReadArxml, SetsBit15OfEventIdsAndSaysSo) {
+  const Reading reading = read_texts({deployed_event("12332")});
+  EXPECT_EQ(reading.model.services[0].events[0].id, someip::MethodId{0xb02c});
+  EXPECT_THAT(problems_of(reading), HasSubstr("bit 15"));
+  const Reading as_it_is = read_texts({deployed_event("12332")}, {.set_event_bit = false});
+  EXPECT_EQ(as_it_is.model.services[0].events[0].id, someip::MethodId{0x302c});
+  EXPECT_THAT(problems_of(as_it_is), IsEmpty());
+  EXPECT_THAT(problems_of(read_texts({deployed_event("70000")})),
+              HasSubstr("error: EVENT-ID is \"70000\", and a number from 0 to 65535 was expected"));
+}
+
+std::string types(std::string_view elements, std::string_view type, std::string_view rules = {}) {
+  return arxml(std::string{base_types} + std::string{elements} +
+               service("<EVENTS>" + event("e", type) + "</EVENTS>") +
+               "<TRANSFORMATION-PROPS-SET><SHORT-NAME>Set</SHORT-NAME><TRANSFORMATION-PROPSS>"
+               "<AP-SOMEIP-TRANSFORMATION-PROPS><SHORT-NAME>Props</SHORT-NAME>" +
+               std::string{rules} +
+               "</AP-SOMEIP-TRANSFORMATION-PROPS></TRANSFORMATION-PROPSS></TRANSFORMATION-PROPS-SET>"
+               "<TRANSFORMATION-PROPS-TO-SERVICE-INTERFACE-ELEMENT-MAPPING><SHORT-NAME>Mapping</"
+               "SHORT-NAME><EVENT-REFS>"
+               "<EVENT-REF DEST=\"X\">/P/Door/e</EVENT-REF></EVENT-REFS>"
+               "<TRANSFORMATION-PROPS-REF DEST=\"X\">/P/Set/Props</TRANSFORMATION-PROPS-REF>"
+               "</TRANSFORMATION-PROPS-TO-SERVICE-INTERFACE-ELEMENT-MAPPING>");
+}
+
+TEST(ReadArxml, ReadsCppTypesOfEveryCategory) {
+  const std::string text = types(
+      "<STD-CPP-IMPLEMENTATION-DATA-TYPE><SHORT-NAME>Speed</SHORT-NAME><CATEGORY>VALUE</CATEGORY>" +
+          props("<BASE-TYPE-REF DEST=\"X\">/P/u16</BASE-TYPE-REF>") +
+          "</STD-CPP-IMPLEMENTATION-DATA-TYPE>"
+          "<STD-CPP-IMPLEMENTATION-DATA-TYPE><SHORT-NAME>Text</SHORT-NAME><CATEGORY>STRING</CATEGORY>"
+          "</STD-CPP-IMPLEMENTATION-DATA-TYPE>"
+          "<STD-CPP-IMPLEMENTATION-DATA-TYPE><SHORT-NAME>Four</SHORT-NAME><CATEGORY>ARRAY</"
+          "CATEGORY><ARRAY-SIZE>4"
+          "</ARRAY-SIZE><TEMPLATE-ARGUMENTS><CPP-TEMPLATE-ARGUMENT><TEMPLATE-TYPE-REF DEST=\"X\">/P/Speed"
+          "</TEMPLATE-TYPE-REF></CPP-TEMPLATE-ARGUMENT></TEMPLATE-ARGUMENTS></"
+          "STD-CPP-IMPLEMENTATION-DATA-TYPE>"
+          "<STD-CPP-IMPLEMENTATION-DATA-TYPE><SHORT-NAME>Many</SHORT-NAME><CATEGORY>VECTOR</CATEGORY>"
+          "<TEMPLATE-ARGUMENTS><CPP-TEMPLATE-ARGUMENT><TEMPLATE-TYPE-REF DEST=\"X\">/P/Text"
+          "</TEMPLATE-TYPE-REF></CPP-TEMPLATE-ARGUMENT></TEMPLATE-ARGUMENTS></"
+          "STD-CPP-IMPLEMENTATION-DATA-TYPE>"
+          "<STD-CPP-IMPLEMENTATION-DATA-TYPE><SHORT-NAME>Either</SHORT-NAME><CATEGORY>VARIANT</CATEGORY>"
+          "<TEMPLATE-ARGUMENTS><CPP-TEMPLATE-ARGUMENT><TEMPLATE-TYPE-REF "
+          "DEST=\"X\">/P/Text</TEMPLATE-TYPE-REF>"
+          "</CPP-TEMPLATE-ARGUMENT><CPP-TEMPLATE-ARGUMENT><TEMPLATE-TYPE-REF "
+          "DEST=\"X\">/P/Four</TEMPLATE-TYPE-REF>"
+          "</CPP-TEMPLATE-ARGUMENT></TEMPLATE-ARGUMENTS></STD-CPP-IMPLEMENTATION-DATA-TYPE>"
+          "<STD-CPP-IMPLEMENTATION-DATA-TYPE><SHORT-NAME>Map</SHORT-NAME><CATEGORY>ASSOCIATIVE_MAP</CATEGORY>"
+          "<TEMPLATE-ARGUMENTS><CPP-TEMPLATE-ARGUMENT><TEMPLATE-TYPE-REF "
+          "DEST=\"X\">/P/Speed</TEMPLATE-TYPE-REF>"
+          "</CPP-TEMPLATE-ARGUMENT><CPP-TEMPLATE-ARGUMENT><TEMPLATE-TYPE-REF "
+          "DEST=\"X\">/P/Many</TEMPLATE-TYPE-REF>"
+          "</CPP-TEMPLATE-ARGUMENT></TEMPLATE-ARGUMENTS></STD-CPP-IMPLEMENTATION-DATA-TYPE>"
+          "<STD-CPP-IMPLEMENTATION-DATA-TYPE><SHORT-NAME>All</SHORT-NAME><CATEGORY>STRUCTURE</"
+          "CATEGORY><SUB-ELEMENTS>"
+          "<CPP-IMPLEMENTATION-DATA-TYPE-ELEMENT><SHORT-NAME>either</SHORT-NAME><TYPE-REFERENCE>"
+          "<TYPE-REFERENCE-REF DEST=\"X\">/P/Either</TYPE-REFERENCE-REF></TYPE-REFERENCE>"
+          "</CPP-IMPLEMENTATION-DATA-TYPE-ELEMENT><CPP-IMPLEMENTATION-DATA-TYPE-ELEMENT><SHORT-NAME>map</"
+          "SHORT-NAME>"
+          "<TYPE-REFERENCE><TYPE-REFERENCE-REF DEST=\"X\">/P/Map</TYPE-REFERENCE-REF></TYPE-REFERENCE>"
+          "</CPP-IMPLEMENTATION-DATA-TYPE-ELEMENT></SUB-ELEMENTS></STD-CPP-IMPLEMENTATION-DATA-TYPE>",
+      "/P/All",
+      "<BYTE-ORDER>MOST-SIGNIFICANT-BYTE-LAST</BYTE-ORDER>"
+      "<IMPLEMENTS-LEGACY-STRING-SERIALIZATION>true</IMPLEMENTS-LEGACY-STRING-SERIALIZATION>"
+      "<SIZE-OF-ARRAY-LENGTH-FIELD>2</SIZE-OF-ARRAY-LENGTH-FIELD><SIZE-OF-STRING-LENGTH-FIELD>1"
+      "</SIZE-OF-STRING-LENGTH-FIELD><SIZE-OF-STRUCT-LENGTH-FIELD>4</SIZE-OF-STRUCT-LENGTH-FIELD>"
+      "<SIZE-OF-UNION-LENGTH-FIELD>1</SIZE-OF-UNION-LENGTH-FIELD>"
+      "<SIZE-OF-UNION-TYPE-SELECTOR-FIELD>2</SIZE-OF-UNION-TYPE-SELECTOR-FIELD>");
+  const Reading reading = read_texts({text});
+  EXPECT_THAT(problems_of(reading), IsEmpty());
+  const Model& model = reading.model;
+  const Payload& payload = model.services[0].events[0].payload;
+  EXPECT_EQ(payload.byte_order, std::endian::little);
+  EXPECT_TRUE(payload.length_fields_always_big);
+  EXPECT_EQ(payload.values[0].wire.length, someip::FieldWidth::bits32);
+  const Type& all = resolved(model, payload.values[0].type);
+  ASSERT_EQ(all.members.size(), 2U);
+  const Type& either = resolved(model, all.members[0].type);
+  EXPECT_EQ(either.kind, Kind::choice);
+  EXPECT_EQ(all.members[0].wire.length, someip::FieldWidth::bits8);
+  EXPECT_EQ(all.members[0].wire.selector, someip::FieldWidth::bits16);
+  EXPECT_EQ(either.members[0].wire.length, someip::FieldWidth::bits8);
+  EXPECT_FALSE(either.members[0].wire.bom);
+  EXPECT_FALSE(either.members[0].wire.terminator);
+  const Type& four = resolved(model, either.members[1].type);
+  EXPECT_TRUE(four.fixed_size);
+  EXPECT_EQ(four.max_size, 4U);
+  EXPECT_EQ(resolved(model, four.element.type).primitive, messages::Primitive::uint16);
+  const Type& map = resolved(model, all.members[1].type);
+  EXPECT_EQ(map.kind, Kind::map);
+  EXPECT_EQ(map.element.wire.length, someip::FieldWidth::bits16);
+}
+
+std::string element(std::string_view name, std::string_view category, std::string_view inner) {
+  return "<IMPLEMENTATION-DATA-TYPE-ELEMENT><SHORT-NAME>" + std::string{name} + "</SHORT-NAME><CATEGORY>" +
+         std::string{category} + "</CATEGORY>" + std::string{inner} + "</IMPLEMENTATION-DATA-TYPE-ELEMENT>";
+}
+
+TEST(ReadArxml, ReadsImplementationTypesEnumerationsAndArraysWithASizeIndicator) {
+  const std::string value = props("<BASE-TYPE-REF DEST=\"X\">/P/u16</BASE-TYPE-REF>");
+  const Reading reading = read_texts({types(
+      "<UNIT><SHORT-NAME>kmh</SHORT-NAME><DISPLAY-NAME>km/h</DISPLAY-NAME></UNIT>"
+      "<DATA-CONSTR><SHORT-NAME>Limits</SHORT-NAME><DATA-CONSTR-RULES><DATA-CONSTR-RULE><INTERNAL-CONSTRS>"
+      "<LOWER-LIMIT INTERVAL-TYPE=\"CLOSED\">0</LOWER-LIMIT><UPPER-LIMIT "
+      "INTERVAL-TYPE=\"OPEN\">101</UPPER-LIMIT>"
+      "</INTERNAL-CONSTRS></DATA-CONSTR-RULE></DATA-CONSTR-RULES></DATA-CONSTR>"
+      "<COMPU-METHOD><SHORT-NAME>Gears</SHORT-NAME><CATEGORY>TEXTTABLE</CATEGORY><COMPU-INTERNAL-TO-PHYS>"
+      "<COMPU-SCALES><COMPU-SCALE><SYMBOL>PARK</SYMBOL><LOWER-LIMIT "
+      "INTERVAL-TYPE=\"CLOSED\">0x1</LOWER-LIMIT>"
+      "<UPPER-LIMIT INTERVAL-TYPE=\"CLOSED\">1</UPPER-LIMIT></COMPU-SCALE><COMPU-SCALE>"
+      "<LOWER-LIMIT INTERVAL-TYPE=\"CLOSED\">2.0</LOWER-LIMIT><COMPU-CONST><VT>go on</VT></COMPU-CONST>"
+      "</COMPU-SCALE></COMPU-SCALES></COMPU-INTERNAL-TO-PHYS></COMPU-METHOD>"
+      "<IMPLEMENTATION-DATA-TYPE><SHORT-NAME>Dynamic</SHORT-NAME><CATEGORY>STRUCTURE</CATEGORY>"
+      "<DYNAMIC-ARRAY-SIZE-PROFILE>VSA_LINEAR</DYNAMIC-ARRAY-SIZE-PROFILE><SUB-ELEMENTS>" +
+          element("size", "VALUE", value) +
+          element("data", "ARRAY",
+                  "<SUB-ELEMENTS>" +
+                      element("item", "VALUE",
+                              "<ARRAY-SIZE>10</ARRAY-SIZE><ARRAY-SIZE-SEMANTICS>VARIABLE-SIZE"
+                              "</ARRAY-SIZE-SEMANTICS>" +
+                                  value) +
+                      "</SUB-ELEMENTS>") +
+          "</SUB-ELEMENTS></IMPLEMENTATION-DATA-TYPE>"
+          "<IMPLEMENTATION-DATA-TYPE><SHORT-NAME>S</SHORT-NAME><CATEGORY>STRUCTURE</CATEGORY><SUB-ELEMENTS>" +
+          element(
+              "gear", "VALUE",
+              props("<BASE-TYPE-REF DEST=\"X\">/P/u16</BASE-TYPE-REF><COMPU-METHOD-REF DEST=\"X\">/P/Gears"
+                    "</COMPU-METHOD-REF>")) +
+          element(
+              "speed", "VALUE",
+              props("<BASE-TYPE-REF DEST=\"X\">/P/u16</BASE-TYPE-REF><DATA-CONSTR-REF DEST=\"X\">/P/Limits"
+                    "</DATA-CONSTR-REF><UNIT-REF DEST=\"X\">/P/kmh</UNIT-REF>")) +
+          element(
+              "list", "TYPE_REFERENCE",
+              props("<IMPLEMENTATION-DATA-TYPE-REF DEST=\"X\">/P/Dynamic</IMPLEMENTATION-DATA-TYPE-REF>")) +
+          element("matrix", "ARRAY",
+                  "<SUB-ELEMENTS>" +
+                      element("row", "ARRAY",
+                              "<ARRAY-SIZE>2</ARRAY-SIZE><SUB-ELEMENTS>" +
+                                  element("cell", "VALUE", "<ARRAY-SIZE>3</ARRAY-SIZE>" + value) +
+                                  "</SUB-ELEMENTS>") +
+                      "</SUB-ELEMENTS>") +
+          "</SUB-ELEMENTS></IMPLEMENTATION-DATA-TYPE>",
+      "/P/S")});
+  EXPECT_THAT(problems_of(reading), IsEmpty());
+  const Model& model = reading.model;
+  const Type& type = resolved(model, model.services[0].events[0].payload.values[0].type);
+  ASSERT_EQ(type.members.size(), 4U);
+  const Type& gear = resolved(model, type.members[0].type);
+  ASSERT_EQ(gear.enumerators.size(), 2U);
+  EXPECT_EQ(gear.name, "Gears");
+  EXPECT_EQ(gear.enumerators[0].name, "PARK");
+  EXPECT_EQ(gear.enumerators[1].name, "go_on");
+  EXPECT_EQ(gear.enumerators[1].value, 2);
+  EXPECT_EQ(type.members[1].notes.unit, "km/h");
+  EXPECT_EQ(resolved(model, type.members[1].type).maximum, 100);
+  const Type& list = resolved(model, type.members[2].type);
+  EXPECT_EQ(list.kind, Kind::array);
+  EXPECT_FALSE(list.fixed_size);
+  EXPECT_EQ(list.max_size, 10U);
+  const Type& matrix = resolved(model, type.members[3].type);
+  EXPECT_EQ(matrix.max_size, 2U);
+  EXPECT_EQ(resolved(model, matrix.element.type).max_size, 3U);
+  EXPECT_EQ(type.members[3].wire.length, someip::FieldWidth::none);
+}
+
+TEST(ReadArxml, ReadsTagsOptionalMembersAndRulesForOneMember) {
+  const std::string struct_type =
+      "<IMPLEMENTATION-DATA-TYPE><SHORT-NAME>List</SHORT-NAME><CATEGORY>VECTOR</CATEGORY><SUB-ELEMENTS>" +
+      element("item", "VALUE", props("<BASE-TYPE-REF DEST=\"X\">/P/u16</BASE-TYPE-REF>")) +
+      "</SUB-ELEMENTS></IMPLEMENTATION-DATA-TYPE>"
+      "<IMPLEMENTATION-DATA-TYPE><SHORT-NAME>S</SHORT-NAME><CATEGORY>STRUCTURE</CATEGORY><SUB-ELEMENTS>" +
+      element("a", "TYPE_REFERENCE",
+              "<IS-OPTIONAL>true</IS-OPTIONAL>" +
+                  props("<IMPLEMENTATION-DATA-TYPE-REF DEST=\"X\">/P/List</IMPLEMENTATION-DATA-TYPE-REF>")) +
+      element("b", "TYPE_REFERENCE",
+              props("<IMPLEMENTATION-DATA-TYPE-REF DEST=\"X\">/P/List</IMPLEMENTATION-DATA-TYPE-REF>")) +
+      "</SUB-ELEMENTS></IMPLEMENTATION-DATA-TYPE>"
+      "<TLV-DATA-ID-DEFINITION-SET><SHORT-NAME>Ids</"
+      "SHORT-NAME><TLV-DATA-ID-DEFINITIONS><TLV-DATA-ID-DEFINITION>"
+      "<ID>4</ID><TLV-IMPLEMENTATION-DATA-TYPE-ELEMENT-REF DEST=\"X\">/P/S/a"
+      "</TLV-IMPLEMENTATION-DATA-TYPE-ELEMENT-REF></TLV-DATA-ID-DEFINITION></TLV-DATA-ID-DEFINITIONS>"
+      "</TLV-DATA-ID-DEFINITION-SET>"
+      "<TRANSFORMATION-PROPS-SET><SHORT-NAME>Special</SHORT-NAME><TRANSFORMATION-PROPSS>"
+      "<AP-SOMEIP-TRANSFORMATION-PROPS><SHORT-NAME>One</SHORT-NAME><SIZE-OF-ARRAY-LENGTH-FIELD>1"
+      "</SIZE-OF-ARRAY-LENGTH-FIELD></AP-SOMEIP-TRANSFORMATION-PROPS></TRANSFORMATION-PROPSS>"
+      "</TRANSFORMATION-PROPS-SET><SOMEIP-DATA-PROTOTYPE-TRANSFORMATION-PROPS><SHORT-NAME>Only</SHORT-NAME>"
+      "<DATA-PROTOTYPES><DATA-PROTOTYPE-IN-SERVICE-INTERFACE-REF><ELEMENT-IN-IMPL-DATATYPE>"
+      "<ROOT-DATA-PROTOTYPE-REF DEST=\"X\">/P/Door/e</ROOT-DATA-PROTOTYPE-REF>"
+      "<TARGET-DATA-PROTOTYPE-REF DEST=\"X\">/P/S/b</TARGET-DATA-PROTOTYPE-REF></ELEMENT-IN-IMPL-DATATYPE>"
+      "</DATA-PROTOTYPE-IN-SERVICE-INTERFACE-REF></DATA-PROTOTYPES><SOMEIP-TRANSFORMATION-PROPS-REF "
+      "DEST=\"X\">"
+      "/P/Special/One</SOMEIP-TRANSFORMATION-PROPS-REF></SOMEIP-DATA-PROTOTYPE-TRANSFORMATION-PROPS>";
+  const Reading reading =
+      read_texts({types(struct_type, "/P/S", "<SIZE-OF-ARRAY-LENGTH-FIELD>2</SIZE-OF-ARRAY-LENGTH-FIELD>")});
+  EXPECT_THAT(problems_of(reading), IsEmpty());
+  const Type& type = resolved(reading.model, reading.model.services[0].events[0].payload.values[0].type);
+  EXPECT_EQ(type.members[0].tag, someip::DataId{4});
+  EXPECT_TRUE(type.members[0].optional);
+  EXPECT_EQ(type.members[0].wire.length, someip::FieldWidth::bits16);
+  EXPECT_EQ(type.members[1].wire.length, someip::FieldWidth::bits8);
+  EXPECT_FALSE(type.members[1].tag.has_value());
+}
+
+TEST(ReadArxml, ReadsApplicationTypesThroughTheirMappings) {
+  const Reading reading = read_texts({types(
+      "<IMPLEMENTATION-DATA-TYPE><SHORT-NAME>Impl</SHORT-NAME><CATEGORY>VALUE</CATEGORY>" +
+          props("<BASE-TYPE-REF DEST=\"X\">/P/s32</BASE-TYPE-REF>") +
+          "</IMPLEMENTATION-DATA-TYPE><APPLICATION-PRIMITIVE-DATA-TYPE><SHORT-NAME>Angle</SHORT-NAME>"
+          "<CATEGORY>VALUE</CATEGORY></APPLICATION-PRIMITIVE-DATA-TYPE><APPLICATION-RECORD-DATA-TYPE>"
+          "<SHORT-NAME>Pose</SHORT-NAME><CATEGORY>STRUCTURE</CATEGORY><ELEMENTS><APPLICATION-RECORD-ELEMENT>"
+          "<SHORT-NAME>yaw</SHORT-NAME><TYPE-TREF "
+          "DEST=\"X\">/P/Angle</TYPE-TREF></APPLICATION-RECORD-ELEMENT>"
+          "</ELEMENTS></APPLICATION-RECORD-DATA-TYPE><DATA-TYPE-MAPPING-SET><SHORT-NAME>Maps</SHORT-NAME>"
+          "<DATA-TYPE-MAPS><DATA-TYPE-MAP><APPLICATION-DATA-TYPE-REF DEST=\"X\">/P/Angle"
+          "</APPLICATION-DATA-TYPE-REF><IMPLEMENTATION-DATA-TYPE-REF DEST=\"X\">/P/Impl"
+          "</IMPLEMENTATION-DATA-TYPE-REF></DATA-TYPE-MAP></DATA-TYPE-MAPS></DATA-TYPE-MAPPING-SET>",
+      "/P/Pose")});
+  EXPECT_THAT(problems_of(reading), IsEmpty());
+  EXPECT_EQ(field_type(reading), "structure Pose");
+  const Type& pose = resolved(reading.model, reading.model.services[0].events[0].payload.values[0].type);
+  EXPECT_EQ(resolved(reading.model, pose.members[0].type).primitive, messages::Primitive::int32);
+}
+
+TEST(ReadArxml, JoinsPackagesAndFollowsReferencesOverFiles) {
+  const std::string door = arxml(service("<EVENTS>" + event("e", "/P/Speed") + "</EVENTS>"));
+  const std::string type = arxml(
+      std::string{base_types} +
+      "<STD-CPP-IMPLEMENTATION-DATA-TYPE><SHORT-NAME>Speed</SHORT-NAME><CATEGORY>VALUE</CATEGORY>" +
+      props("<BASE-TYPE-REF DEST=\"X\">/P/u16</BASE-TYPE-REF>") + "</STD-CPP-IMPLEMENTATION-DATA-TYPE>");
+  const Reading reading = read_texts({door, type});
+  EXPECT_THAT(problems_of(reading), IsEmpty());
+  EXPECT_EQ(field_type(reading), "primitive ");
+  EXPECT_THAT(
+      problems_of(read_texts({door})),
+      HasSubstr("error: the type /P/Speed is in none of the files: read the file that has it as well"));
+}
+
+TEST(ReadArxml, ReadsInstancesWithTheirMachines) {
+  const Reading reading = read_texts({arxml(
+      service("") +
+      "<SOMEIP-SERVICE-INTERFACE-DEPLOYMENT><SHORT-NAME>Dep</SHORT-NAME>"
+      "<SERVICE-INTERFACE-REF DEST=\"X\">/P/Door</SERVICE-INTERFACE-REF><EVENT-GROUPS><SOMEIP-EVENT-GROUP>"
+      "<SHORT-NAME>G</SHORT-NAME><EVENT-GROUP-ID>3</EVENT-GROUP-ID></SOMEIP-EVENT-GROUP></EVENT-GROUPS>"
+      "<SERVICE-INTERFACE-ID>0x20</SERVICE-INTERFACE-ID></SOMEIP-SERVICE-INTERFACE-DEPLOYMENT>"
+      "<PROVIDED-SOMEIP-SERVICE-INSTANCE><SHORT-NAME>Left</SHORT-NAME><SERVICE-INTERFACE-DEPLOYMENT-REF "
+      "DEST=\"X\">"
+      "/P/Dep</SERVICE-INTERFACE-DEPLOYMENT-REF><CAPABILITY-RECORDS><TAG-WITH-OPTIONAL-VALUE><KEY>side</KEY>"
+      "<VALUE>left</VALUE></TAG-WITH-OPTIONAL-VALUE></CAPABILITY-RECORDS><PROVIDED-EVENT-GROUPS>"
+      "<SOMEIP-PROVIDED-EVENT-GROUP><SHORT-NAME>g</SHORT-NAME><EVENT-GROUP-REF "
+      "DEST=\"X\">/P/Dep/G</EVENT-GROUP-REF>"
+      "<EVENT-MULTICAST-UDP-PORT>30600</EVENT-MULTICAST-UDP-PORT><IPV-4-MULTICAST-IP-ADDRESS>239.0.0.9"
+      "</IPV-4-MULTICAST-IP-ADDRESS><MULTICAST-THRESHOLD>4</MULTICAST-THRESHOLD></"
+      "SOMEIP-PROVIDED-EVENT-GROUP>"
+      "</PROVIDED-EVENT-GROUPS><SD-SERVER-CONFIG-REF DEST=\"X\">/P/Sd</SD-SERVER-CONFIG-REF>"
+      "<SERVICE-INSTANCE-ID>7</SERVICE-INSTANCE-ID></PROVIDED-SOMEIP-SERVICE-INSTANCE>"
+      "<REQUIRED-SOMEIP-SERVICE-INSTANCE><SHORT-NAME>Any</SHORT-NAME><SERVICE-INTERFACE-DEPLOYMENT-REF "
+      "DEST=\"X\">"
+      "/P/Dep</SERVICE-INTERFACE-DEPLOYMENT-REF><REQUIRED-MINOR-VERSION>ANY</REQUIRED-MINOR-VERSION>"
+      "<REQUIRED-SERVICE-INSTANCE-ID>ALL</REQUIRED-SERVICE-INSTANCE-ID></REQUIRED-SOMEIP-SERVICE-INSTANCE>"
+      "<SOMEIP-SD-SERVER-SERVICE-INSTANCE-CONFIG><SHORT-NAME>Sd</SHORT-NAME><INITIAL-OFFER-BEHAVIOR>"
+      "<INITIAL-DELAY-MAX-VALUE>0.05</INITIAL-DELAY-MAX-VALUE><INITIAL-DELAY-MIN-VALUE>0.01"
+      "</INITIAL-DELAY-MIN-VALUE><INITIAL-REPETITIONS-MAX>2</INITIAL-REPETITIONS-MAX></"
+      "INITIAL-OFFER-BEHAVIOR>"
+      "<SERVICE-OFFER-TIME-TO-LIVE>5</SERVICE-OFFER-TIME-TO-LIVE></SOMEIP-SD-SERVER-SERVICE-INSTANCE-CONFIG>"
+      "<MACHINE-DESIGN><SHORT-NAME>Ecu</"
+      "SHORT-NAME><COMMUNICATION-CONNECTORS><ETHERNET-COMMUNICATION-CONNECTOR>"
+      "<SHORT-NAME>Eth</SHORT-NAME><AP-APPLICATION-ENDPOINTS><AP-APPLICATION-ENDPOINT><SHORT-NAME>T</"
+      "SHORT-NAME>"
+      "<TP-CONFIGURATION><TCP-TP><TCP-TP-PORT><PORT-NUMBER>30502</PORT-NUMBER></TCP-TP-PORT></TCP-TP>"
+      "</TP-CONFIGURATION></AP-APPLICATION-ENDPOINT></"
+      "AP-APPLICATION-ENDPOINTS><UNICAST-NETWORK-ENDPOINT-REFS>"
+      "<UNICAST-NETWORK-ENDPOINT-REF DEST=\"X\">/P/Net/Ch/A</UNICAST-NETWORK-ENDPOINT-REF>"
+      "</UNICAST-NETWORK-ENDPOINT-REFS></ETHERNET-COMMUNICATION-CONNECTOR></COMMUNICATION-CONNECTORS>"
+      "<SERVICE-DISCOVERY-CONFIGS><SOMEIP-SERVICE-DISCOVERY><MULTICAST-SD-IP-ADDRESS-REF "
+      "DEST=\"X\">/P/Net/Ch/M"
+      "</MULTICAST-SD-IP-ADDRESS-REF><SOMEIP-SERVICE-DISCOVERY-PORT>30490</SOMEIP-SERVICE-DISCOVERY-PORT>"
+      "</SOMEIP-SERVICE-DISCOVERY></SERVICE-DISCOVERY-CONFIGS></MACHINE-DESIGN>"
+      "<ETHERNET-CLUSTER><SHORT-NAME>Net</"
+      "SHORT-NAME><ETHERNET-CLUSTER-VARIANTS><ETHERNET-CLUSTER-CONDITIONAL>"
+      "<PHYSICAL-CHANNELS><ETHERNET-PHYSICAL-CHANNEL><SHORT-NAME>Ch</"
+      "SHORT-NAME><NETWORK-ENDPOINTS><NETWORK-ENDPOINT>"
+      "<SHORT-NAME>A</SHORT-NAME><NETWORK-ENDPOINT-ADDRESSES><IPV-4-CONFIGURATION><IPV-4-ADDRESS>10.0.0.1"
+      "</IPV-4-ADDRESS></IPV-4-CONFIGURATION></NETWORK-ENDPOINT-ADDRESSES></"
+      "NETWORK-ENDPOINT><NETWORK-ENDPOINT>"
+      "<SHORT-NAME>M</SHORT-NAME><NETWORK-ENDPOINT-ADDRESSES><IPV-4-CONFIGURATION><IPV-4-ADDRESS>224.0.0.5"
+      "</IPV-4-ADDRESS></IPV-4-CONFIGURATION></NETWORK-ENDPOINT-ADDRESSES></NETWORK-ENDPOINT></"
+      "NETWORK-ENDPOINTS>"
+      "</ETHERNET-PHYSICAL-CHANNEL></PHYSICAL-CHANNELS></ETHERNET-CLUSTER-CONDITIONAL></"
+      "ETHERNET-CLUSTER-VARIANTS>"
+      "</ETHERNET-CLUSTER><SOMEIP-SERVICE-INSTANCE-TO-MACHINE-MAPPING><SHORT-NAME>Here</SHORT-NAME>"
+      "<COMMUNICATION-CONNECTOR-REF "
+      "DEST=\"X\">/P/Ecu/Eth</COMMUNICATION-CONNECTOR-REF><SERVICE-INSTANCE-REFS>"
+      "<SERVICE-INSTANCE-REF DEST=\"X\">/P/Left</SERVICE-INSTANCE-REF></SERVICE-INSTANCE-REFS>"
+      "<TCP-PORT-REF DEST=\"X\">/P/Ecu/Eth/T</TCP-PORT-REF><UDP-PORT>30501</UDP-PORT>"
+      "</SOMEIP-SERVICE-INSTANCE-TO-MACHINE-MAPPING>")});
+  EXPECT_THAT(problems_of(reading), IsEmpty());
+  ASSERT_EQ(reading.model.instances.size(), 2U);
+  const Instance& left = reading.model.instances[0];
+  EXPECT_EQ(left.service, "/P/Door");
+  EXPECT_EQ(left.id, someip::InstanceId{7});
+  EXPECT_EQ(left.address, IpAddress::v4(10, 0, 0, 1));
+  EXPECT_EQ(left.udp_port, 30501);
+  EXPECT_EQ(left.tcp_port, 30502);
+  EXPECT_EQ(left.machine, "Ecu");
+  EXPECT_EQ(left.timing->initial_delay_max, 50ms);
+  EXPECT_EQ(left.timing->ttl_s, 5U);
+  EXPECT_EQ(left.configuration.at("side"), "left");
+  EXPECT_THAT(left.multicast, ElementsAre(Multicast{.eventgroup = someip::EventgroupId{3},
+                                                    .group = {IpAddress::v4(239, 0, 0, 9), 30600},
+                                                    .threshold = 4}));
+  EXPECT_EQ(reading.model.instances[1].role, Instance::Role::required);
+  EXPECT_FALSE(reading.model.instances[1].id.has_value());
+  EXPECT_EQ(reading.model.machines[0].sd_multicast, IpAddress::v4(224, 0, 0, 5));
+}
+
+// --- Classic ----------------------------------------------------------------------------------------------
+
+/// An old system description: bundles, routing groups, eventgroup id with the subscriber.
+std::string classic() {
+  return arxml(
+      std::string{base_types} +
+      "<IMPLEMENTATION-DATA-TYPE><SHORT-NAME>Speed</SHORT-NAME><CATEGORY>VALUE</CATEGORY>" +
+      props("<BASE-TYPE-REF DEST=\"X\">/P/u16</BASE-TYPE-REF>") +
+      "</IMPLEMENTATION-DATA-TYPE><SENDER-RECEIVER-INTERFACE><SHORT-NAME>If</SHORT-NAME><DATA-ELEMENTS>" +
+      event("speed", "/P/Speed") +
+      "</DATA-ELEMENTS></SENDER-RECEIVER-INTERFACE><CLIENT-SERVER-INTERFACE><SHORT-NAME>Cs</"
+      "SHORT-NAME><OPERATIONS>"
+      "<CLIENT-SERVER-OPERATION><SHORT-NAME>reset</"
+      "SHORT-NAME><ARGUMENTS><ARGUMENT-DATA-PROTOTYPE><SHORT-NAME>to"
+      "</SHORT-NAME><TYPE-TREF "
+      "DEST=\"X\">/P/Speed</TYPE-TREF><DIRECTION>IN</DIRECTION></ARGUMENT-DATA-PROTOTYPE>"
+      "<ARGUMENT-DATA-PROTOTYPE><SHORT-NAME>was</SHORT-NAME><TYPE-TREF DEST=\"X\">/P/Speed</TYPE-TREF>"
+      "<DIRECTION>OUT</DIRECTION></ARGUMENT-DATA-PROTOTYPE></ARGUMENTS></CLIENT-SERVER-OPERATION></"
+      "OPERATIONS>"
+      "</CLIENT-SERVER-INTERFACE><SYSTEM-SIGNAL><SHORT-NAME>S1</SHORT-NAME></SYSTEM-SIGNAL>"
+      "<SYSTEM-SIGNAL><SHORT-NAME>S2</SHORT-NAME></SYSTEM-SIGNAL><SYSTEM-SIGNAL><SHORT-NAME>S3</SHORT-NAME>"
+      "</SYSTEM-SIGNAL><SYSTEM><SHORT-NAME>Sys</SHORT-NAME><MAPPINGS><SYSTEM-MAPPING><SHORT-NAME>M</"
+      "SHORT-NAME>"
+      "<DATA-MAPPINGS><SENDER-RECEIVER-TO-SIGNAL-MAPPING><DATA-ELEMENT-IREF><TARGET-DATA-PROTOTYPE-REF "
+      "DEST=\"X\">"
+      "/P/If/speed</TARGET-DATA-PROTOTYPE-REF></DATA-ELEMENT-IREF><SYSTEM-SIGNAL-REF DEST=\"X\">/P/S1"
+      "</SYSTEM-SIGNAL-REF></SENDER-RECEIVER-TO-SIGNAL-MAPPING><CLIENT-SERVER-TO-SIGNAL-MAPPING>"
+      "<CALL-SIGNAL-REF DEST=\"X\">/P/S2</CALL-SIGNAL-REF><CLIENT-SERVER-OPERATION-IREF>"
+      "<TARGET-OPERATION-REF DEST=\"X\">/P/Cs/reset</TARGET-OPERATION-REF></CLIENT-SERVER-OPERATION-IREF>"
+      "<RETURN-SIGNAL-REF "
+      "DEST=\"X\">/P/S3</RETURN-SIGNAL-REF></CLIENT-SERVER-TO-SIGNAL-MAPPING></DATA-MAPPINGS>"
+      "</SYSTEM-MAPPING></MAPPINGS></SYSTEM>"
+      "<I-SIGNAL><SHORT-NAME>I1</SHORT-NAME><SYSTEM-SIGNAL-REF DEST=\"X\">/P/S1</SYSTEM-SIGNAL-REF>"
+      "<TRANSFORMATION-I-SIGNAL-PROPSS><SOMEIP-TRANSFORMATION-I-SIGNAL-PROPS>"
+      "<SOMEIP-TRANSFORMATION-I-SIGNAL-PROPS-VARIANTS><SOMEIP-TRANSFORMATION-I-SIGNAL-PROPS-CONDITIONAL>"
+      "<TRANSFORMER-REF DEST=\"X\">/P/T/X</TRANSFORMER-REF><INTERFACE-VERSION>2</INTERFACE-VERSION>"
+      "<MESSAGE-TYPE>NOTIFICATION</MESSAGE-TYPE></SOMEIP-TRANSFORMATION-I-SIGNAL-PROPS-CONDITIONAL>"
+      "</SOMEIP-TRANSFORMATION-I-SIGNAL-PROPS-VARIANTS></SOMEIP-TRANSFORMATION-I-SIGNAL-PROPS>"
+      "</TRANSFORMATION-I-SIGNAL-PROPSS></I-SIGNAL>"
+      "<I-SIGNAL><SHORT-NAME>I2</SHORT-NAME><SYSTEM-SIGNAL-REF "
+      "DEST=\"X\">/P/S2</SYSTEM-SIGNAL-REF></I-SIGNAL>"
+      "<I-SIGNAL><SHORT-NAME>I3</SHORT-NAME><SYSTEM-SIGNAL-REF "
+      "DEST=\"X\">/P/S3</SYSTEM-SIGNAL-REF></I-SIGNAL>"
+      "<DATA-TRANSFORMATION-SET><SHORT-NAME>T</"
+      "SHORT-NAME><TRANSFORMATION-TECHNOLOGYS><TRANSFORMATION-TECHNOLOGY>"
+      "<SHORT-NAME>X</"
+      "SHORT-NAME><TRANSFORMATION-DESCRIPTIONS><SOMEIP-TRANSFORMATION-DESCRIPTION><ALIGNMENT>32"
+      "</ALIGNMENT><BYTE-ORDER>MOST-SIGNIFICANT-BYTE-LAST</BYTE-ORDER></SOMEIP-TRANSFORMATION-DESCRIPTION>"
+      "</TRANSFORMATION-DESCRIPTIONS></TRANSFORMATION-TECHNOLOGY></TRANSFORMATION-TECHNOLOGYS>"
+      "</DATA-TRANSFORMATION-SET>" +
+      [] {
+        std::string pdus;
+        for (const char digit : {'1', '2', '3'}) {
+          pdus += std::string{"<I-SIGNAL-I-PDU><SHORT-NAME>D"} + digit +
+                  "</SHORT-NAME><LENGTH>2</"
+                  "LENGTH><I-SIGNAL-TO-PDU-MAPPINGS><I-SIGNAL-TO-I-PDU-MAPPING><SHORT-NAME>m"
+                  "</SHORT-NAME><I-SIGNAL-REF DEST=\"X\">/P/I" +
+                  digit +
+                  "</I-SIGNAL-REF></I-SIGNAL-TO-I-PDU-MAPPING></I-SIGNAL-TO-PDU-MAPPINGS></I-SIGNAL-I-PDU>";
+        }
+        return pdus;
+      }() +
+      "<GENERAL-PURPOSE-I-PDU><SHORT-NAME>Seg</SHORT-NAME><LENGTH>1404</LENGTH></GENERAL-PURPOSE-I-PDU>"
+      "<SOMEIP-TP-CONFIG><SHORT-NAME>Tp</SHORT-NAME><TP-CHANNELS><SOMEIP-TP-CHANNEL><SHORT-NAME>C</"
+      "SHORT-NAME>"
+      "<SEPARATION-TIME>0.001</SEPARATION-TIME></SOMEIP-TP-CHANNEL></TP-CHANNELS><TP-CONNECTIONS>"
+      "<SOMEIP-TP-CONNECTION><TP-CHANNEL-REF DEST=\"X\">/P/Tp/C</TP-CHANNEL-REF><TP-SDU-REF DEST=\"X\">/P/D1"
+      "</TP-SDU-REF><TRANSPORT-PDU-REF "
+      "DEST=\"X\">/P/Seg</TRANSPORT-PDU-REF></SOMEIP-TP-CONNECTION></TP-CONNECTIONS>"
+      "</SOMEIP-TP-CONFIG><SO-AD-ROUTING-GROUP><SHORT-NAME>R</SHORT-NAME></SO-AD-ROUTING-GROUP>"
+      "<ETHERNET-CLUSTER><SHORT-NAME>Net</"
+      "SHORT-NAME><ETHERNET-CLUSTER-VARIANTS><ETHERNET-CLUSTER-CONDITIONAL>"
+      "<PHYSICAL-CHANNELS><ETHERNET-PHYSICAL-CHANNEL><SHORT-NAME>Ch</SHORT-NAME><PDU-TRIGGERINGS>"
+      "<PDU-TRIGGERING><SHORT-NAME>T1</SHORT-NAME><I-PDU-REF DEST=\"X\">/P/Seg</I-PDU-REF></PDU-TRIGGERING>"
+      "<PDU-TRIGGERING><SHORT-NAME>T2</SHORT-NAME><I-PDU-REF DEST=\"X\">/P/D2</I-PDU-REF></PDU-TRIGGERING>"
+      "<PDU-TRIGGERING><SHORT-NAME>T3</SHORT-NAME><I-PDU-REF DEST=\"X\">/P/D3</I-PDU-REF></PDU-TRIGGERING>"
+      "</PDU-TRIGGERINGS><SO-AD-CONFIG><CONNECTION-BUNDLES><SOCKET-CONNECTION-BUNDLE><SHORT-NAME>B</"
+      "SHORT-NAME>"
+      "<BUNDLED-CONNECTIONS><SOCKET-CONNECTION><PDUS><SOCKET-CONNECTION-IPDU-IDENTIFIER><HEADER-ID>0x12340001"
+      "</HEADER-ID><PDU-TRIGGERING-REF DEST=\"X\">/P/Net/Ch/T1</PDU-TRIGGERING-REF><ROUTING-GROUP-REFS>"
+      "<ROUTING-GROUP-REF DEST=\"X\">/P/R</ROUTING-GROUP-REF></ROUTING-GROUP-REFS>"
+      "</SOCKET-CONNECTION-IPDU-IDENTIFIER><SOCKET-CONNECTION-IPDU-IDENTIFIER><HEADER-ID>305397762</"
+      "HEADER-ID>"
+      "<PDU-TRIGGERING-REF DEST=\"X\">/P/Net/Ch/T2</PDU-TRIGGERING-REF></SOCKET-CONNECTION-IPDU-IDENTIFIER>"
+      "<SOCKET-CONNECTION-IPDU-IDENTIFIER><HEADER-ID>305397762</HEADER-ID>"
+      "<PDU-TRIGGERING-REF DEST=\"X\">/P/Net/Ch/T3</PDU-TRIGGERING-REF></SOCKET-CONNECTION-IPDU-IDENTIFIER>"
+      "</PDUS></SOCKET-CONNECTION></BUNDLED-CONNECTIONS></SOCKET-CONNECTION-BUNDLE></CONNECTION-BUNDLES>"
+      "<SOCKET-ADDRESSS><SOCKET-ADDRESS><SHORT-NAME>A</SHORT-NAME><APPLICATION-ENDPOINT><SHORT-NAME>E</"
+      "SHORT-NAME>"
+      "<PROVIDED-SERVICE-INSTANCES><PROVIDED-SERVICE-INSTANCE><SHORT-NAME>Nav</SHORT-NAME><EVENT-HANDLERS>"
+      "<EVENT-HANDLER><SHORT-NAME>G</SHORT-NAME><CONSUMED-EVENT-GROUP-REFS><CONSUMED-EVENT-GROUP-REF "
+      "DEST=\"X\">"
+      "/P/Net/Ch/A/E/C/g</CONSUMED-EVENT-GROUP-REF></CONSUMED-EVENT-GROUP-REFS><ROUTING-GROUP-REFS>"
+      "<ROUTING-GROUP-REF "
+      "DEST=\"X\">/P/R</ROUTING-GROUP-REF></ROUTING-GROUP-REFS></EVENT-HANDLER></EVENT-HANDLERS>"
+      "<INSTANCE-IDENTIFIER>1</INSTANCE-IDENTIFIER><SERVICE-IDENTIFIER>4660</SERVICE-IDENTIFIER>"
+      "</PROVIDED-SERVICE-INSTANCE></PROVIDED-SERVICE-INSTANCES><CONSUMED-SERVICE-INSTANCES>"
+      "<CONSUMED-SERVICE-INSTANCE><SHORT-NAME>C</SHORT-NAME><CONSUMED-EVENT-GROUPS><CONSUMED-EVENT-GROUP>"
+      "<SHORT-NAME>g</SHORT-NAME><EVENT-GROUP-IDENTIFIER>6</EVENT-GROUP-IDENTIFIER></CONSUMED-EVENT-GROUP>"
+      "</CONSUMED-EVENT-GROUPS><PROVIDED-SERVICE-INSTANCE-REF DEST=\"X\">/P/Net/Ch/A/E/Nav"
+      "</PROVIDED-SERVICE-INSTANCE-REF></CONSUMED-SERVICE-INSTANCE></CONSUMED-SERVICE-INSTANCES>"
+      "<TP-CONFIGURATION><UDP-TP><UDP-TP-PORT><PORT-NUMBER>30501</PORT-NUMBER></UDP-TP-PORT></UDP-TP>"
+      "</TP-CONFIGURATION></APPLICATION-ENDPOINT></SOCKET-ADDRESS></SOCKET-ADDRESSS></SO-AD-CONFIG>"
+      "</ETHERNET-PHYSICAL-CHANNEL></PHYSICAL-CHANNELS></ETHERNET-CLUSTER-CONDITIONAL></"
+      "ETHERNET-CLUSTER-VARIANTS>"
+      "</ETHERNET-CLUSTER>");
+}
+
+TEST(ReadArxml, ReadsAClassicSystemDescription) {
+  const Reading reading = read_texts({classic()});
+  EXPECT_THAT(problems_of(reading), IsEmpty());
+  ASSERT_EQ(reading.model.services.size(), 1U);
+  const Service& nav = reading.model.services[0];
+  EXPECT_EQ(nav.name, "Nav");
+  EXPECT_EQ(nav.id, someip::ServiceId{0x1234});
+  EXPECT_EQ(nav.major, 2);
+  ASSERT_EQ(nav.events.size(), 1U);
+  const Event& speed = nav.events[0];
+  EXPECT_EQ(speed.name, "speed");
+  EXPECT_EQ(speed.id, someip::MethodId{1}) << "a HEADER-ID is a whole message id: no bit 15 is set";
+  EXPECT_THAT(speed.eventgroups, ElementsAre(someip::EventgroupId{6}));
+  EXPECT_EQ(speed.payload.byte_order, std::endian::little);
+  EXPECT_EQ(speed.payload.alignment, 4);
+  EXPECT_EQ(speed.transfer.segment_bytes, 1392U);
+  EXPECT_EQ(speed.transfer.separation, 1ms);
+  EXPECT_EQ(resolved(reading.model, speed.payload.values.at(0).type).primitive, messages::Primitive::uint16);
+  ASSERT_EQ(nav.methods.size(), 1U);
+  EXPECT_EQ(nav.methods[0].name, "reset");
+  EXPECT_EQ(nav.methods[0].id, someip::MethodId{2});
+  EXPECT_EQ(nav.methods[0].request.values.at(0).name, "to");
+  EXPECT_EQ(nav.methods[0].response.values.at(0).name, "was");
+  ASSERT_EQ(reading.model.instances.size(), 2U);
+  EXPECT_THAT(reading.model.instances[1].eventgroups, ElementsAre(someip::EventgroupId{6}));
+  EXPECT_EQ(reading.model.instances[1].service_id, someip::ServiceId{0x1234});
+}
+
+// --- what is wrong ----------------------------------------------------------------------------------------
+
+TEST(ReadArxml, RefusesWhatIsNoXmlOrNoArxml) {
+  EXPECT_THAT(problems_of(read_texts({""})), HasSubstr("0.arxml:1:1: error: this is no XML any more"));
+  EXPECT_THAT(problems_of(read_texts({"<a>\n<b></a>"})),
+              HasSubstr("0.arxml:1:1: error: the top element is a"));
+  EXPECT_THAT(problems_of(read_texts({std::string{arxml_head} + "\n  <AR-PACKAGES></AR-PACKAGE>"})),
+              HasSubstr("error: this is no XML any more: mismatched tag"));
+  const std::string whole = arxml(service(""));
+  EXPECT_THAT(problems_of(read_texts({whole.substr(0, whole.size() / 2 + 40)})),
+              HasSubstr("error: this is no XML"));
+  EXPECT_THAT(problems_of(read_texts({"<AUTOSAR xmlns=\"http://autosar.org/3.2.1\"/>"})),
+              HasSubstr("http://autosar.org/schema/r4.0 was expected"));
+}
+
+TEST(ReadArxml, RefusesEntityBombsAndDeepFiles) {
+  EXPECT_THAT(problems_of(read_texts({"<?xml version=\"1.0\"?>\n<!DOCTYPE a [<!ENTITY x \"yyyyyyyyyy\">\n"
+                                      "<!ENTITY z \"&x;&x;&x;&x;&x;&x;\">]><AUTOSAR>&z;</AUTOSAR>"})),
+              HasSubstr("0.arxml:2:13: error: a DTD stands here, and ARXML has none: it is refused"));
+  std::string deep{arxml_head};
+  for (int i = 0; i < 10'000; ++i) {
+    deep += "<AR-PACKAGES>";
+  }
+  EXPECT_THAT(problems_of(read_texts({deep})), HasSubstr("error: elements are nested more than"));
+}
+
+TEST(ReadArxml, RefusesMoreThanItsLimits) {
+  EXPECT_THAT(problems_of(read_texts({arxml(base_types)}, {.max_elements = 5})),
+              HasSubstr("error: there are more than 5 elements"));
+  EXPECT_THAT(problems_of(read_texts({arxml(base_types)}, {.max_text_bytes = 5})),
+              HasSubstr("error: there are more than 5 bytes of text"));
+}
+
+TEST(ReadArxml, RefusesTypesThatContainThemselves) {
+  const auto alias = [](std::string_view name, std::string_view to) {
+    return "<STD-CPP-IMPLEMENTATION-DATA-TYPE><SHORT-NAME>" + std::string{name} +
+           "</SHORT-NAME><CATEGORY>TYPE_REFERENCE</CATEGORY><TYPE-REFERENCE-REF DEST=\"X\">" +
+           std::string{to} + "</TYPE-REFERENCE-REF></STD-CPP-IMPLEMENTATION-DATA-TYPE>";
+  };
+  EXPECT_THAT(problems_of(read_texts({types(alias("A", "/P/B") + alias("B", "/P/A"), "/P/A")})),
+              HasSubstr("error: the type /P/A contains itself"));
+  std::string chain;
+  for (int i = 0; i < 1000; ++i) {
+    chain += alias("T" + std::to_string(i), "/P/T" + std::to_string(i + 1));
+  }
+  EXPECT_THAT(problems_of(read_texts({types(chain, "/P/T0")})),
+              HasSubstr("error: types are nested more than"));
+}
+
+TEST(ReadArxml, WarnsOfWhatIsNotByTheSchema) {
+  const Reading reading = read_texts(
+      {arxml(service("<VARIATION-POINT/><FIELDS><FIELD><SHORT-NAME>f</SHORT-NAME><TYPE-TREF "
+                     "DEST=\"X\">/x/uint8</TYPE-TREF>"
+                     "</FIELD></FIELDS>") +
+             "<SOMEIP-SERVICE-INTERFACE-DEPLOYMENT><SHORT-NAME>Dep</"
+             "SHORT-NAME><FIELD-DEPLOYMENTS><SOMEIP-FIELD-DEPLOYMENT>"
+             "<SHORT-NAME>d</SHORT-NAME><FIELD-REF "
+             "DEST=\"X\">Door/f</FIELD-REF><GETTER><METHOD-ID>1</METHOD-ID></GETTER>"
+             "<SETTER><METHOD-ID>2</METHOD-ID></SETTER></SOMEIP-FIELD-DEPLOYMENT></FIELD-DEPLOYMENTS>"
+             "<SERVICE-INTERFACE-REF DEST=\"X\"> Door "
+             "</SERVICE-INTERFACE-REF><SERVICE-INTERFACE-ID>1</SERVICE-INTERFACE-ID>"
+             "</SOMEIP-SERVICE-INTERFACE-DEPLOYMENT>")});
+  EXPECT_TRUE(reading.ok());
+  EXPECT_THAT(problems_of(reading), HasSubstr("warning: 1 elements of this file have a VARIATION-POINT"));
+  EXPECT_THAT(problems_of(reading), HasSubstr("warning: GETTER is read as GET"));
+  EXPECT_THAT(problems_of(reading),
+              HasSubstr("warning: \"Door\" is no path from the top; /P/Door was taken"));
+  EXPECT_EQ(reading.model.services.at(0).fields.at(0).setter, someip::MethodId{2});
+}
+
+TEST(ReadArxml, SurvivesMutations) {
+  const std::string whole = classic();
+  std::mt19937 random{25};
+  for (int round = 0; round < 300; ++round) {
+    std::string text = whole;
+    for (int change = 0; change < 3; ++change) {
+      const std::size_t at = random() % text.size();
+      switch (random() % 4) {
+        case 0:
+          text.erase(at, random() % 200);
+          break;
+        case 1:
+          text.insert(at, text.substr(random() % text.size(), random() % 300));
+          break;
+        case 2:
+          text[at] = static_cast<char>(random());
+          break;
+        default:
+          // One name for another: references and types go astray, the XML stays whole.
+          for (std::size_t i = at; i + 4 < text.size(); ++i) {
+            if (text.compare(i, 3, "/P/") == 0) {
+              text[i + 3] = "SIDTRN"[random() % 6];
+              break;
+            }
+          }
+      }
+    }
+    const Reading reading = read_texts({text});
+    for (const documents::Problem& problem : reading.problems) {
+      EXPECT_EQ(problem.file, "0.arxml");
+      EXPECT_FALSE(problem.text.empty());
+    }
+    EXPECT_LE(reading.problems.size(), 100U);
+  }
+}
+
+}  // namespace
+}  // namespace trestle::describe
