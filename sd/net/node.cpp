@@ -18,6 +18,7 @@
 #include "sd/net/heap_storage.hpp"
 #include "sd/net/link_watch.hpp"
 #include "sd/net/provider.hpp"
+#include "sd/net/rare_line.hpp"
 #include "sd/net/shielded.hpp"
 #include "someip/net/address_text.hpp"
 #include "someip/net/addresses.hpp"
@@ -236,7 +237,7 @@ struct Node::State : std::enable_shared_from_this<State> {
   void say_which_limits_were_reached() {
     const auto& reached = discovery.counters().limits_reached;
     for (std::size_t i = 0; i < limit_count; ++i) {
-      reached_lines[i].unsaid += reached[i] - std::exchange(reached_noted[i], reached[i]);
+      reached_lines[i].note(reached[i] - std::exchange(reached_noted[i], reached[i]));
       if (const std::uint64_t times = reached_lines[i].due()) {
         const std::string name = to_string(static_cast<Limit>(i));
         warn("no room for " + std::to_string(times) + " entries or peers: " + name +
@@ -480,29 +481,6 @@ struct Node::State : std::enable_shared_from_this<State> {
   std::optional<LinkWatch> watch;
   bool link_seen = true;  ///< up, according to the system
   bool link_told = true;  ///< up, according to the application
-  /// Lines of one kind: a peer must not fill the log.
-  struct RareLine {
-    /// Counts `more` cases. Returns how many the next line reports; 0: no line is due.
-    std::uint64_t to_tell(std::uint64_t more, Duration pause = std::chrono::seconds{10}) {
-      unsaid += more;
-      return more == 0 ? 0 : due(pause);
-    }
-    /// The same of what is noted already.
-    std::uint64_t due(Duration pause = std::chrono::seconds{10}) {
-      if (unsaid == 0) {
-        return 0;
-      }
-      const TimePoint time = now();
-      if (time < next_line) {
-        return 0;
-      }
-      next_line = time + pause;
-      return std::exchange(unsaid, 0);
-    }
-
-    TimePoint next_line{};
-    std::uint64_t unsaid = 0;
-  };
   std::array<RareLine, nack_reasons> refusals{};
   std::array<RareLine, limit_count> reached_lines{};
   std::array<std::uint64_t, limit_count> reached_noted{};

@@ -62,6 +62,7 @@ Provider::Provider(boost::asio::io_context& io, ServiceDiscovery& discovery, Por
       unproven_{config.unproven_answer_bytes, config.unproven_answer_rate},
       repeated_{config.max_repeated_values},
       may_be_sent_{[this](const Endpoint& to, std::size_t bytes) { return may_receive(to, bytes); }},
+      not_there_{[this](const IpAddress& to) { say_who_is_silent(to); }},
       log_{std::move(log)},
       warn_{std::move(warn)},
       cycle_{io, [this] { send_cyclic_values(); }} {}
@@ -541,17 +542,24 @@ ReplyPath Provider::reply_path(const Source& source, bool in_segments) {
           .pacing = config_.pacing,
           .counters = &counters_,
           .discovery = &discovery_,
-          .may_be_sent = &may_be_sent_};
+          .may_be_sent = &may_be_sent_,
+          .not_there = &not_there_};
+}
+
+void Provider::say_who_is_silent(const IpAddress& to) {
+  if (const std::uint64_t answers = answers_to_silent_.to_tell(1)) {
+    warn_("dropped " + std::to_string(answers) + " answers over UDP, the last one to " +
+          someip::to_string(to) +
+          ": too many hosts have asked that are not there, or somebody has asked in their names");
+  }
 }
 
 bool Provider::may_receive(const Endpoint& to, std::size_t bytes) {
-  const TimePoint time = now();
   if (is_of_this_host(to.address, config_.address) || discovery_.is_proven(to.address) ||
-      unproven_.take(to.address, bytes, time)) {
+      unproven_.take(to.address, bytes, now())) {
     return true;
   }
-  if (time >= next_refused_line_) {
-    next_refused_line_ = time + slow_pause;
+  if (refused_answers_.to_tell(1) != 0) {
     warn_("refused an answer of " + std::to_string(bytes) + " bytes over UDP to " +
           someip::to_string(to.address) +
           ": it has no subscription here and no TCP connection, so somebody else may have asked in its name "
@@ -622,14 +630,12 @@ void Provider::send_initial_values(OfferHandle handle, EventgroupId eventgroup,
 
 bool Provider::may_be_repeated(const OpenOffer& offer, MethodId event, const Endpoint& to,
                                std::size_t bytes) {
-  const TimePoint time = now();
   if (bytes <= someip::max_plain_payload_bytes || is_of_this_host(to.address, config_.address) ||
-      repeated_.take(to.address, offer.handle, event, time)) {
+      repeated_.take(to.address, offer.handle, event, now())) {
     return true;
   }
   ++counters_.repeated_values_refused;
-  if (time >= next_refused_line_) {
-    next_refused_line_ = time + slow_pause;
+  if (repeated_values_.to_tell(1) != 0) {
     warn_("the initial value of event " + hexadecimal(value(event)) + " of " +
           to_string(offer.spec.service, offer.spec.instance) + ", " + std::to_string(bytes) +
           " bytes, was not sent to " + someip::to_string(to.address) +

@@ -6,6 +6,7 @@
 #include "sd/core/service_discovery.hpp"
 #include "sd/net/e2e_channel.hpp"
 #include "sd/net/ports.hpp"
+#include "sd/net/rare_line.hpp"
 #include "sd/net/service_spec.hpp"
 #include "sd/net/unproven_receivers.hpp"
 #include "someip/core/session_counter.hpp"
@@ -121,6 +122,7 @@ class Provider {
   [[nodiscard]] ReplyPath reply_path(const Source& source, bool in_segments);
   /// Whether so large an answer may go there over UDP: a host in whose name others may ask gets little.
   [[nodiscard]] bool may_receive(const Endpoint& to, std::size_t bytes);
+  void say_who_is_silent(const IpAddress& to);
   [[nodiscard]] someip::MethodKind kind_of(const OpenOffer& offer, someip::MethodId method) const;
   /// Of what a method, getter or setter answers.
   [[nodiscard]] someip::TpPacing pacing_of(const ServiceSpec& spec, someip::MethodId method) const;
@@ -154,7 +156,10 @@ class Provider {
   UnprovenReceivers unproven_;
   RepeatedValues repeated_;
   std::function<bool(const Endpoint& to, std::size_t bytes)> may_be_sent_;  ///< for each ReplyPath
-  TimePoint next_refused_line_{};
+  std::function<void(const IpAddress& to)> not_there_;                      ///< likewise
+  RareLine refused_answers_;
+  RareLine repeated_values_;
+  RareLine answers_to_silent_;
   DiscoveryLog log_;
   DiscoveryLog warn_;
   std::vector<std::shared_ptr<OpenOffer>> offers_;

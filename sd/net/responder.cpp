@@ -24,6 +24,9 @@ bool ReplyPath::send_bytes(const someip::Header& header, std::span<const ByteVie
   }
   if (!port->sender.greet(to)) {
     ++counters->answers_to_silent;
+    if (not_there != nullptr) {
+      (*not_there)(to.address);
+    }
     return false;
   }
   const std::size_t bytes = size_of(payload);

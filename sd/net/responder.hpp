@@ -39,6 +39,8 @@ struct ReplyPath {
   const ServiceDiscovery* discovery = nullptr;  ///< likewise
   /// Likewise: whether so large an answer may go there over UDP; none: it may.
   const std::function<bool(const Endpoint& to, std::size_t bytes)>* may_be_sent = nullptr;
+  /// Likewise: told of each host that does not get its answer because it may not be there; none: nobody is.
+  const std::function<void(const IpAddress& to)>* not_there = nullptr;
   std::shared_ptr<const E2eReply> protection{};  ///< none: without end-to-end protection
 
   /// Sends header and payload; false when that is not possible. What must not be sent in segments becomes an
