@@ -3,6 +3,7 @@
 //
 //   model.hpp       services, types, instances, as plain values
 //   model_json.hpp  the model as JSON: docs/describe.md
+//   layout.hpp      what the bytes of a payload are
 //   read/           readers: FIDL and FDEPL, ARXML, vsomeip JSON, .msg and .srv, captures
 //   write/          writers of the same and more
 //   lower.hpp       types and members as ROS definitions with wire rules: what routes and tools convert by

@@ -1,0 +1,47 @@
+#pragma once
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bridge/describe/model.hpp"
+
+namespace trestle::describe {
+
+/// Some bytes of a payload and what they are.
+struct ByteRange {
+  /// From the start of the payload, or of the element or member above with a smaller `depth`; nothing: parts
+  /// of variable size stand before it.
+  std::optional<std::size_t> offset{};
+  std::string offset_text{};           ///< "12", "8 + name": 8 bytes and those of `name`
+  std::optional<std::size_t> bytes{};  ///< nothing: as many as there are
+  std::string size_text{};             ///< "4", "3 bits", "variable"
+  int depth = 0;                       ///< elements of arrays and members of choices: one more
+  std::string path{};                  ///< "points[1].x"; without bytes "points[].x"
+  std::string type{};                  ///< "float64", "Side", "length"
+  std::string rule{};                  ///< "big endian", "UTF-8 with BOM and terminator"
+  std::string value{};                 ///< "1.5", "LEFT (0)", "\"abc\""; empty without bytes
+};
+
+/// Where bytes do not fit their description.
+struct LayoutError {
+  std::size_t offset = 0;
+  std::string path{};
+  std::string text{};  ///< "4 bytes are needed, 2 are left"
+};
+
+struct Layout {
+  std::vector<ByteRange> ranges{};  ///< in the order of the wire
+  std::vector<LayoutError> errors{};
+};
+
+/// More ranges than these are not made; the rest is one range.
+inline constexpr std::size_t max_ranges = 20'000;
+
+/// How a payload is laid out: as a table of what may be there.
+[[nodiscard]] Layout layout(const Model& model, const Payload& payload);
+
+/// What the bytes of a payload are. After an error the rest of the bytes is one range.
+[[nodiscard]] Layout layout(const Model& model, const Payload& payload, ByteView bytes);
+
+}  // namespace trestle::describe

@@ -1,0 +1,171 @@
+#include "bridge/describe/layout.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+namespace trestle::describe {
+namespace {
+
+using messages::Primitive;
+using someip::DataId;
+using someip::FieldWidth;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+std::vector<std::string> lines_of(const Layout& layout) {
+  std::vector<std::string> lines;
+  for (const ByteRange& one : layout.ranges) {
+    lines.push_back(fmt::format("{}{} [{}] {}: {}{}{}{}{}",
+                                std::string(static_cast<std::size_t>(one.depth), '>'), one.offset_text,
+                                one.size_text, one.path, one.type, one.rule.empty() ? "" : ", ", one.rule,
+                                one.value.empty() ? "" : " = ", one.value));
+  }
+  return lines;
+}
+std::vector<std::string> errors_of(const Layout& layout) {
+  std::vector<std::string> lines;
+  for (const LayoutError& one : layout.errors) {
+    lines.push_back(fmt::format("{} {}: {}", one.offset, one.path, one.text));
+  }
+  return lines;
+}
+
+Layout layout_of_bytes(const Model& model, const Payload& payload, std::string_view bytes) {
+  return layout(model, payload, std::as_bytes(std::span{bytes}));
+}
+
+/// Points behind a flag.
+struct Points {
+  Points() {
+    const TypeIndex u8 = model.add({.kind = Kind::primitive, .primitive = Primitive::uint8});
+    const TypeIndex u16 = model.add({.kind = Kind::primitive, .primitive = Primitive::int16});
+    const TypeIndex side =
+        model.add({.kind = Kind::enumeration,
+                   .name = "Side",
+                   .primitive = Primitive::uint8,
+                   .enumerators = {{.name = "LEFT", .value = 0}, {.name = "RIGHT", .value = 1}}});
+    const TypeIndex point =
+        model.add({.kind = Kind::structure,
+                   .name = "Point",
+                   .members = {{.name = "x", .type = u16}, {.name = "side", .type = side}}});
+    const TypeIndex points = model.add({.kind = Kind::array, .element = {.type = point}});
+    const TypeIndex text = model.add({.kind = Kind::string});
+    payload.values = {{.name = "n", .type = u8},
+                      {.name = "points", .type = points, .wire = {.length = FieldWidth::bits16}},
+                      {.name = "name", .type = text, .wire = {.length = FieldWidth::bits8}},
+                      {.name = "end", .type = u16}};
+  }
+  Model model;
+  Payload payload;
+};
+
+TEST(Layout, ShowsWhatMayBeThere) {
+  const Points points;
+  EXPECT_THAT(
+      lines_of(layout(points.model, points.payload)),
+      ElementsAre("0 [1] n: uint8", "1 [2] points: length, big endian, bytes of all elements",
+                  "3 [n × 3] points: Point[], any number of elements", ">0 [2] points[].x: int16, big endian",
+                  ">2 [1] points[].side: Side", "3 + points [1] name: length, big endian, bytes of the text",
+                  "4 + points [variable] name: string, UTF-8, BOM, terminator",
+                  "4 + points + name [2] end: int16, big endian"));
+}
+
+TEST(Layout, ShowsWhatBytesAre) {
+  const Points points;
+  const Layout layout =
+      layout_of_bytes(points.model, points.payload,
+                      std::string_view{"\x07\0\x06\xff\xfe\x01\0\x02\x05\x06\xef\xbb\xbfhi\0\x12\x34", 18});
+  EXPECT_THAT(layout.errors, IsEmpty());
+  EXPECT_THAT(
+      lines_of(layout),
+      ElementsAre(
+          "0 [1] n: uint8 = 7", "1 [2] points: length, big endian, bytes of all elements = 6",
+          "3 [2] points[0].x: int16, big endian = -2", "5 [1] points[0].side: Side = RIGHT (1)",
+          "6 [2] points[1].x: int16, big endian = 2", "8 [1] points[1].side: Side = 5 (no enumerator)",
+          "9 [1] name: length, big endian, bytes of the text = 6",
+          "10 [6] name: string, UTF-8, BOM, terminator = \"hi\"", "16 [2] end: int16, big endian = 4660"));
+}
+
+TEST(Layout, TellsWhereBytesEnd) {
+  const Points points;
+  const auto errors = [&](std::string_view bytes) {
+    return errors_of(layout_of_bytes(points.model, points.payload, bytes));
+  };
+  EXPECT_THAT(errors({"\x07\0", 2}), ElementsAre("1 points: 2 bytes are needed, 1 left"));
+  EXPECT_THAT(errors({"\x07\0\x06\0\0", 5}), ElementsAre("3 points: the length is 6, 2 bytes are left"));
+  EXPECT_THAT(errors({"\x07\0\x04\0\0\0\0\0\0\0", 10}),
+              ElementsAre("6 points[1].x: 2 bytes are needed, 1 left"));
+  EXPECT_THAT(errors({"\x07\0\0\0\0\0\xff", 7}), ElementsAre("6 : 1 bytes more than the description has"));
+}
+
+TEST(Layout, ShowsTheBytesBehindAnError) {
+  const Points points;
+  const Layout layout =
+      layout_of_bytes(points.model, points.payload, std::string_view{"\x07\0\x06\0\x01", 5});
+  EXPECT_EQ(lines_of(layout).back(), "3 [2] : bytes, not described = 00 01");
+}
+
+TEST(Layout, ReadsBitsAsTheConversionWritesThem) {
+  // The example of docs/conversion.md: a 3 bits = 5, b 4 bits = -3, c 5 bits = 0x12.
+  Model model;
+  const TypeIndex u8 = model.add({.kind = Kind::primitive, .primitive = Primitive::uint8});
+  const TypeIndex i8 = model.add({.kind = Kind::primitive, .primitive = Primitive::int8});
+  const TypeIndex u16 = model.add({.kind = Kind::primitive, .primitive = Primitive::uint16});
+  const Payload payload{.values = {{.name = "a", .type = u8, .wire = {.bits = 3}},
+                                   {.name = "b", .type = i8, .wire = {.bits = 4}},
+                                   {.name = "c", .type = u16, .wire = {.bits = 5}},
+                                   {.name = "d", .type = u8, .wire = {.bits = 4}}}};
+  EXPECT_THAT(
+      lines_of(layout_of_bytes(model, payload, "\x6d\x09")),
+      ElementsAre("0 [3 bits] a: uint8, from bit 0 on = 5", "0 [4 bits] b: int8, from bit 3 on = -3",
+                  "0 [5 bits] c: uint16, from bit 7 on = 18", "1 [4 bits] d: uint8, from bit 4 on = 0"));
+}
+
+TEST(Layout, ReadsChoicesTagsAndStructuresWithLength) {
+  Model model;
+  const TypeIndex u16 = model.add({.kind = Kind::primitive, .primitive = Primitive::uint16});
+  const TypeIndex text = model.add({.kind = Kind::string});
+  const TypeIndex choice = model.add({.kind = Kind::choice,
+                                      .members = {{.name = "a", .type = u16}, {.name = "b", .type = text}},
+                                      .selectors = {1, 9}});
+  const TypeIndex inner =
+      model.add({.kind = Kind::structure, .name = "S", .members = {{.name = "v", .type = u16}}});
+  const Payload payload{
+      .values = {{.name = "t", .type = u16, .tag = DataId{1}},
+                 {.name = "c", .type = choice, .wire = {.selector = FieldWidth::bits8}, .tag = DataId{2}},
+                 {.name = "s", .type = inner, .tag = DataId{3}, .optional = true}},
+      .tagged_length = FieldWidth::bits8};
+  const std::string_view bytes{
+      "\x10\x01\0\x05"
+      "\x40\x02\x03\x01\0\x06"
+      "\x50\x03\x03\0\x07\xee"
+      "\x00\x04\x99",
+      19};
+  const Layout layout = layout_of_bytes(model, payload, bytes);
+  EXPECT_THAT(errors_of(layout), IsEmpty());
+  EXPECT_THAT(
+      lines_of(layout),
+      ElementsAre("0 [2] t: tag, big endian = data id 1, wire type 1", "2 [2] t: uint16, big endian = 5",
+                  "4 [2] c: tag, big endian = data id 2, wire type 4",
+                  "6 [1] c: length, big endian, bytes of selector and data = 3",
+                  "7 [1] c: selector, big endian, which member follows = 1",
+                  "8 [2] c.a: uint16, big endian = 6", "10 [2] s: tag, big endian = data id 3, wire type 5",
+                  "12 [1] s: length, big endian, bytes of all members = 3",
+                  "13 [2] s.v: uint16, big endian = 7",
+                  "15 [1] s: bytes, not known here, skipped by the length = ee",
+                  "16 [2] : tag, big endian = data id 4, wire type 0",
+                  "18 [1] : bytes, a member that is not known = 99"));
+}
+
+TEST(Layout, EndsWithTypesThatContainThemselves) {
+  Model model;
+  const TypeIndex node = model.add({.kind = Kind::structure, .name = "Node"});
+  model.at(node).members = {{.name = "a", .type = node}, {.name = "b", .type = node}};
+  const Payload payload{.values = {{.name = "n", .type = node}}};
+  EXPECT_LE(layout(model, payload).ranges.size(), max_ranges + 1);
+  EXPECT_THAT(layout_of_bytes(model, payload, "abc").errors, SizeIs(1));
+}
+
+}  // namespace
+}  // namespace trestle::describe
