@@ -1,0 +1,338 @@
+#include "bridge/describe/write/sheet/write_sheet.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+#include <utility>
+
+#include "bridge/describe/layout.hpp"
+#include "bridge/describe/model_json.hpp"
+#include "someip/net/address_text.hpp"
+
+namespace trestle::describe {
+namespace {
+
+template <typename Id>
+std::string id_text(const std::optional<Id>& id) {
+  return id ? fmt::format("0x{:04x}", someip::value(*id)) : std::string{"?"};
+}
+
+/// What both forms of the sheet are written by.
+class SheetForm {
+ public:
+  SheetForm() = default;
+  SheetForm(const SheetForm&) = delete;
+  SheetForm& operator=(const SheetForm&) = delete;
+  virtual ~SheetForm() = default;
+  virtual void heading(int level, std::string_view text) = 0;
+  virtual void paragraph(std::string_view text) = 0;
+  virtual void table(const std::vector<std::string>& head,
+                     const std::vector<std::vector<std::string>>& rows) = 0;
+  virtual std::string take() = 0;
+};
+
+class MarkdownSheet : public SheetForm {
+ public:
+  void heading(int level, std::string_view text) override {
+    text_ += (text_.empty() ? "" : "\n") + std::string(static_cast<std::size_t>(level), '#') + " " +
+             plain(text) + "\n";
+  }
+  void paragraph(std::string_view text) override { text_ += "\n" + plain(text) + "\n"; }
+  void table(const std::vector<std::string>& head,
+             const std::vector<std::vector<std::string>>& rows) override {
+    text_ += "\n";
+    row(head);
+    row(std::vector<std::string>(head.size(), "---"));
+    std::ranges::for_each(rows, [this](const std::vector<std::string>& one) { row(one); });
+  }
+  std::string take() override { return std::move(text_); }
+
+ private:
+  void row(const std::vector<std::string>& cells) {
+    text_ += "|";
+    for (const std::string& cell : cells) {
+      text_ += " " + plain(cell) + " |";
+    }
+    text_ += "\n";
+  }
+  /// Nothing of it is markup, and it stays on one line.
+  static std::string plain(std::string_view text) {
+    std::string out;
+    for (const char c : text) {
+      if (c == '\n' || c == '\r') {
+        out += ' ';
+      } else if (std::string_view{"|*`<\\"}.find(c) != std::string_view::npos) {
+        out += '\\';
+        out += c;
+      } else {
+        out += c;
+      }
+    }
+    return out;
+  }
+  std::string text_;
+};
+
+class HtmlSheet : public SheetForm {
+ public:
+  explicit HtmlSheet(std::string_view title) {
+    text_ =
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+        "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
+        plain(title) +
+        "</title>\n<style>\n"
+        ":root { color-scheme: light dark; }\n"
+        "body { font: 15px/1.5 system-ui, sans-serif; max-width: 70em; margin: 2em auto; padding: 0 1em; }\n"
+        "table { border-collapse: collapse; margin: .6em 0; }\n"
+        "th, td { border: 1px solid #8886; padding: .2em .6em; text-align: left; vertical-align: top; }\n"
+        "th { background: #8882; }\n"
+        "h2 { border-bottom: 2px solid #8886; margin-top: 2em; }\n"
+        "</style>\n</head>\n<body>\n";
+  }
+  void heading(int level, std::string_view text) override {
+    text_ += fmt::format("<h{0}>{1}</h{0}>\n", level, plain(text));
+  }
+  void paragraph(std::string_view text) override { text_ += "<p>" + plain(text) + "</p>\n"; }
+  void table(const std::vector<std::string>& head,
+             const std::vector<std::vector<std::string>>& rows) override {
+    text_ += "<table>\n";
+    row(head, "th");
+    std::ranges::for_each(rows, [this](const std::vector<std::string>& one) { row(one, "td"); });
+    text_ += "</table>\n";
+  }
+  std::string take() override { return std::move(text_) + "</body>\n</html>\n"; }
+
+ private:
+  void row(const std::vector<std::string>& cells, const char* tag) {
+    text_ += "<tr>";
+    for (const std::string& cell : cells) {
+      text_ += fmt::format("<{0}>{1}</{0}>", tag, plain(cell));
+    }
+    text_ += "</tr>\n";
+  }
+  static std::string plain(std::string_view text) {
+    std::string out;
+    for (const char c : text) {
+      switch (c) {
+        case '&':
+          out += "&amp;";
+          break;
+        case '<':
+          out += "&lt;";
+          break;
+        case '>':
+          out += "&gt;";
+          break;
+        case '"':
+          out += "&quot;";
+          break;
+        default:
+          out += c;
+      }
+    }
+    return out;
+  }
+  std::string text_;
+};
+
+class SheetWriter {
+ public:
+  SheetWriter(const Model& model, SheetForm& form)
+      : model_{model}, form_{form}, labels_{type_labels(model)} {}
+
+  void write() {
+    form_.heading(1, "Interfaces");
+    if (!model_.services.empty()) {
+      std::vector<std::vector<std::string>> rows;
+      for (const Service& one : model_.services) {
+        rows.push_back({full_name(one.scope, one.name), id_text(one.id),
+                        fmt::format("{}.{}", one.major, one.minor), std::to_string(one.methods.size()),
+                        std::to_string(one.events.size()), std::to_string(one.fields.size())});
+      }
+      form_.table({"service", "id", "version", "methods", "events", "fields"}, rows);
+    }
+    std::ranges::for_each(model_.services, [this](const Service& one) { service(one); });
+    types();
+  }
+
+ private:
+  void notes(const Notes& notes) {
+    if (!notes.description.empty()) {
+      form_.paragraph(notes.description);
+    }
+  }
+
+  void service(const Service& service) {
+    form_.heading(2, fmt::format("{} ({}, version {}.{})", full_name(service.scope, service.name),
+                                 id_text(service.id), service.major, service.minor));
+    notes(service.notes);
+    instances(service);
+    eventgroups(service);
+    for (const Method& one : service.methods) {
+      form_.heading(3, fmt::format("Method {} ({})", one.name, id_text(one.id)));
+      notes(one.notes);
+      payload(one.fire_and_forget ? "Request (fire and forget)" : "Request", one.request,
+              one.request_transfer);
+      if (!one.fire_and_forget) {
+        Payload response = one.response;
+        if (static_cast<std::size_t>(one.error) < model_.types.size()) {
+          response.values.insert(
+              response.values.begin(),
+              Value{.name = "error", .type = one.error, .wire = model_.at(one.error).wire});
+        }
+        payload("Response", response, one.response_transfer);
+      }
+      protection(one.e2e);
+    }
+    for (const Event& one : service.events) {
+      form_.heading(3, fmt::format("Event {} ({})", one.name, id_text(one.id)));
+      notes(one.notes);
+      payload("Payload", one.payload, one.transfer);
+      protection(one.e2e);
+    }
+    for (const Field& one : service.fields) {
+      std::string parts;
+      const auto part = [&parts](bool there, const char* what, const std::optional<someip::MethodId>& id) {
+        if (there) {
+          parts += fmt::format("{}{} {}", parts.empty() ? "" : ", ", what, id_text(id));
+        }
+      };
+      part(one.has_getter, "getter", one.getter);
+      part(one.has_setter, "setter", one.setter);
+      part(one.has_notifier, "notifier", one.notifier);
+      form_.heading(3, fmt::format("Field {} ({})", one.name, parts));
+      notes(one.notes);
+      payload("Payload", one.payload, one.has_notifier ? one.notifier_transfer : one.getter_transfer);
+      protection(one.e2e);
+    }
+  }
+
+  void instances(const Service& service) {
+    std::vector<std::vector<std::string>> rows;
+    for (const Instance& one : model_.instances) {
+      if (is_of(one, service)) {
+        rows.push_back({one.name, one.id ? id_text(one.id) : "any",
+                        one.role == Instance::Role::provided ? "provided" : "required",
+                        one.address ? someip::to_string(*one.address) : "",
+                        one.udp_port ? std::to_string(*one.udp_port) : "",
+                        one.tcp_port ? std::to_string(*one.tcp_port) : ""});
+      }
+    }
+    if (!rows.empty()) {
+      form_.table({"instance", "id", "role", "address", "UDP", "TCP"}, rows);
+    }
+  }
+
+  void eventgroups(const Service& service) {
+    std::vector<std::vector<std::string>> rows;
+    for (const Eventgroup& group : service.eventgroups) {
+      std::string members;
+      const auto add = [&](const auto& one) {
+        if (std::ranges::find(one.eventgroups, group.id) != one.eventgroups.end()) {
+          members += (members.empty() ? "" : ", ") + one.name;
+        }
+      };
+      std::ranges::for_each(service.events, add);
+      std::ranges::for_each(service.fields, add);
+      std::string multicast;
+      for (const Instance& instance : model_.instances) {
+        for (const Multicast& one : instance.multicast) {
+          if (is_of(instance, service) && one.eventgroup == group.id) {
+            multicast = fmt::format("{} from {} subscribers on", someip::to_string(one.group), one.threshold);
+          }
+        }
+      }
+      rows.push_back({group.name, id_text(std::optional{group.id}), members, multicast});
+    }
+    if (!rows.empty()) {
+      form_.table({"eventgroup", "id", "events and fields", "multicast"}, rows);
+    }
+  }
+
+  void payload(const std::string& title, const Payload& payload, const Transfer& transfer) {
+    std::string how = transfer.transport == Transport::tcp ? "TCP" : "UDP";
+    if (transfer.segment_bytes != 0) {
+      how += fmt::format(", SOME/IP-TP with segments of {} bytes", transfer.segment_bytes);
+    }
+    const Layout layout = describe::layout(model_, payload);
+    form_.paragraph(fmt::format("{}: {}{}", title, how, layout.ranges.empty() ? ", empty" : ""));
+    if (layout.ranges.empty()) {
+      return;
+    }
+    std::vector<std::vector<std::string>> rows;
+    for (const ByteRange& one : layout.ranges) {
+      rows.push_back({std::string(static_cast<std::size_t>(one.depth), '+') + one.offset_text, one.size_text,
+                      one.path, one.type, one.rule});
+    }
+    form_.table({"offset", "bytes", "field", "type", "rule"}, rows);
+  }
+
+  void protection(const Protection& e2e) {
+    if (!e2e.profile.empty()) {
+      form_.paragraph("E2E profile " + e2e.profile + "; its header is in front of the payload.");
+    }
+  }
+
+  void types() {
+    bool told = false;
+    for (std::size_t at = 0; at < model_.types.size(); ++at) {
+      const Type& type = model_.types[at];
+      if (type.name.empty()) {
+        continue;
+      }
+      if (!std::exchange(told, true)) {
+        form_.heading(2, "Types");
+      }
+      form_.heading(3, fmt::format("{} ({})", labels_[at], to_string(type.kind)));
+      notes(type.notes);
+      std::vector<std::vector<std::string>> rows;
+      if (type.kind == Kind::enumeration) {
+        for (const Enumerator& one : all_enumerators(model_, type)) {
+          rows.push_back({one.name, std::to_string(one.value), one.notes.description});
+        }
+        form_.table(
+            {fmt::format("enumerator of {}", messages::to_string(type.primitive)), "value", "meaning"}, rows);
+      } else if (type.kind == Kind::structure || type.kind == Kind::choice) {
+        for (const Value& one : all_members(model_, type)) {
+          rows.push_back({one.name, label(one.type), one.notes.unit, one.notes.description});
+        }
+        form_.table({"member", "type", "unit", "meaning"}, rows);
+      } else if (type.kind == Kind::alias || type.kind == Kind::array) {
+        form_.paragraph("Of " + label(type.element.type) + ".");
+      } else if (type.kind == Kind::map) {
+        form_.paragraph("From " + label(type.key.type) + " to " + label(type.element.type) + ".");
+      } else if (type.kind == Kind::primitive) {
+        form_.paragraph(fmt::format("A {}.", messages::to_string(type.primitive)));
+      }
+    }
+  }
+
+  [[nodiscard]] std::string label(TypeIndex index) const {
+    const auto at = static_cast<std::size_t>(index);
+    if (at >= model_.types.size()) {
+      return "?";
+    }
+    const Type& type = model_.types[at];
+    return type.name.empty() && type.kind == Kind::array && type.element.type != index &&
+                   static_cast<std::size_t>(type.element.type) < model_.types.size()
+               ? labels_[static_cast<std::size_t>(type.element.type)] + "[]"
+               : labels_[at];
+  }
+
+  const Model& model_;
+  SheetForm& form_;
+  std::vector<std::string> labels_;
+};
+
+}  // namespace
+
+Written write_sheet(const Model& model) {
+  MarkdownSheet markdown;
+  SheetWriter{model, markdown}.write();
+  HtmlSheet html{"Interfaces"};
+  SheetWriter{model, html}.write();
+  return {{{"interfaces.md", markdown.take()}, {"interfaces.html", html.take()}}, {}};
+}
+
+}  // namespace trestle::describe

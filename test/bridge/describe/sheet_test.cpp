@@ -1,0 +1,67 @@
+#include <gmock/gmock.h>
+
+#include "bridge/describe/write/sheet/write_sheet.hpp"
+
+namespace trestle::describe {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::SizeIs;
+
+Written written_sheet() {
+  Model model;
+  const TypeIndex side =
+      model.add({.kind = Kind::enumeration,
+                 .name = "Side",
+                 .scope = "org.example",
+                 .primitive = messages::Primitive::uint16,
+                 .enumerators = {{.name = "LEFT", .value = 3, .notes = {.description = "a|b <x>"}}}});
+  model.services.push_back({.name = "Door",
+                            .scope = "org.example",
+                            .id = someip::ServiceId{0x1234},
+                            .major = 2,
+                            .methods = {{.name = "open",
+                                         .id = someip::MethodId{1},
+                                         .request = {.values = {{.name = "side", .type = side}}},
+                                         .notes = {.description = "Opens & closes"}}},
+                            .fields = {{.name = "speed",
+                                        .payload = {.values = {{.name = "speed", .type = side}}},
+                                        .notifier = someip::MethodId{0x8001},
+                                        .has_setter = false,
+                                        .eventgroups = {someip::EventgroupId{7}}}},
+                            .eventgroups = {{.name = "all", .id = someip::EventgroupId{7}}}});
+  model.instances.push_back({.name = "front",
+                             .service = "org.example.Door",
+                             .id = someip::InstanceId{1},
+                             .address = IpAddress::v4(10, 0, 0, 1),
+                             .udp_port = std::uint16_t{30501}});
+  return write_sheet(model);
+}
+
+TEST(WriteSheet, HasTheLayoutOfEachPayload) {
+  const Written written = written_sheet();
+  ASSERT_THAT(written.files, SizeIs(2));
+  const std::string& text = written.files[0].text;
+  for (const char* part :
+       {"# Interfaces\n", "\n## org.example.Door (0x1234, version 2.0)\n",
+        "| front | 0x0001 | provided | 10.0.0.1 | 30501 |  |\n", "| all | 0x0007 | speed |  |\n",
+        "\n### Method open (0x0001)\n\nOpens & closes\n\nRequest: UDP\n",
+        "| offset | bytes | field | type | rule |\n| --- | --- | --- | --- | --- |\n| 0 | 2 | side | Side | "
+        "big endian |\n",
+        "\nResponse: UDP, empty\n", "### Field speed (getter ?, notifier 0x8001)",
+        "\n### org.example.Side (enumeration)\n", "| LEFT | 3 | a\\|b \\<x> |\n"}) {
+    EXPECT_THAT(text, HasSubstr(part));
+  }
+}
+
+TEST(WriteSheet, WritesOneHtmlFileThatNeedsNothingElse) {
+  const std::string text = written_sheet().files[1].text;
+  EXPECT_THAT(text, HasSubstr("<h3>Method open (0x0001)</h3>\n<p>Opens &amp; closes</p>"));
+  EXPECT_THAT(text, HasSubstr("<td>a|b &lt;x&gt;</td>"));
+  EXPECT_THAT(text, Not(HasSubstr("http")));
+  EXPECT_THAT(text, Not(HasSubstr("<script")));
+}
+
+}  // namespace
+}  // namespace trestle::describe
