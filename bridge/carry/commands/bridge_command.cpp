@@ -34,9 +34,15 @@ struct Options {
 };
 
 void print_counters(const Bridge& bridge, Report& report) {
-  for (const CounterGroup& group : bridge.counters()) {
+  const auto print = [&](const CounterGroup& group) {
     std::printf("%s\n", to_string(group).c_str());
     report.line(to_json(group));
+  };
+  for (const CounterGroup& group : bridge.counters()) {
+    print(group);
+  }
+  if (report.is_open()) {
+    print({.name = "report", .counters = {{"lines_left_out", report.lines_left_out()}}});
   }
   std::fflush(stdout);
 }
@@ -54,6 +60,9 @@ class Runner {
   void stop() {
     spdlog::info("stopping: withdrawing offers and subscriptions");
     bridge_->stop();
+    if (const std::uint64_t lines = report_.lines_left_out()) {
+      spdlog::warn("{} lines of the report were left out, because its reader was too slow", lines);
+    }
   }
 
   /// Reads the configuration and the message types anew. If something is wrong with them, the bridge goes on

@@ -36,6 +36,7 @@ class Report {
   void discovery(std::string_view text);
   /// A line that is already JSON.
   void line(std::string json);
+  [[nodiscard]] bool is_open() const noexcept { return fd_ >= 0; }
   [[nodiscard]] std::uint64_t lines_left_out() const noexcept { return lines_left_out_; }
 
  private:
