@@ -1,0 +1,645 @@
+#include "bridge/describe/write/fidl/deployment.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+namespace trestle::describe::fidl_writing {
+namespace {
+
+unsigned wide(someip::FieldWidth width) {
+  return static_cast<unsigned>(width);
+}
+
+const char* word(someip::StringEncoding encoding) {
+  return encoding == someip::StringEncoding::utf8      ? "utf8"
+         : encoding == someip::StringEncoding::utf16le ? "utf16le"
+                                                       : "utf16be";
+}
+
+bool is_basic(const Type& type) {
+  return type.kind == Kind::primitive || type.kind == Kind::string || type.kind == Kind::bytes;
+}
+
+template <typename Number>
+void set(Block& block, const char* key, Number now, Number before) {
+  if (now != before) {
+    block.settings.push_back(fmt::format("{} = {}", key, now));
+  }
+}
+
+void set_width(Block& block, const char* key, someip::FieldWidth now, someip::FieldWidth before) {
+  set(block, key, wide(now), wide(before));
+}
+
+template <typename Id>
+std::string listed(const std::vector<Id>& ids) {
+  std::string all;
+  for (const Id id : ids) {
+    all += fmt::format("{}{}", all.empty() ? "" : ", ", static_cast<unsigned>(id));
+  }
+  return "{ " + all + " }";
+}
+
+std::string quoted(std::string_view text) {
+  std::string result = "\"";
+  for (const char c : text) {
+    result += c == '"' || c == '\\' ? "\\" : "";
+    result += c;
+  }
+  return result + '"';
+}
+
+std::string written(const IpAddress& address) {
+  if (!address.v6) {
+    return fmt::format("{}.{}.{}.{}", address.bytes[0], address.bytes[1], address.bytes[2], address.bytes[3]);
+  }
+  std::string all;
+  for (std::size_t i = 0; i < 16; i += 2) {
+    all += fmt::format("{}{:x}", i == 0 ? "" : ":", address.bytes.at(i) << 8U | address.bytes.at(i + 1));
+  }
+  return all;
+}
+
+std::string backing_name(messages::Primitive primitive) {
+  return basic_name({.kind = Kind::primitive, .primitive = primitive});
+}
+
+}  // namespace
+
+std::string target(std::string_view name) {
+  return escaped_fdepl(usable(name, false));
+}
+
+std::string text_of(const Block& block, int indent) {
+  const std::string margin(static_cast<std::size_t>(indent) * 4, ' ');
+  std::string text = margin + block.head + " {\n";
+  for (const std::string& setting : block.settings) {
+    text += margin + "    " + setting + "\n";
+  }
+  for (const Block& child : block.children) {
+    text += text_of(child, indent + 1);
+  }
+  return text + margin + "}\n";
+}
+
+void Deployment::kept(Block& block, const Notes& notes, std::initializer_list<const char*> keys,
+                      const std::string& owner) {
+  for (const auto& [key, value] : notes.others) {
+    if (key.starts_with('@')) {
+      continue;
+    }
+    if (std::ranges::find(keys, key) != keys.end()) {
+      block.settings.push_back(fmt::format("{} = {}", key, value));
+    } else {
+      lose(owner, fmt::format("{} = {}", key, value));
+    }
+  }
+}
+
+void Deployment::array(Block& block, const Type& now, const Wire& wire, const Type& before,
+                       const Wire& wire_before) {
+  set_width(block, "SomeIpArrayLengthWidth", wire.length, wire_before.length);
+  const auto least = [](const Type& type) { return type.fixed_size ? 0U : type.min_size; };
+  set(block, "SomeIpArrayMinLength", least(now), least(before));
+  set(block, "SomeIpArrayMaxLength", now.max_size, before.max_size);
+}
+
+void Deployment::basic(Block& block, const Value& now, const Value* before, const std::string& owner) {
+  const Type& type = resolved(model_, now.type);
+  Type plain{.kind = type.kind, .primitive = type.primitive};
+  const Type& old = before == nullptr ? plain : resolved(model_, before->type);
+  const Wire wire_before = before == nullptr ? default_wire(type.kind) : before->wire;
+  if (type.kind == Kind::string) {
+    const auto length = [](const Type& one, const Wire& wire) {
+      return wire.length == someip::FieldWidth::none ? wire.fixed_bytes : one.max_size;
+    };
+    set_width(block, "SomeIpStringLengthWidth", now.wire.length, wire_before.length);
+    set(block, "SomeIpStringLength", length(type, now.wire), length(old, wire_before));
+    set(block, "SomeIpStringEncoding", std::string_view{word(now.wire.encoding)},
+        std::string_view{word(wire_before.encoding)});
+    if (!now.wire.bom || !now.wire.terminator) {
+      lose(owner, "a string without BOM or terminator", now.place);
+    }
+  } else if (type.kind == Kind::bytes) {
+    const auto least = [](const Type& one) { return one.fixed_size ? 0U : one.min_size; };
+    set_width(block, "SomeIpByteBufferLengthWidth", now.wire.length, wire_before.length);
+    set(block, "SomeIpByteBufferMinLength", least(type), least(old));
+    set(block, "SomeIpByteBufferMaxLength", type.max_size, old.max_size);
+  } else {
+    set(block, "SomeIpIntegerBitWidth", static_cast<unsigned>(now.wire.bits),
+        static_cast<unsigned>(wire_before.bits));
+    if (type.invalid_value && type.invalid_value != old.invalid_value) {
+      block.settings.push_back(fmt::format("SomeIpIntegerInvalidValue = {}", *type.invalid_value));
+    }
+    if ((type.minimum || type.maximum) && type.primitive != messages::Primitive::int32) {
+      lose(owner, "limits of an integer that is not Int32", now.place);
+    }
+  }
+}
+
+void Deployment::use(Block& block, const Value& now, const Value* before, User user,
+                     const std::string& owner) {
+  if (now.tag) {
+    lose(owner, "a data id (TLV)", now.place);
+  }
+  if (now.optional) {
+    lose(owner, "an optional member", now.place);
+  }
+  if (!now.default_value.empty()) {
+    lose(owner, "a default value", now.place);
+  }
+  if (now.wire.byte_order) {
+    lose(owner, "a byte order of its own", now.place);
+  }
+  if (plan_.is_left_out(now.type)) {
+    lose(owner, "a use of a type without content", now.place);
+    return;
+  }
+  const Type& type = model_.at(now.type);
+  if (plan_.is_inline(now.type)) {
+    const bool has_before = before != nullptr && model_.at(before->type).kind == Kind::array;
+    const Type plain{.kind = Kind::array};
+    array(block, type, now.wire, has_before ? model_.at(before->type) : plain,
+          has_before ? before->wire : default_wire(Kind::array));
+    use(block, type.element, has_before ? &model_.at(before->type).element : nullptr, user, owner);
+  } else if (is_basic(resolved(model_, now.type))) {
+    basic(block, now, before, owner);
+  } else {
+    named(block, now, before, user, owner);
+  }
+}
+
+/// FDEPL says it of a declared type in an overwrite.
+void Deployment::named(Block& block, const Value& now, const Value* before, User user,
+                       const std::string& owner) {
+  const Type& type = resolved(model_, now.type);
+  const Type& declared =
+      model_.at(plan_.root(TypeIndex{static_cast<std::uint32_t>(&type - model_.types.data())}));
+  const Type& old = before == nullptr ? declared : resolved(model_, before->type);
+  const Wire& wire_before = before == nullptr ? declared.wire : before->wire;
+  Block overwrite;
+  switch (type.kind) {
+    case Kind::structure:
+    case Kind::choice: {
+      const bool is_structure = type.kind == Kind::structure;
+      overwrite.head = is_structure ? "#struct" : "#union";
+      const std::vector<Value> members = all_members(model_, type);
+      const std::vector<Value> old_members = all_members(model_, old);
+      for (std::size_t i = 0; i < members.size() && i < old_members.size(); ++i) {
+        if (plan_.is_left_out(members[i].type)) {
+          continue;
+        }
+        Block member{.head = target(members[i].name)};
+        if (members[i].type != old_members[i].type || members[i].wire != old_members[i].wire) {
+          use(member, members[i], &old_members[i], User::field, owner + "." + members[i].name);
+        }
+        overwrite.add(std::move(member));
+      }
+      if (is_structure) {
+        // Without it CommonAPI would take 0.
+        if (!overwrite.is_empty() ? now.wire.length != someip::FieldWidth::none ||
+                                        wire_before.length != someip::FieldWidth::none
+                                  : now.wire.length != wire_before.length) {
+          overwrite.settings.push_back(fmt::format("SomeIpStructLengthWidth = {}", wide(now.wire.length)));
+        }
+      } else {
+        set_width(overwrite, "SomeIpUnionLengthWidth", now.wire.length, wire_before.length);
+        set_width(overwrite, "SomeIpUnionTypeWidth", now.wire.selector, wire_before.selector);
+        set(overwrite, "SomeIpUnionDefaultOrder", now.wire.length_first, wire_before.length_first);
+        set(overwrite, "SomeIpUnionMaxLength", now.wire.fixed_bytes, wire_before.fixed_bytes);
+      }
+      break;
+    }
+    case Kind::enumeration:
+      overwrite.head = "#enumeration";
+      set(overwrite, "SomeIpEnumWidth", unsigned{messages::width(type.primitive)},
+          unsigned{messages::width(old.primitive)});
+      set(overwrite, "SomeIpEnumBitWidth", static_cast<unsigned>(now.wire.bits),
+          static_cast<unsigned>(wire_before.bits));
+      if (type.invalid_value && type.invalid_value != old.invalid_value) {
+        overwrite.settings.push_back(fmt::format("SomeIpEnumInvalidValue = {}", *type.invalid_value));
+      }
+      break;
+    case Kind::array:
+      overwrite.head = "#";
+      array(overwrite, type, now.wire, old, wire_before);
+      if (type.element.type != old.element.type || type.element.wire != old.element.wire) {
+        Block inner;
+        use(inner, type.element, &old.element, user, owner);
+        if (overwrite.is_empty() && inner.children.size() == 1 && inner.settings.empty()) {
+          overwrite = std::move(inner.children.front());
+        } else if (!inner.is_empty()) {
+          lose(owner, "rules of the elements of a declared array that hold for this use alone", now.place);
+        }
+      }
+      break;
+    case Kind::map: {
+      const bool differs = now.wire.length != wire_before.length || type.min_size != old.min_size ||
+                           type.max_size != old.max_size ||
+                           (before == nullptr && now.wire != default_wire(Kind::map)) ||
+                           (before == nullptr && (type.min_size != 0 || type.max_size != 0));
+      if (!differs) {
+        break;
+      }
+      if (user != User::attribute && user != User::argument) {
+        lose(owner, "the length field or limits of a map that is no attribute or argument", now.place);
+        break;
+      }
+      const std::string stem = user == User::attribute ? "SomeIpAttrMap" : "SomeIpArgMap";
+      block.settings.push_back(fmt::format("{}LengthWidth = {}", stem, wide(now.wire.length)));
+      if (type.min_size != 0 && !type.fixed_size) {
+        block.settings.push_back(fmt::format("{}MinLength = {}", stem, type.min_size));
+      }
+      if (type.max_size != 0) {
+        block.settings.push_back(fmt::format("{}MaxLength = {}", stem, type.max_size));
+      }
+      break;
+    }
+    case Kind::primitive:
+    case Kind::string:
+    case Kind::bytes:
+    case Kind::alias:
+      break;
+  }
+  if (user == User::map_part && !overwrite.is_empty()) {
+    lose(owner, "rules of a key or value of a map that its type does not have", now.place);
+    return;
+  }
+  block.add(std::move(overwrite));
+}
+
+Block Deployment::type(TypeIndex index) {
+  const Type& type = model_.at(index);
+  const Declared& declared = *plan_.declared(index);
+  const std::string owner = full_name(type.scope, type.name);
+  Block block;
+  const auto head = [&](const char* word) {
+    block.head = fmt::format("{} {}", word, escaped_fdepl(declared.name));
+  };
+  switch (type.kind) {
+    case Kind::array:
+      head("array");
+      array(block, type, type.wire, {.kind = Kind::array}, default_wire(Kind::array));
+      if (!is_basic(resolved(model_, type.element.type))) {
+        use(block, type.element, nullptr, User::field, owner);
+      } else {
+        Block inner;
+        basic(inner, type.element, nullptr, owner);
+        if (!inner.is_empty()) {
+          lose(owner, "rules of the elements of an array that cannot be written T[]", type.place);
+        }
+      }
+      break;
+    case Kind::structure:
+    case Kind::choice:
+      head(type.kind == Kind::structure ? "struct" : "union");
+      if (type.kind == Kind::structure) {
+        set_width(block, "SomeIpStructLengthWidth", type.wire.length, someip::FieldWidth::none);
+      } else {
+        set_width(block, "SomeIpUnionLengthWidth", type.wire.length, someip::FieldWidth::bits32);
+        set_width(block, "SomeIpUnionTypeWidth", type.wire.selector, someip::FieldWidth::bits32);
+        set(block, "SomeIpUnionDefaultOrder", type.wire.length_first, true);
+        set(block, "SomeIpUnionMaxLength", type.wire.fixed_bytes, 0U);
+        for (std::size_t i = 0; i < type.selectors.size(); ++i) {
+          if (type.selectors[i] != i + 1) {
+            lose(owner, "selectors of a union other than 1, 2, 3 …", type.place);
+            break;
+          }
+        }
+      }
+      for (const Value& member : type.members) {
+        Block field{.head = target(member.name)};
+        use(field, member, nullptr, User::field, owner + "." + member.name);
+        block.add(std::move(field));
+      }
+      break;
+    case Kind::enumeration: {
+      head("enumeration");
+      const bool is_signed = std::string_view{to_string(type.primitive)}.starts_with("int");
+      const bool shows =
+          std::ranges::any_of(type.enumerators, [](const Enumerator& one) { return one.value < 0; });
+      if (type.backing) {
+        block.settings.push_back(fmt::format("EnumBackingType = {}", backing_name(*type.backing)));
+      } else if (is_signed && !shows) {
+        block.settings.push_back(fmt::format("EnumBackingType = {}", backing_name(type.primitive)));
+      }
+      set(block, "SomeIpEnumWidth", unsigned{messages::width(type.primitive)}, 1U);
+      set(block, "SomeIpEnumBitWidth", static_cast<unsigned>(type.wire.bits), 0U);
+      if (type.invalid_value) {
+        block.settings.push_back(fmt::format("SomeIpEnumInvalidValue = {}", *type.invalid_value));
+      }
+      kept(block, type.notes, {}, owner);
+      for (const Enumerator& one : type.enumerators) {
+        Block child{.head = target(one.name)};
+        kept(child, one.notes, {"ErrorType"}, owner + "." + one.name);
+        block.add(std::move(child));
+      }
+      break;
+    }
+    case Kind::map: {
+      head("map");
+      Block key{.head = "key"};
+      Block value{.head = "value"};
+      use(key, type.key, nullptr, User::map_part, owner);
+      use(value, type.element, nullptr, User::map_part, owner);
+      block.add(std::move(key));
+      block.add(std::move(value));
+      break;
+    }
+    case Kind::alias:
+      if (type.element.wire != default_wire(resolved(model_, index).kind) &&
+          is_basic(resolved(model_, index))) {
+        lose(owner, "rules of a typedef; its uses have them", type.place);
+      }
+      break;
+    case Kind::primitive:
+    case Kind::string:
+    case Kind::bytes:
+      break;
+  }
+  return block;
+}
+
+void Deployment::types(Block& block, const Container& container) {
+  for (const TypeIndex index : container.types) {
+    block.add(type(index));
+  }
+}
+
+void Deployment::rules(Block& block, const Payload& payload, const char* stem, const std::string& owner) {
+  if (payload.byte_order == std::endian::little) {
+    block.settings.push_back(fmt::format("SomeIp{}Endianess = le", stem));
+    if (payload.length_fields_always_big) {
+      lose(owner, "length fields in big endian beside data in little endian");
+    }
+  }
+  if (payload.crc_bytes != 0) {
+    block.settings.push_back(
+        fmt::format("SomeIp{}CRCWidth = {}", stem, payload.crc_bytes == 1 ? "one" : "four"));
+  }
+  if (payload.alignment > 1) {
+    lose(owner, "alignment");
+  }
+}
+
+void Deployment::transfer(Block& block, const Transfer& transfer, const std::string& segment,
+                          const std::string& separation, const std::string& debounce,
+                          const std::string& retention, int retention_ms, const std::string& owner) {
+  const auto time = [&](const std::string& key, std::chrono::microseconds now, int before) {
+    const auto ms = std::chrono::ceil<std::chrono::milliseconds>(now);
+    if (ms != now) {
+      lose(owner,
+           fmt::format("{} µs of {}, which is written in ms", now.count(), key.empty() ? "a time" : key));
+    }
+    if (ms.count() != before) {
+      if (key.empty()) {
+        lose(owner, "a time that FDEPL has no key for");
+      } else {
+        block.settings.push_back(fmt::format("{} = {}", key, ms.count()));
+      }
+    }
+  };
+  if (transfer.segment_bytes != 0) {
+    if (segment.empty()) {
+      lose(owner, "a segment length that FDEPL has no key for");
+    } else {
+      block.settings.push_back(fmt::format("{} = {}", segment, transfer.segment_bytes));
+    }
+  }
+  time(separation, transfer.separation, 0);
+  time(debounce, transfer.debounce, 0);
+  time(retention, transfer.retention, retention_ms);
+}
+
+Block Deployment::attribute(const Field& field) {
+  Block block{.head = "attribute " + target(field.name)};
+  const auto id = [&](const char* key, const std::optional<someip::MethodId>& number, bool there) {
+    if (number) {
+      block.settings.push_back(fmt::format("{} = {}", key, static_cast<unsigned>(*number)));
+    } else if (there) {
+      lose(field.name, fmt::format("it has no {} yet", key), field.place);
+    }
+  };
+  id("SomeIpGetterID", field.getter, field.has_getter);
+  id("SomeIpSetterID", field.setter, field.has_setter);
+  id("SomeIpNotifierID", field.notifier, field.has_notifier);
+  if (!field.eventgroups.empty()) {
+    block.settings.push_back("SomeIpNotifierEventGroups = " + listed(field.eventgroups));
+  }
+  const bool reliable = field.notifier_transfer.transport == Transport::tcp;
+  if (reliable) {
+    block.settings.emplace_back("SomeIpAttributeReliable = true");
+  }
+  if ((field.getter_transfer.transport == Transport::tcp) != reliable ||
+      (field.setter_transfer.transport == Transport::tcp) != reliable) {
+    lose(field.name, "getter, setter and notifier by different transports", field.place);
+  }
+  transfer(block, field.getter_transfer, "SomeIpGetterSegmentLengthResponse",
+           "SomeIpGetterSeparationTimeResponse", "SomeIpGetterRequestDebounceTime",
+           "SomeIpGetterMaxRetentionTime", 5, field.name);
+  transfer(block, field.setter_transfer, "SomeIpSetterSegmentLength", "SomeIpSetterSeparationTime",
+           "SomeIpSetterRequestDebounceTime", "SomeIpSetterMaxRetentionTime", 5, field.name);
+  transfer(block, field.notifier_transfer, "SomeIpNotifierSegmentLength", "SomeIpNotifierSeparationTime",
+           "SomeIpNotifierDebounceTime", "SomeIpNotifierMaxRetentionTime", 5, field.name);
+  rules(block, field.payload, "Attribute", field.name);
+  kept(block, field.notes,
+       {"AttributeSetterTimeout", "AttributeGetterTimeout", "AttributeNotifierTimeout",
+        "AttributeNotifierUpdateMode", "SomeIpGetterResponseMaxRetentionTime",
+        "SomeIpSetterResponseMaxRetentionTime", "SomeIpGetterResponseDebounceTime",
+        "SomeIpSetterResponseDebounceTime"},
+       field.name);
+  if (!field.payload.values.empty()) {
+    use(block, field.payload.values.front(), nullptr, User::attribute, field.name);
+  }
+  if (!field.e2e.profile.empty()) {
+    lose(field.name, "E2E protection", field.place);
+  }
+  return block;
+}
+
+void Deployment::arguments(Block& block, const char* head, const Payload& payload, const std::string& owner) {
+  Block all{.head = head};
+  for (const Value& value : payload.values) {
+    Block argument{.head = target(value.name)};
+    use(argument, value, nullptr, User::argument, owner + "." + value.name);
+    all.add(std::move(argument));
+  }
+  block.add(std::move(all));
+}
+
+Block Deployment::method(const Method& method) {
+  Block block{.head = "method " + target(method.name) +
+                      (method.selector.empty() ? "" : ":" + target(method.selector))};
+  if (method.id) {
+    block.settings.push_back(fmt::format("SomeIpMethodID = {}", static_cast<unsigned>(*method.id)));
+  } else {
+    lose(method.name, "it has no SomeIpMethodID yet", method.place);
+  }
+  const bool reliable = method.request_transfer.transport == Transport::tcp;
+  if (reliable) {
+    block.settings.emplace_back("SomeIpReliable = true");
+  }
+  if (!method.fire_and_forget && (method.response_transfer.transport == Transport::tcp) != reliable) {
+    lose(method.name, "request and response by different transports", method.place);
+  }
+  transfer(block, method.request_transfer, "SomeIpMethodSegmentLength", "SomeIpMethodSeparationTime",
+           "SomeIpMethodRequestDebounceTime", "SomeIpMethodMaxRetentionTime", 5, method.name);
+  transfer(block, method.response_transfer, "SomeIpMethodSegmentLengthResponse",
+           "SomeIpMethodSeparationTimeResponse", "SomeIpMethodResponseDebounceTime",
+           "SomeIpMethodResponseMaxRetentionTime", 0, method.name);
+  rules(block, method.request, "Method", method.name);
+  if (method.response.byte_order != method.request.byte_order && !method.response.values.empty()) {
+    lose(method.name, "request and response in different byte orders", method.place);
+  }
+  if (method.timeout) {
+    block.settings.push_back(fmt::format("MethodTimeout = {}", method.timeout->count()));
+  }
+  kept(block, method.notes, {"Errors"}, method.name);
+  arguments(block, "in", method.request, method.name);
+  if (!method.fire_and_forget) {
+    arguments(block, "out", method.response, method.name);
+  }
+  if (!method.inout.empty()) {
+    lose(method.name, "arguments that are INOUT, written as in and out", method.place);
+  }
+  if (!method.application_errors.empty()) {
+    lose(method.name, "errors of an application", method.place);
+  }
+  if (!method.e2e.profile.empty()) {
+    lose(method.name, "E2E protection", method.place);
+  }
+  return block;
+}
+
+Block Deployment::event(const Event& event) {
+  Block block{.head = "broadcast " + target(event.name) +
+                      (event.selector.empty() ? "" : ":" + target(event.selector))};
+  if (event.id) {
+    block.settings.push_back(fmt::format("SomeIpEventID = {}", static_cast<unsigned>(*event.id)));
+  } else {
+    lose(event.name, "it has no SomeIpEventID yet", event.place);
+  }
+  if (!event.eventgroups.empty()) {
+    block.settings.push_back("SomeIpEventGroups = " + listed(event.eventgroups));
+  }
+  if (event.transfer.transport == Transport::tcp) {
+    block.settings.emplace_back("SomeIpReliable = true");
+  }
+  transfer(block, event.transfer, "SomeIpBroadcastSegmentLength", "SomeIpBroadcastSeparationTime",
+           "SomeIpBroadcastDebounceTime", "SomeIpBroadcastMaxRetentionTime", 5, event.name);
+  rules(block, event.payload, "Broadcast", event.name);
+  kept(block, event.notes, {"BroadcastType", "ErrorName"}, event.name);
+  arguments(block, "out", event.payload, event.name);
+  if (event.cycle) {
+    lose(event.name, "a cycle", event.place);
+  }
+  if (!event.e2e.profile.empty()) {
+    lose(event.name, "E2E protection", event.place);
+  }
+  return block;
+}
+
+Block Deployment::interface(const Container& container) {
+  const Service& service = *container.service;
+  Block block{.head = fmt::format("define org.genivi.commonapi.someip.deployment for interface {}",
+                                  container.full())};
+  if (service.id) {
+    block.settings.push_back(fmt::format("SomeIpServiceID = {}", static_cast<unsigned>(*service.id)));
+  } else {
+    lose(service.name, "it has no SomeIpServiceID yet", service.place);
+  }
+  if (!service.eventgroups.empty()) {
+    std::vector<someip::EventgroupId> groups;
+    for (const Eventgroup& group : service.eventgroups) {
+      groups.push_back(group.id);
+      if (!group.name.empty()) {
+        lose(service.name, fmt::format("the name '{}' of an eventgroup", group.name), group.place);
+      }
+    }
+    block.settings.push_back("SomeIpEventGroups = " + listed(groups));
+  }
+  if (!service.namespaces.empty()) {
+    lose(service.name, "namespaces", service.place);
+  }
+  kept(block, service.notes, {"DefaultTimeout"}, service.name);
+  const Service* base = service.base.empty() ? nullptr : model_.service(service.base);
+  const auto is_inherited = [](const auto* of_base, const auto& one) {
+    return of_base != nullptr &&
+           std::ranges::any_of(*of_base, [&](const auto& other) { return other.name == one.name; });
+  };
+  for (const Field& field : service.fields) {
+    if (!is_inherited(base == nullptr ? nullptr : &base->fields, field)) {
+      block.children.push_back(attribute(field));
+    }
+  }
+  for (const Method& one : service.methods) {
+    if (!is_inherited(base == nullptr ? nullptr : &base->methods, one)) {
+      block.children.push_back(method(one));
+    }
+  }
+  for (const Event& one : service.events) {
+    if (!is_inherited(base == nullptr ? nullptr : &base->events, one)) {
+      block.children.push_back(event(one));
+    }
+  }
+  types(block, container);
+  return block;
+}
+
+Block Deployment::collection(const Container& container) {
+  Block block{.head =
+                  fmt::format("define org.genivi.commonapi.someip.deployment for typeCollection {0} as {0}",
+                              container.full())};
+  types(block, container);
+  return block;
+}
+
+Block Deployment::provider(const Instance& instance, const std::string& name) {
+  Block block{.head = "define org.genivi.commonapi.someip.deployment for provider as " + name};
+  Block inner{.head = "instance " + plan_.service_name(instance.service)};
+  inner.settings.push_back("InstanceId = " + quoted(instance.name.empty() ? name : instance.name));
+  if (instance.id) {
+    inner.settings.push_back(fmt::format("SomeIpInstanceID = {}", static_cast<unsigned>(*instance.id)));
+  } else {
+    lose(instance.name, "it has no SomeIpInstanceID yet", instance.place);
+  }
+  if (instance.address) {
+    inner.settings.push_back("SomeIpUnicastAddress = " + quoted(written(*instance.address)));
+  }
+  if (instance.tcp_port) {
+    inner.settings.push_back(fmt::format("SomeIpReliableUnicastPort = {}", *instance.tcp_port));
+  }
+  if (instance.udp_port) {
+    inner.settings.push_back(fmt::format("SomeIpUnreliableUnicastPort = {}", *instance.udp_port));
+  }
+  if (!instance.multicast.empty()) {
+    std::vector<someip::EventgroupId> groups;
+    std::vector<std::uint16_t> ports;
+    std::vector<std::uint32_t> thresholds;
+    std::string addresses;
+    for (const Multicast& one : instance.multicast) {
+      groups.push_back(one.eventgroup);
+      ports.push_back(one.group.port);
+      thresholds.push_back(one.threshold);
+      addresses += (addresses.empty() ? "" : ", ") + quoted(written(one.group.address));
+    }
+    inner.settings.push_back("SomeIpMulticastEventGroups = " + listed(groups));
+    inner.settings.push_back("SomeIpMulticastAddresses = { " + addresses + " }");
+    inner.settings.push_back("SomeIpMulticastPorts = " + listed(ports));
+    inner.settings.push_back("SomeIpMulticastThreshold = " + listed(thresholds));
+  }
+  kept(inner, instance.notes, {"Domain", "Variant", "Year", "PreregisteredProperties"}, instance.name);
+  if (instance.timing || instance.priority || instance.weight || !instance.configuration.empty() ||
+      !instance.machine.empty()) {
+    lose(instance.name, "settings of service discovery, or the machine", instance.place);
+  }
+  if (instance.major || instance.minor) {
+    lose(instance.name, "a version of the instance's own", instance.place);
+  }
+  block.children.push_back(std::move(inner));
+  return block;
+}
+
+}  // namespace trestle::describe::fidl_writing

@@ -1,0 +1,342 @@
+#include "bridge/describe/write/fidl/plan.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "bridge/describe/fidl_words.hpp"
+
+namespace trestle::describe::fidl_writing {
+namespace {
+
+const std::vector<std::string>& cpp_keywords() {
+  static const std::vector<std::string> words = [] {
+    std::vector<std::string> all{
+        "alignas",   "alignof",  "and",      "and_eq",    "asm",          "auto",          "bitand",
+        "bitor",     "bool",     "break",    "case",      "catch",        "char",          "char16_t",
+        "char32_t",  "class",    "compl",    "const",     "constexpr",    "const_cast",    "continue",
+        "decltype",  "default",  "delete",   "do",        "double",       "dynamic_cast",  "else",
+        "enum",      "explicit", "export",   "extern",    "false",        "float",         "for",
+        "friend",    "goto",     "if",       "inline",    "int",          "long",          "mutable",
+        "namespace", "new",      "noexcept", "not",       "not_eq",       "nullptr",       "operator",
+        "or",        "or_eq",    "private",  "protected", "public",       "register",      "reinterpret_cast",
+        "return",    "short",    "signed",   "sizeof",    "static",       "static_assert", "static_cast",
+        "struct",    "switch",   "template", "this",      "thread_local", "throw",         "true",
+        "try",       "typedef",  "typeid",   "typename",  "union",        "unsigned",      "using",
+        "virtual",   "void",     "volatile", "wchar_t",   "while",        "xor",           "xor_eq"};
+    std::ranges::sort(all);
+    return all;
+  }();
+  return words;
+}
+
+bool is_word(const std::vector<std::string>& words, const std::string& name) {
+  return std::ranges::binary_search(words, name);
+}
+
+/// "a.b" of "/a/b", usable as a package.
+std::string package_of(std::string_view scope) {
+  std::string package;
+  std::string part;
+  const auto finish = [&] {
+    if (!part.empty()) {
+      std::string name = usable(part, true);
+      package += (package.empty() ? "" : ".") + (is_word(fdepl_keywords(), name) ? name + "_" : name);
+      part.clear();
+    }
+  };
+  for (const char c : scope) {
+    if (c == '/' || c == '.') {
+      finish();
+    } else {
+      part += c;
+    }
+  }
+  finish();
+  return package.empty() ? "unnamed" : package;
+}
+
+}  // namespace
+
+std::string usable(std::string_view name, bool is_type) {
+  std::string result;
+  for (const char c : name) {
+    const bool fits = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || (c >= '0' && c <= '9');
+    result += fits ? c : '_';
+  }
+  if (result.empty() || (result.front() >= '0' && result.front() <= '9')) {
+    result.insert(0, "_");
+  }
+  if (is_word(cpp_keywords(), result) || (is_type && is_word(fidl_keywords(), result))) {
+    result += '_';
+  }
+  return result;
+}
+
+std::string escaped(std::string_view name) {
+  const std::string text{name};
+  return is_word(fidl_keywords(), text) ? "^" + text : text;
+}
+
+std::string escaped_fdepl(std::string_view name) {
+  const std::string text{name};
+  return is_word(fdepl_keywords(), text) ? "^" + text : text;
+}
+
+std::string basic_name(const Type& type) {
+  if (type.kind == Kind::string) {
+    return "String";
+  }
+  if (type.kind == Kind::bytes) {
+    return "ByteBuffer";
+  }
+  if (type.kind == Kind::primitive && type.primitive == messages::Primitive::int32 &&
+      (type.minimum || type.maximum)) {
+    return fmt::format("Integer({}, {})", type.minimum ? fmt::format("{}", *type.minimum) : "minInt",
+                       type.maximum ? fmt::format("{}", *type.maximum) : "maxInt");
+  }
+  switch (type.primitive) {
+    case messages::Primitive::boolean:
+      return "Boolean";
+    case messages::Primitive::int8:
+      return "Int8";
+    case messages::Primitive::int16:
+      return "Int16";
+    case messages::Primitive::uint16:
+      return "UInt16";
+    case messages::Primitive::int32:
+      return "Int32";
+    case messages::Primitive::uint32:
+      return "UInt32";
+    case messages::Primitive::int64:
+      return "Int64";
+    case messages::Primitive::uint64:
+      return "UInt64";
+    case messages::Primitive::float32:
+      return "Float";
+    case messages::Primitive::float64:
+      return "Double";
+    case messages::Primitive::byte:
+    case messages::Primitive::character:
+    case messages::Primitive::uint8:
+    case messages::Primitive::string:
+    case messages::Primitive::wstring:
+      break;
+  }
+  return "UInt8";
+}
+
+Plan::Plan(const Model& model, std::vector<NotCarried>& lost) : model_{model}, lost_{lost} {
+  for (const Service& service : model.services) {
+    for (const Method& method : service.methods) {
+      if (method.error != no_type && model.at(method.error).name.empty()) {
+        own_errors_.insert(method.error);
+      }
+    }
+  }
+  place_services();
+  leave_out_empty_types();
+  place_types();
+}
+
+std::vector<std::string> Plan::packages() const {
+  return {packages_.begin(), packages_.end()};
+}
+
+TypeIndex Plan::root(TypeIndex type) const {
+  for (std::size_t steps = 0; steps < model_.types.size() && model_.at(type).variant_of != no_type; ++steps) {
+    type = model_.at(type).variant_of;
+  }
+  return type;
+}
+
+const Declared* Plan::declared(TypeIndex type) const {
+  const auto found = declared_.find(root(type));
+  return found == declared_.end() ? nullptr : &found->second;
+}
+
+bool Plan::is_inline(TypeIndex type) const {
+  return model_.at(type).kind == Kind::array && declared(type) == nullptr;
+}
+
+bool Plan::needs_declaration(TypeIndex index) const {
+  const Type& type = model_.at(index);
+  switch (type.kind) {
+    case Kind::primitive:
+    case Kind::string:
+    case Kind::bytes:
+      return !type.name.empty();  // a typedef
+    case Kind::array: {
+      const Type& element = model_.at(type.element.type);
+      const bool has_own_rules =
+          element.name.empty() &&
+          (element.kind == Kind::primitive || element.kind == Kind::string || element.kind == Kind::bytes) &&
+          (type.element.wire != default_wire(element.kind) || element.invalid_value || element.max_size > 0);
+      // FDEPL has no place for the rules of a basic element in a declared array.
+      return has_own_rules ? false : !type.name.empty();
+    }
+    case Kind::structure:
+    case Kind::choice:
+    case Kind::enumeration:
+    case Kind::map:
+    case Kind::alias:
+      break;
+  }
+  return !own_errors_.contains(index);
+}
+
+void Plan::place_services() {
+  for (const Service& service : model_.services) {
+    Container container;
+    container.package = package_of(service.scope);
+    if (container.package != service.scope) {
+      lost_.push_back({full_name(service.scope, service.name),
+                       fmt::format("the package '{}' is written as {}", service.scope, container.package),
+                       service.place});
+    }
+    container.service = &service;
+    std::string name = usable(service.name, true);
+    const auto taken = [&](const std::string& wanted) {
+      return std::ranges::any_of(containers_, [&](const Container& other) {
+        return other.package == container.package && other.name == wanted;
+      });
+    };
+    while (taken(name)) {
+      name += '_';
+    }
+    container.name = name;
+    packages_.insert(container.package);
+    by_scope_.emplace(full_name(service.scope, service.name), containers_.size());
+    containers_.push_back(std::move(container));
+  }
+}
+
+std::size_t Plan::container_for(const std::string& scope) {
+  const auto found = by_scope_.find(scope);
+  if (found != by_scope_.end()) {
+    return found->second;
+  }
+  Container container;
+  const std::string path = package_of(scope);
+  const std::size_t dot = path.rfind('.');
+  if (packages_.contains(path) || dot == std::string::npos) {
+    container.package = path;
+  } else {
+    container.package = path.substr(0, dot);
+    container.name = path.substr(dot + 1);
+  }
+  for (std::size_t i = 0; i < containers_.size(); ++i) {
+    if (containers_[i].full() == container.full() && containers_[i].service == nullptr) {
+      by_scope_.emplace(scope, i);
+      return i;
+    }
+  }
+  packages_.insert(container.package);
+  by_scope_.emplace(scope, containers_.size());
+  containers_.push_back(std::move(container));
+  return containers_.size() - 1;
+}
+
+void Plan::leave_out_empty_types() {
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (std::size_t i = 0; i < model_.types.size(); ++i) {
+      const TypeIndex index{static_cast<std::uint32_t>(i)};
+      const Type& type = model_.types[i];
+      if (type.variant_of != no_type || left_out_.contains(index)) {
+        continue;
+      }
+      bool is_empty = false;
+      if (type.kind == Kind::structure || type.kind == Kind::choice) {
+        is_empty =
+            !type.polymorphic && (type.base == no_type || is_left_out(type.base)) &&
+            std::ranges::all_of(type.members, [&](const Value& member) { return is_left_out(member.type); });
+      } else if (type.kind == Kind::enumeration) {
+        is_empty = type.enumerators.empty();
+      } else if (type.kind == Kind::array || type.kind == Kind::alias || type.kind == Kind::map) {
+        is_empty = is_left_out(type.element.type) || (type.kind == Kind::map && is_left_out(type.key.type));
+      }
+      if (is_empty) {
+        left_out_.insert(index);
+        lost_.push_back(
+            {full_name(type.scope, type.name), "a type without content, and what is of it", type.place});
+        changed = true;
+      }
+    }
+  }
+}
+
+void Plan::place_types() {
+  std::map<std::size_t, int> unnamed;
+  for (std::size_t i = 0; i < model_.types.size(); ++i) {
+    const TypeIndex index{static_cast<std::uint32_t>(i)};
+    const Type& type = model_.types[i];
+    bool wanted = type.variant_of == no_type && !left_out_.contains(index) && needs_declaration(index);
+    if (!wanted) {
+      continue;
+    }
+    Declared declared;
+    declared.container = container_for(type.scope.empty() ? "unnamed" : type.scope);
+    Container& container = containers_[declared.container];
+    declared.name =
+        type.name.empty() ? fmt::format("Unnamed{}", ++unnamed[declared.container]) : usable(type.name, true);
+    while (!container.names.insert(declared.name).second) {
+      declared.name += '_';
+    }
+    declared.renamed = declared.name != type.name;
+    container.types.push_back(index);
+    declared_.emplace(index, std::move(declared));
+  }
+  // T[] stands only where a member, argument or attribute is: an array of one needs a name.
+  const auto needs_name = [&](const Value& value) {
+    if (value.type == no_type || is_left_out(value.type) || !is_inline(value.type)) {
+      return;
+    }
+    const TypeIndex index = root(value.type);
+    const Type& type = model_.at(index);
+    Declared declared;
+    declared.container = container_for(
+        type.scope.empty() ? (containers_.empty() ? "unnamed" : containers_.front().full()) : type.scope);
+    Container& container = containers_[declared.container];
+    declared.name =
+        type.name.empty() ? fmt::format("Unnamed{}", ++unnamed[declared.container]) : usable(type.name, true);
+    while (!container.names.insert(declared.name).second) {
+      declared.name += '_';
+    }
+    declared.renamed = true;
+    container.types.push_back(index);
+    declared_.emplace(index, std::move(declared));
+  };
+  for (const Type& type : model_.types) {
+    if (type.kind == Kind::array || type.kind == Kind::alias || type.kind == Kind::map) {
+      needs_name(type.element);
+      needs_name(type.key);
+    }
+  }
+  for (const Constant& constant : model_.constants) {
+    containers_[container_for(constant.scope.empty() ? "unnamed" : constant.scope)].constants.push_back(
+        &constant);
+  }
+}
+
+std::string Plan::reference(TypeIndex type, const Container& from) const {
+  const Declared* found = declared(type);
+  if (found == nullptr) {
+    const Type& it = model_.at(root(type));
+    return it.kind == Kind::array ? reference(it.element.type, from) : basic_name(it);
+  }
+  const Container& container = containers_[found->container];
+  return &container == &from ? found->name : container.full() + "." + found->name;
+}
+
+std::string Plan::service_name(std::string_view full) const {
+  for (const Container& container : containers_) {
+    if (container.service != nullptr &&
+        full_name(container.service->scope, container.service->name) == full) {
+      return container.full();
+    }
+  }
+  return {};
+}
+
+}  // namespace trestle::describe::fidl_writing

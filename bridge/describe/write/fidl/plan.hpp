@@ -1,0 +1,79 @@
+#pragma once
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "bridge/describe/model.hpp"
+
+/// How a model becomes files: which type is declared where, and under which name.
+namespace trestle::describe::fidl_writing {
+
+/// An interface or type collection of a package.
+struct Container {
+  std::string package{};
+  std::string name{};  ///< empty: an anonymous type collection
+  const Service* service = nullptr;
+  std::vector<TypeIndex> types{};
+  std::vector<const Constant*> constants{};
+  std::set<std::string, std::less<>> names{};  ///< that are taken
+  [[nodiscard]] std::string full() const { return name.empty() ? package : package + "." + name; }
+};
+
+/// How a declared type is written.
+struct Declared {
+  std::size_t container = 0;
+  std::string name{};
+  bool renamed = false;  ///< the model's name is another one
+};
+
+class Plan {
+ public:
+  Plan(const Model& model, std::vector<NotCarried>& lost);
+
+  [[nodiscard]] const std::vector<Container>& containers() const noexcept { return containers_; }
+  [[nodiscard]] std::vector<std::string> packages() const;
+  /// The type that a use names: not a variant of it.
+  [[nodiscard]] TypeIndex root(TypeIndex type) const;
+  /// Null for types without a declaration: basic ones, arrays that are written T[], and those that are left
+  /// out.
+  [[nodiscard]] const Declared* declared(TypeIndex type) const;
+  /// An array that is written T[].
+  [[nodiscard]] bool is_inline(TypeIndex type) const;
+  /// Nothing can be written for it, as for a structure without members.
+  [[nodiscard]] bool is_left_out(TypeIndex type) const { return left_out_.contains(root(type)); }
+  /// "UInt8", "S", "a.b.Types.S": without [].
+  [[nodiscard]] std::string reference(TypeIndex type, const Container& from) const;
+  /// "a.b.Interface" of "/a/b/Interface"; empty if there is no such service.
+  [[nodiscard]] std::string service_name(std::string_view full) const;
+
+ private:
+  void place_services();
+  void place_types();
+  std::size_t container_for(const std::string& scope);
+  void leave_out_empty_types();
+  [[nodiscard]] bool needs_declaration(TypeIndex type) const;
+
+  const Model& model_;
+  std::vector<NotCarried>& lost_;
+  std::vector<Container> containers_;
+  std::map<std::string, std::size_t, std::less<>> by_scope_;  ///< scope of the model
+  std::map<TypeIndex, Declared> declared_;
+  std::set<TypeIndex> left_out_;
+  std::set<TypeIndex> own_errors_;
+  std::set<std::string, std::less<>> packages_;
+};
+
+/// A name as FIDL and C++ can have it: other characters become '_', and words of C++ get one at their end. Of
+/// a type, words of FIDL too; else they are to be escaped.
+[[nodiscard]] std::string usable(std::string_view name, bool is_type);
+/// With ^ before words of FIDL, or of FDEPL.
+[[nodiscard]] std::string escaped(std::string_view name);
+[[nodiscard]] std::string escaped_fdepl(std::string_view name);
+/// The name of a basic type.
+[[nodiscard]] std::string basic_name(const Type& type);
+/// A constant's value as FIDL has it; empty if there is no such form.
+[[nodiscard]] std::string constant_value(const Model& model, const Plan& plan, const Constant& constant,
+                                         const Container& from);
+
+}  // namespace trestle::describe::fidl_writing

@@ -1,0 +1,464 @@
+#include "bridge/describe/write/fidl/write_fidl.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "bridge/describe/write/fidl/deployment.hpp"
+
+namespace trestle::describe {
+namespace fidl_writing {
+namespace {
+
+/// What cannot stand in an annotation as it is.
+std::string annotation_text(std::string_view text, const std::string& margin) {
+  std::string result;
+  for (const char c : text) {
+    if (c == '\n') {
+      result += "\n" + margin + "    ";
+    } else {
+      result += c == '@' || c == '*' || c == '\\' ? "\\" : "";
+      result += c;
+    }
+  }
+  return result;
+}
+
+bool is_known_annotation(std::string_view name) {
+  return std::ranges::any_of(
+      std::initializer_list<std::string_view>{"@experimental", "@deprecated", "@author", "@source-uri",
+                                              "@source-alias", "@see", "@param", "@details", "@high-volume",
+                                              "@high-frequency"},
+      [&](std::string_view known) { return known == name; });
+}
+
+class Writer {
+ public:
+  explicit Writer(const Model& model) : model_{model}, plan_{model, result_.not_carried} {}
+
+  Written all();
+
+ private:
+  void fidl(const std::string& package);
+  void fdepl(const std::string& package);
+  void container(std::string& text, const Container& container);
+  void type(std::string& text, const Container& in, TypeIndex index);
+  void attribute(std::string& text, const Container& in, const Field& field);
+  void method(std::string& text, const Container& in, const Method& method);
+  void event(std::string& text, const Container& in, const Event& event);
+  void values(std::string& text, const Container& in, const std::vector<Value>& values,
+              const std::string& margin);
+  void enumerators(std::string& text, const std::vector<Enumerator>& all, const std::string& margin);
+  /// @param renamed_from  null: the element has the name that it has in the model
+  void notes(std::string& text, const Notes& notes, const std::string& margin,
+             const std::string* renamed_from, const std::string& owner);
+  void named_notes(std::string& text, const Notes& notes, const std::string& margin,
+                   const std::string& name) {
+    this->notes(text, notes, margin, usable(name, false) == name ? nullptr : &name, name);
+  }
+  [[nodiscard]] std::string use(const Container& in, TypeIndex type) const {
+    return plan_.reference(type, in) + (plan_.is_inline(plan_.root(type)) ? "[]" : "");
+  }
+  [[nodiscard]] static std::string name(std::string_view name) { return escaped(usable(name, false)); }
+  /// Packages whose files one of this package needs.
+  [[nodiscard]] std::set<std::string> imports(const std::string& package) const;
+  void reach(TypeIndex type, std::set<TypeIndex>& seen) const;
+  [[nodiscard]] std::set<TypeIndex> used_by(const Container& container) const;
+  void lose(const std::string& element, std::string what, Place place) {
+    result_.not_carried.push_back({element, std::move(what), place});
+  }
+
+  const Model& model_;
+  Written result_{};
+  Plan plan_;
+};
+
+Written Writer::all() {
+  for (const std::string& package : plan_.packages()) {
+    fidl(package);
+    fdepl(package);
+  }
+  for (const Machine& machine : model_.machines) {
+    lose(machine.name, "a machine", machine.place);
+  }
+  for (const Instance& instance : model_.instances) {
+    if (instance.role == Instance::Role::required) {
+      lose(instance.name.empty() ? instance.service : instance.name,
+           "an instance that is used and not offered", instance.place);
+    } else if (plan_.service_name(instance.service).empty()) {
+      lose(instance.name.empty() ? instance.service : instance.name,
+           "an instance of a service that is not described", instance.place);
+    }
+  }
+  return std::move(result_);
+}
+
+void Writer::reach(TypeIndex type, std::set<TypeIndex>& seen) const {
+  std::vector<TypeIndex> open{type};
+  while (!open.empty()) {
+    const TypeIndex index = open.back();
+    open.pop_back();
+    if (index == no_type || !seen.insert(index).second) {
+      continue;
+    }
+    const Type& it = model_.at(index);
+    open.insert(open.end(), {it.base, it.element.type, it.key.type, it.variant_of});
+    for (const Value& member : it.members) {
+      open.push_back(member.type);
+    }
+  }
+}
+
+std::set<TypeIndex> Writer::used_by(const Container& container) const {
+  std::set<TypeIndex> seen;
+  for (const TypeIndex type : container.types) {
+    reach(type, seen);
+  }
+  for (const Constant* constant : container.constants) {
+    reach(constant->type, seen);
+  }
+  if (container.service != nullptr) {
+    const auto add = [&](const Payload& payload) {
+      for (const Value& value : payload.values) {
+        reach(value.type, seen);
+      }
+    };
+    for (const Field& field : container.service->fields) {
+      add(field.payload);
+    }
+    for (const Method& method : container.service->methods) {
+      add(method.request);
+      add(method.response);
+      reach(method.error, seen);
+    }
+    for (const Event& event : container.service->events) {
+      add(event.payload);
+    }
+  }
+  return seen;
+}
+
+std::set<std::string> Writer::imports(const std::string& package) const {
+  std::set<std::string> others;
+  const auto add_service = [&](const std::string& full) {
+    for (const Container& other : plan_.containers()) {
+      if (other.service != nullptr && full_name(other.service->scope, other.service->name) == full) {
+        others.insert(other.package);
+      }
+    }
+  };
+  for (const Container& container : plan_.containers()) {
+    if (container.package != package) {
+      continue;
+    }
+    for (const TypeIndex type : used_by(container)) {
+      if (const Declared* declared = plan_.declared(type)) {
+        others.insert(plan_.containers()[declared->container].package);
+      }
+    }
+    if (container.service != nullptr) {
+      add_service(container.service->base);
+      for (const std::string& managed : container.service->manages) {
+        add_service(managed);
+      }
+    }
+  }
+  others.erase(package);
+  return others;
+}
+
+void Writer::fidl(const std::string& package) {
+  std::string text = "package " + package + "\n";
+  const std::set<std::string> others = imports(package);
+  text += others.empty() ? "" : "\n";
+  for (const std::string& other : others) {
+    text += fmt::format("import model \"{}.fidl\"\n", other);
+  }
+  for (const Container& one : plan_.containers()) {
+    if (one.package == package && (one.service != nullptr || !one.types.empty() || !one.constants.empty())) {
+      container(text, one);
+    }
+  }
+  result_.files.push_back({package + ".fidl", std::move(text)});
+}
+
+void Writer::notes(std::string& text, const Notes& notes, const std::string& margin,
+                   const std::string* renamed_from, const std::string& owner) {
+  std::vector<std::string> lines;
+  if (!notes.description.empty()) {
+    lines.push_back("@description : " + annotation_text(notes.description, margin));
+  }
+  if (renamed_from != nullptr) {
+    lines.push_back("@details : name: " + annotation_text(*renamed_from, margin));
+  }
+  if (!notes.unit.empty()) {
+    lines.push_back("@details : unit: " + annotation_text(notes.unit, margin));
+  }
+  for (const auto& [name, value] : notes.others) {
+    if (is_known_annotation(name)) {
+      lines.push_back(name + " : " + annotation_text(value, margin));
+    } else if (name.starts_with('@')) {
+      lose(owner, fmt::format("the annotation {}, which Franca does not know", name), {});
+    }
+  }
+  if (lines.empty()) {
+    return;
+  }
+  text += margin + "<**";
+  for (const std::string& line : lines) {
+    text += (&line == &lines.front() ? " " : "\n" + margin + "    ") + line;
+  }
+  text += " **>\n";
+}
+
+void Writer::container(std::string& text, const Container& container) {
+  const std::string margin = "    ";
+  text += "\n";
+  if (container.service == nullptr) {
+    text +=
+        container.name.empty() ? "typeCollection {\n" : fmt::format("typeCollection {} {{\n", container.name);
+    text += "    version { major 1 minor 0 }\n";
+  } else {
+    const Service& service = *container.service;
+    notes(text, service.notes, "", container.name == service.name ? nullptr : &service.name, service.name);
+    text += "interface " + container.name;
+    if (!service.base.empty()) {
+      const std::string base = plan_.service_name(service.base);
+      if (base.empty()) {
+        lose(service.name,
+             fmt::format("the interface {} that it extends, which is not described", service.base),
+             service.place);
+      } else {
+        text += " extends " + base;
+      }
+    }
+    std::string managed;
+    for (const std::string& name : service.manages) {
+      const std::string other = plan_.service_name(name);
+      managed += other.empty() ? "" : (managed.empty() ? " manages " : ", ") + other;
+    }
+    text += managed + fmt::format(" {{\n    version {{ major {} minor {} }}\n", service.major, service.minor);
+    const Service* base = service.base.empty() ? nullptr : model_.service(service.base);
+    const auto is_own = [&](const auto& of_base, const auto& one) {
+      return base == nullptr ||
+             std::ranges::none_of(of_base(*base), [&](const auto& other) { return other.name == one.name; });
+    };
+    for (const Field& field : service.fields) {
+      if (is_own(
+              [](const Service& of) -> const auto& { return of.fields; }, field)) {
+        attribute(text, container, field);
+      }
+    }
+    for (const Method& one : service.methods) {
+      if (is_own(
+              [](const Service& of) -> const auto& { return of.methods; }, one)) {
+        method(text, container, one);
+      }
+    }
+    for (const Event& one : service.events) {
+      if (is_own(
+              [](const Service& of) -> const auto& { return of.events; }, one)) {
+        event(text, container, one);
+      }
+    }
+  }
+  for (const Constant* constant : container.constants) {
+    const std::string value = constant_value(model_, plan_, *constant, container);
+    if (value.empty() || plan_.is_left_out(constant->type)) {
+      lose(full_name(constant->scope, constant->name),
+           fmt::format("the constant's value {}", constant->value), constant->place);
+      continue;
+    }
+    text += "\n";
+    named_notes(text, constant->notes, margin, constant->name);
+    text +=
+        fmt::format("    const {} {} = {}\n", use(container, constant->type), name(constant->name), value);
+  }
+  for (const TypeIndex index : container.types) {
+    type(text, container, index);
+  }
+  text += "}\n";
+}
+
+void Writer::values(std::string& text, const Container& in, const std::vector<Value>& all,
+                    const std::string& margin) {
+  for (const Value& value : all) {
+    if (!plan_.is_left_out(value.type)) {
+      named_notes(text, value.notes, margin, value.name);
+      text += fmt::format("{}{} {}\n", margin, use(in, value.type), name(value.name));
+    }
+  }
+}
+
+void Writer::enumerators(std::string& text, const std::vector<Enumerator>& all, const std::string& margin) {
+  for (const Enumerator& one : all) {
+    named_notes(text, one.notes, margin, one.name);
+    text += fmt::format("{}{} = {}\n", margin, name(one.name), one.value);
+  }
+}
+
+void Writer::type(std::string& text, const Container& in, TypeIndex index) {
+  const Type& type = model_.at(index);
+  const Declared& declared = *plan_.declared(index);
+  text += "\n";
+  notes(text, type.notes, "    ", declared.renamed ? &type.name : nullptr, full_name(type.scope, type.name));
+  const std::string extends = type.base == no_type || plan_.is_left_out(type.base)
+                                  ? ""
+                                  : " extends " + plan_.reference(type.base, in);
+  switch (type.kind) {
+    case Kind::array:
+      text += fmt::format("    array {} of {}\n", declared.name, plan_.reference(type.element.type, in));
+      break;
+    case Kind::structure:
+    case Kind::choice:
+      text += fmt::format("    {} {}{}{} {{\n", type.kind == Kind::structure ? "struct" : "union",
+                          declared.name, extends, type.polymorphic ? " polymorphic" : "");
+      values(text, in, type.members, "        ");
+      text += "    }\n";
+      break;
+    case Kind::enumeration:
+      text += fmt::format("    enumeration {}{} {{\n", declared.name, extends);
+      enumerators(text, type.enumerators, "        ");
+      text += "    }\n";
+      break;
+    case Kind::map:
+      text += fmt::format("    map {} {{\n        {} to {}\n    }}\n", declared.name,
+                          plan_.reference(type.key.type, in), plan_.reference(type.element.type, in));
+      break;
+    case Kind::alias:
+      text += fmt::format("    typedef {} is {}\n", declared.name, plan_.reference(type.element.type, in));
+      break;
+    case Kind::primitive:
+    case Kind::string:
+    case Kind::bytes:
+      text += fmt::format("    typedef {} is {}\n", declared.name, basic_name(type));
+      break;
+  }
+}
+
+void Writer::attribute(std::string& text, const Container& in, const Field& field) {
+  if (field.payload.values.size() != 1 || plan_.is_left_out(field.payload.values.front().type)) {
+    lose(field.name, "an attribute without a value", field.place);
+    return;
+  }
+  text += "\n";
+  named_notes(text, field.notes, "    ", field.name);
+  text += fmt::format("    attribute {} {}{}{}", use(in, field.payload.values.front().type), name(field.name),
+                      field.has_setter ? "" : " readonly", field.has_notifier ? "" : " noSubscriptions");
+  if (!field.has_getter) {
+    if (field.has_setter || field.has_notifier) {
+      text += " noRead";
+    } else {
+      lose(field.name, "an attribute that has neither getter nor setter nor notifier", field.place);
+    }
+  }
+  text += "\n";
+}
+
+void Writer::method(std::string& text, const Container& in, const Method& method) {
+  text += "\n";
+  named_notes(text, method.notes, "    ", method.name);
+  text += fmt::format("    method {}{}{} {{\n", name(method.name),
+                      method.selector.empty() ? "" : ":" + name(method.selector),
+                      method.fire_and_forget ? " fireAndForget" : "");
+  const auto part = [&](const char* word, const std::vector<Value>& all) {
+    if (!all.empty()) {
+      text += fmt::format("        {} {{\n", word);
+      values(text, in, all, "            ");
+      text += "        }\n";
+    }
+  };
+  part("in", method.request.values);
+  if (!method.fire_and_forget) {
+    part("out", method.response.values);
+    if (method.error != no_type && plan_.declared(method.error) != nullptr) {
+      text += "        error " + plan_.reference(method.error, in) + "\n";
+    } else if (method.error != no_type) {
+      const Type& error = model_.at(method.error);
+      text += "        error " +
+              (error.base == no_type ? "" : "extends " + plan_.reference(error.base, in) + " ") + "{\n";
+      enumerators(text, error.enumerators, "            ");
+      text += "        }\n";
+    }
+  }
+  text += "    }\n";
+}
+
+void Writer::event(std::string& text, const Container& in, const Event& event) {
+  text += "\n";
+  named_notes(text, event.notes, "    ", event.name);
+  text += fmt::format("    broadcast {}{}{} {{\n", name(event.name),
+                      event.selector.empty() ? "" : ":" + name(event.selector),
+                      event.selective ? " selective" : "");
+  if (!event.payload.values.empty()) {
+    text += "        out {\n";
+    values(text, in, event.payload.values, "            ");
+    text += "        }\n";
+  }
+  text += "    }\n";
+}
+
+void Writer::fdepl(const std::string& package) {
+  Deployment deployment{model_, plan_, result_.not_carried};
+  std::string text =
+      "import "
+      "\"platform:/plugin/org.genivi.commonapi.someip/deployment/"
+      "CommonAPI-4-SOMEIP_deployment_spec.fdepl\"\n";
+  text += fmt::format("import \"{}.fidl\"\n", package);
+  const std::set<std::string> others = imports(package);
+  for (const std::string& other : others) {
+    text += fmt::format("import \"{}.fdepl\"\n", other);
+  }
+  for (const Container& container : plan_.containers()) {
+    if (container.package == package && container.service == nullptr) {
+      const Block block = deployment.collection(container);
+      text += block.is_empty() ? "" : "\n" + text_of(block);
+    }
+  }
+  std::vector<NotCarried> twice;  // what has been said of collections already
+  for (const Container& container : plan_.containers()) {
+    if (container.package != package || container.service == nullptr) {
+      continue;
+    }
+    Block block = deployment.interface(container);
+    std::set<std::string> uses;
+    for (const TypeIndex type : used_by(container)) {
+      const Declared* declared = plan_.declared(type);
+      if (declared != nullptr && plan_.containers()[declared->container].service == nullptr) {
+        const Container& other = plan_.containers()[declared->container];
+        if (!Deployment{model_, plan_, twice}.collection(other).is_empty()) {
+          uses.insert("use " + other.full());
+        }
+      }
+    }
+    block.settings.insert(block.settings.begin(), uses.begin(), uses.end());
+    text += "\n" + text_of(block);
+  }
+  std::set<std::string> names;
+  for (const Instance& instance : model_.instances) {
+    const std::string service = plan_.service_name(instance.service);
+    if (instance.role == Instance::Role::required || service.empty() ||
+        service.substr(0, service.rfind('.')) != package) {
+      continue;
+    }
+    std::string name =
+        usable(service.substr(service.rfind('.') + 1) + "_" +
+                   (instance.id ? fmt::format("{}", static_cast<unsigned>(*instance.id)) : "x"),
+               true);
+    while (!names.insert(name).second) {
+      name += '_';
+    }
+    text += "\n" + text_of(deployment.provider(instance, name));
+  }
+  result_.files.push_back({package + ".fdepl", std::move(text)});
+}
+
+}  // namespace
+}  // namespace fidl_writing
+
+Written write_fidl(const Model& model) {
+  return fidl_writing::Writer{model}.all();
+}
+
+}  // namespace trestle::describe

@@ -1,0 +1,319 @@
+#include "bridge/describe/write/fidl/write_fidl.hpp"
+
+#include <gmock/gmock.h>
+
+#include <map>
+
+#include "bridge/describe/model_json.hpp"
+#include "test/bridge/describe/fidl/corpus.hpp"
+
+namespace trestle::describe {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+std::string all_problems(const Reading& reading) {
+  std::string all;
+  for (const documents::Problem& problem : reading.problems) {
+    all += documents::to_string(problem) + "\n";
+  }
+  return all;
+}
+
+std::string all_text(const Written& written) {
+  std::string all;
+  for (const TextFile& file : written.files) {
+    all += "--- " + file.path + "\n" + file.text;
+  }
+  return all;
+}
+
+std::vector<std::string> lost(const Written& written) {
+  std::vector<std::string> all;
+  for (const NotCarried& one : written.not_carried) {
+    all.push_back(one.element + ": " + one.what);
+  }
+  return all;
+}
+
+Reading read_back(const Written& written) {
+  std::vector<SourceText> sources;
+  for (const TextFile& file : written.files) {
+    sources.push_back({file.path, file.text});
+  }
+  return read_fidl(sources);
+}
+
+/// Reads what was written, and expects the same model. For a look from outside, the files are also put into
+/// the folder that TRESTLE_FIDL_OUT names.
+void expect_round_trip(const Model& model, const std::string& name) {
+  const Written written = write_fidl(model);
+  if (const char* folder = std::getenv("TRESTLE_FIDL_OUT")) {
+    std::filesystem::create_directories(std::filesystem::path{folder} / name);
+    for (const TextFile& file : written.files) {
+      std::ofstream{std::filesystem::path{folder} / name / file.path} << file.text;
+    }
+  }
+  const Reading again = read_back(written);
+  EXPECT_TRUE(again.ok()) << name << "\n" << all_problems(again) << all_text(written);
+  EXPECT_EQ(canonical(again.model), canonical(model)) << name << "\n" << all_text(written);
+  // Writing is the same again.
+  EXPECT_EQ(all_text(write_fidl(again.model)), all_text(written)) << name;
+}
+
+/// What version 2, or FIDL as Franca has it, has no form for.
+const std::map<std::string, std::string>& lossy() {
+  static const std::map<std::string, std::string> files{
+      {"drivingLane.fdepl", "LaneDetected: SomeIpPriority = 0"},
+      {"N2.fidl", "std_msgs.msg.Empty: a type without content, and what is of it"}};
+  return files;
+}
+
+TEST(WriteFidl, WritesRealFilesSoThatTheyAreReadAsTheSame) {
+  if (!corpus::folder()) {
+    GTEST_SKIP() << "the real files are not here";
+  }
+  for (const char* within : {"files", "probes"}) {
+    for (const char* ending : {".fdepl", ".fidl"}) {
+      for (const auto& file : corpus::files(within, ending)) {
+        const Reading reading = corpus::read(file);
+        const auto loss = lossy().find(file.filename().string());
+        if (loss != lossy().end()) {
+          EXPECT_THAT(lost(write_fidl(reading.model)), Contains(loss->second));
+        } else if (reading.ok()) {
+          expect_round_trip(reading.model, file.filename().string());
+        }
+      }
+    }
+  }
+}
+
+constexpr const char* everything_fidl = R"(package org.example.all
+
+<** @description : things of an \@example
+    @author : somebody **>
+interface Base { version { major 2 minor 7 }
+  attribute UInt8 inherited
+  method base { }
+}
+
+<** @description : everything
+    on two lines **>
+interface All extends Base manages Base { version { major 2 minor 8 }
+  <** @description : how warm **>
+  attribute Float temperature readonly
+  attribute String text noSubscriptions
+  attribute Types.Big big noRead
+  attribute UInt16[] packed
+  attribute ByteBuffer buffer
+  attribute Types.Table table
+  attribute Types.Choice choice
+  attribute Types.Cov cov
+  attribute Local local
+  attribute Types.Mode mode
+  attribute Types.Alias alias
+  attribute Types.Big[] bigs
+  attribute Integer(-5, 100) ranged
+  <** @details : unit: km/h **>
+  attribute UInt32 state
+  method call { in { String ^in Types.Big big Types.Mode mode Types.Table table } out { Types.Choice ^out ByteBuffer raw }
+    error { BROKEN = 3 <** @description : too late **> LATE } }
+  method named { error Types.Mode }
+  method extended { error extends Types.Mode { MORE = 9 } }
+  method over:one { in { UInt8 a } }
+  method over:two { in { UInt8 a UInt8 b } }
+  method away fireAndForget { in { Int64 x Double y Boolean z Int8 i Int16 j } }
+  broadcast told selective { out { Types.Big[] list String why } }
+  broadcast plain:sel { out { Types.Cov cov } }
+  struct Local { UInt8 ^array Types.Mode mode }
+  const UInt8 COUNT = 3
+}
+
+typeCollection Types { version { major 1 minor 0 }
+  enumeration Mode { OFF = 0 <** @description : it runs **> ON = 1 }
+  enumeration MoreModes extends Mode { STANDBY = 7 }
+  enumeration Signed { BELOW = -1 ABOVE = 1 }
+  struct Inner { String name UInt8[] data Mode mode }
+  struct Big extends Inner { Inner inner Choice choice Int16 number UInt64 large }
+  union Choice { UInt8 small Inner inner String text }
+  union Wider extends Choice { Double more }
+  map Table { String to Inner }
+  map Numbers { UInt8 to UInt16 }
+  array Cov of Double
+  array Inners of Inner
+  array Nested of Inners
+  typedef Alias is Big
+  typedef Name is String
+  struct Poly polymorphic { }
+  struct PolyOne extends Poly { UInt8 x }
+  const Double PI = 3.14d
+  const Float SMALL = -1.5e-3f
+  const String HELLO = "he said \"hello\""
+  const Boolean YES = true
+  const Mode START = Mode.ON
+  const Inners NOBODY = [ { name : "x", data : [ 1, 2 ], mode : Mode.OFF } ]
+  const Numbers LOOKUP = [ 1 => 2, 3 => 4 ]
+}
+)";
+
+constexpr const char* everything_fdepl = R"(
+import "platform:/plugin/org.genivi.commonapi.someip/deployment/CommonAPI-4-SOMEIP_deployment_spec.fdepl"
+import "all.fidl"
+
+define org.genivi.commonapi.someip.deployment for typeCollection org.example.all.Types as org.example.all.Types {
+  enumeration Mode { SomeIpEnumWidth = 2 SomeIpEnumBitWidth = 12 SomeIpEnumInvalidValue = 4095 EnumBackingType = UInt16
+                     ON { ErrorType = Warning } }
+  struct Inner { SomeIpStructLengthWidth = 2
+    name { SomeIpStringLengthWidth = 1 SomeIpStringEncoding = utf16be }
+    data { SomeIpArrayLengthWidth = 2 SomeIpArrayMaxLength = 9 SomeIpArrayMinLength = 2 } }
+  struct Big { SomeIpStructLengthWidth = 4
+    inner { #struct { SomeIpStructLengthWidth = 1 name { SomeIpStringLengthWidth = 4 } } }
+    number { SomeIpIntegerBitWidth = 12 SomeIpIntegerInvalidValue = 2047 } }
+  union Choice { SomeIpUnionLengthWidth = 2 SomeIpUnionTypeWidth = 1 SomeIpUnionDefaultOrder = false
+    text { SomeIpStringLengthWidth = 0 SomeIpStringLength = 20 } }
+  union Wider { SomeIpUnionLengthWidth = 0 SomeIpUnionMaxLength = 100 }
+  array Cov { SomeIpArrayLengthWidth = 0 SomeIpArrayMaxLength = 9 }
+  array Inners { SomeIpArrayLengthWidth = 1 #struct { SomeIpStructLengthWidth = 1 } }
+  map Numbers { key { SomeIpIntegerInvalidValue = 255 } value { SomeIpIntegerBitWidth = 10 } }
+}
+
+define org.genivi.commonapi.someip.deployment for interface org.example.all.Base {
+  SomeIpServiceID = 100
+  attribute inherited { SomeIpGetterID = 21 SomeIpSetterID = 22 SomeIpNotifierID = 33021 SomeIpNotifierEventGroups = { 5 } }
+  method base { SomeIpMethodID = 20 }
+}
+
+define org.genivi.commonapi.someip.deployment for interface org.example.all.All {
+  use org.example.all.Types
+  SomeIpServiceID = 0x1234
+  SomeIpEventGroups = { 1, 2, 77 }
+  DefaultTimeout = 900
+  attribute temperature { SomeIpGetterID = 1 SomeIpNotifierID = 33001 SomeIpNotifierEventGroups = { 1, 2 }
+    SomeIpAttributeReliable = true SomeIpAttributeEndianess = le SomeIpAttributeCRCWidth = one
+    SomeIpGetterSegmentLengthResponse = 1000 SomeIpGetterSeparationTimeResponse = 2
+    SomeIpNotifierSegmentLength = 1100 SomeIpNotifierSeparationTime = 3 SomeIpNotifierDebounceTime = 4
+    SomeIpNotifierMaxRetentionTime = 6 SomeIpGetterMaxRetentionTime = 7 SomeIpGetterRequestDebounceTime = 8
+    SomeIpGetterResponseMaxRetentionTime = 9 SomeIpGetterResponseDebounceTime = 10
+    AttributeGetterTimeout = 100 AttributeNotifierTimeout = 200 AttributeNotifierUpdateMode = Cyclic }
+  attribute text { SomeIpGetterID = 2 SomeIpSetterID = 3 SomeIpStringLengthWidth = 0 SomeIpStringLength = 32
+    SomeIpSetterSegmentLength = 1200 SomeIpSetterSeparationTime = 1 SomeIpSetterMaxRetentionTime = 0
+    SomeIpSetterRequestDebounceTime = 2 SomeIpSetterResponseMaxRetentionTime = 3 SomeIpSetterResponseDebounceTime = 4
+    AttributeSetterTimeout = 100 }
+  attribute big { SomeIpSetterID = 4 SomeIpNotifierID = 33002 SomeIpNotifierEventGroups = { 1 }
+    #struct { SomeIpStructLengthWidth = 2 choice { #union { SomeIpUnionLengthWidth = 1 SomeIpUnionTypeWidth = 2
+      text { SomeIpStringLength = 30 } } } } }
+  attribute packed { SomeIpGetterID = 5 SomeIpSetterID = 6 SomeIpNotifierID = 33003 SomeIpNotifierEventGroups = { 1 }
+    SomeIpArrayLengthWidth = 1 SomeIpArrayMinLength = 1 SomeIpArrayMaxLength = 5 SomeIpIntegerBitWidth = 12
+    SomeIpIntegerInvalidValue = 4095 }
+  attribute buffer { SomeIpGetterID = 7 SomeIpSetterID = 8 SomeIpNotifierID = 33004 SomeIpNotifierEventGroups = { 1 }
+    SomeIpByteBufferLengthWidth = 2 SomeIpByteBufferMinLength = 1 SomeIpByteBufferMaxLength = 500 }
+  attribute table { SomeIpGetterID = 9 SomeIpSetterID = 10 SomeIpNotifierID = 33005 SomeIpNotifierEventGroups = { 1 }
+    SomeIpAttrMapLengthWidth = 2 SomeIpAttrMapMinLength = 1 SomeIpAttrMapMaxLength = 7 }
+  attribute choice { SomeIpGetterID = 11 SomeIpSetterID = 12 SomeIpNotifierID = 33006 SomeIpNotifierEventGroups = { 1 }
+    #union { SomeIpUnionDefaultOrder = true } }
+  attribute cov { SomeIpGetterID = 13 SomeIpSetterID = 14 SomeIpNotifierID = 33007 SomeIpNotifierEventGroups = { 1 }
+    # { SomeIpArrayLengthWidth = 2 SomeIpArrayMaxLength = 36 } }
+  attribute local { SomeIpGetterID = 15 SomeIpSetterID = 16 SomeIpNotifierID = 33008 SomeIpNotifierEventGroups = { 1 } }
+  attribute mode { SomeIpGetterID = 17 SomeIpSetterID = 18 SomeIpNotifierID = 33009 SomeIpNotifierEventGroups = { 1 }
+    #enumeration { SomeIpEnumWidth = 4 SomeIpEnumBitWidth = 20 SomeIpEnumInvalidValue = 9 } }
+  attribute alias { SomeIpGetterID = 31 SomeIpSetterID = 32 SomeIpNotifierID = 33010 SomeIpNotifierEventGroups = { 1 } }
+  attribute bigs { SomeIpGetterID = 33 SomeIpSetterID = 34 SomeIpNotifierID = 33011 SomeIpNotifierEventGroups = { 1 }
+    SomeIpArrayLengthWidth = 2 #struct { SomeIpStructLengthWidth = 1 inner { #struct { SomeIpStructLengthWidth = 4 } } } }
+  attribute ranged { SomeIpGetterID = 35 SomeIpSetterID = 36 SomeIpNotifierID = 33012 SomeIpNotifierEventGroups = { 1 } }
+  attribute state { SomeIpGetterID = 37 SomeIpSetterID = 38 SomeIpNotifierID = 33013 SomeIpNotifierEventGroups = { 1 } }
+  method call { SomeIpMethodID = 40 SomeIpReliable = true SomeIpMethodEndianess = le SomeIpMethodCRCWidth = four
+    SomeIpErrorCoding = Header MethodTimeout = 250 Errors = { "a", "b" }
+    SomeIpMethodMaxRetentionTime = 1 SomeIpMethodResponseMaxRetentionTime = 2 SomeIpMethodRequestDebounceTime = 3
+    SomeIpMethodResponseDebounceTime = 4 SomeIpMethodSegmentLength = 1000 SomeIpMethodSeparationTime = 5
+    SomeIpMethodSegmentLengthResponse = 1100 SomeIpMethodSeparationTimeResponse = 6
+    in { ^in { SomeIpStringLengthWidth = 2 SomeIpStringEncoding = utf16le SomeIpStringLength = 80 }
+         big { #struct { SomeIpStructLengthWidth = 0 number { SomeIpIntegerBitWidth = 9 } } }
+         table { SomeIpArgMapLengthWidth = 1 SomeIpArgMapMinLength = 2 SomeIpArgMapMaxLength = 3 } }
+    out { raw { SomeIpByteBufferLengthWidth = 0 SomeIpByteBufferMaxLength = 4 } } }
+  method named { SomeIpMethodID = 41 }
+  method extended { SomeIpMethodID = 42 }
+  method over:one { SomeIpMethodID = 43 }
+  method over:two { SomeIpMethodID = 44 }
+  method away { SomeIpMethodID = 45 }
+  broadcast told { SomeIpEventID = 33020 SomeIpEventGroups = { 1, 2 } SomeIpReliable = true SomeIpBroadcastEndianess = le
+    SomeIpBroadcastCRCWidth = four SomeIpBroadcastMaxRetentionTime = 1 SomeIpBroadcastDebounceTime = 2
+    SomeIpBroadcastSegmentLength = 1392 SomeIpBroadcastSeparationTime = 3 BroadcastType = error ErrorName = "x.y"
+    out { list { SomeIpArrayLengthWidth = 1 #struct { SomeIpStructLengthWidth = 2 } } } }
+  broadcast plain:sel { SomeIpEventID = 33022 SomeIpEventGroups = { 77 } }
+  struct Local { ^array { SomeIpIntegerBitWidth = 3 } }
+}
+
+define org.genivi.commonapi.someip.deployment for provider as P {
+  instance org.example.all.All { InstanceId = "org.example.one" SomeIpInstanceID = 0x10 Domain = "far" Variant = "high"
+    Year = "2026" PreregisteredProperties = { "a=b" } SomeIpDefaultErrorCoding = Header
+    SomeIpUnicastAddress = "192.168.0.2" SomeIpReliableUnicastPort = 30499 SomeIpUnreliableUnicastPort = 30500
+    SomeIpMulticastEventGroups = { 1, 2 } SomeIpMulticastAddresses = { "224.244.224.245", "224.244.224.246" }
+    SomeIpMulticastPorts = { 30501, 30502 } SomeIpMulticastThreshold = { 3, 0 } }
+}
+)";
+
+TEST(WriteFidl, WritesEveryKeySoThatItIsReadAsTheSame) {
+  const std::vector<SourceText> sources{{"all.fidl", everything_fidl}, {"all.fdepl", everything_fdepl}};
+  const Reading reading = read_fidl(sources);
+  ASSERT_TRUE(reading.ok()) << all_problems(reading);
+  expect_round_trip(reading.model, "everything");
+  EXPECT_THAT(lost(write_fidl(reading.model)), IsEmpty());
+}
+
+Model with_names() {
+  Model model;
+  const TypeIndex number = model.add({.kind = Kind::primitive, .primitive = messages::Primitive::uint8});
+  const TypeIndex text = model.add({.kind = Kind::string, .wire = default_wire(Kind::string)});
+  Type string{.kind = Kind::structure, .name = "String", .scope = "std_msgs"};
+  string.members.push_back({.name = "data", .type = text, .wire = default_wire(Kind::string)});
+  const TypeIndex wrapped = model.add(std::move(string));
+  Type joy{.kind = Kind::structure, .name = "class", .scope = "std_msgs"};
+  for (const char* name : {"array", "error", "int", "state", "with space"}) {
+    joy.members.push_back({.name = name, .type = number});
+  }
+  joy.members.push_back({.name = "text", .type = wrapped});
+  const TypeIndex words = model.add(std::move(joy));
+  Service service{.name = "Door", .scope = "std_msgs", .id = someip::ServiceId{5}, .has_version = true};
+  Event event{.name = "double", .id = someip::MethodId{0x8001}, .eventgroups = {someip::EventgroupId{1}}};
+  event.payload.values.push_back({.name = "words", .type = words});
+  service.events.push_back(std::move(event));
+  service.eventgroups.push_back({.id = someip::EventgroupId{1}});
+  service.events[0].transfer.retention = std::chrono::milliseconds{5};
+  model.services.push_back(std::move(service));
+  return model;
+}
+
+TEST(WriteFidl, RenamesWordsOfFidlAndCppAndKeepsTheNames) {
+  const Written written = write_fidl(with_names());
+  const std::string text = all_text(written);
+  EXPECT_THAT(text, HasSubstr("struct String_ {"));
+  EXPECT_THAT(text, HasSubstr("String_ text"));
+  EXPECT_THAT(text, HasSubstr("struct class_ {"));
+  EXPECT_THAT(text, HasSubstr("UInt8 ^array"));
+  EXPECT_THAT(text, HasSubstr("<** @details : name: int **>"));
+  EXPECT_THAT(text, HasSubstr("broadcast double_ {"));
+  expect_round_trip(with_names(), "names");
+}
+
+TEST(WriteFidl, TellsWhatItCannotCarry) {
+  Model model = with_names();
+  const TypeIndex empty = model.add({.kind = Kind::structure, .name = "Empty", .scope = "std_msgs"});
+  Event& event = model.services[0].events[0];
+  event.payload.values.push_back({.name = "nothing", .type = empty});
+  event.payload.values[0].tag = someip::DataId{3};
+  event.e2e.profile = "4";
+  event.cycle = std::chrono::milliseconds{10};
+  model.machines.push_back({.name = "M"});
+  const Written written = write_fidl(model);
+  for (const char* what : {"double.words: a data id (TLV)", "double: E2E protection", "double: a cycle",
+                           "M: a machine", "std_msgs.Empty: a type without content, and what is of it",
+                           "double.nothing: a use of a type without content"}) {
+    EXPECT_THAT(lost(written), Contains(what));
+  }
+  EXPECT_TRUE(read_back(written).ok());
+}
+
+}  // namespace
+}  // namespace trestle::describe
