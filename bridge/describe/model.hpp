@@ -7,6 +7,8 @@
 //   read/           readers: FIDL and FDEPL, ARXML, vsomeip JSON, .msg and .srv, captures
 //   write/          writers of the same and more
 //   lower.hpp       types and members as ROS definitions with wire rules: what routes and tools convert by
+//   raise.hpp       ROS definitions as types of a model
+//   model_source.hpp  what lower.hpp makes, for a TypeLibrary
 //
 // Nothing here opens a file, a socket or a clock, except read/sources.hpp, which loads files. Readers get
 // text and return a model with problems; a model with errors is not used.

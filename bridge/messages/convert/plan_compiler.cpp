@@ -105,11 +105,12 @@ class Compiler {
                                field.name));
         }
       }
-      if (own.form != TypeRules::Form::structure && !(own.tags.empty() && own.fixed_strings.empty())) {
+      const bool has_fields = own.form == TypeRules::Form::structure || own.form == TypeRules::Form::choice;
+      if ((own.form != TypeRules::Form::structure && !own.tags.empty()) ||
+          (!has_fields && !own.fixed_strings.empty())) {
         complain(fmt::format("{} is no struct, so its fields have no tags or fixed sizes", name));
       }
-      if (own.form != TypeRules::Form::structure && own.form != TypeRules::Form::choice &&
-          !own.fields.empty()) {
+      if (!has_fields && !own.fields.empty()) {
         complain(fmt::format("{} is neither a struct nor a union, so its fields have no rules", name));
       }
       if (own.form == TypeRules::Form::empty && !used->fields.empty()) {

@@ -40,6 +40,10 @@ class RandomMessage {
       number(1);
     }
     for (const messages::Field& field : definition.fields) {
+      bits_ = 0;
+      if (rules != rules_.types.end() && rules->second.fields.contains(field.name)) {
+        bits_ = rules->second.fields.at(field.name).bits;
+      }
       if (is_union) {
         const bool is_it = alternative-- == 0;
         length(is_it ? 1 : 0);
@@ -47,10 +51,6 @@ class RandomMessage {
           single(field.type);
         }
         continue;
-      }
-      bits_ = 0;
-      if (rules != rules_.types.end() && rules->second.fields.contains(field.name)) {
-        bits_ = rules->second.fields.at(field.name).bits;
       }
       array(field.type);
     }

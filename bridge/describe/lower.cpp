@@ -1,0 +1,215 @@
+#include "bridge/describe/lower.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "bridge/describe/lower_types.hpp"
+#include "bridge/describe/ros_names.hpp"
+
+namespace trestle::describe {
+namespace {
+
+constexpr std::string_view request_end = "_Request";
+constexpr std::string_view response_end = "_Response";
+
+class Lowering {
+ public:
+  Lowering(const Model& model, const LowerOptions& options)
+      : model_{model}, types_{model, options, result_} {}
+
+  Lowered made() {
+    for (std::size_t i = 0; i < model_.types.size(); ++i) {
+      const Type& type = model_.types[i];
+      const bool has_shape = type.kind == Kind::structure || type.kind == Kind::choice;
+      if (has_shape && !type.polymorphic && !(type.name.empty() && type.ros_name.empty())) {
+        types_.shape_of(TypeIndex{static_cast<std::uint32_t>(i)});
+      }
+    }
+    types_.add_constants();
+    for (std::size_t i = 0; i < model_.services.size(); ++i) {
+      service(i);
+    }
+    return std::move(result_);
+  }
+
+ private:
+  /// What a payload is: its shape, and how it is laid out as a whole.
+  using Root = std::pair<std::size_t, std::optional<Wire>>;
+
+  void service(std::size_t index) {
+    const Service& service = model_.services[index];
+    const std::string source = full_name(service.scope, service.name);
+    const std::string package = types_.package_of(service.scope);
+    const auto name = [&](const std::string& member) {
+      return ros_type_name(service.name) + ros_type_name(member);
+    };
+    for (std::size_t i = 0; i < service.events.size(); ++i) {
+      const Event& event = service.events[i];
+      value({LoweredMember::Kind::event, index, i}, event.payload, package + "/msg/" + name(event.name),
+            source + "." + event.name, event.notes);
+    }
+    for (std::size_t i = 0; i < service.methods.size(); ++i) {
+      method({LoweredMember::Kind::method, index, i}, service.methods[i],
+             package + "/srv/" + name(service.methods[i].name), source + "." + service.methods[i].name);
+    }
+    for (std::size_t i = 0; i < service.fields.size(); ++i) {
+      const Field& field = service.fields[i];
+      value({LoweredMember::Kind::field, index, i}, field.payload, package + "/msg/" + name(field.name),
+            source + "." + field.name, field.notes);
+    }
+  }
+
+  /// Of an event or a field.
+  void value(LoweredMember member, const Payload& payload, const std::string& name, const std::string& source,
+             const Notes& notes) {
+    check(payload, source);
+    auto root = single_structure(payload.values);
+    if (!root) {
+      root = own(payload.values, name, source);
+    }
+    if (!root) {
+      types_.complain(source, "no message could be made of what it carries");
+      return;
+    }
+    member.type = types_.shapes()[root->first].definition.name;
+    member.rules = rules_of(types_.shapes(), {*root}, payload);
+    result_.notes.emplace(member.type, notes);
+    result_.members.push_back(std::move(member));
+  }
+
+  void method(LoweredMember member, const Method& method, std::string name, const std::string& source) {
+    check(method.request, source);
+    check(method.response, source);
+    std::vector<Value> answers = method.response.values;
+    if (method.error != no_type) {
+      const Wire wire = static_cast<std::size_t>(method.error) < model_.types.size()
+                            ? resolved(model_, method.error).wire
+                            : Wire{};
+      answers.insert(answers.begin(), Value{.name = "error", .type = method.error, .wire = wire});
+    }
+    auto request = named_structure(method.request.values, request_end);
+    auto response = named_structure(answers, response_end);
+    const auto prefix = [&](const Root& root, std::string_view end) {
+      const std::string& full = types_.shapes()[root.first].definition.name;
+      return full.substr(0, full.size() - end.size());
+    };
+    if (request) {
+      name = prefix(*request, request_end);
+    } else if (response) {
+      name = prefix(*response, response_end);
+    } else {
+      name = first_free(name, "", [&](const std::string& one) { return services_.contains(one); });
+    }
+    if (request && response && prefix(*response, response_end) != name) {
+      response.reset();
+    }
+    services_.insert(name);
+    if (!request) {
+      request = own(method.request.values, name + std::string{request_end}, source);
+    }
+    if (!response) {
+      response = own(answers, name + std::string{response_end}, source);
+    }
+    if (!request || !response) {
+      types_.complain(source, "no service could be made of its arguments", method.place);
+      return;
+    }
+    member.type = name;
+    member.rules = rules_of(types_.shapes(), {*request, *response}, method.request);
+    member.response = member.rules;
+    member.response.payload.byte_order = method.response.byte_order;
+    member.response.payload.length_fields_always_big = method.response.length_fields_always_big;
+    member.response.payload.alignment = method.response.alignment;
+    member.response.payload.tagged_length = method.response.tagged_length;
+    member.response.payload.smallest_tagged_length = method.response.smallest_tagged_length;
+    result_.sources.emplace(name, source);
+    result_.notes.emplace(name, method.notes);
+    result_.members.push_back(std::move(member));
+  }
+
+  void check(const Payload& payload, const std::string& source) {
+    if (payload.crc_bytes != 0) {
+      types_.complain(source, fmt::format("a CRC of {} bytes in the payload", payload.crc_bytes));
+    }
+  }
+
+  [[nodiscard]] bool is_alone(const std::vector<Value>& values) const {
+    if (values.size() != 1 || values[0].type == no_type ||
+        static_cast<std::size_t>(values[0].type) >= model_.types.size()) {
+      return false;
+    }
+    const Value& value = values[0];
+    return resolved(model_, value.type).kind == Kind::structure && !value.optional && !value.tag &&
+           !value.wire.byte_order;
+  }
+
+  /// A single structure is the payload itself.
+  std::optional<Root> single_structure(const std::vector<Value>& values) {
+    if (!is_alone(values)) {
+      return std::nullopt;
+    }
+    TypeIndex index = values[0].type;
+    for (std::size_t steps = 0; model_.at(index).kind == Kind::alias && steps < model_.types.size();
+         ++steps) {
+      index = model_.at(index).element.type;
+    }
+    const auto shape = types_.shape_of(index);
+    return shape ? std::optional{Root{*shape, values[0].wire}} : std::nullopt;
+  }
+
+  /// The same of a structure that is bound to a message of a ROS service.
+  std::optional<Root> named_structure(const std::vector<Value>& values, std::string_view end) {
+    if (!is_alone(values)) {
+      return std::nullopt;
+    }
+    const Type& type = resolved(model_, values[0].type);
+    const bool is_bound = type.ros_name.find("/srv/") != std::string::npos && type.ros_name.ends_with(end);
+    const auto root = is_bound ? single_structure(values) : std::nullopt;
+    return root && types_.shapes()[root->first].definition.name == type.ros_name ? root : std::nullopt;
+  }
+
+  std::optional<Root> own(const std::vector<Value>& values, const std::string& name,
+                          const std::string& source) {
+    const auto shape = types_.shape_of(values, name, source);
+    return shape ? std::optional{Root{*shape, std::nullopt}} : std::nullopt;
+  }
+
+  const Model& model_;
+  Lowered result_;
+  TypeLowering types_;
+  std::set<std::string, std::less<>> services_;
+};
+
+}  // namespace
+
+const messages::MessageDefinition* Lowered::definition(std::string_view name) const {
+  const auto found = std::ranges::find(definitions, name, &messages::MessageDefinition::name);
+  return found == definitions.end() ? nullptr : &*found;
+}
+
+const LoweredMember* Lowered::member(LoweredMember::Kind kind, std::size_t service, std::size_t index) const {
+  const auto found = std::ranges::find_if(members, [&](const LoweredMember& one) {
+    return one.kind == kind && one.service == service && one.member == index;
+  });
+  return found == members.end() ? nullptr : &*found;
+}
+
+std::vector<std::string> Lowered::ros_names(std::string_view source) const {
+  std::vector<std::string> names;
+  for (const auto& [ros, of] : sources) {
+    if (of == source) {
+      names.push_back(ros);
+    }
+  }
+  return names;
+}
+
+Lowered lower(const Model& model, const LowerOptions& options) {
+  return Lowering{model, options}.made();
+}
+
+}  // namespace trestle::describe

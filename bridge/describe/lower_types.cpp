@@ -1,0 +1,728 @@
+#include "bridge/describe/lower_types.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "bridge/describe/ros_names.hpp"
+#include "bridge/messages/types/type_library.hpp"
+
+namespace trestle::describe {
+namespace {
+
+using messages::ArrayKind;
+using messages::Primitive;
+using messages::TypeRules;
+using someip::FieldWidth;
+
+/// The field that a message without fields has in IDL.
+constexpr std::string_view only_member = "structure_needs_at_least_one_member";
+
+bool is_array(const Type& type) {
+  return type.kind == Kind::array || type.kind == Kind::map || type.kind == Kind::bytes;
+}
+
+bool is_number_of_bytes(const Type& type) {
+  return (type.kind == Kind::primitive || type.kind == Kind::enumeration) &&
+         messages::width(type.primitive) > 1;
+}
+
+std::string type_part(std::string_view name) {
+  return std::string{name.substr(name.rfind('/') + 1)};
+}
+
+std::string package_part(std::string_view name) {
+  return std::string{name.substr(0, name.find('/'))};
+}
+
+bool same_fields(const messages::MessageDefinition& a, const messages::MessageDefinition& b) {
+  return std::ranges::equal(a.fields, b.fields,
+                            [](const messages::Field& left, const messages::Field& right) {
+                              return left.name == right.name && left.type == right.type &&
+                                     left.default_value == right.default_value;
+                            }) &&
+         std::ranges::equal(a.constants, b.constants, [](const auto& left, const auto& right) {
+           return left.name == right.name && left.type == right.type && left.value == right.value;
+         });
+}
+
+std::string number_text(std::int64_t value, Primitive type) {
+  return type == Primitive::uint64 ? fmt::format("{}", static_cast<std::uint64_t>(value))
+                                   : fmt::format("{}", value);
+}
+
+}  // namespace
+
+void TypeLowering::complain(std::string element, std::string what, Place place) {
+  into_.not_carried.push_back({std::move(element), std::move(what), place});
+}
+
+std::string TypeLowering::package_of(const std::string& scope) const {
+  if (!options_.package.empty()) {
+    return options_.package;
+  }
+  const std::string package = ros_package_name(scope);
+  return package.empty() ? options_.package_without_scope : package;
+}
+
+std::optional<std::size_t> TypeLowering::shape_of(TypeIndex index) {
+  if (const auto known = known_.find(index); known != known_.end()) {
+    return known->second;
+  }
+  const Type& type = model_.at(index);
+  const std::string source = full_name(type.scope, type.name);
+  if (!open_.insert(index).second) {
+    complain(source, "a type that contains itself", type.place);
+    return std::nullopt;
+  }
+  std::optional<std::size_t> result;
+  if (type.polymorphic) {
+    complain(source, "a polymorphic structure", type.place);
+  } else if (++depth_ > messages::max_type_depth) {
+    complain(source, fmt::format("types nested deeper than {}", messages::max_type_depth), type.place);
+  } else {
+    const std::string name =
+        !type.ros_name.empty() ? type.ros_name : package_of(type.scope) + "/msg/" + ros_type_name(type.name);
+    result = structure(type, {name, source});
+  }
+  --depth_;
+  open_.erase(index);
+  known_[index] = result;
+  return result;
+}
+
+std::optional<std::size_t> TypeLowering::structure(const Type& type, const Owner& owner) {
+  Shape shape;
+  shape.source = owner.source;
+  shape.definition.name = owner.name;
+  const std::vector<Value> members = all_members(model_, type);
+  if (members.size() > messages::max_messages_per_type * 64) {
+    complain(owner.source, "too many members", type.place);
+    return std::nullopt;
+  }
+  if (type.kind == Kind::choice) {
+    shape.form = TypeRules::Form::choice;
+    shape.selectors = type.selectors;
+    for (std::uint32_t i = 0; i < shape.selectors.size(); ++i) {
+      if (shape.selectors[i] != i + 1) {
+        break;
+      }
+      if (i + 1 == shape.selectors.size()) {
+        shape.selectors.clear();
+      }
+    }
+  }
+  const bool is_only = members.size() == 1 && members[0].name == only_member;
+  if (!is_only && !add_uses(shape, members, owner, type.kind == Kind::choice, !type.ros_name.empty())) {
+    return std::nullopt;
+  }
+  if (members.empty()) {
+    if (type.kind == Kind::choice) {
+      complain(owner.source, "a choice without members", type.place);
+      return std::nullopt;
+    }
+    shape.form = TypeRules::Form::empty;
+  }
+  if (!type.ros_name.empty()) {
+    constants_of(shape, type.ros_name, true);
+  }
+  const auto result = made(std::move(shape), owner, !type.ros_name.empty());
+  if (result) {
+    into_.notes.emplace(shapes_[*result].definition.name, type.notes);
+  }
+  return result;
+}
+
+/// Adds the shape, and its definition unless there is an equal one.
+std::optional<std::size_t> TypeLowering::made(Shape shape, const Owner& owner, bool is_fixed) {
+  const auto is_other = [&](const std::string& name) {
+    const auto other = defined_.find(name);
+    return other != defined_.end() && !(same_fields(shapes_[other->second].definition, shape.definition) &&
+                                        shapes_[other->second].form == shape.form);
+  };
+  const std::string wanted = shape.definition.name;
+  const std::string name = first_free(wanted, "", is_other);
+  if (is_fixed && name != wanted) {
+    complain(owner.source, fmt::format("{} is there with other fields, so this one is {}", wanted, name));
+  }
+  shape.definition.name = name;
+  shape.definition.file = "description";
+  shapes_.push_back(std::move(shape));
+  const std::size_t index = shapes_.size() - 1;
+  const Shape& there = shapes_.back();
+  if (defined_.emplace(name, index).second) {
+    into_.definitions.push_back(there.definition);
+    into_.sources.emplace(name, there.source);
+    for (const auto& [constant, source] : there.constants) {
+      into_.sources.emplace(name + "." + constant, source);
+    }
+    for (const Shape::Use& use : there.uses) {
+      into_.sources.emplace(name + "." + use.field.name, use.source);
+      if (use.notes != nullptr && *use.notes != Notes{}) {
+        into_.notes.emplace(name + "." + use.field.name, *use.notes);
+      }
+    }
+  }
+  return index;
+}
+
+std::optional<std::size_t> TypeLowering::shape_of(const std::vector<Value>& values, const std::string& name,
+                                                  const std::string& source) {
+  Shape shape;
+  shape.source = source;
+  shape.definition.name = name;
+  const Owner owner{name, source};
+  if (!add_uses(shape, values, owner, false, false)) {
+    return std::nullopt;
+  }
+  if (values.empty()) {
+    shape.form = TypeRules::Form::empty;
+  }
+  return made(std::move(shape), owner, false);
+}
+
+bool TypeLowering::add_uses(Shape& shape, const std::vector<Value>& values, const Owner& owner,
+                            bool is_choice, bool keeps_names) {
+  std::set<std::string, std::less<>> taken;
+  const bool is_tagged =
+      std::ranges::any_of(values, [](const Value& value) { return value.tag.has_value(); });
+  for (const Value& value : values) {
+    const std::string what = owner.source + "." + value.name;
+    const std::string wanted = keeps_names && !value.name.empty() ? value.name : ros_field_name(value.name);
+    const std::string name =
+        first_free(wanted, "_", [&](const std::string& one) { return taken.contains(one); });
+    taken.insert(name);
+    if (value.type == no_type || static_cast<std::size_t>(value.type) >= model_.types.size()) {
+      complain(what, "a member without a type", value.place);
+      return false;
+    }
+    if (is_tagged && !value.tag) {
+      complain(what, "a member without a tag among others with tags", value.place);
+      return false;
+    }
+    const Type& type = resolved(model_, value.type);
+    // An array that may be missing is an empty one: a T[<=1] of arrays would have a length field of its own.
+    const bool is_optional = value.optional && value.tag && !is_array(type);
+    if (value.optional && !is_optional) {
+      complain(what,
+               value.tag ? "optional: of an array, which is empty where it is missing"
+                         : "optional without a tag: it is always there",
+               value.place);
+      shape.has_optional_array = shape.has_optional_array || value.tag;
+    }
+    auto use = use_of(value, owner, name, is_choice || is_optional);
+    if (!use) {
+      return false;
+    }
+    if (is_choice || is_optional) {
+      use->field.type.array = ArrayKind::bounded;
+      use->field.type.array_size = 1;
+    }
+    use->field.name = name;
+    use->field.default_value = is_choice ? "" : value.default_value;
+    use->source = value.name;
+    use->tag = value.tag;
+    use->notes = &value.notes;
+    if (value.wire.byte_order) {
+      const Type& numbers = type.kind == Kind::array ? resolved(model_, type.element.type) : type;
+      const bool has_numbers = is_number_of_bytes(numbers) || use->nested.has_value();
+      use->byte_order = has_numbers ? value.wire.byte_order : std::nullopt;
+    }
+    if (use->nested) {
+      shape.has_optional_array = shape.has_optional_array || shapes_[use->shape].has_optional_array;
+    }
+    add_enumerators(shape, value, name);
+    shape.definition.fields.push_back(use->field);
+    shape.uses.push_back(std::move(*use));
+  }
+  return true;
+}
+
+/// @param is_single  whether the field may be no array, because it becomes a T[<=1].
+std::optional<Shape::Use> TypeLowering::use_of(const Value& value, const Owner& owner,
+                                               const std::string& name, bool is_single) {
+  const Type& type = resolved(model_, value.type);
+  const std::string what = owner.source + "." + value.name;
+  Shape::Use use;
+  if (!is_array(type)) {
+    return element(use, value, owner) ? std::optional{use} : std::nullopt;
+  }
+  if (is_single) {
+    const auto inner = wrapper(value, owner, name);
+    if (!inner) {
+      return std::nullopt;
+    }
+    use.field.type.message = shapes_[*inner].definition.name;
+    use.shape = *inner;
+    use.nested = Wire{};
+    return use;
+  }
+  if (!array(use, type, value, what)) {
+    return std::nullopt;
+  }
+  if (type.kind == Kind::bytes) {
+    use.field.type.primitive = Primitive::uint8;
+    return use;
+  }
+  if (type.kind == Kind::map) {
+    const auto pair = entry(type, owner, name);
+    if (!pair) {
+      return std::nullopt;
+    }
+    use.field.type.message = shapes_[*pair].definition.name;
+    use.shape = *pair;
+    use.nested = Wire{};
+    return use;
+  }
+  if (type.element.type == no_type || static_cast<std::size_t>(type.element.type) >= model_.types.size()) {
+    complain(what, "an array of no type", type.place);
+    return std::nullopt;
+  }
+  if (is_array(resolved(model_, type.element.type))) {
+    // Arrays of arrays: ROS has none, a message without bytes of its own stands between them.
+    const auto inner = wrapper(type.element, owner, name);
+    if (!inner) {
+      return std::nullopt;
+    }
+    use.field.type.message = shapes_[*inner].definition.name;
+    use.shape = *inner;
+    use.nested = Wire{};
+    return use;
+  }
+  return element(use, type.element, owner) ? std::optional{use} : std::nullopt;
+}
+
+/// What is no array: a number, a string or a message.
+bool TypeLowering::element(Shape::Use& use, const Value& value, const Owner& owner) {
+  const Type& type = resolved(model_, value.type);
+  const std::string what = owner.source + "." + value.name;
+  switch (type.kind) {
+    case Kind::primitive:
+    case Kind::enumeration:
+      use.field.type.primitive = type.primitive;
+      use.bits = value.wire.bits;
+      return true;
+    case Kind::string:
+      use.field.type.primitive = type.ros_name == "wstring" ? Primitive::wstring : Primitive::string;
+      use.field.type.string_bound = type.max_size;
+      use.string = value.wire;
+      if (value.wire.length == FieldWidth::none && value.wire.fixed_bytes == 0) {
+        complain(what, "a string without a length field or a fixed size", value.place);
+        return false;
+      }
+      return true;
+    case Kind::structure:
+    case Kind::choice: {
+      // Behind the aliases; the index is what shapes are known by.
+      TypeIndex index = value.type;
+      for (std::size_t steps = 0; model_.at(index).kind == Kind::alias && steps < model_.types.size();
+           ++steps) {
+        index = model_.at(index).element.type;
+      }
+      const auto shape = shape_of(index);
+      if (!shape) {
+        complain(what, fmt::format("{} is not carried", full_name(type.scope, type.name)), value.place);
+        return false;
+      }
+      use.field.type.message = shapes_[*shape].definition.name;
+      use.shape = *shape;
+      use.nested = value.wire;
+      return true;
+    }
+    case Kind::alias:
+      complain(what, "an alias of itself", type.place);
+      return false;
+    case Kind::bytes:
+    case Kind::array:
+    case Kind::map:
+      break;
+  }
+  return false;
+}
+
+bool TypeLowering::array(Shape::Use& use, const Type& type, const Value& value, const std::string& what) {
+  use.array = value.wire;
+  const bool is_fixed = type.fixed_size || value.wire.length == FieldWidth::none;
+  if (is_fixed && type.max_size == 0) {
+    complain(what, "an array without a length field and a size", value.place);
+    return false;
+  }
+  if (type.min_size != 0 && !is_fixed) {
+    complain(what, fmt::format("at least {} elements", type.min_size), value.place);
+  }
+  use.field.type.array_size = type.max_size;
+  use.field.type.array = is_fixed             ? ArrayKind::fixed
+                         : type.max_size != 0 ? ArrayKind::bounded
+                                              : ArrayKind::unbounded;
+  return true;
+}
+
+/// A message of nothing but an array, which has no bytes of its own.
+std::optional<std::size_t> TypeLowering::wrapper(const Value& value, const Owner& owner,
+                                                 const std::string& name) {
+  if (++depth_ > messages::max_type_depth) {
+    --depth_;
+    complain(owner.source + "." + value.name, "arrays of arrays without end", value.place);
+    return std::nullopt;
+  }
+  const Owner inner{owner.name + ros_type_name(name), owner.source + "." + name};
+  Shape shape;
+  shape.source = inner.source;
+  // A message of its own, also where the owner is one of a service.
+  shape.definition.name = package_part(owner.name) + "/msg/" + ros_type_name(type_part(inner.name));
+  Value array = value;
+  array.name = "elements";
+  array.optional = false;
+  array.tag.reset();
+  array.notes = {};
+  array.default_value.clear();
+  const bool good = add_uses(shape, {array}, {shape.definition.name, inner.source}, false, false);
+  --depth_;
+  if (!good) {
+    return std::nullopt;
+  }
+  shape.uses[0].notes = nullptr;
+  return made(std::move(shape), inner, false);
+}
+
+/// A pair of a map.
+std::optional<std::size_t> TypeLowering::entry(const Type& map, const Owner& owner, const std::string& name) {
+  if (++depth_ > messages::max_type_depth) {
+    --depth_;
+    complain(owner.source, "maps of maps without end", map.place);
+    return std::nullopt;
+  }
+  const std::string base = map.name.empty() ? package_part(owner.name) + "/msg/" +
+                                                  ros_type_name(type_part(owner.name) + "_" + name)
+                                            : package_of(map.scope) + "/msg/" + ros_type_name(map.name);
+  Shape shape;
+  shape.source = map.name.empty() ? owner.source + "." + name : full_name(map.scope, map.name);
+  shape.definition.name = base + "Entry";
+  Value key = map.key;
+  key.name = "key";
+  Value value = map.element;
+  value.name = "value";
+  const Owner inner{shape.definition.name, shape.source};
+  const bool good = add_uses(shape, {key, value}, inner, false, false);
+  --depth_;
+  if (!good) {
+    return std::nullopt;
+  }
+  for (Shape::Use& use : shape.uses) {
+    use.notes = nullptr;
+  }
+  return made(std::move(shape), inner, false);
+}
+
+/// The values of an enumeration become constants of the message that uses it.
+void TypeLowering::add_enumerators(Shape& shape, const Value& value, const std::string& field) {
+  const Type* type = &resolved(model_, value.type);
+  while (type->kind == Kind::array) {
+    if (type->element.type == no_type) {
+      return;
+    }
+    const Type* const inner = &resolved(model_, type->element.type);
+    if (inner->kind == Kind::array) {
+      return;  // those of the message between them
+    }
+    type = inner;
+  }
+  if (type->kind != Kind::enumeration) {
+    return;
+  }
+  const std::string prefix = ros_constant_name(type->name.empty() ? field : type->name) + "_";
+  auto& constants = shape.definition.constants;
+  for (const Enumerator& one : all_enumerators(model_, *type)) {
+    messages::Constant constant{.name = prefix + ros_constant_name(one.name),
+                                .type = type->primitive,
+                                .value = number_text(one.value, type->primitive)};
+    const auto same = std::ranges::find_if(constants, [&](const auto& there) {
+      return there.name == constant.name && there.value == constant.value && there.type == constant.type;
+    });
+    if (same != constants.end()) {
+      continue;
+    }
+    constant.name = first_free(constant.name, "_", [&](const std::string& name) {
+      return std::ranges::find(constants, name, &messages::Constant::name) != constants.end();
+    });
+    shape.constants.emplace(constant.name, type->name + "." + one.name);
+    constants.push_back(std::move(constant));
+  }
+}
+
+void TypeLowering::constants_of(Shape& shape, std::string_view scope, bool keeps_names) {
+  messages::MessageDefinition& definition = shape.definition;
+  for (const Constant& constant : model_.constants) {
+    if (constant.scope != scope || constant.type == no_type) {
+      continue;
+    }
+    const Type& type = resolved(model_, constant.type);
+    const bool is_number = type.kind == Kind::primitive || type.kind == Kind::enumeration;
+    if (!is_number && type.kind != Kind::string) {
+      complain(full_name(constant.scope, constant.name), "a constant that is no number or text",
+               constant.place);
+      continue;
+    }
+    const std::string wanted = keeps_names ? constant.name : ros_constant_name(constant.name);
+    const std::string name = first_free(wanted, "_", [&](const std::string& one) {
+      return std::ranges::find(definition.constants, one, &messages::Constant::name) !=
+             definition.constants.end();
+    });
+    shape.constants.emplace(name, full_name(constant.scope, constant.name));
+    definition.constants.push_back(
+        {.name = name,
+         .type = !is_number ? type.ros_name == "wstring" ? Primitive::wstring : Primitive::string
+                            : type.primitive,
+         .value = constant.value});
+  }
+}
+
+void TypeLowering::add_constants() {
+  std::set<std::string, std::less<>> scopes;
+  for (const Constant& constant : model_.constants) {
+    scopes.insert(constant.scope);
+  }
+  for (const std::string& scope : scopes) {
+    const bool is_of_type = std::ranges::any_of(
+        model_.types, [&](const Type& type) { return !type.ros_name.empty() && type.ros_name == scope; });
+    if (is_of_type) {
+      continue;
+    }
+    Shape shape;
+    const std::size_t last = scope.find_last_of("./");
+    const std::string part = last == std::string::npos ? scope : scope.substr(last + 1);
+    shape.source = scope;
+    shape.form = TypeRules::Form::empty;
+    shape.definition.name =
+        package_of(scope) + "/msg/" + (part.empty() ? "" : ros_type_name(part)) + "Constants";
+    constants_of(shape, scope, false);
+    if (!shape.definition.constants.empty()) {
+      const Owner owner{shape.definition.name, scope};
+      made(std::move(shape), owner, false);
+    }
+  }
+}
+
+namespace {
+
+/// What most uses have, so that the rules of a payload are few, and its messages take the quick ways.
+template <typename T>
+class Votes {
+ public:
+  explicit Votes(T usual) : usual_{usual} {}
+  void count(T value) { ++votes_[value]; }
+  [[nodiscard]] T result() const {
+    T best = usual_;
+    std::size_t most = votes_.contains(usual_) ? votes_.at(usual_) : 0;
+    for (const auto& [value, votes] : votes_) {
+      if (votes > most) {
+        best = value;
+        most = votes;
+      }
+    }
+    return best;
+  }
+
+ private:
+  T usual_;
+  std::map<T, std::size_t> votes_;
+};
+
+class RulesOf {
+ public:
+  RulesOf(const std::vector<Shape>& shapes, const Payload& payload) : shapes_{shapes} {
+    rules_.payload.byte_order = payload.byte_order;
+    rules_.payload.length_fields_always_big = payload.length_fields_always_big;
+    rules_.payload.alignment = payload.alignment;
+    rules_.payload.tagged_length = payload.tagged_length;
+    rules_.payload.smallest_tagged_length = payload.smallest_tagged_length;
+  }
+
+  messages::MessageRules made(const std::vector<std::pair<std::size_t, std::optional<Wire>>>& roots) {
+    std::set<std::size_t> seen;
+    for (const auto& [root, wire] : roots) {
+      visit(root, seen);
+    }
+    someip::PayloadRules& payload = rules_.payload;
+    payload.array_length = array_.result();
+    payload.fixed_array_length = fixed_array_.result();
+    payload.string_length = string_.result();
+    payload.string_encoding = encoding_.result();
+    payload.string_bom = bom_.result();
+    payload.string_terminator = terminator_.result();
+    payload.struct_length = struct_.result();
+    payload.union_length = union_.result();
+    payload.union_type = selector_.result();
+    payload.union_length_first = length_first_.result();
+    for (const auto& [root, wire] : roots) {
+      messages::TypeRules own = of_type(shapes_[root]);
+      if (shapes_[root].form != TypeRules::Form::empty) {
+        frame(own.itself, wire.value_or(Wire{}), shapes_[root]);
+      }
+      key(shapes_[root].definition.name, own);
+    }
+    for (auto& [name, all] : types_) {
+      for (std::size_t i = 0; i < all.size(); ++i) {
+        if (i > 0 || all[i] != messages::TypeRules{}) {
+          rules_.types[variant(name, i)] = all[i];
+        }
+      }
+    }
+    return rules_;
+  }
+
+ private:
+  void visit(std::size_t index, std::set<std::size_t>& seen) {
+    if (!seen.insert(index).second) {
+      return;
+    }
+    const Shape& shape = shapes_[index];
+    rules_.default_missing = rules_.default_missing || shape.has_optional_array;
+    for (const Shape::Use& use : shape.uses) {
+      if (use.array && !use.tag) {
+        (use.field.type.array == ArrayKind::fixed ? fixed_array_ : array_).count(use.array->length);
+      }
+      if (use.string) {
+        if (use.string->length != FieldWidth::none && (!use.tag || use.array)) {
+          string_.count(use.string->length);
+        }
+        encoding_.count(use.string->encoding);
+        bom_.count(use.string->bom);
+        terminator_.count(use.string->terminator);
+      }
+      if (use.nested) {
+        const Shape& inner = shapes_[use.shape];
+        if (inner.form == TypeRules::Form::choice) {
+          union_.count(use.nested->length);
+          selector_.count(use.nested->selector);
+          length_first_.count(use.nested->length_first);
+        } else if (inner.form == TypeRules::Form::structure) {
+          struct_.count(use.nested->length);
+        }
+        visit(use.shape, seen);
+      }
+    }
+  }
+
+  static std::string variant(const std::string& name, std::size_t index) {
+    return index == 0 ? name : fmt::format("{}#{}", name, index + 1);
+  }
+
+  /// The key of these rules.
+  std::string key(const std::string& name, const messages::TypeRules& differences) {
+    auto& all = types_[name];
+    const auto found = std::ranges::find(all, differences);
+    const auto index = static_cast<std::size_t>(found - all.begin());
+    if (found == all.end()) {
+      all.push_back(differences);
+    }
+    return variant(name, index);
+  }
+
+  template <typename T>
+  static void differ(std::optional<T>& rule, T value, T usual) {
+    if (value != usual) {
+      rule = value;
+    }
+  }
+
+  /// Of a message as a whole.
+  void frame(messages::FieldRules& differences, const Wire& wire, const Shape& shape) const {
+    const someip::PayloadRules& payload = rules_.payload;
+    if (shape.form == TypeRules::Form::structure) {
+      differ(differences.struct_length, wire.length, payload.struct_length);
+    } else if (shape.form == TypeRules::Form::choice) {
+      differ(differences.union_length, wire.length, payload.union_length);
+      differ(differences.union_type, wire.selector, payload.union_type);
+      differ(differences.union_length_first, wire.length_first, payload.union_length_first);
+      if (wire.length == FieldWidth::none) {
+        differences.union_bytes = wire.fixed_bytes;
+      }
+    }
+  }
+
+  messages::TypeRules of_type(const Shape& shape) {
+    const someip::PayloadRules& payload = rules_.payload;
+    messages::TypeRules own;
+    own.form = shape.form;
+    own.itself.selectors = shape.selectors;
+    for (const Shape::Use& use : shape.uses) {
+      messages::FieldRules differences;
+      const bool is_single = !use.array;
+      if (use.array && !use.tag) {
+        differ(differences.array_length, use.array->length,
+               use.field.type.array == ArrayKind::fixed ? payload.fixed_array_length : payload.array_length);
+      }
+      if (use.string) {
+        if (use.string->length == FieldWidth::none) {
+          own.fixed_strings[use.field.name] = use.string->fixed_bytes;
+        } else if (!use.tag || !is_single) {
+          differ(differences.string_length, use.string->length, payload.string_length);
+        }
+        differ(differences.encoding, use.string->encoding, payload.string_encoding);
+        differ(differences.bom, use.string->bom, payload.string_bom);
+        differ(differences.terminator, use.string->terminator, payload.string_terminator);
+      }
+      if (use.nested) {
+        const Shape& inner = shapes_[use.shape];
+        Wire wire = *use.nested;
+        if (use.tag && is_single) {  // the tag's length field takes its place
+          wire.length = inner.form == TypeRules::Form::choice ? payload.union_length : payload.struct_length;
+        }
+        frame(differences, wire, inner);
+        if (use.tag && is_single) {
+          differences.union_bytes.reset();
+        }
+        std::string wanted = key(inner.definition.name, of_known(use.shape));
+        if (wanted != inner.definition.name) {
+          differences.variant = std::move(wanted);
+        }
+      }
+      differences.bits = use.bits;
+      if (use.byte_order) {
+        own.byte_orders[use.field.name] = *use.byte_order;
+      }
+      if (use.tag) {
+        own.tags[use.field.name] = *use.tag;
+      }
+      if (differences != messages::FieldRules{}) {
+        own.fields[use.field.name] = std::move(differences);
+      }
+    }
+    return own;
+  }
+
+  const messages::TypeRules& of_known(std::size_t index) {
+    auto known = known_.find(index);
+    if (known == known_.end()) {
+      known = known_.emplace(index, of_type(shapes_[index])).first;
+    }
+    return known->second;
+  }
+
+  const std::vector<Shape>& shapes_;
+  messages::MessageRules rules_;
+  std::map<std::string, std::vector<messages::TypeRules>> types_;
+  std::map<std::size_t, messages::TypeRules> known_;
+  Votes<FieldWidth> array_{FieldWidth::bits32};
+  Votes<FieldWidth> fixed_array_{FieldWidth::none};
+  Votes<FieldWidth> string_{FieldWidth::bits32};
+  Votes<someip::StringEncoding> encoding_{someip::StringEncoding::utf8};
+  Votes<bool> bom_{true};
+  Votes<bool> terminator_{true};
+  Votes<FieldWidth> struct_{FieldWidth::none};
+  Votes<FieldWidth> union_{FieldWidth::bits32};
+  Votes<FieldWidth> selector_{FieldWidth::bits32};
+  Votes<bool> length_first_{true};
+};
+
+}  // namespace
+
+messages::MessageRules rules_of(const std::vector<Shape>& shapes,
+                                const std::vector<std::pair<std::size_t, std::optional<Wire>>>& roots,
+                                const Payload& payload) {
+  return RulesOf{shapes, payload}.made(roots);
+}
+
+}  // namespace trestle::describe

@@ -1,0 +1,85 @@
+#include <fmt/format.h>
+
+#include "bridge/describe/lower.hpp"
+
+namespace trestle::describe {
+namespace {
+
+using messages::ArrayKind;
+
+void add_comment(std::string& text, std::string_view comment) {
+  while (!comment.empty()) {
+    const std::size_t end = comment.find_first_of("\r\n");
+    const std::string_view line = comment.substr(0, end);
+    if (!line.empty()) {
+      text += fmt::format("# {}\n", line);
+    }
+    comment = end == std::string_view::npos ? std::string_view{} : comment.substr(end + 1);
+  }
+}
+
+void add_notes(std::string& text, const Lowered& lowered, const std::string& name) {
+  const auto notes = lowered.notes.find(name);
+  if (notes == lowered.notes.end()) {
+    return;
+  }
+  add_comment(text, notes->second.description);
+  if (!notes->second.unit.empty()) {
+    add_comment(text, "unit: " + notes->second.unit);
+  }
+}
+
+std::string type_text(const messages::FieldType& type, std::string_view package) {
+  std::string text;
+  if (type.primitive) {
+    text = messages::to_string(*type.primitive);
+    text += type.string_bound == 0 ? "" : fmt::format("<={}", type.string_bound);
+  } else {
+    const std::string_view full = type.message;
+    const std::string_view of = full.substr(0, full.find('/'));
+    const std::string_view name = full.substr(full.rfind('/') + 1);
+    // A Header without a package may be that of std_msgs.
+    text = of == package && name != "Header" ? std::string{name} : fmt::format("{}/{}", of, name);
+  }
+  switch (type.array) {
+    case ArrayKind::none:
+      return text;
+    case ArrayKind::fixed:
+      return text + fmt::format("[{}]", type.array_size);
+    case ArrayKind::bounded:
+      return text + fmt::format("[<={}]", type.array_size);
+    case ArrayKind::unbounded:
+      return text + "[]";
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string msg_text(const Lowered& lowered, const messages::MessageDefinition& definition) {
+  std::string text;
+  add_notes(text, lowered, definition.name);
+  for (const messages::Constant& constant : definition.constants) {
+    text += fmt::format("{} {}={}\n", messages::to_string(constant.type), constant.name, constant.value);
+  }
+  const std::string_view package = std::string_view{definition.name}.substr(0, definition.name.find('/'));
+  for (const messages::Field& field : definition.fields) {
+    add_notes(text, lowered, definition.name + "." + field.name);
+    text += fmt::format("{} {}{}{}\n", type_text(field.type, package), field.name,
+                        field.default_value.empty() ? "" : " ", field.default_value);
+  }
+  return text;
+}
+
+std::string srv_text(const Lowered& lowered, std::string_view service) {
+  const auto* const request = lowered.definition(std::string{service} + "_Request");
+  const auto* const response = lowered.definition(std::string{service} + "_Response");
+  if (request == nullptr || response == nullptr) {
+    return {};
+  }
+  std::string text;
+  add_notes(text, lowered, std::string{service});
+  return text + msg_text(lowered, *request) + "---\n" + msg_text(lowered, *response);
+}
+
+}  // namespace trestle::describe

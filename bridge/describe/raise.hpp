@@ -1,0 +1,23 @@
+#pragma once
+#include <string>
+#include <string_view>
+
+#include "bridge/describe/model.hpp"
+#include "bridge/messages/types/message_definition.hpp"
+#include "bridge/messages/types/type_library.hpp"
+
+namespace trestle::describe {
+
+/// Adds the types of a ROS message to a model, with the wire rules of the specification, and its constants.
+/// Each type is there once: Type::ros_name tells which it is, and lower() gives the same definitions back.
+/// @return the type of the message itself.
+TypeIndex raise(Model& model, const messages::TypeTree& tree);
+
+/// The value that carries such a type whole.
+[[nodiscard]] Value value_of(const Model& model, TypeIndex type, std::string name);
+
+/// A method that is the ROS service. Its ids are open.
+/// @param name  of the method.
+[[nodiscard]] Method raise(Model& model, const messages::ServiceTypes& types, std::string name);
+
+}  // namespace trestle::describe

@@ -1,0 +1,24 @@
+#pragma once
+#include <functional>
+#include <set>
+#include <string>
+#include <string_view>
+
+/// Names of interface descriptions as ROS 2 allows them. A name that is allowed stays as it is.
+namespace trestle::describe {
+
+/// "CurveProfile" of "curve_profile": letters and digits, the first one a capital.
+[[nodiscard]] std::string ros_type_name(std::string_view name);
+/// "curve_profile" of "CurveProfile"; "class_value" of "class": lower case, no word that C++, Python or IDL
+/// keep for themselves.
+[[nodiscard]] std::string ros_field_name(std::string_view name);
+/// "CURVE_PROFILE" of "CurveProfile".
+[[nodiscard]] std::string ros_constant_name(std::string_view name);
+/// As of a field, of the last part of "org.example.Types" or "/Types/Body".
+[[nodiscard]] std::string ros_package_name(std::string_view scope);
+
+/// The name, or the first of name2, name3 … (with `between` before the number) that is not taken.
+[[nodiscard]] std::string first_free(const std::string& name, std::string_view between,
+                                     const std::function<bool(const std::string&)>& is_taken);
+
+}  // namespace trestle::describe

@@ -1,0 +1,383 @@
+#include "bridge/describe/lower.hpp"
+
+#include <gmock/gmock.h>
+
+#include "bridge/describe/raise.hpp"
+#include "bridge/describe/ros_names.hpp"
+#include "bridge/messages/convert/interface_binding.hpp"
+#include "bridge/messages/convert/service_plans.hpp"
+#include "bridge/messages/types/parsers.hpp"
+#include "test/bridge/describe/lowered.hpp"
+#include "test/bytes.hpp"
+
+namespace trestle::describe::lower_test {
+namespace {
+
+using lowered::array_of;
+using lowered::event;
+using lowered::library_of;
+using lowered::number;
+using lowered::structure;
+using lowered::text;
+using lowered::value;
+using lowered::values_of;
+
+using messages::Primitive;
+using someip::FieldWidth;
+using testing::Contains;
+using testing::Field;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+std::string text_of(const Lowered& lowered, const std::string& name) {
+  const auto* const definition = lowered.definition(name);
+  return definition == nullptr ? "not there" : msg_text(lowered, *definition);
+}
+
+/// The payload of the only event, of a value in JSON.
+std::string payload_of(const Model& model, const std::string& json) {
+  const Lowered lowered = lower(model);
+  if (lowered.members.empty()) {
+    return lowered.not_carried.empty() ? "nothing" : lowered.not_carried.back().what;
+  }
+  const auto values = values_of(model, lowered, lowered.members[0]);
+  const auto payload = values.parse(json, messages::ValueForm::json);
+  return payload ? test::to_hex(*payload) : to_string(payload.error());
+}
+
+TEST(RosNames, AreWhatRosAllows) {
+  EXPECT_EQ(ros_field_name("doorState"), "door_state");
+  EXPECT_EQ(ros_field_name("DTCCode"), "dtc_code");
+  EXPECT_EQ(ros_field_name("already_good2"), "already_good2");
+  EXPECT_EQ(ros_field_name("_x__y_"), "x_y");
+  EXPECT_EQ(ros_field_name("2nd"), "n2nd");
+  EXPECT_EQ(ros_field_name("class"), "class_value");
+  EXPECT_EQ(ros_field_name("\u00e4"), "value");
+  EXPECT_EQ(ros_type_name("curve_profile_t"), "CurveProfileT");
+  EXPECT_EQ(ros_type_name("CurveProfile"), "CurveProfile");
+  EXPECT_EQ(ros_type_name("3D"), "N3D");
+  EXPECT_EQ(ros_constant_name("lowLevel"), "LOW_LEVEL");
+  EXPECT_EQ(ros_package_name("org.example.DataTypes"), "data_types");
+  EXPECT_EQ(ros_package_name("/Services/Body"), "body");
+  EXPECT_EQ(ros_package_name("org.interface"), "interface_msgs");
+}
+
+TEST(Lower, MakesMessagesOfEventsAndKeepsWhatTheyWere) {
+  Model model;
+  const TypeIndex speed = number(model, Primitive::uint16);
+  Value value = lowered::value(model, "speedLimit", speed);
+  value.notes = {.description = "of the road\nahead", .unit = "km/h"};
+  event(model, {value, lowered::value(model, "class", text(model))});
+  const Lowered lowered = lower(model);
+  ASSERT_EQ(lowered.members.size(), 1U);
+  EXPECT_EQ(lowered.members[0].type, "test/msg/DoorChanged");
+  EXPECT_EQ(text_of(lowered, "test/msg/DoorChanged"),
+            "# of the road\n# ahead\n# unit: km/h\nuint16 speed_limit\nstring class_value\n");
+  EXPECT_EQ(lowered.sources.at("test/msg/DoorChanged"), "org.test.Door.changed");
+  EXPECT_EQ(lowered.sources.at("test/msg/DoorChanged.speed_limit"), "speedLimit");
+  EXPECT_EQ(lowered.ros_names("org.test.Door.changed"), std::vector<std::string>{"test/msg/DoorChanged"});
+  EXPECT_EQ(lower(model, {.package = "car_msgs"}).members[0].type, "car_msgs/msg/DoorChanged");
+}
+
+TEST(Lower, TakesASingleStructureAsItIs) {
+  Model model;
+  const TypeIndex point = structure(model, "Point", {value(model, "x", number(model, Primitive::uint8))});
+  const TypeIndex alias = model.add({.kind = Kind::alias, .name = "P", .element = value(model, "", point)});
+  Value use = value(model, "p", alias);
+  use.wire.length = FieldWidth::bits16;
+  event(model, {use});
+  EXPECT_EQ(lower(model).members[0].type, "test/msg/Point");
+  EXPECT_EQ(payload_of(model, R"({"x": 5})"), "000105");
+}
+
+TEST(Lower, MakesConstantsOfEnumerations) {
+  Model model;
+  Type levels{.kind = Kind::enumeration, .name = "Level", .scope = "org.test", .primitive = Primitive::int16};
+  levels.enumerators = {{.name = "veryLow", .value = -1}, {.name = "HIGH", .value = 3}};
+  const TypeIndex level = model.add(levels);
+  Type more{.kind = Kind::enumeration,
+            .name = "More",
+            .scope = "org.test",
+            .primitive = Primitive::uint64,
+            .base = level};
+  more.enumerators = {{.name = "TOP", .value = -1}};
+  const TypeIndex extended = model.add(more);
+  event(model, {value(model, "level", level), value(model, "other", level), value(model, "more", extended)});
+  EXPECT_EQ(text_of(lower(model), "test/msg/DoorChanged"),
+            "int16 LEVEL_VERY_LOW=-1\nint16 LEVEL_HIGH=3\nuint64 MORE_VERY_LOW=18446744073709551615\nuint64 "
+            "MORE_HIGH=3\nuint64 MORE_TOP=18446744073709551615\n"
+            "int16 level\nint16 other\nuint64 more\n");
+  EXPECT_EQ(lower(model).sources.at("test/msg/DoorChanged.LEVEL_VERY_LOW"), "Level.veryLow");
+}
+
+TEST(Lower, FlattensInheritance) {
+  Model model;
+  const TypeIndex byte = number(model, Primitive::uint8);
+  const TypeIndex base = structure(model, "Base", {value(model, "a", byte)});
+  const TypeIndex derived = structure(model, "Derived", {value(model, "b", byte)});
+  model.at(derived).base = base;
+  event(model, {value(model, "d", derived)});
+  EXPECT_EQ(text_of(lower(model), "test/msg/Derived"), "uint8 a\nuint8 b\n");
+}
+
+TEST(Lower, PutsAMessageBetweenArraysOfArrays) {
+  Model model;
+  Value inner = value(model, "", array_of(model, value(model, "", number(model, Primitive::uint16))));
+  inner.wire.length = FieldWidth::bits8;
+  event(model, {value(model, "rows", array_of(model, inner))});
+  const Lowered lowered = lower(model);
+  EXPECT_EQ(text_of(lowered, "test/msg/DoorChanged"), "DoorChangedRows[] rows\n");
+  EXPECT_EQ(text_of(lowered, "test/msg/DoorChangedRows"), "uint16[] elements\n");
+  EXPECT_EQ(payload_of(model, R"({"rows": [{"elements": [1, 2]}, {"elements": []}]})"),
+            "00000006"
+            "0400010002"
+            "00");
+}
+
+TEST(Lower, MakesPairsOfMaps) {
+  Model model;
+  Type map{.kind = Kind::map, .name = "Names", .scope = "org.test", .wire = default_wire(Kind::map)};
+  map.key = value(model, "", number(model, Primitive::uint8));
+  map.element = value(model, "", text(model));
+  map.element.wire.bom = false;
+  event(model, {value(model, "names", model.add(map))});
+  const Lowered lowered = lower(model);
+  EXPECT_EQ(text_of(lowered, "test/msg/NamesEntry"), "uint8 key\nstring value\n");
+  EXPECT_EQ(payload_of(model, R"({"names": [{"key": 1, "value": "a"}]})"), "0000000701000000026100");
+}
+
+TEST(Lower, MakesChoicesOfOptionalFields) {
+  Model model;
+  const TypeIndex byte = number(model, Primitive::uint8);
+  const TypeIndex choice =
+      structure(model, "Shape",
+                {value(model, "dot", byte), value(model, "line", array_of(model, value(model, "", byte)))});
+  model.at(choice).kind = Kind::choice;
+  model.at(choice).wire = default_wire(Kind::choice);
+  model.at(choice).selectors = {5, 9};
+  event(model, {value(model, "shape", choice)});
+  EXPECT_EQ(text_of(lower(model), "test/msg/Shape"), "uint8[<=1] dot\nShapeLine[<=1] line\n");
+  EXPECT_EQ(payload_of(model, R"({"shape": {"line": [{"elements": [1, 2]}]}})"),
+            "00000006"
+            "00000009"
+            "000000020102");
+}
+
+TEST(Lower, TagsMembers) {
+  Model model;
+  const TypeIndex byte = number(model, Primitive::uint8);
+  Value optional = value(model, "speed", number(model, Primitive::uint16));
+  optional.tag = someip::DataId{2};
+  optional.optional = true;
+  Value name = value(model, "name", text(model));
+  name.tag = someip::DataId{3};
+  Value always = value(model, "id", byte);
+  always.tag = someip::DataId{1};
+  const TypeIndex track = structure(model, "Track", {always, optional, name});
+  event(model, {value(model, "track", track)});
+  EXPECT_EQ(text_of(lower(model), "test/msg/Track"), "uint8 id\nuint16[<=1] speed\nstring name\n");
+  EXPECT_EQ(payload_of(model, R"({"id": 7, "speed": [258], "name": ""})"),
+            "000107"
+            "10020102"
+            "4003"
+            "00000004efbbbf00");
+  EXPECT_EQ(payload_of(model, R"({"id": 7, "name": ""})"),
+            "000107"
+            "4003"
+            "00000004efbbbf00");
+}
+
+TEST(Lower, PacksBits) {
+  Model model;
+  Value a = value(model, "a", number(model, Primitive::uint8));
+  a.wire.bits = 4;
+  Value b = value(model, "b", number(model, Primitive::int8));
+  b.wire.bits = 4;
+  event(model, {a, b});
+  EXPECT_EQ(payload_of(model, R"({"a": 10, "b": -1})"), "fa");
+}
+
+TEST(Lower, GivesEmptyStructuresNoBytes) {
+  Model model;
+  const TypeIndex none = structure(model, "None", {});
+  event(model, {value(model, "none", none), value(model, "a", number(model, Primitive::uint8))});
+  EXPECT_EQ(text_of(lower(model), "test/msg/None"), "");
+  EXPECT_EQ(payload_of(model, R"({"a": 7})"), "07");
+  Model nothing;
+  event(nothing, {});
+  EXPECT_EQ(payload_of(nothing, "{}"), "");
+}
+
+TEST(Lower, LetsOneTypeHaveOtherRulesElsewhere) {
+  Model model;
+  const TypeIndex words = text(model);
+  const TypeIndex first = structure(model, "Part", {value(model, "a", words)});
+  Value shorter = value(model, "a", words);
+  shorter.wire.length = FieldWidth::bits8;
+  const TypeIndex second = structure(model, "Part", {shorter});
+  model.at(second).variant_of = first;
+  Value third = value(model, "z", second);
+  third.wire.length = FieldWidth::bits16;
+  event(model, {value(model, "x", first), value(model, "y", second), third});
+  const Lowered lowered = lower(model);
+  EXPECT_EQ(text_of(lowered, "test/msg/DoorChanged"), "Part x\nPart y\nPart z\n");
+  EXPECT_EQ(payload_of(model, R"({"x": {"a": ""}, "y": {"a": ""}, "z": {"a": ""}})"),
+            "00000004efbbbf00"
+            "04efbbbf00"
+            "0005"
+            "04efbbbf00");
+}
+
+TEST(Lower, NamesWhatCollides) {
+  Model model;
+  const TypeIndex byte = number(model, Primitive::uint8);
+  structure(model, "Part", {value(model, "theName", byte), value(model, "the_name", byte)});
+  const TypeIndex other = structure(model, "part", {value(model, "x", byte)});
+  model.at(other).scope = "com.test";
+  event(model, {value(model, "p", other)});
+  const Lowered lowered = lower(model);
+  EXPECT_EQ(text_of(lowered, "test/msg/Part"), "uint8 the_name\nuint8 the_name_2\n");
+  EXPECT_EQ(lowered.members[0].type, "test/msg/Part2");
+  EXPECT_EQ(lowered.sources.at("test/msg/Part2"), "com.test.part");
+}
+
+TEST(Lower, RefusesByName) {
+  Model model;
+  const TypeIndex bad = structure(model, "Animal", {});
+  model.at(bad).polymorphic = true;
+  event(model, {value(model, "animal", bad)});
+  const TypeIndex round = structure(model, "Round", {});
+  model.at(round).members = {value(model, "round", round)};
+  event(model, {value(model, "round", round)});
+  const TypeIndex alias = model.add({.kind = Kind::alias, .name = "A"});
+  model.at(alias).element = value(model, "", alias);
+  event(model, {value(model, "a", alias)});
+  event(model, {{.name = "missing"}});
+  const Lowered lowered = lower(model);
+  EXPECT_THAT(lowered.members, IsEmpty());
+  const auto has = [&](const char* element, const char* what) {
+    EXPECT_THAT(lowered.not_carried, Contains(testing::AllOf(Field(&NotCarried::element, element),
+                                                             Field(&NotCarried::what, HasSubstr(what)))));
+  };
+  has("org.test.Animal", "polymorphic");
+  has("org.test.Round", "contains itself");
+  has("org.test.Door.changed.a", "alias of itself");
+  has("org.test.Door.changed.missing", "without a type");
+}
+
+TEST(Lower, MakesServicesOfMethods) {
+  Model model;
+  const TypeIndex byte = number(model, Primitive::uint8);
+  Type failures{
+      .kind = Kind::enumeration, .name = "Failure", .scope = "org.test", .primitive = Primitive::uint8};
+  failures.enumerators = {{.name = "OK", .value = 0}, {.name = "STUCK", .value = 1}};
+  const TypeIndex failure = model.add(failures);
+  Method open{.name = "open", .id = someip::MethodId{7}};
+  open.request.values = {value(model, "door", byte)};
+  open.response.values = {value(model, "taken", number(model, Primitive::uint16))};
+  open.error = failure;
+  model.services.push_back({.name = "Door", .scope = "org.test", .id = someip::ServiceId{0x1234}});
+  model.services[0].methods = {open, {.name = "close"}};
+  const Lowered lowered = lower(model);
+  ASSERT_EQ(lowered.members.size(), 2U);
+  EXPECT_EQ(lowered.members[0].type, "test/srv/DoorOpen");
+  EXPECT_EQ(srv_text(lowered, "test/srv/DoorOpen"),
+            "uint8 door\n---\nuint8 FAILURE_OK=0\nuint8 FAILURE_STUCK=1\nuint8 error\nuint16 taken\n");
+  EXPECT_EQ(srv_text(lowered, "test/srv/DoorClose"), "---\n");
+  const auto source = std::make_shared<ModelSource>(model, lowered, "Door.fidl");
+  auto library = messages::TypeLibrary::of({source});
+  for (const LoweredMember& member : lowered.members) {
+    const auto types = library.resolve_service(member.type);
+    ASSERT_TRUE(types) << to_string(types.error());
+    const auto plans = messages::compile_service(*types, member.rules);
+    EXPECT_TRUE(plans) << plans.error();
+  }
+  const auto binding = library.binding(*messages::interface_name("test/srv/DoorOpen"));
+  ASSERT_NE(binding, nullptr);
+  EXPECT_EQ(binding->service, someip::ServiceId{0x1234});
+  EXPECT_EQ(binding->members.at("open"), someip::MethodId{7});
+}
+
+TEST(Lower, GivesTextsThatTheParsersRead) {
+  Model model;
+  const TypeIndex byte = number(model, Primitive::uint8);
+  const TypeIndex header = structure(model, "Header", {value(model, "a", byte)});
+  Value with_default = value(model, "b", byte);
+  with_default.default_value = "7";
+  model.constants.push_back({.name = "maxSpeed", .type = byte, .value = "5", .scope = "org.test.Door"});
+  event(model, {value(model, "h", header), with_default,
+                value(model, "t", array_of(model, value(model, "", text(model))))});
+  const Lowered lowered = lower(model);
+  EXPECT_EQ(text_of(lowered, "test/msg/DoorChanged"), "test/Header h\nuint8 b 7\nstring[] t\n");
+  EXPECT_EQ(text_of(lowered, "door/msg/DoorConstants"), "uint8 MAX_SPEED=5\n");
+  for (const auto& definition : lowered.definitions) {
+    const auto name = messages::interface_name(definition.name);
+    ASSERT_TRUE(name);
+    const auto parsed = messages::parse_interface(msg_text(lowered, definition), *name, "x");
+    ASSERT_TRUE(parsed) << to_string(parsed.error());
+    ASSERT_EQ(parsed->front().fields.size(), definition.fields.size());
+    for (std::size_t i = 0; i < definition.fields.size(); ++i) {
+      EXPECT_EQ(parsed->front().fields[i].name, definition.fields[i].name);
+      EXPECT_EQ(parsed->front().fields[i].type.message, definition.fields[i].type.message);
+    }
+  }
+}
+
+TEST(Raise, ComesBackAsTheSameDefinitions) {
+  messages::TypeLibrary library;
+  Model model;
+  std::map<std::string, messages::MessageDefinition> wanted;
+  for (const std::string& name : messages::TypeLibrary::builtin_names()) {
+    if (name.find("/msg/") == std::string::npos) {
+      continue;
+    }
+    const auto tree = library.resolve(name);
+    ASSERT_TRUE(tree);
+    raise(model, *tree);
+    for (const auto& definition : tree->messages) {
+      wanted.emplace(definition.name, definition);
+    }
+  }
+  const Lowered lowered = lower(model);
+  EXPECT_THAT(lowered.not_carried, IsEmpty());
+  EXPECT_EQ(lowered.definitions.size(), wanted.size());
+  for (const auto& [name, definition] : wanted) {
+    const auto* const again = lowered.definition(name);
+    ASSERT_NE(again, nullptr) << name;
+    EXPECT_EQ(msg_text(lowered, *again), msg_text(lowered, definition)) << name;
+  }
+}
+
+TEST(Raise, KeepsTheBytesOfTheSpecification) {
+  messages::TypeLibrary library;
+  for (const char* const name :
+       {"sensor_msgs/msg/PointCloud2", "std_msgs/msg/Empty", "sensor_msgs/msg/NavSatFix"}) {
+    Model model;
+    event(model, {value_of(model, raise(model, *library.resolve(name)), "value")})
+        .payload.length_fields_always_big = true;
+    const Lowered lowered = lower(model);
+    ASSERT_EQ(lowered.members.size(), 1U);
+    EXPECT_EQ(lowered.members[0].type, name);
+    EXPECT_EQ(lowered.members[0].rules, messages::MessageRules{}) << name;
+  }
+}
+
+TEST(Raise, KeepsServices) {
+  messages::TypeLibrary library;
+  Model model;
+  const auto types = library.resolve_service("std_srvs/srv/SetBool");
+  ASSERT_TRUE(types);
+  model.services.push_back({.name = "Door"});
+  model.services[0].methods.push_back(raise(model, *types, "set"));
+  const auto trigger = library.resolve_service("std_srvs/srv/Trigger");
+  ASSERT_TRUE(trigger);
+  model.services[0].methods.push_back(raise(model, *trigger, "trigger"));
+  const Lowered lowered = lower(model);
+  ASSERT_EQ(lowered.members.size(), 2U);
+  EXPECT_EQ(lowered.members[0].type, "std_srvs/srv/SetBool");
+  EXPECT_EQ(srv_text(lowered, "std_srvs/srv/SetBool"), "bool data\n---\nbool success\nstring message\n");
+  EXPECT_EQ(lowered.members[1].type, "std_srvs/srv/Trigger");
+}
+
+}  // namespace
+}  // namespace trestle::describe::lower_test
