@@ -172,6 +172,15 @@ TEST(ReadVsomeip, TakesTemplatesWithAWarning) {
   EXPECT_THAT(reading.model.services, SizeIs(1));
 }
 
+TEST(ReadVsomeip, TakesLocalhostWithAWarning) {
+  const Reading reading =
+      read_one(R"({"unicast": "localhost", "services": [{"service": 1, "instance": 1}]})");
+  EXPECT_THAT(told(reading),
+              ElementsAre("config/car.json:1:13: warning: vsomeip knows addresses alone: 127.0.0.1 is "
+                          "taken for 'localhost'"));
+  EXPECT_EQ(reading.model.instances[0].address, IpAddress::v4(127, 0, 0, 1));
+}
+
 TEST(ReadVsomeip, JoinsTheFilesOfAFolder) {
   const std::vector<SourceText> sources{{"net.json", R"({"unicast": "10.0.0.1"})"},
                                         {"a.json", R"({"services": [{"service": 1, "instance": 1}]})"},
@@ -189,7 +198,7 @@ TEST(JsonTree, ReadsEscapesAndPlaces) {
       parse_json("\xef\xbb\xbf{ \"a\\u00e9\\n\": [1, true,\n null, \"\\ud83d\\ude00\"] }", problems);
   ASSERT_TRUE(root);
   EXPECT_EQ(root->members[0].name, "a\xc3\xa9\n");
-  const JsonNode& list = root->members[0].value;
+  const JsonNode& list = root->members[0];
   ASSERT_THAT(list.elements, SizeIs(4));
   EXPECT_EQ(list.elements[2].mark, (documents::Mark{2, 2}));
   EXPECT_EQ(list.elements[3].text, "\xf0\x9f\x98\x80");

@@ -242,8 +242,8 @@ class JsonParser {
       step();
     }
     while (!closed) {
-      JsonMember& member = node.members.emplace_back();
-      member.mark = mark();
+      JsonNode& member = node.members.emplace_back();
+      member.name_mark = mark();
       if (now() != '"') {
         return fail("a name in quotes");
       }
@@ -256,7 +256,7 @@ class JsonParser {
       }
       step();
       skip_space();
-      if (!value(member.value, depth + 1) || !next('}', closed)) {
+      if (!value(member, depth + 1) || !next('}', closed)) {
         return false;
       }
     }
@@ -274,9 +274,9 @@ class JsonParser {
 
 }  // namespace
 
-const JsonNode* JsonNode::find(std::string_view name) const noexcept {
-  const auto found = std::ranges::find_if(members, [&](const JsonMember& one) { return one.name == name; });
-  return found == members.end() ? nullptr : &found->value;
+const JsonNode* JsonNode::find(std::string_view wanted) const noexcept {
+  const auto found = std::ranges::find_if(members, [&](const JsonNode& one) { return one.name == wanted; });
+  return found == members.end() ? nullptr : &*found;
 }
 
 std::optional<JsonNode> parse_json(std::string_view text, documents::Problems& problems) {

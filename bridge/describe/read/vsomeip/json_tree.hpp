@@ -9,29 +9,23 @@
 
 namespace trestle::describe {
 
-struct JsonMember;
-
 /// JSON with the place of each value.
 struct JsonNode {
   enum class Kind : std::uint8_t { null, boolean, number, string, array, object };
   Kind kind = Kind::null;
   std::string text{};  ///< "true", "12", or the characters of a string
   std::vector<JsonNode> elements{};
-  std::vector<JsonMember> members{};  ///< in the order of the file; one name may be there twice
+  std::vector<JsonNode> members{};  ///< in the order of the file; one name may be there twice
   documents::Mark mark{};
+  std::string name{};  ///< of a member of an object
+  documents::Mark name_mark{};
 
   /// A boolean, number or string.
   [[nodiscard]] bool is_scalar() const noexcept {
     return kind == Kind::boolean || kind == Kind::number || kind == Kind::string;
   }
   /// The first member of that name, or nullptr.
-  [[nodiscard]] const JsonNode* find(std::string_view name) const noexcept;
-};
-
-struct JsonMember {
-  std::string name;
-  documents::Mark mark{};  ///< of the name
-  JsonNode value;
+  [[nodiscard]] const JsonNode* find(std::string_view wanted) const noexcept;
 };
 
 /// How deep values may be in each other, and how many there may be.

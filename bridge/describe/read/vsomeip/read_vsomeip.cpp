@@ -196,6 +196,10 @@ std::optional<IpAddress> VsomeipReader::address(const JsonNode* node, const std:
     if (const auto address = someip::parse_address(std::string{trimmed(node->text)})) {
       return address;
     }
+    if (trimmed(node->text) == "localhost") {
+      warning(*node, "vsomeip knows addresses alone: 127.0.0.1 is taken for 'localhost'");
+      return IpAddress::v4(127, 0, 0, 1);
+    }
     // A template that a script fills in: the rest of the file is worth reading.
     if (node->text.find('@') != std::string::npos || node->text.find('$') != std::string::npos) {
       warning(*node, what + " is still to be filled in: " + documents::quote(node->text));
@@ -593,22 +597,22 @@ void VsomeipReader::tp_of(const JsonNode& node, bool is_request, Service& servic
 
 void VsomeipReader::debounce(const JsonNode& node, bool is_request, Service& service,
                              const Instance& instance) {
-  for (const JsonMember& member : node.members) {
+  for (const JsonNode& member : node.members) {
     const auto number = whole(member.name);
     if (!number || *number == 0 || *number > 0xffff) {
-      JsonNode name{.kind = JsonNode::Kind::string, .text = member.name, .mark = member.mark};
+      JsonNode name{.kind = JsonNode::Kind::string, .text = member.name, .mark = member.name_mark};
       error(name, "expected a method or event id, not " + what_it_is(name));
       continue;
     }
     Transfer& transfer =
-        transfer_of(service, static_cast<someip::MethodId>(*number), is_request, instance, member.value);
+        transfer_of(service, static_cast<someip::MethodId>(*number), is_request, instance, member);
     const Transfer& usual = is_request ? settings_.requests : settings_.responses;
     transfer.debounce = usual.debounce;
     transfer.retention = usual.retention;
-    if (const auto time = milliseconds(member.value.find("debounce-time"), "a time")) {
+    if (const auto time = milliseconds(member.find("debounce-time"), "a time")) {
       transfer.debounce = *time;
     }
-    if (const auto time = milliseconds(member.value.find("maximum-retention-time"), "a time")) {
+    if (const auto time = milliseconds(member.find("maximum-retention-time"), "a time")) {
       transfer.retention = *time;
     }
   }
