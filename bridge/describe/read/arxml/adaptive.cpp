@@ -145,17 +145,23 @@ void Adaptive::read_interface(const Node& interface, Parts& parts) {
     fill(event.payload, context);
     event.notes = notes_beside(node);
     event.place = node.place();
-    Value value = types_.value(node, context);
-    const Type& type = model_.at(value.type);
-    if (type.kind == Kind::structure && type.scope.ends_with("/Arguments")) {
-      event.payload.values = type.members;  // write/arxml puts several arguments of an event there
+    if (auto arguments = types_.arguments(node, context)) {
+      event.payload.values = std::move(*arguments);
     } else {
+      Value value = types_.value(node, context);
+      // The notes are the event's; write/arxml puts the argument's name there where it is another one.
       if (const auto name = event.notes.others.find("argument"); name != event.notes.others.end()) {
         value.name = name->second;
-        value.notes.others.erase("argument");
         event.notes.others.erase(name);
       }
-      std::exchange(value.notes.description, {});
+      value.notes.others.erase("argument");
+      value.notes.description.clear();
+      for (const auto& [key, text] : event.notes.others) {
+        value.notes.others.erase(key);
+      }
+      if (!event.notes.unit.empty()) {
+        value.notes.unit = std::exchange(event.notes.unit, {});
+      }
       event.payload.values.push_back(std::move(value));
     }
     service.events.push_back(std::move(event));
@@ -181,6 +187,9 @@ void Adaptive::read_interface(const Node& interface, Parts& parts) {
     field.place = node.place();
     Value value = types_.value(node, context);
     value.notes.description.clear();
+    if (!field.notes.unit.empty()) {
+      value.notes.unit = std::exchange(field.notes.unit, {});
+    }
     for (const auto& [key, text] : field.notes.others) {
       value.notes.others.erase(key);
     }

@@ -99,7 +99,9 @@ Notes notes_beside(const Node& node) {
     const std::string label = text_in(annotation.child("LABEL"_tag), "L-4"_tag);
     const Node* const text = annotation.child("ANNOTATION-TEXT"_tag);
     const Node* const verbatim = text == nullptr ? nullptr : text->child("VERBATIM"_tag);
-    if (!label.empty()) {
+    if (label == "unit") {
+      notes.unit = text_in(verbatim, "L-5"_tag);  // as write/arxml has it
+    } else if (!label.empty()) {
       notes.others[label] = text_in(verbatim, "L-5"_tag);
     }
   });
@@ -169,6 +171,19 @@ Value Types::value(const Node& prototype, const Context& context) {
   return value;
 }
 
+std::optional<std::vector<Value>> Types::arguments(const Node& prototype, const Context& context) {
+  const Node* const type = tree_.follow(&prototype, "TYPE-TREF"_tag);
+  if (type == nullptr || Tree::scope(*type) != "/Trestle/Arguments") {
+    return std::nullopt;
+  }
+  std::vector<const Node*> trail;
+  const Frame frame{.rules = context.rules, .base = context.rules, .context = &context, .trail = &trail};
+  std::vector<Value> values;
+  each_in(type, "SUB-ELEMENTS"_tag, "CPP-IMPLEMENTATION-DATA-TYPE-ELEMENT"_tag,
+          [&](const Node& element) { values.push_back(member(element, frame, nullptr)); });
+  return values;
+}
+
 void Types::read_all() {
   const Context none;
   for (const Tag tag : {"STD-CPP-IMPLEMENTATION-DATA-TYPE"_tag, "CUSTOM-CPP-IMPLEMENTATION-DATA-TYPE"_tag,
@@ -178,6 +193,9 @@ void Types::read_all() {
     for (const Node* const node : tree_.all(tag)) {
       if (variants_.contains(node) || full_) {
         continue;  // a service uses it
+      }
+      if (Tree::scope(*node).starts_with("/Trestle/")) {
+        continue;  // what write/arxml needs beside the model's own types
       }
       if (!is_application(*node) &&
           std::ranges::any_of(implementations_, [&](const auto& map) { return map.second == node; })) {
@@ -259,7 +277,7 @@ Value Types::named(const Node& node, Type type, const Frame& frame) {
     type.scope = Tree::scope(node);
   }
   // Types that have no name where they come from; write/arxml puts them there.
-  if (type.scope.ends_with("/Unnamed") && type.kind != Kind::structure && type.kind != Kind::choice &&
+  if (type.scope == "/Trestle/Unnamed" && type.kind != Kind::structure && type.kind != Kind::choice &&
       type.kind != Kind::enumeration) {
     return unnamed(std::move(type), frame);
   }
@@ -468,7 +486,7 @@ Value Types::named_alias(const Node& node, const Value& target, Notes notes) {
   Value value = target;
   value.notes = {};
   Type alias{.kind = Kind::alias, .name = std::string{node.name}, .scope = Tree::scope(node)};
-  if (alias.scope.ends_with("/Unnamed")) {
+  if (alias.scope == "/Trestle/Unnamed") {
     return value;
   }
   alias.notes = std::move(notes);

@@ -19,6 +19,9 @@ class Types {
 
   /// The value of an event, field, argument or data element, by its TYPE-TREF.
   [[nodiscard]] Value value(const Node& prototype, const Context& context);
+  /// What write/arxml had to put into a structure, because an event of AUTOSAR has one value; nothing: any
+  /// other event.
+  [[nodiscard]] std::optional<std::vector<Value>> arguments(const Node& prototype, const Context& context);
   /// All named types of the files with the default rules, those included that no service uses.
   void read_all();
 

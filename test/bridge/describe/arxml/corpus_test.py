@@ -10,6 +10,7 @@ import pathlib
 import re
 import subprocess
 import sys
+import tempfile
 import unittest
 import xml.etree.ElementTree as ElementTree
 
@@ -95,6 +96,26 @@ class Corpus(unittest.TestCase):
                 self.assertEqual(done.returncode, 0, done.stderr)
                 expected = seen_by_python(pair)
                 self.assertEqual({key: seen_by_trestle(done)[key] for key in expected}, expected)
+
+    def test_round_trips(self):
+        groups = [[file] for file in sorted((CORPORA / "files").rglob("*.arxml")) if "franca_deployment" not in str(file)]
+        groups += [[file, file.with_name(file.stem + "_Deployment.arxml")]
+                   for file in sorted((CORPORA / "files").rglob("f2a/*.arxml")) if "_Deployment" not in file.stem]
+        trips = 0
+        for group in groups:
+            before = read(group, "--canonical")
+            if before.returncode != 0:
+                continue  # types of other files
+            with self.subTest(file=group[0].name), tempfile.TemporaryDirectory() as folder:
+                written = read(group, "--arxml")
+                again = pathlib.Path(folder, "again.arxml")
+                again.write_text(written.stdout)
+                after = read([again], "--canonical")
+                self.assertEqual(after.returncode, 0, after.stderr)
+                if "not carried" not in written.stderr:
+                    trips += 1
+                    self.assertEqual(after.stdout, before.stdout)
+        self.assertGreater(trips, 30)
 
     def test_classic(self):
         for name in ("classic_v1.arxml", "classic_v2.arxml"):

@@ -1,4 +1,6 @@
-// arxml_counts [--json] FILE...: reads the files together and prints what is in them, for tests in Python.
+// arxml_counts [--json | --canonical | --arxml] FILE...: reads the files together and prints what is in them,
+// for tests in Python: as numbers, as JSON, or as ARXML again, with what that does not carry on standard
+// error.
 #include <deque>
 #include <fstream>
 #include <iostream>
@@ -7,12 +9,15 @@
 
 #include "bridge/describe/model_json.hpp"
 #include "bridge/describe/read/arxml/arxml.hpp"
+#include "bridge/describe/write/arxml/write_arxml.hpp"
 
 int main(int argc, char** argv) {
   using namespace trestle;
   std::vector<std::string_view> names{argv + 1, argv + argc};
   const bool json = !names.empty() && names.front() == "--json";
-  if (json) {
+  const bool again = !names.empty() && names.front() == "--arxml";
+  const bool canonical = !names.empty() && names.front() == "--canonical";
+  if (json || again || canonical) {
     names.erase(names.begin());
   }
   std::deque<std::ifstream> streams;
@@ -26,6 +31,18 @@ int main(int argc, char** argv) {
     std::cerr << documents::to_string(problem) << '\n';
   }
   const describe::Model& model = reading.model;
+  if (again) {
+    const describe::ArxmlFile file = describe::write_arxml(model);
+    std::cout << file.text;
+    for (const describe::NotCarried& lost : file.not_carried) {
+      std::cerr << "not carried: " << lost.element << ": " << lost.what << '\n';
+    }
+    return reading.ok() ? 0 : 1;
+  }
+  if (canonical) {
+    std::cout << describe::canonical(model);
+    return reading.ok() ? 0 : 1;
+  }
   if (json) {
     std::cout << describe::to_json_text(model, false);
     return reading.ok() ? 0 : 1;

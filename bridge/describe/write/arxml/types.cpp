@@ -1,0 +1,396 @@
+#include <algorithm>
+
+#include "bridge/describe/write/arxml/writer.hpp"
+
+namespace trestle::describe::arxml_writer {
+
+using messages::Primitive;
+
+namespace {
+
+struct BaseType {
+  const char* name;
+  const char* bits;
+  const char* encoding;
+};
+
+[[nodiscard]] BaseType facts(Primitive primitive) noexcept {
+  switch (primitive) {
+    case Primitive::boolean:
+      return {"boolean", "8", "BOOLEAN"};
+    case Primitive::int8:
+      return {"int8", "8", "2C"};
+    case Primitive::int16:
+      return {"int16", "16", "2C"};
+    case Primitive::uint16:
+      return {"uint16", "16", "NONE"};
+    case Primitive::int32:
+      return {"int32", "32", "2C"};
+    case Primitive::uint32:
+      return {"uint32", "32", "NONE"};
+    case Primitive::int64:
+      return {"int64", "64", "2C"};
+    case Primitive::uint64:
+      return {"uint64", "64", "NONE"};
+    case Primitive::float32:
+      return {"float32", "32", "IEEE754"};
+    case Primitive::float64:
+      return {"float64", "64", "IEEE754"};
+    default:
+      return {"uint8", "8", "NONE"};
+  }
+}
+
+}  // namespace
+
+std::string Writer::package_of(std::string_view scope) const {
+  std::string path;
+  std::string part;
+  const auto flush = [&] {
+    if (!part.empty()) {
+      path += "/" + short_name(part);
+      // Franca's tools put the types of an interface into a package of its name; here, names are unique.
+      if (service_paths_.contains(path)) {
+        path += "_Types";
+      }
+      part.clear();
+    }
+  };
+  for (const char letter : scope) {
+    if (letter == '.' || letter == '/') {
+      flush();
+    } else {
+      part += letter;
+    }
+  }
+  flush();
+  return path.empty() ? "/Model" : path;
+}
+
+TypeIndex Writer::representative(TypeIndex index) const {
+  for (std::size_t steps = 0; model_.at(index).variant_of != no_type && steps < model_.types.size();
+       ++steps) {
+    index = model_.at(index).variant_of;
+  }
+  return index;
+}
+
+std::string Writer::base_type(Primitive primitive) {
+  const BaseType base = facts(primitive);
+  const std::string package = std::string{own} + "/BaseTypes";
+  if (!packages_.has(package, base.name)) {
+    Xml xml;
+    xml.open("SW-BASE-TYPE");
+    xml.leaf("SHORT-NAME", base.name);
+    xml.leaf("CATEGORY", "FIXED_LENGTH");
+    xml.leaf("BASE-TYPE-SIZE", base.bits);
+    xml.leaf("BASE-TYPE-ENCODING", base.encoding);
+    xml.close();
+    packages_.add(package, base.name, xml.text());
+  }
+  return package + "/" + base.name;
+}
+
+std::string Writer::primitive_path(Primitive primitive) {
+  const BaseType base = facts(primitive);
+  const std::string package = std::string{own} + "/Primitives";
+  if (!packages_.has(package, base.name)) {
+    Xml xml;
+    xml.open("STD-CPP-IMPLEMENTATION-DATA-TYPE");
+    xml.leaf("SHORT-NAME", base.name);
+    xml.leaf("CATEGORY", "VALUE");
+    Type number{.kind = Kind::primitive, .primitive = primitive};
+    number_properties(xml, number, base.name, {});
+    xml.close();
+    packages_.add(package, base.name, xml.text());
+  }
+  return package + "/" + base.name;
+}
+
+void Writer::number_properties(Xml& xml, const Type& number, const std::string& name,
+                               const std::string& compu) {
+  const std::string base = base_type(number.primitive);
+  std::string constraint;
+  if (number.minimum && number.maximum) {
+    const std::string package = std::string{own} + "/Constraints";
+    const std::string unique = packages_.unique(package, name);
+    Xml rule;
+    rule.open("DATA-CONSTR");
+    rule.leaf("SHORT-NAME", unique);
+    rule.open("DATA-CONSTR-RULES");
+    rule.open("DATA-CONSTR-RULE");
+    rule.open("INTERNAL-CONSTRS");
+    rule.leaf("LOWER-LIMIT INTERVAL-TYPE=\"CLOSED\"", std::to_string(*number.minimum));
+    rule.leaf("UPPER-LIMIT INTERVAL-TYPE=\"CLOSED\"", std::to_string(*number.maximum));
+    rule.close();
+    rule.close();
+    rule.close();
+    rule.close();
+    packages_.add(package, unique, rule.text());
+    constraint = package + "/" + unique;
+  }
+  xml.open("SW-DATA-DEF-PROPS");
+  xml.open("SW-DATA-DEF-PROPS-VARIANTS");
+  xml.open("SW-DATA-DEF-PROPS-CONDITIONAL");
+  xml.reference("BASE-TYPE-REF", "SW-BASE-TYPE", base);
+  if (!compu.empty()) {
+    xml.reference("COMPU-METHOD-REF", "COMPU-METHOD", compu);
+  }
+  if (!constraint.empty()) {
+    xml.reference("DATA-CONSTR-REF", "DATA-CONSTR", constraint);
+  }
+  if (number.invalid_value) {
+    xml.open("INVALID-VALUE");
+    xml.open("NUMERICAL-VALUE-SPECIFICATION");
+    xml.leaf("VALUE", std::to_string(*number.invalid_value));
+    xml.close();
+    xml.close();
+  }
+  xml.close();
+  xml.close();
+  xml.close();
+}
+
+void Writer::write_types() {
+  for (std::size_t i = 0; i < model_.types.size(); ++i) {
+    const TypeIndex index{static_cast<std::uint32_t>(i)};
+    if (representative(index) == index && !model_.types[i].name.empty()) {
+      (void)path_of(index);
+    }
+  }
+}
+
+const std::string& Writer::path_of(TypeIndex wanted) {
+  const TypeIndex index = representative(wanted);
+  const auto known = type_paths_.find(index);
+  if (known != type_paths_.end()) {
+    return known->second;
+  }
+  const Type& type = model_.at(index);
+  if (type.name.empty() && type.kind == Kind::primitive && !type.minimum && !type.invalid_value) {
+    return type_paths_[index] = primitive_path(type.primitive);
+  }
+  std::string package = type.name.empty() ? std::string{own} + "/Unnamed" : package_of(type.scope);
+  std::string name = type.name;
+  if (name.empty()) {
+    name = to_string(type.kind);
+  }
+  const std::string unique = packages_.unique(package, name);
+  if (!type.name.empty() && package.find("_Types") != std::string::npos &&
+      type.scope.find("_Types") == std::string::npos) {
+    lost(full_name(type.scope, type.name), "its package: it is " + package, type.place);
+  }
+  if (!type.name.empty() && unique != type.name) {
+    lost(full_name(type.scope, type.name), "its name: it is " + unique, type.place);
+  }
+  // Before what is in it: types that go round end here.
+  std::string& path = type_paths_[index] = package + "/" + unique;
+  const std::string own_path = path;
+  write_type(index);
+  return type_paths_[index];
+}
+
+void Writer::write_members(Xml& xml, const std::vector<Value>& members, const std::string& type_path) {
+  if (members.empty()) {
+    return;
+  }
+  xml.open("SUB-ELEMENTS");
+  for (const Value& member : members) {
+    std::string name = short_name(member.name);
+    while (std::ranges::any_of(members_, [&](const auto& other) {
+      return other.first.first == type_path && other.second == name && other.first.second != member.name;
+    })) {
+      name += name.ends_with('_') ? "2" : "_2";
+    }
+    members_[{type_path, member.name}] = name;
+    if (name != member.name) {
+      lost(type_path + "." + member.name, "its name: it is " + name, member.place);
+    }
+    xml.open("CPP-IMPLEMENTATION-DATA-TYPE-ELEMENT");
+    xml.leaf("SHORT-NAME", name);
+    notes(xml, member.notes);
+    if (member.optional) {
+      xml.leaf("IS-OPTIONAL", "true");
+    }
+    xml.open("TYPE-REFERENCE");
+    xml.reference("TYPE-REFERENCE-REF", "STD-CPP-IMPLEMENTATION-DATA-TYPE", path_of(member.type));
+    xml.close();
+    xml.close();
+    write_tag(member.tag, "TLV-IMPLEMENTATION-DATA-TYPE-ELEMENT-REF", "CPP-IMPLEMENTATION-DATA-TYPE-ELEMENT",
+              type_path + "/" + name);
+    if (!member.default_value.empty()) {
+      lost(type_path + "." + member.name, "its default value", member.place);
+    }
+  }
+  xml.close();
+}
+
+void Writer::write_enumeration(const Type& type, const std::string& package, const std::string& name) {
+  const std::string methods = std::string{own} + "/CompuMethods";
+  const std::string method = packages_.unique(methods, name);
+  Xml compu;
+  compu.open("COMPU-METHOD");
+  compu.leaf("SHORT-NAME", method);
+  compu.leaf("CATEGORY", "TEXTTABLE");
+  compu.open("COMPU-INTERNAL-TO-PHYS");
+  compu.open("COMPU-SCALES");
+  for (const Enumerator& enumerator : all_enumerators(model_, type)) {
+    compu.open("COMPU-SCALE");
+    compu.leaf("SYMBOL", enumerator.name);
+    if (!enumerator.notes.description.empty()) {
+      compu.open("DESC");
+      compu.leaf("L-2 L=\"EN\"", enumerator.notes.description);
+      compu.close();
+    }
+    compu.leaf("LOWER-LIMIT INTERVAL-TYPE=\"CLOSED\"", std::to_string(enumerator.value));
+    compu.leaf("UPPER-LIMIT INTERVAL-TYPE=\"CLOSED\"", std::to_string(enumerator.value));
+    compu.open("COMPU-CONST");
+    compu.leaf("VT", enumerator.name);
+    compu.close();
+    compu.close();
+  }
+  compu.close();
+  compu.close();
+  compu.close();
+  packages_.add(methods, method, compu.text());
+  Xml xml;
+  xml.open("STD-CPP-IMPLEMENTATION-DATA-TYPE");
+  xml.leaf("SHORT-NAME", name);
+  notes(xml, type.notes, "VALUE");
+  number_properties(xml, type, name, methods + "/" + method);
+  xml.close();
+  packages_.add(package, name, xml.text());
+  if (type.base != no_type) {
+    lost(full_name(type.scope, type.name), "that it extends another enumeration: the values are copied in",
+         type.place);
+  }
+  if (type.backing && *type.backing != type.primitive) {
+    lost(full_name(type.scope, type.name), "its backing type", type.place);
+  }
+}
+
+void Writer::write_type(TypeIndex index) {
+  const Type& type = model_.at(index);
+  const std::string path = type_paths_[index];
+  const std::size_t slash = path.rfind('/');
+  const std::string package = path.substr(0, slash);
+  const std::string name = path.substr(slash + 1);
+  if (type.kind == Kind::enumeration) {
+    write_enumeration(type, package, name);
+    return;
+  }
+  Xml xml;
+  xml.open("STD-CPP-IMPLEMENTATION-DATA-TYPE");
+  xml.leaf("SHORT-NAME", name);
+  const auto template_argument = [&](const std::string& argument) {
+    xml.open("CPP-TEMPLATE-ARGUMENT");
+    xml.reference("TEMPLATE-TYPE-REF", "STD-CPP-IMPLEMENTATION-DATA-TYPE", argument);
+    xml.close();
+  };
+  const std::string label = type.name.empty() ? name : full_name(type.scope, type.name);
+  switch (type.kind) {
+    case Kind::primitive:
+      notes(xml, type.notes, "VALUE");
+      number_properties(xml, type, name, {});
+      break;
+    case Kind::alias: {
+      const Type& target = model_.at(representative(type.element.type));
+      if (target.name.empty() && target.kind == Kind::primitive) {
+        notes(xml, type.notes, "VALUE");
+        number_properties(xml, target, name, {});
+      } else if (target.name.empty() && target.kind == Kind::string) {
+        notes(xml, type.notes, "STRING");
+        const std::uint32_t size = target.wire.fixed_bytes > 0 ? target.wire.fixed_bytes : target.max_size;
+        if (size > 0) {
+          xml.leaf("ARRAY-SIZE", std::to_string(size));
+        }
+      } else {
+        notes(xml, type.notes, "TYPE_REFERENCE");
+        xml.reference("TYPE-REFERENCE-REF", "STD-CPP-IMPLEMENTATION-DATA-TYPE", path_of(type.element.type));
+      }
+      break;
+    }
+    case Kind::string: {
+      notes(xml, type.notes, "STRING");
+      const std::uint32_t size = type.wire.fixed_bytes > 0 ? type.wire.fixed_bytes : type.max_size;
+      if (size > 0) {
+        xml.leaf("ARRAY-SIZE", std::to_string(size));
+      }
+      break;
+    }
+    case Kind::bytes:
+    case Kind::array: {
+      const bool fixed = type.fixed_size;
+      notes(xml, type.notes, fixed ? "ARRAY" : "VECTOR");
+      if (type.max_size > 0) {
+        xml.leaf("ARRAY-SIZE", std::to_string(type.max_size));
+      }
+      std::string element;
+      if (type.kind == Kind::bytes) {
+        const std::string bytes = std::string{own} + "/Primitives";
+        element = bytes + "/Byte";
+        if (!packages_.has(bytes, "Byte")) {
+          Xml byte;
+          byte.open("STD-CPP-IMPLEMENTATION-DATA-TYPE");
+          byte.leaf("SHORT-NAME", "Byte");
+          byte.leaf("CATEGORY", "VALUE");
+          number_properties(byte, {.kind = Kind::primitive}, "Byte", {});
+          byte.close();
+          packages_.add(bytes, "Byte", byte.text());
+        }
+      } else {
+        element = path_of(type.element.type);
+      }
+      xml.open("TEMPLATE-ARGUMENTS");
+      template_argument(element);
+      xml.close();
+      if (type.min_size > 0) {
+        lost(label, "its least number of elements", type.place);
+      }
+      break;
+    }
+    case Kind::map: {
+      notes(xml, type.notes, "ASSOCIATIVE_MAP");
+      if (type.max_size > 0) {
+        xml.leaf("ARRAY-SIZE", std::to_string(type.max_size));
+      }
+      const std::string key = path_of(type.key.type);
+      const std::string value = path_of(type.element.type);
+      xml.open("TEMPLATE-ARGUMENTS");
+      template_argument(key);
+      template_argument(value);
+      xml.close();
+      break;
+    }
+    case Kind::structure:
+    case Kind::choice: {
+      const bool is_choice = type.kind == Kind::choice;
+      notes(xml, type.notes, is_choice ? "VARIANT" : "STRUCTURE");
+      const std::vector<Value> members = all_members(model_, type);
+      write_members(xml, members, path);
+      if (is_choice && !members.empty()) {
+        xml.open("TEMPLATE-ARGUMENTS");
+        for (const Value& member : members) {
+          template_argument(path_of(member.type));
+        }
+        xml.close();
+      }
+      if (type.base != no_type) {
+        lost(label, "that it extends another type: the members are copied in", type.place);
+      }
+      if (!type.selectors.empty()) {
+        lost(label, "its selectors: AUTOSAR counts from 1", type.place);
+      }
+      if (type.polymorphic) {
+        lost(label, "that it is polymorphic", type.place);
+      }
+      break;
+    }
+    case Kind::enumeration:
+      break;
+  }
+  xml.close();
+  packages_.add(package, name, xml.text());
+}
+
+}  // namespace trestle::describe::arxml_writer

@@ -1,0 +1,308 @@
+#include <algorithm>
+#include <utility>
+
+#include "bridge/describe/write/arxml/writer.hpp"
+
+namespace trestle::describe::arxml_writer {
+
+namespace {
+
+constexpr int max_depth = 64;
+constexpr std::size_t max_steps = 1'000'000;
+
+[[nodiscard]] std::uint8_t bytes_of(someip::FieldWidth width) noexcept {
+  return static_cast<std::uint8_t>(someip::bytes(width));
+}
+
+}  // namespace
+
+/// Decides rules by what is needed first, and gives all else rules of its own.
+void Writer::need(const Value& value, Needs& needs, std::vector<Prototype>& way, int depth) {
+  Special special;
+  special.way = way;
+  need_inside(value, needs, way, special, depth);
+  if (!(special.rules == Rules{})) {
+    needs.special.push_back(std::move(special));
+  }
+}
+
+void Writer::need_inside(const Value& value, Needs& needs, std::vector<Prototype>& way, Special& special,
+                         int depth) {
+  if (depth > max_depth || ++steps_ > max_steps || value.type == no_type) {
+    return;
+  }
+  const Type& type = resolved(model_, value.type);
+  const std::string where = way.empty() ? std::string{} : way.back().path;
+  const auto settle = [&](const char* key, auto& base, auto& own_rule, auto wanted, auto unsaid) {
+    if (!needs.decided[key]) {
+      needs.decided[key] = true;
+      if (wanted != unsaid) {
+        base = wanted;
+      }
+    } else if (base.value_or(unsaid) != wanted) {
+      if (own_rule && *own_rule != wanted) {
+        lost(where, std::string{"that elements in it have another rule of their own: "} + key, value.place);
+      }
+      own_rule = wanted;
+    } else if (own_rule && *own_rule != wanted) {
+      lost(where, std::string{"that elements in it have another rule of their own: "} + key, value.place);
+    }
+  };
+  const std::uint8_t length = bytes_of(value.wire.length);
+  constexpr std::uint8_t usual = 4;
+  constexpr std::uint8_t no_field = 0;
+  if (value.wire.bits != 0) {
+    lost(where, "its " + std::to_string(value.wire.bits) + " bits", value.place);
+  }
+  if (value.wire.byte_order) {
+    special.rules.byte_order = value.wire.byte_order;
+  }
+  const auto inner_members = [&] {
+    for (const Value& member : all_members(model_, type)) {
+      const std::string& type_path = path_of(value.type);
+      // Behind an alias, members are those of the type it stands for.
+      TypeIndex target = representative(value.type);
+      while (model_.at(target).kind == Kind::alias) {
+        target = representative(model_.at(target).element.type);
+      }
+      const std::string holder = target == representative(value.type) ? type_path : path_of(target);
+      const auto name = members_.find({holder, member.name});
+      way.push_back({holder + "/" + (name == members_.end() ? short_name(member.name) : name->second),
+                     "CPP-IMPLEMENTATION-DATA-TYPE-ELEMENT"});
+      needs.has_tags = needs.has_tags || member.tag.has_value();
+      need(member, needs, way, depth + 1);
+      way.pop_back();
+    }
+  };
+  switch (type.kind) {
+    case Kind::string:
+      settle("string length", needs.base.string, special.rules.string, length, usual);
+      if (value.wire.bom != value.wire.terminator) {
+        lost(where, "that its strings have only one of BOM and terminator", value.place);
+      }
+      settle("string encoding", needs.base.encoding, special.rules.encoding, value.wire.encoding,
+             someip::StringEncoding::utf8);
+      settle("legacy strings", needs.base.legacy, special.rules.legacy, !value.wire.bom, false);
+      break;
+    case Kind::bytes:
+      settle(type.fixed_size ? "fixed array length" : "array length", needs.base.array, special.rules.array,
+             length, type.fixed_size ? no_field : usual);
+      break;
+    case Kind::array:
+    case Kind::map: {
+      // One property for both: without it, arrays of fixed size have no length field, and others have 4
+      // bytes.
+      const std::uint8_t unsaid = type.fixed_size ? no_field : usual;
+      if (needs.base.array.value_or(unsaid) != length) {
+        if (!needs.decided["array length"] && special.rules.array.value_or(length) == length) {
+          needs.base.array = length;
+        } else {
+          if (special.rules.array && *special.rules.array != length) {
+            lost(where, "that arrays in it have another length field", value.place);
+          }
+          special.rules.array = length;
+        }
+      } else if (special.rules.array && *special.rules.array != length) {
+        lost(where, "that arrays in it have another length field", value.place);
+      }
+      needs.decided["array length"] = true;
+      if (type.kind == Kind::map) {
+        need_inside(type.key, needs, way, special, depth + 1);
+      }
+      need_inside(type.element, needs, way, special, depth + 1);
+      break;
+    }
+    case Kind::structure:
+      settle("structure length", needs.base.structure, special.rules.structure, length, no_field);
+      inner_members();
+      break;
+    case Kind::choice:
+      settle("union length", needs.base.choice, special.rules.choice, length, usual);
+      settle("type selector", needs.base.selector, special.rules.selector, bytes_of(value.wire.selector),
+             usual);
+      if (!value.wire.length_first) {
+        lost(where, "that the selector of its union is before the length", value.place);
+      }
+      if (value.wire.fixed_bytes > 0) {
+        lost(where, "the fixed size of its union", value.place);
+      }
+      inner_members();
+      break;
+    case Kind::primitive:
+    case Kind::enumeration:
+    case Kind::alias:
+      break;
+  }
+}
+
+std::string Writer::rules_path(const Rules& rules) {
+  const std::string set = std::string{own} + "/Wire/Properties/";
+  for (const auto& [known, name] : rules_) {
+    if (known == rules) {
+      return set + name;
+    }
+  }
+  rules_.emplace_back(rules, "Rules" + std::to_string(rules_.size() + 1));
+  return set + rules_.back().second;
+}
+
+void Writer::write_rules() {
+  if (rules_.empty()) {
+    return;
+  }
+  Xml xml;
+  xml.open("TRANSFORMATION-PROPS-SET");
+  xml.leaf("SHORT-NAME", "Properties");
+  xml.open("TRANSFORMATION-PROPSS");
+  for (const auto& [rules, name] : rules_) {
+    xml.open("AP-SOMEIP-TRANSFORMATION-PROPS");
+    xml.leaf("SHORT-NAME", name);
+    const auto width = [&](const char* tag, const std::optional<std::uint8_t>& bytes) {
+      if (bytes) {
+        xml.leaf(tag, std::to_string(*bytes));
+      }
+    };
+    if (rules.alignment_bytes) {
+      xml.leaf("ALIGNMENT", std::to_string(*rules.alignment_bytes * 8));
+    }
+    if (rules.byte_order) {
+      xml.leaf("BYTE-ORDER", *rules.byte_order == std::endian::big ? "MOST-SIGNIFICANT-BYTE-FIRST"
+                                                                   : "MOST-SIGNIFICANT-BYTE-LAST");
+    }
+    if (rules.legacy) {
+      xml.leaf("IMPLEMENTS-LEGACY-STRING-SERIALIZATION", *rules.legacy ? "true" : "false");
+    }
+    if (rules.smallest) {
+      xml.leaf("IS-DYNAMIC-LENGTH-FIELD-SIZE", *rules.smallest ? "true" : "false");
+    }
+    width("SIZE-OF-ARRAY-LENGTH-FIELD", rules.array);
+    width("SIZE-OF-STRING-LENGTH-FIELD", rules.string);
+    width("SIZE-OF-STRUCT-LENGTH-FIELD", rules.structure);
+    width("SIZE-OF-UNION-LENGTH-FIELD", rules.choice);
+    width("SIZE-OF-UNION-TYPE-SELECTOR-FIELD", rules.selector);
+    if (rules.encoding) {
+      xml.leaf("STRING-ENCODING", *rules.encoding == someip::StringEncoding::utf8      ? "UTF-8"
+                                  : *rules.encoding == someip::StringEncoding::utf16le ? "UTF-16LE"
+                                                                                       : "UTF-16BE");
+    }
+    xml.close();
+  }
+  xml.close();
+  xml.close();
+  packages_.add(std::string{own} + "/Wire", "Properties", xml.text());
+}
+
+void Writer::write_tag(std::optional<someip::DataId> tag, std::string_view reference, std::string_view dest,
+                       const std::string& path) {
+  if (!tag || !tagged_.emplace(path, "").second) {
+    return;
+  }
+  Xml xml;
+  xml.open("TLV-DATA-ID-DEFINITION");
+  xml.leaf("ID", std::to_string(static_cast<unsigned>(*tag)));
+  xml.reference(reference, dest, path);
+  xml.close();
+  tags_.push_back(xml.text());
+}
+
+void Writer::write_tags() {
+  if (tags_.empty()) {
+    return;
+  }
+  Xml xml;
+  xml.open("TLV-DATA-ID-DEFINITION-SET");
+  xml.leaf("SHORT-NAME", "Tags");
+  xml.open("TLV-DATA-ID-DEFINITIONS");
+  for (const std::string& tag : tags_) {
+    xml.raw(tag);
+  }
+  xml.close();
+  xml.close();
+  packages_.add(std::string{own} + "/Wire", "Tags", xml.text());
+}
+
+void Writer::write_wire(const Service& service, const std::string& service_path, const std::string& element,
+                        std::string_view list, std::string_view reference, std::string_view dest,
+                        const std::vector<std::pair<Prototype, const Value*>>& values,
+                        const Payload& payload) {
+  Needs needs;
+  if (payload.byte_order == std::endian::little) {
+    needs.base.byte_order = std::endian::little;
+  }
+  if (payload.alignment > 1) {
+    needs.base.alignment_bytes = payload.alignment;
+  }
+  if (payload.smallest_tagged_length) {
+    needs.base.smallest = true;
+  }
+  needs.decided["structure length"] = root_.has_value();  // none before the structure around the arguments
+  for (const auto& [prototype, value] : values) {
+    std::vector<Prototype> way;
+    if (root_) {
+      way.push_back(*root_);
+    }
+    way.push_back(prototype);
+    needs.has_tags = needs.has_tags || value->tag.has_value();
+    need(*value, needs, way, 0);
+  }
+  const std::string package = std::string{own} + "/Wire";
+  const std::string base_name = service.name + "_" + element;
+  if (needs.has_tags) {
+    // The width before tagged members is the first that the reader finds.
+    const auto bytes = bytes_of(payload.tagged_length);
+    if (!needs.base.structure && bytes != 4 && !payload.smallest_tagged_length) {
+      lost(base_name, "the width of length fields before tagged members", service.place);
+    }
+  }
+  if (!(needs.base == Rules{}) || needs.has_tags) {
+    const std::string name = packages_.unique(package, base_name);
+    Xml xml;
+    xml.open("TRANSFORMATION-PROPS-TO-SERVICE-INTERFACE-ELEMENT-MAPPING");
+    xml.leaf("SHORT-NAME", name);
+    xml.open(list);
+    xml.reference(reference, dest, service_path + "/" + element);
+    xml.close();
+    if (needs.has_tags) {
+      xml.open("TLV-DATA-ID-DEFINITION-REFS");
+      xml.reference("TLV-DATA-ID-DEFINITION-REF", "TLV-DATA-ID-DEFINITION-SET", package + "/Tags");
+      xml.close();
+    }
+    xml.reference("TRANSFORMATION-PROPS-REF", "AP-SOMEIP-TRANSFORMATION-PROPS", rules_path(needs.base));
+    xml.close();
+    packages_.add(package, name, xml.text());
+  }
+  for (const Special& special : needs.special) {
+    const std::string name = packages_.unique(package, base_name + "_own");
+    Xml xml;
+    xml.open("SOMEIP-DATA-PROTOTYPE-TRANSFORMATION-PROPS");
+    xml.leaf("SHORT-NAME", name);
+    xml.open("DATA-PROTOTYPES");
+    xml.open("DATA-PROTOTYPE-IN-SERVICE-INTERFACE-REF");
+    const Prototype& root = special.way.front();
+    if (special.way.size() == 1) {
+      xml.open("DATA-PROTOTYPE-IREF");
+      xml.reference("TARGET-DATA-PROTOTYPE-REF", root.dest, root.path);
+      xml.close();
+    } else {
+      xml.open("ELEMENT-IN-IMPL-DATATYPE");
+      if (special.way.size() > 2) {
+        xml.open("CONTEXT-DATA-PROTOTYPE-REFS");
+        for (std::size_t i = 1; i + 1 < special.way.size(); ++i) {
+          xml.reference("CONTEXT-DATA-PROTOTYPE-REF", special.way[i].dest, special.way[i].path);
+        }
+        xml.close();
+      }
+      xml.reference("ROOT-DATA-PROTOTYPE-REF", root.dest, root.path);
+      xml.reference("TARGET-DATA-PROTOTYPE-REF", special.way.back().dest, special.way.back().path);
+      xml.close();
+    }
+    xml.close();
+    xml.close();
+    xml.reference("SOMEIP-TRANSFORMATION-PROPS-REF", "AP-SOMEIP-TRANSFORMATION-PROPS",
+                  rules_path(special.rules));
+    xml.close();
+    packages_.add(package, name, xml.text());
+  }
+}
+
+}  // namespace trestle::describe::arxml_writer

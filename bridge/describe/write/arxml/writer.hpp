@@ -1,0 +1,123 @@
+#pragma once
+#include <chrono>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "bridge/describe/write/arxml/write_arxml.hpp"
+#include "bridge/describe/write/arxml/xml.hpp"
+
+namespace trestle::describe::arxml_writer {
+
+/// What is not the model's own stands in packages of this one.
+inline constexpr std::string_view own = "/Trestle";
+
+/// Transformation properties: only what is said.
+struct Rules {
+  std::optional<std::uint8_t> array{};
+  std::optional<std::uint8_t> string{};
+  std::optional<std::uint8_t> structure{};
+  std::optional<std::uint8_t> choice{};
+  std::optional<std::uint8_t> selector{};
+  std::optional<someip::StringEncoding> encoding{};
+  std::optional<bool> legacy{};
+  std::optional<std::endian> byte_order{};
+  std::optional<std::uint8_t> alignment_bytes{};
+  std::optional<bool> smallest{};
+  friend bool operator==(const Rules&, const Rules&) = default;
+};
+
+/// Seconds, as all times of AUTOSAR are, without trailing zeros: "0.002".
+[[nodiscard]] std::string seconds(std::chrono::nanoseconds time);
+
+class Writer {
+ public:
+  explicit Writer(const Model& model) : model_{model} {}
+  [[nodiscard]] ArxmlFile write();
+
+ private:
+  /// A value that has a place in the file: an event, field, argument or member.
+  struct Prototype {
+    std::string path{};
+    std::string dest{};
+  };
+  /// Other rules for one prototype.
+  struct Special {
+    std::vector<Prototype> way{};  ///< from the payload's own value to the one meant
+    Rules rules{};
+  };
+  /// What a payload needs.
+  struct Needs {
+    Rules base{};
+    std::map<std::string, bool> decided{};
+    std::vector<Special> special{};
+    bool has_tags = false;
+  };
+
+  // types.cpp
+  void write_types();
+  void write_type(TypeIndex index);
+  void write_enumeration(const Type& type, const std::string& package, const std::string& name);
+  [[nodiscard]] TypeIndex representative(TypeIndex index) const;
+  [[nodiscard]] const std::string& path_of(TypeIndex index);
+  [[nodiscard]] std::string base_type(messages::Primitive primitive);
+  [[nodiscard]] std::string primitive_path(messages::Primitive primitive);
+  void write_members(Xml& xml, const std::vector<Value>& members, const std::string& type_path);
+  void number_properties(Xml& xml, const Type& number, const std::string& name, const std::string& compu);
+  [[nodiscard]] std::string package_of(std::string_view scope) const;
+
+  // wire.cpp
+  void need(const Value& value, Needs& needs, std::vector<Prototype>& way, int depth);
+  void need_inside(const Value& value, Needs& needs, std::vector<Prototype>& way, Special& special,
+                   int depth);
+  void write_wire(const Service& service, const std::string& service_path, const std::string& element,
+                  std::string_view list, std::string_view reference, std::string_view dest,
+                  const std::vector<std::pair<Prototype, const Value*>>& values, const Payload& payload);
+  [[nodiscard]] std::string rules_path(const Rules& rules);
+  void write_rules();
+  void write_tag(std::optional<someip::DataId> tag, std::string_view reference, std::string_view dest,
+                 const std::string& path);
+  void write_tags();
+
+  // services.cpp
+  void write_service(const Service& service);
+  void write_deployment(const Service& service, const std::string& service_path);
+  [[nodiscard]] std::string write_event(Xml& xml, const Service& service, const Event& event,
+                                        const std::string& service_path, const std::string& name);
+  void write_method(Xml& xml, const Service& service, const Method& method, const std::string& service_path,
+                    const std::string& name);
+  void write_transfer(Xml& xml, const Transfer& transfer, const std::string& element);
+  void write_application_error(const std::string& path);
+  void check_payload(const std::string& element, const Payload& payload, Place place);
+
+  // instances.cpp
+  void write_instances();
+  [[nodiscard]] std::string timing_path(const sd::Timing& timing, bool server, const std::string& name);
+
+  void notes(Xml& xml, const Notes& notes, std::string_view category = {});
+  void lost(std::string element, std::string what, Place place = {}) {
+    file_.not_carried.push_back({std::move(element), std::move(what), place});
+  }
+
+  const Model& model_;
+  ArxmlFile file_{};
+  Packages packages_{};
+  std::map<TypeIndex, std::string> type_paths_{};
+  std::map<std::pair<std::string, std::string>, std::string> members_{};  ///< short name by type and member
+  std::vector<std::pair<Rules, std::string>> rules_{};
+  std::vector<std::string> tags_{};  ///< TLV-DATA-ID-DEFINITIONs
+  std::map<std::string, std::string> tagged_{};
+  std::set<std::string> service_paths_{};
+  std::map<const Service*, std::string> service_names_{};
+  std::map<std::string, std::string> deployments_{};                            ///< by service
+  std::map<std::pair<std::string, std::uint16_t>, std::string> eventgroups_{};  ///< path by service and id
+  std::map<std::string, std::map<std::string, std::string>>
+      member_names_{};               ///< of each service: to short names
+  std::optional<Prototype> root_{};  ///< of an event whose arguments are members of a structure
+  std::uint32_t errors_ = 0;
+  std::size_t steps_ = 0;
+};
+
+}  // namespace trestle::describe::arxml_writer

@@ -1,0 +1,48 @@
+"""Judges ARXML files by two readers of others: lxml with AUTOSAR's schema, which knows the order of elements, and
+autosar-data in strict mode, which also knows where references may go. Run with the Python of build/peers.
+
+Usage: check_arxml.py FILE...
+"""
+import importlib.util
+import pathlib
+import re
+import sys
+
+import autosar_data
+from lxml import etree
+
+
+def schema_of(tree):
+    """The schema that a file names, out of the package k3q-arxml."""
+    location = tree.getroot().get("{http://www.w3.org/2001/XMLSchema-instance}schemaLocation")
+    name = re.search(r"AUTOSAR_(\w+)\.xsd", location)[1]
+    folder = pathlib.Path(importlib.util.find_spec("k3q_arxml").origin).parent / "assets" / "xsd"
+    return etree.XMLSchema(etree.parse(folder / f"autosar_{name}" / f"AUTOSAR_{name}.xsd"))
+
+
+def faults(file, schemas):
+    tree = etree.parse(file)
+    name = tree.docinfo.root_name + str(tree.getroot().attrib)
+    schema = schemas.setdefault(name, None) or schemas.setdefault(name + "x", schema_of(tree))
+    if not schema.validate(tree):
+        yield from (f"{file}:{error.line}: {error.message}" for error in schema.error_log)
+    model = autosar_data.AutosarModel()
+    try:
+        _, warnings = model.load_file(file, strict=True)
+    except Exception as error:  # its own kind of error, without a common base
+        yield f"{file}: {error}"
+        return
+    yield from (f"{file}: {warning}" for warning in warnings)
+    yield from (f"{file}: reference to {element.character_data} goes nowhere, or to another kind of element"
+                for element in model.check_references())
+
+
+def main():
+    schemas = {}
+    found = [fault for file in sys.argv[1:] for fault in faults(file, schemas)]
+    print("\n".join(found) or "all are valid")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
