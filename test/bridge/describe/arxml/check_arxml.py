@@ -3,6 +3,7 @@ autosar-data in strict mode, which also knows where references may go. Run with 
 
 Usage: check_arxml.py FILE...
 """
+import functools
 import importlib.util
 import pathlib
 import re
@@ -12,20 +13,19 @@ import autosar_data
 from lxml import etree
 
 
-def schema_of(tree):
-    """The schema that a file names, out of the package k3q-arxml."""
-    location = tree.getroot().get("{http://www.w3.org/2001/XMLSchema-instance}schemaLocation")
-    name = re.search(r"AUTOSAR_(\w+)\.xsd", location)[1]
+@functools.lru_cache
+def schema(name):
+    """AUTOSAR's schema of that number, out of the package k3q-arxml."""
     folder = pathlib.Path(importlib.util.find_spec("k3q_arxml").origin).parent / "assets" / "xsd"
     return etree.XMLSchema(etree.parse(folder / f"autosar_{name}" / f"AUTOSAR_{name}.xsd"))
 
 
-def faults(file, schemas):
+def faults(file):
     tree = etree.parse(file)
-    name = tree.docinfo.root_name + str(tree.getroot().attrib)
-    schema = schemas.setdefault(name, None) or schemas.setdefault(name + "x", schema_of(tree))
-    if not schema.validate(tree):
-        yield from (f"{file}:{error.line}: {error.message}" for error in schema.error_log)
+    location = tree.getroot().get("{http://www.w3.org/2001/XMLSchema-instance}schemaLocation")
+    judge = schema(re.search(r"AUTOSAR_(\w+)\.xsd", location)[1])
+    if not judge.validate(tree):
+        yield from (f"{file}:{error.line}: {error.message}" for error in judge.error_log)
     model = autosar_data.AutosarModel()
     try:
         _, warnings = model.load_file(file, strict=True)
@@ -38,8 +38,7 @@ def faults(file, schemas):
 
 
 def main():
-    schemas = {}
-    found = [fault for file in sys.argv[1:] for fault in faults(file, schemas)]
+    found = [fault for file in sys.argv[1:] for fault in faults(file)]
     print("\n".join(found) or "all are valid")
     return 1 if found else 0
 
