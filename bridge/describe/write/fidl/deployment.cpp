@@ -600,6 +600,10 @@ Block Deployment::provider(const Instance& instance, const std::string& name) {
   Block block{.head = "define org.genivi.commonapi.someip.deployment for provider as " + name};
   Block inner{.head = "instance " + plan_.service_name(instance.service)};
   inner.settings.push_back("InstanceId = " + quoted(instance.name.empty() ? name : instance.name));
+  if (instance.name.empty()) {
+    lose(instance.service, fmt::format("an instance without a name, which gets the InstanceId '{}'", name),
+         instance.place);
+  }
   if (instance.id) {
     inner.settings.push_back(fmt::format("SomeIpInstanceID = {}", static_cast<unsigned>(*instance.id)));
   } else {

@@ -56,6 +56,20 @@ std::string package_of(std::string_view scope) {
   return package.empty() ? "unnamed" : package;
 }
 
+/// FDEPL says nothing of an error that a method declares in place: it is as wide as its base, or has one
+/// byte.
+bool can_stand_in_method(const Model& model, const Type& error) {
+  if (error.backing || error.invalid_value || error.wire.bits != 0) {
+    return false;
+  }
+  const bool has_sign =
+      std::ranges::any_of(error.enumerators, [](const Enumerator& one) { return one.value < 0; });
+  const messages::Primitive plain = error.base != no_type ? resolved(model, error.base).primitive
+                                    : has_sign            ? messages::Primitive::int8
+                                                          : messages::Primitive::uint8;
+  return error.primitive == plain;
+}
+
 }  // namespace
 
 std::string usable(std::string_view name, bool is_type) {
@@ -129,7 +143,8 @@ std::string basic_name(const Type& type) {
 Plan::Plan(const Model& model, std::vector<NotCarried>& lost) : model_{model}, lost_{lost} {
   for (const Service& service : model.services) {
     for (const Method& method : service.methods) {
-      if (method.error != no_type && model.at(method.error).name.empty()) {
+      if (method.error != no_type && model.at(method.error).name.empty() &&
+          can_stand_in_method(model, model.at(method.error))) {
         own_errors_.insert(method.error);
       }
     }

@@ -262,6 +262,22 @@ TEST(WriteFidl, WritesEveryKeySoThatItIsReadAsTheSame) {
   EXPECT_THAT(lost(write_fidl(reading.model)), IsEmpty());
 }
 
+TEST(WriteFidl, KeepsTheWidthOfAnErrorThatAMethodDeclares) {
+  const std::vector<SourceText> sources{
+      {"I.fidl", "package p interface I { version { major 1 minor 0 } method m { error { A B } } }"},
+      {"I.fdepl",
+       "import "
+       "\"platform:/plugin/org.genivi.commonapi.someip/deployment/CommonAPI-SOMEIP_deployment_spec.fdepl\"\n"
+       "import \"I.fidl\" define org.genivi.commonapi.someip.deployment for interface p.I { SomeIpServiceID "
+       "= 1 "
+       "method m { SomeIpMethodID = 1 } }"}};
+  const Reading reading = read_fidl(sources);
+  ASSERT_TRUE(reading.ok()) << all_problems(reading);
+  EXPECT_EQ(reading.model.at(reading.model.services[0].methods[0].error).primitive,
+            messages::Primitive::uint32);
+  expect_round_trip(reading.model, "error");
+}
+
 Model with_names() {
   Model model;
   const TypeIndex number = model.add({.kind = Kind::primitive, .primitive = messages::Primitive::uint8});
