@@ -30,8 +30,7 @@ int main(int argc, char** argv) try {
   boost::asio::signal_set stop{io, SIGINT, SIGTERM};
   stop.async_wait([&](auto, int) { io.stop(); });
 
-  messages::TypeLibrary types{{config.type_paths.begin(), config.type_paths.end()},
-                              messages::ament_prefixes()};
+  messages::TypeLibrary types = messages::TypeLibrary::in(config.types);
   carry::Report report;
   carry::Bridge bridge{io, config, types, report};
   io.run();

@@ -18,6 +18,7 @@
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/terminal.hpp"
 #include "bridge/documents/section.hpp"
+#include "bridge/generate/generate_commands.hpp"
 #include "bridge/inspect/decode/decode_command.hpp"
 #include "bridge/inspect/tools/tool_commands.hpp"
 #include "bridge/measure/measure_commands.hpp"
@@ -81,6 +82,8 @@ int run(int argc, char** argv) {
   int status = cli::exit_ok;
   carry::add_bridge_command(app, status);
   carry::add_check_command(app, status);
+  generate::add_generate_command(app, status);
+  generate::add_diff_command(app, status);
   inspect::add_decode_command(app, status);
   inspect::add_find_command(app, status);
   inspect::add_watch_command(app, status);

@@ -94,8 +94,7 @@ class Runner {
  private:
   void start() {
     // The files of the types are read again too, because they may have changed.
-    messages::TypeLibrary types{{config_.type_paths.begin(), config_.type_paths.end()},
-                                messages::ament_prefixes()};
+    messages::TypeLibrary types = messages::TypeLibrary::in(config_.types);
     bridge_ = std::make_unique<Bridge>(io_, config_, types, report_);
     spdlog::info("carrying {}; Ctrl-C stops, SIGUSR1 prints counters, SIGHUP reads {} again",
                  count_of_all(config_), file_);

@@ -80,13 +80,13 @@ std::string explain(const std::vector<documents::Problem>& problems, std::string
 
 std::optional<BridgeConfig> load_or_explain(const std::string& file) {
   auto loaded = load_config(file, [](const TypeUse& use, const messages::MessageRules& rules,
-                                     const std::vector<std::string>& paths) {
+                                     const messages::TypePlaces& places) {
     if (use.access != messages::FieldAccess::none) {
-      return TypeVerdict{messages::check_field_service(use.type, use.value_type, use.access, paths, rules),
-                         messages::check_lengths(use.value_type, paths, rules)};
+      return TypeVerdict{messages::check_field_service(use.type, use.value_type, use.access, places, rules),
+                         messages::check_lengths(use.value_type, places, rules)};
     }
-    return TypeVerdict{messages::check_type(use.type, paths, rules),
-                       messages::check_lengths(use.type, paths, rules)};
+    return TypeVerdict{messages::check_type(use.type, places, rules),
+                       messages::check_lengths(use.type, places, rules)};
   });
   // Problems of the file itself, then those of the lock file that it names.
   const std::vector<documents::Problem>& problems = loaded ? loaded->warnings : loaded.error();

@@ -21,6 +21,7 @@
 #include "bridge/documents/problem.hpp"
 #include "bridge/messages/convert/message_rules.hpp"
 #include "bridge/messages/types/field_service.hpp"
+#include "bridge/messages/types/type_library.hpp"
 #include "dds_adapter/participant.hpp"
 #include "sd/core/settings.hpp"
 #include "someip/core/e2e/config.hpp"
@@ -261,8 +262,7 @@ struct BridgeConfig {
   SomeipSettings someip;
   DdsSettings dds;
   DiagnosticsSettings diagnostics;
-  std::vector<std::string>
-      type_paths;  ///< folders with .msg packages, absolute or relative to the working directory
+  messages::TypePlaces types;  ///< folders with .msg packages, and the interfaces that are named
   /// In the file's order, as the methods and patterns, of which there is at least one. Then those that the
   /// lock file and patterns from SOME/IP make together.
   std::vector<Route> routes;

@@ -9,6 +9,7 @@
 
 #include "bridge/carry/config/conflicts.hpp"
 #include "bridge/carry/config/load_dds.hpp"
+#include "bridge/carry/config/load_interfaces.hpp"
 #include "bridge/carry/config/load_limits.hpp"
 #include "bridge/carry/config/lock_file.hpp"
 #include "bridge/carry/config/pattern_conflicts.hpp"
@@ -214,9 +215,9 @@ void load_lists(documents::Section& section, std::vector<RouteInFile>& routes,
                 [&](const YAML::Node& node) { patterns.push_back(load_pattern(node, problems)); });
 }
 
-/// Reads what the patterns found in earlier runs; problems of the lock file go to `lock_problems`.
+/// Reads what the patterns found in earlier runs; problems of the lock file go to `file_problems`.
 void load_lock_file(documents::Section& section, BridgeConfig& config, documents::Problems& problems,
-                    std::vector<documents::Problem>& lock_problems) {
+                    std::vector<documents::Problem>& file_problems) {
   std::string name;
   const documents::Format<std::string> format =
       documents::any_text("the file that keeps the ids of discovered topics, such as trestle.lock");
@@ -237,7 +238,7 @@ void load_lock_file(documents::Section& section, BridgeConfig& config, documents
   if (lock) {
     config.locked = lock->topics();
   } else {
-    lock_problems = lock.error();
+    std::ranges::copy(lock.error(), std::back_inserter(file_problems));
     problems.error(mark, fmt::format("lock_file: {} is not good", documents::quote(config.lock_file)));
   }
 }
@@ -245,7 +246,7 @@ void load_lock_file(documents::Section& section, BridgeConfig& config, documents
 void judge_type(const TypeUse& use, const messages::MessageRules& rules, documents::Mark mark,
                 const char* key, const BridgeConfig& config, const TypeCheck& check_type,
                 documents::Problems& problems) {
-  const auto [fault, warning] = check_type(use, rules, config.type_paths);
+  const auto [fault, warning] = check_type(use, rules, config.types);
   if (!fault.empty()) {
     problems.error(mark, std::string{key} + ": " + fault);
   } else if (!warning.empty()) {
@@ -262,10 +263,16 @@ void load_diagnostics(const YAML::Node& node, DiagnosticsSettings& into, documen
   diagnostics.finish();
 }
 
-/// @param lock_problems  what is wrong with the lock file.
-void load_root(const YAML::Node& root, BridgeConfig& config, const TypeCheck& check_type,
-               documents::Problems& problems, std::vector<documents::Problem>& lock_problems) {
+/// @param file_problems  what is wrong with the files that it names: interfaces, the lock file.
+void load_root(YAML::Node root, BridgeConfig& config, const TypeCheck& check_type,
+               documents::Problems& problems, std::vector<documents::Problem>& file_problems) {
+  if (!apply_interfaces(root, config.file, config.types, problems, file_problems)) {
+    return;
+  }
   documents::Section section{root, "", problems};
+  for (const char* key : {"interfaces", "generate"}) {  // used already, and known
+    static_cast<void>(section.child(key));
+  }
   if (const YAML::Node someip = section.child("someip")) {
     load_someip(someip, config.someip, problems);
   } else if (section.is_missing("someip")) {
@@ -278,13 +285,13 @@ void load_root(const YAML::Node& root, BridgeConfig& config, const TypeCheck& ch
     load_diagnostics(diagnostics, config.diagnostics, problems);
   }
   if (const YAML::Node types = section.child("types")) {
-    load_types(types, config.file, config.type_paths, problems);
+    load_types(types, config.file, config.types.folders, problems);
   }
   std::vector<RouteInFile> routes;
   std::vector<MethodInFile> methods;
   std::vector<PatternInFile> patterns;
   load_lists(section, routes, methods, patterns, problems);
-  load_lock_file(section, config, problems, lock_problems);
+  load_lock_file(section, config, problems, file_problems);
   section.finish();
 
   report_pattern_conflicts(patterns, routes, config.someip.sd.port, problems);
@@ -300,7 +307,7 @@ void load_root(const YAML::Node& root, BridgeConfig& config, const TypeCheck& ch
           section.value_mark("lock_file"),
           fmt::format("lock_file: {} does not match this configuration", documents::quote(config.lock_file)));
     }
-    lock_problems = of_lock.take();
+    std::ranges::move(of_lock.take(), std::back_inserter(file_problems));
   }
 
   report_conflicts(routes, config.someip, problems);
@@ -329,16 +336,16 @@ tl::expected<Loaded, std::vector<documents::Problem>> parse_config(std::string_v
                                                                    const std::string& file,
                                                                    const TypeCheck& check_type) {
   documents::Problems problems{file};
-  std::vector<documents::Problem> lock_problems;
+  std::vector<documents::Problem> file_problems;
   Loaded loaded;
   loaded.config.file = file;
   if (const YAML::Node root =
           documents::parse_document(std::string{text}, "at least 'someip' and 'routes'", problems)) {
-    load_root(root, loaded.config, check_type, problems, lock_problems);
+    load_root(root, loaded.config, check_type, problems, file_problems);
   }
   const bool is_good = !problems.has_errors();
   std::vector<documents::Problem> all = problems.take();
-  std::ranges::move(lock_problems, std::back_inserter(all));
+  std::ranges::move(file_problems, std::back_inserter(all));
   if (!is_good) {
     return tl::unexpected{std::move(all)};
   }

@@ -23,9 +23,9 @@ struct TypeUse {
   std::string value_type{};         ///< ... whose values are messages of this type
 };
 
-/// Judges a type. `paths` are the folders under `types: paths`, already relative to the working directory.
+/// Judges a type. `places` are the folders under `types: paths` and the `interfaces`.
 using TypeCheck = std::function<TypeVerdict(const TypeUse& use, const messages::MessageRules& rules,
-                                            const std::vector<std::string>& paths)>;
+                                            const messages::TypePlaces& places)>;
 
 /// A good configuration, and what its author should know about it nevertheless.
 struct Loaded {

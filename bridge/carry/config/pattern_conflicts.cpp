@@ -124,7 +124,7 @@ std::vector<RouteInFile> locked_routes(const BridgeConfig& config, const std::ve
       continue;
     }
     const std::string fault =
-        check_type ? check_type({.type = locked.type}, pattern->route.rules, config.type_paths).fault : "";
+        check_type ? check_type({.type = locked.type}, pattern->route.rules, config.types).fault : "";
     if (!fault.empty()) {
       lock_problems.warning(locked.mark, fmt::format("type: {} gets no route: {}", locked.topic, fault));
       continue;

@@ -117,9 +117,9 @@ std::string check_lengths_of(const TypeTree& tree, const MessageRules& rules);
 
 }  // namespace
 
-std::string check_type(const std::string& type, const std::vector<std::string>& folders,
+std::string check_type(const std::string& type, const TypePlaces& places,
                        const MessageRules& rules) {
-  TypeLibrary library{{folders.begin(), folders.end()}, ament_prefixes()};
+  TypeLibrary library = TypeLibrary::in(places);
   if (is_service(type)) {
     const auto types = library.resolve_service(type);
     if (!types) {
@@ -137,8 +137,8 @@ std::string check_type(const std::string& type, const std::vector<std::string>& 
 }
 
 std::string check_field_service(const std::string& service, const std::string& value_type, FieldAccess access,
-                                const std::vector<std::string>& folders, const MessageRules& rules) {
-  TypeLibrary library{{folders.begin(), folders.end()}, ament_prefixes()};
+                                const TypePlaces& places, const MessageRules& rules) {
+  TypeLibrary library = TypeLibrary::in(places);
   const auto types = resolve_field_service(library, service, value_type, access);
   if (!types) {
     return types.error();
@@ -147,7 +147,7 @@ std::string check_field_service(const std::string& service, const std::string& v
   return plans ? std::string{} : plans.error();
 }
 
-std::string check_lengths(const std::string& type, const std::vector<std::string>& folders,
+std::string check_lengths(const std::string& type, const TypePlaces& places,
                           const MessageRules& rules) {
   const auto is_short = [](const auto& one) {
     return std::ranges::any_of(one.second.fields, [](const auto& field) {
@@ -157,7 +157,7 @@ std::string check_lengths(const std::string& type, const std::vector<std::string
   if (!is_short_length(rules.payload.array_length) && std::ranges::none_of(rules.types, is_short)) {
     return {};
   }
-  TypeLibrary library{{folders.begin(), folders.end()}, ament_prefixes()};
+  TypeLibrary library = TypeLibrary::in(places);
   if (is_service(type)) {
     const auto types = library.resolve_service(type);
     if (!types) {

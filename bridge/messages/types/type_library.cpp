@@ -27,6 +27,12 @@ TypeLibrary::TypeLibrary(const std::vector<fs::path>& folders, const std::vector
   sources_.push_back(std::make_shared<BuiltinSource>());
 }
 
+TypeLibrary TypeLibrary::in(const TypePlaces& places) {
+  TypeLibrary library{{places.folders.begin(), places.folders.end()}, ament_prefixes()};
+  library.sources_.insert(library.sources_.begin(), places.described.begin(), places.described.end());
+  return library;
+}
+
 TypeLibrary TypeLibrary::of(TypeSources sources) {
   TypeLibrary library;
   library.sources_ = std::move(sources);

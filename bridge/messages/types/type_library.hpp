@@ -34,6 +34,12 @@ struct ServiceTypes {
   TypeTree response;  ///< and "pkg/srv/Name_Response"
 };
 
+/// Where a user has types, besides what AMENT_PREFIX_PATH names and what is compiled in.
+struct TypePlaces {
+  std::vector<std::string> folders{};  ///< absolute or relative to the working directory
+  TypeSources described{};             ///< of interface descriptions: asked before all others
+};
+
 /// Finds message types. Sources are asked in this order, so that what is installed wins over what is compiled
 /// in:
 ///  1. the given folders (FolderSource),
@@ -49,6 +55,8 @@ class TypeLibrary {
   /// @param ament_prefixes  what stands in AMENT_PREFIX_PATH, which see ament_prefixes().
   explicit TypeLibrary(const std::vector<std::filesystem::path>& folders = {},
                        const std::vector<std::filesystem::path>& ament_prefixes = {});
+  /// With the user's places, and the prefixes in the environment's AMENT_PREFIX_PATH.
+  [[nodiscard]] static TypeLibrary in(const TypePlaces& places);
   /// With these sources in place of 1 to 3.
   [[nodiscard]] static TypeLibrary of(TypeSources sources);
 

@@ -29,7 +29,7 @@ struct RunningBridge::State {
 
   boost::asio::io_context io{1};
   carry::BridgeConfig config;
-  messages::TypeLibrary types{{config.type_paths.begin(), config.type_paths.end()}};
+  messages::TypeLibrary types = messages::TypeLibrary::in(config.types);
   carry::Report report;
   std::unique_ptr<carry::Bridge> bridge;
   std::thread thread;

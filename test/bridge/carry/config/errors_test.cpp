@@ -84,8 +84,7 @@ TEST(ConfigErrors, SayWhyAFileCannotBeRead) {
 }
 
 TEST(ConfigErrors, PassOnWhatIsWrongWithAType) {
-  const TypeCheck check = [](const TypeUse& use, const messages::MessageRules&,
-                             const std::vector<std::string>&) {
+  const TypeCheck check = [](const TypeUse& use, const messages::MessageRules&, const messages::TypePlaces&) {
     return TypeVerdict{.fault = use.type == "geometry_msgs/msg/Point" ? use.type + " is not known" : ""};
   };
   EXPECT_THAT(problems_of(good_config, check),

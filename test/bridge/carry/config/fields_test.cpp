@@ -272,7 +272,7 @@ TEST(FieldConflict, OfIdsAndNames) {
 TEST(LoadFields, AskAboutTheirTypesEach) {
   std::vector<std::string> asked;
   const TypeCheck check = [&](const TypeUse& use, const messages::MessageRules&,
-                              const std::vector<std::string>&) {
+                              const messages::TypePlaces&) {
     asked.push_back(use.type + " of " + use.value_type);
     return TypeVerdict{use.type + " is odd"};
   };

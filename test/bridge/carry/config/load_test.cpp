@@ -60,7 +60,7 @@ TEST(LoadConfig, ReadsEveryKey) {
   EXPECT_EQ(config.dds.shared_memory, true);
   EXPECT_EQ(config.dds.node, "/front/trestle");
   EXPECT_EQ(config.dds.ros_distro, "humble");
-  EXPECT_THAT(config.type_paths, ElementsAre("/usr", "."));
+  EXPECT_THAT(config.types.folders, ElementsAre("/usr", "."));
 
   ASSERT_EQ(config.routes.size(), 2U);
   const Route& points = config.routes[0];
@@ -142,7 +142,7 @@ TEST(LoadConfig, LeavesDefaultsWhereNothingIsSaid) {
   EXPECT_EQ(config.dds.domain, std::nullopt);
   EXPECT_THAT(config.dds.interfaces, IsEmpty());
   EXPECT_EQ(config.dds.shared_memory, std::nullopt);
-  EXPECT_THAT(config.type_paths, IsEmpty());
+  EXPECT_THAT(config.types.folders, IsEmpty());
   ASSERT_EQ(config.routes.size(), 1U);
   EXPECT_EQ(config.routes[0].rules, messages::MessageRules{});
   EXPECT_EQ(config.routes[0].tp, TpSettings{});
@@ -304,7 +304,7 @@ routes:
 TEST(LoadConfig, WarnsOfWhatTheTypeCheckWarnsOf) {
   const auto loaded =
       parse_config(good_config, "/etc/bridge.yaml",
-                   [](const TypeUse& use, const messages::MessageRules&, const std::vector<std::string>&) {
+                   [](const TypeUse& use, const messages::MessageRules&, const messages::TypePlaces&) {
                      return TypeVerdict{.fault = "", .warning = use.type + " is odd"};
                    });
   ASSERT_TRUE(loaded);
@@ -316,9 +316,9 @@ TEST(LoadConfig, WarnsOfWhatTheTypeCheckWarnsOf) {
 TEST(LoadConfig, AsksTheTypeCheckWithRulesAndPaths) {
   std::vector<std::string> asked;
   load_good(good_config, [&](const TypeUse& use, const messages::MessageRules& rules,
-                             const std::vector<std::string>& paths) {
+                             const messages::TypePlaces& places) {
     asked.push_back(use.type + (rules.payload.byte_order == std::endian::little ? " little " : " big ") +
-                    paths.at(0));
+                    places.folders.at(0));
     return TypeVerdict{};
   });
   EXPECT_THAT(asked,
@@ -332,7 +332,7 @@ TEST(LoadConfig, FindsTypeFoldersBesideTheFile) {
   std::ofstream{file} << smallest << "types: {paths: [messages]}\n";
   const auto loaded = load_config(file);
   ASSERT_TRUE(loaded.has_value()) << to_string(loaded.error().front());
-  EXPECT_THAT(loaded->config.type_paths, ElementsAre((folder / "messages").lexically_normal().string()));
+  EXPECT_THAT(loaded->config.types.folders, ElementsAre((folder / "messages").lexically_normal().string()));
 }
 
 }  // namespace

@@ -172,7 +172,7 @@ TEST(LoadMethods, AreNotNeededBesideRoutesButOneOfBothIs) {
 TEST(LoadMethods, AsksAboutTheirTypes) {
   std::vector<std::string> asked;
   const TypeCheck check = [&](const TypeUse& use, const messages::MessageRules&,
-                              const std::vector<std::string>&) {
+                              const messages::TypePlaces&) {
     asked.push_back(use.type);
     return TypeVerdict{"there is none"};
   };

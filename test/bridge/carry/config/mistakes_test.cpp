@@ -360,7 +360,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"Form",
                 "form: union",
                 "form: variant",
-                {"b.yaml:62:37: error: form: expected one of struct, union, bits8, bits16, bits32, found "
+                {"b.yaml:62:37: error: form: expected one of struct, union, bits8, bits16, bits32, empty, found "
                  "'variant'"}},
         Mistake{"KeyOfType",
                 "form: union",

@@ -220,7 +220,7 @@ TEST_F(LockedPatterns, MakeLatchedTopicsLatchedAgain) {
 TEST_F(LockedPatterns, LeaveOutTypesThatAreNotKnownHere) {
   const auto loaded =
       load(with("direction: someip_to_dds"), locked_a + locked_b,
-           [](const carry::TypeUse& use, const messages::MessageRules&, const std::vector<std::string>&) {
+           [](const carry::TypeUse& use, const messages::MessageRules&, const messages::TypePlaces&) {
              return carry::TypeVerdict{.fault = use.type == "a_msgs/msg/B" ? "there is no a_msgs/msg/B" : ""};
            });
   ASSERT_TRUE(loaded.has_value());

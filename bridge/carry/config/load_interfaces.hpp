@@ -1,0 +1,29 @@
+#pragma once
+#include <yaml-cpp/yaml.h>
+
+#include <string>
+
+#include "bridge/documents/problems.hpp"
+#include "bridge/messages/types/type_library.hpp"
+
+namespace trestle::carry {
+
+/// Uses the interface descriptions that a configuration names:
+///
+///     interfaces: [car.arxml, Door.fidl, Door.fdepl]    from the folder of the configuration
+///     generate: all                                      a route for everything in them
+///     routes:
+///       - {someip: Door.moved, topic: /door, direction: someip_to_dds}
+///
+/// Each `someip` is replaced by the keys that the description knows and the file does not give: ids, type,
+/// version, transport, port, tp, wire and e2e. What `generate` makes joins the lists of the file.
+/// @param root   of the configuration; changed so that the loaders of the lists find ordinary entries.
+/// @param file   the configuration's, from whose folder paths are meant.
+/// @param types  get the types of the descriptions.
+/// @param of_interfaces  what is wrong with the descriptions.
+/// @return false: they are not good, and what the rest of the file says of them cannot be judged.
+[[nodiscard]] bool apply_interfaces(YAML::Node& root, const std::string& file, messages::TypePlaces& types,
+                                    documents::Problems& problems,
+                                    std::vector<documents::Problem>& of_interfaces);
+
+}  // namespace trestle::carry

@@ -1,0 +1,152 @@
+#include "bridge/describe/sources/sources.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <utility>
+
+#include "bridge/describe/join.hpp"
+#include "bridge/describe/read/arxml/arxml.hpp"
+#include "bridge/describe/read/fidl/read_fidl.hpp"
+#include "bridge/describe/read/vsomeip/read_vsomeip.hpp"
+#include "bridge/documents/problems.hpp"
+
+namespace trestle::describe {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::array endings{
+    std::pair{".fidl", SourceKind::fidl},   std::pair{".fdepl", SourceKind::fidl},
+    std::pair{".arxml", SourceKind::arxml}, std::pair{".json", SourceKind::vsomeip},
+    std::pair{".msg", SourceKind::ros},     std::pair{".srv", SourceKind::ros},
+    std::pair{".action", SourceKind::ros},  std::pair{".idl", SourceKind::ros},
+};
+
+tl::expected<std::string, std::string> load_file(const std::string& name) {
+  std::error_code error;
+  const auto size = fs::file_size(name, error);
+  if (error) {
+    return tl::unexpected{"cannot be read: " + error.message()};
+  }
+  if (size > max_source_bytes) {
+    return tl::unexpected{
+        fmt::format("has {} MB; at most {} are read", size >> 20U, max_source_bytes >> 20U)};
+  }
+  std::ifstream file{name, std::ios::binary};
+  std::string text(size, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(size));
+  if (file.bad() || !file.is_open()) {
+    return tl::unexpected{std::string{"cannot be read"}};
+  }
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  return text;
+}
+
+void add(Reading& to, Reading from) {
+  append(to.model, std::move(from.model));
+  to.problems.insert(to.problems.end(), std::make_move_iterator(from.problems.begin()),
+                     std::make_move_iterator(from.problems.end()));
+}
+
+}  // namespace
+
+SourceKind kind_of(std::string_view name, std::string_view text) {
+  for (const auto& [ending, kind] : endings) {
+    if (name.ends_with(ending)) {
+      return kind;
+    }
+  }
+  const std::string_view front = text.substr(0, 4096);
+  if (front.find("<AUTOSAR") != std::string_view::npos) {
+    return SourceKind::arxml;
+  }
+  const std::size_t first = front.find_first_not_of(" \t\r\n");
+  return first != std::string_view::npos && front[first] == '{' ? SourceKind::vsomeip : SourceKind::unknown;
+}
+
+Reading read_sources(std::span<const SourceText> sources, const Load& load, const SourceOptions& options) {
+  Reading reading;
+  std::array<std::vector<SourceText>, 4> by_kind;
+  for (const SourceText& source : sources) {
+    const SourceKind kind = kind_of(source.name, source.text);
+    if (kind == SourceKind::unknown) {
+      reading.problems.push_back(
+          {.file = source.name,
+           .mark = {},
+           .text =
+               "is no description: expected FIDL, FDEPL, ARXML, vsomeip JSON, .msg, .srv, .action or .idl"});
+    } else {
+      by_kind.at(static_cast<std::size_t>(kind)).push_back(source);
+    }
+  }
+  const auto of = [&](SourceKind kind) -> const std::vector<SourceText>& {
+    return by_kind.at(static_cast<std::size_t>(kind));
+  };
+  if (!of(SourceKind::fidl).empty()) {
+    add(reading, read_fidl(of(SourceKind::fidl), load));
+  }
+  if (!of(SourceKind::arxml).empty()) {
+    std::vector<std::istringstream> streams;
+    std::vector<ArxmlInput> inputs;
+    streams.reserve(of(SourceKind::arxml).size());
+    for (const SourceText& source : of(SourceKind::arxml)) {
+      inputs.push_back({source.name, streams.emplace_back(source.text)});
+    }
+    add(reading, read_arxml(inputs, {.set_event_bit = options.set_event_bit}));
+  }
+  if (!of(SourceKind::vsomeip).empty()) {
+    add(reading, read_vsomeip(of(SourceKind::vsomeip)));
+  }
+  if (reading.ok()) {
+    std::vector<documents::Problem> problems = join(reading.model);
+    reading.problems.insert(reading.problems.end(), std::make_move_iterator(problems.begin()),
+                            std::make_move_iterator(problems.end()));
+  }
+  return reading;
+}
+
+std::vector<SourceText> load_sources(const std::vector<std::string>& paths,
+                                     std::vector<documents::Problem>& problems) {
+  std::vector<SourceText> sources;
+  const auto load = [&](const std::string& name) {
+    if (auto text = load_file(name)) {
+      sources.push_back({name, std::move(*text)});
+    } else {
+      problems.push_back({.file = name, .mark = {}, .text = text.error()});
+    }
+  };
+  for (const std::string& path : paths) {
+    std::error_code error;
+    if (!fs::is_directory(path, error)) {
+      load(path);
+      continue;
+    }
+    std::vector<std::string> names;
+    for (fs::recursive_directory_iterator at{path, fs::directory_options::skip_permission_denied, error}, end;
+         !error && at != end; at.increment(error)) {
+      const std::string name = at->path().string();
+      if (at->is_regular_file(error) && kind_of(name, {}) != SourceKind::unknown) {
+        names.push_back(name);
+      }
+    }
+    if (error) {
+      problems.push_back({.file = path, .mark = {}, .text = "cannot be read: " + error.message()});
+    } else if (names.empty()) {
+      problems.push_back({.file = path, .mark = {}, .text = "has no description in it"});
+    }
+    std::ranges::sort(names);
+    std::ranges::for_each(names, load);
+  }
+  return sources;
+}
+
+Load file_loader() {
+  return load_file;
+}
+
+}  // namespace trestle::describe

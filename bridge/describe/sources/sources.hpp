@@ -1,0 +1,41 @@
+// bridge/describe/sources: descriptions of any kind, each read by the reader of its kind, as one model.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "bridge/describe/model.hpp"
+#include "bridge/describe/read/source_text.hpp"
+
+namespace trestle::describe {
+
+/// Which reader reads a file.
+enum class SourceKind : std::uint8_t { fidl, arxml, vsomeip, ros, unknown };
+
+/// By the end of the name; where that says nothing, by the first characters of the text.
+[[nodiscard]] SourceKind kind_of(std::string_view name, std::string_view text);
+
+struct SourceOptions {
+  /// Event ids below 0x8000 of an Adaptive ARXML get bit 15, with a note: see docs/describe_arxml.md.
+  bool set_event_bit = true;
+};
+
+/// Reads all sources, those of one kind together, and joins what they say (join.hpp).
+/// @param load  asked for imports.
+[[nodiscard]] Reading read_sources(std::span<const SourceText> sources, const Load& load,
+                                   const SourceOptions& options = {});
+
+/// Larger files are refused.
+inline constexpr std::size_t max_source_bytes = std::size_t{256} << 20U;
+
+/// Loads files; of folders all files in them, and below, whose names end like sources.
+/// @return their texts, sorted by name within a folder; what cannot be read is a problem.
+[[nodiscard]] std::vector<SourceText> load_sources(const std::vector<std::string>& paths,
+                                                   std::vector<documents::Problem>& problems);
+
+/// Loads what a file names: for read_sources().
+[[nodiscard]] Load file_loader();
+
+}  // namespace trestle::describe

@@ -1,0 +1,53 @@
+// bridge/describe/write/routes: route files for `trestle bridge`.
+//
+//   route_entries.hpp  what one member of a service is in a route file, as YAML
+//   write_routes.hpp   a whole file
+//
+// A bridge that is given descriptions in place of a file takes the same entries: what is written and what is
+// used can't differ.
+#pragma once
+#include <yaml-cpp/yaml.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bridge/describe/lower.hpp"
+#include "bridge/describe/model.hpp"
+
+namespace trestle::describe {
+
+/// What the bridge is in SOME/IP.
+enum class Side : std::uint8_t {
+  client,  ///< it uses a service of the car: events become topics, ROS nodes call methods
+  server,  ///< it offers a service of ROS nodes: topics become events, ROS services answer
+};
+
+struct RouteOptions {
+  /// Nothing: client of provided instances, server of required ones.
+  std::optional<Side> side{};
+  std::string prefix = "/";          ///< of topics and services; "/car/"
+  std::uint16_t first_port = 30501;  ///< of offered services, for those that have no port
+};
+
+/// An entry of a route file.
+struct RouteEntry {
+  std::string list;     ///< where it belongs: "routes", "methods", "fields"
+  std::string element;  ///< "Door.moved"
+  YAML::Node node;
+};
+
+/// The entries of one instance, those of events, methods and fields in this order.
+/// @param port  of the service, where the bridge is the server.
+[[nodiscard]] std::vector<RouteEntry> route_entries(const Model& model, const Lowered& lowered,
+                                                    const Service& service, const Instance& instance,
+                                                    Side side, const RouteOptions& options,
+                                                    std::uint16_t port, std::vector<NotCarried>& not_carried);
+
+/// The entries of all instances of the model, one of each service and id.
+[[nodiscard]] std::vector<RouteEntry> route_entries(const Model& model, const Lowered& lowered,
+                                                    const RouteOptions& options,
+                                                    std::vector<NotCarried>& not_carried);
+
+}  // namespace trestle::describe

@@ -1,0 +1,94 @@
+#include "bridge/describe/write/routes/write_routes.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "someip/net/address_text.hpp"
+
+namespace trestle::describe {
+namespace {
+
+/// Prints mappings that fit a line in one.
+void emit(YAML::Emitter& out, const YAML::Node& node, bool flow) {
+  if (node.IsMap()) {
+    if (flow) {
+      out << YAML::Flow;
+    }
+    out << YAML::BeginMap;
+    for (const auto& pair : node) {
+      out << YAML::Key << pair.first.Scalar() << YAML::Value;
+      // What stands in a route is short, but for the rules of types.
+      emit(out, pair.second, flow || pair.first.Scalar() != "wire" || pair.second.size() < 4);
+    }
+    out << YAML::EndMap;
+  } else if (node.IsSequence()) {
+    out << YAML::Flow << YAML::BeginSeq;
+    for (const YAML::Node& element : node) {
+      emit(out, element, true);
+    }
+    out << YAML::EndSeq;
+  } else {
+    out << node.Scalar();
+  }
+}
+
+}  // namespace
+
+Written write_routes(const Model& model, const Lowered& lowered, const RouteFileOptions& options) {
+  Written written;
+  const std::vector<RouteEntry> entries = route_entries(model, lowered, options.routes, written.not_carried);
+  std::string text = "# Made by `trestle generate`";
+  for (std::size_t i = 0; i < model.files.size() && i < 8; ++i) {
+    text += (i == 0 ? " of " : ", ") + model.files[i];
+  }
+  text += ".\nsomeip:\n";
+  if (options.address) {
+    text += fmt::format("  address: {}\n", someip::to_string(*options.address));
+  } else {
+    text += "  address: 127.0.0.1  # put the address of this machine here\n";
+  }
+  std::optional<IpAddress> multicast = options.multicast;
+  std::optional<std::uint16_t> port;
+  for (const Machine& machine : model.machines) {
+    if (!multicast) {
+      multicast = machine.sd_multicast;
+    }
+    if (!port) {
+      port = machine.sd_port;
+    }
+  }
+  if (multicast || (port && *port != 30490)) {
+    text += "  sd: {";
+    if (multicast) {
+      text += fmt::format("multicast: {}", someip::to_string(*multicast));
+    }
+    if (port && *port != 30490) {
+      text += fmt::format("{}port: {}", multicast ? ", " : "", *port);
+    }
+    text += "}\n";
+  }
+  text += "dds:\n  domain: 0\n";
+  if (!options.type_paths.empty()) {
+    text += fmt::format("types:\n  paths: [{}]\n", options.type_paths);
+  }
+  for (const char* list : {"routes", "methods", "fields"}) {
+    if (std::ranges::find(entries, list, &RouteEntry::list) == entries.end()) {
+      continue;
+    }
+    YAML::Emitter out;
+    out << YAML::BeginMap << YAML::Key << list << YAML::Value << YAML::BeginSeq;
+    for (const RouteEntry& entry : entries) {
+      if (entry.list == list) {
+        out << YAML::Comment(entry.element);
+        emit(out, entry.node, false);
+      }
+    }
+    out << YAML::EndSeq << YAML::EndMap;
+    text += std::string{"\n"} + out.c_str() + "\n";
+  }
+  written.files.push_back({"bridge.yaml", std::move(text)});
+  return written;
+}
+
+}  // namespace trestle::describe

@@ -1,0 +1,23 @@
+#pragma once
+#include <optional>
+#include <string>
+
+#include "bridge/describe/write/routes/route_entries.hpp"
+#include "bridge/describe/write/written.hpp"
+
+namespace trestle::describe {
+
+struct RouteFileOptions {
+  RouteOptions routes{};
+  /// Of the bridge in SOME/IP; nothing: a placeholder that is to be replaced.
+  std::optional<IpAddress> address{};
+  std::optional<IpAddress>
+      multicast{};           ///< of service discovery; nothing: that of the model, else the default
+  std::string type_paths{};  ///< folder with the `.msg` packages, as the file shall name it; empty: none
+};
+
+/// A route file, "bridge.yaml", with a route for each event, method and field of each instance.
+[[nodiscard]] Written write_routes(const Model& model, const Lowered& lowered,
+                                   const RouteFileOptions& options = {});
+
+}  // namespace trestle::describe

@@ -1,0 +1,129 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "bridge/cli/exit_status.hpp"
+#include "bridge/cli/terminal.hpp"
+#include "bridge/describe/compare.hpp"
+#include "bridge/describe/join.hpp"
+#include "bridge/generate/generate_commands.hpp"
+#include "bridge/generate/source_options.hpp"
+
+namespace trestle::generate {
+namespace {
+
+using describe::Change;
+using describe::Impact;
+
+struct DiffArguments {
+  std::string before;
+  std::string after;
+  bool json = false;
+  bool rules = false;
+};
+
+const char* word(Impact impact) {
+  return impact == Impact::none ? "same" : impact == Impact::compatible ? "compatible" : "BREAKS";
+}
+
+describe::System read_one(const std::string& source) {
+  SourceArguments arguments;
+  arguments.sources = {source};
+  return arguments.read();
+}
+
+void print_rules() {
+  for (const describe::ChangeRule& rule : describe::change_rules()) {
+    fmt::print("{:30} wire {:10} code {:10} {}\n", rule.id, word(rule.wire), word(rule.api), rule.meaning);
+  }
+}
+
+void print_json(const std::vector<Change>& changes, const describe::System& old,
+                const describe::System& now) {
+  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+  for (const Change& change : changes) {
+    const auto impact = [](Impact one) {
+      return one == Impact::none ? "none" : one == Impact::compatible ? "compatible" : "breaking";
+    };
+    all.push_back({{"rule", change.rule->id},
+                   {"element", change.element},
+                   {"before", change.before},
+                   {"after", change.after},
+                   {"wire", impact(change.rule->wire)},
+                   {"code", impact(change.rule->api)},
+                   {"old_place", describe::to_string(old.model, change.old_place)},
+                   {"new_place", describe::to_string(now.model, change.new_place)}});
+  }
+  fmt::print("{}\n", all.dump(2));
+}
+
+void print_text(const std::vector<Change>& changes, const describe::System& now) {
+  const cli::Colours colour = cli::colours_for(STDOUT_FILENO);
+  for (const Change& change : changes) {
+    const bool breaks = change.rule->wire == Impact::breaking;
+    const std::string place = describe::to_string(now.model, change.new_place);
+    fmt::print("{}{}{}{}{} {}", place, place.empty() ? "" : ": ", breaks ? colour.red : "", change.rule->id,
+               colour.off, change.element);
+    if (!change.before.empty() || !change.after.empty()) {
+      fmt::print(": {} -> {}", change.before.empty() ? "nothing" : change.before,
+                 change.after.empty() ? "nothing" : change.after);
+    }
+    fmt::print(" (wire: {}, code: {}; {})\n", word(change.rule->wire), word(change.rule->api),
+               change.rule->meaning);
+  }
+  const auto breaking = std::ranges::count_if(
+      changes, [](const Change& change) { return change.rule->wire == Impact::breaking; });
+  const auto in_code = std::ranges::count_if(
+      changes, [](const Change& change) { return change.rule->api == Impact::breaking; });
+  fmt::print("{}changes: {}, of these {} break the wire and {} break source code{}\n",
+             breaking > 0 ? colour.red : colour.green, changes.size(), breaking, in_code, colour.off);
+}
+
+int run_diff(const DiffArguments& arguments) {
+  if (arguments.rules) {
+    print_rules();
+    return cli::exit_ok;
+  }
+  if (arguments.before.empty() || arguments.after.empty()) {
+    throw CLI::RequiredError{"OLD and NEW"};
+  }
+  const describe::System old = read_one(arguments.before);
+  const describe::System now = read_one(arguments.after);
+  if (!old.good || !now.good) {
+    return cli::exit_usage;
+  }
+  const std::vector<Change> changes = describe::compare(old.model, now.model);
+  if (arguments.json) {
+    print_json(changes, old, now);
+  } else {
+    print_text(changes, now);
+  }
+  const bool breaks = std::ranges::any_of(
+      changes, [](const Change& change) { return change.rule->wire == Impact::breaking; });
+  return breaks ? cli::exit_failure : cli::exit_ok;
+}
+
+}  // namespace
+
+void add_diff_command(CLI::App& app, int& status) {
+  const auto arguments = std::make_shared<DiffArguments>();
+  CLI::App* command = app.add_subcommand("diff", "Tell what changed in an interface, and whom it breaks");
+  command->add_option("OLD", arguments->before, "A description: a file or a folder");
+  command->add_option("NEW", arguments->after, "The same, later");
+  command->add_flag("--json", arguments->json, "Print a JSON array");
+  command->add_flag("--rules", arguments->rules, "Print all kinds of changes and what they mean");
+  command->footer(
+      "Examples:\n"
+      "  trestle diff release-1/ release-2/\n"
+      "  trestle diff Door-old.fidl Door.fidl --json | jq '.[] | select(.wire == \"breaking\")'\n"
+      "Exit status: 0 when old and new programs understand each other, 1 when something breaks the wire, 2 "
+      "when a\n"
+      "description is wrong.");
+  command->callback([arguments, &status] { status = run_diff(*arguments); });
+}
+
+}  // namespace trestle::generate

@@ -1,0 +1,175 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <stdexcept>
+
+#include "bridge/cli/exit_status.hpp"
+#include "bridge/cli/terminal.hpp"
+#include "bridge/describe/join.hpp"
+#include "bridge/documents/format.hpp"
+#include "bridge/documents/section.hpp"
+#include "bridge/generate/generate_commands.hpp"
+#include "bridge/generate/source_options.hpp"
+#include "bridge/generate/targets.hpp"
+
+namespace trestle::generate {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct GenerateArguments {
+  SourceArguments sources;
+  std::vector<std::string> to;
+  std::string folder;
+  std::string address;
+  std::string prefix = "/";
+  bool client = false;
+  bool server = false;
+  bool quiet = false;
+};
+
+std::vector<const Target*> chosen(const std::vector<std::string>& names) {
+  std::vector<const Target*> all;
+  std::vector<std::string> known;
+  for (const Target& one : targets()) {
+    known.emplace_back(one.name);
+  }
+  for (const std::string& name : names) {
+    const Target* found = target(name);
+    if (found == nullptr) {
+      const std::string likely = documents::nearest(name, known);
+      throw CLI::ValidationError{
+          "--to",
+          fmt::format("there is no target {}{} There are: {}", documents::quote(name),
+                      likely.empty() ? "." : fmt::format("; did you mean {}?", documents::quote(likely)),
+                      fmt::join(known, ", "))};
+    }
+    all.push_back(found);
+  }
+  return all;
+}
+
+/// Writes a file unless it has this text already, so that nothing that depends on it is made anew.
+/// @return whether it was written.
+/// @throws std::runtime_error when that fails.
+bool write_file(const fs::path& path, const std::string& text) {
+  std::error_code ignored;
+  if (fs::file_size(path, ignored) == text.size()) {
+    std::ifstream before{path, std::ios::binary};
+    if (std::string{std::istreambuf_iterator<char>{before}, {}} == text) {
+      return false;
+    }
+  }
+  fs::create_directories(path.parent_path());
+  std::ofstream out{path, std::ios::binary};
+  if (!(out << text) || !out.flush()) {
+    throw std::runtime_error{fmt::format("{} cannot be written", path.string())};
+  }
+  return true;
+}
+
+int run_generate(GenerateArguments& arguments) {
+  const std::vector<const Target*> wanted = chosen(arguments.to);
+  TargetOptions options;
+  options.routes.routes.prefix = arguments.prefix;
+  if (arguments.client || arguments.server) {
+    options.routes.routes.side = arguments.client ? describe::Side::client : describe::Side::server;
+  }
+  if (!arguments.address.empty()) {
+    options.routes.address = documents::ip_address().read(arguments.address);
+    if (!options.routes.address) {
+      throw CLI::ValidationError{"--address",
+                                 fmt::format("{} is no IP address", documents::quote(arguments.address))};
+    }
+  }
+  const bool with_types = std::ranges::find(arguments.to, "msg") != arguments.to.end();
+  if (with_types && wanted.size() > 1) {
+    options.routes.type_paths = ".";
+  }
+  const std::string lock =
+      arguments.folder.empty() ? std::string{} : (fs::path{arguments.folder} / "ids.lock").string();
+  if (arguments.sources.lock_file.empty()) {
+    arguments.sources.lock_file = lock;
+  }
+  const describe::System system = arguments.sources.read();
+  if (!system.good) {
+    return cli::exit_usage;
+  }
+  const cli::Colours colour = cli::colours_for(STDERR_FILENO);
+  std::vector<std::pair<const Target*, describe::Written>> results;
+  for (const Target* one : wanted) {
+    results.emplace_back(one, one->write(system, options));
+  }
+  if (arguments.folder.empty() && (results.size() > 1 || results.front().second.files.size() > 1)) {
+    throw CLI::ValidationError{"-o", "is needed: there is more than one file to write"};
+  }
+  for (const auto& [one, result] : results) {
+    for (const describe::TextFile& file : result.files) {
+      if (arguments.folder.empty()) {
+        fmt::print("{}", file.text);
+        continue;
+      }
+      const fs::path path = fs::path{arguments.folder} / file.path;
+      const bool is_new = write_file(path, file.text);
+      if (!arguments.quiet) {
+        fmt::print(stderr, "{}{}{} {}\n", is_new ? colour.green : colour.dim, is_new ? "wrote" : "unchanged",
+                   colour.off, path.string());
+      }
+    }
+    for (const describe::NotCarried& lost : result.not_carried) {
+      const std::string place = describe::to_string(system.model, lost.place);
+      fmt::print(stderr, "{}{}{}not carried to {}:{} {}: {}\n", place, place.empty() ? "" : ": ",
+                 colour.yellow, one->name, colour.off, lost.element, lost.what);
+    }
+  }
+  arguments.sources.keep_ids({});
+  return cli::exit_ok;
+}
+
+}  // namespace
+
+void add_generate_command(CLI::App& app, int& status) {
+  const auto arguments = std::make_shared<GenerateArguments>();
+  CLI::App* command = app.add_subcommand(
+      "generate", "Make route files, .msg packages, FIDL, ARXML and more of interface descriptions");
+  arguments->sources.add_to(*command);
+  std::string names;
+  for (const Target& one : targets()) {
+    names += fmt::format("\n  {:10} {}", one.name, one.title);
+  }
+  command->add_option("--to", arguments->to, "What to make, separated by commas; see below")
+      ->required()
+      ->delimiter(',')
+      ->type_name("TARGET");
+  command
+      ->add_option("-o,--output", arguments->folder,
+                   "Folder to write to; one file alone may go to standard output")
+      ->type_name("DIR");
+  command->add_option("--address", arguments->address, "Of the bridge in SOME/IP, for route files")
+      ->type_name("IP");
+  command->add_option("--prefix", arguments->prefix, "Before the names of topics and ROS services")
+      ->type_name("NAME");
+  CLI::Option* client = command->add_flag("--client", arguments->client,
+                                          "The bridge uses all services; otherwise those that are provided");
+  command
+      ->add_flag("--server", arguments->server,
+                 "The bridge offers all services; otherwise those that are required")
+      ->excludes(client);
+  command->add_flag("-q,--quiet", arguments->quiet, "Do not tell which files were written");
+  command->footer(
+      "Targets:" + names +
+      "\n\nIds that the sources leave open are chosen and kept in DIR/ids.lock: running again changes "
+      "nothing.\ndocs/describe.md is the guide. Examples:\n"
+      "  trestle generate Door.fidl Door.fdepl --to routes,msg -o door\n"
+      "  trestle generate car.arxml --to fidl,wireshark,sheet -o car\n"
+      "  trestle generate drive.pcapng --to json\n"
+      "Exit status: 0, or 1 when a file cannot be written, or 2 when a source is wrong.");
+  command->callback([arguments, &status] { status = run_generate(*arguments); });
+}
+
+}  // namespace trestle::generate

@@ -1,0 +1,37 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "bridge/describe/allocate.hpp"
+#include "bridge/describe/system.hpp"
+
+namespace trestle::generate {
+
+/// What commands have in common that read descriptions: the sources, --lock, --keep-event-ids.
+class SourceArguments {
+ public:
+  void add_to(CLI::App& command);
+
+  /// Reads files, folders and captures, and makes a system of them. Problems are printed on standard error.
+  /// @return the system; not good when there was an error.
+  [[nodiscard]] describe::System read();
+  /// Keeps the ids that read() chose, if there are new ones.
+  /// @param otherwise  the file, where --lock names none; empty: nothing is kept.
+  /// @throws std::runtime_error when it cannot be written.
+  void keep_ids(const std::string& otherwise) const;
+
+  std::vector<std::string> sources{};
+  std::string lock_file{};
+  describe::SystemOptions options{};
+
+ private:
+  bool keep_event_ids_ = false;
+  std::string text_before_{};
+  describe::IdLock lock_{};
+};
+
+/// Prints problems to standard error, in colours for people.
+void print_problems(const std::vector<documents::Problem>& problems);
+
+}  // namespace trestle::generate

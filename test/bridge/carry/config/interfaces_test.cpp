@@ -1,0 +1,164 @@
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "bridge/carry/config/load.hpp"
+#include "bridge/messages/types/type_library.hpp"
+
+namespace trestle::test::interfaces_test {
+namespace {
+
+using namespace carry;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+constexpr const char* door_fidl = R"(
+package car
+interface Door {
+  version { major 2 minor 3 }
+  attribute UInt8 angle
+  method open { in { Mode mode UInt16 speed } out { Boolean done } }
+  method ring fireAndForget { in { String tune } }
+  broadcast moved { out { UInt8 angle } }
+  enumeration Mode { SLOW FAST }
+}
+)";
+constexpr const char* door_fdepl = R"(
+import "platform:/plugin/org.genivi.commonapi.someip/deployment/CommonAPI-4-SOMEIP_deployment_spec.fdepl"
+import "Door.fidl"
+define org.genivi.commonapi.someip.deployment for interface car.Door {
+  SomeIpServiceID = 0x1234
+  SomeIpEventGroups = { 5 }
+  attribute angle { SomeIpGetterID = 1 SomeIpSetterID = 2 SomeIpNotifierID = 0x8001 SomeIpNotifierEventGroups = { 5 } }
+  method open { SomeIpMethodID = 3 SomeIpReliable = true }
+  method ring { SomeIpMethodID = 4 in { tune { SomeIpStringLengthWidth = 1 } } }
+  broadcast moved { SomeIpEventID = 0x8002 SomeIpEventGroups = { 5 } }
+}
+define org.genivi.commonapi.someip.deployment for provider as P {
+  instance car.Door { InstanceId = "car.Door" SomeIpInstanceID = 7 }
+}
+)";
+
+class InterfacesTest : public testing::Test {
+ protected:
+  InterfacesTest() {
+    std::filesystem::create_directories(folder_);
+    write("Door.fidl", door_fidl);
+    write("Door.fdepl", door_fdepl);
+  }
+  ~InterfacesTest() override { std::filesystem::remove_all(folder_); }
+
+  void write(const std::string& name, const std::string& text) const {
+    std::ofstream{folder_ / name} << text;
+  }
+  [[nodiscard]] tl::expected<Loaded, std::vector<documents::Problem>> load(const std::string& text) const {
+    return parse_config("someip: {address: 127.0.0.1}\n" + text, (folder_ / "bridge.yaml").string());
+  }
+  [[nodiscard]] Loaded good(const std::string& text) const {
+    auto loaded = load(text);
+    if (!loaded) {
+      ADD_FAILURE() << to_string(loaded.error().front());
+      return {};
+    }
+    return std::move(*loaded);
+  }
+  /// The texts of the errors.
+  [[nodiscard]] std::string errors(const std::string& text) const {
+    const auto loaded = load(text);
+    std::string all;
+    if (!loaded) {
+      for (const documents::Problem& problem : loaded.error()) {
+        all += to_string(problem) + "\n";
+      }
+    }
+    return all;
+  }
+
+  const std::filesystem::path folder_ =
+      testing::TempDir() + "interfaces_test_" + testing::UnitTest::GetInstance()->current_test_info()->name();
+};
+
+TEST_F(InterfacesTest, MakeARouteForEverything) {
+  const Loaded loaded = good("interfaces: [Door.fidl, Door.fdepl]\ngenerate: all\n");
+  EXPECT_THAT(loaded.warnings, IsEmpty());
+  const BridgeConfig& config = loaded.config;
+  ASSERT_THAT(config.routes, SizeIs(2));
+  const Route& moved = config.routes[0];
+  EXPECT_EQ(moved.topic, "/door/moved");
+  EXPECT_EQ(moved.direction, Direction::someip_to_dds);
+  EXPECT_EQ(moved.service, someip::ServiceId{0x1234});
+  EXPECT_EQ(moved.instance, someip::InstanceId{7});
+  EXPECT_EQ(moved.eventgroup, someip::EventgroupId{5});
+  EXPECT_EQ(moved.event, someip::MethodId{0x8002});
+  EXPECT_EQ(moved.major, 2);
+  EXPECT_EQ(config.routes[1].topic, "/door/angle");
+  ASSERT_THAT(config.methods, SizeIs(4));  // open, ring, and the field's getter and setter
+  EXPECT_EQ(config.methods[0].ros_service, "/door/open");
+  EXPECT_EQ(config.methods[0].transport, Transport::tcp);
+  EXPECT_EQ(config.methods[0].server, Server::someip);
+  EXPECT_TRUE(config.methods[1].fire_and_forget);
+  // Types are those of the interface, and can be carried.
+  messages::TypeLibrary types = messages::TypeLibrary::in(config.types);
+  EXPECT_TRUE(types.resolve(moved.type)) << moved.type;
+  EXPECT_TRUE(types.resolve_service(config.methods[0].type)) << config.methods[0].type;
+}
+
+TEST_F(InterfacesTest, NameWhatARouteCarries) {
+  const Loaded loaded = good(
+      "interfaces: [Door.fidl, Door.fdepl]\n"
+      "routes: [{someip: Door.moved, topic: /here, direction: someip_to_dds, port: 40000}]\n"
+      "methods: [{someip: car.Door.open, ros_service: /go, server: someip}]\n"
+      "fields: [{someip: Door.angle, server: someip, topic: /how_far}]\n");
+  ASSERT_THAT(loaded.config.routes, SizeIs(2));
+  EXPECT_EQ(loaded.config.routes[0].topic, "/here");
+  EXPECT_EQ(loaded.config.routes[0].port, 40000);
+  EXPECT_EQ(loaded.config.routes[0].event, someip::MethodId{0x8002});
+  ASSERT_THAT(loaded.config.methods, SizeIs(3));
+  EXPECT_EQ(loaded.config.methods[0].ros_service, "/go");
+  EXPECT_EQ(loaded.config.methods[1].ros_service, "/how_far/get");
+}
+
+TEST_F(InterfacesTest, AreOfferedByTheBridgeWhereItIsToldTo) {
+  const Loaded loaded =
+      good("interfaces: [Door.fidl, Door.fdepl]\ngenerate: {services: [Door], side: server, prefix: /car}\n");
+  ASSERT_THAT(loaded.config.routes, SizeIs(2));
+  EXPECT_EQ(loaded.config.routes[0].topic, "/car/door/moved");
+  EXPECT_EQ(loaded.config.routes[0].direction, Direction::dds_to_someip);
+  EXPECT_NE(loaded.config.routes[0].port, 0);
+}
+
+TEST_F(InterfacesTest, SayWhereTheyAreWrong) {
+  write("Door.fidl", "package car\ninterface Door {\n  attribute Unknown x\n}\n");
+  const std::string text = errors("interfaces: [Door.fidl]\ngenerate: all\n");
+  EXPECT_THAT(text, HasSubstr("bridge.yaml:2:13: error: interfaces: are not good"));
+  EXPECT_THAT(text, HasSubstr("Door.fidl:3:13: error:"));
+}
+
+TEST_F(InterfacesTest, SayWhatTheyDoNotHave) {
+  const std::string begin = "interfaces: [Door.fidl, Door.fdepl]\n";
+  EXPECT_THAT(
+      errors(begin + "routes: [{someip: Door.mved, direction: someip_to_dds}]\n"),
+      HasSubstr(
+          "bridge.yaml:3:19: error: someip: the interfaces have no 'Door.mved'; did you mean 'Door.moved'?"));
+  EXPECT_THAT(errors(begin + "routes: [{someip: Door.open}]\n"),
+              HasSubstr("'Door.open' belongs into methods"));
+  EXPECT_THAT(errors(begin + "generate: {services: [Window]}\n"),
+              HasSubstr("the interfaces have no service 'Window'"));
+  EXPECT_THAT(errors("generate: all\n"), HasSubstr("generate: needs `interfaces`"));
+  EXPECT_THAT(errors("interfaces: [None.fidl]\ngenerate: all\n"), HasSubstr("None.fidl"));
+  EXPECT_THAT(errors("interfaces: Door.fidl\ngenerate: all\n"), HasSubstr("expected a list of files"));
+}
+
+TEST_F(InterfacesTest, ChooseIdsThatAreMissing) {
+  const Loaded loaded = good("interfaces: [Door.fidl]\ngenerate: all\n");
+  ASSERT_FALSE(loaded.warnings.empty());
+  EXPECT_THAT(loaded.warnings.front().text, HasSubstr("ids are missing, of 'car.Door'"));
+  ASSERT_THAT(loaded.config.routes, SizeIs(2));
+  EXPECT_EQ(loaded.config.routes[0].instance, someip::InstanceId{1});
+}
+
+}  // namespace
+}  // namespace trestle::test::interfaces_test

@@ -1,0 +1,130 @@
+#!/usr/bin/env python3
+"""`trestle generate` and `trestle diff` as a user runs them. Usage: generate_command_test.py TRESTLE SOURCE_FOLDER"""
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+program, source = sys.argv[1], pathlib.Path(sys.argv[2])
+DOOR = source / "examples" / "door"
+
+
+def run(*arguments):
+    done = subprocess.run([program, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=60)
+    return done.returncode, done.stdout, done.stderr
+
+
+class Generate(unittest.TestCase):
+    def setUp(self):
+        self.temporary = tempfile.TemporaryDirectory()
+        self.folder = pathlib.Path(self.temporary.name)
+        self.addCleanup(self.temporary.cleanup)
+
+    def door(self, **changes):
+        """The FIDL and FDEPL of the example in a folder of their own, with texts replaced."""
+        folder = self.folder / f"door{len(list(self.folder.iterdir()))}"
+        folder.mkdir()
+        for name in ("Door.fidl", "Door.fdepl"):
+            text = (DOOR / name).read_text()
+            for before, after in changes.get(name.replace(".", "_"), []):
+                self.assertIn(before, text)
+                text = text.replace(before, after)
+            (folder / name).write_text(text)
+        return folder
+
+    def test_writes_the_model_to_standard_output(self):
+        status, output, errors = run("generate", DOOR / "Door.fidl", DOOR / "Door.fdepl", "--to", "json")
+        self.assertEqual(status, 0, errors)
+        service = json.loads(output)["services"][0]
+        self.assertEqual((service["name"], service["id"]), ("Door", "0x4711"))
+        self.assertEqual([method["name"] for method in service["methods"]], ["open", "shut", "ring"])
+        self.assertEqual([event["id"] for event in service["events"]], ["0x8010", "0x8011"])
+        self.assertEqual([field["name"] for field in service["fields"]], ["opening", "label", "locked"])
+
+    def test_writes_a_route_file_that_check_accepts(self):
+        status, _, errors = run("generate", DOOR, "--to", "routes", "-o", self.folder / "out", "--address", "127.0.0.1")
+        self.assertEqual(status, 0, errors)
+        file = self.folder / "out" / "bridge.yaml"
+        # Its types are in no folder; with the interfaces in place of them it is whole.
+        file.write_text(file.read_text() + f"interfaces: [{DOOR}]\n")
+        status, output, errors = run("check", file)
+        self.assertEqual(status, 0, errors)
+        self.assertIn("5 routes, 8 methods", output)
+
+    def test_makes_a_bridge_of_the_description_alone(self):
+        status, output, errors = run("check", DOOR / "bridge.yaml")
+        self.assertEqual((status, errors), (0, ""))
+        self.assertIn("/door/moved", output)
+        self.assertIn("car/srv/DoorOpen", output)
+
+    def test_changes_nothing_the_second_time(self):
+        bare = self.folder / "Lamp.fidl"
+        bare.write_text("package car\ninterface Lamp { version { major 1 minor 0 } method on { } broadcast hot { } }\n")
+        arguments = ["generate", bare, "--to", "routes,fidl", "-o", self.folder / "out"]
+        self.assertEqual(run(*arguments)[0], 0)
+        before = {path: (path.read_text(), path.stat().st_mtime_ns) for path in (self.folder / "out").iterdir()}
+        self.assertIn("car.Lamp", (self.folder / "out" / "ids.lock").read_text())
+        status, _, errors = run(*arguments)
+        self.assertEqual(status, 0, errors)
+        self.assertNotIn("wrote", errors)
+        self.assertEqual({path: (path.read_text(), path.stat().st_mtime_ns) for path in (self.folder / "out").iterdir()}, before)
+
+    def test_reads_what_it_writes(self):
+        for target, file in (("fidl", "."), ("arxml", "interfaces.arxml")):
+            out = self.folder / target
+            self.assertEqual(run("generate", DOOR, "--to", target, "-o", out, "-q")[0], 0)
+            (out / "ids.lock").unlink(missing_ok=True)
+            status, output, errors = run("generate", out / file, "--to", "json")
+            self.assertEqual(status, 0, errors)
+            service = json.loads(output)["services"][0]
+            self.assertEqual([method["id"] for method in service["methods"]], ["0x0010", "0x0011", "0x0012"], target)
+
+    def test_says_what_is_not_carried(self):
+        status, _, errors = run("generate", DOOR, "--to", "arxml", "-o", self.folder / "out")
+        self.assertEqual(status, 0)
+        self.assertRegex(errors, r"Door.fidl:\d+:\d+: not carried to arxml: Door.open: ")
+
+    def test_tells_all_errors_with_their_places(self):
+        folder = self.door(Door_fidl=[("attribute Boolean locked", "attribute Bolean locked"), ("Speed speed\n            UInt8", "Sped speed\n            UInt8")])
+        status, output, errors = run("generate", folder, "--to", "json")
+        self.assertEqual((status, output), (2, ""))
+        self.assertRegex(errors, r"Door.fidl:\d+:\d+: error: .*Bolean")
+        self.assertRegex(errors, r"Door.fidl:\d+:\d+: error: .*Sped")
+
+    def test_refuses_what_makes_no_sense(self):
+        status, _, errors = run("generate", DOOR, "--to", "rotes", "-o", self.folder)
+        self.assertEqual(status, 2)
+        self.assertIn("did you mean 'routes'?", errors)
+        status, _, errors = run("generate", DOOR, "--to", "fidl")
+        self.assertEqual(status, 2)
+        self.assertIn("-o", errors)
+        status, _, errors = run("generate", self.folder / "none.fidl", "--to", "json")
+        self.assertEqual(status, 2)
+        self.assertIn("none.fidl: error: cannot be read", errors)
+
+    def test_reads_a_capture(self):
+        status, output, errors = run("generate", source / "pcaps" / "vsomeip" / "rr_udp.pcap", "--to", "json")
+        self.assertEqual(status, 0, errors)
+        self.assertEqual(json.loads(output)["services"][0]["id"], "0x1234")
+
+    def test_diff_says_what_breaks(self):
+        status, output, _ = run("diff", DOOR, self.door())
+        self.assertEqual(status, 0)
+        self.assertIn("changes: 0,", output)
+        status, output, _ = run("diff", DOOR, self.door(Door_fdepl=[("SomeIpMethodID = 0x0011", "SomeIpMethodID = 0x0013")]))
+        self.assertEqual(status, 1)
+        self.assertIn("method-id Door.shut: 0x0011 -> 0x0013", output)
+        status, output, _ = run("diff", "--json", DOOR, self.door(Door_fidl=[("        FAST\n", "        FAST\n        FASTER\n")]))
+        self.assertEqual(status, 0)
+        self.assertEqual({change["rule"] for change in json.loads(output)}, {"enumerator-added"})
+
+    def test_diff_lists_its_rules(self):
+        status, output, _ = run("diff", "--rules")
+        self.assertEqual(status, 0)
+        self.assertIn("value-removed", output)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
