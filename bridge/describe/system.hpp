@@ -41,7 +41,6 @@ struct SystemOptions {
 
 /// Makes a system of what was read.
 /// @param lock  ids that were chosen before; new ones are added.
-[[nodiscard]] System make_system(Reading reading, IdLock& lock,
-                                 const SystemOptions& options = {});
+[[nodiscard]] System make_system(Reading reading, IdLock& lock, const SystemOptions& options = {});
 
 }  // namespace trestle::describe

@@ -117,8 +117,7 @@ std::string check_lengths_of(const TypeTree& tree, const MessageRules& rules);
 
 }  // namespace
 
-std::string check_type(const std::string& type, const TypePlaces& places,
-                       const MessageRules& rules) {
+std::string check_type(const std::string& type, const TypePlaces& places, const MessageRules& rules) {
   TypeLibrary library = TypeLibrary::in(places);
   if (is_service(type)) {
     const auto types = library.resolve_service(type);
@@ -147,8 +146,7 @@ std::string check_field_service(const std::string& service, const std::string& v
   return plans ? std::string{} : plans.error();
 }
 
-std::string check_lengths(const std::string& type, const TypePlaces& places,
-                          const MessageRules& rules) {
+std::string check_lengths(const std::string& type, const TypePlaces& places, const MessageRules& rules) {
   const auto is_short = [](const auto& one) {
     return std::ranges::any_of(one.second.fields, [](const auto& field) {
       return field.second.array_length && is_short_length(*field.second.array_length);

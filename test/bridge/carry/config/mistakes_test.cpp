@@ -357,11 +357,12 @@ INSTANTIATE_TEST_SUITE_P(
                 "{form: union}",
                 "union",
                 {"b.yaml:62:30: error: std_msgs/msg/Header: expected a mapping (key: value), found 'union'"}},
-        Mistake{"Form",
-                "form: union",
-                "form: variant",
-                {"b.yaml:62:37: error: form: expected one of struct, union, bits8, bits16, bits32, empty, found "
-                 "'variant'"}},
+        Mistake{
+            "Form",
+            "form: union",
+            "form: variant",
+            {"b.yaml:62:37: error: form: expected one of struct, union, bits8, bits16, bits32, empty, found "
+             "'variant'"}},
         Mistake{"KeyOfType",
                 "form: union",
                 "frm: union",

@@ -403,7 +403,8 @@ TEST(CheckType, AnswersForAConfiguration) {
   EXPECT_EQ(check_type("sensor_msgs/msg/PointCloud2", {}), "");
   EXPECT_EQ(check_type("sensor_msgs/msg/PointCloud3", {}),
             "unknown type sensor_msgs/msg/PointCloud3: not among the built-in ones");
-  EXPECT_EQ(check_type("oracle_msgs/Nested", {.folders = {TRESTLE_SOURCE_DIR "/test/bridge/oracle/msgs"}}), "");
+  EXPECT_EQ(check_type("oracle_msgs/Nested", {.folders = {TRESTLE_SOURCE_DIR "/test/bridge/oracle/msgs"}}),
+            "");
 }
 
 TEST(CheckLengths, NamesTheArraysThatTheirLengthFieldMayNotCount) {
