@@ -132,10 +132,12 @@ constexpr bool stalled_peer_aborts(int version) {
   return version < 21002 || (version >= 21100 && version < 21102);
 }
 
-/// Tells the sanitizers about Fast DDS: sanitizers.cpp. Called so that the linker takes that file.
+/// Tells the sanitizers about Fast DDS. Does nothing; calling it makes the linker take sanitizers.cpp from
+/// the static library.
 void link_sanitizer_hints() noexcept;
 
-/// Keeps type descriptions of peers from ending the process: type_object_guard.cpp, not for 3.x. Likewise.
+/// Keeps peers from ending the process by describing their types; 3.x does not need it. Does nothing; calling
+/// it makes the linker take type_object_guard.cpp from the static library.
 #if TRESTLE_FASTDDS_3
 inline void link_type_object_guard() noexcept {}
 #else

@@ -137,7 +137,8 @@ void forget_refusals(const rtps::GuidPrefix_t& participant) noexcept {
 
 }  // namespace trestle::dds::fast
 
-// Fast DDS cannot keep a writer from a reader: these replace the library's, as in type_object_guard.cpp.
+// Fast DDS offers no way to keep a writer from a reader. These definitions take the place of the library's,
+// as in type_object_guard.cpp, and call them.
 #if TRESTLE_FASTDDS_3
 #define TRESTLE_FASTDDS_MANGLED "_ZN8eprosima7fastdds4rtps"
 namespace eprosima::fastdds::rtps {

@@ -207,7 +207,8 @@ struct EndpointExtras {
   /// The exception: if this returns true for the text of such an end of another participant, it is a
   /// counterpart like any other. Called on threads of DDS, on several at once. Empty: no exception.
   std::function<bool(std::string_view bridge)> takes_bridge{};
-  /// Of such a reader: told of each sample that it does not take for this reason. As that of samples.
+  /// Of such a reader: told of each sample that it does not take for this reason. Valid during the call, on
+  /// the same threads as `on_sample`.
   std::function<void(ByteView cdr, const Guid& writer)> on_bridged{};
   bool writes_related = false;  ///< of a writer: Writer::write_related() is used, and no other write()
 };

@@ -38,7 +38,8 @@ struct ServiceConfig {
   std::string name;  ///< as ROS 2 has it: "/add_two_ints"
   std::string type;  ///< likewise: "example_interfaces/srv/AddTwoInts"
   RosForm form = RosForm::automatic;
-  /// Of a client: calls without answer. Of a server: requests, and replies without reader, that wait.
+  /// For a client: calls that wait for an answer. For a server: requests that wait for work(), and as many
+  /// replies that wait for their reader.
   std::size_t max_calls = 256;
   std::size_t max_sample_bytes = default_max_sample_bytes;
   /// How long a request or reply waits until its reader is found; discovery needs some milliseconds for that.

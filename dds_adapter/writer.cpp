@@ -227,7 +227,8 @@ class WriterCore final : private fast::WriterListener {
     qos.publish_mode().kind =
         leaves_to_dds_ ? fast::ASYNCHRONOUS_PUBLISH_MODE : fast::SYNCHRONOUS_PUBLISH_MODE;
     // A large sample is a burst, of which a full socket buffer loses a part; these times say how soon that is
-    // sent again. The defaults (3 s) hold up a stream for too long.
+    // sent again. By default (3 s between heartbeats) one lost fragment would stop a stream for longer than
+    // it is useful.
     fast::set_heartbeat_period(qos, fast::Duration{0, 50'000'000});
     fast::set_nack_delay(qos, fast::Duration{0, 1'000'000});
     return qos;

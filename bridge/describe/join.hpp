@@ -8,11 +8,11 @@ namespace trestle::describe {
 /// Makes one description of a model that several sources were appended to.
 ///
 /// - Services without types and names of their own (of vsomeip JSON, of captures) that have the id of a
-/// described
-///   one add to it what it lacks: eventgroups, transports, segmentation; then they are gone.
+///   described one add to it what it lacks: eventgroups, transports, segmentation; then they are gone.
 /// - Instances of the same service, id and role become one; each adds what the others lack.
-/// @return what contradicts: two services of one name, or of one id with different names; two members of one
-/// id.
+///
+/// @return what contradicts: two services of one name, or of one id with different names, or two members of
+///         one id
 [[nodiscard]] std::vector<documents::Problem> join(Model& model);
 
 /// "Door.fidl:12:3", or the file, or nothing.

@@ -4,14 +4,16 @@
 //   model.hpp       services, types, instances, as plain values
 //   model_json.hpp  the model as JSON: docs/describe.md
 //   layout.hpp      what the bytes of a payload are
-//   read/           readers: FIDL and FDEPL, ARXML, vsomeip JSON, .msg and .srv, captures
-//   write/          writers of the same and more
+//   read/           readers: FIDL and FDEPL, ARXML, vsomeip JSON
+//   sources/        loads files of any kind, .msg and .srv among them, and has each read by its reader
+//   write/          writers of FIDL, ARXML and vsomeip JSON, of route files, sheets and Wireshark profiles
 //   lower.hpp       types and members as ROS definitions with wire rules: what routes and tools convert by
 //   raise.hpp       ROS definitions as types of a model
 //   model_source.hpp  what lower.hpp makes, for a TypeLibrary
 //
-// Nothing here opens a file, a socket or a clock, except read/sources.hpp, which loads files. Readers get
-// text and return a model with problems; a model with errors is not used.
+// Captures are read by bridge/generate. Nothing here opens a file, a socket or a clock, except
+// sources/sources.hpp, which loads files. Readers get text and return a model with problems; a model with
+// errors is not used.
 #pragma once
 #include <bit>
 #include <chrono>

@@ -67,8 +67,8 @@ std::vector<std::string> command_names(const CLI::App& app) {
   return names;
 }
 
-/// Each command has its own folder with a function `add_X_command(app, status)`. It adds the subcommand,
-/// whose callback runs it and stores an exit status (exit_status.hpp) in `status`.
+/// Each room has a header with add_X_command(app, status) for each of its commands. That adds the
+/// subcommand, whose callback runs it and stores an exit status (exit_status.hpp) in `status`.
 int run(int argc, char** argv) {
   CLI::App app{"Trestle joins DDS (ROS 2) topics and SOME/IP services."};
   app.name("trestle");

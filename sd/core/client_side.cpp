@@ -194,10 +194,11 @@ void ServiceDiscovery::request(Subscription& subscription, TimePoint due, Cause 
   }
   // The first Subscribe asks for initial events  [feat_req_someipsd_1191]. An additional one does not, as
   // long as the TTL of the previous one runs, answered or not  [feat_req_someipsd_1192]. Nor does one after a
-  // StopSubscribe: that pair asks servers which do not know the flag.  [feat_req_someipsd_844]
+  // StopSubscribe: servers that do not know the flag take that pair as a request for initial events.
+  // [feat_req_someipsd_844]
   const bool first = !subscription.asked;
   // There are more reasons to ask again than _1193 names: after a silence events may be lost, and if only the
-  // additional Subscribe was acknowledged, the request was.  [feat_req_someipsd_691]
+  // additional Subscribe was acknowledged, the server did not get the request.  [feat_req_someipsd_691]
   const bool again = server_is_asked &&
                      (unanswered || (subscription.state == State::subscribed && subscription.initial_open));
   const bool initial_data = settings_.explicit_initial_data && (first || again || cause == Cause::silence);

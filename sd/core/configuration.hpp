@@ -7,7 +7,8 @@
 
 namespace trestle::sd {
 
-/// The Service ID of all that is not SOME/IP.  [feat_req_someipsd_500] [feat_req_someip_624]
+/// The Service ID of all that is not SOME/IP: a configuration item tells what it is. [feat_req_someipsd_500]
+/// [feat_req_someip_624]
 inline constexpr ServiceId other_protocols{0xfffe};
 /// The key of that item; its value is the service's name.
 inline constexpr std::string_view otherserv = "otherserv";

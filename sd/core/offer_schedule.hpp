@@ -50,7 +50,8 @@ class OfferSchedule {
   return delay.count() > longest.count() / 2 ? longest : 2 * delay;
 }
 
-/// When the Finds of a required service are due; silent in the main phase.  [feat_req_someipsd_866]
+/// When the multicast Finds of a required service are due. As an OfferSchedule, but silent in the main phase.
+/// [feat_req_someipsd_866]
 class FindSchedule : public OfferSchedule {
  public:
   /// Enters the initial wait phase; the first Find is due at `first`. Before, it is down: nothing is due.

@@ -28,7 +28,8 @@ class ReceiveBufferOption {
   std::size_t size_ = 0;
 };
 
-/// What a configuration tells by its first item with that key; 0: none, or its value is no decimal number.
+/// What a configuration tells by its first item with that key: bytes, up to what the type holds. 0: there is
+/// none, or its value is no decimal number.
 [[nodiscard]] std::uint32_t receive_buffer_in(ConfigurationCursor configuration) noexcept;
 
 }  // namespace trestle::sd

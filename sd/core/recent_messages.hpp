@@ -17,7 +17,8 @@ namespace trestle::sd {
 }
 
 /// The last messages of one peer, by a hash of what is in them: networks may bring a message twice, also
-/// behind the one that was sent after it, which is no sign of a reboot. Empty without guards.
+/// behind the one that was sent after it. That must not be taken for a sign of a reboot. Empty without
+/// guards.
 class RecentMessages {
  public:
   /// @param payload  of the SD message

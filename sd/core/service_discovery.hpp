@@ -29,7 +29,8 @@ enum class SdError : std::uint8_t {
 /// The error's name as it stands above, for logs.
 [[nodiscard]] const char* to_string(SdError error) noexcept;
 
-/// Why a subscription was refused, in the checks' order.  [feat_req_someipsd_1164] [feat_req_someipsd_1137]
+/// Why a peer's subscription was refused, in the order in which it is checked.  [feat_req_someipsd_1164]
+/// [feat_req_someipsd_1137]
 enum class NackReason : std::uint8_t {
   unknown_service,
   unknown_instance,
@@ -229,7 +230,8 @@ class ServiceDiscovery {
   /// Whether this address has shown to receive what we send: it has a subscription here, or a TCP connection.
   [[nodiscard]] bool is_proven(const IpAddress& client) const noexcept;
 
-  /// UDP events cannot reach `subscriber`: its subscriptions end.  [feat_req_someipsd_435]
+  /// Sending an event by UDP failed because `subscriber` cannot be reached: its subscriptions end.
+  /// [feat_req_someipsd_435]
   void unreachable(const Endpoint& subscriber) noexcept;
 
   // --- Client ---------------------------------------------------------------------------------------------
@@ -250,7 +252,8 @@ class ServiceDiscovery {
   /// ones: the priority of an impostor must not count. If all are mute, it is any.
   [[nodiscard]] std::optional<RemoteService> choose(RequirementHandle requirement) noexcept;
 
-  /// Calls `visit(const slots::Remote&)` for each known service of a peer, also those that nobody requires.
+  /// Calls `visit(const slots::Remote&)` for each service of a peer that is known: also those that nobody
+  /// requires, as long as there is room for them.
   template <typename Visit>
   void for_each_remote(Visit visit) const {
     for (const slots::Remote& remote : remotes_) {
@@ -282,7 +285,8 @@ class ServiceDiscovery {
   /// the next call that is told the time.  [feat_req_someipsd_1146] [feat_req_someipsd_1147]
   [[nodiscard]] ConfigurationCursor configuration(RemoteHandle service) const noexcept;
 
-  /// Subscribes to an eventgroup with each offer.  [feat_req_someipsd_428] [feat_req_someipsd_431]
+  /// Subscribes to an eventgroup, as soon as the service is offered and again with each offer.
+  /// [feat_req_someipsd_428] [feat_req_someipsd_431]
   /// @return its handle, or
   ///         bad_argument  no instance, TTL 0, an endpoint with port 0, a multicast or unspecified address,
   ///         or
@@ -320,7 +324,8 @@ class ServiceDiscovery {
   /// Does what is due. Early and repeated calls change nothing.
   void on_time(TimePoint now) noexcept;
 
-  /// The next datagram to send, or nothing. Entries for one receiver share it.  [feat_req_someipsd_836]
+  /// The next datagram to send now, or nothing. Entries that are due for one destination share a datagram as
+  /// long as they fit.  [feat_req_someipsd_836]
   /// @param room  bounds the datagram: 1400 bytes are a good size, 200 and max_configuration_bytes enough for
   ///              any single entry.
   [[nodiscard]] std::optional<Transmit> poll_transmit(ByteSpan room, TimePoint now) noexcept;

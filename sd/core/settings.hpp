@@ -19,7 +19,8 @@ struct Timing {
   std::uint8_t repetitions_max = 3;  ///< [feat_req_someipsd_73]
   /// Between offers in the main phase; 0: none are sent there.  [feat_req_someipsd_79]
   Duration cyclic_offer_delay = std::chrono::seconds{1};
-  /// Wait before the answer to what came by multicast, drawn between the two.  [feat_req_someipsd_84]
+  /// Wait before the answer to what came by multicast, drawn at random between the two.
+  /// [feat_req_someipsd_84]
   Duration request_response_delay_min{0};
   Duration request_response_delay_max = std::chrono::milliseconds{10};
   /// Lifetime of offers and subscriptions: 1 to 0xFFFFFE seconds; 0xFFFFFF is "until the next reboot".
@@ -43,7 +44,8 @@ struct ForeignEndpoints {
   friend constexpr bool operator==(const ForeignEndpoints&, const ForeignEndpoints&) = default;
 };
 
-/// Where the specification leaves a choice. The defaults are what it asks for (first): docs/sd_options.md.
+/// Where the specification leaves a choice. The defaults are what it asks for, or asks for first;
+/// docs/sd_options.md tells the reasons.
 struct DiscoveryRules {
   /// Peers and the endpoints they name must be in the subnet that `unicast` is in, of this prefix length;
   /// nothing: any subnet.  [feat_req_someipsd_1135] [feat_req_someipsd_1149]
@@ -56,7 +58,8 @@ struct DiscoveryRules {
   /// messages sent to them that they did not ask for.  [feat_req_someipsd_1149]
   bool own_endpoints_only = true;
   FindAnswer find_answer = FindAnswer::unicast;
-  /// Whether a Find is answered in the repetition phase, too (an Offer is near).  [feat_req_someipsd_811]
+  /// Whether a Find is also answered in the repetition phase, where the next Offer is near anyway.
+  /// [feat_req_someipsd_811]
   bool answer_finds_in_repetition_phase = true;
   /// Whether we ask for initial events, and say that we understand such a request. Off for test suites from
   /// before that feature.  [feat_req_someipsd_1187]
@@ -98,7 +101,8 @@ struct DiscoveryRules {
   /// Peers at one address, at different ports. A further one takes the place of another one there.
   std::uint16_t max_peers_per_address = 16;
   std::uint16_t max_reboots_at_once = 8;  ///< see reboot_pause
-  /// Exceptions from own_endpoints_only: hosts with several addresses, or behind a NAT. Outlives this object.
+  /// Exceptions from own_endpoints_only: hosts with several addresses, or behind a NAT. It is read later, so
+  /// it must outlive this object.
   const std::span<const ForeignEndpoints>* foreign_endpoints = nullptr;
   /// When a table is full, entries of a peer make room for a newcomer if the peer was silent for this long,
   /// or for twice the time that it was heard before, whatever TTL it named. So a peer that speaks once soon
@@ -120,7 +124,8 @@ struct DiscoveryRules {
   /// and sends the same one again is not noticed: its subscriptions go on, and so do ours to it, which the
   /// next Offer renews. 0: no message is a duplicate.  [feat_req_someipsd_863]
   Duration duplicate_window = std::chrono::milliseconds{500};
-  /// Rank of a service without load balancing option: after all others.  [feat_req_someipsd_174]
+  /// The rank of a service that is offered without load balancing option: by default after all others.
+  /// [feat_req_someipsd_174]
   LoadBalancingOption unranked{.priority = 0xffff, .weight = 0};
 };
 

@@ -27,7 +27,8 @@ struct Limits {
   std::uint16_t max_tcp_connections = 64;  ///< of clients, for TCP events
   /// Entries waiting to be sent. A shutdown needs one for each offer and subscription.
   std::uint16_t max_pending_entries = 512;
-  /// Different configurations of all services. A peer's service whose one finds no room is known without it.
+  /// Different configurations of all services. If a peer's configuration finds no room, its service is known
+  /// without it.
   std::uint16_t max_configurations = 64;
   /// The size of one of them, the whole body of its option: two bytes, and one more for each item. Items of a
   /// peer that do not fit are left out.
@@ -134,7 +135,8 @@ struct Remote : SlotBase {
   [[nodiscard]] std::uint16_t& told() noexcept { return subscribed_by; }
 };
 
-/// What is remembered of a host that did not answer: else it would begin anew with each other offer.
+/// What is remembered of a host that was asked by a service and did not answer: otherwise each offer that
+/// differs would begin the questions anew.
 struct Silence {
   std::uint16_t key = 0;             // a hash of the address and the service; 0: none
   std::uint16_t last_seen : 14 = 0;  // see rivals.cpp

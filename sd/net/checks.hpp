@@ -4,14 +4,16 @@
 
 namespace trestle::sd {
 
-// Checks of what callers pass. Each throws std::invalid_argument, whose what() names the field, or nothing.
+// Checks of what callers pass. Each throws std::invalid_argument, whose what() names the field, or does
+// nothing.
 
 void check(const NodeConfig& config);
 /// @param field  the name of `pacing` where it stands.
 void check(const someip::TpPacing& pacing, const char* field);
 void check(const CallSpec& spec);
 
-/// What is wrong with a description by itself, to be written after the name of the field; empty: nothing.
+/// What is wrong with a description by itself, to be written after the name of the field; empty if nothing is
+/// wrong.
 [[nodiscard]] std::string mistake_in(const someip::AnswerRules& rules);
 [[nodiscard]] std::string mistake_in(const someip::TpPacing& pacing);
 [[nodiscard]] std::string mistake_in(const ServiceSpec& spec, const NodeConfig& config);

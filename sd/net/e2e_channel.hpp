@@ -71,7 +71,8 @@ class E2eChannel : public std::enable_shared_from_this<E2eChannel> {
   [[nodiscard]] std::size_t added_bytes() const noexcept { return sending_ ? sending_->place.bytes : 0; }
 
   using Bytes = std::shared_ptr<const std::vector<std::byte>>;
-  /// A payload with its E2E header; null if the profile does not allow it. To protect, as the next three.
+  /// A payload with its E2E header; null if the profile does not allow it. For channels that protect, as the
+  /// next three.
   [[nodiscard]] Bytes protect(const E2ePeer& to, const someip::Header& header,
                               std::span<const ByteView> payload, const someip::e2e::MethodInfo& method = {});
   /// What was protected last was not sent.
@@ -79,10 +80,12 @@ class E2eChannel : public std::enable_shared_from_this<E2eChannel> {
   /// As protect(), with the counter of a request, for its answer.
   [[nodiscard]] Bytes protect_as(std::uint32_t counter, const someip::Header& header,
                                  std::span<const ByteView> payload, const someip::e2e::MethodInfo& method);
-  /// As protect(), with the counter of the last event, if any: others must not miss that of an initial event.
+  /// As protect(), with the counter of the last event if there was one: the initial event is for one
+  /// subscriber, and the others must not miss a number.
   [[nodiscard]] Bytes protect_again(const someip::Header& header, ByteView payload);
 
-  /// Checks a message and takes the E2E header out of its payload, which may then lie in `room`.
+  /// Checks a message, of channels that check, and takes the E2E header out of its payload, which may then
+  /// lie in `room`.
   /// @param known  the sender is one that discovery told of. Others are only remembered if all is well.
   [[nodiscard]] someip::e2e::CheckResult check(const E2ePeer& from, someip::Message& message,
                                                const someip::e2e::MethodExpectation& expected, bool known,

@@ -125,7 +125,8 @@ struct Node::State : std::enable_shared_from_this<State> {
               }} {
     unicast.receive(feed(false));
     multicast.receive(feed(true));
-    // A socket learns of a full neighbour table only if it reports errors; else those are nothing new.
+    // Only a socket that reports errors learns of a full neighbour table. Other errors tell discovery nothing
+    // new.
     unicast.report_unreachable([](const Endpoint&) {});
     multicast.report_unreachable([](const Endpoint&) {});
     say_what_is_not_granted();

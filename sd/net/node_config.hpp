@@ -27,7 +27,8 @@ struct NodeConfig {
   std::uint16_t port = 30490;  ///< SD's port, of all nodes  [feat_req_someip_676]
   Timing timing{};
   DiscoveryRules discovery{};  ///< see docs/sd_options.md
-  /// Hosts that may name others' endpoints (DiscoveryRules::own_endpoints_only); they replace `discovery`'s.
+  /// Hosts that may name endpoints of other hosts (DiscoveryRules::own_endpoints_only). If there are any,
+  /// they replace those of `discovery`.
   std::vector<ForeignEndpoints> foreign_endpoints{};
   /// Where `discovery` names no prefix length, take that of the interface with `address`, so that peers
   /// outside of its subnet are ignored. False: all peers are heard, also those at loopback addresses of this
@@ -42,7 +43,8 @@ struct NodeConfig {
   std::size_t max_waiting_discovery = 256;
   std::size_t max_message_bytes = std::size_t{16} << 20U;  ///< payload of a received message
   /// Bytes that may wait to be sent at one UDP port or TCP connection. Beyond them messages are dropped, at a
-  /// UDP port those to the receiver with the most. As much memory is kept for later copies.
+  /// UDP port those to the receiver with the most. Up to as much memory for copies of waiting messages is
+  /// kept for later ones.
   std::size_t max_queued_bytes = std::size_t{64} << 20U;
   /// Large messages that may be under way to one UDP port at once: so many requests, and as many events and
   /// answers. Their memory is taken as they fill it, and given back when none came for reassembly_timeout.
@@ -96,7 +98,8 @@ struct NodeConfig {
   bool cookie_in_each_segment = true;
   /// A TCP peer that acknowledges nothing for so long, data or the probes of an idle connection, is given up.
   Duration tcp_dead_after = std::chrono::seconds{10};
-  /// A TCP connection on which one message takes longer is closed: it must not stay for ever. 0: never.
+  /// A TCP connection on which a message is under way for longer is closed: half a message must not hold its
+  /// place for ever. 0: never.
   Duration tcp_message_timeout = std::chrono::seconds{30};
   int tcp_receive_buffer_bytes = 0;  ///< of the kernel, for each connection; 0: it adapts them itself
   int tcp_send_buffer_bytes = 0;     ///< likewise

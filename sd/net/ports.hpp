@@ -75,11 +75,14 @@ class Ports {
     std::function<void(const Endpoint& own, const Endpoint& client, bool connected)> tcp_client;
     /// Whether a client's connection to `own` is needed although nothing is said.
     std::function<bool(const Endpoint& own, const Endpoint& client)> tcp_needed;
-    /// A client was refused a connection, or lost it, by a limit of ours. Unspecified address: some client.
+    /// A client was refused a connection, or lost it because a limit of ours was reached. An unspecified
+    /// address: one of which no more is known.
     std::function<void(const Endpoint& client, const std::string& why)> tcp_refused;
-    /// Large messages were lost by a limit of ours: what happened, with its name. `from` sent the last one.
+    /// Large messages were lost because a limit of ours was reached: what happened, with the limit's name.
+    /// `from` has sent the last one that came.
     std::function<void(const Endpoint& from, const std::string& what)> large_lost;
-    /// A message was dropped as too much waits to be sent: by UDP (`to` is its receiver), or TCP (null).
+    /// A message was dropped because too much waits to be sent: at a UDP port (`to` is its receiver), or over
+    /// a connection (null).
     std::function<void(const Endpoint* to)> queue_full;
     /// Datagrams to this UDP endpoint cannot be delivered: no socket or no host is there.
     std::function<void(const Endpoint& receiver)> unreachable;

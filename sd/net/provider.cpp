@@ -37,7 +37,8 @@ std::vector<std::byte> joined(std::span<const ByteView> slices) {
   return all;
 }
 
-/// Whether so large a payload may go over UDP: maybe only in segments.  [feat_req_someiptp_788]
+/// Whether a payload of this size may go over UDP: large ones only if they may be segmented.
+/// [feat_req_someiptp_788]
 bool may_be_sent(const ServiceSpec& spec, MethodId id, std::size_t bytes) {
   return bytes <= someip::max_plain_payload_bytes || !spec.segmented || contains(*spec.segmented, id);
 }
@@ -578,7 +579,8 @@ void Provider::handle(const std::shared_ptr<OpenOffer>& offer, const Message& me
   const std::size_t field = *field_of(*offer, message.header.method);
   if (offer->spec.fields[field].setter == message.header.method) {
     call_setter(*offer, field, message.payload, responder);
-    // Called with nothing [feat_req_someip_633]; more is of a newer client.  [feat_req_someip_168]
+    // A getter has no parameters [feat_req_someip_633]; a payload comes from a newer client.
+    // [feat_req_someip_168]
   } else if (const auto value = offer->values[field].value) {
     const ByteView bytes{*value};
     responder.respond({&bytes, 1}, value);

@@ -114,7 +114,8 @@ bool ReplyPath::send_protected(const Header& header, std::span<const ByteView> p
     const ByteView slice{*bytes};
     return send_bytes(header, {&slice, 1}, bytes);
   }
-  // The profile has no such length. An error then goes unprotected, lest the caller waits; else one is sent.
+  // The profile has no such length. An error is then sent unprotected, so that the caller need not wait in
+  // vain; an answer becomes such an error.
   Header failed = header;
   if (header.return_code == ReturnCode::ok) {
     ++counters->e2e_not_protected;

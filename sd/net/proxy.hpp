@@ -21,7 +21,8 @@ struct Response {
   std::optional<someip::e2e::CheckResult> check{};  ///< of an answer with end-to-end protection
 };
 
-/// A service of others, looked for as long as this object lives, and its methods. The Node outlives it.
+/// A service of others, looked for as long as this object lives, whose methods can be called. The Node must
+/// outlive it.
 class Proxy {
  public:
   /// @param handler  is told of each server that comes and goes. It may destroy the Proxy.

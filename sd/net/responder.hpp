@@ -73,7 +73,8 @@ class Responder {
   /// Whether an answer is awaited and has not been given.
   [[nodiscard]] bool pending() const noexcept { return pending_; }
 
-  /// Answers with success. `payload` and `keep_alive` as in MessageSender::send().
+  /// Answers with success. Without `keep_alive` the payload need only live during the call; with it, as long
+  /// as that does.
   /// @return false when the answer could not be sent, or was given before.
   bool respond(std::span<const ByteView> payload, std::shared_ptr<const void> keep_alive = nullptr);
   bool respond(ByteView payload = {}) { return respond(std::span{&payload, 1}); }

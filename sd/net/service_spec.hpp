@@ -26,7 +26,8 @@ struct MethodSpec {
   std::optional<std::size_t> max_request_bytes{};
 };
 
-/// Judges what a setter brings: gives the value to set, or the error.  [feat_req_someip_634]
+/// Judges the value that a setter brings: gives the value to be set, which may be another, or the error.
+/// [feat_req_someip_634]
 using SetHandler = std::function<someip::Result<std::vector<std::byte>, someip::ReturnCode>(ByteView wanted)>;
 
 /// Whether the value of a field or event differs from the one that was sent last by so much that it is worth
@@ -34,7 +35,8 @@ using SetHandler = std::function<someip::Result<std::vector<std::byte>, someip::
 using DifferenceCheck = std::function<bool(ByteView sent, ByteView value)>;
 
 /// A field of an offered service: one or more of getter, setter and notifier. The Node keeps its value,
-/// answers the getter, and notifies of changes.  [feat_req_someip_631] [feat_req_someip_632]
+/// answers the getter, notifies of changes, and gives new subscribers the value.
+/// [feat_req_someip_631] [feat_req_someip_632]
 struct FieldSpec {
   std::optional<someip::MethodId> getter{};
   std::optional<someip::MethodId> setter{};
@@ -49,9 +51,9 @@ struct FieldSpec {
   std::optional<someip::TpPacing> pacing{};
 };
 
-/// When an event is sent that Node::notify() gives a payload: all without such a rule are sent by each
-/// notify(). The Node copies the last payload, to compare and to repeat, but not for new subscribers: only
-/// fields have initial values.  [feat_req_someip_635] [feat_req_someipsd_833]
+/// Rules for an event given to `notify()`. An event without a rule is sent by each `notify()`. The Node
+/// copies the last payload, to compare and to repeat, but not for new subscribers: only fields have initial
+/// values.  [feat_req_someip_635] [feat_req_someipsd_833]
 struct EventSpec {
   someip::MethodId id{};
   someip::UpdateRule update{};  ///< on change, in a cycle from the first notify() on, or both
@@ -77,7 +79,8 @@ struct EventgroupSpec {
   std::vector<someip::MethodId> events{};
   /// Where its UDP events go to when multicast is used.
   std::optional<Endpoint> multicast{};
-  /// From how many subscribers on multicast is used, if it can be: 0 is never.  [feat_req_someip_813]
+  /// From this number of subscribers on, multicast is used if there is an endpoint for it.
+  /// 0: never, 1: always.  [feat_req_someip_813]
   std::size_t multicast_threshold = 1;
   /// UDP endpoints of clients that both sides are configured with: they get the events without ever
   /// subscribing, but no initial ones. Not for eventgroups with TCP events.  [feat_req_someipsd_444]
@@ -112,7 +115,8 @@ struct ServiceSpec {
   /// What else discovery says about the service, in this order.  [feat_req_someipsd_857] A service of
   /// other_protocols is named by its item `otherserv`.  [feat_req_someipsd_500]
   std::vector<ConfigurationText> configuration{};
-  /// How long it lives unless offered again, from 1 on; nothing: Timing::ttl_s.  [feat_req_someipsd_253]
+  /// How long it lives unless it is offered again, 1 to infinite_ttl_s; nothing: Timing::ttl_s of the node.
+  /// [feat_req_someipsd_253]
   std::optional<std::uint32_t> ttl_s{};
   OfferOptions options{};  ///< of a service with `mac_groupcast` neither port is needed
   /// How its requests that are in error are answered; nothing: as NodeConfig says.  [feat_req_someip_726]
@@ -162,20 +166,24 @@ struct SubscribeSpec {
   bool udp = true;
   bool tcp = false;
   std::uint16_t port = 0;  ///< UDP, to receive at; 0: one that all subscriptions of the node share
-  /// The server is configured with us as subscriber: only receive. UDP only.  [feat_req_someipsd_444]
+  /// The server is configured with us as a subscriber: only receive, say nothing. UDP only.
+  /// [feat_req_someipsd_444]
   bool configured = false;
   /// Subscribe anew when no event of `events` came for this long, counted from the Ack and from each event;
   /// nothing: never.  [feat_req_someipsd_439] [feat_req_someipsd_691]
   std::optional<Duration> silence_timeout{};
-  /// How long it lives unless renewed, from 1 on; nothing: Timing::ttl_s.  [feat_req_someipsd_322]
+  /// How long it lives unless it is renewed, 1 to infinite_ttl_s; nothing: Timing::ttl_s of the node.
+  /// [feat_req_someipsd_322]
   std::optional<std::uint32_t> ttl_s{};
   std::vector<E2eSpec> e2e{};  ///< of `events` with end-to-end protection
-  /// The largest event that is put together from segments. Nothing: NodeConfig::max_message_bytes.
+  /// The largest of `events` that comes over UDP in segments: a larger one is not put together. Nothing:
+  /// NodeConfig::max_message_bytes.
   std::optional<std::size_t> max_event_bytes{};
   std::string otherserv{};  ///< the name, for other_protocols  [feat_req_someipsd_503]
 };
 
-/// How often something came between a subscription and its events; each is also logged, as a warning.
+/// How often something came between a subscription and its events; each counts when it begins, and is logged
+/// as a warning.
 struct SubscriptionFaults {
   std::uint64_t refused = 0;          ///< the server answered with a Nack
   std::uint64_t other_transport = 0;  ///< the service is not offered over TCP, which was wanted

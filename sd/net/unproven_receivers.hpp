@@ -8,7 +8,8 @@ namespace trestle::sd {
 
 /// What is sent, for the mere asking, to addresses that have not shown to receive anything: somebody may have
 /// asked in their name, and a few bytes must not bring them megabytes. Each address has a budget that grows
-/// with time. Without room, one takes the place of that with most left, and has no more than that.
+/// with time. If there is no room, a new address replaces the one with most budget left, and gets no more
+/// than that rest.
 class UnprovenReceivers {
  public:
   /// @param most           bytes at once to one address.
@@ -32,7 +33,8 @@ class UnprovenReceivers {
   std::array<Budget, 64> budgets_{};
 };
 
-/// Whether nobody else can have sent in the name of this address: the system takes no such packets.
+/// Whether nobody outside of this host can have sent in the name of this address: the system takes no such
+/// packets from a network.
 [[nodiscard]] bool is_of_this_host(const IpAddress& address, const IpAddress& own) noexcept;
 
 /// How often a large initial value goes to one address: somebody may subscribe in its name, again and again,

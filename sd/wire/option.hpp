@@ -99,7 +99,8 @@ struct LoadBalancingOption {
   friend constexpr bool operator==(const LoadBalancingOption&, const LoadBalancingOption&) = default;
 };
 
-/// Where layer 2 traffic that is not SOME/IP goes to.  [feat_req_someipsd_1252] [feat_req_someipsd_1253]
+/// Where the layer 2 traffic of a service goes to that is not SOME/IP.  [feat_req_someipsd_1252]
+/// [feat_req_someipsd_1253]
 struct MacGroupcastOption {
   static constexpr OptionType option_type = OptionType::mac_groupcast;
   static constexpr std::size_t max_identifier_bytes = 12;
@@ -128,7 +129,8 @@ struct ConfigurationItem {
   std::optional<std::string_view> value;  ///< nothing without '=', empty after a final '='
 };
 
-/// Walks over the items of a configuration option.  [feat_req_someipsd_150] [feat_req_someipsd_684]
+/// Walks over the items of a configuration option, in their order, equal keys included.
+/// [feat_req_someipsd_150] [feat_req_someipsd_684]
 class ConfigurationCursor {
  public:
   /// `option` is one of type OptionType::configuration.

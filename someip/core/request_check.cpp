@@ -5,7 +5,8 @@
 namespace trestle::someip {
 namespace {
 
-// Whether the method may be called with this message type. Of an unknown method, that is not the fault.
+// Whether the method may be called with this message type. For an unknown method either is accepted: the
+// fault is then not the type.
 bool is_configured(MessageType type, MethodKind method) noexcept {
   switch (method) {
     case MethodKind::request_response:

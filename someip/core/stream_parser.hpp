@@ -51,7 +51,8 @@ class StreamParser {
   /// @param max_bytes  the largest message, header and payload, instead of the size of the buffer.
   StreamParser(ByteSpan buffer, std::size_t max_bytes) noexcept;
 
-  /// The next bytes of the stream, when next() has returned nothing; they must live until it does again.
+  /// The next bytes of the stream. They must live until next() has returned nothing, which must have been so
+  /// before the next call.
   void feed(ByteView chunk) noexcept;
 
   /// The next message, or nothing until more is fed. Cookies are counted and left out. The payload points

@@ -19,7 +19,8 @@ inline constexpr std::size_t least_burst = 4;
 /// less, TpPacing::burst is to say so.
 inline constexpr std::size_t least_burst_to_group = 32;
 
-/// The most that leave at once for one that tells more: 5.7 MB of segments, faster than any network.
+/// The most that leave at once for one that tells more: 5.7 MB in one burst (500 us) is faster than any
+/// network.
 inline constexpr std::size_t most_burst = 4096;
 
 /// How many segments may leave at once for a receiver whose socket has room for so many bytes of datagrams

@@ -29,7 +29,8 @@ inline constexpr std::size_t tp_drop_count = 13;
 [[nodiscard]] const char* to_string(TpDrop reason) noexcept;
 
 /// What a reassembler has seen. `drops` counts refused segments and lost messages by reason; a segment that
-/// makes its message be given up counts once. New bytes beside known ones count as an overlap.
+/// makes its message be given up counts once. A segment with new bytes beside known ones is used, and counts
+/// as an overlap.
 struct TpCounters {
   std::uint64_t segments = 0;  ///< all that were offered
   std::uint64_t messages = 0;  ///< completed

@@ -54,7 +54,8 @@ class MessageSender {
 
   /// Calls `told` once, for the first message of more bytes than this. Not to destroy the sender.
   void tell_large(std::size_t above, std::function<void()> told);
-  /// Calls `told` with each message to `to` for which it or others are dropped. Not to destroy the sender.
+  /// Calls `told` with the receiver of each message for which there is no room: it is dropped, or others are.
+  /// Not to destroy the sender.
   void tell_full(std::function<void(const Endpoint& to)> told);
 
   /// Of the hosts on the link.
@@ -66,7 +67,8 @@ class MessageSender {
     std::function<void(const Endpoint& receiver)> unreachable;
   };
   static constexpr Duration patience = std::chrono::milliseconds{3500};  ///< the system itself has 3 s
-  /// Within this time the system asks for a new host (ARP). Otherwise it reaches it in another way.
+  /// Within this time the system asks for a new host (ARP), as an answer to its subscription is sent there.
+  /// Otherwise it reaches the host in another way.
   static constexpr Duration time_to_ask = std::chrono::milliseconds{200};
 
   void watch_link(Link link);

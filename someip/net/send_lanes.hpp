@@ -85,7 +85,8 @@ class SendLanes {
   /// @return nothing if so much may not wait.
   [[nodiscard]] PendingMessage* add(const Endpoint& to, std::span<const ByteView> parts, std::size_t bytes,
                                     bool keep);
-  /// As MessageSender::make_room(), before add(), and as with add().
+  /// To be called before add(): makes room as MessageSender::make_room() does. Call let_go() afterwards, as
+  /// after add().
   Room make_room(const Endpoint& to, const Header& newer, const WaitRule& rule);
   /// Ends the messages that gave way. Their owners are let go, and may call us.
   void let_go();

@@ -19,7 +19,8 @@ struct TcpServerOptions {
   TcpOptions tcp = {};
 };
 
-/// Listens at a TCP port and keeps its clients' connections. For the thread that runs the io_context.
+/// Listens at a TCP port and keeps the connections of its clients. Not thread-safe: use it on the thread that
+/// runs the io_context.
 class TcpServer {
  public:
   /// What the server is told. Any may destroy it.

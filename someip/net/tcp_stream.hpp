@@ -35,7 +35,8 @@ struct TcpOptions {
   std::size_t max_unread_answer_bytes = std::size_t{1} << 20U;
   /// A peer that acknowledges nothing for so long, data or the probes of an idle connection, is given up.
   Duration dead_after = std::chrono::seconds{10};
-  /// A connection on which one message takes longer is closed: it must not stay for ever. 0: none is.
+  /// A connection on which a message is under way for longer is closed: half a message must not hold its
+  /// place for ever. 0: never.
   Duration message_timeout = std::chrono::seconds{30};
   /// For test setups: sends Magic Cookies, and waits for one when framing is lost. A peer that sends them is
   /// waited for in any case, any other is disconnected.  [feat_req_someip_586]
@@ -66,7 +67,8 @@ struct TcpBuffers {
 /// @throws NetError
 [[nodiscard]] TcpBuffers granted_buffers(const TcpOptions& options);
 
-/// An open TCP connection that carries messages. For the thread that runs the io_context.
+/// An open TCP connection that carries messages, driven by an io_context. Not thread-safe: use it on the
+/// thread that runs the io_context.
 class TcpStream {
  public:
   /// Gets each message, valid during the call. May destroy the stream.

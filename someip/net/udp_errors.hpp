@@ -7,7 +7,8 @@
 namespace trestle::someip {
 
 /// Has the system keep the errors that a UDP socket's datagrams met on their way (ICMP), to be read with
-/// next_udp_error(). Each may then also end the next call that sends or receives.
+/// next_udp_error(). From then on each may also end the next call that sends or receives, in place of what
+/// that would have done.
 void keep_udp_errors(int fd, bool v6) noexcept;
 
 struct UdpError {

@@ -30,7 +30,8 @@ namespace trestle::someip {
 /// Which other sockets of this host may have the port.
 enum class PortSharing : std::uint8_t {
   exclusive,  ///< nobody, on this address or on all
-  /// Nobody on this very address; but SD sockets of other stacks may have it on all addresses, to share.
+  /// Nobody on this very address; but some socket may have it on all addresses, if that one agrees to share
+  /// too: so do the SD sockets of other stacks.
   by_address,
   shared,  ///< every socket that also shares it: for multicast groups, where each member receives
 };

@@ -35,7 +35,8 @@ class UdpTransmitter {
   void expect_told_errors() noexcept { told_errors_ = true; }
   /// Whether an error may have been told since the last call.
   [[nodiscard]] bool take_told_error() noexcept { return std::exchange(told_error_, false); }
-  /// Whether the interface's queue was full, not the send buffer: no event tells when it has room.
+  /// Whether the last that would block found the queue of the network interface full, not the send buffer: no
+  /// event tells when it has room.
   [[nodiscard]] bool interface_full() const noexcept { return interface_full_; }
 
   // As those of UdpSocket.

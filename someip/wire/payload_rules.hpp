@@ -24,7 +24,8 @@ struct PayloadRules {
   /// Of all numbers, enumerations and bit fields, except where writers and readers are told otherwise of a
   /// single parameter. Tags are always big endian, UTF-16 is as `string_encoding` says.
   std::endian byte_order = std::endian::big;
-  /// Lengths and types of unions are big endian [feat_req_someip_675]; else they follow `byte_order`.
+  /// Length fields, and the type fields of unions, are big endian whatever the payload is
+  /// [feat_req_someip_675]; else they follow `byte_order`.
   bool length_fields_always_big = true;
   FieldWidth array_length = FieldWidth::bits32;      ///< dynamic arrays; counts bytes, not elements
   FieldWidth fixed_array_length = FieldWidth::none;  ///< arrays whose size the type fixes
@@ -34,9 +35,11 @@ struct PayloadRules {
   FieldWidth union_type = FieldWidth::bits32;
   bool union_length_first = true;  ///< length, type, data; else type, length, data
   bool union_null = false;         ///< type 0 is an empty union, else an error  [feat_req_someip_273]
-  /// Before tagged members that are no numbers (tag.hpp), in place of those above; counts union types, too.
+  /// Before tagged members that are no numbers (tag.hpp), in place of the widths above; this length also
+  /// counts the type field of a union.
   FieldWidth tagged_length = FieldWidth::bits32;
-  /// Writers choose the smallest length field that does; else `tagged_length`. Readers understand both.
+  /// Writers choose the smallest length field that does, and the tag announces it; else `tagged_length`.
+  /// Readers understand both.
   bool smallest_tagged_length = false;
   /// Elements that an array has beyond those that the interface knows are skipped by the array's length
   /// field [feat_req_someipcompat_1199]; else they are an error.

@@ -10,7 +10,8 @@
 
 namespace trestle::someip {
 
-/// Serialises the parameters of a message into a buffer.  [feat_req_someip_169] [feat_req_someip_230]
+/// Serialises the parameters of a message, one after another as the interface lists them, into a buffer.
+/// [feat_req_someip_169] [feat_req_someip_230]
 ///
 ///     PayloadWriter out{room, rules};
 ///     out.u8(7);
@@ -88,7 +89,8 @@ class PayloadWriter {
   /// [feat_req_someip_600] [feat_req_someip_602]
   [[nodiscard]] Open begin_struct() noexcept { return begin(rules_.struct_length, false); }
   /// Between begin and end stands the one member.  [feat_req_someip_264]
-  /// @param type     which member, counted from 1; 0 for none if the rules allow it.  [feat_req_someip_273]
+  /// @param type     which member, counted from 1 in the interface's order; 0 for none where the rules allow
+  ///                 that.  [feat_req_someip_273]
   /// @param longest  size of the longest member, to which the data is padded with zeros; to be given when
   ///                 unions have no length field.  [feat_req_someip_572] [feat_req_someip_583]
   [[nodiscard]] Open begin_union(std::uint32_t type, std::size_t longest = 0) noexcept;

@@ -1,8 +1,11 @@
 // bridge/carry/commands: `trestle bridge` and `trestle check`.
 //
-//   carry_commands.hpp  both; bridge_command.cpp runs a bridge; SIGUSR1 prints counters, SIGHUP reads the
-//   file again summary.hpp         that as tables explain.hpp         loads a file, or explains what is wrong
-//   with it field_packages.hpp  writes the ROS packages of field services
+//   carry_commands.hpp  start here: both commands
+//   bridge_command.cpp  runs a bridge; SIGUSR1 prints counters, SIGHUP reads the file again
+//   check_command.cpp   checks configurations, and says what they would do
+//   summary.hpp         what a configuration does, as tables
+//   explain.hpp         loads a file, or explains what is wrong with it
+//   field_packages.hpp  writes the ROS packages of field services
 #pragma once
 
 namespace CLI {

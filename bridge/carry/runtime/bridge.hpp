@@ -2,14 +2,19 @@
 //
 //   bridge.hpp              start here: joins SOME/IP and DDS, has all routes, gives their counters
 //   running_route.hpp       what a route is while it runs
-//   make_routes.hpp         makes them of a configuration, by kinds, each in a file X_to_Y.cpp that is named
-//   by
-//                           its direction
-//   someip_side.hpp, dds_side.hpp, route_clock.hpp   all that routes see of the networks and of time
+//   make_routes.hpp         makes them of a configuration; each kind has a file named by its direction:
+//                           X_to_Y.cpp
+//   someip_side.hpp         all that routes see of SOME/IP
+//   dds_side.hpp            all that routes see of DDS
+//   route_clock.hpp         all that routes see of time
 //   discovered_routes.hpp   routes of patterns, made when topics appear
-//   counters.hpp, diagnostics.hpp, silence_watch.hpp, report.hpp   what a bridge reports about itself
-//   loop_guard.hpp, loop_check.hpp, suspected_loop.hpp, bridge_mark.hpp   keep messages from going round in a
-//   ring of bridges
+//   report.hpp              what a bridge reports about itself
+//   counters.hpp            counts what was carried and what was lost
+//   diagnostics.hpp         tells its state as ROS diagnostics
+//   silence_watch.hpp       says why nothing comes on a route
+//   loop_guard.hpp          keeps messages from going round in a ring of bridges
+//   loop_check.hpp, suspected_loop.hpp   find such rings
+//   bridge_mark.hpp         what ends of bridges say of themselves to other bridges
 //
 // One thread runs all of it, except that DDS may use its own threads to receive.
 #pragma once

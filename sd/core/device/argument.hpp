@@ -6,7 +6,8 @@
 
 namespace trestle::device {
 
-/// Which argument of a call, or member of the description that it is about, cannot be; what each must be.
+/// Which argument of a call cannot be, or which member of the description that the call is about. What each
+/// must be is said here.
 enum class Argument : std::uint8_t {
   none,
 

@@ -13,7 +13,8 @@ using someip::InstanceId;
 using someip::MethodId;
 using someip::ServiceId;
 
-/// A method of an offered service. Requests that do not fit are answered at once.  [feat_req_someip_718]
+/// A method of an offered service. Requests that do not fit, say of another type, are answered with an error
+/// without asking the application.  [feat_req_someip_718]
 struct Method {
   MethodId id{};
   someip::MethodKind kind = someip::MethodKind::request_response;
@@ -33,9 +34,11 @@ struct Field {
   MethodId setter{};
   MethodId notifier{};
   std::span<const EventgroupId> eventgroups{};  ///< of the notifier
-  /// Where the value is kept: memory as large as the value can get. Only the device writes there.
+  /// Where the value is kept: the application's memory, as large as the value can get. Only the device writes
+  /// there.
   ByteSpan room{};
-  /// How many bytes of `room` are the value at first; nothing: none until it is set (getter: not_ready).
+  /// How many bytes at the front of `room` are the value at first; nothing: there is none until it is set,
+  /// the getter is answered with not_ready.
   std::optional<std::size_t> initial_bytes{};
   /// Whether the application judges what a setter brings: it comes as a Request, to be answered with
   /// Device::accept() or respond_error(). Else each value is taken that fits into `room`, and FieldSet tells.
@@ -53,7 +56,8 @@ struct Service {
   std::span<const Method> methods{};
   std::span<const Event> events{};
   std::span<const Field> fields{};
-  /// All eventgroups that events and fields name. They go by UDP unicast: leave `tcp` and `multicast` alone.
+  /// All eventgroups that events and fields name. Their events go by UDP unicast: `tcp` and `multicast` stay
+  /// as they are by default.
   std::span<const sd::Eventgroup> eventgroups{};
   std::optional<std::uint32_t> ttl_s{};  ///< else that of sd::Timing
   someip::AnswerRules answers{};         ///< to requests that are in error
@@ -95,7 +99,8 @@ struct Limits {
   std::uint16_t subscriptions = 0;    ///< of all needs
   std::uint16_t remote_services = 0;  ///< that others offer: at least as many as needs, if there are any
   std::uint16_t calls = 0;            ///< outstanding at a time
-  /// Discovery entries that wait to be sent, at least services + subscriptions: so many Acks at once, too.
+  /// Discovery entries that wait to be sent, at least services + subscriptions. A client that subscribes to
+  /// this many eventgroups at once gets all Acks.
   std::uint16_t pending_entries = 8;
   /// What discovery tells at once: a peer's reboot needs one for each of its subscriptions and services.
   std::uint16_t pending_events = 8;

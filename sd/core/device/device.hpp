@@ -86,7 +86,8 @@ class Device {
 
   /// Sets a field, and tells its subscribers if it differs.  [feat_req_someip_635]
   /// @param field  its place in Service::fields.
-  /// @return bad_argument, not_offered, too_large, no_room to tell, or busy: the old value is being sent.
+  /// @return bad_argument, not_offered, too_large for its room, no_room to tell, or busy: the old value is
+  ///         being sent in segments.
   [[nodiscard]] Result<void> set_field(std::size_t service, std::size_t field, ByteView value) noexcept;
 
   /// The value of a field; nothing when there is none, or the service is not offered.
@@ -113,8 +114,10 @@ class Device {
 
   // --- Client ---------------------------------------------------------------------------------------------
 
-  /// Looks for the service at this place of Settings::needs, and subscribes to it.  [feat_req_someipsd_18]
-  /// @return bad_argument  no such need, impossible ids or port, or subscriptions without a certain instance;
+  /// Starts to look for the service at this place of Settings::needs, and subscribes when it is there.
+  /// [feat_req_someipsd_18]
+  /// @return bad_argument  no such need, ids or a port that are none, SD's port, or subscriptions without a
+  ///                       certain instance;
   ///         duplicate     it is looked for already;
   ///         table_full    more needs or subscriptions than Limits have.
   [[nodiscard]] Result<void> require(std::size_t need, TimePoint now) noexcept;
@@ -136,11 +139,13 @@ class Device {
 
   // --- Both -----------------------------------------------------------------------------------------------
 
-  /// The link went down: subscribers and services are lost.  [feat_req_someipsd_23] [feat_req_someipsd_437]
+  /// The link went down: subscribers and found services are lost, and what waits is not sent.
+  /// [feat_req_someipsd_23] [feat_req_someipsd_437]
   void link_down() noexcept;
   /// It is up, as it is after construction.  [feat_req_someipsd_436] [feat_req_someipsd_440]
   void link_up(TimePoint now) noexcept;
-  /// Withdraws all: drain poll_transmit() once more. What arrives later is ignored.  [feat_req_someipsd_821]
+  /// Withdraws all that is offered and needed: drain poll_transmit() once more. What arrives later is
+  /// ignored. [feat_req_someipsd_821]
   void shutdown(TimePoint now) noexcept;
 
   /// Takes a datagram. If the one before was not polled to its end, its rest is lost.
@@ -162,10 +167,12 @@ class Device {
   /// The next happening, or nothing. To be asked when poll_transmit() has nothing more, and then that again.
   [[nodiscard]] std::optional<Happening> poll_happening() noexcept;
 
-  /// When to call on_time() and poll again, maybe in the past; nothing: at the next datagram or call.
+  /// When to call on_time() and poll again, in the past if something can be polled now; nothing: wait for a
+  /// datagram or a call.
   [[nodiscard]] std::optional<TimePoint> deadline() const noexcept;
 
-  /// What was wrong when a call was last refused as bad_argument: the argument, or member of a description.
+  /// Which argument was wrong of the last call that was refused as bad_argument, or which member of the
+  /// description that the call was about.
   [[nodiscard]] const BadArgument& bad_argument() const noexcept { return bad_argument_; }
 
   [[nodiscard]] const Counters& counters() const noexcept { return counters_; }

@@ -342,7 +342,8 @@ void Device::handle(const Request& request) noexcept {
     } else {
       set(request, *index);
     }
-    // No parameters  [feat_req_someip_633]; any payload comes from a newer client.  [feat_req_someip_168]
+    // A getter has no parameters  [feat_req_someip_633]; a payload comes from a newer client.
+    // [feat_req_someip_168]
   } else if (const auto value = field(request.service, *index)) {
     answer(someip::answer_header(request.header, ReturnCode::ok, service.answers), *value);
   } else {

@@ -24,7 +24,8 @@ class Protector {
   [[nodiscard]] static tl::expected<Protector, ConfigError> create(const Config& config) noexcept;
 
   /// Protects the Data that is `front` and then `data`, in place: fills in the E2E header, which must lie in
-  /// `data`, and leaves everything else alone. A message in one piece needs no `front`.
+  /// `data`, and leaves everything else alone. Splitting keeps a large payload where it is; a message in one
+  /// piece needs no `front`.
   ///
   /// In SOME/IP `front` is the second half of the header, from the Request ID on, which must already say what
   /// will be sent; a message for TP is protected before it is cut.  [feat_req_someip_102]

@@ -30,7 +30,7 @@ bool same_values(const Setting& a, const Setting& b) {
 }
 
 /// Says once what two elements say of one thing.
-void settle(std::vector<Setting>& settings, Findings& findings) {
+void resolve(std::vector<Setting>& settings, Findings& findings) {
   std::ranges::stable_sort(settings, {}, [](const Setting& setting) { return setting.key.text; });
   const auto same = [&](const Setting& first, const Setting& second) {
     if (first.key.text != second.key.text) {
@@ -46,9 +46,9 @@ void settle(std::vector<Setting>& settings, Findings& findings) {
   settings.erase(std::unique(settings.begin(), settings.end(), same), settings.end());
 }
 
-void settle(Node& node, int version, Findings& findings) {
+void resolve(Node& node, int version, Findings& findings) {
   node.version = version;
-  settle(node.settings, findings);
+  resolve(node.settings, findings);
   for (Node& child : node.children) {
     // "a.b.Types.Mode" is Mode.
     std::string& name = child.target.text;
@@ -68,7 +68,7 @@ void settle(Node& node, int version, Findings& findings) {
   }
   node.children = std::move(once);
   for (Node& child : node.children) {
-    settle(child, version, findings);
+    resolve(child, version, findings);
   }
 }
 
@@ -195,13 +195,13 @@ void Names::deploy() {
         version_ = source.version == 0 ? 2 : source.version;
       }
       Node copy = node;
-      settle(copy, source.version == 0 ? 2 : source.version, findings_);
+      resolve(copy, source.version == 0 ? 2 : source.version, findings_);
       check_keys(copy, declared, findings_);
       deploy(copy, source.tree);
     }
   }
   for (auto& [name, node] : deployed_) {
-    settle(node, node.version, findings_);
+    resolve(node, node.version, findings_);
   }
 }
 

@@ -1,3 +1,16 @@
+// bridge/describe/read/fidl: Franca's FIDL and FDEPL files. docs/describe_fidl.md tells what is read.
+//
+//   read_fidl.hpp   start here: files become a model
+//   sources.hpp     all files that are read, with what they import
+//   lexer.hpp       texts become tokens
+//   cursor.hpp      walks through the tokens for both parsers
+//   fidl_tree.hpp   what a FIDL file says, and its parser
+//   fdepl_tree.hpp  what a FDEPL file says, and its parser
+//   names.hpp       knows all that is declared and deployed
+//   keys.hpp        the keys of deployments, and their values
+//   types.hpp       makes the types of a model
+//   services.hpp    makes its services and instances
+//   findings.hpp    gathers what is wrong
 #pragma once
 #include <span>
 

@@ -33,7 +33,7 @@ void Writer::need_inside(const Value& value, Needs& needs, std::vector<Prototype
   }
   const Type& type = resolved(model_, value.type);
   const std::string where = way.empty() ? std::string{} : way.back().path;
-  const auto settle = [&](const char* key, auto& base, auto& own_rule, auto wanted, auto unsaid) {
+  const auto choose = [&](const char* key, auto& base, auto& own_rule, auto wanted, auto unsaid) {
     if (!needs.decided[key]) {
       needs.decided[key] = true;
       if (wanted != unsaid) {
@@ -76,16 +76,16 @@ void Writer::need_inside(const Value& value, Needs& needs, std::vector<Prototype
   };
   switch (type.kind) {
     case Kind::string:
-      settle("string length", needs.base.string, special.rules.string, length, usual);
+      choose("string length", needs.base.string, special.rules.string, length, usual);
       if (value.wire.bom != value.wire.terminator) {
         lost(where, "that its strings have only one of BOM and terminator", value.place);
       }
-      settle("string encoding", needs.base.encoding, special.rules.encoding, value.wire.encoding,
+      choose("string encoding", needs.base.encoding, special.rules.encoding, value.wire.encoding,
              someip::StringEncoding::utf8);
-      settle("legacy strings", needs.base.legacy, special.rules.legacy, !value.wire.bom, false);
+      choose("legacy strings", needs.base.legacy, special.rules.legacy, !value.wire.bom, false);
       break;
     case Kind::bytes:
-      settle(type.fixed_size ? "fixed array length" : "array length", needs.base.array, special.rules.array,
+      choose(type.fixed_size ? "fixed array length" : "array length", needs.base.array, special.rules.array,
              length, type.fixed_size ? no_field : usual);
       break;
     case Kind::array:
@@ -113,12 +113,12 @@ void Writer::need_inside(const Value& value, Needs& needs, std::vector<Prototype
       break;
     }
     case Kind::structure:
-      settle("structure length", needs.base.structure, special.rules.structure, length, no_field);
+      choose("structure length", needs.base.structure, special.rules.structure, length, no_field);
       inner_members();
       break;
     case Kind::choice:
-      settle("union length", needs.base.choice, special.rules.choice, length, usual);
-      settle("type selector", needs.base.selector, special.rules.selector, bytes_of(value.wire.selector),
+      choose("union length", needs.base.choice, special.rules.choice, length, usual);
+      choose("type selector", needs.base.selector, special.rules.selector, bytes_of(value.wire.selector),
              usual);
       if (!value.wire.length_first) {
         lost(where, "that the selector of its union is before the length", value.place);

@@ -1,3 +1,8 @@
+// bridge/describe/write/arxml: writes a model as ARXML of the Adaptive Platform.
+//
+//   write_arxml.hpp  start here: a model becomes a file
+//   writer.hpp       the writer; its parts are in types.cpp, wire.cpp, services.cpp and instances.cpp
+//   xml.hpp          text of elements, in packages
 #pragma once
 #include <string>
 #include <vector>

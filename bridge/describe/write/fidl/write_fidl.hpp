@@ -1,3 +1,8 @@
+// bridge/describe/write/fidl: writes a model as Franca's FIDL and FDEPL files.
+//
+//   write_fidl.hpp  start here: a model becomes files
+//   plan.hpp        which type is declared in which file, and under which name
+//   deployment.hpp  what the FDEPL files say
 #pragma once
 #include "bridge/describe/model.hpp"
 #include "bridge/describe/write/written.hpp"

@@ -77,10 +77,9 @@ __attribute__((noinline, aligned(64))) std::size_t loop(const Source& source, st
 /// Does operations as far as they can be done quickly.
 /// @tparam Way      LoopToCdr or LoopToSomeip
 /// @param times     how often to do all of them, one time after another; on return, how often is left, with
-/// the
-///                  time that has begun
-/// @param at        in the input, where the first one's fields begin; on return, those of the one that is
-/// returned
+///                  the time that has begun
+/// @param at        in the input, where the first one's fields begin; on return, where those of the
+///                  returned operation begin
 /// @param limit     where they end at the latest
 /// @param arrays    whether there may be arrays among them
 /// @return the first operation that is left to do: it is of another kind, long, or its bytes are not good

@@ -1,3 +1,12 @@
+// bridge/messages/convert/quick: quick ways to convert what is usual.
+//
+//   quick.hpp            start here: which ways there are, and which of them fits a program
+//   loop.hpp             few numbers, short texts and small arrays, in one loop
+//   loop_to_cdr.hpp      single steps of the loop from SOME/IP to CDR
+//   loop_to_someip.hpp   single steps of the loop from CDR to SOME/IP
+//   shape.hpp            an element or front that equals the one before, but for numbers
+//   message_shape.hpp    the same for a whole message around one large array of bytes
+//   few_bytes.hpp        copies few bytes
 #pragma once
 #include <array>
 #include <memory>
