@@ -20,12 +20,12 @@ PREFIX = WORK / "prefix"
 
 # What Trestle needs, by the name that find_package() has for it; and what each component does without.
 DDS_PACKAGES = ["fastrtps", "fastdds", "fastcdr"]
-BRIDGE_PACKAGES = ["fmt", "spdlog", "yaml-cpp", "tinyxml2", "nlohmann_json", "OpenSSL", "CLI11"]
+BRIDGE_PACKAGES = ["fmt", "spdlog", "yaml-cpp", "EXPAT", "tinyxml2", "nlohmann_json", "OpenSSL", "CLI11"]
 SPARED = {
     "core": ["Boost", "Threads", *DDS_PACKAGES, *BRIDGE_PACKAGES],
     "net": [*DDS_PACKAGES, *BRIDGE_PACKAGES],
     "sd": [*DDS_PACKAGES, *BRIDGE_PACKAGES],
-    "dds": ["Boost", "fmt", "spdlog", "yaml-cpp", "nlohmann_json", "CLI11"],
+    "dds": ["Boost", "fmt", "spdlog", "yaml-cpp", "EXPAT", "nlohmann_json", "CLI11"],
     "bridge": ["CLI11"],
 }
 PROGRAMS = {"core": "device", "net": "someip_net", "sd": "sd_net", "dds": "dds", "bridge": "bridge"}
