@@ -26,7 +26,7 @@ bridge/messages/values
 bridge/describe
 bridge/describe/read bridge/describe/write
 bridge/describe/read/arxml bridge/describe/read/fidl bridge/describe/read/vsomeip
-bridge/describe/write/arxml bridge/describe/write/fidl bridge/describe/write/routes bridge/describe/write/sheet bridge/describe/write/vsomeip bridge/describe/write/wireshark
+bridge/describe/write/arxml bridge/describe/write/fidl bridge/describe/write/msg bridge/describe/write/routes bridge/describe/write/sheet bridge/describe/write/vsomeip bridge/describe/write/wireshark
 bridge/describe/sources
 bridge/cli bridge/web
 bridge/carry/config bridge/inspect/decode bridge/measure

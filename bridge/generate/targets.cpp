@@ -7,6 +7,7 @@
 #include "bridge/describe/model_json.hpp"
 #include "bridge/describe/write/arxml/write_arxml.hpp"
 #include "bridge/describe/write/fidl/write_fidl.hpp"
+#include "bridge/describe/write/msg/write_msg.hpp"
 #include "bridge/describe/write/sheet/write_sheet.hpp"
 #include "bridge/describe/write/vsomeip/write_vsomeip.hpp"
 #include "bridge/describe/write/wireshark/write_wireshark.hpp"
@@ -22,6 +23,10 @@ constexpr std::array all{
     Target{"routes", "Route file of `trestle bridge`",
            [](const System& system, const TargetOptions& options) {
              return describe::write_routes(system.model, system.lowered, options.routes);
+           }},
+    Target{"msg", "ROS 2 packages with .msg and .srv files",
+           [](const System& system, const TargetOptions&) {
+             return describe::write_msg(system.model, system.lowered);
            }},
     Target{"fidl", "FIDL and FDEPL of CommonAPI",
            [](const System& system, const TargetOptions&) { return describe::write_fidl(system.model); }},

@@ -53,6 +53,17 @@ class Generate(unittest.TestCase):
         self.assertEqual(status, 0, errors)
         self.assertIn("5 routes, 8 methods", output)
 
+    def test_writes_messages_that_the_route_file_finds(self):
+        status, _, errors = run("generate", DOOR, "--to", "routes,msg", "-o", self.folder / "out", "-q")
+        self.assertEqual(status, 0, errors)
+        package = self.folder / "out" / "car"
+        self.assertIn("float32 distance", (package / "msg" / "Obstacle.msg").read_text())
+        self.assertIn("---", (package / "srv" / "DoorOpen.srv").read_text())
+        self.assertIn('"srv/DoorOpen.srv"', (package / "CMakeLists.txt").read_text())
+        status, output, errors = run("check", self.folder / "out" / "bridge.yaml")
+        self.assertEqual(status, 0, errors)
+        self.assertIn("5 routes, 8 methods", output)
+
     def test_makes_a_bridge_of_the_description_alone(self):
         status, output, errors = run("check", DOOR / "bridge.yaml")
         self.assertEqual((status, errors), (0, ""))

@@ -282,6 +282,7 @@ std::vector<RouteEntry> route_entries(const Model& model, const Lowered& lowered
 std::vector<RouteEntry> route_entries(const Model& model, const Lowered& lowered, const RouteOptions& options,
                                       std::vector<NotCarried>& not_carried) {
   std::vector<RouteEntry> all;
+  not_carried.insert(not_carried.end(), lowered.not_carried.begin(), lowered.not_carried.end());
   std::set<std::tuple<std::string, someip::InstanceId, Side>> done;
   std::uint32_t next_port = options.first_port;
   for (const Instance& instance : model.instances) {

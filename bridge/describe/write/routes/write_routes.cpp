@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <string_view>
 
 #include "someip/net/address_text.hpp"
 
@@ -76,16 +77,22 @@ Written write_routes(const Model& model, const Lowered& lowered, const RouteFile
     if (std::ranges::find(entries, list, &RouteEntry::list) == entries.end()) {
       continue;
     }
-    YAML::Emitter out;
-    out << YAML::BeginMap << YAML::Key << list << YAML::Value << YAML::BeginSeq;
+    text += fmt::format("\n{}:\n", list);
     for (const RouteEntry& entry : entries) {
-      if (entry.list == list) {
-        out << YAML::Comment(entry.element);
-        emit(out, entry.node, false);
+      if (entry.list != list) {
+        continue;
+      }
+      YAML::Emitter out;
+      emit(out, entry.node, false);
+      text += fmt::format("  # {}\n", entry.element);
+      // An element of the list: what the emitter wrote, indented.
+      std::string_view rest = out.c_str();
+      for (bool first = true; !rest.empty(); first = false) {
+        const std::string_view line = rest.substr(0, rest.find('\n'));
+        rest.remove_prefix(std::min(rest.size(), line.size() + 1));
+        text += fmt::format("  {} {}\n", first ? "-" : " ", line);
       }
     }
-    out << YAML::EndSeq << YAML::EndMap;
-    text += std::string{"\n"} + out.c_str() + "\n";
   }
   written.files.push_back({"bridge.yaml", std::move(text)});
   return written;

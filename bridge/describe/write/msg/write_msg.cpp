@@ -1,0 +1,118 @@
+#include "bridge/describe/write/msg/write_msg.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <string_view>
+
+namespace trestle::describe {
+namespace {
+
+/// The files of one package.
+struct Package {
+  std::map<std::string, std::string> files{};  ///< "msg/Obstacle.msg" -> text
+  std::set<std::string> needs{};               ///< other packages
+};
+
+std::string package_of(std::string_view type) {
+  return std::string{type.substr(0, type.find('/'))};
+}
+
+std::string package_xml(const std::string& name, const Package& package) {
+  std::string needs;
+  for (const std::string& other : package.needs) {
+    needs += fmt::format("  <depend>{}</depend>\n", other);
+  }
+  return fmt::format(R"(<?xml version="1.0"?>
+<package format="3">
+  <name>{}</name>
+  <version>0.0.0</version>
+  <description>Messages and services of SOME/IP interfaces, made by trestle generate.</description>
+  <maintainer email="nobody@example.com">nobody</maintainer>
+  <license>unknown</license>
+  <buildtool_depend>ament_cmake</buildtool_depend>
+  <buildtool_depend>rosidl_default_generators</buildtool_depend>
+{}  <exec_depend>rosidl_default_runtime</exec_depend>
+  <member_of_group>rosidl_interface_packages</member_of_group>
+  <export>
+    <build_type>ament_cmake</build_type>
+  </export>
+</package>
+)",
+                     name, needs);
+}
+
+std::string cmake(const std::string& name, const Package& package) {
+  std::string find;
+  std::string needs;
+  for (const std::string& other : package.needs) {
+    find += fmt::format("find_package({} REQUIRED)\n", other);
+    needs += " " + other;
+  }
+  std::string files;
+  for (const auto& [file, text] : package.files) {
+    files += fmt::format("  \"{}\"\n", file);
+  }
+  return fmt::format(R"(cmake_minimum_required(VERSION 3.8)
+project({})
+find_package(ament_cmake REQUIRED)
+find_package(rosidl_default_generators REQUIRED)
+{}rosidl_generate_interfaces(${{PROJECT_NAME}}
+{}{})
+ament_export_dependencies(rosidl_default_runtime)
+ament_package()
+)",
+                     name, find, files, needs.empty() ? "" : "  DEPENDENCIES" + needs + "\n");
+}
+
+}  // namespace
+
+Written write_msg(const Model& model, const Lowered& lowered) {
+  Written written{.files = {}, .not_carried = lowered.not_carried};
+  std::set<std::string, std::less<>> from_ros;
+  for (const Type& type : model.types) {
+    if (!type.ros_name.empty()) {
+      from_ros.insert(type.ros_name);
+    }
+  }
+  std::map<std::string, Package> packages;
+  const auto note_needs = [](Package& package, const std::string& name,
+                             const messages::MessageDefinition& message) {
+    for (const messages::Field& field : message.fields) {
+      if (const std::string other = package_of(field.type.message); !other.empty() && other != name) {
+        package.needs.insert(other);
+      }
+    }
+  };
+  for (const messages::MessageDefinition& message : lowered.definitions) {
+    if (from_ros.contains(message.name)) {
+      continue;
+    }
+    const std::string name = package_of(message.name);
+    const std::size_t service = message.name.find("/srv/");
+    Package& package = packages[name];
+    note_needs(package, name, message);
+    if (service == std::string::npos) {
+      const std::string file = message.name.substr(name.size() + 1) + ".msg";
+      package.files[file] = msg_text(lowered, message);
+    }
+  }
+  for (const LoweredMember& member : lowered.members) {
+    if (member.kind == LoweredMember::Kind::method) {
+      const std::string name = package_of(member.type);
+      packages[name].files[member.type.substr(name.size() + 1) + ".srv"] = srv_text(lowered, member.type);
+    }
+  }
+  for (const auto& [name, package] : packages) {
+    written.files.push_back({name + "/package.xml", package_xml(name, package)});
+    written.files.push_back({name + "/CMakeLists.txt", cmake(name, package)});
+    for (const auto& [file, text] : package.files) {
+      written.files.push_back({name + "/" + file, text});
+    }
+  }
+  return written;
+}
+
+}  // namespace trestle::describe
