@@ -21,7 +21,6 @@ slots::Peer* ServiceDiscovery::peer_at(const Endpoint& endpoint, TimePoint now) 
     // sessions continue after all that were forgotten; the flag says on which side of 0xffff.
     // [feat_req_someipsd_41] [feat_req_someipsd_765] [feat_req_someipsd_764]
     place->sessions = forgotten_sessions_;
-    take_allowances(*place, endpoint.address);
   }
   if (place != nullptr) {
     place->endpoint = endpoint;
@@ -39,7 +38,6 @@ slots::Peer& ServiceDiscovery::move_guest(slots::Peer& guest, slots::Peer& place
   const SlotBase base = static_cast<const SlotBase&>(place);
   place = guest;
   static_cast<SlotBase&>(place) = base;
-  take_allowances(place, guest.endpoint.address);
   for (std::size_t i = 0; i < pending_.size(); ++i) {
     std::uint16_t& to = pending_[i].peer;
     to = to == guest.index ? place.index : to;
@@ -76,7 +74,7 @@ slots::Peer* ServiceDiscovery::place_for(const Endpoint& endpoint, TimePoint now
     return nullptr;
   }
   // A sender that changes its address with each message must not get a new allowance each time.
-  const RateLimit entries = first_at(oldest->endpoint.address).entries;
+  const RateLimit entries = oldest->entries;
   if (oldest->is_used) {
     displaced_[next_displaced_++ % std::max<std::size_t>(displaced_.size(), 1)] =
         mark_of(oldest->endpoint.address, oldest->endpoint.port);
@@ -147,12 +145,6 @@ void ServiceDiscovery::forget(slots::Peer& peer) noexcept {
   pending_.remove_if([&](const slots::PendingEntry& pending) { return pending.peer == peer.index; });
   note_sessions(peer);
   if (peer.subscribers == 0 && peer.remotes == 0) {
-    for (slots::Peer& other : peers_) {
-      if (&first_at(other.endpoint.address) == &peer) {
-        other.entries = peer.entries;
-        other.real_reboots = peer.real_reboots;
-      }
-    }
     peers_.remove(peer);
   }
 }
@@ -168,27 +160,10 @@ slots::Peer* ServiceDiscovery::guest() noexcept {
   return peers_.add_at(last);
 }
 
-// The peers at one address, at different ports, have the allowances of the first of them: else a host would
-// have as many as it has ports.
-slots::Peer& ServiceDiscovery::first_at(const IpAddress& address) const noexcept {
-  return *peers_.find_if([&](const slots::Peer& peer) { return peer.endpoint.address == address; });
-}
-
-// Of the other peers at its address, as it may become the first of them.
-void ServiceDiscovery::take_allowances(slots::Peer& place, const IpAddress& address) noexcept {
-  const slots::Peer* const other = peers_.find_if(
-      [&](const slots::Peer& peer) { return peer.index != place.index && peer.endpoint.address == address; });
-  if (other != nullptr) {
-    place.entries = other->entries;
-    place.real_reboots = other->real_reboots;
-  }
-}
-
-// Whether the rate limit of the peer's address allows another entry, of so many halves of one.
-bool ServiceDiscovery::within_rate(std::uint16_t peer, std::uint32_t halves, TimePoint now) noexcept {
-  const Duration pause{500'000'000U / settings_.max_entries_per_second};
-  RateLimit& entries = first_at(peers_[peer].endpoint.address).entries;
-  if (entries.take(now, pause, 2 * settings_.max_entries_at_once, halves)) {
+// Whether the peer's rate limit allows another entry.
+bool ServiceDiscovery::within_rate(std::uint16_t peer, std::uint32_t cost, TimePoint now) noexcept {
+  const Duration pause{1'000'000'000U / settings_.max_entries_per_second};
+  if (peers_[peer].entries.take(now, pause, settings_.max_entries_at_once, cost)) {
     return true;
   }
   note(Limit::entries_per_second);

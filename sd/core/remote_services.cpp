@@ -239,7 +239,7 @@ bool ServiceDiscovery::keep_configuration_of(slots::Remote& offered, bool requir
 
 void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noexcept {
   slots::Remote offered;
-  if (!may_go_on(arrival.peer, 1, arrival.now) || !read_offer(entry, arrival, offered)) {
+  if (!read_offer(entry, arrival, offered)) {
     return;
   }
   // This may forget services that nobody requires, so it comes before the search for this one.
@@ -330,9 +330,6 @@ void ServiceDiscovery::tell_available(slots::Requirement& requirement, const slo
 }
 
 void ServiceDiscovery::on_stop_offer(const Entry& entry, const Arrival& arrival) noexcept {
-  if (!may_go_on(arrival.peer, 1, arrival.now)) {
-    return;
-  }
   slots::Remote* const remote = remote_of(entry, name_in(entry, arrival));
   if (remote == nullptr || remote->peer != arrival.peer) {
     return;

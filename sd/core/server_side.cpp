@@ -313,7 +313,7 @@ void ServiceDiscovery::serve(TimePoint now) noexcept {
 // Endpoint and multicast options of a Find have no meaning and are not read.  [feat_req_someipsd_878]
 void ServiceDiscovery::on_find(const Entry& entry, const Arrival& arrival) noexcept {
   if (entry.ttl_s == 0 ||  // a Find must not have it  [feat_req_someipsd_239]
-      !may_go_on(arrival.peer, 2, arrival.now)) {
+      !may_go_on(arrival.peer, 1, arrival.now)) {
     return;
   }
   const std::string_view name = name_in(entry, arrival);
@@ -425,7 +425,7 @@ void ServiceDiscovery::on_subscribe(const Entry& entry, const Arrival& arrival) 
     count(counters_.ignored_wrong_transport);  // [feat_req_someipsd_818]
     return;
   }
-  if (!may_go_on(arrival.peer, 2, arrival.now)) {
+  if (!may_go_on(arrival.peer, 1, arrival.now)) {
     return;
   }
   if (pending_.free_places() == 0 || event_places() == 0) {
@@ -561,7 +561,7 @@ ServiceDiscovery::Accepted ServiceDiscovery::accept(const slots::Offer& offer, c
 // Repeats all of the Subscribe, reserved bits too.  [feat_req_someipsd_614] [feat_req_someipsd_619]
 void ServiceDiscovery::acknowledge(const slots::Offer* offer, const Entry& entry, const Arrival& arrival,
                                    const Accepted& accepted) noexcept {
-  if (!accepted && !may_go_on(arrival.peer, 6, arrival.now)) {
+  if (!accepted && !may_go_on(arrival.peer, 3, arrival.now)) {
     return;
   }
   slots::PendingEntry* const pending = send(arrival.peer, arrival.answer_due);

@@ -215,8 +215,7 @@ void ServiceDiscovery::on_message(const someip::Message& bytes, const Endpoint& 
         refuse(Limit::pending_events);
         return;
       }
-      if (guards && !first_at(peer.endpoint.address)
-                         .real_reboots.take(now, settings_.reboot_pause, settings_.max_reboots_at_once)) {
+      if (!peer.real_reboots.take(now, settings_.reboot_pause, settings_.max_reboots_at_once)) {
         count(counters_.dropped_reboots);
         note(Limit::reboots);
         return;

@@ -146,7 +146,7 @@ struct SdCounters {
   std::uint64_t ignored_conflicting_offer = 0;  ///< the service is offered by another peer already
   std::uint64_t ignored_unexpected_ack = 0;     ///< for nothing we subscribed to
   std::uint64_t ignored_no_room = 0;            ///< some table or queue is full
-  std::uint64_t ignored_too_many = 0;  ///< Finds, Subscribes and offers beyond max_entries_per_second
+  std::uint64_t ignored_too_many = 0;           ///< Finds and Subscribes beyond max_entries_per_second
   std::uint64_t displaced = 0;  ///< subscribers, services and peers in use that had to make room for others
   /// How often each limit kept something out; indexed by Limit.
   std::array<std::uint64_t, limit_count> limits_reached{};
@@ -434,12 +434,10 @@ class ServiceDiscovery {
   [[nodiscard]] Slot* who_gives_way(const Table<Slot>& table, std::uint16_t newcomer, TimePoint now,
                                     Candidate is_candidate) noexcept;
   [[nodiscard]] const slots::Peer* who_holds_most() noexcept;
-  [[nodiscard]] slots::Peer& first_at(const IpAddress& address) const noexcept;
-  void take_allowances(slots::Peer& place, const IpAddress& address) noexcept;
-  [[nodiscard]] bool may_go_on(std::uint16_t peer, std::uint32_t halves, TimePoint now) noexcept {
-    return !guards || within_rate(peer, halves, now);
+  [[nodiscard]] bool may_go_on(std::uint16_t peer, std::uint32_t cost, TimePoint now) noexcept {
+    return !guards || within_rate(peer, cost, now);
   }
-  [[nodiscard]] bool within_rate(std::uint16_t peer, std::uint32_t halves, TimePoint now) noexcept;
+  [[nodiscard]] bool within_rate(std::uint16_t peer, std::uint32_t cost, TimePoint now) noexcept;
   [[nodiscard]] bool is_outdated(const slots::TcpConnection& connection, std::uint16_t peer) const noexcept;
   void on_reboot(std::uint16_t peer, TimePoint now) noexcept;
 

@@ -109,14 +109,12 @@ struct DiscoveryRules {
   /// gives way, and one that renews stays. If no peer is silent, an entry of the address with the most gives
   /// way, if the newcomer's address has fewer.
   Duration silent_after = std::chrono::seconds{10};
-  /// FindService and SubscribeEventgroup entries that are taken from one address, whatever its ports: on
-  /// average, and in a row. One that is refused counts as four, an OfferService or StopOfferService as half
-  /// of one. Further ones are ignored. A host that offers 1,000 services sends some 5,000 offers at once when
-  /// it starts.
+  /// FindService and SubscribeEventgroup entries that are taken from one peer: on average, and in a row. A
+  /// refused one counts as four. Further ones are ignored.
   std::uint32_t max_entries_per_second = 2000;
   std::uint32_t max_entries_at_once = 10'000;
-  /// Reboots of one address that are believed: on average one in each such pause, and max_reboots_at_once in
-  /// a row. Messages that show further ones are dropped.
+  /// Reboots of one peer that are believed: on average one in each such pause, and max_reboots_at_once in a
+  /// row. Messages that show further ones are dropped.
   Duration reboot_pause = std::chrono::seconds{5};
   /// A message is a duplicate made by the network if it equals one of the peer's last four, session included,
   /// and the peer was never silent for this long since. A duplicate is dropped; otherwise it would look like
