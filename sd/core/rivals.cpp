@@ -181,7 +181,9 @@ bool ServiceDiscovery::takes_over(slots::Remote& offered, slots::Remote& known, 
   contested_ = slots::Remote::none;
   loser_ = known.peer;
   lose(known, LossReason::replaced, now);
-  if (!offered.is_back) {
+  if (offered.is_back) {
+    note_back(offered);
+  } else {
     note_mute(known, now);
   }
   return true;
@@ -225,6 +227,17 @@ void ServiceDiscovery::note_mute(const slots::Remote& remote, TimePoint now) noe
       requirement.held = static_cast<std::uint16_t>(!remote.has_answered ? 0U
                                                     : is_there           ? requirement.held >> 4U
                                                                          : requirement.held >> 1U);
+    }
+  }
+}
+
+// Called when it gets its place back, for a quarter of what it has: who held the place once cannot go and come
+// again as it likes, and displace who answers each time.
+void ServiceDiscovery::note_back(const slots::Remote& remote) noexcept {
+  const std::uint16_t holder = holder_of(remote);
+  for (slots::Requirement& requirement : requirements_) {
+    if (requirement.holder == holder && fits(requirement, remote)) {
+      requirement.held = static_cast<std::uint16_t>(requirement.held - (requirement.held + 3U) / 4U);
     }
   }
 }

@@ -509,6 +509,7 @@ class ServiceDiscovery {
   [[nodiscard]] std::uint32_t held_by(const slots::Remote& remote) const noexcept;
   void note_held(const slots::Remote& remote) noexcept;
   void note_mute(const slots::Remote& remote, TimePoint now) noexcept;
+  void note_back(const slots::Remote& remote) noexcept;
   [[nodiscard]] bool is_back(const slots::Remote& offered, const slots::Remote& rival) const noexcept;
 
   // client_side.cpp

@@ -224,6 +224,25 @@ TEST_F(ClientOfARestartedServer, IsNotTornBetweenTwoWhenOneServesNoMore) {
   EXPECT_EQ(holder(), rival.endpoint().address);
 }
 
+// Who held the place for long comes and goes, to displace the one that answers and is always there.
+TEST_F(ClientOfARestartedServer, IsNotTornByWhoHeldItOnceAndComesAgainAndAgain) {
+  run(1000, true, false);
+  stop_server();
+  const auto changes = [&](int cycles) {
+    int changes = 0;
+    for (int i = 0; i < cycles; ++i) {
+      run(5, false, true);
+      server.reboot();
+      run(1, true, true);
+      changes += machine.discovery.take_takeover() ? 1 : 0;
+      stop_server();
+    }
+    return changes;
+  };
+  EXPECT_GT(changes(40), 5);
+  EXPECT_EQ(changes(60), 0) << "what it had is used up";
+}
+
 TEST_F(ClientOfARestartedServer, HasAPlaceForEachServiceThatItNeeds) {
   std::vector<SubscriptionHandle> all;
   for (std::uint16_t i = 1; i <= 60; ++i) {
