@@ -231,8 +231,8 @@ void ServiceDiscovery::note_mute(const slots::Remote& remote, TimePoint now) noe
   }
 }
 
-// Called when it gets its place back, for a quarter of what it has: who held the place once cannot go and come
-// again as it likes, and displace who answers each time.
+// Called when it gets its place back, for a quarter of what it has: who held the place once cannot go and
+// come again as it likes, and displace who answers each time.
 void ServiceDiscovery::note_back(const slots::Remote& remote) noexcept {
   const std::uint16_t holder = holder_of(remote);
   for (slots::Requirement& requirement : requirements_) {

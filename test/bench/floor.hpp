@@ -56,7 +56,7 @@ std::int64_t check(std::int64_t result, const char* what);
 
 /// What a client prints, as JSON: the names are those of `trestle perf --json`.
 struct Figures {
-  measure::perf::Histogram latency;
+  measure::Histogram latency;
   std::uint64_t bytes = 0;
   std::uint64_t received = 0;
   std::uint64_t lost = 0;

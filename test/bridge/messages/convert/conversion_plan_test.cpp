@@ -433,7 +433,7 @@ TEST(CheckLengths, KnowsWhichBoundsFit) {
   std::filesystem::create_directories(folder + "/bound_msgs/msg");
   const auto says = [&](const char* text, const someip::PayloadRules& rules) {
     std::ofstream{folder + "/bound_msgs/msg/Test.msg"} << text << "\n";
-    return check_lengths("bound_msgs/msg/Test", {folder}, rules).empty();
+    return check_lengths("bound_msgs/msg/Test", {.folders = {folder}}, rules).empty();
   };
   const someip::PayloadRules narrow{.array_length = someip::FieldWidth::bits8};
   EXPECT_TRUE(says("uint8[<=255] a", narrow));
