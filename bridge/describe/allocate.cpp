@@ -42,11 +42,17 @@ class Numbers {
     }
     return std::nullopt;
   }
-  std::optional<std::uint16_t> next() { return next(first_); }
+  /// The lowest free one: none is given back, so that the search goes on where it ended.
+  std::optional<std::uint16_t> next() {
+    const std::optional<std::uint16_t> id = next(lowest_);
+    lowest_ = id.value_or(lowest_);
+    return id;
+  }
 
  private:
   std::uint32_t first_;
   std::uint32_t last_;
+  std::uint32_t lowest_ = first_;
   std::set<std::uint16_t> taken_{};
 };
 
@@ -78,10 +84,12 @@ class Allocation {
  private:
   void services(IdRange range) {
     Numbers numbers{range.first, range.last};
+    std::set<std::uint16_t> given;
     std::vector<std::pair<std::string, Service*>> without;
     for (Service& service : model_.services) {
       if (service.id) {
         numbers.take(someip::value(*service.id));
+        given.insert(someip::value(*service.id));
       } else {
         without.emplace_back(full_name(service.scope, service.name), &service);
       }
@@ -95,6 +103,9 @@ class Allocation {
     std::ranges::sort(without, {}, [](const auto& one) { return one.first; });
     for (const auto& [name, service] : without) {
       std::optional<std::uint16_t>& locked = lock_.services[name].service;
+      if (locked && given.contains(*locked)) {
+        locked.reset();  // the model gives it to another one now
+      }
       if (!locked) {
         locked = numbers.next(range.first + hash(name) % (range.last - range.first + 1U));
       }
@@ -137,11 +148,11 @@ class Allocation {
   void members(const Service& service, const std::vector<Element>& elements,
                std::map<std::string, std::uint16_t, std::less<>>& locked, IdRange range, const char* what) {
     Numbers numbers{range.first, range.last};
-    std::set<std::string, std::less<>> given;
+    std::set<std::uint16_t> given;
     for (const Element& element : elements) {
       if (*element.id) {
         numbers.take(someip::value(**element.id));
-        given.insert(element.name);
+        given.insert(someip::value(**element.id));
       }
     }
     for (const auto& [name, id] : locked) {
@@ -152,6 +163,10 @@ class Allocation {
         continue;
       }
       auto kept = locked.find(element.name);
+      if (kept != locked.end() && given.contains(kept->second)) {
+        locked.erase(kept);  // the model gives it to another one now
+        kept = locked.end();
+      }
       if (kept == locked.end()) {
         const std::optional<std::uint16_t> id = numbers.next();
         if (!id) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <tuple>
 #include <utility>
 
 namespace trestle::describe {
@@ -106,6 +107,7 @@ class Joining {
 
   std::vector<documents::Problem> run() {
     services();
+    index();
     for (Instance& instance : model_.instances) {
       name_service(instance);
     }
@@ -113,6 +115,7 @@ class Joining {
     for (const Service& service : model_.services) {
       members(service);
     }
+    depth();
     return std::move(problems_);
   }
 
@@ -141,43 +144,58 @@ class Joining {
         }
       }
     }
+    std::map<std::optional<someip::ServiceId>, std::size_t> places;
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+      places.try_emplace(kept[i].id, i);
+    }
     for (Service& service : bare) {
-      const auto same = std::ranges::find(kept, service.id, &Service::id);
-      if (same == kept.end()) {
+      const auto [place, is_new] = places.try_emplace(service.id, kept.size());
+      if (is_new) {
         kept.push_back(std::move(service));
       } else {
-        add_members(*same, service);
+        add_members(kept[place->second], service);
       }
     }
     model_.services = std::move(kept);
   }
 
+  void index() {
+    for (const Service& service : model_.services) {
+      by_name_.try_emplace(full_name(service.scope, service.name), &service);
+      if (service.id) {
+        by_id_.try_emplace(*service.id, &service);
+      }
+    }
+  }
+
   /// Instances that know an id alone get the name, and the reverse.
   void name_service(Instance& instance) const {
-    if (const Service* named = model_.service(instance.service)) {
-      fill(instance.service_id, named->id);
-      return;
-    }
-    if (instance.service_id) {
-      const auto same = std::ranges::find(model_.services, instance.service_id, &Service::id);
-      if (same != model_.services.end()) {
-        instance.service = full_name(same->scope, same->name);
+    if (const auto named = by_name_.find(instance.service); named != by_name_.end()) {
+      fill(instance.service_id, named->second->id);
+    } else if (instance.service_id) {
+      if (const auto same = by_id_.find(*instance.service_id); same != by_id_.end()) {
+        instance.service = full_name(same->second->scope, same->second->name);
       }
     }
   }
 
   void instances() {
     std::vector<Instance> kept;
+    std::multimap<std::tuple<Instance::Role, std::string, std::optional<someip::InstanceId>>, std::size_t>
+        places;
     for (Instance& instance : model_.instances) {
-      const auto same = std::ranges::find_if(kept, [&](const Instance& other) {
-        return other.role == instance.role && other.service == instance.service &&
-               other.service_id == instance.service_id && other.id == instance.id &&
+      const auto key = std::tuple{instance.role, instance.service, instance.id};
+      const auto [begin, end] = places.equal_range(key);
+      const auto same = std::find_if(begin, end, [&](const auto& place) {
+        const Instance& other = kept[place.second];
+        return other.service_id == instance.service_id &&
                (other.machine == instance.machine || other.machine.empty() || instance.machine.empty());
       });
-      if (same == kept.end()) {
+      if (same == end) {
+        places.emplace(key, kept.size());
         kept.push_back(std::move(instance));
       } else {
-        add_instance(*same, instance);
+        add_instance(kept[same->second], instance);
       }
     }
     model_.instances = std::move(kept);
@@ -215,6 +233,52 @@ class Joining {
     }
   }
 
+  /// What works on types goes as deep as they are.
+  void depth() {
+    constexpr std::size_t deepest = 200;
+    constexpr std::size_t open = std::size_t(-1);  // its parts are looked at: what uses itself goes no deeper
+    std::vector<std::size_t> heights(model_.types.size(), 0);
+    for (std::size_t first = 0; first < model_.types.size(); ++first) {
+      std::vector<std::size_t> path{first};
+      while (!path.empty()) {
+        const std::size_t at = path.back();
+        const Type& type = model_.types[at];
+        std::size_t height = 1;
+        bool complete = true;
+        const auto look = [&](TypeIndex part) {
+          const auto index = static_cast<std::size_t>(part);
+          if (part == no_type || index >= heights.size()) {
+            return;
+          }
+          if (heights[index] == 0) {
+            complete = false;
+            path.push_back(index);
+          } else if (heights[index] != open) {
+            height = std::max(height, heights[index] + 1);
+          }
+        };
+        if (heights[at] != 0 && heights[at] != open) {
+          path.pop_back();
+          continue;
+        }
+        heights[at] = open;
+        look(type.base);
+        look(type.element.type);
+        look(type.key.type);
+        for (const Value& member : type.members) {
+          look(member.type);
+        }
+        if (complete) {
+          heights[at] = height;
+          path.pop_back();
+          if (height == deepest + 1) {
+            error(type.place, fmt::format("types are nested more than {} deep", deepest));
+          }
+        }
+      }
+    }
+  }
+
   void error(const Place& place, std::string text) {
     problems_.push_back({.file = place.file < model_.files.size() ? model_.files[place.file] : std::string{},
                          .mark = place.mark,
@@ -222,6 +286,8 @@ class Joining {
   }
 
   Model& model_;
+  std::map<std::string, const Service*, std::less<>> by_name_{};
+  std::map<someip::ServiceId, const Service*> by_id_{};
   std::vector<documents::Problem> problems_{};
 };
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/version.hpp>
@@ -103,6 +104,7 @@ class Server::Implementation : public std::enable_shared_from_this<Implementatio
   void stop() {
     error_code ignored;
     acceptor_.close(ignored);
+    wait_.cancel();
     for (const auto& connection : connections_) {
       if (const auto still = connection.lock()) {
         still->stop();
@@ -217,8 +219,11 @@ class Server::Implementation : public std::enable_shared_from_this<Implementatio
         std::erase_if(self->connections_, [](const auto& one) { return one.expired(); });
         self->connections_.push_back(connection);
         connection->read();
+        self->accept();
+      } else {
+        self->wait_.expires_after(std::chrono::milliseconds{100});  // no descriptor is free, for instance
+        self->wait_.async_wait([self](error_code) { self->accept(); });
       }
-      self->accept();
     });
   }
   void ended() {
@@ -272,6 +277,7 @@ class Server::Implementation : public std::enable_shared_from_this<Implementatio
 
   asio::io_context& io_;
   asio::ip::tcp::acceptor acceptor_;
+  asio::steady_timer wait_{io_};
   Handler handler_;
   ServerLimits limits_;
   std::vector<std::string> hosts_;

@@ -118,9 +118,9 @@ class Expansion {
     }
     std::vector<describe::NotCarried> lost;
     const std::string full = named->service->name + "." + named->member;
-    const std::vector<describe::RouteEntry> entries =
-        describe::route_entries(system_.model, system_.lowered, *named->service, *instance,
-                                side_of(element, *instance), {}, port_of(*instance), lost);
+    const std::vector<describe::RouteEntry> entries = describe::route_entries(
+        system_.model, system_.lowered, *named->service, *instance, side_of(element, *instance), {},
+        describe::offer_port(*instance, 30501), lost);
     const auto entry = std::ranges::find(entries, full, &describe::RouteEntry::element);
     if (entry == entries.end()) {
       problems_.error(mark, lost.empty() ? fmt::format("someip: {} cannot be carried", documents::quote(text))
@@ -150,6 +150,7 @@ class Expansion {
 
   std::optional<Named> find(const std::string& text, documents::Mark mark) {
     const std::size_t dot = text.rfind('.');
+    std::optional<Named> found;
     std::vector<std::string> known;
     for (const describe::Service& service : system_.model.services) {
       const auto add = [&](const auto& members) {
@@ -169,8 +170,17 @@ class Expansion {
       }
       const std::string member = text.substr(dot + 1);
       if (std::ranges::find(known, service.name + "." + member) != known.end()) {
-        return Named{&service, member};
+        if (found) {
+          problems_.error(mark, fmt::format("someip: there are {} and {}: write the full name",
+                                            describe::full_name(found->service->scope, found->service->name),
+                                            describe::full_name(service.scope, service.name)));
+          return std::nullopt;
+        }
+        found = Named{&service, member};
       }
+    }
+    if (found) {
+      return found;
     }
     const std::string likely = documents::nearest(text, known);
     problems_.error(mark,
@@ -214,10 +224,6 @@ class Expansion {
     }
     return instance.role == describe::Instance::Role::provided ? Side::client : Side::server;
   }
-  static std::uint16_t port_of(const describe::Instance& instance) {
-    return instance.udp_port.value_or(instance.tcp_port.value_or(30501));
-  }
-
   const describe::System& system_;
   documents::Problems& problems_;
 };
@@ -287,12 +293,12 @@ bool apply_interfaces(YAML::Node& root, const std::string& file, messages::TypeP
   std::vector<describe::NotCarried> lost;
   for (const describe::RouteEntry& entry :
        describe::route_entries(system.model, system.lowered, generate.options, lost)) {
-    const std::string service = entry.element.substr(0, entry.element.rfind('.'));
     const bool wanted =
         generate.services.empty() || std::ranges::any_of(generate.services, [&](const std::string& name) {
-          return name == service || name.ends_with("." + service) || name.ends_with("/" + service);
+          return name == entry.service || name == entry.element.substr(0, entry.element.rfind('.'));
         });
-    if (wanted) {
+    // What is there and no list is told of by its loader.
+    if (wanted && (!root[entry.list].IsDefined() || root[entry.list].IsSequence())) {
       root[entry.list].push_back(entry.node);
     }
   }

@@ -90,6 +90,19 @@ TEST(AllocateIds, ChangesNothingTheSecondTime) {
   EXPECT_THAT(allocate_ids(first, again), IsEmpty());
 }
 
+TEST(AllocateIds, GivesAwayWhatTheModelGivesToAnotherOne) {
+  Model model{.services = {service("Door")}};
+  IdLock lock;
+  EXPECT_THAT(allocate_ids(model, lock), IsEmpty());
+  const std::uint16_t id = *lock.services.at("car.Door").service;
+  Model later{.services = {service("Door"), service("Window")}};
+  later.services[0].methods[1].id = someip::MethodId{1};  // which "open" has had
+  later.services[1].id = someip::ServiceId{id};
+  EXPECT_THAT(allocate_ids(later, lock), IsEmpty());
+  EXPECT_NE(later.services[0].methods[0].id, someip::MethodId{1});
+  EXPECT_NE(later.services[0].id, someip::ServiceId{id});
+}
+
 TEST(AllocateIds, NeverGivesOneIdTwiceAndSaysWhenNoneIsLeft) {
   Model model;
   for (int i = 0; i < 9; ++i) {

@@ -94,6 +94,26 @@ TEST(Join, TellsOfIdsThatAreThereTwice) {
   EXPECT_THAT(problems[1].text, HasSubstr("Door.angle (notifier) has the id 0x8002 of Door.open"));
 }
 
+TEST(Join, RefusesTypesThatAreNestedTooDeep) {
+  const auto nested = [](std::uint32_t count) {
+    Model model;
+    model.add({.primitive = messages::Primitive::uint8});
+    for (std::uint32_t i = 0; i < count; ++i) {
+      model.add({.kind = Kind::array, .element = {.type = TypeIndex{i}}});
+    }
+    return model;
+  };
+  Model good = nested(199);
+  EXPECT_THAT(join(good), IsEmpty());
+  Model deep = nested(30'000);
+  ASSERT_THAT(join(deep), SizeIs(1));
+  EXPECT_EQ(join(deep).front().text, "types are nested more than 200 deep");
+  Model round = nested(3);
+  round.types[1].element.type = TypeIndex{3};
+  round.types[2].members = {{.name = "a", .type = TypeIndex{2}}, {.name = "b", .type = TypeIndex{1}}};
+  EXPECT_THAT(join(round), IsEmpty()) << "a circle has an end";
+}
+
 TEST(Join, LetsTwoMajorVersionsHaveOneId) {
   Model model = described();
   model.services.push_back({.name = "Door2", .scope = "car", .id = someip::ServiceId{0x1234}, .major = 2});

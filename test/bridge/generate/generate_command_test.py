@@ -57,7 +57,7 @@ class Generate(unittest.TestCase):
         status, _, errors = run("generate", DOOR, "--to", "routes,msg", "-o", self.folder / "out", "-q")
         self.assertEqual(status, 0, errors)
         package = self.folder / "out" / "car"
-        self.assertIn("float32 distance", (package / "msg" / "Obstacle.msg").read_text())
+        self.assertIn("float32 distance", (self.folder / "out" / "door" / "msg" / "Obstacle.msg").read_text())
         self.assertIn("---", (package / "srv" / "DoorOpen.srv").read_text())
         self.assertIn('"srv/DoorOpen.srv"', (package / "CMakeLists.txt").read_text())
         status, output, errors = run("check", self.folder / "out" / "bridge.yaml")

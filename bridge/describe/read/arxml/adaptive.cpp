@@ -262,7 +262,8 @@ std::optional<someip::MethodId> Adaptive::method_id(const Node* id) {
     problems_.warning(id->place(),
                       "METHOD-ID " + hex(*value) + " is one of an event: below 0x8000 was expected");
   }
-  return value ? std::optional{static_cast<someip::MethodId>(*value)} : std::nullopt;
+  // Tools write 0 for what is not there.
+  return value.value_or(0) != 0 ? std::optional{static_cast<someip::MethodId>(*value)} : std::nullopt;
 }
 
 std::optional<someip::MethodId> Adaptive::event_id(const Node* id, std::size_t& changed) {

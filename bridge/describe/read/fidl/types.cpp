@@ -694,7 +694,7 @@ std::optional<std::int64_t> Types::enumerator(Declared& declared, std::size_t in
     Declared* base = names_.type(tree.base, declared.scope);
     if (base != nullptr && base->state == Declared::State::done && base->type != no_type) {
       for (const Enumerator& one : all_enumerators(model_, model_.at(base->type))) {
-        next = one.value + 1;
+        next = static_cast<std::int64_t>(static_cast<std::uint64_t>(one.value) + 1);
       }
     }
   }
@@ -874,8 +874,8 @@ void Types::constants() {
   }
 }
 
-std::string Types::polymorphic_in(TypeIndex index) {
-  if (index == no_type) {
+std::string Types::polymorphic_in(TypeIndex index, int deep) {
+  if (index == no_type || deep > deepest_type) {
     return {};
   }
   const auto known = polymorphic_.find(index);
@@ -886,10 +886,10 @@ std::string Types::polymorphic_in(TypeIndex index) {
   const Type& type = model_.at(index);
   std::string found = type.polymorphic ? full_name(type.scope, type.name) : "";
   for (const TypeIndex other : {type.base, type.element.type, type.key.type}) {
-    found = found.empty() ? polymorphic_in(other) : found;
+    found = found.empty() ? polymorphic_in(other, deep + 1) : found;
   }
   for (const Value& member : type.members) {
-    found = found.empty() ? polymorphic_in(member.type) : found;
+    found = found.empty() ? polymorphic_in(member.type, deep + 1) : found;
   }
   return polymorphic_[index] = found;
 }

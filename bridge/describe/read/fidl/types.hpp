@@ -40,7 +40,7 @@ class Types {
   /// An enumeration that a method declares in place.
   [[nodiscard]] TypeIndex own_error(const TypeTree& tree, const Scope& scope, int version);
   /// Whether a polymorphic structure is in it: its name; else empty.
-  [[nodiscard]] std::string polymorphic_in(TypeIndex type);
+  [[nodiscard]] std::string polymorphic_in(TypeIndex type, int deep = 0);
 
  private:
   [[nodiscard]] TypeIndex variant(Declared& declared, const Layers& layers, int deep);

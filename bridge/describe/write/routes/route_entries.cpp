@@ -76,7 +76,8 @@ class Entries {
     if (event.selective) {
       lacks(event.name, "selective: the event goes to all subscribers", event.place);
     }
-    entries_.push_back({"routes", service_.name + "." + event.name, std::move(node)});
+    entries_.push_back({"routes", service_.name + "." + event.name, full_name(service_.scope, service_.name),
+                        std::move(node)});
   }
 
   void method(const Method& method, const LoweredMember* lowered) {
@@ -105,7 +106,8 @@ class Entries {
     if (!method.fire_and_forget && lowered->response != lowered->rules) {
       lacks(method.name, "other rules for the answer than for the request", method.place);
     }
-    entries_.push_back({"methods", service_.name + "." + method.name, std::move(node)});
+    entries_.push_back({"methods", service_.name + "." + method.name,
+                        full_name(service_.scope, service_.name), std::move(node)});
   }
 
   void field(const Field& field, const LoweredMember* lowered) {
@@ -137,7 +139,8 @@ class Entries {
     put_tp(node, side_ == Side::server ? field.notifier_transfer : field.setter_transfer, true);
     put_protection(node, field.e2e, "event");
     put_wire(node, lowered->rules);
-    entries_.push_back({"fields", service_.name + "." + field.name, std::move(node)});
+    entries_.push_back({"fields", service_.name + "." + field.name, full_name(service_.scope, service_.name),
+                        std::move(node)});
   }
 
   /// Whether a route can be made; tells what is missing.
@@ -271,7 +274,21 @@ class Entries {
   std::vector<RouteEntry> entries_{};
 };
 
+bool is_provided_too(const Model& model, const Instance& required) {
+  return std::ranges::any_of(model.instances, [&](const Instance& other) {
+    return other.role == Instance::Role::provided && other.service == required.service &&
+           other.id == required.id;
+  });
+}
+
 }  // namespace
+
+std::uint16_t offer_port(const Instance& instance, std::uint16_t otherwise) {
+  // The ports of a required instance are those of a client.
+  return instance.role != Instance::Role::provided ? otherwise
+         : instance.udp_port                       ? *instance.udp_port
+                                                   : instance.tcp_port.value_or(otherwise);
+}
 
 std::vector<RouteEntry> route_entries(const Model& model, const Lowered& lowered, const Service& service,
                                       const Instance& instance, Side side, const RouteOptions& options,
@@ -297,11 +314,14 @@ std::vector<RouteEntry> route_entries(const Model& model, const Lowered& lowered
     if (instance.id && !done.emplace(instance.service, *instance.id, side).second) {
       continue;  // one that another machine provides or wants, too
     }
-    std::uint16_t port = provided && instance.udp_port   ? *instance.udp_port
-                         : provided && instance.tcp_port ? *instance.tcp_port
-                                                         : std::uint16_t{0};
-    if (port == 0) {
-      port = static_cast<std::uint16_t>(next_port++);
+    if (!options.side && !provided && is_provided_too(model, instance)) {
+      not_carried.push_back({service->name, "that it is required, as it is provided, too", instance.place});
+      continue;
+    }
+    const std::uint16_t port = offer_port(instance, static_cast<std::uint16_t>(next_port));
+    next_port += port == next_port && next_port < 0xffff ? 1 : 0;
+    if (side == Side::server && provided && instance.tcp_port.value_or(port) != port) {
+      not_carried.push_back({service->name, "its TCP port: it is offered at the UDP port", instance.place});
     }
     std::vector<RouteEntry> entries =
         route_entries(model, lowered, *service, instance, side, options, port, not_carried);

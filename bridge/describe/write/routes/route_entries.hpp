@@ -31,10 +31,15 @@ struct RouteOptions {
   std::uint16_t first_port = 30501;  ///< of offered services, for those that have no port
 };
 
+/// The port at which we offer the service, by UDP and TCP alike: that of the instance if we take its place,
+/// of UDP if it has two; else `otherwise`.
+[[nodiscard]] std::uint16_t offer_port(const Instance& instance, std::uint16_t otherwise);
+
 /// An entry of a route file.
 struct RouteEntry {
   std::string list;     ///< where it belongs: "routes", "methods", "fields"
   std::string element;  ///< "Door.moved"
+  std::string service;  ///< full name: "car.Door"
   YAML::Node node;
 };
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "bridge/documents/problems.hpp"
 #include "someip/net/address_text.hpp"
 
 namespace trestle::describe {
@@ -41,7 +42,7 @@ Written write_routes(const Model& model, const Lowered& lowered, const RouteFile
   const std::vector<RouteEntry> entries = route_entries(model, lowered, options.routes, written.not_carried);
   std::string text = "# Made by `trestle generate`";
   for (std::size_t i = 0; i < model.files.size() && i < 8; ++i) {
-    text += (i == 0 ? " of " : ", ") + model.files[i];
+    text += (i == 0 ? " of " : ", ") + documents::printable(model.files[i]);
   }
   text += ".\nsomeip:\n";
   if (options.address) {
@@ -84,7 +85,7 @@ Written write_routes(const Model& model, const Lowered& lowered, const RouteFile
       }
       YAML::Emitter out;
       emit(out, entry.node, false);
-      text += fmt::format("  # {}\n", entry.element);
+      text += fmt::format("  # {}\n", documents::printable(entry.element));
       // An element of the list: what the emitter wrote, indented.
       std::string_view rest = out.c_str();
       for (bool first = true; !rest.empty(); first = false) {

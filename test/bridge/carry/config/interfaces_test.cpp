@@ -130,6 +130,35 @@ TEST_F(InterfacesTest, AreOfferedByTheBridgeWhereItIsToldTo) {
   EXPECT_NE(loaded.config.routes[0].port, 0);
 }
 
+TEST_F(InterfacesTest, AreOfferedAtOnePort) {
+  std::string text = door_fdepl;
+  text.replace(text.find("SomeIpInstanceID = 7"), 20,
+               "SomeIpInstanceID = 7 SomeIpUnreliableUnicastPort = 30509 SomeIpReliableUnicastPort = 30510");
+  write("Door.fdepl", text);
+  const Loaded loaded = good("interfaces: [Door.fidl, Door.fdepl]\ngenerate: {side: server}\n");
+  EXPECT_EQ(loaded.config.routes.at(0).port, 30509);
+  EXPECT_EQ(loaded.config.methods.at(0).transport, Transport::tcp);
+  EXPECT_EQ(loaded.config.methods.at(0).port, 30509);
+  ASSERT_FALSE(loaded.warnings.empty());
+  EXPECT_THAT(loaded.warnings.front().text, HasSubstr("its TCP port"));
+}
+
+TEST_F(InterfacesTest, NeedTheFullNameWhereTwoHaveOne) {
+  write("Other.fidl", "package house interface Door { version { major 1 minor 0 } broadcast moved { } }");
+  const std::string begin = "interfaces: [Door.fidl, Door.fdepl, Other.fidl]\n";
+  EXPECT_THAT(errors(begin + "routes: [{someip: Door.moved, direction: someip_to_dds}]\n"),
+              HasSubstr("someip: there are car.Door and house.Door: write the full name"));
+  const Loaded loaded = good(begin + "generate: {services: [car.Door]}\n");
+  for (const Route& route : loaded.config.routes) {
+    EXPECT_EQ(route.service, someip::ServiceId{0x1234});
+  }
+}
+
+TEST_F(InterfacesTest, LeaveAListThatIsNoneToItsLoader) {
+  EXPECT_THAT(errors("interfaces: [Door.fidl, Door.fdepl]\ngenerate: all\nroutes: 5\n"),
+              HasSubstr("bridge.yaml:4:"));
+}
+
 TEST_F(InterfacesTest, SayWhereTheyAreWrong) {
   write("Door.fidl", "package car\ninterface Door {\n  attribute Unknown x\n}\n");
   const std::string text = errors("interfaces: [Door.fidl]\ngenerate: all\n");

@@ -180,6 +180,8 @@ TEST(NodeConfigOfABridge, KnowsEachKey) {
                                         node.reassembly_protected_rate,
                                         ns(node.reassembly_timeout),
                                         ns(node.tcp_message_timeout),
+                                        ns(node.tcp_unanswered_timeout),
+                                        ns(d.duplicate_window),
                                         ns(d.silent_after),
                                         ns(d.reboot_pause)};
     };

@@ -421,6 +421,12 @@ TEST(ReadFidl, EndsSoonWithWhatIsMadeToTakeLong) {
   }
   EXPECT_FALSE(read({{"A.fidl", types + "struct S3000 { UInt8 a } }"}}, {"A.fidl"}).ok());
 
+  std::string upwards = "package p typeCollection T { array A0 of UInt8\n";
+  for (int i = 1; i < 30'000; ++i) {
+    upwards += "array A" + std::to_string(i) + " of A" + std::to_string(i - 1) + "\n";
+  }
+  static_cast<void>(read({{"A.fidl", upwards + "} interface I { attribute T.A29999 a }"}}, {"A.fidl"}));
+
   std::string nodes =
       std::string{v2} + "import \"A.fidl\" define org.genivi.commonapi.someip.deployment for interface p.I {";
   for (int i = 0; i < 10'000; ++i) {
