@@ -7,7 +7,7 @@
 namespace trestle::describe::arxml {
 
 /// The elements that are kept. What is not here is skipped with all that is in it. Sorted.
-inline constexpr std::array vocabulary{
+inline constexpr auto vocabulary = std::to_array<std::string_view>({
     std::string_view{"ALIGNMENT"},
     std::string_view{"ANNOTATION"},
     std::string_view{"ANNOTATION-TEXT"},
@@ -471,7 +471,7 @@ inline constexpr std::array vocabulary{
     std::string_view{"WINDOW-SIZE-INIT"},
     std::string_view{"WINDOW-SIZE-INVALID"},
     std::string_view{"WINDOW-SIZE-VALID"},
-};
+});
 static_assert(std::ranges::is_sorted(vocabulary));
 
 /// Index of the vocabulary.
