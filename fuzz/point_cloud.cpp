@@ -7,7 +7,6 @@
 
 using namespace trestle;
 using namespace trestle::measure;
-using namespace trestle::measure::demo;
 
 namespace {
 

@@ -119,16 +119,20 @@ class Server::Implementation : public std::enable_shared_from_this<Implementatio
   class Connection : public std::enable_shared_from_this<Connection> {
    public:
     Connection(asio::ip::tcp::socket socket, std::shared_ptr<Implementation> server)
-        : stream_{std::move(socket)}, server_{std::move(server)} {}
-    ~Connection() { server_->ended(); }
+        : stream_{std::move(socket)}, limits_{server->limits_}, server_{server} {}
+    ~Connection() {
+      if (const auto server = server_.lock()) {
+        server->ended();
+      }
+    }
     Connection(const Connection&) = delete;
     Connection& operator=(const Connection&) = delete;
 
     void read() {
       parser_.emplace();
-      parser_->header_limit(static_cast<std::uint32_t>(server_->limits_.header_bytes));
-      parser_->body_limit(server_->limits_.body_bytes);
-      stream_.expires_after(std::chrono::duration_cast<std::chrono::milliseconds>(server_->limits_.idle));
+      parser_->header_limit(static_cast<std::uint32_t>(limits_.header_bytes));
+      parser_->body_limit(limits_.body_bytes);
+      stream_.expires_after(std::chrono::duration_cast<std::chrono::milliseconds>(limits_.idle));
       http::async_read(stream_, buffer_, *parser_,
                        [self = shared_from_this()](error_code error, std::size_t) { self->on_read(error); });
     }
@@ -146,9 +150,13 @@ class Server::Implementation : public std::enable_shared_from_this<Implementatio
         answer({.status = 400, .body = "this is no HTTP request: " + error.message() + "\n"}, false);
       } else if (!error) {
         const bool keep_alive = parser_->get().keep_alive();
-        server_->respond(parser_->get(), [self = shared_from_this(), keep_alive](Answer answer) {
-          self->answer(std::move(answer), keep_alive);
-        });
+        if (const auto server = server_.lock()) {
+          server->respond(parser_->get(), [self = shared_from_this(), keep_alive](Answer answer) {
+            self->answer(std::move(answer), keep_alive);
+          });
+        } else {
+          close();
+        }
       } else {
         close();
       }
@@ -196,7 +204,8 @@ class Server::Implementation : public std::enable_shared_from_this<Implementatio
     }
 
     beast::tcp_stream stream_;
-    std::shared_ptr<Implementation> server_;
+    ServerLimits limits_;
+    std::weak_ptr<Implementation> server_;  ///< what waits in the io_context may outlive it
     beast::flat_buffer buffer_{};
     bool asked_ = false;  ///< and not answered yet
     std::optional<http::request_parser<http::string_body>> parser_{};
@@ -208,7 +217,11 @@ class Server::Implementation : public std::enable_shared_from_this<Implementatio
       return;
     }
     accepting_ = true;
-    acceptor_.async_accept([self = shared_from_this()](error_code error, asio::ip::tcp::socket socket) {
+    acceptor_.async_accept([weak = weak_from_this()](error_code error, asio::ip::tcp::socket socket) {
+      const auto self = weak.lock();
+      if (!self) {
+        return;
+      }
       self->accepting_ = false;
       if (!self->acceptor_.is_open()) {
         return;
@@ -222,7 +235,11 @@ class Server::Implementation : public std::enable_shared_from_this<Implementatio
         self->accept();
       } else {
         self->wait_.expires_after(std::chrono::milliseconds{100});  // no descriptor is free, for instance
-        self->wait_.async_wait([self](error_code) { self->accept(); });
+        self->wait_.async_wait([weak](error_code) {
+          if (const auto still = weak.lock()) {
+            still->accept();
+          }
+        });
       }
     });
   }
@@ -232,9 +249,11 @@ class Server::Implementation : public std::enable_shared_from_this<Implementatio
   }
   /// Not within the end of a connection, which may be that of the server.
   void accept_later() {
-    if (const auto self = weak_from_this().lock()) {
-      asio::post(io_, [self] { self->accept(); });
-    }
+    asio::post(io_, [weak = weak_from_this()] {
+      if (const auto self = weak.lock()) {
+        self->accept();
+      }
+    });
   }
 
   /// The address as URLs have it.
