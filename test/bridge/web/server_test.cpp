@@ -128,8 +128,8 @@ TEST_F(ServerTest, NamesAFileWithoutWhatWouldBreakTheHeader) {
 }
 
 TEST_F(ServerTest, LetsNobodyTakeAllPlaces) {
-  std::vector<std::unique_ptr<boost::asio::ip::tcp::socket>> idle;
   boost::asio::io_context io;
+  std::vector<std::unique_ptr<boost::asio::ip::tcp::socket>> idle;
   for (int i = 0; i < 4; ++i) {
     idle.push_back(std::make_unique<boost::asio::ip::tcp::socket>(io));
     idle.back()->connect({boost::asio::ip::address_v4::loopback(), server_.port()});
