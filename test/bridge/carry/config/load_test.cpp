@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "test/bridge/carry/config/good_config.hpp"
+#include "test/bridge/carry/config/problems_of.hpp"
 #include "test/covers.hpp"
 
 namespace trestle::test::load_test {
