@@ -92,7 +92,8 @@ class DiscoveredRoutesTest : public RouteTest {
   }
   [[nodiscard]] std::vector<ServiceId> locked() const {
     std::vector<ServiceId> all;
-    for (const carry::LockedTopic& one : carry::LockFile::read(config_.lock_file)->topics()) {
+    const auto file = carry::LockFile::read(config_.lock_file);
+    for (const carry::LockedTopic& one : file->topics()) {
       all.push_back(one.service);
     }
     return all;
