@@ -107,22 +107,6 @@ void Adaptive::read_service(const Node* interface, const Node* deployment, bool 
 
 // --- interfaces -------------------------------------------------------------------------------------------
 
-void Adaptive::fill(Payload& payload, const Context& context) const {
-  const Rules& rules = context.rules;
-  payload.byte_order = rules.byte_order.value_or(std::endian::big);
-  // [feat_req_someip_675]
-  payload.length_fields_always_big = payload.byte_order == std::endian::little;
-  payload.alignment = rules.alignment_bytes.value_or(1);
-  payload.smallest_tagged_length = rules.smallest_length.value_or(false);
-  // One width stands before all tagged members; the files have one for each kind.
-  for (const auto& width : {rules.structure, rules.array, rules.string, rules.choice}) {
-    if (width && *width != someip::FieldWidth::none && contexts_.has_tags(context)) {
-      payload.tagged_length = *width;
-      break;
-    }
-  }
-}
-
 void Adaptive::read_interface(const Node& interface, Parts& parts) {
   Service& service = parts.service;
   service.notes = notes_beside(interface);
@@ -142,7 +126,7 @@ void Adaptive::read_interface(const Node& interface, Parts& parts) {
   each_in(&interface, "EVENTS"_tag, "VARIABLE-DATA-PROTOTYPE"_tag, [&](const Node& node) {
     Event event{.name = std::string{node.name}};
     const Context& context = contexts_.of(&node);
-    fill(event.payload, context);
+    contexts_.fill(event.payload, context);
     event.notes = notes_beside(node);
     event.place = node.place();
     if (auto arguments = types_.arguments(node, context)) {
@@ -170,7 +154,7 @@ void Adaptive::read_interface(const Node& interface, Parts& parts) {
   each_in(&interface, "TRIGGERS"_tag, "TRIGGER"_tag, [&](const Node& node) {
     service.events.push_back(
         {.name = std::string{node.name}, .notes = notes_beside(node), .place = node.place()});
-    fill(service.events.back().payload, contexts_.of(&node));
+    contexts_.fill(service.events.back().payload, contexts_.of(&node));
     events.push_back(&node);
   });
   std::vector<const Node*> methods;
@@ -182,7 +166,7 @@ void Adaptive::read_interface(const Node& interface, Parts& parts) {
   each_in(&interface, "FIELDS"_tag, "FIELD"_tag, [&](const Node& node) {
     Field field{.name = std::string{node.name}};
     const Context& context = contexts_.of(&node);
-    fill(field.payload, context);
+    contexts_.fill(field.payload, context);
     field.notes = notes_beside(node);
     field.place = node.place();
     Value value = types_.value(node, context);
@@ -218,8 +202,8 @@ void Adaptive::read_interface(const Node& interface, Parts& parts) {
 Method Adaptive::read_method(const Node& operation) {
   Method method{.name = std::string{operation.name}};
   const Context& context = contexts_.of(&operation);
-  fill(method.request, context);
-  fill(method.response, context);
+  contexts_.fill(method.request, context);
+  contexts_.fill(method.response, context);
   method.notes = notes_beside(operation);
   method.place = operation.place();
   method.fire_and_forget = boolean(operation.child_text("FIRE-AND-FORGET"_tag)).value_or(false);

@@ -42,7 +42,6 @@ class Adaptive {
   void read_eventgroups(const Node& deployment, Parts& parts);
   void read_protection(const Parts& parts);
   void check_ids(const Service& service);
-  void fill(Payload& payload, const Context& context) const;
   [[nodiscard]] Method read_method(const Node& operation);
   void read_transfer(const Node& deployment, Tag segment, Tag separation, Transfer& transfer);
   [[nodiscard]] std::optional<someip::MethodId> method_id(const Node* id);

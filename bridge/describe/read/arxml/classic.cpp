@@ -540,20 +540,6 @@ Context Classic::context_of(const Node* signal) {
   return context;
 }
 
-void Classic::fill(Payload& payload, const Context& context) const {
-  const Rules& rules = context.rules;
-  payload.byte_order = rules.byte_order.value_or(std::endian::big);
-  payload.length_fields_always_big = payload.byte_order == std::endian::little;
-  payload.alignment = rules.alignment_bytes.value_or(1);
-  payload.smallest_tagged_length = rules.smallest_length.value_or(false);
-  for (const auto& width : {rules.structure, rules.array, rules.string, rules.choice}) {
-    if (width && *width != someip::FieldWidth::none && contexts_.has_tags(context)) {
-      payload.tagged_length = *width;
-      break;
-    }
-  }
-}
-
 void Classic::make_message(const Message& message) {
   const auto service_id = static_cast<someip::ServiceId>(static_cast<std::uint16_t>(message.id >> 16U));
   if (described_.contains(service_id)) {
@@ -636,7 +622,7 @@ void Classic::make_event(Service& here, const Message& message, const Node* sign
   event.transfer.transport = message.transport;
   add_transfer(message, event.transfer);
   const Context context = context_of(signal);
-  fill(event.payload, context);
+  contexts_.fill(event.payload, context);
   if (prototype != nullptr) {
     event.notes = notes_beside(*prototype);
     event.payload.values.push_back(types_.value(*prototype, context));
@@ -703,7 +689,7 @@ void Classic::make_method(Service& here, const Message& message, const Node* sig
     return;
   }
   const Context context = context_of(signal);
-  fill(payload, context);
+  contexts_.fill(payload, context);
   each_in(operation, "ARGUMENTS"_tag, "ARGUMENT-DATA-PROTOTYPE"_tag, [&](const Node& argument) {
     const std::string_view direction = argument.child_text("DIRECTION"_tag);
     const bool in_answer = direction == "OUT" || direction == "INOUT";

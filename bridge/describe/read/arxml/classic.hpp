@@ -50,7 +50,6 @@ class Classic {
   [[nodiscard]] const Node* rules_node(const Node* signal) const;
   [[nodiscard]] const Node* description(const Node* signal, const Node* properties, Tag tag) const;
   [[nodiscard]] Context context_of(const Node* signal);
-  void fill(Payload& payload, const Context& context) const;
   [[nodiscard]] Socket socket(const Node* endpoint);
   [[nodiscard]] const Node* pdu_of(const Node* triggering) const;
   [[nodiscard]] std::optional<someip::EventgroupId> eventgroup_id(const Node& handler);

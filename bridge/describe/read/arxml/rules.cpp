@@ -271,4 +271,20 @@ std::optional<someip::DataId> Contexts::tag(const Context& context, const Node* 
   return found == all_tags_.end() ? std::nullopt : std::optional{found->second};
 }
 
+void Contexts::fill(Payload& payload, const Context& context) const {
+  const Rules& rules = context.rules;
+  payload.byte_order = rules.byte_order.value_or(std::endian::big);
+  // [feat_req_someip_675]
+  payload.length_fields_always_big = payload.byte_order == std::endian::little;
+  payload.alignment = rules.alignment_bytes.value_or(1);
+  payload.smallest_tagged_length = rules.smallest_length.value_or(false);
+  // One width stands before all tagged members; the files have one for each kind.
+  for (const auto& width : {rules.structure, rules.array, rules.string, rules.choice}) {
+    if (width && *width != someip::FieldWidth::none && has_tags(context)) {
+      payload.tagged_length = *width;
+      break;
+    }
+  }
+}
+
 }  // namespace trestle::describe::arxml

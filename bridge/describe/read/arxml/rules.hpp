@@ -64,6 +64,8 @@ class Contexts {
   [[nodiscard]] bool has_tags(const Context& context) const noexcept {
     return !context.tag_sets.empty() || !all_tags_.empty();
   }
+  /// The rules of a payload as a whole.
+  void fill(Payload& payload, const Context& context) const;
   [[nodiscard]] const Tags& tags_of(const Node* set) const;
   void add(const Node* prototype, Context context) { contexts_[prototype] = std::move(context); }
 
