@@ -127,7 +127,7 @@ int run_generate(GenerateArguments& arguments) {
                  colour.yellow, one->name, colour.off, lost.element, lost.what);
     }
   }
-  arguments.sources.keep_ids({});
+  arguments.sources.keep_ids();
   return cli::exit_ok;
 }
 

@@ -75,15 +75,14 @@ describe::System SourceArguments::read() {
   return system;
 }
 
-void SourceArguments::keep_ids(const std::string& otherwise) const {
-  const std::string& file = lock_file.empty() ? otherwise : lock_file;
+void SourceArguments::keep_ids() const {
   const std::string text = to_text(lock_);
-  if (file.empty() || lock_.services.empty() || text == text_before_) {
+  if (lock_file.empty() || lock_.services.empty() || text == text_before_) {
     return;
   }
-  std::ofstream out{file, std::ios::binary};
+  std::ofstream out{lock_file, std::ios::binary};
   if (!(out << text) || !out.flush()) {
-    throw std::runtime_error{fmt::format("{} cannot be written", file)};
+    throw std::runtime_error{fmt::format("{} cannot be written", lock_file)};
   }
 }
 

@@ -16,10 +16,9 @@ class SourceArguments {
   /// Reads files, folders and captures, and makes a system of them. Problems are printed on standard error.
   /// @return the system; not good when there was an error.
   [[nodiscard]] describe::System read();
-  /// Keeps the ids that read() chose, if there are new ones.
-  /// @param otherwise  the file, where --lock names none; empty: nothing is kept.
+  /// Keeps the ids that read() chose in the file of --lock, if there are new ones and there is a file.
   /// @throws std::runtime_error when it cannot be written.
-  void keep_ids(const std::string& otherwise) const;
+  void keep_ids() const;
 
   std::vector<std::string> sources{};
   std::string lock_file{};
