@@ -6,11 +6,22 @@
 namespace trestle::carry {
 
 CalmUpdates::CalmUpdates(RouteClock& clock, std::function<bool()> update)
-    : clock_{clock}, filled_{clock.now()}, look_{clock.timer([this, update = std::move(update)] {
-        if (update()) {
-          --changes_left_;
-        }
+    : clock_{clock}, update_{std::move(update)}, filled_{clock.now()}, look_{clock.timer([this] {
+        look();
       })} {}
+
+void CalmUpdates::look() {
+  if (update_()) {
+    --changes_left_;
+  }
+}
+
+void CalmUpdates::look_if_due() {
+  if (look_->armed() && changes_left_ > 0) {
+    look_->cancel();
+    look();
+  }
+}
 
 void CalmUpdates::look_soon() {
   if (look_->armed()) {

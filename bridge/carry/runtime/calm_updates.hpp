@@ -22,9 +22,15 @@ class CalmUpdates {
 
   /// Something has happened.
   void look_soon();
+  /// Looks now, if that was due to be done soon and no pause holds it back: for who can't wait for the
+  /// handler.
+  void look_if_due();
 
  private:
+  void look();
+
   RouteClock& clock_;
+  std::function<bool()> update_;
   int changes_left_ = at_once;
   RouteClock::TimePoint filled_;  ///< when changes_left_ was last full, or raised by one
   std::unique_ptr<RouteTimer> look_;

@@ -382,7 +382,8 @@ void DiscoveredRoutes::append_silence(SilenceWatch& silence) {
                    .received = [&pattern] { return pattern.made; },
                    .reason =
                        [this, &pattern] {
-                         return why_silent(PatternSilence{.participants = context_.dds->peers(),
+                         return why_silent(PatternSilence{.routes = routes_of(pattern),
+                                                          .participants = context_.dds->peers(),
                                                           .topics = pattern.topics,
                                                           .brought = pattern.brought});
                        }});

@@ -186,6 +186,10 @@ class EventToTopic final : public RunningRoute {
     if (on_value_) {
       on_value_(event.payload);
     }
+    // The first value comes with the acknowledgement, perhaps before the route has looked at the offer.
+    if (!writer_) {
+      updates_.look_if_due();
+    }
     // A late joiner of a transient-local topic wants what was written before it came.
     if (!writer_ || (writer_->matched() == 0 && !route_.qos.transient_local)) {
       ++no_reader_;

@@ -116,7 +116,8 @@ SilenceReason why_silent(const Route& route, const DdsSilence& known) {
 
 SilenceReason why_silent(const PatternSilence& known) {
   using Kind = SilenceReason::Kind;
-  return {known.topics > 0         ? Kind::no_route
+  return {known.routes > 0         ? Kind::none
+          : known.topics > 0       ? Kind::no_route
           : known.brought          ? Kind::only_bridges
           : known.participants > 0 ? Kind::no_match
                                    : Kind::no_participant,

@@ -73,8 +73,9 @@ struct DdsSilence {
 };
 [[nodiscard]] SilenceReason why_silent(const Route& route, const DdsSilence& known);
 
-/// What the DDS side knows of a pattern that has had no route yet.
+/// What is known of a pattern.
 struct PatternSilence {
+  std::size_t routes = 0;        ///< that it has now
   std::size_t participants = 0;  ///< others
   std::size_t topics = 0;        ///< that match, and that others publish
   bool brought = false;          ///< what matches comes from other bridges

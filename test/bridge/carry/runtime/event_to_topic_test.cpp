@@ -106,6 +106,21 @@ TEST_F(EventToTopicTest, WritesWhileTheServiceIsOffered) {
   EXPECT_THAT(dds_.written, ElementsAre(hello_cdr));
 }
 
+// A field's first value may come in the very burst of datagrams that the offer came in.
+TEST_F(EventToTopicTest, CarriesALatchedValueThatComesRightAfterTheOffer) {
+  settings().presence.write_while_offered = true;
+  settings().qos.transient_local = true;
+  start();
+  dds_.matched = 0;
+  someip_.service_comes_or_goes(true);
+  send(hello);
+  EXPECT_THAT(dds_.written, ElementsAre(hello_cdr));
+  EXPECT_EQ(count("no_reader"), 0U);
+  EXPECT_EQ(dds_.made, 1);
+  work();
+  EXPECT_EQ(dds_.made, 1);
+}
+
 TEST_F(EventToTopicTest, MakesNoWriterForEachOfferThatIsSoonWithdrawn) {
   settings().presence.write_while_offered = true;
   start();

@@ -116,6 +116,7 @@ TEST(Silence, OfAPattern) {
             "nobody publishes a topic that matches (3 participants in the DDS domain)");
   EXPECT_THAT(of({.participants = 3, .brought = true}, 3), HasSubstr("is brought in by other bridges"));
   EXPECT_THAT(of({.participants = 3, .topics = 2, .brought = true}, 3), HasSubstr("none gets a route"));
+  EXPECT_EQ(of({.routes = 1, .participants = 3, .topics = 2}, 3), "nothing is amiss");
 }
 
 class Watch : public testing::Test {
