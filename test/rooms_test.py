@@ -28,7 +28,7 @@ bridge/describe/read bridge/describe/write
 bridge/describe/read/arxml bridge/describe/read/fidl bridge/describe/read/vsomeip
 bridge/describe/write/arxml bridge/describe/write/fidl bridge/describe/write/msg bridge/describe/write/routes bridge/describe/write/sheet bridge/describe/write/vsomeip bridge/describe/write/wireshark
 bridge/describe/sources
-bridge/cli bridge/web
+bridge/cli bridge/traffic bridge/web
 bridge/carry/config bridge/inspect/decode bridge/measure
 bridge/carry/runtime bridge/inspect/tools bridge/measure/demo bridge/measure/perf
 bridge/carry/commands bridge/generate
@@ -39,7 +39,9 @@ bridge/program
 NEVER = [("dds_adapter", "someip/net"), ("dds_adapter", "sd"), ("someip", "dds_adapter"), ("sd", "dds_adapter"),
          ("pcaps", "someip/core"), ("bridge/carry", "bridge/inspect"), ("bridge/carry", "bridge/measure"),
          ("bridge/inspect", "bridge/carry"), ("bridge/inspect", "bridge/measure"),
-         ("bridge/measure", "bridge/carry"), ("bridge/measure", "bridge/inspect")]
+         ("bridge/measure", "bridge/carry"), ("bridge/measure", "bridge/inspect"),
+         ("bridge/generate", "bridge/carry"), ("bridge/generate", "bridge/inspect"), ("bridge/generate", "bridge/measure"),
+         ("bridge/carry", "bridge/generate")]
 INCLUDE = re.compile(r'^\s*#\s*include "([^"]+)"', re.MULTILINE)
 
 

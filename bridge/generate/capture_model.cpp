@@ -6,7 +6,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "bridge/inspect/decode/capture_reader.hpp"
+#include "bridge/traffic/capture_reader.hpp"
 #include "pcaps/capture_file.hpp"
 #include "pcaps/traffic.hpp"
 #include "sd/wire/message.hpp"

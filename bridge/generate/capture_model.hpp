@@ -6,9 +6,9 @@
 #include <tuple>
 
 #include "bridge/describe/model.hpp"
-#include "bridge/inspect/decode/message_sink.hpp"
-#include "bridge/inspect/decode/tp_assembly.hpp"
-#include "bridge/inspect/tools/network_view.hpp"
+#include "bridge/traffic/message_sink.hpp"
+#include "bridge/traffic/network_view.hpp"
+#include "bridge/traffic/tp_assembly.hpp"
 
 namespace trestle::generate {
 

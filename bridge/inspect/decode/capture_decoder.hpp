@@ -1,6 +1,6 @@
 #pragma once
-#include "bridge/inspect/decode/capture_reader.hpp"
 #include "bridge/inspect/decode/message_decoder.hpp"
+#include "bridge/traffic/capture_reader.hpp"
 
 namespace trestle::inspect {
 

@@ -1,8 +1,6 @@
 // bridge/inspect/decode: `trestle decode`: SOME/IP messages of a capture as JSON.
 //
-//   capture_decoder.hpp, capture_reader.hpp  from frames to messages
-//   someip_ports.hpp     which ports carry SOME/IP
-//   message_stream.hpp, tp_assembly.hpp  messages in TCP streams and in segments
+//   capture_decoder.hpp  from a capture to JSON; bridge/traffic finds the messages
 //   message_decoder.hpp  a message as JSON, with the rules that it breaks
 //   message_json.hpp, sd_json.hpp  its parts
 //   decode_command.hpp   the command
@@ -11,7 +9,8 @@
 #pragma once
 #include <functional>
 
-#include "bridge/inspect/decode/message_sink.hpp"
+#include "bridge/inspect/decode/message_json.hpp"
+#include "bridge/traffic/message_sink.hpp"
 
 namespace trestle::inspect {
 

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "bridge/traffic/violation.hpp"
 #include "someip/wire/header.hpp"
 #include "someip/wire/tp.hpp"
 
@@ -12,14 +13,6 @@ namespace trestle::inspect {
 
 /// Objects whose fields keep the order in which they were added.
 using Json = nlohmann::ordered_json;
-
-/// A rule that some bytes break.
-struct Violation {
-  const char* name = "";  ///< what is wrong; a WireError's name where there is one
-  const char* rule = "";  ///< requirement of the Open SOME/IP Specification; empty if none speaks of it
-  std::size_t offset = 0;
-  std::string detail;  ///< for people
-};
 
 /// Sets "error" of `object`.
 void add_error(Json& object, const Violation& violation);

@@ -6,9 +6,9 @@
 #include "bridge/cli/options.hpp"
 #include "bridge/cli/session.hpp"
 #include "bridge/inspect/tools/listener.hpp"
-#include "bridge/inspect/tools/network_view.hpp"
 #include "bridge/inspect/tools/sighting_text.hpp"
 #include "bridge/inspect/tools/tool_commands.hpp"
+#include "bridge/traffic/network_view.hpp"
 #include "sd/net/clock.hpp"
 #include "someip/net/address_text.hpp"
 

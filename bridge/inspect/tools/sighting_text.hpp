@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "bridge/inspect/tools/network_view.hpp"
 #include "bridge/inspect/tools/traffic_view.hpp"
+#include "bridge/traffic/network_view.hpp"
 
 /// What is seen of a network, in words and in JSON. docs/tools.md documents both.
 namespace trestle::inspect {

@@ -2,7 +2,6 @@
 //
 //   *_command.cpp     one command each
 //   listener.hpp      listens to service discovery without taking part
-//   network_view.hpp  services and subscriptions that were seen
 //   traffic_view.hpp  events and calls, with rates, losses and latencies
 //   watcher.hpp, live_watch.hpp, picture.hpp  `watch`: from frames to tables
 //   sighting_text.hpp, message_text.hpp  what is seen, in words and in JSON

@@ -7,7 +7,7 @@
 #include <tuple>
 #include <vector>
 
-#include "bridge/inspect/decode/tp_assembly.hpp"
+#include "bridge/traffic/tp_assembly.hpp"
 #include "someip/wire/header.hpp"
 
 namespace trestle::inspect {

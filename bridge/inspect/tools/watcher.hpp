@@ -1,9 +1,9 @@
 #pragma once
 #include <functional>
 
-#include "bridge/inspect/decode/capture_reader.hpp"
-#include "bridge/inspect/tools/network_view.hpp"
 #include "bridge/inspect/tools/traffic_view.hpp"
+#include "bridge/traffic/capture_reader.hpp"
+#include "bridge/traffic/network_view.hpp"
 
 namespace trestle::inspect {
 

@@ -1,9 +1,18 @@
+// bridge/traffic: SOME/IP in captured traffic: which frames carry it, where its messages are, and what
+// service discovery tells. It prints nothing and knows no types. decode, watch, find and generate are built
+// on it.
+//
+//   capture_reader.hpp   from frames to messages
+//   someip_ports.hpp     which ports carry SOME/IP
+//   message_stream.hpp, tp_assembly.hpp  messages in TCP streams and in segments
+//   message_sink.hpp, violation.hpp      who takes the messages, and what is wrong with bytes that are none
+//   network_view.hpp     services and subscriptions that were seen
 #pragma once
 #include <map>
 #include <vector>
 
-#include "bridge/inspect/decode/message_stream.hpp"
-#include "bridge/inspect/decode/someip_ports.hpp"
+#include "bridge/traffic/message_stream.hpp"
+#include "bridge/traffic/someip_ports.hpp"
 #include "pcaps/traffic.hpp"
 
 namespace trestle::inspect {

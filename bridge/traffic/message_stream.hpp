@@ -1,7 +1,7 @@
 #pragma once
 #include <vector>
 
-#include "bridge/inspect/decode/message_sink.hpp"
+#include "bridge/traffic/message_sink.hpp"
 
 namespace trestle::inspect {
 

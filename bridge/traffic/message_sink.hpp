@@ -1,9 +1,10 @@
 #pragma once
 #include <optional>
 
-#include "bridge/inspect/decode/message_json.hpp"
-#include "bridge/inspect/decode/tp_assembly.hpp"
+#include "bridge/traffic/tp_assembly.hpp"
+#include "bridge/traffic/violation.hpp"
 #include "pcaps/frame.hpp"
+#include "someip/wire/header.hpp"
 
 namespace trestle::inspect {
 

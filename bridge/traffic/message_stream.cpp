@@ -1,8 +1,8 @@
-#include "bridge/inspect/decode/message_stream.hpp"
+#include "bridge/traffic/message_stream.hpp"
 
 #include <fmt/format.h>
 
-#include "bridge/inspect/decode/someip_ports.hpp"
+#include "bridge/traffic/someip_ports.hpp"
 #include "someip/wire/bytes.hpp"
 
 namespace trestle::inspect {

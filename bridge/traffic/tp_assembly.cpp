@@ -1,4 +1,4 @@
-#include "bridge/inspect/decode/tp_assembly.hpp"
+#include "bridge/traffic/tp_assembly.hpp"
 
 namespace trestle::inspect {
 namespace {

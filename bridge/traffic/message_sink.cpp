@@ -1,4 +1,4 @@
-#include "bridge/inspect/decode/message_sink.hpp"
+#include "bridge/traffic/message_sink.hpp"
 
 #include <fmt/format.h>
 

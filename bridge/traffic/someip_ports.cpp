@@ -1,4 +1,4 @@
-#include "bridge/inspect/decode/someip_ports.hpp"
+#include "bridge/traffic/someip_ports.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "bridge/inspect/decode/capture_reader.hpp"
+#include "bridge/traffic/capture_reader.hpp"
 
 #include "someip/wire/bytes.hpp"
 

@@ -1,4 +1,4 @@
-#include "bridge/inspect/tools/network_view.hpp"
+#include "bridge/traffic/network_view.hpp"
 
 #include <array>
 #include <tuple>

@@ -1,5 +1,5 @@
 // What somebody who only listens makes of the datagrams of service discovery.
-#include "bridge/inspect/tools/network_view.hpp"
+#include "bridge/traffic/network_view.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,0 +1,15 @@
+#pragma once
+#include <cstddef>
+#include <string>
+
+namespace trestle::inspect {
+
+/// A rule that some bytes break.
+struct Violation {
+  const char* name = "";  ///< what is wrong; a WireError's name where there is one
+  const char* rule = "";  ///< requirement of the Open SOME/IP Specification; empty if none speaks of it
+  std::size_t offset = 0;
+  std::string detail;  ///< for people
+};
+
+}  // namespace trestle::inspect
