@@ -9,6 +9,7 @@ import unittest
 
 program, source = sys.argv[1], pathlib.Path(sys.argv[2])
 DOOR = source / "examples" / "door"
+SEAT = source / "examples" / "seat"
 
 
 def run(*arguments):
@@ -60,6 +61,10 @@ class Generate(unittest.TestCase):
         self.assertIn("float32 distance", (self.folder / "out" / "door" / "msg" / "Obstacle.msg").read_text())
         self.assertIn("---", (package / "srv" / "DoorOpen.srv").read_text())
         self.assertIn('"srv/DoorOpen.srv"', (package / "CMakeLists.txt").read_text())
+        fields = self.folder / "out" / "car_fields"
+        self.assertEqual((fields / "srv" / "SetDoorLabel.srv").read_text(), "car/DoorLabel value\n---\ncar/DoorLabel value\n")
+        self.assertFalse((fields / "srv" / "SetDoorOpening.srv").exists())  # read-only
+        self.assertIn("<depend>car</depend>", (fields / "package.xml").read_text())
         status, output, errors = run("check", self.folder / "out" / "bridge.yaml")
         self.assertEqual(status, 0, errors)
         self.assertIn("5 routes, 8 methods", output)
@@ -91,6 +96,30 @@ class Generate(unittest.TestCase):
             self.assertEqual(status, 0, errors)
             service = json.loads(output)["services"][0]
             self.assertEqual([method["id"] for method in service["methods"]], ["0x0010", "0x0011", "0x0012"], target)
+
+    def test_writes_the_arxml_of_the_example(self):
+        out = self.folder / "out"
+        self.assertEqual(run("generate", SEAT / "Seat.fidl", SEAT / "Seat.fdepl", "--to", "arxml", "-o", out, "-q")[0], 0)
+        self.assertEqual((out / "interfaces.arxml").read_text(), (SEAT / "seat.arxml").read_text())
+
+    def test_makes_the_same_bridge_of_fidl_and_of_arxml(self):
+        summaries = []
+        text = (SEAT / "bridge.yaml").read_text()
+        for names in ("Seat.fidl, Seat.fdepl", "seat.arxml"):
+            file = self.folder / "bridge.yaml"
+            files = ", ".join(str(SEAT / name) for name in names.split(", "))
+            file.write_text(text.replace("[Seat.fidl, Seat.fdepl]", f"[{files}]"))
+            status, output, _ = run("check", file)
+            self.assertEqual(status, 0)
+            self.assertIn("7 routes, 11 methods", output)
+            summaries.append(output)
+        self.assertEqual(summaries[0], summaries[1])
+        out = self.folder / "msg"
+        packages = []
+        for files in ((SEAT / "Seat.fidl", SEAT / "Seat.fdepl"), (SEAT / "seat.arxml",)):
+            self.assertEqual(run("generate", *files, "--to", "msg", "-o", out, "-q")[0], 0)
+            packages.append({path: path.read_text() for path in out.rglob("*.*") if path.suffix in (".msg", ".srv")})
+        self.assertEqual(packages[0], packages[1])
 
     def test_says_what_is_not_carried(self):
         status, _, errors = run("generate", DOOR, "--to", "arxml", "-o", self.folder / "out")

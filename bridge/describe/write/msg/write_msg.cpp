@@ -7,6 +7,8 @@
 #include <set>
 #include <string_view>
 
+#include "bridge/messages/types/field_service.hpp"
+
 namespace trestle::describe {
 namespace {
 
@@ -67,6 +69,24 @@ ament_package()
                      name, find, files, needs.empty() ? "" : "  DEPENDENCIES" + needs + "\n");
 }
 
+/// The services that get and set the value of a field, as a bridge names them.
+void add_field_services(std::map<std::string, Package>& packages, const Field& field,
+                        const std::string& value_type) {
+  const auto add = [&](bool wanted, messages::FieldAccess access) {
+    if (!wanted) {
+      return;
+    }
+    const std::string service = messages::field_service_name(value_type, access);
+    const std::string name = package_of(service);
+    Package& package = packages[name];
+    package.needs.insert(package_of(value_type));
+    package.files[service.substr(name.size() + 1) + ".srv"] =
+        messages::field_service_text(value_type, access);
+  };
+  add(field.getter.has_value(), messages::FieldAccess::get);
+  add(field.setter.has_value(), messages::FieldAccess::set);
+}
+
 }  // namespace
 
 Written write_msg(const Model& model, const Lowered& lowered) {
@@ -103,6 +123,8 @@ Written write_msg(const Model& model, const Lowered& lowered) {
     if (member.kind == LoweredMember::Kind::method) {
       const std::string name = package_of(member.type);
       packages[name].files[member.type.substr(name.size() + 1) + ".srv"] = srv_text(lowered, member.type);
+    } else if (member.kind == LoweredMember::Kind::field) {
+      add_field_services(packages, model.services[member.service].fields[member.member], member.type);
     }
   }
   for (const auto& [name, package] : packages) {
