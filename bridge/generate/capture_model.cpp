@@ -21,7 +21,7 @@ bool is_magic_cookie(const someip::Header& header) {
 
 }  // namespace
 
-void CaptureModel::Seen::add(const someip::Message& message, const inspect::Place& place) {
+void CaptureModel::Seen::add(const someip::Message& message, const traffic::Place& place) {
   if (!there) {
     first_frame = place.frame;
   }
@@ -30,13 +30,13 @@ void CaptureModel::Seen::add(const someip::Message& message, const inspect::Plac
   transport = place.transport.value_or(Transport::udp);
 }
 
-bool CaptureModel::message(const inspect::Place& place, std::size_t offset, const someip::Message& message) {
+bool CaptureModel::message(const traffic::Place& place, std::size_t offset, const someip::Message& message) {
   const TimePoint time{place.time.time_since_epoch()};
   if (sd::is_sd(message.header)) {
     ++messages_;
-    std::vector<inspect::Sighting> sightings;
+    std::vector<traffic::Sighting> sightings;
     network_.on_message(message, place.flow.from, place.flow.to, time, sightings);
-    std::ranges::for_each(sightings, [this](const inspect::Sighting& one) { tell(one); });
+    std::ranges::for_each(sightings, [this](const traffic::Sighting& one) { tell(one); });
     return true;
   }
   if (is_tp(message.header.type)) {
@@ -82,7 +82,7 @@ bool CaptureModel::message(const inspect::Place& place, std::size_t offset, cons
   return true;
 }
 
-void CaptureModel::tell(const inspect::Sighting& sighting) const {
+void CaptureModel::tell(const traffic::Sighting& sighting) const {
   if (!announced_) {
     return;
   }
@@ -100,11 +100,11 @@ void CaptureModel::tell(const inspect::Sighting& sighting) const {
   }
 }
 
-void CaptureModel::undecodable(const inspect::Place&, std::size_t, ByteView, const inspect::Violation&) {
+void CaptureModel::undecodable(const traffic::Place&, std::size_t, ByteView, const traffic::Violation&) {
   ++passed_over_;
 }
 
-void CaptureModel::broken_frame(const inspect::Place&, const inspect::Violation&) {
+void CaptureModel::broken_frame(const traffic::Place&, const traffic::Violation&) {
   ++passed_over_;
 }
 
@@ -198,9 +198,9 @@ describe::Reading read_capture(const std::string& file) {
   };
   try {
     pcaps::CaptureFile capture{file};
-    inspect::CaptureReader* learner = nullptr;
+    traffic::CaptureReader* learner = nullptr;
     CaptureModel sink{[&](Transport transport, const Endpoint& at) { learner->learn(transport, at); }};
-    inspect::CaptureReader reader{{}, sink};
+    traffic::CaptureReader reader{{}, sink};
     learner = &reader;
     pcaps::Traffic traffic{reader};
     while (const std::optional<pcaps::Frame> frame = capture.next()) {

@@ -14,8 +14,8 @@ namespace trestle::generate {
 
 /// What traffic tells of a system's interfaces: ids, versions, endpoints, eventgroups, and how large payloads
 /// are. It does not tell names or types, so members are called "method_0001" and "event_8001". Feed it
-/// through an inspect::CaptureReader.
-class CaptureModel : public inspect::MessageSink {
+/// through an traffic::CaptureReader.
+class CaptureModel : public traffic::MessageSink {
  public:
   using Announced = std::function<void(Transport, const Endpoint&)>;
 
@@ -23,10 +23,10 @@ class CaptureModel : public inspect::MessageSink {
   explicit CaptureModel(Announced announced = {}) : announced_{std::move(announced)} {}
 
   using MessageSink::undecodable;
-  bool message(const inspect::Place& place, std::size_t offset, const someip::Message& message) override;
-  void undecodable(const inspect::Place& place, std::size_t offset, ByteView bytes,
-                   const inspect::Violation& violation) override;
-  void broken_frame(const inspect::Place& place, const inspect::Violation& violation) override;
+  bool message(const traffic::Place& place, std::size_t offset, const someip::Message& message) override;
+  void undecodable(const traffic::Place& place, std::size_t offset, ByteView bytes,
+                   const traffic::Violation& violation) override;
+  void broken_frame(const traffic::Place& place, const traffic::Violation& violation) override;
 
   /// All that was seen until now.
   /// @param file  the name of the capture, for Model::files.
@@ -46,7 +46,7 @@ class CaptureModel : public inspect::MessageSink {
     Transport transport = Transport::udp;
     bool there = false;
     std::uint64_t first_frame = 0;
-    void add(const someip::Message& message, const inspect::Place& place);
+    void add(const someip::Message& message, const traffic::Place& place);
   };
   struct Member {
     Seen request{};
@@ -57,12 +57,12 @@ class CaptureModel : public inspect::MessageSink {
     std::uint8_t interface_version = 1;
   };
 
-  void tell(const inspect::Sighting& sighting) const;
+  void tell(const traffic::Sighting& sighting) const;
 
   Announced announced_;
-  inspect::NetworkView network_{max_services};
+  traffic::NetworkView network_{max_services};
   std::map<std::tuple<someip::ServiceId, someip::MethodId>, Member> members_{};
-  inspect::TpAssembly segments_{};
+  traffic::TpAssembly segments_{};
   std::uint64_t messages_ = 0;
   std::uint64_t passed_over_ = 0;
 };

@@ -2,7 +2,7 @@
 
 #include "someip/wire/bytes.hpp"
 
-namespace trestle::inspect {
+namespace trestle::traffic {
 namespace {
 
 constexpr std::uint32_t max_datagram_length = 0xffff;
@@ -120,4 +120,4 @@ void CaptureReader::close(Stream& stream) {
   }
 }
 
-}  // namespace trestle::inspect
+}  // namespace trestle::traffic

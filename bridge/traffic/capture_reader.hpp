@@ -15,7 +15,7 @@
 #include "bridge/traffic/someip_ports.hpp"
 #include "pcaps/traffic.hpp"
 
-namespace trestle::inspect {
+namespace trestle::traffic {
 
 /// Finds the SOME/IP messages of traffic and hands them to a sink. Feed it through pcaps::Traffic, then call
 /// finish(). TP segments are messages to it.
@@ -60,4 +60,4 @@ class CaptureReader : public pcaps::TrafficSink {
   std::uint64_t foreign_streams_ = 0;
 };
 
-}  // namespace trestle::inspect
+}  // namespace trestle::traffic

@@ -4,7 +4,7 @@
 
 #include "someip/wire/bytes.hpp"
 
-namespace trestle::inspect {
+namespace trestle::traffic {
 namespace {
 
 using someip::WireError;
@@ -45,4 +45,4 @@ void MessageSink::undecodable(const Place& place, std::size_t offset, ByteView b
   undecodable(place, offset, bytes, explain(error, offset, bytes, place.missing));
 }
 
-}  // namespace trestle::inspect
+}  // namespace trestle::traffic

@@ -6,7 +6,7 @@
 #include "pcaps/frame.hpp"
 #include "someip/wire/header.hpp"
 
-namespace trestle::inspect {
+namespace trestle::traffic {
 
 /// Where bytes come from.
 struct Place {
@@ -42,4 +42,4 @@ class MessageSink {
   void undecodable(const Place& place, std::size_t offset, ByteView bytes, someip::WireError error);
 };
 
-}  // namespace trestle::inspect
+}  // namespace trestle::traffic

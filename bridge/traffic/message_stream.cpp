@@ -5,7 +5,7 @@
 #include "bridge/traffic/someip_ports.hpp"
 #include "someip/wire/bytes.hpp"
 
-namespace trestle::inspect {
+namespace trestle::traffic {
 namespace {
 
 std::uint32_t length_field(ByteView header) noexcept {
@@ -133,4 +133,4 @@ void MessageStream::finish(const Place& place, MessageSink& sink) const {
   }
 }
 
-}  // namespace trestle::inspect
+}  // namespace trestle::traffic

@@ -3,7 +3,7 @@
 
 #include "bridge/traffic/message_sink.hpp"
 
-namespace trestle::inspect {
+namespace trestle::traffic {
 
 /// Longer messages on TCP are taken for a sign of having lost the step. In bytes, as Length counts.
 inline constexpr std::uint32_t max_stream_length = 64U << 20U;
@@ -38,4 +38,4 @@ class MessageStream {
   std::size_t searched_from_;  ///< while not in step: where the search began
 };
 
-}  // namespace trestle::inspect
+}  // namespace trestle::traffic

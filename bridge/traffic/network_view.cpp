@@ -3,7 +3,7 @@
 #include <array>
 #include <tuple>
 
-namespace trestle::inspect {
+namespace trestle::traffic {
 namespace {
 
 using Kind = Sighting::Kind;
@@ -304,4 +304,4 @@ void NetworkView::forget_gone(TimePoint since) {
   std::erase_if(subscriptions_, long_gone);
 }
 
-}  // namespace trestle::inspect
+}  // namespace trestle::traffic

@@ -9,7 +9,7 @@
 #include "sd/wire/message.hpp"
 #include "someip/wire/endpoint.hpp"
 
-namespace trestle::inspect {
+namespace trestle::traffic {
 
 /// An offer that somebody sent.
 struct SeenService {
@@ -133,4 +133,4 @@ class NetworkView {
   Counters counters_;
 };
 
-}  // namespace trestle::inspect
+}  // namespace trestle::traffic

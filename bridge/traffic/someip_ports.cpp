@@ -5,7 +5,7 @@
 
 #include "someip/wire/bytes.hpp"
 
-namespace trestle::inspect {
+namespace trestle::traffic {
 namespace {
 
 constexpr std::uint16_t sd_port = 30490;  // [feat_req_someip_658]
@@ -51,4 +51,4 @@ bool looks_like_header(ByteView bytes, std::uint32_t max_length) noexcept {
          std::to_integer<std::uint8_t>(bytes[15]) <= last_return_code && length <= max_length;
 }
 
-}  // namespace trestle::inspect
+}  // namespace trestle::traffic

@@ -7,7 +7,7 @@
 #include "someip/wire/endpoint.hpp"
 #include "someip/wire/header.hpp"
 
-namespace trestle::inspect {
+namespace trestle::traffic {
 
 /// Decides which traffic of a capture is SOME/IP. docs/decode.md states the rule for users; in short: what
 /// uses a port that is known to carry it, and what looks like it.
@@ -32,4 +32,4 @@ class SomeipPorts {
 /// return code that exist, and a Length of at most `max_length`, which may still be wrong.
 [[nodiscard]] bool looks_like_header(ByteView bytes, std::uint32_t max_length) noexcept;
 
-}  // namespace trestle::inspect
+}  // namespace trestle::traffic

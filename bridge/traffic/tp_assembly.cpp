@@ -1,6 +1,6 @@
 #include "bridge/traffic/tp_assembly.hpp"
 
-namespace trestle::inspect {
+namespace trestle::traffic {
 namespace {
 
 constexpr std::size_t max_message_bytes = std::size_t{64} << 20U;
@@ -45,4 +45,4 @@ std::uint64_t TpAssembly::incomplete() const noexcept {
          counters[someip::TpDrop::gave_way];
 }
 
-}  // namespace trestle::inspect
+}  // namespace trestle::traffic

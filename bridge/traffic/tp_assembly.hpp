@@ -6,7 +6,7 @@
 
 #include "someip/core/tp_reassembler.hpp"
 
-namespace trestle::inspect {
+namespace trestle::traffic {
 
 /// A sender and a receiver. A recording has one sender's segments to several receivers, so the sender alone
 /// does not say which segments belong together.
@@ -38,4 +38,4 @@ class TpAssembly {
   std::optional<someip::TpReassembler> reassembler_;
 };
 
-}  // namespace trestle::inspect
+}  // namespace trestle::traffic

@@ -2,7 +2,7 @@
 #include <cstddef>
 #include <string>
 
-namespace trestle::inspect {
+namespace trestle::traffic {
 
 /// A rule that some bytes break.
 struct Violation {
@@ -12,4 +12,4 @@ struct Violation {
   std::string detail;  ///< for people
 };
 
-}  // namespace trestle::inspect
+}  // namespace trestle::traffic

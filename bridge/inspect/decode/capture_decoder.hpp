@@ -5,7 +5,7 @@
 namespace trestle::inspect {
 
 /// Prints the SOME/IP messages of recorded traffic.
-class CaptureDecoder : public CaptureReader {
+class CaptureDecoder : public traffic::CaptureReader {
  public:
   struct Options {
     bool reassemble = false;
@@ -13,7 +13,7 @@ class CaptureDecoder : public CaptureReader {
   };
 
   CaptureDecoder(const Options& options, std::function<void(const Json&)> print)
-      : CaptureReader{options.ports, messages_},
+      : traffic::CaptureReader{options.ports, messages_},
         messages_{options.reassemble,
                   {std::move(print),
                    [this](Transport transport, const Endpoint& endpoint) { learn(transport, endpoint); }}} {}

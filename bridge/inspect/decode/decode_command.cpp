@@ -123,7 +123,7 @@ int decode_capture(const Arguments& arguments) {
   return status_of(decoder.messages().malformed());
 }
 
-void decode_line(MessageDecoder& decoder, const Place& place, std::string_view line) {
+void decode_line(MessageDecoder& decoder, const traffic::Place& place, std::string_view line) {
   const tl::expected<std::vector<std::byte>, std::size_t> bytes = documents::parse_hex_line(line);
   if (!bytes) {
     decoder.unreadable(
@@ -142,7 +142,7 @@ int decode_hex(const Arguments& arguments) {
   std::ios::sync_with_stdio(false);
   std::uint64_t number = 0;
   for (std::string line; !output.closed() && std::getline(std::cin, line);) {
-    Place place;
+    traffic::Place place;
     place.line = ++number;
     decode_line(decoder, place, line);
     // Flush, so that a sender that waits for the answer before its next line gets it.

@@ -23,7 +23,7 @@ std::string timestamp(pcaps::Timestamp time) {
 }
 
 /// The fields with which each object about these bytes begins.
-Json fields_of(const Place& place) {
+Json fields_of(const traffic::Place& place) {
   Json fields;
   if (place.line > 0) {
     fields["line"] = place.line;
@@ -41,7 +41,8 @@ Json fields_of(const Place& place) {
 }
 
 /// Adds "tp" to the object of a segment.
-std::optional<Violation> add_segment(Json& object, std::size_t offset, const someip::Message& message) {
+std::optional<traffic::Violation> add_segment(Json& object, std::size_t offset,
+                                              const someip::Message& message) {
   if (message.payload.size() >= someip::tp_header_bytes) {
     add_tp(object, someip::to_tp_header(someip::load<std::uint32_t>(message.payload.data())));
   }
@@ -51,12 +52,13 @@ std::optional<Violation> add_segment(Json& object, std::size_t offset, const som
   }
   const std::size_t payload_offset = offset + someip::header_bytes;
   if (segment.error() == WireError::bad_tp_offset) {
-    return Violation{to_string(segment.error()), "feat_req_someiptp_772", payload_offset,
-                     fmt::format("{} bytes are no multiple of 16, yet more segments are to follow",
-                                 message.payload.size() - someip::tp_header_bytes)};
+    return traffic::Violation{to_string(segment.error()), "feat_req_someiptp_772", payload_offset,
+                              fmt::format("{} bytes are no multiple of 16, yet more segments are to follow",
+                                          message.payload.size() - someip::tp_header_bytes)};
   }
-  return Violation{to_string(segment.error()), "feat_req_someiptp_766", payload_offset,
-                   fmt::format("{} bytes are too few for the TP header of 4", message.payload.size())};
+  return traffic::Violation{
+      to_string(segment.error()), "feat_req_someiptp_766", payload_offset,
+      fmt::format("{} bytes are too few for the TP header of 4", message.payload.size())};
 }
 
 }  // namespace
@@ -67,16 +69,17 @@ MessageDecoder::MessageDecoder(bool reassemble, Hooks hooks) : hooks_{std::move(
   }
 }
 
-bool MessageDecoder::message(const Place& place, std::size_t offset, const someip::Message& message) {
+bool MessageDecoder::message(const traffic::Place& place, std::size_t offset,
+                             const someip::Message& message) {
   return print_message(place, offset, message, false);
 }
 
-bool MessageDecoder::print_message(const Place& place, std::size_t offset, const someip::Message& message,
-                                   bool reassembled) {
+bool MessageDecoder::print_message(const traffic::Place& place, std::size_t offset,
+                                   const someip::Message& message, bool reassembled) {
   Json object = fields_of(place);
   object["offset"] = offset;
   add_header(object, message.header, message.payload.size());
-  std::optional<Violation> violation;
+  std::optional<traffic::Violation> violation;
   ByteView payload = message.payload;
   const bool segment = is_tp(message.header.type);
   if (reassembled) {
@@ -110,8 +113,8 @@ bool MessageDecoder::print_message(const Place& place, std::size_t offset, const
   return !violation;
 }
 
-void MessageDecoder::undecodable(const Place& place, std::size_t offset, ByteView bytes,
-                                 const Violation& violation) {
+void MessageDecoder::undecodable(const traffic::Place& place, std::size_t offset, ByteView bytes,
+                                 const traffic::Violation& violation) {
   Json object = fields_of(place);
   object["offset"] = offset;
   add_partial_header(object, bytes);
@@ -119,17 +122,17 @@ void MessageDecoder::undecodable(const Place& place, std::size_t offset, ByteVie
   print_violation(std::move(object), violation);
 }
 
-void MessageDecoder::broken_frame(const Place& place, const Violation& violation) {
+void MessageDecoder::broken_frame(const traffic::Place& place, const traffic::Violation& violation) {
   print_violation(fields_of(place), violation);
 }
 
-void MessageDecoder::unreadable(const Place& place, const Violation& violation) {
+void MessageDecoder::unreadable(const traffic::Place& place, const traffic::Violation& violation) {
   Json object = fields_of(place);
   object["offset"] = 0;
   print_violation(std::move(object), violation);
 }
 
-void MessageDecoder::print_violation(Json object, const Violation& violation) {
+void MessageDecoder::print_violation(Json object, const traffic::Violation& violation) {
   add_error(object, violation);
   ++malformed_;
   hooks_.print(object);

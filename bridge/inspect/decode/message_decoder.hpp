@@ -16,7 +16,7 @@ namespace trestle::inspect {
 
 /// Turns SOME/IP messages into JSON objects, one for each message and one for each place where bytes are no
 /// message.
-class MessageDecoder : public MessageSink {
+class MessageDecoder : public traffic::MessageSink {
  public:
   struct Hooks {
     std::function<void(const Json&)> print;
@@ -27,13 +27,13 @@ class MessageDecoder : public MessageSink {
   /// @param reassemble  also print messages that came in TP segments, when their last one came.
   MessageDecoder(bool reassemble, Hooks hooks);
 
-  using MessageSink::undecodable;
-  bool message(const Place& place, std::size_t offset, const someip::Message& message) override;
-  void undecodable(const Place& place, std::size_t offset, ByteView bytes,
-                   const Violation& violation) override;
-  void broken_frame(const Place& place, const Violation& violation) override;
+  using traffic::MessageSink::undecodable;
+  bool message(const traffic::Place& place, std::size_t offset, const someip::Message& message) override;
+  void undecodable(const traffic::Place& place, std::size_t offset, ByteView bytes,
+                   const traffic::Violation& violation) override;
+  void broken_frame(const traffic::Place& place, const traffic::Violation& violation) override;
   /// Prints that a line of text is not even bytes.
-  void unreadable(const Place& place, const Violation& violation);
+  void unreadable(const traffic::Place& place, const traffic::Violation& violation);
 
   [[nodiscard]] std::uint64_t messages() const noexcept { return messages_; }
   /// Objects with an "error".
@@ -42,12 +42,12 @@ class MessageDecoder : public MessageSink {
   [[nodiscard]] std::uint64_t incomplete() const noexcept;
 
  private:
-  bool print_message(const Place& place, std::size_t offset, const someip::Message& message,
+  bool print_message(const traffic::Place& place, std::size_t offset, const someip::Message& message,
                      bool reassembled);
-  void print_violation(Json object, const Violation& violation);
+  void print_violation(Json object, const traffic::Violation& violation);
 
   Hooks hooks_;
-  std::optional<TpAssembly> assembly_;
+  std::optional<traffic::TpAssembly> assembly_;
   std::uint64_t messages_ = 0;
   std::uint64_t malformed_ = 0;
 };

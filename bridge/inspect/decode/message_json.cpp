@@ -23,7 +23,7 @@ constexpr someip::MethodId server_cookie{0x8000};
 
 }  // namespace
 
-void add_error(Json& object, const Violation& violation) {
+void add_error(Json& object, const traffic::Violation& violation) {
   Json& error = object["error"];
   error["name"] = violation.name;
   error["rule"] = *violation.rule != '\0' ? Json(violation.rule) : Json(nullptr);

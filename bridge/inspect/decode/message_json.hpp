@@ -15,7 +15,7 @@ namespace trestle::inspect {
 using Json = nlohmann::ordered_json;
 
 /// Sets "error" of `object`.
-void add_error(Json& object, const Violation& violation);
+void add_error(Json& object, const traffic::Violation& violation);
 
 /// "0x1234"
 [[nodiscard]] std::string hex_id(std::uint16_t id);

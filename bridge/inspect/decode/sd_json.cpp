@@ -117,7 +117,7 @@ Json option_json(const Option& option) {
 }
 
 /// The rule behind a fault that the SD codec found, and what to tell a person.
-Violation explain(const sd::WireFault& fault, std::size_t payload_offset) {
+traffic::Violation explain(const sd::WireFault& fault, std::size_t payload_offset) {
   struct Explanation {
     const char* rule;
     const char* detail;
@@ -155,8 +155,8 @@ bool has_sd_id(const someip::Header& header) noexcept {
   return header.service == expected.service && header.method == expected.method;
 }
 
-std::optional<Violation> add_sd(Json& object, std::size_t offset, const someip::Message& message,
-                                const std::function<void(Transport, const Endpoint&)>& announced) {
+std::optional<traffic::Violation> add_sd(Json& object, std::size_t offset, const someip::Message& message,
+                                         const std::function<void(Transport, const Endpoint&)>& announced) {
   const tl::expected<sd::SdMessage, sd::WireFault> decoded = sd::decode(message);
   if (!decoded) {
     if (decoded.error().error == WireError::not_sd) {

@@ -14,7 +14,7 @@ namespace trestle::inspect {
 /// @param offset     of the message, which the violation's offset counts from.
 /// @param announced  called for each unicast or multicast endpoint; may be empty.
 /// @return the first rule that the message breaks.
-[[nodiscard]] std::optional<Violation> add_sd(
+[[nodiscard]] std::optional<traffic::Violation> add_sd(
     Json& object, std::size_t offset, const someip::Message& message,
     const std::function<void(Transport, const Endpoint&)>& announced);
 

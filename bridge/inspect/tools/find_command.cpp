@@ -25,7 +25,7 @@ struct FindArguments {
   bool json = false;
 };
 
-bool fits(const cli::ServiceArgument& wanted, const SeenService& service) {
+bool fits(const cli::ServiceArgument& wanted, const traffic::SeenService& service) {
   return (wanted.service == someip::ServiceId{} || wanted.service == service.service) &&
          (wanted.instance == someip::any_instance || wanted.instance == service.instance);
 }
@@ -40,12 +40,12 @@ int run(const FindArguments& options) {
   const sd::NodeConfig network = options.network.config();
   cli::Session session{options.timeout_s};
   std::uint64_t found = 0;
-  NetworkView view{max_services};
+  traffic::NetworkView view{max_services};
   Listener listener{session.io, network, [&](ByteView datagram, const Endpoint& from, const Endpoint& to) {
-                      std::vector<Sighting> sightings;
+                      std::vector<traffic::Sighting> sightings;
                       view.on_datagram(datagram, from, to, sd::now(), sightings);
-                      for (const Sighting& one : sightings) {
-                        if (one.kind != Sighting::Kind::offered || !fits(wanted, one.service) ||
+                      for (const traffic::Sighting& one : sightings) {
+                        if (one.kind != traffic::Sighting::Kind::offered || !fits(wanted, one.service) ||
                             (count != 0 && found == count)) {
                           continue;
                         }

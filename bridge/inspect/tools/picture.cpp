@@ -83,7 +83,7 @@ Table services_table(const Picture& picture, const cli::Colours& colours) {
 }
 
 Table subscriptions_table(const Picture& picture, const cli::Colours& colours) {
-  using State = SeenSubscription::State;
+  using State = traffic::SeenSubscription::State;
   constexpr const char* row = "{:<16}  {:<10}  {:<15}  {:<12}  {:>7}  {:<12}  {}";
   Table table{{colours.dim, fmt::format(row, "SERVICE.INSTANCE", "EVENTGROUP", "SUBSCRIBER", "STATE", "FOR",
                                         "LIFETIME", "EVENTS GO TO")},
@@ -154,7 +154,7 @@ std::vector<Table> tables_of(const Picture& picture, const cli::Colours& colours
 std::string title_of(const Picture& picture) {
   std::size_t offered = 0;
   std::set<Endpoint> hosts;
-  const NetworkView& network = picture.seen.network();
+  const traffic::NetworkView& network = picture.seen.network();
   for (const auto& [key, service] : network.services()) {
     if (!service.gone) {
       ++offered;
@@ -267,7 +267,7 @@ void add_traffic(Json& object, const SeenTraffic& row, const InstanceNames& name
 }
 
 std::string json_of(const Picture& picture) {
-  const NetworkView& network = picture.seen.network();
+  const traffic::NetworkView& network = picture.seen.network();
   Json object;
   object["seen"] = "summary";
   object["where"] = picture.where;

@@ -9,12 +9,12 @@
 namespace trestle::inspect {
 namespace {
 
-std::string version(const SeenService& service) {
+std::string version(const traffic::SeenService& service) {
   return fmt::format("{}.{}", service.major == sd::any_major ? "*" : std::to_string(service.major),
                      service.minor == sd::any_minor ? "*" : std::to_string(service.minor));
 }
 
-std::string by(const SeenService& service) {
+std::string by(const traffic::SeenService& service) {
   return "by " + someip::to_string(service.peer.address);
 }
 
@@ -41,15 +41,15 @@ void add_endpoints(nlohmann::ordered_json& object, const Seen& seen) {
 }
 
 /// A subscription, after what happened to it.
-std::string describe(Sighting::Kind kind, const SeenSubscription& one) {
+std::string describe(traffic::Sighting::Kind kind, const traffic::SeenSubscription& one) {
   std::string text =
       fmt::format("{:<12}  {}  eventgroup {}  by {}  at {}", to_string(kind),
                   sd::to_string(one.service, one.instance), sd::hexadecimal(someip::value(one.eventgroup)),
                   someip::to_string(one.subscriber.address), someip::to_string(one.server.address));
-  if (kind == Sighting::Kind::subscribed) {
+  if (kind == traffic::Sighting::Kind::subscribed) {
     text += endpoints_of(one) + "  " + lifetime(one);
   }
-  if (kind == Sighting::Kind::acknowledged && one.multicast) {
+  if (kind == traffic::Sighting::Kind::acknowledged && one.multicast) {
     text += "  multicast " + someip::to_string(*one.multicast);
   }
   return text;
@@ -79,24 +79,25 @@ std::string endpoints(const std::optional<Endpoint>& udp, const std::optional<En
   return text;
 }
 
-std::string describe(const SeenService& service) {
+std::string describe(const traffic::SeenService& service) {
   return sd::to_string(service.service, service.instance) + "  " + version(service) + endpoints_of(service) +
          "  " + by(service) + "  " + lifetime(service);
 }
 
-std::string describe(const Sighting& sighting) {
+std::string describe(const traffic::Sighting& sighting) {
   if (sighting.subscription) {
     return describe(sighting.kind, *sighting.subscription);
   }
-  const SeenService& service = sighting.service;
-  if (sighting.kind == Sighting::Kind::offered || sighting.kind == Sighting::Kind::changed) {
+  const traffic::SeenService& service = sighting.service;
+  if (sighting.kind == traffic::Sighting::Kind::offered ||
+      sighting.kind == traffic::Sighting::Kind::changed) {
     return fmt::format("{:<12}  {}", to_string(sighting.kind), describe(service));
   }
   return fmt::format("{:<12}  {}  {}  {}", to_string(sighting.kind),
                      sd::to_string(service.service, service.instance), version(service), by(service));
 }
 
-void add_service(nlohmann::ordered_json& object, const SeenService& service) {
+void add_service(nlohmann::ordered_json& object, const traffic::SeenService& service) {
   object["service"] = sd::hexadecimal(someip::value(service.service));
   object["instance"] = sd::hexadecimal(someip::value(service.instance));
   object["major_version"] = service.major;
@@ -106,7 +107,7 @@ void add_service(nlohmann::ordered_json& object, const SeenService& service) {
   object["ttl"] = service.ttl_s;
 }
 
-void add_subscription(nlohmann::ordered_json& object, const SeenSubscription& one) {
+void add_subscription(nlohmann::ordered_json& object, const traffic::SeenSubscription& one) {
   object["service"] = sd::hexadecimal(someip::value(one.service));
   object["instance"] = sd::hexadecimal(someip::value(one.instance));
   object["major_version"] = one.major;
@@ -120,7 +121,7 @@ void add_subscription(nlohmann::ordered_json& object, const SeenSubscription& on
   object["ttl"] = one.ttl_s;
 }
 
-std::string to_json(const Sighting& sighting, const std::string& time) {
+std::string to_json(const traffic::Sighting& sighting, const std::string& time) {
   nlohmann::ordered_json object;
   if (!time.empty()) {
     object["time"] = time;
@@ -134,7 +135,7 @@ std::string to_json(const Sighting& sighting, const std::string& time) {
   return object.dump();
 }
 
-InstanceNames::InstanceNames(const NetworkView& network) {
+InstanceNames::InstanceNames(const traffic::NetworkView& network) {
   for (const auto& [key, service] : network.services()) {
     if (service.udp) {
       instances_.try_emplace({service.service, Transport::udp, *service.udp}, service.instance);

@@ -13,25 +13,25 @@ namespace trestle::inspect {
 [[nodiscard]] std::string time_text(TimePoint time);
 
 /// "0x1234.0x0001  1.0  udp 10.0.0.5:30509  by 10.0.0.5  ttl 3 s"
-[[nodiscard]] std::string describe(const SeenService& service);
+[[nodiscard]] std::string describe(const traffic::SeenService& service);
 /// The same, after what happened to it: "offered     ".
-[[nodiscard]] std::string describe(const Sighting& sighting);
+[[nodiscard]] std::string describe(const traffic::Sighting& sighting);
 
 /// "udp 10.0.0.5:30509  tcp 10.0.0.5:30510", of those that there are.
 [[nodiscard]] std::string endpoints(const std::optional<Endpoint>& udp, const std::optional<Endpoint>& tcp,
                                     const std::optional<Endpoint>& multicast = {});
 
 /// Adds the fields of a service, "service" to "ttl", to an object.
-void add_service(nlohmann::ordered_json& object, const SeenService& service);
-void add_subscription(nlohmann::ordered_json& object, const SeenSubscription& subscription);
+void add_service(nlohmann::ordered_json& object, const traffic::SeenService& service);
+void add_subscription(nlohmann::ordered_json& object, const traffic::SeenSubscription& subscription);
 /// One line.
 /// @param time  empty: without.
-[[nodiscard]] std::string to_json(const Sighting& sighting, const std::string& time = {});
+[[nodiscard]] std::string to_json(const traffic::Sighting& sighting, const std::string& time = {});
 
 /// Which instance of a service is at an endpoint, which is not told in messages.
 class InstanceNames {
  public:
-  explicit InstanceNames(const NetworkView& network);
+  explicit InstanceNames(const traffic::NetworkView& network);
   [[nodiscard]] std::optional<someip::InstanceId> instance_of(const SeenTraffic& row) const;
   /// "0x1234.0x0001", or "0x1234.?" when nobody offered it.
   [[nodiscard]] std::string of(const SeenTraffic& row) const;

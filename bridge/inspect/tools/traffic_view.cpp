@@ -94,7 +94,7 @@ void SeenTraffic::add_latency(Duration latency) {
   oldest_ = (oldest_ + 1) % kept_latencies;
 }
 
-void TrafficView::on_message(const someip::Message& message, const Flow& flow, Transport transport,
+void TrafficView::on_message(const someip::Message& message, const traffic::Flow& flow, Transport transport,
                              TimePoint now) {
   if (is_magic_cookie(message)) {
     return;
@@ -175,7 +175,7 @@ void TrafficView::on_session(SeenTraffic& row, SessionId session) {
   }
 }
 
-void TrafficView::on_request(const someip::Header& header, const Flow& flow, TimePoint now) {
+void TrafficView::on_request(const someip::Header& header, const traffic::Flow& flow, TimePoint now) {
   const CallKey key{flow, header.service, header.method,
                     static_cast<std::uint32_t>(value(header.client)) << 16U | value(header.session)};
   if (call_order_.size() >= limits_.max_calls) {
@@ -186,7 +186,8 @@ void TrafficView::on_request(const someip::Header& header, const Flow& flow, Tim
   call_order_.push_back(key);
 }
 
-void TrafficView::on_answer(SeenTraffic& row, const someip::Header& header, const Flow& flow, TimePoint now) {
+void TrafficView::on_answer(SeenTraffic& row, const someip::Header& header, const traffic::Flow& flow,
+                            TimePoint now) {
   ++row.answers;
   row.errors +=
       someip::without_tp(header.type) == MessageType::error || header.return_code != someip::ReturnCode::ok

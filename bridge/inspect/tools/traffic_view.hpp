@@ -83,7 +83,8 @@ class TrafficView {
   explicit TrafficView(const Limits& limits) : limits_{limits} {}
 
   /// Takes a message that is none of SD. Magic cookies are passed over.
-  void on_message(const someip::Message& message, const Flow& flow, Transport transport, TimePoint now);
+  void on_message(const someip::Message& message, const traffic::Flow& flow, Transport transport,
+                  TimePoint now);
   /// Forgets events and methods that were not seen since then.
   void forget_idle(TimePoint since);
 
@@ -96,7 +97,7 @@ class TrafficView {
 
  private:
   /// Tells a call from all others that are under way.
-  using CallKey = std::tuple<Flow, someip::ServiceId, someip::MethodId, std::uint32_t>;
+  using CallKey = std::tuple<traffic::Flow, someip::ServiceId, someip::MethodId, std::uint32_t>;
   /// Whose Session IDs count up together: some stacks count for each event (service, event, server), some for
   /// all events of a service (event 0, no port).
   using SessionKey = std::tuple<someip::ServiceId, someip::MethodId, Endpoint>;
@@ -104,8 +105,8 @@ class TrafficView {
   SeenTraffic* row_of(const someip::Header& header, const Endpoint& server, Transport transport, bool event,
                       TimePoint now);
   void on_session(SeenTraffic& row, someip::SessionId session);
-  void on_request(const someip::Header& header, const Flow& flow, TimePoint now);
-  void on_answer(SeenTraffic& row, const someip::Header& header, const Flow& flow, TimePoint now);
+  void on_request(const someip::Header& header, const traffic::Flow& flow, TimePoint now);
+  void on_answer(SeenTraffic& row, const someip::Header& header, const traffic::Flow& flow, TimePoint now);
 
   Limits limits_;
   std::map<Key, SeenTraffic> rows_;

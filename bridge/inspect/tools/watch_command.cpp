@@ -107,8 +107,9 @@ int watch_as_lines(const WatchArguments& options, const Where& where, std::uint1
   cli::Session session{options.timeout_s};
   WatchLines lines{options.of_lines(), [&](const std::string& text) { session.print(text); },
                    [&] { session.finish(); }};
-  LiveWatch live{session, where, sd_port,
-                 [&](const std::vector<Sighting>& sightings, TimePoint now) { lines.tell(sightings, now); }};
+  LiveWatch live{
+      session, where, sd_port,
+      [&](const std::vector<traffic::Sighting>& sightings, TimePoint now) { lines.tell(sightings, now); }};
   session.every(expiry_period, [&] {
     live.on_time();
     const TimePoint now = wall_clock();
@@ -123,7 +124,7 @@ int watch_as_lines(const WatchArguments& options, const Where& where, std::uint1
 
 int watch_as_table(const WatchArguments& options, const Where& where, std::uint16_t sd_port) {
   cli::Session session{options.timeout_s};
-  LiveWatch live{session, where, sd_port, [](const std::vector<Sighting>&, TimePoint) {}};
+  LiveWatch live{session, where, sd_port, [](const std::vector<traffic::Sighting>&, TimePoint) {}};
   const auto draw = [&] {
     live.on_time();
     const TimePoint now = wall_clock();
@@ -147,7 +148,7 @@ std::string summary(const WatchArguments& options, const Picture& picture) {
 
 int watch_for(const WatchArguments& options, const Where& where, std::uint16_t sd_port) {
   cli::Session session{options.once ? once_s : options.for_s};
-  LiveWatch live{session, where, sd_port, [](const std::vector<Sighting>&, TimePoint) {}};
+  LiveWatch live{session, where, sd_port, [](const std::vector<traffic::Sighting>&, TimePoint) {}};
   session.every(expiry_period, [&] { live.on_time(); });
   session.run();
   session.print(summary(options, live.picture(false)));
@@ -169,7 +170,7 @@ int read_file(const WatchArguments& options, std::uint16_t sd_port) {
   };
   WatchLines lines{options.of_lines(), print, [&] { enough = true; }};
   const bool as_lines = options.lines || options.count != 0;
-  Watcher seen{sd_port, [&](const std::vector<Sighting>& sightings, TimePoint now) {
+  Watcher seen{sd_port, [&](const std::vector<traffic::Sighting>& sightings, TimePoint now) {
                  if (as_lines) {
                    lines.tell(sightings, now);
                  }

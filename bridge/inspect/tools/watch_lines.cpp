@@ -14,8 +14,8 @@ Rate rate_of(std::uint64_t messages, std::uint64_t bytes, Duration time) {
 
 }  // namespace
 
-void WatchLines::tell(const std::vector<Sighting>& sightings, TimePoint now) {
-  for (const Sighting& one : sightings) {
+void WatchLines::tell(const std::vector<traffic::Sighting>& sightings, TimePoint now) {
+  for (const traffic::Sighting& one : sightings) {
     const std::string time = time_text(now);
     line(options_.json ? to_json(one, time) : time + "  " + describe(one));
   }

@@ -24,7 +24,7 @@ class WatchLines {
              std::function<void()> full)
       : options_{options}, print_{std::move(print)}, full_{std::move(full)} {}
 
-  void tell(const std::vector<Sighting>& sightings, TimePoint now);
+  void tell(const std::vector<traffic::Sighting>& sightings, TimePoint now);
   /// Prints the rates since the last time, if they are due; without those of idle things.
   /// @param at_once  they are due: the program ends.
   void tell_rates(const Watcher& seen, TimePoint now, bool at_once = false);

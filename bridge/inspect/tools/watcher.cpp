@@ -25,36 +25,36 @@ void Watcher::finish() {
 }
 
 void Watcher::on_sd_datagram(ByteView datagram, const Endpoint& from, const Endpoint& to, TimePoint now) {
-  std::vector<Sighting> sightings;
+  std::vector<traffic::Sighting> sightings;
   network_.on_datagram(datagram, from, to, now, sightings);
   tell(sightings, now);
 }
 
 void Watcher::on_time(TimePoint now) {
-  std::vector<Sighting> sightings;
+  std::vector<traffic::Sighting> sightings;
   network_.on_time(now, sightings);
   tell(sightings, now);
 }
 
-bool Watcher::message(const Place& place, std::size_t /*offset*/, const someip::Message& message) {
+bool Watcher::message(const traffic::Place& place, std::size_t /*offset*/, const someip::Message& message) {
   const TimePoint now{place.time.time_since_epoch()};
   if (!has_sd_id(message.header)) {
     traffic_.on_message(message, place.flow, place.transport.value_or(Transport::udp), now);
     return true;
   }
-  std::vector<Sighting> sightings;
+  std::vector<traffic::Sighting> sightings;
   const std::uint64_t before = network_.counters().malformed;
   network_.on_message(message, place.flow.from, place.flow.to, now, sightings);
   tell(sightings, now);
   return network_.counters().malformed == before;
 }
 
-void Watcher::undecodable(const Place& /*place*/, std::size_t /*offset*/, ByteView /*bytes*/,
-                          const Violation& /*violation*/) {
+void Watcher::undecodable(const traffic::Place& /*place*/, std::size_t /*offset*/, ByteView /*bytes*/,
+                          const traffic::Violation& /*violation*/) {
   ++malformed_;
 }
 
-void Watcher::broken_frame(const Place& /*place*/, const Violation& /*violation*/) {
+void Watcher::broken_frame(const traffic::Place& /*place*/, const traffic::Violation& /*violation*/) {
   ++malformed_;
 }
 
@@ -62,8 +62,8 @@ std::uint64_t Watcher::malformed() const noexcept {
   return malformed_ + network_.counters().malformed + traffic_.counters().strange;
 }
 
-void Watcher::tell(const std::vector<Sighting>& sightings, TimePoint now) {
-  for (const Sighting& one : sightings) {
+void Watcher::tell(const std::vector<traffic::Sighting>& sightings, TimePoint now) {
+  for (const traffic::Sighting& one : sightings) {
     // Endpoints that discovery announces carry SOME/IP, whatever their bytes look like.
     const auto& udp = one.subscription ? one.subscription->udp : one.service.udp;
     const auto& tcp = one.subscription ? one.subscription->tcp : one.service.tcp;

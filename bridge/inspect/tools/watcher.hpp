@@ -9,9 +9,9 @@ namespace trestle::inspect {
 
 /// Makes a picture of a network from its frames, or, where they cannot be had, from SD's datagrams. Times are
 /// those of the frames: wall-clock time since 1970, as TimePoint.
-class Watcher : public MessageSink {
+class Watcher : public traffic::MessageSink {
  public:
-  using Handler = std::function<void(const std::vector<Sighting>& sightings, TimePoint now)>;
+  using Handler = std::function<void(const std::vector<traffic::Sighting>& sightings, TimePoint now)>;
 
   /// @param sd_port  carries SOME/IP whatever it looks like.
   /// @param handler  is told what happens.
@@ -25,8 +25,8 @@ class Watcher : public MessageSink {
   /// Notices what has expired.
   void on_time(TimePoint now);
 
-  [[nodiscard]] NetworkView& network() noexcept { return network_; }
-  [[nodiscard]] const NetworkView& network() const noexcept { return network_; }
+  [[nodiscard]] traffic::NetworkView& network() noexcept { return network_; }
+  [[nodiscard]] const traffic::NetworkView& network() const noexcept { return network_; }
   [[nodiscard]] TrafficView& traffic() noexcept { return traffic_; }
   [[nodiscard]] const TrafficView& traffic() const noexcept { return traffic_; }
   /// What is broken, from frames to SD messages.
@@ -36,17 +36,17 @@ class Watcher : public MessageSink {
   [[nodiscard]] TimePoint last() const noexcept { return last_; }
 
  private:
-  using MessageSink::undecodable;
-  bool message(const Place& place, std::size_t offset, const someip::Message& message) override;
-  void undecodable(const Place& place, std::size_t offset, ByteView bytes,
-                   const Violation& violation) override;
-  void broken_frame(const Place& place, const Violation& violation) override;
-  void tell(const std::vector<Sighting>& sightings, TimePoint now);
+  using traffic::MessageSink::undecodable;
+  bool message(const traffic::Place& place, std::size_t offset, const someip::Message& message) override;
+  void undecodable(const traffic::Place& place, std::size_t offset, ByteView bytes,
+                   const traffic::Violation& violation) override;
+  void broken_frame(const traffic::Place& place, const traffic::Violation& violation) override;
+  void tell(const std::vector<traffic::Sighting>& sightings, TimePoint now);
 
   Handler handler_;
-  NetworkView network_;
+  traffic::NetworkView network_;
   TrafficView traffic_;
-  CaptureReader reader_;
+  traffic::CaptureReader reader_;
   pcaps::Traffic frames_{reader_};
   std::optional<TimePoint> first_;
   TimePoint last_{};

@@ -8,11 +8,13 @@
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
 
-namespace trestle::inspect::network_view_test {
+namespace trestle::traffic::network_view_test {
 namespace {
 
 using namespace std::chrono_literals;
 using namespace trestle::test;
+using inspect::describe;
+using inspect::to_json;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
@@ -280,4 +282,4 @@ TEST_F(Watching, CountsWhatIsMalformed) {
 }
 
 }  // namespace
-}  // namespace trestle::inspect::network_view_test
+}  // namespace trestle::traffic::network_view_test

@@ -48,7 +48,7 @@ class PictureTest : public testing::Test {
   [[nodiscard]] Picture picture(TimePoint now, bool live) const {
     return {.seen = seen, .where = "HERE", .since = start, .now = now, .live = live};
   }
-  Watcher seen{30490, [](const std::vector<Sighting>&, TimePoint) {}};
+  Watcher seen{30490, [](const std::vector<traffic::Sighting>&, TimePoint) {}};
 };
 
 TEST_F(PictureTest, HasServicesSubscriptionsAndTraffic) {

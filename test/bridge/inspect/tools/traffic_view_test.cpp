@@ -20,8 +20,8 @@ const Endpoint other_client{IpAddress::v4(10, 0, 0, 3), 40000};
 class TrafficViewTest : public testing::Test {
  protected:
   /// A message of service 0x1111 with 84 bytes of payload, so 100 bytes in all.
-  void pass(MessageType type, std::uint16_t method, std::uint16_t session, TimePoint now, const Flow& flow,
-            someip::ReturnCode code = someip::ReturnCode::ok) {
+  void pass(MessageType type, std::uint16_t method, std::uint16_t session, TimePoint now,
+            const traffic::Flow& flow, someip::ReturnCode code = someip::ReturnCode::ok) {
     static constexpr std::array<std::byte, 84> payload{};
     view.on_message({{.service = someip::ServiceId{0x1111},
                       .method = someip::MethodId{method},
@@ -110,8 +110,8 @@ TEST_F(TrafficViewTest, UnderstandsBothWaysToCountSessions) {
 }
 
 TEST_F(TrafficViewTest, MeasuresCalls) {
-  const Flow there{client, server};
-  const Flow back{server, client};
+  const traffic::Flow there{client, server};
+  const traffic::Flow back{server, client};
   for (std::uint16_t n = 1; n <= 5; ++n) {
     pass(MessageType::request, 0x21, n, start + n * 1s, there);
     pass(MessageType::response, 0x21, n, start + n * 1s + n * 10ms, back);
@@ -133,7 +133,7 @@ TEST_F(TrafficViewTest, MeasuresCalls) {
 }
 
 TEST_F(TrafficViewTest, ForgetsTheOldestCallThatNobodyAnswers) {
-  const Flow there{client, server};
+  const traffic::Flow there{client, server};
   for (std::uint16_t n = 1; n <= 3; ++n) {
     pass(MessageType::request, 0x21, n, start, there);
   }
