@@ -1,13 +1,10 @@
 // Models of any kind: what they carry survives the way to bytes and back.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <random>
 
-#include "bridge/messages/convert/conversion_plan.hpp"
 #include "test/bridge/describe/lowered.hpp"
-#include "test/bridge/messages/convert/random_message.hpp"
-#include "test/bytes.hpp"
+#include "test/bridge/describe/random_values.hpp"
 
 namespace trestle::describe::random_models_test {
 namespace {
@@ -19,7 +16,6 @@ using lowered::number;
 using lowered::structure;
 using lowered::text;
 using lowered::value;
-using lowered::values_of;
 
 using messages::Primitive;
 using someip::FieldWidth;
@@ -143,20 +139,6 @@ class RandomModel {
   std::vector<TypeIndex> named_;
 };
 
-/// The largest number of bits that a field of this name may not exceed in any variant, so that all have room.
-messages::MessageRules with_fewest_bits(const messages::MessageRules& rules) {
-  messages::MessageRules fewest = rules;
-  for (const auto& [key, type] : rules.types) {
-    messages::TypeRules& own = fewest.types[std::string{messages::type_of_rules(key)}];
-    own.form = type.form;
-    for (const auto& [name, field] : type.fields) {
-      std::uint8_t& bits = own.fields[name].bits;
-      bits = bits == 0 ? field.bits : field.bits == 0 ? bits : std::min(bits, field.bits);
-    }
-  }
-  return fewest;
-}
-
 TEST(RandomModels, CarryTheirValuesBothWays) {
   std::size_t carried = 0;
   for (unsigned seed = 1; seed <= 300; ++seed) {
@@ -167,29 +149,7 @@ TEST(RandomModels, CarryTheirValuesBothWays) {
     const LoweredMember& member = lowered.members[0];
     const auto tree = library_of(random.model(), lowered).resolve(member.type);
     ASSERT_TRUE(tree) << to_string(tree.error());
-    using messages::ConversionPlan;
-    const auto quick = ConversionPlan::compile(*tree, member.rules, 64);
-    ASSERT_TRUE(quick) << quick.error();
-    const auto plain = ConversionPlan::compile(*tree, member.rules, 64, ConversionPlan::Execution::plain);
-    ASSERT_TRUE(plain);
-    const messages::MessageRules bits = with_fewest_bits(member.rules);
-    messages::ConversionScratch there;
-    messages::ConversionScratch back;
-    messages::ConversionScratch other;
-    for (unsigned turn = 0; turn < 8; ++turn) {
-      const auto sample =
-          test::RandomMessage{*tree, std::endian::native, turn / 2, turn, bits, {.elements = 2}}.bytes();
-      const auto payload = quick->cdr_to_someip(sample, there);
-      ASSERT_TRUE(payload) << to_string(payload.error());
-      const auto bytes = joined(*payload);
-      const auto same = plain->cdr_to_someip(sample, other);
-      ASSERT_TRUE(same);
-      EXPECT_EQ(test::to_hex(bytes), test::to_hex(joined(*same)));
-      const auto again = quick->someip_to_cdr(bytes, back);
-      ASSERT_TRUE(again) << to_string(again.error());
-      EXPECT_EQ(test::to_hex(joined(*again)), test::to_hex(sample));
-      ++carried;
-    }
+    carried += random_values::carried(*tree, member.rules, 8);
     if (testing::Test::HasFailure()) {
       return;
     }
