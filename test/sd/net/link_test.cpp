@@ -2,8 +2,10 @@
 #include <fcntl.h>
 #include <linux/filter.h>
 #include <linux/seccomp.h>
+#include <netinet/in.h>
 #include <sched.h>
 #include <sys/prctl.h>
+#include <sys/socket.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
@@ -12,6 +14,7 @@
 #include <cerrno>
 #include <cstddef>
 #include <cstdlib>
+#include <cstring>
 #include <optional>
 
 #include "someip/net/udp_socket.hpp"
@@ -308,14 +311,62 @@ TEST_F(LinkTest, IsNoReasonToIgnoreLoopbackWhereSubnetsAreNotChecked) {
     NodeConfig config = slow_to_expire(Namespaces::own);
     config.check_subnet = check;
     start_server(config);
+    // Our own offers come back: the link is up, also where the test before has just switched it on.
+    ASSERT_TRUE(run_until([&] { return server->discovery_counters().dropped_own != 0; }));
     someip::UdpSocket stranger{io, {.local = {IpAddress::v4(127, 0, 0, 5), 0}}};
     const ByteView view{subscribe};
     ASSERT_EQ(stranger.send({Namespaces::own, config.port}, {&view, 1}), someip::SendStatus::sent);
-    ASSERT_TRUE(run_until([&] { return server->discovery_counters().datagrams_received != 0; }));
+    ASSERT_TRUE(run_until([&] {
+      return server->discovery_counters().dropped_source + server->subscribers(offer, event) != 0;
+    }));
     EXPECT_EQ(server->discovery_counters().dropped_source, check ? 1U : 0U);
     EXPECT_EQ(server->subscribers(offer, event), check ? 0U : 1U);
     server.reset();
   }
+}
+
+/// An IPv4 packet that says it comes from somebody else, with a request of service 0x1234, method 1.
+void ask_as(int raw, const IpAddress& from, std::uint16_t port) {
+  std::vector<std::byte> packet = test::hex(
+      "45000000 00000000 40110000 00000000 00000000"  // lengths and the checksum: by the system
+      "9c400000 00180000"
+      "12340001 00000008 00010001 01010000");
+  const auto put = [&](std::size_t at, const auto& bytes, std::size_t count) {
+    std::memcpy(packet.data() + at, bytes.data(), count);
+  };
+  put(12, from.bytes, 4);
+  put(16, Namespaces::own.bytes, 4);
+  put(22, std::array{static_cast<std::uint8_t>(port >> 8U), static_cast<std::uint8_t>(port)}, 2);
+  sockaddr_in to{};
+  to.sin_family = AF_INET;
+  std::memcpy(&to.sin_addr, Namespaces::own.bytes.data(), 4);
+  ASSERT_EQ(sendto(raw, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to),
+            static_cast<ssize_t>(packet.size()));
+}
+
+// Somebody asks in the names of hosts that are not there.
+TEST_F(LinkTest, IsNotWaitedForByAllAnswersToSilentHosts) {
+  constexpr std::uint16_t port = 40123;
+  constexpr MethodId method{1};
+  server.emplace(io, slow_to_expire(Namespaces::own), into(server_log));
+  server->offer(
+      {.service = ServiceId{0x1234},
+       .instance = someip::InstanceId{1},
+       .udp_port = port,
+       .methods = {{method, [](const someip::Message&, Responder responder) { responder.respond(); }}}});
+  int raw = -1;
+  at_peer([&] { raw = socket(AF_INET, SOCK_RAW | SOCK_CLOEXEC, IPPROTO_RAW); });
+  ASSERT_NE(raw, -1);
+  // However slow the machine is: hosts are given up after some seconds, and others take their places.
+  std::uint8_t host = 100;
+  ASSERT_TRUE(run_until([&] {
+    ask_as(raw, IpAddress::v4(10, 77, 0, host), port);
+    host = host == 250 ? 100 : host + 1;
+    return server->counters().answers_to_silent >= 10;
+  }));
+  close(raw);
+  EXPECT_EQ(count(server_log, " answers over UDP, the last one to 10.77.0."), 1U) << "not one for each";
+  EXPECT_THAT(server_log, Contains(HasSubstr("too many hosts have asked that are not there")));
 }
 
 using LinkWithoutNetlink = test::TwoNodes;
