@@ -21,6 +21,7 @@ ADDRESS = {"car": NET + "0.1", "honest": NET + "0.2", "second": NET + "0.3", "by
 CARS = [ADDRESS["car"]] + [f"{NET}0.{11 + i}" for i in range(3)]  # the car may have several bridges
 ATTACKERS = [f"{NET}0.{66 + i}" for i in range(4)]
 SILENT = [f"{NET}{200 + i // 250}.{1 + i % 250}" for i in range(2500)]  # addresses that nobody has
+STRANGERS = [f"{NET}{100 + i // 250}.{1 + i % 250}" for i in range(5000)]  # nobody has them either
 MANY = [f"{NET}7.{1 + i}" for i in range(120)]  # as many hosts as somebody pretends to be
 PATIENCE = 60  # seconds for what should be over long before
 CLONE_NEWNET = 0x40000000

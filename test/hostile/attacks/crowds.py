@@ -5,7 +5,7 @@ import time
 
 from attacker import CAR, Attacker, open_udp, pace
 from figures import at_most, holds
-from lab import ADDRESS, ATTACKERS, MANY, SILENT, Failed
+from lab import ADDRESS, ATTACKERS, MANY, SILENT, STRANGERS, Failed
 from scenario import scenario
 from wire import ENDLESS, GROUP, endpoint, sd, service_entry, subscribe_entry
 from world import LATE
@@ -52,6 +52,31 @@ def endless_offers(world):
     """The tables are full then; a new honest service has to be found all the same."""
     world.honest("events_out", "events_in", late=True)
     world.beside(pretend_hosts, 300, newcomer=LATE)
+
+
+def ever_new(rate, kind):
+    """Each datagram comes from an address that was never heard, and is never heard again."""
+    attacker = Attacker()
+    for i in pace(rate):
+        stranger = STRANGERS[i % len(STRANGERS)]
+        option = endpoint(stranger, 6000)
+        if kind == "offers":
+            attacker.say_as(stranger, service_entry(1, 0x6000 + i % 4000, options=1), option)
+        elif kind == "subscribes":
+            attacker.say_as(stranger, subscribe_entry(0x4002), option)
+        elif kind == "finds":
+            attacker.say_as(stranger, service_entry(0, 0x4002))
+
+
+def _add_ever_new(kind, newcomer):
+    @scenario(f"new-addresses-{kind}", 11, f"500 datagrams/s with {kind}, each from a new address: 5,000 of them")
+    def run(world):
+        world.honest("events_out", "events_in", "clouds_out", "calls_udp", late=newcomer == LATE)
+        world.beside(ever_new, 100 if world.scale.short else 500, kind, newcomer=newcomer)
+
+
+for _kind, _newcomer in ("offers", LATE), ("subscribes", "new=listen:0x4002:1:udp"), ("finds", "new=listen:0x4002:1:udp"):
+    _add_ever_new(_kind, _newcomer)
 
 
 def come_again(rate, count):
