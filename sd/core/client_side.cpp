@@ -300,6 +300,12 @@ void ServiceDiscovery::renew_subscriptions(slots::Remote& remote, bool is_new,
   }
 }
 
+// Whether the answer may change the subscription: where none is open, only so often. A server could otherwise
+// have us tell the application of an end and a new beginning with each entry.
+bool ServiceDiscovery::may_change(const Subscription& subscription, const Arrival& arrival) noexcept {
+  return subscription.state == State::requested || may_go_on(arrival.peer, 1, arrival.now);
+}
+
 void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexcept {
   if (arrival.via_multicast) {
     count(counters_.ignored_wrong_transport);  // [feat_req_someipsd_818]
@@ -316,7 +322,9 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
            subscription.eventgroup == entry.eventgroup() && subscription.counter == entry.counter() &&
            (name.empty() || has_name(remote.service, remote.configuration, name));
   };
-  Subscription* const meant = subscriptions_.search(is_meant);
+  Subscription* const
+      meant =  // nobody subscribes to who offers nothing: a flood of those is not worth a search
+      peers_[arrival.peer].remotes == 0 ? nullptr : subscriptions_.search(is_meant);
   if (meant == nullptr) {
     count(counters_.ignored_unexpected_ack);
     return;
@@ -331,10 +339,14 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
   }
   const auto handle = subscriptions_.handle_of<SubscriptionHandle>(subscription);
   if (entry.ttl_s == 0) {
+    const bool was_refused = subscription.state == State::refused;
+    if (!was_refused && !may_change(subscription, arrival)) {
+      return;
+    }
+    subscription.state = State::refused;
     subscription.ack_overdue = false;
     subscription.expiry = never;
     subscription.silent_at = never;
-    const bool was_refused = std::exchange(subscription.state, State::refused) == State::refused;
     amend_request(subscription);
     if (!was_refused) {
       tell([&] { return SubscriptionRefused{handle}; });
@@ -346,9 +358,14 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
     count(counters_.ignored_bad_options);
     return;
   }
+  const bool was_subscribed = subscription.state == State::subscribed;
+  const bool is_change = !was_subscribed || !are_same(subscription.multicast, options->multicast);
+  if (is_change && !may_change(subscription, arrival)) {
+    return;
+  }
+  subscription.state = State::subscribed;
   subscription.ack_overdue = false;
   subscription.expiry = end_of(subscription.ttl_s, arrival.now);
-  const bool was_subscribed = std::exchange(subscription.state, State::subscribed) == State::subscribed;
   if (entry.initial_data_requested()) {  // which an Ack repeats  [feat_req_someipsd_614]
     subscription.initial_open = false;
   }
@@ -356,7 +373,7 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
   if (!was_subscribed) {
     event_received(handle, arrival.now);
   }
-  if (!was_subscribed || !are_same(subscription.multicast, options->multicast)) {
+  if (is_change) {
     subscription.multicast = options->multicast;
     tell([&] { return Subscribed{handle, subscription.multicast}; });
   }

@@ -195,8 +195,10 @@ void ServiceDiscovery::probe(const slots::Offer& offer, const Arrival& arrival) 
 
 // --- Who makes room in a full table -----------------------------------------------------------------------
 
-std::uint16_t ServiceDiscovery::mark_of(const IpAddress& peer, std::uint16_t more) noexcept {
-  const std::uint32_t hash = hash_of(more, std::as_bytes(std::span{peer.bytes}));
+// Begun with what nobody else knows: else somebody could choose an address of the same mark as another's.
+std::uint16_t ServiceDiscovery::mark_of(const IpAddress& peer, std::uint16_t more) const noexcept {
+  const auto seed = static_cast<std::uint32_t>(settings_.seed ^ (settings_.seed >> 32U));
+  const std::uint32_t hash = hash_of(seed ^ more, std::as_bytes(std::span{peer.bytes}));
   return static_cast<std::uint16_t>(std::max<std::uint32_t>(hash >> 16U, 1));  // 0: none
 }
 

@@ -289,6 +289,7 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
       taken_over_ = is_taken_over ? remote->index : taken_over_;
     }
   }
+  remote->goes_on = remote->goes_on || remote->is_asked || remote->unanswered != 0;
   remote->options = offered.options;
   remote->configuration = offered.configuration;
   remote->expiry = end_of(entry.ttl_s, arrival.now);

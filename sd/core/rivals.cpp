@@ -120,6 +120,7 @@ void ServiceDiscovery::answered(slots::Remote& remote) noexcept {
   if constexpr (guards) {
     remote.is_contested = false;
     remote.is_asked = false;
+    remote.goes_on = false;
     peers_[remote.peer].heard = 0xffff;  // it hears us: no passer-by
     if (!remote.has_answered) {
       spread(remote);
@@ -184,7 +185,7 @@ bool ServiceDiscovery::takes_over(slots::Remote& offered, slots::Remote& known, 
   if (offered.is_back) {
     note_back(offered);
   } else {
-    note_mute(known, now);
+    note_mute(known);
   }
   return true;
 }
@@ -218,14 +219,14 @@ void ServiceDiscovery::note_held(const slots::Remote& remote) noexcept {
 }
 
 // Called when it has lost its place because it did not answer. If it has been away, it comes back; if it goes
-// on offering what it does not serve, its place must not be given to and fro.
-void ServiceDiscovery::note_mute(const slots::Remote& remote, TimePoint now) noexcept {
-  const bool is_there = !is_due(peers_[remote.peer].last_seen + std::chrono::milliseconds{1100}, now);
+// on offering what it does not serve, its place must not be given to and fro. No time can tell the two apart,
+// as nobody knows how often it offers.
+void ServiceDiscovery::note_mute(const slots::Remote& remote) noexcept {
   const std::uint16_t holder = holder_of(remote);
   for (slots::Requirement& requirement : requirements_) {
     if (requirement.holder == holder && requirement.service == remote.service) {
       requirement.held = static_cast<std::uint16_t>(!remote.has_answered ? 0U
-                                                    : is_there           ? requirement.held >> 4U
+                                                    : remote.goes_on     ? requirement.held >> 4U
                                                                          : requirement.held >> 1U);
     }
   }

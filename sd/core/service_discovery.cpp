@@ -57,6 +57,7 @@ ServiceDiscovery::ServiceDiscovery(const Settings& settings, const StorageView& 
       random_{settings.seed} {
   assert(settings.timing.ttl_s >= 1 && settings.timing.ttl_s <= infinite_ttl_s);
   assert(settings.timing.initial_delay_min <= settings.timing.initial_delay_max);
+  assert(settings.max_entries_per_second >= 1 && settings.max_entries_at_once >= 1);
   assert(settings.timing.request_response_delay_min <= settings.timing.request_response_delay_max);
   assert(!settings.sd_endpoint || settings.sd_endpoint->address.v6 == settings.unicast.address.v6);
 }

@@ -146,7 +146,7 @@ struct SdCounters {
   std::uint64_t ignored_conflicting_offer = 0;  ///< the service is offered by another peer already
   std::uint64_t ignored_unexpected_ack = 0;     ///< for nothing we subscribed to
   std::uint64_t ignored_no_room = 0;            ///< some table or queue is full
-  std::uint64_t ignored_too_many = 0;           ///< Finds and Subscribes beyond max_entries_per_second
+  std::uint64_t ignored_too_many = 0;  ///< Finds, Subscribes and answers beyond max_entries_per_second
   std::uint64_t displaced = 0;  ///< subscribers, services and peers in use that had to make room for others
   /// How often each limit kept something out; indexed by Limit.
   std::array<std::uint64_t, limit_count> limits_reached{};
@@ -427,7 +427,7 @@ class ServiceDiscovery {
   [[nodiscard]] bool is_fleeting(const slots::Peer& peer, TimePoint now) const noexcept {
     return is_due(peer.last_seen + Duration{std::int64_t{peer.heard} << 21U}, now) || is_silent(peer, now);
   }
-  [[nodiscard]] static std::uint16_t mark_of(const IpAddress& peer, std::uint16_t more) noexcept;
+  [[nodiscard]] std::uint16_t mark_of(const IpAddress& peer, std::uint16_t more) const noexcept;
   static void note_heard(slots::Peer& peer, TimePoint now) noexcept;
   void probe(const slots::Offer& offer, const Arrival& arrival) noexcept;
   template <typename Slot, typename Candidate>
@@ -508,12 +508,13 @@ class ServiceDiscovery {
   [[nodiscard]] std::uint16_t holder_of(const slots::Remote& remote) const noexcept;
   [[nodiscard]] std::uint32_t held_by(const slots::Remote& remote) const noexcept;
   void note_held(const slots::Remote& remote) noexcept;
-  void note_mute(const slots::Remote& remote, TimePoint now) noexcept;
+  void note_mute(const slots::Remote& remote) noexcept;
   void note_back(const slots::Remote& remote) noexcept;
   [[nodiscard]] bool is_back(const slots::Remote& offered, const slots::Remote& rival) const noexcept;
 
   // client_side.cpp
   void on_ack(const Entry& entry, const Arrival& arrival) noexcept;
+  [[nodiscard]] bool may_change(const slots::Subscription& subscription, const Arrival& arrival) noexcept;
   void renew_subscriptions(slots::Remote& remote, bool is_new, const Arrival& arrival) noexcept;
   enum class Cause : std::uint8_t { application_or_unicast_offer, multicast_offer, silence, rival };
   void request(slots::Subscription& subscription, TimePoint due, Cause cause) noexcept;

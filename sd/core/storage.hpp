@@ -115,6 +115,7 @@ struct Remote : SlotBase {
   bool has_answered : 1 = false;    // since it was offered first
   bool is_asked : 1 = false;        // and has not answered yet
   bool is_contested : 1 = false;    // somebody else offers it: it is asked until it answers or is mute
+  bool goes_on : 1 = false;         // was offered again while a question was open
   bool is_back : 1 = false;         // took its place back from somebody who came while it was away
   std::uint8_t unanswered : 2 = 0;  // see ServiceDiscovery::not_answered(); up to is_mute
   static constexpr std::uint8_t is_mute = 3;

@@ -3,6 +3,7 @@
 
 #include "sd/core/rate_limit.hpp"
 #include "test/covers.hpp"
+#include "test/sd/client_fixture.hpp"
 #include "test/sd/server_fixture.hpp"
 
 namespace trestle::sd::rates_test {
@@ -122,6 +123,65 @@ TEST_F(Rates, KeepWhatAPeerHasFromForgedReboots) {
     machine.now += 10ms;
   }
   EXPECT_EQ(machine.discovery.counters().reboots_detected, 2U);
+}
+
+// A server that refuses and takes us in turn, unasked.
+TEST(AnswersToUs, ChangeASubscriptionOnlySoOften) {
+  Settings settings = fixed_settings();
+  settings.max_entries_per_second = 10;
+  settings.max_entries_at_once = 20;
+  Machine<> machine{settings};
+  FakePeer server{server_sd};
+  const auto requirement = machine.discovery.require(required, machine.now).value();
+  ASSERT_TRUE(
+      machine.discovery.subscribe(requirement, {.eventgroup = EventgroupId{1}, .udp = own_udp}, machine.now));
+  machine.unicast(server, {offer({udp(server_udp)})});
+  machine.sent();
+  machine.events();
+  std::size_t told = 0;
+  for (int i = 0; i < 50; ++i) {
+    machine.unicast(server, {ack(1), ack(1, {}, 0)});
+    machine.sent();
+    told += machine.events().size();
+  }
+  EXPECT_EQ(told, 21U) << "the first one is the answer to a question";
+  EXPECT_GT(machine.discovery.counters().ignored_too_many, 30U);
+  machine.run_to(2500ms);
+  machine.unicast(server, {ack(1, {}, 0)});
+  EXPECT_THAT(machine.events(), SizeIs(1));
+}
+
+// Answers that change nothing, and the first one to a question, cost nothing.
+TEST(AnswersToUs, AreTakenFromWhoHasUsedUpItsAllowance) {
+  Settings settings = fixed_settings();
+  settings.max_entries_per_second = 1;
+  settings.max_entries_at_once = 1;
+  Machine<> machine{settings};
+  FakePeer server{server_sd};
+  machine.unicast(server, {find(0x9999), find(0x9999)});
+  EXPECT_EQ(machine.discovery.counters().ignored_too_many, 1U);
+  const auto requirement = machine.discovery.require(required, machine.now).value();
+  for (std::uint16_t i = 1; i <= 16; ++i) {
+    ASSERT_TRUE(machine.discovery.subscribe(requirement, {.eventgroup = EventgroupId{i}, .udp = own_udp},
+                                            machine.now));
+  }
+  machine.unicast(server, {offer({udp(server_udp)})});
+  machine.sent();
+  machine.events();
+  for (int repetition = 0; repetition < 3; ++repetition) {
+    for (std::uint16_t i = 1; i <= 16; ++i) {
+      machine.unicast(server, {ack(i)});
+    }
+    EXPECT_THAT(machine.events(), SizeIs(repetition == 0 ? 16 : 0));
+  }
+  EXPECT_EQ(machine.discovery.counters().ignored_too_many, 1U);
+}
+
+TEST(AnswersToUs, AreCountedFromWhoOffersNothing) {
+  Machine<> machine;
+  FakePeer stranger{Endpoint{IpAddress::v4(10, 0, 0, 3), 30490}};
+  machine.unicast(stranger, {ack(1), ack(1, {}, 0)});
+  EXPECT_EQ(machine.discovery.counters().ignored_unexpected_ack, 2U);
 }
 
 TEST(UsualTraffic, StaysBelowTheRates) {

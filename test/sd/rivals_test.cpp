@@ -243,6 +243,53 @@ TEST_F(ClientOfARestartedServer, IsNotTornByWhoHeldItOnceAndComesAgainAndAgain) 
   EXPECT_EQ(changes(60), 0) << "what it had is used up";
 }
 
+// It offers every two seconds, and its rival more seldom: however long ago its last offer was, it was none of
+// a server that has crashed.
+TEST_F(ClientOfARestartedServer, GivesLittleBackToWhoWentOnOfferingWithoutServing) {
+  run(1000, true, true);
+  server_answers = false;
+  run(1, true, true);
+  run(1, false, false);
+  run(1, true, false);
+  run(1, false, false);
+  EXPECT_EQ(holder(), server_sd.address);
+  run(1, false, true);
+  EXPECT_EQ(holder(), rival.endpoint().address);
+  server_answers = true;
+  run(100, false, true);
+  server.reboot();
+  run(5, true, true);
+  EXPECT_EQ(holder(), rival.endpoint().address) << "1/16 of 1000 s are less than 100 s";
+}
+
+// With the seed 0, the address of this rival has the same mark as the server's.
+TEST_F(ClientOfARestartedServer, IsNotFooledByAnAddressThatWasChosen) {
+  constexpr IpAddress chosen = IpAddress::v4(10, 0, 90, 129);
+  Settings settings = fixed_settings();
+  settings.seed = 0x1234'5678'9abc'def0;
+  Machine<> seeded{settings};
+  const auto requirement = seeded.discovery.require(required, seeded.now).value();
+  const auto subscription =
+      seeded.discovery.subscribe(requirement, {.eventgroup = EventgroupId{1}, .udp = own_udp}, seeded.now)
+          .value();
+  FakePeer impostor{{chosen, 30490}};
+  const auto serve = [&](FakePeer& peer, int seconds) {
+    for (int i = 0; i < seconds; ++i) {
+      seeded.multicast(peer, {offer({udp({peer.endpoint().address, 30509})})});
+      seeded.run_to(seeded.now - start + 50ms);
+      seeded.unicast(peer, {ack(1)});
+      seeded.run_to(seeded.now - start + 950ms);
+    }
+  };
+  serve(server, 10);
+  seeded.multicast(server, {offer({udp(server_udp)}, 0)});
+  serve(impostor, 5);
+  EXPECT_EQ(seeded.discovery.server_of(subscription).value().peer.address, chosen);
+  server.reboot();
+  serve(server, 1);
+  EXPECT_EQ(seeded.discovery.server_of(subscription).value().peer, server_sd);
+}
+
 TEST_F(ClientOfARestartedServer, HasAPlaceForEachServiceThatItNeeds) {
   std::vector<SubscriptionHandle> all;
   for (std::uint16_t i = 1; i <= 60; ++i) {
