@@ -39,8 +39,9 @@ def _await(world, arrived):
         world.check()
 
 
-def _strings(world, bridges, parts=("chatter=read:/chatter:string",), relay="", readers=2, subscriptions=0, domain=80):
-    """Publishes 10 Strings on /chatter and gives what is read in the same domain, beside those that were published.
+def _strings(world, bridges, parts=("chatter=read:/chatter:string",), relay="", readers=2, subscriptions=0, domain=80,
+             count=COUNT, rate=5):
+    """Publishes Strings on /chatter and gives what is read in the same domain, beside those that were published.
 
     readers: of /chatter, bridges and ours. subscriptions: of bridges, which have to be there before."""
     _start(world, bridges)
@@ -49,14 +50,14 @@ def _strings(world, bridges, parts=("chatter=read:/chatter:string",), relay="", 
     reader = world.end("car", "reader", "dds", domain, *parts)
     world.pass_time(2 if world.scale.short else 3, "bridges find each other")
     _await(world, lambda: sum(one.text().count("subscribed to eventgroup") for one in world.lab.programs) >= subscriptions)
-    writer = world.end("car", "writer", "dds", domain, f"chatter=publish:/chatter:string:0:5:reliable:{COUNT}:{readers}")
-    world.wait(lambda: len(flows.read(writer.out)[0]["chatter"].sent) == COUNT, "nobody reads what is published")
+    writer = world.end("car", "writer", "dds", domain, f"chatter=publish:/chatter:string:0:{rate}:reliable:{count}:{readers}")
+    world.wait(lambda: len(flows.read(writer.out)[0]["chatter"].sent) == count, "nobody reads what is published")
     sent = set(flows.read(writer.out)[0]["chatter"].sent)
     _await(world, lambda: sent <= {stamp for stamp, _ in flows.read(reader.out)[0]["chatter"].received})
     world.pass_time(2 if world.scale.short else 5, "what comes back")
     seen = flows.read(reader.out)[0]
     came = [stamp for stamp, _ in seen["chatter"].received]
-    world.figures.append(at_least("Strings that came", len(set(came) & sent), COUNT))
+    world.figures.append(at_least("Strings that came", len(set(came) & sent), count))
     return len(came) - len(set(came) & sent), seen, sent
 
 
@@ -117,12 +118,26 @@ def foreign(world):
     _judge_bounded(world, extra)
 
 
-@scenario("loop-old-bridge", 1, "a bridge that says nothing of itself takes the topic out again: bounded, and told of")
-def old(world):
+def _old_bridge(world, count, rate):
     world.bridge("car", "bridge", "routes:\n" + back("/chatter", 0x4101), 80, interface=ADDRESS["car"])
     gateway = world.end("honest", "old", "old", ADDRESS["honest"] + ":80", "old=event:/chatter:0x4101")
-    _strings(world, [], subscriptions=1, domain="80,all")
-    _judge_bounded(world, len(flows.read(gateway.out)[0]["old"].sent) - COUNT)
+    _strings(world, [], subscriptions=1, domain="80,all", count=count, rate=rate)
+    _judge_bounded(world, len(flows.read(gateway.out)[0]["old"].sent) - count)
+
+
+@scenario("loop-old-bridge", 1, "a bridge that says nothing of itself takes the topic out again: bounded, and told of")
+def old(world):
+    _old_bridge(world, COUNT, 5)
+
+
+@scenario("loop-old-bridge-burst", 1, "the same with 200 Strings at once")
+def old_burst(world):
+    _old_bridge(world, 200, 2000)
+
+
+@scenario("loop-old-bridge-100hz", 1, "the same with 300 Strings, 100 a second")
+def old_often(world):
+    _old_bridge(world, 300, 100)
 
 
 @scenario("loop-old-bridge-calls", 1, "the same with a service, called once by SOME/IP: bounded, and told of")
@@ -137,8 +152,8 @@ def old_calls(world):
     world.pass_time(2 if world.scale.short else 6, "what comes back")
     asked = len(flows.read(server.out)[0]["actuate"].asked)
     world.figures.append(at_least("requests at the server", asked, 1))
-    # 300 before it is put on trial, 10 a second from then on.
-    world.figures.append(at_most("requests at the server of one call", asked, 400))
+    # 20 before it is put on trial, 10 a second from then on.
+    world.figures.append(at_most("requests at the server of one call", asked, 100))
     world.figures.append(holds(f'one, or told of: "{LOOP_WORDS}"', asked == 1 or LOOP_WORDS in bridge.text()))
 
 

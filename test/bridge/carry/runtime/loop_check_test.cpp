@@ -43,14 +43,16 @@ class Route {
 /// every `period`, for a time.
 ///
 /// @param first  who sends what is published; @param again  who brings back what went round.
-void run_ring(Route& route, std::chrono::nanoseconds round, std::chrono::nanoseconds period, int messages,
-              std::chrono::nanoseconds time, std::optional<std::uint64_t> first = 1,
-              std::optional<std::uint64_t> again = 2) {
+/// @return how many messages come back in the last tenth of the time
+int run_ring(Route& route, std::chrono::nanoseconds round, std::chrono::nanoseconds period, int messages,
+             std::chrono::nanoseconds time, std::optional<std::uint64_t> first = 1,
+             std::optional<std::uint64_t> again = 2) {
+  int late = 0;
   std::deque<std::pair<TimePoint, std::uint64_t>> in_ring;
   const TimePoint begin = route.now_;
   int published = 0;
   while (route.now_ - begin < time) {
-    if (published < messages && route.now_ - begin >= period * published) {
+    while (published < messages && route.now_ - begin >= period * published) {
       const auto message = static_cast<std::uint64_t>(++published) * 0x1234'5678'9abcU;
       if (route.carry(message, first)) {
         in_ring.emplace_back(route.now_ + round, message);
@@ -59,6 +61,7 @@ void run_ring(Route& route, std::chrono::nanoseconds round, std::chrono::nanosec
     while (!in_ring.empty() && in_ring.front().first <= route.now_) {
       const auto message = in_ring.front().second;
       in_ring.pop_front();
+      late += route.now_ - begin >= time * 9 / 10 ? 1 : 0;
       if (route.carry(message, again)) {
         in_ring.emplace_back(route.now_ + round, message);
       }
@@ -66,6 +69,7 @@ void run_ring(Route& route, std::chrono::nanoseconds round, std::chrono::nanosec
     route.judge();
     route.pass(200us);
   }
+  return late;
 }
 
 TEST(LoopCheck, EndsTheRoundsOfAMessageAndTellsOfThem) {
@@ -90,6 +94,83 @@ TEST(LoopCheck, FindsARingOfManyMessages) {
   run_ring(route, 2ms, 10ms, 500, 5s);
   EXPECT_GE(route.rings_, 1);
   EXPECT_LE(route.carried_, 500 + 100 + 5 * 200);  // 200 a second at most go round
+}
+
+TEST(LoopCheck, EmptiesARingThatManyMessagesCameIntoAtOnce) {
+  for (const bool known : {true, false}) {
+    for (const auto& [messages, round] : {std::pair{20, 1ms},
+                                          {20, 20ms},
+                                          {200, 5ms},
+                                          {200, 20ms},
+                                          {200, 400ms},
+                                          {2000, 100ms},
+                                          {2000, 450ms},
+                                          {6000, 450ms}}) {
+      Route route;
+      const auto first = known ? std::optional<std::uint64_t>{1} : std::nullopt;
+      const auto again = known ? std::optional<std::uint64_t>{2} : std::nullopt;
+      EXPECT_EQ(run_ring(route, round, 0ms, messages, 10s, first, again), 0)
+          << messages << " messages, " << round.count() << " ms";
+      EXPECT_GE(route.rings_, 1);
+    }
+  }
+}
+
+// Each round makes two of each message.
+TEST(LoopCheck, EmptiesTwoRingsThatShareARoute) {
+  Route route;
+  std::deque<std::pair<TimePoint, std::uint64_t>> first;
+  std::deque<std::pair<TimePoint, std::uint64_t>> second;
+  const auto carry = [&](std::uint64_t message, std::uint64_t from) {
+    if (route.carry(message, from)) {
+      first.emplace_back(route.now_ + 3ms, message);
+      second.emplace_back(route.now_ + 7ms, message);
+    }
+  };
+  for (std::uint64_t message = 1; message <= 10; ++message) {
+    carry(message, 1);
+  }
+  for (const TimePoint end = route.now_ + 5s; route.now_ < end; route.pass(200us)) {
+    for (auto* const ring : {&first, &second}) {
+      while (!ring->empty() && ring->front().first <= route.now_) {
+        const auto message = ring->front().second;
+        ring->pop_front();
+        carry(message, ring == &first ? 2 : 3);
+      }
+    }
+    route.judge();
+  }
+  EXPECT_GE(route.rings_, 1);
+  EXPECT_LE(route.carried_, 300);
+  EXPECT_TRUE(first.empty() && second.empty());
+}
+
+TEST(LoopCheck, BoundsARingThatMessagesComeIntoAllTheTime) {
+  for (const auto period : {1ms, 3ms, 10ms}) {
+    for (const auto round : {1ms, 20ms, 200ms}) {
+      Route route;
+      const int published = static_cast<int>(20s / period);
+      run_ring(route, round, period, published, 20s);
+      EXPECT_GE(route.rings_, 1) << period.count() << " " << round.count();
+      EXPECT_LE(route.carried_ - published, 101 + 20 * 200) << period.count() << " " << round.count();
+    }
+  }
+}
+
+TEST(RecentMessages, KeepsThoseOfASecondUpToItsRoom) {
+  RecentMessages recent;
+  const TimePoint now{1h};
+  std::uint64_t hash = 1;
+  for (std::size_t i = 0; i < RecentMessages::most / 2; ++i) {
+    EXPECT_FALSE(recent.note(hash += 0x9e37'79b9'7f4a'7c15U, 1, now));
+  }
+  std::size_t known = 0;
+  for (std::size_t i = 0; i < RecentMessages::most / 2; ++i, hash -= 0x9e37'79b9'7f4a'7c15U) {
+    known += recent.has(hash, now + 1s) ? 1U : 0U;
+    EXPECT_FALSE(recent.has(hash, now + 1001ms));
+  }
+  EXPECT_GE(known, RecentMessages::most / 2 * 95 / 100);
+  EXPECT_EQ(recent.room(), RecentMessages::most);
 }
 
 TEST(LoopCheck, DropsNothingOfWhoPublishesTheSameSeldom) {
