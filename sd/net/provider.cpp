@@ -669,6 +669,10 @@ void Provider::on_event(const SubscriberRemoved& event) {
   if (event.reason == LossReason::link_down && event.subscriber.tcp && offer && offer->tcp) {
     offer->tcp->server.disconnect(*event.subscriber.tcp, "the link is down");  // [feat_req_someipsd_437]
   }
+  const std::optional<Endpoint>& udp = event.subscriber.udp;
+  if (offer && offer->udp && udp && !discovery_.is_proven(udp->address)) {
+    offer->udp->sender.part(*udp);
+  }
 }
 
 template <typename SubscriberEvent>

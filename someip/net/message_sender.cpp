@@ -384,6 +384,13 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     }
   }
 
+  void part(const Endpoint& to) {
+    if (SendLane* const lane = lanes.awaiting(to)) {
+      counters.refused += lanes.give_up(*lane);
+      let_go();
+    }
+  }
+
   bool greet(const Endpoint& to) {
     if (!link.entry_of) {
       return true;
@@ -636,6 +643,12 @@ void MessageSender::watch_link(Link link) {
 void MessageSender::meet(const Endpoint& receiver) {
   if (state_->socket != nullptr) {
     state_->meet(receiver);
+  }
+}
+
+void MessageSender::part(const Endpoint& receiver) {
+  if (state_->socket != nullptr) {
+    state_->part(receiver);
   }
 }
 

@@ -75,9 +75,13 @@ class MessageSender {
   /// This receiver is new. Messages for it are kept here until somebody has answered to its address. In the
   /// send buffer of the system, which all receivers share, they would take the room of the others.
   void meet(const Endpoint& receiver);
+  /// This receiver wants nothing any more. If nobody has answered to its address yet, what is kept for it is
+  /// dropped: else receivers that come and go would leave more behind than there may be at once.
+  void part(const Endpoint& receiver);
   /// This receiver has asked for something, or somebody in its name. If nobody has answered to its address,
   /// one datagram leaves for it, and what follows is kept as after meet(). To be called before each answer;
-  /// of a host that has answered, it costs a look into a small table.
+  /// of a host that has answered, it costs a look into a small table. If more hosts are used than that has
+  /// places for (256), the system is asked for some of them each time.
   /// @return false when too many receivers are waited for, or messages wait for this one: drop the answer.
   [[nodiscard]] bool greet(const Endpoint& receiver);
   static constexpr std::size_t max_silent = 32;      ///< receivers that greet() lets wait

@@ -325,18 +325,21 @@ TEST_F(LinkTest, IsNoReasonToIgnoreLoopbackWhereSubnetsAreNotChecked) {
   }
 }
 
-/// An IPv4 packet that says it comes from somebody else, with a request of service 0x1234, method 1.
-void ask_as(int raw, const IpAddress& from, std::uint16_t port) {
-  std::vector<std::byte> packet = test::hex(
-      "45000000 00000000 40110000 00000000 00000000"  // lengths and the checksum: by the system
-      "9c400000 00180000"
-      "12340001 00000008 00010001 01010000");
+/// Sends a datagram that says it comes from port 40000 of somebody else.
+void send_as(int raw, const IpAddress& from, std::uint16_t port, ByteView payload) {
+  // Of IPv4 and UDP; lengths and checksums that are 0 are filled in by the system, or not needed.
+  std::vector<std::byte> packet = test::hex("45000000 00000000 40110000 00000000 00000000 9c400000 00000000");
+  packet.insert(packet.end(), payload.begin(), payload.end());
   const auto put = [&](std::size_t at, const auto& bytes, std::size_t count) {
     std::memcpy(packet.data() + at, bytes.data(), count);
   };
+  const auto put_u16 = [&](std::size_t at, std::size_t number) {
+    put(at, std::array{static_cast<std::uint8_t>(number >> 8U), static_cast<std::uint8_t>(number)}, 2);
+  };
   put(12, from.bytes, 4);
   put(16, Namespaces::own.bytes, 4);
-  put(22, std::array{static_cast<std::uint8_t>(port >> 8U), static_cast<std::uint8_t>(port)}, 2);
+  put_u16(22, port);
+  put_u16(24, 8 + payload.size());
   sockaddr_in to{};
   to.sin_family = AF_INET;
   std::memcpy(&to.sin_addr, Namespaces::own.bytes.data(), 4);
@@ -348,6 +351,7 @@ void ask_as(int raw, const IpAddress& from, std::uint16_t port) {
 TEST_F(LinkTest, IsNotWaitedForByAllAnswersToSilentHosts) {
   constexpr std::uint16_t port = 40123;
   constexpr MethodId method{1};
+  const auto request = test::hex("12340001 00000008 00010001 01010000");
   server.emplace(io, slow_to_expire(Namespaces::own), into(server_log));
   server->offer(
       {.service = ServiceId{0x1234},
@@ -360,13 +364,39 @@ TEST_F(LinkTest, IsNotWaitedForByAllAnswersToSilentHosts) {
   // However slow the machine is: hosts are given up after some seconds, and others take their places.
   std::uint8_t host = 100;
   ASSERT_TRUE(run_until([&] {
-    ask_as(raw, IpAddress::v4(10, 77, 0, host), port);
+    send_as(raw, IpAddress::v4(10, 77, 0, host), port, request);
     host = host == 250 ? 100 : host + 1;
     return server->counters().answers_to_silent >= 10;
   }));
   close(raw);
   EXPECT_EQ(count(server_log, " answers over UDP, the last one to 10.77.0."), 1U) << "not one for each";
   EXPECT_THAT(server_log, Contains(HasSubstr("too many hosts have asked that are not there")));
+}
+
+// Subscribers that are not there come and go: no more is kept for them than for those of the moment.
+TEST_F(LinkTest, IsNotWaitedForWhereASilentSubscriberHasGone) {
+  const NodeConfig config = slow_to_expire(Namespaces::own);
+  start_server(config);
+  int raw = -1;
+  at_peer([&] { raw = socket(AF_INET, SOCK_RAW | SOCK_CLOEXEC, IPPROTO_RAW); });
+  ASSERT_NE(raw, -1);
+  const auto say = [&](const std::string& session, const std::string& ttl) {
+    send_as(
+        raw, IpAddress::v4(10, 77, 0, 100), config.port,
+        test::hex("ffff8100 00000030 0000" + session + " 01010200 c0000000 00000010 06000010 12340001 01" +
+                  ttl + " 00000001 0000000c 000904000a4d006400119c40"));
+  };
+  say("0001", "000e10");
+  ASSERT_TRUE(run_until([&] { return server->subscribers(offer, event) == 1; }));
+  for (int i = 0; i < 3; ++i) {
+    server->notify(offer, event, {});
+  }
+  EXPECT_EQ(server->sender_counters().refused, 0U) << "they wait";
+  say("0002", "000000");
+  ASSERT_TRUE(run_until([&] { return server->subscribers(offer, event) == 0; }));
+  close(raw);
+  EXPECT_THAT(server_log, Contains(HasSubstr("stopped, no longer subscribed")));
+  EXPECT_EQ(server->sender_counters().refused, 3U);
 }
 
 using LinkWithoutNetlink = test::TwoNodes;

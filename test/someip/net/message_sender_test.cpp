@@ -726,6 +726,23 @@ TEST_F(MessageSenderTest, GivesUpAHostThatDoesNotAnswerToItsAddress) {
   EXPECT_EQ(sender.counters().datagrams, 4U);
 }
 
+TEST_F(MessageSenderTest, KeepsNothingForAHostThatHasGoneBeforeItAnswered) {
+  sender.watch_link({.answer_of = [](const IpAddress&) { return Neighbours::Answer::awaited; },
+                     .unreachable = [](const Endpoint&) { FAIL() << "it has gone by itself"; }});
+  const auto kept = std::make_shared<int>();
+  sender.meet(receiver.local());
+  EXPECT_TRUE(sender.send(receiver.local(), event, {}, kept));
+  EXPECT_TRUE(sender.send(receiver.local(), event, {}));
+  EXPECT_EQ(kept.use_count(), 2);
+  sender.part(receiver.local());
+  EXPECT_EQ(kept.use_count(), 1);
+  EXPECT_TRUE(sender.idle());
+  EXPECT_EQ(sender.counters().refused, 2U);
+  sender.part(receiver.local());
+  EXPECT_TRUE(sender.send(receiver.local(), event, {})) << "as to anybody else";
+  await_datagrams(1);
+}
+
 // Hosts that have asked for something, or in whose name somebody did.
 class GreetingTest : public MessageSenderTest {
  protected:
