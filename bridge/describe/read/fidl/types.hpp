@@ -7,6 +7,9 @@
 
 namespace trestle::describe::fidl {
 
+/// Types within types.
+inline constexpr int deepest_type = 200;
+
 /// What uses a type; the keys of version 1 that overwrite the type's rules are named after it.
 enum class User : std::uint8_t { other, attribute, argument, struct_field, union_field };
 

@@ -1,0 +1,226 @@
+// Constants, and the values of enumerators.
+#include "bridge/describe/read/fidl/types.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "bridge/documents/problems.hpp"
+
+namespace trestle::describe::fidl {
+namespace {
+
+constexpr std::size_t most_steps = 300'000;  // names that constants are computed from
+
+std::string json_text(std::string_view text) {
+  std::string result = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      result += '\\';
+      result += c;
+    } else if (c == '\n') {
+      result += "\\n";
+    } else if (static_cast<unsigned char>(c) < 0x20) {
+      result += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
+    } else {
+      result += c;
+    }
+  }
+  return result + '"';
+}
+
+}  // namespace
+
+/// Of an enumerator without a value: one more than the one before it, in a base too.
+std::optional<std::int64_t> Types::enumerator(Declared& declared, std::size_t index, int deep) {
+  const TypeTree& tree = *declared.tree;
+  auto& values = enumerators_[&declared];
+  if (values.size() == tree.enumerators.size() && !values.empty()) {
+    return values[index];
+  }
+  std::int64_t next = 0;
+  if (!tree.base.empty()) {
+    Declared* base = names_.type(tree.base, declared.scope);
+    if (base != nullptr && base->state == Declared::State::done && base->type != no_type) {
+      for (const Enumerator& one : all_enumerators(model_, model_.at(base->type))) {
+        next = static_cast<std::int64_t>(static_cast<std::uint64_t>(one.value) + 1);
+      }
+    }
+  }
+  Scope scope = declared.scope;
+  scope.inner = tree.name.text;
+  std::vector<std::optional<std::int64_t>> found;
+  values.assign(tree.enumerators.size(), std::nullopt);  // what refers to itself has no value
+  for (const EnumeratorTree& one : tree.enumerators) {
+    std::optional<std::int64_t> value = next;
+    if (one.value) {
+      value = whole(*one.value, scope, deep);
+      if (!value && !findings_.full()) {
+        findings_.error(one.value->place,
+                        fmt::format("the value of {} cannot be computed; expected a whole number, or "
+                                    "constants and enumerators with + - * /",
+                                    documents::quote(one.name.text)));
+      }
+    }
+    enumerators_[&declared][found.size()] = value;
+    next = static_cast<std::int64_t>(static_cast<std::uint64_t>(value.value_or(next)) + 1);
+    found.push_back(value);
+  }
+  return found[index];
+}
+
+std::optional<std::int64_t> Types::whole(const Expression& expression, const Scope& scope, int deep) {
+  if (deep > deepest_expression) {
+    return std::nullopt;
+  }
+  switch (expression.kind) {
+    case Expression::Kind::number:
+      return to_whole(expression.text);
+    case Expression::Kind::text: {
+      const bool negative = expression.text.starts_with('-');
+      const auto value = to_whole(std::string_view{expression.text}.substr(negative ? 1 : 0));
+      return value && negative
+                 ? std::optional{static_cast<std::int64_t>(0 - static_cast<std::uint64_t>(*value))}
+                 : value;
+    }
+    case Expression::Kind::unary: {
+      const auto value = expression.text == "-" ? whole(expression.parts[0], scope, deep + 1) : std::nullopt;
+      return value ? std::optional{static_cast<std::int64_t>(0 - static_cast<std::uint64_t>(*value))}
+                   : std::nullopt;
+    }
+    case Expression::Kind::binary: {
+      const auto left = whole(expression.parts[0], scope, deep + 1);
+      const auto right = whole(expression.parts[1], scope, deep + 1);
+      if (!left || !right) {
+        return std::nullopt;
+      }
+      std::int64_t result = 0;
+      bool fails = true;
+      if (expression.text == "+") {
+        fails = __builtin_add_overflow(*left, *right, &result);
+      } else if (expression.text == "-") {
+        fails = __builtin_sub_overflow(*left, *right, &result);
+      } else if (expression.text == "*") {
+        fails = __builtin_mul_overflow(*left, *right, &result);
+      } else if (expression.text == "/" && *right != 0 && *right != -1) {
+        result = *left / *right;
+        fails = false;
+      }
+      return fails ? std::nullopt : std::optional{result};
+    }
+    case Expression::Kind::name: {
+      const Constantlike* found = ++steps_ > most_steps ? nullptr : names_.value(expression.text, scope);
+      if (found == nullptr) {
+        return std::nullopt;
+      }
+      if (found->constant == nullptr) {
+        return enumerator(*found->enumeration, found->enumerator, deep + 1);
+      }
+      const auto [known, is_new] = wholes_.emplace(found->constant, std::nullopt);
+      if (is_new) {
+        known->second = whole(found->constant->value, found->scope, deep + 1);
+      }
+      return known->second;
+    }
+    case Expression::Kind::real:
+    case Expression::Kind::truth:
+    case Expression::Kind::compound:
+    case Expression::Kind::bracket:
+      break;
+  }
+  return std::nullopt;
+}
+
+std::string Types::constant_text(const Expression& expression, const Scope& scope, int deep) {
+  if (deep > deepest_expression) {
+    return {};
+  }
+  switch (expression.kind) {
+    case Expression::Kind::real:
+    case Expression::Kind::truth:
+      return expression.text;
+    case Expression::Kind::text:
+      return json_text(expression.text);
+    case Expression::Kind::unary:
+      if (expression.text == "-" && expression.parts[0].kind == Expression::Kind::real) {
+        return "-" + expression.parts[0].text;
+      }
+      if (expression.text == "!" && expression.parts[0].kind == Expression::Kind::truth) {
+        return expression.parts[0].text == "true" ? "false" : "true";
+      }
+      break;
+    case Expression::Kind::name: {
+      const Constantlike* found = ++steps_ > most_steps ? nullptr : names_.value(expression.text, scope);
+      if (found == nullptr && steps_ > most_steps) {
+        findings_.error(expression.place, "the constants take too long to compute");
+        return {};
+      }
+      if (found == nullptr) {
+        findings_.error(expression.place,
+                        fmt::format("{} is not known here; expected a constant or an enumerator",
+                                    documents::quote(expression.text)));
+        return {};
+      }
+      if (found->constant != nullptr) {
+        return constant_text(found->constant->value, found->scope, deep + 1);
+      }
+      break;
+    }
+    case Expression::Kind::compound: {
+      std::string all;
+      for (std::size_t i = 0; i < expression.parts.size(); ++i) {
+        all += fmt::format("{}{}: {}", i == 0 ? "" : ", ", json_text(expression.names[i].text),
+                           constant_text(expression.parts[i], scope, deep + 1));
+        if (all.size() > 1'000'000) {
+          return {};
+        }
+      }
+      return "{" + all + "}";
+    }
+    case Expression::Kind::bracket: {
+      std::string all;
+      const std::size_t step = expression.pairs ? 2 : 1;
+      for (std::size_t i = 0; i + step <= expression.parts.size(); i += step) {
+        const std::string first = constant_text(expression.parts[i], scope, deep + 1);
+        all += i == 0 ? "" : ", ";
+        all += step == 1
+                   ? first
+                   : fmt::format("[{}, {}]", first, constant_text(expression.parts[i + 1], scope, deep + 1));
+        if (all.size() > 1'000'000) {
+          return {};
+        }
+      }
+      return "[" + all + "]";
+    }
+    case Expression::Kind::number:
+    case Expression::Kind::binary:
+      break;
+  }
+  const auto number = whole(expression, scope, deep);
+  if (!number) {
+    findings_.warning(expression.place, "the value of the constant cannot be computed, and is left out");
+  }
+  return number ? fmt::format("{}", *number) : "";
+}
+
+void Types::constants() {
+  for (const Collection& collection : names_.collections()) {
+    for (const ConstantTree& tree : collection.scope.in->constants) {
+      const Value use = this->use(tree.type, collection.scope, {}, collection.version);
+      std::string value = constant_text(tree.value, collection.scope);
+      if (use.type == no_type || value.empty()) {
+        continue;
+      }
+      const Type& type = resolved(model_, use.type);
+      if (type.kind == Kind::primitive && type.primitive == messages::Primitive::uint64 &&
+          value.starts_with('-')) {
+        value =
+            fmt::format("{}", static_cast<std::uint64_t>(whole(tree.value, collection.scope).value_or(0)));
+      }
+      model_.constants.push_back({tree.name.in_model(), use.type, std::move(value), collection.scope.model,
+                                  tree.notes, tree.name.place});
+    }
+  }
+}
+
+}  // namespace trestle::describe::fidl
