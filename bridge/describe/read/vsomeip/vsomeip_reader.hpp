@@ -1,0 +1,150 @@
+#pragma once
+#include <algorithm>
+#include <chrono>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "bridge/describe/model.hpp"
+#include "bridge/describe/read/vsomeip/json_tree.hpp"
+#include "bridge/documents/problems.hpp"
+
+namespace trestle::describe {
+
+/// What vsomeip does when its configuration says nothing.
+inline constexpr sd::Timing vsomeip_timing{.initial_delay_min = std::chrono::milliseconds{0},
+                                           .initial_delay_max = std::chrono::milliseconds{3000},
+                                           .repetitions_base_delay = std::chrono::milliseconds{10},
+                                           .repetitions_max = 3,
+                                           .cyclic_offer_delay = std::chrono::milliseconds{1000},
+                                           .request_response_delay_min = std::chrono::milliseconds{0},
+                                           .request_response_delay_max = std::chrono::milliseconds{2000},
+                                           .ttl_s = 0xff'ffff};
+
+/// Members from here on are events.
+inline constexpr std::uint16_t first_event_id = 0x8000;
+
+/// Gathers what has to be known of all files before instances are complete.
+struct VsomeipSettings {
+  std::optional<IpAddress> address{};
+  std::optional<IpAddress> sd_multicast{};
+  std::optional<std::uint16_t> sd_port{};
+  bool sd = true;
+  sd::Timing timing = vsomeip_timing;
+  Transfer requests{};  ///< "npdu-default-timings"
+  Transfer responses{};
+};
+
+/// Makes a model of vsomeip's configurations.
+class VsomeipReader {
+ public:
+  explicit VsomeipReader(Model& model) : model_{model} {}
+
+  void read(const JsonNode& root, std::uint32_t file, documents::Problems& problems);
+  /// After all files.
+  void finish(std::string_view name);
+
+ private:
+  struct Protected {
+    someip::ServiceId service{};
+    someip::MethodId id{};
+    Protection e2e;
+    Place place;
+  };
+
+  // How values are written.
+  /// A number as vsomeip writes them, in decimal or with 0x in front; nothing for other texts.
+  [[nodiscard]] static std::optional<std::uint64_t> whole(std::string_view text);
+  [[nodiscard]] std::optional<std::uint64_t> number(const JsonNode* node, const std::string& what,
+                                                    std::uint64_t min, std::uint64_t max);
+  template <typename Id>
+  [[nodiscard]] std::optional<Id> id(const JsonNode* node, const std::string& what) {
+    const auto number = this->number(node, what, 1, 0xfffe);
+    return number ? std::optional{static_cast<Id>(*number)} : std::nullopt;
+  }
+  [[nodiscard]] std::optional<std::uint16_t> port(const JsonNode* node, const std::string& what);
+  [[nodiscard]] bool truth(const JsonNode* node, bool otherwise);
+  [[nodiscard]] std::optional<IpAddress> address(const JsonNode* node, const std::string& what);
+  [[nodiscard]] std::optional<std::chrono::milliseconds> milliseconds(const JsonNode* node,
+                                                                      const std::string& what);
+  /// Calls for each element of a list; a single one counts as a list of one, as in vsomeip.
+  template <typename Each>
+  void each(const JsonNode* node, const std::string& what, JsonNode::Kind kind, const Each& each);
+  [[nodiscard]] const JsonNode* object(const JsonNode* node, const std::string& what);
+
+  void error(const JsonNode& node, std::string text);
+  void warning(const JsonNode& node, std::string text);
+  [[nodiscard]] Place place(const JsonNode& node) const { return {file_, node.mark}; }
+
+  // What the parts of a configuration mean.
+  void discovery(const JsonNode& node);
+  void npdu_defaults(const JsonNode& node);
+  void services(const JsonNode* node);
+  void service(const JsonNode& node);
+  void event(const JsonNode& node, Service& service, const Instance& instance);
+  void eventgroup(const JsonNode& node, const std::optional<Endpoint>& shared, std::size_t service,
+                  Instance& instance);
+  void multicast(const JsonNode& node, const std::optional<Endpoint>& shared, Multicast& group);
+  void in_eventgroup(const JsonNode& node, someip::EventgroupId group, Service& service,
+                     const Instance& instance);
+  void tp(const JsonNode& node, Service& service, const Instance& instance);
+  void tp_of(const JsonNode& node, bool is_request, Service& service, const Instance& instance);
+  void debounce(const JsonNode& node, bool is_request, Service& service, const Instance& instance);
+  void client(const JsonNode& node);
+  void protection(const JsonNode& node);
+  void profile(const JsonNode& node, std::string_view name, Protection& e2e);
+
+  std::size_t service_of(someip::ServiceId id, const JsonNode& node);
+  [[nodiscard]] Transfer& transfer_of(Service& service, someip::MethodId id, bool is_request,
+                                      const Instance& instance, const JsonNode& node);
+  Method& method_of(Service& service, someip::MethodId id, const Instance& instance, const JsonNode& node);
+  Protection* e2e_of(Service& service, someip::MethodId id);
+
+  using EventPart = std::pair<bool, std::size_t>;  ///< whether it is a field, and which
+  using EventKey = std::pair<someip::ServiceId, someip::MethodId>;
+  using InstanceKey = std::pair<someip::ServiceId, std::optional<someip::InstanceId>>;
+  [[nodiscard]] bool has_event(const Service& service, someip::MethodId id) const {
+    return events_.contains({*service.id, id});
+  }
+  Event& add_event(Service& service, Event event);
+
+  Model& model_;
+  // Where things are, because a hostile file can have hundreds of thousands of them.
+  std::map<someip::ServiceId, std::size_t> services_;
+  std::map<EventKey, EventPart> events_;
+  std::map<EventKey, std::size_t> methods_;
+  std::map<someip::EventgroupId, std::size_t> multicast_;  ///< of the instance that is being read
+  std::set<InstanceKey> provided_;
+  std::set<InstanceKey> required_;
+  VsomeipSettings settings_;
+  std::vector<Protected> protected_;
+  std::uint32_t file_ = 0;
+  documents::Problems* problems_ = nullptr;
+  std::size_t told_ = 0;
+};
+
+template <typename Each>
+void VsomeipReader::each(const JsonNode* node, const std::string& what, JsonNode::Kind kind,
+                         const Each& each) {
+  if (node == nullptr) {
+    return;
+  }
+  const auto one = [&](const JsonNode& element) {
+    if (kind == JsonNode::Kind::object && element.kind != kind) {
+      error(element, "expected " + what + ", an object, not " + what_it_is(element));
+    } else {
+      each(element);
+    }
+  };
+  if (node->kind == JsonNode::Kind::array) {
+    std::ranges::for_each(node->elements, one);
+  } else if (!(node->is_scalar() && node->text.empty())) {  // "" is vsomeip's empty list
+    one(*node);
+  }
+}
+
+}  // namespace trestle::describe
