@@ -1,0 +1,176 @@
+// A link whose hosts answer to ARP when a test says so.
+#include <gmock/gmock.h>
+
+#include "test/bytes.hpp"
+#include "test/covers.hpp"
+#include "test/someip/net/message_sender_fixture.hpp"
+
+namespace trestle::someip::message_sender_test {
+namespace {
+
+using test::covers;
+
+TEST_F(MessageSenderTest, KeepsWhatIsForAHostThatHasNotAnsweredToItsAddress) {
+  Neighbours::Answer answer = Neighbours::Answer::unasked;
+  std::vector<Endpoint> gone;
+  sender.watch_link({.answer_of = [&](const IpAddress&) { return answer; },
+                     .unreachable = [&](const Endpoint& one) { gone.push_back(one); }});
+  sender.meet(receiver.local());
+  const std::vector<std::byte> payload = numbers(100);
+  const ByteView view{payload};
+  EXPECT_TRUE(sender.send(receiver.local(), event, {&view, 1}));
+  EXPECT_TRUE(sender.send(receiver.local(), event, {&view, 1}));
+  EXPECT_EQ(sender.counters().datagrams, 0U);
+  answer = Neighbours::Answer::awaited;
+  io.run_for(300ms);
+  EXPECT_EQ(sender.counters().datagrams, 0U);
+  EXPECT_FALSE(sender.idle());
+  answer = Neighbours::Answer::came;
+  await_datagrams(2);
+  EXPECT_TRUE(sender.idle());
+  EXPECT_TRUE(sender.send(receiver.local(), event, {&view, 1}));
+  EXPECT_TRUE(sender.idle()) << "it is known now";
+  EXPECT_TRUE(gone.empty());
+}
+
+TEST_F(MessageSenderTest, SendsToAHostForWhichTheSystemDoesNotAskHere) {
+  sender.watch_link({.answer_of = [](const IpAddress&) { return Neighbours::Answer::unasked; },
+                     .unreachable = [](const Endpoint&) { FAIL() << "nobody knows"; }});
+  sender.meet(receiver.local());
+  const std::vector<std::byte> payload = numbers(100);
+  const ByteView view{payload};
+  EXPECT_TRUE(sender.send(receiver.local(), event, {&view, 1}));
+  EXPECT_FALSE(sender.idle());
+  await_datagrams(1);
+  EXPECT_TRUE(sender.idle());
+}
+
+TEST_F(MessageSenderTest, GivesUpAHostThatDoesNotAnswerToItsAddress) {
+  std::vector<Endpoint> gone;
+  const Endpoint silent{IpAddress::v4(127, 0, 0, 77), 4000};
+  sender.watch_link({.answer_of =
+                         [&](const IpAddress& host) {
+                           return host == silent.address ? Neighbours::Answer::awaited
+                                                         : Neighbours::Answer::untold;
+                         },
+                     .unreachable = [&](const Endpoint& one) { gone.push_back(one); }});
+  sender.meet(silent);
+  sender.meet(receiver.local());
+  const std::vector<std::byte> payload = numbers(5000);
+  const ByteView view{payload};
+  EXPECT_TRUE(sender.send(silent, event, {&view, 1}));
+  EXPECT_TRUE(sender.send(receiver.local(), event, {&view, 1}));
+  await_datagrams(4);
+  EXPECT_FALSE(sender.idle()) << "nobody else waits for the silent one";
+  const auto end = std::chrono::steady_clock::now() + 30s;
+  while (gone.empty() && std::chrono::steady_clock::now() < end) {
+    io.run_one_for(50ms);
+  }
+  EXPECT_EQ(gone, std::vector<Endpoint>{silent});
+  EXPECT_TRUE(sender.idle());
+  EXPECT_EQ(sender.counters().refused, 1U);
+  EXPECT_EQ(sender.counters().datagrams, 4U);
+}
+
+TEST_F(MessageSenderTest, KeepsNothingForAHostThatHasGoneBeforeItAnswered) {
+  sender.watch_link({.answer_of = [](const IpAddress&) { return Neighbours::Answer::awaited; },
+                     .unreachable = [](const Endpoint&) { FAIL() << "it has gone by itself"; }});
+  const auto kept = std::make_shared<int>();
+  sender.meet(receiver.local());
+  EXPECT_TRUE(sender.send(receiver.local(), event, {}, kept));
+  EXPECT_TRUE(sender.send(receiver.local(), event, {}));
+  EXPECT_EQ(kept.use_count(), 2);
+  sender.part(receiver.local());
+  EXPECT_EQ(kept.use_count(), 1);
+  EXPECT_TRUE(sender.idle());
+  EXPECT_EQ(sender.counters().refused, 2U);
+  sender.part(receiver.local());
+  EXPECT_TRUE(sender.send(receiver.local(), event, {})) << "as to anybody else";
+  await_datagrams(1);
+}
+
+// Hosts that have asked for something, or in whose name somebody did.
+class GreetingTest : public MessageSenderTest {
+ protected:
+  GreetingTest() {
+    sender.watch_link({.answer_of = [this](const IpAddress& host) { return answer_of(host); },
+                       .entry_of =
+                           [this](const IpAddress& host) {
+                             ++looks;
+                             return answer_of(host);
+                           },
+                       .unreachable = [this](const Endpoint& one) { gone.push_back(one); }});
+  }
+  [[nodiscard]] Neighbours::Answer answer_of(const IpAddress& host) const {
+    return host.bytes[1] == 1 ? Neighbours::Answer::awaited : here;
+  }
+  static Endpoint silent(unsigned i) {
+    return {IpAddress::v4(127, 1, 0, static_cast<std::uint8_t>(i + 1)), 4000};
+  }
+  bool answer(const Endpoint& to, std::size_t bytes) {
+    const ByteView view = ByteView{payload}.first(bytes);
+    return sender.greet(to) && sender.send(to, event, {&view, 1});
+  }
+
+  Neighbours::Answer here = Neighbours::Answer::came;
+  int looks = 0;
+  std::vector<Endpoint> gone;
+  const std::vector<std::byte> payload = numbers(5000);
+};
+
+TEST_F(GreetingTest, LooksForAHostThatIsKnownOnlyNowAndThen) {
+  const auto begin = std::chrono::steady_clock::now();
+  for (int i = 0; i < 100; ++i) {
+    EXPECT_TRUE(answer(receiver.local(), 100));
+  }
+  EXPECT_LE(looks, 1 + (std::chrono::steady_clock::now() - begin) / 1s);
+  await_datagrams(100);
+  EXPECT_TRUE(sender.idle());
+}
+
+TEST_F(GreetingTest, SendsOneDatagramToAHostThatHasNotAnswered) {
+  here = Neighbours::Answer::awaited;
+  EXPECT_TRUE(answer(receiver.local(), 100));
+  EXPECT_TRUE(answer(receiver.local(), 200));
+  EXPECT_EQ(sender.counters().datagrams, 1U) << "so that the system asks";
+  EXPECT_FALSE(sender.idle());
+  here = Neighbours::Answer::came;
+  await_datagrams(2);
+  EXPECT_TRUE(sender.idle());
+  EXPECT_THAT(gone, testing::IsEmpty());
+}
+
+TEST_F(GreetingTest, SendsOneSegmentOfALargeMessage) {
+  here = Neighbours::Answer::unasked;
+  EXPECT_TRUE(answer(receiver.local(), 5000));
+  EXPECT_EQ(sender.counters().datagrams, 1U);
+  here = Neighbours::Answer::came;
+  await_datagrams(4);
+  EXPECT_TRUE(sender.idle());
+}
+
+TEST_F(GreetingTest, LetsNoMoreThanAFewSilentHostsWait) {
+  unsigned waiting = 0;
+  for (unsigned i = 0; i < 200; ++i) {
+    waiting += answer(silent(i), 100) ? 1 : 0;
+  }
+  EXPECT_EQ(waiting, MessageSender::max_silent);
+  EXPECT_EQ(sender.counters().datagrams, MessageSender::max_silent) << "one each";
+  unsigned more = 0;
+  for (unsigned i = 0; i < 200; ++i) {
+    more += answer(silent(0), 100) ? 1 : 0;
+  }
+  EXPECT_EQ(more, MessageSender::max_for_silent);
+  EXPECT_TRUE(answer(receiver.local(), 100)) << "who is known does not wait";
+  EXPECT_EQ(sender.counters().datagrams, MessageSender::max_silent + 1);
+  const auto end = std::chrono::steady_clock::now() + 30s;
+  while (gone.size() < MessageSender::max_silent && std::chrono::steady_clock::now() < end) {
+    io.run_one_for(50ms);
+  }
+  EXPECT_EQ(gone.size(), MessageSender::max_silent);
+  EXPECT_TRUE(sender.idle());
+  EXPECT_TRUE(answer(silent(100), 100)) << "their places are free";
+}
+
+}  // namespace
+}  // namespace trestle::someip::message_sender_test
