@@ -272,7 +272,7 @@ bool apply_interfaces(YAML::Node& root, const std::string& file, messages::TypeP
                                  documents::quote(lock.services.begin()->first)));
   }
   types.described.push_back(std::make_shared<describe::ModelSource>(
-      system.model, system.lowered, sources.size() == 1 ? sources.front().name : "the interfaces"));
+      system.lowered, sources.size() == 1 ? sources.front().name : "the interfaces"));
   Expansion expansion{system, problems};
   for (const char* list : {"routes", "methods", "fields"}) {
     if (root[list].IsDefined()) {

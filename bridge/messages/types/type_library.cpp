@@ -172,15 +172,6 @@ tl::expected<void, TypeError> TypeLibrary::load(const InterfaceName& interface) 
                   places.empty() ? "" : fmt::format("not found in {}, and ", fmt::join(places, ", ")))}};
 }
 
-std::shared_ptr<const InterfaceBinding> TypeLibrary::binding(const InterfaceName& interface) const {
-  for (const auto& source : sources_) {
-    if (const auto found = source->find(interface); !found || *found) {
-      return found ? source->binding(interface) : nullptr;
-    }
-  }
-  return nullptr;
-}
-
 void TypeLibrary::define(const InterfaceName& interface, std::string text) {
   made_.define(interface, std::move(text));
 }

@@ -76,9 +76,6 @@ class TypeLibrary {
   /// wins.
   void define(const InterfaceName& interface, std::string text);
 
-  /// Ids and wire rules of an interface, from the source that defines it; null when it tells none.
-  [[nodiscard]] std::shared_ptr<const InterfaceBinding> binding(const InterfaceName& interface) const;
-
   /// Names of the definitions compiled in, sorted: "pkg/msg/Type", "pkg/srv/Name", "pkg/action/Name".
   [[nodiscard]] static std::vector<std::string> builtin_names();
 

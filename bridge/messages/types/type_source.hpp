@@ -13,10 +13,6 @@
 
 namespace trestle::messages {
 
-/// What a source knows besides a definition: ids and wire rules. The room that knows those says what it is:
-/// bridge/messages/convert/interface_binding.hpp.
-struct InterfaceBinding;
-
 /// The messages of one interface, as parse_interface() and parse_idl() return them.
 using InterfaceMessages = std::vector<MessageDefinition>;
 
@@ -37,11 +33,6 @@ class TypeSource {
 
   /// The folder or file, for "not found in ..."; empty for what is part of the program.
   [[nodiscard]] virtual std::string place() const { return {}; }
-
-  /// Of an interface that find() knows; null when the source tells nothing but types.
-  [[nodiscard]] virtual std::shared_ptr<const InterfaceBinding> binding(const InterfaceName&) const {
-    return nullptr;
-  }
 };
 
 using TypeSources = std::vector<std::shared_ptr<const TypeSource>>;

@@ -84,7 +84,7 @@ inline void compare(const json& line, const Model& model) {
   const std::string name = line["name"];
   const Lowered lowered = lower(model);
   ASSERT_EQ(lowered.members.size(), 1U) << (lowered.not_carried.empty() ? "" : lowered.not_carried[0].what);
-  const messages::MessageValues values = lowered::values_of(model, lowered, lowered.members[0]);
+  const messages::MessageValues values = lowered::values_of(lowered, lowered.members[0]);
   const std::string expected = line["hex"];
   const auto bytes = test::hex(expected);
   if (name.starts_with("read:")) {

@@ -4,7 +4,6 @@
 
 #include "bridge/describe/raise.hpp"
 #include "bridge/describe/ros_names.hpp"
-#include "bridge/messages/convert/interface_binding.hpp"
 #include "bridge/messages/convert/service_plans.hpp"
 #include "bridge/messages/types/parsers.hpp"
 #include "test/bridge/describe/lowered.hpp"
@@ -40,7 +39,7 @@ std::string payload_of(const Model& model, const std::string& json) {
   if (lowered.members.empty()) {
     return lowered.not_carried.empty() ? "nothing" : lowered.not_carried.back().what;
   }
-  const auto values = values_of(model, lowered, lowered.members[0]);
+  const auto values = values_of(lowered, lowered.members[0]);
   const auto payload = values.parse(json, messages::ValueForm::json);
   return payload ? test::to_hex(*payload) : to_string(payload.error());
 }
@@ -284,7 +283,7 @@ TEST(Lower, MakesServicesOfMethods) {
   EXPECT_EQ(srv_text(lowered, "test/srv/DoorOpen"),
             "uint8 door\n---\nuint8 FAILURE_OK=0\nuint8 FAILURE_STUCK=1\nuint8 error\nuint16 taken\n");
   EXPECT_EQ(srv_text(lowered, "test/srv/DoorClose"), "---\n");
-  const auto source = std::make_shared<ModelSource>(model, lowered, "Door.fidl");
+  const auto source = std::make_shared<ModelSource>(lowered, "Door.fidl");
   auto library = messages::TypeLibrary::of({source});
   for (const LoweredMember& member : lowered.members) {
     const auto types = library.resolve_service(member.type);
@@ -292,10 +291,6 @@ TEST(Lower, MakesServicesOfMethods) {
     const auto plans = messages::compile_service(*types, member.rules);
     EXPECT_TRUE(plans) << plans.error();
   }
-  const auto binding = library.binding(*messages::interface_name("test/srv/DoorOpen"));
-  ASSERT_NE(binding, nullptr);
-  EXPECT_EQ(binding->service, someip::ServiceId{0x1234});
-  EXPECT_EQ(binding->members.at("open"), someip::MethodId{7});
 }
 
 TEST(Lower, GivesTextsThatTheParsersRead) {

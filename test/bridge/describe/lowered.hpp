@@ -42,14 +42,13 @@ inline Event& event(Model& model, std::vector<Value> values) {
   return model.services.back().events.emplace_back(std::move(event));
 }
 
-inline messages::TypeLibrary library_of(const Model& model, const Lowered& lowered) {
-  return messages::TypeLibrary::of({std::make_shared<ModelSource>(model, lowered, "test.fidl")});
+inline messages::TypeLibrary library_of(const Lowered& lowered) {
+  return messages::TypeLibrary::of({std::make_shared<ModelSource>(lowered, "test.fidl")});
 }
 
 /// The values of a member, by the library.
-inline messages::MessageValues values_of(const Model& model, const Lowered& lowered,
-                                         const LoweredMember& member) {
-  auto tree = library_of(model, lowered).resolve(member.type);
+inline messages::MessageValues values_of(const Lowered& lowered, const LoweredMember& member) {
+  auto tree = library_of(lowered).resolve(member.type);
   if (!tree) {
     throw std::invalid_argument{to_string(tree.error())};
   }

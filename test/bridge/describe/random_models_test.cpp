@@ -147,7 +147,7 @@ TEST(RandomModels, CarryTheirValuesBothWays) {
     const Lowered lowered = lower(random.model());
     ASSERT_EQ(lowered.members.size(), 1U) << (lowered.not_carried.empty() ? "" : lowered.not_carried[0].what);
     const LoweredMember& member = lowered.members[0];
-    const auto tree = library_of(random.model(), lowered).resolve(member.type);
+    const auto tree = library_of(lowered).resolve(member.type);
     ASSERT_TRUE(tree) << to_string(tree.error());
     carried += random_values::carried(*tree, member.rules, 8);
     if (testing::Test::HasFailure()) {

@@ -33,7 +33,7 @@ Tally carry(const std::filesystem::path& file) {
     return tally;  // Corpus.IsReadOrRefusedForARightReason
   }
   const Lowered lowered = lower(reading.model);
-  messages::TypeLibrary library = lowered::library_of(reading.model, lowered);
+  messages::TypeLibrary library = lowered::library_of(lowered);
   const auto add = [&](const messages::TypeTree& tree, const messages::MessageRules& rules) {
     SCOPED_TRACE(tree.root().name);
     if (tree.root().fields.empty()) {

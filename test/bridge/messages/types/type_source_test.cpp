@@ -85,11 +85,5 @@ TEST_F(TypeSourceTest, AreSharedByCopiesOfALibraryButForWhatIsDefined) {
   EXPECT_FALSE(first.resolve("a/Made"));
 }
 
-TEST_F(TypeSourceTest, OfTypesAloneBringNoBinding) {
-  const TypeLibrary types = library({});
-  EXPECT_EQ(types.binding(*interface_name("std_msgs/msg/Bool")), nullptr);
-  EXPECT_EQ(types.binding(*interface_name("a/msg/Unknown")), nullptr);
-}
-
 }  // namespace
 }  // namespace trestle::messages::type_source_test
