@@ -63,8 +63,10 @@ bool LoopCheck::may_carry(std::uint64_t hash, std::optional<std::uint64_t> from,
     repeats_ = 0;
     rounds_ = {};
   }
-  rounds_ += before->ago;
-  if (++repeats_ > allowed_) {
+  const std::uint32_t weight = from ? 1 : limits_.weight_of_unnamed;
+  rounds_ += before->ago * weight;
+  repeats_ += weight;
+  if (repeats_ > allowed_) {
     begin_trial(now);
     note_of_trial(*before, from, now);
     return false;

@@ -27,6 +27,8 @@ class LoopCheck {
     std::uint32_t repeats = 100;
     /// The same, in the minute after a ring was found.
     std::uint32_t repeats_in_ring = 10;
+    /// As so many counts one whose sender has no name.
+    std::uint32_t weight_of_unnamed = 1;
   };
 
   LoopCheck() = default;
@@ -70,9 +72,9 @@ class LoopCheck {
   std::uint32_t went_on_ = 0;  ///< of these, in its second half, those that came in the first, too
 };
 
-/// Of calls: many clients may have the same question at once.
-inline constexpr LoopCheck::Limits limits_of_calls{.repeats = 300, .repeats_in_ring = 10};
-/// Of calls from where somebody could close a ring. Each may move something, so few are enough.
-inline constexpr LoopCheck::Limits limits_of_suspected_calls{.repeats = 20, .repeats_in_ring = 10};
+/// Of calls: many clients may have the same question at once. But each may move something, so that 20 are
+/// enough from where somebody could close a ring.
+inline constexpr LoopCheck::Limits limits_of_calls{
+    .repeats = 300, .repeats_in_ring = 10, .weight_of_unnamed = 15};
 
 }  // namespace trestle::carry

@@ -54,7 +54,7 @@ class MethodToService final : public RunningRoute {
               method.ros_service,
               {dds::ros_request_topic(method.ros_service), false},
               ", which has a server of it, and the SOME/IP client at ",
-              limits_of_suspected_calls},
+              limits_of_calls},
         plans_{std::move(parts.plans)},
         ros_{loop_.suspects().watching(std::move(parts.ros))},
         log_{context.clock, method.ros_service},

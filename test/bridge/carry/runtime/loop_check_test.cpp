@@ -249,6 +249,19 @@ TEST(MessageHash, DiffersWithLengthAndBothEnds) {
   }
 }
 
+TEST(LoopCheckOfCalls, NeedsFewFromWhereSomebodyCouldCloseARing) {
+  for (const bool suspect : {false, true}) {
+    LoopCheck check{limits_of_calls};
+    TimePoint now{1h};
+    int carried = 0;
+    for (std::uint64_t i = 0; i < 1000; ++i) {
+      carried += check.may_carry(5, suspect ? std::nullopt : std::optional{i}, now) ? 1 : 0;
+      now += 100us;
+    }
+    EXPECT_EQ(carried, suspect ? 21 : 301);
+  }
+}
+
 // Behind a bridge are all who are in its network.
 TEST(LoopCheckOfBridges, CountsAllThatComesAgain) {
   LoopCheck check;
