@@ -34,12 +34,8 @@
 
 namespace trestle::describe {
 
-/// Where something was read: a file and a place in it.
-struct Place {
-  std::uint32_t file = 0;  ///< index of Model::files
-  documents::Mark mark{};
-  friend bool operator==(const Place&, const Place&) = default;
-};
+/// Where something was read: `file` is an index of Model::files.
+using documents::Place;
 
 /// What people wrote beside an element, for other people.
 struct Notes {

@@ -108,7 +108,7 @@ tl::expected<std::string, std::string> read_text_file(const std::string& file) {
 
 YAML::Node parse_document(const std::string& text, const std::string& expected, Problems& problems) {
   if (text.size() > file_bytes_max) {
-    problems.error({}, fmt::format("the file is larger than {}", bytes_to_string(file_bytes_max)));
+    problems.error(Mark{}, fmt::format("the file is larger than {}", bytes_to_string(file_bytes_max)));
     return YAML::Node{YAML::NodeType::Undefined};
   }
   try {
@@ -127,7 +127,7 @@ YAML::Node parse_document(const std::string& text, const std::string& expected, 
     if (!node.IsNull()) {
       return node;
     }
-    problems.error({.line = 1, .column = 1}, "the file is empty: expected " + expected);
+    problems.error(Mark{1, 1}, "the file is empty: expected " + expected);
   } catch (const YAML::Exception& error) {
     tell_of_bad_yaml(error, text, problems);
   }

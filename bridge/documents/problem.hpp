@@ -11,6 +11,13 @@ struct Mark {
   friend constexpr bool operator==(const Mark&, const Mark&) = default;
 };
 
+/// A place in one of several files.
+struct Place {
+  std::uint32_t file = 0;  ///< index in a list of their names
+  Mark mark{};
+  friend bool operator==(const Place&, const Place&) = default;
+};
+
 /// One thing that is wrong, or looks wrong, in a file.
 struct Problem {
   enum class Severity : std::uint8_t { error, warning };

@@ -30,31 +30,41 @@ std::string quote(std::string_view text) {
   return "'" + printable(text.substr(0, shown_max)) + (text.size() > shown_max ? "...'" : "'");
 }
 
-void Problems::error(Mark mark, std::string text) {
-  ++errors_;
-  problems_.push_back({Problem::Severity::error, file_, mark, std::move(text)});
-}
-
-void Problems::warning(Mark mark, std::string text) {
-  problems_.push_back({Problem::Severity::warning, file_, mark, std::move(text)});
-}
-
-std::vector<Problem> Problems::take() {
-  const auto place = [](const Problem& problem) {
-    return std::tuple{problem.mark.line, problem.mark.column};
-  };
-  std::ranges::stable_sort(problems_, {}, place);
-  // Equal problems need not be neighbours, because others may have the same place.
-  std::vector<Problem> once;
-  for (Problem& problem : problems_) {
-    const auto same = [&](const Problem& other) { return other.text == problem.text; };
-    auto begin = std::ranges::lower_bound(once, place(problem), {}, place);
-    if (std::none_of(begin, once.end(), same)) {
-      once.push_back(std::move(problem));
-    }
+void Problems::add(std::vector<Found>& list, const Place& place, std::string text) {
+  if (list.size() < most_ && said_.emplace(place.file, place.mark.line, place.mark.column, text).second) {
+    list.push_back({place, std::move(text)});
   }
-  problems_.clear();
-  return once;
+}
+
+void Problems::warning_once(const std::string& key, const Place& place, std::string text) {
+  if (warnings_.size() < most_ && keys_.insert(key).second) {
+    warning(place, std::move(text));
+  }
+}
+
+std::vector<Problem> Problems::take(const std::vector<std::string>& files) {
+  std::vector<std::pair<Place, Problem>> found;
+  const auto put = [&](std::vector<Found>& list, Problem::Severity severity) {
+    for (Found& one : list) {
+      if (found.size() >= most_) {
+        break;
+      }
+      std::string file = one.place.file < files.size() ? files[one.place.file] : std::string{};
+      found.emplace_back(one.place, Problem{severity, std::move(file), one.place.mark, std::move(one.text)});
+    }
+    list.clear();
+  };
+  put(errors_, Problem::Severity::error);
+  put(warnings_, Problem::Severity::warning);
+  std::ranges::stable_sort(found, {}, [](const auto& one) {
+    return std::tuple{one.first.file, one.first.mark.line, one.first.mark.column};
+  });
+  said_.clear();
+  std::vector<Problem> problems;
+  for (auto& [place, problem] : found) {
+    problems.push_back(std::move(problem));
+  }
+  return problems;
 }
 
 std::string to_string(const Problem& problem) {

@@ -1,6 +1,13 @@
 #pragma once
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <set>
 #include <string>
 #include <string_view>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "bridge/documents/problem.hpp"
@@ -19,22 +26,46 @@ namespace trestle::documents {
 /// A piece of the file, quoted for a message: short and printable whatever it holds.
 [[nodiscard]] std::string quote(std::string_view text);
 
-/// Gathers what is wrong with one file.
+/// Gathers what is wrong with a file, or with several. The same thing at the same place is said once: an
+/// anchored piece of YAML, or a type of a description, is judged wherever it is used.
 class Problems {
  public:
-  explicit Problems(std::string file) : file_{std::move(file)} {}
+  static constexpr std::size_t no_limit = std::numeric_limits<std::size_t>::max();
 
-  void error(Mark mark, std::string text);
-  void warning(Mark mark, std::string text);
-  [[nodiscard]] bool has_errors() const noexcept { return errors_ > 0; }
-  /// Everything gathered, in the file's order. What is wrong with an anchored piece is said once, however
-  /// often it is used.
-  [[nodiscard]] std::vector<Problem> take();
+  /// @param most  so many problems are kept; warnings only as far as errors leave room.
+  explicit Problems(std::string file, std::size_t most = no_limit) : file_{std::move(file)}, most_{most} {}
+  /// Of several files, whose names take() is given.
+  explicit Problems(std::size_t most) : most_{most} {}
+
+  void error(const Place& place, std::string text) { add(errors_, place, std::move(text)); }
+  void error(Mark mark, std::string text) { error(Place{0, mark}, std::move(text)); }
+  void warning(const Place& place, std::string text) { add(warnings_, place, std::move(text)); }
+  void warning(Mark mark, std::string text) { warning(Place{0, mark}, std::move(text)); }
+  /// A warning that is given once for each `key`.
+  void warning_once(const std::string& key, const Place& place, std::string text);
+
+  [[nodiscard]] bool has_errors() const noexcept { return !errors_.empty(); }
+  /// No more errors are kept: reading on tells nothing.
+  [[nodiscard]] bool full() const noexcept { return errors_.size() >= most_; }
+
+  /// Everything gathered, in the order of the files and of the places in them.
+  /// @param files  their names.
+  [[nodiscard]] std::vector<Problem> take(const std::vector<std::string>& files);
+  [[nodiscard]] std::vector<Problem> take() { return take({file_}); }
 
  private:
+  struct Found {
+    Place place;
+    std::string text;
+  };
+  void add(std::vector<Found>& list, const Place& place, std::string text);
+
   std::string file_;
-  std::vector<Problem> problems_;
-  std::size_t errors_ = 0;
+  std::size_t most_;
+  std::vector<Found> errors_;
+  std::vector<Found> warnings_;
+  std::set<std::tuple<std::uint32_t, int, int, std::string>> said_;
+  std::set<std::string, std::less<>> keys_;
 };
 
 }  // namespace trestle::documents

@@ -127,7 +127,7 @@ tl::expected<LockFile, std::vector<documents::Problem>> LockFile::read(const std
       lock.topics_ = load_lock(node, problems);
     }
   } else {
-    problems.error({}, text.error());
+    problems.error(documents::Mark{}, text.error());
   }
   if (!problems.has_errors()) {
     report_duplicates(lock.topics_, problems);

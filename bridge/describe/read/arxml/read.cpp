@@ -10,10 +10,10 @@ Reading read_arxml(std::span<ArxmlInput> inputs, const ArxmlOptions& options) {
   for (const ArxmlInput& input : inputs) {
     model.files.push_back(input.name);
   }
-  arxml::Problems problems{model.files};
+  documents::Problems problems{max_problems};
   constexpr std::size_t max_files = 0xffff;
   if (inputs.size() > max_files) {
-    problems.error({}, "there are more than 65535 files");
+    problems.error(Place{}, "there are more than 65535 files");
   } else {
     arxml::Tree tree{options, problems};
     bool complete = true;
@@ -30,7 +30,7 @@ Reading read_arxml(std::span<ArxmlInput> inputs, const ArxmlOptions& options) {
       types.read_all();
     }
   }
-  reading.problems = problems.take();
+  reading.problems = problems.take(model.files);
   return reading;
 }
 

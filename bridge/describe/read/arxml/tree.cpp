@@ -331,7 +331,7 @@ bool Tree::add(std::istream& stream, std::uint16_t file) {
   const std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser{XML_ParserCreate(nullptr),
                                                                             &XML_ParserFree};
   if (!parser) {
-    problems_.error({file, {}}, "no memory for reading XML");
+    problems_.error(Place{file, {}}, "no memory for reading XML");
     return false;
   }
   Handlers handlers{*this, parser.get(), file};

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "bridge/describe/read/arxml/arxml.hpp"
-#include "bridge/describe/read/arxml/problems.hpp"
 #include "bridge/describe/read/arxml/vocabulary.hpp"
+#include "bridge/describe/read/problems.hpp"
 
 namespace trestle::describe::arxml {
 

@@ -380,7 +380,6 @@ Types::Frame Types::inside(const Frame& frame) const {
 
 Value Types::build(const Node& node, const Frame& frame) {
   if (frame.depth > max_type_depth) {
-    problems_.warning_once("depth", node.place(), {});
     problems_.error(node.place(), "types are nested more than " + std::to_string(max_type_depth) + " deep");
     return primitive(Primitive::uint8, frame);
   }

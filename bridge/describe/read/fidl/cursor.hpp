@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "bridge/describe/read/fidl/findings.hpp"
 #include "bridge/describe/read/fidl/lexer.hpp"
+#include "bridge/describe/read/problems.hpp"
 
 namespace trestle::describe::fidl {
 
@@ -24,7 +24,7 @@ struct Name {
 /// not there, until the parser has found a place to go on.
 class Cursor {
  public:
-  Cursor(std::string_view text, std::uint32_t file, Findings& findings)
+  Cursor(std::string_view text, std::uint32_t file, Problems& findings)
       : lexer_{text}, file_{file}, findings_{findings} {}
 
   [[nodiscard]] const Token& peek(std::size_t ahead = 0) const noexcept { return lexer_.peek(ahead); }
@@ -68,12 +68,12 @@ class Cursor {
       }
     }
   }
-  Findings& findings() noexcept { return findings_; }
+  Problems& findings() noexcept { return findings_; }
 
  private:
   Lexer lexer_;
   std::uint32_t file_;
-  Findings& findings_;
+  Problems& findings_;
   int depth_ = 0;
   bool lost_ = false;
 };

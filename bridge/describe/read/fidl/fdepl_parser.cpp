@@ -11,7 +11,7 @@ namespace {
 
 class FdeplParser {
  public:
-  FdeplParser(std::string_view text, std::uint32_t file, Findings& findings) : at_{text, file, findings} {}
+  FdeplParser(std::string_view text, std::uint32_t file, Problems& findings) : at_{text, file, findings} {}
   FdeplTree file();
 
  private:
@@ -291,7 +291,7 @@ const Node* Node::overwrite() const {
   return found == children.end() ? nullptr : &*found;
 }
 
-FdeplTree parse_fdepl(std::string_view text, std::uint32_t file, Findings& findings) {
+FdeplTree parse_fdepl(std::string_view text, std::uint32_t file, Problems& findings) {
   return FdeplParser{text, file, findings}.file();
 }
 

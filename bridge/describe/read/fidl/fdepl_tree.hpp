@@ -64,6 +64,6 @@ struct FdeplTree {
 /// Deepest nesting of elements.
 inline constexpr int deepest_node = 100;
 
-[[nodiscard]] FdeplTree parse_fdepl(std::string_view text, std::uint32_t file, Findings& findings);
+[[nodiscard]] FdeplTree parse_fdepl(std::string_view text, std::uint32_t file, Problems& findings);
 
 }  // namespace trestle::describe::fidl

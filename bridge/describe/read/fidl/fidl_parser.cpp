@@ -96,7 +96,7 @@ Notes to_notes(std::string_view annotations, std::optional<std::string>& renamed
 
 class FidlParser {
  public:
-  FidlParser(std::string_view text, std::uint32_t file, Findings& findings) : at_{text, file, findings} {}
+  FidlParser(std::string_view text, std::uint32_t file, Problems& findings) : at_{text, file, findings} {}
   FidlTree file();
 
  private:
@@ -612,7 +612,7 @@ bool is_basic(std::string_view name) {
          name == "undefined";
 }
 
-FidlTree parse_fidl(std::string_view text, std::uint32_t file, Findings& findings) {
+FidlTree parse_fidl(std::string_view text, std::uint32_t file, Problems& findings) {
   return FidlParser{text, file, findings}.file();
 }
 

@@ -125,6 +125,6 @@ struct FidlTree {
 inline constexpr int deepest_expression = 100;
 
 /// Parses a file. What is wrong is in `findings`; the rest is there.
-[[nodiscard]] FidlTree parse_fidl(std::string_view text, std::uint32_t file, Findings& findings);
+[[nodiscard]] FidlTree parse_fidl(std::string_view text, std::uint32_t file, Problems& findings);
 
 }  // namespace trestle::describe::fidl

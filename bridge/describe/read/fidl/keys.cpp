@@ -154,7 +154,7 @@ std::string shown(const Node& node) {
 }
 
 void check(const Node& node, std::string_view parent, const std::vector<std::string>& declared,
-           Findings& findings) {
+           Problems& findings) {
   const std::string_view hosts = hosts_of(node, parent);
   for (const Setting& setting : node.settings) {
     const auto found = table().find(setting.key.text);
@@ -191,7 +191,7 @@ std::string shown(const SettingValue& value) {
                                                 : documents::quote(value.text);
 }
 
-const SettingValue* single(const Setting& setting, const char* expected, Findings& findings) {
+const SettingValue* single(const Setting& setting, const char* expected, Problems& findings) {
   if (setting.list || setting.values.empty()) {
     findings.error(setting.key.place,
                    fmt::format("{} has a list of values; expected {}", setting.key.text, expected));
@@ -201,7 +201,7 @@ const SettingValue* single(const Setting& setting, const char* expected, Finding
 }
 
 std::optional<std::int64_t> number_of(const Setting& setting, const SettingValue& value, std::int64_t min,
-                                      std::int64_t max, Findings& findings) {
+                                      std::int64_t max, Problems& findings) {
   if (value.kind != SettingValue::Kind::number || value.number < min || value.number > max) {
     findings.error(value.place, fmt::format("{} is {}; expected a whole number from {} to {}",
                                             setting.key.text, shown(value), min, max));
@@ -217,18 +217,18 @@ bool is_known_specification(std::string_view name) {
          name == "org.genivi.commonapi.someip" || name == "org.genivi.commonapi.core";
 }
 
-void check_keys(const Node& deployment, const std::vector<std::string>& declared, Findings& findings) {
+void check_keys(const Node& deployment, const std::vector<std::string>& declared, Problems& findings) {
   check(deployment, "", declared, findings);
 }
 
 std::optional<std::int64_t> number_of(const Setting& setting, std::int64_t min, std::int64_t max,
-                                      Findings& findings) {
+                                      Problems& findings) {
   const SettingValue* value = single(setting, "a whole number", findings);
   return value == nullptr ? std::nullopt : number_of(setting, *value, min, max, findings);
 }
 
 std::vector<std::int64_t> numbers_of(const Setting& setting, std::int64_t min, std::int64_t max,
-                                     Findings& findings) {
+                                     Problems& findings) {
   std::vector<std::int64_t> numbers;
   for (const SettingValue& value : setting.values) {
     if (const auto number = number_of(setting, value, min, max, findings)) {
@@ -238,7 +238,7 @@ std::vector<std::int64_t> numbers_of(const Setting& setting, std::int64_t min, s
   return numbers;
 }
 
-std::vector<std::string> texts_of(const Setting& setting, Findings& findings) {
+std::vector<std::string> texts_of(const Setting& setting, Problems& findings) {
   std::vector<std::string> texts;
   for (const SettingValue& value : setting.values) {
     if (value.kind != SettingValue::Kind::text) {
@@ -250,7 +250,7 @@ std::vector<std::string> texts_of(const Setting& setting, Findings& findings) {
   return texts;
 }
 
-std::optional<bool> truth_of(const Setting& setting, Findings& findings) {
+std::optional<bool> truth_of(const Setting& setting, Problems& findings) {
   const SettingValue* value = single(setting, "true or false", findings);
   if (value == nullptr) {
     return std::nullopt;
@@ -263,7 +263,7 @@ std::optional<bool> truth_of(const Setting& setting, Findings& findings) {
   return value->text == "true";
 }
 
-std::size_t word_of(const Setting& setting, const std::vector<std::string>& words, Findings& findings) {
+std::size_t word_of(const Setting& setting, const std::vector<std::string>& words, Problems& findings) {
   const SettingValue* value = single(setting, "one word", findings);
   if (value == nullptr) {
     return 0;

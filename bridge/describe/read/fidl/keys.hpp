@@ -13,18 +13,18 @@ namespace trestle::describe::fidl {
 
 /// Warns of keys that nobody knows, or that mean nothing where they stand, in the element and all within it.
 /// @param declared  keys of specifications among the files; of them nothing is said. Sorted.
-void check_keys(const Node& deployment, const std::vector<std::string>& declared, Findings& findings);
+void check_keys(const Node& deployment, const std::vector<std::string>& declared, Problems& findings);
 
 /// Reads values; anything else than a value of the kind is an error.
 [[nodiscard]] std::optional<std::int64_t> number_of(const Setting& setting, std::int64_t min,
-                                                    std::int64_t max, Findings& findings);
+                                                    std::int64_t max, Problems& findings);
 [[nodiscard]] std::vector<std::int64_t> numbers_of(const Setting& setting, std::int64_t min, std::int64_t max,
-                                                   Findings& findings);
-[[nodiscard]] std::vector<std::string> texts_of(const Setting& setting, Findings& findings);
-[[nodiscard]] std::optional<bool> truth_of(const Setting& setting, Findings& findings);
+                                                   Problems& findings);
+[[nodiscard]] std::vector<std::string> texts_of(const Setting& setting, Problems& findings);
+[[nodiscard]] std::optional<bool> truth_of(const Setting& setting, Problems& findings);
 /// One of the words; the first when it is none of them.
 [[nodiscard]] std::size_t word_of(const Setting& setting, const std::vector<std::string>& words,
-                                  Findings& findings);
+                                  Problems& findings);
 /// As a FDEPL file has it: 5, "text", { 1, 2 }.
 [[nodiscard]] std::string written(const Setting& setting);
 

@@ -30,7 +30,7 @@ bool same_values(const Setting& a, const Setting& b) {
 }
 
 /// Says once what two elements say of one thing.
-void resolve(std::vector<Setting>& settings, Findings& findings) {
+void resolve(std::vector<Setting>& settings, Problems& findings) {
   std::ranges::stable_sort(settings, {}, [](const Setting& setting) { return setting.key.text; });
   const auto same = [&](const Setting& first, const Setting& second) {
     if (first.key.text != second.key.text) {
@@ -46,7 +46,7 @@ void resolve(std::vector<Setting>& settings, Findings& findings) {
   settings.erase(std::unique(settings.begin(), settings.end(), same), settings.end());
 }
 
-void resolve(Node& node, int version, Findings& findings) {
+void resolve(Node& node, int version, Problems& findings) {
   node.version = version;
   resolve(node.settings, findings);
   for (Node& child : node.children) {
@@ -74,7 +74,7 @@ void resolve(Node& node, int version, Findings& findings) {
 
 }  // namespace
 
-Names::Names(const Sources& sources, Findings& findings) : sources_{sources}, findings_{findings} {
+Names::Names(const Sources& sources, Problems& findings) : sources_{sources}, findings_{findings} {
   for (const FidlSource& source : sources.fidl) {
     declare(source);
   }
@@ -186,7 +186,7 @@ void Names::deploy() {
       if (source.version == 0 && !told) {
         told = true;
         findings_.warning(
-            {source.file, {}},
+            Place{source.file, {}},
             "no import tells which version of CommonAPI's specification is meant; the defaults of "
             "version 2 (CommonAPI-4-SOMEIP_deployment_spec.fdepl) are taken");
       }

@@ -49,7 +49,7 @@ struct Constantlike {
 /// Knows all that is declared and deployed.
 class Names {
  public:
-  Names(const Sources& sources, Findings& findings);
+  Names(const Sources& sources, Problems& findings);
 
   [[nodiscard]] std::deque<Collection>& collections() noexcept { return collections_; }
   [[nodiscard]] std::deque<Declared>& types() noexcept { return types_; }
@@ -74,7 +74,7 @@ class Names {
   [[nodiscard]] std::vector<std::string> candidates(std::string_view name, const Scope& scope) const;
 
   const Sources& sources_;
-  Findings& findings_;
+  Problems& findings_;
   std::deque<Collection> collections_;
   std::deque<Declared> types_;
   std::map<std::string, Declared*, std::less<>> types_by_name_;

@@ -5,7 +5,7 @@
 namespace trestle::describe {
 
 Reading read_fidl(std::span<const SourceText> files, const Load& load) {
-  fidl::Findings findings;
+  Problems findings{max_problems};
   Reading reading;
   const fidl::Sources sources = fidl::load_sources(files, load, findings);
   fidl::Names names{sources, findings};

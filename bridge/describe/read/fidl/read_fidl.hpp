@@ -10,7 +10,6 @@
 //   keys.hpp        the keys of deployments, and their values
 //   types.hpp       makes the types of a model
 //   services.hpp    makes its services and instances
-//   findings.hpp    gathers what is wrong
 #pragma once
 #include <span>
 

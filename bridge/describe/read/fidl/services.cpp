@@ -18,7 +18,7 @@ constexpr std::int64_t most_number = std::numeric_limits<std::int32_t>::max();
 
 class Maker {
  public:
-  Maker(Model& model, Names& names, Types& types, Findings& findings)
+  Maker(Model& model, Names& names, Types& types, Problems& findings)
       : model_{model}, names_{names}, types_{types}, findings_{findings} {}
 
   void service(const Collection& collection);
@@ -70,7 +70,7 @@ class Maker {
   Model& model_;
   Names& names_;
   Types& types_;
-  Findings& findings_;
+  Problems& findings_;
   std::map<std::string, std::optional<someip::ServiceId>, std::less<>> ids_;  ///< of services by name
 };
 
@@ -588,7 +588,7 @@ void Maker::check() {
 
 }  // namespace
 
-void make_services(Model& model, Names& names, Types& types, Findings& findings) {
+void make_services(Model& model, Names& names, Types& types, Problems& findings) {
   Maker maker{model, names, types, findings};
   for (const Collection& collection : names.collections()) {
     if (collection.scope.in->is_interface) {

@@ -43,7 +43,7 @@ bool is_fdepl(const std::string& name, std::string_view text) {
 
 class Loader {
  public:
-  Loader(const Load& load, Findings& findings) : load_{load}, findings_{findings} {}
+  Loader(const Load& load, Problems& findings) : load_{load}, findings_{findings} {}
 
   Sources all(std::span<const SourceText> files);
 
@@ -57,7 +57,7 @@ class Loader {
   void tell_of_circles();
 
   const Load& load_;
-  Findings& findings_;
+  Problems& findings_;
   Sources sources_;
   std::map<std::string, std::uint32_t, std::less<>> files_;
   std::vector<std::string> texts_;  ///< until they are parsed
@@ -251,7 +251,7 @@ std::string beside(std::string_view file, std::string_view import) {
   return result;
 }
 
-Sources load_sources(std::span<const SourceText> files, const Load& load, Findings& findings) {
+Sources load_sources(std::span<const SourceText> files, const Load& load, Problems& findings) {
   return Loader{load, findings}.all(files);
 }
 

@@ -35,7 +35,7 @@ inline constexpr std::size_t most_files = 2000;
 inline constexpr std::size_t most_bytes = 64UL * 1024 * 1024;
 
 /// Parses the files and all that they import.
-[[nodiscard]] Sources load_sources(std::span<const SourceText> files, const Load& load, Findings& findings);
+[[nodiscard]] Sources load_sources(std::span<const SourceText> files, const Load& load, Problems& findings);
 
 /// "a/b/../c.fidl" beside "x/y.fidl" is "x/a/c.fidl".
 [[nodiscard]] std::string beside(std::string_view file, std::string_view import);

@@ -29,7 +29,7 @@ using Layers = std::vector<Layer>;
 /// Makes the types of a model.
 class Types {
  public:
-  Types(Model& model, Names& names, Findings& findings) : model_{model}, names_{names}, findings_{findings} {}
+  Types(Model& model, Names& names, Problems& findings) : model_{model}, names_{names}, findings_{findings} {}
 
   /// Makes all declared types and constants.
   void make_all();
@@ -70,7 +70,7 @@ class Types {
 
   Model& model_;
   Names& names_;
-  Findings& findings_;
+  Problems& findings_;
   std::map<std::string, TypeIndex, std::less<>> basics_;
   std::map<std::string, TypeIndex, std::less<>> variants_;
   std::map<const Declared*, std::vector<std::optional<std::int64_t>>> enumerators_;

@@ -13,8 +13,6 @@
 namespace trestle::describe {
 namespace {
 
-constexpr std::size_t max_problems = 100;
-
 std::string_view trimmed(std::string_view text) {
   const std::size_t begin = text.find_first_not_of(" \t");
   return begin == std::string_view::npos ? std::string_view{}
@@ -43,15 +41,11 @@ std::optional<std::uint64_t> VsomeipReader::whole(std::string_view text) {
 }
 
 void VsomeipReader::error(const JsonNode& node, std::string text) {
-  if (told_++ < max_problems) {
-    problems_->error(node.mark, std::move(text));
-  }
+  problems_->error(node.mark, std::move(text));
 }
 
 void VsomeipReader::warning(const JsonNode& node, std::string text) {
-  if (told_++ < max_problems) {
-    problems_->warning(node.mark, std::move(text));
-  }
+  problems_->warning(node.mark, std::move(text));
 }
 
 std::optional<std::uint64_t> VsomeipReader::number(const JsonNode* node, const std::string& what,
@@ -125,7 +119,6 @@ const JsonNode* VsomeipReader::object(const JsonNode* node, const std::string& w
 void VsomeipReader::read(const JsonNode& root, std::uint32_t file, documents::Problems& problems) {
   file_ = file;
   problems_ = &problems;
-  told_ = 0;
   if (object(&root, "a vsomeip configuration") == nullptr) {
     return;
   }
@@ -329,10 +322,10 @@ Reading read_vsomeip(std::span<const SourceText> sources) {
   for (const SourceText& source : sources) {
     const auto file = static_cast<std::uint32_t>(reading.model.files.size());
     reading.model.files.push_back(source.name);
-    documents::Problems problems{source.name};
+    Problems problems{source.name, max_problems};
     if (source.text.size() > max_vsomeip_bytes) {
-      problems.error({}, fmt::format("the file has {} bytes; expected at most {}", source.text.size(),
-                                     max_vsomeip_bytes));
+      problems.error(documents::Mark{}, fmt::format("the file has {} bytes; expected at most {}",
+                                                    source.text.size(), max_vsomeip_bytes));
     } else if (const auto root = parse_json(source.text, problems)) {
       reader.read(*root, file, problems);
     }

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "bridge/describe/model.hpp"
+#include "bridge/describe/read/problems.hpp"
 #include "bridge/describe/read/vsomeip/json_tree.hpp"
-#include "bridge/documents/problems.hpp"
 
 namespace trestle::describe {
 
@@ -44,7 +44,7 @@ class VsomeipReader {
  public:
   explicit VsomeipReader(Model& model) : model_{model} {}
 
-  void read(const JsonNode& root, std::uint32_t file, documents::Problems& problems);
+  void read(const JsonNode& root, std::uint32_t file, Problems& problems);
   /// After all files.
   void finish(std::string_view name);
 
@@ -123,8 +123,7 @@ class VsomeipReader {
   VsomeipSettings settings_;
   std::vector<Protected> protected_;
   std::uint32_t file_ = 0;
-  documents::Problems* problems_ = nullptr;
-  std::size_t told_ = 0;
+  Problems* problems_ = nullptr;
 };
 
 template <typename Each>
