@@ -60,7 +60,8 @@ struct LowerOptions {
 /// The text of a `.msg` file.
 /// @param lowered  for the comments.
 [[nodiscard]] std::string msg_text(const Lowered& lowered, const messages::MessageDefinition& definition);
-/// The text of the `.srv` file of "pkg/srv/Name"; empty if there is none.
+/// The text of the `.srv` file of "pkg/srv/Name"; empty if there is none. Constants that both messages have
+/// stand in the request.
 [[nodiscard]] std::string srv_text(const Lowered& lowered, std::string_view service);
 
 }  // namespace trestle::describe

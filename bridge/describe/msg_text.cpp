@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "bridge/describe/lower.hpp"
 
 namespace trestle::describe {
@@ -77,9 +79,17 @@ std::string srv_text(const Lowered& lowered, std::string_view service) {
   if (request == nullptr || response == nullptr) {
     return {};
   }
+  // rosidl 4.6 takes a constant that both messages have for two of the request, and what it generates does
+  // not compile.
+  messages::MessageDefinition answer = *response;
+  std::erase_if(answer.constants, [&](const messages::Constant& constant) {
+    return std::ranges::any_of(request->constants, [&](const messages::Constant& other) {
+      return other.name == constant.name && other.type == constant.type && other.value == constant.value;
+    });
+  });
   std::string text;
   add_notes(text, lowered, std::string{service});
-  return text + msg_text(lowered, *request) + "---\n" + msg_text(lowered, *response);
+  return text + msg_text(lowered, *request) + "---\n" + msg_text(lowered, answer);
 }
 
 }  // namespace trestle::describe

@@ -343,6 +343,23 @@ TEST(Raise, ComesBackAsTheSameDefinitions) {
   }
 }
 
+TEST(Lower, WritesConstantsOfBothMessagesOnce) {
+  Model model;
+  Type side{.kind = Kind::enumeration, .name = "Side", .scope = "org.test", .primitive = Primitive::uint8};
+  side.enumerators = {{.name = "LEFT", .value = 0}, {.name = "RIGHT", .value = 1}};
+  const TypeIndex sides = model.add(side);
+  side.name = "Speed";
+  side.enumerators = {{.name = "SLOW", .value = 0}};
+  Method turn{.name = "turn"};
+  turn.request.values = {value(model, "to", sides)};
+  turn.response.values = {value(model, "to", sides), value(model, "speed", model.add(side))};
+  model.services.push_back({.name = "Door", .scope = "org.test"});
+  model.services[0].methods = {turn};
+  EXPECT_EQ(
+      srv_text(lower(model), "test/srv/DoorTurn"),
+      "uint8 SIDE_LEFT=0\nuint8 SIDE_RIGHT=1\nuint8 to\n---\nuint8 SPEED_SLOW=0\nuint8 to\nuint8 speed\n");
+}
+
 TEST(Raise, KeepsTheBytesOfTheSpecification) {
   messages::TypeLibrary library;
   for (const char* const name :

@@ -113,7 +113,8 @@ const Setting* Types::find(const Layers& layers, std::string_view key) const {
     if (layer.arrays_taken && key.starts_with("Array")) {
       continue;
     }
-    if (const Setting* setting = layer.node->setting(own)) {
+    // Those of maps have a prefix always.
+    if (const Setting* setting = key.starts_with("Map") ? nullptr : layer.node->setting(own)) {
       return setting;
     }
     if (layer.user != User::other && !layer.overwrites()) {

@@ -7,6 +7,7 @@
 namespace trestle::describe {
 namespace {
 
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -56,6 +57,13 @@ Reading deployed(const std::string& members, const std::string& deployment, cons
 
 const Value& only_value(const Reading& reading) {
   return reading.model.services.at(0).fields.at(0).payload.values.at(0);
+}
+
+TEST(ReadFidl, LeavesOutKeysThatCommonApiDoesNotHave) {
+  const Reading reading =
+      deployed("attribute M m\nmap M { UInt8 to UInt8 }", "map M { SomeIpMapLengthWidth = 1 }");
+  EXPECT_THAT(told(reading), Contains(HasSubstr("'SomeIpMapLengthWidth' is not known, and is left out")));
+  EXPECT_EQ(only_value(reading).wire.length, someip::FieldWidth::bits32);
 }
 
 TEST(ReadFidl, ReadsAnInterfaceWithItsDeployment) {
