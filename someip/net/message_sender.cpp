@@ -22,6 +22,10 @@ namespace {
 
 constexpr std::size_t batch_segments = 64;  // what UdpSocket::send_segments() takes
 constexpr std::size_t batch_bytes = 65000;
+// In datagrams; each system call counts as one more. Where several receivers wait, none has more than a turn
+// before others have theirs. After so much work the event loop runs, for all else that the thread does.
+constexpr std::size_t turn_segments = 128;
+constexpr std::size_t most_work = 512;
 constexpr std::size_t max_datagram_bytes =
     header_bytes + max_plain_payload_bytes;  // no fragments on Ethernet
 constexpr std::size_t max_collections = 64;  // receivers for which messages are collected at the same time
@@ -159,7 +163,9 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   auto counted(Call call) {
     const UdpSendCounters before = socket->send_counters();
     const auto result = call();
-    counters.system_calls += socket->send_counters().calls - before.calls;
+    const std::uint64_t calls = socket->send_counters().calls - before.calls;
+    counters.system_calls += calls;
+    work += calls;
     counters.offload_refused += socket->send_counters().offload_refused - before.offload_refused;
     return result;
   }
@@ -251,6 +257,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     if (status == SendStatus::sent) {
       counters.messages += messages;
       ++counters.datagrams;
+      ++work;
     }
     return status;
   }
@@ -304,6 +311,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     const UdpSocket::Batch result =
         counted([&] { return socket->send_segments(lane.to, slices, slice_counts, datagram_bytes); });
     counters.datagrams += result.sent;
+    work += result.sent;
     lane.pace.sent(result.sent);
     message.begun |= result.sent > 0;
     if (result.sent < slice_counts.size()) {  // go back to the first segment that was not sent
@@ -333,7 +341,8 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     flat_used += bytes;
   }
 
-  // Sends what may leave now, at most one burst of each lane; then the event loop runs again.
+  // Sends what may leave now, at most one burst of each lane, in rounds; then the event loop runs again. It
+  // runs earlier when there is much to send.
   void pump() {
     if (std::exchange(pumping, true)) {
       again = true;  // the owner of a message that was sent has sent another one
@@ -341,18 +350,12 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     }
     const auto self = shared_from_this();
     std::optional<TimePoint> resume;
+    work = 0;
     do {
       again = false;
       resume.reset();
-      const TimePoint now = std::chrono::steady_clock::now();
-      for (auto lane = lanes.all().begin(); lane != lanes.all().end(); ++lane) {
-        blocked = !serve(*lane, now, resume);
-        if (blocked) {
-          lanes.put_last(lane);
-          break;
-        }
-      }
-    } while (again && !blocked);
+      serve_each_address(resume);
+    } while ((again || more) && !blocked && work < most_work);
     pumping = false;
     if (socket == nullptr) {
       return;
@@ -362,6 +365,9 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
         blocked = false;
         pump();
       });
+    } else if (again || more) {
+      rests = true;
+      wait_until(std::chrono::steady_clock::now());
     } else if (resume) {
       wait_until(*resume);
     }
@@ -369,6 +375,43 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
       let_go();
       tell_who_is_gone();
     }
+  }
+
+  // One round: a turn for each address for which something may leave.
+  void serve_each_address(std::optional<TimePoint>& resume) {
+    const TimePoint now = std::chrono::steady_clock::now();
+    more = false;
+    shared = lanes.waiting() > 1;
+    if (shared) {
+      lanes.begin_round();
+    }
+    auto next = lanes.all().begin();
+    for (std::size_t left = lanes.all().size(); left > 0; --left) {
+      const auto lane = next++;
+      const bool over = work >= most_work || (shared && lane->share->served);
+      if (over && may_leave(*lane, now)) {
+        more = true;
+        continue;
+      }
+      const std::size_t before = work;
+      blocked = !serve(*lane, now, resume);
+      if (work != before) {
+        lane->share->served = true;
+        lanes.put_last(lane);
+      }
+      if (blocked) {
+        return;
+      }
+    }
+  }
+
+  // Whether it is only for its turn that it waits.
+  static bool may_leave(SendLane& lane, TimePoint now) {
+    if (lane.host || lane.queue.empty()) {
+      return false;
+    }
+    const PendingMessage& message = lane.queue.front();
+    return message.plain() || lane.pace.room(message.pacing, now) > 0;
   }
 
   void meet(const Endpoint& to) {
@@ -453,22 +496,27 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     }
   }
 
-  // Sends what waits until a burst is over or nothing is left.
+  // Sends what waits until a burst or its turn is over, or nothing is left.
   // @return false when the socket is full.
   bool serve(SendLane& lane, TimePoint now, std::optional<TimePoint>& resume) {
     const bool waits = lane.host && !is_there(lane, now);
     if (waits) {
       resume = resume ? std::min(*resume, lane.host->next_look) : lane.host->next_look;
     }
+    const std::size_t end = work + (shared ? turn_segments : 2 * most_burst);
     while (!lane.queue.empty() && (!waits || lane.host->probe)) {
       PendingMessage& message = lane.queue.front();
+      if (work >= end && may_leave(lane, now)) {
+        more = true;
+        return true;
+      }
       SendStatus status = SendStatus::sent;
       if (message.datagram) {
         status = send_datagram(lane.to, message.slices.front(), message.messages);
       } else if (message.plain()) {
         status = send_plain(lane.to, message.header, message.slices, message.bytes);
       } else if (const std::size_t room = lane.pace.room(message.pacing, now); room > 0) {
-        status = send_batch(lane, message, waits ? 1 : room);
+        status = send_batch(lane, message, waits ? 1 : std::min(room, end - work));
       } else {
         const TimePoint next = lane.pace.resume(message.pacing);
         resume = resume ? std::min(*resume, next) : next;
@@ -507,6 +555,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
           const auto self = weak.lock();
           if (!error && self && self->socket != nullptr) {
             self->wakes.reset();
+            self->rests = false;
             self->pump();
           }
         }));
@@ -535,7 +584,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     place->segments = TpSegmenter{header, bytes, pacing.segment_bytes};
     place->messages = 1;
     place->datagram = false;
-    if (place->keep_alive == nullptr && !pumping && !blocked) {
+    if (place->keep_alive == nullptr && !pumping && !blocked && !rests) {
       const Lending lending{*this, *place};
       pump();
     } else {
@@ -577,7 +626,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
 
   void start() {
     const auto self = shared_from_this();
-    if (!blocked) {
+    if (!blocked && !rests) {
       pump();
     }
     let_go();
@@ -602,7 +651,11 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   std::list<Collection> spare_collections;  ///< kept to reuse their memory
   bool pumping = false;                     ///< pump() is being called
   bool again = false;                       ///< and has to start again
+  bool more = false;                        ///< some that may leave wait for their turn
+  bool shared = false;                      ///< several receivers wait
+  std::size_t work = 0;                     ///< of this pump(): datagrams and system calls
   bool blocked = false;                     ///< the socket is full and will call pump()
+  bool rests = false;                       ///< until the event loop has run: the timer calls pump()
   PendingMessage* lent = nullptr;           ///< this message waits in the memory of the caller of send()
   DatagramBatch batch;
   bool turn_open = false;  ///< a small message has left, further ones wait for each other in the batch

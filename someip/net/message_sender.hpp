@@ -21,7 +21,9 @@ namespace trestle::someip {
 /// are 64; in a handler of what `socket` has received, when all has been handled that came with it.
 ///
 /// The large messages to one receiver share its bursts, in the order in which they were sent. Messages to
-/// another receiver do not wait for its pauses. Where too much waits, the one with the most loses messages.
+/// another receiver do not wait for its pauses. Where many wait, each address has its turn, and of one
+/// address each receiver; the event loop runs in between. Where too much waits, the address with the most
+/// loses messages.
 class MessageSender {
  public:
   using Counters = SenderCounters;

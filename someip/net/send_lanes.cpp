@@ -54,11 +54,54 @@ SendLane& SendLanes::lane_of(const Endpoint& to) {
     }
   }
   if (idle == nullptr || lanes_.size() < max_idle_lanes) {
-    return lanes_.emplace_back(SendLane{.to = to});
+    idle = &lanes_.emplace_back(SendLane{.to = to, .share = &share_of(to.address)});
+  } else {
+    --idle->share->lanes;
+    idle->share = &share_of(to.address);
+    idle->to = to;
+    idle->pace = {};
   }
-  idle->to = to;
-  idle->pace = {};
+  ++idle->share->lanes;
   return *idle;
+}
+
+AddressShare& SendLanes::share_of(const IpAddress& address) {
+  AddressShare* unused = nullptr;
+  for (AddressShare& share : shares_) {
+    if (share.lanes == 0) {
+      unused = &share;
+    } else if (share.address == address) {
+      return share;
+    }
+  }
+  if (unused == nullptr) {
+    return shares_.emplace_back(AddressShare{.address = address});
+  }
+  *unused = {.address = address};
+  return *unused;
+}
+
+void SendLanes::count(SendLane& lane, std::size_t bytes) noexcept {
+  lane.bytes += bytes;
+  lane.share->bytes += bytes;
+  bytes_ += bytes;
+}
+
+void SendLanes::discount(SendLane& lane, std::size_t bytes) noexcept {
+  lane.bytes -= bytes;
+  lane.share->bytes -= bytes;
+  bytes_ -= bytes;
+}
+
+void SendLanes::begin_round() noexcept {
+  for (AddressShare& share : shares_) {
+    share.served = false;
+  }
+}
+
+std::size_t SendLanes::waiting() const noexcept {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(lanes_, [](const SendLane& lane) { return !lane.queue.empty(); }));
 }
 
 PendingMessage* SendLanes::add(const Endpoint& to, std::span<const ByteView> parts, std::size_t bytes,
@@ -81,21 +124,33 @@ PendingMessage* SendLanes::add(const Endpoint& to, std::span<const ByteView> par
   }
   SendLane& lane = lane_of(to);
   lane.queue.splice(lane.queue.end(), unused_, unused_.begin());
-  lane.bytes += bytes + place_bytes;
-  bytes_ += bytes + place_bytes;
+  count(lane, bytes + place_bytes);
   return &place;
 }
 
 bool SendLanes::make_way(const Endpoint& to, std::size_t bytes) {
   while (bytes_ > max_bytes_ || bytes > max_bytes_ - bytes_) {
-    const auto own = std::ranges::find(lanes_, to, &SendLane::to);
-    const std::size_t own_bytes = own == lanes_.end() ? 0 : own->bytes;
-    const auto most = std::ranges::max_element(lanes_, {}, &SendLane::bytes);
-    if (most == lanes_.end() || most->bytes <= own_bytes + bytes + place_bytes) {
-      return false;
+    std::size_t own = bytes + place_bytes;  // with the new one
+    std::size_t of_address = own;
+    for (const SendLane& lane : lanes_) {
+      own += lane.to == to ? lane.bytes : 0;
+      of_address += lane.to.address == to.address ? lane.bytes : 0;
     }
-    const auto oldest = std::ranges::find(most->queue, true, &PendingMessage::may_go);
-    if (oldest == most->queue.end()) {
+    SendLane* most = nullptr;
+    Queue::iterator oldest;
+    for (SendLane& lane : lanes_) {
+      const bool has_more = lane.to.address == to.address ? lane.bytes > own : lane.share->bytes > of_address;
+      const auto size = [](const SendLane& one) { return std::pair{one.share->bytes, one.bytes}; };
+      if (!has_more || (most != nullptr && size(lane) <= size(*most))) {
+        continue;
+      }
+      const auto first = std::ranges::find(lane.queue, true, &PendingMessage::may_go);
+      if (first != lane.queue.end()) {
+        most = &lane;
+        oldest = first;
+      }
+    }
+    if (most == nullptr) {
       return false;
     }
     gave_way_ += oldest->messages;
@@ -134,9 +189,7 @@ Room SendLanes::make_room(const Endpoint& to, const Header& newer, const WaitRul
 }
 
 void SendLanes::drop(SendLane& lane, Queue::iterator message) {
-  const std::size_t bytes = message->bytes + place_bytes;
-  lane.bytes -= bytes;
-  bytes_ -= bytes;
+  discount(lane, message->bytes + place_bytes);
   dropped_.splice(dropped_.end(), lane.queue, message);
 }
 
@@ -156,9 +209,7 @@ void SendLanes::own(PendingMessage& message) {
 }
 
 void SendLanes::finish(SendLane& lane) {
-  const std::size_t bytes = lane.queue.front().bytes + place_bytes;
-  lane.bytes -= bytes;
-  bytes_ -= bytes;
+  discount(lane, lane.queue.front().bytes + place_bytes);
   reuse(lane.queue);
 }
 
@@ -208,9 +259,8 @@ std::size_t SendLanes::clear() {
       messages += message.messages;
     }
     dropped.splice(dropped.end(), lane.queue);
-    lane.bytes = 0;
+    discount(lane, lane.bytes);
   }
-  bytes_ = 0;
   return messages;
 }
 

@@ -53,16 +53,26 @@ struct AwaitedHost {
   bool probe = false;  ///< one datagram leaves all the same, so that the system asks
 };
 
+/// What waits for all receivers of one address together: who has many of them gets no more for that.
+struct AddressShare {
+  IpAddress address{};
+  std::size_t lanes = 0;  ///< of receivers with this address; 0: free for another one
+  std::size_t bytes = 0;  ///< that wait in them, with the places of their messages
+  bool served = false;    ///< it has had its turn; MessageSender uses this
+};
+
 /// What waits for one receiver, and what has left for it lately.
 struct SendLane {
   Endpoint to;
+  AddressShare* share = nullptr;  ///< that of its address
   std::list<PendingMessage> queue{};
   PaceWindow pace{};
   std::size_t bytes = 0;              ///< that wait, with the places of their messages
   std::optional<AwaitedHost> host{};  ///< nobody has answered to its address yet: nothing leaves
 };
 
-/// What waits to be sent, in a lane for each receiver. Keeps its memory for what comes later.
+/// What waits to be sent, in a lane for each receiver. What may wait is shared by address, and then by
+/// receiver. Keeps its memory for what comes later.
 class SendLanes {
  public:
   /// @param max_bytes  of payload that may wait, and of the places that messages take while they do. Of the
@@ -71,6 +81,10 @@ class SendLanes {
 
   /// In turn: each lane is served before one is served again.
   [[nodiscard]] std::list<SendLane>& all() noexcept { return lanes_; }
+  /// Begins a round, in which each address has one turn.
+  void begin_round() noexcept;
+  /// In how many lanes something waits.
+  [[nodiscard]] std::size_t waiting() const noexcept;
   /// Serves this one after the others.
   void put_last(std::list<SendLane>::iterator lane) { lanes_.splice(lanes_.end(), lanes_, lane); }
 
@@ -80,8 +94,10 @@ class SendLanes {
 
   /// A place at the end of the receiver's lane, with `parts` as they lie. Unless they are kept, own() has to
   /// be called while they live, if the message still waits then. When too much waits, messages to the
-  /// receiver with the most give way, the oldest first that have not begun to leave, as long as more waits
-  /// for it than for this receiver. So a slow receiver leaves room for others. To be followed by let_go().
+  /// address with the most give way, as long as more waits for it than for that of this receiver; of its
+  /// receivers, the one with the most, the oldest first that have not begun to leave. Among the receivers of
+  /// one address it is the same. So a slow receiver leaves room for others, and who subscribes many times has
+  /// no more than others. To be followed by let_go().
   /// @return nothing if so much may not wait.
   [[nodiscard]] PendingMessage* add(const Endpoint& to, std::span<const ByteView> parts, std::size_t bytes,
                                     bool keep);
@@ -111,6 +127,10 @@ class SendLanes {
 
  private:
   [[nodiscard]] SendLane& lane_of(const Endpoint& to);
+  [[nodiscard]] AddressShare& share_of(const IpAddress& address);
+  /// So many bytes more, or less, wait in the lane.
+  void count(SendLane& lane, std::size_t bytes) noexcept;
+  void discount(SendLane& lane, std::size_t bytes) noexcept;
   using Queue = std::list<PendingMessage>;
   void drop(SendLane& lane, Queue::iterator message);
   /// Whether so many more bytes may wait for this receiver, after others have given way.
@@ -120,6 +140,7 @@ class SendLanes {
   std::size_t max_bytes_;
   std::size_t bytes_ = 0;  // exceeds max_bytes_ by the last message's place at most
   std::list<SendLane> lanes_;
+  std::list<AddressShare> shares_;  // no more than lanes
   std::list<PendingMessage> unused_;
   std::list<PendingMessage> dropped_;  // their owners are not let go yet
   std::uint64_t gave_way_ = 0;

@@ -104,6 +104,21 @@ def many_subscriptions(rate, count):
         attacker.subscribe(0x4002, endpoint(*sinks[i % count].getsockname()), ttl=ENDLESS)
 
 
+def subscribe_to_clouds(count, each):
+    """Ordinary subscriptions, each at a port of its own. Their samples are more than the bridge can send."""
+    hosts = [Attacker(address) for address in MANY[:count]]
+    sinks = [(host, open_udp(host.address)) for host in hosts for _ in range(each)]
+    for _ in pace(2):
+        for host, sink in sinks:
+            host.subscribe(0x4001, endpoint(*sink.getsockname()), ttl=5)
+
+
+@scenario("16-cloud-subscriptions", 2, "16 subscriptions of one host to the clouds of 1 MB")
+def cloud_subscriptions(world):
+    world.honest("clouds_out", "events_out")
+    world.beside(subscribe_to_clouds, 1, 16, newcomer="new=listen:0x4002:1:udp")
+
+
 @scenario("64-subscriptions", 11, "64 subscriptions of one host to one eventgroup")
 def subscriptions(world):
     world.honest("events_out", "clouds_out")

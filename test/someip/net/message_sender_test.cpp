@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <boost/asio/post.hpp>
+
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
 #include "test/someip/net/message_sender_fixture.hpp"
@@ -375,6 +377,48 @@ TEST_F(MessageSenderTest, SendsOnWhenAMessageThatGaveWayBringsForthAnother) {
   EXPECT_EQ(brought, 1U);
   EXPECT_EQ(sender.counters().datagrams, 2U + 5U);
   sender.close();
+}
+
+// All of them come at once, without pauses: while the sender is busy, as the owner of a message sends them.
+TEST_F(MessageSenderTest, AnAddressWithManyReceiversHasOneTurnOfEachRound) {
+  const TpPacing at_once{.separation = 0us};
+  const auto payload = numbers(std::size_t{200} * tp_default_segment_bytes);
+  const ByteView slice{payload};
+  UdpSocket own{io, {.local = {IpAddress::v4(127, 0, 0, 1), 0}}};
+  MessageSender busy{io, own};
+  std::size_t crowd = 0;
+  std::size_t single = 0;
+  const auto send_all = [&](const void*) {
+    for (std::uint16_t port = 1; port <= 16; ++port) {
+      const std::shared_ptr<const void> owner{&crowd, [&](const void*) { ++crowd; }};
+      EXPECT_TRUE(busy.send({IpAddress::v4(127, 0, 0, 3), port}, event, {&slice, 1}, owner, at_once));
+    }
+    const std::shared_ptr<const void> owner{&single, [&](const void*) { ++single; }};
+    EXPECT_TRUE(busy.send(receiver.local(), event, {&slice, 1}, owner, at_once));
+  };
+  const ByteView first = slice.first(std::size_t{2} * tp_default_segment_bytes);
+  EXPECT_TRUE(busy.send(receiver.local(), event, {&first, 1}, {&payload, send_all}, at_once));
+  EXPECT_EQ(single, 1U) << "it came last, and has an address of its own";
+  EXPECT_LT(crowd, 4U);
+  const std::uint64_t in_a_row = busy.counters().datagrams;
+  EXPECT_LT(in_a_row, 1000U) << "others of this thread have their turn, too";
+
+  // Until then nothing more leaves.
+  EXPECT_TRUE(busy.send(receiver.local(), event, {&slice, 1}, nullptr, at_once));
+  EXPECT_EQ(busy.counters().datagrams, in_a_row);
+  bool between = false;
+  boost::asio::post(io, [&] {
+    between = !busy.idle();
+    EXPECT_EQ(busy.counters().datagrams, in_a_row);
+  });
+  const auto end = std::chrono::steady_clock::now() + 30s;
+  while (!busy.idle() && std::chrono::steady_clock::now() < end) {
+    io.run_one_for(50ms);
+  }
+  EXPECT_TRUE(between);
+  EXPECT_EQ(crowd, 16U);
+  EXPECT_EQ(busy.counters().messages, 19U);
+  EXPECT_EQ(busy.counters().datagrams, 2U + std::uint64_t{18} * 200);
 }
 
 TEST_F(MessageSenderTest, CountsWhatTheSystemRefuses) {

@@ -216,6 +216,50 @@ TEST_F(SendLanesTest, MakeTheOneForWhomTheMostWaitsGiveWay) {
   EXPECT_GE(lane(receiver(1)).queue.size() + 1, more);
 }
 
+// Each of them has less than the new message.
+TEST_F(SendLanesTest, GiveAnAddressWithManyReceiversNoMoreThanOneWithOne) {
+  lanes = SendLanes{200'000};
+  const Endpoint other{IpAddress::v4(10, 0, 0, 3), 1};
+  const std::vector<std::byte> little(8'000);
+  std::uint16_t crowd = 0;
+  while (crowd < 100 && add(receiver(static_cast<std::uint16_t>(crowd + 1)), little) != nullptr) {
+    ++crowd;
+  }
+  EXPECT_LT(crowd, 100) << "there is an end";
+  EXPECT_EQ(lanes.gave_way(), 0U) << "all of the address have the same";
+  const std::vector<std::byte> much(30'000);
+  std::size_t taken = 0;
+  while (taken < 10 && add(other, much) != nullptr) {
+    ++taken;
+  }
+  EXPECT_EQ(taken, 3U) << "half of all";
+  EXPECT_GE(lanes.gave_way(), 10U);
+  while (add(receiver(1000), little) != nullptr) {
+    ASSERT_LT(lane(receiver(1000)).queue.size(), 3U)
+        << "a new one of the same address takes nothing of the other";
+  }
+  EXPECT_EQ(lane(other).queue.size(), 3U);
+}
+
+TEST_F(SendLanesTest, CountWhatWaitsForTheAddressThatTakesOverALane) {
+  lanes = SendLanes{64'000};
+  for (std::uint16_t port = 1; port <= 64; ++port) {
+    burst(receiver(port), start + std::chrono::seconds{port});
+  }
+  const Endpoint other{IpAddress::v4(10, 0, 0, 3), 1};
+  const std::vector<std::byte> payload(10'000);
+  while (add(other, payload) != nullptr) {
+  }
+  EXPECT_EQ(lanes.all().size(), 64U);
+  const SendLane& its = lane(other);
+  EXPECT_EQ(its.share->bytes, its.bytes);
+  EXPECT_EQ(its.share->lanes, 1U);
+  EXPECT_EQ(lane(receiver(2)).share->lanes, 63U);
+  EXPECT_EQ(lane(receiver(2)).share->bytes, 0U);
+  EXPECT_NE(add(receiver(2), payload), nullptr);
+  EXPECT_EQ(lanes.gave_way(), 1U);
+}
+
 TEST_F(SendLanesTest, MakeTheOldestOfAnEventGiveWayToANewOneByItsRule) {
   const Header of_event = header(0x1234, 0x8001);
   const auto put = [&](const Header& what) {
