@@ -50,6 +50,13 @@ void ServiceDiscovery::answered(RemoteHandle service) noexcept {
   }
 }
 
+void ServiceDiscovery::is_of_no_use(RemoteHandle service) noexcept {
+  slots::Remote* const remote = remotes_.find(service);
+  if (remote != nullptr && !remote->has_answered) {
+    remote->unanswered = slots::Remote::is_mute;
+  }
+}
+
 bool ServiceDiscovery::is_mute(RemoteHandle service) const noexcept {
   const slots::Remote* const remote = remotes_.find(service);
   return remote != nullptr && remote->unanswered == slots::Remote::is_mute;
@@ -65,29 +72,38 @@ slots::Silence* ServiceDiscovery::silence_of(const slots::Remote& remote, bool i
       return &known;
     }
   }
-  if (!is_new) {
+  if (!is_new || silences_.empty()) {
     return nullptr;
   }
-  slots::Silence& place = silences_[next_silence_++ % std::max<std::size_t>(silences_.size(), 1)];
+  slots::Silence& place = silences_[next_silence_++ % silences_.size()];
   place.key = key;
   return &place;
 }
 
+// The same, unless it was not heard for so long that it may be another one now. It is heard now.
+slots::Silence* ServiceDiscovery::silence_seen(const slots::Remote& remote, TimePoint now) noexcept {
+  slots::Silence* const known = silence_of(remote, false);
+  if (known == nullptr ||
+      ((coarse(now) - known->last_seen) & mask) >= (settings_.silent_after.count() >> unit)) {
+    return nullptr;
+  }
+  known->last_seen = coarse(now) & mask;
+  return known;
+}
+
 // Else each offer with another port, or of another instance, would be a new beginning.
 void ServiceDiscovery::remember(const slots::Remote& remote) noexcept {
-  if (!remote.has_answered) {
-    slots::Silence& silence = *silence_of(remote, true);
-    silence.last_seen = coarse(peers_[remote.peer].last_seen) & mask;
-    silence.unanswered = remote.unanswered;
-    silence.proof_due = remote.proof_due;
+  slots::Silence* const silence = remote.has_answered ? nullptr : silence_of(remote, true);
+  if (silence != nullptr) {
+    silence->last_seen = coarse(peers_[remote.peer].last_seen) & mask;
+    silence->unanswered = remote.unanswered;
+    silence->proof_due = remote.proof_due;
   }
 }
 
 void ServiceDiscovery::recall(slots::Remote& remote, TimePoint now) noexcept {
   remote.since = held_time(now);
-  const slots::Silence* const known = silence_of(remote, false);
-  if (known != nullptr &&
-      ((coarse(now) - known->last_seen) & mask) < (settings_.silent_after.count() >> unit)) {
+  if (const slots::Silence* const known = silence_seen(remote, now)) {
     remote.unanswered = known->unanswered;
     remote.proof_due = known->proof_due;
     remote.is_asked = true;
@@ -171,12 +187,19 @@ bool ServiceDiscovery::gives_way(slots::Remote& remote, TimePoint now) noexcept 
 }
 
 // Two servers claim the same service. The known one stays until its TTL is over: changing with every offer
-// would help nobody. It is replaced only if it does not answer, or came while the other was away.
+// would help nobody. It is replaced only if it does not answer, came while the other was away, or is none
+// that anybody needs.
 bool ServiceDiscovery::takes_over(slots::Remote& offered, slots::Remote& known, TimePoint now) noexcept {
   contested_ = known.index;
   count(counters_.ignored_conflicting_offer);
-  offered.is_back = guards && is_back(offered, known);
-  if (!guards || (!offered.is_back && !gives_way(known, now))) {
+  if constexpr (!guards) {
+    return false;
+  }
+  offered.is_back = is_back(offered, known);
+  const bool is_needed =
+      !known.is_wanted && requirements_of(offered) > 0;  // the other may have another minor
+  if (!offered.is_back && !is_needed && !gives_way(known, now)) {
+    static_cast<void>(silence_seen(offered, now));
     return false;
   }
   contested_ = slots::Remote::none;

@@ -43,6 +43,7 @@ const char* to_string(Limit limit) noexcept {
 ServiceDiscovery::ServiceDiscovery(const Settings& settings, const StorageView& storage) noexcept
     : pending_{storage.pending_entries},
       events_{storage.pending_events},
+      silences_{storage.silences},
       peers_{storage.peers},
       remotes_{storage.remotes},
       requirements_{storage.requirements},

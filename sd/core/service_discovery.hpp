@@ -270,12 +270,16 @@ class ServiceDiscovery {
   /// calls the application reports. Without effect for services that are gone.
   void not_answered(RemoteHandle service) noexcept;
   void answered(RemoteHandle service) noexcept;
+  /// It is not offered in the way that the application needs, so it cannot even be asked. Then it counts as
+  /// one that does not answer, unless it has answered to something else.
+  void is_of_no_use(RemoteHandle service) noexcept;
   /// Whether it was asked several times in a row and has not answered. False when it is gone.
   [[nodiscard]] bool is_mute(RemoteHandle service) const noexcept;
   /// The last service that SdCounters::ignored_conflicting_offer counted; nothing when it had to give way.
   [[nodiscard]] std::optional<RemoteService> contested() const noexcept;
   /// The last service that another peer took over since the last call: because the one that had offered it
-  /// did not answer, or had come while the other was away, which had held it for a longer time.
+  /// did not answer, or had offered nothing that fits a requirement, or had come while the other was away,
+  /// which had held it for a longer time.
   [[nodiscard]] std::optional<Takeover> take_takeover() noexcept;
   /// The service that a subscription is to; nothing while there is none.
   [[nodiscard]] std::optional<RemoteService> server_of(SubscriptionHandle subscription) const noexcept;
@@ -499,6 +503,7 @@ class ServiceDiscovery {
   void not_answered(slots::Remote& remote) noexcept;
   void answered(slots::Remote& remote) noexcept;
   [[nodiscard]] slots::Silence* silence_of(const slots::Remote& remote, bool is_new) noexcept;
+  [[nodiscard]] slots::Silence* silence_seen(const slots::Remote& remote, TimePoint now) noexcept;
   void remember(const slots::Remote& remote) noexcept;
   void recall(slots::Remote& remote, TimePoint now) noexcept;
   void spread(const slots::Remote& remote) noexcept;
@@ -555,9 +560,8 @@ class ServiceDiscovery {
   [[no_unique_address]] std::array<std::uint16_t, !guards ? 0U : optimised_for_many ? 64U : 3U> displaced_{};
   std::uint16_t next_displaced_ = 0;
   std::uint16_t next_silence_ = 0;
-  // Who did not answer, whatever became of its offers.
-  [[no_unique_address]] std::array<slots::Silence, !guards ? 0U : optimised_for_many ? 8U : 2U> silences_{};
-  TimePoint questions_due_ = never;  // when to look at who is contested
+  std::span<slots::Silence> silences_;  // who did not answer, whatever became of its offers
+  TimePoint questions_due_ = never;     // when to look at who is contested
   Table<slots::Peer> peers_;
   Table<slots::Remote> remotes_;
   Table<slots::Requirement> requirements_;

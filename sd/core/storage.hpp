@@ -36,6 +36,9 @@ struct Limits {
   /// Events waiting for poll_event(). When these are too few, something that ends waits in its own place, so
   /// that every loss is told; something new is refused. An offer needs one for each requirement that it fits.
   std::uint16_t max_pending_events = 512;
+  /// Hosts of which is remembered that they did not answer for a service that they offer. More of them, who
+  /// offer it in turn, begin anew each time.
+  std::uint16_t max_silent_hosts = optimised_for_many ? 256 : 2;
 };
 
 /// One eventgroup of an offered service.
@@ -253,6 +256,7 @@ struct StorageView {
   std::span<Happening> pending_events;
   std::span<std::byte> configuration_bytes;
   std::span<slots::ConfigurationBlock> configurations;
+  std::span<slots::Silence> silences;
 };
 
 /// The memory of one ServiceDiscovery, about 280 KB with the default limits: have it as a static, a member,
@@ -270,7 +274,8 @@ class Storage {
     return {memory_.offers.view(),         memory_.eventgroups.view(),     memory_.subscribers.view(),
             memory_.requirements.view(),   memory_.subscriptions.view(),   memory_.remotes.view(),
             memory_.peers.view(),          memory_.tcp_connections.view(), memory_.pending.view(),
-            memory_.pending_events.view(), memory_.configuration_bytes,    memory_.configurations.view()};
+            memory_.pending_events.view(), memory_.configuration_bytes,    memory_.configurations.view(),
+            memory_.silences.view()};
   }
 
  private:
@@ -296,6 +301,7 @@ class Storage {
     std::array<std::byte, (limits.max_configurations + std::size_t{1}) * limits.max_configuration_bytes>
         configuration_bytes;
     Slots<slots::ConfigurationBlock, limits.max_configurations> configurations;
+    Slots<slots::Silence, guards ? limits.max_silent_hosts : std::uint16_t{0}> silences;
   };
 
   Memory memory_{};

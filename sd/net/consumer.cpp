@@ -149,12 +149,20 @@ void Consumer::connected(const Endpoint& remote) {
 
 // Who offers it there cannot even be asked.
 void Consumer::note_not_connected(const Endpoint& remote) {
-  for (const auto& subscription : subscriptions_) {
-    for (const RemoteService& server : subscription->servers) {
-      if (server.tcp == remote && subscription->wanted.tcp) {
-        discovery_.not_answered(server.handle);
-        return;
-      }
+  const auto note = [&](const Search& search) {
+    const auto server = std::ranges::find(search.servers, std::optional{remote}, &RemoteService::tcp);
+    if (server != search.servers.end()) {
+      discovery_.not_answered(server->handle);
+    }
+    return server != search.servers.end();
+  };
+  const auto connection = connections_.find(remote);
+  const bool is_called = connection != connections_.end() && connection->second.called;
+  const bool is_noted =
+      std::ranges::any_of(subscriptions_, [&](const auto& one) { return one->wanted.tcp && note(*one); });
+  for (auto one = requirements_.begin(); is_called && !is_noted && one != requirements_.end(); ++one) {
+    if (note(**one)) {
+      break;
     }
   }
 }

@@ -50,7 +50,9 @@ std::optional<Consumer::CallPath> Consumer::route(Search& search, const CallSpec
     const bool tcp =
         spec.transport ? *spec.transport == Transport::tcp : !server.udp || (large && server.tcp.has_value());
     const auto& endpoint = tcp ? server.tcp : server.udp;
-    if (endpoint && (!way || server.instance == search.chosen)) {
+    if (!endpoint) {
+      discovery_.is_of_no_use(server.handle);
+    } else if (!way || server.instance == search.chosen) {
       way = CallPath{
           &server, {*endpoint, tcp ? Transport::tcp : Transport::udp}, spec.pacing.value_or(config_.pacing)};
     }
@@ -127,6 +129,9 @@ someip::Result<CallId, CallFault> Consumer::try_call(RequirementId id, const Cal
   }
   if (const auto fault = transmit(*way, *requirement, started->header, payload, std::move(keep_alive))) {
     calls_.cancel(started->call);
+    if (*fault == CallFault::not_connected) {
+      discovery_.not_answered(way->server->handle);
+    }
     return tl::unexpected{*fault};
   }
   E2eChannel* const channel = requirement->e2e.find(spec.method);

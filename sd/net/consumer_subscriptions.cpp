@@ -163,6 +163,7 @@ void Consumer::subscribe_at(SharedSubscription& subscription, const RemoteServic
         warn_("cannot subscribe to " + name_of(subscription.wanted, server.instance) +
               " over TCP: it is not offered over TCP, only at " + endpoints_text(server));
       }
+      discovery_.is_of_no_use(server.handle);
       return;
     }
     tcp = connection_to(*server.tcp).client->local();

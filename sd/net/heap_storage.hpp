@@ -20,12 +20,14 @@ class HeapStorage {
         pending_entries_(limits.max_pending_entries),
         pending_events_(limits.max_pending_events),
         configuration_bytes_((limits.max_configurations + std::size_t{1}) * limits.max_configuration_bytes),
-        configurations_(limits.max_configurations) {}
+        configurations_(limits.max_configurations),
+        silences_(limits.max_silent_hosts) {}
 
   [[nodiscard]] StorageView view() noexcept {
     return {
-        offers_, eventgroups_,     subscribers_,     requirements_,   subscriptions_,       remotes_,
-        peers_,  tcp_connections_, pending_entries_, pending_events_, configuration_bytes_, configurations_};
+        offers_,  eventgroups_,     subscribers_,     requirements_,   subscriptions_,       remotes_,
+        peers_,   tcp_connections_, pending_entries_, pending_events_, configuration_bytes_, configurations_,
+        silences_};
   }
 
  private:
@@ -41,6 +43,7 @@ class HeapStorage {
   std::vector<Happening> pending_events_;
   std::vector<std::byte> configuration_bytes_;
   std::vector<slots::ConfigurationBlock> configurations_;
+  std::vector<slots::Silence> silences_;
 };
 
 }  // namespace trestle::sd

@@ -448,6 +448,31 @@ TEST_F(ClientOfAnImpostor, IsKeptBusyByNoPairOfThem) {
   EXPECT_LE(*taken, 5s);
 }
 
+// Each gets its turn to answer, but only once, although it takes longer than silent_after until all had
+// theirs.
+TEST_F(ClientOfAnImpostor, IsNotKeptBusyForEverByManyWhoTakeTurns) {
+  if constexpr (!optimised_for_many) {
+    GTEST_SKIP() << "a small device remembers few";
+  }
+  std::vector<FakePeer> crowd;
+  for (std::uint8_t i = 0; i < 40; ++i) {
+    crowd.emplace_back(host(static_cast<std::uint8_t>(100 + i)));
+  }
+  std::size_t next = 0;
+  const auto impostors = [&] {
+    FakePeer& one = crowd[next++ % crowd.size()];
+    machine.multicast(one, {offer({udp({one.endpoint().address, 30509})})});
+  };
+  for (int i = 0; i < 60 * 40; ++i) {  // a minute without the honest one, until all had their turns
+    impostors();
+    machine.run_to(time() + 25ms);
+    machine.events();
+  }
+  const auto taken = taken_after(25ms, impostors);
+  ASSERT_TRUE(taken);
+  EXPECT_LE(*taken, 2s);
+}
+
 TEST_F(ClientBesideARival, HoldsNoPlaceForWhoIsSilentAndWasNeverOfUse) {
   require(required);
   machine.unicast(server, {offer({udp(server_udp)}, infinite_ttl_s)});
@@ -455,6 +480,37 @@ TEST_F(ClientBesideARival, HoldsNoPlaceForWhoIsSilentAndWasNeverOfUse) {
   machine.multicast(rival, {offer({udp(rival_udp)})});
   EXPECT_THAT(machine.events(), ElementsAre(HasSubstr("10.0.0.2:30509")));
   machine.run_to(10s);
+  machine.multicast(rival, {offer({udp(rival_udp)})});
+  EXPECT_THAT(machine.events(), ElementsAre(HasSubstr("lost"), HasSubstr("10.0.0.3:30509")));
+}
+
+TEST_F(ClientBesideARival, KeepsNoPlaceForWhatNobodyNeeds) {
+  RequiredService old = required;
+  old.minor = 0;
+  require(old);
+  FakePeer::Said newer = offer({udp(server_udp)});
+  newer.entry.tail = 7;
+  machine.multicast(server, {newer});
+  EXPECT_THAT(machine.events(), IsEmpty());
+  machine.multicast(rival, {offer({udp(rival_udp)})});
+  EXPECT_THAT(machine.events(), ElementsAre(HasSubstr("10.0.0.3:30509")));
+  machine.multicast(server, {newer});
+  EXPECT_THAT(machine.events(), IsEmpty());
+  EXPECT_EQ(machine.discovery.contested().value().peer, rival.endpoint());
+}
+
+TEST_F(ClientBesideARival, KeepsNoPlaceForWhatCannotBeAsked) {
+  require(required);
+  both_offer(1);
+  machine.events();
+  const RemoteHandle known = machine.discovery.contested().value().handle;
+  machine.discovery.answered(known);
+  machine.discovery.is_of_no_use(known);
+  both_offer(1);
+  EXPECT_THAT(machine.events(), IsEmpty()) << "it has answered, to something else";
+  machine.multicast(server, {offer({udp(server_udp)}, 0), offer({udp(server_udp)})});
+  machine.events();
+  machine.discovery.is_of_no_use(machine.discovery.choose(requirement).value().handle);
   machine.multicast(rival, {offer({udp(rival_udp)})});
   EXPECT_THAT(machine.events(), ElementsAre(HasSubstr("lost"), HasSubstr("10.0.0.3:30509")));
 }

@@ -68,6 +68,8 @@ struct MemoryView {
   ByteSpan tp_bytes{};
 };
 
+inline constexpr std::uint16_t silent_hosts = guards ? 2 : 0;
+
 [[nodiscard]] constexpr sd::Limits discovery_limits(const Limits& limits) noexcept {
   return {.max_offers = limits.services,
           .max_eventgroups = limits.eventgroups,
@@ -80,7 +82,8 @@ struct MemoryView {
           .max_pending_entries = limits.pending_entries,
           .max_configurations = 0,
           .max_configuration_bytes = 0,
-          .max_pending_events = limits.pending_events};
+          .max_pending_events = limits.pending_events,
+          .max_silent_hosts = silent_hosts};
 }
 
 /// Bytes of the bit map of one send.
@@ -100,6 +103,7 @@ constexpr void for_each_table(const Limits& limits, MemoryView& memory, Visit vi
   visit(limits.peers + std::size_t{1}, memory.discovery.peers);  // as Storage has it
   visit(limits.pending_entries, memory.discovery.pending_entries);
   visit(limits.pending_events, memory.discovery.pending_events);
+  visit(silent_hosts, memory.discovery.silences);
   visit(limits.services, memory.services);
   visit(limits.events, memory.events);
   visit(limits.needs, memory.needs);

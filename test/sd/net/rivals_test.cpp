@@ -84,6 +84,61 @@ TEST_F(RivalsTest, LoseCallsToAnyInstanceWhenTheyDoNotAnswer) {
   EXPECT_EQ(call(), std::nullopt);
 }
 
+// What only the one that came first could be asked is not what we need.
+class UselessRivalsTest : public RivalsTest {
+ protected:
+  void SetUp() override {
+    RivalsTest::SetUp();
+    honest.tcp_port = 40240;
+  }
+  /// Until one is answered.
+  void call_until_answered(RequirementId required, Transport transport) {
+    EXPECT_TRUE(run_until([&] {
+      if (outcomes.size() == asked) {
+        ++asked;
+        client.call(required, {.method = method, .timeout = 1s, .transport = transport}, {}, note());
+      }
+      return !outcomes.empty() && !outcomes.back().fault;
+    }));
+  }
+  ServiceSpec honest = offered(service);
+  std::size_t asked = 0;
+};
+
+TEST_F(UselessRivalsTest, LoseASubscriptionOverTcpWhenTheyOfferOnlyUdp) {
+  const SubscriptionId subscription = client.subscribe(wanted, collect());
+  send(offer, "11");
+  ASSERT_TRUE(run_until([&] { return client.subscription_faults(subscription).other_transport == 1; }));
+  honest.tcp_events = {event};
+  server.offer(honest);
+  EXPECT_TRUE(run_until([&] { return client.subscribed(subscription); }));
+}
+
+TEST_F(UselessRivalsTest, LoseCallsOverTcpWhenTheyOfferOnlyUdp) {
+  const RequirementId required = client.require({.service = service, .instance = InstanceId{1}});
+  send(offer, "11");
+  ASSERT_TRUE(run_until([&] { return client.available(required).size() == 1; }));
+  server.offer(honest);
+  call_until_answered(required, Transport::tcp);
+}
+
+TEST_F(UselessRivalsTest, LoseCallsOverUdpWhenTheyOfferOnlyTcp) {
+  const RequirementId required = client.require({.service = service, .instance = InstanceId{1}});
+  send(offer, "06");
+  ASSERT_TRUE(run_until([&] { return client.available(required).size() == 1; }));
+  server.offer(honest);
+  call_until_answered(required, Transport::udp);
+}
+
+TEST_F(UselessRivalsTest, LoseCallsOverTcpWhenTheyRefuseTheConnection) {
+  acceptor.close();
+  const RequirementId required = client.require({.service = service, .instance = InstanceId{1}});
+  send(offer, "06");
+  ASSERT_TRUE(run_until([&] { return client.available(required).size() == 1; }));
+  server.offer(honest);
+  call_until_answered(required, Transport::tcp);
+}
+
 TEST_F(RivalsTest, AreCountedAsHostsWhenTheyAreHeard) {
   EXPECT_EQ(client.seen_hosts(), 0U);
   send(offer, "11");
