@@ -288,6 +288,9 @@ void ServiceDiscovery::renew_subscriptions(slots::Remote& remote, bool is_new,
       attach(subscription, remote);
     }
   }
+  if (guards && remote.is_wanted && remote.subscribed_by == slots::Remote::none) {
+    take_subscriptions(remote, arrival.now);
+  }
   for (std::uint16_t at = remote.subscribed_by; at != slots::Remote::none;) {
     Subscription& subscription = subscriptions_[at];
     at = subscription.next;
@@ -304,6 +307,22 @@ void ServiceDiscovery::renew_subscriptions(slots::Remote& remote, bool is_new,
 // have us tell the application of an end and a new beginning with each entry.
 bool ServiceDiscovery::may_change(const Subscription& subscription, const Arrival& arrival) noexcept {
   return subscription.state == State::requested || may_go_on(arrival.peer, 1, arrival.now);
+}
+
+// Where any major version will do, another one of the same instance is a rival, too. A connection is one to
+// the server that has the subscription.
+void ServiceDiscovery::take_subscriptions(slots::Remote& remote, TimePoint now) noexcept {
+  for (Subscription& subscription : subscriptions_) {
+    if (subscription.remote == Subscription::no_remote || subscription.instance != remote.instance ||
+        subscription.tcp || !fits(requirements_[subscription.requirement], remote)) {
+      continue;
+    }
+    slots::Remote& known = remotes_[subscription.remote];
+    if (known.peer != remote.peer && !known.has_answered && gives_way(known, now)) {
+      leave_remote(subscription, LossReason::replaced);
+      attach(subscription, remote);
+    }
+  }
 }
 
 void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexcept {

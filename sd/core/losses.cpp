@@ -58,6 +58,9 @@ void ServiceDiscovery::tell_loss(slots::Subscription& subscription) noexcept {
 // Of a service: reports to each requirement that it matched, except those that have not been told of it yet.
 void ServiceDiscovery::tell_loss(slots::Remote& remote) noexcept {
   for (const slots::Requirement& requirement : requirements_) {
+    if (!remote.is_wanted) {
+      break;
+    }
     const bool is_told =
         guards && (requirement.index < remote.told() || remote.announced <= requirement.index ||
                    requirement.told <= remote.index);

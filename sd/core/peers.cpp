@@ -174,22 +174,48 @@ bool ServiceDiscovery::within_rate(std::uint16_t peer, std::uint32_t cost, TimeP
 // Where others had to make room for a client, it is sent an Offer after a time that nobody can foresee.
 // Clients answer an Offer with a Subscribe at once; who does so receives what is sent to its address, and is
 // no passer-by: a flood from ever other addresses does not displace it any more.
+//
+// Who is in doubt is asked until it has answered several times: a forger who speaks in its name hits one of
+// eleven, and each miss takes one back and costs a second.
 void ServiceDiscovery::probe(const slots::Offer& offer, const Arrival& arrival) noexcept {
   using std::chrono::milliseconds;
   slots::Peer& peer = peers_[arrival.peer];
-  if (!peer.is_to_prove) {
+  const auto is_in_doubt = [&] { return peer.is_in_doubt && peer.proofs < slots::Peer::is_proven; };
+  if (!peer.is_to_prove && !is_in_doubt()) {
     return;
   }
-  for (std::uint16_t& probe_due : peer.probe_due) {  // the one
-    const auto since = static_cast<std::uint16_t>(slots::ticks(arrival.now) - probe_due);
-    if (since < 50) {
+  for (slots::Probe& probe : peer.probe) {  // the one
+    const auto at = static_cast<std::uint16_t>(slots::ticks(arrival.now));
+    const auto since = static_cast<std::uint16_t>(at - probe.due);
+    const bool is_answer = since < 50;
+    const bool is_over = since >= 1000 && since < 0xfc00;  // beyond: not due yet
+    if (is_in_doubt() && peer.is_probed) {
+      // Who subscribes to much says it in several messages. Offers by multicast can be foreseen.
+      if (!is_over && (static_cast<std::uint16_t>(at - probe.asked) < 20 ||
+                       !is_due(offer.last_multicast + milliseconds{100}, arrival.now))) {
+        return;
+      }
+      peer.proofs = static_cast<std::uint8_t>(is_answer ? peer.proofs + 1 : peer.proofs - (peer.proofs != 0));
+    }
+    const bool goes_on = is_answer && peer.is_probed && is_in_doubt();
+    peer.is_probed = false;
+    if (is_answer) {
       peer.is_to_prove = false;
       peer.heard = 0xffff;
-    } else if (since >= 1000 && since < 0xff00 && has_room_for_answer(arrival.peer)) {  // beyond: not due yet
-      const TimePoint due = arrival.now + random_.between(milliseconds{20}, milliseconds{100});
-      probe_due = static_cast<std::uint16_t>(slots::ticks(due));
+    }
+    if ((goes_on || is_over) && has_room_for_answer(arrival.peer)) {
+      const TimePoint due =
+          arrival.now + random_.between(milliseconds{20}, milliseconds{peer.is_to_prove ? 100 : 620});
+      probe = {at, static_cast<std::uint16_t>(slots::ticks(due))};
+      peer.is_probed = true;
       send_offer(offer, arrival.peer, due, offer.ttl_s);
     }
+  }
+}
+
+void ServiceDiscovery::doubt(const IpAddress& client) noexcept {
+  for (slots::Peer& peer : peers_) {
+    peer.is_in_doubt = peer.is_in_doubt || peer.endpoint.address == client;
   }
 }
 

@@ -260,6 +260,9 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
   const bool replaced = remote != nullptr && !same_access(*remote, offered);
   const bool updated = remote != nullptr &&
                        (remote->configuration != offered.configuration || remote->options != offered.options);
+  if (replaced && !may_go_on(arrival.peer, 1, arrival.now)) {
+    return;
+  }
   if (replaced) {
     lose(*remote, LossReason::replaced, arrival.now);
     remote = nullptr;
@@ -332,7 +335,7 @@ void ServiceDiscovery::tell_available(slots::Requirement& requirement, const slo
 
 void ServiceDiscovery::on_stop_offer(const Entry& entry, const Arrival& arrival) noexcept {
   slots::Remote* const remote = remote_of(entry, name_in(entry, arrival));
-  if (remote == nullptr || remote->peer != arrival.peer) {
+  if (remote == nullptr || remote->peer != arrival.peer || !may_go_on(arrival.peer, 1, arrival.now)) {
     return;
   }
   lose(*remote, LossReason::stopped, arrival.now);  // [feat_req_someipsd_831]

@@ -229,8 +229,11 @@ std::uint32_t ServiceDiscovery::held_by(const slots::Remote& remote) const noexc
 void ServiceDiscovery::note_held(const slots::Remote& remote) noexcept {
   const std::uint16_t holder = holder_of(remote);
   const std::uint32_t held = held_by(remote);
+  if (held == 0) {
+    return;
+  }
   for (slots::Requirement& requirement : requirements_) {
-    if (held == 0 || !fits(requirement, remote)) {
+    if (!fits(requirement, remote)) {
       continue;
     }
     const std::uint32_t before = requirement.holder == holder ? requirement.held : 0U;

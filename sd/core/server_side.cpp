@@ -212,8 +212,10 @@ bool ServiceDiscovery::is_proven(const IpAddress& client) const noexcept {
     return connection.remote.address == client;
   }) != nullptr ||
          subscribers_.find_if([&](const slots::Subscriber& subscription) {
-           return (subscription.udp && subscription.udp->address == client) ||
-                  (subscription.tcp && subscription.tcp->address == client);
+           const bool has_shown_it = !guards || !optimised_for_many ||
+                                     subscription.peer == slots::Subscriber::nobody ||
+                                     peers_[subscription.peer].proofs >= slots::Peer::is_proven;
+           return has_shown_it && subscription.udp && subscription.udp->address == client;
          }) != nullptr;
 }
 

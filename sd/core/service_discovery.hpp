@@ -227,8 +227,14 @@ class ServiceDiscovery {
   /// Whether a subscription needs the connection of this client to `own`.
   [[nodiscard]] bool tcp_needed(const Endpoint& own, const Endpoint& client) const noexcept;
 
-  /// Whether this address has shown to receive what we send: it has a subscription here, or a TCP connection.
+  /// Whether this address has shown to receive what we send: it has a TCP connection here, or a subscription
+  /// by UDP and has answered doubts.
   [[nodiscard]] bool is_proven(const IpAddress& client) const noexcept;
+  /// Subscriptions in the name of this address may be forged, which matters now: as long as it has some, it
+  /// is sent Offers at times that nobody can foresee, until it has subscribed several times right after one.
+  /// That takes some seconds. Without effect in a build for size, or without guards: there, each subscription
+  /// counts as a proof.
+  void doubt(const IpAddress& client) noexcept;
 
   /// Sending an event by UDP failed because `subscriber` cannot be reached: its subscriptions end.
   /// [feat_req_someipsd_435]
@@ -521,6 +527,7 @@ class ServiceDiscovery {
   void on_ack(const Entry& entry, const Arrival& arrival) noexcept;
   [[nodiscard]] bool may_change(const slots::Subscription& subscription, const Arrival& arrival) noexcept;
   void renew_subscriptions(slots::Remote& remote, bool is_new, const Arrival& arrival) noexcept;
+  void take_subscriptions(slots::Remote& remote, TimePoint now) noexcept;
   enum class Cause : std::uint8_t { application_or_unicast_offer, multicast_offer, silence, rival };
   void request(slots::Subscription& subscription, TimePoint due, Cause cause) noexcept;
   void withdraw(slots::Subscription& subscription, TimePoint now) noexcept;

@@ -180,10 +180,16 @@ struct Subscription : SlotBase {
   TimePoint silent_at = never;  // when to ask anew, unless an event comes
 };
 
+/// An Offer to a client, at a time that nobody can foresee, to see whether it hears it. In ticks.
+struct Probe {
+  std::uint16_t asked = 0;
+  std::uint16_t due = 0;
+};
+
 /// An empty array, which takes no room in another object.
 struct NoneKept {
-  [[nodiscard]] static constexpr std::uint16_t* begin() noexcept { return nullptr; }
-  [[nodiscard]] static constexpr std::uint16_t* end() noexcept { return nullptr; }
+  [[nodiscard]] static constexpr Probe* begin() noexcept { return nullptr; }
+  [[nodiscard]] static constexpr Probe* end() noexcept { return nullptr; }
 };
 
 /// A node that has sent SD messages, or that we send some.
@@ -199,12 +205,15 @@ struct Peer : SlotBase {
   someip::SessionCounter sessions{};  // of what we send there by unicast  [feat_req_someipsd_765]
   bool explicit_initial_data : 1 = false;
   bool is_to_prove : 1 = false;  // that it hears us, as others had to make room for it
-  bool is_used = false;          // scratch of the search for one to forget
-  std::uint16_t held = 0;        // scratch of the search for who holds most
-  // When it was last asked for that, in ticks. Where there are few places, nobody is asked.
-  [[no_unique_address]] std::conditional_t<guards && optimised_for_many, std::array<std::uint16_t, 1>,
-                                           NoneKept>
-      probe_due{};
+  bool is_in_doubt : 1 = false;  // it is to prove that beyond guessing: see ServiceDiscovery::probe()
+  bool is_probed : 1 = false;    // and has not answered yet
+  std::uint8_t proofs : 3 = 0;   // by answers in time; less those that came at other times
+  static constexpr std::uint8_t is_proven = 4;
+  bool is_used = false;    // scratch of the search for one to forget
+  std::uint16_t held = 0;  // scratch of the search for who holds most
+  // The last one. Where there are few places, nobody is asked.
+  [[no_unique_address]] std::conditional_t<guards && optimised_for_many, std::array<Probe, 1>, NoneKept>
+      probe{};
   TimePoint last_seen{};
   RateLimit entries;
   RateLimit real_reboots;

@@ -119,10 +119,12 @@ struct Node::State : std::enable_shared_from_this<State> {
                       say_what_was_not_sent();
                       retry_timer.arm(sender.deadline());
                     }},
-        timer{io, [this] {
+        timer{io,
+              [this] {
                 discovery.on_time(now());
                 drain();
-              }} {
+              }},
+        look_timer{io, [this] { look_at_others(); }} {
     unicast.receive(feed(false));
     multicast.receive(feed(true));
     // Only a socket that reports errors learns of a full neighbour table. Other errors tell discovery nothing
@@ -304,13 +306,27 @@ struct Node::State : std::enable_shared_from_this<State> {
         transmit();
       }
     }
-    if (std::exchange(noted, discovery.remote_changes()) != discovery.remote_changes()) {
-      shielded(io, [this] { provider.note_rivals(); });
-      shielded(io, [this] { consumer.note_other_versions(); });
-    }
+    look_at_others();
     shielded(io, [this] { say_which_limits_were_reached(); });
     draining = false;
     timer.arm(discovery.deadline());
+  }
+
+  // Both go through all services of others: whoever changes its offers all the time must not make us do that
+  // each time.
+  void look_at_others() {
+    if (noted == discovery.remote_changes()) {
+      return;
+    }
+    const TimePoint time = now();
+    if (noted && time < next_look) {
+      look_timer.arm(next_look);
+      return;
+    }
+    next_look = time + std::chrono::milliseconds{100};
+    noted = discovery.remote_changes();
+    shielded(io, [this] { provider.note_rivals(); });
+    shielded(io, [this] { consumer.note_other_versions(); });
   }
 
   // Posted: a handler is not called from within the call to which it was passed.
@@ -476,6 +492,8 @@ struct Node::State : std::enable_shared_from_this<State> {
   DiscoverySender sender;
   DeadlineTimer retry_timer;
   DeadlineTimer timer;
+  DeadlineTimer look_timer;
+  TimePoint next_look{};
   bool draining = false;
   /// The state of the peers' services last compared with our offers and needs; empty after a new one.
   std::optional<std::uint32_t> noted{};

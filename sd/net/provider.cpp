@@ -556,14 +556,19 @@ void Provider::say_who_is_silent(const IpAddress& to) {
 }
 
 bool Provider::may_receive(const Endpoint& to, std::size_t bytes) {
-  if (is_of_this_host(to.address, config_.address) || discovery_.is_proven(to.address) ||
-      unproven_.take(to.address, bytes, now())) {
+  if (is_of_this_host(to.address, config_.address) || discovery_.is_proven(to.address)) {
+    return true;
+  }
+  discovery_.doubt(to.address);
+  if (unproven_.take(to.address, bytes, now())) {
     return true;
   }
   if (refused_answers_.to_tell(1) != 0) {
     warn_("refused an answer of " + std::to_string(bytes) + " bytes over UDP to " +
           someip::to_string(to.address) +
-          ": it has no subscription here and no TCP connection, so somebody else may have asked in its name "
+          ": it has no TCP connection here, and no subscription that it has proven to be its own, so "
+          "somebody else "
+          "may have asked in its name "
           "(unproven_answer_bytes, unproven_answer_rate)");
   }
   return false;
@@ -653,6 +658,12 @@ void Provider::on_event(const SubscriberAdded& event) {
   log_subscriber(event, "subscribed to");
   if (const auto offer = find(event.offer); offer && offer->udp && event.subscriber.udp) {
     offer->udp->sender.meet(*event.subscriber.udp);
+    // It may soon ask for what only goes to who has shown to receive it.
+    if (std::ranges::any_of(offer->values, [&](const auto& one) {
+          return one.value && one.value->size() > someip::max_plain_payload_bytes;
+        })) {
+      discovery_.doubt(event.subscriber.udp->address);
+    }
   }
   if (event.initial_data) {
     send_initial_values(event.offer, event.eventgroup, event.subscriber);

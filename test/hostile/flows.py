@@ -53,11 +53,12 @@ class Seen:
 
 
 def events(sender, receiver, begin, end):
-    """Of what `sender` sent from `begin` to `end`; forged is also what came later."""
+    """Of what `sender` sent from `begin` to `end`. Forged is what came in that time and it never sent: later than that, one of
+    two records may have been read before the other."""
     sent = [stamp for stamp in sender.sent if begin <= stamp < end]
     known = set(sender.sent)
     times = [receiver.came[stamp][0] - stamp if stamp in receiver.came else None for stamp in sent]
-    forged = sum(1 for stamp, came in receiver.received if stamp not in known and came >= begin)
+    forged = sum(1 for stamp, came in receiver.received if stamp not in known and begin <= came < end)
     extra = sum(len(receiver.came[stamp]) - 1 for stamp in sent if stamp in receiver.came)
     return Seen(times, forged, extra)
 

@@ -1,6 +1,8 @@
 // How often a peer may ask, and be started anew.
 #include <gmock/gmock.h>
 
+#include <functional>
+
 #include "sd/core/rate_limit.hpp"
 #include "test/covers.hpp"
 #include "test/sd/client_fixture.hpp"
@@ -64,6 +66,29 @@ TEST_F(Rates, LimitFindsAndSubscribesOfEachPeer) {
   machine.run_to(300ms);
   machine.unicast(client, {find(0x1234), find(0x1234)});
   EXPECT_EQ(machine.discovery.counters().ignored_too_many, 31U);
+}
+
+TEST_F(Rates, LimitWhatAPeerWithdrawsAndChanges) {
+  const auto changes = [&](int times, const std::function<FakePeer::Said(int)>& said) {
+    machine.now += 10s;
+    machine.multicast(client, {offer({udp(client_udp)}, 300)});
+    const std::uint32_t before = machine.discovery.remote_changes();
+    for (int i = 0; i < times; ++i) {
+      machine.multicast(client, {said(i)});
+    }
+    return machine.discovery.remote_changes() - before;
+  };
+  // Each end counts twice: when the service is lost, and when nobody needs to be told of it any more.
+  EXPECT_EQ(changes(100, [](int i) { return offer({udp(client_udp)}, i % 2 == 0 ? 0 : 300); }), 3U * 20);
+  EXPECT_EQ(machine.discovery.counters().ignored_too_many, 30U);
+  EXPECT_EQ(changes(100,
+                    [](int i) {
+                      return offer({udp({client_udp.address, static_cast<std::uint16_t>(1 + i)})}, 300);
+                    }),
+            3U * 20);
+  EXPECT_EQ(machine.discovery.counters().ignored_too_many, 30U + 80);
+  EXPECT_EQ(changes(100, [](int /*i*/) { return offer({udp(client_udp)}, 300); }), 0U) << "as before";
+  EXPECT_EQ(machine.discovery.counters().ignored_too_many, 30U + 80);
 }
 
 TEST_F(Rates, CountARefusedSubscriptionAsFour) {
@@ -220,6 +245,33 @@ TEST(UsualTraffic, StaysBelowTheRates) {
   }
   EXPECT_EQ(machine.discovery.counters().ignored_too_many, 0U);
   EXPECT_EQ(machine.discovery.counters().dropped_reboots, 0U);
+}
+
+// One host offers 1,000 services at once, repeats that as the specification has it, withdraws them and is
+// started anew some times: all are taken.
+TEST(UsualTraffic, MayOfferAThousandServicesAtOnce) {
+  Machine<Limits{.max_remote_services = 1000}> machine;
+  FakePeer server{client_sd};
+  const auto known = [&] {
+    std::size_t count = 0;
+    machine.discovery.for_each_remote([&](const slots::Remote&) { ++count; });
+    return count;
+  };
+  for (int life = 0; life < 3; ++life) {
+    server.reboot();
+    for (int time = 0; time < 5; ++time) {
+      for (std::uint16_t i = 1; i <= 1000; ++i) {
+        machine.multicast(server, {offer({udp(client_udp)}, 3, i)});
+      }
+      EXPECT_EQ(known(), 1000U);
+      machine.now += 30ms;
+    }
+    for (std::uint16_t i = 1; i <= 1000; ++i) {
+      machine.multicast(server, {offer({udp(client_udp)}, 0, i)});
+    }
+    EXPECT_EQ(known(), 0U);
+  }
+  EXPECT_EQ(machine.discovery.counters().ignored_too_many, 0U);
 }
 
 }  // namespace

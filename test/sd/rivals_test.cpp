@@ -499,6 +499,40 @@ TEST_F(ClientBesideARival, KeepsNoPlaceForWhatNobodyNeeds) {
   EXPECT_EQ(machine.discovery.contested().value().peer, rival.endpoint());
 }
 
+// Any version will do, and the one that came first does not answer.
+TEST_F(ClientBesideARival, TakesItsSubscriptionsToAnotherVersion) {
+  RequiredService any_version = required;
+  any_version.major = any_major;
+  require(any_version);
+  const SubscriptionHandle one = subscribe_to({.eventgroup = EventgroupId{1}, .udp = own_udp});
+  const SubscriptionHandle two = subscribe_to({.eventgroup = EventgroupId{2}, .udp = own_udp});
+  FakePeer::Said second = offer({udp(rival_udp)});
+  second.entry.major = 2;
+  const auto holders = [&] {
+    return std::array{machine.discovery.server_of(one).value().peer,
+                      machine.discovery.server_of(two).value().peer};
+  };
+  for (int i = 0; i < 4; ++i) {
+    machine.multicast(server, {offer({udp(server_udp)})});
+    machine.multicast(rival, {second});
+    EXPECT_THAT(holders(), testing::Each(i < 2 ? server_sd : rival.endpoint())) << i;
+    const auto sent = machine.run_to(machine.now - start + 1s);
+    EXPECT_EQ(testing::Matches(testing::Contains(HasSubstr("-> 10.0.0.3")))(sent), i >= 2);
+  }
+  FakePeer::Said answer = ack(1);
+  answer.entry.major = 2;
+  machine.unicast(rival, {answer});
+  machine.events();
+  for (int i = 0; i < 10; ++i) {
+    machine.multicast(rival, {second});
+    machine.multicast(server, {offer({udp(server_udp)})});
+    machine.unicast(rival, {answer});
+    machine.run_to(machine.now - start + 1s);
+  }
+  EXPECT_THAT(machine.events(), IsEmpty());
+  EXPECT_THAT(holders(), testing::Each(rival.endpoint()));
+}
+
 TEST_F(ClientBesideARival, KeepsNoPlaceForWhatCannotBeAsked) {
   require(required);
   both_offer(1);

@@ -62,6 +62,7 @@ TEST(Limits, SufficeForACar) {
   EXPECT_EQ(limits.max_pending_events, 512);
   EXPECT_EQ(limits.max_configurations, 64);
   EXPECT_EQ(limits.max_configuration_bytes, 256);
+  EXPECT_EQ(limits.max_silent_hosts, optimised_for_many ? 256 : 2);
 }
 
 TEST(Counters, BeginAtZero) {

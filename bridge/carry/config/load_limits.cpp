@@ -48,6 +48,7 @@ std::span<const LimitKey> limit_keys() noexcept {
       {"max_configuration_bytes", 16, 1024, set<&Node::limits, &sd::Limits::max_configuration_bytes>},
       {"max_pending_entries", 16, slots_max, set<&Node::limits, &sd::Limits::max_pending_entries>},
       {"max_pending_events", 16, slots_max, set<&Node::limits, &sd::Limits::max_pending_events>},
+      {"max_silent_hosts", 1, slots_max, set<&Node::limits, &sd::Limits::max_silent_hosts>},
       {"max_entries_per_second", 1, 1'000'000, set<&Node::discovery, &Rules::max_entries_per_second>},
       {"max_entries_at_once", 1, 1'000'000, set<&Node::discovery, &Rules::max_entries_at_once>},
       {"max_reboots_at_once", 1, 1000, set<&Node::discovery, &Rules::max_reboots_at_once>},

@@ -29,6 +29,22 @@ def flood(rate, kind):
                          option)
 
 
+def offer_without_room(rate):
+    """3,000 services, 80 in each datagram."""
+    attacker = Attacker()
+    sink = open_udp(attacker.address)
+    option = endpoint(*sink.getsockname())
+    offers = [b"".join(service_entry(1, 0x6001 + (80 * i + n) % 3000, ttl=3, options=1) for n in range(80)) for i in range(75)]
+    for i in pace(rate):
+        attacker.say(offers[i % len(offers)], option)
+
+
+@scenario("flood-large-offers", 12, "1000 datagrams/s with 80 offers each")
+def large_offers(world):
+    world.honest("events_out", "events_in", "clouds_out", "calls_udp")
+    world.beside(offer_without_room, 100 if world.scale.short else 1000, newcomer=NEW)
+
+
 def _add(kind, rate, quiet):
     name = f"flood-{kind}" + ("-quiet" if quiet else "")
     what = f"{rate} datagrams/s with {kind}" + (" beside a bridge with --quiet" if quiet else "")

@@ -7,10 +7,11 @@ import time
 import flows
 from attacker import CAR, Attacker, open_udp, pace
 from figures import Figure, at_least, at_most
-from lab import ADDRESS, SILENT, Failed
+from lab import ADDRESS, MANY, SILENT, Failed
 from scenario import scenario
-from wire import ENDLESS, GROUP, RESPONSE, SD_PORT, cloud, endpoint, load_balancing, sd_endpoint, service_entry, someip
-from world import LATE
+from wire import (ENDLESS, GROUP, RESPONSE, SD_PORT, TCP, UDP, cloud, endpoint, load_balancing, sd_endpoint, service_entry,
+                  someip)
+from world import LATE, route
 
 HONEST = ADDRESS["honest"]
 FORGED_STAMP = 10**9  # which no message of ours has
@@ -109,21 +110,45 @@ def offer_and_refuse(rate):
                     attacker.say(bytes([7, 0, 0, 0]) + entry[4:9] + bytes(3) + entry[12:], to=sender[0])
 
 
-def first_offer(world, attack, rate):
+def first_offer(world, attack, rate, more="", tcp=False, within_s=3):
     """The honest host comes while the impostor is there; its events have to come through all the same."""
-    world.honest(routes=world.route_of("events_in"), ends=["events_in=read:/events_in:cloud"])
+    world.honest(routes=route("/events_in", 0x5002, "someip_to_dds", None if tcp else 45002, more=more),
+                 ends=["events_in=read:/events_in:cloud"])
     child = world.lab.fork("attacker", attack, rate)
     world.pass_time(2, "the impostor alone")
     begin = time.monotonic_ns()
-    end = world.end("honest", "honest-end", "peer", HONEST, f"events_in=notify:0x5002:1:200:{world.scale.event_hz}")
-    world.pass_time(max(world.scale.attack_s, 6), "both offer")
+    end = world.end("honest", "honest-end", "peer", HONEST,
+                    f"events_in=notify:0x5002:1:200:{world.scale.event_hz}" + (":tcp" if tcp else ""))
+    world.pass_time(max(world.scale.attack_s, within_s + 3), "both offer")
     world.lab.end(child)
     here, there = flows.read(world.car_end.out)[0]["events_in"], flows.read(end.out)[0]["events_in"]
     first = min((came for _, came in here.received), default=None)
     wait = (first - begin) / 1e9 if first else float("inf")
-    world.figures.append(at_most("the honest one is carried after", wait, 3, "s", timed=bool(first)))
+    world.figures.append(at_most("the honest one is carried after", wait, within_s, "s", timed=bool(first)))
     seen = flows.events(there, here, first or begin, time.monotonic_ns() - int(1e9))
     world.figures.append(at_least("events_in kept from then on", seen.percent, 95, "%"))
+
+
+def offer_other_minor(rate):
+    attacker = Attacker()
+    for _ in pace(rate):
+        for to in GROUP, CAR:
+            attacker.say(service_entry(1, 0x5002, options=1, minor=7), endpoint(attacker.address, 41002), to)
+
+
+def offer_udp_only(rate):
+    attacker = Attacker()
+    for _ in pace(rate):
+        for to in GROUP, CAR:
+            attacker.offer(0x5002, 41002, to=to)
+
+
+def offer_in_turn(rate):
+    """20 hosts, one after another."""
+    hosts = [Attacker(address) for address in MANY[:20]]
+    for i in pace(rate):
+        for to in GROUP, CAR:
+            hosts[i % len(hosts)].offer(0x5002, 41002, to=to)
 
 
 for _name, _what, _attack, _rate in (
@@ -134,6 +159,56 @@ for _name, _what, _attack, _rate in (
         ("first-offer-refused", "offers an instance first, and refuses each subscription", offer_and_refuse, 4)):
     scenario(_name, 10, f"an impostor {_what}")(
         lambda world, attack=_attack, rate=_rate: first_offer(world, attack, rate))
+
+
+@scenario("first-offer-minor", 10, "an impostor offers another minor version of an instance first than the route wants")
+def first_offer_minor(world):
+    first_offer(world, offer_other_minor, 4, more=", minor: 0")
+
+
+@scenario("first-offer-udp", 10, "an impostor offers an instance first, and only over UDP, of which the route wants TCP")
+def first_offer_udp(world):
+    first_offer(world, offer_udp_only, 4, more=", transport: tcp", tcp=True)
+
+
+@scenario("first-offers-in-turn", 10, "20 impostors offer an instance first, in turn; each is asked for 1.2 s at most")
+def first_offers_in_turn(world):
+    first_offer(world, offer_in_turn, 20, within_s=25)
+
+
+def offer_for_calls(rate, protocol):
+    """At a port where nobody answers."""
+    attacker = Attacker()
+    for _ in pace(rate):
+        for to in GROUP, ADDRESS["second"]:
+            attacker.say(service_entry(1, 0x5100, options=1), endpoint(attacker.address, 41099, protocol), to)
+
+
+def called_over(world, offered, how):
+    child = world.lab.fork("attacker", offer_for_calls, 4, offered)
+    world.pass_time(1, "the impostor alone")
+    client = world.end("second", "client", "peer", ADDRESS["second"], f"calls=call:0x5100:1:1:16:{world.scale.call_hz}:{how}")
+    world.pass_time(1, "the impostor alone")
+    begin = time.monotonic_ns()
+    world.end("honest", "server", "peer", HONEST, "served=serve:0x5100:1:200")
+    world.pass_time(max(world.scale.attack_s, 6), "both offer")
+    ended = time.monotonic_ns()
+    world.lab.end(child)
+    world.pass_time(1.5, "what comes late")
+    seen = flows.read(client.out)[0]["calls"]
+    first = min((called for called, answered in seen.calls if answered), default=None)
+    wait = (first - begin) / 1e9 if first else float("inf")
+    world.figures.append(at_most("the honest one is called after", wait, 3, "s", timed=bool(first)))
+    later = flows.calls(seen, begin + int(3e9), ended)
+    world.figures.append(at_least("calls answered by it from then on", later.percent, 95, "%"))
+
+
+for _name, _what, _offered, _how in (
+        ("called-refused", "refuses the connection that calls need", TCP, "tcp"),
+        ("called-udp", "offers only UDP where calls need TCP", UDP, "tcp"),
+        ("called-tcp", "offers only TCP where calls need UDP", TCP, "udp")):
+    scenario(_name, 10, f"an impostor that offers an instance first {_what}")(
+        lambda world, offered=_offered, how=_how: called_over(world, offered, how))
 
 
 @scenario("restart-impostor", 10, "an impostor that acknowledges and sends events, while the honest host restarts")

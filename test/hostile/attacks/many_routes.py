@@ -110,6 +110,39 @@ def many(world):
     world.car = None
 
 
+def offer_and_withdraw(rate):
+    """Services that nobody wants, 20 entries in each datagram."""
+    attacker = Attacker()
+    sink = open_udp(attacker.address, 41004)
+    for i in pace(rate):
+        numbers = range(i * 20, (i + 1) * 20)
+        attacker.say(b"".join(service_entry(1, 0x8001 + n // 2 % 900, ttl=3 * (n % 2), options=1) for n in numbers),
+                     endpoint(attacker.address, 41004), to=ADDRESS["honest"])
+    sink.close()
+
+
+@scenario("1000-offers-withdrawn", 11, "1,000 datagrams/s with 20 offers and withdrawals each beside 1,000 routes")
+def withdrawn(world):
+    start = _bridges(world, 1000)
+    server, client = start("offering"), start("wanting")
+    _carrying(world, server)
+    began = time.monotonic()
+    _carrying(world, client)
+    _wait(world, client, 1000, began, 10)
+    world.pass_time(2, "calm")
+    before = client.cpu_ms()
+    world.pass_time(3, "calm")
+    alone = (client.cpu_ms() - before) / 3
+    child = world.lab.fork("attacker", offer_and_withdraw, 1000)
+    world.pass_time(2, "offers and withdrawals")
+    before = client.cpu_ms()
+    world.pass_time(5, "offers and withdrawals")
+    world.figures.append(at_most("the wanting bridge", (client.cpu_ms() - before) / 5, 100, "ms/s", timed=True, alone=alone))
+    world.figures.append(at_least("still subscribed", _subscribed(client), 1000))
+    world.lab.end(child)
+    world.car = None
+
+
 def offer_many(count):
     attacker = Attacker()
     sink = open_udp(attacker.address, 41004)

@@ -77,6 +77,21 @@ def getter_reflected(world):
     _bytes_at_victim(world, get_as_victim, 5, 4, most=100_000, sent=20 * 44)
 
 
+def get_as_subscribed_victim(rate, seconds):
+    """With a Subscribe in its name before each request, to something small."""
+    attacker = Attacker()
+    for i in pace(rate, seconds):
+        attacker.say_as(VICTIM, subscribe_entry(0x4003, ttl=3), endpoint(VICTIM, 6000), session=1 + i)
+        attacker.send_as((VICTIM, 6000), someip(0x4005, 1, session=1 + i, kind=REQUEST), (CAR, 40005))
+    time.sleep(600)
+
+
+@scenario("getter-reflected-subscribed", 9, "the same, each after a Subscribe that says it comes from the victim")
+def getter_reflected_subscribed(world):
+    world.honest("big_value", "calls_udp", "events_out")
+    _bytes_at_victim(world, get_as_subscribed_victim, 5, 4, most=100_000, sent=20 * 144)
+
+
 def subscribe_anew_as(address, port, rate, seconds):
     """Each message ends the subscription, and begins another."""
     attacker = Attacker()

@@ -45,6 +45,18 @@ class MismatchesTest : public test::TwoNodes {
   Node client{io, patient(test::client_address), into(client_log), into(warnings)};
 };
 
+// All services of others are looked through at most every 100 ms: what comes in between waits, and is told.
+TEST_F(MismatchesTest, AreToldAlsoWhenTheyComeRightAfterOneAnother) {
+  client.require({.service = service, .major = 9});
+  for (std::uint16_t i = 1; i <= 5; ++i) {
+    ServiceSpec other = offered();
+    other.instance = InstanceId{i};
+    server.offer(other);
+    ASSERT_TRUE(hears(1));
+  }
+  EXPECT_TRUE(run_until([&] { return warnings.size() == 5; }));
+}
+
 TEST_F(MismatchesTest, OfTheProtocolNameWhatIsOffered) {
   const OfferHandle over_udp = server.offer(offered());
   SubscribeSpec over_tcp = wanted();

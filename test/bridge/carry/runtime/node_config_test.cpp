@@ -157,6 +157,7 @@ TEST(NodeConfigOfABridge, KnowsEachKey) {
                                         l.max_configuration_bytes,
                                         l.max_pending_entries,
                                         l.max_pending_events,
+                                        l.max_silent_hosts,
                                         d.max_peers_per_address,
                                         d.max_subscribers_per_eventgroup,
                                         d.max_subscribers_per_eventgroup_and_address,
