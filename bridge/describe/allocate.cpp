@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "bridge/describe/system.hpp"
 #include "bridge/documents/document.hpp"
 #include "bridge/documents/section.hpp"
 
@@ -120,7 +121,7 @@ class Allocation {
   static std::vector<Element> methods_of(Service& service) {
     std::vector<Element> all;
     for (Method& method : service.methods) {
-      all.push_back({method.name, &method.id});
+      all.push_back({member_key(method.name, method.selector), &method.id});
     }
     for (Field& field : service.fields) {
       if (field.has_getter) {
@@ -135,7 +136,7 @@ class Allocation {
   static std::vector<Element> events_of(Service& service) {
     std::vector<Element> all;
     for (Event& event : service.events) {
-      all.push_back({event.name, &event.id});
+      all.push_back({member_key(event.name, event.selector), &event.id});
     }
     for (Field& field : service.fields) {
       if (field.has_notifier) {

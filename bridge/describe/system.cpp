@@ -25,21 +25,21 @@ void apply(const Edits& edits, Model& model) {
     }
     const ServiceEdit& edit = found->second;
     set(service.id, edit.id);
-    const auto member = [&](const std::string& which) {
-      const auto at = edit.members.find(which);
-      return at == edit.members.end() ? ServiceEdit::Member{} : at->second;
+    const auto set_by = [](const auto& ids, auto& elements) {
+      for (auto& element : elements) {
+        if (const auto at = ids.find(member_key(element.name, element.selector)); at != ids.end()) {
+          element.id = someip::MethodId{at->second};
+        }
+      }
     };
-    for (Method& method : service.methods) {
-      set(method.id, member(method.name).id);
-    }
-    for (Event& event : service.events) {
-      set(event.id, member(event.name).id);
-    }
+    set_by(edit.methods, service.methods);
+    set_by(edit.events, service.events);
     for (Field& field : service.fields) {
-      const ServiceEdit::Member ids = member(field.name);
-      set(field.getter, ids.getter);
-      set(field.setter, ids.setter);
-      set(field.notifier, ids.notifier);
+      if (const auto at = edit.fields.find(field.name); at != edit.fields.end()) {
+        set(field.getter, at->second.getter);
+        set(field.setter, at->second.setter);
+        set(field.notifier, at->second.notifier);
+      }
     }
     bool has_instance = false;
     for (Instance& instance : model.instances) {
@@ -61,6 +61,10 @@ void apply(const Edits& edits, Model& model) {
 }
 
 }  // namespace
+
+std::string member_key(const std::string& name, const std::string& selector) {
+  return selector.empty() ? name : name + ":" + selector;
+}
 
 System make_system(Reading reading, IdLock& lock, const SystemOptions& options) {
   System system;
