@@ -1,6 +1,9 @@
 #pragma once
+#include <optional>
 #include <span>
 #include <string_view>
+
+#include "bridge/web/server.hpp"
 
 namespace trestle::web {
 
@@ -11,5 +14,9 @@ struct Asset {
 };
 
 [[nodiscard]] std::span<const Asset> assets();
+
+/// The answer to a request for one of them, "/look.css". Nothing: there is none of that name. Nothing else is
+/// ever looked at.
+[[nodiscard]] std::optional<Answer> asset_answer(std::string_view path);
 
 }  // namespace trestle::web

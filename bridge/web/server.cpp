@@ -83,6 +83,11 @@ std::string safe_name(std::string_view name) {
   return safe;
 }
 
+/// The address as URLs have it.
+std::string host_text(const asio::ip::address& address) {
+  return address.is_v6() ? "[" + address.to_string() + "]" : address.to_string();
+}
+
 }  // namespace
 
 class Server::Implementation : public std::enable_shared_from_this<Implementation> {
@@ -96,8 +101,7 @@ class Server::Implementation : public std::enable_shared_from_this<Implementatio
     acceptor_.bind(endpoint);
     acceptor_.listen();
     hosts_.emplace_back("localhost");
-    hosts_.push_back(host_text());
-    own_origin_ = "http://" + host_text() + ":" + fmt::to_string(port());
+    own_origin_ = "http://" + host_text(acceptor_.local_endpoint().address()) + ":" + fmt::to_string(port());
   }
 
   void start() { accept(); }
@@ -151,9 +155,12 @@ class Server::Implementation : public std::enable_shared_from_this<Implementatio
       } else if (!error) {
         const bool keep_alive = parser_->get().keep_alive();
         if (const auto server = server_.lock()) {
-          server->respond(parser_->get(), [self = shared_from_this(), keep_alive](Answer answer) {
-            self->answer(std::move(answer), keep_alive);
-          });
+          error_code ignored;
+          const auto local = stream_.socket().local_endpoint(ignored);
+          server->respond(parser_->get(), host_text(local.address()),
+                          [self = shared_from_this(), keep_alive](Answer answer) {
+                            self->answer(std::move(answer), keep_alive);
+                          });
         } else {
           close();
         }
@@ -173,6 +180,8 @@ class Server::Implementation : public std::enable_shared_from_this<Implementatio
       response_->set(http::field::cache_control, "no-store");
       response_->set("X-Content-Type-Options", "nosniff");
       response_->set("Referrer-Policy", "no-referrer");
+      response_->set("Cross-Origin-Resource-Policy", "same-origin");
+      response_->set("Cross-Origin-Opener-Policy", "same-origin");
       response_->set("Content-Security-Policy",
                      "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
                      "connect-src 'self'; form-action 'none'; frame-ancestors 'none'; base-uri 'none'");
@@ -187,6 +196,8 @@ class Server::Implementation : public std::enable_shared_from_this<Implementatio
         response_->body() = std::move(answer.body);
       }
       response_->content_length(bytes);
+      // Anew: the answer may have taken longer than that.
+      stream_.expires_after(std::chrono::duration_cast<std::chrono::milliseconds>(limits_.idle));
       http::async_write(stream_, *response_,
                         [self = shared_from_this(), keep_alive](error_code error, std::size_t) {
                           if (error || !keep_alive) {
@@ -256,30 +267,30 @@ class Server::Implementation : public std::enable_shared_from_this<Implementatio
     });
   }
 
-  /// The address as URLs have it.
-  [[nodiscard]] std::string host_text() const {
-    const asio::ip::address address = acceptor_.local_endpoint().address();
-    return address.is_v6() ? "[" + address.to_string() + "]" : address.to_string();
-  }
-
   /// "host:port" or "host": one that is meant for us.
-  [[nodiscard]] bool is_ours(std::string_view host) const {
+  /// @param own  the address that the request came to; a name that somebody made point there is not it.
+  [[nodiscard]] bool is_ours(std::string_view host, std::string_view own) const {
     const std::string suffix = fmt::format(":{}", port());
     if (host.ends_with(suffix)) {
       host.remove_suffix(suffix.size());
     }
-    return std::ranges::find(hosts_, host) != hosts_.end();
+    return host == own || std::ranges::find(hosts_, host) != hosts_.end();
   }
 
-  void respond(const http::request<http::string_body>& message, const Reply& reply) const {
+  void respond(const http::request<http::string_body>& message, const std::string& own,
+               const Reply& reply) const {
     const auto text = [](auto view) { return std::string_view{view.data(), view.size()}; };
-    if (!is_ours(text(message[http::field::host]))) {
+    if (!is_ours(text(message[http::field::host]), own)) {
       return reply({.status = 403, .body = "this page is served for " + url() + " only\n"});
     }
     const bool reads = message.method() == http::verb::get || message.method() == http::verb::head;
     const std::string_view origin = text(message[http::field::origin]);
-    if (!reads && !origin.empty() && (!origin.starts_with("http://") || !is_ours(origin.substr(7)))) {
+    if (!reads && !origin.empty() && (!origin.starts_with("http://") || !is_ours(origin.substr(7), own))) {
       return reply({.status = 403, .body = "a page of another origin may not do this\n"});
+    }
+    // A form of a stranger's page has none of this type, and a script that sets it is asked about first.
+    if (!reads && !text(message[http::field::content_type]).starts_with("application/json")) {
+      return reply({.status = 415, .body = "expected application/json\n"});
     }
     std::optional<Request> request = to_request(text(message.target()));
     if (!request) {

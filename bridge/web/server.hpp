@@ -51,9 +51,10 @@ struct ServerLimits {
 /// Answers HTTP/1.1 requests, one handler for all, on the thread of the io_context.
 ///
 /// A page of a stranger must not speak to it through the user's browser. So a request is refused (403) unless
-/// its Host is the address that is listened on, "localhost", or a name in `names`, and a request other than
-/// GET unless its Origin, where there is one, is the same. Answers forbid scripts, frames and connections of
-/// other origins.
+/// its Host is the address that it came to, "localhost", or a name in `names`: a stranger's name that leads
+/// to this host is none of these (DNS rebinding). A request other than GET and HEAD is refused unless its
+/// Origin, where there is one, is ours (403), and its type is application/json (415), which no form can send.
+/// Answers forbid scripts, frames and connections of other origins, and to be used by these.
 class Server {
  public:
   /// Gives the answer, now or later, on the thread of the io_context; at most once.

@@ -64,10 +64,11 @@ class ServerTest : public ::testing::Test {
     return talk("GET " + target + " HTTP/1.1\r\nHost: " + (host.empty() ? "127.0.0.1:" + port() : host) +
                 "\r\nConnection: close\r\n\r\n");
   }
-  [[nodiscard]] std::string post(const std::string& body, const std::string& headers) const {
+  [[nodiscard]] std::string post(const std::string& body, const std::string& headers,
+                                 const std::string& type = "application/json") const {
     return talk("POST /x HTTP/1.1\r\nHost: localhost:" + port() +
-                "\r\nConnection: close\r\nContent-Length: " + std::to_string(body.size()) + "\r\n" + headers +
-                "\r\n" + body);
+                "\r\nConnection: close\r\nContent-Type: " + type +
+                "\r\nContent-Length: " + std::to_string(body.size()) + "\r\n" + headers + "\r\n" + body);
   }
 
   boost::asio::io_context io_;
@@ -103,6 +104,40 @@ TEST_F(ServerTest, TakesRequestsOfItsOwnPagesOnly) {
   EXPECT_THAT(post("hello", "Origin: http://evil.example\r\n"), StartsWith("HTTP/1.1 403"));
   EXPECT_THAT(post("hello", "Origin: https://localhost:" + port() + "\r\n"), StartsWith("HTTP/1.1 403"));
   EXPECT_THAT(post("hello", "Origin: null\r\n"), StartsWith("HTTP/1.1 403"));
+}
+
+TEST_F(ServerTest, TakesNothingThatAFormOfAnotherPageCouldSend) {
+  EXPECT_THAT(post("a=1", "", "application/x-www-form-urlencoded"), StartsWith("HTTP/1.1 415"));
+  EXPECT_THAT(post("{}", "", "text/plain"), StartsWith("HTTP/1.1 415"));
+  // What a browser asks first when a script of another page wants to send JSON.
+  EXPECT_THAT(talk("OPTIONS /x HTTP/1.1\r\nHost: localhost\r\nOrigin: http://evil.example\r\n"
+                   "Access-Control-Request-Method: POST\r\nConnection: close\r\n\r\n"),
+              StartsWith("HTTP/1.1 403"));
+  EXPECT_THAT(get("/"), HasSubstr("Cross-Origin-Resource-Policy: same-origin"));
+}
+
+TEST_F(ServerTest, IsMeantByTheAddressThatARequestCameTo) {
+  boost::asio::io_context io;
+  const Server everywhere{
+      io, {IpAddress::v4(0, 0, 0, 0), 0}, [](const Request&, const Server::Reply& reply) { reply({}); }};
+  std::thread thread{[&] { io.run(); }};
+  const auto ask = [&](const std::string& host) {
+    boost::asio::io_context own;
+    boost::asio::ip::tcp::socket socket{own};
+    socket.connect({boost::asio::ip::address_v4::loopback(), everywhere.port()});
+    boost::asio::write(
+        socket, boost::asio::buffer("GET / HTTP/1.1\r\nHost: " + host + ":" +
+                                    std::to_string(everywhere.port()) + "\r\nConnection: close\r\n\r\n"));
+    std::string answer;
+    boost::system::error_code error;
+    boost::asio::read(socket, boost::asio::dynamic_buffer(answer), error);
+    return answer;
+  };
+  EXPECT_THAT(ask("127.0.0.1"), StartsWith("HTTP/1.1 200"));
+  EXPECT_THAT(ask("127.0.0.2"), StartsWith("HTTP/1.1 403"));
+  EXPECT_THAT(ask("evil.example"), StartsWith("HTTP/1.1 403"));
+  io.stop();
+  thread.join();
 }
 
 TEST_F(ServerTest, RefusesWhatIsTooLargeOrNoRequest) {
@@ -142,6 +177,17 @@ TEST_F(ServerTest, AnswersHeadWithoutABody) {
   const std::string answer = talk("HEAD / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
   EXPECT_THAT(answer, StartsWith("HTTP/1.1 200"));
   EXPECT_THAT(answer, Not(HasSubstr("[")));
+}
+
+TEST(Assets, AreAnsweredByTheirNamesAlone) {
+  const auto look = asset_answer("/look.css");
+  ASSERT_TRUE(look);
+  EXPECT_EQ(look->type, "text/css; charset=utf-8");
+  EXPECT_THAT(look->body, HasSubstr("color-scheme"));
+  EXPECT_FALSE(asset_answer("/../assets/look.css"));
+  EXPECT_FALSE(asset_answer("look.css"));
+  EXPECT_FALSE(asset_answer("/etc/passwd"));
+  EXPECT_FALSE(asset_answer(""));
 }
 
 TEST(Assets, AreThere) {
