@@ -24,6 +24,9 @@ namespace trestle::cli {
 class NetworkOptions {
  public:
   void add_to(CLI::App& command);
+  /// As it was given; empty: it was not.
+  [[nodiscard]] const std::string& address() const noexcept { return address_; }
+  [[nodiscard]] const std::string& multicast() const noexcept { return multicast_; }
 
   /// @throws std::runtime_error when no address is given and none can be found.
   [[nodiscard]] sd::NodeConfig config() const;

@@ -9,11 +9,13 @@
 #include <stdexcept>
 
 #include "bridge/cli/exit_status.hpp"
+#include "bridge/cli/options.hpp"
 #include "bridge/cli/terminal.hpp"
 #include "bridge/describe/join.hpp"
 #include "bridge/documents/format.hpp"
 #include "bridge/documents/section.hpp"
 #include "bridge/generate/generate_commands.hpp"
+#include "bridge/generate/page_server.hpp"
 #include "bridge/generate/source_options.hpp"
 #include "bridge/generate/targets.hpp"
 
@@ -26,11 +28,13 @@ struct GenerateArguments {
   SourceArguments sources;
   std::vector<std::string> to;
   std::string folder;
-  std::string address;
+  cli::NetworkOptions network;
   std::string prefix = "/";
+  std::string listen = default_page_address;
   bool client = false;
   bool server = false;
   bool quiet = false;
+  bool ui = false;
 };
 
 std::vector<const Target*> chosen(const std::vector<std::string>& names) {
@@ -73,20 +77,56 @@ bool write_file(const fs::path& path, const std::string& text) {
   return true;
 }
 
-int run_generate(GenerateArguments& arguments) {
-  const std::vector<const Target*> wanted = chosen(arguments.to);
+TargetOptions target_options(const GenerateArguments& arguments) {
   TargetOptions options;
   options.routes.routes.prefix = arguments.prefix;
   if (arguments.client || arguments.server) {
     options.routes.routes.side = arguments.client ? describe::Side::client : describe::Side::server;
   }
-  if (!arguments.address.empty()) {
-    options.routes.address = documents::ip_address().read(arguments.address);
+  const std::string& address = arguments.network.address();
+  if (!address.empty()) {
+    options.routes.address = documents::ip_address().read(address);
     if (!options.routes.address) {
-      throw CLI::ValidationError{"--address",
-                                 fmt::format("{} is no IP address", documents::quote(arguments.address))};
+      throw CLI::ValidationError{"--address", fmt::format("{} is no IP address", documents::quote(address))};
     }
   }
+  const std::string& multicast = arguments.network.multicast();
+  if (multicast != cli::NetworkOptions{}.multicast()) {
+    options.routes.multicast = documents::multicast_address().read(multicast);
+    if (!options.routes.multicast) {
+      throw CLI::ValidationError{"--multicast",
+                                 fmt::format("{} is no multicast address", documents::quote(multicast))};
+    }
+  }
+  return options;
+}
+
+int run_page(GenerateArguments& arguments) {
+  const auto at = parse_page_address(arguments.listen);
+  if (!at) {
+    throw CLI::ValidationError{"--listen",
+                               fmt::format("expected ADDR:PORT, such as {}, found {}", default_page_address,
+                                           documents::quote(arguments.listen))};
+  }
+  const TargetOptions options = target_options(arguments);
+  auto settings = arguments.sources.load();
+  if (!settings) {
+    return cli::exit_usage;
+  }
+  settings->targets = options;
+  settings->targets.routes.type_paths = ".";  // the page saves all together, as `-o` does
+  return serve_page(*at, std::move(*settings), [&] { return arguments.network.config(); });
+}
+
+int run_generate(GenerateArguments& arguments) {
+  if (arguments.ui) {
+    return run_page(arguments);
+  }
+  if (arguments.sources.sources.empty() || arguments.to.empty()) {
+    throw CLI::RequiredError{arguments.sources.sources.empty() ? "SOURCE" : "--to"};
+  }
+  const std::vector<const Target*> wanted = chosen(arguments.to);
+  TargetOptions options = target_options(arguments);
   const bool with_types = std::ranges::find(arguments.to, "msg") != arguments.to.end();
   if (with_types && wanted.size() > 1) {
     options.routes.type_paths = ".";
@@ -138,20 +178,18 @@ void add_generate_command(CLI::App& app, int& status) {
   CLI::App* command = app.add_subcommand(
       "generate", "Make route files, .msg packages, FIDL, ARXML and more of interface descriptions");
   arguments->sources.add_to(*command);
+  command->get_option("SOURCE")->required(false);  // of --ui
   std::string names;
   for (const Target& one : targets()) {
     names += fmt::format("\n  {:10} {}", one.name, one.title);
   }
-  command->add_option("--to", arguments->to, "What to make, separated by commas; see below")
-      ->required()
-      ->delimiter(',')
-      ->type_name("TARGET");
+  CLI::Option* to = command->add_option("--to", arguments->to, "What to make, separated by commas; see below")
+                        ->delimiter(',')
+                        ->type_name("TARGET");
   command
       ->add_option("-o,--output", arguments->folder,
                    "Folder to write to; one file alone may go to standard output")
       ->type_name("DIR");
-  command->add_option("--address", arguments->address, "Of the bridge in SOME/IP, for route files")
-      ->type_name("IP");
   command->add_option("--prefix", arguments->prefix, "Before the names of topics and ROS services")
       ->type_name("NAME");
   CLI::Option* client = command->add_flag("--client", arguments->client,
@@ -160,6 +198,17 @@ void add_generate_command(CLI::App& app, int& status) {
       ->add_flag("--server", arguments->server,
                  "The bridge offers all services; otherwise those that are required")
       ->excludes(client);
+  CLI::Option* ui = command
+                        ->add_flag("--ui", arguments->ui,
+                                   "Serve a page to do it in, with SOURCE or with files dropped there")
+                        ->excludes(to);
+  command->add_option("--listen", arguments->listen, "Where the page is served")
+      ->type_name("ADDR:PORT")
+      ->capture_default_str()
+      ->needs(ui);
+  arguments->network.add_to(*command);
+  command->get_option("--address")
+      ->description("Of the bridge in route files; with --ui also where calls come from");
   command->add_flag("-q,--quiet", arguments->quiet, "Do not tell which files were written");
   command->footer(
       "Targets:" + names +
@@ -168,6 +217,7 @@ void add_generate_command(CLI::App& app, int& status) {
       "  trestle generate Door.fidl Door.fdepl --to routes,msg -o door\n"
       "  trestle generate car.arxml --to fidl,wireshark,sheet -o car\n"
       "  trestle generate drive.pcapng --to json\n"
+      "  trestle generate --ui Door.fidl Door.fdepl\n"
       "Exit status: 0, or 1 when a file cannot be written, or 2 when a source is wrong.");
   command->callback([arguments, &status] { status = run_generate(*arguments); });
 }

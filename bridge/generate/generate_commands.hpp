@@ -3,6 +3,9 @@
 //   source_options.hpp   sources on the command line
 //   targets.hpp          all that it can be written as
 //   capture_model.hpp    what a capture tells of a system
+//   page.hpp             the page of `trestle generate --ui`: questions in, answers out. page_question.hpp,
+//                        page_member.hpp and page_form.hpp are parts of it
+//   page_server.hpp      serves it; page_caller.hpp: calls what it wants to try
 //   generate_commands.hpp  the commands: generate, diff
 //
 // docs/describe.md is the guide.

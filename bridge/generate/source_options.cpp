@@ -8,6 +8,8 @@
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
+#include <tuple>
+#include <utility>
 
 #include "bridge/cli/terminal.hpp"
 #include "bridge/describe/join.hpp"
@@ -36,43 +38,73 @@ void SourceArguments::add_to(CLI::App& command) {
                    "Take event ids of ARXML as they are; otherwise those below 0x8000 get bit 15");
 }
 
-describe::System SourceArguments::read() {
-  std::vector<documents::Problem> problems;
+SourceArguments::Opened SourceArguments::open() const {
+  Opened opened;
   std::vector<std::string> files;
-  describe::Reading captured;
   for (const std::string& source : sources) {
     if (!is_capture(source)) {
       files.push_back(source);
       continue;
     }
     describe::Reading one = read_capture(source);
-    describe::append(captured.model, std::move(one.model));
-    problems.insert(problems.end(), one.problems.begin(), one.problems.end());
+    describe::append(opened.captured, std::move(one.model));
+    opened.problems.insert(opened.problems.end(), one.problems.begin(), one.problems.end());
   }
-  const std::vector<describe::SourceText> texts = describe::load_sources(files, problems);
+  opened.texts = describe::load_sources(files, opened.problems);
+  return opened;
+}
+
+describe::System SourceArguments::read() {
+  Opened opened = open();
   describe::Reading reading =
-      describe::read_sources(texts, describe::file_loader(), {.set_event_bit = !keep_event_ids_});
-  reading.problems.insert(reading.problems.begin(), problems.begin(), problems.end());
-  if (!captured.model.files.empty() && reading.ok()) {
-    describe::append(reading.model, std::move(captured.model));
+      describe::read_sources(opened.texts, describe::file_loader(), {.set_event_bit = !keep_event_ids_});
+  reading.problems.insert(reading.problems.begin(), opened.problems.begin(), opened.problems.end());
+  if (!opened.captured.files.empty() && reading.ok()) {
+    describe::append(reading.model, std::move(opened.captured));
     std::vector<documents::Problem> contradictions = describe::join(reading.model);
     reading.problems.insert(reading.problems.end(), contradictions.begin(), contradictions.end());
   }
+  read_lock(reading.problems);
+  describe::System system = make_system(std::move(reading), lock_, options);
+  print_problems(system.problems);
+  return system;
+}
+
+void SourceArguments::read_lock(std::vector<documents::Problem>& problems) {
   std::error_code ignored;
   if (!lock_file.empty() && std::filesystem::exists(lock_file, ignored)) {
     const auto text = documents::read_text_file(lock_file);
     if (!text) {
-      reading.problems.push_back({.file = lock_file, .mark = {}, .text = text.error()});
+      problems.push_back({.file = lock_file, .mark = {}, .text = text.error()});
     } else if (auto lock = describe::read_id_lock(lock_file, *text)) {
       lock_ = std::move(*lock);
       text_before_ = *text;
     } else {
-      reading.problems.insert(reading.problems.end(), lock.error().begin(), lock.error().end());
+      problems.insert(problems.end(), lock.error().begin(), lock.error().end());
     }
   }
-  describe::System system = make_system(std::move(reading), lock_, options);
-  print_problems(system.problems);
-  return system;
+}
+
+std::optional<Page::Settings> SourceArguments::load() {
+  Opened opened = open();
+  // Imports are read now: the page opens no file.
+  Page::Settings settings{.files = opened.texts, .captured = std::move(opened.captured)};
+  settings.set_event_bit = !keep_event_ids_;
+  const describe::Load load = describe::file_loader();
+  std::ignore = describe::read_sources(opened.texts, [&](const std::string& name) {
+    auto text = load(name);
+    if (text) {
+      settings.files.push_back({name, *text});
+    }
+    return text;
+  });
+  read_lock(opened.problems);
+  settings.lock = lock_;
+  print_problems(opened.problems);
+  const bool bad = std::ranges::any_of(opened.problems, [](const documents::Problem& one) {
+    return one.severity == documents::Problem::Severity::error;
+  });
+  return bad ? std::nullopt : std::optional{std::move(settings)};
 }
 
 void SourceArguments::keep_ids() const {

@@ -1,0 +1,280 @@
+#include "bridge/generate/page.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "bridge/describe/join.hpp"
+#include "bridge/describe/layout.hpp"
+#include "bridge/describe/model_json.hpp"
+#include "bridge/describe/sources/sources.hpp"
+#include "bridge/documents/section.hpp"
+#include "bridge/generate/page_form.hpp"
+#include "bridge/messages/values/byte_text.hpp"
+
+namespace trestle::generate {
+
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+/// However long a description says that an answer may take.
+constexpr Duration max_call_time = std::chrono::seconds{60};
+
+/// JSON of whatever text: bytes that are no UTF-8 become U+FFFD.
+web::Answer json_of(const Json& json) {
+  return web::json_answer(json.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
+bool same(const std::vector<describe::SourceText>& one, const std::vector<describe::SourceText>& other) {
+  return std::ranges::equal(
+      one, other, [](const auto& a, const auto& b) { return a.name == b.name && a.text == b.text; });
+}
+
+/// Without any I/O: an import is one of the files, or there is none. The reader of FIDL has taken files with
+/// the very name already, and takes one of the same name in another folder after this.
+describe::Load no_loader() {
+  return [](const std::string&) -> tl::expected<std::string, std::string> {
+    return tl::unexpected{std::string{"it is not among the files; add it"}};
+  };
+}
+
+Json ranges_json(const describe::Layout& layout, std::optional<ByteView> bytes) {
+  Json ranges = Json::array();
+  for (const describe::ByteRange& range : layout.ranges) {
+    Json json{{"offset", range.offset_text}, {"size", range.size_text}, {"depth", range.depth},
+              {"path", range.path},          {"type", range.type},      {"rule", range.rule}};
+    if (bytes) {
+      json["value"] = range.value;
+      if (range.offset && range.bytes && *range.offset <= bytes->size()) {
+        std::string hex;
+        messages::append_hex(
+            hex, bytes->subspan(*range.offset).first(std::min(*range.bytes, bytes->size() - *range.offset)));
+        json["hex"] = hex.size() > 64 ? hex.substr(0, 64) + "…" : hex;
+      }
+    }
+    ranges.push_back(std::move(json));
+  }
+  return ranges;
+}
+
+/// The bytes of a payload, and what they are.
+Json bytes_json(const describe::Model& model, const describe::Payload& payload, ByteView bytes) {
+  const describe::Layout layout = describe::layout(model, payload, bytes);
+  std::string hex;
+  messages::append_hex(hex, bytes.first(std::min<std::size_t>(bytes.size(), 4096)));
+  Json json{{"ranges", ranges_json(layout, bytes)}, {"hex", hex}, {"bytes", bytes.size()}};
+  if (!layout.errors.empty()) {
+    const describe::LayoutError& first = layout.errors.front();
+    json["error"] =
+        fmt::format("byte {}: {}{}{}", first.offset, first.path, first.path.empty() ? "" : ": ", first.text);
+  }
+  return json;
+}
+
+}  // namespace
+
+web::Answer error_answer(const std::string& text) {
+  return json_of({{"error", documents::printable(text)}});
+}
+
+Page::Page(Settings settings)
+    : settings_{std::move(settings)},
+      started_{fmt::format("{:x}", std::chrono::system_clock::now().time_since_epoch().count())} {}
+
+std::shared_ptr<const PageSystem> Page::load(const PageQuestion& question) {
+  const bool known = loaded_ != nullptr && same(question.files, files_);
+  if (known && question.edits == edits_) {
+    return loaded_;
+  }
+  loaded_.reset();
+  if (!known) {
+    files_ = question.files;
+    reading_ = describe::read_sources(files_, no_loader(), {.set_event_bit = settings_.set_event_bit});
+    if (!settings_.captured.files.empty() && reading_.ok()) {
+      describe::append(reading_.model, settings_.captured);
+      std::vector<documents::Problem> contradictions = describe::join(reading_.model);
+      reading_.problems.insert(reading_.problems.end(), contradictions.begin(), contradictions.end());
+    }
+  }
+  edits_ = question.edits;
+  auto loaded = std::make_shared<PageSystem>();
+  loaded->was_read = reading_.ok();
+  loaded->lock = settings_.lock;
+  loaded->system = describe::make_system(reading_, loaded->lock, {.edits = edits_});
+  if (loaded->was_read) {
+    loaded->types = std::make_shared<describe::ModelSource>(loaded->system.lowered, "the files");
+  }
+  loaded_ = loaded;
+  return loaded;
+}
+
+web::Answer Page::start() const {
+  Json files = Json::array();
+  for (const describe::SourceText& file : settings_.files) {
+    files.push_back({{"name", file.name}, {"text", file.text}});
+  }
+  return json_of({{"started", started_},
+                  {"files", std::move(files)},
+                  {"captures", settings_.captured.files},
+                  {"edits", Json::object()}});
+}
+
+web::Answer Page::system(const PageSystem& loaded) {
+  Json problems = Json::array();
+  for (const documents::Problem& problem : loaded.system.problems) {
+    const bool error = problem.severity == documents::Problem::Severity::error;
+    problems.push_back({{"severity", error ? "error" : "warning"},
+                        {"file", problem.file},
+                        {"line", problem.mark.line},
+                        {"column", problem.mark.column},
+                        {"text", problem.text}});
+  }
+  Json all = Json::array();
+  for (const Target& target : targets()) {
+    all.push_back({{"name", target.name}, {"title", target.title}});
+  }
+  return json_of({{"good", loaded.system.good},
+                  {"problems", std::move(problems)},
+                  {"targets", std::move(all)},
+                  {"lock", loaded.lock.services.empty() ? std::string{} : to_text(loaded.lock)},
+                  {"model", loaded.was_read ? describe::to_json(loaded.system.model, true) : Json{}}});
+}
+
+web::Answer Page::preview(const PageSystem& loaded, const PageQuestion& question) const {
+  const Target* const wanted = target(question.target);
+  if (wanted == nullptr) {
+    return web::not_found();
+  }
+  Json files = Json::array();
+  Json lost = Json::array();
+  if (loaded.system.good) {
+    const describe::Written written = wanted->write(loaded.system, settings_.targets);
+    for (const describe::TextFile& file : written.files) {
+      files.push_back({{"name", file.path}, {"text", file.text}});
+    }
+    for (const describe::NotCarried& one : written.not_carried) {
+      lost.push_back({{"element", one.element},
+                      {"what", one.what},
+                      {"place", describe::to_string(loaded.system.model, one.place)}});
+    }
+  }
+  return json_of({{"files", std::move(files)}, {"not_carried", std::move(lost)}});
+}
+
+web::Answer Page::answer(const web::Request& request) {
+  if (request.path == "/api/start") {
+    return start();
+  }
+  if (request.method != "POST") {
+    return web::not_found();
+  }
+  const auto question = read_question(request.body);
+  if (!question) {
+    return {.status = 400, .body = question.error() + "\n"};
+  }
+  const auto loaded = load(*question);
+  if (request.path == "/api/system") {
+    return system(*loaded);
+  }
+  if (request.path == "/api/preview") {
+    return preview(*loaded, *question);
+  }
+  if (request.path != "/api/form" && request.path != "/api/layout") {
+    return web::not_found();
+  }
+  const auto member = PageMember::of(*loaded, question->service, question->kind, question->member);
+  if (!member) {
+    return error_answer("there is no such member of a service");
+  }
+  const describe::Model& model = loaded->system.model;
+  const PagePart part = member->part(model, question->part == "response");
+  if (request.path == "/api/layout" && question->values.empty()) {
+    return json_of({{"ranges", ranges_json(describe::layout(model, part.payload), std::nullopt)}});
+  }
+  auto tree = part.tree(*loaded);
+  if (!tree) {
+    return error_answer(tree.error());
+  }
+  if (request.path == "/api/form") {
+    return json_of(form_of(model, *tree, part.values(loaded->system, tree->root())));
+  }
+  const auto bytes = part.bytes(std::move(*tree), question->values);
+  if (!bytes) {
+    return json_of({{"error", to_string(bytes.error())}, {"field", bytes.error().field}});
+  }
+  return json_of(bytes_json(model, part.payload, *bytes));
+}
+
+tl::expected<PageCall, web::Answer> Page::call(const web::Request& request) {
+  const auto question = read_question(request.body);
+  if (!question) {
+    return tl::unexpected{web::Answer{.status = 400, .body = question.error() + "\n"}};
+  }
+  const auto fail = [](const std::string& text) { return tl::unexpected{error_answer(text)}; };
+  const auto loaded = load(*question);
+  if (!loaded->system.good) {
+    return fail("the files have errors");
+  }
+  const auto member = PageMember::of(*loaded, question->service, question->kind, question->member);
+  if (!member || (member->method() == nullptr && member->field() == nullptr)) {
+    return fail("there is no such method or field");
+  }
+  const describe::Model& model = loaded->system.model;
+  const describe::Service& service = member->service();
+  PageCall call;
+  const bool gets = question->access == "getter";
+  bool is_protected = false;
+  std::optional<someip::MethodId> id;
+  if (const describe::Method* const method = member->method()) {
+    id = method->id;
+    call.forget = method->fire_and_forget;
+    call.call.timeout = method->timeout.value_or(std::chrono::seconds{5});
+    is_protected = !method->e2e.profile.empty();
+  } else {
+    id = gets ? member->field()->getter : member->field()->setter;
+    is_protected = !member->field()->e2e.profile.empty();
+  }
+  if (is_protected) {
+    return fail("it has end-to-end protection, which calls of this page have not");
+  }
+  if (!service.id || !id) {
+    return fail("it has no id");
+  }
+  call.call.method = *id;
+  call.call.timeout = std::clamp<Duration>(call.call.timeout, std::chrono::milliseconds{100}, max_call_time);
+  call.service.service = *service.id;
+  call.service.major = service.major;
+  const auto instance = std::ranges::find_if(
+      model.instances, [&](const describe::Instance& one) { return describe::is_of(one, service); });
+  if (instance != model.instances.end()) {
+    call.service.instance = instance->id.value_or(someip::any_instance);
+    call.service.major = instance->major.value_or(service.major);
+  }
+  if (!gets) {
+    const PagePart part = member->part(model, false);
+    auto tree = part.tree(*loaded);
+    if (!tree) {
+      return fail(tree.error());
+    }
+    auto bytes = part.bytes(std::move(*tree), question->values.empty() ? "{}" : question->values);
+    if (!bytes) {
+      return fail(to_string(bytes.error()));
+    }
+    call.payload = std::move(*bytes);
+  }
+  call.show = [loaded, part = member->part(model, true)](ByteView response) {
+    Json json = bytes_json(loaded->system.model, part.payload, response);
+    const auto text = part.yaml(*loaded, response);
+    json["ok"] = text.has_value();
+    json["text"] = text ? *text : documents::printable(text.error());
+    return json_of(json);
+  };
+  return call;
+}
+
+}  // namespace trestle::generate

@@ -1,0 +1,140 @@
+#include "bridge/generate/page_member.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "bridge/messages/types/type_library.hpp"
+
+namespace trestle::generate {
+namespace {
+
+using describe::LoweredMember;
+
+template <typename Elements>
+std::optional<std::size_t> place_of(const Elements& all, std::string_view key) {
+  const auto found = std::ranges::find_if(all, [&](const auto& one) {
+    if constexpr (requires { one.selector; }) {
+      return describe::member_key(one.name, one.selector) == key;
+    } else {
+      return one.name == key;
+    }
+  });
+  return found == all.end() ? std::nullopt
+                            : std::optional{static_cast<std::size_t>(std::distance(all.begin(), found))};
+}
+
+/// The rules of a method are those of its request and its response; one alone may have none of the other.
+messages::MessageRules rules_for(messages::MessageRules rules, const messages::TypeTree& tree) {
+  std::erase_if(rules.types, [&](const auto& one) {
+    return std::ranges::find(tree.messages, messages::type_of_rules(one.first),
+                             &messages::MessageDefinition::name) == tree.messages.end();
+  });
+  return rules;
+}
+
+}  // namespace
+
+tl::expected<messages::TypeTree, std::string> PagePart::tree(const PageSystem& system) const {
+  if (type.empty()) {
+    return tl::unexpected{std::string{"it has no form in ROS 2, so that no values can be given"}};
+  }
+  auto library = messages::TypeLibrary::of({system.types, std::make_shared<messages::BuiltinSource>()});
+  auto tree = library.resolve(type);
+  if (!tree) {
+    return tl::unexpected{to_string(tree.error())};
+  }
+  return std::move(*tree);
+}
+
+std::vector<describe::Value> PagePart::values(const describe::System& system,
+                                              const messages::MessageDefinition& root) const {
+  if (payload.values.size() != 1 ||
+      static_cast<std::size_t>(payload.values[0].type) >= system.model.types.size()) {
+    return payload.values;
+  }
+  const describe::Type& only = describe::resolved(system.model, payload.values[0].type);
+  const auto source = system.lowered.sources.find(root.name);
+  const bool is_itself =
+      only.kind == describe::Kind::structure &&
+      (only.ros_name == root.name || (source != system.lowered.sources.end() && !only.name.empty() &&
+                                      source->second == describe::full_name(only.scope, only.name)));
+  return is_itself ? describe::all_members(system.model, only) : payload.values;
+}
+
+tl::expected<std::vector<std::byte>, messages::ValueError> PagePart::bytes(messages::TypeTree tree,
+                                                                           const std::string& json) const {
+  const messages::MessageRules own = rules_for(rules, tree);
+  const auto values = messages::MessageValues::make(std::move(tree), own);
+  if (!values) {
+    return tl::unexpected{messages::ValueError{.place = {}, .field = {}, .text = values.error()}};
+  }
+  return values->parse(json, messages::ValueForm::json);
+}
+
+tl::expected<std::string, std::string> PagePart::yaml(const PageSystem& system, ByteView bytes) const {
+  auto message = tree(system);
+  if (!message) {
+    return tl::unexpected{message.error()};
+  }
+  const messages::MessageRules own = rules_for(rules, *message);
+  const auto values = messages::MessageValues::make(std::move(*message), own);
+  if (!values) {
+    return tl::unexpected{values.error()};
+  }
+  return values->print(bytes, messages::ValueForm::yaml, {.longest = 1000});
+}
+
+std::optional<PageMember> PageMember::of(const PageSystem& system, const std::string& service,
+                                         const std::string& kind, const std::string& member) {
+  const describe::Model& model = system.system.model;
+  PageMember found;
+  found.service_ = system.was_read ? model.service(service) : nullptr;
+  if (found.service_ == nullptr) {
+    return std::nullopt;
+  }
+  const auto take = [&](LoweredMember::Kind as, const auto& all, auto& into) {
+    if (const auto at = place_of(all, member)) {
+      into = &all[*at];
+      const auto index = static_cast<std::size_t>(found.service_ - model.services.data());
+      found.lowered_ = system.system.lowered.member(as, index, *at);
+    }
+    return into != nullptr;
+  };
+  const bool is_there =
+      kind == "methods"  ? take(LoweredMember::Kind::method, found.service_->methods, found.method_)
+      : kind == "events" ? take(LoweredMember::Kind::event, found.service_->events, found.event_)
+      : kind == "fields" ? take(LoweredMember::Kind::field, found.service_->fields, found.field_)
+                         : false;
+  return is_there ? std::optional{found} : std::nullopt;
+}
+
+PagePart PageMember::part(const describe::Model& model, bool response) const {
+  PagePart part;
+  if (lowered_ != nullptr) {
+    part.type = lowered_->type;
+    part.rules = lowered_->rules;
+  }
+  if (method_ == nullptr) {
+    part.payload = event_ != nullptr ? event_->payload : field_->payload;
+    return part;
+  }
+  if (lowered_ != nullptr) {
+    part.type += response ? "_Response" : "_Request";
+  }
+  if (!response) {
+    part.payload = method_->request;
+    return part;
+  }
+  part.payload = method_->response;
+  if (lowered_ != nullptr) {
+    part.rules = lowered_->response;
+  }
+  if (static_cast<std::size_t>(method_->error) < model.types.size()) {
+    part.payload.values.insert(
+        part.payload.values.begin(),
+        {.name = "error", .type = method_->error, .wire = describe::resolved(model, method_->error).wire});
+  }
+  return part;
+}
+
+}  // namespace trestle::generate
