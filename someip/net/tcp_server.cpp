@@ -21,7 +21,8 @@ namespace trestle::someip {
 namespace {
 
 constexpr int backlog = 64;
-constexpr auto time_to_speak = std::chrono::seconds{1};  // before a connection may have to give way
+// Who was silent for so long may have to give way.
+constexpr auto time_to_speak = std::chrono::milliseconds{1000};
 constexpr const char* for_another = "it gave way to another one";
 constexpr auto pause_after_error = std::chrono::milliseconds{100};  // until the next attempt to accept
 
@@ -68,6 +69,10 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
         last = now;
       }
     }
+    /// Whether nothing has gone over it lately, and nothing is known to come.
+    [[nodiscard]] bool silent(Clock::time_point now) const {
+      return unanswered == 0 && now - last >= time_to_speak;
+    }
   };
 
   State(boost::asio::io_context& context, const TcpServerOptions& wanted)
@@ -75,7 +80,8 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
         options{wanted},
         listener{io, listen_at(options.local, options.tcp)},
         retry{io},
-        idle_timer{io} {
+        idle_timer{io},
+        full_timer{io} {
     SocketAddress own;
     getsockname(listener.native_handle(), own.data(), &own.size());
     local = own.endpoint();
@@ -162,6 +168,7 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
     clients.emplace(from, Client{stream});
     ++counters.accepted;
     watch_idle();
+    watch_full();
     stream->receive(
         [weak = weak_from_this(), from](const Message& message) {
           if (const auto self = weak.lock()) {  // also keeps it while its handler destroys the server
@@ -210,38 +217,81 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
     }
   }
 
-  // Which connection gives way to one of an address that has `own`: all addresses get an equal share.
+  // Which connection gives way to one of an address that has `own`: all addresses get an equal share. Where
+  // they have, one that has been silent for a while, rather one that has never spoken, then the one that
+  // spoke the longest ago. Nobody takes it from an address that has less: each could lose all that it seldom
+  // uses.
   std::optional<Endpoint> who_gives_way(std::size_t own) {
     const auto now = Clock::now();
     std::size_t most = 0;
     IpAddress address{};
-    for (auto first = clients.begin(); first != clients.end();) {  // sorted by address
-      const auto next = std::find_if(
-          first, clients.end(), [&](const auto& one) { return one.first.address != first->first.address; });
-      const auto count = static_cast<std::size_t>(std::distance(first, next));
+    for_each_address([&](auto first, auto last, std::size_t count) {
       if (count > most) {
         most = count;
         address = first->first.address;
       }
-      first = next;
-    }
+      std::for_each(first, last, [&](auto& one) { one.second.look(now); });
+    });
     const bool by_address = own + 1 < most;
-    std::vector<std::pair<Clock::time_point, Endpoint>> candidates;
-    for (auto& [endpoint, client] : clients) {
-      client.look(now);
-      if (by_address ? endpoint.address == address
-                     : client.messages == 0 && now - client.since >= time_to_speak) {
-        candidates.emplace_back(client.last, endpoint);
+    struct Candidate {
+      bool spoke;
+      Clock::time_point last;
+      Endpoint endpoint;
+      auto operator<=>(const Candidate&) const = default;
+    };
+    std::vector<Candidate> candidates;
+    for_each_address([&](auto first, auto last, std::size_t count) {
+      for (; first != last; ++first) {
+        const auto& [endpoint, client] = *first;
+        const bool spoke = client.messages != 0;
+        if (by_address ? endpoint.address == address : client.silent(now) && (!spoke || count > own)) {
+          candidates.push_back({spoke, client.last, endpoint});
+        }
       }
-    }
+    });
     std::ranges::sort(candidates);
-    for (const auto& [last, endpoint] : candidates) {
-      if (!handlers.in_use || !handlers.in_use(endpoint)) {
-        return endpoint;
+    for (const Candidate& one : candidates) {
+      if (!handlers.in_use || !handlers.in_use(one.endpoint)) {
+        return one.endpoint;
       }
     }
     // All are in use: the one with the most recent activity.
-    return by_address ? std::optional{candidates.back().second} : std::nullopt;
+    return by_address ? std::optional{candidates.back().endpoint} : std::nullopt;
+  }
+
+  // Calls `visit(first, last, count)` with the clients of each address.
+  template <typename Visit>
+  void for_each_address(Visit visit) {
+    for (auto first = clients.begin(); first != clients.end();) {  // sorted by address
+      const auto last = std::find_if(
+          first, clients.end(), [&](const auto& one) { return one.first.address != first->first.address; });
+      visit(first, last, static_cast<std::size_t>(std::distance(first, last)));
+      first = last;
+    }
+  }
+
+  // While all places are taken, looks who is silent. So that is known when somebody comes.
+  void watch_full() {
+    if (clients.size() < options.max_connections || full_timer_runs) {
+      return;
+    }
+    full_timer.expires_after(time_to_speak / 2);
+    full_timer.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
+      const auto self = weak.lock();
+      if (error || !self || self->stopped) {
+        return;
+      }
+      self->full_timer_runs = false;
+      for (auto& [endpoint, client] : self->clients) {
+        client.look(Clock::now());
+      }
+      try {
+        self->watch_full();
+      } catch (const std::bad_alloc&) {  // it is found out later who is silent
+        ++self->counters.streams.no_memory;
+      }
+    });
+    full_timer_runs = true;
   }
 
   void watch_idle() {
@@ -304,6 +354,8 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
   boost::asio::steady_timer retry;
   boost::asio::steady_timer idle_timer;
   bool watching = false;  ///< idle_timer is armed
+  boost::asio::steady_timer full_timer;
+  bool full_timer_runs = false;
   Endpoint local;
   Handlers handlers;
   std::map<Endpoint, Client> clients;
@@ -318,6 +370,7 @@ TcpServer::~TcpServer() {
   state_->stopped = true;
   state_->retry.cancel();
   state_->idle_timer.cancel();
+  state_->full_timer.cancel();
   state_->clients.clear();
   boost::system::error_code ignored;
   state_->listener.close(ignored);

@@ -6,8 +6,11 @@ namespace trestle::someip {
 
 struct TcpServerOptions {
   Endpoint local = {};  ///< port 0: any dynamic port that is free
-  /// Clients at a time. One more takes the place of one of the address that has the most, or else of one that
-  /// has said nothing for a second since it came; if there is neither it is disconnected at once.
+  /// Clients at a time. One more takes the place of one of the address that has the most. If no address has
+  /// more than the new one would have, then that of one over which nothing has gone for a second: rather one
+  /// that has never spoken, then the one that was silent for longest. That one is not in use, see
+  /// Handlers::in_use, no answer to it is outstanding, and its address has more than the new one had, unless
+  /// it has never spoken. If there is none, the new one is disconnected at once.
   std::size_t max_connections = 64;
   /// Of them, from one address: nobody can keep all others out.
   std::size_t max_connections_per_address = 64;

@@ -4,7 +4,7 @@ import time
 
 from attacker import CAR
 from figures import holds
-from lab import ATTACKERS
+from lab import ATTACKERS, MANY
 from scenario import scenario
 from wire import REQUEST, someip
 
@@ -17,11 +17,11 @@ def _connect(address, port):
     return connection
 
 
-def keep_idle(port, each, say):
-    """Connections that say nothing, from every address there is; again when they are closed."""
+def keep_idle(port, each, say, addresses=ATTACKERS):
+    """Connections that say nothing more, from every address there is; again when they are closed."""
     held = []
     while True:
-        for address in ATTACKERS:
+        for address in addresses:
             mine = [one for one in held if one[0] == address]
             while len(mine) < each:
                 try:
@@ -47,6 +47,13 @@ def keep_idle(port, each, say):
 def idle(world):
     world.honest("clouds_out_tcp", "calls_tcp")
     world.beside(keep_idle, 40011, 16, b"", newcomer="new=listen:0x4011:1:tcp")
+
+
+@scenario("tcp-spoke-once", 6, "80 addresses with a TCP connection each, over which one message came")
+def spoke_once(world):
+    world.honest("clouds_out_tcp", "calls_tcp")
+    world.beside(keep_idle, 40011, 1, someip(0x4011, 1, b"", kind=REQUEST), MANY[:80],
+                 newcomer="new=listen:0x4011:1:tcp")
 
 
 @scenario("tcp-announced", 6, "12 TCP connections that announce 16 MB each, 100 MB of memory")

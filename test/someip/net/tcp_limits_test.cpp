@@ -429,6 +429,75 @@ TEST_F(TcpLimitsTest, WhatIsNeededKeepsItsPlaceWhereAnotherIsNot) {
   EXPECT_TRUE(server->connected(end_of(last, 2))) << "the second was idle for longer";
 }
 
+// Each has an address of its own, and has spoken once. Only who goes on is safe, or is needed.
+TEST_F(TcpLimitsTest, WhoSpokeOnceKeepsNobodyOut) {
+  open({.max_connections = 4});
+  tcp::socket& busy = connect(2);
+  const Endpoint for_events = end_of(connect(3), 3);
+  const Endpoint waits = end_of(connect(4), 4);
+  const Endpoint silent = end_of(connect(5), 5);
+  needed.insert(for_events);
+  server->await_answer(waits);
+  const auto speak = [&](tcp::socket& one) {
+    const std::size_t before = received.size();
+    write(one, test::hex(small));
+    ASSERT_TRUE(run_until([&] { return received.size() > before; }));
+  };
+  for (tcp::socket& one : clients) {
+    speak(one);
+  }
+  ASSERT_EQ(spoke.size(), 4U);
+  // Others try again and again until there is room; the first may come before a second is over.
+  const auto end = std::chrono::steady_clock::now() + 60s;
+  while (server->counters().gave_way == 0 && std::chrono::steady_clock::now() < end) {
+    speak(busy);
+    connect(6);
+    run_until([] { return false; }, 50ms);
+  }
+  EXPECT_EQ(server->counters().gave_way, 1U);
+  EXPECT_FALSE(server->connected(silent));
+  EXPECT_TRUE(server->connected(end_of(busy, 2)));
+  EXPECT_TRUE(server->connected(for_events));
+  EXPECT_TRUE(server->connected(waits));
+}
+
+TEST_F(TcpLimitsTest, WhoSpokeTheLongestAgoGivesWayFirst) {
+  open({.max_connections = 2});
+  connect(3);
+  connect(2);
+  for (tcp::socket& one : clients) {
+    const std::size_t before = spoke.size();
+    write(one, test::hex(small));
+    ASSERT_TRUE(run_until([&] { return spoke.size() > before; }));
+    // Until it has been seen that this one has spoken.
+    run_until([] { return false; }, 600ms);
+    io.poll();
+  }
+  ASSERT_TRUE(run_until([&] {
+    connect(4);
+    return server->counters().gave_way == 1;
+  }));
+  ASSERT_EQ(gone.size(), 1U);
+  EXPECT_EQ(gone[0].first, test::own_address(3));
+}
+
+// Else an address could take one connection after the other from those that seldom speak.
+TEST_F(TcpLimitsTest, NobodyTakesAPlaceFromAnAddressThatHasNoMore) {
+  open({.max_connections = 2});
+  for (const unsigned address : {2U, 3U}) {
+    write(connect(address), test::hex(small));
+    ASSERT_TRUE(run_until([&] { return spoke.size() == address - 1; }));
+  }
+  run_until([] { return false; }, 2s);
+  connect(2);
+  EXPECT_EQ(server->counters().gave_way, 0U);
+  EXPECT_EQ(server->counters().refused, 1U);
+  EXPECT_TRUE(run_until([&] {
+    connect(4);
+    return server->counters().gave_way == 1;
+  })) << "they were silent for long enough";
+}
+
 TEST_F(TcpLimitsTest, WhoNeverSaysAnythingKeepsNobodyOut) {
   open({.max_connections = 2});
   tcp::socket& speaks = connect(2);
