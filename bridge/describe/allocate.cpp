@@ -69,6 +69,13 @@ class Allocation {
 
   std::vector<documents::Problem> run(IdRange range) {
     services(range);
+    for (const Instance& instance : model_.instances) {
+      if (!instance.service.empty()) {
+        named_.insert(instance.service);
+      } else if (instance.service_id) {
+        nameless_.insert(*instance.service_id);
+      }
+    }
     for (Service& service : model_.services) {
       LockedIds& locked = lock_.services[full_name(service.scope, service.name)];
       members(service, methods_of(service), locked.methods, {0x0001, 0x7fff}, "method");
@@ -207,11 +214,8 @@ class Allocation {
 
   void instance(const Service& service) {
     const std::string name = full_name(service.scope, service.name);
-    const bool has_one = std::ranges::any_of(model_.instances, [&](const Instance& instance) {
-      return instance.service == name ||
-             (instance.service.empty() && instance.service_id && instance.service_id == service.id);
-    });
-    if (!has_one) {
+    if (!named_.contains(name) && !(service.id && nameless_.contains(*service.id))) {
+      named_.insert(name);
       model_.instances.push_back(
           {.service = name, .service_id = service.id, .id = someip::InstanceId{1}, .place = service.place});
     }
@@ -225,6 +229,8 @@ class Allocation {
 
   Model& model_;
   IdLock& lock_;
+  std::set<std::string, std::less<>> named_{};  ///< services that have instances: by name
+  std::set<someip::ServiceId> nameless_{};      ///< and by id
   std::vector<documents::Problem> problems_{};
 };
 

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <optional>
 #include <set>
+#include <type_traits>
 #include <utility>
 
 namespace trestle::describe {
@@ -71,6 +73,8 @@ constexpr std::array rules{
     ChangeRule{"alternative-removed", breaking, breaking, "new receivers refuse it"},
     ChangeRule{"alternative-selector", breaking, none, "the receiver takes it for another alternative"},
     ChangeRule{"error-changed", breaking, breaking, "the first value of the answer differs"},
+    ChangeRule{"not-compared", breaking, breaking,
+               "too many, or too deep in each other: what follows may differ, too"},
 };
 
 const ChangeRule& rule(std::string_view id) {
@@ -96,21 +100,26 @@ struct Pairs {
   Pairs(const std::vector<Element>& before, const std::vector<Element>& after, Name name, Id id) {
     std::set<const Element*> taken;
     std::map<const Element*, const Element*> old_of;
-    const auto pair_by = [&](auto same) {
-      for (const Element& element : after) {
-        if (old_of.contains(&element)) {
-          continue;
+    const auto pair_by = [&](auto key) {
+      // Those of one key wait in the order in which they stand.
+      std::map<std::decay_t<decltype(*key(before.front()))>, std::vector<const Element*>> waiting;
+      for (auto old = before.rbegin(); old != before.rend(); ++old) {
+        if (const auto of = key(*old); of && !taken.contains(&*old)) {
+          waiting[*of].push_back(&*old);
         }
-        const auto found = std::ranges::find_if(
-            before, [&](const Element& old) { return !taken.contains(&old) && same(old, element); });
-        if (found != before.end()) {
-          taken.insert(&*found);
-          old_of[&element] = &*found;
+      }
+      for (const Element& element : after) {
+        const auto of = key(element);
+        const auto found = of && !old_of.contains(&element) ? waiting.find(*of) : waiting.end();
+        if (found != waiting.end() && !found->second.empty()) {
+          old_of[&element] = found->second.back();
+          taken.insert(found->second.back());
+          found->second.pop_back();
         }
       }
     };
-    pair_by([&](const Element& a, const Element& b) { return name(a) == name(b); });
-    pair_by([&](const Element& a, const Element& b) { return id(a) && id(a) == id(b); });
+    pair_by([&](const Element& one) { return std::optional{name(one)}; });
+    pair_by(id);
     for (const Element& element : after) {
       if (const auto old = old_of.find(&element); old != old_of.end()) {
         both.emplace_back(old->second, &element);
@@ -209,7 +218,7 @@ class Comparison {
       add("error-changed", element, name_of(before_, old.error), name_of(after_, now.error), old.place,
           now.place);
     } else if (now.error != no_type) {
-      types(element + ".error", old.error, now.error, old.place, now.place);
+      types(element + ".error", old.error, now.error, false, old.place, now.place);
     }
     payloads(element + ".request", old.request, now.request, old.place, now.place);
     payloads(element + ".response", old.response, now.response, old.place, now.place);
@@ -284,6 +293,9 @@ class Comparison {
     const auto word = [](std::endian order) {
       return std::string{order == std::endian::big ? "big endian" : "little endian"};
     };
+    if (!old.known || !now.known) {
+      return;
+    }
     differs("byte-order", element, word(old.byte_order), word(now.byte_order), old_place, new_place);
     differs("alignment", element, fmt::to_string(old.alignment), fmt::to_string(now.alignment), old_place,
             new_place);
@@ -306,13 +318,18 @@ class Comparison {
       }
       uses(name, old[i], now[i]);
     }
-    for (std::size_t i = common; i < now.size(); ++i) {
-      add(behind_length ? "value-appended-behind-length" : "value-appended", path(element, now[i].name), {},
-          name_of(after_, now[i].type), old_place, now[i].place);
-    }
+    appended(element, old, now, behind_length, old_place);
     for (std::size_t i = common; i < old.size(); ++i) {
       add("value-removed", path(element, old[i].name), name_of(before_, old[i].type), {}, old[i].place,
           new_place);
+    }
+  }
+
+  void appended(const std::string& element, const std::vector<Value>& old, const std::vector<Value>& now,
+                bool behind_length, Place old_place) {
+    for (std::size_t i = old.size(); i < now.size(); ++i) {
+      add(behind_length ? "value-appended-behind-length" : "value-appended", path(element, now[i].name), {},
+          name_of(after_, now[i].type), old_place, now[i].place);
     }
   }
 
@@ -343,6 +360,12 @@ class Comparison {
 
   /// One use of a type, and another.
   void uses(const std::string& element, const Value& old, const Value& now) {
+    if (uses_ == max_compared_uses) {
+      add("not-compared", element, {}, {}, old.place, now.place);
+    }
+    if (++uses_ > max_compared_uses) {
+      return;
+    }
     const Type& before = resolved(before_, old.type);
     const Type& after = resolved(after_, now.type);
     if (before.kind == after.kind) {
@@ -350,11 +373,20 @@ class Comparison {
       const std::string is = layout(after.kind, now.wire);
       differs("layout", element, was, is, old.place, now.place);
     }
-    types(element, old.type, now.type, old.place, now.place);
+    // Tagged members have a length field, too.
+    const bool behind_length = (old.tag && now.tag) || (old.wire.length != someip::FieldWidth::none &&
+                                                        now.wire.length != someip::FieldWidth::none);
+    types(element, old.type, now.type, behind_length, old.place, now.place);
   }
 
-  void types(const std::string& element, TypeIndex old_index, TypeIndex new_index, Place old_place,
-             Place new_place) {
+  /// @param behind_length  a length field of the use tells where the type ends.
+  void types(const std::string& element, TypeIndex old_index, TypeIndex new_index, bool behind_length,
+             Place old_place, Place new_place) {
+    if (!is_type(before_, old_index) || !is_type(after_, new_index)) {
+      differs("type-changed", element, name_of(before_, old_index), name_of(after_, new_index), old_place,
+              new_place);
+      return;
+    }
     const Type& old = resolved(before_, old_index);
     const Type& now = resolved(after_, new_index);
     if (old.kind != now.kind || (old.kind != Kind::structure && old.primitive != now.primitive &&
@@ -364,15 +396,33 @@ class Comparison {
       return;
     }
     differs("type-renamed", element, old.name, now.name, old_place, new_place);
-    // Types that contain themselves, and types that are used often, are told once.
-    if (!seen_.emplace(old_index, new_index).second) {
+    // Types that contain themselves, and types that are used often, are told once; but what is appended hurts
+    // more where no length field is before it.
+    const auto [seen, is_new] = seen_.try_emplace(std::pair{old_index, new_index}, behind_length);
+    if (!is_new) {
+      if (std::exchange(seen->second, seen->second && behind_length) && !behind_length &&
+          now.kind == Kind::structure) {
+        appended(element, all_members(before_, old), all_members(after_, now), false, old_place);
+      }
       return;
     }
+    // Two that contain themselves in circles of different lengths are a longer circle together.
+    if (depth_ > max_type_nesting) {
+      add("not-compared", element, {}, {}, old_place, new_place);
+      return;
+    }
+    ++depth_;
+    inside(element, old, now, behind_length, old_place, new_place);
+    --depth_;
+  }
+
+  void inside(const std::string& element, const Type& old, const Type& now, bool behind_length,
+              Place old_place, Place new_place) {
     sizes(element, old, now, old_place, new_place);
     switch (now.kind) {
       case Kind::structure:
-        values(element, all_members(before_, old), all_members(after_, now),
-               now.wire.length != someip::FieldWidth::none, old_place, new_place);
+        values(element, all_members(before_, old), all_members(after_, now), behind_length, old_place,
+               new_place);
         break;
       case Kind::choice:
         alternatives(element, old, now, old_place, new_place);
@@ -494,23 +544,27 @@ class Comparison {
     return words;
   }
 
+  static bool is_type(const Model& model, TypeIndex index) {
+    return static_cast<std::size_t>(index) < model.types.size();
+  }
+
   static std::string name_of(const Model& model, TypeIndex index) {
-    if (index == no_type) {
-      return {};
+    std::string dimensions;
+    for (std::size_t steps = 0; is_type(model, index); ++steps) {
+      const Type& type = model.at(index);
+      if (!type.name.empty()) {
+        return type.name + dimensions;
+      }
+      const Type& behind = resolved(model, index);
+      if (behind.kind != Kind::array || steps == max_type_nesting) {
+        return (behind.kind == Kind::primitive ? messages::to_string(behind.primitive)
+                                               : to_string(behind.kind)) +
+               dimensions;
+      }
+      dimensions += "[]";
+      index = behind.element.type;
     }
-    const Type& type = model.at(index);
-    if (!type.name.empty()) {
-      return type.name;
-    }
-    const Type& behind = resolved(model, index);
-    switch (behind.kind) {
-      case Kind::primitive:
-        return messages::to_string(behind.primitive);
-      case Kind::array:
-        return behind.element.type == index ? "[]" : name_of(model, behind.element.type) + "[]";
-      default:
-        return to_string(behind.kind);
-    }
+    return dimensions;
   }
 
   static std::string path(const std::string& element, const std::string& name) {
@@ -520,7 +574,9 @@ class Comparison {
   const Model& before_;
   const Model& after_;
   std::vector<Change> changes_{};
-  std::set<std::pair<TypeIndex, TypeIndex>> seen_{};
+  std::map<std::pair<TypeIndex, TypeIndex>, bool> seen_{};  ///< whether always behind a length field
+  std::size_t uses_ = 0;
+  std::size_t depth_ = 0;
 };
 
 }  // namespace

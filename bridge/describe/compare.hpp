@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -37,6 +38,9 @@ struct Change {
   Place old_place{};
   Place new_place{};
 };
+
+/// Uses of types that are compared; the rest is told as one change, "not-compared".
+inline constexpr std::size_t max_compared_uses = 5'000'000;
 
 /// The differences, in the order of the new model; what was removed comes last in its service. Services are
 /// the same if they have the same full name, or else the same id; members by name, or else by id of the same

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 
 namespace trestle::describe {
@@ -39,39 +41,58 @@ void add_transfer(Transfer& to, const Transfer& from) {
   }
 }
 
+/// The first element of each id.
+template <typename Element, typename Id>
+auto first_of_each(std::vector<Element>& elements, Id id) {
+  std::map<std::decay_t<decltype(elements.front().*id)>, Element*> first;
+  for (Element& element : elements) {
+    first.try_emplace(element.*id, &element);
+  }
+  return first;
+}
+
 /// What `from` knows of the members of `to`, by their ids.
 void add_members(Service& to, const Service& from) {
+  std::set<someip::EventgroupId> groups;
+  for (const Eventgroup& eventgroup : to.eventgroups) {
+    groups.insert(eventgroup.id);
+  }
   for (const Eventgroup& eventgroup : from.eventgroups) {
-    if (std::ranges::find(to.eventgroups, eventgroup.id, &Eventgroup::id) == to.eventgroups.end()) {
+    if (groups.insert(eventgroup.id).second) {
       to.eventgroups.push_back(eventgroup);
     }
   }
   std::ranges::sort(to.eventgroups, {}, &Eventgroup::id);
+  const auto events = first_of_each(to.events, &Event::id);
+  const auto fields = first_of_each(to.fields, &Field::notifier);
+  const auto methods = first_of_each(to.methods, &Method::id);
   for (const Event& event : from.events) {
-    if (const auto same = std::ranges::find(to.events, event.id, &Event::id); same != to.events.end()) {
-      add_transfer(same->transfer, event.transfer);
-      if (same->eventgroups.empty()) {
-        same->eventgroups = event.eventgroups;
+    if (const auto same = events.find(event.id); same != events.end()) {
+      Event& known = *same->second;
+      add_transfer(known.transfer, event.transfer);
+      if (known.eventgroups.empty()) {
+        known.eventgroups = event.eventgroups;
       }
-      if (same->e2e.profile.empty()) {
-        same->e2e = event.e2e;
+      if (known.e2e.profile.empty()) {
+        known.e2e = event.e2e;
       }
-      fill(same->cycle, event.cycle);
-      fill(same->observed_bytes, event.observed_bytes);
-    } else if (const auto field = std::ranges::find(to.fields, event.id, &Field::notifier);
-               field != to.fields.end()) {
-      add_transfer(field->notifier_transfer, event.transfer);
-      if (field->eventgroups.empty()) {
-        field->eventgroups = event.eventgroups;
+      fill(known.cycle, event.cycle);
+      fill(known.observed_bytes, event.observed_bytes);
+    } else if (const auto field = fields.find(event.id); field != fields.end()) {
+      Field& known = *field->second;
+      add_transfer(known.notifier_transfer, event.transfer);
+      if (known.eventgroups.empty()) {
+        known.eventgroups = event.eventgroups;
       }
-      fill(field->observed_bytes, event.observed_bytes);
+      fill(known.observed_bytes, event.observed_bytes);
     }
   }
   for (const Method& method : from.methods) {
-    if (const auto same = std::ranges::find(to.methods, method.id, &Method::id); same != to.methods.end()) {
-      add_transfer(same->request_transfer, method.request_transfer);
-      add_transfer(same->response_transfer, method.response_transfer);
-      fill(same->observed_bytes, method.observed_bytes);
+    if (const auto same = methods.find(method.id); same != methods.end()) {
+      Method& known = *same->second;
+      add_transfer(known.request_transfer, method.request_transfer);
+      add_transfer(known.response_transfer, method.response_transfer);
+      fill(known.observed_bytes, method.observed_bytes);
     }
   }
 }
@@ -116,6 +137,7 @@ class Joining {
       members(service);
     }
     depth();
+    inheritance();
     return std::move(problems_);
   }
 
@@ -181,21 +203,37 @@ class Joining {
 
   void instances() {
     std::vector<Instance> kept;
-    std::multimap<std::tuple<Instance::Role, std::string, std::optional<someip::InstanceId>>, std::size_t>
-        places;
+    using Key = std::tuple<Instance::Role, std::string, std::optional<someip::InstanceId>,
+                           std::optional<someip::ServiceId>>;
+    struct Alike {
+      std::optional<std::size_t> first{};
+      std::map<std::string, std::set<std::size_t>> by_machine{};  ///< an empty name may be any
+    };
+    std::map<Key, Alike> places;
     for (Instance& instance : model_.instances) {
-      const auto key = std::tuple{instance.role, instance.service, instance.id};
-      const auto [begin, end] = places.equal_range(key);
-      const auto same = std::find_if(begin, end, [&](const auto& place) {
-        const Instance& other = kept[place.second];
-        return other.service_id == instance.service_id &&
-               (other.machine == instance.machine || other.machine.empty() || instance.machine.empty());
-      });
-      if (same == end) {
-        places.emplace(key, kept.size());
+      auto& [first, alike] = places[Key{instance.role, instance.service, instance.id, instance.service_id}];
+      std::optional<std::size_t> same = instance.machine.empty() ? first : std::nullopt;
+      for (const std::string& machine : {instance.machine, std::string{}}) {
+        const auto found = alike.find(machine);
+        if (found != alike.end() && (!same || *found->second.begin() < *same)) {
+          same = *found->second.begin();
+        }
+      }
+      if (!same) {
+        first = first.value_or(kept.size());
+        alike[instance.machine].insert(kept.size());
         kept.push_back(std::move(instance));
-      } else {
-        add_instance(kept[same->second], instance);
+        continue;
+      }
+      Instance& known = kept[*same];
+      const std::string before = known.machine;
+      add_instance(known, instance);
+      if (known.machine != before) {
+        alike[before].erase(*same);
+        if (alike[before].empty()) {
+          alike.erase(before);
+        }
+        alike[known.machine].insert(*same);
       }
     }
     model_.instances = std::move(kept);
@@ -235,7 +273,6 @@ class Joining {
 
   /// What works on types goes as deep as they are.
   void depth() {
-    constexpr std::size_t deepest = 200;
     constexpr std::size_t open = std::size_t(-1);  // its parts are looked at: what uses itself goes no deeper
     std::vector<std::size_t> heights(model_.types.size(), 0);
     for (std::size_t first = 0; first < model_.types.size(); ++first) {
@@ -271,10 +308,27 @@ class Joining {
         if (complete) {
           heights[at] = height;
           path.pop_back();
-          if (height == deepest + 1) {
-            error(type.place, fmt::format("types are nested more than {} deep", deepest));
+          if (height == max_type_nesting + 1) {
+            error(type.place, fmt::format("types are nested more than {} deep", max_type_nesting));
           }
         }
+      }
+    }
+  }
+
+  /// Each type that extends others has their members, too: what works on all of them takes all of these.
+  void inheritance() {
+    std::size_t all = 0;
+    for (const Type& type : model_.types) {
+      const Type* part = &type;
+      for (std::size_t steps = 0; part->base != no_type && steps < max_type_nesting; ++steps) {
+        part = &resolved(model_, part->base);
+        all += part->members.size() + part->enumerators.size();
+      }
+      if (all > max_inherited_members) {
+        error(type.place,
+              fmt::format("types have inherited more than {} members up to here", max_inherited_members));
+        return;
       }
     }
   }

@@ -1,9 +1,14 @@
 #pragma once
+#include <cstddef>
+#include <string>
 #include <vector>
 
 #include "bridge/describe/model.hpp"
 
 namespace trestle::describe {
+
+/// Members and enumerators that types have of those that they extend, counted once for each of these types.
+inline constexpr std::size_t max_inherited_members = 1'000'000;
 
 /// Makes one description of a model that several sources were appended to.
 ///
@@ -12,7 +17,8 @@ namespace trestle::describe {
 /// - Instances of the same service, id and role become one; each adds what the others lack.
 ///
 /// @return what contradicts: two services of one name, or of one id with different names, or two members of
-///         one id
+///         one id; and what is too large to work with: types nested deeper than max_type_nesting, more than
+///         max_inherited_members
 [[nodiscard]] std::vector<documents::Problem> join(Model& model);
 
 /// "Door.fidl:12:3", or the file, or nothing.

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <bit>
+#include <map>
+#include <string_view>
 #include <utility>
 
 #include "someip/wire/utf.hpp"
@@ -21,6 +23,9 @@ constexpr std::size_t max_listed_numbers = 16;
 /// Bytes and characters that a value shows.
 constexpr std::size_t max_shown = 32;
 constexpr std::size_t header_bytes = 16;
+/// Of the sum that an offset is.
+constexpr std::size_t max_terms_bytes = 1000;
+constexpr std::string_view more_terms = " + …";
 
 const char* order_text(std::endian order) {
   return order == std::endian::big ? "big endian" : "little endian";
@@ -74,9 +79,9 @@ class LayoutWalker {
       if (!failed_) {
         error("", fmt::format("{} bytes more than the description has", bytes_->size() - at_));
       }
-      limit_ = bytes_->size();
-      failed_ = false;
-      add("", "bytes", "not described", bytes_->size() - at_, hex_of(bytes_->subspan(at_)));
+      // One range, also where there is no room for more.
+      push("", "bytes", "not described", std::to_string(bytes_->size() - at_), hex_of(bytes_->subspan(at_)));
+      last().bytes = bytes_->size() - at_;
     }
     return std::move(layout_);
   }
@@ -104,14 +109,26 @@ class LayoutWalker {
       error(path, fmt::format("{} byte{} needed, {} left", size, size == 1 ? " is" : "s are", limit_ - at_));
       return std::nullopt;
     }
-    if (layout_.ranges.size() >= max_ranges) {
-      error(path, fmt::format("more than {} ranges", max_ranges));
+    if (!has_room(path)) {
       return std::nullopt;
     }
     push(path, std::move(type), std::move(rule), std::to_string(size), std::move(value));
     layout_.ranges.back().bytes = size;
     const std::size_t begin = std::exchange(at_, at_ + size);
     return bytes_ ? std::optional{bytes_->subspan(begin, size)} : std::nullopt;
+  }
+  /// Whether one more range may be made; otherwise tells why not.
+  bool has_room(const std::string& path) {
+    if (layout_.ranges.size() >= max_ranges) {
+      error(path, fmt::format("more than {} ranges", max_ranges));
+      return false;
+    }
+    path_bytes_ += path.size();
+    if (path_bytes_ > max_layout_path_bytes) {
+      error({}, fmt::format("names of more than {} bytes", max_layout_path_bytes));
+      return false;
+    }
+    return true;
   }
   void push(const std::string& path, std::string type, std::string rule, std::string size,
             std::string value = {}) {
@@ -129,14 +146,27 @@ class LayoutWalker {
   /// Something of variable size, without bytes.
   void variable(const std::string& path, std::string type, std::string rule) {
     end_bits();
-    if (failed_ || layout_.ranges.size() >= max_ranges) {
-      failed_ = true;
+    if (failed_ || !has_room(path)) {
       return;
     }
     push(path, std::move(type), std::move(rule), "variable");
   }
   /// From here on offsets depend on the size of `path`.
-  void after_variable(const std::string& path) { terms_ += " + " + path; }
+  void after_variable(const std::string& path) {
+    if (terms_.ends_with(more_terms)) {
+      return;
+    }
+    // Each range behind it repeats all of them.
+    terms_ += terms_.size() + path.size() > max_terms_bytes ? std::string{more_terms} : " + " + path;
+  }
+  /// Of structures and choices: copies, so they are made once.
+  const std::vector<Value>& members_of(const Type& type) {
+    const auto [known, is_new] = members_.try_emplace(&type);
+    if (is_new) {
+      known->second = all_members(model_, type);
+    }
+    return known->second;
+  }
 
   [[nodiscard]] Place enter() { return {std::exchange(at_, 0), std::exchange(terms_, {}), depth_++}; }
   void leave(Place place) {
@@ -215,6 +245,11 @@ class LayoutWalker {
   int depth_ = 0;
   unsigned bit_ = 0;  ///< bits of the byte at `at_` that are taken
   bool failed_ = false;
+  std::size_t uses_ = 0;
+  std::size_t path_bytes_ = 0;
+  /// Names by value, of the enumerations that were met: the first of each value.
+  mutable std::map<const Type*, std::map<std::uint64_t, std::string>> enumerators_;
+  std::map<const Type*, std::vector<Value>> members_;
   Layout layout_;
 };
 
@@ -225,6 +260,9 @@ void LayoutWalker::members(const std::vector<Value>& values, const std::string& 
     return;
   }
   for (const Value& value : values) {
+    if (failed_) {
+      return;
+    }
     untagged(value, path.empty() ? value.name : path + "." + value.name, order, nesting);
   }
 }
@@ -241,7 +279,7 @@ void LayoutWalker::tagged(const std::vector<Value>& values, const std::string& p
   };
   if (!bytes_) {
     for (const Value& one : values) {
-      if (one.tag) {
+      if (one.tag && !failed_) {
         add(path_of(one), "tag", tag_text(one) + ", big endian" + (one.optional ? ", may be missing" : ""),
             someip::tag_bytes);
         Wire wire = one.wire;
@@ -263,6 +301,7 @@ void LayoutWalker::tagged(const std::vector<Value>& values, const std::string& p
     last().value = fmt::format("data id {}, wire type {}", static_cast<unsigned>(tag.id),
                                static_cast<unsigned>(tag.type));
     const auto found = std::ranges::find_if(values, [&](const Value& one) { return one.tag == tag.id; });
+    uses_ += static_cast<std::size_t>(found - values.begin());
     someip::PayloadRules by_tag;
     by_tag.tagged_length = payload_.tagged_length;
     if (found == values.end()) {
@@ -286,6 +325,10 @@ void LayoutWalker::tagged(const std::vector<Value>& values, const std::string& p
 void LayoutWalker::use(TypeIndex index, Wire wire, const std::string& path, std::endian order, int nesting,
                        bool is_tagged) {
   if (failed_) {
+    return;
+  }
+  if (++uses_ > max_layout_uses) {
+    error(path, fmt::format("more than {} uses of types", max_layout_uses));
     return;
   }
   if (static_cast<std::size_t>(index) >= model_.types.size() || nesting > max_nesting) {
@@ -342,12 +385,15 @@ std::string LayoutWalker::value_of(const Type& type, std::uint64_t raw, unsigned
   const std::string text =
       is_signed ? fmt::format("{}", static_cast<std::int64_t>(extended)) : fmt::format("{}", raw);
   if (type.kind == Kind::enumeration) {
-    for (const Enumerator& one : all_enumerators(model_, type)) {
-      if (static_cast<std::uint64_t>(one.value) == extended) {
-        return fmt::format("{} ({})", one.name, text);
+    const auto [names, is_new] = enumerators_.try_emplace(&type);
+    if (is_new) {
+      for (const Enumerator& one : all_enumerators(model_, type)) {
+        names->second.try_emplace(static_cast<std::uint64_t>(one.value), one.name);
       }
     }
-    return text + " (no enumerator)";
+    const auto found = names->second.find(extended);
+    return found == names->second.end() ? text + " (no enumerator)"
+                                        : fmt::format("{} ({})", found->second, text);
   }
   return text;
 }
@@ -375,8 +421,7 @@ void LayoutWalker::scalar_bits(const Type& type, unsigned bits, const std::strin
     error(path, fmt::format("{} bits are needed, {} are left", bits, (limit_ - at_) * 8 - bit_));
     return;
   }
-  if (layout_.ranges.size() >= max_ranges) {
-    error(path, fmt::format("more than {} ranges", max_ranges));
+  if (!has_room(path)) {
     return;
   }
   push(path, shown_type(model_, type),
@@ -592,7 +637,7 @@ void LayoutWalker::array(const Type& type, const Wire& wire, const std::string& 
 
 void LayoutWalker::structure(const Type& type, const Wire& wire, const std::string& path, std::endian order,
                              int nesting) {
-  const auto inside = [&] { members(all_members(model_, type), path, order, nesting); };
+  const auto inside = [&] { members(members_of(type), path, order, nesting); };
   if (wire.length == FieldWidth::none) {
     inside();
     return;
@@ -629,7 +674,7 @@ void LayoutWalker::choice(const Type& type, const Wire& wire, const std::string&
   if (!length_first) {
     length_field();
   }
-  const std::vector<Value> members = all_members(model_, type);
+  const std::vector<Value>& members = members_of(type);
   const auto selector_of = [&](std::size_t at) {
     return at < type.selectors.size() ? type.selectors[at] : static_cast<std::uint32_t>(at + 1);
   };

@@ -32,13 +32,20 @@ struct LayoutError {
 
 struct Layout {
   std::vector<ByteRange> ranges{};  ///< in the order of the wire
+  /// With bytes: where they do not fit. Without: where the table was cut, for which limit.
   std::vector<LayoutError> errors{};
 };
 
 /// More ranges than these are not made; the rest is one range.
 inline constexpr std::size_t max_ranges = 20'000;
+/// Uses of types that are looked at, those without bytes among them. Structures in each other can have more
+/// members than there are atoms, and none of them a byte.
+inline constexpr std::size_t max_layout_uses = 200'000;
+/// Bytes of all paths, which hold the names of all that a member is in.
+inline constexpr std::size_t max_layout_path_bytes = std::size_t{16} << 20U;
 
-/// How a payload is laid out: as a table of what may be there.
+/// How a payload is laid out: as a table of what may be there. Ends at the limits above; an error tells
+/// which.
 [[nodiscard]] Layout layout(const Model& model, const Payload& payload);
 
 /// What the bytes of a payload are. After an error the rest of the bytes is one range.

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <optional>
-#include <set>
+#include <tuple>
 #include <utility>
 
 #include "bridge/describe/lower_types.hpp"
@@ -67,6 +67,10 @@ class Lowering {
   void value(LoweredMember member, const Payload& payload, const std::string& name, const std::string& source,
              const Notes& notes) {
     check(payload, source);
+    if (!payload.known) {
+      types_.complain(source, "what it carries is not known");
+      return;
+    }
     auto root = single_structure(payload.values);
     if (!root) {
       root = own(payload.values, name, source);
@@ -84,6 +88,10 @@ class Lowering {
   void method(LoweredMember member, const Method& method, std::string name, const std::string& source) {
     check(method.request, source);
     check(method.response, source);
+    if (!method.request.known || (!method.response.known && !method.fire_and_forget)) {
+      types_.complain(source, "what it carries is not known", method.place);
+      return;
+    }
     std::vector<Value> answers = method.response.values;
     if (method.error != no_type) {
       const Wire wire = static_cast<std::size_t>(method.error) < model_.types.size()
@@ -102,7 +110,7 @@ class Lowering {
     } else if (response) {
       name = prefix(*response, response_end);
     } else {
-      name = first_free(name, "", [&](const std::string& one) { return services_.contains(one); });
+      name = services_.take(name, "");
     }
     if (request && response && prefix(*response, response_end) != name) {
       response.reset();
@@ -152,11 +160,7 @@ class Lowering {
     if (!is_alone(values)) {
       return std::nullopt;
     }
-    TypeIndex index = values[0].type;
-    for (std::size_t steps = 0; model_.at(index).kind == Kind::alias && steps < model_.types.size();
-         ++steps) {
-      index = model_.at(index).element.type;
-    }
+    const TypeIndex index = behind_aliases(model_, values[0].type);
     const auto shape = types_.shape_of(index);
     return shape ? std::optional{Root{*shape, values[0].wire}} : std::nullopt;
   }
@@ -181,21 +185,20 @@ class Lowering {
   const Model& model_;
   Lowered result_;
   TypeLowering types_;
-  std::set<std::string, std::less<>> services_;
+  FreeNames services_;
 };
 
 }  // namespace
 
 const messages::MessageDefinition* Lowered::definition(std::string_view name) const {
-  const auto found = std::ranges::find(definitions, name, &messages::MessageDefinition::name);
-  return found == definitions.end() ? nullptr : &*found;
+  const auto found = by_name.find(name);
+  return found == by_name.end() ? nullptr : &definitions[found->second];
 }
 
 const LoweredMember* Lowered::member(LoweredMember::Kind kind, std::size_t service, std::size_t index) const {
-  const auto found = std::ranges::find_if(members, [&](const LoweredMember& one) {
-    return one.kind == kind && one.service == service && one.member == index;
-  });
-  return found == members.end() ? nullptr : &*found;
+  const auto key = [](const LoweredMember& one) { return std::tuple{one.service, one.kind, one.member}; };
+  const auto found = std::ranges::lower_bound(members, std::tuple{service, kind, index}, {}, key);
+  return found != members.end() && key(*found) == std::tuple{service, kind, index} ? &*found : nullptr;
 }
 
 std::vector<std::string> Lowered::ros_names(std::string_view source) const {

@@ -30,7 +30,8 @@ struct Lowered {
   /// Messages that others are made of stand before these. Those of the method "pkg/srv/Name" are
   /// "pkg/srv/Name_Request" and "pkg/srv/Name_Response".
   std::vector<messages::MessageDefinition> definitions{};
-  std::vector<LoweredMember> members{};  ///< by service; events, methods, fields
+  std::map<std::string, std::size_t, std::less<>> by_name{};  ///< index of `definitions`
+  std::vector<LoweredMember> members{};                       ///< by service; events, methods, fields
   /// By the ROS name what it was in the description: "pkg/msg/Type" -> "org.example.Type",
   /// "pkg/msg/Type.field_name" -> "fieldName", "pkg/msg/Type.STATE_ON" -> "State.ON", "pkg/srv/Name" ->
   /// "org.example.Service.method".
@@ -53,7 +54,15 @@ struct LowerOptions {
   std::string package_without_scope = "interfaces";
 };
 
+/// Maps in maps: messages of all of them together, and of one member. A map of two maps of two maps … has
+/// twice as many at each level.
+inline constexpr std::size_t max_nested_maps = 100'000;
+inline constexpr std::size_t max_nested_maps_of_member = 1000;
+/// Constants of all messages, made of the enumerators of what they have in them.
+inline constexpr std::size_t max_lowered_constants = 2'000'000;
+
 /// Makes ROS definitions of all types and members. The same model gives the same names.
+/// What is beyond the limits above is not carried, and named.
 /// Never throws; models of any content are allowed, types that contain themselves among them.
 [[nodiscard]] Lowered lower(const Model& model, const LowerOptions& options = {});
 

@@ -52,7 +52,29 @@ std::string number_text(std::int64_t value, Primitive type) {
                                    : fmt::format("{}", value);
 }
 
+/// All that same_fields() compares, and the form.
+std::string fields_text(const Shape& shape) {
+  std::string text = fmt::format("{}", static_cast<int>(shape.form));
+  for (const messages::Field& field : shape.definition.fields) {
+    const messages::FieldType& type = field.type;
+    text += fmt::format("\n{} {} {} {} {} {} {}", field.name, type.message,
+                        type.primitive ? static_cast<int>(*type.primitive) : -1, static_cast<int>(type.array),
+                        type.array_size, type.string_bound, field.default_value);
+  }
+  for (const messages::Constant& constant : shape.definition.constants) {
+    text += fmt::format("\n{} = {} {}", constant.name, static_cast<int>(constant.type), constant.value);
+  }
+  return text;
+}
+
 }  // namespace
+
+TypeLowering::TypeLowering(const Model& model, const LowerOptions& options, Lowered& into)
+    : model_{model}, options_{options}, into_{into} {
+  for (const Constant& constant : model.constants) {
+    constants_[constant.scope].push_back(&constant);
+  }
+}
 
 void TypeLowering::complain(std::string element, std::string what, Place place) {
   into_.not_carried.push_back({std::move(element), std::move(what), place});
@@ -80,13 +102,14 @@ std::optional<std::size_t> TypeLowering::shape_of(TypeIndex index) {
   if (type.polymorphic) {
     complain(source, "a polymorphic structure", type.place);
   } else if (++depth_ > messages::max_type_depth) {
+    --depth_;
     complain(source, fmt::format("types nested deeper than {}", messages::max_type_depth), type.place);
   } else {
     const std::string name =
         !type.ros_name.empty() ? type.ros_name : package_of(type.scope) + "/msg/" + ros_type_name(type.name);
     result = structure(type, {name, source});
+    --depth_;
   }
-  --depth_;
   open_.erase(index);
   known_[index] = result;
   return result;
@@ -134,24 +157,43 @@ std::optional<std::size_t> TypeLowering::structure(const Type& type, const Owner
   return result;
 }
 
-/// Adds the shape, and its definition unless there is an equal one.
-std::optional<std::size_t> TypeLowering::made(Shape shape, const Owner& owner, bool is_fixed) {
+/// The wanted name, or one with a number, unless a shape of that name is the same.
+std::string TypeLowering::free_name(const Shape& shape) {
+  const std::string& wanted = shape.definition.name;
+  const auto [known, is_new] = alike_[wanted].try_emplace(fields_text(shape));
+  if (!is_new) {
+    return known->second;
+  }
   const auto is_other = [&](const std::string& name) {
     const auto other = defined_.find(name);
     return other != defined_.end() && !(same_fields(shapes_[other->second].definition, shape.definition) &&
                                         shapes_[other->second].form == shape.form);
   };
+  unsigned& number = next_numbers_.try_emplace(wanted, 1U).first->second;
+  std::string name = number == 1 ? wanted : wanted + std::to_string(number);
+  while (is_other(name)) {
+    name = wanted + std::to_string(++number);
+  }
+  return known->second = std::move(name);
+}
+
+/// Adds the shape, and its definition unless there is an equal one.
+std::optional<std::size_t> TypeLowering::made(Shape shape, const Owner& owner, bool is_fixed) {
   const std::string wanted = shape.definition.name;
-  const std::string name = first_free(wanted, "", is_other);
+  const std::string name = free_name(shape);
   if (is_fixed && name != wanted) {
     complain(owner.source, fmt::format("{} is there with other fields, so this one is {}", wanted, name));
   }
+  shape.constant_at.clear();
+  shape.constant_names = {};
+  shape.enumerations.clear();
   shape.definition.name = name;
   shape.definition.file = "description";
   shapes_.push_back(std::move(shape));
   const std::size_t index = shapes_.size() - 1;
   const Shape& there = shapes_.back();
   if (defined_.emplace(name, index).second) {
+    into_.by_name.emplace(name, into_.definitions.size());
     into_.definitions.push_back(there.definition);
     into_.sources.emplace(name, there.source);
     for (const auto& [constant, source] : there.constants) {
@@ -184,15 +226,13 @@ std::optional<std::size_t> TypeLowering::shape_of(const std::vector<Value>& valu
 
 bool TypeLowering::add_uses(Shape& shape, const std::vector<Value>& values, const Owner& owner,
                             bool is_choice, bool keeps_names) {
-  std::set<std::string, std::less<>> taken;
+  FreeNames taken;
   const bool is_tagged =
       std::ranges::any_of(values, [](const Value& value) { return value.tag.has_value(); });
   for (const Value& value : values) {
     const std::string what = owner.source + "." + value.name;
     const std::string wanted = keeps_names && !value.name.empty() ? value.name : ros_field_name(value.name);
-    const std::string name =
-        first_free(wanted, "_", [&](const std::string& one) { return taken.contains(one); });
-    taken.insert(name);
+    const std::string name = taken.take(wanted, "_");
     if (value.type == no_type || static_cast<std::size_t>(value.type) >= model_.types.size()) {
       complain(what, "a member without a type", value.place);
       return false;
@@ -314,12 +354,7 @@ bool TypeLowering::element(Shape::Use& use, const Value& value, const Owner& own
       return true;
     case Kind::structure:
     case Kind::choice: {
-      // Behind the aliases; the index is what shapes are known by.
-      TypeIndex index = value.type;
-      for (std::size_t steps = 0; model_.at(index).kind == Kind::alias && steps < model_.types.size();
-           ++steps) {
-        index = model_.at(index).element.type;
-      }
+      const TypeIndex index = behind_aliases(model_, value.type);
       const auto shape = shape_of(index);
       if (!shape) {
         complain(what, fmt::format("{} is not carried", full_name(type.scope, type.name)), value.place);
@@ -386,8 +421,33 @@ std::optional<std::size_t> TypeLowering::wrapper(const Value& value, const Owner
   return made(std::move(shape), inner, false);
 }
 
-/// A pair of a map.
+/// A pair of a map. That of a map with a name is the same for all.
 std::optional<std::size_t> TypeLowering::entry(const Type& map, const Owner& owner, const std::string& name) {
+  const TypeIndex index{static_cast<std::uint32_t>(&map - model_.types.data())};
+  if (const auto known = entries_.find(index); known != entries_.end()) {
+    return known->second;
+  }
+  const bool is_nested = entry_depth_ > 0;
+  nested_maps_of_member_ = is_nested ? nested_maps_of_member_ + 1 : 0;
+  nested_maps_ += is_nested ? 1 : 0;
+  if (nested_maps_of_member_ > max_nested_maps_of_member || nested_maps_ > max_nested_maps) {
+    complain(owner.source,
+             fmt::format("more than {} maps in maps",
+                         nested_maps_ > max_nested_maps ? max_nested_maps : max_nested_maps_of_member),
+             map.place);
+    return std::nullopt;
+  }
+  ++entry_depth_;
+  const auto made = new_entry(map, owner, name);
+  --entry_depth_;
+  if (made && !map.name.empty()) {
+    entries_.emplace(index, made);
+  }
+  return made;
+}
+
+std::optional<std::size_t> TypeLowering::new_entry(const Type& map, const Owner& owner,
+                                                   const std::string& name) {
   if (++depth_ > messages::max_type_depth) {
     --depth_;
     complain(owner.source, "maps of maps without end", map.place);
@@ -432,29 +492,48 @@ void TypeLowering::add_enumerators(Shape& shape, const Value& value, const std::
     return;
   }
   const std::string prefix = ros_constant_name(type->name.empty() ? field : type->name) + "_";
-  auto& constants = shape.definition.constants;
-  for (const Enumerator& one : all_enumerators(model_, *type)) {
+  if (!shape.enumerations.emplace(type, prefix).second) {
+    return;
+  }
+  const std::vector<Enumerator> all = all_enumerators(model_, *type);
+  constant_count_ += all.size();
+  if (constant_count_ > max_lowered_constants) {
+    complain(shape.source,
+             fmt::format("the enumerators of {} as constants: there are more than {}", type->name,
+                         max_lowered_constants),
+             type->place);
+    return;
+  }
+  for (const Enumerator& one : all) {
     messages::Constant constant{.name = prefix + ros_constant_name(one.name),
                                 .type = type->primitive,
                                 .value = number_text(one.value, type->primitive)};
-    const auto same = std::ranges::find_if(constants, [&](const auto& there) {
-      return there.name == constant.name && there.value == constant.value && there.type == constant.type;
-    });
-    if (same != constants.end()) {
-      continue;
+    const auto same = shape.constant_at.find(constant.name);
+    if (same != shape.constant_at.end()) {
+      const messages::Constant& there = shape.definition.constants[same->second];
+      if (there.value == constant.value && there.type == constant.type) {
+        continue;
+      }
     }
-    constant.name = first_free(constant.name, "_", [&](const std::string& name) {
-      return std::ranges::find(constants, name, &messages::Constant::name) != constants.end();
-    });
-    shape.constants.emplace(constant.name, type->name + "." + one.name);
-    constants.push_back(std::move(constant));
+    add_constant(shape, std::move(constant), type->name + "." + one.name);
   }
 }
 
+void TypeLowering::add_constant(Shape& shape, messages::Constant constant, std::string source) {
+  constant.name = shape.constant_names.take(constant.name, "_");
+  shape.constants.emplace(constant.name, std::move(source));
+  shape.constant_at.emplace(constant.name, shape.definition.constants.size());
+  shape.definition.constants.push_back(std::move(constant));
+}
+
 void TypeLowering::constants_of(Shape& shape, std::string_view scope, bool keeps_names) {
-  messages::MessageDefinition& definition = shape.definition;
-  for (const Constant& constant : model_.constants) {
-    if (constant.scope != scope || constant.type == no_type) {
+  const auto all = constants_.find(scope);
+  if (all == constants_.end()) {
+    return;
+  }
+  for (const Constant* const one : all->second) {
+    const Constant& constant = *one;
+    if (constant.type == no_type) {
       continue;
     }
     const Type& type = resolved(model_, constant.type);
@@ -464,29 +543,23 @@ void TypeLowering::constants_of(Shape& shape, std::string_view scope, bool keeps
                constant.place);
       continue;
     }
-    const std::string wanted = keeps_names ? constant.name : ros_constant_name(constant.name);
-    const std::string name = first_free(wanted, "_", [&](const std::string& one) {
-      return std::ranges::find(definition.constants, one, &messages::Constant::name) !=
-             definition.constants.end();
-    });
-    shape.constants.emplace(name, full_name(constant.scope, constant.name));
-    definition.constants.push_back(
-        {.name = name,
-         .type = !is_number ? type.ros_name == "wstring" ? Primitive::wstring : Primitive::string
-                            : type.primitive,
-         .value = constant.value});
+    add_constant(shape,
+                 {.name = keeps_names ? constant.name : ros_constant_name(constant.name),
+                  .type = !is_number ? type.ros_name == "wstring" ? Primitive::wstring : Primitive::string
+                                     : type.primitive,
+                  .value = constant.value},
+                 full_name(constant.scope, constant.name));
   }
 }
 
 void TypeLowering::add_constants() {
-  std::set<std::string, std::less<>> scopes;
-  for (const Constant& constant : model_.constants) {
-    scopes.insert(constant.scope);
+  std::set<std::string_view> of_types;
+  for (const Type& type : model_.types) {
+    of_types.insert(type.ros_name);
   }
-  for (const std::string& scope : scopes) {
-    const bool is_of_type = std::ranges::any_of(
-        model_.types, [&](const Type& type) { return !type.ros_name.empty() && type.ros_name == scope; });
-    if (is_of_type) {
+  of_types.erase("");
+  for (const auto& [scope, all] : constants_) {
+    if (of_types.contains(scope)) {
       continue;
     }
     Shape shape;

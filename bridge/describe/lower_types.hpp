@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bridge/describe/lower.hpp"
+#include "bridge/describe/ros_names.hpp"
 
 /// The parts of lower(): types become shapes, a shape gives a definition and, for each payload, rules.
 namespace trestle::describe {
@@ -31,15 +32,18 @@ struct Shape {
   std::vector<std::uint32_t> selectors{};
   std::vector<Use> uses{};
   std::string source{};
-  std::map<std::string, std::string> constants{};  ///< by their ROS names what they were
-  bool has_optional_array = false;                 ///< also of what it is made of: that may be missing
+  std::map<std::string, std::string> constants{};    ///< by their ROS names what they were
+  std::map<std::string, std::size_t> constant_at{};  ///< index of definition.constants by name
+  FreeNames constant_names{};
+  /// Enumerations whose enumerators are constants already, by what these begin with.
+  std::set<std::pair<const Type*, std::string>> enumerations{};
+  bool has_optional_array = false;  ///< also of what it is made of: that may be missing
 };
 
 /// Makes shapes of types. Two types whose definitions are equal share a name.
 class TypeLowering {
  public:
-  TypeLowering(const Model& model, const LowerOptions& options, Lowered& into)
-      : model_{model}, options_{options}, into_{into} {}
+  TypeLowering(const Model& model, const LowerOptions& options, Lowered& into);
 
   /// The shape of a structure, choice or map entry; nothing: it has none, and not_carried says why.
   std::optional<std::size_t> shape_of(TypeIndex type);
@@ -71,8 +75,11 @@ class TypeLowering {
   bool array(Shape::Use& use, const Type& type, const Value& value, const std::string& what);
   std::optional<std::size_t> wrapper(const Value& value, const Owner& owner, const std::string& name);
   std::optional<std::size_t> entry(const Type& map, const Owner& owner, const std::string& name);
+  std::optional<std::size_t> new_entry(const Type& map, const Owner& owner, const std::string& name);
   void add_enumerators(Shape& shape, const Value& value, const std::string& field);
   void constants_of(Shape& shape, std::string_view scope, bool keeps_names);
+  void add_constant(Shape& shape, messages::Constant constant, std::string source);
+  [[nodiscard]] std::string free_name(const Shape& shape);
 
   const Model& model_;
   const LowerOptions& options_;
@@ -81,7 +88,15 @@ class TypeLowering {
   std::map<TypeIndex, std::optional<std::size_t>> known_;
   std::set<TypeIndex> open_;                                 ///< types whose shapes are being made
   std::map<std::string, std::size_t, std::less<>> defined_;  ///< by name: the shape with its definition
+  std::map<std::string, std::map<std::string, std::string>> alike_;  ///< by wanted name, by fields: the name
+  std::map<std::string, unsigned> next_numbers_;                     ///< by wanted name: lower ones are taken
+  std::map<std::string, std::vector<const Constant*>, std::less<>> constants_;  ///< by scope
+  std::map<TypeIndex, std::optional<std::size_t>> entries_;                     ///< of maps with names
   std::size_t depth_ = 0;
+  std::size_t entry_depth_ = 0;
+  std::size_t nested_maps_ = 0;
+  std::size_t nested_maps_of_member_ = 0;
+  std::size_t constant_count_ = 0;
 };
 
 /// The rules of one payload.

@@ -68,12 +68,20 @@ bool is_of(const Instance& instance, const Service& service) {
 }
 
 const Type& resolved(const Model& model, TypeIndex index) {
-  const Type* type = &model.at(index);
-  // No chain without a circle is longer than there are types.
-  for (std::size_t steps = 0; type->kind == Kind::alias && steps < model.types.size(); ++steps) {
-    type = &model.at(type->element.type);
+  static const Type nothing{.kind = Kind::alias};
+  for (std::size_t steps = 0; static_cast<std::size_t>(index) < model.types.size(); ++steps) {
+    const Type& type = model.at(index);
+    if (type.kind != Kind::alias || steps == max_type_nesting) {
+      return type;
+    }
+    index = type.element.type;
   }
-  return *type;
+  return nothing;
+}
+
+TypeIndex behind_aliases(const Model& model, TypeIndex index) {
+  const Type& type = resolved(model, index);
+  return type.kind == Kind::alias ? index : TypeIndex{static_cast<std::uint32_t>(&type - model.types.data())};
 }
 
 namespace {
@@ -81,7 +89,7 @@ namespace {
 /// The type and its bases, the outermost base first.
 std::vector<const Type*> line_of(const Model& model, const Type& type) {
   std::vector<const Type*> line{&type};
-  while (line.back()->base != no_type && line.size() <= model.types.size()) {
+  while (line.back()->base != no_type && line.size() <= max_type_nesting) {
     line.push_back(&resolved(model, line.back()->base));
   }
   std::ranges::reverse(line);

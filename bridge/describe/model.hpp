@@ -182,6 +182,8 @@ struct Protection {
 /// What holds for a whole payload.
 struct Payload {
   std::vector<Value> values{};  ///< in the order of the wire
+  /// False: nobody said what is in it, as vsomeip JSON and captures do not. Otherwise no values are no bytes.
+  bool known = true;
   std::endian byte_order = std::endian::big;
   bool length_fields_always_big = false;  ///< else they follow the byte order, as with CommonAPI
   std::uint8_t alignment = 1;             ///< bytes
@@ -340,8 +342,15 @@ struct Model {
 /// Whether an instance is one of a service: by the name that it gives, or else by the id.
 [[nodiscard]] bool is_of(const Instance& instance, const Service& service);
 
-/// Behind all aliases: the type that is on the wire. Terminates also for aliases that go round.
+/// How many types may be in each other, and extend each other. join() refuses models with more; until then,
+/// the functions below look no further.
+inline constexpr std::size_t max_type_nesting = 200;
+
+/// Behind all aliases: the type that is on the wire. An alias, if there is none: of aliases that go round, or
+/// of no type.
 [[nodiscard]] const Type& resolved(const Model& model, TypeIndex type);
+/// The index of that type; `type` itself if there is none.
+[[nodiscard]] TypeIndex behind_aliases(const Model& model, TypeIndex type);
 
 /// Of a structure, choice or enumeration with bases: those of the base first. They terminate also for bases
 /// that go round.

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "bridge/describe/instance_index.hpp"
 #include "bridge/documents/format.hpp"
 #include "someip/net/address_text.hpp"
 
@@ -79,7 +80,7 @@ Json wire_json(Kind kind, const Wire& wire) {
 class ModelWriter {
  public:
   ModelWriter(const Model& model, const std::vector<std::string>& labels, bool with_places)
-      : model_{model}, labels_{labels}, with_places_{with_places} {}
+      : model_{model}, labels_{labels}, with_places_{with_places}, instances_{model} {}
 
   [[nodiscard]] Json type(const Type& type, int depth = 0) const;
   [[nodiscard]] Json constant(const Constant& constant) const;
@@ -89,6 +90,9 @@ class ModelWriter {
   [[nodiscard]] bool is_inline(const Type& type) const {
     return type.name.empty() && type.kind != Kind::structure && type.kind != Kind::choice &&
            type.kind != Kind::enumeration;
+  }
+  [[nodiscard]] bool has_service(const Instance& instance) const {
+    return instances_.service_of(instance) != nullptr;
   }
   [[nodiscard]] Json reference(TypeIndex index, int depth) const;
   /// The labels of all types with a name that a service's payloads are made of, in alphabetical order.
@@ -104,7 +108,9 @@ class ModelWriter {
   [[nodiscard]] Json event(const Event& event) const;
   [[nodiscard]] Json method(const Method& method) const;
   [[nodiscard]] Json field(const Field& field) const;
-  [[nodiscard]] Json eventgroup(const Service& service, const Eventgroup& eventgroup) const;
+  using Members = std::map<someip::EventgroupId, std::vector<std::string>>;
+  [[nodiscard]] static Members members_of_eventgroups(const Service& service);
+  [[nodiscard]] Json eventgroup(const Members& members, const Eventgroup& eventgroup) const;
   static void transfer(const Transfer& transfer, const char* prefix, Json& json);
   static void protection(const Protection& protection, Json& json);
   void collect(TypeIndex index, std::set<std::size_t>& seen) const;
@@ -112,6 +118,7 @@ class ModelWriter {
   const Model& model_;
   const std::vector<std::string>& labels_;
   bool with_places_;
+  InstanceIndex instances_;
 };
 
 void ModelWriter::notes(const Notes& notes, Json& json) const {
@@ -265,6 +272,9 @@ Json ModelWriter::type(const Type& type, int depth) const {
 Json ModelWriter::payload(const Payload& payload) const {
   Json json = Json::object();
   json["values"] = values(payload.values, 0);
+  if (!payload.known) {
+    json["known"] = false;
+  }
   const Payload usual;
   if (payload.byte_order != usual.byte_order) {
     json["byte_order"] = to_text(payload.byte_order);
@@ -400,17 +410,23 @@ Json ModelWriter::field(const Field& field) const {
   return json;
 }
 
-Json ModelWriter::eventgroup(const Service& service, const Eventgroup& eventgroup) const {
-  Json json{{"name", eventgroup.name}, {"id", id_json(eventgroup.id)}};
-  Json members = Json::array();
+/// The names of events and fields, in this order.
+ModelWriter::Members ModelWriter::members_of_eventgroups(const Service& service) {
+  Members members;
   const auto add = [&](const auto& one) {
-    if (std::ranges::find(one.eventgroups, eventgroup.id) != one.eventgroups.end()) {
-      members.push_back(one.name);
+    for (const someip::EventgroupId id : std::set(one.eventgroups.begin(), one.eventgroups.end())) {
+      members[id].push_back(one.name);
     }
   };
   std::ranges::for_each(service.events, add);
   std::ranges::for_each(service.fields, add);
-  json["events"] = std::move(members);
+  return members;
+}
+
+Json ModelWriter::eventgroup(const Members& members, const Eventgroup& eventgroup) const {
+  Json json{{"name", eventgroup.name}, {"id", id_json(eventgroup.id)}};
+  const auto found = members.find(eventgroup.id);
+  json["events"] = found == members.end() ? Json::array() : Json(found->second);
   place(eventgroup.place, json);
   return json;
 }
@@ -478,15 +494,14 @@ Json ModelWriter::service(const Service& service) const {
     }
   };
   Json& instances = json["instances"] = Json::array();
-  for (const Instance& one : model_.instances) {
-    if (is_of(one, service)) {
-      instances.push_back(instance(one, false));
-    }
+  for (const Instance* one : instances_.of(service)) {
+    instances.push_back(instance(*one, false));
   }
   each("methods", service.methods, [&](const Method& one) { return method(one); });
   each("events", service.events, [&](const Event& one) { return event(one); });
   each("fields", service.fields, [&](const Field& one) { return field(one); });
-  each("eventgroups", service.eventgroups, [&](const Eventgroup& one) { return eventgroup(service, one); });
+  const Members members = members_of_eventgroups(service);
+  each("eventgroups", service.eventgroups, [&](const Eventgroup& one) { return eventgroup(members, one); });
   json["types"] = types_of(service);
   notes(service.notes, json);
   place(service.place, json);
@@ -577,11 +592,6 @@ Json ModelWriter::constant(const Constant& constant) const {
   return json;
 }
 
-bool has_service(const Model& model, const Instance& instance) {
-  return std::ranges::any_of(model.services,
-                             [&](const Service& service) { return is_of(instance, service); });
-}
-
 std::string dump(const Json& json, int indent) {
   return json.dump(indent, ' ', false, Json::error_handler_t::replace);
 }
@@ -630,7 +640,7 @@ Json to_json(const Model& model, bool with_places) {
   }
   Json& instances = json["instances"] = Json::array();
   for (const Instance& instance : model.instances) {
-    if (!has_service(model, instance)) {
+    if (!writer.has_service(instance)) {
       instances.push_back(writer.instance(instance, true));
     }
   }
@@ -712,7 +722,7 @@ std::string canonical(const Model& model) {
   json["types"] = types;
   Json& instances = json["instances"] = Json::array();
   for (const Instance& instance : model.instances) {
-    if (!has_service(model, instance)) {
+    if (!writer.has_service(instance)) {
       instances.push_back(writer.instance(instance, true));
     }
   }

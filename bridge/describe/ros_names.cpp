@@ -122,6 +122,19 @@ std::string ros_package_name(std::string_view scope) {
   return without_keyword(is_digit(result.front()) ? "n" + result : result, "_msgs");
 }
 
+std::string FreeNames::take(const std::string& name, std::string_view between) {
+  if (taken_.insert(name).second) {
+    return name;
+  }
+  unsigned& number = next_.try_emplace(name, 2U).first->second;
+  for (;; ++number) {
+    std::string result = name + std::string{between} + std::to_string(number);
+    if (taken_.insert(result).second) {
+      return result;
+    }
+  }
+}
+
 std::string first_free(const std::string& name, std::string_view between,
                        const std::function<bool(const std::string&)>& is_taken) {
   std::string result = name;

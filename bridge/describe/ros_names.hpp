@@ -1,5 +1,6 @@
 #pragma once
 #include <functional>
+#include <map>
 #include <set>
 #include <string>
 #include <string_view>
@@ -20,5 +21,18 @@ namespace trestle::describe {
 /// The name, or the first of name2, name3 … (with `between` before the number) that is not taken.
 [[nodiscard]] std::string first_free(const std::string& name, std::string_view between,
                                      const std::function<bool(const std::string&)>& is_taken);
+
+/// Names of which each is given once. first_free() asks for each number again; this remembers.
+class FreeNames {
+ public:
+  /// The name, or the first of name2, name3 … (with `between` before the number) that was not given yet.
+  std::string take(const std::string& name, std::string_view between);
+  [[nodiscard]] bool contains(std::string_view name) const { return taken_.contains(name); }
+  void insert(const std::string& name) { taken_.insert(name); }
+
+ private:
+  std::set<std::string, std::less<>> taken_;
+  std::map<std::string, unsigned, std::less<>> next_;  ///< numbers below are taken
+};
 
 }  // namespace trestle::describe

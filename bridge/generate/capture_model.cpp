@@ -148,9 +148,11 @@ describe::Model CaptureModel::model(const std::string& file) const {
     }
     if (seen.multicast) {
       for (describe::Instance& instance : model.instances) {
-        const bool known = std::ranges::find(instance.multicast, seen.eventgroup,
-                                             &describe::Multicast::eventgroup) != instance.multicast.end();
-        if (instance.service_id == seen.service && instance.id == seen.instance && !known) {
+        if (instance.service_id != seen.service || instance.id != seen.instance) {
+          continue;
+        }
+        if (std::ranges::find(instance.multicast, seen.eventgroup, &describe::Multicast::eventgroup) ==
+            instance.multicast.end()) {
           instance.multicast.push_back(
               {.eventgroup = seen.eventgroup, .group = *seen.multicast, .threshold = 1});
         }
@@ -167,6 +169,7 @@ describe::Model CaptureModel::model(const std::string& file) const {
       describe::Event event{.name = fmt::format("event_{:04x}", someip::value(id)), .id = id};
       event.transfer.transport = member.event.transport;
       event.observed_bytes = member.event.most_bytes;
+      event.payload.known = false;
       service.events.push_back(std::move(event));
     }
     if (member.request.there || member.answered) {
@@ -174,6 +177,8 @@ describe::Model CaptureModel::model(const std::string& file) const {
       method.fire_and_forget = member.fire_and_forget && !member.answered;
       method.request_transfer.transport = member.request.transport;
       method.response_transfer.transport = member.response.transport;
+      method.request.known = false;
+      method.response.known = false;
       method.observed_bytes = std::max(member.request.most_bytes, member.response.most_bytes);
       service.methods.push_back(std::move(method));
     }

@@ -77,6 +77,22 @@ bool write_file(const fs::path& path, const std::string& text) {
   return true;
 }
 
+/// The sources that a route file may name, seen from the folder that it is written to.
+std::vector<std::string> interfaces_of(const GenerateArguments& arguments) {
+  std::vector<std::string> names;
+  for (const std::string& source : arguments.sources.sources) {
+    if (is_capture(source)) {
+      continue;
+    }
+    std::error_code error;
+    const fs::path seen = arguments.folder.empty()
+                              ? fs::path{source}
+                              : fs::relative(source, fs::weakly_canonical(arguments.folder, error), error);
+    names.push_back(error || seen.empty() ? fs::absolute(source).string() : seen.string());
+  }
+  return names;
+}
+
 TargetOptions target_options(const GenerateArguments& arguments) {
   TargetOptions options;
   options.routes.routes.prefix = arguments.prefix;
@@ -130,6 +146,8 @@ int run_generate(GenerateArguments& arguments) {
   const bool with_types = std::ranges::find(arguments.to, "msg") != arguments.to.end();
   if (with_types && wanted.size() > 1) {
     options.routes.type_paths = ".";
+  } else if (!with_types) {
+    options.routes.interfaces = interfaces_of(arguments);
   }
   const std::string lock =
       arguments.folder.empty() ? std::string{} : (fs::path{arguments.folder} / "ids.lock").string();

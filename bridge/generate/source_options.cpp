@@ -18,14 +18,10 @@
 #include "bridge/generate/capture_model.hpp"
 
 namespace trestle::generate {
-namespace {
 
-/// Captures are told by their names: they have no text.
 bool is_capture(const std::string& name) {
   return name.ends_with(".pcap") || name.ends_with(".pcapng") || name.ends_with(".cap");
 }
-
-}  // namespace
 
 void SourceArguments::add_to(CLI::App& command) {
   command

@@ -45,6 +45,9 @@ class SourceArguments {
   describe::IdLock lock_{};
 };
 
+/// Captures are told by their names: they have no text.
+[[nodiscard]] bool is_capture(const std::string& name);
+
 /// Prints problems to standard error, in colours for people.
 void print_problems(const std::vector<documents::Problem>& problems);
 

@@ -4,8 +4,12 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
+#include <set>
+#include <string_view>
+#include <tuple>
 
 #include "bridge/describe/model_source.hpp"
 #include "bridge/describe/sources/sources.hpp"
@@ -18,6 +22,9 @@ namespace trestle::carry {
 namespace {
 
 using describe::Side;
+
+/// Entries that are made for one list. The loader of the lists refuses so many.
+constexpr std::size_t generated_max = 1001;
 
 /// What `generate` says.
 struct Generate {
@@ -75,16 +82,65 @@ std::vector<std::string> paths_of(const YAML::Node& node, const std::string& fil
   return paths;
 }
 
+/// The same with a mark at each node, as if it stood there: what is wrong in what was made is told at the
+/// place that asked for it.
+YAML::Node marked(const YAML::Node& node, documents::Mark mark) {
+  const std::string place = std::string(static_cast<std::size_t>(std::max(mark.line - 1, 0)), '\n') +
+                            std::string(static_cast<std::size_t>(std::max(mark.column - 1, 0)), ' ');
+  if (node.IsMap()) {
+    YAML::Node map = YAML::Load(place + "{}");
+    for (const auto& pair : node) {
+      map.force_insert(marked(pair.first, mark), marked(pair.second, mark));
+    }
+    return map;
+  }
+  if (node.IsSequence()) {
+    YAML::Node list = YAML::Load(place + "[]");
+    for (const YAML::Node& element : node) {
+      list.push_back(marked(element, mark));
+    }
+    return list;
+  }
+  YAML::Node scalar = YAML::Load(place + "x");
+  scalar = node.Scalar();
+  return scalar;
+}
+
+/// The kinds of members that may stand in a list.
+std::vector<describe::LoweredMember::Kind> kinds_of(std::string_view list) {
+  using Kind = describe::LoweredMember::Kind;
+  return list == "methods"  ? std::vector{Kind::method}
+         : list == "fields" ? std::vector{Kind::field}
+                            : std::vector{Kind::event, Kind::field};
+}
+
+const char* list_of(describe::LoweredMember::Kind kind) {
+  using Kind = describe::LoweredMember::Kind;
+  return kind == Kind::event ? "routes" : kind == Kind::method ? "methods" : "fields";
+}
+
 /// A member that a `someip` names.
 struct Named {
   const describe::Service* service = nullptr;
-  std::string member;
+  describe::RouteMember member{};
 };
+
+/// A member of an instance that the file has an entry for: service, instance, list or notifier, name.
+constexpr const char* notifier = "notifier";
+using Taken = std::tuple<std::string, someip::InstanceId, std::string, std::string>;
 
 class Expansion {
  public:
-  Expansion(const describe::System& system, documents::Problems& problems)
-      : system_{system}, problems_{problems} {}
+  Expansion(const describe::System& system, const describe::RouteOptions& options,
+            documents::Problems& problems)
+      : system_{system}, entries_{system.model, system.lowered, options}, problems_{problems} {
+    for (const describe::Service& service : system.model.services) {
+      services_[service.name].push_back(&service);
+      if (!service.scope.empty()) {
+        services_[describe::full_name(service.scope, service.name)].push_back(&service);
+      }
+    }
+  }
 
   /// Replaces `someip` in the elements of a list.
   void expand(YAML::Node list, const std::string& name) {
@@ -98,6 +154,28 @@ class Expansion {
     }
   }
 
+  /// Whether there was a `someip`.
+  [[nodiscard]] bool names_any() const { return !taken_.empty(); }
+  /// What an entry of the file does not name already: all, or a field without its notifier; nothing: no more.
+  [[nodiscard]] std::optional<YAML::Node> rest_of(const describe::RouteEntry& entry) const {
+    const auto is_taken = [&](const std::string& what) {
+      return taken_.contains({entry.service, entry.instance, what, entry.member});
+    };
+    if (is_taken(entry.list)) {
+      return std::nullopt;
+    }
+    YAML::Node node = entry.node;
+    if (entry.list == "fields" && is_taken(notifier)) {
+      for (const char* key : {"event", "eventgroup", "multicast", "e2e"}) {
+        node.remove(key);
+      }
+      if (!node["getter"].IsDefined() && !node["setter"].IsDefined()) {
+        return std::nullopt;
+      }
+    }
+    return node;
+  }
+
  private:
   void expand_one(YAML::Node element, const std::string& list) {
     const YAML::Node someip = element["someip"];
@@ -108,7 +186,7 @@ class Expansion {
     }
     const std::string text = someip.Scalar();
     element.remove("someip");
-    const std::optional<Named> named = find(text, mark);
+    const std::optional<Named> named = find(text, list, mark);
     if (!named) {
       return;
     }
@@ -117,70 +195,88 @@ class Expansion {
       return;
     }
     std::vector<describe::NotCarried> lost;
-    const std::string full = named->service->name + "." + named->member;
-    const std::vector<describe::RouteEntry> entries = describe::route_entries(
-        system_.model, system_.lowered, *named->service, *instance, side_of(element, *instance), {},
-        describe::offer_port(*instance, 30501), lost);
-    const auto entry = std::ranges::find(entries, full, &describe::RouteEntry::element);
-    if (entry == entries.end()) {
+    const std::optional<describe::RouteEntry> entry =
+        entries_.of(*named->service, *instance, side_of(element, *instance),
+                    describe::offer_port(*instance, 30501), named->member, lost);
+    if (!entry) {
       problems_.error(mark, lost.empty() ? fmt::format("someip: {} cannot be carried", documents::quote(text))
                                          : fmt::format("someip: {} cannot be carried: {}",
                                                        documents::quote(text), lost.front().what));
       return;
     }
-    if (entry->list != list && !(list == "routes" && entry->list == "fields")) {
-      problems_.error(mark, fmt::format("someip: {} belongs into {}", documents::quote(text), entry->list));
-      return;
-    }
-    for (const auto& pair : entry->node) {
-      const std::string& key = pair.first.Scalar();
-      // The notifier of a field as a topic has no getter and no setter.
-      const bool of_field = entry->list != list && (key == "getter" || key == "setter" || key == "server");
-      if (!of_field && !element[key].IsDefined() && key != "topic" && key != "ros_service") {
-        element[key] = pair.second;
-      }
-    }
+    taken_.emplace(entry->service, entry->instance,
+                   named->member.is_notifier_of_field ? notifier : list_of(named->member.kind),
+                   entry->member);
     // A name that the file leaves open is that of the description.
-    for (const char* key : {"topic", "ros_service"}) {
-      if (entry->node[key].IsDefined() && !element[key].IsDefined()) {
-        element[key] = entry->node[key];
+    for (const auto& pair : marked(entry->node, mark)) {
+      if (!element[pair.first.Scalar()].IsDefined()) {
+        element.force_insert(pair.first, pair.second);
       }
     }
   }
 
-  std::optional<Named> find(const std::string& text, documents::Mark mark) {
+  static std::optional<std::size_t> index_of(const describe::Service& service,
+                                             describe::LoweredMember::Kind kind, std::string_view member) {
+    const auto index = [&](const auto& members) {
+      const auto found = std::ranges::find_if(members, [&](const auto& one) { return one.name == member; });
+      return found == members.end() ? std::nullopt
+                                    : std::optional{static_cast<std::size_t>(found - members.begin())};
+    };
+    using Kind = describe::LoweredMember::Kind;
+    return kind == Kind::event    ? index(service.events)
+           : kind == Kind::method ? index(service.methods)
+                                  : index(service.fields);
+  }
+
+  /// Members of the kinds that the list has.
+  std::optional<Named> find(const std::string& text, const std::string& list, documents::Mark mark) {
+    using Kind = describe::LoweredMember::Kind;
     const std::size_t dot = text.rfind('.');
+    const std::string member = dot == std::string::npos ? std::string{} : text.substr(dot + 1);
+    const auto services = services_.find(text.substr(0, dot == std::string::npos ? 0 : dot));
     std::optional<Named> found;
+    std::optional<Kind> elsewhere;
+    for (const describe::Service* const service :
+         services == services_.end() ? std::vector<const describe::Service*>{} : services->second) {
+      std::optional<Named> here;
+      for (const Kind kind : kinds_of(list)) {
+        const auto index = here ? std::nullopt : index_of(*service, kind, member);
+        if (index) {
+          here = Named{service, {kind, *index, list == "routes" && kind == Kind::field}};
+        }
+      }
+      for (const Kind kind : {Kind::event, Kind::method, Kind::field}) {
+        elsewhere = elsewhere || !index_of(*service, kind, member) ? elsewhere : std::optional{kind};
+      }
+      if (here && found) {
+        problems_.error(mark, fmt::format("someip: there are {} and {}: write the full name",
+                                          describe::full_name(found->service->scope, found->service->name),
+                                          describe::full_name(service->scope, service->name)));
+        return std::nullopt;
+      }
+      found = here ? here : found;
+    }
+    if (found) {
+      return found;
+    }
+    if (elsewhere) {
+      problems_.error(mark,
+                      fmt::format("someip: {} belongs into {}", documents::quote(text), list_of(*elsewhere)));
+      return std::nullopt;
+    }
+    constexpr std::size_t most_hints = 3000;  // names that are compared
     std::vector<std::string> known;
     for (const describe::Service& service : system_.model.services) {
       const auto add = [&](const auto& members) {
-        for (const auto& member : members) {
-          known.push_back(service.name + "." + member.name);
+        for (const auto& one : members) {
+          if (known.size() < most_hints) {
+            known.push_back(service.name + "." + one.name);
+          }
         }
       };
       add(service.methods);
       add(service.events);
       add(service.fields);
-      if (dot == std::string::npos) {
-        continue;
-      }
-      const std::string of = text.substr(0, dot);
-      if (of != service.name && of != describe::full_name(service.scope, service.name)) {
-        continue;
-      }
-      const std::string member = text.substr(dot + 1);
-      if (std::ranges::find(known, service.name + "." + member) != known.end()) {
-        if (found) {
-          problems_.error(mark, fmt::format("someip: there are {} and {}: write the full name",
-                                            describe::full_name(found->service->scope, found->service->name),
-                                            describe::full_name(service.scope, service.name)));
-          return std::nullopt;
-        }
-        found = Named{&service, member};
-      }
-    }
-    if (found) {
-      return found;
     }
     const std::string likely = documents::nearest(text, known);
     problems_.error(mark,
@@ -224,9 +320,39 @@ class Expansion {
     }
     return instance.role == describe::Instance::Role::provided ? Side::client : Side::server;
   }
+
   const describe::System& system_;
+  describe::RouteEntries entries_;
   documents::Problems& problems_;
+  std::map<std::string, std::vector<const describe::Service*>, std::less<>> services_{};  ///< by both names
+  std::set<Taken> taken_{};
 };
+
+/// Adds what `generate` wishes to the lists, but for what the file has itself.
+void add_generated(YAML::Node& root, const describe::System& system, const Generate& generate,
+                   const Expansion& expansion, documents::Mark mark, documents::Problems& problems) {
+  std::vector<describe::NotCarried> lost;
+  std::map<std::string, std::size_t> counts;
+  for (const describe::RouteEntry& entry :
+       describe::route_entries(system.model, system.lowered, generate.options, lost)) {
+    const std::string service = entry.element.substr(0, entry.element.size() - entry.member.size() - 1);
+    const bool wanted =
+        generate.services.empty() || std::ranges::any_of(generate.services, [&](const std::string& name) {
+          return name == entry.service || name == service;
+        });
+    // What is there and no list is told of by its loader; so are too many.
+    if (!wanted || (root[entry.list].IsDefined() && !root[entry.list].IsSequence())) {
+      continue;
+    }
+    const std::optional<YAML::Node> rest = expansion.rest_of(entry);
+    if (rest && ++counts[entry.list] <= generated_max) {
+      root[entry.list].push_back(marked(*rest, mark));
+    }
+  }
+  for (const describe::NotCarried& one : lost) {
+    problems.warning(mark, fmt::format("interfaces: not carried: {}: {}", one.element, one.what));
+  }
+}
 
 }  // namespace
 
@@ -265,19 +391,20 @@ bool apply_interfaces(YAML::Node& root, const std::string& file, messages::TypeP
     problems.error(mark, "interfaces: are not good");
     return false;
   }
-  if (!lock.services.empty()) {
-    problems.warning(mark,
-                     fmt::format("interfaces: ids are missing, of {} and maybe others: they were chosen; "
-                                 "`trestle generate --to routes` writes and keeps them",
-                                 documents::quote(lock.services.begin()->first)));
-  }
   types.described.push_back(std::make_shared<describe::ModelSource>(
       system.lowered, sources.size() == 1 ? sources.front().name : "the interfaces"));
-  Expansion expansion{system, problems};
+  Expansion expansion{system, generate.options, problems};
   for (const char* list : {"routes", "methods", "fields"}) {
     if (root[list].IsDefined()) {
       expansion.expand(root[list], list);
     }
+  }
+  // Where the interfaces only define types, no id of theirs is used.
+  if (!lock.services.empty() && (generate.all || expansion.names_any())) {
+    problems.warning(mark,
+                     fmt::format("interfaces: ids are missing, of {} and maybe others: they were chosen; "
+                                 "`trestle generate --to routes` writes and keeps them",
+                                 documents::quote(lock.services.begin()->first)));
   }
   if (!generate.all) {
     return true;
@@ -290,21 +417,7 @@ bool apply_interfaces(YAML::Node& root, const std::string& file, messages::TypeP
                      fmt::format("generate: the interfaces have no service {}", documents::quote(name)));
     }
   }
-  std::vector<describe::NotCarried> lost;
-  for (const describe::RouteEntry& entry :
-       describe::route_entries(system.model, system.lowered, generate.options, lost)) {
-    const bool wanted =
-        generate.services.empty() || std::ranges::any_of(generate.services, [&](const std::string& name) {
-          return name == entry.service || name == entry.element.substr(0, entry.element.rfind('.'));
-        });
-    // What is there and no list is told of by its loader.
-    if (wanted && (!root[entry.list].IsDefined() || root[entry.list].IsSequence())) {
-      root[entry.list].push_back(entry.node);
-    }
-  }
-  for (const describe::NotCarried& one : lost) {
-    problems.warning(mark, fmt::format("interfaces: not carried: {}: {}", one.element, one.what));
-  }
+  add_generated(root, system, generate, expansion, documents::to_mark(wish.Mark()), problems);
   return true;
 }
 

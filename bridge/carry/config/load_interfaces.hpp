@@ -16,7 +16,9 @@ namespace trestle::carry {
 ///       - {someip: Door.moved, topic: /door, direction: someip_to_dds}
 ///
 /// Each `someip` is replaced by the keys that the description knows and the file does not give: ids, type,
-/// version, transport, port, tp, wire and e2e. What `generate` makes joins the lists of the file.
+/// version, transport, port, tp, wire and e2e. What `generate` makes joins the lists of the file, but for
+/// members that a `someip` names: the file's entry is taken. Each node that is made has the mark of the
+/// `someip` or `generate` that it is made for.
 /// @param root   of the configuration; changed so that the loaders of the lists find ordinary entries.
 /// @param file   the configuration's, from whose folder paths are meant.
 /// @param types  get the types of the descriptions.

@@ -38,10 +38,7 @@ Model door() {
              .name = "Either",
              .members = {{.name = "one", .type = number}, {.name = "other", .type = text}}});
   model.add({.kind = Kind::array, .element = {.type = number}, .max_size = 8});
-  model.add({.kind = Kind::structure,
-             .name = "LongStatus",
-             .wire = {.length = someip::FieldWidth::bits32},
-             .members = {{.name = "angle", .type = number}}});
+  model.add({.kind = Kind::structure, .name = "LongStatus", .members = {{.name = "angle", .type = number}}});
   Service service{.name = "Door", .scope = "car", .id = someip::ServiceId{0x1234}};
   service.methods.push_back({.name = "open",
                              .id = someip::MethodId{1},
@@ -52,7 +49,9 @@ Model door() {
                             .id = someip::MethodId{0x8001},
                             .payload = {.values = {{.name = "status", .type = status},
                                                    {.name = "angles", .type = list},
-                                                   {.name = "more", .type = long_status}}},
+                                                   {.name = "more",
+                                                    .type = long_status,
+                                                    .wire = {.length = someip::FieldWidth::bits32}}}},
                             .eventgroups = {someip::EventgroupId{1}}});
   service.fields.push_back(
       {.name = "label",
@@ -176,13 +175,36 @@ TEST(Compare, TellsTheReverse) {
 }
 
 TEST(Compare, HasAnEditForEachRule) {
-  std::set<std::string, std::less<>> tried{"field-access-added"};
+  // The second needs more than an edit: bounds_test.cpp.
+  std::set<std::string, std::less<>> tried{"field-access-added", "not-compared"};
   for (const Edit& edit : edits()) {
     tried.insert(edit.rules.begin(), edit.rules.end());
   }
   for (const ChangeRule& rule : change_rules()) {
     EXPECT_THAT(tried, Contains(rule.id)) << "no test tries this rule";
   }
+}
+
+TEST(Compare, LooksAtTheLengthFieldOfTheUse) {
+  // The type says that it has one, and the use of it has none.
+  Model old = door();
+  old.at(status).wire.length = someip::FieldWidth::bits32;
+  Model longer = old;
+  longer.at(status).members.push_back({.name = "speed", .type = number});
+  EXPECT_THAT(ids(compare(old, longer)), ElementsAre("value-appended"));
+  // Used in both ways: what hurts more is told, too.
+  service(old).events.front().payload.values.push_back({.name = "again", .type = long_status});
+  longer = old;
+  longer.at(long_status).members.push_back({.name = "speed", .type = number});
+  EXPECT_THAT(ids(compare(old, longer)), ElementsAre("value-appended-behind-length", "value-appended"));
+}
+
+TEST(Compare, TakesTypesThatAreNone) {
+  Model old = door();
+  old.at(list).element.type = no_type;
+  service(old).methods.front().request.values.front().type = no_type;
+  EXPECT_THAT(compare(old, old), IsEmpty());
+  EXPECT_THAT(ids(compare(old, door())), Contains("type-changed"));
 }
 
 TEST(Compare, NamesTheElementAndWhatItWas) {

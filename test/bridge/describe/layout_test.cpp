@@ -167,5 +167,73 @@ TEST(Layout, EndsWithTypesThatContainThemselves) {
   EXPECT_THAT(layout_of_bytes(model, payload, "abc").errors, SizeIs(1));
 }
 
+/// S1 {S0 a S0 b}, S2 {S1 a S1 b} … : twice as many members a level.
+TypeIndex doubled(Model& model, Type lowest, int levels) {
+  lowest.name = "S0";
+  TypeIndex last = model.add(std::move(lowest));
+  for (int level = 1; level <= levels; ++level) {
+    last = model.add({.kind = Kind::structure,
+                      .name = fmt::format("S{}", level),
+                      .members = {{.name = "a", .type = last}, {.name = "b", .type = last}}});
+  }
+  return last;
+}
+
+TEST(LayoutBounds, EndsATableOfStructuresThatHaveNoBytes) {
+  Model model;
+  const TypeIndex type = doubled(model, {.kind = Kind::structure}, 40);
+  const Layout table = layout(model, {.values = {{.name = "all", .type = type}}});
+  EXPECT_THAT(table.ranges, IsEmpty());
+  ASSERT_THAT(table.errors, SizeIs(1));
+  EXPECT_EQ(table.errors[0].text, "more than 200000 uses of types");
+  // The same of bytes, and of a fixed array of nothing.
+  EXPECT_THAT(layout_of_bytes(model, {.values = {{.name = "all", .type = type}}}, "x").errors, SizeIs(1));
+  const TypeIndex array = model.add({.kind = Kind::array,
+                                     .element = {.type = TypeIndex{0}},
+                                     .max_size = 4'000'000'000,
+                                     .fixed_size = true});
+  EXPECT_THAT(
+      layout_of_bytes(model,
+                      {.values = {{.name = "all", .type = array, .wire = {.length = FieldWidth::none}}}}, "x")
+          .errors,
+      SizeIs(1));
+}
+
+TEST(LayoutBounds, MakesOneRangeOfWhatIsBehindTheLimit) {
+  Model model;
+  const TypeIndex type =
+      doubled(model, {.kind = Kind::primitive, .primitive = messages::Primitive::uint8}, 40);
+  const Payload payload{.values = {{.name = "all", .type = type}}};
+  const Layout table = layout(model, payload);
+  EXPECT_THAT(table.ranges, SizeIs(max_ranges));
+  ASSERT_THAT(table.errors, SizeIs(1));
+  EXPECT_EQ(table.errors[0].text, "more than 20000 ranges");
+  const Layout of_bytes = layout_of_bytes(model, payload, std::string(30'000, 'x'));
+  ASSERT_THAT(of_bytes.ranges, SizeIs(max_ranges + 1));
+  EXPECT_EQ(of_bytes.ranges.back().bytes, 10'000U);
+  EXPECT_THAT(of_bytes.errors, SizeIs(1));
+}
+
+TEST(LayoutBounds, DoesNotRepeatLongNamesWithoutEnd) {
+  Model model;
+  const TypeIndex number = model.add({.kind = Kind::primitive, .primitive = Primitive::uint8});
+  Type inner{.kind = Kind::structure, .name = "Inner"};
+  for (int i = 0; i < 2000; ++i) {
+    inner.members.push_back({.name = fmt::format("m{}", i), .type = number});
+  }
+  const TypeIndex type = model.add(std::move(inner));
+  const Layout table = layout(model, {.values = {{.name = std::string(1U << 20U, 'n'), .type = type}}});
+  EXPECT_THAT(table.ranges.size(), ::testing::Lt(20U));
+  ASSERT_THAT(table.errors, SizeIs(1));
+  EXPECT_EQ(table.errors[0].text, "names of more than 16777216 bytes");
+  // Offsets behind many texts end in …
+  const TypeIndex text = model.add({.kind = Kind::string});
+  Payload texts;
+  for (int i = 0; i < 2000; ++i) {
+    texts.values.push_back({.name = fmt::format("m{}", i), .type = text, .wire = default_wire(Kind::string)});
+  }
+  EXPECT_THAT(layout(model, texts).ranges.back().offset_text.size(), ::testing::Lt(1100U));
+}
+
 }  // namespace
 }  // namespace trestle::describe

@@ -48,11 +48,21 @@ class Generate(unittest.TestCase):
         status, _, errors = run("generate", DOOR, "--to", "routes", "-o", self.folder / "out", "--address", "127.0.0.1")
         self.assertEqual(status, 0, errors)
         file = self.folder / "out" / "bridge.yaml"
-        # Its types are in no folder; with the interfaces in place of them it is whole.
-        file.write_text(file.read_text() + f"interfaces: [{DOOR}]\n")
+        # Its types are in no folder: it names the interfaces that define them.
         status, output, errors = run("check", file)
-        self.assertEqual(status, 0, errors)
+        self.assertEqual((status, errors), (0, ""))
         self.assertIn("5 routes, 8 methods", output)
+
+    def test_names_the_interfaces_of_types_also_where_ids_are_chosen(self):
+        bare = self.folder / "a b" / "Lamp.fidl"
+        bare.parent.mkdir()
+        bare.write_text("package car\ninterface Lamp { version { major 1 minor 0 } broadcast hot { out { UInt8 x } } }\n")
+        status, _, errors = run("generate", bare, "--to", "routes", "-o", self.folder / "out" / "deep")
+        self.assertEqual(status, 0, errors)
+        file = self.folder / "out" / "deep" / "bridge.yaml"
+        self.assertIn("interfaces: [../../a b/Lamp.fidl]", file.read_text())
+        status, output, errors = run("check", file)
+        self.assertEqual((status, errors), (0, ""))
 
     def test_writes_messages_that_the_route_file_finds(self):
         status, _, errors = run("generate", DOOR, "--to", "routes,msg", "-o", self.folder / "out", "-q")

@@ -34,7 +34,10 @@ void add_once(std::vector<T>& list, T value) {
 void Classic::read() {
   for (const Service& service : model_.services) {
     if (service.id) {
-      described_.insert(*service.id);
+      described_.try_emplace(*service.id, full_name(service.scope, service.name));
+    }
+    if (service.scope.empty()) {
+      plain_names_.insert(service.name);
     }
   }
   read_machines();
@@ -114,14 +117,10 @@ Service& Classic::service(someip::ServiceId id, std::string_view name, Place pla
   if (is_new) {
     Service service{.name = {}, .id = id, .place = place};
     service.name = name.empty() ? "Service_" + hex(someip::value(id), 4) : std::string{name};
-    const auto taken = [&](const std::string& candidate) {
-      return std::ranges::any_of(model_.services, [&](const Service& other) {
-        return other.scope.empty() && other.name == candidate;
-      });
-    };
-    if (taken(service.name)) {
+    if (plain_names_.contains(service.name)) {
       service.name += "_" + hex(someip::value(id), 4);
     }
+    plain_names_.insert(service.name);
     model_.services.push_back(std::move(service));
   }
   return model_.services[there->second];
@@ -129,22 +128,23 @@ Service& Classic::service(someip::ServiceId id, std::string_view name, Place pla
 
 /// One instance with a UDP and a TCP socket stands at both of them in older files.
 void Classic::merge(Instance instance) {
-  for (Instance& other : model_.instances) {
-    if (other.role == instance.role && other.service_id == instance.service_id && other.id == instance.id &&
-        other.machine == instance.machine && other.address == instance.address) {
-      other.udp_port = other.udp_port ? other.udp_port : instance.udp_port;
-      other.tcp_port = other.tcp_port ? other.tcp_port : instance.tcp_port;
-      other.timing = other.timing ? other.timing : instance.timing;
-      for (const someip::EventgroupId group : instance.eventgroups) {
-        add_once(other.eventgroups, group);
-      }
-      for (const Multicast& multicast : instance.multicast) {
-        add_once(other.multicast, multicast);
-      }
-      return;
-    }
+  const auto [there, is_new] = instances_.try_emplace(
+      {instance.role, instance.service_id, instance.id, instance.machine, instance.address},
+      model_.instances.size());
+  if (is_new) {
+    model_.instances.push_back(std::move(instance));
+    return;
   }
-  model_.instances.push_back(std::move(instance));
+  Instance& other = model_.instances[there->second];
+  other.udp_port = other.udp_port ? other.udp_port : instance.udp_port;
+  other.tcp_port = other.tcp_port ? other.tcp_port : instance.tcp_port;
+  other.timing = other.timing ? other.timing : instance.timing;
+  for (const someip::EventgroupId group : instance.eventgroups) {
+    add_once(other.eventgroups, group);
+  }
+  for (const Multicast& multicast : instance.multicast) {
+    add_once(other.multicast, multicast);
+  }
 }
 
 std::optional<someip::EventgroupId> Classic::eventgroup_id(const Node& handler) {
@@ -241,13 +241,8 @@ void Classic::read_instances(Tag tag, Instance::Role role) {
             [&](const Node& conditional) { at(tree_.follow(&conditional, "APPLICATION-ENDPOINT-REF"_tag)); });
 
     const auto service_number = *instance.service_id;
-    if (described_.contains(service_number)) {
-      for (const Service& known : model_.services) {
-        if (known.id == service_number) {
-          instance.service = full_name(known.scope, known.name);
-          break;
-        }
-      }
+    if (const auto described = described_.find(service_number); described != described_.end()) {
+      instance.service = described->second;
     } else {
       Service& known =
           service(service_number, offered == nullptr ? node->name : offered->name, node->place());
@@ -606,17 +601,19 @@ namespace {
 
 void Classic::make_event(Service& here, const Message& message, const Node* signal, const Node* prototype) {
   const auto id = static_cast<someip::MethodId>(static_cast<std::uint16_t>(message.id));
-  const auto known = std::ranges::find(here.events, std::optional{id}, &Event::id);
-  if (known != here.events.end()) {
+  const someip::ServiceId service_id = here.id.value_or(someip::ServiceId{});
+  const auto [known, is_new] = events_.try_emplace({service_id, id}, here.events.size());
+  if (!is_new) {
     for (const someip::EventgroupId group : message.groups) {
-      add_once(known->eventgroups, group);
+      add_once(here.events[known->second].eventgroups, group);
     }
     return;
   }
   Event event{.name = name_of(prototype, signal, message.pdu, message.id), .id = id};
-  if (std::ranges::find(here.events, event.name, &Event::name) != here.events.end()) {
+  if (event_names_.contains({service_id, event.name})) {
     event.name += "_" + hex(message.id & 0xffffU, 4);
   }
+  event_names_.emplace(service_id, event.name);
   event.place = message.identifier->place();
   event.eventgroups = message.groups;
   event.transfer.transport = message.transport;
@@ -628,6 +625,7 @@ void Classic::make_event(Service& here, const Message& message, const Node* sign
     event.payload.values.push_back(types_.value(*prototype, context));
     event.payload.values.back().notes.description.clear();
   } else {
+    event.payload.known = false;
     problems_.warning(event.place, "of " + here.name + "." + event.name + " (" + hex(message.id, 8) +
                                        ") no mapping tells the data type: its payload is not known");
   }
@@ -664,13 +662,17 @@ void Classic::make_method(Service& here, const Message& message, const Node* sig
       mapping == nullptr
           ? nullptr
           : tree_.follow(mapping->child("CLIENT-SERVER-OPERATION-IREF"_tag), "TARGET-OPERATION-REF"_tag);
-  auto method = std::ranges::find(here.methods, std::optional{id}, &Method::id);
-  const bool is_new = method == here.methods.end();
+  const auto [known, is_new] =
+      methods_.try_emplace({here.id.value_or(someip::ServiceId{}), id}, here.methods.size());
   if (is_new) {
     here.methods.push_back({.name = name_of(operation, signal, message.pdu, message.id), .id = id});
-    method = std::prev(here.methods.end());
+  }
+  Method* const method = &here.methods[known->second];
+  if (is_new) {
     method->place = message.identifier->place();
     if (operation == nullptr) {
+      method->request.known = false;
+      method->response.known = false;
       problems_.warning(method->place, "of " + here.name + "." + method->name + " (" + hex(message.id, 8) +
                                            ") no mapping tells the operation: its payloads are not known");
     } else {
@@ -690,6 +692,7 @@ void Classic::make_method(Service& here, const Message& message, const Node* sig
   }
   const Context context = context_of(signal);
   contexts_.fill(payload, context);
+  payload.known = true;
   each_in(operation, "ARGUMENTS"_tag, "ARGUMENT-DATA-PROTOTYPE"_tag, [&](const Node& argument) {
     const std::string_view direction = argument.child_text("DIRECTION"_tag);
     const bool in_answer = direction == "OUT" || direction == "INOUT";

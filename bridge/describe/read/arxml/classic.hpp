@@ -1,6 +1,10 @@
 #pragma once
 #include <map>
+#include <optional>
 #include <set>
+#include <string>
+#include <tuple>
+#include <utility>
 
 #include "bridge/describe/read/arxml/adaptive.hpp"
 
@@ -62,7 +66,14 @@ class Classic {
   Contexts& contexts_;
   Model& model_;
   std::map<someip::ServiceId, std::size_t> services_{};
-  std::set<someip::ServiceId> described_{};               ///< by Adaptive elements
+  std::map<someip::ServiceId, std::string> described_{};  ///< by Adaptive elements: full name of the first
+  std::set<std::string, std::less<>> plain_names_{};      ///< of services without a scope
+  using InstanceKey = std::tuple<Instance::Role, std::optional<someip::ServiceId>,
+                                 std::optional<someip::InstanceId>, std::string, std::optional<IpAddress>>;
+  std::map<InstanceKey, std::size_t> instances_{};
+  std::map<std::pair<someip::ServiceId, someip::MethodId>, std::size_t> events_{};  ///< of a service
+  std::map<std::pair<someip::ServiceId, someip::MethodId>, std::size_t> methods_{};
+  std::set<std::pair<someip::ServiceId, std::string>> event_names_{};
   std::map<const Node*, const Node*> call_mappings_{};    ///< by SYSTEM-SIGNAL of the request
   std::map<const Node*, const Node*> return_mappings_{};  ///< of the answer
   std::map<const Node*, const Node*> data_mappings_{};    ///< by SYSTEM-SIGNAL: the data element

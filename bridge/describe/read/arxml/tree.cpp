@@ -2,6 +2,7 @@
 
 #include <expat.h>
 
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <memory>
@@ -146,6 +147,12 @@ class Handlers {
       return;
     }
     name = without_prefix(name);
+    if (current_ != nullptr && current_->tag == "SHORT-NAME"_tag) {
+      tree_.problems_.error(here(),
+                            "an element stands in a SHORT-NAME, and a name was expected: it is ignored");
+      skipped_from_ = depth_;
+      return;
+    }
     const std::size_t index = index_of(name);
     if (depth_ == 1 && !accept_top(name, attributes)) {
       return;
@@ -283,14 +290,24 @@ class Handlers {
       tree_.problems_.warning(name.place(), "a SHORT-NAME is not expected in " +
                                                 std::string{to_string(parent.tag)} + "; it is ignored");
     } else if (parent.name.empty()) {
+      if (is_spoilt(name.text)) {
+        tree_.problems_.error(
+            name.place(),
+            "a line end or another control character is in this SHORT-NAME; expected letters, "
+            "digits and '_'");
+      }
       parent.name = name.text;
     }
-    // It is the last node that was made, and the last child, unless there are elements in it.
-    if (&tree_.nodes_.back() == &name) {
-      (before_name_ == nullptr ? parent.first_child : before_name_->next) = nullptr;
-      parent.last_child = before_name_;
-      tree_.nodes_.pop_back();
-    }
+    // It is the last node that was made, and the last child: there are no elements in it.
+    (before_name_ == nullptr ? parent.first_child : before_name_->next) = nullptr;
+    parent.last_child = before_name_;
+    tree_.nodes_.pop_back();
+  }
+
+  /// Names stand in paths, in other files and in messages of one line.
+  [[nodiscard]] static bool is_spoilt(std::string_view name) noexcept {
+    return std::ranges::any_of(name,
+                               [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == '\x7f'; });
   }
 
   void on_text(std::string_view text) {

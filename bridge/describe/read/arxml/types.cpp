@@ -186,6 +186,10 @@ std::optional<std::vector<Value>> Types::arguments(const Node& prototype, const 
 
 void Types::read_all() {
   const Context none;
+  std::set<const Node*> implementations;
+  for (const auto& [application, implementation] : implementations_) {
+    implementations.insert(implementation);
+  }
   for (const Tag tag : {"STD-CPP-IMPLEMENTATION-DATA-TYPE"_tag, "CUSTOM-CPP-IMPLEMENTATION-DATA-TYPE"_tag,
                         "CPP-IMPLEMENTATION-DATA-TYPE"_tag, "IMPLEMENTATION-DATA-TYPE"_tag,
                         "APPLICATION-RECORD-DATA-TYPE"_tag, "APPLICATION-ARRAY-DATA-TYPE"_tag,
@@ -197,8 +201,7 @@ void Types::read_all() {
       if (Tree::scope(*node).starts_with("/Trestle/")) {
         continue;  // what write/arxml needs beside the model's own types
       }
-      if (!is_application(*node) &&
-          std::ranges::any_of(implementations_, [&](const auto& map) { return map.second == node; })) {
+      if (!is_application(*node) && implementations.contains(node)) {
         continue;  // how an application type is implemented
       }
       std::vector<const Node*> trail;

@@ -260,10 +260,13 @@ Value Types::member(const Node& element, const Frame& frame, const Node* impleme
   inner.implementation = implementation;
   frame.trail->push_back(&element);
   for (const Override& special : frame.context->overrides) {
+    if (special.target != &element) {
+      continue;
+    }
     const bool same_way = std::ranges::all_of(special.through, [&](const Node* on) {
       return std::ranges::find(*frame.trail, on) != frame.trail->end();
     });
-    if (special.target == &element && same_way) {
+    if (same_way) {
       inner.rules = joined(special.rules, inner.rules);
       inner.base.byte_order = inner.rules.byte_order;
       inner.representation = special.representation;

@@ -15,6 +15,8 @@ namespace {
 
 /// Names that are compared when one is not known.
 constexpr std::size_t most_hints = 3000;
+/// Members that interfaces have of those that they extend, of all interfaces together.
+constexpr std::size_t most_inherited = 200'000;
 
 std::string joined(std::string_view scope, std::string_view name) {
   return scope.empty() || name.empty() ? std::string{scope} + std::string{name}
@@ -127,6 +129,8 @@ void Names::declare(const FidlSource& source) {
 }
 
 void Names::find_lines() {
+  std::size_t inherited = 0;
+  bool told = false;
   for (Collection& collection : collections_) {
     std::set<const Collection*> seen;
     const Collection* at = &collection;
@@ -144,6 +148,21 @@ void Names::find_lines() {
         findings_.error(collection.scope.in->name.place, "interfaces extend each other more than 200 deep");
         break;
       }
+    }
+    for (const Collection* const base : collection.line) {
+      const CollectionTree& tree = *base->scope.in;
+      inherited +=
+          base == &collection ? 0 : tree.attributes.size() + tree.methods.size() + tree.broadcasts.size();
+    }
+    if (inherited > most_inherited) {
+      // All of them would be copied.
+      if (!told) {
+        findings_.error(
+            collection.scope.in->name.place,
+            fmt::format("interfaces have inherited more than {} members up to here", most_inherited));
+      }
+      told = true;
+      collection.line = {&collection};
     }
   }
 }

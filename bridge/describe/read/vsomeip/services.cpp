@@ -119,6 +119,7 @@ void VsomeipReader::event(const JsonNode& node, Service& service, const Instance
   if (truth(node.find("is_field"), false)) {
     events_[{*service.id, *id}] = {true, service.fields.size()};
     service.fields.push_back({.name = fmt::format("field_{:04x}", someip::value(*id)),
+                              .payload = {.known = false},
                               .notifier = id,
                               .has_getter = false,
                               .has_setter = false,
@@ -222,6 +223,8 @@ Method& VsomeipReader::method_of(Service& service, someip::MethodId id, const In
   const Transfer transfer{.transport = usual_transport(instance)};
   service.methods.push_back({.name = fmt::format("method_{:04x}", someip::value(id)),
                              .id = id,
+                             .request = {.known = false},
+                             .response = {.known = false},
                              .request_transfer = transfer,
                              .response_transfer = transfer,
                              .place = place(node)});

@@ -13,6 +13,19 @@ namespace {
 
 }  // namespace
 
+std::string Names::take(const std::string& name) {
+  if (taken_.insert(name).second) {
+    return name;
+  }
+  unsigned& number = next_.try_emplace(name, 2U).first->second;
+  for (;; ++number) {
+    std::string unique = name + (name.ends_with('_') ? "" : "_") + std::to_string(number);
+    if (taken_.insert(unique).second) {
+      return unique;
+    }
+  }
+}
+
 std::string seconds(std::chrono::nanoseconds time) {
   std::string fraction = std::to_string(time.count() % 1'000'000'000);
   fraction.insert(0, 9 - fraction.size(), '0');
@@ -58,6 +71,9 @@ void Writer::notes(Xml& xml, const Notes& notes, std::string_view category) {
 }
 
 void Writer::check_payload(const std::string& element, const Payload& payload, Place place) {
+  if (!payload.known) {
+    lost(element, "that its payload is not known: it is written as empty", place);
+  }
   if (payload.crc_bytes > 0) {
     lost(element, "its checksum of " + number(payload.crc_bytes) + " bytes", place);
   }
@@ -160,18 +176,14 @@ void Writer::write_method(Xml& xml, const Service& service, const Method& method
   xml.leaf("SHORT-NAME", name);
   notes(xml, method.notes);
   std::vector<std::pair<Prototype, const Value*>> values;
-  std::vector<std::string> names;
+  Names names;
   bool opened = false;
   const auto argument = [&](const Value& value, const char* direction) {
     if (!opened) {
       xml.open("ARGUMENTS");
       opened = true;
     }
-    std::string unique = short_name(value.name);
-    while (std::ranges::find(names, unique) != names.end()) {
-      unique += unique.ends_with('_') ? "2" : "_2";
-    }
-    names.push_back(unique);
+    const std::string unique = names.take(short_name(value.name));
     if (unique != value.name) {
       lost(element + "." + value.name, "its name: it is " + unique, value.place);
     }
@@ -185,9 +197,8 @@ void Writer::write_method(Xml& xml, const Service& service, const Method& method
     write_tag(value.tag, "TLV-ARGUMENT-REF", "ARGUMENT-DATA-PROTOTYPE", path);
     values.emplace_back(Prototype{path, "ARGUMENT-DATA-PROTOTYPE"}, &value);
   };
-  const auto is_inout = [&](const Value& value) {
-    return std::ranges::find(method.inout, value.name) != method.inout.end();
-  };
+  const std::set<std::string> inout(method.inout.begin(), method.inout.end());
+  const auto is_inout = [&](const Value& value) { return inout.contains(value.name); };
   Value error;
   for (const Value& value : method.request.values) {
     argument(value, is_inout(value) ? "INOUT" : "IN");
@@ -256,13 +267,9 @@ void Writer::write_service(const Service& service) {
   const std::string path = package + "/" + service_name;
   const std::string full = full_name(service.scope, service.name);
   std::map<std::string, std::string>& names = member_names_[full];
-  std::vector<std::string> taken;
+  Names taken;
   const auto name_of = [&](const std::string& name) {
-    std::string unique = short_name(name);
-    while (std::ranges::find(taken, unique) != taken.end()) {
-      unique += unique.ends_with('_') ? "2" : "_2";
-    }
-    taken.push_back(unique);
+    std::string unique = taken.take(short_name(name));
     if (unique != name) {
       lost(service.name + "." + name, "its name: it is " + unique, service.place);
     }
@@ -367,8 +374,7 @@ void Writer::write_service(const Service& service) {
 void Writer::write_deployment(const Service& service, const std::string& service_path) {
   const std::string full = full_name(service.scope, service.name);
   const std::string package = std::string{own} + "/Deployment";
-  if (!service.id && service.eventgroups.empty() &&
-      std::ranges::none_of(model_.instances, [&](const Instance& one) { return one.service == full; })) {
+  if (!service.id && service.eventgroups.empty() && !services_with_instances_.contains(full)) {
     return;
   }
   const std::string name = packages_.unique(package, service.name + "_Someip");
@@ -487,17 +493,13 @@ void Writer::write_deployment(const Service& service, const std::string& service
   }
   if (!group_names.empty()) {
     xml.open("EVENT-GROUPS");
-    std::vector<std::string> taken;
+    Names taken;
     for (const auto& [member, short_one] : names) {
-      taken.push_back(short_one);
+      taken.insert(short_one);
     }
     for (const auto& [id, group_name] : group_names) {
-      std::string unique =
-          group_name.empty() ? "Eventgroup_" + number(someip::value(id)) : short_name(group_name);
-      while (std::ranges::find(taken, unique) != taken.end()) {
-        unique += unique.ends_with('_') ? "2" : "_2";
-      }
-      taken.push_back(unique);
+      const std::string unique =
+          taken.take(group_name.empty() ? "Eventgroup_" + number(someip::value(id)) : short_name(group_name));
       if (!group_name.empty() && unique != group_name) {
         lost(service.name + "." + group_name, "its name: it is " + unique, service.place);
       }
@@ -530,6 +532,9 @@ void Writer::write_deployment(const Service& service, const std::string& service
 }
 
 ArxmlFile Writer::write() {
+  for (const Instance& instance : model_.instances) {
+    services_with_instances_.insert(instance.service);
+  }
   // Services have their names first: packages of types give way.
   for (const Service& service : model_.services) {
     const std::string package = package_of(service.scope);

@@ -195,14 +195,13 @@ void Writer::write_members(Xml& xml, const std::vector<Value>& members, const st
     return;
   }
   xml.open("SUB-ELEMENTS");
+  Names names;
   for (const Value& member : members) {
-    std::string name = short_name(member.name);
-    while (std::ranges::any_of(members_, [&](const auto& other) {
-      return other.first.first == type_path && other.second == name && other.first.second != member.name;
-    })) {
-      name += name.ends_with('_') ? "2" : "_2";
+    const auto [known, is_new] = members_.try_emplace({type_path, member.name});
+    if (is_new) {
+      known->second = names.take(short_name(member.name));
     }
-    members_[{type_path, member.name}] = name;
+    const std::string& name = known->second;
     if (name != member.name) {
       lost(type_path + "." + member.name, "its name: it is " + name, member.place);
     }

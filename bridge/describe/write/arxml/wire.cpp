@@ -8,7 +8,6 @@ namespace trestle::describe::arxml_writer {
 namespace {
 
 constexpr int max_depth = 64;
-constexpr std::size_t max_steps = 1'000'000;
 
 [[nodiscard]] std::uint8_t bytes_of(someip::FieldWidth width) noexcept {
   return static_cast<std::uint8_t>(someip::bytes(width));
@@ -19,16 +18,67 @@ constexpr std::size_t max_steps = 1'000'000;
 /// Decides rules by what is needed first, and gives all else rules of its own.
 void Writer::need(const Value& value, Needs& needs, std::vector<Prototype>& way, int depth) {
   Special special;
-  special.way = way;
   need_inside(value, needs, way, special, depth);
-  if (!(special.rules == Rules{})) {
-    needs.special.push_back(std::move(special));
+  if (special.rules == Rules{}) {
+    return;
+  }
+  if (special_count_ >= max_special_rules) {
+    needs.cut = "elements in it with rules of their own: there are too many";
+    return;
+  }
+  special_count_ += way.size();
+  special.way = way;
+  needs.special.push_back(std::move(special));
+}
+
+/// Of an element in a payload. Each way to it is another one, and there may be very many.
+void Writer::lost_inside(Needs& needs, const std::string& element, std::string what, Place place) {
+  if (special_count_ >= max_special_rules) {
+    needs.cut = "elements in it with rules of their own: there are too many";
+    return;
+  }
+  ++special_count_;
+  lost(element, std::move(what), place);
+}
+
+/// What is inside a structure or choice.
+void Writer::need_members(const Value& value, const Type& type, Needs& needs, std::vector<Prototype>& way,
+                          int depth) {
+  if (needs.plain.contains(&type)) {
+    return;
+  }
+  if (!needs.open.insert(&type).second) {
+    return;  // it contains itself: each of its rules would be there without end
+  }
+  const std::size_t special_before = needs.special.size();
+  const std::size_t lost_before = file_.not_carried.size();
+  // Behind an alias, members are those of the type it stands for.
+  TypeIndex target = representative(value.type);
+  for (std::size_t steps = 0; model_.at(target).kind == Kind::alias && steps < max_type_nesting; ++steps) {
+    target = representative(model_.at(target).element.type);
+  }
+  const std::string holder = path_of(target);
+  for (const Value& member : all_members(model_, type)) {
+    const auto name = members_.find({holder, member.name});
+    way.push_back({holder + "/" + (name == members_.end() ? short_name(member.name) : name->second),
+                   "CPP-IMPLEMENTATION-DATA-TYPE-ELEMENT"});
+    needs.has_tags = needs.has_tags || member.tag.has_value();
+    need(member, needs, way, depth + 1);
+    way.pop_back();
+  }
+  needs.open.erase(&type);
+  if (needs.special.size() == special_before && file_.not_carried.size() == lost_before) {
+    needs.plain.insert(&type);
   }
 }
 
 void Writer::need_inside(const Value& value, Needs& needs, std::vector<Prototype>& way, Special& special,
                          int depth) {
-  if (depth > max_depth || ++steps_ > max_steps || value.type == no_type) {
+  if (depth > max_depth || needs.cut != nullptr || value.type == no_type) {
+    return;
+  }
+  if (++needs.steps > max_rule_steps || ++rule_steps_ > max_rule_steps_of_all) {
+    needs.cut = "the rules of the rest of its elements: there are too many to look at";
     return;
   }
   const Type& type = resolved(model_, value.type);
@@ -36,49 +86,36 @@ void Writer::need_inside(const Value& value, Needs& needs, std::vector<Prototype
   const auto choose = [&](const char* key, auto& base, auto& own_rule, auto wanted, auto unsaid) {
     if (!needs.decided[key]) {
       needs.decided[key] = true;
+      needs.plain.clear();  // of what was decided
       if (wanted != unsaid) {
         base = wanted;
       }
     } else if (base.value_or(unsaid) != wanted) {
       if (own_rule && *own_rule != wanted) {
-        lost(where, std::string{"that elements in it have another rule of their own: "} + key, value.place);
+        lost_inside(needs, where, std::string{"that elements in it have another rule of their own: "} + key,
+                    value.place);
       }
       own_rule = wanted;
     } else if (own_rule && *own_rule != wanted) {
-      lost(where, std::string{"that elements in it have another rule of their own: "} + key, value.place);
+      lost_inside(needs, where, std::string{"that elements in it have another rule of their own: "} + key,
+                  value.place);
     }
   };
   const std::uint8_t length = bytes_of(value.wire.length);
   constexpr std::uint8_t usual = 4;
   constexpr std::uint8_t no_field = 0;
   if (value.wire.bits != 0) {
-    lost(where, "its " + std::to_string(value.wire.bits) + " bits", value.place);
+    lost_inside(needs, where, "its " + std::to_string(value.wire.bits) + " bits", value.place);
   }
   if (value.wire.byte_order) {
     special.rules.byte_order = value.wire.byte_order;
   }
-  const auto inner_members = [&] {
-    for (const Value& member : all_members(model_, type)) {
-      const std::string& type_path = path_of(value.type);
-      // Behind an alias, members are those of the type it stands for.
-      TypeIndex target = representative(value.type);
-      while (model_.at(target).kind == Kind::alias) {
-        target = representative(model_.at(target).element.type);
-      }
-      const std::string holder = target == representative(value.type) ? type_path : path_of(target);
-      const auto name = members_.find({holder, member.name});
-      way.push_back({holder + "/" + (name == members_.end() ? short_name(member.name) : name->second),
-                     "CPP-IMPLEMENTATION-DATA-TYPE-ELEMENT"});
-      needs.has_tags = needs.has_tags || member.tag.has_value();
-      need(member, needs, way, depth + 1);
-      way.pop_back();
-    }
-  };
+  const auto inner_members = [&] { need_members(value, type, needs, way, depth); };
   switch (type.kind) {
     case Kind::string:
       choose("string length", needs.base.string, special.rules.string, length, usual);
       if (value.wire.bom != value.wire.terminator) {
-        lost(where, "that its strings have only one of BOM and terminator", value.place);
+        lost_inside(needs, where, "that its strings have only one of BOM and terminator", value.place);
       }
       choose("string encoding", needs.base.encoding, special.rules.encoding, value.wire.encoding,
              someip::StringEncoding::utf8);
@@ -98,14 +135,16 @@ void Writer::need_inside(const Value& value, Needs& needs, std::vector<Prototype
           needs.base.array = length;
         } else {
           if (special.rules.array && *special.rules.array != length) {
-            lost(where, "that arrays in it have another length field", value.place);
+            lost_inside(needs, where, "that arrays in it have another length field", value.place);
           }
           special.rules.array = length;
         }
       } else if (special.rules.array && *special.rules.array != length) {
-        lost(where, "that arrays in it have another length field", value.place);
+        lost_inside(needs, where, "that arrays in it have another length field", value.place);
       }
-      needs.decided["array length"] = true;
+      if (!std::exchange(needs.decided["array length"], true)) {
+        needs.plain.clear();
+      }
       if (type.kind == Kind::map) {
         need_inside(type.key, needs, way, special, depth + 1);
       }
@@ -121,10 +160,10 @@ void Writer::need_inside(const Value& value, Needs& needs, std::vector<Prototype
       choose("type selector", needs.base.selector, special.rules.selector, bytes_of(value.wire.selector),
              usual);
       if (!value.wire.length_first) {
-        lost(where, "that the selector of its union is before the length", value.place);
+        lost_inside(needs, where, "that the selector of its union is before the length", value.place);
       }
       if (value.wire.fixed_bytes > 0) {
-        lost(where, "the fixed size of its union", value.place);
+        lost_inside(needs, where, "the fixed size of its union", value.place);
       }
       inner_members();
       break;
@@ -137,13 +176,12 @@ void Writer::need_inside(const Value& value, Needs& needs, std::vector<Prototype
 
 std::string Writer::rules_path(const Rules& rules) {
   const std::string set = std::string{own} + "/Wire/Properties/";
-  for (const auto& [known, name] : rules_) {
-    if (known == rules) {
-      return set + name;
-    }
+  const auto [known, is_new] = rule_names_.try_emplace(rules);
+  if (is_new) {
+    known->second = "Rules" + std::to_string(rules_.size() + 1);
+    rules_.emplace_back(rules, known->second);
   }
-  rules_.emplace_back(rules, "Rules" + std::to_string(rules_.size() + 1));
-  return set + rules_.back().second;
+  return set + known->second;
 }
 
 void Writer::write_rules() {
@@ -244,6 +282,9 @@ void Writer::write_wire(const Service& service, const std::string& service_path,
     way.push_back(prototype);
     needs.has_tags = needs.has_tags || value->tag.has_value();
     need(*value, needs, way, 0);
+  }
+  if (needs.cut != nullptr) {
+    lost(service.name + "." + element, needs.cut, service.place);
   }
   const std::string package = std::string{own} + "/Wire";
   const std::string base_name = service.name + "_" + element;

@@ -1,5 +1,7 @@
 #pragma once
 #include <chrono>
+#include <compare>
+#include <cstddef>
 #include <map>
 #include <optional>
 #include <set>
@@ -14,6 +16,13 @@ namespace trestle::describe::arxml_writer {
 /// What is not the model's own stands in packages of this one.
 inline constexpr std::string_view own = "/Trestle";
 
+/// Elements with rules of their own that a file has, each counted with all that it is in, which AUTOSAR
+/// names; and what is looked at to find them: of one payload, of all. A structure of two structures of two
+/// structures … has twice as many elements at each level.
+inline constexpr std::size_t max_special_rules = 200'000;
+inline constexpr std::size_t max_rule_steps = 1'000'000;
+inline constexpr std::size_t max_rule_steps_of_all = 20'000'000;
+
 /// Transformation properties: only what is said.
 struct Rules {
   std::optional<std::uint8_t> array{};
@@ -26,11 +35,23 @@ struct Rules {
   std::optional<std::endian> byte_order{};
   std::optional<std::uint8_t> alignment_bytes{};
   std::optional<bool> smallest{};
-  friend bool operator==(const Rules&, const Rules&) = default;
+  friend auto operator<=>(const Rules&, const Rules&) = default;
 };
 
 /// Seconds, as all times of AUTOSAR are, without trailing zeros: "0.002".
 [[nodiscard]] std::string seconds(std::chrono::nanoseconds time);
+
+/// Short names of which each is given once.
+class Names {
+ public:
+  /// The name, or the first of name_2, name_3 … that is not taken.
+  std::string take(const std::string& name);
+  void insert(const std::string& name) { taken_.insert(name); }
+
+ private:
+  std::set<std::string> taken_;
+  std::map<std::string, unsigned> next_;  ///< by name: numbers below stand behind it already
+};
 
 class Writer {
  public:
@@ -54,6 +75,12 @@ class Writer {
     std::map<std::string, bool> decided{};
     std::vector<Special> special{};
     bool has_tags = false;
+    /// Structures and choices in which nothing needs rules of its own, as far as rules are decided: they need
+    /// not be looked at again, however often they are used.
+    std::set<const Type*> plain{};
+    std::set<const Type*> open{};  ///< that are being looked at
+    std::size_t steps = 0;
+    const char* cut = nullptr;  ///< what was left out
   };
 
   // types.cpp
@@ -72,6 +99,9 @@ class Writer {
   void need(const Value& value, Needs& needs, std::vector<Prototype>& way, int depth);
   void need_inside(const Value& value, Needs& needs, std::vector<Prototype>& way, Special& special,
                    int depth);
+  void lost_inside(Needs& needs, const std::string& element, std::string what, Place place);
+  void need_members(const Value& value, const Type& type, Needs& needs, std::vector<Prototype>& way,
+                    int depth);
   void write_wire(const Service& service, const std::string& service_path, const std::string& element,
                   std::string_view list, std::string_view reference, std::string_view dest,
                   const std::vector<std::pair<Prototype, const Value*>>& values, const Payload& payload);
@@ -106,7 +136,9 @@ class Writer {
   Packages packages_{};
   std::map<TypeIndex, std::string> type_paths_{};
   std::map<std::pair<std::string, std::string>, std::string> members_{};  ///< short name by type and member
+  std::set<std::string> services_with_instances_{};                       ///< full names
   std::vector<std::pair<Rules, std::string>> rules_{};
+  std::map<Rules, std::string> rule_names_{};
   std::vector<std::string> tags_{};  ///< TLV-DATA-ID-DEFINITIONs
   std::map<std::string, std::string> tagged_{};
   std::set<std::string> service_paths_{};
@@ -117,7 +149,8 @@ class Writer {
       member_names_{};               ///< of each service: to short names
   std::optional<Prototype> root_{};  ///< of an event whose arguments are members of a structure
   std::uint32_t errors_ = 0;
-  std::size_t steps_ = 0;
+  std::size_t special_count_ = 0;
+  std::size_t rule_steps_ = 0;
 };
 
 }  // namespace trestle::describe::arxml_writer

@@ -97,11 +97,16 @@ Packages::Package& Packages::at(std::string_view path) {
 std::string Packages::unique(std::string_view package, std::string_view name) {
   Package& where = at(package);
   const std::string plain = short_name(name);
-  std::string candidate = plain;
-  for (int number = 2; !where.names.insert(candidate).second; ++number) {
-    candidate = plain + (plain.ends_with('_') ? "" : "_") + std::to_string(number);
+  if (where.names.insert(plain).second) {
+    return plain;
   }
-  return candidate;
+  int& number = where.next.try_emplace(plain, 2).first->second;
+  for (;; ++number) {
+    std::string candidate = plain + (plain.ends_with('_') ? "" : "_") + std::to_string(number);
+    if (where.names.insert(candidate).second) {
+      return candidate;
+    }
+  }
 }
 
 void Packages::add(std::string_view package, std::string_view name, std::string element) {

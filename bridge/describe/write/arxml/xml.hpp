@@ -44,6 +44,7 @@ class Packages {
   struct Package {
     std::map<std::string, std::string> elements{};
     std::set<std::string> names{};
+    std::map<std::string, int> next{};  ///< by name: numbers below stand behind it already
     std::map<std::string, Package> inner{};
   };
   [[nodiscard]] Package& at(std::string_view path);

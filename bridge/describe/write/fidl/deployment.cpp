@@ -185,8 +185,14 @@ void Deployment::named(Block& block, const Value& now, const Value* before, User
     case Kind::choice: {
       const bool is_structure = type.kind == Kind::structure;
       overwrite.head = is_structure ? "#struct" : "#union";
-      const std::vector<Value> members = all_members(model_, type);
-      const std::vector<Value> old_members = all_members(model_, old);
+      // A type differs in nothing from itself; else members are copied.
+      const bool is_same = &type == &old;
+      const std::vector<Value> members = is_same ? std::vector<Value>{} : all_members(model_, type);
+      const std::vector<Value> old_members = is_same ? std::vector<Value>{} : all_members(model_, old);
+      if (!is_same && ++overwrites_ > max_overwrites) {
+        lose(owner, "rules of members for this use alone: there are too many", now.place);
+        return;
+      }
       for (std::size_t i = 0; i < members.size() && i < old_members.size(); ++i) {
         if (plan_.is_left_out(members[i].type)) {
           continue;
@@ -369,6 +375,9 @@ void Deployment::types(Block& block, const Container& container) {
 }
 
 void Deployment::rules(Block& block, const Payload& payload, const char* stem, const std::string& owner) {
+  if (!payload.known) {
+    lose(owner, "that its payload is not known: it is written as empty");
+  }
   if (payload.byte_order == std::endian::little) {
     block.settings.push_back(fmt::format("SomeIp{}Endianess = le", stem));
     if (payload.length_fields_always_big) {
@@ -564,23 +573,19 @@ Block Deployment::interface(const Container& container) {
     lose(service.name, "namespaces", service.place);
   }
   kept(block, service.notes, {"DefaultTimeout"}, service.name);
-  const Service* base = service.base.empty() ? nullptr : model_.service(service.base);
-  const auto is_inherited = [](const auto* of_base, const auto& one) {
-    return of_base != nullptr &&
-           std::ranges::any_of(*of_base, [&](const auto& other) { return other.name == one.name; });
-  };
+  const Inherited inherited{plan_.service(service.base)};
   for (const Field& field : service.fields) {
-    if (!is_inherited(base == nullptr ? nullptr : &base->fields, field)) {
+    if (!inherited.fields.contains(field.name)) {
       block.children.push_back(attribute(field));
     }
   }
   for (const Method& one : service.methods) {
-    if (!is_inherited(base == nullptr ? nullptr : &base->methods, one)) {
+    if (!inherited.methods.contains(one.name)) {
       block.children.push_back(method(one));
     }
   }
   for (const Event& one : service.events) {
-    if (!is_inherited(base == nullptr ? nullptr : &base->events, one)) {
+    if (!inherited.events.contains(one.name)) {
       block.children.push_back(event(one));
     }
   }

@@ -25,6 +25,10 @@ struct Block {
 /// The name that stands in FDEPL files, without a member's escape of FIDL.
 [[nodiscard]] std::string target(std::string_view name);
 
+/// Structures and unions that are looked at for rules of one use in a package. A structure of two structures
+/// of two structures … has twice as many at each level.
+inline constexpr std::size_t max_overwrites = 200'000;
+
 /// Writes what deployment says: only what differs from the defaults of version 2, and ids.
 class Deployment {
  public:
@@ -63,6 +67,7 @@ class Deployment {
   const Model& model_;
   const Plan& plan_;
   std::vector<NotCarried>& lost_;
+  std::size_t overwrites_ = 0;
 };
 
 }  // namespace trestle::describe::fidl_writing

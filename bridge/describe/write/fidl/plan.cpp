@@ -200,7 +200,23 @@ bool Plan::needs_declaration(TypeIndex index) const {
   return !own_errors_.contains(index);
 }
 
+std::string free_name(const std::string& wanted, std::set<std::string, std::less<>>& names,
+                      std::map<std::string, unsigned>& uses) {
+  unsigned& number = uses[wanted];
+  std::string name = wanted;
+  while (!names.insert(name).second) {
+    ++number;
+    name = wanted + "_" + (number == 1 ? std::string{} : std::to_string(number));
+  }
+  return name;
+}
+
+std::string Plan::free_name(Container& container, const std::string& wanted) {
+  return fidl_writing::free_name(wanted, container.names, container.name_uses);
+}
+
 void Plan::place_services() {
+  std::map<std::string, Container> packages;  // for their names
   for (const Service& service : model_.services) {
     Container container;
     container.package = package_of(service.scope);
@@ -210,16 +226,9 @@ void Plan::place_services() {
                        service.place});
     }
     container.service = &service;
-    std::string name = usable(service.name, true);
-    const auto taken = [&](const std::string& wanted) {
-      return std::ranges::any_of(containers_, [&](const Container& other) {
-        return other.package == container.package && other.name == wanted;
-      });
-    };
-    while (taken(name)) {
-      name += '_';
-    }
-    container.name = name;
+    container.name = free_name(packages[container.package], usable(service.name, true));
+    services_.emplace(full_name(service.scope, service.name), containers_.size());
+    by_package_[container.package].push_back(containers_.size());
     packages_.insert(container.package);
     by_scope_.emplace(full_name(service.scope, service.name), containers_.size());
     containers_.push_back(std::move(container));
@@ -240,13 +249,13 @@ std::size_t Plan::container_for(const std::string& scope) {
     container.package = path.substr(0, dot);
     container.name = path.substr(dot + 1);
   }
-  for (std::size_t i = 0; i < containers_.size(); ++i) {
-    if (containers_[i].full() == container.full() && containers_[i].service == nullptr) {
-      by_scope_.emplace(scope, i);
-      return i;
-    }
+  const auto [same, is_new] = collections_.try_emplace(container.full(), containers_.size());
+  if (!is_new) {
+    by_scope_.emplace(scope, same->second);
+    return same->second;
   }
   packages_.insert(container.package);
+  by_package_[container.package].push_back(containers_.size());
   by_scope_.emplace(scope, containers_.size());
   containers_.push_back(std::move(container));
   return containers_.size() - 1;
@@ -294,10 +303,8 @@ void Plan::place_types() {
     declared.container = container_for(type.scope.empty() ? "unnamed" : type.scope);
     Container& container = containers_[declared.container];
     declared.name =
-        type.name.empty() ? fmt::format("Unnamed{}", ++unnamed[declared.container]) : usable(type.name, true);
-    while (!container.names.insert(declared.name).second) {
-      declared.name += '_';
-    }
+        free_name(container, type.name.empty() ? fmt::format("Unnamed{}", ++unnamed[declared.container])
+                                               : usable(type.name, true));
     declared.renamed = declared.name != type.name;
     container.types.push_back(index);
     declared_.emplace(index, std::move(declared));
@@ -314,10 +321,8 @@ void Plan::place_types() {
         type.scope.empty() ? (containers_.empty() ? "unnamed" : containers_.front().full()) : type.scope);
     Container& container = containers_[declared.container];
     declared.name =
-        type.name.empty() ? fmt::format("Unnamed{}", ++unnamed[declared.container]) : usable(type.name, true);
-    while (!container.names.insert(declared.name).second) {
-      declared.name += '_';
-    }
+        free_name(container, type.name.empty() ? fmt::format("Unnamed{}", ++unnamed[declared.container])
+                                               : usable(type.name, true));
     declared.renamed = true;
     container.types.push_back(index);
     declared_.emplace(index, std::move(declared));
@@ -344,14 +349,24 @@ std::string Plan::reference(TypeIndex type, const Container& from) const {
   return &container == &from ? found->name : container.full() + "." + found->name;
 }
 
-std::string Plan::service_name(std::string_view full) const {
-  for (const Container& container : containers_) {
-    if (container.service != nullptr &&
-        full_name(container.service->scope, container.service->name) == full) {
-      return container.full();
+std::vector<const Container*> Plan::containers_of(const std::string& package) const {
+  std::vector<const Container*> all;
+  if (const auto found = by_package_.find(package); found != by_package_.end()) {
+    for (const std::size_t index : found->second) {
+      all.push_back(&containers_[index]);
     }
   }
-  return {};
+  return all;
+}
+
+const Container* Plan::service(std::string_view full) const {
+  const auto found = services_.find(full);
+  return found == services_.end() ? nullptr : &containers_[found->second];
+}
+
+std::string Plan::service_name(std::string_view full) const {
+  const Container* const container = service(full);
+  return container == nullptr ? std::string{} : container->full();
 }
 
 }  // namespace trestle::describe::fidl_writing

@@ -16,7 +16,8 @@ struct Container {
   const Service* service = nullptr;
   std::vector<TypeIndex> types{};
   std::vector<const Constant*> constants{};
-  std::set<std::string, std::less<>> names{};  ///< that are taken
+  std::set<std::string, std::less<>> names{};   ///< that are taken
+  std::map<std::string, unsigned> name_uses{};  ///< by wanted name: how often it was given
   [[nodiscard]] std::string full() const { return name.empty() ? package : package + "." + name; }
 };
 
@@ -32,6 +33,10 @@ class Plan {
   Plan(const Model& model, std::vector<NotCarried>& lost);
 
   [[nodiscard]] const std::vector<Container>& containers() const noexcept { return containers_; }
+  /// Those of one package, in the same order.
+  [[nodiscard]] std::vector<const Container*> containers_of(const std::string& package) const;
+  /// That of a service by its full name; null: there is none.
+  [[nodiscard]] const Container* service(std::string_view full) const;
   [[nodiscard]] std::vector<std::string> packages() const;
   /// The type that a use names: not a variant of it.
   [[nodiscard]] TypeIndex root(TypeIndex type) const;
@@ -50,6 +55,7 @@ class Plan {
  private:
   void place_services();
   void place_types();
+  static std::string free_name(Container& container, const std::string& wanted);
   std::size_t container_for(const std::string& scope);
   void leave_out_empty_types();
   [[nodiscard]] bool needs_declaration(TypeIndex type) const;
@@ -58,15 +64,43 @@ class Plan {
   std::vector<NotCarried>& lost_;
   std::vector<Container> containers_;
   std::map<std::string, std::size_t, std::less<>> by_scope_;  ///< scope of the model
+  std::map<std::string, std::vector<std::size_t>, std::less<>> by_package_;
+  std::map<std::string, std::size_t, std::less<>> services_;     ///< by full name
+  std::map<std::string, std::size_t, std::less<>> collections_;  ///< type collections by full name
   std::map<TypeIndex, Declared> declared_;
   std::set<TypeIndex> left_out_;
   std::set<TypeIndex> own_errors_;
   std::set<std::string, std::less<>> packages_;
 };
 
+/// The names of members that a service has of the one that it extends.
+struct Inherited {
+  explicit Inherited(const Container* base) {
+    if (base == nullptr || base->service == nullptr) {
+      return;
+    }
+    for (const Field& one : base->service->fields) {
+      fields.insert(one.name);
+    }
+    for (const Method& one : base->service->methods) {
+      methods.insert(one.name);
+    }
+    for (const Event& one : base->service->events) {
+      events.insert(one.name);
+    }
+  }
+  std::set<std::string, std::less<>> fields{};
+  std::set<std::string, std::less<>> methods{};
+  std::set<std::string, std::less<>> events{};
+};
+
 /// A name as FIDL and C++ can have it: other characters become '_', and words of C++ get one at their end. Of
 /// a type, words of FIDL too; else they are to be escaped.
 [[nodiscard]] std::string usable(std::string_view name, bool is_type);
+/// The name, or name_, name_2, name_3 …, which is put into `names`.
+/// @param uses  by name: how often it was taken; where the search goes on.
+[[nodiscard]] std::string free_name(const std::string& wanted, std::set<std::string, std::less<>>& names,
+                                    std::map<std::string, unsigned>& uses);
 /// With ^ before words of FIDL, or of FDEPL.
 [[nodiscard]] std::string escaped(std::string_view name);
 [[nodiscard]] std::string escaped_fdepl(std::string_view name);

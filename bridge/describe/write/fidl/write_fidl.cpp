@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 #include "bridge/describe/write/fidl/deployment.hpp"
@@ -64,7 +65,9 @@ class Writer {
   /// Packages whose files one of this package needs.
   [[nodiscard]] std::set<std::string> imports(const std::string& package) const;
   void reach(TypeIndex type, std::set<TypeIndex>& seen) const;
-  [[nodiscard]] std::set<TypeIndex> used_by(const Container& container) const;
+  void add_types_of(const Container& container, std::set<TypeIndex>& seen) const;
+  /// Collections that a deployment of the service uses.
+  [[nodiscard]] std::set<std::string> uses_of(const Container& container);
   void lose(const std::string& element, std::string what, Place place) {
     result_.not_carried.push_back({element, std::move(what), place});
   }
@@ -72,9 +75,19 @@ class Writer {
   const Model& model_;
   Written result_{};
   Plan plan_;
+  std::map<std::string, std::vector<const Instance*>> providers_{};  ///< by package
+  std::map<std::size_t, bool>
+      deployed_collections_{};  ///< by container: whether its deployment says anything
 };
 
 Written Writer::all() {
+  for (const Instance& instance : model_.instances) {
+    const Container* const service =
+        instance.role == Instance::Role::required ? nullptr : plan_.service(instance.service);
+    if (service != nullptr) {
+      providers_[service->package].push_back(&instance);
+    }
+  }
   for (const std::string& package : plan_.packages()) {
     fidl(package);
     fdepl(package);
@@ -86,7 +99,7 @@ Written Writer::all() {
     if (instance.role == Instance::Role::required) {
       lose(instance.name.empty() ? instance.service : instance.name,
            "an instance that is used and not offered", instance.place);
-    } else if (plan_.service_name(instance.service).empty()) {
+    } else if (plan_.service(instance.service) == nullptr) {
       lose(instance.name.empty() ? instance.service : instance.name,
            "an instance of a service that is not described", instance.place);
     }
@@ -110,8 +123,7 @@ void Writer::reach(TypeIndex type, std::set<TypeIndex>& seen) const {
   }
 }
 
-std::set<TypeIndex> Writer::used_by(const Container& container) const {
-  std::set<TypeIndex> seen;
+void Writer::add_types_of(const Container& container, std::set<TypeIndex>& seen) const {
   for (const TypeIndex type : container.types) {
     reach(type, seen);
   }
@@ -136,32 +148,29 @@ std::set<TypeIndex> Writer::used_by(const Container& container) const {
       add(event.payload);
     }
   }
-  return seen;
 }
 
 std::set<std::string> Writer::imports(const std::string& package) const {
   std::set<std::string> others;
   const auto add_service = [&](const std::string& full) {
-    for (const Container& other : plan_.containers()) {
-      if (other.service != nullptr && full_name(other.service->scope, other.service->name) == full) {
-        others.insert(other.package);
-      }
+    if (const Container* const other = plan_.service(full)) {
+      others.insert(other->package);
     }
   };
-  for (const Container& container : plan_.containers()) {
-    if (container.package != package) {
-      continue;
-    }
-    for (const TypeIndex type : used_by(container)) {
-      if (const Declared* declared = plan_.declared(type)) {
-        others.insert(plan_.containers()[declared->container].package);
-      }
-    }
+  std::set<TypeIndex> types;
+  for (const Container* const one : plan_.containers_of(package)) {
+    const Container& container = *one;
+    add_types_of(container, types);
     if (container.service != nullptr) {
       add_service(container.service->base);
       for (const std::string& managed : container.service->manages) {
         add_service(managed);
       }
+    }
+  }
+  for (const TypeIndex type : types) {
+    if (const Declared* declared = plan_.declared(type)) {
+      others.insert(plan_.containers()[declared->container].package);
     }
   }
   others.erase(package);
@@ -175,9 +184,9 @@ void Writer::fidl(const std::string& package) {
   for (const std::string& other : others) {
     text += fmt::format("import model \"{}.fidl\"\n", other);
   }
-  for (const Container& one : plan_.containers()) {
-    if (one.package == package && (one.service != nullptr || !one.types.empty() || !one.constants.empty())) {
-      container(text, one);
+  for (const Container* const one : plan_.containers_of(package)) {
+    if (one->service != nullptr || !one->types.empty() || !one->constants.empty()) {
+      container(text, *one);
     }
   }
   result_.files.push_back({package + ".fidl", std::move(text)});
@@ -239,26 +248,19 @@ void Writer::container(std::string& text, const Container& container) {
       managed += other.empty() ? "" : (managed.empty() ? " manages " : ", ") + other;
     }
     text += managed + fmt::format(" {{\n    version {{ major {} minor {} }}\n", service.major, service.minor);
-    const Service* base = service.base.empty() ? nullptr : model_.service(service.base);
-    const auto is_own = [&](const auto& of_base, const auto& one) {
-      return base == nullptr ||
-             std::ranges::none_of(of_base(*base), [&](const auto& other) { return other.name == one.name; });
-    };
+    const Inherited inherited{plan_.service(service.base)};
     for (const Field& field : service.fields) {
-      if (is_own(
-              [](const Service& of) -> const auto& { return of.fields; }, field)) {
+      if (!inherited.fields.contains(field.name)) {
         attribute(text, container, field);
       }
     }
     for (const Method& one : service.methods) {
-      if (is_own(
-              [](const Service& of) -> const auto& { return of.methods; }, one)) {
+      if (!inherited.methods.contains(one.name)) {
         method(text, container, one);
       }
     }
     for (const Event& one : service.events) {
-      if (is_own(
-              [](const Service& of) -> const auto& { return of.events; }, one)) {
+      if (!inherited.events.contains(one.name)) {
         event(text, container, one);
       }
     }
@@ -399,6 +401,31 @@ void Writer::event(std::string& text, const Container& in, const Event& event) {
   text += "    }\n";
 }
 
+std::set<std::string> Writer::uses_of(const Container& container) {
+  std::set<TypeIndex> types;
+  add_types_of(container, types);
+  std::set<std::size_t> collections;
+  for (const TypeIndex type : types) {
+    const Declared* const declared = plan_.declared(type);
+    if (declared != nullptr && plan_.containers()[declared->container].service == nullptr) {
+      collections.insert(declared->container);
+    }
+  }
+  std::set<std::string> uses;
+  for (const std::size_t index : collections) {
+    const Container& other = plan_.containers()[index];
+    const auto [has_any, is_new] = deployed_collections_.try_emplace(index, false);
+    if (is_new) {
+      std::vector<NotCarried> twice;  // what is said of it where it is written
+      has_any->second = !Deployment{model_, plan_, twice}.collection(other).is_empty();
+    }
+    if (has_any->second) {
+      uses.insert("use " + other.full());
+    }
+  }
+  return uses;
+}
+
 void Writer::fdepl(const std::string& package) {
   Deployment deployment{model_, plan_, result_.not_carried};
   std::string text =
@@ -410,46 +437,30 @@ void Writer::fdepl(const std::string& package) {
   for (const std::string& other : others) {
     text += fmt::format("import \"{}.fdepl\"\n", other);
   }
-  for (const Container& container : plan_.containers()) {
-    if (container.package == package && container.service == nullptr) {
-      const Block block = deployment.collection(container);
+  const std::vector<const Container*> containers = plan_.containers_of(package);
+  for (const Container* const container : containers) {
+    if (container->service == nullptr) {
+      const Block block = deployment.collection(*container);
       text += block.is_empty() ? "" : "\n" + text_of(block);
     }
   }
-  std::vector<NotCarried> twice;  // what has been said of collections already
-  for (const Container& container : plan_.containers()) {
-    if (container.package != package || container.service == nullptr) {
+  for (const Container* const container : containers) {
+    if (container->service == nullptr) {
       continue;
     }
-    Block block = deployment.interface(container);
-    std::set<std::string> uses;
-    for (const TypeIndex type : used_by(container)) {
-      const Declared* declared = plan_.declared(type);
-      if (declared != nullptr && plan_.containers()[declared->container].service == nullptr) {
-        const Container& other = plan_.containers()[declared->container];
-        if (!Deployment{model_, plan_, twice}.collection(other).is_empty()) {
-          uses.insert("use " + other.full());
-        }
-      }
-    }
+    Block block = deployment.interface(*container);
+    const std::set<std::string> uses = uses_of(*container);
     block.settings.insert(block.settings.begin(), uses.begin(), uses.end());
     text += "\n" + text_of(block);
   }
-  std::set<std::string> names;
-  for (const Instance& instance : model_.instances) {
-    const std::string service = plan_.service_name(instance.service);
-    if (instance.role == Instance::Role::required || service.empty() ||
-        service.substr(0, service.rfind('.')) != package) {
-      continue;
-    }
-    std::string name =
-        usable(service.substr(service.rfind('.') + 1) + "_" +
-                   (instance.id ? fmt::format("{}", static_cast<unsigned>(*instance.id)) : "x"),
-               true);
-    while (!names.insert(name).second) {
-      name += '_';
-    }
-    text += "\n" + text_of(deployment.provider(instance, name));
+  std::set<std::string, std::less<>> names;
+  std::map<std::string, unsigned> name_uses;
+  for (const Instance* const instance : providers_[package]) {
+    const std::string service = plan_.service_name(instance->service);
+    const std::string id = instance->id ? fmt::format("{}", static_cast<unsigned>(*instance->id)) : "x";
+    const std::string name =
+        free_name(usable(service.substr(service.rfind('.') + 1) + "_" + id, true), names, name_uses);
+    text += "\n" + text_of(deployment.provider(*instance, name));
   }
   result_.files.push_back({package + ".fdepl", std::move(text)});
 }

@@ -8,6 +8,7 @@
 #include <tuple>
 #include <utility>
 
+#include "bridge/describe/instance_index.hpp"
 #include "bridge/describe/ros_names.hpp"
 #include "bridge/documents/format.hpp"
 #include "bridge/messages/values/wire_yaml.hpp"
@@ -21,44 +22,95 @@ std::string hex(Id id) {
   return fmt::format("0x{:04x}", someip::value(id));
 }
 
+const char* to_text(Transport transport) {
+  return transport == Transport::tcp ? "TCP" : "UDP";
+}
+
 /// The entries of one service instance.
 class Entries {
  public:
-  Entries(const Model& model, const Lowered& lowered, const Service& service, const Instance& instance,
-          Side side, const RouteOptions& options, std::uint16_t port, std::vector<NotCarried>& not_carried)
-      : model_{model},
-        lowered_{lowered},
+  Entries(const RouteEntries& all, const Service& service, const Instance& instance, Side side,
+          std::uint16_t port, std::vector<NotCarried>& not_carried)
+      : lowered_{all.lowered()},
         service_{service},
         instance_{instance},
         side_{side},
-        options_{options},
         port_{port},
-        not_carried_{not_carried} {}
+        not_carried_{not_carried},
+        index_{static_cast<std::size_t>(&service - all.model().services.data())},
+        prefix_{all.prefix_of(service, instance)} {
+    const auto name = [](FreeNames& taken, const std::string& member) {
+      return taken.take(ros_field_name(member), "_");
+    };
+    for (const Event& one : service.events) {
+      event_names_.push_back(name(topics_, one.name));
+    }
+    for (const Field& one : service.fields) {
+      field_names_.push_back(name(topics_, one.name));
+    }
+    for (const Method& one : service.methods) {
+      method_names_.push_back(name(calls_, one.name));
+    }
+  }
 
   std::vector<RouteEntry> run() {
-    const auto index = static_cast<std::size_t>(&service_ - model_.services.data());
-    const auto lowered = [&](LoweredMember::Kind kind, std::size_t member) {
-      return lowered_.member(kind, index, member);
-    };
     for (std::size_t i = 0; i < service_.events.size(); ++i) {
-      event(service_.events[i], lowered(LoweredMember::Kind::event, i));
+      member({LoweredMember::Kind::event, i});
     }
     for (std::size_t i = 0; i < service_.methods.size(); ++i) {
-      method(service_.methods[i], lowered(LoweredMember::Kind::method, i));
+      member({LoweredMember::Kind::method, i});
     }
     for (std::size_t i = 0; i < service_.fields.size(); ++i) {
-      field(service_.fields[i], lowered(LoweredMember::Kind::field, i));
+      member({LoweredMember::Kind::field, i});
     }
+    return std::move(entries_);
+  }
+  std::vector<RouteEntry> run(RouteMember one) {
+    member(one);
     return std::move(entries_);
   }
 
  private:
-  void event(const Event& event, const LoweredMember* lowered) {
+  void member(RouteMember one) {
+    const LoweredMember* const lowered = lowered_.member(one.kind, index_, one.index);
+    switch (one.kind) {
+      case LoweredMember::Kind::event:
+        return event(service_.events[one.index], lowered, event_names_[one.index]);
+      case LoweredMember::Kind::method:
+        return method(service_.methods[one.index], lowered, method_names_[one.index]);
+      case LoweredMember::Kind::field:
+        return one.is_notifier_of_field
+                   ? notifier(service_.fields[one.index], lowered, field_names_[one.index])
+                   : field(service_.fields[one.index], lowered, field_names_[one.index]);
+    }
+  }
+
+  void push(const char* list, const std::string& member, YAML::Node node) {
+    entries_.push_back({list, service_.name + "." + member, member, full_name(service_.scope, service_.name),
+                        instance_.id.value_or(someip::InstanceId{}), std::move(node)});
+  }
+
+  /// The notifier of a field as an event.
+  void notifier(const Field& field, const LoweredMember* lowered, const std::string& name) {
+    if (!field.has_notifier) {
+      lacks(field.name, "the field has no notifier", field.place);
+      return;
+    }
+    Event alone{.name = field.name,
+                .id = field.notifier,
+                .eventgroups = field.eventgroups,
+                .transfer = field.notifier_transfer,
+                .e2e = field.e2e};
+    alone.place = field.place;
+    event(alone, lowered, name);
+  }
+
+  void event(const Event& event, const LoweredMember* lowered, const std::string& name) {
     if (!complete(event.name, event.place, lowered, event.id.has_value(), !event.eventgroups.empty())) {
       return;
     }
     YAML::Node node{YAML::NodeType::Map};
-    node["topic"] = name_of(event.name);
+    node["topic"] = prefix_ + "/" + name;
     node["type"] = lowered->type;
     node["direction"] = side_ == Side::client ? "someip_to_dds" : "dds_to_someip";
     put_service(node);
@@ -76,16 +128,15 @@ class Entries {
     if (event.selective) {
       lacks(event.name, "selective: the event goes to all subscribers", event.place);
     }
-    entries_.push_back({"routes", service_.name + "." + event.name, full_name(service_.scope, service_.name),
-                        std::move(node)});
+    push("routes", event.name, std::move(node));
   }
 
-  void method(const Method& method, const LoweredMember* lowered) {
+  void method(const Method& method, const LoweredMember* lowered, const std::string& name) {
     if (!complete(method.name, method.place, lowered, method.id.has_value(), true)) {
       return;
     }
     YAML::Node node{YAML::NodeType::Map};
-    node["ros_service"] = name_of(method.name);
+    node["ros_service"] = prefix_ + "/" + name;
     node["type"] = lowered->type;
     node["server"] = side_ == Side::client ? "someip" : "ros";
     put_service(node);
@@ -106,11 +157,10 @@ class Entries {
     if (!method.fire_and_forget && lowered->response != lowered->rules) {
       lacks(method.name, "other rules for the answer than for the request", method.place);
     }
-    entries_.push_back({"methods", service_.name + "." + method.name,
-                        full_name(service_.scope, service_.name), std::move(node)});
+    push("methods", method.name, std::move(node));
   }
 
-  void field(const Field& field, const LoweredMember* lowered) {
+  void field(const Field& field, const LoweredMember* lowered, const std::string& name) {
     const bool has_ids = (!field.has_getter || field.getter) && (!field.has_setter || field.setter) &&
                          (!field.has_notifier || field.notifier);
     if (!complete(field.name, field.place, lowered, has_ids,
@@ -118,7 +168,7 @@ class Entries {
       return;
     }
     YAML::Node node{YAML::NodeType::Map};
-    node["topic"] = name_of(field.name);
+    node["topic"] = prefix_ + "/" + name;
     node["type"] = lowered->type;
     node["server"] = side_ == Side::client ? "someip" : "ros";
     put_service(node);
@@ -134,13 +184,24 @@ class Entries {
       node["setter"] = hex(*field.setter);
     }
     put_version(node);
-    put_transport(node,
-                  field.has_notifier ? field.notifier_transfer.transport : field.getter_transfer.transport);
+    const Transport transport = field.has_notifier ? field.notifier_transfer.transport
+                                : field.has_getter ? field.getter_transfer.transport
+                                                   : field.setter_transfer.transport;
+    put_transport(node, transport);
+    const auto other = [&](bool there, const Transfer& transfer, const char* part) {
+      if (there && transfer.transport != transport) {
+        lacks(field.name,
+              fmt::format("that its {} is carried by {}: all of a field is carried alike, here by {}", part,
+                          to_text(transfer.transport), to_text(transport)),
+              field.place);
+      }
+    };
+    other(field.has_getter, field.getter_transfer, "getter");
+    other(field.has_setter, field.setter_transfer, "setter");
     put_tp(node, side_ == Side::server ? field.notifier_transfer : field.setter_transfer, true);
     put_protection(node, field.e2e, "event");
     put_wire(node, lowered->rules);
-    entries_.push_back({"fields", service_.name + "." + field.name, full_name(service_.scope, service_.name),
-                        std::move(node)});
+    push("fields", field.name, std::move(node));
   }
 
   /// Whether a route can be made; tells what is missing.
@@ -161,26 +222,6 @@ class Entries {
     not_carried_.push_back({service_.name + "." + member, std::move(what), place});
   }
 
-  /// "/car/door/moved"; with the instance's id where the service has several.
-  [[nodiscard]] std::string name_of(const std::string& member) const {
-    std::string name = options_.prefix;
-    if (name.empty() || name.back() != '/') {
-      name += '/';
-    }
-    name += ros_field_name(service_.name);
-    const std::string full = full_name(service_.scope, service_.name);
-    std::set<someip::InstanceId> ids;
-    for (const Instance& other : model_.instances) {
-      if (other.service == full && other.id) {
-        ids.insert(*other.id);
-      }
-    }
-    if (ids.size() > 1) {
-      name += fmt::format("/instance_{}", someip::value(*instance_.id));
-    }
-    return name + "/" + ros_field_name(member);
-  }
-
   void put_service(YAML::Node& node) const {
     node["service"] = hex(*service_.id);
     node["instance"] = hex(*instance_.id);
@@ -194,8 +235,8 @@ class Entries {
       node["minor"] = instance_.minor && instance_.role == Instance::Role::required
                           ? fmt::to_string(*instance_.minor)
                           : std::string{"any"};
-    } else if (service_.minor != 0) {
-      node["minor"] = fmt::to_string(service_.minor);
+    } else if (const std::uint32_t minor = instance_.minor.value_or(service_.minor); minor != 0) {
+      node["minor"] = fmt::to_string(minor);
     }
   }
   void put_transport(YAML::Node& node, Transport transport) const {
@@ -263,23 +304,21 @@ class Entries {
     }
   }
 
-  const Model& model_;
   const Lowered& lowered_;
   const Service& service_;
   const Instance& instance_;
   Side side_;
-  const RouteOptions& options_;
   std::uint16_t port_;
   std::vector<NotCarried>& not_carried_;
+  std::size_t index_;
+  std::string prefix_;
+  FreeNames topics_{};
+  FreeNames calls_{};
+  std::vector<std::string> event_names_{};
+  std::vector<std::string> method_names_{};
+  std::vector<std::string> field_names_{};
   std::vector<RouteEntry> entries_{};
 };
-
-bool is_provided_too(const Model& model, const Instance& required) {
-  return std::ranges::any_of(model.instances, [&](const Instance& other) {
-    return other.role == Instance::Role::provided && other.service == required.service &&
-           other.id == required.id;
-  });
-}
 
 }  // namespace
 
@@ -290,20 +329,78 @@ std::uint16_t offer_port(const Instance& instance, std::uint16_t otherwise) {
                                                    : instance.tcp_port.value_or(otherwise);
 }
 
-std::vector<RouteEntry> route_entries(const Model& model, const Lowered& lowered, const Service& service,
-                                      const Instance& instance, Side side, const RouteOptions& options,
-                                      std::uint16_t port, std::vector<NotCarried>& not_carried) {
-  return Entries{model, lowered, service, instance, side, options, port, not_carried}.run();
+RouteEntries::RouteEntries(const Model& model, const Lowered& lowered, const RouteOptions& options)
+    : model_{model}, lowered_{lowered}, options_{options} {
+  for (const Instance& one : model.instances) {
+    if (one.id) {
+      instances_[one.service].insert(*one.id);
+    }
+  }
+  std::map<std::string, std::size_t> uses;
+  std::map<std::string, std::size_t> uses_with_scope;
+  const auto with_scope = [](const Service& service) {
+    const std::string scope = service.scope.empty() ? std::string{} : ros_field_name(service.scope) + "/";
+    return scope + ros_field_name(service.name);
+  };
+  for (const Service& one : model.services) {
+    ++uses[ros_field_name(one.name)];
+    ++uses_with_scope[with_scope(one)];
+  }
+  FreeNames taken;
+  for (const Service& one : model.services) {
+    std::string name = ros_field_name(one.name);
+    if (uses[name] > 1) {
+      name = with_scope(one);
+    }
+    if (uses_with_scope[name] > 1 && one.id) {
+      name += fmt::format("_{:04x}", someip::value(*one.id));
+    }
+    names_.emplace(&one, taken.take(name, "_"));
+  }
+}
+
+std::string RouteEntries::prefix_of(const Service& service, const Instance& instance) const {
+  std::string name = options_.prefix;
+  if (name.empty() || name.back() != '/') {
+    name += '/';
+  }
+  const auto known = names_.find(&service);
+  name += known == names_.end() ? ros_field_name(service.name) : known->second;
+  const auto ids = instances_.find(full_name(service.scope, service.name));
+  if (ids != instances_.end() && ids->second.size() > 1 && instance.id) {
+    name += fmt::format("/instance_{}", someip::value(*instance.id));
+  }
+  return name;
+}
+
+std::vector<RouteEntry> RouteEntries::of(const Service& service, const Instance& instance, Side side,
+                                         std::uint16_t port, std::vector<NotCarried>& not_carried) const {
+  return Entries{*this, service, instance, side, port, not_carried}.run();
+}
+
+std::optional<RouteEntry> RouteEntries::of(const Service& service, const Instance& instance, Side side,
+                                           std::uint16_t port, RouteMember member,
+                                           std::vector<NotCarried>& not_carried) const {
+  std::vector<RouteEntry> made = Entries{*this, service, instance, side, port, not_carried}.run(member);
+  return made.empty() ? std::nullopt : std::optional{std::move(made.front())};
 }
 
 std::vector<RouteEntry> route_entries(const Model& model, const Lowered& lowered, const RouteOptions& options,
                                       std::vector<NotCarried>& not_carried) {
+  const RouteEntries entries_of{model, lowered, options};
+  const InstanceIndex index{model};
+  std::set<std::pair<std::string, std::optional<someip::InstanceId>>> provided_ones;
+  for (const Instance& instance : model.instances) {
+    if (instance.role == Instance::Role::provided) {
+      provided_ones.emplace(instance.service, instance.id);
+    }
+  }
   std::vector<RouteEntry> all;
   not_carried.insert(not_carried.end(), lowered.not_carried.begin(), lowered.not_carried.end());
   std::set<std::tuple<std::string, someip::InstanceId, Side>> done;
   std::uint32_t next_port = options.first_port;
   for (const Instance& instance : model.instances) {
-    const Service* service = model.service(instance.service);
+    const Service* service = index.service(instance.service);
     if (service == nullptr) {
       not_carried.push_back({instance.name.empty() ? instance.service : instance.name,
                              "the instance of a service that is not described", instance.place});
@@ -314,7 +411,7 @@ std::vector<RouteEntry> route_entries(const Model& model, const Lowered& lowered
     if (instance.id && !done.emplace(instance.service, *instance.id, side).second) {
       continue;  // one that another machine provides or wants, too
     }
-    if (!options.side && !provided && is_provided_too(model, instance)) {
+    if (!options.side && !provided && provided_ones.contains({instance.service, instance.id})) {
       not_carried.push_back({service->name, "that it is required, as it is provided, too", instance.place});
       continue;
     }
@@ -323,8 +420,7 @@ std::vector<RouteEntry> route_entries(const Model& model, const Lowered& lowered
     if (side == Side::server && provided && instance.tcp_port.value_or(port) != port) {
       not_carried.push_back({service->name, "its TCP port: it is offered at the UDP port", instance.place});
     }
-    std::vector<RouteEntry> entries =
-        route_entries(model, lowered, *service, instance, side, options, port, not_carried);
+    std::vector<RouteEntry> entries = entries_of.of(*service, instance, side, port, not_carried);
     all.insert(all.end(), std::make_move_iterator(entries.begin()), std::make_move_iterator(entries.end()));
   }
   return all;

@@ -8,8 +8,11 @@
 #pragma once
 #include <yaml-cpp/yaml.h>
 
+#include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -37,18 +40,50 @@ struct RouteOptions {
 
 /// An entry of a route file.
 struct RouteEntry {
-  std::string list;     ///< where it belongs: "routes", "methods", "fields"
-  std::string element;  ///< "Door.moved"
-  std::string service;  ///< full name: "car.Door"
+  std::string list;               ///< where it belongs: "routes", "methods", "fields"
+  std::string element;            ///< "Door.moved"
+  std::string member;             ///< "moved"
+  std::string service;            ///< full name: "car.Door"
+  someip::InstanceId instance{};  ///< of the service
   YAML::Node node;
 };
 
-/// The entries of one instance, those of events, methods and fields in this order.
-/// @param port  of the service, where the bridge is the server.
-[[nodiscard]] std::vector<RouteEntry> route_entries(const Model& model, const Lowered& lowered,
-                                                    const Service& service, const Instance& instance,
-                                                    Side side, const RouteOptions& options,
-                                                    std::uint16_t port, std::vector<NotCarried>& not_carried);
+/// A member of a service. Members of different kinds may have one name.
+struct RouteMember {
+  LoweredMember::Kind kind = LoweredMember::Kind::event;
+  std::size_t index = 0;              ///< of the service's events, methods or fields
+  bool is_notifier_of_field = false;  ///< the notifier alone, as an event
+};
+
+/// Makes entries. Topics and services have the names of the members, after that of the service; where several
+/// services or members of the model would have one name, they get what tells them apart: the scope, the id,
+/// a number.
+class RouteEntries {
+ public:
+  /// All of these outlive it.
+  RouteEntries(const Model& model, const Lowered& lowered, const RouteOptions& options);
+
+  /// The entries of one instance, those of events, methods and fields in this order.
+  /// @param port  of the service, where the bridge is the server.
+  [[nodiscard]] std::vector<RouteEntry> of(const Service& service, const Instance& instance, Side side,
+                                           std::uint16_t port, std::vector<NotCarried>& not_carried) const;
+  /// That of one member; nothing: it cannot be carried.
+  [[nodiscard]] std::optional<RouteEntry> of(const Service& service, const Instance& instance, Side side,
+                                             std::uint16_t port, RouteMember member,
+                                             std::vector<NotCarried>& not_carried) const;
+
+  /// "/car/door", with the instance where the service has several.
+  [[nodiscard]] std::string prefix_of(const Service& service, const Instance& instance) const;
+  [[nodiscard]] const Model& model() const noexcept { return model_; }
+  [[nodiscard]] const Lowered& lowered() const noexcept { return lowered_; }
+
+ private:
+  const Model& model_;
+  const Lowered& lowered_;
+  const RouteOptions& options_;
+  std::map<const Service*, std::string> names_{};  ///< "door", "org_example/door"
+  std::map<std::string, std::set<someip::InstanceId>, std::less<>> instances_{};  ///< by full name
+};
 
 /// The entries of all instances of the model, one of each service and id.
 [[nodiscard]] std::vector<RouteEntry> route_entries(const Model& model, const Lowered& lowered,

@@ -74,6 +74,11 @@ Written write_routes(const Model& model, const Lowered& lowered, const RouteFile
   if (!options.type_paths.empty()) {
     text += fmt::format("types:\n  paths: [{}]\n", options.type_paths);
   }
+  if (!options.interfaces.empty()) {
+    YAML::Emitter out;
+    out << YAML::Flow << options.interfaces;
+    text += fmt::format("interfaces: {}  # for their types\n", out.c_str());
+  }
   for (const char* list : {"routes", "methods", "fields"}) {
     if (std::ranges::find(entries, list, &RouteEntry::list) == entries.end()) {
       continue;

@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "bridge/describe/write/routes/route_entries.hpp"
 #include "bridge/describe/write/written.hpp"
@@ -14,6 +15,8 @@ struct RouteFileOptions {
   std::optional<IpAddress>
       multicast{};           ///< of service discovery; nothing: that of the model, else the default
   std::string type_paths{};  ///< folder with the `.msg` packages, as the file shall name it; empty: none
+  /// Descriptions that define the types, as the file shall name them: where there are no `.msg` packages.
+  std::vector<std::string> interfaces{};
 };
 
 /// A route file, "bridge.yaml", with a route for each event, method and field of each instance.

@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
+#include <set>
 #include <string_view>
 #include <utility>
 
+#include "bridge/describe/instance_index.hpp"
 #include "bridge/describe/layout.hpp"
 #include "bridge/describe/model_json.hpp"
 #include "someip/net/address_text.hpp"
@@ -139,9 +142,10 @@ class HtmlSheet : public SheetForm {
 class SheetWriter {
  public:
   SheetWriter(const Model& model, SheetForm& form)
-      : model_{model}, form_{form}, labels_{type_labels(model)} {}
+      : model_{model}, form_{form}, labels_{type_labels(model)}, instances_{model} {}
 
-  void write() {
+  /// @return what the sheet has no room for.
+  std::vector<NotCarried> write() {
     form_.heading(1, "Interfaces");
     if (!model_.services.empty()) {
       std::vector<std::vector<std::string>> rows;
@@ -154,6 +158,7 @@ class SheetWriter {
     }
     std::ranges::for_each(model_.services, [this](const Service& one) { service(one); });
     types();
+    return std::move(lost_);
   }
 
  private:
@@ -172,8 +177,9 @@ class SheetWriter {
     for (const Method& one : service.methods) {
       form_.heading(3, fmt::format("Method {} ({})", one.name, id_text(one.id)));
       notes(one.notes);
-      payload(one.fire_and_forget ? "Request (fire and forget)" : "Request", one.request,
-              one.request_transfer);
+      const std::string element = full_name(service.scope, service.name) + "." + one.name;
+      payload(element, one.fire_and_forget ? "Request (fire and forget)" : "Request", one.request,
+              one.request_transfer, one.place);
       if (!one.fire_and_forget) {
         Payload response = one.response;
         if (static_cast<std::size_t>(one.error) < model_.types.size()) {
@@ -181,14 +187,15 @@ class SheetWriter {
               response.values.begin(),
               Value{.name = "error", .type = one.error, .wire = model_.at(one.error).wire});
         }
-        payload("Response", response, one.response_transfer);
+        payload(element, "Response", response, one.response_transfer, one.place);
       }
       protection(one.e2e);
     }
     for (const Event& one : service.events) {
       form_.heading(3, fmt::format("Event {} ({})", one.name, id_text(one.id)));
       notes(one.notes);
-      payload("Payload", one.payload, one.transfer);
+      payload(full_name(service.scope, service.name) + "." + one.name, "Payload", one.payload, one.transfer,
+              one.place);
       protection(one.e2e);
     }
     for (const Field& one : service.fields) {
@@ -203,21 +210,21 @@ class SheetWriter {
       part(one.has_notifier, "notifier", one.notifier);
       form_.heading(3, fmt::format("Field {} ({})", one.name, parts));
       notes(one.notes);
-      payload("Payload", one.payload, one.has_notifier ? one.notifier_transfer : one.getter_transfer);
+      payload(full_name(service.scope, service.name) + "." + one.name, "Payload", one.payload,
+              one.has_notifier ? one.notifier_transfer : one.getter_transfer, one.place);
       protection(one.e2e);
     }
   }
 
   void instances(const Service& service) {
     std::vector<std::vector<std::string>> rows;
-    for (const Instance& one : model_.instances) {
-      if (is_of(one, service)) {
-        rows.push_back({one.name, one.id ? id_text(one.id) : "any",
-                        one.role == Instance::Role::provided ? "provided" : "required",
-                        one.address ? someip::to_string(*one.address) : "",
-                        one.udp_port ? std::to_string(*one.udp_port) : "",
-                        one.tcp_port ? std::to_string(*one.tcp_port) : ""});
-      }
+    for (const Instance* const there : instances_.of(service)) {
+      const Instance& one = *there;
+      rows.push_back({one.name, one.id ? id_text(one.id) : "any",
+                      one.role == Instance::Role::provided ? "provided" : "required",
+                      one.address ? someip::to_string(*one.address) : "",
+                      one.udp_port ? std::to_string(*one.udp_port) : "",
+                      one.tcp_port ? std::to_string(*one.tcp_port) : ""});
     }
     if (!rows.empty()) {
       form_.table({"instance", "id", "role", "address", "UDP", "TCP"}, rows);
@@ -225,38 +232,60 @@ class SheetWriter {
   }
 
   void eventgroups(const Service& service) {
+    std::map<someip::EventgroupId, std::string> members;
+    const auto add = [&](const auto& one) {
+      for (const someip::EventgroupId group : std::set(one.eventgroups.begin(), one.eventgroups.end())) {
+        std::string& all = members[group];
+        all += (all.empty() ? "" : ", ") + one.name;
+      }
+    };
+    std::ranges::for_each(service.events, add);
+    std::ranges::for_each(service.fields, add);
+    std::map<someip::EventgroupId, std::string> multicast;
+    for (const Instance* const instance : instances_.of(service)) {
+      for (const Multicast& one : instance->multicast) {
+        multicast[one.eventgroup] =
+            fmt::format("{} from {} subscribers on", someip::to_string(one.group), one.threshold);
+      }
+    }
     std::vector<std::vector<std::string>> rows;
     for (const Eventgroup& group : service.eventgroups) {
-      std::string members;
-      const auto add = [&](const auto& one) {
-        if (std::ranges::find(one.eventgroups, group.id) != one.eventgroups.end()) {
-          members += (members.empty() ? "" : ", ") + one.name;
-        }
-      };
-      std::ranges::for_each(service.events, add);
-      std::ranges::for_each(service.fields, add);
-      std::string multicast;
-      for (const Instance& instance : model_.instances) {
-        for (const Multicast& one : instance.multicast) {
-          if (is_of(instance, service) && one.eventgroup == group.id) {
-            multicast = fmt::format("{} from {} subscribers on", someip::to_string(one.group), one.threshold);
-          }
-        }
-      }
-      rows.push_back({group.name, id_text(std::optional{group.id}), members, multicast});
+      rows.push_back({group.name, id_text(std::optional{group.id}), members[group.id], multicast[group.id]});
     }
     if (!rows.empty()) {
       form_.table({"eventgroup", "id", "events and fields", "multicast"}, rows);
     }
   }
 
-  void payload(const std::string& title, const Payload& payload, const Transfer& transfer) {
+  void payload(const std::string& element, const std::string& title, const Payload& payload,
+               const Transfer& transfer, Place place) {
     std::string how = transfer.transport == Transport::tcp ? "TCP" : "UDP";
     if (transfer.segment_bytes != 0) {
       how += fmt::format(", SOME/IP-TP with segments of {} bytes", transfer.segment_bytes);
     }
+    if (!payload.known) {
+      form_.paragraph(fmt::format("{}: {}, of bytes that are not described", title, how));
+      return;
+    }
+    if (rows_ >= max_sheet_rows) {
+      form_.paragraph(fmt::format("{}: {}, without a table: there are {} rows before it", title, how, rows_));
+      lost_.push_back({element,
+                       fmt::format("its bytes: the sheet has {} rows of such tables, which are more than "
+                                   "{}",
+                                   rows_, max_sheet_rows),
+                       place});
+      return;
+    }
     const Layout layout = describe::layout(model_, payload);
-    form_.paragraph(fmt::format("{}: {}{}", title, how, layout.ranges.empty() ? ", empty" : ""));
+    for (const ByteRange& one : layout.ranges) {
+      rows_ += 1 + (one.path.size() + one.offset_text.size()) / 64;
+    }
+    form_.paragraph(
+        fmt::format("{}: {}{}", title, how, layout.ranges.empty() && layout.errors.empty() ? ", empty" : ""));
+    for (const LayoutError& error : layout.errors) {
+      form_.paragraph("The table is cut: " + error.text + ".");
+      lost_.push_back({element, "the rest of its bytes: " + error.text, place});
+    }
     if (layout.ranges.empty()) {
       return;
     }
@@ -323,16 +352,19 @@ class SheetWriter {
   const Model& model_;
   SheetForm& form_;
   std::vector<std::string> labels_;
+  InstanceIndex instances_;
+  std::size_t rows_ = 0;  ///< of bytes
+  std::vector<NotCarried> lost_;
 };
 
 }  // namespace
 
 Written write_sheet(const Model& model) {
   MarkdownSheet markdown;
-  SheetWriter{model, markdown}.write();
+  std::vector<NotCarried> lost = SheetWriter{model, markdown}.write();
   HtmlSheet html{"Interfaces"};
   SheetWriter{model, html}.write();
-  return {{{"interfaces.md", markdown.take()}, {"interfaces.html", html.take()}}, {}};
+  return {{{"interfaces.md", markdown.take()}, {"interfaces.html", html.take()}}, std::move(lost)};
 }
 
 }  // namespace trestle::describe

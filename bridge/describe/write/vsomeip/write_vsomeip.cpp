@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string_view>
 #include <utility>
 
+#include "bridge/describe/instance_index.hpp"
 #include "someip/net/address_text.hpp"
 
 namespace trestle::describe {
@@ -31,7 +34,8 @@ constexpr std::uint32_t usual_segment_bytes = 1392;
 
 class VsomeipWriter {
  public:
-  VsomeipWriter(const Model& model, const VsomeipOptions& options) : model_{model}, options_{options} {}
+  VsomeipWriter(const Model& model, const VsomeipOptions& options)
+      : model_{model}, options_{options}, instances_{model} {}
 
   Written write() {
     Json services = Json::array();
@@ -72,9 +76,7 @@ class VsomeipWriter {
   }
 
   [[nodiscard]] const Service* service_of(const Instance& instance) const {
-    const auto found = std::ranges::find_if(model_.services,
-                                            [&](const Service& service) { return is_of(instance, service); });
-    return found == model_.services.end() ? nullptr : &*found;
+    return instances_.service_of(instance);
   }
   static std::optional<someip::ServiceId> id_of(const Instance& instance, const Service* service) {
     return service != nullptr && service->id ? service->id : instance.service_id;
@@ -187,22 +189,25 @@ class VsomeipWriter {
   }
 
   [[nodiscard]] static Json eventgroups(const Service& service, const Instance& instance) {
+    std::map<someip::EventgroupId, std::vector<std::string>> members;
+    const auto add = [&](const auto& one, const std::optional<someip::MethodId>& id) {
+      if (id) {
+        for (const someip::EventgroupId group : std::set(one.eventgroups.begin(), one.eventgroups.end())) {
+          members[group].push_back(id_text(*id));
+        }
+      }
+    };
+    for (const Event& one : service.events) {
+      add(one, one.id);
+    }
+    for (const Field& one : service.fields) {
+      add(one, one.notifier);
+    }
     Json list = Json::array();
     for (const Eventgroup& group : service.eventgroups) {
       Json json{{"eventgroup", id_text(group.id)}};
-      Json members = Json::array();
-      const auto add = [&](const auto& one, const std::optional<someip::MethodId>& id) {
-        if (id && std::ranges::find(one.eventgroups, group.id) != one.eventgroups.end()) {
-          members.push_back(id_text(*id));
-        }
-      };
-      for (const Event& one : service.events) {
-        add(one, one.id);
-      }
-      for (const Field& one : service.fields) {
-        add(one, one.notifier);
-      }
-      json["events"] = std::move(members);
+      const auto there = members.find(group.id);
+      json["events"] = there == members.end() ? Json::array() : Json(there->second);
       for (const Multicast& one : instance.multicast) {
         if (one.eventgroup == group.id) {
           json["multicast"] =
@@ -256,34 +261,46 @@ class VsomeipWriter {
     return json;
   }
 
-  static void times(const std::optional<someip::MethodId>& id, const Transfer& transfer, Json& to) {
-    if (id && (transfer.debounce.count() != 0 || transfer.retention.count() != 0)) {
-      to[id_text(*id)] =
-          Json{{"debounce-time", text(duration_cast<milliseconds>(transfer.debounce).count())},
-               {"maximum-retention-time", text(duration_cast<milliseconds>(transfer.retention).count())}};
+  /// Times by id, in the order of the members. An ordered_json object would look through all at each new one.
+  class Times {
+   public:
+    void add(const std::optional<someip::MethodId>& id, const Transfer& transfer) {
+      if (id && (transfer.debounce.count() != 0 || transfer.retention.count() != 0) &&
+          known_.insert(*id).second) {
+        all_.emplace_back(
+            id_text(*id),
+            Json{{"debounce-time", text(duration_cast<milliseconds>(transfer.debounce).count())},
+                 {"maximum-retention-time", text(duration_cast<milliseconds>(transfer.retention).count())}});
+      }
     }
-  }
+    [[nodiscard]] bool empty() const { return all_.empty(); }
+    [[nodiscard]] Json take() const { return Json::object_t(all_.begin(), all_.end()); }
+
+   private:
+    std::set<someip::MethodId> known_;
+    std::vector<std::pair<const std::string, Json>> all_;
+  };
   [[nodiscard]] static Json debounce(const Service& service) {
-    Json requests = Json::object();
-    Json responses = Json::object();
+    Times requests;
+    Times responses;
     for (const Method& one : service.methods) {
-      times(one.id, one.request_transfer, requests);
-      times(one.id, one.response_transfer, responses);
+      requests.add(one.id, one.request_transfer);
+      responses.add(one.id, one.response_transfer);
     }
     for (const Field& one : service.fields) {
-      times(one.getter, one.getter_transfer, responses);
-      times(one.setter, one.setter_transfer, requests);
-      times(one.notifier, one.notifier_transfer, responses);
+      responses.add(one.getter, one.getter_transfer);
+      requests.add(one.setter, one.setter_transfer);
+      responses.add(one.notifier, one.notifier_transfer);
     }
     for (const Event& one : service.events) {
-      times(one.id, one.transfer, responses);
+      responses.add(one.id, one.transfer);
     }
     Json json = Json::object();
     if (!requests.empty()) {
-      json["requests"] = std::move(requests);
+      json["requests"] = requests.take();
     }
     if (!responses.empty()) {
-      json["responses"] = std::move(responses);
+      json["responses"] = responses.take();
     }
     return json;
   }
@@ -397,7 +414,7 @@ class VsomeipWriter {
         lost(name, "a service without id", service.place);
         continue;
       }
-      if (std::ranges::none_of(model_.instances, [&](const Instance& one) { return is_of(one, service); })) {
+      if (instances_.of(service).empty()) {
         lost(name, "a service without instance", service.place);
       }
       const auto e2e = [&](const auto& one) {
@@ -429,6 +446,7 @@ class VsomeipWriter {
 
   const Model& model_;
   const VsomeipOptions& options_;
+  InstanceIndex instances_;
   std::vector<NotCarried> not_carried_;
 };
 

@@ -32,6 +32,7 @@ struct Context {
   bool is_tagged = false;  ///< the length field is that of tagged members
 };
 
+constexpr const char* too_deep = "types that are too deep in each other";
 /// Wireshark reads types again and again; deeper ones no network has.
 constexpr int max_depth = 64;
 /// Elements of an array that has no limit; Wireshark shows larger numbers as negative ones.
@@ -99,6 +100,8 @@ class WiresharkWriter {
 
   /// The type of a use. Nothing, where it has no bytes at all; `why_not_` is set where Wireshark has no form.
   std::optional<Reference> use(TypeIndex type, Wire wire, Context context, int depth);
+  std::optional<Reference> new_use(TypeIndex type, const Wire& wire, const Context& context, int depth,
+                                   const std::string& key);
   std::optional<Reference> primitive(messages::Primitive primitive, const Type& type, const Wire& wire,
                                      const Context& context);
   std::optional<Reference> string(const Type& type, const Wire& wire, const Context& context);
@@ -161,7 +164,9 @@ class WiresharkWriter {
   /// The structures that are being written, since the last array or choice: if one of them comes again, it
   /// has no end.
   std::vector<std::string> open_;
-  std::map<std::string, Reference> known_;  ///< by all that its rows depend on
+  std::map<std::string, Reference> known_;     ///< by all that its rows depend on
+  std::set<std::string> without_bytes_;        ///< by the same
+  std::map<std::string, std::string> failed_;  ///< by the same: why
   std::array<unsigned, 8> last_ids_{};
   std::string why_not_;
   Written written_;
@@ -176,7 +181,7 @@ std::optional<Reference> WiresharkWriter::use(TypeIndex index, Wire wire, Contex
     return cannot("a type that is not known");
   }
   if (depth > max_depth) {
-    return cannot("types that are too deep in each other");
+    return cannot(too_deep);
   }
   const Type& type = model_.at(index);
   context.byte_order = wire.byte_order.value_or(context.byte_order);
@@ -193,6 +198,24 @@ std::optional<Reference> WiresharkWriter::use(TypeIndex index, Wire wire, Contex
     return std::ranges::find(open_, key) == open_.end() ? std::optional{found->second}
                                                         : cannot("a structure that contains itself");
   }
+  if (without_bytes_.contains(key)) {
+    return std::nullopt;
+  }
+  if (const auto failed = failed_.find(key); failed != failed_.end()) {
+    return cannot(failed->second);
+  }
+  auto made = new_use(index, wire, context, depth, key);
+  if (!made && why_not_.empty()) {
+    without_bytes_.insert(key);
+  } else if (!made && why_not_ != too_deep) {  // from nearer it may not be
+    failed_.emplace(key, why_not_);
+  }
+  return made;
+}
+
+std::optional<Reference> WiresharkWriter::new_use(TypeIndex index, const Wire& wire, const Context& context,
+                                                  int depth, const std::string& key) {
+  const Type& type = model_.at(index);
   switch (type.kind) {
     case Kind::primitive:
       return primitive(type.primitive, type, wire, context);
@@ -434,13 +457,16 @@ std::optional<Reference> WiresharkWriter::enumeration(const Type& type, const Wi
                                                       const Context& context) {
   // Wireshark finds no names for values of signed types.
   const auto base = primitive(unsigned_of(type.primitive), type, wire, context);
-  const std::vector<Enumerator> enumerators = all_enumerators(model_, type);
-  if (!base || enumerators.empty()) {
+  if (!base) {
     return base;
   }
   const std::string key = fmt::format("enumeration {} {}", static_cast<const void*>(&type), base->id);
   if (const auto found = known_.find(key); found != known_.end()) {
     return found->second;
+  }
+  const std::vector<Enumerator> enumerators = all_enumerators(model_, type);
+  if (enumerators.empty()) {
+    return base;
   }
   const Reference reference = remember(key, Table::enumeration);
   const unsigned width = messages::width(type.primitive) * 8U;
@@ -472,7 +498,9 @@ std::vector<Value> WiresharkWriter::values_of(const Payload& payload, TypeIndex 
 void WiresharkWriter::payload(const std::string& element, someip::MethodId id, unsigned message_type,
                               const Payload& payload, const Protection& e2e, TypeIndex error, Place place) {
   std::string why;
-  if (payload.byte_order == std::endian::little && !payload.length_fields_always_big) {
+  if (!payload.known) {
+    why = "what it carries: that is not known";
+  } else if (payload.byte_order == std::endian::little && !payload.length_fields_always_big) {
     why = "little endian length fields";
   } else if (payload.alignment > 1) {
     why = "alignment";

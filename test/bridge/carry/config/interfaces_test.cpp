@@ -181,6 +181,75 @@ TEST_F(InterfacesTest, SayWhatTheyDoNotHave) {
   EXPECT_THAT(errors("interfaces: Door.fidl\ngenerate: all\n"), HasSubstr("expected a list of files"));
 }
 
+TEST_F(InterfacesTest, CarryAFieldAsAnEventWhereItIsNamedInRoutes) {
+  const Loaded loaded = good(
+      "interfaces: [Door.fidl, Door.fdepl]\n"
+      "routes: [{someip: Door.angle, topic: /how_far}]\n");
+  ASSERT_THAT(loaded.config.routes, SizeIs(1));
+  EXPECT_EQ(loaded.config.routes[0].direction, Direction::someip_to_dds);
+  EXPECT_EQ(loaded.config.routes[0].event, someip::MethodId{0x8001});
+  EXPECT_THAT(loaded.config.methods, IsEmpty());
+}
+
+TEST_F(InterfacesTest, TakeTheEntryOfTheFileBeforeAGeneratedOne) {
+  const Loaded loaded = good(
+      "interfaces: [Door.fidl, Door.fdepl]\ngenerate: all\n"
+      "routes: [{someip: Door.moved, topic: /here}, {someip: Door.angle, topic: /how_far}]\n"
+      "methods: [{someip: Door.open, ros_service: /go}]\n");
+  EXPECT_THAT(loaded.warnings, IsEmpty());
+  ASSERT_THAT(loaded.config.routes, SizeIs(2));
+  EXPECT_EQ(loaded.config.routes[0].topic, "/here");
+  EXPECT_EQ(loaded.config.routes[1].topic, "/how_far");
+  std::vector<std::string> services;
+  for (const MethodRoute& method : loaded.config.methods) {
+    services.push_back(method.ros_service);
+  }
+  EXPECT_THAT(services,
+              testing::UnorderedElementsAre("/go", "/door/ring", "/door/angle/get", "/door/angle/set"));
+}
+
+TEST_F(InterfacesTest, FindAMemberAmongThoseOfTheList) {
+  std::string fidl = door_fidl;
+  fidl.replace(fidl.find("method ring"), 11, "method moved");
+  std::string fdepl = door_fdepl;
+  fdepl.replace(fdepl.find("method ring"), 11, "method moved");
+  write("Door.fidl", fidl);
+  write("Door.fdepl", fdepl);
+  const Loaded loaded = good(
+      "interfaces: [Door.fidl, Door.fdepl]\n"
+      "routes: [{someip: Door.moved}]\nmethods: [{someip: Door.moved}]\n");
+  ASSERT_THAT(loaded.config.routes, SizeIs(1));
+  EXPECT_EQ(loaded.config.routes[0].event, someip::MethodId{0x8002});
+  ASSERT_THAT(loaded.config.methods, SizeIs(1));
+  EXPECT_EQ(loaded.config.methods[0].method, someip::MethodId{4});
+}
+
+TEST_F(InterfacesTest, NameTopicsOfTwoServicesOfOneNameApart) {
+  write("Other.fidl", "package house interface Door { version { major 1 minor 0 } broadcast moved { } }");
+  const Loaded loaded = good("interfaces: [Door.fidl, Door.fdepl, Other.fidl]\ngenerate: all\n");
+  std::vector<std::string> topics;
+  for (const Route& route : loaded.config.routes) {
+    topics.push_back(route.topic);
+  }
+  EXPECT_THAT(topics,
+              testing::UnorderedElementsAre("/car/door/moved", "/car/door/angle", "/house/door/moved"));
+}
+
+TEST_F(InterfacesTest, TellWhereAnEntryWasAskedForThatIsWrong) {
+  const std::string begin = "interfaces: [Door.fidl, Door.fdepl]\n";
+  // No topic may have a space in it.
+  const std::string generated = errors(begin + "generate: {prefix: \"/a b\"}\n");
+  EXPECT_THAT(generated, HasSubstr("bridge.yaml:3:11: error: topic:"));
+  EXPECT_THAT(generated, testing::Not(HasSubstr("bridge.yaml: error")));
+  // The same event twice: what is told is where the second `someip` is, and the line of the first.
+  const std::string twice = errors(begin +
+                                   "routes:\n"
+                                   "  - {someip: Door.moved, topic: /here}\n"
+                                   "  - {someip: Door.moved, topic: /there}\n");
+  EXPECT_THAT(twice, HasSubstr("bridge.yaml:5:"));
+  EXPECT_THAT(twice, HasSubstr("line 4"));
+}
+
 TEST_F(InterfacesTest, ChooseIdsThatAreMissing) {
   const Loaded loaded = good("interfaces: [Door.fidl]\ngenerate: all\n");
   ASSERT_FALSE(loaded.warnings.empty());

@@ -100,6 +100,22 @@ TEST(ReadArxml, ReadsAServiceWithItsDeployment) {
   EXPECT_THAT(door.methods[0].application_errors, ElementsAre("/E/Jammed"));
 }
 
+TEST(ReadArxml, RefusesNamesThatAreNone) {
+  const std::string in_two_lines = problems_of(
+      read_texts({arxml("\n<SERVICE-INTERFACE><SHORT-NAME>Do\nor</SHORT-NAME></SERVICE-INTERFACE>")}));
+  EXPECT_THAT(
+      in_two_lines,
+      HasSubstr("0.arxml:3:20: error: a line end or another control character is in this SHORT-NAME"));
+  // Elements before a name that has one in it stay.
+  const Reading nested = read_texts(
+      {arxml("<SERVICE-INTERFACE><EVENTS>" + event("moved", "/x/uint8") +
+             "</EVENTS><SHORT-NAME>Do<SHORT-NAME>x</SHORT-NAME>or</SHORT-NAME></SERVICE-INTERFACE>")});
+  EXPECT_THAT(problems_of(nested), HasSubstr("error: an element stands in a SHORT-NAME"));
+  ASSERT_EQ(nested.model.services.size(), 1U);
+  EXPECT_EQ(nested.model.services[0].name, "Door");
+  EXPECT_EQ(nested.model.services[0].events.size(), 1U);
+}
+
 std::string deployed_event(std::string_view id) {
   return arxml(
       service("<EVENTS>" + event("e", "/x/uint8") + "</EVENTS>") +
