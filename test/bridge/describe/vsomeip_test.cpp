@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "bridge/describe/lower.hpp"
 #include "bridge/describe/model_json.hpp"
 #include "bridge/describe/read/vsomeip/json_tree.hpp"
 #include "bridge/describe/read/vsomeip/read_vsomeip.hpp"
@@ -281,6 +282,25 @@ TEST(WriteVsomeip, TellsWhatItCannotCarry) {
       lines, ElementsAre("org.example.Door: a service without id",
                          "org.example.Lock: a service without instance", "org.example.Lock.e: E2E profile 11",
                          "org.example.Lock.e: an event without id", "org.example.Lock.e: selective"));
+}
+
+TEST(ReadVsomeip, DoesNotTakeUnknownPayloadsForEmptyOnes) {
+  const SourceText source{
+      "a.json",
+      "{\"services\": [{\"service\": \"0x1234\", \"instance\": \"1\", \"events\": [{\"event\": "
+      "\"0x8001\"}, {\"event\": \"0x8002\", \"is_field\": \"true\"}]}]}"};
+  const Reading reading = read_vsomeip({&source, 1});
+  ASSERT_EQ(reading.model.services.size(), 1U);
+  const Service& service = reading.model.services[0];
+  ASSERT_EQ(service.events.size(), 1U);
+  EXPECT_FALSE(service.events[0].payload.known);
+  ASSERT_EQ(service.fields.size(), 1U);
+  EXPECT_FALSE(service.fields[0].payload.known);
+  // No ROS type is made of them.
+  const Lowered lowered = lower(reading.model);
+  EXPECT_TRUE(lowered.members.empty());
+  ASSERT_EQ(lowered.not_carried.size(), 2U);
+  EXPECT_EQ(lowered.not_carried[0].what, "what it carries is not known");
 }
 
 }  // namespace
