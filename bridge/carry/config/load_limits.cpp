@@ -67,6 +67,7 @@ std::span<const LimitKey> limit_keys() noexcept {
       {"reassembly_protected_rate", 0, gibibyte, set<&Node::reassembly_protected_rate>, bytes},
       {"reassembly_timeout", ms, hour, set<&Node::reassembly_timeout>, time},
       {"tcp_unanswered_timeout", ms, 24 * hour, set<&Node::tcp_unanswered_timeout>, time},
+      {"tcp_dead_after", 1000 * ms, hour, set<&Node::tcp_dead_after>, time},
       {"tcp_message_timeout", ms, hour, set<&Node::tcp_message_timeout>, time},
       {"duplicate_window", 0, hour, set<&Node::discovery, &Rules::duplicate_window>, time},
       {"silent_after", ms, hour, set<&Node::discovery, &Rules::silent_after>, time},

@@ -87,6 +87,7 @@ std::string bridge_head(std::uint8_t host, std::uint32_t domain) {
       "  address: {}\n"
       "  sd: {{multicast: {}, initial_delay_min: 0, initial_delay_max: 5 ms, cyclic_offer_delay: 100 ms, "
       "ttl: 600 s}}\n"
+      "  limits: {{tcp_dead_after: 600 s}}\n"  // a test may take its time until it reads
       "dds: {{domain: {}, interfaces: [127.0.0.1]}}\n",
       someip::to_string(own_address(host)), someip::to_string(own_group()), domain);
 }

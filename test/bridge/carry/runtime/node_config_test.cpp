@@ -77,13 +77,14 @@ TEST(NodeConfigOfABridge, HasTheLimitsThatAreGiven) {
 TEST(NodeConfigOfABridge, HasTheTimesThatAreGiven) {
   const sd::NodeConfig node = node_config(
       load("someip: {address: 127.0.0.1, limits: {reassembly_timeout: 200 ms, tcp_message_timeout: 2 s, "
-           "tcp_unanswered_timeout: 7200 s, duplicate_window: 0 s, "
+           "tcp_unanswered_timeout: 7200 s, tcp_dead_after: 20 s, duplicate_window: 0 s, "
            "silent_after: 20 s, reboot_pause: 0 s, reassembly_protected_rate: 2 MiB, "
            "max_udp_receive_bytes: 64 MiB}}\n" +
            one_route));
   EXPECT_EQ(node.reassembly_timeout, 200ms);
   EXPECT_EQ(node.tcp_message_timeout, 2s);
   EXPECT_EQ(node.tcp_unanswered_timeout, 2h);
+  EXPECT_EQ(node.tcp_dead_after, 20s);
   EXPECT_EQ(node.discovery.duplicate_window, 0s);
   EXPECT_EQ(node.discovery.silent_after, 20s);
   EXPECT_EQ(node.discovery.reboot_pause, 0s);
@@ -182,6 +183,7 @@ TEST(NodeConfigOfABridge, KnowsEachKey) {
                                         ns(node.reassembly_timeout),
                                         ns(node.tcp_message_timeout),
                                         ns(node.tcp_unanswered_timeout),
+                                        ns(node.tcp_dead_after),
                                         ns(d.duplicate_window),
                                         ns(d.silent_after),
                                         ns(d.reboot_pause)};
