@@ -72,7 +72,9 @@ class Lowering {
       return;
     }
     auto root = single_structure(payload.values);
-    if (!root) {
+    if (root) {
+      member.argument = payload.values.front().name;
+    } else {
       root = own(payload.values, name, source);
     }
     if (!root) {

@@ -8,6 +8,7 @@
 #include "bridge/describe/model.hpp"
 #include "bridge/messages/convert/message_rules.hpp"
 #include "bridge/messages/types/message_definition.hpp"
+#include "bridge/messages/values/words.hpp"
 
 /// From a model of interfaces to ROS 2 definitions with wire rules, and back: docs/describe_types.md says by
 /// which rules.
@@ -24,6 +25,9 @@ struct LoweredMember {
   /// Of that type, or of the method's request. Those of the response have the same `types`.
   messages::MessageRules rules{};
   messages::MessageRules response{};  ///< methods; the same as `rules` where both are configured alike
+  /// Where the type is that of a single value, of an event or field, the value's name; else the values are
+  /// the fields of the type.
+  std::string argument{};
 };
 
 struct Lowered {
@@ -36,7 +40,9 @@ struct Lowered {
   /// "pkg/msg/Type.field_name" -> "fieldName", "pkg/msg/Type.STATE_ON" -> "State.ON", "pkg/srv/Name" ->
   /// "org.example.Service.method".
   std::map<std::string, std::string, std::less<>> sources{};
-  /// What people wrote, by the same names.
+  /// The names of fields, enumerators and members as the description has them, for texts.
+  messages::WordsOfTypes words{};
+  /// What people wrote, by the same names as `sources`.
   std::map<std::string, Notes, std::less<>> notes{};
   /// What could not be expressed. Members without a form in ROS are named here, and not in `members`.
   std::vector<NotCarried> not_carried{};

@@ -196,6 +196,13 @@ std::optional<std::size_t> TypeLowering::made(Shape shape, const Owner& owner, b
     into_.by_name.emplace(name, into_.definitions.size());
     into_.definitions.push_back(there.definition);
     into_.sources.emplace(name, there.source);
+    messages::MessageWords& words = into_.words[name];
+    words.form = there.is_wrapper                        ? messages::MessageWords::Form::wrapper
+                 : there.form == TypeRules::Form::choice ? messages::MessageWords::Form::choice
+                                                         : messages::MessageWords::Form::structure;
+    for (const Shape::Use& use : there.uses) {
+      words.fields.push_back(use.words);
+    }
     for (const auto& [constant, source] : there.constants) {
       into_.sources.emplace(name + "." + constant, source);
     }
@@ -260,6 +267,14 @@ bool TypeLowering::add_uses(Shape& shape, const std::vector<Value>& values, cons
       use->field.type.array_size = 1;
     }
     use->field.name = name;
+    use->words.name = value.name;
+    if (is_optional) {
+      use->words.form = messages::FieldWords::Form::optional;
+    } else if (!is_choice) {
+      use->words.form = type.kind == Kind::bytes ? messages::FieldWords::Form::bytes
+                        : type.kind == Kind::map ? messages::FieldWords::Form::entries
+                                                 : messages::FieldWords::Form::plain;
+    }
     use->field.default_value = is_choice ? "" : value.default_value;
     use->source = value.name;
     use->tag = value.tag;
@@ -272,7 +287,7 @@ bool TypeLowering::add_uses(Shape& shape, const std::vector<Value>& values, cons
     if (use->nested) {
       shape.has_optional_array = shape.has_optional_array || shapes_[use->shape].has_optional_array;
     }
-    add_enumerators(shape, value, name);
+    add_enumerators(shape, *use, value);
     shape.definition.fields.push_back(use->field);
     shape.uses.push_back(std::move(*use));
   }
@@ -418,6 +433,7 @@ std::optional<std::size_t> TypeLowering::wrapper(const Value& value, const Owner
     return std::nullopt;
   }
   shape.uses[0].notes = nullptr;
+  shape.is_wrapper = true;
   return made(std::move(shape), inner, false);
 }
 
@@ -475,8 +491,21 @@ std::optional<std::size_t> TypeLowering::new_entry(const Type& map, const Owner&
   return made(std::move(shape), inner, false);
 }
 
+/// Each enumeration's once, however many fields use it.
+std::shared_ptr<const messages::Enumerators> TypeLowering::enumerators_of(const Type& type) {
+  auto& known = enumerators_[&type];
+  if (known == nullptr) {
+    std::vector<std::pair<std::string, std::int64_t>> all;
+    for (Enumerator& one : all_enumerators(model_, type)) {
+      all.emplace_back(std::move(one.name), one.value);
+    }
+    known = std::make_shared<const messages::Enumerators>(std::move(all));
+  }
+  return known;
+}
+
 /// The values of an enumeration become constants of the message that uses it.
-void TypeLowering::add_enumerators(Shape& shape, const Value& value, const std::string& field) {
+void TypeLowering::add_enumerators(Shape& shape, Shape::Use& use, const Value& value) {
   const Type* type = &resolved(model_, value.type);
   while (type->kind == Kind::array) {
     if (type->element.type == no_type) {
@@ -491,7 +520,10 @@ void TypeLowering::add_enumerators(Shape& shape, const Value& value, const std::
   if (type->kind != Kind::enumeration) {
     return;
   }
-  const std::string prefix = ros_constant_name(type->name.empty() ? field : type->name) + "_";
+  if (use.field.type.primitive) {  // else those of a message for the array
+    use.words.enumerators = enumerators_of(*type);
+  }
+  const std::string prefix = ros_constant_name(type->name.empty() ? use.field.name : type->name) + "_";
   if (!shape.enumerations.emplace(type, prefix).second) {
     return;
   }

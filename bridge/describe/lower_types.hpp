@@ -1,5 +1,6 @@
 #pragma once
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -18,6 +19,7 @@ struct Shape {
   struct Use {
     messages::Field field{};
     std::string source{};
+    messages::FieldWords words{};
     std::optional<Wire> array{};   ///< of an array: the wire of the array itself
     std::optional<Wire> string{};  ///< of a string, or of the strings in an array
     std::optional<Wire> nested{};  ///< of a message, or of the messages in an array
@@ -29,6 +31,7 @@ struct Shape {
   };
   messages::MessageDefinition definition{};
   messages::TypeRules::Form form = messages::TypeRules::Form::structure;
+  bool is_wrapper = false;  ///< of an array, between it and what has room for a single message only
   std::vector<std::uint32_t> selectors{};
   std::vector<Use> uses{};
   std::string source{};
@@ -76,7 +79,8 @@ class TypeLowering {
   std::optional<std::size_t> wrapper(const Value& value, const Owner& owner, const std::string& name);
   std::optional<std::size_t> entry(const Type& map, const Owner& owner, const std::string& name);
   std::optional<std::size_t> new_entry(const Type& map, const Owner& owner, const std::string& name);
-  void add_enumerators(Shape& shape, const Value& value, const std::string& field);
+  void add_enumerators(Shape& shape, Shape::Use& use, const Value& value);
+  std::shared_ptr<const messages::Enumerators> enumerators_of(const Type& type);
   void constants_of(Shape& shape, std::string_view scope, bool keeps_names);
   void add_constant(Shape& shape, messages::Constant constant, std::string source);
   [[nodiscard]] std::string free_name(const Shape& shape);
@@ -85,6 +89,7 @@ class TypeLowering {
   const LowerOptions& options_;
   Lowered& into_;
   std::vector<Shape> shapes_;
+  std::map<const Type*, std::shared_ptr<const messages::Enumerators>> enumerators_;
   std::map<TypeIndex, std::optional<std::size_t>> known_;
   std::set<TypeIndex> open_;                                 ///< types whose shapes are being made
   std::map<std::string, std::size_t, std::less<>> defined_;  ///< by name: the shape with its definition

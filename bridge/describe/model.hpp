@@ -10,6 +10,7 @@
 //   lower.hpp       types and members as ROS definitions with wire rules: what routes and tools convert by
 //   raise.hpp       ROS definitions as types of a model
 //   model_source.hpp  what lower.hpp makes, for a TypeLibrary
+//   interfaces.hpp    what names mean, what ids are called, what payloads say: for tools
 //
 // Captures are read by bridge/generate. Nothing here opens a file, a socket or a clock, except
 // sources/sources.hpp, which loads files. Readers get text and return a model with problems; a model with

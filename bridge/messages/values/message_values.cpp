@@ -10,9 +10,10 @@ namespace {
 
 template <typename Printer>
 tl::expected<std::string, std::string> print_with(ByteView sample, const TypeTree& tree,
-                                                  const PrintOptions& options) {
+                                                  const PrintOptions& options, const Words* words) {
   Printer printer{options.bytes};
-  const WalkOptions walk{.bytes_as_one = options.bytes != BytesForm::list, .longest = options.longest};
+  const WalkOptions walk{
+      .bytes_as_one = options.bytes != BytesForm::list, .longest = options.longest, .words = words};
   if (auto error = walk_sample(sample, tree, walk, printer)) {
     return tl::unexpected{std::move(*error)};
   }
@@ -34,7 +35,29 @@ tl::expected<MessageValues, std::string> MessageValues::make(TypeTree tree, cons
   if (!plan) {
     return tl::unexpected{std::move(plan.error())};
   }
-  return MessageValues{std::move(tree), std::move(*plan)};
+  return MessageValues{std::move(tree), std::move(*plan), std::nullopt};
+}
+
+tl::expected<MessageValues, std::string> MessageValues::make(TypeTree tree, const MessageRules& rules,
+                                                             Words words) {
+  auto made = make(std::move(tree), rules);
+  if (made) {
+    made->words_ = std::move(words);
+  }
+  return made;
+}
+
+ConversionError MessageValues::in_words(ConversionError error) const {
+  if (words_) {
+    error.field = messages::in_words(error.field, tree_, *words_);
+  }
+  return error;
+}
+
+std::optional<ConversionError> MessageValues::fault_of(ByteView payload) const {
+  ConversionScratch scratch;
+  const auto sample = plan_.someip_to_cdr(payload, scratch);
+  return sample ? std::nullopt : std::optional{in_words(sample.error())};
 }
 
 tl::expected<std::string, std::string> MessageValues::print(ByteView payload, ValueForm form,
@@ -42,15 +65,16 @@ tl::expected<std::string, std::string> MessageValues::print(ByteView payload, Va
   ConversionScratch scratch;
   const auto sample = plan_.someip_to_cdr(payload, scratch);
   if (!sample) {
-    return tl::unexpected{fmt::format("not a {}: {}", tree_.root().name, to_string(sample.error()))};
+    const std::string& name = words_ && !words_->name.empty() ? words_->name : tree_.root().name;
+    return tl::unexpected{fmt::format("not a {}: {}", name, to_string(in_words(sample.error())))};
   }
   return print_sample(joined(*sample), form, options);
 }
 
 tl::expected<std::string, std::string> MessageValues::print_sample(ByteView sample, ValueForm form,
                                                                    const PrintOptions& options) const {
-  return form == ValueForm::json ? print_with<JsonPrinter>(sample, tree_, options)
-                                 : print_with<YamlPrinter>(sample, tree_, options);
+  return form == ValueForm::json ? print_with<JsonPrinter>(sample, tree_, options, words())
+                                 : print_with<YamlPrinter>(sample, tree_, options, words());
 }
 
 tl::expected<std::vector<std::byte>, ValueError> MessageValues::parse_sample(std::string_view text,
@@ -59,7 +83,7 @@ tl::expected<std::vector<std::byte>, ValueError> MessageValues::parse_sample(std
   if (!value) {
     return tl::unexpected{value.error()};
   }
-  return build_sample(*value, tree_, max_sample_bytes);
+  return build_sample(*value, tree_, max_sample_bytes, words());
 }
 
 tl::expected<std::vector<std::byte>, ValueError> MessageValues::parse(std::string_view text,
@@ -68,7 +92,7 @@ tl::expected<std::vector<std::byte>, ValueError> MessageValues::parse(std::strin
   if (!value) {
     return tl::unexpected{value.error()};
   }
-  const auto sample = build_sample(*value, tree_, max_sample_bytes);
+  const auto sample = build_sample(*value, tree_, max_sample_bytes, words());
   if (!sample) {
     return tl::unexpected{sample.error()};
   }
@@ -76,7 +100,7 @@ tl::expected<std::vector<std::byte>, ValueError> MessageValues::parse(std::strin
   const auto payload = plan_.cdr_to_someip(*sample, scratch);
   if (!payload) {
     // The sample is valid, so the failure is something that these wire rules cannot express.
-    const ConversionError& error = payload.error();
+    const ConversionError error = in_words(payload.error());
     const char* const why =
         error.fault == ConversionFault::length_overflow ? "more bytes than the length field can say"
         : error.fault == ConversionFault::bad_union  ? "a union that does not have exactly one of its fields"

@@ -3,12 +3,14 @@
 //   message_values.hpp  text to payload, payload to text
 //   sample_builder.hpp  text to CDR; sample_walk.hpp: through CDR, value by value
 //   printers.hpp        as YAML, as JSON
+//   words.hpp           what people call fields and values
 //   text_value.hpp      a piece of YAML or JSON before its type is known
 //   load_wire.hpp       the section `wire` of a configuration
 //
 // docs/values.md describes the text.
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
@@ -17,6 +19,7 @@
 #include "bridge/messages/convert/conversion_plan.hpp"
 #include "bridge/messages/types/message_definition.hpp"
 #include "bridge/messages/values/text_value.hpp"
+#include "bridge/messages/values/words.hpp"
 
 /// Messages as text that people read and write. docs/values.md describes the text.
 namespace trestle::messages {
@@ -53,6 +56,12 @@ class MessageValues {
   /// @return the values, or one line that says why the type cannot be carried under these rules.
   [[nodiscard]] static tl::expected<MessageValues, std::string> make(TypeTree tree,
                                                                      const MessageRules& rules = {});
+  /// The same in other words than those of the type: texts have them in both directions.
+  [[nodiscard]] static tl::expected<MessageValues, std::string> make(TypeTree tree, const MessageRules& rules,
+                                                                     Words words);
+
+  /// What is wrong with a payload; nothing: it is a message of the type. The field is named as in texts.
+  [[nodiscard]] std::optional<ConversionError> fault_of(ByteView payload) const;
 
   /// The text of a SOME/IP payload, or one line that says what is wrong with it and where.
   [[nodiscard]] tl::expected<std::string, std::string> print(ByteView payload, ValueForm form,
@@ -71,12 +80,18 @@ class MessageValues {
                                                                               ValueForm form) const;
 
   [[nodiscard]] const TypeTree& tree() const noexcept { return tree_; }
+  /// Null: those of the type.
+  [[nodiscard]] const Words* words() const noexcept { return words_ ? &*words_ : nullptr; }
 
  private:
-  MessageValues(TypeTree tree, ConversionPlan plan) : tree_{std::move(tree)}, plan_{std::move(plan)} {}
+  MessageValues(TypeTree tree, ConversionPlan plan, std::optional<Words> words)
+      : tree_{std::move(tree)}, plan_{std::move(plan)}, words_{std::move(words)} {}
+
+  [[nodiscard]] ConversionError in_words(ConversionError error) const;
 
   TypeTree tree_;
   ConversionPlan plan_;
+  std::optional<Words> words_;
 };
 
 }  // namespace trestle::messages

@@ -39,6 +39,10 @@ class YamlPrinter : public ValueSink {
     bool first = true;
     std::size_t indent = 0;  ///< of the dashes
   };
+  struct Message {
+    std::size_t outer_indent = 0;
+    bool has_fields = false;  ///< one has been printed
+  };
 
   template <std::floating_point T>
   void floating(T value);
@@ -48,9 +52,10 @@ class YamlPrinter : public ValueSink {
   BytesForm bytes_form_;
   std::string out_;
   std::size_t indent_ = 0;
-  std::vector<std::size_t> outer_indents_;  ///< of the messages that are open
+  std::vector<Message> messages_;  ///< those that are open
   std::vector<Array> arrays_;
   Before before_ = Before::nothing;
+  bool same_line_ = false;  ///< the next element stands behind the dash of the one around it
 };
 
 /// Writes what it is told as JSON on one line.

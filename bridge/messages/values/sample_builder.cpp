@@ -6,6 +6,7 @@
 #include <bit>
 #include <limits>
 
+#include "bridge/documents/section.hpp"
 #include "bridge/messages/types/literals.hpp"
 #include "bridge/messages/types/number_text.hpp"
 #include "bridge/messages/values/byte_text.hpp"
@@ -33,11 +34,11 @@ TextValue default_value(const Field& field) {
 
 class Builder {
  public:
-  Builder(const TypeTree& tree, std::size_t max_bytes)
-      : tree_{tree}, out_{max_bytes}, max_bytes_{max_bytes} {}
+  Builder(const TypeTree& tree, std::size_t max_bytes, const Words* words)
+      : tree_{tree}, out_{max_bytes}, max_bytes_{max_bytes}, words_{words} {}
 
   tl::expected<std::vector<std::byte>, ValueError> build(const TextValue& text) {
-    if (!message(tree_.root(), &text)) {
+    if (!root(text)) {
       return tl::unexpected{std::move(error_)};
     }
     return out_.take();
@@ -46,9 +47,47 @@ class Builder {
  private:
   // Each function writes a value, or zeros and defaults if the text has none. After false, error_ says why.
 
-  bool message(const MessageDefinition& type, const TextValue* value) {
+  /// With words, the name of a single value may be left out: 50 in place of {opening: 50}.
+  bool root(const TextValue& text) {
+    const std::size_t message_index = tree_.messages.size() - 1;
+    const MessageDefinition& type = tree_.root();
+    const bool is_mapping = text.kind == Kind::mapping;
+    if (words_ == nullptr) {
+      return message(message_index, &text);
+    }
+    if (!words_->argument.empty()) {
+      const bool is_named =
+          is_mapping && text.elements.size() == 1 && text.elements.front().key == words_->argument;
+      path_.push_back({&words_->argument, 0});
+      return message(message_index, is_named ? &text.elements.front() : &text);
+    }
+    const MessageWords& words = words_->of(message_index);
+    if (words.form != MessageWords::Form::structure || type.fields.size() != 1) {
+      return message(message_index, &text);
+    }
+    const bool has_name =
+        is_mapping && (text.elements.empty() || std::ranges::any_of(text.elements, [&](const TextValue& one) {
+                         return one.key == type.fields[0].name || one.key == name_of(words, type, 0);
+                       }));
+    if (has_name) {
+      return message(message_index, &text);
+    }
+    path_.push_back({&name_of(words, type, 0), 0});
+    return present(type.fields[0].type, words_of(words, 0), &text) && (!out_.failed() || too_large(&text));
+  }
+
+  bool message(std::size_t index, const TextValue* value) {
+    const MessageDefinition& type = tree_.messages[index];
+    const MessageWords& words = words_ == nullptr ? Words::nothing : words_->of(index);
+    if (words.form == MessageWords::Form::wrapper && type.fields.size() == 1) {
+      return field(type.fields.front().type, words_of(words, 0), value) &&
+             (!out_.failed() || too_large(value));
+    }
     std::vector<const TextValue*> given(type.fields.size());
-    if (value != nullptr && !sort_fields(type, *value, given)) {
+    if (value != nullptr && !sort_fields(type, words, *value, given)) {
+      return false;
+    }
+    if (words.form == MessageWords::Form::choice && !is_one(type, words, value, given)) {
       return false;
     }
     if (type.fields.empty()) {
@@ -56,13 +95,18 @@ class Builder {
     }
     for (std::size_t at = 0; at < type.fields.size(); ++at) {
       const Field& one = type.fields[at];
-      path_.push_back({&one.name, 0});
-      if (given[at] == nullptr && !one.default_value.empty()) {
+      const FieldWords& own = words_of(words, at);
+      path_.push_back({&name_of(words, type, at), 0});
+      bool good = false;
+      if (words.form == MessageWords::Form::choice || own.form == FieldWords::Form::optional) {
+        good = maybe(one.type, own, given[at]);
+      } else if (given[at] == nullptr && !one.default_value.empty()) {
         const TextValue by_default = default_value(one);
-        if (!field(one.type, &by_default)) {
-          return false;
-        }
-      } else if (!field(one.type, given[at])) {
+        good = field(one.type, own, &by_default);
+      } else {
+        good = field(one.type, own, given[at]);
+      }
+      if (!good) {
         return false;
       }
       path_.pop_back();
@@ -70,19 +114,45 @@ class Builder {
     return !out_.failed() || too_large(value);
   }
 
+  /// A T[<=1] that people take for a T which may be missing.
+  bool maybe(const FieldType& type, const FieldWords& words, const TextValue* value) {
+    const bool is_there = value != nullptr && value->kind != Kind::nothing;
+    out_.number(std::uint32_t{is_there});
+    return !is_there || single(type, words, value);
+  }
+
+  bool present(const FieldType& type, const FieldWords& words, const TextValue* value) {
+    return words.form == FieldWords::Form::optional ? maybe(type, words, value) : field(type, words, value);
+  }
+
+  /// Of a choice.
+  bool is_one(const MessageDefinition& type, const MessageWords& words, const TextValue* value,
+              const std::vector<const TextValue*>& given) {
+    const auto count = std::ranges::count_if(
+        given, [](const TextValue* one) { return one != nullptr && one->kind != Kind::nothing; });
+    if (count == 1) {
+      return true;
+    }
+    const std::string expected = fmt::format("expected exactly one of {}", names(type, words));
+    return fail_at(value == nullptr ? TextPlace{} : value->place,
+                   fmt::format("{}, found {}", expected, count == 0 ? "none" : fmt::to_string(count)));
+  }
+
   /// Finds the elements of a mapping that belong to the fields of a message.
-  bool sort_fields(const MessageDefinition& type, const TextValue& value,
+  bool sort_fields(const MessageDefinition& type, const MessageWords& words, const TextValue& value,
                    std::vector<const TextValue*>& given) {
+    const bool is_payload = words_ != nullptr && !words_->name.empty() && &type == &tree_.root();
+    const std::string& what = is_payload ? words_->name : type.name;
     if (value.kind != Kind::mapping) {
-      return fail(value, fmt::format("a mapping with fields of {} ({})", type.name, names(type)));
+      return fail(value, fmt::format("a mapping with fields of {} ({})", what, names(type, words)));
     }
     for (const TextValue& element : value.elements) {
-      const auto at = std::ranges::find(type.fields, element.key, &Field::name);
-      if (at == type.fields.end()) {
+      const std::size_t at = field_of(type, words, element.key);
+      if (at == type.fields.size()) {
         return fail_at(element.key_place, fmt::format("{} is no field of {}; expected {}",
-                                                      excerpt(element.key), type.name, names(type)));
+                                                      excerpt(element.key), what, names(type, words)));
       }
-      const TextValue*& place = given[static_cast<std::size_t>(at - type.fields.begin())];
+      const TextValue*& place = given[at];
       if (place != nullptr) {
         return fail_at(element.key_place, fmt::format("{} is given twice, first in line {}",
                                                       excerpt(element.key), place->key_place.line));
@@ -92,18 +162,30 @@ class Builder {
     return true;
   }
 
-  static std::string names(const MessageDefinition& type) {
+  /// By the name that people use, or by that of the definition.
+  static std::size_t field_of(const MessageDefinition& type, const MessageWords& words,
+                              std::string_view name) {
+    for (std::size_t at = 0; at < words.fields.size() && at < type.fields.size(); ++at) {
+      if (name_of(words, type, at) == name) {
+        return at;
+      }
+    }
+    const auto found = std::ranges::find(type.fields, name, &Field::name);
+    return static_cast<std::size_t>(found - type.fields.begin());
+  }
+
+  static std::string names(const MessageDefinition& type, const MessageWords& words) {
     constexpr std::size_t shown_max = 30;
     std::string result;
     for (std::size_t at = 0; at < std::min(type.fields.size(), shown_max); ++at) {
-      result += (at == 0 ? "" : ", ") + type.fields[at].name;
+      result += (at == 0 ? "" : ", ") + name_of(words, type, at);
     }
     return type.fields.empty() ? "no fields" : type.fields.size() > shown_max ? result + ", ..." : result;
   }
 
-  bool field(const FieldType& type, const TextValue* value) {
+  bool field(const FieldType& type, const FieldWords& words, const TextValue* value) {
     if (type.array == ArrayKind::none) {
-      return single(type, value);
+      return single(type, words, value);
     }
     const bool fixed = type.array == ArrayKind::fixed;
     if (value == nullptr) {
@@ -115,24 +197,52 @@ class Builder {
         out_.zeros(type.array_size, width(*type.primitive));
         return !out_.failed() || too_large(nullptr);
       }
-      return elements(type, type.array_size, nullptr);
+      return elements(type, words, type.array_size, nullptr);
     }
-    if (value->kind != Kind::list) {
-      return is_byte(type) ? bytes(type, *value) : fail(*value, expected_array(type));
+    if (words.form == FieldWords::Form::entries && value->kind == Kind::mapping) {
+      const TextValue list = entries_of(*value);
+      return array(type, words, list);
     }
-    if (!fits(type, value->elements.size())) {
-      return fail(*value, expected_array(type));
-    }
-    if (!fixed) {
-      out_.number(static_cast<std::uint32_t>(value->elements.size()));
-    }
-    return elements(type, value->elements.size(), value->elements.data());
+    return array(type, words, *value);
   }
 
-  bool elements(const FieldType& type, std::size_t count, const TextValue* values) {
+  /// {a: 1, b: 2} as [{key: a, value: 1}, {key: b, value: 2}].
+  static TextValue entries_of(const TextValue& mapping) {
+    TextValue list = mapping;
+    list.kind = Kind::list;
+    for (TextValue& element : list.elements) {
+      TextValue entry;
+      entry.kind = Kind::mapping;
+      entry.place = element.key_place;
+      TextValue key;
+      key.kind = Kind::plain;
+      key.place = key.key_place = element.key_place;
+      key.text = std::exchange(element.key, "value");
+      key.key = "key";
+      entry.elements.push_back(std::move(key));
+      entry.elements.push_back(std::move(element));
+      element = std::move(entry);
+    }
+    return list;
+  }
+
+  bool array(const FieldType& type, const FieldWords& words, const TextValue& value) {
+    if (value.kind != Kind::list) {
+      return is_byte(type) ? bytes(type, value) : fail(value, expected_array(type));
+    }
+    if (!fits(type, value.elements.size())) {
+      return fail(value, expected_array(type));
+    }
+    if (type.array != ArrayKind::fixed) {
+      out_.number(static_cast<std::uint32_t>(value.elements.size()));
+    }
+    return elements(type, words, value.elements.size(), value.elements.data());
+  }
+
+  bool elements(const FieldType& type, const FieldWords& words, std::size_t count, const TextValue* values) {
     for (std::size_t at = 0; at < count; ++at) {
       path_.push_back({nullptr, at});
-      if (!single(type, values == nullptr ? nullptr : values + at)) {
+      if (!single(type, words, values == nullptr ? nullptr : values + at)) {
         return false;
       }
       if (out_.failed()) {
@@ -199,9 +309,12 @@ class Builder {
     return true;
   }
 
-  bool single(const FieldType& type, const TextValue* value) {
+  bool single(const FieldType& type, const FieldWords& words, const TextValue* value) {
     if (!type.primitive) {
-      return message(tree_.messages[type.message_index], value);
+      return message(type.message_index, value);
+    }
+    if (words.enumerators != nullptr && value != nullptr) {
+      return enumerator(*type.primitive, words, *value);
     }
     switch (*type.primitive) {
       case Primitive::boolean:
@@ -230,6 +343,43 @@ class Builder {
     }
     out_.number(std::uint8_t{state});
     return true;
+  }
+
+  /// One of several names, or the number behind it.
+  bool enumerator(Primitive primitive, const FieldWords& words, const TextValue& value) {
+    const bool is_text = value.kind == Kind::plain || value.kind == Kind::quoted;
+    const Enumerators::Pair* const named = is_text ? words.enumerators->by_name(value.text) : nullptr;
+    if (named != nullptr) {
+      visit_number(primitive, [&]<typename T>(T /*zero*/) {
+        if constexpr (std::is_integral_v<T>) {
+          out_.number(bits_of(static_cast<T>(named->second)));
+        }
+      });
+      return true;
+    }
+    bool good = false;
+    visit_number(primitive, [&]<typename T>(T /*zero*/) {
+      if (const auto read = read_number<T>(value)) {
+        out_.number(bits_of(*read));
+        good = true;
+      }
+    });
+    return good || fail(value, expected_enumerator(words, value));
+  }
+
+  static std::string expected_enumerator(const FieldWords& words, const TextValue& value) {
+    constexpr std::size_t shown_max = 30;
+    std::vector<std::string> known;
+    std::string expected;
+    for (const auto& [name, number] : words.enumerators->all()) {
+      if (known.size() < shown_max) {
+        expected += fmt::format("{}{} ({})", known.empty() ? "" : ", ", name, number);
+      }
+      known.push_back(name);
+    }
+    expected += known.size() > shown_max ? ", ..." : "";
+    const std::string likely = documents::nearest(value.text, known);
+    return "one of " + expected + (likely.empty() ? "" : "; did you mean " + likely + "?");
   }
 
   template <typename T>
@@ -338,6 +488,7 @@ class Builder {
   const TypeTree& tree_;
   CdrWriter out_;
   std::size_t max_bytes_;
+  const Words* words_;
   std::vector<Step> path_;
   ValueError error_;
   const std::string empty_;
@@ -346,8 +497,8 @@ class Builder {
 }  // namespace
 
 tl::expected<std::vector<std::byte>, ValueError> build_sample(const TextValue& text, const TypeTree& tree,
-                                                              std::size_t max_bytes) {
-  return Builder{tree, max_bytes}.build(text);
+                                                              std::size_t max_bytes, const Words* words) {
+  return Builder{tree, max_bytes, words}.build(text);
 }
 
 }  // namespace trestle::messages

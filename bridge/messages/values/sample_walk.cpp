@@ -28,10 +28,19 @@ std::string_view beginning(std::string_view text, std::size_t bytes) {
 class Walk {
  public:
   Walk(CdrReader in, const TypeTree& tree, const WalkOptions& options, ValueSink& sink)
-      : in_{in}, tree_{tree}, options_{options}, sink_{&sink} {}
+      : in_{in}, tree_{tree}, options_{options}, words_{options.words}, sink_{&sink} {}
 
   std::optional<std::string> run() {
-    message(tree_.root());
+    const std::size_t root = tree_.messages.size() - 1;
+    const bool is_argument = words_ != nullptr && !words_->argument.empty();
+    if (is_argument) {
+      sink_->begin_message(tree_.root());
+      sink_->field(words_->argument);
+    }
+    message(root);
+    if (is_argument) {
+      sink_->end_message(tree_.root());
+    }
     if (in_.failed()) {
       return fmt::format("the sample ends before the message does: {} bytes read",
                          cdr_header_bytes + in_.position());
@@ -40,34 +49,57 @@ class Walk {
   }
 
  private:
-  void message(const MessageDefinition& type) {
+  void message(std::size_t index) {
+    const MessageDefinition& type = tree_.messages[index];
+    const MessageWords& words = words_ == nullptr ? Words::nothing : words_->of(index);
+    if (words.form == MessageWords::Form::wrapper && type.fields.size() == 1) {
+      return value(type.fields.front().type, words_of(words, 0));
+    }
     sink_->begin_message(type);
     if (type.fields.empty()) {
       in_.take(1);  // what generates IDL puts a byte into empty messages
     }
-    for (const Field& field : type.fields) {
+    for (std::size_t at = 0; at < type.fields.size(); ++at) {
       if (in_.failed() || sink_->enough()) {
         return;
       }
-      sink_->field(field.name);
-      value(field.type);
+      const FieldType& field = type.fields[at].type;
+      const FieldWords& own = words_of(words, at);
+      if (words.form == MessageWords::Form::choice || own.form == FieldWords::Form::optional) {
+        if (is_there()) {
+          sink_->field(name_of(words, type, at));
+          single(field, own);
+        }
+        continue;
+      }
+      sink_->field(name_of(words, type, at));
+      value(field, own);
     }
     sink_->end_message(type);
   }
 
-  void value(const FieldType& type) {
+  /// Of a T[<=1].
+  bool is_there() {
+    const auto count = in_.number<std::uint32_t>();
+    if (count > 1) {
+      in_.fail();
+    }
+    return count == 1 && !in_.failed();
+  }
+
+  void value(const FieldType& type, const FieldWords& words) {
     switch (type.array) {
       case ArrayKind::none:
-        return single(type);
+        return single(type, words);
       case ArrayKind::fixed:
-        return array(type, type.array_size);
+        return array(type, words, type.array_size);
       case ArrayKind::bounded:
       case ArrayKind::unbounded:
-        return array(type, in_.number<std::uint32_t>());
+        return array(type, words, in_.number<std::uint32_t>());
     }
   }
 
-  void array(const FieldType& type, std::size_t size) {
+  void array(const FieldType& type, const FieldWords& words, std::size_t size) {
     const std::size_t width_of_one = type.primitive ? width(*type.primitive) : 0;
     // Every element has at least one byte, also an empty message.
     if (in_.failed() || size > in_.left() / std::max<std::size_t>(width_of_one, 1)) {
@@ -75,36 +107,38 @@ class Walk {
       return;
     }
     const std::size_t shown = options_.longest == 0 ? size : std::min(size, options_.longest);
-    if (options_.bytes_as_one && width_of_one == 1 && *type.primitive != Primitive::boolean &&
+    const bool as_one =
+        words.form == FieldWords::Form::bytes || (options_.bytes_as_one && words.enumerators == nullptr);
+    if (as_one && width_of_one == 1 && *type.primitive != Primitive::boolean &&
         *type.primitive != Primitive::int8) {
       return sink_->bytes(in_.take(size).first(shown), size);
     }
     sink_->begin_array(width_of_one != 0, size, shown);
     for (std::size_t at = 0; at < shown && !in_.failed() && !sink_->enough(); ++at) {
       sink_->element();
-      single(type);
+      single(type, words);
     }
     if (width_of_one != 0) {
       in_.take((size - shown) * width_of_one);
     } else {
-      skip(type, size - shown);
+      skip(type, words, size - shown);
     }
     sink_->end_array();
   }
 
   /// Skips elements without reporting them.
-  void skip(const FieldType& type, std::size_t count) {
+  void skip(const FieldType& type, const FieldWords& words, std::size_t count) {
     ValueSink nobody;
     ValueSink* const sink = std::exchange(sink_, &nobody);
     for (; count > 0 && !in_.failed() && !sink->enough(); --count) {
-      single(type);
+      single(type, words);
     }
     sink_ = sink;
   }
 
-  void single(const FieldType& type) {
+  void single(const FieldType& type, const FieldWords& words) {
     if (!type.primitive) {
-      return message(tree_.messages[type.message_index]);
+      return message(type.message_index);
     }
     switch (*type.primitive) {
       case Primitive::boolean:
@@ -114,10 +148,20 @@ class Walk {
       case Primitive::wstring:
         return wstring();
       default:
-        return visit_number(*type.primitive,
-                            [&]<typename T>(T /*zero*/) { tell(std::bit_cast<T>(in_.number<BitsOf<T>>())); });
+        return visit_number(*type.primitive, [&]<typename T>(T /*zero*/) {
+          tell(std::bit_cast<T>(in_.number<BitsOf<T>>()), words);
+        });
     }
   }
+
+  template <std::integral T>
+  void tell(T number, const FieldWords& words) {
+    if (const std::string* const name = enumerator_of(words, static_cast<std::int64_t>(number))) {
+      return sink_->string(*name, name->size());
+    }
+    tell(number);
+  }
+  void tell(std::floating_point auto number, const FieldWords& /*words*/) { tell(number); }
 
   void tell(std::signed_integral auto number) { sink_->whole(number); }
   void tell(std::unsigned_integral auto number) { sink_->natural(number); }
@@ -167,6 +211,7 @@ class Walk {
   CdrReader in_;
   const TypeTree& tree_;
   const WalkOptions& options_;
+  const Words* words_;
   ValueSink* sink_;
   std::vector<std::byte> wide_;
   std::string text_;

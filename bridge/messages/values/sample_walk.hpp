@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "bridge/messages/types/message_definition.hpp"
+#include "bridge/messages/values/words.hpp"
 #include "someip/wire/types.hpp"
 
 namespace trestle::messages {
@@ -16,7 +17,7 @@ class ValueSink {
   virtual void begin_message(const MessageDefinition& /*type*/) {}
   virtual void field(const std::string& /*name*/) {}
   virtual void end_message(const MessageDefinition& /*type*/) {}
-  /// @param numbers  elements are numbers or bools.
+  /// @param numbers  elements are numbers, bools or enumerators.
   /// @param size     of the whole array.
   /// @param shown    how many elements follow; fewer than `size` when the array is cut.
   virtual void begin_array(bool /*numbers*/, std::size_t /*size*/, std::size_t /*shown*/) {}
@@ -41,6 +42,9 @@ class ValueSink {
 struct WalkOptions {
   bool bytes_as_one = false;  ///< bytes() instead of an array of numbers
   std::size_t longest = 0;    ///< elements of an array and bytes of a string to tell; 0: all
+  /// Names of fields and values: enumerators are told as strings, what is missing is not told at all, byte
+  /// buffers always come as bytes(). Null: those of the types.
+  const Words* words = nullptr;
 };
 
 /// Tells `sink` what a CDR sample of the root type of `tree` holds.

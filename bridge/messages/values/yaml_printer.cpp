@@ -16,20 +16,20 @@ void append_bytes(std::string& out, BytesForm form, ByteView bytes) {
   }
 }
 
-void YamlPrinter::begin_message(const MessageDefinition& type) {
-  if (type.fields.empty()) {
-    return scalar("{}");
-  }
-  outer_indents_.push_back(indent_);
-  if (before_ == Before::key) {
-    out_ += '\n';
-    indent_ += 2;
-  } else if (before_ == Before::dash) {
-    indent_ = arrays_.back().indent + 2;
-  }
+void YamlPrinter::begin_message(const MessageDefinition& /*type*/) {
+  messages_.push_back({.outer_indent = indent_});
 }
 
 void YamlPrinter::field(const std::string& name) {
+  // A message begins with its first field: it may have none.
+  if (!std::exchange(messages_.back().has_fields, true)) {
+    if (before_ == Before::key) {
+      out_ += '\n';
+      indent_ += 2;
+    } else if (before_ == Before::dash) {
+      indent_ = arrays_.back().indent + 2;
+    }
+  }
   if (before_ != Before::dash) {  // the first field stands behind the dash
     out_.append(indent_, ' ');
   }
@@ -38,19 +38,27 @@ void YamlPrinter::field(const std::string& name) {
   before_ = Before::key;
 }
 
-void YamlPrinter::end_message(const MessageDefinition& type) {
-  if (!type.fields.empty()) {
-    indent_ = outer_indents_.back();
-    outer_indents_.pop_back();
+void YamlPrinter::end_message(const MessageDefinition& /*type*/) {
+  const Message message = messages_.back();
+  messages_.pop_back();
+  if (!message.has_fields) {
+    return scalar("{}");
   }
+  indent_ = message.outer_indent;
   before_ = Before::nothing;
 }
 
 void YamlPrinter::begin_array(bool numbers, std::size_t size, std::size_t shown) {
   const bool flow = numbers || size == 0;
-  // Arrays are always fields of messages, so there is a key before each.
-  out_ += flow ? " [" : "\n";
-  arrays_.push_back({.flow = flow, .size = size, .shown = shown, .indent = indent_});
+  std::size_t indent = indent_;
+  if (before_ == Before::dash) {  // an array in an array
+    out_ += flow ? "[" : "";
+    indent = arrays_.back().indent + 2;
+    same_line_ = !flow && shown > 0;
+  } else {
+    out_ += flow ? before_ == Before::key ? " [" : "[" : "\n";
+  }
+  arrays_.push_back({.flow = flow, .size = size, .shown = shown, .indent = indent});
   before_ = Before::nothing;
 }
 
@@ -60,10 +68,11 @@ void YamlPrinter::element() {
     out_ += std::exchange(array.first, false) ? "" : ", ";
     return;
   }
-  out_.append(array.indent, ' ');
-  out_ += '-';
+  if (!std::exchange(same_line_, false)) {  // the first one stands behind the dash of the array around it
+    out_.append(array.indent, ' ');
+  }
+  out_ += "- ";
   before_ = Before::dash;
-  out_ += ' ';
 }
 
 void YamlPrinter::end_array() {

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "bridge/describe/model_json.hpp"
+#include "bridge/describe/protection.hpp"
 
 namespace trestle::describe {
 namespace {
@@ -71,17 +72,10 @@ const char* truth(bool value) {
   return value ? "TRUE" : "FALSE";
 }
 
-/// How many bytes the E2E header in front of a payload has.
+/// How many bytes the E2E header in front of a payload has; nothing: it stands elsewhere.
 std::optional<unsigned> e2e_bytes(const Protection& e2e) {
-  static const std::map<std::string, unsigned, std::less<>> sizes{{"1", 2},  {"2", 2},  {"4", 12}, {"5", 3},
-                                                                  {"6", 5},  {"7", 20}, {"8", 16}, {"11", 2},
-                                                                  {"22", 2}, {"44", 12}};
-  const auto found = sizes.find(e2e.profile);
-  const auto offset = e2e.numbers.find("offset_bits");
-  if (found == sizes.end() || (offset != e2e.numbers.end() && offset->second != 64)) {
-    return std::nullopt;
-  }
-  return found->second;
+  const std::optional<ProtectionHeader> header = protection_header(e2e);
+  return header && header->at == 0 ? std::optional{static_cast<unsigned>(header->bytes)} : std::nullopt;
 }
 
 class WiresharkWriter {
