@@ -156,13 +156,13 @@ void PayloadOptions::add_to(CLI::App& command) {
   yaml->excludes(json);
 }
 
-void PayloadOptions::resolve() {
+void PayloadOptions::resolve(bool described) {
   form_ = hex_ ? Form::hex : json_ ? Form::json : yaml_ || !type_.empty() ? Form::yaml : Form::hex;
   if (!wire_.empty()) {
     rules_ = parse_wire(wire_);
   }
   if (type_.empty()) {
-    if (yaml_) {
+    if (yaml_ && !described) {
       throw CLI::ValidationError("--yaml", "needs --type");
     }
     return;
@@ -206,20 +206,48 @@ void PayloadOptions::find_type(const char* option) {
   if (!values) {
     throw CLI::ValidationError(option, values.error());
   }
-  values_ = std::move(*values);
+  values_ = std::make_shared<const messages::MessageValues>(std::move(*values));
+}
+
+PayloadOptions PayloadOptions::of_element(const describe::Interfaces& interfaces,
+                                          const describe::ServiceElement& element, bool is_answer) const {
+  PayloadOptions other = *this;
+  other.described_ = {&interfaces, &element,
+                      is_answer ? &interfaces.answer(element) : &interfaces.content(element)};
+  if (!type_.empty()) {
+    return other;  // what the command line says wins
+  }
+  const describe::Content& content = *other.described_.content;
+  other.values_ = {};
+  if (content.values) {
+    other.values_ = {std::shared_ptr<const void>{}, &*content.values};  // it belongs to the interfaces
+  }
+  const bool has_values = content.values || content.is_empty;
+  other.form_ = hex_ ? Form::hex : json_ ? Form::json : has_values ? Form::yaml : Form::hex;
+  return other;
 }
 
 std::vector<std::byte> PayloadOptions::parse(const std::string& argument) const {
   const auto [text, name] = text_of("PAYLOAD", "payload", argument);
+  if (described_.element != nullptr && type_.empty() && described_.content->is_empty && form_ != Form::hex) {
+    if (text.find_first_not_of(" \n{}") != std::string::npos) {
+      throw CLI::ValidationError("PAYLOAD", described_.element->name + " has no values");
+    }
+    return {};
+  }
   if (form_ == Form::hex || !values_) {
     std::string line = text;
     std::ranges::replace(line, '\n', ' ');
     auto bytes = documents::parse_hex_line(line);
     if (!bytes) {
+      const std::string why = described_.element != nullptr && !values_
+                                  ? fmt::format(" (the values of {} are not known: {})",
+                                                described_.element->name, described_.content->unknown)
+                                  : "";
       throw CLI::ValidationError(
           "PAYLOAD",
-          fmt::format("expected two hexadecimal digits for each byte; {} is good up to character {}", name,
-                      bytes.error()));
+          fmt::format("expected two hexadecimal digits for each byte; {} is good up to character {}{}", name,
+                      bytes.error(), why));
     }
     return std::move(*bytes);
   }
@@ -263,8 +291,8 @@ CLI::Option* add_count(CLI::App& command, std::uint64_t& count, const char* what
   return command.add_option("--count", count, what)->type_name("N")->check(number_between(1, 1e9));
 }
 
-void add_major(CLI::App& command, unsigned& major) {
-  option(command, "--major", major, "N", "Major version of the service", CLI::Range(0, 254));
+CLI::Option* add_major(CLI::App& command, unsigned& major) {
+  return option(command, "--major", major, "N", "Major version of the service", CLI::Range(0, 254));
 }
 
 void add_quiet(CLI::App& command, bool& quiet) {

@@ -1,6 +1,7 @@
 // bridge/cli: what the commands of `trestle` share.
 //
 //   options.hpp         options of the network, services, types and payloads; option.hpp: any option
+//   interface_options.hpp  --interfaces, and arguments that are names
 //   session.hpp         an io_context with time limit, signals and output
 //   exit_status.hpp     what every command returns
 //   on_signal.hpp, signals.hpp  Ctrl-C and SIGUSR1
@@ -8,11 +9,13 @@
 //
 // A command that needs something of another command's room finds it here, or puts it here.
 #pragma once
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "bridge/cli/option.hpp"
+#include "bridge/describe/interfaces.hpp"
 #include "bridge/messages/values/message_values.hpp"
 #include "sd/net/node.hpp"
 
@@ -45,12 +48,17 @@ class PayloadOptions {
   void add_to(CLI::App& command);
 
   /// Finds the type. Call once, before the others.
-  void resolve();
+  /// @param described  payloads have the types of interface descriptions.
+  void resolve(bool described = false);
   /// Before that, for a call: takes a service, "pkg/srv/Name", for its request.
   /// @return its response; nothing when the type is no service.
   std::string take_request_of_service();
   /// The same with the type that another option names; none: with the same type.
   [[nodiscard]] PayloadOptions of_type(const std::string& option, const std::string& type) const;
+  /// The same for what an interface description says of an element: its names, and its type unless --type
+  /// names another. Both must outlive the result.
+  [[nodiscard]] PayloadOptions of_element(const describe::Interfaces& interfaces,
+                                          const describe::ServiceElement& element, bool is_answer) const;
   /// The payload that an argument means: the text itself, or what stands in the file behind '@'; "@-" is
   /// standard input.
   [[nodiscard]] std::vector<std::byte> parse(const std::string& argument) const;
@@ -58,8 +66,17 @@ class PayloadOptions {
   enum class Form : std::uint8_t { hex, yaml, json };
   [[nodiscard]] Form form() const noexcept { return form_; }
   /// Nothing when no type is given.
-  [[nodiscard]] const messages::MessageValues* values() const noexcept {
-    return values_ ? &*values_ : nullptr;
+  [[nodiscard]] const messages::MessageValues* values() const noexcept { return values_.get(); }
+
+  /// What interface descriptions call this payload.
+  struct Described {
+    const describe::Interfaces* interfaces = nullptr;
+    const describe::ServiceElement* element = nullptr;
+    const describe::Content* content = nullptr;
+  };
+  /// Null: no description knows it.
+  [[nodiscard]] const Described* described() const noexcept {
+    return described_.element == nullptr ? nullptr : &described_;
   }
 
  private:
@@ -73,7 +90,8 @@ class PayloadOptions {
   bool yaml_ = false;
   bool json_ = false;
   Form form_ = Form::hex;
-  std::optional<messages::MessageValues> values_;
+  std::shared_ptr<const messages::MessageValues> values_;
+  Described described_;
 };
 
 /// --udp, --tcp: the transport of offers and subscriptions. UDP by default; both options together mean both.
@@ -82,6 +100,8 @@ class TransportOptions {
   /// @param what  goes by them, for the help: "Events come".
   void add_to(CLI::App& command, const std::string& what);
 
+  /// Whether the command line has one of them.
+  [[nodiscard]] bool given() const noexcept { return udp_ || tcp_; }
   [[nodiscard]] bool udp() const noexcept { return udp_ || !tcp_; }
   [[nodiscard]] bool tcp() const noexcept { return tcp_; }
 
@@ -98,7 +118,7 @@ CLI::Option* add_seconds(CLI::App& command, const char* name, double& seconds, c
 /// --count: how many of something there are to be, at least one; likewise.
 CLI::Option* add_count(CLI::App& command, std::uint64_t& count, const char* what);
 /// --major, of a service.
-void add_major(CLI::App& command, unsigned& major);
+CLI::Option* add_major(CLI::App& command, unsigned& major);
 /// -q, --quiet.
 void add_quiet(CLI::App& command, bool& quiet);
 

@@ -11,6 +11,7 @@
 #include <system_error>
 
 #include "bridge/cli/exit_status.hpp"
+#include "bridge/cli/interface_options.hpp"
 #include "bridge/cli/terminal.hpp"
 #include "bridge/documents/hex_line.hpp"
 #include "bridge/inspect/decode/capture_decoder.hpp"
@@ -63,7 +64,20 @@ struct Arguments {
   bool hex = false;
   bool reassemble = false;
   std::vector<std::uint16_t> ports;
+  cli::InterfaceOptions interfaces;
 };
+
+/// --interfaces takes all files behind it, also the capture when that is the last one.
+void find_file(Arguments& arguments) {
+  std::vector<std::string>& files = arguments.interfaces.files();
+  const auto is_capture = [](const std::string& name) {
+    return name == "-" || name.ends_with(".pcap") || name.ends_with(".pcapng") || name.ends_with(".cap");
+  };
+  if (arguments.file.empty() && !arguments.hex && files.size() > 1 && is_capture(files.back())) {
+    arguments.file = files.back();
+    files.pop_back();
+  }
+}
 
 void tell(const char* colour, const char* kind, const std::string& text) {
   fmt::print(stderr, "{}{}:{} {}\n", colour, kind, cli::colours_for(STDERR_FILENO).off, text);
@@ -89,7 +103,7 @@ int decode_capture(const Arguments& arguments) {
     return cli::exit_usage;
   }
   LineOutput output{STDOUT_FILENO};
-  CaptureDecoder decoder{{arguments.reassemble, arguments.ports},
+  CaptureDecoder decoder{{arguments.reassemble, arguments.ports, arguments.interfaces.get()},
                          [&](const Json& object) { output.print(object); }};
   pcaps::Traffic traffic{decoder};
   // Somebody may watch the output while the recording grows.
@@ -138,7 +152,9 @@ void decode_line(MessageDecoder& decoder, const traffic::Place& place, std::stri
 
 int decode_hex(const Arguments& arguments) {
   LineOutput output{STDOUT_FILENO};
-  MessageDecoder decoder{arguments.reassemble, {[&](const Json& object) { output.print(object); }, {}}};
+  MessageDecoder decoder{arguments.reassemble,
+                         {[&](const Json& object) { output.print(object); }, {}},
+                         arguments.interfaces.get()};
   std::ios::sync_with_stdio(false);
   std::uint64_t number = 0;
   for (std::string line; !output.closed() && std::getline(std::cin, line);) {
@@ -174,16 +190,20 @@ void add_decode_command(CLI::App& app, int& status) {
   port->type_name("N")->check(CLI::Range(1, 65535))->excludes(hex);
   port->allow_extra_args(false);  // otherwise FILE would be taken for a port
   file->excludes(hex);
+  arguments->interfaces.add_to(*command, "print names, and values beside payloads");
   command->footer(
       "docs/decode.md explains every field and how SOME/IP is told from other traffic. Examples:\n"
+      "  trestle decode drive.pcapng --interfaces car.arxml | jq -c '[.service_name, .event_name, .values]'\n"
       "  trestle decode drive.pcapng | jq -c 'select(.sd) | .sd.entries[]'\n"
       "  tcpdump -i eth0 -U -w - udp | trestle decode -\n"
       "  echo '1234 0421 00000008 0001 0001 01 01 00 00' | trestle decode --hex\n"
       "Exit status: 0, or 1 when anything was malformed, or 2 when the capture cannot be opened.");
   command->callback([arguments, &status] {
+    find_file(*arguments);
     if (!arguments->hex && arguments->file.empty()) {
       throw CLI::RequiredError{"FILE (or - or --hex)"};
     }
+    arguments->interfaces.load();
     status = arguments->hex ? decode_hex(*arguments) : decode_capture(*arguments);
   });
 }

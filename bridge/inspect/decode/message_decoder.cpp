@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "bridge/inspect/decode/names_json.hpp"
 #include "bridge/inspect/decode/sd_json.hpp"
 #include "someip/net/address_text.hpp"
 #include "someip/wire/bytes.hpp"
@@ -63,7 +64,8 @@ std::optional<traffic::Violation> add_segment(Json& object, std::size_t offset,
 
 }  // namespace
 
-MessageDecoder::MessageDecoder(bool reassemble, Hooks hooks) : hooks_{std::move(hooks)} {
+MessageDecoder::MessageDecoder(bool reassemble, Hooks hooks, const describe::Interfaces* interfaces)
+    : hooks_{std::move(hooks)}, interfaces_{interfaces} {
   if (reassemble) {
     assembly_.emplace();
   }
@@ -89,9 +91,12 @@ bool MessageDecoder::print_message(const traffic::Place& place, std::size_t offs
     violation = add_segment(object, offset, message);
     payload = payload.subspan(std::min(payload.size(), someip::tp_header_bytes));
   } else if (has_sd_id(message.header)) {
-    violation = add_sd(object, offset, message, hooks_.announced);
+    violation = add_sd(object, offset, message, hooks_.announced, interfaces_);
   } else {
     add_magic_cookie(object, message);
+  }
+  if (const auto misfit = add_described(object, offset, message, segment); misfit && !violation) {
+    violation = misfit;
   }
   someip::Result<std::optional<someip::Reassembled>, someip::TpDrop> whole{std::nullopt};
   if (segment && assembly_) {
@@ -111,6 +116,38 @@ bool MessageDecoder::print_message(const traffic::Place& place, std::size_t offs
     print_message(place, offset, {(*whole)->header, (*whole)->payload}, true);
   }
   return !violation;
+}
+
+/// Adds names and values.
+/// @return where the payload does not fit its description.
+std::optional<traffic::Violation> MessageDecoder::add_described(Json& object, std::size_t offset,
+                                                                const someip::Message& message,
+                                                                bool is_segment) const {
+  const someip::Header& header = message.header;
+  const describe::Service* const service =
+      interfaces_ == nullptr ? nullptr : interfaces_->service(header.service, header.interface_version);
+  if (service == nullptr) {
+    return std::nullopt;
+  }
+  const describe::ServiceElement* const element =
+      interfaces_->element(header.service, header.interface_version, header.method);
+  if (element == nullptr) {
+    object["service_name"] = interfaces_->name_of(header.service, header.interface_version);
+    return std::nullopt;
+  }
+  add_names(object, *interfaces_, *element);
+  const describe::Content* const content = is_segment ? nullptr : content_of(*interfaces_, *element, header);
+  if (content == nullptr) {
+    return std::nullopt;
+  }
+  const auto misfit = add_values(object, *content, message.payload);
+  // Of another version the description need not be right.
+  const std::uint8_t major = interfaces_->model().services[element->service].major;
+  if (!misfit || header.interface_version != major) {
+    return std::nullopt;
+  }
+  return traffic::Violation{"bad_values", "", offset + someip::header_bytes + misfit->offset, misfit->detail,
+                            misfit->field};
 }
 
 void MessageDecoder::undecodable(const traffic::Place& place, std::size_t offset, ByteView bytes,

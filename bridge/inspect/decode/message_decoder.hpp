@@ -2,13 +2,14 @@
 //
 //   capture_decoder.hpp  from a capture to JSON; bridge/traffic finds the messages
 //   message_decoder.hpp  a message as JSON, with the rules that it breaks
-//   message_json.hpp, sd_json.hpp  its parts
+//   message_json.hpp, sd_json.hpp, names_json.hpp  its parts
 //   decode_command.hpp   the command
 //
 // docs/decode.md describes every field.
 #pragma once
 #include <functional>
 
+#include "bridge/describe/interfaces.hpp"
 #include "bridge/inspect/decode/message_json.hpp"
 #include "bridge/traffic/message_sink.hpp"
 
@@ -25,7 +26,8 @@ class MessageDecoder : public traffic::MessageSink {
   };
 
   /// @param reassemble  also print messages that came in TP segments, when their last one came.
-  MessageDecoder(bool reassemble, Hooks hooks);
+  /// @param interfaces  by which messages have names and values; null: none. Must outlive this.
+  MessageDecoder(bool reassemble, Hooks hooks, const describe::Interfaces* interfaces = nullptr);
 
   using traffic::MessageSink::undecodable;
   bool message(const traffic::Place& place, std::size_t offset, const someip::Message& message) override;
@@ -46,7 +48,12 @@ class MessageDecoder : public traffic::MessageSink {
                      bool reassembled);
   void print_violation(Json object, const traffic::Violation& violation);
 
+  [[nodiscard]] std::optional<traffic::Violation> add_described(Json& object, std::size_t offset,
+                                                                const someip::Message& message,
+                                                                bool is_segment) const;
+
   Hooks hooks_;
+  const describe::Interfaces* interfaces_;
   std::optional<traffic::TpAssembly> assembly_;
   std::uint64_t messages_ = 0;
   std::uint64_t malformed_ = 0;

@@ -28,6 +28,9 @@ void add_error(Json& object, const traffic::Violation& violation) {
   error["name"] = violation.name;
   error["rule"] = *violation.rule != '\0' ? Json(violation.rule) : Json(nullptr);
   error["offset"] = violation.offset;
+  if (!violation.field.empty()) {
+    error["field"] = violation.field;
+  }
   error["detail"] = violation.detail;
 }
 

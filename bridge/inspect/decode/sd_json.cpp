@@ -33,16 +33,24 @@ Json run_json(const sd::OptionRun& run) {
   return object;
 }
 
-Json entry_json(const Entry& entry) {
+Json entry_json(const Entry& entry, const describe::Interfaces* interfaces) {
   Json object;
   object["type"] = entry.kind() == sd::EntryKind::unknown ? Json(nullptr) : Json(to_string(entry.kind()));
   object["type_value"] = static_cast<std::uint8_t>(entry.type);
   object["service"] = hex_id(value(entry.service));
+  const bool is_named = interfaces != nullptr && interfaces->service(entry.service) != nullptr;
+  if (is_named) {
+    object["service_name"] = interfaces->name_of(entry.service, entry.major);
+  }
   object["instance"] = hex_id(value(entry.instance));
   object["major_version"] = entry.major;
   object["ttl"] = entry.ttl_s;
   if (entry.type == EntryType::subscribe_eventgroup || entry.type == EntryType::subscribe_eventgroup_ack) {
     object["eventgroup"] = hex_id(value(entry.eventgroup()));
+    const std::string name = is_named ? interfaces->eventgroup_name(entry.service, entry.eventgroup()) : "";
+    if (!name.empty()) {
+      object["eventgroup_name"] = name;
+    }
     object["counter"] = entry.counter();
     object["initial_data_requested"] = entry.initial_data_requested();
   } else {
@@ -156,7 +164,8 @@ bool has_sd_id(const someip::Header& header) noexcept {
 }
 
 std::optional<traffic::Violation> add_sd(Json& object, std::size_t offset, const someip::Message& message,
-                                         const std::function<void(Transport, const Endpoint&)>& announced) {
+                                         const std::function<void(Transport, const Endpoint&)>& announced,
+                                         const describe::Interfaces* interfaces) {
   const tl::expected<sd::SdMessage, sd::WireFault> decoded = sd::decode(message);
   if (!decoded) {
     if (decoded.error().error == WireError::not_sd) {
@@ -172,7 +181,7 @@ std::optional<traffic::Violation> add_sd(Json& object, std::size_t offset, const
   fields["reserved"] = decoded->reserved();
   Json& entries = fields["entries"] = Json::array();
   for (std::size_t i = 0; i < decoded->entry_count(); ++i) {
-    entries.push_back(entry_json(decoded->entry(i)));
+    entries.push_back(entry_json(decoded->entry(i), interfaces));
   }
   Json& options = fields["options"] = Json::array();
   sd::OptionCursor cursor = decoded->options();

@@ -1,8 +1,12 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <memory>
+#include <utility>
 
 #include "bridge/cli/exit_status.hpp"
+#include "bridge/cli/interface_options.hpp"
 #include "bridge/cli/options.hpp"
 #include "bridge/cli/session.hpp"
 #include "bridge/inspect/decode/message_json.hpp"
@@ -19,12 +23,14 @@ constexpr Duration sending_period = std::chrono::milliseconds{5};
 
 struct CallArguments {
   cli::NetworkOptions network;
+  cli::InterfaceOptions interfaces;
   cli::PayloadOptions payload;
   std::string service;
   std::string method;
   std::string value;
   std::string answer_type;
   unsigned major = 1;
+  CLI::Option* major_option = nullptr;
   double timeout_s = 5;
   bool udp = false;
   bool tcp = false;
@@ -56,6 +62,17 @@ int send(const sd::Proxy& proxy, const OtherVersions& others, const sd::CallSpec
   return accepted && unsent.expired() ? cli::exit_ok : cli::exit_failure;
 }
 
+/// The errors with which the method may answer, by the description.
+std::string possible_errors(const cli::PayloadOptions& answer) {
+  const auto* const described = answer.described();
+  if (described == nullptr || described->element->part != describe::ServiceElement::Part::method) {
+    return {};
+  }
+  const describe::Service& service = described->interfaces->model().services[described->element->service];
+  const std::vector<std::string>& errors = service.methods[described->element->member].application_errors;
+  return errors.empty() ? std::string{} : fmt::format("; its errors are {}", fmt::join(errors, ", "));
+}
+
 int call(sd::Proxy& proxy, const OtherVersions& others, const sd::CallSpec& spec, Bytes payload,
          const cli::PayloadOptions& answer, cli::Session& session) {
   int status = cli::exit_failure;
@@ -63,37 +80,140 @@ int call(sd::Proxy& proxy, const OtherVersions& others, const sd::CallSpec& spec
     session.finish();
     const bool answered = response.header.return_code != someip::ReturnCode::ok || !error;
     if (!error || (answered && answer.form() == cli::PayloadOptions::Form::json)) {
-      const auto text = answer_text({response.header, response.payload}, answer);
-      if (!text) {
-        cli::Session::note("error: " + text.error());
+      const PayloadText text = answer_text({response.header, response.payload}, answer);
+      session.print(text.text);
+      if (!text.fault.empty()) {
+        cli::Session::note("error: " + text.fault);
         return;
       }
-      session.print(*text);
     }
     status = error ? answered ? cli::exit_error_answer : cli::exit_failure : cli::exit_ok;
     if (error) {
       cli::Session::note(fmt::format(
-          "error: {}{}", error == sd::CallFault::unavailable ? others.nobody_offers() : error.message(),
-          response.payload.empty() ? "" : ": " + hex_digits(response.payload)));
+          "error: {}{}{}", error == sd::CallFault::unavailable ? others.nobody_offers() : error.message(),
+          response.payload.empty() ? "" : ": " + hex_digits(response.payload),
+          answered ? possible_errors(answer) : ""));
     }
   });
   session.run();
   return status;
 }
 
+using Part = describe::ServiceElement::Part;
+
+/// The method that is called: of a field without a value its getter, with one its setter.
+const describe::ServiceElement& method_of(const std::vector<const describe::ServiceElement*>& elements,
+                                          bool has_value) {
+  for (const Part part : {Part::method, has_value ? Part::setter : Part::getter}) {
+    const auto at = std::ranges::find(elements, part, &describe::ServiceElement::part);
+    if (at != elements.end()) {
+      return **at;
+    }
+  }
+  const describe::ServiceElement& first = *elements.front();
+  if (elements.size() == 1 && !first.is_event()) {
+    return first;
+  }
+  throw CLI::ValidationError(
+      "METHOD", first.is_field()
+                    ? fmt::format("{} has no {}", first.member_name, has_value ? "setter" : "getter")
+                    : fmt::format("{} is an event: see trestle subscribe", first.name));
+}
+
+struct Method {
+  cli::Target target{};
+  someip::MethodId id{};
+  const describe::ServiceElement* element = nullptr;  ///< null: no description knows it
+};
+
+/// Reads SERVICE METHOD [PAYLOAD], or SERVICE.METHOD [PAYLOAD].
+Method find_method(CallArguments& options) {
+  const describe::Interfaces* const interfaces = options.interfaces.get();
+  Method method{.target = cli::parse_target(interfaces, options.service, true)};
+  if (!method.target.elements.empty()) {
+    if (!options.value.empty()) {
+      throw CLI::ValidationError(
+          "PAYLOAD", fmt::format("{} is the method: expected one argument more", options.service));
+    }
+    options.value = std::exchange(options.method, {});
+  } else if (options.method.empty()) {
+    throw CLI::RequiredError("METHOD");
+  } else if (cli::add_element(interfaces, method.target, "METHOD", options.method).empty()) {
+    method.id = someip::MethodId{cli::parse_id("METHOD", options.method)};
+    return method;
+  }
+  method.element = &method_of(method.target.elements, !options.value.empty());
+  method.id = method.element->id;
+  return method;
+}
+
+std::string names_of_values(const messages::MessageValues& values) {
+  const messages::MessageDefinition& type = values.tree().root();
+  const messages::Words* const words = values.words();
+  if (words != nullptr && !words->argument.empty()) {
+    return words->argument;
+  }
+  std::string names;
+  for (std::size_t at = 0; at < type.fields.size(); ++at) {
+    const auto& own =
+        words == nullptr ? messages::Words::nothing : words->of(values.tree().messages.size() - 1);
+    names += (at == 0 ? "" : ", ") + name_of(own, type, at);
+  }
+  return names;
+}
+
+/// The payload of the request.
+Bytes payload_of(const CallArguments& options, const cli::PayloadOptions& payload) {
+  if (!options.value.empty()) {
+    return payload.parse(options.value);
+  }
+  const auto* const described = payload.described();
+  if (described != nullptr && described->content->values) {
+    throw CLI::ValidationError("PAYLOAD", fmt::format("{} needs values: {}", described->element->name,
+                                                      names_of_values(*described->content->values)));
+  }
+  return {};
+}
+
+/// What the command line leaves to the description.
+void apply_description(CallArguments& options, const Method& method, sd::CallSpec& spec) {
+  if (method.target.described && options.major_option->count() == 0) {
+    options.major = method.target.major;
+  }
+  if (method.element == nullptr) {
+    return;
+  }
+  options.forget = options.forget || method.element->fire_and_forget;
+  if (!options.udp && !options.tcp && method.element->transport == Transport::tcp) {
+    spec.transport = Transport::tcp;
+  }
+  const describe::Content& content = options.interfaces.get()->content(*method.element);
+  if (content.e2e.bytes != 0 && !options.quiet) {
+    cli::Session::warn(method.element->name + " has E2E protection: the request is sent without it");
+  }
+}
+
 int run(CallArguments& options) {
-  const cli::ServiceArgument service = cli::parse_service(options.service, true);
+  options.interfaces.load();
+  const Method method = find_method(options);
+  const cli::ServiceArgument service = method.target.service;
   sd::CallSpec spec{
-      .method = someip::MethodId{cli::parse_id("METHOD", options.method)},
+      .method = method.id,
       .timeout = std::chrono::duration_cast<Duration>(std::chrono::duration<double>{options.timeout_s})};
   if (options.udp || options.tcp) {
     spec.transport = options.tcp ? Transport::tcp : Transport::udp;
   }
+  apply_description(options, method, spec);
   const std::string response = options.payload.take_request_of_service();
-  options.payload.resolve();
-  const cli::PayloadOptions answer =
+  options.payload.resolve(method.element != nullptr);
+  cli::PayloadOptions request = options.payload;
+  cli::PayloadOptions answer =
       options.payload.of_type("--answer-type", options.answer_type.empty() ? response : options.answer_type);
-  Bytes payload = options.value.empty() ? Bytes{} : options.payload.parse(options.value);
+  if (method.element != nullptr) {
+    request = request.of_element(*options.interfaces.get(), *method.element, false);
+    answer = answer.of_element(*options.interfaces.get(), *method.element, true);
+  }
+  Bytes payload = payload_of(options, request);
   const sd::NodeConfig network = options.network.config();
 
   cli::Session session{options.forget ? options.timeout_s : 0};
@@ -119,23 +239,29 @@ void add_call_command(CLI::App& app, int& status) {
       "--type; without PAYLOAD the request is empty. With --type of a service, PKG/SRV/TYPE, they are its\n"
       "request and its response. Uses UDP or TCP, whichever is offered; if both are, TCP for requests that\n"
       "do not fit into a datagram.\n"
+      "With --interfaces, SERVICE.METHOD is a name, and values have the names of the description. A field\n"
+      "is read without PAYLOAD and set with one; Door.label.get and Door.label.set say which.\n"
       "Exit status: 0 when it was answered, or sent with --fire-and-forget; 1 when there was no service, no\n"
       "answer in time, or an answer that is no message of the type; 2 for a wrong command line; 3 when the\n"
       "answer is an error.\n\n"
       "Examples:\n"
+      "  trestle call Door.open '{speed: FAST, opening: 80}' --interfaces Door.fidl Door.fdepl\n"
+      "  trestle call Door.label '\"Push\"' --interfaces Door.fidl Door.fdepl\n"
       "  trestle call 0x1234 0x0001 '00 01 02'\n"
       "  trestle call 0x1234.1 2 --type std_msgs/msg/Float64 --tcp\n"
       "  trestle call 0x1234.1 3 '{data: 21.5}' --type std_msgs/msg/Float64 --answer-type std_msgs/msg/Bool\n"
       "  trestle call 0x1234.1 4 '{data: true}' --type std_srvs/srv/SetBool\n"
       "  trestle call 0x1234 5 @image.bin.hex --fire-and-forget");
   const auto options = std::make_shared<CallArguments>();
-  command->add_option("SERVICE", options->service, "SERVICE or SERVICE.INSTANCE, such as 0x1234.0x0001")
+  command
+      ->add_option("SERVICE", options->service,
+                   "SERVICE or SERVICE.INSTANCE, such as 0x1234.0x0001; with --interfaces Door.open, or Door")
       ->required();
-  command->add_option("METHOD", options->method, "Its id")->required();
+  command->add_option("METHOD", options->method, "Its id or name; not where SERVICE names it");
   command->add_option("PAYLOAD", options->value, "Payload of the request");
   cli::option(*command, "--answer-type", options->answer_type, "PKG/MSG/TYPE",
               "Message type of the answer, if not --type");
-  cli::add_major(*command, options->major);
+  options->major_option = cli::add_major(*command, options->major);
   cli::add_seconds(*command, "--timeout", options->timeout_s,
                    "For finding the service and for the answer, together");
   CLI::Option* udp = command->add_flag("--udp", options->udp, "Call over UDP");
@@ -143,6 +269,7 @@ void add_call_command(CLI::App& app, int& status) {
   command->add_flag("--fire-and-forget", options->forget, "End when the request has been sent");
   cli::add_quiet(*command, options->quiet);
   options->payload.add_to(*command);
+  options->interfaces.add_to(*command, "call and print by their names");
   options->network.add_to(*command);
   command->callback([options, &status] { status = run(*options); });
 }

@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "bridge/cli/exit_status.hpp"
-#include "bridge/cli/options.hpp"
+#include "bridge/cli/interface_options.hpp"
 #include "bridge/cli/session.hpp"
 #include "bridge/inspect/tools/listener.hpp"
 #include "bridge/inspect/tools/sighting_text.hpp"
@@ -19,6 +19,7 @@ constexpr std::size_t max_services = 10'000;
 
 struct FindArguments {
   cli::NetworkOptions network;
+  cli::InterfaceOptions interfaces;
   std::string service;
   double timeout_s = 3;
   std::uint64_t count = 0;
@@ -30,31 +31,38 @@ bool fits(const cli::ServiceArgument& wanted, const traffic::SeenService& servic
          (wanted.instance == someip::any_instance || wanted.instance == service.instance);
 }
 
-int run(const FindArguments& options) {
+int run(FindArguments& options) {
+  options.interfaces.load();
+  const describe::Interfaces* const names = options.interfaces.get();
   cli::ServiceArgument wanted;  // service 0: all
   std::uint64_t count = options.count;
   if (!options.service.empty()) {
-    wanted = cli::parse_service(options.service, true);
+    const cli::Target target = cli::parse_target(names, options.service, true);
+    if (!target.elements.empty()) {
+      throw CLI::ValidationError("SERVICE", fmt::format("'{}' is more than a service", options.service));
+    }
+    wanted = target.service;
     count = count == 0 && wanted.instance != someip::any_instance ? 1 : count;
   }
   const sd::NodeConfig network = options.network.config();
   cli::Session session{options.timeout_s};
   std::uint64_t found = 0;
   traffic::NetworkView view{max_services};
-  Listener listener{session.io, network, [&](ByteView datagram, const Endpoint& from, const Endpoint& to) {
-                      std::vector<traffic::Sighting> sightings;
-                      view.on_datagram(datagram, from, to, sd::now(), sightings);
-                      for (const traffic::Sighting& one : sightings) {
-                        if (one.kind != traffic::Sighting::Kind::offered || !fits(wanted, one.service) ||
-                            (count != 0 && found == count)) {
-                          continue;
-                        }
-                        session.print((options.json ? to_json(one) : describe(one.service)) + "\n");
-                        if (++found == count) {
-                          session.finish();
-                        }
-                      }
-                    }};
+  Listener listener{
+      session.io, network, [&](ByteView datagram, const Endpoint& from, const Endpoint& to) {
+        std::vector<traffic::Sighting> sightings;
+        view.on_datagram(datagram, from, to, sd::now(), sightings);
+        for (const traffic::Sighting& one : sightings) {
+          if (one.kind != traffic::Sighting::Kind::offered || !fits(wanted, one.service) ||
+              (count != 0 && found == count)) {
+            continue;
+          }
+          session.print((options.json ? to_json(one, {}, names) : describe(one.service, names)) + "\n");
+          if (++found == count) {
+            session.finish();
+          }
+        }
+      }};
   if (!options.service.empty()) {
     if (listener.open_for_finding()) {
       // Asks now, and again for servers that were not listening yet.
@@ -81,12 +89,16 @@ void add_find_command(CLI::App& app, int& status) {
       "Examples:\n"
       "  trestle find\n"
       "  trestle find 0x1234\n"
+      "  trestle find Door --interfaces Door.fidl Door.fdepl\n"
       "  trestle find 0x1234.0x0001 --address 192.168.1.10 --timeout 10");
   const auto options = std::make_shared<FindArguments>();
-  command->add_option("SERVICE", options->service, "SERVICE or SERVICE.INSTANCE, such as 0x1234.0x0001");
+  command->add_option(
+      "SERVICE", options->service,
+      "SERVICE or SERVICE.INSTANCE, such as 0x1234.0x0001; with --interfaces Door or Door.0x0001");
   cli::add_seconds(*command, "--timeout", options->timeout_s, "How long to look");
   cli::add_count(*command, options->count, "End when this many are found");
   command->add_flag("--json", options->json, "Print a JSON object for each");
+  options->interfaces.add_to(*command, "find and print by their names");
   options->network.add_to(*command);
   command->callback([options, &status] { status = run(*options); });
 }

@@ -4,69 +4,131 @@
 #include <unistd.h>
 
 #include "bridge/cli/terminal.hpp"
-#include "bridge/inspect/decode/message_json.hpp"
+#include "bridge/inspect/decode/names_json.hpp"
 #include "someip/net/address_text.hpp"
 
 namespace trestle::inspect {
 namespace {
 
 using Form = cli::PayloadOptions::Form;
-using Text = tl::expected<std::string, std::string>;
 
 /// Elements of an array that a terminal shows; as many as `ros2 topic echo`.
 constexpr std::size_t shown_on_terminal = 128;
 
-/// The values; nothing when there is no type, or no payload.
-Text values_text(ByteView payload, const cli::PayloadOptions& options) {
-  if (options.form() == Form::hex || options.values() == nullptr || payload.empty()) {
-    return {};
+/// A payload as the options want it.
+struct Shown {
+  std::string values{};  ///< empty: there is no type, or no payload
+  std::string fault{};
+  std::string e2e{};     ///< hexadecimal digits of the E2E header
+  std::string misfit{};  ///< JSON of where it does not fit its description
+};
+
+/// The content that the description gives it; null: none does, or --type says something else.
+const describe::Content* content_of(const cli::PayloadOptions& options) {
+  const auto* const described = options.described();
+  if (described == nullptr) {
+    return nullptr;
   }
-  return options.values()->print(
-      payload, options.form() == Form::json ? messages::ValueForm::json : messages::ValueForm::yaml,
-      {.longest = cli::is_terminal(STDOUT_FILENO) ? shown_on_terminal : 0});
+  const describe::Content& content = *described->content;
+  return options.values() == nullptr || (content.values && options.values() == &*content.values) ? &content
+                                                                                                 : nullptr;
 }
 
-/// The values or the bytes with their key, as a member of a JSON object.
-std::string json_member(const std::string& values, ByteView payload) {
-  return values.empty() ? fmt::format("\"payload\":\"{}\"", hex_digits(payload))
-                        : fmt::format("\"values\":{}", values);
+Shown shown(ByteView payload, const cli::PayloadOptions& options) {
+  Shown result;
+  const describe::Content* const content = content_of(options);
+  if (options.form() == Form::hex || (payload.empty() && content == nullptr)) {
+    return result;
+  }
+  std::vector<std::byte> without_header;
+  ByteView rest = payload;
+  if (content != nullptr) {
+    if (const auto misfit = misfit_of(*content, payload)) {
+      result.fault = fmt::format("{}: {} at byte {}{}: {}", options.described()->element->name,
+                                 misfit->detail, misfit->offset,
+                                 misfit->field.empty() ? "" : " in " + misfit->field, hex_digits(payload));
+      Json error;
+      error["offset"] = misfit->offset;
+      error["field"] = misfit->field;
+      error["detail"] = misfit->detail;
+      result.misfit = error.dump();
+      return result;
+    }
+    std::vector<std::byte> header;
+    without_header = content->without_header(payload, &header);
+    rest = without_header;
+    result.e2e = hex_digits(header);
+  }
+  if (options.values() == nullptr) {
+    return result;
+  }
+  auto text = options.values()->print(
+      rest, options.form() == Form::json ? messages::ValueForm::json : messages::ValueForm::yaml,
+      {.longest = cli::is_terminal(STDOUT_FILENO) ? shown_on_terminal : 0});
+  (text ? result.values : result.fault) = text ? std::move(*text) : std::move(text.error());
+  return result;
+}
+
+/// The values or the bytes with their key, as members of a JSON object.
+std::string json_members(const Shown& shown, ByteView payload) {
+  const std::string e2e = shown.e2e.empty() ? "" : fmt::format("\"e2e\":\"{}\",", shown.e2e);
+  const std::string error = shown.misfit.empty() ? "" : fmt::format(",\"error\":{}", shown.misfit);
+  return e2e + (shown.values.empty() ? fmt::format("\"payload\":\"{}\"{}", hex_digits(payload), error)
+                                     : fmt::format("\"values\":{}", shown.values));
+}
+
+std::string names_of(const cli::PayloadOptions& options) {
+  const auto* const described = options.described();
+  Json names;
+  if (described != nullptr) {
+    add_names(names, *described->interfaces, *described->element);
+  }
+  return members_text(names);
 }
 
 }  // namespace
 
-Text answer_text(const someip::Message& answer, const cli::PayloadOptions& options) {
+PayloadText answer_text(const someip::Message& answer, const cli::PayloadOptions& options) {
   if (options.form() == Form::hex) {
-    return hex_digits(answer.payload) + "\n";
+    return {hex_digits(answer.payload) + "\n", {}};
   }
   // The payload of an error does not have the type of the answer.
   const bool good = answer.header.return_code == someip::ReturnCode::ok;
-  Text values = good ? values_text(answer.payload, options) : Text{};
-  if (!values || options.form() == Form::yaml) {
-    return values;
+  Shown values = good ? shown(answer.payload, options) : Shown{};
+  if (options.form() == Form::yaml || (!values.fault.empty() && values.misfit.empty())) {
+    return {std::move(values.values), std::move(values.fault)};
   }
   const someip::Header& header = answer.header;
-  return fmt::format("{{\"method\":\"{}\",\"return_code\":{},\"return_code_value\":{},{}}}\n",
-                     hex_id(someip::value(header.method)), return_code_name(header.return_code).dump(),
-                     static_cast<unsigned>(header.return_code), json_member(*values, answer.payload));
+  return {fmt::format("{{\"method\":\"{}\",{}\"return_code\":{},\"return_code_value\":{},{}}}\n",
+                      hex_id(someip::value(header.method)), names_of(options),
+                      return_code_name(header.return_code).dump(), static_cast<unsigned>(header.return_code),
+                      json_members(values, answer.payload)),
+          std::move(values.fault)};
 }
 
-Text message_text(const someip::Message& message, const Endpoint* from, const cli::PayloadOptions& options) {
+PayloadText message_text(const someip::Message& message, const Endpoint* from,
+                         const cli::PayloadOptions& options) {
   const std::string id = hex_id(someip::value(message.header.method));
+  const std::string name = options.described() != nullptr ? options.described()->element->name : id;
   if (options.form() == Form::hex) {
-    return fmt::format("{} {}\n", id, hex_digits(message.payload));
+    return {fmt::format("{} {}\n", name, hex_digits(message.payload)), {}};
   }
-  Text values = values_text(message.payload, options);
-  if (!values) {
-    return values;
+  Shown values = shown(message.payload, options);
+  if (!values.fault.empty() && values.misfit.empty()) {
+    return {{}, std::move(values.fault)};
   }
   const unsigned session = someip::value(message.header.session);
   if (options.form() == Form::yaml) {
-    return fmt::format("# {} session {}\n{}---\n", id, session, *values);
+    if (!values.fault.empty()) {
+      return {{}, std::move(values.fault)};
+    }
+    return {fmt::format("# {} session {}\n{}---\n", name, session, values.values), {}};
   }
   const char* const kind = message.header.type == someip::MessageType::notification ? "event" : "method";
   const std::string source = from == nullptr ? "" : fmt::format("\"src\":\"{}\",", someip::to_string(*from));
-  return fmt::format("{{\"{}\":\"{}\",\"session\":{},{}{}}}\n", kind, id, session, source,
-                     json_member(*values, message.payload));
+  return {fmt::format("{{\"{}\":\"{}\",{}\"session\":{},{}{}}}\n", kind, id, names_of(options), session,
+                      source, json_members(values, message.payload)),
+          std::move(values.fault)};
 }
 
 }  // namespace trestle::inspect

@@ -1,6 +1,5 @@
 #pragma once
 #include <string>
-#include <tl/expected.hpp>
 
 #include "bridge/cli/options.hpp"
 #include "someip/wire/header.hpp"
@@ -8,20 +7,24 @@
 /// Payloads as the options want them; or why one cannot be printed. On a terminal, long arrays are cut.
 namespace trestle::inspect {
 
-/// What a payload says, with its line end.
+/// What is printed of a payload, and what is wrong with it.
+struct PayloadText {
+  std::string text{};   ///< with its line end; may be empty
+  std::string fault{};  ///< why the payload is no message of its type; empty: nothing is wrong
+};
+
+/// What a payload says.
 ///   hex   "0a0b0c"
 ///   yaml  the values; nothing for an empty payload
 ///   json  an object: docs/tools.md lists its fields
-[[nodiscard]] tl::expected<std::string, std::string> answer_text(const someip::Message& answer,
-                                                                 const cli::PayloadOptions& options);
+[[nodiscard]] PayloadText answer_text(const someip::Message& answer, const cli::PayloadOptions& options);
 
 /// A received event or request.
-///   hex   "0x8001 0a0b0c"
+///   hex   "0x8001 0a0b0c", with a description "Door.moved 0a0b0c"
 ///   yaml  a comment that names event and session, the values, and "---"
 ///   json  an object: docs/tools.md lists its fields
 /// @param from  its sender; null: unknown.
-[[nodiscard]] tl::expected<std::string, std::string> message_text(const someip::Message& message,
-                                                                  const Endpoint* from,
-                                                                  const cli::PayloadOptions& options);
+[[nodiscard]] PayloadText message_text(const someip::Message& message, const Endpoint* from,
+                                       const cli::PayloadOptions& options);
 
 }  // namespace trestle::inspect

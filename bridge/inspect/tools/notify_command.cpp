@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 #include <utility>
 
@@ -12,20 +13,72 @@ namespace trestle::inspect {
 namespace {
 
 struct NotifyArguments : ServiceArguments {
-  std::string eventgroup;
+  std::string eventgroup;  ///< by names the payload
   std::string event;
   std::string value;
   double rate_hz = 1;
   std::uint64_t count = 0;
 };
 
+struct Event {
+  someip::MethodId id{};
+  const describe::ServiceElement* element = nullptr;  ///< null: no description knows it
+  std::vector<someip::EventgroupId> eventgroups{};
+};
+
+/// Reads SERVICE EVENTGROUP EVENT PAYLOAD by ids, SERVICE.EVENT PAYLOAD by names.
+Event find_event(NotifyArguments& options, cli::Target& target) {
+  const describe::Interfaces* const interfaces = options.interfaces.get();
+  if (target.elements.empty()) {
+    if (options.event.empty() || options.value.empty()) {
+      throw CLI::RequiredError(options.event.empty() ? "EVENT" : "PAYLOAD");
+    }
+    Event event{.id = someip::MethodId{cli::parse_id("EVENT", options.event)},
+                .eventgroups = {someip::EventgroupId{cli::parse_id("EVENTGROUP", options.eventgroup)}}};
+    const describe::ServiceElement* const known =
+        interfaces == nullptr ? nullptr : interfaces->element(target.service.service, target.major, event.id);
+    event.element = known != nullptr && known->is_event() ? known : nullptr;
+    return event;
+  }
+  if (options.eventgroup.empty()) {
+    throw CLI::RequiredError("PAYLOAD");
+  }
+  if (!options.event.empty()) {
+    throw CLI::ValidationError("PAYLOAD",
+                               fmt::format("{} is the event: expected one argument more", options.service));
+  }
+  options.value = std::exchange(options.eventgroup, {});
+  const auto at = std::ranges::find_if(target.elements,
+                                       [](const describe::ServiceElement* one) { return one->is_event(); });
+  if (at == target.elements.end()) {
+    const describe::ServiceElement& first = *target.elements.front();
+    throw CLI::ValidationError("EVENT", first.is_field()
+                                            ? fmt::format("{} has no notifier", first.member_name)
+                                            : fmt::format("{} is a method: see trestle offer", first.name));
+  }
+  if ((*at)->eventgroups.empty()) {
+    throw CLI::ValidationError("EVENT", fmt::format("{} is in no eventgroup", (*at)->name));
+  }
+  return {.id = (*at)->id, .element = *at, .eventgroups = (*at)->eventgroups};
+}
+
 int run(NotifyArguments& options) {
-  sd::ServiceSpec spec = options.spec();
-  const someip::MethodId event{cli::parse_id("EVENT", options.event)};
-  spec.eventgroups.push_back(
-      {.id = someip::EventgroupId{cli::parse_id("EVENTGROUP", options.eventgroup)}, .events = {event}});
-  options.payload.resolve();
-  const auto payload = std::make_shared<const std::vector<std::byte>>(options.payload.parse(options.value));
+  cli::Target target = options.find_service();
+  const Event found = find_event(options, target);
+  const someip::MethodId event = found.id;
+  sd::ServiceSpec spec = options.spec(target);
+  for (const someip::EventgroupId eventgroup : found.eventgroups) {
+    spec.eventgroups.push_back({.id = eventgroup, .events = {event}});
+  }
+  cli::PayloadOptions described = options.payload;
+  if (found.element != nullptr) {
+    options.send_over_tcp({found.element}, spec);
+    described = described.of_element(*options.interfaces.get(), *found.element, false);
+    if (described.described()->content->e2e.bytes != 0 && !options.quiet) {
+      cli::Session::warn(found.element->name + " has E2E protection: the event is sent without it");
+    }
+  }
+  const auto payload = std::make_shared<const std::vector<std::byte>>(described.parse(options.value));
   const sd::NodeConfig network = options.network.config();
 
   cli::Session session{options.timeout_s};
@@ -61,16 +114,21 @@ void add_notify_command(CLI::App& app, int& status) {
   command->footer(
       "Offers the service, waits for subscribers, and sends them the event repeatedly until Ctrl-C, --count\n"
       "or --timeout. PAYLOAD is text, @FILE or @- (standard input): hexadecimal, or values with --type.\n"
+      "With --interfaces, one name stands in place of the three ids: SERVICE.EVENT PAYLOAD.\n"
       "Exit status: 0; 1 when nothing, or less than --count, was sent; 2 for a wrong command line.\n\n"
       "Examples:\n"
+      "  trestle notify Door.moved '{opening: 50, speed: SLOW}' --interfaces Door.fidl Door.fdepl\n"
       "  trestle notify 0x1234.0x0001 0x0001 0x8001 '00 01 02'\n"
       "  trestle notify 0x1234.1 1 0x8001 '{x: 1.5, y: -2}' --type geometry_msgs/msg/Point --rate 10\n"
       "  trestle notify 0x1234.1 1 0x8001 @scan.yaml --type sensor_msgs/msg/LaserScan --count 1");
   const auto options = std::make_shared<NotifyArguments>();
-  command->add_option("SERVICE.INSTANCE", options->service, "Such as 0x1234.0x0001")->required();
-  command->add_option("EVENTGROUP", options->eventgroup, "Its id")->required();
-  command->add_option("EVENT", options->event, "Id of the event")->required();
-  command->add_option("PAYLOAD", options->value, "Payload of the event")->required();
+  command
+      ->add_option("SERVICE.INSTANCE", options->service,
+                   "Such as 0x1234.0x0001; with --interfaces Door.moved, and then PAYLOAD")
+      ->required();
+  command->add_option("EVENTGROUP", options->eventgroup, "Its id");
+  command->add_option("EVENT", options->event, "Id of the event");
+  command->add_option("PAYLOAD", options->value, "Payload of the event");
   cli::option(*command, "--rate", options->rate_hz, "HZ", "Events a second",
               cli::number_between(0.001, 10'000));
   cli::add_count(*command, options->count, "End after this many events");

@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "bridge/cli/exit_status.hpp"
@@ -74,38 +76,54 @@ Field parse_field(const std::string& ids) {
   return field;
 }
 
+/// "Door.label" or "label" and not "1" or "-/2/3".
+bool is_name(const std::string& text) {
+  return !text.empty() && text.front() != '-' && (text.front() < '0' || text.front() > '9');
+}
+
 /// The service to offer. Its handlers print the requests.
 class Service {
  public:
-  explicit Service(OfferArguments& options) : options_{options}, spec_{options.spec()} {
-    options_.payload.resolve();
+  explicit Service(OfferArguments& options) : options_{options}, target_{options.find_service()} {
+    if (!target_.elements.empty()) {
+      throw CLI::ValidationError("SERVICE.INSTANCE",
+                                 fmt::format("'{}' is more than a service", options_.service));
+    }
+    spec_ = options.spec(target_);
     const cli::PayloadOptions answers = options_.payload.of_type("--answer-type", options_.answer_type);
     for (const std::string& text : options_.methods) {
+      if (is_name(text)) {
+        const auto [name, value] = split(text, '=');
+        add_described_method(element("--method", name, describe::ServiceElement::Part::method), value,
+                             ReturnCode::ok);
+        continue;
+      }
       const Definition method = parse_definition(text);
       // A method with its own type also answers with that type, unless it names another one.
       const cli::PayloadOptions& usual = method.type.empty() ? answers : options_.payload;
       const std::string& type = method.answer_type.empty() ? method.type : method.answer_type;
-      add_method(cli::parse_id("--method", method.ids), method.type,
-                 method.value ? usual.of_type("--method", type).parse(*method.value) : Bytes{},
-                 ReturnCode::ok);
+      add_method(
+          MethodId{cli::parse_id("--method", method.ids)}, options_.payload.of_type("--method", method.type),
+          method.value ? usual.of_type("--method", type).parse(*method.value) : Bytes{}, ReturnCode::ok);
     }
     for (const std::string& text : options_.errors) {
-      const auto [id, value] = split(text, '=');
-      const auto format = documents::id_number(0x01, 0x5e);
-      const auto code = format.read(value.value_or(""));
-      if (!code) {
-        throw CLI::ValidationError(
-            "--error", fmt::format("expected METHOD=CODE, the code {}, found '{}'", format.expected, text));
-      }
-      add_method(cli::parse_id("--error", id), "", {}, ReturnCode{static_cast<std::uint8_t>(*code)});
+      add_error(text);
     }
     for (const std::string& text : options_.fields) {
-      add_field(parse_definition(text));
+      if (is_name(text)) {
+        const auto [name, value] = split(text, '=');
+        add_described_field(element("--field", name, std::nullopt), value);
+        continue;
+      }
+      const Definition definition = parse_definition(text);
+      add_field(parse_field(definition.ids), definition.value,
+                options_.payload.of_type("--field", definition.type));
     }
     for (const std::string& id : options_.eventgroups) {
       spec_.eventgroups.push_back(
           {.id = someip::EventgroupId{cli::parse_id("--eventgroup", id)}, .events = notifiers_});
     }
+    add_rest_of_description();
     if (spec_.eventgroups.empty() && !notifiers_.empty()) {
       spec_.eventgroups.push_back({.id = someip::EventgroupId{1}, .events = notifiers_});
     }
@@ -126,18 +144,146 @@ class Service {
  private:
   /// @return false if it is no message of the type.
   bool print(const someip::Message& request, const Endpoint& from, const cli::PayloadOptions& payload) {
-    const auto text = message_text(request, &from, payload);
-    if (!text) {
-      cli::Session::warn(text.error());
+    const PayloadText text = message_text(request, &from, payload);
+    session_->print(text.text);
+    if (!text.fault.empty()) {
+      cli::Session::warn(text.fault);
       return false;
     }
-    session_->print(*text);
     return true;
   }
 
-  void add_method(std::uint16_t id, const std::string& type, Bytes answer, ReturnCode code) {
-    const auto handler = [this, code, payload = options_.payload.of_type("--method", type),
-                          answer = std::make_shared<const Bytes>(std::move(answer))](
+  using Part = describe::ServiceElement::Part;
+
+  [[nodiscard]] const describe::Interfaces& interfaces() const { return *options_.interfaces.get(); }
+
+  /// An element of the description, or of a field any part.
+  const describe::ServiceElement& element(const char* option, const std::string& name,
+                                          std::optional<Part> part) {
+    if (!target_.described) {
+      throw CLI::ValidationError(
+          option, fmt::format("'{}' is no id; names need --interfaces that describe the service", name));
+    }
+    for (const describe::ServiceElement* one : cli::add_element(&interfaces(), target_, option, name)) {
+      if (part ? one->part == *part : one->is_field()) {
+        return *one;
+      }
+    }
+    throw CLI::ValidationError(option, fmt::format("{} is no {}", name, part ? "method" : "field"));
+  }
+
+  /// The payload that has the value of each default, where there can be one.
+  static std::optional<Bytes> usual(const cli::PayloadOptions& payload) {
+    if (payload.described()->content->is_empty) {
+      return Bytes{};
+    }
+    if (payload.values() == nullptr) {
+      return std::nullopt;
+    }
+    auto bytes = payload.values()->parse("{}", messages::ValueForm::json);
+    return bytes ? std::optional{std::move(*bytes)} : std::nullopt;
+  }
+
+  /// METHOD=CODE
+  void add_error(const std::string& text) {
+    const auto [id, value] = split(text, '=');
+    const auto format = documents::id_number(0x01, 0x5e);
+    const auto code = format.read(value.value_or(""));
+    if (!code) {
+      throw CLI::ValidationError(
+          "--error", fmt::format("expected METHOD=CODE, the code {}, found '{}'", format.expected, text));
+    }
+    const ReturnCode answer{static_cast<std::uint8_t>(*code)};
+    if (is_name(id)) {
+      add_described_method(element("--error", id, Part::method), std::nullopt, answer);
+    } else {
+      add_method(MethodId{cli::parse_id("--error", id)}, options_.payload.of_type("--method", ""), {},
+                 answer);
+    }
+  }
+
+  void add_described_method(const describe::ServiceElement& method, const std::optional<std::string>& value,
+                            ReturnCode code) {
+    described_.insert(&method);
+    std::optional<Bytes> answer{std::in_place};
+    if (code == ReturnCode::ok && !method.fire_and_forget) {
+      const cli::PayloadOptions answers = options_.payload.of_element(interfaces(), method, true);
+      answer = value ? answers.parse(*value) : usual(answers);
+    }
+    // What has no usual value, such as a union, is not answered with one.
+    add_method(method.id, options_.payload.of_element(interfaces(), method, false), answer.value_or(Bytes{}),
+               answer ? code : ReturnCode::not_ok);
+  }
+
+  void add_described_field(const describe::ServiceElement& any, const std::optional<std::string>& value) {
+    Field field;
+    std::optional<cli::PayloadOptions> payload;
+    for (const describe::ServiceElement* const part : interfaces().elements_of(*target_.described)) {
+      if (!part->is_field() || part->member != any.member) {
+        continue;
+      }
+      described_.insert(part);
+      switch (part->part) {
+        case Part::getter:
+          field.getter = part->id;
+          break;
+        case Part::setter:
+          field.setter = part->id;
+          break;
+        default:
+          field.notifier = part->id;
+          add_to_eventgroups(*part);
+          break;
+      }
+      // What a getter answers is what the others carry.
+      payload = options_.payload.of_element(interfaces(), *part, part->part == Part::getter);
+    }
+    const std::optional<Bytes> start = value ? std::optional{payload->parse(*value)} : usual(*payload);
+    if (start) {
+      field.value = std::make_shared<const Bytes>(*start);
+    }
+    add_field(std::move(field), std::nullopt, *payload);
+  }
+
+  void add_to_eventgroups(const describe::ServiceElement& event) {
+    if (!options_.eventgroups.empty()) {
+      return;  // the command line says which there are
+    }
+    for (const someip::EventgroupId id : event.eventgroups) {
+      const auto known = std::ranges::find(spec_.eventgroups, id, &sd::EventgroupSpec::id);
+      sd::EventgroupSpec& group =
+          known != spec_.eventgroups.end() ? *known : spec_.eventgroups.emplace_back();
+      group.id = id;
+      group.events.push_back(event.id);
+    }
+    options_.send_over_tcp({&event}, spec_);
+  }
+
+  /// Methods and fields that the command line does not name, and all events.
+  void add_rest_of_description() {
+    if (!target_.described) {
+      return;
+    }
+    std::set<MethodId> taken;
+    for (const sd::MethodSpec& method : spec_.methods) {
+      taken.insert(method.id);
+    }
+    for (const describe::ServiceElement* const one : interfaces().elements_of(*target_.described)) {
+      if (described_.contains(one) || taken.contains(one->id)) {
+        continue;
+      }
+      if (one->part == Part::method) {
+        add_described_method(*one, std::nullopt, ReturnCode::ok);
+      } else if (one->part == Part::event) {
+        add_to_eventgroups(*one);
+      } else {
+        add_described_field(*one, std::nullopt);
+      }
+    }
+  }
+
+  void add_method(MethodId id, const cli::PayloadOptions& payload, Bytes answer, ReturnCode code) {
+    const auto handler = [this, code, payload, answer = std::make_shared<const Bytes>(std::move(answer))](
                              const someip::Message& request, sd::Responder responder) {
       if (!print(request, responder.caller(), payload)) {
         responder.error(ReturnCode::malformed_message);
@@ -147,16 +293,21 @@ class Service {
         respond(responder, answer);
       }
     };
-    spec_.methods.push_back({.id = MethodId{id}, .handler = handler, .kind = someip::MethodKind::either});
+    spec_.methods.push_back({.id = id, .handler = handler, .kind = someip::MethodKind::either});
   }
 
   /// Getter and setter are our own methods, so that their requests can be printed. The notifier is a field of
   /// the Node, which sends the value to new subscribers.
-  void add_field(const Definition& definition) {
-    const auto field = std::make_shared<Field>(parse_field(definition.ids));
-    const cli::PayloadOptions payload = options_.payload.of_type("--field", definition.type);
-    if (definition.value) {
-      field->value = std::make_shared<const Bytes>(payload.parse(*definition.value));
+  void add_field(Field ids, const std::optional<std::string>& value, const cli::PayloadOptions& payload) {
+    const auto field = std::make_shared<Field>(std::move(ids));
+    const auto of_part = [&](const std::optional<MethodId>& id) {
+      const auto* const described = payload.described();
+      const describe::ServiceElement* const part =
+          described == nullptr || !id ? nullptr : interfaces().element(spec_.service, spec_.major, *id);
+      return part == nullptr ? payload : options_.payload.of_element(interfaces(), *part, false);
+    };
+    if (value) {
+      field->value = std::make_shared<const Bytes>(payload.parse(*value));
     }
     if (field->notifier) {
       notifiers_.push_back(*field->notifier);
@@ -164,31 +315,32 @@ class Service {
           {.notifier = field->notifier, .value = field->value ? std::optional{*field->value} : std::nullopt});
     }
     if (field->getter) {
-      spec_.methods.push_back(
-          {.id = *field->getter,
-           .handler = [this, field, payload](const someip::Message& request, sd::Responder responder) {
-             print(request, responder.caller(), payload);
-             if (field->value) {
-               respond(responder, field->value);
-             } else {
-               responder.error(ReturnCode::not_ok);
-             }
-           }});
+      spec_.methods.push_back({.id = *field->getter,
+                               .handler = [this, field, payload = of_part(field->getter)](
+                                              const someip::Message& request, sd::Responder responder) {
+                                 print(request, responder.caller(), payload);
+                                 if (field->value) {
+                                   respond(responder, field->value);
+                                 } else {
+                                   responder.error(ReturnCode::not_ok);
+                                 }
+                               }});
     }
     if (field->setter) {
-      spec_.methods.push_back(
-          {.id = *field->setter,
-           .handler = [this, field, payload](const someip::Message& request, sd::Responder responder) {
-             if (!print(request, responder.caller(), payload)) {
-               responder.error(ReturnCode::malformed_message);
-               return;
-             }
-             field->value = std::make_shared<const Bytes>(request.payload.begin(), request.payload.end());
-             respond(responder, field->value);
-             if (field->notifier) {
-               node_->set_field(offer_, *field->notifier, *field->value);
-             }
-           }});
+      spec_.methods.push_back({.id = *field->setter,
+                               .handler = [this, field, payload = of_part(field->setter)](
+                                              const someip::Message& request, sd::Responder responder) {
+                                 if (!print(request, responder.caller(), payload)) {
+                                   responder.error(ReturnCode::malformed_message);
+                                   return;
+                                 }
+                                 field->value = std::make_shared<const Bytes>(request.payload.begin(),
+                                                                              request.payload.end());
+                                 respond(responder, field->value);
+                                 if (field->notifier) {
+                                   node_->set_field(offer_, *field->notifier, *field->value);
+                                 }
+                               }});
     }
   }
 
@@ -198,7 +350,9 @@ class Service {
   }
 
   OfferArguments& options_;
+  cli::Target target_;
   sd::ServiceSpec spec_;
+  std::set<const describe::ServiceElement*> described_;  ///< those that the command line names
   std::vector<MethodId> notifiers_;
   // While it is offered:
   cli::Session* session_ = nullptr;
@@ -216,15 +370,19 @@ void add_offer_command(CLI::App& app, int& status) {
       "are text, @FILE or @-: hexadecimal, or values with a type. With a type, requests that are no message\n"
       "of it are answered with E_MALFORMED_MESSAGE. TYPE and ANSWER_TYPE replace --type and --answer-type\n"
       "for one method or field. To send events that belong to no field, use 'trestle notify'.\n"
+      "With --interfaces the whole service is offered, at the port of the description: methods answer with\n"
+      "zeros and fields begin so, unless --method, --error and --field say otherwise by name.\n"
       "Exit status: 0; 1 when the port is taken; 2 for a wrong command line.\n\n"
       "Examples:\n"
+      "  trestle offer Door --method 'open={done: true}' --field 'label=\"Push\"' --interfaces door/\n"
       "  trestle offer 0x1234.0x0001\n"
       "  trestle offer 0x1234.1 --method '1=00 01' --method 2 --error 3=0x21 --tcp --udp\n"
       "  trestle offer 0x1234.1 --method '1:std_msgs/msg/String:std_msgs/msg/Bool={data: true}' --method 2\n"
       "  trestle offer 0x1234.1 --field '0x10/0x11/0x8010={data: 21.5}' --type std_msgs/msg/Float64\n"
       "  trestle offer 0x1234.1 --eventgroup 1 --eventgroup 2 --major 2");
   const auto options = std::make_shared<OfferArguments>();
-  command->add_option("SERVICE.INSTANCE", options->service, "Such as 0x1234.0x0001")->required();
+  command->add_option("SERVICE.INSTANCE", options->service, "Such as 0x1234.0x0001; with --interfaces Door")
+      ->required();
   const auto repeatable = [&](const char* name, std::vector<std::string>& values, const char* form,
                               const char* what) {
     command->add_option(name, values, std::string{what} + " (may be repeated)")

@@ -66,35 +66,57 @@ std::string lifetime_text(const Seen& seen, TimePoint now) {
                      seen.ttl_s);
 }
 
+/// As wide as the widest of its texts, and at least `least`.
+template <typename Rows, typename Text>
+std::size_t width_of(std::size_t least, const Rows& rows, Text text) {
+  for (const auto& [key, one] : rows) {
+    least = std::max(least, text(one).size());
+  }
+  return least;
+}
+
 Table services_table(const Picture& picture, const cli::Colours& colours) {
-  constexpr const char* row = "{:<16}  {:<10}  {:<15}  {:>7}  {:<12}  {}";
-  Table table{{colours.dim,
-               fmt::format(row, "SERVICE.INSTANCE", "VERSION", "OFFERED BY", "FOR", "LIFETIME", "ENDPOINTS")},
+  constexpr const char* row = "{:<{}}  {:<10}  {:<15}  {:>7}  {:<12}  {}";
+  const auto& services = picture.seen.network().services();
+  const auto name = [&](const traffic::SeenService& one) {
+    return service_text(one.service, one.instance, one.major, picture.names);
+  };
+  const std::size_t width = width_of(16, services, name);
+  Table table{{colours.dim, fmt::format(row, "SERVICE.INSTANCE", width, "VERSION", "OFFERED BY", "FOR",
+                                        "LIFETIME", "ENDPOINTS")},
               {}};
-  for (const auto& [key, one] : picture.seen.network().services()) {
-    table.rows.push_back(
-        {one.gone ? colours.red : "",
-         fmt::format(row, sd::to_string(one.service, one.instance),
-                     fmt::format("{}.{}", one.major, one.minor), someip::to_string(one.peer.address),
-                     age_text(one.gone.value_or(picture.now) - one.first_seen),
-                     lifetime_text(one, picture.now), endpoints(one.udp, one.tcp))});
+  for (const auto& [key, one] : services) {
+    table.rows.push_back({one.gone ? colours.red : "",
+                          fmt::format(row, name(one), width, fmt::format("{}.{}", one.major, one.minor),
+                                      someip::to_string(one.peer.address),
+                                      age_text(one.gone.value_or(picture.now) - one.first_seen),
+                                      lifetime_text(one, picture.now), endpoints(one.udp, one.tcp))});
   }
   return table;
 }
 
 Table subscriptions_table(const Picture& picture, const cli::Colours& colours) {
   using State = traffic::SeenSubscription::State;
-  constexpr const char* row = "{:<16}  {:<10}  {:<15}  {:<12}  {:>7}  {:<12}  {}";
-  Table table{{colours.dim, fmt::format(row, "SERVICE.INSTANCE", "EVENTGROUP", "SUBSCRIBER", "STATE", "FOR",
-                                        "LIFETIME", "EVENTS GO TO")},
+  constexpr const char* row = "{:<{}}  {:<{}}  {:<15}  {:<12}  {:>7}  {:<12}  {}";
+  const auto& subscriptions = picture.seen.network().subscriptions();
+  const auto name = [&](const traffic::SeenSubscription& one) {
+    return service_text(one.service, one.instance, one.major, picture.names);
+  };
+  const auto group = [&](const traffic::SeenSubscription& one) {
+    return eventgroup_text(one.service, one.eventgroup, picture.names);
+  };
+  const std::size_t width = width_of(16, subscriptions, name);
+  const std::size_t group_width = width_of(10, subscriptions, group);
+  Table table{{colours.dim, fmt::format(row, "SERVICE.INSTANCE", width, "EVENTGROUP", group_width,
+                                        "SUBSCRIBER", "STATE", "FOR", "LIFETIME", "EVENTS GO TO")},
               {}};
-  for (const auto& [key, one] : picture.seen.network().subscriptions()) {
+  for (const auto& [key, one] : subscriptions) {
     const bool bad = one.gone || one.state == State::refused;
     table.rows.push_back(
         {bad                         ? colours.red
          : one.state == State::asked ? colours.yellow
                                      : "",
-         fmt::format(row, sd::to_string(one.service, one.instance), sd::hexadecimal(value(one.eventgroup)),
+         fmt::format(row, name(one), width, group(one), group_width,
                      someip::to_string(one.subscriber.address), to_string(one.state),
                      age_text(one.gone.value_or(picture.now) - one.first_seen),
                      lifetime_text(one, picture.now), endpoints(one.udp, one.tcp, one.multicast))});
@@ -121,23 +143,23 @@ std::string server_of(const SeenTraffic& row) {
   return fmt::format("{} {}", row.transport == Transport::tcp ? "tcp" : "udp", someip::to_string(row.server));
 }
 
-std::string name_of(const SeenTraffic& row) {
-  return fmt::format("{} {}", row.event ? "event" : "method", sd::hexadecimal(value(row.method)));
-}
-
 Table traffic_table(const Picture& picture, const cli::Colours& colours) {
-  constexpr const char* row = "{:<16}  {:<13}  {:>10}  {:>9}  {:>8}  {:<16}  {}";
-  Table table{{colours.dim, fmt::format(row, "SERVICE.INSTANCE", "TRAFFIC", "PER SECOND", "BYTES/S", "IN ALL",
-                                        "NOTES", "SERVER")},
+  constexpr const char* row = "{:<{}}  {:<{}}  {:>10}  {:>9}  {:>8}  {:<16}  {}";
+  const auto& traffic = picture.seen.traffic().rows();
+  const InstanceNames names{picture.seen.network(), picture.names};
+  const std::size_t width = width_of(16, traffic, [&](const SeenTraffic& one) { return names.of(one); });
+  const std::size_t what_width =
+      width_of(13, traffic, [&](const SeenTraffic& one) { return names.traffic_of(one); });
+  Table table{{colours.dim, fmt::format(row, "SERVICE.INSTANCE", width, "TRAFFIC", what_width, "PER SECOND",
+                                        "BYTES/S", "IN ALL", "NOTES", "SERVER")},
               {}};
-  const InstanceNames names{picture.seen.network()};
-  for (const auto& [key, one] : picture.seen.traffic().rows()) {
+  for (const auto& [key, one] : traffic) {
     const Rate rate = picture.live ? one.recent.per_second(picture.now) : one.mean();
-    table.rows.push_back(
-        {one.skipped > 0 || one.errors > 0 ? colours.yellow : "",
-         fmt::format(row, names.of(one), name_of(one), rate.messages > 0 ? number_text(rate.messages) : "-",
-                     rate.bytes > 0 ? size_text(rate.bytes) : "-", one.messages, remarks(one),
-                     server_of(one))});
+    table.rows.push_back({one.skipped > 0 || one.errors > 0 ? colours.yellow : "",
+                          fmt::format(row, names.of(one), width, names.traffic_of(one), what_width,
+                                      rate.messages > 0 ? number_text(rate.messages) : "-",
+                                      rate.bytes > 0 ? size_text(rate.bytes) : "-", one.messages,
+                                      remarks(one), server_of(one))});
   }
   return table;
 }
@@ -238,7 +260,7 @@ std::string text_of(const Picture& picture, const cli::Colours& colours) {
 
 std::string describe(const SeenTraffic& row, const InstanceNames& names, const Rate& rate) {
   const std::string more = remarks(row);
-  return fmt::format("{:<12}  {}  {}  {} /s  {}/s  {}{}{}", "traffic", names.of(row), name_of(row),
+  return fmt::format("{:<12}  {}  {}  {} /s  {}/s  {}{}{}", "traffic", names.of(row), names.traffic_of(row),
                      number_text(rate.messages), size_text(rate.bytes), server_of(row),
                      more.empty() ? "" : "  ", more);
 }
@@ -249,6 +271,7 @@ void add_traffic(Json& object, const SeenTraffic& row, const InstanceNames& name
     object["instance"] = sd::hexadecimal(value(*instance));
   }
   object[row.event ? "event" : "method"] = sd::hexadecimal(value(row.method));
+  names.add_names(object, row);
   object["server"] = someip::to_string(row.server);
   object["transport"] = row.transport == Transport::tcp ? "tcp" : "udp";
   object["messages_per_second"] = rounded(rate.messages);
@@ -276,7 +299,7 @@ std::string json_of(const Picture& picture) {
   Json& services = object["services"] = Json::array();
   for (const auto& [key, one] : network.services()) {
     Json& row = services.emplace_back();
-    add_service(row, one);
+    add_service(row, one, picture.names);
     row["since"] = time_text(one.first_seen);
     row["gone"] = one.gone.has_value();
   }
@@ -284,12 +307,12 @@ std::string json_of(const Picture& picture) {
     Json& subscriptions = object["subscriptions"] = Json::array();
     for (const auto& [key, one] : network.subscriptions()) {
       Json& row = subscriptions.emplace_back();
-      add_subscription(row, one);
+      add_subscription(row, one, picture.names);
       row["state"] = to_string(one.state);
       row["since"] = time_text(one.first_seen);
       row["gone"] = one.gone.has_value();
     }
-    const InstanceNames names{network};
+    const InstanceNames names{network, picture.names};
     Json& traffic = object["traffic"] = Json::array();
     for (const auto& [key, one] : picture.seen.traffic().rows()) {
       add_traffic(traffic.emplace_back(), one, names, one.mean());

@@ -14,9 +14,10 @@ struct Picture {
   std::string where;  ///< for the title: the interface, or the file
   TimePoint since{};
   TimePoint now{};
-  bool live = false;          ///< rates are those of the last seconds, not of all the time
-  bool traffic = true;        ///< frames are seen, not only what discovery sends to all
-  std::uint64_t dropped = 0;  ///< frames that came too fast
+  bool live = false;                            ///< rates are those of the last seconds, not of all the time
+  bool traffic = true;                          ///< frames are seen, not only what discovery sends to all
+  std::uint64_t dropped = 0;                    ///< frames that came too fast
+  const describe::Interfaces* names = nullptr;  ///< null: everything is shown by its ids
 };
 
 /// The whole screen, with the escape sequences that put it over the one before.

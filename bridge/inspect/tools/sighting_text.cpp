@@ -3,6 +3,7 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include "bridge/inspect/decode/names_json.hpp"
 #include "sd/net/discovery_text.hpp"
 #include "someip/net/address_text.hpp"
 
@@ -41,10 +42,12 @@ void add_endpoints(nlohmann::ordered_json& object, const Seen& seen) {
 }
 
 /// A subscription, after what happened to it.
-std::string describe(traffic::Sighting::Kind kind, const traffic::SeenSubscription& one) {
+std::string describe(traffic::Sighting::Kind kind, const traffic::SeenSubscription& one,
+                     const describe::Interfaces* names) {
   std::string text =
       fmt::format("{:<12}  {}  eventgroup {}  by {}  at {}", to_string(kind),
-                  sd::to_string(one.service, one.instance), sd::hexadecimal(someip::value(one.eventgroup)),
+                  service_text(one.service, one.instance, one.major, names),
+                  eventgroup_text(one.service, one.eventgroup, names),
                   someip::to_string(one.subscriber.address), someip::to_string(one.server.address));
   if (kind == traffic::Sighting::Kind::subscribed) {
     text += endpoints_of(one) + "  " + lifetime(one);
@@ -56,6 +59,21 @@ std::string describe(traffic::Sighting::Kind kind, const traffic::SeenSubscripti
 }
 
 }  // namespace
+
+std::string service_text(someip::ServiceId service, someip::InstanceId instance, std::uint8_t major,
+                         const describe::Interfaces* names) {
+  if (names == nullptr || names->service(service) == nullptr) {
+    return sd::to_string(service, instance);
+  }
+  return names->name_of(service, major) + "." +
+         (instance == someip::any_instance ? "*" : sd::hexadecimal(someip::value(instance)));
+}
+
+std::string eventgroup_text(someip::ServiceId service, someip::EventgroupId eventgroup,
+                            const describe::Interfaces* names) {
+  const std::string name = names == nullptr ? "" : names->eventgroup_name(service, eventgroup);
+  return name.empty() ? sd::hexadecimal(someip::value(eventgroup)) : name;
+}
 
 std::string time_text(TimePoint time) {
   const auto since_1970 = std::chrono::floor<std::chrono::milliseconds>(time.time_since_epoch());
@@ -79,26 +97,31 @@ std::string endpoints(const std::optional<Endpoint>& udp, const std::optional<En
   return text;
 }
 
-std::string describe(const traffic::SeenService& service) {
-  return sd::to_string(service.service, service.instance) + "  " + version(service) + endpoints_of(service) +
-         "  " + by(service) + "  " + lifetime(service);
+std::string describe(const traffic::SeenService& service, const describe::Interfaces* names) {
+  return service_text(service.service, service.instance, service.major, names) + "  " + version(service) +
+         endpoints_of(service) + "  " + by(service) + "  " + lifetime(service);
 }
 
-std::string describe(const traffic::Sighting& sighting) {
+std::string describe(const traffic::Sighting& sighting, const describe::Interfaces* names) {
   if (sighting.subscription) {
-    return describe(sighting.kind, *sighting.subscription);
+    return describe(sighting.kind, *sighting.subscription, names);
   }
   const traffic::SeenService& service = sighting.service;
   if (sighting.kind == traffic::Sighting::Kind::offered ||
       sighting.kind == traffic::Sighting::Kind::changed) {
-    return fmt::format("{:<12}  {}", to_string(sighting.kind), describe(service));
+    return fmt::format("{:<12}  {}", to_string(sighting.kind), describe(service, names));
   }
   return fmt::format("{:<12}  {}  {}  {}", to_string(sighting.kind),
-                     sd::to_string(service.service, service.instance), version(service), by(service));
+                     service_text(service.service, service.instance, service.major, names), version(service),
+                     by(service));
 }
 
-void add_service(nlohmann::ordered_json& object, const traffic::SeenService& service) {
+void add_service(nlohmann::ordered_json& object, const traffic::SeenService& service,
+                 const describe::Interfaces* names) {
   object["service"] = sd::hexadecimal(someip::value(service.service));
+  if (names != nullptr && names->service(service.service) != nullptr) {
+    object["service_name"] = names->name_of(service.service, service.major);
+  }
   object["instance"] = sd::hexadecimal(someip::value(service.instance));
   object["major_version"] = service.major;
   object["minor_version"] = service.minor;
@@ -107,11 +130,19 @@ void add_service(nlohmann::ordered_json& object, const traffic::SeenService& ser
   object["ttl"] = service.ttl_s;
 }
 
-void add_subscription(nlohmann::ordered_json& object, const traffic::SeenSubscription& one) {
+void add_subscription(nlohmann::ordered_json& object, const traffic::SeenSubscription& one,
+                      const describe::Interfaces* names) {
   object["service"] = sd::hexadecimal(someip::value(one.service));
+  if (names != nullptr && names->service(one.service) != nullptr) {
+    object["service_name"] = names->name_of(one.service, one.major);
+  }
   object["instance"] = sd::hexadecimal(someip::value(one.instance));
   object["major_version"] = one.major;
   object["eventgroup"] = sd::hexadecimal(someip::value(one.eventgroup));
+  const std::string group = names == nullptr ? "" : names->eventgroup_name(one.service, one.eventgroup);
+  if (!group.empty()) {
+    object["eventgroup_name"] = group;
+  }
   add_endpoints(object, one);
   if (one.multicast) {
     object["multicast"] = someip::to_string(*one.multicast);
@@ -121,21 +152,23 @@ void add_subscription(nlohmann::ordered_json& object, const traffic::SeenSubscri
   object["ttl"] = one.ttl_s;
 }
 
-std::string to_json(const traffic::Sighting& sighting, const std::string& time) {
+std::string to_json(const traffic::Sighting& sighting, const std::string& time,
+                    const describe::Interfaces* names) {
   nlohmann::ordered_json object;
   if (!time.empty()) {
     object["time"] = time;
   }
   object["seen"] = to_string(sighting.kind);
   if (sighting.subscription) {
-    add_subscription(object, *sighting.subscription);
+    add_subscription(object, *sighting.subscription, names);
   } else {
-    add_service(object, sighting.service);
+    add_service(object, sighting.service, names);
   }
   return object.dump();
 }
 
-InstanceNames::InstanceNames(const traffic::NetworkView& network) {
+InstanceNames::InstanceNames(const traffic::NetworkView& network, const describe::Interfaces* names)
+    : names_{names} {
   for (const auto& [key, service] : network.services()) {
     if (service.udp) {
       instances_.try_emplace({service.service, Transport::udp, *service.udp}, service.instance);
@@ -153,8 +186,38 @@ std::optional<someip::InstanceId> InstanceNames::instance_of(const SeenTraffic& 
 
 std::string InstanceNames::of(const SeenTraffic& row) const {
   const auto instance = instance_of(row);
-  return instance ? sd::to_string(row.service, *instance)
-                  : sd::hexadecimal(someip::value(row.service)) + ".?";
+  if (const describe::ServiceElement* const known = element(row)) {
+    return names_->name_of(known->service) +
+           (instance ? "." + sd::hexadecimal(someip::value(*instance)) : std::string{".?"});
+  }
+  if (instance) {
+    return service_text(row.service, *instance, 0, names_);
+  }
+  const bool is_named = names_ != nullptr && names_->service(row.service) != nullptr;
+  return (is_named ? names_->name_of(row.service) : sd::hexadecimal(someip::value(row.service))) + ".?";
+}
+
+const describe::ServiceElement* InstanceNames::element(const SeenTraffic& row) const {
+  // The rows do not tell versions apart.
+  return names_ == nullptr ? nullptr : names_->element(row.service, 0, row.method);
+}
+
+std::string InstanceNames::traffic_of(const SeenTraffic& row) const {
+  const char* const kind = row.event ? "event" : "method";
+  const describe::ServiceElement* const known = element(row);
+  if (known == nullptr) {
+    return fmt::format("{} {}", kind, sd::hexadecimal(someip::value(row.method)));
+  }
+  return fmt::format("{} {}{}{}", kind, known->member_name, known->is_field() ? "." : "",
+                     describe::field_part(known->part));
+}
+
+void InstanceNames::add_names(nlohmann::ordered_json& object, const SeenTraffic& row) const {
+  if (const describe::ServiceElement* const known = element(row)) {
+    inspect::add_names(object, *names_, *known);
+  } else if (names_ != nullptr && names_->service(row.service) != nullptr) {
+    object["service_name"] = names_->name_of(row.service);
+  }
 }
 
 }  // namespace trestle::inspect

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "bridge/cli/exit_status.hpp"
+#include "bridge/cli/interface_options.hpp"
 #include "bridge/cli/options.hpp"
 #include "bridge/cli/terminal.hpp"
 #include "bridge/inspect/tools/live_watch.hpp"
@@ -31,6 +32,7 @@ constexpr double once_s = 3;
 
 struct WatchArguments {
   cli::NetworkOptions network;
+  cli::InterfaceOptions interfaces;
   std::string interface;
   std::string file;
   double timeout_s = 0;
@@ -44,7 +46,7 @@ struct WatchArguments {
   [[nodiscard]] Duration rates() const {
     return std::chrono::duration_cast<Duration>(std::chrono::duration<double>{rates_s});
   }
-  [[nodiscard]] WatchLines::Options of_lines() const { return {json, rates(), count}; }
+  [[nodiscard]] WatchLines::Options of_lines() const { return {json, rates(), count, interfaces.get()}; }
 };
 
 /// Name of the network interface that has this address; nothing when none has.
@@ -103,6 +105,12 @@ Where where_of(const WatchArguments& options) {
   return {options.interface, network};
 }
 
+/// The picture with what things are called.
+Picture with_names(Picture picture, const WatchArguments& options) {
+  picture.names = options.interfaces.get();
+  return picture;
+}
+
 int watch_as_lines(const WatchArguments& options, const Where& where, std::uint16_t sd_port) {
   cli::Session session{options.timeout_s};
   WatchLines lines{options.of_lines(), [&](const std::string& text) { session.print(text); },
@@ -130,8 +138,8 @@ int watch_as_table(const WatchArguments& options, const Where& where, std::uint1
     const TimePoint now = wall_clock();
     live.seen().network().forget_gone(now - shown_after_gone);
     live.seen().traffic().forget_idle(now - shown_when_idle);
-    session.print(
-        screen_of(live.picture(true), cli::terminal_size(STDOUT_FILENO), cli::colours_for(STDOUT_FILENO)));
+    session.print(screen_of(with_names(live.picture(true), options), cli::terminal_size(STDOUT_FILENO),
+                            cli::colours_for(STDOUT_FILENO)));
   };
   session.print("\033[?25l\033[2J");  // hides the cursor and clears the screen
   draw();
@@ -151,7 +159,7 @@ int watch_for(const WatchArguments& options, const Where& where, std::uint16_t s
   LiveWatch live{session, where, sd_port, [](const std::vector<traffic::Sighting>&, TimePoint) {}};
   session.every(expiry_period, [&] { live.on_time(); });
   session.run();
-  session.print(summary(options, live.picture(false)));
+  session.print(summary(options, with_names(live.picture(false), options)));
   live.check();
   return cli::exit_ok;
 }
@@ -195,7 +203,11 @@ int read_file(const WatchArguments& options, std::uint16_t sd_port) {
   if (as_lines) {
     lines.tell_rates(seen, seen.last(), true);
   } else {
-    print(summary(options, {.seen = seen, .where = options.file, .since = seen.first(), .now = seen.last()}));
+    print(summary(options, {.seen = seen,
+                            .where = options.file,
+                            .since = seen.first(),
+                            .now = seen.last(),
+                            .names = options.interfaces.get()}));
   }
   if (!file->error().empty()) {
     throw std::runtime_error{"the capture cannot be read to its end: " + file->error()};
@@ -231,6 +243,7 @@ void add_watch_command(CLI::App& app, int& status) {
       "Examples:\n"
       "  trestle watch\n"
       "  trestle watch --interface lo\n"
+      "  trestle watch --interfaces car.arxml\n"
       "  trestle watch --for 10 > network.txt\n"
       "  trestle watch --read drive.pcapng\n"
       "  trestle watch --json | jq -r 'select(.seen == \"expired\") | .service'");
@@ -258,8 +271,12 @@ void add_watch_command(CLI::App& app, int& status) {
   cli::option(*command, "--rates", options->rates_s, "SECONDS", "How often to print rates; 0: never",
               cli::number_between(0, 1e6));
   command->add_flag("--json", options->json, "JSON: an object for each line, or one with the tables");
+  options->interfaces.add_to(*command, "show their names");
   options->network.add_to(*command);
-  command->callback([options, &status] { status = run(*options); });
+  command->callback([options, &status] {
+    options->interfaces.load();
+    status = run(*options);
+  });
 }
 
 }  // namespace trestle::inspect

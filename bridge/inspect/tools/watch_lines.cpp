@@ -17,7 +17,7 @@ Rate rate_of(std::uint64_t messages, std::uint64_t bytes, Duration time) {
 void WatchLines::tell(const std::vector<traffic::Sighting>& sightings, TimePoint now) {
   for (const traffic::Sighting& one : sightings) {
     const std::string time = time_text(now);
-    line(options_.json ? to_json(one, time) : time + "  " + describe(one));
+    line(options_.json ? to_json(one, time, options_.names) : time + "  " + describe(one, options_.names));
   }
 }
 
@@ -30,7 +30,7 @@ void WatchLines::tell_rates(const Watcher& seen, TimePoint now, bool at_once) {
   if (!before) {
     return;
   }
-  const InstanceNames names{seen.network()};
+  const InstanceNames names{seen.network(), options_.names};
   for (const auto& [key, row] : seen.traffic().rows()) {
     Told& told = told_[key];
     const Rate rate = rate_of(row.messages - told.messages, row.bytes - told.bytes, now - *before);

@@ -14,8 +14,9 @@ class WatchLines {
  public:
   struct Options {
     bool json = false;
-    Duration rates{};         ///< how often they are told; 0: never
-    std::uint64_t count = 0;  ///< lines; more are not printed. 0: all
+    Duration rates{};                             ///< how often they are told; 0: never
+    std::uint64_t count = 0;                      ///< lines; more are not printed. 0: all
+    const describe::Interfaces* names = nullptr;  ///< null: everything is told by its ids
   };
 
   /// @param print  gets each line with its end.

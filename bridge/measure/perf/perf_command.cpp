@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bridge/cli/exit_status.hpp"
-#include "bridge/cli/options.hpp"
+#include "bridge/cli/interface_options.hpp"
 #include "bridge/cli/session.hpp"
 #include "bridge/cli/terminal.hpp"
 #include "bridge/measure/perf/bridge_path.hpp"
@@ -74,14 +74,17 @@ struct WaitOptions {
 
 struct ServerOptions {
   cli::NetworkOptions network;
+  cli::InterfaceOptions interfaces;
   WaitOptions wait;
   std::string service = perf::default_service;
   double timeout_s = 0;
   bool quiet = false;
 };
 
-int serve(const ServerOptions& options) {
-  const cli::ServiceArgument service = cli::parse_service(options.service, false);
+int serve(ServerOptions& options) {
+  options.interfaces.load();
+  const cli::ServiceArgument service =
+      cli::parse_target(options.interfaces.get(), options.service, false).service;
   sd::NodeConfig network = options.network.config();
   network.unproven_answer_bytes = std::numeric_limits<std::size_t>::max();  // large answers are its purpose
   cli::Session session{options.timeout_s};
@@ -104,10 +107,12 @@ void add_server(CLI::App& perf, int& status) {
       "  trestle perf server\n"
       "  trestle perf server 0x7e57.2 --address 192.168.1.5");
   const auto options = std::make_shared<ServerOptions>();
-  command->add_option("SERVICE.INSTANCE", options->service, "Its ids")->capture_default_str();
+  command->add_option("SERVICE.INSTANCE", options->service, "Its ids; with --interfaces its name")
+      ->capture_default_str();
   cli::add_seconds(*command, "--timeout", options->timeout_s, "End after this time");
   cli::add_quiet(*command, options->quiet);
   options->wait.add_to(*command);
+  options->interfaces.add_to(*command, "the service may be a name");
   options->network.add_to(*command);
   command->callback([options, &status] { status = serve(*options); });
 }
@@ -127,6 +132,7 @@ struct TimeOptions {
 };
 
 struct ClientCommand {
+  cli::InterfaceOptions interfaces;
   cli::NetworkOptions network;
   WaitOptions wait;
   OutputOptions output;
@@ -143,9 +149,11 @@ Duration seconds(double count) {
   return std::chrono::duration_cast<Duration>(std::chrono::duration<double>{count});
 }
 
-int measure(const ClientCommand& command) {
+int measure(ClientCommand& command) {
   perf::ClientOptions options = command.client;
-  const cli::ServiceArgument service = cli::parse_service(command.service, true);
+  command.interfaces.load();
+  const cli::ServiceArgument service =
+      cli::parse_target(command.interfaces.get(), command.service, true).service;
   options.service = service.service;
   options.instance = service.instance;
   options.plan.tcp = command.tcp;
@@ -209,7 +217,8 @@ void add_client(CLI::App& perf, int& status) {
       "  trestle perf client --events --size 4MB --window 4 --seconds 10 --json\n"
       "  trestle perf client --events --rate 1000 --window 0 --plot latency.svg");
   const auto options = std::make_shared<ClientCommand>();
-  command->add_option("SERVICE.INSTANCE", options->service, "Ids of the server")->capture_default_str();
+  command->add_option("SERVICE.INSTANCE", options->service, "Ids of the server; with --interfaces its name")
+      ->capture_default_str();
   CLI::Option* const events =
       command->add_flag("--events", options->client.events, "Measure events, not calls");
   cli::option(*command, "--size", options->client.plan.bytes, "BYTES", "Bytes of payload; 64KB, 4MB: of 1024")
@@ -234,6 +243,7 @@ void add_client(CLI::App& perf, int& status) {
   options->time.add_to(*command, "For finding the service, and for each answer");
   options->output.add_to(*command);
   options->wait.add_to(*command);
+  options->interfaces.add_to(*command, "the service may be a name");
   options->network.add_to(*command);
   command->callback([options, &status] { status = measure(*options); });
 }

@@ -1,0 +1,328 @@
+"""The commands that speak in the names of interface descriptions (--interfaces), as programs: against each other, and
+with a recording.
+
+Usage: names_test.py TRESTLE EXAMPLES
+"""
+import json
+import os
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+
+EXAMPLES = sys.argv.pop(2)
+from tool_commands_test import HOST, TRESTLE, Running, run
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+DOOR = ["--interfaces", os.path.join(EXAMPLES, "door/Door.fidl"), os.path.join(EXAMPLES, "door/Door.fdepl")]
+EVERY = ["--interfaces", os.path.join(HERE, "every")]
+
+# A value for each kind of type: text, and how it is printed in JSON.
+EVERYTHING = """
+yes: true
+i8: -5
+u16: 65535
+i32: -70000
+u64: 18446744073709551615
+f: 0.5
+d: .inf
+text: Grüße
+wide: abc
+fixed: abcd
+blob: "hex:00ff10"
+level: veryHigh
+grade: 1
+levels: [LOW, veryHigh, 7]
+special: {x: 1.5, heading: -3, valid: true, label: here}
+shape: {circle: {x: 2.5}}
+shapes: [{name: a}, {raw: [1, 2]}]
+distances: {LOW: 10, veryHigh: 20}
+grid: [[1, 2], [], [3]]
+flags: {few: 5, some: LOW, last: true}
+"""
+PRINTED = {
+    "yes": True, "i8": -5, "u16": 65535, "i32": -70000, "u64": 18446744073709551615, "f": 0.5, "d": "Infinity",
+    "text": "Grüße", "wide": "abc", "fixed": "abcd", "blob": "hex:00ff10", "level": "veryHigh", "grade": "LOW",
+    "levels": ["LOW", "veryHigh", 7], "special": {"x": 1.5, "heading": -3, "valid": True, "label": "here"},
+    "shape": {"circle": {"x": 2.5, "heading": 0, "valid": False}}, "shapes": [{"name": "a"}, {"raw": [1, 2]}],
+    "distances": [{"key": "LOW", "value": 10}, {"key": "veryHigh", "value": 20}], "grid": [[1, 2], [], [3]],
+    "flags": {"few": 5, "some": "LOW", "last": True}}
+IT = {"it": PRINTED}
+
+
+def mapping(text):
+    """Lines of YAML as a flow mapping."""
+    return "{" + ", ".join(text.strip().splitlines()) + "}"
+
+
+def message(service, method, payload, kind=0, code=0, version=1, session=1):
+    return struct.pack(">HHIHHBBBB", service, method, 8 + len(payload), 1, session, 1, version, kind, code) + payload
+
+
+def capture(datagrams):
+    """A pcap file of raw IPv4 with these UDP datagrams."""
+    file = struct.pack("<IHHiIII", 0xa1b2c3d4, 2, 4, 0, 0, 0x40000, 101)
+    for payload in datagrams:
+        udp = struct.pack(">HHHH", 30711, 40000, 8 + len(payload), 0) + payload
+        packet = struct.pack(">BBHHHBBH4s4s", 0x45, 0, 20 + len(udp), 0, 0, 64, 17, 0, bytes([10, 0, 0, 1]),
+                             bytes([10, 0, 0, 2])) + udp
+        file += struct.pack("<IIII", 1, 0, len(packet), len(packet)) + packet
+    return file
+
+
+def decode(*arguments, stdin=b""):
+    done = subprocess.run([TRESTLE, "decode", *arguments], input=stdin, capture_output=True)
+    return done.returncode, [json.loads(line) for line in done.stdout.splitlines()], done.stderr.decode()
+
+
+def decode_capture(datagrams, *arguments):
+    with tempfile.NamedTemporaryFile(suffix=".pcap") as file:
+        file.write(capture(datagrams))
+        file.flush()
+        return decode(file.name, *arguments)
+
+
+class Door(unittest.TestCase):
+    """The example that the documentation uses."""
+
+    def test_a_method_is_called_by_names(self):
+        with Running("offer", 1, "Door", "--method", "open={error: BLOCKED, done: true}", "--tcp", "--udp", *DOOR) as offer:
+            done = run("call", 2, "Door.open", "{speed: FAST, opening: 80}", *DOOR)
+            self.assertEqual((done.returncode, done.stdout), (0, "error: BLOCKED\ndone: true\n"), done.stderr)
+            self.assertIn("# Door.open session", offer.line_with("#"))
+            self.assertEqual(offer.line_with("speed"), "speed: FAST")
+            self.assertEqual(offer.line_with("opening"), "opening: 80")
+            # Two arguments, and numbers in place of enumerators.
+            done = run("call", 2, "car.Door.0x0001", "open", "{speed: 1}", "--json", *DOOR)
+            self.assertEqual(done.returncode, 2)  # with --json, payloads are JSON
+            done = run("call", 2, "car.Door.0x0001", "open", '{"speed": 1}', "--json", *DOOR)
+            self.assertEqual(json.loads(done.stdout), {
+                "method": "0x0010", "service_name": "Door", "method_name": "open", "return_code": "E_OK",
+                "return_code_value": 0, "values": {"error": "BLOCKED", "done": True}})
+            self.assertEqual(offer.line_with("speed"), "speed: FAST")
+            # By ids, with the values of the description.
+            done = run("call", 2, "0x4711", "0x0011", "{speed: SLOW}", *DOOR)
+            self.assertEqual((done.returncode, done.stdout), (0, "done: false\n"), done.stderr)
+            # Hexadecimal on demand.
+            done = run("call", 2, "Door.open", "01 50", "--hex", *DOOR)
+            self.assertEqual((done.returncode, done.stdout), (0, "0101\n"), done.stderr)
+            # Fire and forget, as the description says.
+            done = run("call", 2, "Door.ring", "{tune: ding}", *DOOR)
+            self.assertEqual((done.returncode, done.stdout), (0, ""), done.stderr)
+            self.assertEqual(offer.line_with("tune"), "tune: ding")
+
+    def test_an_error_of_a_method(self):
+        with Running("offer", 1, "Door", "--error", "shut=0x21", "--udp", *DOOR):
+            done = run("call", 2, "Door.shut", "{speed: SLOW}", *DOOR)
+            self.assertEqual((done.returncode, done.stdout), (3, ""), done.stderr)
+
+    def test_a_field_is_read_set_and_heard(self):
+        with Running("offer", 1, "Door", "--field", 'label="Push"', "--udp", *DOOR) as offer:
+            self.assertEqual(run("call", 2, "Door.label", *DOOR).stdout, "label: Push\n")
+            with Running("subscribe", 3, "Door", "label", "opening", "--count", "3", "--json", *DOOR) as subscribe:
+                lines = [json.loads(subscribe.line_with("event")) for _ in range(2)]
+                self.assertEqual(sorted(line["field_name"] for line in lines), ["label", "opening"])
+                done = run("call", 2, "Door.label", "Pull", *DOOR)
+                self.assertEqual((done.returncode, done.stdout), (0, "label: Pull\n"), done.stderr)
+                line = json.loads(subscribe.line_with("event"))
+                self.assertEqual((line["event"], line["service_name"], line["field_name"], line["field_part"],
+                                  line["values"]), ("0x8002", "Door", "label", "notify", {"label": "Pull"}))
+                self.assertEqual(subscribe.finish()[0], 0)
+            self.assertEqual(run("call", 2, "Door.label.get", *DOOR).stdout, "label: Pull\n")
+            self.assertIn("# Door.label.set session", offer.line_with("set"))
+
+    def test_an_event_has_names_and_values(self):
+        with Running("notify", 1, "Door.moved", "{opening: 50, speed: FAST}", "--rate", "50", *DOOR):
+            done = run("subscribe", 2, "Door.moved", "--count", "1", *DOOR)
+            self.assertEqual((done.returncode, done.stdout),
+                             (0, "# Door.moved session 1\nopening: 50\nspeed: FAST\n---\n"), done.stderr)
+            done = run("subscribe", 2, "Door", "moved", "--hex", "--count", "1", *DOOR)
+            self.assertEqual(done.stdout, "Door.moved 3201\n")
+            done = run("subscribe", 2, "0x4711.1", "2", "--count", "1", *DOOR)  # by ids
+            self.assertIn("# Door.moved session", done.stdout)
+            done = run("subscribe", 2, "Door", "--count", "1", *DOOR)  # all that it has
+            self.assertIn("# Door.moved session", done.stdout)
+            done = run("find", 2, "Door", "--count", "1", *DOOR)
+            self.assertRegex(done.stdout, r"^Door\.0x0001  1\.0  udp .*:30711  by")
+            found = json.loads(run("find", 2, "Door.0x0001", "--json", *DOOR).stdout)
+            self.assertEqual((found["service"], found["service_name"]), ("0x4711", "Door"))
+
+    def test_a_payload_that_does_not_fit_is_told_with_offset_field_and_bytes(self):
+        with Running("notify", 1, "0x4711.1", "2", "0x8010", "32", "--rate", "50"):
+            done = run("subscribe", 2, "Door.moved", "--count", "1", *DOOR)
+            self.assertEqual((done.returncode, done.stdout), (1, ""))
+            self.assertIn("warning: Door.moved: truncated: 1 byte wanted, 0 left at byte 1 in speed: 32\n", done.stderr)
+            done = run("subscribe", 2, "Door.moved", "--count", "1", "--json", *DOOR)
+            self.assertEqual(done.returncode, 1)
+            line = json.loads(done.stdout)
+            self.assertEqual((line["payload"], line["error"]["offset"], line["error"]["field"]), ("32", 1, "speed"))
+
+    def test_a_name_that_does_not_exist_is_an_error_with_what_there_is(self):
+        for arguments, text in (
+                (("call", 2, "Dor.open", "{}"), "did you mean 'Door.open'?"),
+                (("call", 2, "Door.opem", "{}"), "did you mean 'open'?; there are: moved, blocked, open, shut, ring"),
+                (("call", 2, "Door", "opem", "{}"), "did you mean 'open'?"),
+                (("call", 2, "Door.open", "{sped: FAST}"), "'sped' is no field of Door.open; expected speed, opening"),
+                (("call", 2, "Door.open", "{speed: FASTER}"), "expected one of SLOW (0), FAST (1)"),
+                (("call", 2, "Door.open"), "Door.open needs values: speed, opening"),
+                (("call", 2, "Door.moved"), "Door.moved is an event"),
+                (("call", 2, "Door.opening", "5"), "opening has no setter"),
+                (("call", 2, "Door"), "METHOD"),
+                (("subscribe", 2, "Door.open"), "Door.open is a method"),
+                (("subscribe", 2, "Door", "mooved"), "did you mean 'moved'?"),
+                (("notify", 2, "Door.open", "{}"), "Door.open is a method"),
+                (("notify", 2, "Door.moved"), "PAYLOAD"),
+                (("offer", 2, "Door.open"), "is more than a service"),
+                (("offer", 2, "Door", "--method", "moved={}"), "moved is no method"),
+                (("find", 2, "Dor"), "did you mean 'Door'?")):
+            done = run(*arguments, *DOOR)
+            self.assertEqual((done.returncode, done.stdout), (2, ""), arguments)
+            self.assertIn(text, done.stderr)
+        done = run("call", 2, "Door.open", "{}", "--interfaces", "/nonexistent.fidl")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("/nonexistent.fidl", done.stderr)
+        with tempfile.NamedTemporaryFile("w", suffix=".fidl") as file:
+            file.write("package a\ninterface B {\n  attribute Nothing c\n}\n")
+            file.flush()
+            done = run("call", 2, "B.c", "--interfaces", file.name)
+            self.assertEqual(done.returncode, 2)
+            self.assertRegex(done.stderr, r"\.fidl:3:\d+: .*Nothing")
+
+
+class Every(unittest.TestCase):
+    """Every kind of type."""
+
+    def test_goes_to_bytes_and_back(self):
+        with Running("notify", 1, "Every.0x0001.changed", mapping(EVERYTHING), "--rate", "50", *EVERY):
+            done = run("subscribe", 2, "Every.1.changed", "--count", "1", "--json", *EVERY)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(json.loads(done.stdout)["values"], IT)
+            as_yaml = run("subscribe", 2, "Every.1", "changed", "--count", "1", *EVERY).stdout
+        # What is printed can be read, in both languages.
+        body = as_yaml.split("\n", 1)[1].removesuffix("---\n")
+        for text, form in ((body, "--yaml"), (json.dumps(IT), "--json")):
+            with tempfile.NamedTemporaryFile("w") as file:
+                file.write(text)
+                file.flush()
+                with Running("notify", 1, "Every.1.changed", "@" + file.name, form, "--rate", "50", *EVERY):
+                    done = run("subscribe", 2, "Every.1.changed", "--count", "1", "--json", *EVERY)
+                    self.assertEqual(json.loads(done.stdout)["values"], IT)
+
+    def test_is_refused_where_the_description_has_several_instances(self):
+        done = run("subscribe", 2, "Every.changed", *EVERY)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("Every has several instances: write Every.0x0001 or Every.0x0002", done.stderr)
+
+    def test_is_offered_as_a_whole_with_the_version_of_the_description(self):
+        with Running("offer", 1, "Every.2", "--method", "echo=" + mapping(EVERYTHING), *EVERY) as offer:
+            done = run("call", 2, "Every.echo", mapping(EVERYTHING), "--json", *EVERY)
+            self.assertEqual(done.returncode, 2)
+            done = run("call", 2, "Every.echo", json.dumps(IT), "--json", *EVERY)
+            self.assertEqual(json.loads(done.stdout)["values"], IT, done.stderr)
+            self.assertIn("Every.echo", offer.line_with("echo"))
+            found = json.loads(run("find", 2, "Every", "--count", "1", "--json", *EVERY).stdout)
+            self.assertEqual((found["major_version"], found["minor_version"], found["instance"]), (2, 1, "0x0002"))
+            # The error comes first; a single value needs no name.
+            done = run("call", 2, "Every.choose", "{name: abc}", *EVERY)
+            self.assertEqual((done.returncode, done.stdout), (0, "error: NONE\nlevels: []\n"), done.stderr)
+            done = run("call", 2, "Every.choose", "{shape: {name: a, raw: []}}", *EVERY)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn("expected exactly one of circle, name, raw, found 2", done.stderr)
+            done = run("call", 2, "Every.level", "veryHigh", *EVERY)
+            self.assertEqual((done.returncode, done.stdout), (0, "level: veryHigh\n"), done.stderr)
+            done = run("call", 2, "Every.position", *EVERY)
+            self.assertEqual(done.stdout, "position:\n  x: 0.0\n  heading: 0\n  valid: false\n")
+
+
+class Recordings(unittest.TestCase):
+    def test_have_names_and_values(self):
+        datagrams = [
+            message(0x4711, 0x0010, b"\x01\x50"),
+            message(0x4711, 0x0010, b"\x01\x01", kind=0x80),
+            message(0x4711, 0x8010, b"\x32\x00", kind=2),
+            message(0x4711, 0x0002, b""),
+            message(0x4711, 0x0002, b"\0\0\0\x06\xef\xbb\xbfhi\0", kind=0x80),
+            message(0x4711, 0x8003, b"\x01", kind=2),
+            message(0x4711, 0x0010, b"", kind=0x80, code=0x21),
+            message(0x4711, 0x0077, b"\xaa"),
+            message(0x4799, 0x0001, b"\xbb")]
+        status, objects, errors = decode_capture(datagrams, *DOOR)
+        self.assertEqual((status, errors), (0, ""))
+        names = [[one.get(key) for key in ("service_name", "method_name", "event_name", "field_name", "field_part",
+                                           "values")] for one in objects]
+        self.assertEqual(names, [
+            ["Door", "open", None, None, None, {"speed": "FAST", "opening": 80}],
+            ["Door", "open", None, None, None, {"error": "BLOCKED", "done": True}],
+            ["Door", None, "moved", None, None, {"opening": 50, "speed": "SLOW"}],
+            ["Door", None, None, "label", "get", {}],
+            ["Door", None, None, "label", "get", {"label": "hi"}],
+            ["Door", None, None, "locked", "notify", {"locked": True}],
+            ["Door", "open", None, None, None, None],
+            ["Door", None, None, None, None, None],
+            [None, None, None, None, None, None]])
+        self.assertEqual(objects[0]["payload"], "0150")  # the bytes stay
+        # The capture may stand behind the descriptions.
+        with tempfile.NamedTemporaryFile(suffix=".pcap") as file:
+            file.write(capture(datagrams))
+            file.flush()
+            self.assertEqual(decode(*DOOR, file.name)[1], objects)
+            done = subprocess.run([TRESTLE, "watch", "--read", file.name, *DOOR], capture_output=True, text=True)
+            self.assertRegex(done.stdout, r"Door\.\?  +event moved ")
+            self.assertRegex(done.stdout, r"Door\.\?  +method open ")
+            done = subprocess.run([TRESTLE, "watch", "--read", file.name, "--json", *DOOR], capture_output=True, text=True)
+            rows = json.loads(done.stdout)["traffic"]
+            self.assertIn(("Door", "moved"), [(row.get("service_name"), row.get("event_name")) for row in rows])
+
+    def test_say_where_a_payload_does_not_fit(self):
+        status, objects, _ = decode_capture(
+            [message(0x4711, 0x8011, b"\0\0\0\x08\x3f\x80\0\0\0\0\0\x09", kind=2),
+             message(0x4711, 0x8011, b"\0\0\0\x08\x3f\x80\0\0\0\0\0\x09", kind=2, version=2)], *DOOR)
+        self.assertEqual(status, 1)
+        error = objects[0]["error"]
+        self.assertEqual((error["name"], error["rule"], error["field"]), ("bad_values", None, "obstacles[0].name"))
+        self.assertEqual(error["offset"], 16 + 8)
+        self.assertEqual(objects[0]["payload"], "000000083f80000000000009")
+        self.assertNotIn("values", objects[0])
+        # Of another version the description need not be right.
+        self.assertNotIn("error", objects[1])
+        self.assertEqual(objects[1]["event_name"], "blocked")
+
+    def test_name_services_of_discovery(self):
+        offer = bytes.fromhex("ffff81000000003000000001010102 00c000000000000010010000104711000101000003000000000000000c"
+                              "000904000a00000100117 7f7".replace(" ", ""))
+        status, objects, _ = decode("--hex", *DOOR, stdin=offer.hex().encode() + b"\n")
+        self.assertEqual(status, 0)
+        self.assertEqual(objects[0]["sd"]["entries"][0]["service_name"], "Door")
+
+    def test_have_every_kind_of_type(self):
+        with Running("notify", 1, "Every.1.changed", mapping(EVERYTHING), "--rate", "50", *EVERY):
+            done = run("subscribe", 2, "Every.1.changed", "--hex", "--count", "1", *EVERY)
+        payload = bytes.fromhex(done.stdout.split()[1])
+        status, objects, _ = decode_capture([message(0x4712, 0x8010, payload, kind=2, version=2)], *EVERY)
+        self.assertEqual(status, 0)
+        self.assertEqual(objects[0]["values"], IT)
+        # Cut anywhere: an error, or what is there, and never the end of the program.
+        cut = [message(0x4712, 0x8010, payload[:size], kind=2, version=2) for size in range(len(payload))]
+        status, objects, _ = decode_capture(cut, *EVERY)
+        self.assertEqual((status, len(objects)), (1, len(cut)))
+        for one in objects:
+            self.assertEqual(one["error"]["name"], "bad_values")
+            self.assertLessEqual(one["error"]["offset"], 16 + len(payload))
+
+    def test_of_a_system_without_types_have_names_only(self):
+        with tempfile.NamedTemporaryFile("w", suffix=".json") as file:
+            json.dump({"unicast": "10.0.0.1", "services": [{
+                "service": "0x4711", "instance": "0x0001", "unreliable": "30711",
+                "events": [{"event": "0x8010", "is_field": "false"}],
+                "eventgroups": [{"eventgroup": "0x0002", "events": ["0x8010"]}]}]}, file)
+            file.flush()
+            status, objects, _ = decode_capture([message(0x4711, 0x8010, b"\x32\x00", kind=2)], "--interfaces", file.name)
+        self.assertEqual(status, 0)
+        self.assertEqual((objects[0]["service_name"], objects[0]["event_name"]), ("service_4711", "event_8010"))
+        self.assertEqual(objects[0]["payload"], "3200")
+        self.assertNotIn("values", objects[0])
+
+
+if __name__ == "__main__":
+    unittest.main()
