@@ -98,6 +98,10 @@ void NetworkOptions::add_to(CLI::App& command) {
       .add_option("--address", address_,
                   "Own address, which chooses the network (default: where the system sends multicast)")
       ->type_name("IP");
+  add_group_to(command);
+}
+
+void NetworkOptions::add_group_to(CLI::App& command) {
   option(command, "--multicast", multicast_, "IP", "Group of service discovery");
   option(command, "--sd-port", sd_port_, "N", "Port of service discovery", CLI::Range(1, 65535));
 }

@@ -12,6 +12,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bridge/cli/option.hpp"
@@ -30,6 +31,10 @@ class NetworkOptions {
   /// As it was given; empty: it was not.
   [[nodiscard]] const std::string& address() const noexcept { return address_; }
   [[nodiscard]] const std::string& multicast() const noexcept { return multicast_; }
+  /// All but --address, for commands where that is something else.
+  void add_group_to(CLI::App& command);
+  /// As --address.
+  void set_address(std::string address) { address_ = std::move(address); }
 
   /// @throws std::runtime_error when no address is given and none can be found.
   [[nodiscard]] sd::NodeConfig config() const;

@@ -206,6 +206,9 @@ struct Event {
   std::optional<std::chrono::microseconds> cycle{};
   std::optional<std::uint32_t> observed_bytes{};  ///< of a capture: the largest payload seen
   Protection e2e{};
+  /// What it is called in ROS 2, "/points", where that is fixed: services that were made of ROS types have
+  /// it.
+  std::string ros_name{};
   Notes notes{};
   Place place{};
 };
@@ -227,6 +230,7 @@ struct Method {
   std::optional<std::chrono::milliseconds> timeout{};
   std::optional<std::uint32_t> observed_bytes{};
   Protection e2e{};
+  std::string ros_name{};  ///< as Event::ros_name
   Notes notes{};
   Place place{};
 };
@@ -247,6 +251,7 @@ struct Field {
   Transfer notifier_transfer{};
   std::optional<std::uint32_t> observed_bytes{};
   Protection e2e{};
+  std::string ros_name{};  ///< as Event::ros_name
   Notes notes{};
   Place place{};
 };
@@ -272,6 +277,7 @@ struct Service {
   std::string base{};                     ///< FIDL: the interface that it extends; its members are copied in
   std::vector<std::string> manages{};
   std::vector<std::string> namespaces{};  ///< AUTOSAR
+  bool from_ros = false;                  ///< ROS nodes have what it is made of: a bridge offers it
   Notes notes{};
   Place place{};
 };

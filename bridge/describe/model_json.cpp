@@ -349,6 +349,9 @@ Json ModelWriter::event(const Event& event) const {
     json["observed_bytes"] = *event.observed_bytes;
   }
   protection(event.e2e, json);
+  if (!event.ros_name.empty()) {
+    json["ros_name"] = event.ros_name;
+  }
   notes(event.notes, json);
   place(event.place, json);
   return json;
@@ -382,6 +385,9 @@ Json ModelWriter::method(const Method& method) const {
     json["observed_bytes"] = *method.observed_bytes;
   }
   protection(method.e2e, json);
+  if (!method.ros_name.empty()) {
+    json["ros_name"] = method.ros_name;
+  }
   notes(method.notes, json);
   place(method.place, json);
   return json;
@@ -405,6 +411,9 @@ Json ModelWriter::field(const Field& field) const {
     json["observed_bytes"] = *field.observed_bytes;
   }
   protection(field.e2e, json);
+  if (!field.ros_name.empty()) {
+    json["ros_name"] = field.ros_name;
+  }
   notes(field.notes, json);
   place(field.place, json);
   return json;
@@ -483,6 +492,9 @@ Json ModelWriter::service(const Service& service) const {
   }
   if (!service.manages.empty()) {
     json["manages"] = service.manages;
+  }
+  if (service.from_ros) {
+    json["from_ros"] = true;
   }
   if (!service.namespaces.empty()) {
     json["namespaces"] = service.namespaces;

@@ -1,8 +1,9 @@
 #pragma once
 #include <string>
-#include <string_view>
+#include <vector>
 
 #include "bridge/describe/model.hpp"
+#include "bridge/messages/convert/message_rules.hpp"
 #include "bridge/messages/types/message_definition.hpp"
 #include "bridge/messages/types/type_library.hpp"
 
@@ -12,6 +13,12 @@ namespace trestle::describe {
 /// Each type is there once: Type::ros_name tells which it is, and lower() gives the same definitions back.
 /// @return the type of the message itself.
 TypeIndex raise(Model& model, const messages::TypeTree& tree);
+/// The same with the wire rules of a route, as the payload that carries the message. One message with
+/// different rules becomes several types, which are variants of the first.
+/// @param name  of the payload's value.
+/// @param lost  gets what the model has no form for, a line each.
+[[nodiscard]] Payload raise(Model& model, const messages::TypeTree& tree, const messages::MessageRules& rules,
+                            std::string name, std::vector<std::string>& lost);
 
 /// The value that carries such a type whole.
 [[nodiscard]] Value value_of(const Model& model, TypeIndex type, std::string name);
@@ -19,5 +26,9 @@ TypeIndex raise(Model& model, const messages::TypeTree& tree);
 /// A method that is the ROS service. Its ids are open.
 /// @param name  of the method.
 [[nodiscard]] Method raise(Model& model, const messages::ServiceTypes& types, std::string name);
+/// The same with wire rules, as above.
+[[nodiscard]] Method raise(Model& model, const messages::ServiceTypes& types,
+                           const messages::MessageRules& rules, std::string name,
+                           std::vector<std::string>& lost);
 
 }  // namespace trestle::describe

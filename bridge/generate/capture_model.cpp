@@ -82,6 +82,13 @@ bool CaptureModel::message(const traffic::Place& place, std::size_t offset, cons
   return true;
 }
 
+void CaptureModel::sd_datagram(ByteView datagram, const Endpoint& from, const Endpoint& to, TimePoint now) {
+  ++messages_;
+  std::vector<traffic::Sighting> sightings;
+  network_.on_datagram(datagram, from, to, now, sightings);
+  std::ranges::for_each(sightings, [this](const traffic::Sighting& one) { tell(one); });
+}
+
 void CaptureModel::tell(const traffic::Sighting& sighting) const {
   if (!announced_) {
     return;

@@ -28,6 +28,9 @@ class CaptureModel : public traffic::MessageSink {
                    const traffic::Violation& violation) override;
   void broken_frame(const traffic::Place& place, const traffic::Violation& violation) override;
 
+  /// What came to service discovery, where nothing else can be seen.
+  void sd_datagram(ByteView datagram, const Endpoint& from, const Endpoint& to, TimePoint now);
+
   /// All that was seen until now.
   /// @param file  the name of the capture, for Model::files.
   [[nodiscard]] describe::Model model(const std::string& file) const;

@@ -20,6 +20,7 @@ using describe::Change;
 using describe::Impact;
 
 struct DiffArguments {
+  SourceReaders readers;
   std::string before;
   std::string after;
   bool json = false;
@@ -30,8 +31,8 @@ const char* word(Impact impact) {
   return impact == Impact::none ? "same" : impact == Impact::compatible ? "compatible" : "BREAKS";
 }
 
-describe::System read_one(const std::string& source) {
-  SourceArguments arguments;
+describe::System read_one(const std::string& source, const SourceReaders& readers) {
+  SourceArguments arguments{readers};
   arguments.sources = {source};
   return arguments.read();
 }
@@ -91,8 +92,8 @@ int run_diff(const DiffArguments& arguments) {
   if (arguments.before.empty() || arguments.after.empty()) {
     throw CLI::RequiredError{"OLD and NEW"};
   }
-  const describe::System old = read_one(arguments.before);
-  const describe::System now = read_one(arguments.after);
+  const describe::System old = read_one(arguments.before, arguments.readers);
+  const describe::System now = read_one(arguments.after, arguments.readers);
   if (!old.good || !now.good) {
     return cli::exit_usage;
   }
@@ -109,8 +110,9 @@ int run_diff(const DiffArguments& arguments) {
 
 }  // namespace
 
-void add_diff_command(CLI::App& app, int& status) {
+void add_diff_command(CLI::App& app, int& status, const SourceReaders& readers) {
   const auto arguments = std::make_shared<DiffArguments>();
+  arguments->readers = readers;
   CLI::App* command = app.add_subcommand("diff", "Tell what changed in an interface, and whom it breaks");
   command->add_option("OLD", arguments->before, "A description: a file or a folder");
   command->add_option("NEW", arguments->after, "The same, later");

@@ -16,6 +16,7 @@
 #include "bridge/documents/section.hpp"
 #include "bridge/generate/generate_commands.hpp"
 #include "bridge/generate/page_server.hpp"
+#include "bridge/generate/service_inputs.hpp"
 #include "bridge/generate/source_options.hpp"
 #include "bridge/generate/targets.hpp"
 
@@ -28,7 +29,7 @@ struct GenerateArguments {
   SourceArguments sources;
   std::vector<std::string> to;
   std::string folder;
-  cli::NetworkOptions network;
+  ServiceInputs inputs;
   std::string prefix = "/";
   std::string listen = default_page_address;
   bool client = false;
@@ -99,14 +100,14 @@ TargetOptions target_options(const GenerateArguments& arguments) {
   if (arguments.client || arguments.server) {
     options.routes.routes.side = arguments.client ? describe::Side::client : describe::Side::server;
   }
-  const std::string& address = arguments.network.address();
+  const std::string& address = arguments.inputs.address();
   if (!address.empty()) {
     options.routes.address = documents::ip_address().read(address);
     if (!options.routes.address) {
       throw CLI::ValidationError{"--address", fmt::format("{} is no IP address", documents::quote(address))};
     }
   }
-  const std::string& multicast = arguments.network.multicast();
+  const std::string& multicast = arguments.sources.network.multicast();
   if (multicast != cli::NetworkOptions{}.multicast()) {
     options.routes.multicast = documents::multicast_address().read(multicast);
     if (!options.routes.multicast) {
@@ -131,7 +132,8 @@ int run_page(GenerateArguments& arguments) {
   }
   settings->targets = options;
   settings->targets.routes.type_paths = ".";  // the page saves all together, as `-o` does
-  return serve_page(*at, std::move(*settings), [&] { return arguments.network.config(); });
+  arguments.sources.network.set_address(arguments.inputs.address());
+  return serve_page(*at, std::move(*settings), [&] { return arguments.sources.network.config(); });
 }
 
 int run_generate(GenerateArguments& arguments) {
@@ -143,6 +145,7 @@ int run_generate(GenerateArguments& arguments) {
   }
   const std::vector<const Target*> wanted = chosen(arguments.to);
   TargetOptions options = target_options(arguments);
+  arguments.inputs.writes_routes = std::ranges::find(arguments.to, "routes") != arguments.to.end();
   const bool with_types = std::ranges::find(arguments.to, "msg") != arguments.to.end();
   if (with_types && wanted.size() > 1) {
     options.routes.type_paths = ".";
@@ -154,7 +157,8 @@ int run_generate(GenerateArguments& arguments) {
   if (arguments.sources.lock_file.empty()) {
     arguments.sources.lock_file = lock;
   }
-  const describe::System system = arguments.sources.read();
+  const describe::System system =
+      arguments.sources.read([&](describe::Model& model) { return arguments.inputs.apply(model); });
   if (!system.good) {
     return cli::exit_usage;
   }
@@ -191,8 +195,9 @@ int run_generate(GenerateArguments& arguments) {
 
 }  // namespace
 
-void add_generate_command(CLI::App& app, int& status) {
+void add_generate_command(CLI::App& app, int& status, const SourceReaders& readers) {
   const auto arguments = std::make_shared<GenerateArguments>();
+  arguments->sources = SourceArguments{readers};
   CLI::App* command = app.add_subcommand(
       "generate", "Make route files, .msg packages, FIDL, ARXML and more of interface descriptions");
   arguments->sources.add_to(*command);
@@ -224,18 +229,23 @@ void add_generate_command(CLI::App& app, int& status) {
       ->type_name("ADDR:PORT")
       ->capture_default_str()
       ->needs(ui);
-  arguments->network.add_to(*command);
-  command->get_option("--address")
-      ->description("Of the bridge in route files; with --ui also where calls come from");
   command->add_flag("-q,--quiet", arguments->quiet, "Do not tell which files were written");
+  arguments->inputs.add_to(*command);
+  command->get_option("--address")
+      ->description("Address of the instance; in route files of the bridge; with --ui where calls come from");
   command->footer(
-      "Targets:" + names +
+      source_forms() + "\n\nTargets:" + names +
       "\n\nIds that the sources leave open are chosen and kept in DIR/ids.lock: running again changes "
       "nothing.\ndocs/describe.md is the guide. Examples:\n"
       "  trestle generate Door.fidl Door.fdepl --to routes,msg -o door\n"
       "  trestle generate car.arxml --to fidl,wireshark,sheet -o car\n"
       "  trestle generate drive.pcapng --to json\n"
       "  trestle generate --ui Door.fidl Door.fdepl\n"
+      "  trestle generate sensor_msgs/msg/PointCloud2 --to fidl,routes -o cloud --service-id 0x1234 "
+      "--udp-port "
+      "30509\n"
+      "  trestle generate /points --to routes,fidl -o points\n"
+      "  trestle generate network:eth0 --for 30 --to vsomeip,sheet -o seen\n"
       "Exit status: 0, or 1 when a file cannot be written, or 2 when a source is wrong.");
   command->callback([arguments, &status] { status = run_generate(*arguments); });
 }

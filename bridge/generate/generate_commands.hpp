@@ -6,19 +6,19 @@
 //   page.hpp             the page of `trestle generate --ui`: questions in, answers out. page_question.hpp,
 //                        page_member.hpp and page_form.hpp are parts of it
 //   page_server.hpp      serves it; page_caller.hpp: calls what it wants to try
-//   generate_commands.hpp  the commands: generate, diff
+//   explanation.hpp      what the bytes of a message are
+//   generate_commands.hpp  the commands: generate, diff, explain
 //
 // docs/describe.md is the guide.
 #pragma once
 
-namespace CLI {
-class App;
-}
+#include "bridge/generate/source_options.hpp"
 
 namespace trestle::generate {
 
 /// Each stores an exit status of bridge/cli/exit_status.hpp in `status`.
-void add_generate_command(CLI::App& app, int& status);
-void add_diff_command(CLI::App& app, int& status);
+void add_generate_command(CLI::App& app, int& status, const SourceReaders& readers);
+void add_diff_command(CLI::App& app, int& status, const SourceReaders& readers);
+void add_explain_command(CLI::App& app, int& status, const SourceReaders& readers);
 
 }  // namespace trestle::generate

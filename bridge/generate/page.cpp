@@ -94,7 +94,8 @@ std::shared_ptr<const PageSystem> Page::load(const PageQuestion& question) {
   loaded_.reset();
   if (!known) {
     files_ = question.files;
-    reading_ = describe::read_sources(files_, no_loader(), {.set_event_bit = settings_.set_event_bit});
+    reading_ = describe::read_sources(files_, no_loader(),
+                                      {.set_event_bit = settings_.set_event_bit, .look_beside = false});
     if (!settings_.captured.files.empty() && reading_.ok()) {
       describe::append(reading_.model, settings_.captured);
       std::vector<documents::Problem> contradictions = describe::join(reading_.model);

@@ -7,58 +7,200 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
+#include <optional>
 #include <stdexcept>
+#include <string_view>
 #include <tuple>
 #include <utility>
 
 #include "bridge/cli/terminal.hpp"
 #include "bridge/describe/join.hpp"
+#include "bridge/describe/sources/ros_types.hpp"
 #include "bridge/describe/sources/sources.hpp"
 #include "bridge/documents/document.hpp"
+#include "bridge/documents/format.hpp"
+#include "bridge/documents/section.hpp"
 #include "bridge/generate/capture_model.hpp"
+#include "bridge/generate/live_sources.hpp"
+#include "bridge/messages/types/names.hpp"
 
 namespace trestle::generate {
+namespace {
+
+constexpr std::string_view network_word = "network";
+constexpr std::string_view ros_word = "ros";
+
+bool is_route_file(const std::string& name) {
+  return name.ends_with(".yaml") || name.ends_with(".yml");
+}
+}  // namespace
 
 bool is_capture(const std::string& name) {
   return name.ends_with(".pcap") || name.ends_with(".pcapng") || name.ends_with(".cap");
+}
+
+SourceForm form_of(const std::string& source) {
+  std::error_code ignored;
+  if (is_capture(source)) {
+    return SourceForm::capture;
+  }
+  if (std::filesystem::exists(source, ignored)) {
+    return is_route_file(source) && !std::filesystem::is_directory(source, ignored) ? SourceForm::route_file
+                                                                                    : SourceForm::file;
+  }
+  if (source == network_word || source.starts_with(std::string{network_word} + ":")) {
+    return SourceForm::network;
+  }
+  if (source == ros_word || source.starts_with(std::string{ros_word} + ":")) {
+    return SourceForm::ros;
+  }
+  if (is_route_file(source)) {
+    return SourceForm::route_file;
+  }
+  if (messages::is_topic_name(source)) {
+    return SourceForm::topic;
+  }
+  return messages::interface_name(source) ? SourceForm::type : SourceForm::file;
 }
 
 void SourceArguments::add_to(CLI::App& command) {
   command
       .add_option(
           "SOURCE", sources,
-          "FIDL, FDEPL, ARXML, vsomeip JSON, .msg, .srv, .action or .idl files, folders of them, or captures")
+          "Files (FIDL, FDEPL, ARXML, vsomeip JSON, .msg, .srv, .action, .idl, a route file, a capture), "
+          "folders of them, names of ROS types, of live topics, network, ros; see below")
       ->required();
+  command.add_option("--types", type_folders_, "Where packages of ROS types are")->type_name("DIR");
   command.add_option("--lock", lock_file, "Where ids that are chosen are kept")->type_name("FILE");
   command.add_flag("--keep-event-ids", keep_event_ids_,
                    "Take event ids of ARXML as they are; otherwise those below 0x8000 get bit 15");
+  cli::option(command, "--for", seconds_, "SECONDS", "How long to listen to live sources",
+              cli::number_between(0.1, 86400));
+  network.add_group_to(command);
+}
+
+std::string source_forms() {
+  return "Sources:\n"
+         "  Door.fidl car.arxml ...      a file, or a folder of files\n"
+         "  bridge.yaml                  a route file of `trestle bridge`\n"
+         "  drive.pcapng                 a capture: ids, versions, endpoints, eventgroups, sizes\n"
+         "  sensor_msgs/msg/PointCloud2  a ROS type: a service is made of it; also of .msg, .srv, .action, "
+         ".idl\n"
+         "  /points                      a topic, service or action of running ROS nodes (also ros, "
+         "ros:DOMAIN: all)\n"
+         "  network                      a running SOME/IP network (also network:eth0, network:192.168.1.10)";
+}
+
+/// What is running is listened to once, whatever of it is asked for.
+void SourceArguments::read_live(describe::Reading& into) const {
+  const auto add = [&](describe::Reading one) {
+    describe::append(into.model, std::move(one.model));
+    into.problems.insert(into.problems.end(), one.problems.begin(), one.problems.end());
+  };
+  std::map<std::optional<std::uint32_t>, std::vector<std::string>> domains;
+  std::vector<describe::RosInterface> interfaces;
+  for (const std::string& source : sources) {
+    const std::size_t colon = source.find(':');
+    const std::string detail = colon == std::string::npos ? std::string{} : source.substr(colon + 1);
+    switch (form_of(source)) {
+      case SourceForm::network:
+        add(listen_to_network(detail, network, seconds_));
+        break;
+      case SourceForm::ros: {
+        std::optional<std::uint32_t> domain;
+        if (colon != std::string::npos) {
+          const auto number = documents::whole_number(0, 232).read(detail);
+          if (!number) {
+            throw CLI::ValidationError{
+                "SOURCE",
+                fmt::format("{}: expected ros:DOMAIN, a number from 0 to 232", documents::quote(source))};
+          }
+          domain = static_cast<std::uint32_t>(*number);
+        }
+        domains[domain].clear();
+        break;
+      }
+      case SourceForm::topic:
+        if (const auto [at, is_new] = domains.try_emplace(std::nullopt); is_new || !at->second.empty()) {
+          at->second.push_back(source);
+        }
+        break;
+      case SourceForm::type:
+        interfaces.push_back({.type = source});
+        break;
+      case SourceForm::file:
+      case SourceForm::capture:
+      case SourceForm::route_file:
+        break;
+    }
+  }
+  for (const auto& [domain, names] : domains) {
+    const std::string place = domain ? fmt::format("ros:{}", *domain) : "ros";
+    const std::vector<describe::RosInterface> found =
+        interfaces_of(readers_.ros(domain, seconds_), names, place);
+    for (const std::string& name : names) {
+      if (std::ranges::find(found, name, &describe::RosInterface::name) == found.end()) {
+        into.problems.push_back(
+            {.file = place,
+             .mark = {},
+             .text = fmt::format("no node publishes or serves {} (within {} s)", name, seconds_)});
+      }
+    }
+    if (found.empty() && names.empty()) {
+      into.problems.push_back(
+          {.severity = documents::Problem::Severity::warning,
+           .file = place,
+           .mark = {},
+           .text = fmt::format("no topic, service or action was seen in {} s", seconds_)});
+    }
+    interfaces.insert(interfaces.end(), found.begin(), found.end());
+  }
+  if (!interfaces.empty()) {
+    messages::TypeLibrary library = messages::TypeLibrary::in({.folders = type_folders_});
+    add(describe::describe_ros(interfaces, library));
+  }
 }
 
 SourceArguments::Opened SourceArguments::open() const {
   Opened opened;
   std::vector<std::string> files;
+  describe::Reading others;
+  const auto add = [&](describe::Reading one) {
+    describe::append(others.model, std::move(one.model));
+    others.problems.insert(others.problems.end(), one.problems.begin(), one.problems.end());
+  };
   for (const std::string& source : sources) {
-    if (!is_capture(source)) {
+    const SourceForm form = form_of(source);
+    if (form == SourceForm::capture) {
+      add(read_capture(source));
+    } else if (form == SourceForm::route_file) {
+      add(readers_.route_file(source));
+    } else if (form == SourceForm::file) {
       files.push_back(source);
-      continue;
     }
-    describe::Reading one = read_capture(source);
-    describe::append(opened.captured, std::move(one.model));
-    opened.problems.insert(opened.problems.end(), one.problems.begin(), one.problems.end());
   }
+  read_live(others);
   opened.texts = describe::load_sources(files, opened.problems);
+  opened.captured = std::move(others.model);
+  opened.problems.insert(opened.problems.end(), others.problems.begin(), others.problems.end());
   return opened;
 }
 
-describe::System SourceArguments::read() {
+describe::System SourceArguments::read(const Change& change) {
   Opened opened = open();
   describe::Reading reading =
-      describe::read_sources(opened.texts, describe::file_loader(), {.set_event_bit = !keep_event_ids_});
+      describe::read_sources(opened.texts, describe::file_loader(),
+                             {.set_event_bit = !keep_event_ids_, .type_folders = type_folders_});
   reading.problems.insert(reading.problems.begin(), opened.problems.begin(), opened.problems.end());
   if (!opened.captured.files.empty() && reading.ok()) {
     describe::append(reading.model, std::move(opened.captured));
     std::vector<documents::Problem> contradictions = describe::join(reading.model);
     reading.problems.insert(reading.problems.end(), contradictions.begin(), contradictions.end());
+  }
+  if (change && reading.ok()) {
+    const std::vector<documents::Problem> faults = change(reading.model);
+    reading.problems.insert(reading.problems.end(), faults.begin(), faults.end());
   }
   read_lock(reading.problems);
   describe::System system = make_system(std::move(reading), lock_, options);

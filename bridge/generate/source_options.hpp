@@ -1,25 +1,61 @@
 #pragma once
 #include <CLI/CLI.hpp>
+#include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "bridge/cli/options.hpp"
 #include "bridge/describe/allocate.hpp"
 #include "bridge/describe/system.hpp"
 #include "bridge/generate/page.hpp"
+#include "dds_adapter/participant.hpp"
 
 namespace trestle::generate {
 
-/// What commands have in common that read descriptions: the sources, --lock, --keep-event-ids.
+/// How sources of other rooms are read: `bridge/program` knows both.
+struct SourceReaders {
+  std::function<describe::Reading(const std::string& file)> route_file{};
+  /// @throws std::runtime_error when the domain cannot be joined.
+  std::function<std::vector<dds::FoundWriter>(std::optional<std::uint32_t> domain, double seconds)> ros{};
+};
+
+/// What a source on the command line is.
+enum class SourceForm : std::uint8_t {
+  file,        ///< or a folder of files
+  capture,     ///< "drive.pcapng"
+  route_file,  ///< "bridge.yaml"
+  type,        ///< "sensor_msgs/msg/PointCloud2", "std_srvs/SetBool"
+  network,     ///< "network", "network:eth0", "network:192.168.1.10"
+  ros,         ///< "ros", "ros:42": all of a domain
+  topic,       ///< "/points": of a topic, service or action in the domain
+};
+
+/// A file that is there is a file, whatever its name.
+[[nodiscard]] SourceForm form_of(const std::string& source);
+
+/// What a source may be, for --help.
+[[nodiscard]] std::string source_forms();
+
+/// What commands have in common that read descriptions: the sources, --types, --lock, --keep-event-ids, and
+/// for live sources --for, --multicast, --sd-port.
 class SourceArguments {
  public:
+  explicit SourceArguments(SourceReaders readers = {}) : readers_{std::move(readers)} {}
   void add_to(CLI::App& command);
 
-  /// Reads files, folders and captures, and makes a system of them. Problems are printed on standard error.
+  /// Changes what was read, before ids are chosen.
+  using Change = std::function<std::vector<documents::Problem>(describe::Model& model)>;
+
+  /// Reads all sources and makes a system of them. Problems are printed on standard error.
   /// @return the system; not good when there was an error.
-  [[nodiscard]] describe::System read();
+  /// @throws std::runtime_error when a live ROS graph cannot be seen.
+  [[nodiscard]] describe::System read(const Change& change = {});
   /// Reads the same for the page of --ui, which reads it again after each change: the texts of the files, and
-  /// of all that these import, and what captures told. Problems of files that cannot be opened are printed.
+  /// of all that these import, and what other sources told. Problems of files that cannot be opened are
+  /// printed.
   /// @return nothing when there is such a problem.
   [[nodiscard]] std::optional<Page::Settings> load();
   /// Keeps the ids that read() chose in the file of --lock, if there are new ones and there is a file.
@@ -29,18 +65,23 @@ class SourceArguments {
   std::vector<std::string> sources{};
   std::string lock_file{};
   describe::SystemOptions options{};
+  cli::NetworkOptions network{};  ///< of live sources, without an address
 
  private:
   /// What is read, before it is.
   struct Opened {
     std::vector<describe::SourceText> texts{};
-    describe::Model captured{};
+    describe::Model captured{};  ///< of all sources that are no texts
     std::vector<documents::Problem> problems{};
   };
   [[nodiscard]] Opened open() const;
+  void read_live(describe::Reading& into) const;
   void read_lock(std::vector<documents::Problem>& problems);
 
+  SourceReaders readers_;
   bool keep_event_ids_ = false;
+  std::vector<std::string> type_folders_{};
+  double seconds_ = 5;
   std::string text_before_{};
   describe::IdLock lock_{};
 };

@@ -15,6 +15,8 @@
 #include <vector>
 
 #include "bridge/carry/commands/carry_commands.hpp"
+#include "bridge/carry/commands/ros_graph.hpp"
+#include "bridge/carry/config/describe_routes.hpp"
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/terminal.hpp"
 #include "bridge/documents/section.hpp"
@@ -82,8 +84,10 @@ int run(int argc, char** argv) {
   int status = cli::exit_ok;
   carry::add_bridge_command(app, status);
   carry::add_check_command(app, status);
-  generate::add_generate_command(app, status);
-  generate::add_diff_command(app, status);
+  const generate::SourceReaders readers{.route_file = carry::describe_routes, .ros = carry::listen_to_ros};
+  generate::add_generate_command(app, status, readers);
+  generate::add_diff_command(app, status, readers);
+  generate::add_explain_command(app, status, readers);
   inspect::add_decode_command(app, status);
   inspect::add_find_command(app, status);
   inspect::add_watch_command(app, status);

@@ -13,6 +13,7 @@
 #include "bridge/describe/read/arxml/arxml.hpp"
 #include "bridge/describe/read/fidl/read_fidl.hpp"
 #include "bridge/describe/read/vsomeip/read_vsomeip.hpp"
+#include "bridge/describe/sources/ros_types.hpp"
 #include "bridge/documents/problems.hpp"
 
 namespace trestle::describe {
@@ -101,6 +102,9 @@ Reading read_sources(std::span<const SourceText> sources, const Load& load, cons
   }
   if (!of(SourceKind::vsomeip).empty()) {
     add(reading, read_vsomeip(of(SourceKind::vsomeip)));
+  }
+  if (!of(SourceKind::ros).empty()) {
+    add(reading, read_ros_files(of(SourceKind::ros), options.type_folders, options.look_beside));
   }
   if (reading.ok()) {
     std::vector<documents::Problem> problems = join(reading.model);

@@ -20,6 +20,8 @@ enum class SourceKind : std::uint8_t { fidl, arxml, vsomeip, ros, unknown };
 struct SourceOptions {
   /// Event ids below 0x8000 of an Adaptive ARXML get bit 15, with a note: see docs/describe_arxml.md.
   bool set_event_bit = true;
+  std::vector<std::string> type_folders{};  ///< where packages of ROS types are, besides those of the files
+  bool look_beside = true;  ///< for packages beside those of `.msg` files; else nothing is opened for these
 };
 
 /// Reads all sources, those of one kind together, and joins what they say (join.hpp).

@@ -5,9 +5,9 @@
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/interface_options.hpp"
 #include "bridge/cli/session.hpp"
-#include "bridge/inspect/tools/listener.hpp"
 #include "bridge/inspect/tools/sighting_text.hpp"
 #include "bridge/inspect/tools/tool_commands.hpp"
+#include "bridge/traffic/live/listener.hpp"
 #include "bridge/traffic/network_view.hpp"
 #include "sd/net/clock.hpp"
 #include "someip/net/address_text.hpp"
@@ -48,7 +48,7 @@ int run(FindArguments& options) {
   cli::Session session{options.timeout_s};
   std::uint64_t found = 0;
   traffic::NetworkView view{max_services};
-  Listener listener{
+  traffic::Listener listener{
       session.io, network, [&](ByteView datagram, const Endpoint& from, const Endpoint& to) {
         std::vector<traffic::Sighting> sightings;
         view.on_datagram(datagram, from, to, sd::now(), sightings);

@@ -1,9 +1,5 @@
-#include <ifaddrs.h>
-#include <net/if.h>
 #include <unistd.h>
 
-#include <array>
-#include <cerrno>
 #include <memory>
 
 #include "bridge/cli/exit_status.hpp"
@@ -14,8 +10,6 @@
 #include "bridge/inspect/tools/tool_commands.hpp"
 #include "bridge/inspect/tools/watch_lines.hpp"
 #include "pcaps/capture_file.hpp"
-#include "someip/net/addresses.hpp"
-#include "someip/net/socket_calls.hpp"
 
 namespace trestle::inspect {
 namespace {
@@ -49,69 +43,13 @@ struct WatchArguments {
   [[nodiscard]] WatchLines::Options of_lines() const { return {json, rates(), count, interfaces.get()}; }
 };
 
-/// Name of the network interface that has this address; nothing when none has.
-std::optional<std::string> interface_name(const IpAddress& address) {
-  std::array<char, IF_NAMESIZE> name{};
-  const unsigned index = someip::interface_of(address);
-  return index != 0 && if_indextoname(index, name.data()) != nullptr ? std::optional<std::string>{name.data()}
-                                                                     : std::nullopt;
-}
-
-/// The first address of an interface, IPv4 or IPv6; nothing when it has none.
-std::optional<IpAddress> address_of_interface(const std::string& name, bool v6) {
-  ifaddrs* all = nullptr;
-  if (getifaddrs(&all) != 0) {
-    return std::nullopt;
-  }
-  const std::unique_ptr<ifaddrs, decltype(&freeifaddrs)> owner{all, &freeifaddrs};
-  for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
-    if (one->ifa_addr != nullptr && name == one->ifa_name &&
-        one->ifa_addr->sa_family == (v6 ? AF_INET6 : AF_INET)) {
-      someip::SocketAddress address;
-      address.assign(*one->ifa_addr);
-      return address.endpoint().address;
-    }
-  }
-  return std::nullopt;
-}
-
-/// The address from which the system sends multicast, if it can.
-std::optional<IpAddress> own_address(const WatchArguments& options) {
-  try {
-    return options.network.config().address;
-  } catch (const std::runtime_error&) {
-    return std::nullopt;
-  }
-}
-
-Where where_of(const WatchArguments& options) {
-  sd::NodeConfig network =
-      options.interface.empty() ? options.network.config() : options.network.config_without_address();
-  if (!network.address.is_unspecified()) {
-    const auto interface = interface_name(network.address);
-    if (!interface) {
-      someip::fail(Transport::udp, {network.address, network.port}, "find the network interface",
-                   EADDRNOTAVAIL);
-    }
-    return {options.interface.empty() ? *interface : options.interface, network};
-  }
-  const auto address = options.interface == "any"
-                           ? own_address(options)
-                           : address_of_interface(options.interface, network.multicast.v6);
-  if (!address) {
-    return {options.interface, std::nullopt};
-  }
-  network.address = *address;
-  return {options.interface, network};
-}
-
 /// The picture with what things are called.
 Picture with_names(Picture picture, const WatchArguments& options) {
   picture.names = options.interfaces.get();
   return picture;
 }
 
-int watch_as_lines(const WatchArguments& options, const Where& where, std::uint16_t sd_port) {
+int watch_as_lines(const WatchArguments& options, const traffic::Where& where, std::uint16_t sd_port) {
   cli::Session session{options.timeout_s};
   WatchLines lines{options.of_lines(), [&](const std::string& text) { session.print(text); },
                    [&] { session.finish(); }};
@@ -120,7 +58,7 @@ int watch_as_lines(const WatchArguments& options, const Where& where, std::uint1
       [&](const std::vector<traffic::Sighting>& sightings, TimePoint now) { lines.tell(sightings, now); }};
   session.every(expiry_period, [&] {
     live.on_time();
-    const TimePoint now = wall_clock();
+    const TimePoint now = traffic::wall_clock();
     lines.tell_rates(live.seen(), now);
     live.seen().network().forget_gone(now - shown_after_gone);
     live.seen().traffic().forget_idle(now - shown_when_idle - options.rates());
@@ -130,12 +68,12 @@ int watch_as_lines(const WatchArguments& options, const Where& where, std::uint1
   return lines.enough() ? cli::exit_ok : cli::exit_failure;
 }
 
-int watch_as_table(const WatchArguments& options, const Where& where, std::uint16_t sd_port) {
+int watch_as_table(const WatchArguments& options, const traffic::Where& where, std::uint16_t sd_port) {
   cli::Session session{options.timeout_s};
   LiveWatch live{session, where, sd_port, [](const std::vector<traffic::Sighting>&, TimePoint) {}};
   const auto draw = [&] {
     live.on_time();
-    const TimePoint now = wall_clock();
+    const TimePoint now = traffic::wall_clock();
     live.seen().network().forget_gone(now - shown_after_gone);
     live.seen().traffic().forget_idle(now - shown_when_idle);
     session.print(screen_of(with_names(live.picture(true), options), cli::terminal_size(STDOUT_FILENO),
@@ -154,7 +92,7 @@ std::string summary(const WatchArguments& options, const Picture& picture) {
   return options.json ? json_of(picture) + "\n" : text_of(picture, cli::colours_for(STDOUT_FILENO));
 }
 
-int watch_for(const WatchArguments& options, const Where& where, std::uint16_t sd_port) {
+int watch_for(const WatchArguments& options, const traffic::Where& where, std::uint16_t sd_port) {
   cli::Session session{options.once ? once_s : options.for_s};
   LiveWatch live{session, where, sd_port, [](const std::vector<traffic::Sighting>&, TimePoint) {}};
   session.every(expiry_period, [&] { live.on_time(); });
@@ -220,7 +158,7 @@ int run(const WatchArguments& options) {
   if (!options.file.empty()) {
     return read_file(options, sd_port);
   }
-  const Where where = where_of(options);
+  const traffic::Where where = traffic::where_of(options.interface, options.network);
   if (options.once || options.for_s > 0) {
     return watch_for(options, where, sd_port);
   }

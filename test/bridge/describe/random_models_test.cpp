@@ -1,8 +1,10 @@
 // Models of any kind: what they carry survives the way to bytes and back.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 
+#include "bridge/describe/raise.hpp"
 #include "test/bridge/describe/lowered.hpp"
 #include "test/bridge/describe/random_values.hpp"
 
@@ -155,6 +157,48 @@ TEST(RandomModels, CarryTheirValuesBothWays) {
     }
   }
   EXPECT_EQ(carried, 300U * 8U);
+}
+
+/// Of big endian payloads both mean the same.
+messages::MessageRules with_one_length_order(messages::MessageRules rules) {
+  rules.payload.length_fields_always_big |= rules.payload.byte_order == std::endian::big;
+  return rules;
+}
+
+TEST(RandomModels, ComeBackFromTypesAndRules) {
+  for (unsigned seed = 1; seed <= 300; ++seed) {
+    SCOPED_TRACE(seed);
+    const RandomModel random{seed};
+    const Lowered lowered = lower(random.model());
+    ASSERT_EQ(lowered.members.size(), 1U);
+    const LoweredMember& member = lowered.members[0];
+    const auto tree = library_of(lowered).resolve(member.type);
+    ASSERT_TRUE(tree) << to_string(tree.error());
+
+    Model raised;
+    std::vector<std::string> lost;
+    event(raised, {}).payload = raise(raised, *tree, member.rules, "data", lost);
+    EXPECT_EQ(lost.size(), member.rules.default_missing ? 1U : 0U) << lost[0];
+    const Lowered again = lower(raised);
+    ASSERT_EQ(again.members.size(), 1U);
+    EXPECT_EQ(again.members[0].type, member.type);
+    EXPECT_EQ(with_one_length_order(again.members[0].rules), with_one_length_order(member.rules));
+    for (const messages::MessageDefinition& definition : tree->messages) {
+      const messages::MessageDefinition* const same = again.definition(definition.name);
+      ASSERT_NE(same, nullptr) << definition.name;
+      EXPECT_TRUE(std::ranges::equal(same->fields, definition.fields,
+                                     [](const messages::Field& left, const messages::Field& right) {
+                                       messages::FieldType type = right.type;
+                                       type.message_index = left.type.message_index;
+                                       return left.name == right.name && left.type == type &&
+                                              left.default_value == right.default_value;
+                                     }))
+          << definition.name;
+    }
+    if (testing::Test::HasFailure()) {
+      return;
+    }
+  }
 }
 
 TEST(RandomModels, GiveTheSameNamesEachTime) {

@@ -159,6 +159,70 @@ class Generate(unittest.TestCase):
         self.assertEqual(status, 0, errors)
         self.assertEqual(json.loads(output)["services"][0]["id"], "0x1234")
 
+    def test_reads_types_by_their_names(self):
+        status, output, errors = run("generate", "sensor_msgs/msg/PointCloud2", "--to", "json", "--service-id", "0x1234")
+        self.assertEqual(status, 0, errors)
+        service = json.loads(output)["services"][0]
+        self.assertEqual((service["scope"], service["name"], service["id"]), ("sensor_msgs", "PointCloud2Service", "0x1234"))
+        status, _, errors = run("generate", "car_msgs/msg/None", "--to", "json")
+        self.assertEqual(status, 2)
+        self.assertIn("car_msgs", errors)
+
+    def test_reads_files_of_ros(self):
+        types = self.folder / "car_msgs" / "msg"
+        types.mkdir(parents=True)
+        (types / "Door.msg").write_text("bool open\nWindow[] windows\n")
+        (types / "Window.msg").write_text("float32 height\n")
+        out = self.folder / "out"
+        status, _, errors = run("generate", types / "Door.msg", "--to", "fidl,routes", "-o", out)
+        self.assertEqual(status, 0, errors)
+        self.assertIn("broadcast door", "".join(file.read_text() for file in out.rglob("*.fidl")))
+        self.assertIn("direction: dds_to_someip", (out / "bridge.yaml").read_text())
+        ids = (out / "ids.lock").read_text()
+        (types / "Door.msg").write_text("bool open\nWindow[] windows\nuint8 more\n")
+        status, _, errors = run("generate", types / "Door.msg", "--to", "fidl,routes", "-o", out)
+        self.assertEqual(status, 0, errors)
+        self.assertIn("unchanged", errors)  # the routes: ids and types are the same
+        self.assertEqual((out / "ids.lock").read_text(), ids)
+
+    def test_reads_a_route_file(self):
+        status, output, errors = run("generate", DOOR / "bridge.yaml", "--to", "json")
+        self.assertEqual(status, 0, errors)
+        self.assertEqual([method["name"] for method in json.loads(output)["services"][0]["methods"]], ["open", "shut", "ring"])
+        self.assertEqual(run("generate", DOOR, "--to", "routes,msg", "-o", self.folder / "out", "-q")[0], 0)
+        status, output, errors = run("generate", self.folder / "out" / "bridge.yaml", "--to", "json")
+        self.assertEqual(status, 0, errors)
+        service = json.loads(output)["services"][0]
+        self.assertEqual((service["name"], service["id"]), ("Door", "0x4711"))
+        self.assertEqual([method["id"] for method in service["methods"]], ["0x0010", "0x0011", "0x0012"])
+        self.assertEqual([field["name"] for field in service["fields"]], ["opening", "label", "locked"])
+
+    def test_listens_to_a_network(self):
+        offer = subprocess.Popen([program, "offer", "0x1234.0x0001", "--address", "127.0.0.1"],
+                                 stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        try:
+            for seconds in (3, 10, 30):
+                status, output, errors = run("generate", "network:127.0.0.1", "--for", seconds, "--to", "json")
+                self.assertEqual(status, 0, errors)
+                if "0x1234" in output:
+                    break
+            service = [one for one in json.loads(output)["services"] if one["id"] == "0x1234"][0]
+            self.assertEqual(service["instances"][0]["address"], "127.0.0.1")
+        finally:
+            offer.terminate()
+            offer.wait()
+
+    def test_explains_bytes(self):
+        status, output, errors = run("explain", "Door.open.response", DOOR)
+        self.assertEqual(status, 0, errors)
+        self.assertIn("Door.open response:", output)
+        status, output, errors = run("explain", "geometry_msgs/msg/Point", "--values", "{y: 1.5}", "--json")
+        self.assertEqual(status, 0, errors)
+        self.assertEqual(json.loads(output)[0]["ranges"][1]["value"], "1.5")
+        status, _, errors = run("explain", "Door.opn", DOOR)
+        self.assertEqual(status, 2)
+        self.assertIn("did you mean 'Door.open'?", errors)
+
     def test_diff_says_what_breaks(self):
         status, output, _ = run("diff", DOOR, self.door())
         self.assertEqual(status, 0)

@@ -117,17 +117,6 @@ const Table& table() {
   return table;
 }
 
-const std::vector<std::string>& key_names() {
-  static const std::vector<std::string> names = [] {
-    std::vector<std::string> all;
-    for (const auto& [name, key] : table()) {
-      all.push_back(name);
-    }
-    return all;
-  }();
-  return names;
-}
-
 /// What an element of this tag can have. Elements that use a type also have what the type has, where that is
 /// more than CommonAPI's tools allow.
 std::string_view hosts_of(const Node& node, std::string_view parent) {
@@ -162,7 +151,7 @@ void check(const Node& node, std::string_view parent, const std::vector<std::str
       if (!std::ranges::binary_search(declared, setting.key.text)) {
         findings.warning(setting.key.place, fmt::format("the key {} is not known, and is left out{}",
                                                         documents::quote(setting.key.text),
-                                                        hint(setting.key.text, key_names())));
+                                                        hint(setting.key.text, known_keys())));
       }
     } else if (found->second.hosts.find_first_of(hosts) == std::string_view::npos) {
       findings.warning(setting.key.place,
@@ -211,6 +200,17 @@ std::optional<std::int64_t> number_of(const Setting& setting, const SettingValue
 }
 
 }  // namespace
+
+const std::vector<std::string>& known_keys() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (const auto& [name, key] : table()) {
+      all.push_back(name);
+    }
+    return all;
+  }();
+  return names;
+}
 
 bool is_known_specification(std::string_view name) {
   return name == "org.genivi.commonapi.someip.deployment" || name == "org.genivi.commonapi.core.deployment" ||

@@ -11,6 +11,9 @@ namespace trestle::describe::fidl {
 /// Whether a deployment of this specification is read: SOME/IP's, or the core's.
 [[nodiscard]] bool is_known_specification(std::string_view name);
 
+/// All of them, sorted.
+[[nodiscard]] const std::vector<std::string>& known_keys();
+
 /// Warns of keys that nobody knows, or that mean nothing where they stand, in the element and all within it.
 /// @param declared  keys of specifications among the files; of them nothing is said. Sorted.
 void check_keys(const Node& deployment, const std::vector<std::string>& declared, Problems& findings);

@@ -38,7 +38,11 @@ class Entries {
         port_{port},
         not_carried_{not_carried},
         index_{static_cast<std::size_t>(&service - all.model().services.data())},
-        prefix_{all.prefix_of(service, instance)} {
+        prefix_{all.prefix_of(service, instance)},
+        fixed_prefix_{all.prefix()} {
+    if (const std::size_t at = prefix_.rfind("/instance_"); at != std::string::npos) {
+      fixed_prefix_ += prefix_.substr(at + 1) + "/";
+    }
     const auto name = [](FreeNames& taken, const std::string& member) {
       return taken.take(ros_field_name(member), "_");
     };
@@ -100,7 +104,8 @@ class Entries {
                 .id = field.notifier,
                 .eventgroups = field.eventgroups,
                 .transfer = field.notifier_transfer,
-                .e2e = field.e2e};
+                .e2e = field.e2e,
+                .ros_name = field.ros_name};
     alone.place = field.place;
     event(alone, lowered, name);
   }
@@ -110,7 +115,7 @@ class Entries {
       return;
     }
     YAML::Node node{YAML::NodeType::Map};
-    node["topic"] = prefix_ + "/" + name;
+    node["topic"] = name_of(name, event.ros_name);
     node["type"] = lowered->type;
     node["direction"] = side_ == Side::client ? "someip_to_dds" : "dds_to_someip";
     put_service(node);
@@ -136,7 +141,7 @@ class Entries {
       return;
     }
     YAML::Node node{YAML::NodeType::Map};
-    node["ros_service"] = prefix_ + "/" + name;
+    node["ros_service"] = name_of(name, method.ros_name);
     node["type"] = lowered->type;
     node["server"] = side_ == Side::client ? "someip" : "ros";
     put_service(node);
@@ -157,6 +162,9 @@ class Entries {
     if (!method.fire_and_forget && lowered->response != lowered->rules) {
       lacks(method.name, "other rules for the answer than for the request", method.place);
     }
+    if (!method.fire_and_forget && has_other_segments(method.request_transfer, method.response_transfer)) {
+      lacks(method.name, "other segments of the answer than of the request", method.place);
+    }
     push("methods", method.name, std::move(node));
   }
 
@@ -168,7 +176,7 @@ class Entries {
       return;
     }
     YAML::Node node{YAML::NodeType::Map};
-    node["topic"] = prefix_ + "/" + name;
+    node["topic"] = name_of(name, field.ros_name);
     node["type"] = lowered->type;
     node["server"] = side_ == Side::client ? "someip" : "ros";
     put_service(node);
@@ -201,6 +209,18 @@ class Entries {
     put_tp(node, side_ == Side::server ? field.notifier_transfer : field.setter_transfer, true);
     put_protection(node, field.e2e, "event");
     put_wire(node, lowered->rules);
+    std::vector<const Transfer*> transfers;
+    for (const auto& [there, transfer] : {std::pair{field.has_getter, &field.getter_transfer},
+                                          {field.has_setter, &field.setter_transfer},
+                                          {field.has_notifier, &field.notifier_transfer}}) {
+      if (there) {
+        transfers.push_back(transfer);
+      }
+    }
+    if (std::ranges::any_of(transfers,
+                            [&](const Transfer* one) { return has_other_segments(*one, *transfers[0]); })) {
+      lacks(field.name, "getter, setter and notifier with different segments", field.place);
+    }
     push("fields", field.name, std::move(node));
   }
 
@@ -218,8 +238,16 @@ class Entries {
     }
     return false;
   }
+  static bool has_other_segments(const Transfer& one, const Transfer& other) {
+    return one.segment_bytes != other.segment_bytes || one.separation != other.separation;
+  }
   void lacks(const std::string& member, std::string what, const Place& place) {
     not_carried_.push_back({service_.name + "." + member, std::move(what), place});
+  }
+
+  /// "/car/door/moved", or its name in ROS, if that is fixed.
+  [[nodiscard]] std::string name_of(const std::string& name, const std::string& fixed) const {
+    return fixed.empty() ? prefix_ + "/" + name : fixed_prefix_ + fixed.substr(fixed.front() == '/' ? 1 : 0);
   }
 
   void put_service(YAML::Node& node) const {
@@ -312,6 +340,7 @@ class Entries {
   std::vector<NotCarried>& not_carried_;
   std::size_t index_;
   std::string prefix_;
+  std::string fixed_prefix_;  ///< of names that are fixed; ends in /
   FreeNames topics_{};
   FreeNames calls_{};
   std::vector<std::string> event_names_{};
@@ -407,7 +436,7 @@ std::vector<RouteEntry> route_entries(const Model& model, const Lowered& lowered
       continue;
     }
     const bool provided = instance.role == Instance::Role::provided;
-    const Side side = options.side.value_or(provided ? Side::client : Side::server);
+    const Side side = options.side.value_or(provided && !service->from_ros ? Side::client : Side::server);
     if (instance.id && !done.emplace(instance.service, *instance.id, side).second) {
       continue;  // one that another machine provides or wants, too
     }

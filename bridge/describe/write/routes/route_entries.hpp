@@ -28,7 +28,7 @@ enum class Side : std::uint8_t {
 };
 
 struct RouteOptions {
-  /// Nothing: client of provided instances, server of required ones.
+  /// Nothing: client of provided instances, server of required ones and of what ROS nodes have.
   std::optional<Side> side{};
   std::string prefix = "/";          ///< of topics and services; "/car/"
   std::uint16_t first_port = 30501;  ///< of offered services, for those that have no port
@@ -74,6 +74,10 @@ class RouteEntries {
 
   /// "/car/door", with the instance where the service has several.
   [[nodiscard]] std::string prefix_of(const Service& service, const Instance& instance) const;
+  /// That of the options, with a / at its end.
+  [[nodiscard]] std::string prefix() const {
+    return options_.prefix.ends_with('/') ? options_.prefix : options_.prefix + "/";
+  }
   [[nodiscard]] const Model& model() const noexcept { return model_; }
   [[nodiscard]] const Lowered& lowered() const noexcept { return lowered_; }
 

@@ -40,6 +40,16 @@ void emit(YAML::Emitter& out, const YAML::Node& node, bool flow) {
 Written write_routes(const Model& model, const Lowered& lowered, const RouteFileOptions& options) {
   Written written;
   const std::vector<RouteEntry> entries = route_entries(model, lowered, options.routes, written.not_carried);
+  for (const Service& service : model.services) {
+    const bool is_used = std::ranges::any_of(model.instances, [&](const Instance& instance) {
+      const bool is_theirs = instance.role == Instance::Role::provided && !service.from_ros;
+      return is_of(instance, service) &&
+             options.routes.side.value_or(is_theirs ? Side::client : Side::server) == Side::client;
+    });
+    if (is_used && service.minor != 0) {
+      written.not_carried.push_back({service.name, "its minor version: a client takes any", service.place});
+    }
+  }
   std::string text = "# Made by `trestle generate`";
   for (std::size_t i = 0; i < model.files.size() && i < 8; ++i) {
     text += (i == 0 ? " of " : ", ") + documents::printable(model.files[i]);

@@ -1,11 +1,11 @@
-#include "bridge/inspect/tools/listener.hpp"
+#include "bridge/traffic/live/listener.hpp"
 
 #include <array>
 
 #include "sd/net/clock.hpp"
 #include "sd/wire/writer.hpp"
 
-namespace trestle::inspect {
+namespace trestle::traffic {
 
 Listener::Listener(boost::asio::io_context& io, const sd::NodeConfig& network, Handler handler)
     : io_{io},
@@ -58,4 +58,4 @@ void Listener::on_datagram(ByteView datagram, const Endpoint& from, const Endpoi
   handler_(datagram, from, to);
 }
 
-}  // namespace trestle::inspect
+}  // namespace trestle::traffic

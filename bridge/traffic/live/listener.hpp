@@ -5,7 +5,7 @@
 #include "sd/net/node.hpp"
 #include "someip/net/udp_socket.hpp"
 
-namespace trestle::inspect {
+namespace trestle::traffic {
 
 /// Hears service discovery without taking part in it: other SOME/IP stacks of this host are not disturbed.
 class Listener {
@@ -33,4 +33,4 @@ class Listener {
   std::uint16_t session_ = 0;
 };
 
-}  // namespace trestle::inspect
+}  // namespace trestle::traffic

@@ -1,0 +1,101 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+
+#include "bridge/cli/exit_status.hpp"
+#include "bridge/cli/terminal.hpp"
+#include "bridge/documents/document.hpp"
+#include "bridge/generate/explanation.hpp"
+#include "bridge/generate/generate_commands.hpp"
+#include "bridge/messages/types/interface_name.hpp"
+
+namespace trestle::generate {
+namespace {
+
+struct ExplainArguments {
+  SourceArguments sources;
+  std::string element;
+  std::vector<std::string> interfaces;
+  std::string values;
+  bool json = false;
+};
+
+/// The text itself, or that of the file behind '@', or of a file of this name.
+std::string text_of(const std::string& argument) {
+  const bool is_file = argument.starts_with('@');
+  const std::string name = is_file ? argument.substr(1) : argument;
+  std::error_code ignored;
+  if (!is_file && (argument.find_first_of("{}\n:") != std::string::npos ||
+                   !std::filesystem::is_regular_file(name, ignored))) {
+    return argument;
+  }
+  const auto text = documents::read_text_file(name);
+  if (!text) {
+    throw CLI::ValidationError{"--values", name + " " + text.error()};
+  }
+  return *text;
+}
+
+int run_explain(ExplainArguments& arguments) {
+  arguments.sources.sources.insert(arguments.sources.sources.end(), arguments.interfaces.begin(),
+                                   arguments.interfaces.end());
+  if (arguments.sources.sources.empty()) {
+    if (!messages::interface_name(arguments.element)) {
+      throw CLI::ValidationError{"SOURCE", "is needed: which files describe the interfaces?"};
+    }
+    arguments.sources.sources = {arguments.element};  // a ROS type says it all
+  }
+  const describe::System system = arguments.sources.read();
+  if (!system.good) {
+    return cli::exit_usage;
+  }
+  const auto explained = explain(system, arguments.element, text_of(arguments.values));
+  if (!explained) {
+    const cli::Colours colour = cli::colours_for(STDERR_FILENO);
+    fmt::print(stderr, "{}error:{} {}\n", colour.red, colour.off, explained.error());
+    return cli::exit_usage;
+  }
+  if (arguments.json) {
+    fmt::print("{}", to_json_text(*explained));
+  } else {
+    for (const Explanation& one : *explained) {
+      fmt::print("{}", to_text(one));
+    }
+  }
+  return cli::exit_ok;
+}
+
+}  // namespace
+
+void add_explain_command(CLI::App& app, int& status, const SourceReaders& readers) {
+  const auto arguments = std::make_shared<ExplainArguments>();
+  arguments->sources = SourceArguments{readers};
+  CLI::App* command = app.add_subcommand("explain", "Tell what the bytes of a message are");
+  command
+      ->add_option("ELEMENT", arguments->element,
+                   "An event, method or field, such as Door.open or Door.open.response, or a type")
+      ->required();
+  arguments->sources.add_to(*command);
+  command->get_option("SOURCE")->required(false);
+  command->add_option("--interfaces", arguments->interfaces, "More sources")->type_name("FILE");
+  command
+      ->add_option("--values", arguments->values,
+                   "Values in YAML or JSON, or a file of them: the bytes are real ones then")
+      ->type_name("YAML|FILE");
+  command->add_flag("--json", arguments->json, "Print JSON");
+  command->footer(
+      "Each line is a range of bytes with its field, type and rule, and with --values with its bytes and "
+      "value.\n" +
+      source_forms() +
+      "\n\nExamples:\n"
+      "  trestle explain Door.open Door.fidl Door.fdepl\n"
+      "  trestle explain Door.moved car.arxml --values '{position: 7}'\n"
+      "  trestle explain sensor_msgs/msg/PointCloud2 --json\n"
+      "Exit status: 0, or 2 when a source or a value is wrong or there is no such element.");
+  command->callback([arguments, &status] { status = run_explain(*arguments); });
+}
+
+}  // namespace trestle::generate

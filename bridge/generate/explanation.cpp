@@ -1,0 +1,388 @@
+#include "bridge/generate/explanation.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "bridge/describe/model_source.hpp"
+#include "bridge/describe/raise.hpp"
+#include "bridge/documents/section.hpp"
+#include "bridge/messages/types/type_library.hpp"
+#include "bridge/messages/values/message_values.hpp"
+
+namespace trestle::generate {
+namespace {
+
+using describe::ByteRange;
+using describe::Layout;
+using describe::LoweredMember;
+using describe::Model;
+using describe::Payload;
+using describe::Protection;
+
+/// One part of what was asked for.
+struct Part {
+  std::string element;
+  std::string name;
+  Payload payload{};
+  Protection e2e{};
+  std::string type{};  ///< the ROS message of its values; empty: there is none
+  messages::MessageRules rules{};
+};
+
+/// Fields of an E2E header, in order: docs/e2e.md.
+struct HeaderField {
+  const char* name;
+  std::size_t bytes;
+};
+
+std::vector<HeaderField> header_fields(std::string_view profile) {
+  const HeaderField method{"message type, result, source", 4};
+  if (profile == "1" || profile == "11") {
+    return {{"CRC", 1}, {"counter", 1}};
+  }
+  if (profile == "2" || profile == "22") {
+    return {{"CRC", 1}, {"counter", 1}};
+  }
+  if (profile == "5") {
+    return {{"CRC", 2}, {"counter", 1}};
+  }
+  if (profile == "6") {
+    return {{"CRC", 2}, {"length", 2}, {"counter", 1}};
+  }
+  std::vector<HeaderField> fields;
+  if (profile.starts_with("4")) {
+    fields = {{"length", 2}, {"counter", 2}, {"data id", 4}, {"CRC", 4}};
+  } else if (profile.starts_with("7")) {
+    fields = {{"CRC", 8}, {"length", 4}, {"counter", 4}, {"data id", 4}};
+  } else if (profile == "8") {
+    fields = {{"CRC", 4}, {"length", 4}, {"counter", 4}, {"data id", 4}};
+  }
+  if (!fields.empty() && profile.ends_with("m")) {
+    fields.push_back(method);
+  }
+  return fields;
+}
+
+/// Puts the header where it stands: what is behind it moves.
+void add_header(const Protection& e2e, bool has_bytes, Layout& layout, std::vector<std::byte>& bytes) {
+  const std::vector<HeaderField> fields = header_fields(e2e.profile);
+  if (fields.empty()) {
+    return;
+  }
+  const auto number = [&](const char* key, std::uint64_t otherwise) {
+    const auto found = e2e.numbers.find(key);
+    return found == e2e.numbers.end() ? otherwise : found->second;
+  };
+  const bool payload_only = e2e.words.contains("payload_only") && e2e.words.at("payload_only") == "true";
+  const std::uint64_t front = payload_only ? 0 : 64;
+  const std::uint64_t offset_bits = number("offset_bits", number("crc_offset_bits", front));
+  const std::size_t at = offset_bits < front ? 0 : static_cast<std::size_t>(offset_bits - front) / 8;
+  std::size_t size = 0;
+  std::vector<ByteRange> header;
+  for (const HeaderField& field : fields) {
+    header.push_back({.offset = at + size,
+                      .offset_text = fmt::to_string(at + size),
+                      .bytes = field.bytes,
+                      .size_text = fmt::to_string(field.bytes),
+                      .path = fmt::format("(E2E {})", field.name),
+                      .type = "header",
+                      .rule = fmt::format("profile {}, written when it is sent", e2e.profile)});
+    size += field.bytes;
+  }
+  auto place = layout.ranges.begin();
+  while (place != layout.ranges.end() && (place->depth > 0 || (place->offset && *place->offset < at))) {
+    ++place;
+  }
+  for (auto range = place; range != layout.ranges.end(); ++range) {
+    // Parts of elements count from these, where the layout is without bytes.
+    if (range->depth == 0 || has_bytes) {
+      const std::size_t digits = range->offset_text.find_first_not_of("0123456789");
+      const std::size_t before = range->offset ? *range->offset : std::stoul(range->offset_text);
+      range->offset_text = fmt::to_string(before + size) +
+                           (digits == std::string::npos ? std::string{} : range->offset_text.substr(digits));
+      if (range->offset) {
+        range->offset = before + size;
+      }
+    }
+  }
+  for (describe::LayoutError& error : layout.errors) {
+    error.offset += error.offset >= at ? size : 0;
+  }
+  layout.ranges.insert(place, header.begin(), header.end());
+  if (has_bytes) {
+    bytes.insert(bytes.begin() + static_cast<std::ptrdiff_t>(std::min(at, bytes.size())), size, std::byte{0});
+  }
+}
+
+/// The response with the error that is its first value.
+Payload response_of(const Model& model, const describe::Method& method) {
+  Payload response = method.response;
+  if (static_cast<std::size_t>(method.error) < model.types.size()) {
+    response.values.insert(
+        response.values.begin(),
+        {.name = "error", .type = method.error, .wire = resolved(model, method.error).wire});
+  }
+  return response;
+}
+
+class Search {
+ public:
+  Search(const describe::System& system, std::string_view wanted) : system_{system}, wanted_{wanted} {}
+
+  std::vector<Part> run() {
+    const Model& model = system_.model;
+    for (std::size_t at = 0; at < model.services.size(); ++at) {
+      const describe::Service& service = model.services[at];
+      for (std::size_t i = 0; i < service.events.size(); ++i) {
+        const describe::Event& event = service.events[i];
+        add(service, event.name, "", at, i, LoweredMember::Kind::event, event.payload, event.e2e);
+      }
+      for (std::size_t i = 0; i < service.methods.size(); ++i) {
+        const describe::Method& method = service.methods[i];
+        add(service, method.name, "request", at, i, LoweredMember::Kind::method, method.request, method.e2e);
+        if (!method.fire_and_forget) {
+          add(service, method.name, "response", at, i, LoweredMember::Kind::method,
+              response_of(model, method), method.e2e);
+        }
+      }
+      for (std::size_t i = 0; i < service.fields.size(); ++i) {
+        const describe::Field& field = service.fields[i];
+        add(service, field.name, "", at, i, LoweredMember::Kind::field, field.payload, field.e2e);
+      }
+    }
+    if (found_.empty()) {
+      types();
+    }
+    return std::move(found_);
+  }
+
+  /// All names of services with members, for errors.
+  [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
+
+ private:
+  void add(const describe::Service& service, const std::string& member, const std::string& part,
+           std::size_t service_at, std::size_t member_at, LoweredMember::Kind kind, Payload payload,
+           const Protection& e2e) {
+    const std::string name = service.name + "." + member;
+    const std::string full = describe::full_name(service.scope, service.name) + "." + member;
+    if (part != "response") {
+      names_.push_back(name);
+    }
+    const auto is = [&](const std::string& one) {
+      return wanted_ == one || (!part.empty() && wanted_ == one + "." + part);
+    };
+    if (!is(name) && !is(full)) {
+      return;
+    }
+    Part made{
+        .element = name, .name = part.empty() ? "payload" : part, .payload = std::move(payload), .e2e = e2e};
+    if (const LoweredMember* const lowered = system_.lowered.member(kind, service_at, member_at)) {
+      made.type = lowered->type + (part == "request" ? "_Request" : part == "response" ? "_Response" : "");
+      made.rules = part == "response" ? lowered->response : lowered->rules;
+    }
+    found_.push_back(std::move(made));
+  }
+
+  void types() {
+    const Model& model = system_.model;
+    for (std::size_t at = 0; at < model.types.size(); ++at) {
+      const describe::Type& type = model.types[at];
+      const bool is_wanted =
+          (!type.name.empty() &&
+           (wanted_ == type.name || wanted_ == describe::full_name(type.scope, type.name))) ||
+          (!type.ros_name.empty() && (wanted_ == type.ros_name || wanted_ == short_name(type.ros_name)));
+      if (!is_wanted) {
+        continue;
+      }
+      Part made{.element = std::string{wanted_}, .name = "type"};
+      made.payload.values = {value_of(model, describe::TypeIndex{static_cast<std::uint32_t>(at)}, {})};
+      // The values of a type alone, as an event would carry it.
+      Model alone = model;
+      alone.services = {{.name = "Type"}};
+      describe::Event event{.name = "value"};
+      event.payload = made.payload;
+      alone.services[0].events.push_back(std::move(event));
+      const describe::Lowered lowered = describe::lower(alone);
+      if (!lowered.members.empty() &&
+          (type.kind == describe::Kind::structure || type.kind == describe::Kind::choice)) {
+        made.type = lowered.members[0].type;
+        made.rules = lowered.members[0].rules;
+      }
+      found_.push_back(std::move(made));
+      return;
+    }
+  }
+
+  /// "sensor_msgs/PointCloud2"
+  static std::string short_name(const std::string& name) {
+    const std::size_t at = name.find("/msg/");
+    return at == std::string::npos ? name : name.substr(0, at) + name.substr(at + 4);
+  }
+
+  const describe::System& system_;
+  std::string_view wanted_;
+  std::vector<Part> found_;
+  std::vector<std::string> names_;
+};
+
+tl::expected<std::vector<std::byte>, std::string> bytes_of(const describe::System& system, const Part& part,
+                                                           std::string_view values) {
+  if (part.payload.values.empty()) {
+    return std::vector<std::byte>{};
+  }
+  if (part.type.empty()) {
+    return tl::unexpected{
+        fmt::format("{} has no form in ROS 2, so that values cannot be given", part.element)};
+  }
+  auto library =
+      messages::TypeLibrary::of({std::make_shared<describe::ModelSource>(system.lowered, "the interfaces")});
+  auto tree = library.resolve(part.type);
+  if (!tree) {
+    return tl::unexpected{to_string(tree.error())};
+  }
+  const auto made = messages::MessageValues::make(std::move(*tree), part.rules);
+  if (!made) {
+    return tl::unexpected{made.error()};
+  }
+  auto bytes = made->parse(values, messages::ValueForm::yaml);
+  if (!bytes) {
+    return tl::unexpected{"values: " + to_string(bytes.error())};
+  }
+  return std::move(*bytes);
+}
+
+std::string hex_of(const std::vector<std::byte>& bytes, std::size_t at, std::size_t size, std::size_t most) {
+  std::string text;
+  for (std::size_t i = at; i < at + std::min(size, most) && i < bytes.size(); ++i) {
+    text += fmt::format("{}{:02x}", i == at ? "" : " ", static_cast<unsigned>(bytes[i]));
+  }
+  return size > most ? text + " …" : text;
+}
+
+}  // namespace
+
+tl::expected<std::vector<Explanation>, std::string> explain(const describe::System& system,
+                                                            std::string_view element,
+                                                            std::string_view values) {
+  Search search{system, element};
+  std::vector<Part> parts = search.run();
+  if (parts.empty()) {
+    std::string text = fmt::format("there is no element or type {}", documents::quote(std::string{element}));
+    const std::vector<std::string>& names = search.names();
+    if (const std::string likely = documents::nearest(std::string{element}, names); !likely.empty()) {
+      text += fmt::format("; did you mean {}?", documents::quote(likely));
+    } else if (!names.empty()) {
+      constexpr std::size_t most = 30;
+      text += "; there are: ";
+      for (std::size_t i = 0; i < std::min(names.size(), most); ++i) {
+        text += (i == 0 ? "" : ", ") + names[i];
+      }
+      text += names.size() > most ? ", …" : "";
+    }
+    return tl::unexpected{std::move(text)};
+  }
+  if (!values.empty() && parts.size() > 1) {
+    parts.resize(1);  // a method's request
+  }
+  std::vector<Explanation> all;
+  for (const Part& part : parts) {
+    Explanation one{.element = part.element, .part = part.name};
+    if (values.empty()) {
+      one.layout = describe::layout(system.model, part.payload);
+    } else {
+      auto bytes = bytes_of(system, part, values);
+      if (!bytes) {
+        return tl::unexpected{bytes.error()};
+      }
+      one.bytes = std::move(*bytes);
+      one.layout = describe::layout(system.model, part.payload, one.bytes);
+    }
+    add_header(part.e2e, !values.empty(), one.layout, one.bytes);
+    all.push_back(std::move(one));
+  }
+  return all;
+}
+
+std::string to_text(const Explanation& explanation) {
+  constexpr std::size_t columns = 7;
+  constexpr std::size_t bytes_shown = 8;
+  const bool has_bytes = !explanation.bytes.empty();
+  std::vector<std::array<std::string, columns>> rows{
+      {"offset", "size", "bytes", "field", "type", "value", "rule"}};
+  for (const ByteRange& one : explanation.layout.ranges) {
+    const std::string indent(static_cast<std::size_t>(one.depth) * 2, ' ');
+    rows.push_back({indent + (one.depth > 0 && !has_bytes ? "+" : "") + one.offset_text, one.size_text,
+                    has_bytes && one.offset
+                        ? hex_of(explanation.bytes, *one.offset, one.bytes.value_or(0), bytes_shown)
+                        : std::string{},
+                    one.path, one.type, one.value, one.rule});
+  }
+  std::array<std::size_t, columns> widths{};
+  const auto width = [](const std::string& text) {
+    return static_cast<std::size_t>(std::ranges::count_if(
+        text, [](char one) { return (static_cast<unsigned char>(one) & 0xc0U) != 0x80U; }));
+  };
+  for (const auto& row : rows) {
+    for (std::size_t i = 0; i < columns; ++i) {
+      widths[i] = std::max(widths[i], std::min<std::size_t>(width(row[i]), 40));
+    }
+  }
+  std::string text = fmt::format("{} {}:", explanation.element, explanation.part);
+  text += explanation.layout.ranges.empty() ? " no bytes\n" : "\n";
+  for (const auto& row : rows) {
+    std::string line = " ";
+    for (std::size_t i = 0; i < columns && !explanation.layout.ranges.empty(); ++i) {
+      if (!has_bytes && (i == 2 || i == 5)) {
+        continue;
+      }
+      line += " " + row[i] + std::string(widths[i] - std::min(widths[i], width(row[i])), ' ');
+    }
+    line.resize(line.find_last_not_of(' ') + 1);
+    text += line.empty() ? "" : line + "\n";
+  }
+  for (const describe::LayoutError& error : explanation.layout.errors) {
+    text += fmt::format("  at byte {}{}: {}\n", error.offset, error.path.empty() ? "" : ", " + error.path,
+                        error.text);
+  }
+  return text;
+}
+
+std::string to_json_text(const std::vector<Explanation>& explanations) {
+  using Json = nlohmann::ordered_json;
+  Json all = Json::array();
+  for (const Explanation& one : explanations) {
+    Json json{{"element", one.element}, {"part", one.part}};
+    if (!one.bytes.empty()) {
+      std::string hex;
+      for (const std::byte byte : one.bytes) {
+        hex += fmt::format("{:02x}", static_cast<unsigned>(byte));
+      }
+      json["bytes"] = hex;
+    }
+    json["ranges"] = Json::array();
+    for (const ByteRange& range : one.layout.ranges) {
+      Json entry{{"offset", range.offset_text}, {"size", range.size_text}, {"depth", range.depth},
+                 {"field", range.path},         {"type", range.type},      {"rule", range.rule}};
+      if (range.offset && range.bytes) {
+        entry["at"] = *range.offset;
+        entry["bytes"] = *range.bytes;
+      }
+      if (!range.value.empty()) {
+        entry["value"] = range.value;
+      }
+      json["ranges"].push_back(std::move(entry));
+    }
+    for (const describe::LayoutError& error : one.layout.errors) {
+      json["errors"].push_back({{"at", error.offset}, {"field", error.path}, {"text", error.text}});
+    }
+    all.push_back(std::move(json));
+  }
+  return all.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace trestle::generate

@@ -1,0 +1,38 @@
+#pragma once
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "bridge/describe/layout.hpp"
+#include "bridge/describe/system.hpp"
+
+namespace trestle::generate {
+
+/// What the bytes of one kind of message are.
+struct Explanation {
+  std::string element;  ///< "Door.open"
+  std::string part;     ///< "request", "response", "payload"; of a type: "type"
+  describe::Layout layout{};
+  std::vector<std::byte> bytes{};  ///< with values: the payload, in which the E2E header is zeros
+};
+
+/// Explains an element: an event, method or field ("Door.open", "car.Door.open", "Door.open.response"), or a
+/// type
+/// ("Obstacle", "org.example.Obstacle", "sensor_msgs/msg/PointCloud2").
+/// @param values  YAML or JSON with the fields of the ROS message; empty: none, and the layout is a table of
+/// what may
+///                be there. Of a method they are those of the request, unless the element ends in
+///                ".response".
+/// @return a method has two parts; or what is wrong, with the names that there are.
+[[nodiscard]] tl::expected<std::vector<Explanation>, std::string> explain(const describe::System& system,
+                                                                          std::string_view element,
+                                                                          std::string_view values);
+
+/// As a table for people.
+[[nodiscard]] std::string to_text(const Explanation& explanation);
+/// An object: docs/describe.md.
+[[nodiscard]] std::string to_json_text(const std::vector<Explanation>& explanations);
+
+}  // namespace trestle::generate

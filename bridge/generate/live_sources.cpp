@@ -1,0 +1,118 @@
+#include "bridge/generate/live_sources.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+#include <stdexcept>
+#include <string_view>
+
+#include "bridge/cli/session.hpp"
+#include "bridge/generate/capture_model.hpp"
+#include "bridge/traffic/capture_reader.hpp"
+#include "bridge/traffic/live/live_frames.hpp"
+#include "dds_adapter/ros_names.hpp"
+#include "pcaps/traffic.hpp"
+#include "someip/net/address_text.hpp"
+
+namespace trestle::generate {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::string_view reply = "Reply";
+constexpr std::string_view response = "_Response";
+
+/// The service of a topic that its server replies on: "rr/addReply" is "/add".
+std::optional<std::string> service_of_reply(std::string_view topic) {
+  if (!topic.starts_with("rr/") || !topic.ends_with(reply)) {
+    return std::nullopt;
+  }
+  topic.remove_prefix(2);
+  topic.remove_suffix(reply.size());
+  return std::string{topic};
+}
+
+/// What nodes have by themselves, and what names that begin with "_" hide.
+bool is_of_every_node(std::string_view name, std::string_view type) {
+  return name == "/rosout" || name == "/parameter_events" || type.starts_with("rcl_interfaces/") ||
+         type.starts_with("type_description_interfaces/") || name.find("/_") != std::string_view::npos;
+}
+
+}  // namespace
+
+describe::Reading listen_to_network(const std::string& where, cli::NetworkOptions network, double seconds) {
+  describe::Reading reading;
+  const std::string place = where.empty() ? "network" : "network:" + where;
+  const bool is_address = someip::parse_address(where).has_value();
+  if (is_address) {
+    network.set_address(where);
+  }
+  try {
+    const traffic::Where place_of_it = traffic::where_of(is_address ? std::string{} : where, network);
+    cli::Session session{seconds};
+    traffic::CaptureReader* learner = nullptr;
+    CaptureModel sink{[&](Transport transport, const Endpoint& at) { learner->learn(transport, at); }};
+    traffic::CaptureReader reader{{network.config_without_address().port}, sink};
+    learner = &reader;
+    pcaps::Traffic frames_of{reader};
+    const traffic::LiveFrames frames{session, place_of_it,
+                                     [&](const pcaps::Frame& frame) { frames_of.on_frame(frame); },
+                                     [&](ByteView datagram, const Endpoint& from, const Endpoint& to) {
+                                       sink.sd_datagram(datagram, from, to, traffic::wall_clock());
+                                     }};
+    session.run();
+    frames.check();
+    frames_of.finish();
+    reader.finish();
+    reading.model = sink.model(place);
+    if (sink.messages() == 0) {
+      reading.problems.push_back({.severity = documents::Problem::Severity::warning,
+                                  .file = place,
+                                  .mark = {},
+                                  .text = fmt::format("no SOME/IP message was seen in {} s", seconds)});
+    }
+  } catch (const std::runtime_error& failure) {
+    reading.problems.push_back({.file = place, .mark = {}, .text = failure.what()});
+  }
+  return reading;
+}
+
+std::vector<describe::RosInterface> interfaces_of(std::span<const dds::FoundWriter> graph,
+                                                  std::span<const std::string> only,
+                                                  const std::string& place) {
+  std::map<std::string, std::string, std::less<>> types;  // by name
+  const auto add = [&](const std::string& name, const std::string& type) {
+    const bool is_wanted =
+        only.empty() ? !is_of_every_node(name, type) : std::ranges::find(only, name) != only.end();
+    if (is_wanted) {
+      types.emplace(name, type);
+    }
+  };
+  constexpr std::string_view send_goal = "/_action/send_goal";
+  constexpr std::string_view send_goal_type = "_SendGoal";
+  for (const dds::FoundWriter& one : graph) {
+    const auto type = dds::type_of_ros(one.type);
+    if (!type || one.bridge) {
+      continue;
+    }
+    if (const auto topic = dds::topic_of_ros(one.topic)) {
+      add(*topic, *type);
+    } else if (auto service = service_of_reply(one.topic); service && type->ends_with(response)) {
+      std::string name = type->substr(0, type->size() - response.size());
+      if (service->ends_with(send_goal) && name.ends_with(send_goal_type)) {
+        service->resize(service->size() - send_goal.size());
+        name.resize(name.size() - send_goal_type.size());
+      }
+      add(*service, name);
+    }
+  }
+  std::vector<describe::RosInterface> interfaces;
+  for (const auto& [name, type] : types) {
+    interfaces.push_back({.type = type, .name = name, .place = fmt::format("{} {}", place, name)});
+  }
+  return interfaces;
+}
+
+}  // namespace trestle::generate

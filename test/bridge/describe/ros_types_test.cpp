@@ -1,0 +1,118 @@
+#include "bridge/describe/sources/ros_types.hpp"
+
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "bridge/describe/sources/sources.hpp"
+
+namespace trestle::describe {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+template <typename Element>
+std::vector<std::string> names(const std::vector<Element>& elements) {
+  std::vector<std::string> names;
+  for (const Element& element : elements) {
+    names.push_back(element.name);
+  }
+  return names;
+}
+
+Reading of_types(std::vector<RosInterface> interfaces) {
+  messages::TypeLibrary library;
+  return describe_ros(interfaces, library);
+}
+
+TEST(DescribeRos, MakesAServiceOfAMessage) {
+  const Reading reading = of_types({{.type = "sensor_msgs/PointCloud2"}});
+  ASSERT_THAT(reading.problems, IsEmpty());
+  ASSERT_THAT(reading.model.services, SizeIs(1));
+  const Service& service = reading.model.services[0];
+  EXPECT_EQ(full_name(service.scope, service.name), "sensor_msgs.PointCloud2Service");
+  EXPECT_TRUE(service.from_ros);
+  ASSERT_THAT(names(service.events), ElementsAre("point_cloud2"));
+  EXPECT_EQ(service.events[0].ros_name, "/point_cloud2");
+  ASSERT_THAT(names(service.events[0].payload.values), ElementsAre("data"));
+  EXPECT_EQ(reading.model.at(service.events[0].payload.values[0].type).ros_name,
+            "sensor_msgs/msg/PointCloud2");
+  EXPECT_EQ(reading.model.files[service.place.file], "sensor_msgs/PointCloud2");
+}
+
+TEST(DescribeRos, MakesAMethodOfAServiceAndFiveMembersOfAnAction) {
+  const Reading reading = of_types(
+      {{.type = "std_srvs/SetBool", .name = "/arm/enable"}, {.type = "tf2_msgs/action/LookupTransform"}});
+  ASSERT_THAT(reading.problems, IsEmpty());
+  ASSERT_THAT(names(reading.model.services), ElementsAre("ArmEnableService", "LookupTransformService"));
+  EXPECT_THAT(names(reading.model.services[0].methods), ElementsAre("enable"));
+  EXPECT_EQ(reading.model.services[0].methods[0].ros_name, "/arm/enable");
+  EXPECT_THAT(names(reading.model.services[1].methods),
+              ElementsAre("send_goal", "cancel_goal", "get_result"));
+  EXPECT_THAT(names(reading.model.services[1].events), ElementsAre("feedback", "status"));
+  EXPECT_EQ(reading.model.services[1].events[1].ros_name, "/lookup_transform/_action/status");
+}
+
+TEST(DescribeRos, TellsOfTypesThatAreNotThere) {
+  const Reading reading = of_types({{.type = "my_msgs/msg/Door"}, {.type = "Door"}});
+  ASSERT_THAT(reading.problems, SizeIs(2));
+  EXPECT_THAT(reading.problems[0].text, HasSubstr("my_msgs/msg/Door"));
+  EXPECT_THAT(reading.problems[1].text, HasSubstr("is no name of a ROS type"));
+  EXPECT_THAT(reading.model.services, IsEmpty());
+}
+
+TEST(DescribeRos, GivesTwoOfOneNameTwoNames) {
+  const Reading reading =
+      of_types({{.type = "std_msgs/String", .name = "/a/b"}, {.type = "std_msgs/String", .name = "/a_b"}});
+  EXPECT_THAT(names(reading.model.services), ElementsAre("ABService", "ABService2"));
+}
+
+TEST(ReadRosFiles, FindsPackagesByTheirFolders) {
+  const std::vector<SourceText> files{
+      {"/ws/src/car_msgs/msg/Door.msg", "bool open\ncar_msgs/Window[] windows\nstd_msgs/Header header\n"},
+      {"/ws/src/car_msgs/msg/Window.msg", "uint8 DOWN=1\nfloat32 height\n"},
+      {"/ws/src/car_msgs/srv/Lock.srv", "bool all\n---\n"},
+      {"/ws/Loose.msg", "int8 a\n"},
+      {"/ws/src/car_msgs/msg/Seat.idl",
+       "module car_msgs { module msg { struct Seat { sequence<uint8, 4> heat; }; }; };\n"}};
+  const Reading reading = read_ros_files(files);
+  ASSERT_THAT(reading.problems, IsEmpty()) << reading.problems[0].text;
+  // Window is within Door.
+  EXPECT_THAT(names(reading.model.services),
+              ElementsAre("DoorService", "LockService", "LooseService", "SeatService"));
+  EXPECT_EQ(reading.model.services[2].scope, "ws");
+  EXPECT_THAT(reading.model.services[1].methods[0].response.values, IsEmpty());
+  EXPECT_EQ(reading.model.files[reading.model.services[0].place.file], "/ws/src/car_msgs/msg/Door.msg");
+}
+
+TEST(ReadRosFiles, TellsWhereAFileIsWrong) {
+  const std::vector<SourceText> files{{"/ws/car_msgs/msg/Door.msg", "bool open\nWindw window\n"},
+                                      {"/ws/car_msgs/msg/lower-case.msg", "bool open\n"}};
+  const Reading reading = read_ros_files(files);
+  ASSERT_THAT(reading.problems, SizeIs(2));
+  EXPECT_THAT(reading.problems[0].text, HasSubstr("is not named like a ROS type"));
+  EXPECT_EQ(reading.problems[1].file, "/ws/car_msgs/msg/Door.msg");
+  EXPECT_EQ(reading.problems[1].mark.line, 2);
+}
+
+TEST(ReadSources, ReadsRosFilesFromFoldersWithOthers) {
+  const std::filesystem::path folder = std::filesystem::path{testing::TempDir()} / "ros_sources";
+  std::filesystem::create_directories(folder / "car_msgs" / "msg");
+  std::ofstream{folder / "car_msgs" / "msg" / "Door.msg"} << "bool open\n";
+  std::ofstream{folder / "Lamp.fidl"}
+      << "package car\ninterface Lamp { version { major 1 minor 0 } method on { } }\n";
+  std::vector<documents::Problem> problems;
+  const auto texts = load_sources({folder.string()}, problems);
+  const Reading reading = read_sources(texts, file_loader());
+  ASSERT_THAT(problems, IsEmpty());
+  ASSERT_TRUE(reading.ok()) << reading.problems[0].text;
+  EXPECT_THAT(names(reading.model.services), ElementsAre("Lamp", "DoorService"));
+  std::filesystem::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace trestle::describe

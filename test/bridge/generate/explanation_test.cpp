@@ -1,0 +1,127 @@
+#include "bridge/generate/explanation.hpp"
+
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+#include "bridge/describe/sources/ros_types.hpp"
+#include "bridge/describe/sources/sources.hpp"
+
+namespace trestle::generate {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
+
+describe::System system_of(const std::string& fidl, const std::string& fdepl = {}) {
+  std::vector<describe::SourceText> texts{
+      {"Car.fidl", "package car\ninterface Door {\nversion { major 1 minor 0 }\n" + fidl + "}\n"}};
+  if (!fdepl.empty()) {
+    texts.push_back({"Car.fdepl",
+                     "import \"platform:/plugin/org.genivi.commonapi.someip/deployment/"
+                     "CommonAPI-4-SOMEIP_deployment_spec.fdepl\"\nimport \"Car.fidl\"\ndefine "
+                     "org.genivi.commonapi.someip.deployment for interface car.Door {\n" +
+                         fdepl + "}\n"});
+  }
+  describe::IdLock lock;
+  return make_system(describe::read_sources(texts, {}), lock);
+}
+
+/// "offset size field type value"
+std::vector<std::string> lines_of(const Explanation& explanation) {
+  std::vector<std::string> lines;
+  for (const describe::ByteRange& one : explanation.layout.ranges) {
+    lines.push_back(one.offset_text + " " + one.size_text + " " + one.path + " " + one.type +
+                    (one.value.empty() ? "" : " " + one.value));
+  }
+  return lines;
+}
+
+constexpr const char* door =
+    "enumeration Side { LEFT = 0 RIGHT = 1 }\n"
+    "struct Opening { Side side UInt16 angle String label }\n"
+    "union Any { UInt8 small UInt32 large }\n"
+    "method open { in { Opening opening } out { Boolean done } }\n"
+    "broadcast moved { out { Opening opening } }\n"
+    "broadcast chosen { out { Any any } }\n";
+
+TEST(Explain, ShowsRealBytesWithTheirValues) {
+  const describe::System system = system_of(door);
+  ASSERT_TRUE(system.good);
+  const auto moved = explain(system, "Door.moved", "{side: 1, angle: 258, label: ab}");
+  ASSERT_TRUE(moved) << moved.error();
+  ASSERT_THAT(*moved, SizeIs(1));
+  EXPECT_THAT(lines_of(moved->front()),
+              ElementsAre("0 1 opening.side Side RIGHT (1)", "1 2 opening.angle uint16 258",
+                          "3 4 opening.label length 6", "7 6 opening.label string \"ab\""));
+  EXPECT_THAT(moved->front().bytes, SizeIs(13));
+  const std::string text = to_text(moved->front());
+  EXPECT_THAT(text, HasSubstr("01 02"));
+  EXPECT_THAT(text, HasSubstr("RIGHT (1)"));
+}
+
+TEST(Explain, ShowsWhatMayBeThereWithoutValues) {
+  const auto open = explain(system_of(door), "car.Door.open", "");
+  ASSERT_TRUE(open);
+  ASSERT_THAT(*open, SizeIs(2));
+  EXPECT_EQ((*open)[0].part, "request");
+  EXPECT_EQ((*open)[1].part, "response");
+  EXPECT_THAT(lines_of((*open)[1]), ElementsAre("0 1 done bool"));
+  const auto chosen = explain(system_of(door), "Door.chosen", "");
+  EXPECT_THAT(to_text(chosen->front()), HasSubstr("if the selector is 2"));
+}
+
+TEST(Explain, TakesValuesOfUnions) {
+  const auto chosen = explain(system_of(door), "Door.chosen", "{any_value: {large: [7]}}");
+  ASSERT_TRUE(chosen) << chosen.error();
+  EXPECT_THAT(lines_of(chosen->front()),
+              ElementsAre("0 4 any length 4", "4 4 any selector 2", "8 4 any.large uint32 7"));
+}
+
+TEST(Explain, KnowsTypesByTheirNames) {
+  const auto type = explain(system_of(door), "Opening", "{angle: 3}");
+  ASSERT_TRUE(type) << type.error();
+  EXPECT_EQ(type->front().part, "type");
+  EXPECT_THAT(type->front().bytes, SizeIs(11));
+  messages::TypeLibrary library;
+  const std::vector<describe::RosInterface> wanted{{.type = "geometry_msgs/Point"}};
+  describe::IdLock lock;
+  const describe::System ros = make_system(describe_ros(wanted, library), lock);
+  const auto point = explain(ros, "geometry_msgs/Point", "{x: 1.5}");
+  ASSERT_TRUE(point) << point.error();
+  EXPECT_THAT(lines_of(point->front()),
+              ElementsAre("0 8 x float64 1.5", "8 8 y float64 0", "16 8 z float64 0"));
+}
+
+TEST(Explain, ShowsTheHeaderOfProtection) {
+  describe::System system = system_of(door);
+  system.model.services[0].events[0].e2e = {.profile = "5", .numbers = {{"data_id", 1}}};
+  const auto moved = explain(system, "Door.moved", "{label: ab}");
+  ASSERT_TRUE(moved);
+  EXPECT_THAT(lines_of(moved->front()),
+              ElementsAre("0 2 (E2E CRC) header", "2 1 (E2E counter) header",
+                          "3 1 opening.side Side LEFT (0)", "4 2 opening.angle uint16 0",
+                          "6 4 opening.label length 6", "10 6 opening.label string \"ab\""));
+  EXPECT_THAT(moved->front().bytes, SizeIs(16));
+}
+
+TEST(Explain, PrintsJson) {
+  const auto moved = explain(system_of(door), "Door.moved", "{label: ab}");
+  const auto json = nlohmann::json::parse(to_json_text(*moved));
+  EXPECT_EQ(json[0]["element"], "Door.moved");
+  EXPECT_EQ(json[0]["bytes"], "00000000000006efbbbf616200");
+  EXPECT_EQ(json[0]["ranges"][1]["field"], "opening.angle");
+  EXPECT_EQ(json[0]["ranges"][1]["at"], 1);
+  EXPECT_EQ(json[0]["ranges"][1]["bytes"], 2);
+}
+
+TEST(Explain, TellsWhatIsWrong) {
+  const describe::System system = system_of(door);
+  EXPECT_THAT(explain(system, "Door.mved", "").error(), HasSubstr("did you mean 'Door.moved'?"));
+  EXPECT_THAT(explain(system, "Zebra", "").error(), HasSubstr("there are: Door.moved"));
+  EXPECT_THAT(explain(system, "Door.moved", "{angle: 70000}").error(), HasSubstr("70000"));
+}
+
+}  // namespace
+}  // namespace trestle::generate

@@ -1,0 +1,238 @@
+// What is written is read as it was: each interface of interfaces.txt goes through each target that has a
+// reader, and what differs then is in the list of what the target does not carry.
+#include <gmock/gmock.h>
+
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <set>
+#include <sstream>
+
+#include "bridge/carry/config/describe_routes.hpp"
+#include "bridge/describe/compare.hpp"
+#include "bridge/describe/read/fidl/keys.hpp"
+#include "bridge/describe/read/fidl/read_fidl.hpp"
+#include "bridge/describe/sources/sources.hpp"
+#include "bridge/describe/system.hpp"
+#include "bridge/generate/targets.hpp"
+
+namespace trestle::generate::round_trip_test {
+namespace {
+
+using ::testing::IsEmpty;
+namespace fs = std::filesystem;
+
+struct Interface {
+  std::string name;
+  std::string version;
+  std::string fidl;
+  std::map<std::string, std::string> deployed;  ///< by what for
+};
+
+std::vector<Interface> interfaces() {
+  std::vector<Interface> all;
+  std::ifstream in{TRESTLE_SOURCE_DIR "/test/bridge/generate/interfaces.txt"};
+  std::string* into = nullptr;
+  for (std::string line; std::getline(in, line);) {
+    if (line.starts_with("== ")) {
+      std::istringstream words{line.substr(3)};
+      Interface& one = all.emplace_back();
+      words >> one.name >> one.version;
+      into = &one.fidl;
+    } else if (line.starts_with("-- ")) {
+      into = &all.back().deployed[line.substr(3)];
+    } else if (into != nullptr) {
+      *into += line + "\n";
+    }
+  }
+  return all;
+}
+
+std::vector<describe::SourceText> texts_of(const Interface& one) {
+  const std::string specification = one.version == "1" ? "CommonAPI-SOMEIP" : "CommonAPI-4-SOMEIP";
+  const auto deployed = [&](const char* what) {
+    const auto found = one.deployed.find(what);
+    return found == one.deployed.end() ? std::string{} : found->second;
+  };
+  const std::string define = "define org.genivi.commonapi.someip.deployment for ";
+  return {
+      {"Car.fidl", "package car\ninterface Car {\nversion { major 1 minor 2 }\n" + one.fidl + "}\n"},
+      {"Car.fdepl", "import \"platform:/plugin/org.genivi.commonapi.someip/deployment/" + specification +
+                        "_deployment_spec.fdepl\"\nimport \"Car.fidl\"\n" + define + "interface car.Car {\n" +
+                        deployed("interface") + "}\n" + define + "provider as Cars {\n" +
+                        deployed("provider") + "instance car.Car {\n" + deployed("instance") + "}\n}\n"}};
+}
+
+std::string text_of(const std::vector<documents::Problem>& problems) {
+  std::string text;
+  for (const documents::Problem& one : problems) {
+    text += to_string(one) + "\n";
+  }
+  return text;
+}
+
+describe::System system_of(describe::Reading reading) {
+  describe::IdLock lock;
+  describe::System system = make_system(std::move(reading), lock);
+  EXPECT_TRUE(lock.services.empty()) << "ids are missing: " << to_text(lock);
+  return system;
+}
+
+/// What became of a model.
+struct Carried {
+  std::string what;  ///< "fidl"
+  describe::System after;
+  std::vector<describe::NotCarried> not_carried;
+};
+
+std::vector<describe::SourceText> sources_of(const describe::Written& written) {
+  std::vector<describe::SourceText> sources;
+  for (const describe::TextFile& file : written.files) {
+    sources.push_back({file.path, file.text});
+  }
+  return sources;
+}
+
+Carried by_text(const describe::System& system, const char* name) {
+  const describe::Written written = target(name)->write(system, {});
+  return {name, system_of(describe::read_sources(sources_of(written), {})), written.not_carried};
+}
+
+/// As a route file with the packages of its types.
+Carried by_routes(const describe::System& system) {
+  const fs::path folder = fs::path{testing::TempDir()} / "round_trip_test";
+  fs::remove_all(folder);
+  TargetOptions options;
+  options.routes.type_paths = ".";
+  std::vector<describe::NotCarried> lost;
+  for (const char* name : {"msg", "routes"}) {
+    const describe::Written written = target(name)->write(system, options);
+    lost.insert(lost.end(), written.not_carried.begin(), written.not_carried.end());
+    for (const describe::TextFile& file : written.files) {
+      fs::create_directories((folder / file.path).parent_path());
+      std::ofstream{folder / file.path} << file.text;
+    }
+  }
+  Carried carried{"routes", system_of(carry::describe_routes((folder / "bridge.yaml").string())),
+                  std::move(lost)};
+  fs::remove_all(folder);
+  return carried;
+}
+
+/// "Car.open.request.angle" and "car.Car.open" are of one element: "open".
+std::set<std::string> words_of(const std::string& element) {
+  std::set<std::string> words;
+  std::string word;
+  for (const char one : element + ".") {
+    if (std::isalnum(static_cast<unsigned char>(one)) != 0 || one == '_') {
+      word += one;
+    } else {
+      words.insert(std::exchange(word, {}));
+    }
+  }
+  words.erase("");
+  return words;
+}
+
+/// Whether something in the list is about this element, or about a type of its name.
+bool is_listed(const describe::Change& change, const std::vector<describe::NotCarried>& list) {
+  const std::set<std::string> words = words_of(change.element + "." + change.before);
+  return std::ranges::any_of(list, [&](const describe::NotCarried& one) {
+    const std::string last = one.element.substr(one.element.find_last_of("./") + 1);
+    return words.contains(last);
+  });
+}
+
+/// Names are written as ROS has them, and a route file has no names of types of FIDL: docs/describe_types.md.
+/// A scope of AUTOSAR is a path.
+bool is_same_by_rule(const describe::Change& change, const std::string& what) {
+  if (change.rule->wire != describe::Impact::none ||
+      !std::string_view{change.rule->id}.ends_with("-renamed")) {
+    return false;
+  }
+  const auto as_path = [](std::string name) {
+    std::ranges::replace(name, '.', '/');
+    return name.starts_with('/') ? name : "/" + name;
+  };
+  return what == "routes" || as_path(change.before) == as_path(change.after);
+}
+
+void expect_nothing_lost(const Interface& one, const describe::System& before, const Carried& carried) {
+  SCOPED_TRACE(one.name + " by " + carried.what);
+  EXPECT_TRUE(carried.after.good) << text_of(carried.after.problems);
+  std::string list;
+  for (const describe::NotCarried& lost : carried.not_carried) {
+    list += lost.element + ": " + lost.what + "\n";
+  }
+  for (const describe::Change& change : describe::compare(before.model, carried.after.model)) {
+    if (!is_same_by_rule(change, carried.what) && !is_listed(change, carried.not_carried)) {
+      ADD_FAILURE() << change.rule->id << " " << change.element << ": '" << change.before << "' -> '"
+                    << change.after << "'\nnot carried:\n"
+                    << list;
+    }
+  }
+}
+
+TEST(RoundTrips, LoseNothingThatIsNotInTheList) {
+  const std::vector<Interface> all = interfaces();
+  EXPECT_GE(all.size(), 30U);
+  for (const Interface& one : all) {
+    const describe::System before = system_of(describe::read_sources(texts_of(one), {}));
+    EXPECT_TRUE(before.good) << one.name << "\n" << text_of(before.problems);
+    if (!before.good) {
+      continue;
+    }
+    expect_nothing_lost(one, before, by_text(before, "fidl"));
+    expect_nothing_lost(one, before, by_text(before, "arxml"));
+    expect_nothing_lost(one, before, by_routes(before));
+    // And from there on, by the other way.
+    const Carried arxml = by_text(before, "arxml");
+    expect_nothing_lost(one, arxml.after, by_text(arxml.after, "fidl"));
+  }
+}
+
+TEST(RoundTrips, HaveEveryKeyOfTheDeploymentSpecifications) {
+  std::ifstream in{TRESTLE_SOURCE_DIR "/test/bridge/generate/interfaces.txt"};
+  const std::string text{std::istreambuf_iterator<char>{in}, {}};
+  std::vector<std::string> missing;
+  for (const std::string& key : describe::fidl::known_keys()) {
+    if (text.find(key + " =") == std::string::npos) {
+      missing.push_back(key);
+    }
+  }
+  EXPECT_THAT(missing, IsEmpty());
+}
+
+/// Each kind of thing that a target does not carry has a line in the document.
+TEST(RoundTrips, AreDescribedInTheDocument) {
+  std::ifstream in{TRESTLE_SOURCE_DIR "/docs/describe.md"};
+  const std::string document{std::istreambuf_iterator<char>{in}, {}};
+  const std::size_t begin = document.find("## What is not carried");
+  ASSERT_NE(begin, std::string::npos);
+  const std::string section = document.substr(begin, document.find("\n## ", begin + 3) - begin);
+  std::set<std::string> unknown;
+  for (const Interface& one : interfaces()) {
+    const describe::System before = system_of(describe::read_sources(texts_of(one), {}));
+    for (const char* name : {"routes", "msg", "fidl", "arxml", "vsomeip", "wireshark"}) {
+      for (const describe::NotCarried& lost : target(name)->write(before, {}).not_carried) {
+        // The words before names and numbers: "its timeout", "SomeIpPriority".
+        std::string words;
+        std::istringstream in_words{lost.what.substr(0, lost.what.find_first_of(":'"))};
+        for (std::string word; in_words >> word;) {
+          if (std::isdigit(static_cast<unsigned char>(word[0])) != 0 || word == "=") {
+            break;
+          }
+          words += (words.empty() ? "" : " ") + word;
+        }
+        if (section.find(words) == std::string::npos) {
+          unknown.insert(std::string{name} + ": " + words + "   (" + lost.what + ")");
+        }
+      }
+    }
+  }
+  EXPECT_THAT(unknown, IsEmpty());
+}
+
+}  // namespace
+}  // namespace trestle::generate::round_trip_test
