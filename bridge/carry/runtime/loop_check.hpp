@@ -72,9 +72,9 @@ class LoopCheck {
   std::uint32_t went_on_ = 0;  ///< of these, in its second half, those that came in the first, too
 };
 
-/// Of calls: many clients may have the same question at once. But each may move something, so that 20 are
+/// Of calls: many clients may have the same question at once. But each may move something, so that 100 are
 /// enough from where somebody could close a ring.
 inline constexpr LoopCheck::Limits limits_of_calls{
-    .repeats = 300, .repeats_in_ring = 10, .weight_of_unnamed = 15};
+    .repeats = 300, .repeats_in_ring = 10, .weight_of_unnamed = 3};
 
 }  // namespace trestle::carry

@@ -152,8 +152,8 @@ def old_calls(world):
     world.pass_time(2 if world.scale.short else 6, "what comes back")
     asked = len(flows.read(server.out)[0]["actuate"].asked)
     world.figures.append(at_least("requests at the server", asked, 1))
-    # 20 before it is put on trial, 10 a second from then on.
-    world.figures.append(at_most("requests at the server of one call", asked, 100))
+    # 100 before it is put on trial, 10 a second from then on.
+    world.figures.append(at_most("requests at the server of one call", asked, 200))
     world.figures.append(holds(f'one, or told of: "{LOOP_WORDS}"', asked == 1 or LOOP_WORDS in bridge.text()))
 
 
