@@ -400,8 +400,8 @@ Content Interfaces::make_content(const ServiceElement& element, bool is_answer) 
   }
   const bool by_response = is_answer && element.part == Part::method;
   // Those of a method are for request and answer together.
-  messages::MessageRules rules = rules_for(*tree, by_response ? lowered->response : lowered->rules);
-  auto values = messages::MessageValues::make(std::move(*tree), rules, std::move(words));
+  messages::MessageRules wanted = rules_for(*tree, by_response ? lowered->response : lowered->rules);
+  auto values = messages::MessageValues::make(std::move(*tree), wanted, std::move(words));
   if (values) {
     content.values = std::move(*values);
   } else {

@@ -22,7 +22,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::string_view reply = "Reply";
-constexpr std::string_view response = "_Response";
+constexpr std::string_view response_suffix = "_Response";
 
 /// The service of a topic that its server replies on: "rr/addReply" is "/add".
 std::optional<std::string> service_of_reply(std::string_view topic) {
@@ -99,8 +99,8 @@ std::vector<describe::RosInterface> interfaces_of(std::span<const dds::FoundWrit
     }
     if (const auto topic = dds::topic_of_ros(one.topic)) {
       add(*topic, *type);
-    } else if (auto service = service_of_reply(one.topic); service && type->ends_with(response)) {
-      std::string name = type->substr(0, type->size() - response.size());
+    } else if (auto service = service_of_reply(one.topic); service && type->ends_with(response_suffix)) {
+      std::string name = type->substr(0, type->size() - response_suffix.size());
       if (service->ends_with(send_goal) && name.ends_with(send_goal_type)) {
         service->resize(service->size() - send_goal.size());
         name.resize(name.size() - send_goal_type.size());
