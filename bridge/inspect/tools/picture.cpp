@@ -1,4 +1,5 @@
 #include "bridge/inspect/tools/picture.hpp"
+#include "bridge/inspect/decode/message_json.hpp"
 
 #include <fmt/format.h>
 
@@ -12,8 +13,6 @@
 
 namespace trestle::inspect {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 struct Line {
   const char* colour = "";
