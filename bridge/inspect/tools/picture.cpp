@@ -1,5 +1,4 @@
 #include "bridge/inspect/tools/picture.hpp"
-#include "bridge/inspect/decode/message_json.hpp"
 
 #include <fmt/format.h>
 
@@ -8,6 +7,7 @@
 #include <set>
 
 #include "bridge/cli/terminal.hpp"
+#include "bridge/inspect/decode/message_json.hpp"
 #include "sd/net/discovery_text.hpp"
 #include "someip/net/address_text.hpp"
 
