@@ -726,6 +726,16 @@ void LayoutWalker::choice(const Type& type, const Wire& wire, const std::string&
 
 }  // namespace
 
+Payload response_of(const Model& model, const Method& method) {
+  Payload response = method.response;
+  if (static_cast<std::size_t>(method.error) < model.types.size()) {
+    response.values.insert(
+        response.values.begin(),
+        {.name = "error", .type = method.error, .wire = resolved(model, method.error).wire});
+  }
+  return response;
+}
+
 Layout layout(const Model& model, const Payload& payload) {
   return LayoutWalker{model, payload, std::nullopt}.walk();
 }

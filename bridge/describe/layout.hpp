@@ -44,6 +44,9 @@ inline constexpr std::size_t max_layout_uses = 200'000;
 /// Bytes of all paths, which hold the names of all that a member is in.
 inline constexpr std::size_t max_layout_path_bytes = std::size_t{16} << 20U;
 
+/// The payload of a method's answer: an error of the method is its first value.
+[[nodiscard]] Payload response_of(const Model& model, const Method& method);
+
 /// How a payload is laid out: as a table of what may be there. Ends at the limits above; an error tells
 /// which.
 [[nodiscard]] Layout layout(const Model& model, const Payload& payload);

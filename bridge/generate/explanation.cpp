@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "bridge/describe/model_source.hpp"
+#include "bridge/describe/protection.hpp"
 #include "bridge/describe/raise.hpp"
 #include "bridge/documents/section.hpp"
 #include "bridge/messages/types/type_library.hpp"
@@ -42,10 +43,7 @@ struct HeaderField {
 
 std::vector<HeaderField> header_fields(std::string_view profile) {
   const HeaderField method{"message type, result, source", 4};
-  if (profile == "1" || profile == "11") {
-    return {{"CRC", 1}, {"counter", 1}};
-  }
-  if (profile == "2" || profile == "22") {
+  if (profile == "1" || profile == "11" || profile == "2" || profile == "22") {
     return {{"CRC", 1}, {"counter", 1}};
   }
   if (profile == "5") {
@@ -70,18 +68,12 @@ std::vector<HeaderField> header_fields(std::string_view profile) {
 
 /// Puts the header where it stands: what is behind it moves.
 void add_header(const Protection& e2e, bool has_bytes, Layout& layout, std::vector<std::byte>& bytes) {
+  const auto place_of_header = describe::protection_header(e2e);
   const std::vector<HeaderField> fields = header_fields(e2e.profile);
-  if (fields.empty()) {
+  if (!place_of_header || fields.empty()) {
     return;
   }
-  const auto number = [&](const char* key, std::uint64_t otherwise) {
-    const auto found = e2e.numbers.find(key);
-    return found == e2e.numbers.end() ? otherwise : found->second;
-  };
-  const bool payload_only = e2e.words.contains("payload_only") && e2e.words.at("payload_only") == "true";
-  const std::uint64_t front = payload_only ? 0 : 64;
-  const std::uint64_t offset_bits = number("offset_bits", number("crc_offset_bits", front));
-  const std::size_t at = offset_bits < front ? 0 : static_cast<std::size_t>(offset_bits - front) / 8;
+  const std::size_t at = place_of_header->at;
   std::size_t size = 0;
   std::vector<ByteRange> header;
   for (const HeaderField& field : fields) {
@@ -119,17 +111,6 @@ void add_header(const Protection& e2e, bool has_bytes, Layout& layout, std::vect
   }
 }
 
-/// The response with the error that is its first value.
-Payload response_of(const Model& model, const describe::Method& method) {
-  Payload response = method.response;
-  if (static_cast<std::size_t>(method.error) < model.types.size()) {
-    response.values.insert(
-        response.values.begin(),
-        {.name = "error", .type = method.error, .wire = resolved(model, method.error).wire});
-  }
-  return response;
-}
-
 class Search {
  public:
   Search(const describe::System& system, std::string_view wanted) : system_{system}, wanted_{wanted} {}
@@ -147,7 +128,7 @@ class Search {
         add(service, method.name, "request", at, i, LoweredMember::Kind::method, method.request, method.e2e);
         if (!method.fire_and_forget) {
           add(service, method.name, "response", at, i, LoweredMember::Kind::method,
-              response_of(model, method), method.e2e);
+              describe::response_of(model, method), method.e2e);
         }
       }
       for (std::size_t i = 0; i < service.fields.size(); ++i) {
@@ -182,7 +163,8 @@ class Search {
     Part made{
         .element = name, .name = part.empty() ? "payload" : part, .payload = std::move(payload), .e2e = e2e};
     if (const LoweredMember* const lowered = system_.lowered.member(kind, service_at, member_at)) {
-      made.type = lowered->type + (part == "request" ? "_Request" : part == "response" ? "_Response" : "");
+      made.type = lowered->type +
+                  std::string{part.empty() ? "" : messages::service_suffixes[part == "response" ? 1 : 0]};
       made.rules = part == "response" ? lowered->response : lowered->rules;
     }
     found_.push_back(std::move(made));

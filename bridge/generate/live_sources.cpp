@@ -10,6 +10,7 @@
 
 #include "bridge/cli/session.hpp"
 #include "bridge/generate/capture_model.hpp"
+#include "bridge/messages/types/interface_name.hpp"
 #include "bridge/traffic/capture_reader.hpp"
 #include "bridge/traffic/live/live_frames.hpp"
 #include "dds_adapter/ros_names.hpp"
@@ -22,7 +23,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::string_view reply = "Reply";
-constexpr std::string_view response_suffix = "_Response";
+constexpr std::string_view response_suffix = messages::service_suffixes[1];
 
 /// The service of a topic that its server replies on: "rr/addReply" is "/add".
 std::optional<std::string> service_of_reply(std::string_view topic) {

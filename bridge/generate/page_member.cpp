@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "bridge/describe/layout.hpp"
+#include "bridge/messages/convert/service_plans.hpp"
+#include "bridge/messages/types/interface_name.hpp"
 #include "bridge/messages/types/type_library.hpp"
 
 namespace trestle::generate {
@@ -21,15 +24,6 @@ std::optional<std::size_t> place_of(const Elements& all, std::string_view key) {
   });
   return found == all.end() ? std::nullopt
                             : std::optional{static_cast<std::size_t>(std::distance(all.begin(), found))};
-}
-
-/// The rules of a method are those of its request and its response; one alone may have none of the other.
-messages::MessageRules rules_for(messages::MessageRules rules, const messages::TypeTree& tree) {
-  std::erase_if(rules.types, [&](const auto& one) {
-    return std::ranges::find(tree.messages, messages::type_of_rules(one.first),
-                             &messages::MessageDefinition::name) == tree.messages.end();
-  });
-  return rules;
 }
 
 }  // namespace
@@ -63,7 +57,7 @@ std::vector<describe::Value> PagePart::values(const describe::System& system,
 
 tl::expected<std::vector<std::byte>, messages::ValueError> PagePart::bytes(messages::TypeTree tree,
                                                                            const std::string& json) const {
-  const messages::MessageRules own = rules_for(rules, tree);
+  const messages::MessageRules own = messages::rules_for(tree, rules);
   const auto values = messages::MessageValues::make(std::move(tree), own);
   if (!values) {
     return tl::unexpected{messages::ValueError{.place = {}, .field = {}, .text = values.error()}};
@@ -76,7 +70,7 @@ tl::expected<std::string, std::string> PagePart::yaml(const PageSystem& system, 
   if (!message) {
     return tl::unexpected{message.error()};
   }
-  const messages::MessageRules own = rules_for(rules, *message);
+  const messages::MessageRules own = messages::rules_for(*message, rules);
   const auto values = messages::MessageValues::make(std::move(*message), own);
   if (!values) {
     return tl::unexpected{values.error()};
@@ -119,20 +113,15 @@ PagePart PageMember::part(const describe::Model& model, bool response) const {
     return part;
   }
   if (lowered_ != nullptr) {
-    part.type += response ? "_Response" : "_Request";
+    part.type += messages::service_suffixes[response ? 1 : 0];
   }
   if (!response) {
     part.payload = method_->request;
     return part;
   }
-  part.payload = method_->response;
+  part.payload = describe::response_of(model, *method_);
   if (lowered_ != nullptr) {
     part.rules = lowered_->response;
-  }
-  if (static_cast<std::size_t>(method_->error) < model.types.size()) {
-    part.payload.values.insert(
-        part.payload.values.begin(),
-        {.name = "error", .type = method_->error, .wire = describe::resolved(model, method_->error).wire});
   }
   return part;
 }

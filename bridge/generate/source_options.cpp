@@ -34,6 +34,12 @@ constexpr std::string_view ros_word = "ros";
 bool is_route_file(const std::string& name) {
   return name.ends_with(".yaml") || name.ends_with(".yml");
 }
+
+void add_reading(describe::Reading& into, describe::Reading more) {
+  describe::append(into.model, std::move(more.model));
+  into.problems.insert(into.problems.end(), more.problems.begin(), more.problems.end());
+}
+
 }  // namespace
 
 bool is_capture(const std::string& name) {
@@ -94,10 +100,7 @@ std::string source_forms() {
 
 /// What is running is listened to once, whatever of it is asked for.
 void SourceArguments::read_live(describe::Reading& into) const {
-  const auto add = [&](describe::Reading one) {
-    describe::append(into.model, std::move(one.model));
-    into.problems.insert(into.problems.end(), one.problems.begin(), one.problems.end());
-  };
+  const auto add = [&](describe::Reading one) { add_reading(into, std::move(one)); };
   std::map<std::optional<std::uint32_t>, std::vector<std::string>> domains;
   std::vector<describe::RosInterface> interfaces;
   for (const std::string& source : sources) {
@@ -166,16 +169,12 @@ SourceArguments::Opened SourceArguments::open() const {
   Opened opened;
   std::vector<std::string> files;
   describe::Reading others;
-  const auto add = [&](describe::Reading one) {
-    describe::append(others.model, std::move(one.model));
-    others.problems.insert(others.problems.end(), one.problems.begin(), one.problems.end());
-  };
   for (const std::string& source : sources) {
     const SourceForm form = form_of(source);
     if (form == SourceForm::capture) {
-      add(read_capture(source));
+      add_reading(others, read_capture(source));
     } else if (form == SourceForm::route_file) {
-      add(readers_.route_file(source));
+      add_reading(others, readers_.route_file(source));
     } else if (form == SourceForm::file) {
       files.push_back(source);
     }

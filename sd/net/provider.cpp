@@ -567,8 +567,7 @@ bool Provider::may_receive(const Endpoint& to, std::size_t bytes) {
     warn_("refused an answer of " + std::to_string(bytes) + " bytes over UDP to " +
           someip::to_string(to.address) +
           ": it has no TCP connection here, and no subscription that it has proven to be its own, so "
-          "somebody else "
-          "may have asked in its name "
+          "somebody else may have asked in its name "
           "(unproven_answer_bytes, unproven_answer_rate)");
   }
   return false;

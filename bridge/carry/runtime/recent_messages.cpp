@@ -39,11 +39,17 @@ RecentMessages::Place* RecentMessages::free_place(std::uint32_t message,
   return oldest->message == 0 || now_us - oldest->last_us > memory.count() ? &*oldest : nullptr;
 }
 
+RecentMessages::Place* RecentMessages::find(std::uint32_t message, std::uint32_t now_us) const noexcept {
+  for (Place& one : std::span{places_of(message), ways}) {
+    if (one.message == message && now_us - one.last_us <= memory.count()) {
+      return &one;
+    }
+  }
+  return nullptr;
+}
+
 bool RecentMessages::has(std::uint64_t hash, TimePoint now) const noexcept {
-  const std::uint32_t message = name_of(hash);
-  return std::ranges::any_of(std::span{places_of(message), ways}, [&](const Place& one) {
-    return one.message == message && microseconds(now) - one.last_us <= memory.count();
-  });
+  return find(name_of(hash), microseconds(now)) != nullptr;
 }
 
 std::optional<RecentMessages::Before> RecentMessages::note(std::uint64_t hash,
@@ -52,11 +58,9 @@ std::optional<RecentMessages::Before> RecentMessages::note(std::uint64_t hash,
   const std::uint32_t message = name_of(hash);
   const std::uint32_t sender = from ? name_of(*from) : 0;
   const std::uint32_t now_us = microseconds(now);
-  for (Place& one : std::span{places_of(message), ways}) {
-    if (one.message == message && now_us - one.last_us <= memory.count()) {
-      const std::chrono::microseconds ago{now_us - std::exchange(one.last_us, now_us)};
-      return Before{sender != 0 && one.first_from == sender, ago, &one.mark};
-    }
+  if (Place* const known = find(message, now_us)) {
+    const std::chrono::microseconds ago{now_us - std::exchange(known->last_us, now_us)};
+    return Before{sender != 0 && known->first_from == sender, ago, &known->mark};
   }
   Place* place = free_place(message, now_us);
   while (place == nullptr && grow(now_us)) {

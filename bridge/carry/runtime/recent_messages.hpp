@@ -44,6 +44,8 @@ class RecentMessages {
   static constexpr std::size_t ways = 4;  ///< places in which a message can be
 
   [[nodiscard]] Place* places_of(std::uint32_t message) const noexcept;
+  /// The place where it stands, from the last second; nullptr: nowhere.
+  [[nodiscard]] Place* find(std::uint32_t message, std::uint32_t now_us) const noexcept;
   /// The place that it takes; nullptr: all are of the last second.
   [[nodiscard]] Place* free_place(std::uint32_t message, std::uint32_t now_us) const noexcept;
   [[nodiscard]] bool grow(std::uint32_t now_us) noexcept;

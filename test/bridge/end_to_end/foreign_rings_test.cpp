@@ -19,13 +19,16 @@ using testing::HasSubstr;
 /// Somebody copies events of one service to another, as a gateway of another maker in a ring.
 class ForeignRings : public Rings {
  protected:
-  void relay(int from, int to) {
+  void offer(int service) {
     node_ = std::make_unique<sd::Node>(io_, node_config());
-    sd::ServiceSpec spec{.service = someip::ServiceId{static_cast<std::uint16_t>(to)},
+    sd::ServiceSpec spec{.service = someip::ServiceId{static_cast<std::uint16_t>(service)},
                          .instance = someip::InstanceId{1}};
     spec.udp_port = 0;
     spec.eventgroups = {{.id = someip::EventgroupId{1}, .events = {someip::MethodId{0x8001}}}};
     offer_.emplace(*node_, spec);
+  }
+  void relay(int from, int to) {
+    offer(to);
     subscription_.emplace(
         *node_,
         sd::SubscribeSpec{.service = someip::ServiceId{static_cast<std::uint16_t>(from)},
@@ -88,14 +91,6 @@ class Gateways : public ForeignRings {
   // Of the bridge that is added first.
   const std::string from_first_ = ", from_bridges: [" + someip::to_string(own_address(3)) + "]";
 
-  void offer(int service) {
-    node_ = std::make_unique<sd::Node>(io_, node_config());
-    sd::ServiceSpec spec{.service = someip::ServiceId{static_cast<std::uint16_t>(service)},
-                         .instance = someip::InstanceId{1}};
-    spec.udp_port = 0;
-    spec.eventgroups = {{.id = someip::EventgroupId{1}, .events = {someip::MethodId{0x8001}}}};
-    offer_.emplace(*node_, spec);
-  }
   void notify() {
     const ByteView payload{hello};
     node_->notify(offer_->handle(), someip::MethodId{0x8001}, {&payload, 1});

@@ -110,6 +110,17 @@ def many(world):
     world.car = None
 
 
+def _wanting(world):
+    """The bridge that has subscribed to the 1,000 services of another one."""
+    start = _bridges(world, 1000)
+    server, client = start("offering"), start("wanting")
+    _carrying(world, server)
+    began = time.monotonic()
+    _carrying(world, client)
+    _wait(world, client, 1000, began, 10)
+    return client
+
+
 def offer_and_withdraw(rate):
     """Services that nobody wants, 20 entries in each datagram."""
     attacker = Attacker()
@@ -123,12 +134,7 @@ def offer_and_withdraw(rate):
 
 @scenario("1000-offers-withdrawn", 11, "1,000 datagrams/s with 20 offers and withdrawals each beside 1,000 routes")
 def withdrawn(world):
-    start = _bridges(world, 1000)
-    server, client = start("offering"), start("wanting")
-    _carrying(world, server)
-    began = time.monotonic()
-    _carrying(world, client)
-    _wait(world, client, 1000, began, 10)
+    client = _wanting(world)
     world.pass_time(2, "calm")
     before = client.cpu_ms()
     world.pass_time(3, "calm")
@@ -155,12 +161,7 @@ def offer_many(count):
 
 @scenario("1000-foreign-offers", 11, "1,000 offers of others each second beside 1,000 routes: told")
 def foreign(world):
-    start = _bridges(world, 1000)
-    server, client = start("offering"), start("wanting")
-    _carrying(world, server)
-    began = time.monotonic()
-    _carrying(world, client)
-    _wait(world, client, 1000, began, 10)
+    client = _wanting(world)
     child = world.lab.fork("attacker", offer_many, 1000)
     world.pass_time(3, "foreign offers")
     before = client.cpu_ms()
