@@ -1,6 +1,7 @@
 #include "bridge/describe/sources/ros_types.hpp"
 
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -100,7 +101,8 @@ TEST(ReadRosFiles, TellsWhereAFileIsWrong) {
 }
 
 TEST(ReadSources, ReadsRosFilesFromFoldersWithOthers) {
-  const std::filesystem::path folder = std::filesystem::path{testing::TempDir()} / "ros_sources";
+  const std::filesystem::path folder =
+      std::filesystem::path{testing::TempDir()} / ("ros_sources_" + std::to_string(getpid()));
   std::filesystem::create_directories(folder / "car_msgs" / "msg");
   std::ofstream{folder / "car_msgs" / "msg" / "Door.msg"} << "bool open\n";
   std::ofstream{folder / "Lamp.fidl"}

@@ -1,6 +1,7 @@
 #include "bridge/generate/page.hpp"
 
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -124,13 +125,14 @@ TEST_F(PageTest, PreviewsEachTarget) {
 }
 
 TEST_F(PageTest, ReadsNoFileOfTheMachine) {
-  const auto path = std::filesystem::temp_directory_path() / "trestle_page_test.fidl";
+  const std::string name = "trestle_page_test_" + std::to_string(getpid()) + ".fidl";
+  const auto path = std::filesystem::temp_directory_path() / name;
   std::ofstream{path} << "package secret\ninterface TopSecret { version { major 1 minor 0 } }\n";
   const web::Answer answer = page_.answer(post(
       "/api/system", {{"files",
                        {{{"name", "a.fidl"}, {"text", "package a\nimport model \"" + path.string() + "\"\n"}},
                         {{"name", (path.parent_path() / "b.fidl").string()},
-                         {"text", "package b\nimport model \"trestle_page_test.fidl\"\n"}}}}}));
+                         {"text", "package b\nimport model \"" + name + "\"\n"}}}}}));
   std::filesystem::remove(path);
   EXPECT_THAT(answer.body, HasSubstr("it is not among the files; add it"));
   EXPECT_THAT(answer.body, Not(HasSubstr("TopSecret")));

@@ -1,6 +1,7 @@
 // What is written is read as it was: each interface of interfaces.txt goes through each target that has a
 // reader, and what differs then is in the list of what the target does not carry.
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <cctype>
 #include <filesystem>
@@ -101,7 +102,7 @@ Carried by_text(const describe::System& system, const char* name) {
 
 /// As a route file with the packages of its types.
 Carried by_routes(const describe::System& system) {
-  const fs::path folder = fs::path{testing::TempDir()} / "round_trip_test";
+  const fs::path folder = fs::path{testing::TempDir()} / ("round_trip_test_" + std::to_string(getpid()));
   fs::remove_all(folder);
   TargetOptions options;
   options.routes.type_paths = ".";

@@ -1,5 +1,6 @@
 // What the bridge makes of ROS 2's interfaces, beside what ROS 2 itself makes of them.
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -256,7 +257,7 @@ TEST(InstalledInterfaces, SayTheSameInIdl) {
     GTEST_SKIP() << "no ROS 2 to compare with";
   }
   const fs::path share = variable;
-  const fs::path only_idl = fs::path{testing::TempDir()} / "trestle_only_idl";
+  const fs::path only_idl = fs::path{testing::TempDir()} / ("trestle_only_idl_" + std::to_string(getpid()));
   fs::remove_all(only_idl);
   const auto interfaces = interfaces_in(share, ".idl");
   EXPECT_GT(interfaces.size(), 190U);

@@ -1,6 +1,7 @@
 #include "bridge/carry/config/describe_routes.hpp"
 
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -23,7 +24,8 @@ class DescribeRoutes : public testing::Test {
   void SetUp() override { std::filesystem::create_directories(folder_); }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  std::filesystem::path folder_ = std::filesystem::path{testing::TempDir()} / "describe_routes_test";
+  std::filesystem::path folder_ =
+      std::filesystem::path{testing::TempDir()} / ("describe_routes_test_" + std::to_string(getpid()));
 };
 
 TEST_F(DescribeRoutes, DescribesEventsMethodsAndFields) {

@@ -1,6 +1,7 @@
 #include "bridge/carry/config/load.hpp"
 
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -327,7 +328,7 @@ TEST(LoadConfig, AsksTheTypeCheckWithRulesAndPaths) {
 }
 
 TEST(LoadConfig, FindsTypeFoldersBesideTheFile) {
-  const std::filesystem::path folder = testing::TempDir() + "load_config_test";
+  const std::filesystem::path folder = testing::TempDir() + "load_config_test_" + std::to_string(getpid());
   std::filesystem::create_directories(folder / "messages");
   const std::string file = folder / "bridge.yaml";
   std::ofstream{file} << smallest << "types: {paths: [messages]}\n";
