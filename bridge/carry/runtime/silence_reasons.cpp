@@ -131,7 +131,7 @@ std::string in_words(const SilenceReason& reason, std::size_t routes, std::size_
     case Kind::none:
       return "nothing is amiss";
     case Kind::other_interface:
-      return fmt::format("`address` {}: discovery goes out and listens where the others are not",
+      return fmt::format("`address` {}: service discovery uses another network than the other hosts",
                          reason.details);
     case Kind::not_offered:
       return fmt::format("nobody offers {} ({} heard)", one ? reason.details : "their services",

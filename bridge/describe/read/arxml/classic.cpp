@@ -158,7 +158,7 @@ std::optional<someip::EventgroupId> Classic::eventgroup_id(const Node& handler) 
   const auto value = number_in(id, 0, 0xffff, problems_);
   if (id == nullptr) {
     problems_.warning(handler.place(), "the id of the eventgroup " + Tree::path(&handler) +
-                                           " is neither here nor with those who subscribe to it");
+                                           " is missing: neither this element nor its consumers give one");
   }
   return value ? std::optional{static_cast<someip::EventgroupId>(*value)} : std::nullopt;
 }
