@@ -15,7 +15,7 @@ namespace trestle::describe {
 namespace {
 
 constexpr std::string_view comment =
-    "# Ids that trestle has chosen. Keep this file with the interfaces: what stands here does not change.\n";
+    "# Ids that trestle has chosen. Keep this file with the interfaces, so that these ids stay the same.\n";
 
 /// FNV-1a: the same everywhere, and for ever.
 std::uint32_t hash(std::string_view text) {

@@ -17,7 +17,7 @@ using enum Impact;
 
 constexpr std::array rules{
     ChangeRule{"service-added", none, none, "a new service"},
-    ChangeRule{"service-removed", breaking, breaking, "clients find it no more"},
+    ChangeRule{"service-removed", breaking, breaking, "clients no longer find it"},
     ChangeRule{"service-renamed", none, breaking, "the same id under another name"},
     ChangeRule{"service-id", breaking, none, "old clients look for another service"},
     ChangeRule{"service-major", breaking, breaking, "clients ask for the other major version"},
@@ -42,7 +42,7 @@ constexpr std::array rules{
                "a getter, setter or notifier that old servers do not have"},
     ChangeRule{"field-access-removed", breaking, breaking,
                "a getter, setter or notifier that old clients use"},
-    ChangeRule{"transport", breaking, none, "old clients come by the other transport"},
+    ChangeRule{"transport", breaking, none, "old clients use the other transport"},
     ChangeRule{"segmentation", compatible, none, "other segments or pauses: receivers cope"},
     ChangeRule{"byte-order", breaking, none, "numbers are read the wrong way round"},
     ChangeRule{"alignment", breaking, none, "what follows stands elsewhere"},
@@ -74,7 +74,7 @@ constexpr std::array rules{
     ChangeRule{"alternative-selector", breaking, none, "the receiver takes it for another alternative"},
     ChangeRule{"error-changed", breaking, breaking, "the first value of the answer differs"},
     ChangeRule{"not-compared", breaking, breaking,
-               "too many, or too deep in each other: what follows may differ, too"},
+               "too many types, or nested too deep: the rest was not compared"},
 };
 
 const ChangeRule& rule(std::string_view id) {

@@ -113,18 +113,18 @@ int run_diff(const DiffArguments& arguments) {
 void add_diff_command(CLI::App& app, int& status, const SourceReaders& readers) {
   const auto arguments = std::make_shared<DiffArguments>();
   arguments->readers = readers;
-  CLI::App* command = app.add_subcommand("diff", "Tell what changed in an interface, and whom it breaks");
-  command->add_option("OLD", arguments->before, "A description: a file or a folder");
-  command->add_option("NEW", arguments->after, "The same, later");
+  CLI::App* command = app.add_subcommand(
+      "diff", "Show what changed in an interface, and which programs no longer work with it");
+  command->add_option("OLD", arguments->before, "The older description: a file or a folder");
+  command->add_option("NEW", arguments->after, "The newer description");
   command->add_flag("--json", arguments->json, "Print a JSON array");
   command->add_flag("--rules", arguments->rules, "Print all kinds of changes and what they mean");
   command->footer(
       "Examples:\n"
       "  trestle diff release-1/ release-2/\n"
       "  trestle diff Door-old.fidl Door.fidl --json | jq '.[] | select(.wire == \"breaking\")'\n"
-      "Exit status: 0 when old and new programs understand each other, 1 when something breaks the wire, 2 "
-      "when a\n"
-      "description is wrong.");
+      "Exit status: 0 when old and new programs understand each other, 1 when something breaks on the wire,\n"
+      "2 when a description is wrong.");
   command->callback([arguments, &status] { status = run_diff(*arguments); });
 }
 

@@ -73,7 +73,7 @@ int run_explain(ExplainArguments& arguments) {
 void add_explain_command(CLI::App& app, int& status, const SourceReaders& readers) {
   const auto arguments = std::make_shared<ExplainArguments>();
   arguments->sources = SourceArguments{readers};
-  CLI::App* command = app.add_subcommand("explain", "Tell what the bytes of a message are");
+  CLI::App* command = app.add_subcommand("explain", "Show which bytes of a message belong to which field");
   command
       ->add_option("ELEMENT", arguments->element,
                    "An event, method or field, such as Door.open or Door.open.response, or a type")
@@ -83,11 +83,11 @@ void add_explain_command(CLI::App& app, int& status, const SourceReaders& reader
   command->add_option("--interfaces", arguments->interfaces, "More sources")->type_name("FILE");
   command
       ->add_option("--values", arguments->values,
-                   "Values in YAML or JSON, or a file of them: the bytes are real ones then")
+                   "Values in YAML or JSON, or a file with them: also shows the bytes of these values")
       ->type_name("YAML|FILE");
   command->add_flag("--json", arguments->json, "Print JSON");
   command->footer(
-      "Each line is a range of bytes with its field, type and rule, and with --values with its bytes and "
+      "Each line is a range of bytes: offset, size, field, type and rule; with --values also bytes and "
       "value.\n" +
       source_forms() +
       "\n\nExamples:\n"

@@ -218,8 +218,7 @@ tl::expected<std::vector<std::byte>, std::string> bytes_of(const describe::Syste
     return std::vector<std::byte>{};
   }
   if (part.type.empty()) {
-    return tl::unexpected{
-        fmt::format("{} has no form in ROS 2, so that values cannot be given", part.element)};
+    return tl::unexpected{fmt::format("{} has no form in ROS 2, so values cannot be given", part.element)};
   }
   auto library =
       messages::TypeLibrary::of({std::make_shared<describe::ModelSource>(system.lowered, "the interfaces")});

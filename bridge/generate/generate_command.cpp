@@ -199,44 +199,47 @@ void add_generate_command(CLI::App& app, int& status, const SourceReaders& reade
   const auto arguments = std::make_shared<GenerateArguments>();
   arguments->sources = SourceArguments{readers};
   CLI::App* command = app.add_subcommand(
-      "generate", "Make route files, .msg packages, FIDL, ARXML and more of interface descriptions");
+      "generate", "Generate route files, .msg packages, FIDL, ARXML and more from interface descriptions");
   arguments->sources.add_to(*command);
   command->get_option("SOURCE")->required(false);  // of --ui
   std::string names;
   for (const Target& one : targets()) {
     names += fmt::format("\n  {:10} {}", one.name, one.title);
   }
-  CLI::Option* to = command->add_option("--to", arguments->to, "What to make, separated by commas; see below")
+  CLI::Option* to = command->add_option("--to", arguments->to, "Targets, separated by commas; see below")
                         ->delimiter(',')
                         ->type_name("TARGET");
   command
       ->add_option("-o,--output", arguments->folder,
-                   "Folder to write to; one file alone may go to standard output")
+                   "Folder for the files; without it a single file goes to standard output")
       ->type_name("DIR");
-  command->add_option("--prefix", arguments->prefix, "Before the names of topics and ROS services")
+  command->add_option("--prefix", arguments->prefix, "Put before the names of topics and ROS services")
       ->type_name("NAME");
-  CLI::Option* client = command->add_flag("--client", arguments->client,
-                                          "The bridge uses all services; otherwise those that are provided");
+  CLI::Option* client =
+      command->add_flag("--client", arguments->client,
+                        "The bridge is client of all services (default: of those that the sources provide)");
   command
       ->add_flag("--server", arguments->server,
-                 "The bridge offers all services; otherwise those that are required")
+                 "The bridge offers all services (default: those that the sources require)")
       ->excludes(client);
-  CLI::Option* ui = command
-                        ->add_flag("--ui", arguments->ui,
-                                   "Serve a page to do it in, with SOURCE or with files dropped there")
-                        ->excludes(to);
-  command->add_option("--listen", arguments->listen, "Where the page is served")
+  CLI::Option* ui =
+      command
+          ->add_flag("--ui", arguments->ui,
+                     "Serve a local web page for all this, with SOURCE and files dropped onto it")
+          ->excludes(to);
+  command->add_option("--listen", arguments->listen, "Address and port of the page")
       ->type_name("ADDR:PORT")
       ->capture_default_str()
       ->needs(ui);
-  command->add_flag("-q,--quiet", arguments->quiet, "Do not tell which files were written");
+  command->add_flag("-q,--quiet", arguments->quiet, "Do not list the files that were written");
   arguments->inputs.add_to(*command);
   command->get_option("--address")
-      ->description("Address of the instance; in route files of the bridge; with --ui where calls come from");
+      ->description(
+          "Address of the instance; in route files, of the bridge; with --ui, the one that calls come from");
   command->footer(
       source_forms() + "\n\nTargets:" + names +
-      "\n\nIds that the sources leave open are chosen and kept in DIR/ids.lock: running again changes "
-      "nothing.\ndocs/describe.md is the guide. Examples:\n"
+      "\n\nIds that the sources do not give are chosen, and kept in DIR/ids.lock for the next run.\n"
+      "docs/describe.md is the guide. Examples:\n"
       "  trestle generate Door.fidl Door.fdepl --to routes,msg -o door\n"
       "  trestle generate car.arxml --to fidl,wireshark,sheet -o car\n"
       "  trestle generate drive.pcapng --to json\n"

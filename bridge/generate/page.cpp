@@ -241,7 +241,7 @@ tl::expected<PageCall, web::Answer> Page::call(const web::Request& request) {
     is_protected = !member->field()->e2e.profile.empty();
   }
   if (is_protected) {
-    return fail("it has end-to-end protection, which calls of this page have not");
+    return fail("it has end-to-end protection, which calls from this page do not support");
   }
   if (!service.id || !id) {
     return fail("it has no id");

@@ -80,7 +80,7 @@ void PageCaller::send(const std::shared_ptr<Call>& call) {
     return;
   }
   if (std::chrono::steady_clock::now() >= call->until) {
-    finish(call, error_answer("nobody offers the service, or it takes nothing"));
+    finish(call, error_answer("nobody offers the service, or nothing can be sent to it"));
     return;
   }
   call->again.expires_after(sending_period);

@@ -30,7 +30,7 @@ std::optional<std::size_t> place_of(const Elements& all, std::string_view key) {
 
 tl::expected<messages::TypeTree, std::string> PagePart::tree(const PageSystem& system) const {
   if (type.empty()) {
-    return tl::unexpected{std::string{"it has no form in ROS 2, so that no values can be given"}};
+    return tl::unexpected{std::string{"its type has no form in ROS 2, so values cannot be given"}};
   }
   auto library = messages::TypeLibrary::of({system.types, std::make_shared<messages::BuiltinSource>()});
   auto tree = library.resolve(type);

@@ -92,11 +92,11 @@ PageQuestion question_of(std::string_view text) {
   std::size_t values = 0;
   const Parsed json = Parsed::parse(text, [&](int depth, Parsed::parse_event_t, const Parsed&) {
     if (depth > max_question_depth || ++values > max_question_values) {
-      throw BadQuestion{"the question has too many values, or too deep ones"};
+      throw BadQuestion{"the request has too many values, or is nested too deep"};
     }
     return true;
   });
-  an_object(json, "the question");
+  an_object(json, "the request");
   PageQuestion question;
   if (const Parsed* const files = find(json, "files")) {
     if (!files->is_array()) {

@@ -132,13 +132,13 @@ int serve_page(const Endpoint& at, Page::Settings settings, std::function<sd::No
     PageServer server{session, at, std::move(settings), std::move(network)};
     if (!is_loopback(at.address)) {
       cli::Session::warn(
-          "whoever reaches this address can use the page: read the files that it was started with, and call "
+          "everybody who can reach this address can read the files that the page was started with, and call "
           "services from here");
     }
     session.print(fmt::format("{} (Ctrl-C ends it)\n", server.url()));
     session.run();
   } catch (const boost::system::system_error& error) {
-    throw std::runtime_error{fmt::format("nothing can listen at {}: {}; --listen chooses another address",
+    throw std::runtime_error{fmt::format("cannot listen at {}: {}; --listen chooses another address",
                                          someip::to_string(at), error.code().message())};
   }
   return cli::exit_ok;

@@ -24,7 +24,7 @@ void check_name(const char* option, const std::string& text, bool has_parts) {
   }
   if (!good || begins) {
     throw CLI::ValidationError{
-        option, fmt::format("{} is no name: expected letters, digits and underscores{}",
+        option, fmt::format("{} is not a valid name: expected letters, digits and underscores{}",
                             documents::quote(text), has_parts ? ", in parts with dots between them" : "")};
   }
 }
@@ -32,7 +32,7 @@ void check_name(const char* option, const std::string& text, bool has_parts) {
 }  // namespace
 
 void ServiceInputs::add_to(CLI::App& command) {
-  const char* const group = "The service, in place of what the sources say";
+  const char* const group = "Names, ids and endpoint of the service (default: those of the sources)";
   const auto add = [&](const char* name, auto& into, const char* type, const char* what) {
     return command.add_option(name, into, what)->type_name(type)->group(group);
   };
@@ -41,7 +41,7 @@ void ServiceInputs::add_to(CLI::App& command) {
   add("--major", major_, "N", "Its major version")->check(CLI::Range(0, 255));
   add("--minor", minor_, "N", "Its minor version");
   add("--event", event_, "NAME", "Name of its event");
-  add("--argument", argument_, "NAME", "Name of what the event carries");
+  add("--argument", argument_, "NAME", "Name of the value in the payload of the event");
   add("--service-id", service_id_, "ID", "Service ID, such as 0x1234");
   add("--event-id", event_id_, "ID", "Event ID, such as 0x8001");
   add("--eventgroup", eventgroup_, "ID", "Eventgroup ID of the event");
@@ -77,7 +77,7 @@ std::vector<documents::Problem> ServiceInputs::apply(describe::Model& model) con
     return std::vector<documents::Problem>{{.file = "command line", .mark = {}, .text = std::move(text)}};
   };
   if (model.services.size() != 1) {
-    return fault(fmt::format("--package, --name and their like are for one service: the sources have {}",
+    return fault(fmt::format("--package, --name and similar options are for one service: the sources have {}",
                              model.services.size()));
   }
   describe::Service& service = model.services.front();

@@ -75,12 +75,12 @@ void SourceArguments::add_to(CLI::App& command) {
       .add_option(
           "SOURCE", sources,
           "Files (FIDL, FDEPL, ARXML, vsomeip JSON, .msg, .srv, .action, .idl, a route file, a capture), "
-          "folders of them, names of ROS types, of live topics, network, ros; see below")
+          "folders of such files, names of ROS types or live topics, network, ros; see below")
       ->required();
-  command.add_option("--types", type_folders_, "Where packages of ROS types are")->type_name("DIR");
-  command.add_option("--lock", lock_file, "Where ids that are chosen are kept")->type_name("FILE");
+  command.add_option("--types", type_folders_, "Folder with packages of ROS types")->type_name("DIR");
+  command.add_option("--lock", lock_file, "File that keeps the chosen ids")->type_name("FILE");
   command.add_flag("--keep-event-ids", keep_event_ids_,
-                   "Take event ids of ARXML as they are; otherwise those below 0x8000 get bit 15");
+                   "Keep event ids of ARXML as they are (default: ids below 0x8000 get bit 15)");
   cli::option(command, "--for", seconds_, "SECONDS", "How long to listen to live sources",
               cli::number_between(0.1, 86400));
   network.add_group_to(command);
@@ -91,7 +91,7 @@ std::string source_forms() {
          "  Door.fidl car.arxml ...      a file, or a folder of files\n"
          "  bridge.yaml                  a route file of `trestle bridge`\n"
          "  drive.pcapng                 a capture: ids, versions, endpoints, eventgroups, sizes\n"
-         "  sensor_msgs/msg/PointCloud2  a ROS type: a service is made of it; also of .msg, .srv, .action, "
+         "  sensor_msgs/msg/PointCloud2  a ROS type, which becomes a service; also .msg, .srv, .action, "
          ".idl\n"
          "  /points                      a topic, service or action of running ROS nodes (also ros, "
          "ros:DOMAIN: all)\n"

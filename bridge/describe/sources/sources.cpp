@@ -76,11 +76,10 @@ Reading read_sources(std::span<const SourceText> sources, const Load& load, cons
   for (const SourceText& source : sources) {
     const SourceKind kind = kind_of(source.name, source.text);
     if (kind == SourceKind::unknown) {
-      reading.problems.push_back(
-          {.file = source.name,
-           .mark = {},
-           .text =
-               "is no description: expected FIDL, FDEPL, ARXML, vsomeip JSON, .msg, .srv, .action or .idl"});
+      reading.problems.push_back({.file = source.name,
+                                  .mark = {},
+                                  .text = "is not an interface description: expected FIDL, FDEPL, ARXML, "
+                                          "vsomeip JSON, .msg, .srv, .action or .idl"});
     } else {
       by_kind.at(static_cast<std::size_t>(kind)).push_back(source);
     }
@@ -141,7 +140,7 @@ std::vector<SourceText> load_sources(const std::vector<std::string>& paths,
     if (error) {
       problems.push_back({.file = path, .mark = {}, .text = "cannot be read: " + error.message()});
     } else if (names.empty()) {
-      problems.push_back({.file = path, .mark = {}, .text = "has no description in it"});
+      problems.push_back({.file = path, .mark = {}, .text = "has no interface description in it"});
     }
     std::ranges::sort(names);
     std::ranges::for_each(names, load);

@@ -54,8 +54,8 @@ TEST(RouteEntries, TellThatPartsOfAFieldWouldBeCarriedOtherwise) {
   EXPECT_THAT(made_of(model).lost, IsEmpty());
   model.services[0].fields[0].getter_transfer.transport = Transport::tcp;
   EXPECT_THAT(made_of(model).lost,
-              ElementsAre("Lamp.colour: that its getter is carried by TCP: all of a field is carried alike, "
-                          "here by UDP"));
+              ElementsAre("Lamp.colour: its getter by TCP: the bridge uses one transport for a whole field, "
+                          "here UDP"));
 }
 
 TEST(RouteEntries, OfferTheMinorVersionOfTheInstance) {

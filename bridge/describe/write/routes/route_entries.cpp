@@ -199,7 +199,7 @@ class Entries {
     const auto other = [&](bool there, const Transfer& transfer, const char* part) {
       if (there && transfer.transport != transport) {
         lacks(field.name,
-              fmt::format("that its {} is carried by {}: all of a field is carried alike, here by {}", part,
+              fmt::format("its {} by {}: the bridge uses one transport for a whole field, here {}", part,
                           to_text(transfer.transport), to_text(transport)),
               field.place);
       }

@@ -264,11 +264,12 @@ class SheetWriter {
       how += fmt::format(", SOME/IP-TP with segments of {} bytes", transfer.segment_bytes);
     }
     if (!payload.known) {
-      form_.paragraph(fmt::format("{}: {}, of bytes that are not described", title, how));
+      form_.paragraph(fmt::format("{}: {}; the sources do not describe its bytes", title, how));
       return;
     }
     if (rows_ >= max_sheet_rows) {
-      form_.paragraph(fmt::format("{}: {}, without a table: there are {} rows before it", title, how, rows_));
+      form_.paragraph(
+          fmt::format("{}: {}; no table, because the sheet already has {} rows", title, how, rows_));
       lost_.push_back({element,
                        fmt::format("its bytes: the sheet has {} rows of such tables, which are more than "
                                    "{}",
