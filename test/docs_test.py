@@ -7,7 +7,8 @@ Usage: docs_test.py SOURCE_FOLDER
 - A path in backquotes in CONTRIBUTING.md, the architecture page, the glossary or docs/internals/ is that of a file or folder.
   A bare file name means a file that lies beside one named before it.
 - A function in backquotes in docs/internals/, `Class::name()` or `name()`, stands in one of the files named in its row.
-- docs/architecture.svg was drawn from docs/architecture.dot as it is now.
+- docs/architecture.svg was drawn from docs/architecture.dot as it is now, and its arrows are the includes that there are.
+- The table of docs/cli.md has the commands of bridge/program/main.cpp, and docs/architecture.md names the room of each.
 """
 import hashlib
 import pathlib
@@ -103,10 +104,81 @@ def bad_drawing(root):
         yield "docs/architecture.svg: not drawn from docs/architecture.dot as it is now; run ./run drawing"
 
 
+def drawn(text):
+    """The folders of each box, and the arrows between boxes."""
+    folders = {}
+    inside = ""  # the cluster
+    for line in text.split("\n"):
+        if cluster := re.search(r"subgraph cluster_(\w+)", line):
+            inside = cluster[1]
+        elif line.strip() == "}":
+            inside = ""
+        elif (box := re.match(r'\s*(\w+) \[label="([^"\\]+)', line)) and inside:
+            folders[box[1]] = [("bridge/" if inside == "bridge" else "") + one for one in box[2].split(", ")]
+    arrows = set()
+    for start, ends in re.findall(r"^\s*(\w+) -> (\w+|\{[^}]*\})\s*$", text, re.MULTILINE):
+        arrows |= {(start, end) for end in ends.strip("{}").split()}
+    return folders, arrows
+
+
+def box_of(folders, folder):
+    """That of the longest path; "" for none."""
+    fits = [(len(one), box) for box, ones in folders.items() for one in ones if f"{folder}/".startswith(f"{one}/")]
+    return max(fits)[1] if fits else ""
+
+
+def includes_of(root, folders):
+    found = set()
+    for file in (file for ones in folders.values() for one in ones for file in (root / one).rglob("*")):
+        if file.suffix in (".hpp", ".cpp", ".h", ".c"):
+            here = box_of(folders, file.parent.relative_to(root).as_posix())
+            for include in re.findall(r'^\s*#\s*include "([^"]+)"', file.read_text(), re.MULTILINE):
+                there = box_of(folders, include.rpartition("/")[0])
+                if there and there != here:
+                    found.add((here, there))
+    return found
+
+
+def below(arrows, box):
+    """All that is reached from a box."""
+    found, to_do = set(), [box]
+    while to_do:
+        here = to_do.pop()
+        for end in {end for start, end in arrows if start == here} - found:
+            found.add(end)
+            to_do.append(end)
+    return found
+
+
+def bad_arrows(root):
+    source = root / "docs/architecture.dot"
+    folders, arrows = drawn(source.read_text() if source.exists() else "")
+    real = includes_of(root, folders)
+    in_core = {box for box, ones in folders.items() if re.match(r"(someip|sd)/(wire|core|c)", ones[0])}
+    yield from (f"docs/architecture.dot: {start} -> {end}: there is no such include" for start, end in sorted(arrows - real))
+    yield from (f"docs/architecture.dot: {start} includes of {end}, to which no arrow leads" for start, end in sorted(real)
+                if end not in below(arrows, start) and (end not in in_core or start in in_core))
+
+
+def bad_commands(root):
+    program = root / "bridge/program/main.cpp"
+    made = set(re.findall(r"\badd_([a-z_]+?)_commands?\(app", program.read_text())) if program.exists() else set()
+    page = root / "docs/cli.md"
+    told = set(re.findall(r"^\| `trestle (\w+)", page.read_text(), re.MULTILINE)) if page.exists() else set()
+    yield from (f"docs/cli.md: `trestle {name}` is missing in the table" for name in sorted(made - told))
+    yield from (f"docs/cli.md: `trestle {name}` is no command" for name in sorted(told - made))
+    rooms = root / "docs/architecture.md"
+    text = rooms.read_text() if rooms.exists() else ""
+    yield from (f"docs/architecture.md: the room of `trestle {name}` is missing" for name in sorted(made)
+                if not re.search(rf"`(trestle )?{name}`", text))
+
+
 def faults(root):
     yield from bad_links(root)
     yield from bad_paths(root)
     yield from bad_drawing(root)
+    yield from bad_arrows(root)
+    yield from bad_commands(root)
 
 
 def finds_wrong_ones():
@@ -116,12 +188,21 @@ def finds_wrong_ones():
         (root / "docs/internals").mkdir(parents=True)
         (root / "sd").mkdir()
         (root / "sd/here.cpp").write_text("void there() {}\n")
-        (root / "docs/architecture.dot").write_text("digraph {}\n")
+        (root / "bridge/program").mkdir(parents=True)
+        (root / "bridge/program/main.cpp").write_text(
+            '#include "sd/here.hpp"\nint main() { add_known_command(app); add_new_command(app); }\n')
+        (root / "docs/cli.md").write_text("| `trestle known` | |\n| `trestle gone` | |\n")
+        (root / "docs/architecture.md").write_text("`trestle known`\n")
+        (root / "docs/architecture.dot").write_text(
+            'digraph {\n subgraph cluster_bridge {\n  program [label="program"]\n }\n subgraph cluster_drivers {\n'
+            '  sd [label="sd"]\n }\n sd -> program\n}\n')
         (root / "docs/architecture.svg").write_text("<!-- drawn from something else -->\n")
         (root / "docs/internals/page.md").write_text(
             "# A page\n[one](#a-page) [two](#no-page) [three](gone.md)\n\n`sd/here.cpp`, `here.cpp`, `there()`, `gone()`\n\n"
             "`sd/gone.cpp`\n")
-        return len(list(faults(root))) == 5
+        # A heading, a file, a function, a path and a drawing; an arrow too many and one too few; a command that is not in
+        # the table, one that is not in the program, and one without a room.
+        return len(list(faults(root))) == 10
 
 
 def main():
