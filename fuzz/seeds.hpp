@@ -1,3 +1,12 @@
+// fuzz: one libFuzzer target for each decoder and each state machine. FILE.cpp states its property on top.
+//
+//   corpus/TARGET/       inputs that it begins with, and every input that has failed
+//   cut_seeds.cpp        cuts inputs from the captures in pcaps/, with seeds.hpp and sd_conversation.hpp
+//   payload_rules.hpp, conversion_plans.hpp, values_types.hpp  what several targets share
+//   *.dict               words that a target's inputs are made of
+//
+// cmake/fuzz_all.sh runs all of them (`./run test fuzz`). An input that fails stays in corpus/, and becomes a
+// test.
 #pragma once
 #include <concepts>
 #include <filesystem>

@@ -1,10 +1,13 @@
 #!/usr/bin/env python3
-"""Checks that includes between folders point one way.
+"""Checks that includes between folders point one way, and that each folder says what it is for.
 
 Usage: rooms_test.py SOURCE_FOLDER
 
 Each line of ORDER names folders. A file includes only of its own folder and of folders on lines before its own; those of
 one line know nothing of each other. A new folder gets its place here.
+
+The main header of a folder (of a folder without headers, the main file) begins with a comment of at least four lines:
+"// FOLDER: what lives there", and its files. Files that the comment names exist.
 """
 import pathlib
 import re
@@ -54,6 +57,26 @@ def within(folder, room):
     return folder == room or folder.startswith(room + "/")
 
 
+def top_comment(file):
+    """Of the first line on."""
+    return re.match(r"/\*(?:.|\n)*?\*/|(?://.*\n)*", file.read_text(errors="replace"))[0]
+
+
+def missing_headers(root, folders):
+    """Folders that do not say what they are for, and files that such a comment names and that are not there."""
+    for folder in folders:
+        files = [file for file in sorted((root / folder).glob("*")) if file.suffix in (".hpp", ".cpp", ".h")]
+        said = [(file, text) for file in files for text in [top_comment(file)]
+                if re.match(rf"/[/*] {folder}: ", text) and text.count("\n") >= 4]
+        if not said:
+            yield f"{folder}: no file begins with \"// {folder}: what lives here\" and a list of its files"
+        for file, text in said:
+            for name in re.findall(r"(?<!\w)[a-z*][\w./*]*\.(?:hpp|cpp|h)\b", text):
+                if not any(True for place in (root / folder, root) for _ in place.glob(name)) and not any(
+                        True for _ in (root / folder).rglob(name)):
+                    yield f"{file.relative_to(root)}: names {name}, which is not there"
+
+
 def faults(root):
     """What is wrong, a line each."""
     lines = line_of_each()
@@ -80,30 +103,33 @@ def faults(root):
                 elif any(within(here, a) and within(there, b) for a, b in NEVER):
                     yield f"{where}: {here} never includes of {there}"
     yield from (f"{folder}: in ORDER, but there is no such folder" for folder in sorted(set(lines) - seen))
+    yield from missing_headers(root, [*sorted(seen), "fuzz"])
 
 
 def finds_a_wrong_one():
     """That the check can fail."""
     with tempfile.TemporaryDirectory() as folder:
         root = pathlib.Path(folder)
-        for name in line_of_each():
+        for name in [*line_of_each(), "fuzz"]:
             (root / name).mkdir(parents=True, exist_ok=True)
-            (root / name / "empty.hpp").touch()
+            (root / name / "empty.hpp").write_text(f"// {name}: nothing\n//\n// empty.hpp\n//\n")
         none = list(faults(root))
         (root / "someip/wire/up.hpp").write_text('#pragma once\n#include "sd/wire/empty.hpp"\n')
         (root / "bridge/inspect/tools/aside.cpp").write_text('#include "bridge/carry/config/empty.hpp"\n')
         (root / "bridge/new").mkdir()
         (root / "bridge/new/file.hpp").touch()
+        (root / "fuzz/empty.hpp").write_text("// fuzz: too little\n")
+        (root / "sd/c/empty.hpp").write_text("// sd/c: a file\n//\n// gone.hpp\n//\n")
         return not none and [line.split(": ")[0] for line in faults(root)] == [
-            "someip/wire/up.hpp:2", "bridge/inspect/tools/aside.cpp:1", "bridge/new/file.hpp"]
+            "someip/wire/up.hpp:2", "bridge/inspect/tools/aside.cpp:1", "bridge/new/file.hpp", "sd/c/empty.hpp", "fuzz"]
 
 
 def main():
     if not finds_a_wrong_one():
-        print("the check itself finds no wrong include")
+        print("the check itself does not find what is wrong")
         return 1
     found = list(faults(pathlib.Path(sys.argv[1])))
-    print("\n".join(found) or "all includes point one way")
+    print("\n".join(found) or "all includes point one way, and each folder says what it is for")
     return 1 if found else 0
 
 

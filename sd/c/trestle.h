@@ -1,4 +1,4 @@
-/* Trestle for C: a SOME/IP device over UDP, with service discovery, for firmware that is not C++.
+/* sd/c: Trestle for C, a SOME/IP device over UDP with service discovery, for firmware that is not C++.
  *
  * The same as trestle::device::Device (sd/core/device/device.hpp), whose documentation tells more: offers
  * services, answers methods and fields, sends events, finds, calls and subscribes to services of others;

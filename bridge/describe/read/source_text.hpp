@@ -1,3 +1,14 @@
+// bridge/describe/read: readers of interface descriptions. Each makes a model of texts, and reports errors
+// with file, line and column.
+//
+//   source_text.hpp  a file as readers get it, and how they ask for the files that it imports
+//   problems.hpp     errors and warnings of a reader, and how many it reports at most
+//   fidl/            Franca's FIDL and FDEPL
+//   arxml/           AUTOSAR's ARXML, Adaptive and Classic
+//   vsomeip/         vsomeip's JSON
+//
+// A file may be hostile: every reader limits its memory, time and recursion. bridge/describe/sources picks
+// the reader for a file.
 #pragma once
 #include <functional>
 #include <string>

@@ -1,4 +1,10 @@
 // bridge/describe/sources: descriptions of any kind, each read by the reader of its kind, as one model.
+//
+//   sources.hpp    loads files and folders, tells their kind by name and text, and merges what readers made
+//   ros_types.hpp  makes services of ROS types: .msg, .srv, .action and .idl files, and names of types
+//
+// Captures, running networks and route files are sources of `trestle generate`, too: bridge/generate has
+// them.
 #pragma once
 #include <cstdint>
 #include <span>

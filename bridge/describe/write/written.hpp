@@ -1,3 +1,16 @@
+// bridge/describe/write: writers of a model. Each makes the texts of one target of `trestle generate`.
+//
+//   written.hpp  what a writer returns: files, and what it could not carry
+//   routes/      route files for `trestle bridge`
+//   msg/         ROS 2 packages with .msg and .srv files
+//   fidl/        FIDL and FDEPL
+//   arxml/       ARXML of the Adaptive Platform
+//   vsomeip/     vsomeip's JSON
+//   wireshark/   a profile of Wireshark
+//   sheet/       an interface sheet for people
+//
+// A writer opens no file. What its target cannot express it lists by name; it never leaves something out
+// silently. A new target gets a folder here, and a line in bridge/generate/targets.cpp.
 #pragma once
 #include <string>
 #include <vector>

@@ -1,12 +1,13 @@
 // bridge/inspect/tools: the commands for people: find, watch, call, subscribe, offer, notify.
 //
 //   *_command.cpp     one command each
-//   listener.hpp      listens to service discovery without taking part
+//   service_arguments.hpp  what commands that offer a service have in common
+//   other_versions.hpp     offers in other major versions than the wanted one
 //   traffic_view.hpp  events and calls, with rates, losses and latencies
-//   watcher.hpp, live_watch.hpp, picture.hpp  `watch`: from frames to tables
+//   watcher.hpp, live_watch.hpp, watch_lines.hpp, picture.hpp  `watch`: from frames to tables
 //   sighting_text.hpp, message_text.hpp  what is seen, in words and in JSON
 //
-// docs/tools.md describes the commands.
+// They listen through bridge/traffic/live. docs/tools.md describes the commands.
 #pragma once
 
 namespace CLI {

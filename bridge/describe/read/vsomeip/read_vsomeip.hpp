@@ -1,3 +1,9 @@
+// bridge/describe/read/vsomeip: the JSON configurations of vsomeip, of all its releases.
+// docs/describe.md tells what is read.
+//
+//   read_vsomeip.hpp    start here: files become a model
+//   json_tree.hpp       a parser of JSON that keeps the place of each value, and takes comments
+//   vsomeip_reader.hpp  the reader; services.cpp has its part for services and their events
 #pragma once
 #include <span>
 

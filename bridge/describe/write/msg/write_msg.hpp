@@ -1,3 +1,10 @@
+// bridge/describe/write/msg: ROS 2 packages of a model's types, which colcon builds.
+//
+//   write_msg.hpp  the whole writer. bridge/describe/msg_text.cpp makes the text of one definition, and
+//                  bridge/describe/lower.hpp the ROS definitions of a model.
+//
+// ROS nodes need these packages to use the topics and services of a bridge whose routes come from
+// descriptions.
 #pragma once
 #include "bridge/describe/lower.hpp"
 #include "bridge/describe/write/written.hpp"

@@ -1,3 +1,8 @@
+// bridge/describe/write/sheet: an interface sheet for people, in Markdown and HTML.
+//
+//   write_sheet.hpp  the whole writer: one pass over the model, and two forms of its tables and paragraphs
+//
+// The tables of bytes are those of bridge/describe/layout.hpp, which `trestle explain` prints, too.
 #pragma once
 #include <cstddef>
 

@@ -1,3 +1,9 @@
+// bridge/describe/write/vsomeip: configurations of vsomeip 3.
+//
+//   write_vsomeip.hpp  the whole writer: a file for the application that offers the provided instances, and
+//                      one for the application that uses them
+//
+// The keys are those that bridge/describe/read/vsomeip reads; a test reads back what is written.
 #pragma once
 #include <cstdint>
 #include <string>

@@ -1,3 +1,9 @@
+// bridge/describe/write/wireshark: a profile by which Wireshark shows the names and values of payloads.
+//
+//   write_wireshark.hpp  the whole writer: the tables of Wireshark's SOME/IP dissector, and `preferences`
+//
+// Each table is a file of lines with quoted columns, in the order that the dissector declares them.
+// docs/describe.md says what Wireshark cannot show.
 #pragma once
 #include "bridge/describe/model.hpp"
 #include "bridge/describe/write/written.hpp"
