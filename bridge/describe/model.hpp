@@ -309,8 +309,8 @@ struct Instance {
   std::optional<sd::Timing> timing{};
   std::optional<std::uint16_t> priority{};  ///< load balancing
   std::optional<std::uint16_t> weight{};
-  std::map<std::string, std::string, std::less<>>
-      configuration{};    ///< CAPABILITY-RECORDS, configuration option
+  /// The items of its configuration option; AUTOSAR calls them CAPABILITY-RECORDS.
+  std::map<std::string, std::string, std::less<>> configuration{};
   std::string machine{};  ///< name of a Machine; empty: not known
   Notes notes{};
   Place place{};

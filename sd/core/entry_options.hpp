@@ -31,14 +31,14 @@ class OptionRules {
   const Settings& settings_;
 };
 
-/// What an entry references, but for most of its configuration. All endpoints are of our IP version.
+/// What an entry references, except its configuration, of which it has the receive buffer only. All endpoints
+/// are of our IP version.
 struct EntryOptions {
   std::optional<Endpoint> udp;
   std::optional<Endpoint> tcp;
   std::optional<Endpoint> multicast;  ///< of a SubscribeEventgroupAck
   OfferOptions offer;
-  std::uint32_t receive_buffer_bytes =
-      0;  ///< of a subscriber that tells it; of its configuration that is all
+  std::uint32_t receive_buffer_bytes = 0;  ///< of a subscriber that tells it; else 0
 };
 
 /// Why an entry cannot be used because of its options.

@@ -196,8 +196,8 @@ bool ServiceDiscovery::takes_over(slots::Remote& offered, slots::Remote& known, 
     return false;
   }
   offered.is_back = is_back(offered, known);
-  const bool is_needed =
-      !known.is_wanted && requirements_of(offered) > 0;  // the other may have another minor
+  // The other may have another minor.
+  const bool is_needed = !known.is_wanted && requirements_of(offered) > 0;
   if (!offered.is_back && !is_needed && !gives_way(known, now)) {
     static_cast<void>(silence_seen(offered, now));
     return false;

@@ -137,8 +137,8 @@ struct SdCounters {
 
   // Entries that were ignored, or answered with a Nack.
   std::uint64_t ignored_unknown_type = 0;
-  std::uint64_t ignored_wrong_transport =
-      0;  ///< came by multicast where only unicast is allowed, or unannounced
+  /// Came by multicast where only unicast is allowed, or unannounced.
+  std::uint64_t ignored_wrong_transport = 0;
   std::uint64_t ignored_unknown_subscriptions = 0;  ///< see DiscoveryRules::answer_unknown_subscriptions
   std::uint64_t ignored_bad_options = 0;
   /// Offers and SD endpoints, see DiscoveryRules::own_endpoints_only; of the latter the sender's address.

@@ -172,8 +172,8 @@ struct Subscription : SlotBase {
   std::uint16_t next = Remote::none;       // of those that are for it
   bool ack_overdue = false;  // the last Subscribe was the answer to a multicast offer, and is not answered
   bool asked = false;        // a Subscribe was sent that is neither refused nor, with its TTL, over
-  bool initial_open =
-      false;  // initial events were asked for, not by the last Subscribe, and it is not answered
+  // Initial events were asked for, not by the last Subscribe, and it is not answered.
+  bool initial_open = false;
   std::optional<Endpoint> multicast;
   TimePoint expiry = never;
   Duration silence_timeout{};   // 0: none

@@ -200,8 +200,8 @@ class Consumer {
   std::vector<Search*> with_others_;                             ///< searches whose `others` are not empty
   bool perhaps_unneeded_ = false;                                ///< something may be unneeded now
   std::unordered_map<std::uint32_t, std::vector<Wish>> wishes_;  ///< by event: asked for each segment
-  std::unordered_map<someip::ServiceId, std::vector<SharedSubscription*>>
-      by_service_;                              ///< what is subscribed to
+  /// What is subscribed to.
+  std::unordered_map<someip::ServiceId, std::vector<SharedSubscription*>> by_service_;
   std::map<Endpoint, Connection> connections_;  ///< by the server's end  [feat_req_someip_645]
   someip::TcpClient::Counters past_connections_;
   std::shared_ptr<UdpPort> call_port_;

@@ -26,8 +26,8 @@ constexpr std::size_t batch_bytes = 65000;
 // before others have theirs. After so much work the event loop runs, for all else that the thread does.
 constexpr std::size_t turn_segments = 128;
 constexpr std::size_t most_work = 512;
-constexpr std::size_t max_datagram_bytes =
-    header_bytes + max_plain_payload_bytes;  // no fragments on Ethernet
+// No fragments on Ethernet.
+constexpr std::size_t max_datagram_bytes = header_bytes + max_plain_payload_bytes;
 constexpr std::size_t max_collections = 64;  // receivers for which messages are collected at the same time
 constexpr Duration first_look = std::chrono::milliseconds{1};  // for an answer to ARP
 constexpr Duration longest_look = std::chrono::milliseconds{100};

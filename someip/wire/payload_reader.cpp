@@ -111,8 +111,8 @@ std::string_view PayloadReader::read_text(ByteView bytes, bool fixed, StringEnco
   const bool utf8 = encoding == StringEncoding::utf8;
   const std::endian order = encoding == StringEncoding::utf16le ? std::endian::little : std::endian::big;
   const std::size_t unit = utf8 ? 1 : 2;
-  bytes =
-      bytes.first(bytes.size() - bytes.size() % unit);  // an odd last byte is ignored  [feat_req_someip_641]
+  // An odd last byte is ignored.  [feat_req_someip_641]
+  bytes = bytes.first(bytes.size() - bytes.size() % unit);
   if (rules_.string_bom) {
     const auto first = utf8 ? first_utf8(bytes) : first_utf16(bytes, order);
     if (!first || first->code != byte_order_mark) {  // [feat_req_someip_666]

@@ -84,8 +84,8 @@ struct DdsSettings {
   std::string node = "/trestle";              ///< the ROS 2 node that we are
   std::string profiles{};                     ///< file of Fast DDS's XML profiles; empty: none
   std::string profile = "trestle";            ///< the participant profile in it
-  std::vector<dds::DiscoveryServer>
-      discovery_servers{};  ///< number 0 first; empty: discovery is by multicast
+  /// Number 0 first; empty: discovery is by multicast.
+  std::vector<dds::DiscoveryServer> discovery_servers{};
   SecuritySettings security{};
   bool strict_types = false;  ///< nothing is taken from publishers whose type has another hash
   std::string ros_distro{};   ///< of the nodes in the domain, "jazzy"; empty: not known
@@ -227,9 +227,9 @@ enum class ServiceForm : std::uint8_t { automatic, fastrtps, cyclonedds };
 struct MethodRoute {
   std::string ros_service;  ///< absolute: "/arm/set_mode"
   std::string type;         ///< "std_srvs/srv/SetBool"
-  messages::FieldAccess access =
-      messages::FieldAccess::none;  ///< else the method is the getter or setter of a field ...
-  std::string value_type{};         ///< ... whose values are messages of this type
+  /// Otherwise the method is the getter or setter of a field ...
+  messages::FieldAccess access = messages::FieldAccess::none;
+  std::string value_type{};  ///< ... whose values are messages of this type
   Server server = Server::someip;
   someip::ServiceId service{};
   someip::InstanceId instance{};

@@ -18,9 +18,9 @@ struct TypeVerdict {
 /// A type that a configuration names.
 struct TypeUse {
   std::string type;  ///< a message, "sensor_msgs/msg/PointCloud2", or a service, "std_srvs/srv/SetBool"
-  messages::FieldAccess access =
-      messages::FieldAccess::none;  ///< else it is the service that gets or sets a field ...
-  std::string value_type{};         ///< ... whose values are messages of this type
+  /// Otherwise it is the service that gets or sets a field ...
+  messages::FieldAccess access = messages::FieldAccess::none;
+  std::string value_type{};  ///< ... whose values are messages of this type
 };
 
 /// Judges a type. `places` are the folders under `types: paths` and the `interfaces`.

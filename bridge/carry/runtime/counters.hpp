@@ -27,8 +27,8 @@ struct Counter {
 
 /// What the counters are about, for programs that must not take a group's name apart.
 struct Label {
-  const char*
-      name;  ///< "topic", "ros_service", "direction", "service", "instance", "event", "method", "pattern"
+  /// "topic", "ros_service", "direction", "service", "instance", "event", "method" or "pattern".
+  const char* name;
   std::string value;
 };
 

@@ -434,8 +434,8 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
   messages::ConversionScratch scratch_;
   ConversionLog log_;
   const std::optional<FailureReply> failure_;
-  std::optional<std::vector<std::byte>>
-      value_;  ///< of the field, if it is a setter that has no getter to ask
+  /// Of the field, if it is a setter that has no getter to ask.
+  std::optional<std::vector<std::byte>> value_;
   Returns returns_;
   std::optional<someip::InstanceId> chosen_;  ///< where not all servers may be called
   bool told_returns_ = false;

@@ -75,8 +75,8 @@ class TrafficView {
   struct Counters {
     std::uint64_t messages = 0;
     std::uint64_t not_kept = 0;  ///< messages of events and methods there was no room for
-    std::uint64_t strange =
-        0;  ///< messages of a type that does not exist, or segments that contradict themselves
+    /// Messages of a type that does not exist, or segments that contradict themselves.
+    std::uint64_t strange = 0;
   };
 
   TrafficView() : TrafficView{Limits{}} {}

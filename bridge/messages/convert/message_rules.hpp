@@ -31,8 +31,8 @@ struct FieldRules {
   /// Without length field: the bytes of the data and its padding; 0: no padding, as CommonAPI does. Nothing:
   /// those of the longest type.  [feat_req_someip_583]
   std::optional<std::uint32_t> union_bytes{};
-  std::vector<std::uint32_t>
-      selectors{};  ///< the type field's value for each field of the union; empty: 1, 2, 3 …
+  /// The type field's value for each field of the union; empty: 1, 2, 3 and so on.
+  std::vector<std::uint32_t> selectors{};
   /// An integer in so many bits, which begins where the number before it ended: the lowest bit of a byte
   /// comes first. All numbers behind it are packed so, until one ends with a byte, or something else than a
   /// number comes, before which zeros fill up the byte. 0: in whole bytes.

@@ -42,10 +42,11 @@ struct TypePlaces {
 
 /// Finds message types. Sources are asked in this order, so that what is installed wins over what is compiled
 /// in:
-///  1. the given folders (FolderSource),
-///  2. the prefixes in AMENT_PREFIX_PATH, which are folders, too,
-///  3. the definitions compiled in (BuiltinSource),
-///  4. what define() was given (MadeSource).
+///  1. interface descriptions (`TypePlaces::described`, of in() alone): a service's own types come first,
+///  2. the given folders (FolderSource),
+///  3. the prefixes in AMENT_PREFIX_PATH, which are folders, too,
+///  4. the definitions compiled in (BuiltinSource),
+///  5. what define() was given (MadeSource).
 ///
 /// A file is read when the first of its messages is asked for, and then remembered: for changed files
 /// make another library.
@@ -57,7 +58,7 @@ class TypeLibrary {
                        const std::vector<std::filesystem::path>& ament_prefixes = {});
   /// With the user's places, and the prefixes in the environment's AMENT_PREFIX_PATH.
   [[nodiscard]] static TypeLibrary in(const TypePlaces& places);
-  /// With these sources in place of 1 to 3.
+  /// With these sources in place of 1 to 4.
   [[nodiscard]] static TypeLibrary of(TypeSources sources);
 
   /// The type and all that it is made of.

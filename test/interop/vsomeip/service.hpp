@@ -15,8 +15,8 @@ inline constexpr std::uint16_t tcp_port = 30510;
 
 // Methods
 inline constexpr std::uint16_t echo = 0x0001;  ///< gives back what it gets
-inline constexpr std::uint16_t fail =
-    0x0002;  ///< answers with the error that is as large as what it gets is long
+/// Answers with the error that is as large as what it gets is long.
+inline constexpr std::uint16_t fail = 0x0002;
 inline constexpr std::uint16_t tell = 0x0003;  ///< fire and forget: makes event_udp of what it gets
 /// Gets an event id (16 bits) and a size (32 bits): sends that event with that many bytes of pattern().
 inline constexpr std::uint16_t emit = 0x0004;

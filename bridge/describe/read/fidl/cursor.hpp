@@ -13,8 +13,8 @@ struct Name {
   std::string text{};
   Place place{};
   bool escaped = false;
-  std::optional<std::string>
-      renamed_from{};  ///< an annotation of Trestle's tells the name that FIDL could not have
+  /// An annotation of Trestle's tells the name that FIDL could not have.
+  std::optional<std::string> renamed_from{};
   /// The name that a model has.
   [[nodiscard]] const std::string& in_model() const noexcept { return renamed_from ? *renamed_from : text; }
   [[nodiscard]] bool empty() const noexcept { return text.empty(); }

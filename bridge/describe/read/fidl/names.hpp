@@ -34,8 +34,8 @@ struct Collection {
   Scope scope{};
   const Node* node = nullptr;
   int version = 2;
-  std::vector<const Collection*>
-      line{};  ///< of an interface: those that it extends, the outermost first, and itself
+  /// Of an interface: those that it extends, the outermost first, and itself.
+  std::vector<const Collection*> line{};
 };
 
 /// A constant or an enumerator: what an expression may name.

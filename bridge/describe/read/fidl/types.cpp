@@ -332,8 +332,8 @@ TypeIndex Types::basic(const TypeRef& ref, Kind& kind, const Layers& layers, Wir
     return no_type;
   } else {
     type.kind = Kind::primitive;
-    type.primitive =
-        primitive_of(ref.name.text).value_or(messages::Primitive::int32);  // Integer: as CommonAPI has it
+    // Integer: as CommonAPI has it.
+    type.primitive = primitive_of(ref.name.text).value_or(messages::Primitive::int32);
     type.minimum = ref.minimum;
     type.maximum = ref.maximum;
     const bool is_integer = type.primitive != messages::Primitive::boolean &&

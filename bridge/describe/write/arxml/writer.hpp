@@ -145,8 +145,8 @@ class Writer {
   std::map<const Service*, std::string> service_names_{};
   std::map<std::string, std::string> deployments_{};                            ///< by service
   std::map<std::pair<std::string, std::uint16_t>, std::string> eventgroups_{};  ///< path by service and id
-  std::map<std::string, std::map<std::string, std::string>>
-      member_names_{};               ///< of each service: to short names
+  /// Of each service: to short names.
+  std::map<std::string, std::map<std::string, std::string>> member_names_{};
   std::optional<Prototype> root_{};  ///< of an event whose arguments are members of a structure
   std::uint32_t errors_ = 0;
   std::size_t special_count_ = 0;

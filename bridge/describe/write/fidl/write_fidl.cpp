@@ -76,8 +76,8 @@ class Writer {
   Written result_{};
   Plan plan_;
   std::map<std::string, std::vector<const Instance*>> providers_{};  ///< by package
-  std::map<std::size_t, bool>
-      deployed_collections_{};  ///< by container: whether its deployment says anything
+  /// By container: whether its deployment says anything.
+  std::map<std::size_t, bool> deployed_collections_{};
 };
 
 Written Writer::all() {

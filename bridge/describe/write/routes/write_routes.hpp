@@ -12,8 +12,8 @@ struct RouteFileOptions {
   RouteOptions routes{};
   /// Of the bridge in SOME/IP; nothing: a placeholder that is to be replaced.
   std::optional<IpAddress> address{};
-  std::optional<IpAddress>
-      multicast{};           ///< of service discovery; nothing: that of the model, else the default
+  /// Of service discovery; nothing: that of the model, else the default.
+  std::optional<IpAddress> multicast{};
   std::string type_paths{};  ///< folder with the `.msg` packages, as the file shall name it; empty: none
   /// Descriptions that define the types, as the file shall name them: where there are no `.msg` packages.
   std::vector<std::string> interfaces{};
