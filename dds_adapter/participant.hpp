@@ -69,6 +69,7 @@ struct DiscoveryServer {
 
 /// Something that happened in the DDS network, for the log. Endpoints of the own participant never count.
 struct Happening {
+  /// What happened, and what the other members mean.
   enum class Kind : std::uint8_t {
     peer_found,         ///< a participant has appeared; `detail` is its name
     peer_lost,          ///< a participant has left, or has been silent for its lease time

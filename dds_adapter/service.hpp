@@ -34,6 +34,7 @@ enum class RosForm : std::uint8_t {
 /// The form's name in configurations: "auto", "fastrtps", "cyclonedds".
 [[nodiscard]] const char* to_string(RosForm form) noexcept;
 
+/// One end of a ROS 2 service, client or server: its name and type, and how much may wait.
 struct ServiceConfig {
   std::string name;  ///< as ROS 2 has it: "/add_two_ints"
   std::string type;  ///< likewise: "example_interfaces/srv/AddTwoInts"
@@ -41,12 +42,12 @@ struct ServiceConfig {
   /// For a client: calls that wait for an answer. For a server: requests that wait for work(), and as many
   /// replies that wait for their reader.
   std::size_t max_calls = 256;
-  std::size_t max_sample_bytes = default_max_sample_bytes;
+  std::size_t max_sample_bytes = default_max_sample_bytes;  ///< the largest request or reply, as CDR
   /// How long a request or reply waits until its reader is found; discovery needs some milliseconds for that.
   std::chrono::nanoseconds match_timeout = std::chrono::seconds{1};
-  std::string
-      request_user_data{};        ///< of the reader or writer of requests, beside what the class sets itself
-  std::string reply_user_data{};  ///< of that of replies
+  /// User data of the reader or writer of requests, besides what the class sets itself.
+  std::string request_user_data{};
+  std::string reply_user_data{};  ///< likewise, of replies
   /// EndpointExtras::bridge of both: servers and clients of different bridges do not see each other.
   std::string bridge{};
   std::function<bool(std::string_view bridge)> takes_bridge{};  ///< likewise, EndpointExtras::takes_bridge
@@ -99,6 +100,7 @@ struct ServiceClientCounters {
   WriterCounters writer;
 };
 
+/// Calls a ROS 2 service. Each call ends with a reply or a CallFault; none is repeated.
 class ServiceClient {
  public:
   /// Called exactly once for each call, but not after the end of the client.
@@ -160,6 +162,7 @@ struct ServiceServerCounters {
   ServiceServerCounters& operator+=(const ServiceServerCounters& other) noexcept;
 };
 
+/// Offers a ROS 2 service: hands requests to a handler, and sends the replies, now or later.
 class ServiceServer {
  public:
   using Handler = std::function<void(const RequestId& id, ServiceMessage request)>;

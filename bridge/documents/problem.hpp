@@ -20,6 +20,7 @@ struct Place {
 
 /// One thing that is wrong, or looks wrong, in a file.
 struct Problem {
+  /// With an error, the file cannot be used. With a warning it can.
   enum class Severity : std::uint8_t { error, warning };
   Severity severity = Severity::error;
   std::string file;

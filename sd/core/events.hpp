@@ -20,6 +20,7 @@ using SubscriptionHandle = Handle<struct SubscriptionTag>;
 /// An offer of a peer, from ServiceAvailable to ServiceLost.
 using RemoteHandle = Handle<struct RemoteTag>;
 
+/// Why a remote service, a subscription or a subscriber is gone.
 enum class LossReason : std::uint8_t {
   stopped,      ///< the peer said so: StopOfferService, StopSubscribeEventgroup
   expired,      ///< its TTL ran out

@@ -9,7 +9,8 @@ namespace trestle::sd {
          id == someip::MethodId{0xffff};
 }
 
-enum class IdKind : std::uint8_t { method, event };  // also a getter or setter; also a notifier
+/// What an id is used for: getters and setters count as methods, notifiers as events.
+enum class IdKind : std::uint8_t { method, event };
 
 /// Whether the id is in the range for the other kind: methods are below 0x8000, events from there on. That is
 /// a "should", so it can be used.  [feat_req_someip_626] [feat_req_someip_60] [feat_req_someip_67]

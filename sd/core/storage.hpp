@@ -154,6 +154,7 @@ struct Silence {
 
 /// Our subscription to an eventgroup of a peer.
 struct Subscription : SlotBase {
+  /// `idle`: nothing was sent, or its TTL is over; `requested`: the server's answer is still to come.
   enum class State : std::uint8_t { idle, requested, subscribed, refused };
   static constexpr std::uint16_t no_remote = 0xffff;
 

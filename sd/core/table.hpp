@@ -11,6 +11,7 @@ namespace trestle::sd {
 
 /// What every slot of a Table begins with.
 struct SlotBase {
+  /// Whether the slot is taken.
   enum class State : std::uint8_t {
     empty,
     lost,  // nobody finds it any more, but its end is still to be told

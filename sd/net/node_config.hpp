@@ -11,6 +11,9 @@
 
 namespace trestle::sd {
 
+/// Settings of a Node. Only `address` has to be given; the defaults are those of the specification, or common
+/// in the industry where it has none (docs/sd_options.md). Sizes are in bytes, and each limit is the Node's
+/// own: two Nodes of one process share nothing.
 struct NodeConfig {
   /// Own unicast address: SD listens on it, and it is the endpoint of every offered service.
   IpAddress address;
@@ -25,7 +28,7 @@ struct NodeConfig {
   std::chrono::microseconds busy_poll{0};
   IpAddress multicast = IpAddress::v4(224, 244, 224, 245);  ///< SD's group
   std::uint16_t port = 30490;  ///< SD's port, of all nodes  [feat_req_someip_676]
-  Timing timing{};
+  Timing timing{};             ///< of service discovery: delays, repetitions, TTL
   DiscoveryRules discovery{};  ///< see docs/sd_options.md
   /// Hosts that may name endpoints of other hosts (DiscoveryRules::own_endpoints_only). If there are any,
   /// they replace those of `discovery`.

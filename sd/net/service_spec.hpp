@@ -221,6 +221,7 @@ enum class CallFault : std::uint8_t {
 /// The fault's name as it stands above.
 [[nodiscard]] const char* to_string(CallFault fault) noexcept;
 
+/// Why a call failed, and what the server said. Valid during the call of the handler.
 struct CallError {
   CallFault fault{};
   someip::ReturnCode code = someip::ReturnCode::not_ok;  ///< of CallFault::error
@@ -247,9 +248,11 @@ struct CallSpec {
   std::optional<someip::TpPacing> pacing{};  ///< of a large request over UDP; nothing: NodeConfig::pacing
 };
 
-/// Names one call of Node::subscribe(), of Node::require(), of Node::call().
+/// Names a subscription that Node::subscribe() made.
 enum class SubscriptionId : std::uint32_t {};
+/// Names a requirement that Node::require() made.
 enum class RequirementId : std::uint32_t {};
+/// Names a call that Node::call() made.
 enum class CallId : std::uint32_t {};
 
 using EventHandler = std::function<void(const someip::Message& message, const Endpoint& from)>;

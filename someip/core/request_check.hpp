@@ -37,6 +37,7 @@ struct RequestTarget {
   MethodKind method = MethodKind::unknown;  ///< of that service in that version
 };
 
+/// What check_request() found: what is wrong with a message, and what to answer.
 struct RequestCheck {
   /// What is wrong with the message; nothing: hand it to the method.
   std::optional<ReturnCode> fault;

@@ -6,6 +6,7 @@
 /// C++ values out of a payload: the second half of parameters.hpp.
 namespace trestle::someip::parameters_detail {
 
+/// What values are read from, by which rules, and the first error.
 class Source {
  public:
   PayloadReader in;

@@ -6,6 +6,7 @@
 /// C++ values into a payload: the first half of parameters.hpp.
 namespace trestle::someip::parameters_detail {
 
+/// Where values are written to, and by which rules.
 struct Sink {
   Sink(ByteSpan room, const PayloadRules& by) : out{room, with_empty_unions(by)}, rules{by} {}
 

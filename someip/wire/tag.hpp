@@ -29,6 +29,7 @@ enum class WireType : std::uint8_t {
 /// The bytes of a tag, always big endian.
 inline constexpr std::size_t tag_bytes = 2;
 
+/// The tag in front of a member of a struct with data ids (TLV).
 struct Tag {
   WireType type{};
   DataId id{};

@@ -10,11 +10,12 @@ namespace trestle::carry {
 /// One thing that was counted. Every message that the bridge does not carry is in one counter of losses.
 /// Those in doubt were carried, and may be lost beyond it.
 struct Counter {
+  /// What the number tells.
   enum class Kind : std::uint8_t {
-    traffic,
-    loss,
-    doubt,
-    now,  ///< how many there are at the moment: it ends with what it is of, and has no sum over time
+    traffic,  ///< what was carried, received or sent
+    loss,     ///< messages that the bridge did not carry
+    doubt,    ///< messages that it carried, and that may be lost beyond it
+    now,      ///< how many there are at the moment: it ends with what it is of, and has no sum over time
   };
   const char* name;
   std::uint64_t count;

@@ -44,6 +44,7 @@ struct FieldRules {
 
 /// What one message type is on the SOME/IP side, where its `.msg` file alone does not tell.
 struct TypeRules {
+  /// What the message is in SOME/IP.
   enum class Form : std::uint8_t {
     structure,  ///< its fields, one after another; with tags if there are any
     choice,     ///< a union: each field is a T[<=1], at most one of them has its element

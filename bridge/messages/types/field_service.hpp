@@ -9,6 +9,7 @@
 /// value; a ROS service has a type of its own, whose messages hold it.
 namespace trestle::messages {
 
+/// Which part of a field a ROS service stands for.
 enum class FieldAccess : std::uint8_t {
   none,  ///< no field's: an ordinary service
   get,   ///< an empty request, the value in the response  [feat_req_someip_633]

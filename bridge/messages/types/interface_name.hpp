@@ -9,6 +9,7 @@
 /// that are made from them.
 namespace trestle::messages {
 
+/// What kind of interface a name has: pkg/msg, pkg/srv, pkg/action.
 enum class InterfaceKind : std::uint8_t { message, service, action };
 
 /// The part of the name that tells them apart, which is also the file's extension: "msg", "srv", "action".

@@ -276,6 +276,7 @@ class Device {
 };
 
 namespace detail {
+/// The memory of a StaticDevice: a base, so that it exists before the Device that uses it.
 template <Limits limits>
 struct DeviceMemory {
   static_assert(are_possible(limits), "limits that break their own rules, see are_possible()");

@@ -25,6 +25,7 @@ struct FieldSet {
   ByteView value{};
 };
 
+/// An event or notifier of a subscription of ours has come.
 struct EventReceived {
   std::size_t need = 0;
   std::size_t subscription = 0;  ///< its place in Need::subscriptions
@@ -32,6 +33,8 @@ struct EventReceived {
   ByteView payload{};
 };
 
+/// A call of ours has ended: by a response, an error, or because no answer came in time. Told once for each
+/// call that was not cancelled.
 struct CallEnded {
   someip::CallHandle call{};
   bool answered = false;  ///< else no answer came in time  [feat_req_someip_436]
@@ -44,6 +47,7 @@ struct ServiceAvailable {
   std::size_t need = 0;
   sd::RemoteService service{};
 };
+/// A needed service is not offered any more.
 struct ServiceLost {
   std::size_t need = 0;
   sd::RemoteService service{};
@@ -57,10 +61,12 @@ struct Subscribed {
   /// Where it sends multicast events to: join the group, and give the device what comes from there.
   std::optional<Endpoint> multicast{};
 };
+/// The server refused a subscription (Nack), perhaps one that it had accepted before.
 struct SubscriptionRefused {
   std::size_t need = 0;
   std::size_t subscription = 0;
 };
+/// A subscription that was accepted has ended.
 struct SubscriptionLost {
   std::size_t need = 0;
   std::size_t subscription = 0;
@@ -74,6 +80,7 @@ struct SubscriberAdded {
   Endpoint subscriber{};  ///< where it receives events
   bool again = false;  ///< it was there already, and wants the initial events anew  [feat_req_someipsd_1188]
 };
+/// A subscriber of ours has ended its subscription, or lost it.
 struct SubscriberRemoved {
   std::size_t service = 0;
   EventgroupId eventgroup{};

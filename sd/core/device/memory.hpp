@@ -21,18 +21,22 @@ struct Event {
   bool has_value = false;
 };
 
+/// One need of Settings, while it is looked for.
 struct Need {
   sd::RequirementHandle requirement{};
   sd::RemoteHandle server{};  // that calls go to
 };
 
+/// One eventgroup of a need.
 struct Subscription {
   sd::SubscriptionHandle handle{};
 };
 
 /// A message that waits to be sent.
 struct Send {
+  /// `finished`: sent, and the application is still to be told.
   enum class State : std::uint8_t { unused, waiting, finished };
+  /// Where the payload is: in the device's memory, in the room of a field, in the application's memory.
   enum class Payload : std::uint8_t { copied, of_field, of_application };
   static constexpr std::uint16_t one_receiver = 0xffff;
 

@@ -19,6 +19,7 @@ struct HeaderField {
 
 /// A profile as data. Nothing below this asks which profile it is.
 struct Layout {
+  /// The polynomials of the profiles.
   enum class Crc : std::uint8_t { j1850, h2f, ccitt, p4, ecma };
   /// Data ID bytes that are in the CRC but not in the message.
   enum class ImplicitId : std::uint8_t {
