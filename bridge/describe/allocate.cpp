@@ -272,7 +272,7 @@ tl::expected<IdLock, std::vector<documents::Problem>> read_id_lock(const std::st
       read_ids(section.child("events"), "events", problems, ids.events);
       section.finish();
       if (!lock.services.emplace(name, std::move(ids)).second) {
-        problems.error(section.mark(), fmt::format("{} is there twice", documents::quote(name)));
+        problems.error(section.mark(), fmt::format("{} is listed twice", documents::quote(name)));
       }
     }
     top.finish();

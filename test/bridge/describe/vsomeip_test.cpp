@@ -177,8 +177,8 @@ TEST(ReadVsomeip, TakesLocalhostWithAWarning) {
   const Reading reading =
       read_one(R"({"unicast": "localhost", "services": [{"service": 1, "instance": 1}]})");
   EXPECT_THAT(told(reading),
-              ElementsAre("config/car.json:1:13: warning: vsomeip knows addresses alone: 127.0.0.1 is "
-                          "taken for 'localhost'"));
+              ElementsAre("config/car.json:1:13: warning: vsomeip accepts only addresses: 'localhost' is "
+                          "read as 127.0.0.1"));
   EXPECT_EQ(reading.model.instances[0].address, IpAddress::v4(127, 0, 0, 1));
 }
 
@@ -239,7 +239,7 @@ TEST(JsonTree, RefusesWhatIsNoJson) {
 TEST(JsonTree, RefusesTooDeepOnes) {
   documents::Problems problems{"f"};
   EXPECT_FALSE(parse_json(std::string(1000000, '['), problems));
-  EXPECT_THAT(to_string(problems.take().front()), HasSubstr("at most 64 values in each other"));
+  EXPECT_THAT(to_string(problems.take().front()), HasSubstr("at most 64 values nested in each other"));
 }
 
 TEST(WriteVsomeip, WritesWhatItReads) {

@@ -552,8 +552,8 @@ void Classic::make_message(const Message& message) {
     problems_.warning_once(
         "plain PDUs", message.identifier->place(),
         "HEADER-ID " + hex(message.id, 8) +
-            " is of no service instance and of no SOME/IP transformation: such PDUs are no "
-            "SOME/IP messages, and left out");
+            " belongs to no service instance and no SOME/IP transformation: such PDUs are not "
+            "SOME/IP messages, and are left out");
     return;
   }
   Service& here = service(service_id, {}, message.identifier->place());

@@ -124,7 +124,7 @@ class Handlers {
   static void XMLCALL doctype(void* self, const XML_Char* /*name*/, const XML_Char* /*system*/,
                               const XML_Char* /*public_id*/, int /*internal*/) {
     // Entities of a DTD are how a small file becomes a large one, and how it reads other files.
-    static_cast<Handlers*>(self)->stop("a DTD stands here, and ARXML has none: it is refused");
+    static_cast<Handlers*>(self)->stop("ARXML has no DTD, so this one is refused");
   }
 
   void stop(std::string text) {
@@ -367,7 +367,7 @@ bool Tree::add(std::istream& stream, std::uint16_t file) {
     }
     if (XML_ParseBuffer(parser.get(), static_cast<int>(stream.gcount()), last ? 1 : 0) != XML_STATUS_OK) {
       if (!handlers.stopped()) {
-        problems_.error(handlers.here(), std::string{"this is no XML any more: "} +
+        problems_.error(handlers.here(), std::string{"this is not well-formed XML: "} +
                                              XML_ErrorString(XML_GetErrorCode(parser.get())));
       }
       return false;
@@ -488,7 +488,7 @@ void Tree::index(Node& node, Node* named) {
         more_names_[Key{named, child->name}].push_back(child);
         if (there->second->tag == child->tag && node.tag == "ELEMENTS"_tag) {
           problems_.warning(child->place(), path(child) +
-                                                " is there twice; references mean the one in line " +
+                                                " is declared twice; references mean the one in line " +
                                                 std::to_string(there->second->line));
         }
       }

@@ -51,7 +51,7 @@ Value Types::build_value(const Node& node, const Frame& frame) {
   if (!primitive) {
     problems_.warning_once(Tree::path(&node), node.place(),
                            Tree::path(&node) +
-                               " has no base type: of what size it is cannot be known; uint8 "
+                               " has no base type, so its size is not known; uint8 "
                                "is taken");
     primitive = Primitive::uint8;
   }

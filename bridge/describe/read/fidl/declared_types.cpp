@@ -137,7 +137,7 @@ void Types::build_fields(Type& type, Declared& declared, const Layers& layers, i
   for (const Variable& field : tree.fields) {
     if (!names.insert(field.name.text).second) {
       findings_.error(field.name.place,
-                      fmt::format("the field {} is there twice", documents::quote(field.name.text)));
+                      fmt::format("the field {} is declared twice", documents::quote(field.name.text)));
       continue;
     }
     Layers of_field;
@@ -207,7 +207,7 @@ void Types::build_enumeration(Type& type, Declared& declared, const Layers& laye
     const EnumeratorTree& one = tree.enumerators[i];
     if (!names.insert(one.name.text).second) {
       findings_.error(one.name.place,
-                      fmt::format("the enumerator {} is there twice", documents::quote(one.name.text)));
+                      fmt::format("the enumerator {} is declared twice", documents::quote(one.name.text)));
       continue;
     }
     Enumerator enumerator{one.name.in_model(), this->enumerator(declared, i, 0).value_or(0), one.notes,
@@ -243,7 +243,7 @@ void Types::build_enumeration(Type& type, Declared& declared, const Layers& laye
   for (const Enumerator& enumerator : type.enumerators) {
     if (!is_wide &&
         (enumerator.value > highest || (enumerator.value < 0 && enumerator.value < -highest - 1))) {
-      findings_.warning(enumerator.place, fmt::format("the enumerator {} = {} has no place in {} bits",
+      findings_.warning(enumerator.place, fmt::format("the enumerator {} = {} does not fit into {} bits",
                                                       enumerator.name, enumerator.value, bits));
     }
   }

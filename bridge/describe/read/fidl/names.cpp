@@ -136,9 +136,10 @@ void Names::find_lines() {
     const Collection* at = &collection;
     while (at != nullptr) {
       if (!seen.insert(at).second) {
-        findings_.error(at->scope.in->base.place,
-                        fmt::format("the interfaces go round: {} extends itself, directly or through others",
-                                    documents::quote(at->scope.name)));
+        findings_.error(
+            at->scope.in->base.place,
+            fmt::format("the interfaces form a cycle: {} extends itself, directly or through others",
+                        documents::quote(at->scope.name)));
         break;
       }
       collection.line.insert(collection.line.begin(), at);

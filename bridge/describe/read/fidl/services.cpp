@@ -239,7 +239,7 @@ void Maker::payload(Payload& into, const std::vector<Variable>& variables, const
   for (const Variable& variable : variables) {
     if (!names.insert(variable.name.text).second) {
       findings_.error(variable.name.place,
-                      fmt::format("the argument {} is there twice", documents::quote(variable.name.text)));
+                      fmt::format("the argument {} is declared twice", documents::quote(variable.name.text)));
       continue;
     }
     const Node* node = arguments == nullptr ? nullptr : arguments->child("", variable.name.text);

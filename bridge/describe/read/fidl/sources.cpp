@@ -211,9 +211,9 @@ void Loader::tell_of_circles() {
       }
       const auto [file, place] = imports_[step.file][step.next++];
       if (states[file] == State::open) {
-        findings_.warning(place,
-                          fmt::format("the imports go round: {} imports this file, itself or through others",
-                                      documents::quote(sources_.names[file])));
+        findings_.warning(
+            place, fmt::format("the imports form a cycle: {} imports this file, itself or through others",
+                               documents::quote(sources_.names[file])));
       } else if (states[file] == State::fresh) {
         states[file] = State::open;
         path.push_back({file});

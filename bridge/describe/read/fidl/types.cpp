@@ -382,8 +382,9 @@ TypeIndex Types::type(Declared& declared, int deep) {
   }
   const Place place = declared.tree->name.place;
   if (declared.state == Declared::State::open) {
-    findings_.error(place, fmt::format("the types go round: {} contains itself, directly or through others",
-                                       documents::quote(declared.tree->name.text)));
+    findings_.error(place,
+                    fmt::format("the types form a cycle: {} contains itself, directly or through others",
+                                documents::quote(declared.tree->name.text)));
     return no_type;
   }
   if (too_deep(place, deep)) {

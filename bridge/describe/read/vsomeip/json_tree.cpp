@@ -111,7 +111,7 @@ class JsonParser {
     const char c = now();
     if (c == '{' || c == '[') {
       if (depth >= max_json_depth) {
-        return fail("at most " + std::to_string(max_json_depth) + " values in each other");
+        return fail("at most " + std::to_string(max_json_depth) + " values nested in each other");
       }
       return c == '{' ? object(node, depth) : array(node, depth);
     }

@@ -89,7 +89,7 @@ std::optional<IpAddress> VsomeipReader::address(const JsonNode* node, const std:
       return address;
     }
     if (trimmed(node->text) == "localhost") {
-      warning(*node, "vsomeip knows addresses alone: 127.0.0.1 is taken for 'localhost'");
+      warning(*node, "vsomeip accepts only addresses: 'localhost' is read as 127.0.0.1");
       return IpAddress::v4(127, 0, 0, 1);
     }
     // A template that a script fills in: the rest of the file is worth reading.

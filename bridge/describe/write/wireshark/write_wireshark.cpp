@@ -33,7 +33,7 @@ struct Context {
   bool is_tagged = false;  ///< the length field is that of tagged members
 };
 
-constexpr const char* too_deep = "types that are too deep in each other";
+constexpr const char* too_deep = "types nested too deep";
 /// Wireshark reads types again and again; deeper ones no network has.
 constexpr int max_depth = 64;
 /// Elements of an array that has no limit; Wireshark shows larger numbers as negative ones.

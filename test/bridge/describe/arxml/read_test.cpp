@@ -583,11 +583,11 @@ TEST(ReadArxml, ReadsAClassicSystemDescription) {
 // --- what is wrong ----------------------------------------------------------------------------------------
 
 TEST(ReadArxml, RefusesWhatIsNoXmlOrNoArxml) {
-  EXPECT_THAT(problems_of(read_texts({""})), HasSubstr("0.arxml:1:1: error: this is no XML any more"));
+  EXPECT_THAT(problems_of(read_texts({""})), HasSubstr("0.arxml:1:1: error: this is not well-formed XML"));
   EXPECT_THAT(problems_of(read_texts({"<a>\n<b></a>"})),
               HasSubstr("0.arxml:1:1: error: the top element is a"));
   EXPECT_THAT(problems_of(read_texts({std::string{arxml_head} + "\n  <AR-PACKAGES></AR-PACKAGE>"})),
-              HasSubstr("error: this is no XML any more: mismatched tag"));
+              HasSubstr("error: this is not well-formed XML: mismatched tag"));
   const std::string whole = arxml(service(""));
   EXPECT_THAT(problems_of(read_texts({whole.substr(0, whole.size() / 2 + 40)})),
               HasSubstr("error: this is no XML"));
@@ -598,7 +598,7 @@ TEST(ReadArxml, RefusesWhatIsNoXmlOrNoArxml) {
 TEST(ReadArxml, RefusesEntityBombsAndDeepFiles) {
   EXPECT_THAT(problems_of(read_texts({"<?xml version=\"1.0\"?>\n<!DOCTYPE a [<!ENTITY x \"yyyyyyyyyy\">\n"
                                       "<!ENTITY z \"&x;&x;&x;&x;&x;&x;\">]><AUTOSAR>&z;</AUTOSAR>"})),
-              HasSubstr("0.arxml:2:13: error: a DTD stands here, and ARXML has none: it is refused"));
+              HasSubstr("0.arxml:2:13: error: ARXML has no DTD, so this one is refused"));
   std::string deep{arxml_head};
   for (int i = 0; i < 10'000; ++i) {
     deep += "<AR-PACKAGES>";

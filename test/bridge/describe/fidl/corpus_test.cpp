@@ -39,7 +39,7 @@ std::string reason(const std::filesystem::path& file) {
       {"attrnamedtc.fdepl", "has the id 3010 (0x0bc2)"},
       {"Strings.fdepl", "has the id 1 (0x0001)"},
       // A probe: ^UInt8 within itself.
-      {"N.fidl", "the types go round"},
+      {"N.fidl", "the types form a cycle"},
   };
   const auto found = reasons.find(file.filename().string());
   return found == reasons.end() ? "" : found->second;

@@ -356,10 +356,11 @@ TEST(ReadFidl, TellsPlacesOfErrorsAndWhatWasExpected) {
   EXPECT_THAT(problems("attribute Uint8 a", ""),
               ElementsAre("I.fidl:4:11: error: the type 'Uint8' is not known here; did you mean 'UInt8'?"));
   EXPECT_THAT(problems("struct S { UInt8 x S[] more }", ""),
-              ElementsAre(HasSubstr("I.fidl:4:8: error: the types go round: 'S'")));
-  EXPECT_THAT(problems("typedef A is B typedef B is A", ""), ElementsAre(HasSubstr("the types go round")));
+              ElementsAre(HasSubstr("I.fidl:4:8: error: the types form a cycle: 'S'")));
+  EXPECT_THAT(problems("typedef A is B typedef B is A", ""),
+              ElementsAre(HasSubstr("the types form a cycle")));
   EXPECT_THAT(problems("struct S extends T { } struct T extends S { }", ""),
-              ElementsAre(HasSubstr("the types go round")));
+              ElementsAre(HasSubstr("the types form a cycle")));
   EXPECT_THAT(problems("attribute UInt8[4] a", ""),
               ElementsAre(HasSubstr("I.fidl:4:17: error: there is '4'; expected ']'")));
   EXPECT_THAT(problems("attribute UInt8 a", "attribute b { }"),
@@ -400,14 +401,14 @@ TEST(ReadFidl, TellsOfImportsThatAreMissingOrGoRound) {
   EXPECT_THAT(told(read({{"A.fidl", "package p import model \"B.fidl\""},
                          {"B.fidl", "package p import model \"A.fidl\""}},
                         {"A.fidl"})),
-              ElementsAre(HasSubstr("B.fidl:1:11: warning: the imports go round")));
+              ElementsAre(HasSubstr("B.fidl:1:11: warning: the imports form a cycle")));
 }
 
 TEST(ReadFidl, TellsOfInterfacesThatGoRound) {
   const Reading reading =
       read({{"A.fidl", "package p interface A extends B { } interface B extends A { }"}}, {"A.fidl"});
   EXPECT_FALSE(reading.ok());
-  EXPECT_THAT(told(reading), ::testing::Contains(HasSubstr("the interfaces go round")));
+  EXPECT_THAT(told(reading), ::testing::Contains(HasSubstr("the interfaces form a cycle")));
 }
 
 TEST(ReadFidl, EndsSoonWithWhatIsMadeToTakeLong) {
