@@ -90,8 +90,8 @@ TEST(Silence, OfEventsWithOtherIds) {
 
 TEST(Silence, OfAnAddressThatIsNotTheInterfaces) {
   EXPECT_EQ(of_someip({.other_interface = "10.0.0.1 is not that of `interface` eth1, but of eth0"}),
-            "`address` 10.0.0.1 is not that of `interface` eth1, but of eth0: discovery goes out and listens "
-            "where the others are not");
+            "`address` 10.0.0.1 is not that of `interface` eth1, but of eth0: service discovery uses another "
+            "network than the other hosts");
 }
 
 TEST(Silence, OfATopic) {

@@ -590,7 +590,7 @@ TEST(ReadArxml, RefusesWhatIsNoXmlOrNoArxml) {
               HasSubstr("error: this is not well-formed XML: mismatched tag"));
   const std::string whole = arxml(service(""));
   EXPECT_THAT(problems_of(read_texts({whole.substr(0, whole.size() / 2 + 40)})),
-              HasSubstr("error: this is no XML"));
+              HasSubstr("error: this is not well-formed XML"));
   EXPECT_THAT(problems_of(read_texts({"<AUTOSAR xmlns=\"http://autosar.org/3.2.1\"/>"})),
               HasSubstr("http://autosar.org/schema/r4.0 was expected"));
 }
