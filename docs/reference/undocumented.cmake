@@ -3,15 +3,16 @@
 # In: DOXYFILE, that of the reference.
 set(all ${DOXYFILE}.undocumented)
 file(WRITE ${all} "@INCLUDE = ${DOXYFILE}
+OUTPUT_DIRECTORY = ${all}.out
 EXTRACT_ALL = NO
 WARN_IF_UNDOCUMENTED = YES
 WARN_AS_ERROR = NO
 GENERATE_HTML = NO
 GENERATE_XML = YES
 XML_PROGRAMLISTING = NO
-XML_OUTPUT = undocumented
 ")
 execute_process(COMMAND doxygen ${all} ERROR_VARIABLE warnings OUTPUT_QUIET RESULT_VARIABLE result)
+file(REMOVE_RECURSE ${all}.out)
 if(result)
   message(FATAL_ERROR "doxygen ${all} ended with ${result}:\n${warnings}")
 endif()
