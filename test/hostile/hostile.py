@@ -1,5 +1,5 @@
 #!/usr/bin/python3 -B
-"""./run test hostile: attacks beside honest traffic, and what becomes of that. docs/hostile.md tells more."""
+"""Attacks beside honest traffic, and what becomes of that. docs/hostile.md tells more."""
 import argparse
 import os
 import pathlib
@@ -18,10 +18,11 @@ TRIES = 3  # of the short form: a machine that is busy may lose what UDP carries
 
 
 def arguments():
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(prog="./run test hostile", description=__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help="scenarios, or parts of their names; none: all")
-    parser.add_argument("--trestle", help="the program", required="--list" not in sys.argv)
-    parser.add_argument("--flow", help="hostile_flow", required="--list" not in sys.argv)
+    # The programs trestle and hostile_flow, which ./run has built.
+    parser.add_argument("--trestle", help=argparse.SUPPRESS, required="--list" not in sys.argv)
+    parser.add_argument("--flow", help=argparse.SUPPRESS, required="--list" not in sys.argv)
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("build/hostile"), help="folder for logs and tables")
     parser.add_argument("--short", action="store_true", help="a few seconds each, and judges nothing that takes time")
     parser.add_argument("--sanitized", action="store_true", help="memory is not judged: a sanitizer takes some of its own")

@@ -1,9 +1,10 @@
 """Would the tests notice a mistake? Breaks the code one line at a time and runs the unit tests against each mutant.
 
-    mutate.py [--part core|net] [--count N] [--seed S]     N mutants, drawn at random from all that there are
-    mutate.py --again                    only those that survived the last time, after tests were added: the tally of
-                                         that run is brought up to date
-    mutate.py --list                     every mutant that there is
+    ./run mutation [--part core|net] [--count N] [--seed S]
+                              N mutants, drawn at random from all that there are
+    ./run mutation --again    only those that survived the last time, after tests were added: the tally of that run is
+                              brought up to date
+    ./run mutation --list     every mutant that there is
 
 Mutants are made of someip/ and sd/, either wire/, core/ and c/ or net/: a relation or a calculation becomes its neighbour, a
 constant one more or less, a condition its opposite, a returned value the empty one, a statement nothing. A mutated file is compiled
@@ -267,7 +268,8 @@ def sample(mutants, equivalent, count, judge, jobs):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(prog="./run mutation", description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--part", choices=sorted(FOLDERS), default="core", help="what to break (core)")
     parser.add_argument("--count", type=int, default=300, help="mutants to judge (300)")
     parser.add_argument("--seed", type=int, default=1, help="which ones (1)")
