@@ -7,7 +7,7 @@
 #include "dds_adapter/policies.hpp"
 #include "dds_adapter/raw_type.hpp"
 #include "dds_adapter/ros_names.hpp"
-#include "someip/wire/add_counters.hpp"
+#include "someip/wire/counters.hpp"
 
 namespace trestle::dds {
 

@@ -6,7 +6,7 @@
 #include "dds_adapter/ros_names.hpp"
 #include "dds_adapter/service_end.hpp"
 #include "dds_adapter/service_form.hpp"
-#include "someip/wire/add_counters.hpp"
+#include "someip/wire/counters.hpp"
 
 namespace trestle::dds {
 

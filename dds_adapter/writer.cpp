@@ -14,7 +14,7 @@
 #include "dds_adapter/raw_type.hpp"
 #include "dds_adapter/ros_names.hpp"
 #include "dds_adapter/sending_thread.hpp"
-#include "someip/wire/add_counters.hpp"
+#include "someip/wire/counters.hpp"
 #include "someip/wire/enumerator_name.hpp"
 
 namespace trestle::dds {

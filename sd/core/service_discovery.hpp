@@ -15,6 +15,7 @@
 #include "sd/core/entry_options.hpp"
 #include "sd/core/random.hpp"
 #include "sd/core/storage.hpp"
+#include "someip/wire/counters.hpp"
 
 namespace trestle::sd {
 
@@ -156,6 +157,48 @@ struct SdCounters {
   std::uint64_t silences = 0;                                 ///< subscriptions made anew since no event came
   std::uint64_t unsendable_entries = 0;                       ///< did not even fit into an empty datagram
   std::uint64_t lost_events = 0;                              ///< poll_event() was not called in time
+
+  template <typename Visit>
+  constexpr void for_each_counter(Visit visit) const {
+    using enum someip::CounterKind;
+    visit("datagrams_received", datagrams_received, traffic);
+    visit("messages_received", messages_received, traffic);
+    visit("datagrams_sent", datagrams_sent, traffic);
+    visit("entries_sent", entries_sent, traffic);
+    visit("nacks_sent", nacks_sent, traffic);
+    visit("reboots_detected", reboots_detected, traffic);
+    visit("own_echoes", dropped_own, traffic);
+    visit("duplicates", dropped_duplicates, traffic);
+    visit("subscribed_anew", silences, traffic);
+    visit("down", dropped_down, loss);
+    visit("source", dropped_source, loss);
+    visit("not_sd", dropped_not_sd, loss);
+    visit("malformed", dropped_malformed, loss);
+    visit("no_room", ignored_no_room, loss);
+    visit("too_many", ignored_too_many, loss);
+    visit("too_many_reboots", dropped_reboots, loss);
+    visit("displaced", displaced, loss);
+    visit("unknown_type", ignored_unknown_type, loss);
+    visit("wrong_transport", ignored_wrong_transport, loss);
+    visit("unknown_subscriptions", ignored_unknown_subscriptions, loss);
+    visit("bad_options", ignored_bad_options, loss);
+    visit("foreign_endpoints", ignored_foreign_endpoints, loss);
+    visit("configurations_cut", configurations_cut, loss);
+    visit("lost_events", lost_events, loss);
+    visit("conflicting_offer", ignored_conflicting_offer, loss);
+    visit("unexpected_ack", ignored_unexpected_ack, loss);
+    visit("unsendable", unsendable_entries, loss);
+    for (std::size_t i = 0; i < limit_count; ++i) {
+      visit(to_string(static_cast<Limit>(i)), limits_reached[i], loss);
+    }
+    constexpr std::array<const char*, nack_reasons> nacks{
+        "nacks_unknown_service",    "nacks_unknown_instance", "nacks_unknown_major",
+        "nacks_unknown_eventgroup", "nacks_bad_options",      "nacks_missing_endpoint",
+        "nacks_no_tcp_connection",  "nacks_no_room"};
+    for (std::size_t i = 0; i < nack_reasons; ++i) {
+      visit(nacks[i], nacks_by_reason[i], loss);
+    }
+  }
 };
 
 /// SOME/IP service discovery of one node, server and client side, without I/O: it is told what arrives and

@@ -8,6 +8,7 @@
 #include "sd/core/storage.hpp"
 #include "someip/core/request_check.hpp"
 #include "someip/core/tp_pacing.hpp"
+#include "someip/wire/counters.hpp"
 
 namespace trestle::sd {
 
@@ -149,6 +150,41 @@ struct NodeCounters {
   std::uint64_t unreachable = 0;  ///< errors of the network (ICMP): a UDP receiver of ours is not there
   /// Such errors that neither the receiver nor this host sent: not believed, as anybody can send them.
   std::uint64_t unreachable_ignored = 0;
+
+  /// All but those of for_each_discovery_counter().
+  template <typename Visit>
+  constexpr void for_each_counter(Visit visit) const {
+    using enum someip::CounterKind;
+    visit("datagrams_received", datagrams, traffic);
+    visit("events_received", events, traffic);
+    visit("requests_received", requests, traffic);
+    visit("calls_answered_with_an_error", requests_answered, traffic);
+    visit("events_overtaken", overtaken, traffic);  // `slow_subscriber` of UDP and TCP has each as a loss
+    visit("unreachable", unreachable, traffic);
+    visit("unreachable_ignored", unreachable_ignored, traffic);
+    visit("answers_refused", answers_refused, loss);
+    visit("answers_to_silent", answers_to_silent, loss);
+    visit("repeated_values_refused", repeated_values_refused, loss);
+    visit("malformed", malformed, loss);
+    visit("wrong_version", wrong_version, loss);
+    visit("unexpected", unexpected, loss);
+    visit("unknown_sender", unknown_sender, loss);
+    visit("not_to_be_segmented", not_to_be_segmented, loss);
+    visit("bad_return_code", bad_return_code, loss);
+    visit("e2e_failed", e2e_failed, doubt);  // whether it is passed on is a choice of the service
+    visit("e2e_not_protected", e2e_not_protected, loss);
+    visit("receive_buffer_full", overflowed, loss);
+  }
+  /// What is shown with SdCounters.
+  template <typename Visit>
+  constexpr void for_each_discovery_counter(Visit visit) const {
+    using enum someip::CounterKind;
+    visit("offered_twice", offered_twice, loss);
+    visit("not_sent", discovery_not_sent, loss);
+    visit("waited_to_be_sent", discovery_waited, traffic);
+    visit("not_sent_no_room", discovery_no_room, loss);
+    visit("not_sent_in_time", discovery_outdated, loss);
+  }
 };
 
 /// Told what discovery did, in words: one line without a line end.

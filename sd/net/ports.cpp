@@ -5,7 +5,7 @@
 #include <map>
 
 #include "sd/net/clock.hpp"
-#include "someip/wire/add_counters.hpp"
+#include "someip/wire/counters.hpp"
 
 namespace trestle::sd {
 

@@ -1,7 +1,7 @@
 #pragma once
 #include <optional>
 
-#include "someip/wire/add_counters.hpp"
+#include "someip/wire/counters.hpp"
 #include "someip/wire/header.hpp"
 
 namespace trestle::someip {
@@ -18,6 +18,16 @@ struct StreamCounters {
   constexpr StreamCounters& operator+=(const StreamCounters& other) noexcept {
     add_counters(*this, other);
     return *this;
+  }
+  template <typename Visit>
+  constexpr void for_each_counter(Visit visit) const {
+    using enum CounterKind;
+    visit("messages_received", messages, traffic);
+    visit("magic_cookies", cookies, traffic);
+    visit("bad_length", bad_length, loss);
+    visit("too_large", too_large, loss);
+    visit("skipped_bytes", skipped_bytes, loss);
+    visit("resynchronised", resynchronised, traffic);
   }
   friend constexpr bool operator==(const StreamCounters&, const StreamCounters&) = default;
 };

@@ -2,6 +2,7 @@
 #include <array>
 #include <optional>
 
+#include "someip/wire/counters.hpp"
 #include "someip/wire/endpoint.hpp"
 #include "someip/wire/tp.hpp"
 
@@ -37,6 +38,15 @@ struct TpCounters {
   std::array<std::uint64_t, tp_drop_count> drops{};
   [[nodiscard]] constexpr std::uint64_t operator[](TpDrop reason) const noexcept {
     return drops[static_cast<std::size_t>(reason)];
+  }
+  template <typename Visit>
+  constexpr void for_each_counter(Visit visit) const {
+    using enum CounterKind;
+    visit("segments_received", segments, traffic);
+    visit("messages_received", messages, traffic);
+    for (std::size_t i = 0; i < tp_drop_count; ++i) {
+      visit(to_string(static_cast<TpDrop>(i)), drops[i], loss);
+    }
   }
   friend constexpr bool operator==(const TpCounters&, const TpCounters&) = default;
 };

@@ -15,6 +15,18 @@ struct SenderCounters {
   std::uint64_t abandoned = 0;        ///< messages dropped as the socket was closed
   std::uint64_t system_calls = 0;     ///< that sending needed
   std::uint64_t offload_refused = 0;  ///< times that the kernel would not segment, and all went one by one
+  template <typename Visit>
+  constexpr void for_each_counter(Visit visit) const {
+    using enum CounterKind;
+    visit("datagrams_sent", datagrams, traffic);
+    visit("messages_sent", messages, traffic);
+    visit("system_calls", system_calls, traffic);
+    visit("offload_refused", offload_refused, traffic);
+    visit("queue_full", queue_full, loss);
+    visit("slow_subscriber", overtaken, loss);
+    visit("refused_by_system", refused, loss);
+    visit("abandoned", abandoned, loss);
+  }
 };
 
 /// What went over TCP connections.
@@ -28,6 +40,17 @@ struct TcpStreamCounters {
   /// Connections that ended as there was no memory for what came or was to be sent: the system had none, or
   /// others needed that of a message which had held the most for the longest time.
   std::uint64_t no_memory = 0;
+  template <typename Visit>
+  constexpr void for_each_counter(Visit visit) const {
+    using enum CounterKind;
+    received.for_each_counter(visit);
+    visit("messages_sent", messages_sent, traffic);
+    visit("held_back", held_back, traffic);
+    visit("no_memory", no_memory, loss);
+    visit("timed_out", timed_out, loss);
+    visit("queue_full", queue_full, loss);
+    visit("slow_subscriber", overtaken, loss);
+  }
   TcpStreamCounters& operator+=(const TcpStreamCounters& other) noexcept;
 };
 
@@ -43,6 +66,18 @@ struct TcpServerCounters {
   std::uint64_t idle = 0;      ///< connections that were closed as no message went over them for too long
   /// Connections that were closed because something came that is no SOME/IP, or too large.
   std::uint64_t bad_framing = 0;
+  template <typename Visit>
+  constexpr void for_each_counter(Visit visit) const {
+    using enum CounterKind;
+    streams.for_each_counter(visit);
+    visit("open", open, now);
+    visit("accepted", accepted, traffic);
+    visit("closed_as_idle", idle, traffic);
+    visit("refused", refused, loss);
+    visit("not_accepted", not_accepted, loss);
+    visit("gave_way", gave_way, loss);
+    visit("bad_framing", bad_framing, loss);
+  }
 };
 
 /// Of a TCP connection to a server, which is connected to again whenever it is lost.
@@ -52,6 +87,14 @@ struct TcpClientCounters {
   std::uint64_t failed_attempts = 0;  ///< to connect
   /// Messages dropped because there was no connection, or because it was lost before they were sent.
   std::uint64_t not_connected = 0;
+  template <typename Visit>
+  constexpr void for_each_counter(Visit visit) const {
+    using enum CounterKind;
+    streams.for_each_counter(visit);
+    visit("connected", connections, traffic);
+    visit("failed_attempts", failed_attempts, traffic);
+    visit("not_connected", not_connected, loss);
+  }
   TcpClientCounters& operator+=(const TcpClientCounters& other) noexcept;
 };
 

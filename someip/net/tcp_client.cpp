@@ -16,7 +16,7 @@
 #include "someip/net/addresses.hpp"
 #include "someip/net/copy_pool.hpp"
 #include "someip/net/socket_calls.hpp"
-#include "someip/wire/add_counters.hpp"
+#include "someip/wire/counters.hpp"
 
 namespace trestle::someip {
 namespace {

@@ -23,7 +23,7 @@
 #include "someip/net/receive_memory.hpp"
 #include "someip/net/send_budget.hpp"
 #include "someip/net/socket_calls.hpp"
-#include "someip/wire/add_counters.hpp"
+#include "someip/wire/counters.hpp"
 #include "someip/wire/slices.hpp"
 
 namespace trestle::someip {

@@ -301,7 +301,7 @@ std::vector<CounterGroup> Bridge::counters() const {
   if (state_->discovered) {
     state_->discovered->append_counters(groups);
   }
-  append_counters(groups, *state_->node);
+  append_counters(groups, counts_of(*state_->node));
   return groups;
 }
 

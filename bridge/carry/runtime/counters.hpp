@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "bridge/carry/config/bridge_config.hpp"
+#include "someip/wire/counters.hpp"
 
 namespace trestle::carry {
 
@@ -11,12 +12,7 @@ namespace trestle::carry {
 /// Those in doubt were carried, and may be lost beyond it.
 struct Counter {
   /// What the number tells.
-  enum class Kind : std::uint8_t {
-    traffic,  ///< what was carried, received or sent
-    loss,     ///< messages that the bridge did not carry
-    doubt,    ///< messages that it carried, and that may be lost beyond it
-    now,      ///< how many there are at the moment: it ends with what it is of, and has no sum over time
-  };
+  using Kind = someip::CounterKind;
   const char* name;
   std::uint64_t count;
   Kind kind = Kind::traffic;

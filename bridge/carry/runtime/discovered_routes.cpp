@@ -435,7 +435,7 @@ CounterGroup DiscoveredRoutes::counters_of(const Pattern& pattern) const {
 }
 
 void DiscoveredRoutes::append_counters(std::vector<CounterGroup>& groups) const {
-  using enum Counter::Kind;
+  using enum someip::CounterKind;
   if (!past_.counters.empty()) {
     groups.push_back(past_);
   }

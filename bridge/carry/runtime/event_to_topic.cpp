@@ -19,7 +19,7 @@
 #include "bridge/messages/convert/conversion_plan.hpp"
 #include "dds_adapter/ros_names.hpp"
 #include "someip/net/address_text.hpp"
-#include "someip/wire/add_counters.hpp"
+#include "someip/wire/counters.hpp"
 
 namespace trestle::carry {
 namespace {
@@ -87,7 +87,7 @@ class EventToTopic final : public RunningRoute {
   void stop() override { stopped_ = true; }
 
   [[nodiscard]] CounterGroup counters() const override {
-    using enum Counter::Kind;
+    using enum someip::CounterKind;
     const sd::SubscriptionFaults sd = faults();
     dds::WriterCounters dds = past_writers_;
     if (writer_) {

@@ -29,7 +29,7 @@ class GetterToTopic final : public RunningRoute {
   }
 
   [[nodiscard]] CounterGroup counters() const override {
-    using enum Counter::Kind;
+    using enum someip::CounterKind;
     CounterGroup group{"getter of " + route_.topic,
                        {{"received", received_},
                         {"answered", answered_},

@@ -86,7 +86,7 @@ class MethodToService final : public RunningRoute {
   void stop() override { work_->stop(); }
 
   [[nodiscard]] CounterGroup counters() const override {
-    using enum Counter::Kind;
+    using enum someip::CounterKind;
     const dds::ServiceClientCounters ros = client_->counters();
     CounterGroup group{"method of ROS service " + method_.ros_service,
                        {{"received", received_},

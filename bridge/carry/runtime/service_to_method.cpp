@@ -117,7 +117,7 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
   }
 
   [[nodiscard]] CounterGroup counters() const override {
-    using enum Counter::Kind;
+    using enum someip::CounterKind;
     dds::ServiceServerCounters ros = past_;
     if (server_) {
       ros += server_->counters();

@@ -138,7 +138,7 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
   }
 
   [[nodiscard]] CounterGroup counters() const override {
-    using enum Counter::Kind;
+    using enum someip::CounterKind;
     const dds::ReaderCounters dds = reader_ ? reader_->counters() : dds::ReaderCounters{};
     dds::ReaderCounters all = past_;
     all += dds;

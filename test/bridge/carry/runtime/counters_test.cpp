@@ -5,7 +5,7 @@
 namespace trestle::carry::counters_test {
 namespace {
 
-using enum Counter::Kind;
+using enum someip::CounterKind;
 
 TEST(Counters, TellWhatIsLostFromWhatMayBe) {
   EXPECT_EQ(to_string({"route /a", {{"received", 0}, {"refused", 0, loss}, {"overwritten", 0, doubt}}}),
