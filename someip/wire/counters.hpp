@@ -10,10 +10,10 @@ namespace trestle::someip {
 /// `visit(name, count, kind)` for each of its fields: the one list from which they are shown. Names are those
 /// that a bridge shows, and are never freed.
 enum class CounterKind : std::uint8_t {
-  traffic,
-  loss,   ///< what was dropped, refused or ignored
-  doubt,  ///< what went on, and may be lost beyond
-  now,    ///< how many there are at the moment: it ends with what it is of, and has no sum over time
+  traffic,  ///< what was received, sent or done
+  loss,     ///< what was dropped, refused or ignored
+  doubt,    ///< what went on, and may be lost beyond
+  now,      ///< how many there are at the moment: it ends with what it is of, and has no sum over time
 };
 
 /// Adds each counter of `more` to that of `sum`: all fields, which are std::uint64_t, also of inner structs.
