@@ -356,16 +356,16 @@ class Writer {
   Writer& operator=(Writer&&) noexcept;
   ~Writer();
 
-  /// Sends a sample, given in pieces that together are the encapsulation header and body. The pieces are
+  /// Sends a sample, given in slices that together are the encapsulation header and body. The slices are
   /// copied once, into DDS's own memory, and are free again on return. With no reader there it still counts
   /// as sent. The calling thread sends small samples itself. Large ones, above some 300 KB for all readers
   /// together, are copied and sent by a thread of this writer, and DDS may refuse such a sample after this
   /// has returned. While one is being sent, the next large one waits for that, but never for a reader that is
   /// slow or stuck.
-  tl::expected<void, WriteError> write(std::span<const ByteView> pieces);
+  tl::expected<void, WriteError> write(std::span<const ByteView> slices);
   tl::expected<void, WriteError> write(ByteView sample) { return write(std::span{&sample, 1}); }
   /// The same for a sample that belongs to another one (0: unknown). Returns the number of the sample.
-  tl::expected<std::uint64_t, WriteError> write_related(std::span<const ByteView> pieces,
+  tl::expected<std::uint64_t, WriteError> write_related(std::span<const ByteView> slices,
                                                         const SampleId& related);
 
   /// Whether a matched reader gets all that is written from now on. Readers of Fast DDS do. A reader of

@@ -6,20 +6,20 @@
 
 namespace trestle::dds::detail {
 
-/// Told when the pieces of a sample that is written are no longer needed.
-class PieceLoan {
+/// Told when the slices of a sample that is written are no longer needed.
+class SliceLoan {
  public:
-  virtual void pieces_copied() = 0;
+  virtual void slices_copied() = 0;
 
  protected:
-  ~PieceLoan() = default;
+  ~SliceLoan() = default;
 };
 
 /// The "sample" that Fast DDS handles for us: views of serialised bytes, never the bytes.
 struct RawSample {
-  std::span<const ByteView> pieces;  ///< to write
-  std::size_t size = 0;              ///< of all pieces
-  PieceLoan* loan = nullptr;         ///< of the pieces; may be null
+  std::span<const ByteView> slices;  ///< to write
+  std::size_t size = 0;              ///< of all slices
+  SliceLoan* loan = nullptr;         ///< of the slices; may be null
   ByteView received;                 ///< read: points into the payload that the loan keeps
 };
 
@@ -39,14 +39,14 @@ class RawType final : public fast::AnyType {
       return false;
     }
     auto* to = reinterpret_cast<std::byte*>(payload.data);
-    for (const ByteView piece : raw.pieces) {
-      if (!piece.empty()) {
-        copy_bytes(to, piece.data(), piece.size());
-        to += piece.size();
+    for (const ByteView slice : raw.slices) {
+      if (!slice.empty()) {
+        copy_bytes(to, slice.data(), slice.size());
+        to += slice.size();
       }
     }
     if (raw.loan != nullptr) {
-      raw.loan->pieces_copied();
+      raw.loan->slices_copied();
     }
     payload.length = static_cast<std::uint32_t>(raw.size);
     payload.encapsulation = payload.data[1] == 0 ? CDR_BE : CDR_LE;

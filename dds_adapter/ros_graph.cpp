@@ -140,9 +140,9 @@ void RosGraph::publish() {
     return;
   }
   const std::vector<std::byte> sample = encode(own_, form_);
-  const ByteView piece{sample};
+  const ByteView slice{sample};
   RawSample raw;
-  raw.pieces = {&piece, 1};
+  raw.slices = {&slice, 1};
   raw.size = sample.size();
   writer_->write(&raw, fast::HANDLE_NIL);
 }

@@ -48,7 +48,7 @@ void SendingThread::run() {
   }
 }
 
-void SendingThread::pieces_copied() {
+void SendingThread::slices_copied() {
   {
     const std::lock_guard lock{mutex_};
     copied_ = given_;

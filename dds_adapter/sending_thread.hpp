@@ -14,7 +14,7 @@ namespace trestle::dds::detail {
 /// Sends the large samples of one writer, one at a time, for callers that must not wait as long as that
 /// takes. A caller waits only until its sample has been copied into the memory of DDS, as it must be anyway:
 /// nothing is queued here. The thread begins with the first sample.
-class SendingThread final : private PieceLoan {
+class SendingThread final : private SliceLoan {
  public:
   /// Sends a sample, on the thread.
   using Send = std::function<void(RawSample&)>;
@@ -26,7 +26,7 @@ class SendingThread final : private PieceLoan {
   /// Waits until the last sample has been sent. Nothing is given from now on.
   void stop();
 
-  /// Waits until the sample before has been sent, and this one's pieces have been copied.
+  /// Waits until the sample before has been sent, and this one's slices have been copied.
   /// @throws std::system_error  the first time, if the system has no thread left.
   void give(const RawSample& sample);
 
@@ -35,7 +35,7 @@ class SendingThread final : private PieceLoan {
 
  private:
   void run();
-  void pieces_copied() override;
+  void slices_copied() override;
 
   const Send send_;
   mutable std::mutex mutex_;
@@ -43,7 +43,7 @@ class SendingThread final : private PieceLoan {
   RawSample sample_;
   bool is_busy_ = false;      ///< a sample is there, and has not been sent
   std::uint64_t given_ = 0;   ///< samples
-  std::uint64_t copied_ = 0;  ///< ... whose pieces are free again
+  std::uint64_t copied_ = 0;  ///< ... whose slices are free again
   bool stopping_ = false;
   std::thread thread_;
 };

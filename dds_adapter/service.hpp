@@ -117,10 +117,10 @@ class ServiceClient {
   /// Whether a server's topics have been found and requests reach it. Changes with `wake` or in work().
   [[nodiscard]] bool ready() const;
 
-  /// Sends a request, once a server is there. The pieces together are a message as CDR, and copied.
+  /// Sends a request, once a server is there. The slices together are a message as CDR, and copied.
   /// @param timeout  for the answer, waiting included.
   /// @param handler  is also told of every fault.
-  void call(std::span<const ByteView> pieces, std::chrono::nanoseconds timeout, TimePoint now,
+  void call(std::span<const ByteView> slices, std::chrono::nanoseconds timeout, TimePoint now,
             Handler handler);
 
   /// Hands over what has come, and gives up what is due.
@@ -176,9 +176,9 @@ class ServiceServer {
   ServiceServer(const ServiceServer&) = delete;
   ServiceServer& operator=(const ServiceServer&) = delete;
 
-  /// Answers a request, at any time later. The pieces as in ServiceClient::call(). A reply waits until the
+  /// Answers a request, at any time later. The slices as in ServiceClient::call(). A reply waits until the
   /// client's reader has been found; before that it would be lost.
-  void reply(const RequestId& id, std::span<const ByteView> pieces, TimePoint now);
+  void reply(const RequestId& id, std::span<const ByteView> slices, TimePoint now);
 
   /// Hands over the requests that have come, sends replies whose readers are found, gives up what is due.
   void work(TimePoint now);

@@ -204,14 +204,14 @@ struct ServiceClient::State {
 
   void later(CallFault fault, Handler handler) { refused.emplace_back(fault, std::move(handler)); }
 
-  void send(std::span<const ByteView> pieces, TimePoint end, Handler handler, const Network& to) {
+  void send(std::span<const ByteView> slices, TimePoint end, Handler handler, const Network& to) {
     tl::expected<std::uint64_t, WriteError> number{0};
     if (to.form == RosForm::cyclonedds) {
-      const detail::PiecesWithHeader whole{pieces, {client, static_cast<std::int64_t>(++last_number)}};
-      number = writer->write_related(whole.pieces(), {}).map([&](std::uint64_t) { return last_number; });
+      const detail::SlicesWithHeader whole{slices, {client, static_cast<std::int64_t>(++last_number)}};
+      number = writer->write_related(whole.slices(), {}).map([&](std::uint64_t) { return last_number; });
     } else {
       // Names the reader for the answer, which has no sequence number.
-      number = writer->write_related(pieces, {reader_guid, 0});
+      number = writer->write_related(slices, {reader_guid, 0});
     }
     if (!number) {
       later(CallFault::not_written, std::move(handler));
@@ -321,16 +321,16 @@ bool ServiceClient::ready() const {
   return state_->network().ready;
 }
 
-void ServiceClient::call(std::span<const ByteView> pieces, std::chrono::nanoseconds timeout, TimePoint now,
+void ServiceClient::call(std::span<const ByteView> slices, std::chrono::nanoseconds timeout, TimePoint now,
                          Handler handler) {
   State& state = *state_;
   const State::Network network = state.network();
   if (state.sent.size() + state.waiting.size() + state.refused.size() >= state.config.max_calls) {
     state.later(CallFault::too_many, std::move(handler));
   } else if (network.ready) {
-    state.send(pieces, now + timeout, std::move(handler), network);
+    state.send(slices, now + timeout, std::move(handler), network);
   } else {
-    state.waiting.push_back({detail::joined(pieces), now + std::min(timeout, state.config.match_timeout),
+    state.waiting.push_back({detail::joined(slices), now + std::min(timeout, state.config.match_timeout),
                              now + timeout, std::move(handler)});
   }
   if (!state.refused.empty()) {

@@ -43,19 +43,19 @@ std::vector<std::byte> without_inline_header(ByteView cdr) {
   return result;
 }
 
-PiecesWithHeader::PiecesWithHeader(std::span<const ByteView> pieces, const InlineHeader& header) {
-  pieces_.emplace_back();  // for front_, set below
-  std::size_t filled = 0;  // bytes of the encapsulation header, which pieces may cut anywhere
-  for (const ByteView piece : pieces) {
-    const std::size_t taken = std::min(piece.size(), encapsulation_size - filled);
-    std::ranges::copy(piece.first(taken), std::span{front_}.subspan(filled).begin());
+SlicesWithHeader::SlicesWithHeader(std::span<const ByteView> slices, const InlineHeader& header) {
+  slices_.emplace_back();  // for front_, set below
+  std::size_t filled = 0;  // bytes of the encapsulation header, which slices may cut anywhere
+  for (const ByteView slice : slices) {
+    const std::size_t taken = std::min(slice.size(), encapsulation_size - filled);
+    std::ranges::copy(slice.first(taken), std::span{front_}.subspan(filled).begin());
     filled += taken;
-    if (taken < piece.size()) {
-      pieces_.push_back(piece.subspan(taken));
+    if (taken < slice.size()) {
+      slices_.push_back(slice.subspan(taken));
     }
   }
   if (filled < encapsulation_size) {
-    pieces_.front() = ByteView{front_}.first(filled);  // the writer refuses such a short sample
+    slices_.front() = ByteView{front_}.first(filled);  // the writer refuses such a short sample
     return;
   }
   const bool little = is_little_endian(front_);
@@ -66,13 +66,13 @@ PiecesWithHeader::PiecesWithHeader(std::span<const ByteView> pieces, const Inlin
   };
   put(encapsulation_size, header.client);
   put(encapsulation_size + 8, static_cast<std::uint64_t>(header.number));
-  pieces_.front() = front_;
+  slices_.front() = front_;
 }
 
-std::vector<std::byte> joined(std::span<const ByteView> pieces) {
+std::vector<std::byte> joined(std::span<const ByteView> slices) {
   std::vector<std::byte> result;
-  for (const ByteView piece : pieces) {
-    result.insert(result.end(), piece.begin(), piece.end());
+  for (const ByteView slice : slices) {
+    result.insert(result.end(), slice.begin(), slice.end());
   }
   return result;
 }

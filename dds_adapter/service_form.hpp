@@ -20,20 +20,20 @@ inline constexpr std::size_t inline_header_bytes = 16;
 /// The sample without it. Its 16 bytes change nothing in the body, where nothing is aligned to more than 8.
 [[nodiscard]] std::vector<std::byte> without_inline_header(ByteView cdr);
 
-/// The pieces of a sample with an inline header put in. Valid for as long as this object and the pieces are.
-class PiecesWithHeader {
+/// The slices of a sample with an inline header put in. Valid for as long as this object and the slices are.
+class SlicesWithHeader {
  public:
-  PiecesWithHeader(std::span<const ByteView> pieces, const InlineHeader& header);
-  PiecesWithHeader(const PiecesWithHeader&) = delete;
-  PiecesWithHeader& operator=(const PiecesWithHeader&) = delete;
-  [[nodiscard]] std::span<const ByteView> pieces() const noexcept { return pieces_; }
+  SlicesWithHeader(std::span<const ByteView> slices, const InlineHeader& header);
+  SlicesWithHeader(const SlicesWithHeader&) = delete;
+  SlicesWithHeader& operator=(const SlicesWithHeader&) = delete;
+  [[nodiscard]] std::span<const ByteView> slices() const noexcept { return slices_; }
 
  private:
   std::array<std::byte, 4 + inline_header_bytes> front_{};
-  std::vector<ByteView> pieces_;
+  std::vector<ByteView> slices_;
 };
 
-[[nodiscard]] std::vector<std::byte> joined(std::span<const ByteView> pieces);
+[[nodiscard]] std::vector<std::byte> joined(std::span<const ByteView> slices);
 
 [[nodiscard]] bool same_participant(const Guid& left, const Guid& right) noexcept;
 

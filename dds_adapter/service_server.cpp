@@ -133,14 +133,14 @@ struct ServiceServer::State {
                                                          : Client::gone;
   }
 
-  void send(const RequestId& id, std::span<const ByteView> pieces) {
+  void send(const RequestId& id, std::span<const ByteView> slices) {
     tl::expected<std::uint64_t, WriteError> written{0};
     if (id.form == RosForm::cyclonedds) {
-      const detail::PiecesWithHeader whole{pieces, {id.client, id.number}};
-      written = writer->write_related(whole.pieces(), {});
+      const detail::SlicesWithHeader whole{slices, {id.client, id.number}};
+      written = writer->write_related(whole.slices(), {});
     } else {
       const bool named = id.reply_to != Guid{};
-      written = writer->write_related(pieces, {named ? id.reply_to : id.request.writer, id.request.sequence});
+      written = writer->write_related(slices, {named ? id.reply_to : id.request.writer, id.request.sequence});
     }
     count(written ? &ServiceServerCounters::replies : &ServiceServerCounters::not_written);
   }
@@ -171,11 +171,11 @@ ServiceServer::ServiceServer(Participant& participant, const ServiceConfig& conf
 
 ServiceServer::~ServiceServer() = default;
 
-void ServiceServer::reply(const RequestId& id, std::span<const ByteView> pieces, TimePoint now) {
+void ServiceServer::reply(const RequestId& id, std::span<const ByteView> slices, TimePoint now) {
   State& state = *state_;
   switch (state.find(id)) {
     case State::Client::there:
-      state.send(id, pieces);
+      state.send(id, slices);
       return;
     case State::Client::gone:
       state.count(&ServiceServerCounters::client_gone);
@@ -185,7 +185,7 @@ void ServiceServer::reply(const RequestId& id, std::span<const ByteView> pieces,
         state.count(&ServiceServerCounters::too_many);
         return;
       }
-      state.waiting.push_back({id, detail::joined(pieces), now + state.config.match_timeout});
+      state.waiting.push_back({id, detail::joined(slices), now + state.config.match_timeout});
       return;
   }
 }

@@ -133,11 +133,11 @@ class WriterCore final : private fast::WriterListener {
   }
 
   /// @param related  the sample to which this one belongs; null: none, and the result means nothing.
-  tl::expected<std::uint64_t, WriteError> write(std::span<const ByteView> pieces, const SampleId* related) {
+  tl::expected<std::uint64_t, WriteError> write(std::span<const ByteView> slices, const SampleId* related) {
     RawSample sample;
-    sample.pieces = pieces;
-    for (const ByteView piece : pieces) {
-      sample.size += piece.size();
+    sample.slices = slices;
+    for (const ByteView slice : slices) {
+      sample.size += slice.size();
     }
     if (const auto good = judge(sample); !good) {
       const std::lock_guard lock{counters_mutex_};
@@ -169,10 +169,10 @@ class WriterCore final : private fast::WriterListener {
         return 0;  // not now: it would overwrite a sample
       }
       constexpr std::array header{std::byte{0}, std::byte{1}, std::byte{0}, std::byte{0}};
-      const ByteView piece{header};
+      const ByteView slice{header};
       RawSample sample;
-      sample.pieces = {&piece, 1};
-      sample.size = piece.size();
+      sample.slices = {&slice, 1};
+      sample.size = slice.size();
       const SampleId ours{guid(), 0};
       return send(sample, &ours).value_or(0);
     });
@@ -238,7 +238,7 @@ class WriterCore final : private fast::WriterListener {
     if (sample.size > max_sample_bytes_) {
       return tl::unexpected{WriteError::oversize};
     }
-    if (!starts_with_plain_cdr(sample.pieces)) {
+    if (!starts_with_plain_cdr(sample.slices)) {
       return tl::unexpected{WriteError::bad_encapsulation};
     }
     return {};
@@ -328,11 +328,11 @@ class WriterCore final : private fast::WriterListener {
     return *session_start_;
   }
 
-  static bool starts_with_plain_cdr(std::span<const ByteView> pieces) {
+  static bool starts_with_plain_cdr(std::span<const ByteView> slices) {
     std::array<std::byte, 4> front{};
     std::size_t filled = 0;
-    for (const ByteView piece : pieces) {
-      for (const std::byte byte : piece.first(std::min(piece.size(), front.size() - filled))) {
+    for (const ByteView slice : slices) {
+      for (const std::byte byte : slice.first(std::min(slice.size(), front.size() - filled))) {
         front[filled++] = byte;
       }
     }
@@ -437,16 +437,16 @@ Writer::Writer(Writer&&) noexcept = default;
 Writer& Writer::operator=(Writer&&) noexcept = default;
 Writer::~Writer() = default;
 
-tl::expected<void, WriteError> Writer::write(std::span<const ByteView> pieces) {
-  const auto written = core_->write(pieces, nullptr);
+tl::expected<void, WriteError> Writer::write(std::span<const ByteView> slices) {
+  const auto written = core_->write(slices, nullptr);
   if (!written) {
     return tl::unexpected{written.error()};
   }
   return {};
 }
-tl::expected<std::uint64_t, WriteError> Writer::write_related(std::span<const ByteView> pieces,
+tl::expected<std::uint64_t, WriteError> Writer::write_related(std::span<const ByteView> slices,
                                                               const SampleId& related) {
-  return core_->write(pieces, &related);
+  return core_->write(slices, &related);
 }
 bool Writer::reaches(const Guid& reader) {
   return core_->reaches(reader);

@@ -47,7 +47,7 @@ std::uint64_t checksum(const EncodedCloud& cloud) noexcept {
     const void* const text = bytes.data();
     return std::hash<std::string_view>{}({static_cast<const char*>(text), bytes.size()});
   };
-  constexpr std::uint64_t odd = 0x9e3779b185ebca87;  // so that it also shows which piece has which bytes
+  constexpr std::uint64_t odd = 0x9e3779b185ebca87;  // so that it also shows which slice has which bytes
   return (hash(cloud.front) * odd + hash(cloud.data)) * odd + std::to_integer<std::uint64_t>(cloud.tail);
 }
 

@@ -47,7 +47,7 @@ struct Cloud {
   std::vector<std::byte> data;  ///< height x width x point_bytes
 };
 
-/// A PointCloud2 as CDR in three pieces; the large one is the cloud's own data, not copied.
+/// A PointCloud2 as CDR in three slices; the large one is the cloud's own data, not copied.
 struct EncodedCloud {
   std::vector<std::byte> front;  ///< encapsulation header up to the length of `data`
   ByteView data;                 ///< dies with the cloud

@@ -52,7 +52,7 @@ class Peer final : private fast::DataReaderListener {
   /// @param bytes  with the four of the encapsulation in front.
   void write(ByteView bytes) {
     RawSample sample;
-    sample.pieces = {&bytes, 1};
+    sample.slices = {&bytes, 1};
     sample.size = bytes.size();
     writer_->write(&sample);
   }

@@ -81,7 +81,7 @@ TEST_F(Cyclone, ReadsOurBigEndianBytesToo) {
   EXPECT_EQ(next(peer), (Blob{42, "abc", hex("010203")}));
 }
 
-TEST_F(Cyclone, ReadsASampleThatWeWriteInPieces) {
+TEST_F(Cyclone, ReadsASampleThatWeWriteInSlices) {
   CyclonePeer peer{domain_.id()};
   peer.open_reader({});
   Participant participant{config()};
@@ -91,8 +91,8 @@ TEST_F(Cyclone, ReadsASampleThatWeWriteInPieces) {
   const Bytes header = hex("0001");
   const Bytes front = hex("0000 2a000000 04000000 616263");
   const Bytes back = hex("00 03000000 010203");
-  const std::array<ByteView, 4> pieces{header, front, ByteView{}, back};
-  ASSERT_TRUE(writer.write(pieces));
+  const std::array<ByteView, 4> slices{header, front, ByteView{}, back};
+  ASSERT_TRUE(writer.write(slices));
   EXPECT_EQ(next(peer), (Blob{42, "abc", hex("010203")}));
 }
 

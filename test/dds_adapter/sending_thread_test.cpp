@@ -23,10 +23,10 @@ class Dds {
  public:
   void send(RawSample& sample) {
     Bytes bytes;
-    for (const ByteView piece : sample.pieces) {
-      bytes.insert(bytes.end(), piece.begin(), piece.end());
+    for (const ByteView slice : sample.slices) {
+      bytes.insert(bytes.end(), slice.begin(), slice.end());
     }
-    sample.loan->pieces_copied();
+    sample.loan->slices_copied();
     {
       std::unique_lock lock{mutex_};
       changed_.wait_for(lock, 2 * patience, [&] { return goes_on_; });  // so that a failed test can end
@@ -55,12 +55,12 @@ class SendingThreads : public testing::Test {
  protected:
   ~SendingThreads() override { dds.go_on(); }
 
-  /// In two pieces, whose memory is overwritten as soon as they are free.
+  /// In two slices, whose memory is overwritten as soon as they are free.
   void give(std::uint32_t seed) {
     Bytes bytes = make_sample(1000, seed);
-    const std::array pieces{ByteView{bytes}.first(10), ByteView{bytes}.subspan(10)};
+    const std::array slices{ByteView{bytes}.first(10), ByteView{bytes}.subspan(10)};
     RawSample sample;
-    sample.pieces = pieces;
+    sample.slices = slices;
     sample.size = bytes.size();
     thread.give(sample);
     std::ranges::fill(bytes, std::byte{0xee});
@@ -124,12 +124,12 @@ TEST(SendingThread, OfWhichNothingIsWantedIsNone) {
   EXPECT_TRUE(thread.wait_until_idle(0ns));
 }
 
-TEST(SendingThread, FreesThePiecesOfWhatDdsRefuses) {
+TEST(SendingThread, FreesTheSlicesOfWhatDdsRefuses) {
   SendingThread thread{[](RawSample&) {}};
   const Bytes bytes = make_sample(100, 1);
-  const ByteView piece{bytes};
+  const ByteView slice{bytes};
   RawSample sample;
-  sample.pieces = {&piece, 1};
+  sample.slices = {&slice, 1};
   sample.size = bytes.size();
   thread.give(sample);
   EXPECT_TRUE(thread.wait_until_idle(patience));

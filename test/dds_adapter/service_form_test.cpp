@@ -38,19 +38,19 @@ TEST(InlineHeader, IsTakenOut) {
 TEST(InlineHeader, IsPutInWhereverTheMessageIsCut) {
   const Bytes body = hex("00010000 2a00000000000000");
   for (std::size_t cut = 0; cut <= body.size(); ++cut) {
-    const std::array<ByteView, 3> pieces{ByteView{body}.first(cut), ByteView{}, ByteView{body}.subspan(cut)};
-    const PiecesWithHeader whole{pieces, {0x1122334455667788U, 5}};
-    EXPECT_EQ(to_hex(joined(whole.pieces())), to_hex(little)) << cut;
+    const std::array<ByteView, 3> slices{ByteView{body}.first(cut), ByteView{}, ByteView{body}.subspan(cut)};
+    const SlicesWithHeader whole{slices, {0x1122334455667788U, 5}};
+    EXPECT_EQ(to_hex(joined(whole.slices())), to_hex(little)) << cut;
   }
   const Bytes other = hex("00000000 000000000000002a");
-  const ByteView piece = other;
-  EXPECT_EQ(to_hex(joined(PiecesWithHeader({&piece, 1}, {0x1122334455667788U, 5}).pieces())), to_hex(big));
+  const ByteView slice = other;
+  EXPECT_EQ(to_hex(joined(SlicesWithHeader({&slice, 1}, {0x1122334455667788U, 5}).slices())), to_hex(big));
 }
 
 TEST(InlineHeader, LeavesWhatIsTooShortForAMessageAsItIs) {
   const Bytes stump = hex("0001");
-  const ByteView piece = stump;
-  EXPECT_EQ(to_hex(joined(PiecesWithHeader({&piece, 1}, {1, 2}).pieces())), "0001");
+  const ByteView slice = stump;
+  EXPECT_EQ(to_hex(joined(SlicesWithHeader({&slice, 1}, {1, 2}).slices())), "0001");
 }
 
 TEST(RosForm, IsThatOfThePeerUnlessOneIsConfigured) {

@@ -118,9 +118,9 @@ TEST_F(Service, CarriesMegabytes) {
     });
     ServiceClient& client = driver.client(here_, in_form(form));
     const auto large = test::make_sample(std::size_t{3} << 20U, 7);
-    const std::array<ByteView, 2> pieces{ByteView{large}.first(1000), ByteView{large}.subspan(1000)};
+    const std::array<ByteView, 2> slices{ByteView{large}.first(1000), ByteView{large}.subspan(1000)};
     std::vector<std::byte> got;
-    client.call(pieces, test::patience, std::chrono::steady_clock::now(),
+    client.call(slices, test::patience, std::chrono::steady_clock::now(),
                 [&](const tl::expected<ServiceMessage, CallFault>& reply) { got = copy(reply->cdr()); });
     ASSERT_TRUE(driver.until([&] { return !got.empty(); })) << to_string(form);
     EXPECT_TRUE(got == large) << to_string(form);

@@ -344,8 +344,8 @@ class DdsEnd {
       lines_.add(fmt::format("S {} {}", flow, now));
       if (kind.cloud) {
         const auto encoded = measure::encode(cloud, now, "");
-        const std::array<ByteView, 3> pieces{encoded.front, encoded.data, ByteView{&encoded.tail, 1}};
-        (void)writer->write(pieces);
+        const std::array<ByteView, 3> slices{encoded.front, encoded.data, ByteView{&encoded.tail, 1}};
+        (void)writer->write(slices);
       } else {
         (void)writer->write(string_sample(now));
       }

@@ -18,8 +18,8 @@ class OwnReader final : public DdsReader {
 class OwnWriter final : public DdsWriter {
  public:
   explicit OwnWriter(dds::Writer writer) : writer_{std::move(writer)} {}
-  tl::expected<void, dds::WriteError> write(std::span<const ByteView> pieces) override {
-    return writer_.write(pieces);
+  tl::expected<void, dds::WriteError> write(std::span<const ByteView> slices) override {
+    return writer_.write(slices);
   }
   std::size_t matched() const override { return writer_.matched(); }
   dds::WriterCounters counters() const override { return writer_.counters(); }
@@ -33,9 +33,9 @@ class OwnClient final : public DdsClient {
   OwnClient(dds::Participant& participant, const dds::ServiceConfig& config, std::function<void()> wake)
       : client_{participant, config, std::move(wake)} {}
   bool ready() const override { return client_.ready(); }
-  void call(std::span<const ByteView> pieces, std::chrono::nanoseconds timeout, dds::TimePoint now,
+  void call(std::span<const ByteView> slices, std::chrono::nanoseconds timeout, dds::TimePoint now,
             dds::ServiceClient::Handler handler) override {
-    client_.call(pieces, timeout, now, std::move(handler));
+    client_.call(slices, timeout, now, std::move(handler));
   }
   void work(dds::TimePoint now) override { client_.work(now); }
   std::optional<dds::TimePoint> deadline() const override { return client_.deadline(); }
@@ -50,8 +50,8 @@ class OwnServer final : public DdsServer {
   OwnServer(dds::Participant& participant, const dds::ServiceConfig& config, std::function<void()> wake,
             dds::ServiceServer::Handler on_request)
       : server_{participant, config, std::move(wake), std::move(on_request)} {}
-  void reply(const dds::RequestId& id, std::span<const ByteView> pieces, dds::TimePoint now) override {
-    server_.reply(id, pieces, now);
+  void reply(const dds::RequestId& id, std::span<const ByteView> slices, dds::TimePoint now) override {
+    server_.reply(id, slices, now);
   }
   void work(dds::TimePoint now) override { server_.work(now); }
   std::optional<dds::TimePoint> deadline() const override { return server_.deadline(); }

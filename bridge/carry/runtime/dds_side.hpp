@@ -22,7 +22,7 @@ class DdsReader : public Interface {
 /// What a route writes to: dds::Writer.
 class DdsWriter : public Interface {
  public:
-  virtual tl::expected<void, dds::WriteError> write(std::span<const ByteView> pieces) = 0;
+  virtual tl::expected<void, dds::WriteError> write(std::span<const ByteView> slices) = 0;
   [[nodiscard]] virtual std::size_t matched() const = 0;
   [[nodiscard]] virtual dds::WriterCounters counters() const = 0;
 };
@@ -31,7 +31,7 @@ class DdsWriter : public Interface {
 class DdsClient : public Interface {
  public:
   [[nodiscard]] virtual bool ready() const = 0;
-  virtual void call(std::span<const ByteView> pieces, std::chrono::nanoseconds timeout, dds::TimePoint now,
+  virtual void call(std::span<const ByteView> slices, std::chrono::nanoseconds timeout, dds::TimePoint now,
                     dds::ServiceClient::Handler handler) = 0;
   virtual void work(dds::TimePoint now) = 0;
   [[nodiscard]] virtual std::optional<dds::TimePoint> deadline() const = 0;
@@ -41,7 +41,7 @@ class DdsClient : public Interface {
 /// What answers as a ROS service: dds::ServiceServer.
 class DdsServer : public Interface {
  public:
-  virtual void reply(const dds::RequestId& id, std::span<const ByteView> pieces, dds::TimePoint now) = 0;
+  virtual void reply(const dds::RequestId& id, std::span<const ByteView> slices, dds::TimePoint now) = 0;
   virtual void work(dds::TimePoint now) = 0;
   [[nodiscard]] virtual std::optional<dds::TimePoint> deadline() const = 0;
   [[nodiscard]] virtual dds::ServiceServerCounters counters() const = 0;

@@ -110,9 +110,9 @@ void run_publisher(const PublisherOptions& options) {
     }
     stamp = std::max(stamp + 1, realtime_ns());  // identifies a cloud; grows even if the clock is set back
     const EncodedCloud encoded = encode(cloud, stamp, frame_id);
-    const std::array<ByteView, 3> pieces{encoded.front, encoded.data, ByteView{&encoded.tail, 1}};
+    const std::array<ByteView, 3> slices{encoded.front, encoded.data, ByteView{&encoded.tail, 1}};
     const std::int64_t time = monotonic_ns();
-    if (const auto written = writer.write(pieces); written) {
+    if (const auto written = writer.write(slices); written) {
       ++published;
       report.line({{"event", "published"},
                    {"stamp_ns", stamp},

@@ -112,10 +112,10 @@ class Pinger {
   void send(std::int64_t limit_ns) {
     ++number_;
     const auto encoded = encode(cloud_, number_, "perf");
-    const std::array<ByteView, 3> pieces{encoded.front, encoded.data, ByteView{&encoded.tail, 1}};
+    const std::array<ByteView, 3> slices{encoded.front, encoded.data, ByteView{&encoded.tail, 1}};
     const std::int64_t now = monotonic_ns();
     under_way_.push_back({number_, now, now + limit_ns});
-    (void)side_.writer.write(pieces);  // a refused cloud does not come back
+    (void)side_.writer.write(slices);  // a refused cloud does not come back
   }
 
   StopSignals signals_;

@@ -8,9 +8,9 @@
 
 namespace trestle::messages {
 
-/// The bytes of a converted message in pieces, to be sent or copied one after another.
+/// The bytes of a converted message in slices, to be sent or copied one after another.
 ///
-/// Pieces point into the conversion's input and into its ConversionScratch: they live until either the input
+/// Slices point into the conversion's input and into its ConversionScratch: they live until either the input
 /// goes or the scratch is used again.
 struct Gathered {
   std::span<const ByteView> slices;

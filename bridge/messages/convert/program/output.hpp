@@ -148,8 +148,8 @@ class Output {
   std::unique_ptr<std::byte[]> memory_;
   std::size_t capacity_ = 0;
   std::size_t used_ = 0;
-  std::size_t slice_begin_ = 0;  ///< where in memory_ the open piece begins
-  std::size_t referenced_ = 0;   ///< bytes in pieces that are not in memory_
+  std::size_t slice_begin_ = 0;  ///< where in memory_ the open slice begins
+  std::size_t referenced_ = 0;   ///< bytes in slices that are not in memory_
   std::size_t reference_from_ = 0;
   std::vector<ByteView> slices_;
 };

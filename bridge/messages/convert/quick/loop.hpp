@@ -10,7 +10,7 @@
 
 namespace trestle::messages::quick {
 
-/// Texts of so many bytes and more are left to the operations, which put them as a piece of their own.
+/// Texts of so many bytes and more are left to the operations, which put them as a slice of their own.
 inline constexpr std::size_t short_text = 64;
 /// Numbers, and booleans, count as few up to so many bytes.
 inline constexpr std::size_t most_few_bytes = 64;

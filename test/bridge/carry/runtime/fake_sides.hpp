@@ -16,10 +16,10 @@ namespace trestle::test {
 
 using Bytes = std::vector<std::byte>;
 
-inline Bytes joined(std::span<const ByteView> pieces) {
+inline Bytes joined(std::span<const ByteView> slices) {
   Bytes all;
-  for (const ByteView piece : pieces) {
-    all.insert(all.end(), piece.begin(), piece.end());
+  for (const ByteView slice : slices) {
+    all.insert(all.end(), slice.begin(), slice.end());
   }
   return all;
 }
@@ -120,12 +120,12 @@ class FakeDds final : public carry::DdsSide {
   };
   struct Writer final : carry::DdsWriter {
     explicit Writer(FakeDds& all) : of{all}, here{all.writes} {}
-    tl::expected<void, dds::WriteError> write(std::span<const ByteView> pieces) override {
+    tl::expected<void, dds::WriteError> write(std::span<const ByteView> slices) override {
       if (of.refuses_to_write) {
         ++refused;
         return tl::unexpected{*of.refuses_to_write};
       }
-      of.written.push_back(joined(pieces));
+      of.written.push_back(joined(slices));
       return {};
     }
     std::size_t matched() const override { return of.matched; }
@@ -137,9 +137,9 @@ class FakeDds final : public carry::DdsSide {
   struct Client final : carry::DdsClient {
     explicit Client(FakeDds& all) : of{all}, here{all.calls} {}
     bool ready() const override { return of.ready; }
-    void call(std::span<const ByteView> pieces, std::chrono::nanoseconds timeout, dds::TimePoint now,
+    void call(std::span<const ByteView> slices, std::chrono::nanoseconds timeout, dds::TimePoint now,
               dds::ServiceClient::Handler handler) override {
-      of.called.push_back({joined(pieces), std::move(handler), now + timeout});
+      of.called.push_back({joined(slices), std::move(handler), now + timeout});
     }
     void work(dds::TimePoint now) override {
       for (Call& one : of.called) {
@@ -163,8 +163,8 @@ class FakeDds final : public carry::DdsSide {
   };
   struct Server final : carry::DdsServer {
     explicit Server(FakeDds& all) : of{all}, here{all.serves} {}
-    void reply(const dds::RequestId& /*id*/, std::span<const ByteView> pieces, dds::TimePoint now) override {
-      of.replies.push_back(joined(pieces));
+    void reply(const dds::RequestId& /*id*/, std::span<const ByteView> slices, dds::TimePoint now) override {
+      of.replies.push_back(joined(slices));
       of.served_until = now + std::chrono::seconds{1};
     }
     void work(dds::TimePoint now) override {
