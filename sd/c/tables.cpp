@@ -19,22 +19,22 @@ void for_each_table(const Sizes& sizes, Tables& tables, Visit visit) noexcept {
 
 // The bounds of trestle.h, which a C compiler cannot know.
 static_assert(TRESTLE_SERVICE_BYTES_ >=
-              sizeof(sd::slots::Offer) + sizeof(device::slots::Service) + sizeof(device::Service));
+              sizeof(sd::slots::Offer) + sizeof(device::ServiceSlot) + sizeof(device::Service));
 static_assert(TRESTLE_EVENTGROUP_BYTES_ >= sizeof(sd::slots::OfferedEventgroup) + sizeof(sd::Eventgroup));
 static_assert(TRESTLE_EVENT_BYTES_ >=
-              sizeof(device::slots::Event) + sizeof(device::Field) + sizeof(EventgroupIds));
+              sizeof(device::EventSlot) + sizeof(device::Field) + sizeof(EventgroupIds));
 static_assert(TRESTLE_SUBSCRIBER_BYTES_ >= sizeof(sd::slots::Subscriber));
 static_assert(TRESTLE_PEER_BYTES_ >= sizeof(sd::slots::Peer));
 static_assert(TRESTLE_NEED_BYTES_ >=
-              sizeof(sd::slots::Requirement) + sizeof(device::slots::Need) + sizeof(device::Need));
+              sizeof(sd::slots::Requirement) + sizeof(device::NeedSlot) + sizeof(device::Need));
 static_assert(TRESTLE_SUBSCRIPTION_BYTES_ >= sizeof(sd::slots::Subscription) +
-                                                 sizeof(device::slots::Subscription) +
+                                                 sizeof(device::SubscriptionSlot) +
                                                  sizeof(device::Subscription));
 static_assert(TRESTLE_REMOTE_BYTES_ >= sizeof(sd::slots::Remote));
 static_assert(TRESTLE_CALL_BYTES_ >= sizeof(someip::CallSlot) + sizeof(std::uint16_t));
 static_assert(TRESTLE_ENTRY_BYTES_ >= sizeof(sd::slots::PendingEntry));
 static_assert(TRESTLE_NOTE_BYTES_ >= sizeof(sd::Happening));
-static_assert(TRESTLE_SEND_BYTES_ >= sizeof(device::slots::Send));
+static_assert(TRESTLE_SEND_BYTES_ >= sizeof(device::SendSlot));
 static_assert(TRESTLE_TP_BYTES_ >= sizeof(someip::TpSlot));
 static_assert(TRESTLE_METHOD_BYTES_ >= sizeof(device::Method));
 

@@ -25,7 +25,7 @@ bool Device::is_needed(std::size_t need) const noexcept {
   return need < need_slots_.size() && need_slots_[need].requirement != sd::RequirementHandle{};
 }
 
-std::span<slots::Subscription> Device::subscriptions_of(std::size_t need) const noexcept {
+std::span<SubscriptionSlot> Device::subscriptions_of(std::size_t need) const noexcept {
   std::size_t first = 0;
   for (const Need& one : needs_.first(need)) {
     first += one.subscriptions.size();
@@ -59,7 +59,7 @@ Result<void> Device::require(std::size_t index, TimePoint now) noexcept {
   if (!requirement) {
     return refused(requirement.error());
   }
-  const std::span<slots::Subscription> slots = subscriptions_of(index);
+  const std::span<SubscriptionSlot> slots = subscriptions_of(index);
   for (std::size_t i = 0; i < need.subscriptions.size(); ++i) {
     const Subscription& one = need.subscriptions[i];
     const auto subscription = discovery_.subscribe(*requirement,
@@ -71,7 +71,7 @@ Result<void> Device::require(std::size_t index, TimePoint now) noexcept {
                                                    now);
     if (!subscription) {
       discovery_.release(*requirement, now);
-      std::ranges::fill(slots, slots::Subscription{});
+      std::ranges::fill(slots, SubscriptionSlot{});
       return refused(subscription.error());
     }
     slots[i].handle = *subscription;
@@ -84,7 +84,7 @@ void Device::release(std::size_t need, TimePoint now) noexcept {
   if (is_needed(need)) {
     discovery_.release(need_slots_[need].requirement, now);
     need_slots_[need] = {};
-    std::ranges::fill(subscriptions_of(need), slots::Subscription{});
+    std::ranges::fill(subscriptions_of(need), SubscriptionSlot{});
   }
 }
 
@@ -95,7 +95,7 @@ std::optional<sd::RemoteService> Device::server_of(std::size_t need) noexcept {
   if (!is_needed(need)) {
     return std::nullopt;
   }
-  slots::Need& slot = need_slots_[need];
+  NeedSlot& slot = need_slots_[need];
   auto server = discovery_.remote(slot.server);
   if (!server) {
     server = discovery_.choose(slot.requirement);
@@ -217,7 +217,7 @@ void Device::on_notification(const Message& message, TimePoint now) noexcept {
 // --- What discovery tells ---------------------------------------------------------------------------------
 
 std::optional<std::size_t> Device::need_of(sd::RequirementHandle requirement) const noexcept {
-  const auto found = std::ranges::find(need_slots_, requirement, &slots::Need::requirement);
+  const auto found = std::ranges::find(need_slots_, requirement, &NeedSlot::requirement);
   return found == need_slots_.end() ? std::nullopt
                                     : std::optional{static_cast<std::size_t>(found - need_slots_.begin())};
 }
@@ -227,8 +227,8 @@ std::optional<Device::Found> Device::subscription_of(sd::SubscriptionHandle hand
     if (!is_needed(i)) {
       continue;
     }
-    const std::span<const slots::Subscription> slots = subscriptions_of(i);
-    const auto found = std::ranges::find(slots, handle, &slots::Subscription::handle);
+    const std::span<const SubscriptionSlot> slots = subscriptions_of(i);
+    const auto found = std::ranges::find(slots, handle, &SubscriptionSlot::handle);
     if (found != slots.end()) {
       return Found{i, static_cast<std::size_t>(found - slots.begin())};
     }

@@ -227,9 +227,9 @@ void Device::shutdown(TimePoint now) noexcept {
   discovery_.shutdown(now);
   queue_.clear();
   drop_rest();
-  std::ranges::fill(service_slots_, slots::Service{});
-  std::ranges::fill(need_slots_, slots::Need{});
-  std::ranges::fill(subscription_slots_, slots::Subscription{});
+  std::ranges::fill(service_slots_, ServiceSlot{});
+  std::ranges::fill(need_slots_, NeedSlot{});
+  std::ranges::fill(subscription_slots_, SubscriptionSlot{});
 }
 
 // --- What discovery tells ---------------------------------------------------------------------------------

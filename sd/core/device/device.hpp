@@ -207,13 +207,13 @@ class Device {
   // server.cpp
   [[nodiscard]] bool is_offered(std::size_t service) const noexcept;
   [[nodiscard]] std::size_t first_event(std::size_t service) const noexcept;
-  [[nodiscard]] slots::Event& field_slot(std::size_t service, std::size_t field) const noexcept;
+  [[nodiscard]] EventSlot& field_slot(std::size_t service, std::size_t field) const noexcept;
   [[nodiscard]] bool is_receiver(std::size_t service, std::span<const EventgroupId> groups,
                                  std::size_t place) const noexcept;
   [[nodiscard]] std::size_t count_receivers(std::size_t service,
                                             std::span<const EventgroupId> groups) const noexcept;
   [[nodiscard]] someip::Header event_header(std::size_t service, MethodId event,
-                                            slots::Event& slot) const noexcept;
+                                            EventSlot& slot) const noexcept;
   void send_event(std::size_t service, const someip::Header& header, std::span<const EventgroupId> groups,
                   ByteView payload, SendQueue::Payload kind) noexcept;
   void send_initial_events(std::size_t service, EventgroupId eventgroup, const Endpoint& receiver) noexcept;
@@ -236,7 +236,7 @@ class Device {
   // client.cpp
   tl::unexpected<Error> refused(sd::SdError error) noexcept;
   [[nodiscard]] bool is_needed(std::size_t need) const noexcept;
-  [[nodiscard]] std::span<slots::Subscription> subscriptions_of(std::size_t need) const noexcept;
+  [[nodiscard]] std::span<SubscriptionSlot> subscriptions_of(std::size_t need) const noexcept;
   [[nodiscard]] std::optional<sd::RemoteService> server_of(std::size_t need) noexcept;
   [[nodiscard]] Result<sd::RemoteService> way_to(std::size_t need, ByteView payload) noexcept;
   void on_answer(const someip::Message& message) noexcept;
@@ -255,10 +255,10 @@ class Device {
   std::span<const Service> services_;
   std::span<const Need> needs_;
   ClientId client_;
-  std::span<slots::Service> service_slots_;
-  std::span<slots::Event> event_slots_;
-  std::span<slots::Need> need_slots_;
-  std::span<slots::Subscription> subscription_slots_;
+  std::span<ServiceSlot> service_slots_;
+  std::span<EventSlot> event_slots_;
+  std::span<NeedSlot> need_slots_;
+  std::span<SubscriptionSlot> subscription_slots_;
   std::span<std::uint16_t> timed_out_;
   std::size_t max_subscribers_;
   sd::ServiceDiscovery discovery_;

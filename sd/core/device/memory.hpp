@@ -5,35 +5,34 @@
 
 namespace trestle::device {
 
-/// The slots of a device's tables; only their sizes matter to others.
-namespace slots {
+// The slots of a device's tables; only their sizes matter to others.
 
 /// One service of Settings, while it is offered.
-struct Service {
+struct ServiceSlot {
   sd::OfferHandle offer{};
   std::optional<std::uint16_t> unusual_told{};  // how many of its unusual ids; nothing: all
 };
 
 /// An event or a field.
-struct Event {
+struct EventSlot {
   someip::SessionCounter sessions{};
   std::uint32_t value_bytes = 0;  // of a field
   bool has_value = false;
 };
 
 /// One need of Settings, while it is looked for.
-struct Need {
+struct NeedSlot {
   sd::RequirementHandle requirement{};
   sd::RemoteHandle server{};  // that calls go to
 };
 
 /// One eventgroup of a need.
-struct Subscription {
+struct SubscriptionSlot {
   sd::SubscriptionHandle handle{};
 };
 
 /// A message that waits to be sent.
-struct Send {
+struct SendSlot {
   /// `finished`: sent, and the application is still to be told.
   enum class State : std::uint8_t { unused, waiting, finished };
   /// Where the payload is: in the device's memory, in the room of a field, in the application's memory.
@@ -53,18 +52,16 @@ struct Send {
   std::size_t offset = 0;  // of the next segment
 };
 
-}  // namespace slots
-
 /// Views of the memory of a Device: the sizes are its limits.
 struct MemoryView {
   sd::StorageView discovery{};
-  std::span<slots::Service> services{};
-  std::span<slots::Event> events{};
-  std::span<slots::Need> needs{};
-  std::span<slots::Subscription> subscriptions{};
+  std::span<ServiceSlot> services{};
+  std::span<EventSlot> events{};
+  std::span<NeedSlot> needs{};
+  std::span<SubscriptionSlot> subscriptions{};
   std::span<someip::CallSlot> calls{};
   std::span<std::uint16_t> timed_out{};  // generations of calls whose end is to be told
-  std::span<slots::Send> sends{};
+  std::span<SendSlot> sends{};
   std::span<std::uint8_t> receivers{};  // of each send, a bit for each subscriber
   ByteSpan send_bytes{};
   std::span<someip::TpSlot> tp_slots{};

@@ -6,21 +6,19 @@
 
 namespace trestle::device {
 
-using slots::Send;
-
 namespace {
 
-bool is_large(const Send& send) noexcept {
+bool is_large(const SendSlot& send) noexcept {
   return send.bytes > someip::max_plain_payload_bytes;
 }
 
 // Whether `later` must not overtake a large message that waits: messages with the same Message ID to one
 // receiver keep their order, and large messages share one pace.
-bool must_follow(const Send& large, const Send& later) noexcept {
+bool must_follow(const SendSlot& large, const SendSlot& later) noexcept {
   const bool same_id =
       later.header.service == large.header.service && later.header.method == large.header.method;
-  const bool other_receiver =
-      large.service == Send::one_receiver && later.service == Send::one_receiver && later.to != large.to;
+  const bool other_receiver = large.service == SendSlot::one_receiver &&
+                              later.service == SendSlot::one_receiver && later.to != large.to;
   return is_large(later) || (same_id && !other_receiver);
 }
 
@@ -34,18 +32,18 @@ SendQueue::SendQueue(const MemoryView& memory, const someip::TpPacing& pacing) n
       pacing_{pacing} {}
 
 bool SendQueue::has_room(std::size_t messages, std::size_t copied_bytes) const noexcept {
-  return static_cast<std::size_t>(std::ranges::count(sends_, Send::State::unused, &Send::state)) >=
+  return static_cast<std::size_t>(std::ranges::count(sends_, SendSlot::State::unused, &SendSlot::state)) >=
              messages &&
          bytes_.size() - used_bytes_ >= copied_bytes;
 }
 
-Send& SendQueue::add(const someip::Header& header, std::uint16_t from_port, ByteView payload,
-                     Payload kind) noexcept {
-  const auto place = std::ranges::find(sends_, Send::State::unused, &Send::state);
+SendSlot& SendQueue::add(const someip::Header& header, std::uint16_t from_port, ByteView payload,
+                         Payload kind) noexcept {
+  const auto place = std::ranges::find(sends_, SendSlot::State::unused, &SendSlot::state);
   assert(place != sends_.end());
-  Send& send = *place;
-  send = Send{};
-  send.state = Send::State::waiting;
+  SendSlot& send = *place;
+  send = SendSlot{};
+  send.state = SendSlot::State::waiting;
   send.kind = kind;
   send.from_port = from_port;
   send.header = header;
@@ -68,17 +66,17 @@ void SendQueue::push(const someip::Header& header, std::uint16_t from_port, cons
   add(header, from_port, payload, kind).to = to;
 }
 
-std::span<std::uint8_t> SendQueue::receivers_of(const Send& send) const noexcept {
+std::span<std::uint8_t> SendQueue::receivers_of(const SendSlot& send) const noexcept {
   const std::size_t bytes = receivers_.size() / sends_.size();
   return receivers_.subspan(static_cast<std::size_t>(&send - sends_.data()) * bytes, bytes);
 }
 
 // The first waiting message whose number is not before `from`. Numbers may wrap.
-Send* SendQueue::earliest(std::uint32_t from) const noexcept {
-  Send* first = nullptr;
-  for (Send& send : sends_) {
+SendSlot* SendQueue::earliest(std::uint32_t from) const noexcept {
+  SendSlot* first = nullptr;
+  for (SendSlot& send : sends_) {
     const std::uint32_t age = next_number_ - send.number;
-    if (send.state == Send::State::waiting && age <= next_number_ - from &&
+    if (send.state == SendSlot::State::waiting && age <= next_number_ - from &&
         (first == nullptr || age > next_number_ - first->number)) {
       first = &send;
     }
@@ -86,8 +84,9 @@ Send* SendQueue::earliest(std::uint32_t from) const noexcept {
   return first;
 }
 
-const Endpoint* SendQueue::take_receiver(Send& send, const sd::ServiceDiscovery& discovery) const noexcept {
-  if (send.service == Send::one_receiver) {
+const Endpoint* SendQueue::take_receiver(SendSlot& send,
+                                         const sd::ServiceDiscovery& discovery) const noexcept {
+  if (send.service == SendSlot::one_receiver) {
     return send.next_receiver++ == 0 ? &send.to : nullptr;
   }
   const std::span<const std::uint8_t> bits = receivers_of(send);
@@ -107,8 +106,8 @@ const Endpoint* SendQueue::take_receiver(Send& send, const sd::ServiceDiscovery&
 
 std::optional<Transmit> SendQueue::poll(ByteSpan room, const sd::ServiceDiscovery& discovery,
                                         Counters& counters, TimePoint now) noexcept {
-  const Send* waiting = nullptr;  // the large message whose turn it is, in a pause
-  Send* send = sends_.empty() ? nullptr : earliest(next_number_ - 0x8000'0000U);
+  const SendSlot* waiting = nullptr;  // the large message whose turn it is, in a pause
+  SendSlot* send = sends_.empty() ? nullptr : earliest(next_number_ - 0x8000'0000U);
   while (send != nullptr) {
     const std::uint32_t next = send->number + 1;
     if (waiting == nullptr || !must_follow(*waiting, *send)) {
@@ -116,7 +115,7 @@ std::optional<Transmit> SendQueue::poll(ByteSpan room, const sd::ServiceDiscover
         ++counters.datagrams_sent;
         return datagram;
       }
-      if (send->state == Send::State::waiting && waiting == nullptr) {
+      if (send->state == SendSlot::State::waiting && waiting == nullptr) {
         waiting = send;
       }
     }
@@ -127,9 +126,9 @@ std::optional<Transmit> SendQueue::poll(ByteSpan room, const sd::ServiceDiscover
 }
 
 // A round sends one segment to each receiver; between two is a pause. A small message has one round.
-std::optional<Transmit> SendQueue::poll(Send& send, ByteSpan room, const sd::ServiceDiscovery& discovery,
+std::optional<Transmit> SendQueue::poll(SendSlot& send, ByteSpan room, const sd::ServiceDiscovery& discovery,
                                         Counters& counters, TimePoint now) noexcept {
-  while (send.state == Send::State::waiting) {
+  while (send.state == SendSlot::State::waiting) {
     const bool first_of_round = send.next_receiver == 0;
     if (is_large(send) && first_of_round && window_.room(pacing_, now) == 0) {
       return std::nullopt;
@@ -157,7 +156,7 @@ std::optional<Transmit> SendQueue::poll(Send& send, ByteSpan room, const sd::Ser
   return std::nullopt;
 }
 
-ByteView SendQueue::write(const Send& send, ByteSpan room) const noexcept {
+ByteView SendQueue::write(const SendSlot& send, ByteSpan room) const noexcept {
   const ByteView payload{send.payload, send.bytes};
   if (!is_large(send)) {
     const auto message = someip::encode(send.header, payload, room);
@@ -174,8 +173,8 @@ ByteView SendQueue::write(const Send& send, ByteSpan room) const noexcept {
   return room.first(header->size() + slice.size());
 }
 
-void SendQueue::finish(Send& send) noexcept {
-  send.state = send.kind == Payload::of_application ? Send::State::finished : Send::State::unused;
+void SendQueue::finish(SendSlot& send) noexcept {
+  send.state = send.kind == Payload::of_application ? SendSlot::State::finished : SendSlot::State::unused;
   if (send.kind != Payload::copied || send.bytes == 0) {
     return;
   }
@@ -184,8 +183,8 @@ void SendQueue::finish(Send& send) noexcept {
   const std::size_t end = begin + send.bytes;
   std::memmove(bytes_.data() + begin, bytes_.data() + end, used_bytes_ - end);
   used_bytes_ -= send.bytes;
-  for (Send& other : sends_) {
-    if (other.state == Send::State::waiting && other.kind == Payload::copied &&
+  for (SendSlot& other : sends_) {
+    if (other.state == SendSlot::State::waiting && other.kind == Payload::copied &&
         other.payload > send.payload) {
       other.payload -= send.bytes;
     }
@@ -193,31 +192,31 @@ void SendQueue::finish(Send& send) noexcept {
 }
 
 std::optional<TimePoint> SendQueue::deadline() const noexcept {
-  if (std::ranges::find(sends_, Send::State::waiting, &Send::state) == sends_.end()) {
+  if (std::ranges::find(sends_, SendSlot::State::waiting, &SendSlot::state) == sends_.end()) {
     return std::nullopt;
   }
   return paused_ ? window_.resume(pacing_) : TimePoint{};
 }
 
 bool SendQueue::needs(const std::byte* room) const noexcept {
-  return std::ranges::any_of(sends_, [room](const Send& send) {
-    return send.state == Send::State::waiting && is_large(send) && send.payload == room;
+  return std::ranges::any_of(sends_, [room](const SendSlot& send) {
+    return send.state == SendSlot::State::waiting && is_large(send) && send.payload == room;
   });
 }
 
 const std::byte* SendQueue::take_finished() noexcept {
-  const auto done = std::ranges::find(sends_, Send::State::finished, &Send::state);
+  const auto done = std::ranges::find(sends_, SendSlot::State::finished, &SendSlot::state);
   if (done == sends_.end()) {
     return nullptr;
   }
-  done->state = Send::State::unused;
+  done->state = SendSlot::State::unused;
   return done->payload;
 }
 
 void SendQueue::clear() noexcept {
-  for (Send& send : sends_) {
-    if (send.state == Send::State::waiting) {
-      send.state = send.kind == Payload::of_application ? Send::State::finished : Send::State::unused;
+  for (SendSlot& send : sends_) {
+    if (send.state == SendSlot::State::waiting) {
+      send.state = send.kind == Payload::of_application ? SendSlot::State::finished : SendSlot::State::unused;
     }
   }
   used_bytes_ = 0;

@@ -9,7 +9,7 @@ namespace trestle::device {
 class SendQueue {
  public:
   /// Whose memory a payload is, until it is sent.
-  using Payload = slots::Send::Payload;
+  using Payload = SendSlot::Payload;
 
   SendQueue(const MemoryView& memory, const someip::TpPacing& pacing) noexcept;
 
@@ -32,7 +32,7 @@ class SendQueue {
   template <typename IsReceiver>
   void push_event(const someip::Header& header, std::uint16_t from_port, std::uint16_t service,
                   ByteView payload, Payload kind, IsReceiver receivers) noexcept {
-    slots::Send& send = add(header, from_port, payload, kind);
+    SendSlot& send = add(header, from_port, payload, kind);
     send.service = service;
     const std::span<std::uint8_t> bits = receivers_of(send);
     for (std::size_t place = 0; place < bits.size() * 8; ++place) {
@@ -55,21 +55,21 @@ class SendQueue {
   void clear() noexcept;
 
  private:
-  [[nodiscard]] slots::Send& add(const someip::Header& header, std::uint16_t from_port, ByteView payload,
-                                 Payload kind) noexcept;
-  [[nodiscard]] std::span<std::uint8_t> receivers_of(const slots::Send& send) const noexcept;
-  [[nodiscard]] slots::Send* earliest(std::uint32_t from) const noexcept;
-  [[nodiscard]] const Endpoint* take_receiver(slots::Send& send,
+  [[nodiscard]] SendSlot& add(const someip::Header& header, std::uint16_t from_port, ByteView payload,
+                              Payload kind) noexcept;
+  [[nodiscard]] std::span<std::uint8_t> receivers_of(const SendSlot& send) const noexcept;
+  [[nodiscard]] SendSlot* earliest(std::uint32_t from) const noexcept;
+  [[nodiscard]] const Endpoint* take_receiver(SendSlot& send,
                                               const sd::ServiceDiscovery& discovery) const noexcept;
-  [[nodiscard]] std::optional<Transmit> poll(slots::Send& send, ByteSpan room,
+  [[nodiscard]] std::optional<Transmit> poll(SendSlot& send, ByteSpan room,
                                              const sd::ServiceDiscovery& discovery, Counters& counters,
                                              TimePoint now) noexcept;
-  [[nodiscard]] ByteView write(const slots::Send& send, ByteSpan room) const noexcept;
-  void finish(slots::Send& send) noexcept;
+  [[nodiscard]] ByteView write(const SendSlot& send, ByteSpan room) const noexcept;
+  void finish(SendSlot& send) noexcept;
 
-  std::span<slots::Send> sends_;
+  std::span<SendSlot> sends_;
   std::span<std::uint8_t> receivers_;
-  std::span<const slots::Service> services_;
+  std::span<const ServiceSlot> services_;
   ByteSpan bytes_;
   std::size_t used_bytes_ = 0;
   std::uint32_t next_number_ = 0;

@@ -51,7 +51,7 @@ std::size_t Device::first_event(std::size_t service) const noexcept {
   return sum;
 }
 
-slots::Event& Device::field_slot(std::size_t service, std::size_t field) const noexcept {
+EventSlot& Device::field_slot(std::size_t service, std::size_t field) const noexcept {
   return event_slots_[first_event(service) + services_[service].events.size() + field];
 }
 
@@ -91,7 +91,7 @@ Result<void> Device::offer(std::size_t index, TimePoint now) noexcept {
   }
   service_slots_[index] = {.offer = *offer, .unusual_told = 0};
   for (std::size_t i = 0; i < service.fields.size(); ++i) {
-    slots::Event& slot = field_slot(index, i);
+    EventSlot& slot = field_slot(index, i);
     if (!slot.has_value && service.fields[i].initial_bytes) {
       slot.has_value = true;
       slot.value_bytes = static_cast<std::uint32_t>(*service.fields[i].initial_bytes);
@@ -150,7 +150,7 @@ std::size_t Device::subscribers(std::size_t index, MethodId id) const noexcept {
   return field != service.fields.end() && id != MethodId{0} ? count_receivers(index, field->eventgroups) : 0;
 }
 
-Header Device::event_header(std::size_t service, MethodId event, slots::Event& slot) const noexcept {
+Header Device::event_header(std::size_t service, MethodId event, EventSlot& slot) const noexcept {
   return {.service = services_[service].service,
           .method = event,
           .session = slot.sessions.next(),  // [feat_req_someip_667]
@@ -176,7 +176,7 @@ Result<void> Device::notify(std::size_t index, MethodId id, ByteView payload) no
   if (const auto possible = check_payload(payload); !possible) {
     return possible;
   }
-  slots::Event& slot =
+  EventSlot& slot =
       event_slots_[first_event(index) + static_cast<std::size_t>(event - service.events.begin())];
   send_event(index, event_header(index, id, slot), event->eventgroups, payload, queue_.kind_of(payload));
   return {};
@@ -214,7 +214,7 @@ std::optional<ByteView> Device::field(std::size_t service, std::size_t field) co
   if (!is_offered(service) || field >= services_[service].fields.size()) {
     return std::nullopt;
   }
-  const slots::Event& slot = field_slot(service, field);
+  const EventSlot& slot = field_slot(service, field);
   return slot.has_value
              ? std::optional<ByteView>{services_[service].fields[field].room.first(slot.value_bytes)}
              : std::nullopt;
@@ -248,7 +248,7 @@ void Device::store(std::size_t service, std::size_t index, ByteView value) noexc
   if (!value.empty()) {
     std::memmove(one.room.data(), value.data(), value.size());
   }
-  slots::Event& slot = field_slot(service, index);
+  EventSlot& slot = field_slot(service, index);
   slot.has_value = true;
   slot.value_bytes = static_cast<std::uint32_t>(value.size());
   if (one.notifier == MethodId{0} || count_receivers(service, one.eventgroups) == 0) {
@@ -438,7 +438,7 @@ Result<void> Device::respond_error(const Request& request, ReturnCode code, Byte
 // --- What discovery tells ---------------------------------------------------------------------------------
 
 std::optional<std::size_t> Device::service_of(sd::OfferHandle offer) const noexcept {
-  const auto found = std::ranges::find(service_slots_, offer, &slots::Service::offer);
+  const auto found = std::ranges::find(service_slots_, offer, &ServiceSlot::offer);
   return found == service_slots_.end()
              ? std::nullopt
              : std::optional{static_cast<std::size_t>(found - service_slots_.begin())};
