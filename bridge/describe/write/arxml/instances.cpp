@@ -1,7 +1,7 @@
 #include <algorithm>
 
+#include "bridge/describe/address_text.hpp"
 #include "bridge/describe/write/arxml/writer.hpp"
-#include "someip/net/address_text.hpp"
 
 namespace trestle::describe::arxml_writer {
 
@@ -104,7 +104,7 @@ void Writer::write_instances() {
         xml.reference("EVENT-GROUP-REF", "SOMEIP-EVENT-GROUP", group);
         xml.leaf("EVENT-MULTICAST-UDP-PORT", std::to_string(multicast.group.port));
         xml.leaf(multicast.group.address.v6 ? "IPV-6-MULTICAST-IP-ADDRESS" : "IPV-4-MULTICAST-IP-ADDRESS",
-                 someip::to_string(multicast.group.address));
+                 full_text(multicast.group.address));
         xml.leaf("MULTICAST-THRESHOLD", std::to_string(multicast.threshold));
         xml.close();
       }
@@ -158,7 +158,7 @@ void Writer::write_instances() {
     if (instance.address || instance.udp_port || instance.tcp_port || !instance.machine.empty()) {
       std::string host = instance.machine;
       if (host.empty()) {
-        host = instance.address ? "Host_" + someip::to_string(*instance.address) : "Host";
+        host = instance.address ? "Host_" + full_text(*instance.address) : "Host";
         lost(label, "that its machine has no name: it is " + short_name(host), instance.place);
       }
       Host& where = hosts[host];
@@ -178,7 +178,7 @@ void Writer::write_instances() {
   std::map<std::string, std::string> endpoints;
   Xml addresses;
   const auto endpoint = [&](const IpAddress& address) {
-    const std::string text = someip::to_string(address);
+    const std::string text = full_text(address);
     const auto [there, is_new] = endpoints.try_emplace(text, short_name("ep_" + text));
     if (is_new) {
       addresses.open("NETWORK-ENDPOINT");

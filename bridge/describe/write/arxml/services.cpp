@@ -90,7 +90,7 @@ std::string Writer::write_event(Xml& xml, const Service& service, const Event& e
   Value whole;
   if (event.payload.values.size() == 1 && !event.payload.values[0].tag) {
     const Value& value = event.payload.values[0];
-    type = path_of(value.type);
+    type = path_of(value);
     if (value.name != event.name) {
       beside.others["argument"] = value.name;
     }
@@ -190,7 +190,7 @@ void Writer::write_method(Xml& xml, const Service& service, const Method& method
     xml.open("ARGUMENT-DATA-PROTOTYPE");
     xml.leaf("SHORT-NAME", unique);
     notes(xml, value.notes);
-    xml.reference("TYPE-TREF", "STD-CPP-IMPLEMENTATION-DATA-TYPE", path_of(value.type));
+    xml.reference("TYPE-TREF", "STD-CPP-IMPLEMENTATION-DATA-TYPE", path_of(value));
     xml.leaf("DIRECTION", direction);
     xml.close();
     const std::string path = service_path + "/" + name + "/" + unique;
@@ -340,7 +340,7 @@ void Writer::write_service(const Service& service) {
     fields.open("FIELD");
     fields.leaf("SHORT-NAME", name);
     notes(fields, beside);
-    fields.reference("TYPE-TREF", "STD-CPP-IMPLEMENTATION-DATA-TYPE", path_of(value.type));
+    fields.reference("TYPE-TREF", "STD-CPP-IMPLEMENTATION-DATA-TYPE", path_of(value));
     fields.leaf("HAS-GETTER", field.has_getter ? "true" : "false");
     fields.leaf("HAS-NOTIFIER", field.has_notifier ? "true" : "false");
     fields.leaf("HAS-SETTER", field.has_setter ? "true" : "false");
@@ -541,6 +541,7 @@ ArxmlFile Writer::write() {
     service_names_[&service] = packages_.unique(package, service.name);
     service_paths_.insert(package + "/" + service_names_[&service]);
   }
+  group_variants();
   write_types();
   for (const Service& service : model_.services) {
     write_service(service);

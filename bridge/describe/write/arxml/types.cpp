@@ -67,12 +67,119 @@ std::string Writer::package_of(std::string_view scope) const {
   return path.empty() ? "/Model" : path;
 }
 
-TypeIndex Writer::representative(TypeIndex index) const {
-  for (std::size_t steps = 0; model_.at(index).variant_of != no_type && steps < model_.types.size();
-       ++steps) {
-    index = model_.at(index).variant_of;
+namespace {
+
+/// The one that all others are variants of.
+[[nodiscard]] TypeIndex first_of(const Model& model, TypeIndex index) {
+  TypeIndex first = index;
+  for (std::size_t steps = 0; model.at(first).variant_of != no_type; ++steps) {
+    if (steps == model.types.size()) {
+      return index;  // variants that go round
+    }
+    first = model.at(first).variant_of;
   }
-  return index;
+  return first;
+}
+
+/// A use of a type that says no more than the type itself.
+[[nodiscard]] Value plain_use(const Model& model, TypeIndex index) {
+  const Type& type = model.at(index);
+  return {.type = index, .wire = type.kind == Kind::alias ? type.element.wire : type.wire};
+}
+
+/// What AUTOSAR's type says of one, without the types in it. Rules of the wire have a place of their own.
+[[nodiscard]] std::string own_facts(const Model& model, const Type& type) {
+  std::string facts;
+  const auto add = [&](const auto& number) { facts += std::to_string(number) + ' '; };
+  const auto add_optional = [&](const auto& number) {
+    facts += number ? std::to_string(*number) + ' ' : "- ";
+  };
+  add(static_cast<int>(type.kind));
+  if (type.kind == Kind::primitive || type.kind == Kind::enumeration) {
+    add(static_cast<int>(type.primitive));
+    add_optional(type.minimum);
+    add_optional(type.maximum);
+    add_optional(type.invalid_value);
+  }
+  if (type.kind != Kind::string) {  // text_size()
+    add(type.min_size);
+    add(type.max_size);
+    add(static_cast<int>(type.fixed_size));
+  }
+  for (const Enumerator& enumerator : all_enumerators(model, type)) {
+    facts += enumerator.name + ' ';
+    add(enumerator.value);
+  }
+  for (const std::uint32_t selector : type.selectors) {
+    add(selector);
+  }
+  return facts;
+}
+
+}  // namespace
+
+void Writer::group_variants() {
+  representatives_.clear();
+  std::map<TypeIndex, std::vector<TypeIndex>> families;  // the one that all are variants of, first
+  for (std::size_t i = 0; i < model_.types.size(); ++i) {
+    const TypeIndex own_index{static_cast<std::uint32_t>(i)};
+    const TypeIndex root = first_of(model_, own_index);
+    representatives_.push_back(root);
+    std::vector<TypeIndex>& family = families.try_emplace(root, std::vector{root}).first->second;
+    if (root != own_index) {
+      family.push_back(own_index);
+    }
+  }
+  std::erase_if(families, [](const auto& family) { return family.second.size() == 1; });
+  std::map<TypeIndex, std::string> facts;
+  std::map<TypeIndex, std::vector<Value>> members;
+  for (const auto& [root, family] : families) {
+    for (const TypeIndex index : family) {
+      facts[index] = own_facts(model_, model_.at(index));
+      members[index] = all_members(model_, model_.at(index));
+    }
+  }
+  // At first all of a family are one. Those that differ go apart, and then those that they are in.
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (const auto& [root, family] : families) {
+      std::map<std::string, TypeIndex> firsts;
+      std::vector<TypeIndex> found;
+      for (const TypeIndex index : family) {
+        std::string key = facts[index];
+        const auto add = [&](const Value& value) {
+          key += '\n' + value.name + ' ' +
+                 (value.tag ? std::to_string(static_cast<unsigned>(*value.tag)) : "-") +
+                 (value.optional ? " ?" : " ");
+          if (value.type != no_type) {
+            key += std::to_string(static_cast<std::uint32_t>(representative(value.type))) + ' ' +
+                   std::to_string(text_size(value));
+          }
+        };
+        for (const Value& member : members[index]) {
+          add(member);
+        }
+        add(model_.at(index).element);
+        add(model_.at(index).key);
+        found.push_back(firsts.try_emplace(std::move(key), index).first->second);
+      }
+      for (std::size_t i = 0; i < family.size(); ++i) {  // only now: a type may contain itself
+        TypeIndex& known = representatives_[static_cast<std::size_t>(family[i])];
+        changed = changed || known != found[i];
+        known = found[i];
+      }
+    }
+  }
+}
+
+/// Of a string in a payload: the size that its type has, in bytes if it has no length field.
+std::uint32_t Writer::text_size(const Value& use) const {
+  const Type& type = resolved(model_, use.type);
+  if (type.kind != Kind::string) {
+    return 0;
+  }
+  const bool fixed = use.wire.length == someip::FieldWidth::none && use.wire.fixed_bytes > 0;
+  return fixed ? use.wire.fixed_bytes : type.max_size;
 }
 
 std::string Writer::base_type(Primitive primitive) {
@@ -154,21 +261,30 @@ void Writer::number_properties(Xml& xml, const Type& number, const std::string& 
 void Writer::write_types() {
   for (std::size_t i = 0; i < model_.types.size(); ++i) {
     const TypeIndex index{static_cast<std::uint32_t>(i)};
-    if (representative(index) == index && !model_.types[i].name.empty()) {
-      (void)path_of(index);
+    const Type& type = model_.types[i];
+    if (representative(index) == index && !type.name.empty()) {
+      (void)path_of(plain_use(model_, index));
     }
   }
 }
 
-const std::string& Writer::path_of(TypeIndex wanted) {
+const std::string& Writer::path_of(const Value& use) {
+  return path_of(use.type, text_size(use));
+}
+
+const std::string& Writer::path_of(TypeIndex wanted, std::uint32_t size) {
   const TypeIndex index = representative(wanted);
-  const auto known = type_paths_.find(index);
+  const std::pair key{index, size};
+  const auto known = type_paths_.find(key);
   if (known != type_paths_.end()) {
     return known->second;
   }
   const Type& type = model_.at(index);
   if (type.name.empty() && type.kind == Kind::primitive && !type.minimum && !type.invalid_value) {
-    return type_paths_[index] = primitive_path(type.primitive);
+    return type_paths_[key] = primitive_path(type.primitive);
+  }
+  if (const TypeIndex first = first_of(model_, index); first != index && !type.name.empty()) {
+    (void)path_of(plain_use(model_, first));  // it has the name, others have a number behind it
   }
   std::string package = type.name.empty() ? std::string{own} + "/Unnamed" : package_of(type.scope);
   std::string name = type.name;
@@ -184,10 +300,9 @@ const std::string& Writer::path_of(TypeIndex wanted) {
     lost(full_name(type.scope, type.name), "its name: it is " + unique, type.place);
   }
   // Before what is in it: types that go round end here.
-  std::string& path = type_paths_[index] = package + "/" + unique;
-  const std::string own_path = path;
-  write_type(index);
-  return type_paths_[index];
+  const std::string& path = type_paths_[key] = package + "/" + unique;
+  write_type(index, size, path);
+  return path;
 }
 
 void Writer::write_members(Xml& xml, const std::vector<Value>& members, const std::string& type_path) {
@@ -212,7 +327,7 @@ void Writer::write_members(Xml& xml, const std::vector<Value>& members, const st
       xml.leaf("IS-OPTIONAL", "true");
     }
     xml.open("TYPE-REFERENCE");
-    xml.reference("TYPE-REFERENCE-REF", "STD-CPP-IMPLEMENTATION-DATA-TYPE", path_of(member.type));
+    xml.reference("TYPE-REFERENCE-REF", "STD-CPP-IMPLEMENTATION-DATA-TYPE", path_of(member));
     xml.close();
     xml.close();
     write_tag(member.tag, "TLV-IMPLEMENTATION-DATA-TYPE-ELEMENT-REF", "CPP-IMPLEMENTATION-DATA-TYPE-ELEMENT",
@@ -268,9 +383,8 @@ void Writer::write_enumeration(const Type& type, const std::string& package, con
   }
 }
 
-void Writer::write_type(TypeIndex index) {
+void Writer::write_type(TypeIndex index, std::uint32_t size, const std::string& path) {
   const Type& type = model_.at(index);
-  const std::string path = type_paths_[index];
   const std::size_t slash = path.rfind('/');
   const std::string package = path.substr(0, slash);
   const std::string name = path.substr(slash + 1);
@@ -299,19 +413,18 @@ void Writer::write_type(TypeIndex index) {
         number_properties(xml, target, name, {});
       } else if (target.name.empty() && target.kind == Kind::string) {
         notes(xml, type.notes, "STRING");
-        const std::uint32_t size = target.wire.fixed_bytes > 0 ? target.wire.fixed_bytes : target.max_size;
         if (size > 0) {
           xml.leaf("ARRAY-SIZE", std::to_string(size));
         }
       } else {
         notes(xml, type.notes, "TYPE_REFERENCE");
-        xml.reference("TYPE-REFERENCE-REF", "STD-CPP-IMPLEMENTATION-DATA-TYPE", path_of(type.element.type));
+        xml.reference("TYPE-REFERENCE-REF", "STD-CPP-IMPLEMENTATION-DATA-TYPE",
+                      path_of(type.element.type, size));
       }
       break;
     }
     case Kind::string: {
       notes(xml, type.notes, "STRING");
-      const std::uint32_t size = type.wire.fixed_bytes > 0 ? type.wire.fixed_bytes : type.max_size;
       if (size > 0) {
         xml.leaf("ARRAY-SIZE", std::to_string(size));
       }
@@ -338,7 +451,7 @@ void Writer::write_type(TypeIndex index) {
           packages_.add(bytes, "Byte", byte.text());
         }
       } else {
-        element = path_of(type.element.type);
+        element = path_of(type.element);
       }
       xml.open("TEMPLATE-ARGUMENTS");
       template_argument(element);
@@ -353,8 +466,8 @@ void Writer::write_type(TypeIndex index) {
       if (type.max_size > 0) {
         xml.leaf("ARRAY-SIZE", std::to_string(type.max_size));
       }
-      const std::string key = path_of(type.key.type);
-      const std::string value = path_of(type.element.type);
+      const std::string key = path_of(type.key);
+      const std::string value = path_of(type.element);
       xml.open("TEMPLATE-ARGUMENTS");
       template_argument(key);
       template_argument(value);
@@ -370,7 +483,7 @@ void Writer::write_type(TypeIndex index) {
       if (is_choice && !members.empty()) {
         xml.open("TEMPLATE-ARGUMENTS");
         for (const Value& member : members) {
-          template_argument(path_of(member.type));
+          template_argument(path_of(member));
         }
         xml.close();
       }

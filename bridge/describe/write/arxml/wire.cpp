@@ -57,7 +57,7 @@ void Writer::need_members(const Value& value, const Type& type, Needs& needs, st
   for (std::size_t steps = 0; model_.at(target).kind == Kind::alias && steps < max_type_nesting; ++steps) {
     target = representative(model_.at(target).element.type);
   }
-  const std::string holder = path_of(target);
+  const std::string holder = path_of(Value{.type = target});
   for (const Value& member : all_members(model_, type)) {
     const auto name = members_.find({holder, member.name});
     way.push_back({holder + "/" + (name == members_.end() ? short_name(member.name) : name->second),

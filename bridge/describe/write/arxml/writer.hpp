@@ -85,10 +85,17 @@ class Writer {
 
   // types.cpp
   void write_types();
-  void write_type(TypeIndex index);
+  /// Tells apart variants that differ in what AUTOSAR's types say; the others are one type of AUTOSAR.
+  void group_variants();
+  void write_type(TypeIndex index, std::uint32_t size, const std::string& path);
   void write_enumeration(const Type& type, const std::string& package, const std::string& name);
-  [[nodiscard]] TypeIndex representative(TypeIndex index) const;
-  [[nodiscard]] const std::string& path_of(TypeIndex index);
+  [[nodiscard]] TypeIndex representative(TypeIndex index) const {
+    return representatives_[static_cast<std::size_t>(index)];
+  }
+  /// The type of a use. Strings of different sizes have different types.
+  [[nodiscard]] const std::string& path_of(const Value& use);
+  [[nodiscard]] const std::string& path_of(TypeIndex wanted, std::uint32_t size);
+  [[nodiscard]] std::uint32_t text_size(const Value& use) const;
   [[nodiscard]] std::string base_type(messages::Primitive primitive);
   [[nodiscard]] std::string primitive_path(messages::Primitive primitive);
   void write_members(Xml& xml, const std::vector<Value>& members, const std::string& type_path);
@@ -134,7 +141,8 @@ class Writer {
   const Model& model_;
   ArxmlFile file_{};
   Packages packages_{};
-  std::map<TypeIndex, std::string> type_paths_{};
+  std::vector<TypeIndex> representatives_{};                                 ///< of each type
+  std::map<std::pair<TypeIndex, std::uint32_t>, std::string> type_paths_{};  ///< by type and size of its text
   std::map<std::pair<std::string, std::string>, std::string> members_{};  ///< short name by type and member
   std::set<std::string> services_with_instances_{};                       ///< full names
   std::vector<std::pair<Rules, std::string>> rules_{};

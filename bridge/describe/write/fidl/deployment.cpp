@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <set>
 
+#include "bridge/describe/address_text.hpp"
+
 namespace trestle::describe::fidl_writing {
 namespace {
 
@@ -49,17 +51,6 @@ std::string quoted(std::string_view text) {
     result += c;
   }
   return result + '"';
-}
-
-std::string written(const IpAddress& address) {
-  if (!address.v6) {
-    return fmt::format("{}.{}.{}.{}", address.bytes[0], address.bytes[1], address.bytes[2], address.bytes[3]);
-  }
-  std::string all;
-  for (std::size_t i = 0; i < 16; i += 2) {
-    all += fmt::format("{}{:x}", i == 0 ? "" : ":", address.bytes.at(i) << 8U | address.bytes.at(i + 1));
-  }
-  return all;
 }
 
 std::string backing_name(messages::Primitive primitive) {
@@ -615,7 +606,7 @@ Block Deployment::provider(const Instance& instance, const std::string& name) {
     lose(instance.name, "it has no SomeIpInstanceID yet", instance.place);
   }
   if (instance.address) {
-    inner.settings.push_back("SomeIpUnicastAddress = " + quoted(written(*instance.address)));
+    inner.settings.push_back("SomeIpUnicastAddress = " + quoted(full_text(*instance.address)));
   }
   if (instance.tcp_port) {
     inner.settings.push_back(fmt::format("SomeIpReliableUnicastPort = {}", *instance.tcp_port));
@@ -632,7 +623,7 @@ Block Deployment::provider(const Instance& instance, const std::string& name) {
       groups.push_back(one.eventgroup);
       ports.push_back(one.group.port);
       thresholds.push_back(one.threshold);
-      addresses += (addresses.empty() ? "" : ", ") + quoted(written(one.group.address));
+      addresses += (addresses.empty() ? "" : ", ") + quoted(full_text(one.group.address));
     }
     inner.settings.push_back("SomeIpMulticastEventGroups = " + listed(groups));
     inner.settings.push_back("SomeIpMulticastAddresses = { " + addresses + " }");

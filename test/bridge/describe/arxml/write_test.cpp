@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "bridge/describe/model_json.hpp"
+#include "someip/net/address_text.hpp"
 #include "test/bridge/describe/arxml/arxml_text.hpp"
 
 namespace trestle::describe {
@@ -140,6 +141,9 @@ Model everything() {
   left.tcp_port = 30502;
   left.multicast = {
       {.eventgroup = someip::EventgroupId{7}, .group = {IpAddress::v4(239, 0, 0, 1), 30600}, .threshold = 3}};
+  left.multicast.push_back({.eventgroup = someip::EventgroupId{7},
+                            .group = {*someip::parse_address("ff02::1:2"), 30601},
+                            .threshold = 1});
   left.timing = sd::Timing{.repetitions_max = 5, .ttl_s = 10};
   left.priority = 1;
   left.weight = 2;
@@ -149,10 +153,9 @@ Model everything() {
       .role = Instance::Role::required, .name = "Any", .service = "/car/Door", .service_id = service.id};
   any.eventgroups = {someip::EventgroupId{7}};
   model.instances = {left, any};
-  model.machines = {{.name = "Ecu",
-                     .address = left.address,
-                     .sd_multicast = IpAddress::v4(224, 0, 0, 1),
-                     .sd_port = 30490}};
+  model.machines = {
+      {.name = "Ecu", .address = left.address, .sd_multicast = IpAddress::v4(224, 0, 0, 1), .sd_port = 30490},
+      {.name = "Six", .address = someip::parse_address("fe80::1")}};
   return model;
 }
 
@@ -173,6 +176,149 @@ TEST(WriteArxml, IsReadBackAsItWas) {
 
 TEST(WriteArxml, IsTheSameEachTime) {
   EXPECT_EQ(write_arxml(everything()).text, write_arxml(everything()).text);
+}
+
+TEST(WriteArxml, WritesAllGroupsOfIpv6Addresses) {
+  const std::string text = write_arxml(everything()).text;
+  // The schema's pattern has no "::".
+  EXPECT_THAT(text, HasSubstr("<IPV-6-ADDRESS>fe80:0:0:0:0:0:0:1</IPV-6-ADDRESS>"));
+  EXPECT_THAT(text, HasSubstr(">ff02:0:0:0:0:0:1:2</IPV-6-MULTICAST-IP-ADDRESS>"));
+}
+
+/// A service with an event for each value, "e0", "e1" …
+Model with_events(Model model, const std::vector<Value>& values) {
+  Service service{.name = "A", .scope = "/car", .id = someip::ServiceId{1}};
+  for (const Value& one : values) {
+    const auto number = static_cast<std::uint16_t>(service.events.size());
+    Event event{.name = "e" + std::to_string(number),
+                .id = static_cast<someip::MethodId>(static_cast<std::uint16_t>(0x8001U + number))};
+    event.payload.values = {one};
+    service.events.push_back(std::move(event));
+  }
+  model.services = {service};
+  return model;
+}
+
+std::size_t count(std::string_view text, std::string_view part) {
+  std::size_t found = 0;
+  for (std::size_t at = text.find(part); at != std::string_view::npos; at = text.find(part, at + 1)) {
+    ++found;
+  }
+  return found;
+}
+
+TEST(WriteArxml, GivesAVariantWithOtherBytesATypeOfItsOwn) {
+  Model model;
+  Type side{.kind = Kind::enumeration,
+            .name = "Side",
+            .scope = "/car/Types",
+            .primitive = messages::Primitive::uint16,
+            .enumerators = {{"L", 0}, {"R", 1}}};
+  // Used first: the name still is that of the type it is a variant of.
+  Type wide = side;
+  wide.primitive = messages::Primitive::uint32;
+  wide.variant_of = TypeIndex{1};
+  const TypeIndex u32 = model.add(wide);
+  const TypeIndex u16 = model.add(side);
+  // What holds it differs as well.
+  Type pair{.kind = Kind::structure, .name = "Pair", .scope = "/car/Types", .members = {value("side", u16)}};
+  const TypeIndex narrow_pair = model.add(pair);
+  pair.members[0].type = u32;
+  pair.variant_of = narrow_pair;
+  const TypeIndex wide_pair = model.add(pair);
+  model = with_events(std::move(model),
+                      {value("e0", u32), value("e1", u16), value("e2", narrow_pair), value("e3", wide_pair)});
+
+  const ArxmlFile file = write_arxml(model);
+  const Reading reading = read_texts({file.text});
+  EXPECT_EQ(problems_of(reading), "");
+  const std::vector<Event>& events = reading.model.services.at(0).events;
+  const auto type_of = [&](std::size_t event) -> const Type& {
+    return reading.model.at(events.at(event).payload.values.at(0).type);
+  };
+  EXPECT_EQ(type_of(0).primitive, messages::Primitive::uint32);
+  EXPECT_EQ(type_of(0).name, "Side_2");
+  EXPECT_EQ(type_of(1).primitive, messages::Primitive::uint16);
+  EXPECT_EQ(type_of(1).name, "Side");
+  EXPECT_EQ(reading.model.at(type_of(2).members.at(0).type).name, "Side");
+  EXPECT_EQ(reading.model.at(type_of(3).members.at(0).type).name, "Side_2");
+  EXPECT_THAT(file.not_carried,
+              Contains(testing::AllOf(Field(&NotCarried::element, "/car/Types/Side"),
+                                      Field(&NotCarried::what, HasSubstr("its name: it is Side_2")))));
+}
+
+TEST(WriteArxml, GivesStringsWithoutLengthFieldTheirSizes) {
+  Model model;
+  const TypeIndex u8 = model.add({.kind = Kind::primitive});
+  const Wire usual = default_wire(Kind::string);
+  const TypeIndex text = model.add({.kind = Kind::string, .wire = usual});
+  const TypeIndex name = model.add({.kind = Kind::alias,
+                                    .name = "Name",
+                                    .scope = "/car/Types",
+                                    .wire = usual,
+                                    .element = value("", text, usual)});
+  const TypeIndex many =
+      model.add({.kind = Kind::array, .wire = default_wire(Kind::array), .element = value("", u8)});
+  const TypeIndex three =
+      model.add({.kind = Kind::array, .element = value("", u8), .max_size = 3, .fixed_size = true});
+  Wire twelve = usual;
+  twelve.length = someip::FieldWidth::none;
+  twelve.fixed_bytes = 12;
+  Wire five = twelve;
+  five.fixed_bytes = 5;
+  Type any{.kind = Kind::structure,
+           .name = "S",
+           .scope = "/car/Types",
+           .members = {value("v", many, default_wire(Kind::array)), value("p", text, usual)}};
+  const TypeIndex dynamic = model.add(any);
+  any.members = {value("v", three), value("p", text, twelve)};
+  any.variant_of = dynamic;
+  const TypeIndex fixed = model.add(any);
+  model = with_events(std::move(model), {value("e0", fixed), value("e1", dynamic), value("e2", name, twelve),
+                                         value("e3", name, five), value("e4", name, usual)});
+
+  const ArxmlFile file = write_arxml(model);
+  const Reading reading = read_texts({file.text});
+  EXPECT_EQ(problems_of(reading), "");
+  const std::vector<Event>& events = reading.model.services.at(0).events;
+  const auto value_of = [&](std::size_t event) -> const Value& {
+    return events.at(event).payload.values.at(0);
+  };
+  const Type& read_fixed = reading.model.at(value_of(0).type);
+  EXPECT_EQ(read_fixed.members.at(1).wire, twelve);
+  EXPECT_TRUE(reading.model.at(read_fixed.members.at(0).type).fixed_size);
+  const Type& read_dynamic = reading.model.at(value_of(1).type);
+  EXPECT_EQ(read_dynamic.members.at(1).wire, usual);
+  EXPECT_FALSE(reading.model.at(read_dynamic.members.at(0).type).fixed_size);
+  EXPECT_EQ(value_of(2).wire, twelve);
+  EXPECT_EQ(value_of(3).wire, five);
+  EXPECT_EQ(value_of(4).wire, usual);
+}
+
+TEST(WriteArxml, WritesVariantsThatOnlyDifferInWireRulesAsOneType) {
+  Model model;
+  const Wire usual = default_wire(Kind::string);
+  const Wire shorter = length(someip::FieldWidth::bits8);
+  const TypeIndex text = model.add({.kind = Kind::string, .wire = usual});
+  Type pair{
+      .kind = Kind::structure, .name = "Pair", .scope = "/car/Types", .members = {value("p", text, usual)}};
+  const TypeIndex one = model.add(pair);
+  pair.members[0].wire = shorter;
+  pair.variant_of = one;
+  const TypeIndex other = model.add(pair);
+  // One that contains itself does not keep the writer busy.
+  Type list{.kind = Kind::structure, .name = "List", .scope = "/car/Types"};
+  const TypeIndex round = TypeIndex{static_cast<std::uint32_t>(model.types.size())};
+  list.members = {value("next", round)};
+  model.add(list);
+  list.variant_of = round;
+  model.add(list);
+  model = with_events(std::move(model), {value("e0", one), value("e1", other)});
+
+  const ArxmlFile file = write_arxml(model);
+  EXPECT_THAT(file.not_carried, IsEmpty());
+  EXPECT_EQ(count(file.text, "<SHORT-NAME>Pair"), 1U);
+  EXPECT_EQ(count(file.text, "<SHORT-NAME>List"), 1U);
 }
 
 TEST(WriteArxml, ListsWhatItDoesNotCarry) {
