@@ -71,6 +71,10 @@ class Adaptive {
 /// Timing of service discovery: of the Adaptive configurations, which are elements of their own, and of
 /// Classic's, which stand in the instance. `node` may be nothing.
 [[nodiscard]] std::optional<sd::Timing> timing_of(const Node* node, Problems& problems);
+/// What a client asks of versions beyond a number, as far as Find can say it.
+void read_version_rules(const Node& node, Instance& instance, Problems& problems);
+/// The lifetime of subscriptions to an eventgroup that was added to `instance`.
+void read_subscription(const Tree& tree, const Node& group, Instance& instance, Problems& problems);
 /// The address of a NETWORK-ENDPOINT.
 [[nodiscard]] std::optional<IpAddress> address_of(const Node* endpoint, Problems& problems);
 /// Of E2E-PROFILE-CONFIGURATION or END-TO-END-TRANSFORMATION-DESCRIPTION, and what protects one element.

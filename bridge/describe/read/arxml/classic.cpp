@@ -221,6 +221,7 @@ void Classic::read_instances(Tag tag, Instance::Role role) {
         instance.minor.reset();
       }
     }
+    read_version_rules(*node, instance, problems_);
     const auto small = [&](Tag what) -> std::optional<std::uint16_t> {
       const auto value = number_in(node->child(what), 0, 0xffff, problems_);
       return value ? std::optional{static_cast<std::uint16_t>(*value)} : std::nullopt;
@@ -282,6 +283,7 @@ void Classic::read_instances(Tag tag, Instance::Role role) {
     each_in(node, "CONSUMED-EVENT-GROUPS"_tag, "CONSUMED-EVENT-GROUP"_tag, [&](const Node& group) {
       if (const auto value = number_in(group.child("EVENT-GROUP-IDENTIFIER"_tag), 0, 0xffff, problems_)) {
         add_once(instance.eventgroups, static_cast<someip::EventgroupId>(*value));
+        read_subscription(tree_, group, instance, problems_);
       }
     });
     merge(std::move(instance));
@@ -375,6 +377,13 @@ void Classic::read_signal_mappings() {
       data_mappings_.emplace(signal, element);
     }
   }
+  for (const Node* const mapping : tree_.all("TRIGGER-TO-SIGNAL-MAPPING"_tag)) {
+    const Node* const signal = tree_.follow(mapping, "SYSTEM-SIGNAL-REF"_tag);
+    const Node* const trigger = tree_.follow(mapping->child("TRIGGER-IREF"_tag), "TARGET-TRIGGER-REF"_tag);
+    if (signal != nullptr && trigger != nullptr) {
+      data_mappings_.emplace(signal, trigger);
+    }
+  }
 }
 
 void Classic::read_messages() {
@@ -386,7 +395,7 @@ void Classic::read_messages() {
         connection, "I-PDU-IDENTIFIERS"_tag, "SO-CON-I-PDU-IDENTIFIER-REF-CONDITIONAL"_tag,
         [&](const Node& conditional) {
           if (const Node* const identifier = tree_.follow(&conditional, "SO-CON-I-PDU-IDENTIFIER-REF"_tag)) {
-            transports[identifier] = here.tcp && !here.udp ? Transport::tcp : Transport::udp;
+            transports[identifier] = here.transport();
           }
         });
   }
@@ -397,13 +406,23 @@ void Classic::read_messages() {
   for (const Node* const bundle : tree_.all("SOCKET-CONNECTION-BUNDLE"_tag)) {
     const Node* const server = tree_.follow(bundle, "SERVER-PORT-REF"_tag);
     const Socket here = socket(server == nullptr ? nullptr : server->child("APPLICATION-ENDPOINT"_tag));
-    const Transport transport = here.tcp && !here.udp ? Transport::tcp : Transport::udp;
+    const Transport transport = here.transport();
     each_in(bundle, "BUNDLED-CONNECTIONS"_tag, "SOCKET-CONNECTION"_tag, [&](const Node& connection) {
       each_in(&connection, "PDUS"_tag, "SOCKET-CONNECTION-IPDU-IDENTIFIER"_tag,
               [&](const Node& identifier) { read_identifier(identifier, transport); });
     });
     each_in(bundle, "PDUS"_tag, "SOCKET-CONNECTION-IPDU-IDENTIFIER"_tag,
             [&](const Node& identifier) { read_identifier(identifier, transport); });
+  }
+  for (const Node* const config : tree_.all("SO-AD-CONFIG"_tag)) {
+    // Connections without a bundle.
+    each_in(config, "CONNECTIONS"_tag, "SOCKET-CONNECTION"_tag, [&](const Node& connection) {
+      const Node* const local = tree_.follow(&connection, "LOCAL-PORT-REF"_tag);
+      const Node* const end = local == nullptr ? tree_.follow(&connection, "REMOTE-PORT-REF"_tag) : local;
+      const Socket here = socket(end == nullptr ? nullptr : end->child("APPLICATION-ENDPOINT"_tag));
+      each_in(&connection, "PDUS"_tag, "SOCKET-CONNECTION-IPDU-IDENTIFIER"_tag,
+              [&](const Node& identifier) { read_identifier(identifier, here.transport()); });
+    });
   }
   for (const auto& [id, list] : messages_) {
     for (const Message& message : list) {
@@ -622,9 +641,11 @@ void Classic::make_event(Service& here, const Message& message, const Node* sign
   contexts_.fill(event.payload, context);
   if (prototype != nullptr) {
     event.notes = notes_beside(*prototype);
+  }
+  if (prototype != nullptr && prototype->tag != "TRIGGER"_tag) {
     event.payload.values.push_back(types_.value(*prototype, context));
     event.payload.values.back().notes.description.clear();
-  } else {
+  } else if (prototype == nullptr) {
     event.payload.known = false;
     problems_.warning(event.place, "of " + here.name + "." + event.name + " (" + hex(message.id, 8) +
                                        ") no mapping tells the data type: its payload is not known");

@@ -26,6 +26,9 @@ class Classic {
     std::optional<std::uint16_t> udp{};
     std::optional<std::uint16_t> tcp{};
     std::string machine{};
+    [[nodiscard]] Transport transport() const noexcept {
+      return tcp && !udp ? Transport::tcp : Transport::udp;
+    }
   };
   /// A PDU with its HEADER-ID.
   struct Message {
@@ -76,7 +79,7 @@ class Classic {
   std::set<std::pair<someip::ServiceId, std::string>> event_names_{};
   std::map<const Node*, const Node*> call_mappings_{};    ///< by SYSTEM-SIGNAL of the request
   std::map<const Node*, const Node*> return_mappings_{};  ///< of the answer
-  std::map<const Node*, const Node*> data_mappings_{};    ///< by SYSTEM-SIGNAL: the data element
+  std::map<const Node*, const Node*> data_mappings_{};    ///< by SYSTEM-SIGNAL: the data element or trigger
   std::map<const Node*, Transfer> transfers_{};           ///< segmentation, by I-PDU
   std::map<const Node*, const Node*> wholes_{};           ///< what is segmented, by the segments' PDU
   std::map<const Node*, std::vector<someip::EventgroupId>> group_ids_{};       ///< by SO-AD-ROUTING-GROUP

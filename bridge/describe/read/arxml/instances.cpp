@@ -52,6 +52,51 @@ std::optional<sd::Timing> timing_of(const Node* node, Problems& problems) {
   return timing;
 }
 
+void read_version_rules(const Node& node, Instance& instance, Problems& problems) {
+  const Node* const behavior = node.child("VERSION-DRIVEN-FIND-BEHAVIOR"_tag);
+  if (behavior != nullptr && behavior->text == "MINIMUM-MINOR-VERSION" && instance.minor) {
+    if (*instance.minor > 0) {
+      problems.warning(behavior->place(), Tree::path(&node) + " wants a minor version of at least " +
+                                              std::to_string(*instance.minor) +
+                                              ": any is found, since Find asks for one or for any");
+    }
+    instance.minor.reset();
+  }
+  for (const Tag tag : {"BLOCKLISTED-VERSIONS"_tag, "BLACKLISTED-VERSIONS"_tag}) {
+    if (const Node* const versions = node.child(tag); versions != nullptr) {
+      problems.warning(versions->place(), std::string{to_string(tag)} + " of " + Tree::path(&node) +
+                                              " is not carried: these versions are found as well");
+    }
+  }
+}
+
+void read_subscription(const Tree& tree, const Node& group, Instance& instance, Problems& problems) {
+  const Node* timing = tree.follow(&group, "SD-CLIENT-EVENT-GROUP-TIMING-CONFIG-REF"_tag);
+  each_in(&group, "SD-CLIENT-TIMER-CONFIGS"_tag,
+          "SOMEIP-SD-CLIENT-EVENT-GROUP-TIMING-CONFIG-REF-CONDITIONAL"_tag, [&](const Node& conditional) {
+            const Node* const found =
+                tree.follow(&conditional, "SOMEIP-SD-CLIENT-EVENT-GROUP-TIMING-CONFIG-REF"_tag);
+            timing = timing == nullptr ? found : timing;
+          });
+  const Node* const older = group.child("SD-CLIENT-CONFIG"_tag);
+  const Node* const ttl = timing == nullptr ? (older == nullptr ? nullptr : older->child("TTL"_tag))
+                                            : timing->child("TIME-TO-LIVE"_tag);
+  const auto value = number_in(ttl, 1, 0xffff'ffff, problems);
+  if (!value) {
+    return;
+  }
+  // One lifetime of all that a client asks for; that of a Find matters to nobody.
+  const std::uint32_t seconds = std::min<std::uint32_t>(*value, 0xff'ffff);
+  instance.timing = instance.timing ? instance.timing : sd::Timing{};
+  const bool is_first = instance.eventgroups.size() <= 1;
+  if (!is_first && instance.timing->ttl_s != seconds) {
+    problems.warning(ttl->place(), "the subscriptions of " + instance.name +
+                                       " have several lifetimes; that of the first is taken for all");
+    return;
+  }
+  instance.timing->ttl_s = seconds;
+}
+
 std::optional<IpAddress> address_of(const Node* endpoint, Problems& problems) {
   if (endpoint == nullptr) {
     return std::nullopt;
@@ -258,6 +303,7 @@ void Adaptive::read_instance(const Node& node, Instance::Role role) {
   if (minor != nullptr && minor->text != "ANY") {
     instance.minor = number_in(minor, 0, 0xffff'ffff, problems_);
   }
+  read_version_rules(node, instance, problems_);
   const bool provided = role == Instance::Role::provided;
   const Tag config_reference = provided ? "SD-SERVER-CONFIG-REF"_tag : "SD-CLIENT-CONFIG-REF"_tag;
   const Tag config_inside = provided ? "SD-SERVER-CONFIG"_tag : "SD-CLIENT-CONFIG"_tag;
@@ -303,6 +349,7 @@ void Adaptive::read_instance(const Node& node, Instance::Role role) {
   each_in(&node, "REQUIRED-EVENT-GROUPS"_tag, "SOMEIP-REQUIRED-EVENT-GROUP"_tag, [&](const Node& group) {
     if (const auto number = group_id(group)) {
       instance.eventgroups.push_back(*number);
+      read_subscription(tree_, group, instance, problems_);
     }
   });
   instances_[&node] = model_.instances.size();

@@ -34,6 +34,65 @@ constexpr std::size_t text_chunk_bytes = 1U << 18U;
   return tag == "L-2"_tag || tag == "L-4"_tag;
 }
 
+/// Elements of which each part that is not read is told once: what they say becomes messages, or who offers
+/// and wants what.
+constexpr std::array told_elements{
+    "AP-SOMEIP-TRANSFORMATION-PROPS"_tag,
+    "ARGUMENT-DATA-PROTOTYPE"_tag,
+    "CLIENT-SERVER-OPERATION"_tag,
+    "CONSUMED-EVENT-GROUP"_tag,
+    "CONSUMED-SERVICE-INSTANCE"_tag,
+    "EVENT-HANDLER"_tag,
+    "FIELD"_tag,
+    "GET"_tag,
+    "INITIAL-FIND-BEHAVIOR"_tag,
+    "INITIAL-OFFER-BEHAVIOR"_tag,
+    "NOTIFIER"_tag,
+    "PROVIDED-SERVICE-INSTANCE"_tag,
+    "PROVIDED-SOMEIP-SERVICE-INSTANCE"_tag,
+    "REQUIRED-SOMEIP-SERVICE-INSTANCE"_tag,
+    "SERVICE-INTERFACE"_tag,
+    "SET"_tag,
+    "SOMEIP-EVENT-DEPLOYMENT"_tag,
+    "SOMEIP-EVENT-GROUP"_tag,
+    "SOMEIP-FIELD-DEPLOYMENT"_tag,
+    "SOMEIP-METHOD-DEPLOYMENT"_tag,
+    "SOMEIP-PROVIDED-EVENT-GROUP"_tag,
+    "SOMEIP-REQUIRED-EVENT-GROUP"_tag,
+    "SOMEIP-SD-CLIENT-EVENT-GROUP-TIMING-CONFIG"_tag,
+    "SOMEIP-SD-CLIENT-SERVICE-INSTANCE-CONFIG"_tag,
+    "SOMEIP-SD-SERVER-SERVICE-INSTANCE-CONFIG"_tag,
+    "SOMEIP-SERVICE-DISCOVERY"_tag,
+    "SOMEIP-SERVICE-INSTANCE-TO-MACHINE-MAPPING"_tag,
+    "SOMEIP-SERVICE-INTERFACE-DEPLOYMENT"_tag,
+    "SOMEIP-TRANSFORMATION-DESCRIPTION"_tag,
+    "SOMEIP-TRANSFORMATION-I-SIGNAL-PROPS-CONDITIONAL"_tag,
+};
+constexpr auto is_told = [] {
+  std::array<bool, vocabulary.size()> told{};
+  for (const Tag tag : told_elements) {
+    told[static_cast<std::size_t>(tag)] = true;
+  }
+  return told;
+}();
+/// Parts that are for other tools, or say how a program is built or started.
+constexpr std::array other_matters{
+    std::string_view{"ADMIN-DATA"},
+    std::string_view{"AUTO-AVAILABLE"},
+    std::string_view{"AUTO-REQUIRE"},
+    std::string_view{"BLUEPRINT-POLICYS"},
+    std::string_view{"DIAG-ARG-INTEGRITY"},
+    std::string_view{"INTRODUCTION"},
+    std::string_view{"IS-SERVICE"},
+    std::string_view{"LONG-NAME"},
+    std::string_view{"METHOD-ACTIVATION-ROUTING-GROUPS"},
+    std::string_view{"SERVER-ARGUMENT-IMPL-POLICY"},
+    std::string_view{"SERVICE-KIND"},
+    std::string_view{"SHORT-NAME-FRAGMENTS"},
+    std::string_view{"SHORT-NAME-PATTERN"},
+    std::string_view{"TYPE-BLUEPRINTS"},
+};
+
 [[nodiscard]] bool contains(std::string_view text, std::string_view part) noexcept {
   return text.find(part) != std::string_view::npos;
 }
@@ -160,6 +219,7 @@ class Handlers {
     if (index == vocabulary.size()) {
       // In text, markup is passed through.
       if (current_ == nullptr || !has_markup(current_->tag)) {
+        tell_unread(name);
         skipped_from_ = depth_;
       }
       return;
@@ -173,6 +233,17 @@ class Handlers {
       return;
     }
     open(tag, attributes);
+  }
+
+  void tell_unread(std::string_view name) {
+    if (current_ == nullptr || !is_told.at(static_cast<std::size_t>(current_->tag)) ||
+        std::ranges::find(other_matters, name) != other_matters.end()) {
+      return;
+    }
+    const std::string holder{to_string(current_->tag)};
+    tree_.problems_.warning_once(holder + ' ' + std::string{name}, here(),
+                                 documents::printable(name.substr(0, 80)) + " of " + holder +
+                                     " is not read, here and wherever else it stands");
   }
 
   [[nodiscard]] bool accept_top(std::string_view name, const XML_Char** attributes) {

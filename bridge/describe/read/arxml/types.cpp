@@ -459,14 +459,44 @@ Value Types::build_implementation(const Node& node, const Frame& frame) {
       }
     }
   }
-  if (category == "TYPE_REFERENCE" || (reference != nullptr && category != "VALUE")) {
-    return build_alias(node, by_reference(node, reference, inside(frame)));
+  if (category == "TYPE_REFERENCE" || category == "TYPE_REF" ||
+      (reference != nullptr && category != "VALUE")) {
+    return build_reference(node, reference, frame);
   }
   if (category != "VALUE" && category != "BOOLEAN" && !category.empty()) {
     problems_.warning(node.place(), "the CATEGORY " + std::string{category} + " of " + Tree::path(&node) +
                                         " is not known; it is read as VALUE");
   }
   return build_value(node, frame);
+}
+
+Value Types::build_reference(const Node& node, const Node* reference, const Frame& frame) {
+  const Node* inner = nullptr;
+  std::size_t elements = 0;
+  if (reference == nullptr) {
+    each_in(&node, "SUB-ELEMENTS"_tag, "IMPLEMENTATION-DATA-TYPE-ELEMENT"_tag, [&](const Node& element) {
+      inner = &element;
+      ++elements;
+    });
+  }
+  if (elements == 1) {
+    problems_.warning_once("reference in an element", node.place(),
+                           Tree::path(&node) +
+                               " has its reference in a SUB-ELEMENT, and one of its own was expected; such "
+                               "types are read as if it were theirs");
+  }
+  const Value target = elements == 1 ? build_implementation(*inner, inside(frame))
+                                     : by_reference(node, reference, inside(frame));
+  // What it refers to may be a number to which only this type gives names.
+  const Node* const method = compu_method(node, nullptr);
+  const Node* const named = reference == nullptr ? nullptr : tree_.resolve(*reference);
+  const Type& type = resolved(model_, target.type);
+  const bool is_number = type.kind == Kind::primitive || type.kind == Kind::enumeration;
+  if (method != nullptr && method->child_text("CATEGORY"_tag) == "TEXTTABLE" && is_number &&
+      is_integer(type.primitive) && (named == nullptr || compu_method(*named, nullptr) != method)) {
+    return build_enumeration(node, *method, Primitive{type.primitive}, frame);
+  }
+  return build_alias(node, target);
 }
 
 /// Elements have no name as types: what they refer to is meant.

@@ -48,6 +48,7 @@ class Types {
   [[nodiscard]] Value build_array(const Node& node, const Frame& frame);
   [[nodiscard]] Value build_map(const Node& node, const Frame& frame);
   [[nodiscard]] Value build_members(const Node& node, const Frame& frame, Kind kind);
+  [[nodiscard]] Value build_reference(const Node& node, const Node* reference, const Frame& frame);
   [[nodiscard]] Value build_alias(const Node& node, const Value& target);
   [[nodiscard]] Value named_alias(const Node& node, const Value& target, Notes notes);
   [[nodiscard]] Value build_application_array(const Node& node, const Frame& frame);

@@ -32,7 +32,7 @@ Value Types::build_value(const Node& node, const Frame& frame) {
     const Type& type = resolved(model_, value.type);
     if (type.kind == Kind::primitive || type.kind == Kind::enumeration) {
       primitive = type.primitive;
-      if (type.kind == Kind::enumeration && compu_method(node, nullptr) == nullptr) {
+      if (type.kind == Kind::enumeration && compu_method(node, frame.implementation) == nullptr) {
         return value;
       }
     }

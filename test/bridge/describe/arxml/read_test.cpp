@@ -294,6 +294,85 @@ TEST(ReadArxml, ReadsImplementationTypesEnumerationsAndArraysWithASizeIndicator)
   EXPECT_EQ(type.members[3].wire.length, someip::FieldWidth::none);
 }
 
+/// A table of texts for 0 and 1.
+std::string texts(std::string_view name) {
+  std::string scales;
+  for (const char digit : {'0', '1'}) {
+    scales += std::string{"<COMPU-SCALE><LOWER-LIMIT>"} + digit + "</LOWER-LIMIT><UPPER-LIMIT>" + digit +
+              "</UPPER-LIMIT><COMPU-CONST><VT>T" + digit + "</VT></COMPU-CONST></COMPU-SCALE>";
+  }
+  return "<COMPU-METHOD><SHORT-NAME>" + std::string{name} +
+         "</SHORT-NAME><CATEGORY>TEXTTABLE</CATEGORY><COMPU-INTERNAL-TO-PHYS><COMPU-SCALES>" + scales +
+         "</COMPU-SCALES></COMPU-INTERNAL-TO-PHYS></COMPU-METHOD>";
+}
+
+std::string reference_type(std::string_view name, std::string_view inner) {
+  return "<IMPLEMENTATION-DATA-TYPE><SHORT-NAME>" + std::string{name} +
+         "</SHORT-NAME><CATEGORY>TYPE_REFERENCE</CATEGORY>" + props(inner) + "</IMPLEMENTATION-DATA-TYPE>";
+}
+
+TEST(ReadArxml, ReadsEnumerationsThatReferToANumber) {
+  const std::string to_u16 =
+      "<IMPLEMENTATION-DATA-TYPE-REF DEST=\"X\">/AUTOSAR/uint16</IMPLEMENTATION-DATA-TYPE-REF>";
+  const std::string table = "<COMPU-METHOD-REF DEST=\"X\">/P/Texts</COMPU-METHOD-REF>";
+  const Reading reading = read_texts({arxml(
+      texts("Texts") + texts("Others") + reference_type("Classic", table + to_u16) +
+      "<STD-CPP-IMPLEMENTATION-DATA-TYPE><SHORT-NAME>Cpp</SHORT-NAME><CATEGORY>TYPE_REFERENCE</CATEGORY>" +
+      props(table) +
+      "<TYPE-REFERENCE-REF DEST=\"X\">/AUTOSAR/StdTypes/uint16_t</TYPE-REFERENCE-REF>"
+      "</STD-CPP-IMPLEMENTATION-DATA-TYPE>" +
+      // Of an enumeration: another name for it with the same texts, another one with its own.
+      reference_type("Same", table + "<IMPLEMENTATION-DATA-TYPE-REF DEST=\"X\">/P/Classic"
+                                     "</IMPLEMENTATION-DATA-TYPE-REF>") +
+      reference_type("Other",
+                     "<COMPU-METHOD-REF DEST=\"X\">/P/Others</COMPU-METHOD-REF>"
+                     "<IMPLEMENTATION-DATA-TYPE-REF DEST=\"X\">/P/Classic"
+                     "</IMPLEMENTATION-DATA-TYPE-REF>") +
+      "<IMPLEMENTATION-DATA-TYPE><SHORT-NAME>Holder</SHORT-NAME><CATEGORY>STRUCTURE</CATEGORY><SUB-ELEMENTS>"
+      "<IMPLEMENTATION-DATA-TYPE-ELEMENT><SHORT-NAME>m</SHORT-NAME><CATEGORY>TYPE_REFERENCE</CATEGORY>" +
+      props(table + to_u16) +
+      "</IMPLEMENTATION-DATA-TYPE-ELEMENT></SUB-ELEMENTS></IMPLEMENTATION-DATA-TYPE>" +
+      service("<EVENTS>" + event("a", "/P/Classic") + event("b", "/P/Cpp") + event("c", "/P/Same") +
+              event("d", "/P/Other") + event("e", "/P/Holder") + "</EVENTS>"))});
+  EXPECT_THAT(problems_of(reading), IsEmpty());
+  EXPECT_EQ(field_type(reading, 0), "enumeration Classic");
+  EXPECT_EQ(field_type(reading, 1), "enumeration Cpp");
+  EXPECT_EQ(field_type(reading, 2), "enumeration Classic");
+  EXPECT_EQ(field_type(reading, 3), "enumeration Other");
+  const Model& model = reading.model;
+  const Type& cpp = resolved(model, model.services[0].events[1].payload.values.at(0).type);
+  EXPECT_EQ(cpp.primitive, messages::Primitive::uint16);
+  ASSERT_EQ(cpp.enumerators.size(), 2U);
+  EXPECT_EQ(cpp.enumerators[1].name, "T1");
+  const Type& holder = resolved(model, model.services[0].events[4].payload.values.at(0).type);
+  EXPECT_EQ(resolved(model, holder.members.at(0).type).kind, Kind::enumeration);
+}
+
+TEST(ReadArxml, ReadsReferencesThatStandInAnElement) {
+  const auto in_element = [](std::string_view name, std::string_view target) {
+    return "<IMPLEMENTATION-DATA-TYPE><SHORT-NAME>" + std::string{name} +
+           "</SHORT-NAME><CATEGORY>TYPE_REF</CATEGORY><SUB-ELEMENTS><IMPLEMENTATION-DATA-TYPE-ELEMENT>"
+           "<SHORT-NAME>x</SHORT-NAME><CATEGORY>TYPE_REFERENCE</CATEGORY>" +
+           props("<IMPLEMENTATION-DATA-TYPE-REF DEST=\"X\">" + std::string{target} +
+                 "</IMPLEMENTATION-DATA-TYPE-REF>") +
+           "</IMPLEMENTATION-DATA-TYPE-ELEMENT></SUB-ELEMENTS></IMPLEMENTATION-DATA-TYPE>";
+  };
+  const Reading reading = read_texts({arxml(
+      in_element("Number", "/ara/stdtypes/UInt16") + in_element("Whole", "/P/Both") +
+      "<IMPLEMENTATION-DATA-TYPE><SHORT-NAME>Both</SHORT-NAME><CATEGORY>STRUCTURE</CATEGORY><SUB-ELEMENTS>"
+      "<IMPLEMENTATION-DATA-TYPE-ELEMENT><SHORT-NAME>m</SHORT-NAME><CATEGORY>TYPE_REFERENCE</CATEGORY>" +
+      props("<IMPLEMENTATION-DATA-TYPE-REF DEST=\"X\">/ara/stdtypes/UInt32</IMPLEMENTATION-DATA-TYPE-REF>") +
+      "</IMPLEMENTATION-DATA-TYPE-ELEMENT></SUB-ELEMENTS></IMPLEMENTATION-DATA-TYPE>" +
+      service("<EVENTS>" + event("a", "/P/Number") + event("b", "/P/Whole") + "</EVENTS>"))});
+  EXPECT_THAT(problems_of(reading), HasSubstr("has its reference in a SUB-ELEMENT"));
+  EXPECT_EQ(std::ranges::count(problems_of(reading), '\n'), 1) << problems_of(reading);
+  const Model& model = reading.model;
+  const Value& number = model.services.at(0).events.at(0).payload.values.at(0);
+  EXPECT_EQ(model.at(number.type).name, "Number");
+  EXPECT_EQ(resolved(model, number.type).primitive, messages::Primitive::uint16);
+  EXPECT_EQ(field_type(reading, 1), "structure Both");
+}
+
 TEST(ReadArxml, ReadsTagsOptionalMembersAndRulesForOneMember) {
   const std::string struct_type =
       "<IMPLEMENTATION-DATA-TYPE><SHORT-NAME>List</SHORT-NAME><CATEGORY>VECTOR</CATEGORY><SUB-ELEMENTS>" +
@@ -444,6 +523,61 @@ TEST(ReadArxml, ReadsInstancesWithTheirMachines) {
   EXPECT_EQ(reading.model.machines[0].sd_multicast, IpAddress::v4(224, 0, 0, 5));
 }
 
+TEST(ReadArxml, ReadsWhatAClientAsksOfVersionsAndSubscriptions) {
+  const auto required = [](std::string_view name, std::string_view inner) {
+    return "<REQUIRED-SOMEIP-SERVICE-INSTANCE><SHORT-NAME>" + std::string{name} +
+           "</SHORT-NAME><SERVICE-INTERFACE-DEPLOYMENT-REF DEST=\"X\">/P/Dep"
+           "</SERVICE-INTERFACE-DEPLOYMENT-REF>" +
+           std::string{inner} + "</REQUIRED-SOMEIP-SERVICE-INSTANCE>";
+  };
+  const std::string minor = "<REQUIRED-MINOR-VERSION>1</REQUIRED-MINOR-VERSION>";
+  const Reading reading = read_texts({arxml(
+      service("") +
+      "<SOMEIP-SERVICE-INTERFACE-DEPLOYMENT><SHORT-NAME>Dep</SHORT-NAME><SERVICE-INTERFACE-REF DEST=\"X\">"
+      "/P/Door</SERVICE-INTERFACE-REF><EVENT-GROUPS><SOMEIP-EVENT-GROUP><SHORT-NAME>G</SHORT-NAME>"
+      "<EVENT-GROUP-ID>1</EVENT-GROUP-ID></SOMEIP-EVENT-GROUP></EVENT-GROUPS>"
+      "<SERVICE-INTERFACE-ID>1</SERVICE-INTERFACE-ID></SOMEIP-SERVICE-INTERFACE-DEPLOYMENT>" +
+      required("Exact", minor + "<VERSION-DRIVEN-FIND-BEHAVIOR>EXACT-OR-ANY-MINOR-VERSION"
+                                "</VERSION-DRIVEN-FIND-BEHAVIOR>") +
+      required("Least",
+               "<BLOCKLISTED-VERSIONS><SOMEIP-SERVICE-VERSION><MAJOR-VERSION>2</MAJOR-VERSION>"
+               "<MINOR-VERSION>0</MINOR-VERSION></SOMEIP-SERVICE-VERSION></BLOCKLISTED-VERSIONS>"
+               "<REQUIRED-EVENT-GROUPS><SOMEIP-REQUIRED-EVENT-GROUP><SHORT-NAME>r</SHORT-NAME>"
+               "<EVENT-GROUP-REF DEST=\"X\">/P/Dep/G</EVENT-GROUP-REF>"
+               "<SD-CLIENT-EVENT-GROUP-TIMING-CONFIG-REF DEST=\"X\">/P/Tc"
+               "</SD-CLIENT-EVENT-GROUP-TIMING-CONFIG-REF></SOMEIP-REQUIRED-EVENT-GROUP>"
+               "</REQUIRED-EVENT-GROUPS>" +
+                   minor +
+                   "<VERSION-DRIVEN-FIND-BEHAVIOR>MINIMUM-MINOR-VERSION</VERSION-DRIVEN-FIND-BEHAVIOR>") +
+      "<SOMEIP-SD-CLIENT-EVENT-GROUP-TIMING-CONFIG><SHORT-NAME>Tc</SHORT-NAME><TIME-TO-LIVE>7</TIME-TO-LIVE>"
+      "</SOMEIP-SD-CLIENT-EVENT-GROUP-TIMING-CONFIG>")});
+  ASSERT_EQ(reading.model.instances.size(), 2U);
+  EXPECT_EQ(reading.model.instances[0].minor, 1U);
+  const Instance& least = reading.model.instances[1];
+  EXPECT_FALSE(least.minor.has_value()) << "Find cannot ask for at least 1";
+  ASSERT_TRUE(least.timing.has_value());
+  EXPECT_EQ(least.timing->ttl_s, 7U);
+  EXPECT_THAT(problems_of(reading), HasSubstr("wants a minor version of at least 1"));
+  EXPECT_THAT(problems_of(reading), HasSubstr("BLOCKLISTED-VERSIONS of /P/Least is not carried"));
+}
+
+TEST(ReadArxml, TellsOnceWhichPartsItDoesNotRead) {
+  const auto event_deployment = [](std::string_view name) {
+    return "<SOMEIP-EVENT-DEPLOYMENT><SHORT-NAME>" + std::string{name} +
+           "</SHORT-NAME><ADMIN-DATA><SDGS/></ADMIN-DATA><EVENT-REF DEST=\"X\">/P/Door/" + std::string{name} +
+           "</EVENT-REF><BURST-SIZE>3</BURST-SIZE></SOMEIP-EVENT-DEPLOYMENT>";
+  };
+  const Reading reading = read_texts(
+      {arxml(service("<EVENTS>" + event("a", "/x/uint8") + event("b", "/x/uint8") + "</EVENTS>") +
+             "<SOMEIP-SERVICE-INTERFACE-DEPLOYMENT><SHORT-NAME>Dep</SHORT-NAME><EVENT-DEPLOYMENTS>" +
+             event_deployment("a") + event_deployment("b") +
+             "</EVENT-DEPLOYMENTS><SERVICE-INTERFACE-REF DEST=\"X\">/P/Door</SERVICE-INTERFACE-REF>"
+             "<SERVICE-INTERFACE-ID>1</SERVICE-INTERFACE-ID></SOMEIP-SERVICE-INTERFACE-DEPLOYMENT>")});
+  const std::string problems = problems_of(reading);
+  EXPECT_THAT(problems, HasSubstr("BURST-SIZE of SOMEIP-EVENT-DEPLOYMENT is not read"));
+  EXPECT_EQ(std::ranges::count(problems, '\n'), 1) << problems;
+}
+
 // --- Classic ----------------------------------------------------------------------------------------------
 
 /// An old system description: bundles, routing groups, eventgroup id with the subscriber.
@@ -578,6 +712,58 @@ TEST(ReadArxml, ReadsAClassicSystemDescription) {
   ASSERT_EQ(reading.model.instances.size(), 2U);
   EXPECT_THAT(reading.model.instances[1].eventgroups, ElementsAre(someip::EventgroupId{6}));
   EXPECT_EQ(reading.model.instances[1].service_id, someip::ServiceId{0x1234});
+}
+
+/// `text` with the only `old` in it replaced.
+std::string replaced(std::string text, std::string_view old, std::string_view by) {
+  const std::size_t at = text.find(old);
+  EXPECT_NE(at, std::string::npos) << old;
+  return at == std::string::npos ? text : text.replace(at, old.size(), by);
+}
+
+TEST(ReadArxml, ReadsSocketConnectionsWithoutABundle) {
+  std::string text = classic();
+  text = replaced(std::move(text),
+                  "<CONNECTION-BUNDLES><SOCKET-CONNECTION-BUNDLE><SHORT-NAME>B</SHORT-NAME>"
+                  "<BUNDLED-CONNECTIONS><SOCKET-CONNECTION>",
+                  "<CONNECTIONS><SOCKET-CONNECTION><LOCAL-PORT-REF DEST=\"X\">/P/Net/Ch/A</LOCAL-PORT-REF>");
+  text = replaced(std::move(text), "</BUNDLED-CONNECTIONS></SOCKET-CONNECTION-BUNDLE></CONNECTION-BUNDLES>",
+                  "</CONNECTIONS>");
+  text = replaced(std::move(text), "<UDP-TP><UDP-TP-PORT>", "<TCP-TP><TCP-TP-PORT>");
+  text = replaced(std::move(text), "</UDP-TP-PORT></UDP-TP>", "</TCP-TP-PORT></TCP-TP>");
+  const Reading reading = read_texts({text});
+  EXPECT_THAT(problems_of(reading), IsEmpty());
+  ASSERT_EQ(reading.model.services.size(), 1U);
+  const Service& nav = reading.model.services[0];
+  ASSERT_EQ(nav.events.size(), 1U);
+  EXPECT_EQ(nav.events[0].name, "speed");
+  EXPECT_EQ(nav.events[0].transfer.transport, Transport::tcp);
+  EXPECT_THAT(nav.events[0].eventgroups, ElementsAre(someip::EventgroupId{6}));
+  ASSERT_EQ(nav.methods.size(), 1U);
+  EXPECT_EQ(nav.methods[0].request_transfer.transport, Transport::tcp);
+}
+
+TEST(ReadArxml, ReadsTriggersOfClassicAsEventsWithoutData) {
+  const std::string text = replaced(
+      replaced(
+          classic(),
+          "<SENDER-RECEIVER-TO-SIGNAL-MAPPING><DATA-ELEMENT-IREF><TARGET-DATA-PROTOTYPE-REF DEST=\"X\">"
+          "/P/If/speed</TARGET-DATA-PROTOTYPE-REF></DATA-ELEMENT-IREF><SYSTEM-SIGNAL-REF DEST=\"X\">/P/S1"
+          "</SYSTEM-SIGNAL-REF></SENDER-RECEIVER-TO-SIGNAL-MAPPING>",
+          "<TRIGGER-TO-SIGNAL-MAPPING><SYSTEM-SIGNAL-REF DEST=\"X\">/P/S1</SYSTEM-SIGNAL-REF>"
+          "<TRIGGER-IREF><TARGET-TRIGGER-REF DEST=\"X\">/P/Ti/Fire</TARGET-TRIGGER-REF></TRIGGER-IREF>"
+          "</TRIGGER-TO-SIGNAL-MAPPING>"),
+      "<CLIENT-SERVER-INTERFACE>",
+      "<TRIGGER-INTERFACE><SHORT-NAME>Ti</SHORT-NAME><TRIGGERS><TRIGGER><SHORT-NAME>Fire</SHORT-NAME>"
+      "</TRIGGER></TRIGGERS></TRIGGER-INTERFACE><CLIENT-SERVER-INTERFACE>");
+  const Reading reading = read_texts({text});
+  EXPECT_THAT(problems_of(reading), IsEmpty());
+  ASSERT_EQ(reading.model.services.size(), 1U);
+  ASSERT_EQ(reading.model.services[0].events.size(), 1U);
+  const Event& fire = reading.model.services[0].events[0];
+  EXPECT_EQ(fire.name, "Fire");
+  EXPECT_TRUE(fire.payload.known);
+  EXPECT_THAT(fire.payload.values, IsEmpty());
 }
 
 // --- what is wrong ----------------------------------------------------------------------------------------
