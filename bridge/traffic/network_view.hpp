@@ -77,15 +77,16 @@ struct Sighting {
 
 [[nodiscard]] const char* to_string(Sighting::Kind kind) noexcept;
 
+/// What a NetworkView took, and what it could not.
+struct NetworkViewCounters {
+  std::uint64_t messages = 0;   ///< of SD
+  std::uint64_t malformed = 0;  ///< datagrams and messages
+  std::uint64_t not_kept = 0;   ///< offers and subscriptions beyond the limit
+};
+
 /// What can be learned by listening to service discovery. It is no peer: it sends nothing.
 class NetworkView {
  public:
-  struct Counters {
-    std::uint64_t messages = 0;   ///< of SD
-    std::uint64_t malformed = 0;  ///< datagrams and messages
-    std::uint64_t not_kept = 0;   ///< offers and subscriptions beyond the limit
-  };
-
   /// @param limit  of services; more are counted and forgotten. As many subscriptions, and pairs of hosts.
   explicit NetworkView(std::size_t limit) : limit_{limit} {}
 
@@ -109,7 +110,7 @@ class NetworkView {
   [[nodiscard]] const std::map<SubscriptionKey, SeenSubscription>& subscriptions() const noexcept {
     return subscriptions_;
   }
-  [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
+  [[nodiscard]] const NetworkViewCounters& counters() const noexcept { return counters_; }
 
  private:
   void on_entry(const sd::SdMessage& message, const sd::Entry& entry, const Endpoint& peer,
@@ -130,7 +131,7 @@ class NetworkView {
   std::map<SubscriptionKey, SeenSubscription> subscriptions_;
   /// By sender and receiver: the sender counts for each receiver apart.  [feat_req_someipsd_765]
   std::map<std::pair<Endpoint, Endpoint>, sd::RebootDetector> sessions_;
-  Counters counters_;
+  NetworkViewCounters counters_;
 };
 
 }  // namespace trestle::traffic

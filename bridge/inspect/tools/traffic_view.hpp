@@ -65,18 +65,20 @@ struct SeenTraffic {
   std::size_t oldest_ = 0;
 };
 
+/// What a TrafficView took, and what it could not.
+struct TrafficViewCounters {
+  std::uint64_t messages = 0;
+  std::uint64_t not_kept = 0;  ///< messages of events and methods there was no room for
+  /// Messages of a type that does not exist, or segments that contradict themselves.
+  std::uint64_t strange = 0;
+};
+
 /// What is sent beside service discovery: events and calls, with rates, losses and latencies.
 class TrafficView {
  public:
   struct Limits {
     std::size_t max_rows = 10'000;   ///< events and methods
     std::size_t max_calls = 10'000;  ///< without an answer yet; one more drops the oldest
-  };
-  struct Counters {
-    std::uint64_t messages = 0;
-    std::uint64_t not_kept = 0;  ///< messages of events and methods there was no room for
-    /// Messages of a type that does not exist, or segments that contradict themselves.
-    std::uint64_t strange = 0;
   };
 
   TrafficView() : TrafficView{Limits{}} {}
@@ -91,7 +93,7 @@ class TrafficView {
   using Key = std::tuple<someip::ServiceId, someip::MethodId, Endpoint, Transport, bool>;
   /// By service, method or event, server, protocol, and whether it is an event.
   [[nodiscard]] const std::map<Key, SeenTraffic>& rows() const noexcept { return rows_; }
-  [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
+  [[nodiscard]] const TrafficViewCounters& counters() const noexcept { return counters_; }
   /// Of all messages.
   [[nodiscard]] const RecentRate& recent() const noexcept { return recent_; }
 
@@ -114,7 +116,7 @@ class TrafficView {
   std::map<CallKey, TimePoint> calls_;
   std::deque<CallKey> call_order_;  ///< oldest first; those answered meanwhile included
   RecentRate recent_;
-  Counters counters_;
+  TrafficViewCounters counters_;
 };
 
 }  // namespace trestle::inspect
