@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <map>
+#include <optional>
 #include <set>
+#include <vector>
 
 #include "bridge/carry/config/load_limits.hpp"
 #include "someip/wire/header.hpp"
@@ -24,19 +26,72 @@ void raise(std::uint16_t& limit, std::size_t wanted) {
   limit = std::max(limit, static_cast<std::uint16_t>(std::min(wanted, most_slots)));
 }
 
-// All that has a part in discovery, as often as it may be there.
-std::size_t parts_of(const BridgeConfig& config) {
-  std::size_t parts = config.routes.size() + config.methods.size() + config.locked.size();
-  for (const TopicPattern& pattern : config.patterns) {
-    parts += pattern.route.direction == Direction::dds_to_someip ? pattern.max_routes : 0;
+// What one item of the configuration asks of the Node.
+struct Demand {
+  std::size_t parts = 1;                        // in discovery, as often as it may be there
+  std::optional<std::uint16_t> tcp_port{};      // that clients connect to; 0: one that the system chooses
+  std::optional<std::uint16_t> expected_at{};   // the UDP port of its events or answers
+  std::optional<std::uint16_t> requested_at{};  // that of its requests
+  std::size_t received = 0;                     // bytes of the largest message
+  std::size_t sent = 0;
+  std::size_t calls = 0;  // of ours, under way at once
+};
+
+Demand demand_of(const Route& route) {
+  const bool served = route.direction == Direction::dds_to_someip;
+  const bool by_tcp = route.transport == Transport::tcp;
+  Demand demand;
+  (served ? demand.sent : demand.received) = route.tp.max_message;
+  if (served && by_tcp) {
+    demand.tcp_port = route.port;
+  } else if (!served && !by_tcp) {
+    demand.expected_at = route.port;
   }
-  return std::min(parts, most_slots);
+  return demand;
+}
+
+Demand demand_of(const TopicPattern& pattern) {
+  Demand demand = demand_of(pattern.route);
+  demand.parts = pattern.route.direction == Direction::dds_to_someip ? pattern.max_routes : 0;
+  demand.expected_at.reset();  // the routes that it makes are in the list of routes
+  return demand;
+}
+
+Demand demand_of(const MethodRoute& method) {
+  Demand demand{.received = method.tp.max_message, .sent = method.tp.max_message};  // requests or answers
+  if (method.server == Server::someip) {
+    demand.expected_at = std::uint16_t{0};  // answers come where events without a port of their own do
+    demand.calls = method.max_calls;
+  } else {
+    demand.requested_at = method.port;
+    if (method.transport == Transport::tcp) {
+      demand.tcp_port = method.port;
+    }
+  }
+  return demand;
+}
+
+Demand demand_of(const LockedTopic& /*topic*/) {
+  return {};
+}
+
+std::vector<Demand> demands_of(const BridgeConfig& config) {
+  std::vector<Demand> demands;
+  const auto add = [&](const auto& items) {
+    for (const auto& item : items) {
+      demands.push_back(demand_of(item));
+    }
+  };
+  add(config.routes);
+  add(config.methods);
+  add(config.patterns);
+  add(config.locked);
+  return demands;
 }
 
 // One offer or requirement each at most, and one eventgroup; of others, room for as much again that is not
 // ours.
-void size_discovery(const BridgeConfig& config, sd::NodeConfig& node) {
-  const std::size_t parts = parts_of(config);
+void size_discovery(const BridgeConfig& config, std::size_t parts, sd::NodeConfig& node) {
   sd::Limits& limits = node.limits;
   raise(limits.max_offers, parts);
   raise(limits.max_eventgroups, parts);
@@ -61,56 +116,31 @@ void size_discovery(const BridgeConfig& config, sd::NodeConfig& node) {
 }
 
 // TCP ports that clients connect to.
-std::size_t tcp_ports_of(const BridgeConfig& config) {
+std::size_t tcp_ports_of(const std::vector<Demand>& demands) {
   std::set<std::uint16_t> ports;
   std::size_t chosen = 0;  // by the system, each its own
-  const auto add = [&](std::uint16_t port) {
-    if (port == 0) {
+  for (const Demand& one : demands) {
+    if (one.tcp_port == std::uint16_t{0}) {
       ++chosen;
-    } else {
-      ports.insert(port);
-    }
-  };
-  const auto is_served = [](const Route& route) {
-    return route.direction == Direction::dds_to_someip && route.transport == Transport::tcp;
-  };
-  for (const Route& route : config.routes) {
-    if (is_served(route)) {
-      add(route.port);
-    }
-  }
-  for (const TopicPattern& pattern : config.patterns) {
-    if (is_served(pattern.route)) {
-      add(pattern.route.port);
-    }
-  }
-  for (const MethodRoute& method : config.methods) {
-    if (method.server == Server::ros && method.transport == Transport::tcp) {
-      add(method.port);
+    } else if (one.tcp_port) {
+      ports.insert(*one.tcp_port);
     }
   }
   return ports.size() + chosen;
 }
 
 // Messages that may come to one UDP port, of events and answers or of requests.
-std::size_t most_kinds_at_one_port(const BridgeConfig& config) {
-  // All events without a port of their own come to one, the answers to calls to another or the same.
+std::size_t most_kinds_at_one_port(const std::vector<Demand>& demands) {
   std::map<std::uint16_t, std::size_t> expected;
   std::map<std::uint16_t, std::size_t> requests;
-  for (const Route& route : config.routes) {
-    if (route.direction == Direction::someip_to_dds && route.transport == Transport::udp) {
-      ++expected[route.port];
-    }
-  }
-  for (const MethodRoute& method : config.methods) {
-    ++(method.server == Server::someip ? expected[0] : requests[method.port]);
-  }
   std::size_t most = 0;
-  for (const auto& [port, count] : expected) {
-    most = std::max(most, count);
-  }
-  for (const auto& [port, count] : requests) {
-    most = std::max(most, count);
+  for (const Demand& one : demands) {
+    if (one.expected_at) {
+      most = std::max(most, ++expected[*one.expected_at]);
+    }
+    if (one.requested_at) {
+      most = std::max(most, ++requests[*one.requested_at]);
+    }
   }
   return most;
 }
@@ -127,27 +157,22 @@ sd::NodeConfig node_config(const BridgeConfig& config) {
   node.check_subnet = sd.check_subnet;
   node.discovery.own_endpoints_only = sd.own_endpoints_only;
   node.foreign_endpoints = sd.foreign_endpoints;
-  size_discovery(config, node);
-  // Large messages of all routes may be under way at once, even if one server has them all.
-  const std::size_t kinds = most_kinds_at_one_port(config);
-  node.max_reassemblies_per_sender = std::max(node.max_reassemblies_per_sender, kinds);
-  node.max_reassemblies = std::max(node.max_reassemblies, kinds + 16);
+  const std::vector<Demand> demands = demands_of(config);
+  std::size_t parts = 0;
   std::size_t received = 0;
   std::size_t sent = 0;
-  for (const Route& route : config.routes) {
-    std::size_t& most = route.direction == Direction::someip_to_dds ? received : sent;
-    most = std::max(most, route.tp.max_message);
-  }
-  for (const TopicPattern& pattern : config.patterns) {
-    std::size_t& most = pattern.route.direction == Direction::someip_to_dds ? received : sent;
-    most = std::max(most, pattern.route.tp.max_message);
-  }
   std::size_t calls = node.max_calls;
-  for (const MethodRoute& method : config.methods) {  // both have requests or answers
-    received = std::max(received, method.tp.max_message);
-    sent = std::max(sent, method.tp.max_message);
-    calls += method.server == Server::someip ? method.max_calls : 0;
+  for (const Demand& one : demands) {
+    parts += one.parts;
+    received = std::max(received, one.received);
+    sent = std::max(sent, one.sent);
+    calls += one.calls;
   }
+  size_discovery(config, std::min(parts, most_slots), node);
+  // Large messages of all routes may be under way at once, even if one server has them all.
+  const std::size_t kinds = most_kinds_at_one_port(demands);
+  node.max_reassemblies_per_sender = std::max(node.max_reassemblies_per_sender, kinds);
+  node.max_reassemblies = std::max(node.max_reassemblies, kinds + 16);
   node.max_message_bytes = std::max(received, sent);
   node.receive_buffer_bytes = config.someip.receive_buffer ? static_cast<int>(*config.someip.receive_buffer)
                                                            : room_for(received, node.receive_buffer_bytes);
@@ -167,7 +192,7 @@ sd::NodeConfig node_config(const BridgeConfig& config) {
   if (!config.someip.limits.contains("max_tcp_connections")) {
     // As many as the ports accept: who takes all that one address may have at each leaves the others theirs.
     raise(node.limits.max_tcp_connections,
-          std::max<std::size_t>(256, tcp_ports_of(config) * node.max_tcp_clients));
+          std::max<std::size_t>(256, tcp_ports_of(demands) * node.max_tcp_clients));
   }
   raise(node.limits.max_pending_entries,  // a shutdown needs them
         std::size_t{node.limits.max_offers} + node.limits.max_subscriptions);
