@@ -115,7 +115,7 @@ class Whole(unittest.TestCase):
 
 
 class Run(unittest.TestCase):
-    """./run install, as far as nothing is built."""
+    """./run, as far as nothing is built."""
 
     def test_says_where_it_installs(self):
         self.assertRegex(good(SOURCE / "run", "install", "--help"), r"in DIR, else in ~/\.local, or in /usr/local as root")
@@ -129,6 +129,14 @@ class Run(unittest.TestCase):
         refused = run(SOURCE / "run", "install", "--prefix", "/proc/trestle")
         self.assertEqual(refused.returncode, 1)
         self.assertIn("nothing can be written to /proc/trestle", refused.stdout)
+
+
+    def test_stages_are_explained_as_they_are_called(self):
+        for words in (["test", "hostile"], ["mutation"]):
+            told = good(SOURCE / "run", *words, "--help")
+            self.assertIn(f"usage: ./run {' '.join(words)} [-h]", told)
+            self.assertNotIn("--flow", told)
+        self.assertIn("loop-two-bridges", good(SOURCE / "run", "test", "hostile", "--list", timeout=60))
 
 
 class Headers(unittest.TestCase):
